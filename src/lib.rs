@@ -1,0 +1,10 @@
+//! ivcam photographs Open Inventor and VRML scenes through real lenses.
+//!
+//! Data moves one way: bytes become an `iv` document, a walk with Inventor's state rules turns
+//! it into a render scene, a lens prescription and a pose become a camera, and a film collects
+//! the radiance that the camera's rays bring. Each step is usable alone; nothing is global,
+//! nothing prints, and a wrong file is a [`diag::Diagnostic`].
+
+#![forbid(unsafe_op_in_unsafe_fn)]
+
+pub mod diag;
