@@ -24,7 +24,10 @@ impl Span {
     /// The bytes `start..end`; offsets past 4 GiB saturate.
     pub fn new(start: usize, end: usize) -> Self {
         let narrow = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-        Self { start: narrow(start), end: narrow(end.max(start)) }
+        Self {
+            start: narrow(start),
+            end: narrow(end.max(start)),
+        }
     }
 
     /// A span of no length, between two bytes.
@@ -44,7 +47,12 @@ pub struct Source {
 
 impl Source {
     pub fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
-        Self { name: name.into(), bytes, binary: false, line_starts: OnceLock::new() }
+        Self {
+            name: name.into(),
+            bytes,
+            binary: false,
+            line_starts: OnceLock::new(),
+        }
     }
 
     /// Marks the bytes as binary, so that messages give offsets instead of lines.
@@ -130,7 +138,14 @@ pub struct Diagnostic {
 
 impl Diagnostic {
     fn new(severity: Severity, message: impl Into<String>) -> Self {
-        Self { severity, message: message.into(), help: None, place: None, file: None, count: 1 }
+        Self {
+            severity,
+            message: message.into(),
+            help: None,
+            place: None,
+            file: None,
+            count: 1,
+        }
     }
 
     pub fn error(message: impl Into<String>) -> Box<Self> {
@@ -211,7 +226,11 @@ impl Diagnostic {
         if let Some(help) = &self.help {
             report = report.element(Level::HELP.message(help.as_str()));
         }
-        let renderer = if color { Renderer::styled() } else { Renderer::plain() };
+        let renderer = if color {
+            Renderer::styled()
+        } else {
+            Renderer::plain()
+        };
         renderer.render(&[report]).to_string()
     }
 }
@@ -261,12 +280,18 @@ impl Sink {
 
     pub fn warn(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
         let place = self.source.clone().map(|s| (s, span));
-        self.add(Diagnostic { place, ..Diagnostic::new(Severity::Warning, message) })
+        self.add(Diagnostic {
+            place,
+            ..Diagnostic::new(Severity::Warning, message)
+        })
     }
 
     pub fn note(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
         let place = self.source.clone().map(|s| (s, span));
-        self.add(Diagnostic { place, ..Diagnostic::new(Severity::Note, message) })
+        self.add(Diagnostic {
+            place,
+            ..Diagnostic::new(Severity::Note, message)
+        })
     }
 
     /// Adds one, or counts it where the same message was said before.
@@ -336,7 +361,10 @@ mod tests {
     #[test]
     fn lines_end_at_cr_lf_and_crlf() {
         let source = Source::new("x", b"a\rb\r\nc\nd".to_vec());
-        let places: Vec<_> = [0, 2, 5, 7].iter().map(|&o| source.line_column(o)).collect();
+        let places: Vec<_> = [0, 2, 5, 7]
+            .iter()
+            .map(|&o| source.line_column(o))
+            .collect();
         assert_eq!(places, [(1, 1), (2, 1), (3, 1), (4, 1)]);
     }
 
@@ -362,7 +390,10 @@ mod tests {
 
     #[test]
     fn the_nearest_word_is_found_and_a_far_one_is_not() {
-        assert_eq!(nearest("hieght", ["height", "bottomRadius"]), Some("height"));
+        assert_eq!(
+            nearest("hieght", ["height", "bottomRadius"]),
+            Some("height")
+        );
         assert_eq!(nearest("colour", ["shininess"]), None);
     }
 }

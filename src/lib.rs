@@ -8,3 +8,5 @@
 #![forbid(unsafe_op_in_unsafe_fn)]
 
 pub mod diag;
+pub mod grammar;
+pub mod iv;

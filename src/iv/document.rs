@@ -1,0 +1,250 @@
+//! A scene file as it was read: an arena of nodes with spans.
+//!
+//! `DEF` and `USE` are edges to the same node, not copies. Fields are kept as written; what a
+//! file does not state comes from the catalogue when it is asked for.
+
+use std::sync::{Arc, OnceLock};
+
+use indexmap::IndexMap;
+
+use crate::diag::{Sink, Source, Span};
+use crate::grammar::value::{Get, NodeId, Value};
+use crate::grammar::{Class, ClassId, Field, FieldType};
+
+/// The class of a node: one of the catalogue's, or one that the file itself declares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ClassRef {
+    Known(ClassId),
+    /// An index into [`Document::extensions`]: a `fields [ ]` or `PROTO` of the file's own.
+    Extension(u32),
+}
+
+/// A class declared in the file (`fields [ … ] isA [ … ]`), or met without a declaration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Extension {
+    pub name: Box<str>,
+    /// Name and type of each field, in the order of declaration.
+    pub fields: Vec<(Box<str>, FieldType)>,
+    /// The known classes it may be treated as, nearest first.
+    pub is_a: Vec<Box<str>>,
+}
+
+/// A field's value that comes from elsewhere: `translation = USE Engine . outVector`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Connection {
+    pub from: NodeId,
+    /// The output of an engine, or the field of a node.
+    pub output: Box<str>,
+}
+
+/// A field that the file states.
+#[derive(Clone, Debug)]
+pub struct FieldEntry {
+    /// Index into the class's fields (the catalogue's or the extension's).
+    pub index: u16,
+    pub value: Value,
+    /// Written with `~`: as if the field were not there.
+    pub ignored: bool,
+    pub connection: Option<Box<Connection>>,
+    pub span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub struct Node {
+    pub class: ClassRef,
+    pub name: Option<Arc<str>>,
+    pub fields: Vec<FieldEntry>,
+    pub children: Vec<NodeId>,
+    pub span: Span,
+    /// Index into [`Document::sources`].
+    pub source: u16,
+}
+
+/// A file, with the files that it names read in.
+#[derive(Debug, Default)]
+pub struct Document {
+    pub nodes: Vec<Node>,
+    pub roots: Vec<NodeId>,
+    pub extensions: Vec<Extension>,
+    pub sources: Vec<Arc<Source>>,
+    /// The header's words, such as `Inventor V2.1 ascii`.
+    pub format: String,
+    /// `DEF` names; a name defined twice means its latest node.
+    pub names: IndexMap<Arc<str>, NodeId>,
+    /// What reading had to say.
+    pub sink: Sink,
+}
+
+impl Document {
+    pub fn node(&self, id: NodeId) -> NodeRef<'_> {
+        NodeRef { document: self, id }
+    }
+
+    pub fn roots(&self) -> impl Iterator<Item = NodeRef<'_>> {
+        self.roots.iter().map(|&id| self.node(id))
+    }
+
+    pub fn add(&mut self, node: Node) -> NodeId {
+        let id = NodeId(u32::try_from(self.nodes.len()).expect("fewer than 2^32 nodes"));
+        self.nodes.push(node);
+        id
+    }
+}
+
+/// A node together with its document.
+#[derive(Clone, Copy)]
+pub struct NodeRef<'a> {
+    pub document: &'a Document,
+    pub id: NodeId,
+}
+
+impl<'a> NodeRef<'a> {
+    pub fn data(self) -> &'a Node {
+        &self.document.nodes[self.id.0 as usize]
+    }
+
+    /// The catalogue's class, if the node is of one.
+    pub fn class(self) -> Option<&'static Class> {
+        match self.data().class {
+            ClassRef::Known(id) => Some(id.get()),
+            ClassRef::Extension(_) => None,
+        }
+    }
+
+    pub fn class_id(self) -> Option<ClassId> {
+        self.class().map(|c| c.id)
+    }
+
+    pub fn class_name(self) -> &'a str {
+        match self.data().class {
+            ClassRef::Known(id) => id.get().name,
+            ClassRef::Extension(i) => &self.document.extensions[i as usize].name,
+        }
+    }
+
+    pub fn children(self) -> impl DoubleEndedIterator<Item = NodeRef<'a>> + ExactSizeIterator {
+        self.data()
+            .children
+            .iter()
+            .map(move |&id| self.document.node(id))
+    }
+
+    pub fn span(self) -> Span {
+        self.data().span
+    }
+
+    pub fn source(self) -> Option<&'a Arc<Source>> {
+        self.document.sources.get(usize::from(self.data().source))
+    }
+
+    /// The field as the file states it, unless it is silent or says to ignore it.
+    pub fn entry(self, index: u16) -> Option<&'a FieldEntry> {
+        self.data()
+            .fields
+            .iter()
+            .find(|f| f.index == index && !f.ignored)
+    }
+
+    /// Whether the file states the field (a default written out counts).
+    pub fn states<T: ?Sized>(self, field: Field<T>) -> bool {
+        self.entry(field.index).is_some()
+    }
+
+    /// The field's value, or the catalogue's default. A field written with `~` keeps its value
+    /// here; [`Self::is_ignored`] tells.
+    ///
+    /// # Panics
+    /// If the node is not of the handle's class: a mistake in the program.
+    pub fn get<T: Get + ?Sized>(self, field: Field<T>) -> T::Out<'a> {
+        assert!(
+            self.class_id() == Some(field.class),
+            "a `{}` was asked for a field of `{}`",
+            self.class_name(),
+            field.class.get().name
+        );
+        self.data()
+            .fields
+            .iter()
+            .find(|f| f.index == field.index)
+            .and_then(|entry| T::from_value(&entry.value))
+            .unwrap_or_else(|| {
+                T::from_value(default_value(field.class, field.index))
+                    .expect("the catalogue's default has the catalogue's type")
+            })
+    }
+
+    /// A field by name, as written or by default, whatever the class: for tools and families.
+    pub fn value(self, name: &str) -> Option<&'a Value> {
+        let data = self.data();
+        match data.class {
+            ClassRef::Known(id) => {
+                let index = id.get().field(name)?.0 as u16;
+                let stated = data
+                    .fields
+                    .iter()
+                    .find(|f| f.index == index)
+                    .map(|f| &f.value);
+                Some(stated.unwrap_or_else(|| default_value(id, index)))
+            }
+            ClassRef::Extension(i) => {
+                let fields = &self.document.extensions[i as usize].fields;
+                let index = fields.iter().position(|(n, _)| **n == *name)? as u16;
+                data.fields
+                    .iter()
+                    .find(|f| f.index == index)
+                    .map(|f| &f.value)
+            }
+        }
+    }
+
+    /// Whether the field was written with `~`.
+    pub fn is_ignored<T: ?Sized>(self, field: Field<T>) -> bool {
+        self.data()
+            .fields
+            .iter()
+            .any(|f| f.index == field.index && f.ignored)
+    }
+}
+
+/// Defaults of all classes, each made once, the first time it is asked for.
+fn default_value(class: ClassId, index: u16) -> &'static Value {
+    static DEFAULTS: OnceLock<Vec<OnceLock<Vec<Value>>>> = OnceLock::new();
+    let classes = DEFAULTS.get_or_init(|| {
+        (0..crate::grammar::CLASSES.len())
+            .map(|_| OnceLock::new())
+            .collect()
+    });
+    let fields = classes[usize::from(class.0)]
+        .get_or_init(|| class.get().fields.iter().map(Value::default_of).collect());
+    &fields[usize::from(index)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grammar::{class, cone};
+
+    #[test]
+    fn a_silent_file_means_the_catalogues_default() {
+        let mut document = Document::default();
+        let fields = vec![FieldEntry {
+            index: cone::HEIGHT.index,
+            value: Value::Float(5.0),
+            ignored: false,
+            connection: None,
+            span: Span::default(),
+        }];
+        let id = document.add(Node {
+            class: ClassRef::Known(class::CONE),
+            name: None,
+            fields,
+            children: Vec::new(),
+            span: Span::default(),
+            source: 0,
+        });
+        let cone = document.node(id);
+        assert_eq!(cone.get(cone::HEIGHT), 5.0);
+        assert_eq!(cone.get(cone::BOTTOM_RADIUS), 1.0);
+        assert_eq!(cone.get(cone::PARTS), cone::PARTS_ALL);
+    }
+}
