@@ -8,5 +8,8 @@
 #![forbid(unsafe_op_in_unsafe_fn)]
 
 pub mod diag;
+pub mod film;
 pub mod grammar;
 pub mod iv;
+pub mod picture;
+pub mod sampling;

@@ -1,0 +1,265 @@
+//! Numbered samples for a pixel, and maps from the square to a disc.
+//!
+//! A sample is a function of (seed, pixel, index) alone, so tiles, threads and ranks agree on it.
+//! No state is carried from one sample to the next.
+
+use libm::{cos, sin};
+
+/// Where on the pixel and where on the lens a ray goes, each in the unit square.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LensSample {
+    pub film: [f64; 2],
+    pub pupil: [f64; 2],
+}
+
+/// How the samples of a pixel are laid out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SamplerKind {
+    /// Pixel and pupil stratified and jittered separately, several pupil samples for each pixel
+    /// sample: the 1999 program (the paper, section Sampling).
+    Jittered,
+    /// Independent uniform numbers.
+    Random,
+    /// Owen-scrambled Sobol' points in the four dimensions of film and pupil together, scrambled
+    /// anew for each pixel. Default.
+    Sobol,
+}
+
+impl SamplerKind {
+    pub const ALL: [(&'static str, Self); 3] = [
+        ("jittered", Self::Jittered),
+        ("random", Self::Random),
+        ("sobol", Self::Sobol),
+    ];
+
+    pub fn name(self) -> &'static str {
+        Self::ALL
+            .iter()
+            .find(|(_, k)| *k == self)
+            .map_or("", |(n, _)| n)
+    }
+}
+
+/// The samples of every pixel of a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampler {
+    pub kind: SamplerKind,
+    /// Samples a pixel. The strata of [`SamplerKind::Jittered`] are laid out for this many.
+    pub samples: u32,
+    pub seed: u64,
+}
+
+impl Sampler {
+    /// The sample `index` (from 0) of a pixel, given as its number in the picture.
+    pub fn sample(&self, pixel: u64, index: u32) -> LensSample {
+        let key = mix(self.seed ^ mix(pixel.wrapping_add(0x9e37_79b9_7f4a_7c15)));
+        match self.kind {
+            SamplerKind::Random => {
+                let n = |d| unit(mix(key ^ mix((u64::from(index) << 3) | d)));
+                LensSample {
+                    film: [n(0), n(1)],
+                    pupil: [n(2), n(3)],
+                }
+            }
+            SamplerKind::Jittered => self.jittered(key, index),
+            SamplerKind::Sobol => {
+                // The generator's sequence ends at 2^16; further samples are another scrambling.
+                let key = mix(key ^ u64::from(index >> 16));
+                let point = sobol_burley::sample_4d(index & 0xffff, 0, (key >> 32) as u32);
+                let [a, b, c, d] = point.map(|x| f64::from(x).min(ONE_MINUS));
+                LensSample {
+                    film: [a, b],
+                    pupil: [c, d],
+                }
+            }
+        }
+    }
+
+    /// Samples past the number laid out start a new layout with other jitter.
+    fn jittered(&self, key: u64, index: u32) -> LensSample {
+        let (on_pixel, on_pupil) = split(self.samples);
+        let (round, index) = (index / self.samples.max(1), index % self.samples.max(1));
+        let key = mix(key ^ u64::from(round) << 40);
+        let (i, j) = (index / on_pupil, index % on_pupil);
+        let jitter = |d: u64, n: u32| unit(mix(key ^ mix((u64::from(n) << 3) | d)));
+        // One jitter a pixel stratum: the pupil samples in it start from the same film point.
+        let film = stratum(i, on_pixel, jitter(0, i), jitter(1, i));
+        let pupil = stratum(j, on_pupil, jitter(2, index), jitter(3, index));
+        LensSample { film, pupil }
+    }
+
+    /// Further uniform numbers of the same sample, for shading: dimension 0, 1, 2, …
+    pub fn extra(&self, pixel: u64, index: u32, dimension: u32) -> f64 {
+        let key = mix(self.seed ^ mix(pixel.wrapping_add(0x9e37_79b9_7f4a_7c15)));
+        unit(mix(
+            key ^ mix((u64::from(index) << 32) | u64::from(dimension + 16))
+        ))
+    }
+}
+
+const ONE_MINUS: f64 = 1.0 - f64::EPSILON / 2.0;
+
+/// How `n` samples are shared out: pixel samples, and pupil samples for each. The pupil gets the
+/// larger factor, for it makes more of the noise. 16 is 4 and 4.
+pub fn split(n: u32) -> (u32, u32) {
+    let on_pixel = largest_factor(n.max(1));
+    (on_pixel, n.max(1) / on_pixel)
+}
+
+/// The largest factor of n that is at most √n.
+fn largest_factor(n: u32) -> u32 {
+    (1..=n.isqrt())
+        .rev()
+        .find(|a| n.is_multiple_of(*a))
+        .unwrap_or(1)
+}
+
+/// Stratum `i` of `n` on the unit square, jittered by (u, v): a grid as square as n allows.
+fn stratum(i: u32, n: u32, u: f64, v: f64) -> [f64; 2] {
+    let rows = largest_factor(n);
+    let columns = n / rows;
+    let (column, row) = (f64::from(i % columns), f64::from(i / columns));
+    [
+        (column + u) / f64::from(columns),
+        (row + v) / f64::from(rows),
+    ]
+}
+
+/// Steele, Lea and Flood's 64-bit finalizer (splitmix64): every bit in moves every bit out.
+pub fn mix(x: u64) -> u64 {
+    let mut z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// The upper 53 bits as a number in [0, 1).
+fn unit(bits: u64) -> f64 {
+    (bits >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+}
+
+/// Which map takes the unit square to the disc.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DiscMap {
+    /// r = √u, θ = 2πv (the paper, equation 3). The 1999 program.
+    Polar,
+    /// Shirley and Chiu's concentric map: squares to circles, strata stay compact. Default.
+    Concentric,
+}
+
+impl DiscMap {
+    /// A point of the unit disc, uniform in area.
+    pub fn point(self, [u, v]: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Polar => polar_disc(u, v),
+            Self::Concentric => concentric_disc(u, v),
+        }
+    }
+}
+
+/// r = √u, θ = 2πv: equation 3 of the paper.
+pub fn polar_disc(u: f64, v: f64) -> [f64; 2] {
+    let (r, angle) = (u.sqrt(), std::f64::consts::TAU * v);
+    [r * cos(angle), r * sin(angle)]
+}
+
+/// Shirley and Chiu, "A low distortion map between disk and square", 1997.
+pub fn concentric_disc(u: f64, v: f64) -> [f64; 2] {
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+    let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+    if x == 0.0 && y == 0.0 {
+        return [0.0, 0.0];
+    }
+    let (r, angle) = if x.abs() > y.abs() {
+        (x, FRAC_PI_4 * (y / x))
+    } else {
+        (y, FRAC_PI_2 - FRAC_PI_4 * (x / y))
+    };
+    [r * cos(angle), r * sin(angle)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sampler(kind: SamplerKind, samples: u32) -> Sampler {
+        Sampler {
+            kind,
+            samples,
+            seed: 7,
+        }
+    }
+
+    #[test]
+    fn sixteen_jittered_samples_fill_four_pixel_strata_with_four_pupil_strata_each() {
+        let s = sampler(SamplerKind::Jittered, 16);
+        let cell = |[u, v]: [f64; 2]| (u * 2.0) as usize + 2 * (v * 2.0) as usize;
+        let mut seen = [[0; 4]; 4];
+        for i in 0..16 {
+            let sample = s.sample(123, i);
+            seen[cell(sample.film)][cell(sample.pupil)] += 1;
+        }
+        assert_eq!(seen, [[1; 4]; 4]);
+    }
+
+    #[test]
+    fn pupil_samples_of_one_pixel_stratum_share_their_film_point() {
+        let s = sampler(SamplerKind::Jittered, 16);
+        assert_eq!(s.sample(5, 0).film, s.sample(5, 3).film);
+        assert_ne!(s.sample(5, 0).film, s.sample(5, 4).film);
+    }
+
+    #[test]
+    fn every_sampler_is_uniform_on_film_and_pupil() {
+        // Mean of n uniform numbers: 1/2 within 5 standard errors of 1/√(12 n).
+        for (_, kind) in SamplerKind::ALL {
+            let s = sampler(kind, 16);
+            let n = 16 * 2_000;
+            let mut sum = [0.0; 4];
+            for pixel in 0..2_000 {
+                for i in 0..16 {
+                    let LensSample { film, pupil } = s.sample(pixel, i);
+                    for (total, x) in sum.iter_mut().zip([film[0], film[1], pupil[0], pupil[1]]) {
+                        assert!((0.0..1.0).contains(&x));
+                        *total += x;
+                    }
+                }
+            }
+            for total in sum {
+                let error = (total / f64::from(n) - 0.5).abs();
+                assert!(
+                    error < 5.0 / (12.0 * f64::from(n)).sqrt(),
+                    "{kind:?}: {error}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn both_maps_cover_the_disc_evenly() {
+        // A quarter of the area lies within half the radius, and in each quadrant.
+        for map in [DiscMap::Polar, DiscMap::Concentric] {
+            let n = 400;
+            let (mut inner, mut quadrant) = (0, 0);
+            for i in 0..n * n {
+                let u = (f64::from(i % n) + 0.5) / f64::from(n);
+                let v = (f64::from(i / n) + 0.5) / f64::from(n);
+                let [x, y] = map.point([u, v]);
+                assert!(x * x + y * y <= 1.0 + 1e-12);
+                inner += i32::from(x * x + y * y < 0.25);
+                quadrant += i32::from(x > 0.0 && y > 0.0);
+            }
+            for count in [inner, quadrant] {
+                let share = f64::from(count) / f64::from(n * n);
+                assert!((share - 0.25).abs() < 2e-3, "{map:?}: {share}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_prime_number_of_samples_is_still_stratified() {
+        assert_eq!(split(16), (4, 4));
+        assert_eq!(split(7), (1, 7));
+        assert_eq!(split(0), (1, 1));
+    }
+}
