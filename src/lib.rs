@@ -11,5 +11,7 @@ pub mod diag;
 pub mod film;
 pub mod grammar;
 pub mod iv;
+pub mod lens;
+pub mod math;
 pub mod picture;
 pub mod sampling;

@@ -1,0 +1,304 @@
+//! The four columns: radius, thickness, index, aperture diameter, one surface a line.
+//!
+//! The paper's own table and pbrt's `.dat` files. A stop is a row with radius 0 and index 0, or
+//! as the paper prints it, a row without a radius (`10.353 1.000 39.8`). Radius 0 with an index
+//! is a plane. A stop takes the medium in front of it, so one in a fluid stays in it (pbrt
+//! assumes air). `#` starts a comment; header words are skipped; commas count as blanks.
+
+use std::sync::Arc;
+
+use crate::diag::{Diagnostic, Result, Sink, Source, Span};
+use crate::lens::first_order::{FirstOrder, Plane};
+use crate::lens::glass::{D_LINE, Medium};
+use crate::lens::prescription::{Column, Prescription, check};
+use crate::lens::surface::Surface;
+
+/// A word of the file and where it stands.
+struct Word<'a> {
+    text: &'a str,
+    span: Span,
+}
+
+/// A row of four numbers; `None` where the file leaves a column empty.
+struct Row {
+    radius: f64,
+    thickness: f64,
+    index: Option<f64>,
+    diameter: f64,
+    spans: [Span; 4],
+}
+
+/// Reads four columns.
+pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
+    let text = String::from_utf8_lossy(&source.bytes);
+    let mut notes = Vec::new();
+    let mut rows: Vec<Row> = Vec::new();
+    let mut start = 0;
+    for line in text.split_inclusive(['\n', '\r']) {
+        let (data, comment) = line.split_once('#').unwrap_or((line, ""));
+        let comment = comment.trim();
+        if !comment.is_empty() {
+            notes.push(comment.to_owned());
+        }
+        let words = words(data, start);
+        start += line.len();
+        let numbers = words
+            .iter()
+            .filter(|w| w.text.parse::<f64>().is_ok())
+            .count();
+        let is_header = numbers == 0 && rows.is_empty();
+        if words.is_empty() || is_header {
+            continue;
+        }
+        if words.len() == 1 && numbers == 1 && rows.is_empty() {
+            notes.push(format!("focal length as listed: {}", words[0].text));
+            continue;
+        }
+        let before = rows.iter().rev().find_map(|r| r.index).unwrap_or(1.0);
+        rows.push(row(source, &words, before)?);
+    }
+    let mut lens = build(source, &rows, notes);
+    check(&mut lens, source, sink, |surface, column| {
+        rows.get(surface)
+            .map_or(Span::at(0), |row| row.spans[column as usize])
+    })?;
+    warn_if_a_row_is_lost(&lens, &rows, sink);
+    Ok(lens)
+}
+
+fn words(line: &str, start: usize) -> Vec<Word<'_>> {
+    let blank = |c: char| c.is_whitespace() || c == ',';
+    let mut found = Vec::new();
+    let mut from = None;
+    for (at, c) in line.char_indices().chain([(line.len(), ' ')]) {
+        match (blank(c), from) {
+            (false, None) => from = Some(at),
+            (true, Some(begin)) => {
+                let span = Span::new(start + begin, start + at);
+                found.push(Word {
+                    text: &line[begin..at],
+                    span,
+                });
+                from = None;
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// One line's numbers; `before` is the index in front of it.
+fn row(source: &Arc<Source>, words: &[Word<'_>], before: f64) -> Result<Row> {
+    let fail = |span, message: String| Diagnostic::error(message).at(source, span);
+    let mut values = Vec::with_capacity(4);
+    for word in words {
+        match word.text.parse::<f64>() {
+            Ok(value) if value.is_finite() => values.push(value),
+            Ok(value) if value.is_infinite() && values.is_empty() => values.push(0.0),
+            _ => {
+                return Err(fail(word.span, format!("`{}` is not a number", word.text))
+                    .with_help("a row is: radius, thickness, index, aperture diameter"));
+            }
+        }
+    }
+    let spans = |order: [usize; 4]| order.map(|i| words[i].span);
+    match values[..] {
+        [radius, thickness, index, diameter] => Ok(Row {
+            radius,
+            thickness,
+            // 0 says: the medium goes on. Only a stop may say so.
+            index: (index != 0.0 || radius != 0.0).then_some(index),
+            diameter,
+            spans: spans([0, 1, 2, 3]),
+        }),
+        // The paper's stop: no radius, and the index of the medium that goes on.
+        [thickness, index, diameter] if index == before => Ok(Row {
+            radius: 0.0,
+            thickness,
+            index: None,
+            diameter,
+            spans: spans([0, 0, 1, 2]),
+        }),
+        // A radius of 0 and no index.
+        [0.0, thickness, diameter] => Ok(Row {
+            radius: 0.0,
+            thickness,
+            index: None,
+            diameter,
+            spans: spans([0, 1, 1, 2]),
+        }),
+        _ => {
+            let last = words.last().map_or(Span::at(0), |w| w.span);
+            let (few, span) = if values.len() < 4 {
+                ("too few", Span::at(last.end as usize))
+            } else {
+                ("too many", words[4].span)
+            };
+            let message = format!("{few} numbers in this row: {} instead of 4", values.len());
+            Err(fail(span, message)
+                .with_help("a row is: radius, thickness, index, aperture diameter"))
+        }
+    }
+}
+
+fn build(source: &Source, rows: &[Row], notes: Vec<String>) -> Prescription {
+    let mut medium = Medium::air();
+    let mut surfaces = Vec::with_capacity(rows.len());
+    for row in rows {
+        let is_stop = row.index.is_none();
+        if let Some(index) = row.index {
+            medium = Medium::constant(index);
+        }
+        let surface = Surface::sphere(
+            row.radius,
+            row.thickness,
+            medium.clone(),
+            0.5 * row.diameter,
+        );
+        surfaces.push(Surface {
+            is_stop,
+            span: row.spans[0],
+            ..surface
+        });
+    }
+    let mut lens = Prescription {
+        notes,
+        ..Prescription::new(super::name_of(source), surfaces)
+    };
+    adopt_a_stop(&mut lens);
+    lens
+}
+
+/// A plane with the same medium on both sides only limits the beam: in a table with no other
+/// stop, and just one such row, it is the stop.
+fn adopt_a_stop(lens: &mut Prescription) {
+    if lens.stop().is_some() {
+        return;
+    }
+    let idle = |i: &usize| {
+        let surface = &lens.surfaces[*i];
+        surface.is_plane() && surface.medium == *lens.medium_before(*i)
+    };
+    let mut candidates = (0..lens.surfaces.len()).filter(idle);
+    if let (Some(stop), None) = (candidates.next(), candidates.next()) {
+        lens.surfaces[stop].is_stop = true;
+    }
+}
+
+/// The last thickness of a printed table is the distance to the film: where it disagrees with
+/// the back focus by more than 5% of the focal length, a row or a digit is lost. The table of the
+/// 1999 paper has lost one.
+fn warn_if_a_row_is_lost(lens: &Prescription, rows: &[Row], sink: &mut Sink) {
+    let indices = lens.indices(D_LINE);
+    let Some(focal) = FirstOrder::of(lens, &indices, Plane::Y).focal else {
+        return;
+    };
+    let Some(last) = rows.last() else { return };
+    let (printed, efl, bfl) = (last.thickness, focal.efl, focal.bfl);
+    if printed != 0.0 && (printed - bfl).abs() > 0.05 * efl.abs() {
+        sink.warn(
+            last.spans[Column::Thickness as usize],
+            format!(
+                "the last thickness is {printed}, but the rows above it focus {bfl:.3} behind \
+                 the lens (focal length {efl:.2})"
+            ),
+        )
+        .help("a row or a digit of the table may be lost; ivcam uses what the rows say");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> (Result<Prescription>, Sink) {
+        let source = Arc::new(Source::new("a.dat", text.as_bytes().to_vec()));
+        let mut sink = Sink::new();
+        sink.set_source(Some(source.clone()));
+        let result = read(&source, &mut sink);
+        (result, sink)
+    }
+
+    fn place(error: &Diagnostic) -> (u32, u32) {
+        error.location().1.unwrap()
+    }
+
+    #[test]
+    fn a_stop_may_be_written_in_three_ways_and_keeps_its_medium() {
+        for stop in ["0 1 0 8", "1 1.33 8", "0 1 8"] {
+            let text = format!("# eye\nradius thick n ap\n10 2 1.33 9\n{stop}\n-10 20 1 9\n");
+            let lens = parse(&text).0.unwrap();
+            assert_eq!(lens.stop(), Some(1), "{stop}");
+            assert_eq!(lens.surfaces[1].medium.n_d, 1.33);
+            assert_eq!(lens.surfaces[1].thickness, 1.0);
+            assert_eq!(lens.surfaces[1].semi_diameter, 4.0);
+            assert_eq!(lens.notes, ["eye"]);
+        }
+    }
+
+    #[test]
+    fn radius_0_with_an_index_is_a_plane() {
+        let lens = parse("0 5 1.5 20\n0 1 0 8\n-50 0 1 20\n").0.unwrap();
+        assert!(lens.surfaces[0].is_plane() && !lens.surfaces[0].is_stop);
+        assert_eq!(lens.stop(), Some(1));
+    }
+
+    #[test]
+    fn a_bad_row_is_named_by_line_and_column() {
+        for (text, at, says) in [
+            ("", (1, 1), "no surfaces"),
+            ("10 2 1.5 9\n20 3 1.5\n", (2, 9), "too few"),
+            ("10 2 1.5 9 7\n", (1, 12), "too many"),
+            ("10 2 1.5 9\n10 2 x 9\n", (2, 6), "`x` is not a number"),
+            ("10 2 NaN 9\n", (1, 6), "not a number"),
+            ("10 2 1.5 -9\n", (1, 10), "not greater than 0"),
+            ("10 1.5 0.9 9\n", (1, 8), "less than 1"),
+            ("10 2 1.5 9\n0 1 0 5\n0 1 0 5\n", (3, 1), "second stop"),
+            ("0 1 0 5\n", (1, 1), "nothing else"),
+            (
+                "10 -2 1.5 9\n0 1 0 5\n-10 0 1 9\n20 0 1 5",
+                (1, 4),
+                "backwards through glass",
+            ),
+        ] {
+            let error = match parse(text).0 {
+                Err(error) => error,
+                Ok(lens) if says == "backwards through glass" => {
+                    // Not through glass: a stop stands inside it.
+                    assert_eq!(lens.surfaces.len(), 4);
+                    continue;
+                }
+                Ok(_) => panic!("`{text}` was read"),
+            };
+            assert!(error.message.contains(says), "{text}: {}", error.message);
+            assert_eq!(place(&error), at, "{text}");
+        }
+    }
+
+    #[test]
+    fn an_aperture_wider_than_its_sphere_is_clamped_with_a_warning() {
+        let (lens, sink) = parse("10 2 1.5 30\n0 1 0 5\n-10 0 1 9\n");
+        assert_eq!(lens.unwrap().surfaces[0].semi_diameter, 10.0);
+        assert!(sink.items()[0].message.contains("more than its radius"));
+    }
+
+    /// The last thickness of a singlet of 100 mm, right and wrong.
+    #[test]
+    fn a_last_thickness_that_is_not_the_back_focus_is_warned_of() {
+        let table = |last: f64| format!("50 0.001 1.5 10\n0 {last} 1 10\n");
+        assert!(
+            !parse(&table(100.0))
+                .1
+                .items()
+                .iter()
+                .any(|d| d.message.contains("focus"))
+        );
+        assert!(
+            parse(&table(60.0))
+                .1
+                .items()
+                .iter()
+                .any(|d| d.message.contains("focus"))
+        );
+    }
+}

@@ -1,0 +1,280 @@
+//! Media: what light travels through, and its refractive index at a wavelength.
+//!
+//! Indices are relative to air, as in prescriptions and glass catalogues. Wavelengths are in
+//! nanometers at the borders; the formulas want micrometers.
+
+/// The Fraunhofer F line of hydrogen, in nanometers.
+pub const F_LINE: f64 = 486.1327;
+/// The d line of helium, the wavelength of every `n_d`, in nanometers.
+pub const D_LINE: f64 = 587.5618;
+/// The Fraunhofer C line of hydrogen, in nanometers.
+pub const C_LINE: f64 = 656.2725;
+
+/// A wavelength as people write it, made exact where it names a line: 587.6 is the d line.
+///
+/// Half of the last digit of the usual four-digit names is 0.05 nm; an index differs by 1e-6
+/// within it, which is more than the rest of the arithmetic errs by.
+pub fn named_line(wavelength_nm: f64) -> f64 {
+    [F_LINE, D_LINE, C_LINE]
+        .into_iter()
+        .find(|line| (wavelength_nm - line).abs() < 0.05)
+        .unwrap_or(wavelength_nm)
+}
+
+/// How an index depends on the wavelength.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Dispersion {
+    /// The same at every wavelength: only `n_d` is known.
+    None,
+    /// n = a + b/λ², through `n_d` and the Abbe number.
+    Cauchy { a: f64, b: f64 },
+    /// n = a + b/λ² + c/λ⁴, through the indices at F, d and C.
+    ThreeLines {
+        n_f: f64,
+        n_c: f64,
+        a: f64,
+        b: f64,
+        c: f64,
+    },
+    /// One of the formulas of a glass catalogue, with its coefficients as listed there.
+    Catalogue {
+        formula: Formula,
+        coefficients: [f64; 10],
+    },
+}
+
+/// The dispersion formulas of `.agf` catalogues, numbered from 1 as there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Formula {
+    Schott = 1,
+    Sellmeier1,
+    Herzberger,
+    Sellmeier2,
+    Conrady,
+    Sellmeier3,
+    Handbook1,
+    Handbook2,
+    Sellmeier4,
+    Extended,
+    Sellmeier5,
+    Extended2,
+    Extended3,
+}
+
+impl Formula {
+    pub fn from_number(number: u32) -> Option<Self> {
+        use Formula::*;
+        [
+            Schott, Sellmeier1, Herzberger, Sellmeier2, Conrady, Sellmeier3, Handbook1, Handbook2,
+            Sellmeier4, Extended, Sellmeier5, Extended2, Extended3,
+        ]
+        .into_iter()
+        .find(|f| *f as u32 == number)
+    }
+
+    /// The index at a wavelength in micrometers; NaN where the formula has no real value.
+    pub fn index(self, k: &[f64; 10], um: f64) -> f64 {
+        let l2 = um * um;
+        let terms = |count: usize| -> f64 {
+            1.0 + (0..count)
+                .map(|i| k[2 * i] * l2 / (l2 - k[2 * i + 1]))
+                .sum::<f64>()
+        };
+        // A polynomial in 1/λ² whose coefficient of λ⁻² is the first.
+        let falling = |k: &[f64]| k.iter().rev().fold(0.0, |sum, &c| (sum + c) / l2);
+        let squared = match self {
+            Self::Schott => k[0] + k[1] * l2 + falling(&k[2..6]),
+            Self::Sellmeier1 => terms(3),
+            Self::Sellmeier2 => {
+                1.0 + k[0] + k[1] * l2 / (l2 - k[2] * k[2]) + k[3] / (l2 - k[4] * k[4])
+            }
+            Self::Sellmeier3 => terms(4),
+            Self::Sellmeier4 => k[0] + k[1] * l2 / (l2 - k[2]) + k[3] * l2 / (l2 - k[4]),
+            Self::Sellmeier5 => terms(5),
+            Self::Handbook1 => k[0] + k[1] / (l2 - k[2]) - k[3] * l2,
+            Self::Handbook2 => k[0] + k[1] * l2 / (l2 - k[2]) - k[3] * l2,
+            Self::Extended => k[0] + k[1] * l2 + falling(&k[2..8]),
+            Self::Extended2 => k[0] + k[1] * l2 + falling(&k[2..6]) + (k[6] + k[7] * l2) * l2 * l2,
+            Self::Extended3 => k[0] + (k[1] + k[2] * l2) * l2 + falling(&k[3..9]),
+            Self::Herzberger => {
+                let l = 1.0 / (l2 - 0.028);
+                return k[0] + (k[1] + k[2] * l) * l + (k[3] + (k[4] + k[5] * l2) * l2) * l2;
+            }
+            Self::Conrady => return k[0] + k[1] / um + k[2] / libm::pow(um, 3.5),
+        };
+        squared.sqrt()
+    }
+}
+
+/// A medium: its name if it has one, its index at the d line, and its dispersion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Medium {
+    /// The catalogue's name of a glass; empty where a file gives only numbers.
+    pub name: String,
+    /// The index at the d line.
+    pub n_d: f64,
+    pub dispersion: Dispersion,
+}
+
+impl Medium {
+    pub fn air() -> Self {
+        Self::constant(1.0)
+    }
+
+    /// A medium of which only the index at the d line is known.
+    pub fn constant(n_d: f64) -> Self {
+        Self {
+            name: String::new(),
+            n_d,
+            dispersion: Dispersion::None,
+        }
+    }
+
+    /// A glass by index and Abbe number, with the two-term Cauchy formula through both.
+    pub fn from_abbe(n_d: f64, abbe: f64) -> Self {
+        let [f, d, c] = [F_LINE, D_LINE, C_LINE].map(|nm| 1e6 / (nm * nm));
+        let b = (n_d - 1.0) / (abbe * (f - c));
+        let dispersion = if b.is_finite() && b != 0.0 {
+            Dispersion::Cauchy { a: n_d - b * d, b }
+        } else {
+            Dispersion::None
+        };
+        Self {
+            dispersion,
+            ..Self::constant(n_d)
+        }
+    }
+
+    /// A glass by its indices at the F, d and C lines.
+    pub fn from_lines(n_f: f64, n_d: f64, n_c: f64) -> Self {
+        let [f, d, c] = [F_LINE, D_LINE, C_LINE].map(|nm| 1e6 / (nm * nm));
+        // Newton's divided differences in x = 1/λ².
+        let fd = (n_f - n_d) / (f - d);
+        let dc = (n_d - n_c) / (d - c);
+        let quadratic = (fd - dc) / (f - c);
+        let b = dc - quadratic * (d + c);
+        let dispersion = Dispersion::ThreeLines {
+            n_f,
+            n_c,
+            a: n_d - (b + quadratic * d) * d,
+            b,
+            c: quadratic,
+        };
+        Self {
+            dispersion,
+            ..Self::constant(n_d)
+        }
+    }
+
+    /// A glass by a catalogue's formula; none if the formula has no index at the d line.
+    pub fn from_formula(formula: Formula, coefficients: [f64; 10]) -> Option<Self> {
+        let n_d = formula.index(&coefficients, D_LINE * 1e-3);
+        let dispersion = Dispersion::Catalogue {
+            formula,
+            coefficients,
+        };
+        n_d.is_finite().then(|| Self {
+            dispersion,
+            ..Self::constant(n_d)
+        })
+    }
+
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// The index at a wavelength, see [`named_line`]. A formula used outside its range, where
+    /// it has no real value or falls below one half, gives the index at the d line.
+    pub fn index(&self, wavelength_nm: f64) -> f64 {
+        let nm = named_line(wavelength_nm);
+        if nm == D_LINE {
+            return self.n_d;
+        }
+        let um = nm * 1e-3;
+        let x = 1.0 / (um * um);
+        let n = match &self.dispersion {
+            Dispersion::None => self.n_d,
+            Dispersion::Cauchy { a, b } => a + b * x,
+            Dispersion::ThreeLines { n_f, .. } if nm == F_LINE => *n_f,
+            Dispersion::ThreeLines { n_c, .. } if nm == C_LINE => *n_c,
+            Dispersion::ThreeLines { a, b, c, .. } => a + (b + c * x) * x,
+            Dispersion::Catalogue {
+                formula,
+                coefficients,
+            } => formula.index(coefficients, um),
+        };
+        if n > 0.5 && n < 100.0 { n } else { self.n_d }
+    }
+
+    pub fn is_dispersive(&self) -> bool {
+        self.dispersion != Dispersion::None
+    }
+
+    /// The Abbe number (n_d − 1)/(n_F − n_C); none without dispersion.
+    pub fn abbe(&self) -> Option<f64> {
+        let spread = self.index(F_LINE) - self.index(C_LINE);
+        (self.is_dispersive() && spread != 0.0).then(|| (self.n_d - 1.0) / spread)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_glass_by_abbe_number_has_that_abbe_number() {
+        let glass = Medium::from_abbe(1.5168, 64.17);
+        assert_eq!(glass.index(587.6), 1.5168);
+        assert!((glass.abbe().unwrap() - 64.17).abs() < 1e-10);
+    }
+
+    /// The data sheet of N-BK7 gives n_F = 1.52238, n_d = 1.51680, n_C = 1.51432 to five places.
+    #[test]
+    fn sellmeier_gives_the_published_indices_of_bk7() {
+        let k = [
+            1.03961212,
+            0.00600069867,
+            0.231792344,
+            0.0200179144,
+            1.01046945,
+            103.560653,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ];
+        let glass = Medium::from_formula(Formula::Sellmeier1, k).unwrap();
+        for (line, n) in [(F_LINE, 1.52238), (D_LINE, 1.51680), (C_LINE, 1.51432)] {
+            assert!(
+                (glass.index(line) - n).abs() < 5e-6,
+                "{line}: {}",
+                glass.index(line)
+            );
+        }
+    }
+
+    #[test]
+    fn the_formulas_that_are_the_same_curve_agree() {
+        // Schott's and both extended polynomials with the same six coefficients.
+        let k = [2.27, -0.01, 0.01, 2e-4, -1e-5, 1e-6, 0.0, 0.0, 0.0, 0.0];
+        let schott = Formula::Schott.index(&k, 0.55);
+        assert_eq!(schott, Formula::Extended.index(&k, 0.55));
+        assert_eq!(schott, Formula::Extended2.index(&k, 0.55));
+        let third = [2.27, -0.01, 0.0, 0.01, 2e-4, -1e-5, 1e-6, 0.0, 0.0, 0.0];
+        assert_eq!(schott, Formula::Extended3.index(&third, 0.55));
+        for number in 1..=13 {
+            assert_eq!(Formula::from_number(number).unwrap() as u32, number);
+        }
+        assert_eq!(Formula::from_number(14), None);
+    }
+
+    #[test]
+    fn three_lines_are_met_exactly_and_between_them_the_curve_is_smooth() {
+        let cauchy = Medium::from_abbe(1.7, 30.0);
+        let lines = Medium::from_lines(cauchy.index(F_LINE), 1.7, cauchy.index(C_LINE));
+        for nm in [400.0, F_LINE, 550.0, D_LINE, C_LINE, 700.0] {
+            assert!((lines.index(nm) - cauchy.index(nm)).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! Lenses: prescriptions, first-order optics, exact tracing, focus and pupils.
+//!
+//! Lens space is millimeters with z = 0 at the front vertex and light travelling toward +z, to
+//! the film. A [`Lens`] is a [`Prescription`] made ready for tracing. Nothing here knows about
+//! scenes, pixels or samples.
+
+pub mod first_order;
+pub mod focus;
+pub mod formats;
+pub mod glass;
+pub mod prescription;
+pub mod pupil;
+pub mod surface;
+pub mod trace;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::diag::{Diagnostic, Result, Sink, Source, nearest};
+use crate::math::{Meters, Mm};
+
+pub use first_order::{FirstOrder, Focal, Plane, Pupil};
+pub use focus::{Focus, FocusFault, FocusMethod};
+pub use glass::Medium;
+pub use prescription::{Iris, Prescription};
+pub use pupil::{ExitPupil, PupilTarget, PupilWindow, RearElement};
+pub use surface::{Curvature, Shape, Surface};
+pub use trace::{LensRay, Loss, LossKind, Toward};
+
+use trace::{Course, Element};
+
+mod shipped {
+    include!(concat!(env!("OUT_DIR"), "/lenses.rs"));
+}
+
+/// A prescription made ready for tracing.
+#[derive(Clone, Debug)]
+pub struct Lens {
+    prescription: Prescription,
+    wavelength_nm: f64,
+    elements: Vec<Element>,
+    first_order: FirstOrder,
+}
+
+/// A path of a ray: what became of it and every point where it met a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RayPath {
+    pub outcome: std::result::Result<LensRay, Loss>,
+    /// In the order of travel; the last may be where the ray was lost.
+    pub hits: Vec<DVec3>,
+}
+
+impl Lens {
+    /// Makes a lens of a prescription, at the d line.
+    pub fn new(prescription: Prescription) -> Self {
+        Self::at(prescription, glass::D_LINE)
+    }
+
+    fn at(prescription: Prescription, wavelength_nm: f64) -> Self {
+        let indices = prescription.indices(wavelength_nm);
+        let mut z = 0.0;
+        let mut elements = Vec::with_capacity(prescription.surfaces.len());
+        for (i, surface) in prescription.surfaces.iter().enumerate() {
+            elements.push(Element::new(surface, z, indices[i], indices[i + 1]));
+            z += surface.thickness;
+        }
+        let first_order = FirstOrder::of(&prescription, &indices, Plane::Y);
+        Self {
+            prescription,
+            wavelength_nm,
+            elements,
+            first_order,
+        }
+    }
+
+    /// Opens a lens by the name of a shipped one or by the path of a file.
+    pub fn open(name_or_path: impl AsRef<Path>) -> Result<Self> {
+        Self::open_with(name_or_path, &mut Sink::new())
+    }
+
+    /// The same, with the reader's warnings.
+    pub fn open_with(name_or_path: impl AsRef<Path>, sink: &mut Sink) -> Result<Self> {
+        let path = name_or_path.as_ref();
+        let word = path.to_string_lossy();
+        let is_word = !word.contains(['/', '\\']);
+        if is_word && !path.exists() && (shipped_text(&word).is_some() || !word.contains('.')) {
+            return Self::named_with(&word, sink);
+        }
+        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+        let source = Arc::new(Source::new(word.into_owned(), bytes));
+        formats::read(&source, sink).map(Self::new)
+    }
+
+    /// A shipped lens by name, wherever the program runs.
+    pub fn named(name: &str) -> Result<Self> {
+        Self::named_with(name, &mut Sink::new())
+    }
+
+    fn named_with(name: &str, sink: &mut Sink) -> Result<Self> {
+        let Some((file, text)) = shipped_text(name) else {
+            let error = Diagnostic::error(format!("there is no lens named `{name}`"));
+            let help = match nearest(name, shipped_names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!(
+                    "there are {}",
+                    shipped_names().collect::<Vec<_>>().join(", ")
+                ),
+            };
+            return Err(error.with_help(help));
+        };
+        let source = Arc::new(Source::new(
+            format!("lenses/{file}"),
+            text.as_bytes().to_vec(),
+        ));
+        formats::read(&source, sink).map(Self::new)
+    }
+
+    pub fn name(&self) -> &str {
+        &self.prescription.name
+    }
+
+    pub fn prescription(&self) -> &Prescription {
+        &self.prescription
+    }
+
+    /// The wavelength that rays are traced at, in nanometers.
+    pub fn wavelength(&self) -> f64 {
+        self.wavelength_nm
+    }
+
+    /// The same lens for another wavelength.
+    pub fn at_wavelength(&self, wavelength_nm: f64) -> Self {
+        Self::at(self.prescription.clone(), wavelength_nm)
+    }
+
+    /// The same lens with every length multiplied: the paper's `-z`.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self::at(self.prescription.scaled(factor), self.wavelength_nm)
+    }
+
+    /// The same lens at another focal length. An afocal lens has none to scale.
+    pub fn scaled_to(&self, efl: Mm) -> Result<Self> {
+        let factor = efl.0 / self.first_order.efl();
+        if !(factor > 0.0 && factor.is_finite()) {
+            return Err(Diagnostic::error(format!(
+                "`{}` has a focal length of {} mm and can't be scaled to {} mm",
+                self.name(),
+                self.first_order.efl(),
+                efl.0
+            ))
+            .with_help("scale by a factor greater than 0 instead"));
+        }
+        Ok(self.scaled(factor))
+    }
+
+    pub fn first_order(&self) -> &FirstOrder {
+        &self.first_order
+    }
+
+    /// First-order data in the x plane, which differs for cylinders and toroids.
+    pub fn first_order_in(&self, plane: Plane) -> FirstOrder {
+        FirstOrder::of(
+            &self.prescription,
+            &self.prescription.indices(self.wavelength_nm),
+            plane,
+        )
+    }
+
+    /// From the first vertex to the last, in millimeters: the z of the rear vertex.
+    pub fn length(&self) -> f64 {
+        self.elements.last().map_or(0.0, |e| e.vertex_z)
+    }
+
+    /// Where the film goes for an object at a distance, see [`FocusMethod`].
+    pub fn focus(
+        &self,
+        method: FocusMethod,
+        distance: Meters,
+    ) -> std::result::Result<Focus, FocusFault> {
+        focus::focus(&self.first_order, method, Mm::from(distance).0)
+    }
+
+    /// Traces a ray from the scene to the film side.
+    pub fn trace_from_scene(&self, ray: &LensRay) -> std::result::Result<LensRay, Loss> {
+        self.course(Toward::Film, true).follow(*ray, |_, _| {})
+    }
+
+    /// Traces a ray from the film side into the scene.
+    pub fn trace_from_film(&self, ray: &LensRay) -> std::result::Result<LensRay, Loss> {
+        self.course(Toward::Scene, true).follow(*ray, |_, _| {})
+    }
+
+    /// Traces a ray and keeps its hits; `apertures` off lets it pass outside the semi-diameters.
+    pub fn trace_path(&self, ray: &LensRay, toward: Toward, apertures: bool) -> RayPath {
+        let mut hits = Vec::with_capacity(self.elements.len());
+        let outcome = self
+            .course(toward, apertures)
+            .follow(*ray, |_, hit| hits.push(hit));
+        RayPath { outcome, hits }
+    }
+
+    fn course(&self, toward: Toward, apertures: bool) -> Course<'_> {
+        Course {
+            elements: &self.elements,
+            toward,
+            apertures,
+        }
+    }
+}
+
+/// The names of the lenses in the binary, sorted.
+pub fn shipped_names() -> impl Iterator<Item = &'static str> {
+    shipped::LENSES.iter().map(|(file, _)| stem(file))
+}
+
+/// The file name and text of a shipped lens, by its name with or without folder and ending.
+fn shipped_text(name: &str) -> Option<(&'static str, &'static str)> {
+    let name = name.strip_prefix("lenses/").unwrap_or(name);
+    shipped::LENSES
+        .iter()
+        .find(|(file, _)| *file == name || stem(file) == name)
+        .copied()
+}
+
+/// `wide-angle` of `folder/wide-angle.dat`.
+fn stem(file: &str) -> &str {
+    let name = file.rsplit('/').next().unwrap_or(file);
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+}

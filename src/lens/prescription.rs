@@ -1,0 +1,374 @@
+//! A lens as a table of surfaces, and the checks that every reader's table goes through.
+
+use std::sync::Arc;
+
+use crate::diag::{Diagnostic, Result, Sink, Source, Span};
+
+use super::glass::Medium;
+use super::surface::{Shape, Surface};
+
+/// A lens as its designer wrote it down: surfaces front to back and what fills the gaps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prescription {
+    pub name: String,
+    /// Comments of the file, in order: the design, the patent, the book.
+    pub notes: Vec<String>,
+    pub surfaces: Vec<Surface>,
+    /// What is in front of the first surface.
+    pub object_medium: Medium,
+    /// Half of the diagonal of the film it is made for, in millimeters, where the file says it.
+    pub image_height: Option<f64>,
+    /// The positions of a zoom lens; empty for a lens that has one.
+    pub zoom: Vec<ZoomPosition>,
+    /// The surfaces that move for focusing; none where the whole lens moves.
+    pub focus_group: Option<FocusGroup>,
+    pub iris: Iris,
+}
+
+/// A tabulated setting of a zoom lens: gaps and stop that differ from the surfaces' own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ZoomPosition {
+    pub name: String,
+    /// (surface, thickness behind it).
+    pub gaps: Vec<(usize, f64)>,
+    pub stop_semi_diameter: Option<f64>,
+}
+
+/// Surfaces `first..=last` move along the axis to focus; the gaps around them take it up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FocusGroup {
+    pub first: usize,
+    pub last: usize,
+}
+
+/// The shape of the hole in the stop.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Iris {
+    #[default]
+    Round,
+    /// A regular polygon inside the stop's circle; `rotation` in radians, 0 has a corner on +x.
+    Blades { count: u32, rotation: f64 },
+    /// Any polygon, as corners in units of the stop's semi-diameter, counterclockwise.
+    Outline {
+        corners: Vec<[f64; 2]>,
+        rotation: f64,
+    },
+}
+
+impl Prescription {
+    /// A lens in air of these surfaces.
+    pub fn new(name: impl Into<String>, surfaces: Vec<Surface>) -> Self {
+        Self {
+            name: name.into(),
+            notes: Vec::new(),
+            surfaces,
+            object_medium: Medium::air(),
+            image_height: None,
+            zoom: Vec::new(),
+            focus_group: None,
+            iris: Iris::Round,
+        }
+    }
+
+    /// The index in front of every surface and, last, the one behind the lens.
+    pub fn indices(&self, wavelength_nm: f64) -> Vec<f64> {
+        std::iter::once(&self.object_medium)
+            .chain(self.surfaces.iter().map(|s| &s.medium))
+            .map(|m| m.index(wavelength_nm))
+            .collect()
+    }
+
+    /// The surface marked as the stop.
+    pub fn stop(&self) -> Option<usize> {
+        self.surfaces.iter().position(|s| s.is_stop)
+    }
+
+    /// The medium in front of a surface.
+    pub fn medium_before(&self, surface: usize) -> &Medium {
+        match surface.checked_sub(1) {
+            Some(before) => &self.surfaces[before].medium,
+            None => &self.object_medium,
+        }
+    }
+
+    /// Whether its pictures are the same when it is turned about its axis.
+    pub fn is_rotational(&self) -> bool {
+        self.iris == Iris::Round && self.surfaces.iter().all(|s| s.shape.is_rotational())
+    }
+
+    pub fn is_dispersive(&self) -> bool {
+        self.surfaces.iter().any(|s| s.medium.is_dispersive()) || self.object_medium.is_dispersive()
+    }
+
+    /// Every length multiplied: the paper's `-z`.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let scale = |z: &ZoomPosition| ZoomPosition {
+            name: z.name.clone(),
+            gaps: z.gaps.iter().map(|&(i, gap)| (i, gap * factor)).collect(),
+            stop_semi_diameter: z.stop_semi_diameter.map(|r| r * factor),
+        };
+        Self {
+            surfaces: self.surfaces.iter().map(|s| s.scaled(factor)).collect(),
+            image_height: self.image_height.map(|h| h * factor),
+            zoom: self.zoom.iter().map(scale).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// The lens turned around: what was in front is behind. Zoom positions are left out.
+    pub fn reversed(&self) -> Self {
+        let count = self.surfaces.len();
+        let surfaces = (0..count).rev().map(|i| Surface {
+            medium: self.medium_before(i).clone(),
+            thickness: i
+                .checked_sub(1)
+                .map_or(0.0, |before| self.surfaces[before].thickness),
+            ..self.surfaces[i].reversed()
+        });
+        Self {
+            surfaces: surfaces.collect(),
+            object_medium: self
+                .surfaces
+                .last()
+                .map_or_else(Medium::air, |s| s.medium.clone()),
+            zoom: Vec::new(),
+            focus_group: None,
+            ..self.clone()
+        }
+    }
+
+    /// A zoom lens at one of its tabulated positions, by number from 0.
+    pub fn at_zoom(&self, position: usize) -> Result<Self> {
+        let Some(zoom) = self.zoom.get(position) else {
+            let help = match self.zoom.len() {
+                0 => "this lens does not zoom".to_owned(),
+                n => format!("it has positions 0 to {}", n - 1),
+            };
+            return Err(Diagnostic::error(format!(
+                "`{}` has no zoom position {position}",
+                self.name
+            ))
+            .with_help(help));
+        };
+        let mut lens = self.clone();
+        for &(surface, gap) in &zoom.gaps {
+            if let Some(surface) = lens.surfaces.get_mut(surface) {
+                surface.thickness = gap;
+            }
+        }
+        if let (Some(radius), Some(stop)) = (zoom.stop_semi_diameter, lens.stop()) {
+            lens.surfaces[stop].semi_diameter = radius;
+        }
+        Ok(lens)
+    }
+}
+
+/// The columns of a row that a check can point at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Column {
+    Radius,
+    Thickness,
+    Index,
+    SemiDiameter,
+}
+
+/// Checks what any reader has read. Errors end it; warnings go to `sink`.
+///
+/// `place` says where a value of a surface stands in the file.
+pub fn check(
+    prescription: &mut Prescription,
+    source: &Arc<Source>,
+    sink: &mut Sink,
+    place: impl Fn(usize, Column) -> Span,
+) -> Result<()> {
+    let fail = |span, message: String| Diagnostic::error(message).at(source, span);
+    if prescription.surfaces.is_empty() {
+        return Err(fail(Span::at(0), "the lens has no surfaces".into())
+            .with_help("a row is: radius, thickness, index, aperture diameter"));
+    }
+    for (i, surface) in prescription.surfaces.iter().enumerate() {
+        check_numbers(i, surface, &fail, &place)?;
+    }
+    check_stops(prescription, &fail, sink, &place)?;
+    for (i, surface) in prescription.surfaces.iter_mut().enumerate() {
+        clamp_to_radius(i, surface, sink, &place);
+    }
+    check_gaps(prescription, &fail, sink, &place)?;
+    Ok(())
+}
+
+fn check_numbers(
+    i: usize,
+    surface: &Surface,
+    fail: &impl Fn(Span, String) -> Box<Diagnostic>,
+    place: &impl Fn(usize, Column) -> Span,
+) -> Result<()> {
+    let n = surface.medium.n_d;
+    if !surface.curvature.per_mm().is_finite() || !surface.curvature.radius().is_finite() {
+        let span = place(i, Column::Radius);
+        return Err(fail(
+            span,
+            format!("the radius of surface {i} is not a finite number"),
+        )
+        .with_help("write a plane as radius 0"));
+    }
+    if !surface.thickness.is_finite() {
+        let span = place(i, Column::Thickness);
+        return Err(fail(
+            span,
+            format!("the thickness behind surface {i} is not a finite number"),
+        ));
+    }
+    if !(n >= 0.999) || !n.is_finite() {
+        let span = place(i, Column::Index);
+        let error = fail(
+            span,
+            format!("the index behind surface {i} is {n}, less than 1"),
+        );
+        return Err(error.with_help(
+            "the columns are radius, thickness, index, aperture diameter; are two of them swapped?",
+        ));
+    }
+    if !(surface.semi_diameter > 0.0) {
+        let span = place(i, Column::SemiDiameter);
+        return Err(fail(
+            span,
+            format!("the aperture of surface {i} is not greater than 0"),
+        )
+        .with_help("the last column is the diameter that lets light through"));
+    }
+    if let Shape::Conic { k } | Shape::Asphere { k, .. } | Shape::Toroid { k, .. } = &surface.shape
+        && !k.is_finite()
+    {
+        let span = place(i, Column::Radius);
+        return Err(fail(
+            span,
+            format!("the conic constant of surface {i} is not a number"),
+        ));
+    }
+    if let Shape::Asphere { terms, .. } | Shape::Toroid { terms, .. } = &surface.shape
+        && terms.iter().any(|t| !t.is_finite())
+    {
+        let span = place(i, Column::Radius);
+        return Err(fail(
+            span,
+            format!("a coefficient of surface {i} is not a number"),
+        ));
+    }
+    Ok(())
+}
+
+fn check_stops(
+    prescription: &Prescription,
+    fail: &impl Fn(Span, String) -> Box<Diagnostic>,
+    sink: &mut Sink,
+    place: &impl Fn(usize, Column) -> Span,
+) -> Result<()> {
+    let surfaces = &prescription.surfaces;
+    let mut stops = (0..surfaces.len()).filter(|&i| surfaces[i].is_stop);
+    let (first, second) = (stops.next(), stops.next());
+    if let (Some(first), Some(second)) = (first, second) {
+        let message = format!("surface {second} is a second stop, beside surface {first}");
+        return Err(fail(place(second, Column::Radius), message)
+            .with_help("give a mere diaphragm the index of its medium instead of 0"));
+    }
+    if surfaces.len() == 1 && first.is_some() {
+        let span = place(0, Column::Radius);
+        return Err(fail(span, "the lens is a stop and nothing else".into())
+            .with_help("add the rows of its surfaces"));
+    }
+    if first.is_none() {
+        sink.warn(place(0, Column::Radius), "the lens has no stop")
+            .help(
+                "the surface that limits a beam along the axis takes its place; \
+             a stop is a row with radius 0 and index 0",
+            );
+    }
+    Ok(())
+}
+
+/// A cap cannot be wider than its sphere: rays outside it miss in any case.
+fn clamp_to_radius(
+    i: usize,
+    surface: &mut Surface,
+    sink: &mut Sink,
+    place: &impl Fn(usize, Column) -> Span,
+) {
+    let k = match surface.shape {
+        Shape::Sphere => 0.0,
+        Shape::Conic { k } if k > -1.0 => k,
+        _ => return,
+    };
+    let widest = 1.0 / (surface.curvature.per_mm().abs() * (1.0 + k).sqrt());
+    if surface.semi_diameter.is_finite() && surface.semi_diameter > widest * (1.0 + 1e-12) {
+        sink.warn(
+            place(i, Column::SemiDiameter),
+            format!(
+                "the semi-diameter of surface {i} is {}, more than its radius of {widest} allows",
+                surface.semi_diameter
+            ),
+        )
+        .help("the radius is taken instead; the last column is a diameter, check for a lost digit");
+        surface.semi_diameter = widest;
+    }
+}
+
+fn check_gaps(
+    prescription: &Prescription,
+    fail: &impl Fn(Span, String) -> Box<Diagnostic>,
+    sink: &mut Sink,
+    place: &impl Fn(usize, Column) -> Span,
+) -> Result<()> {
+    let surfaces = &prescription.surfaces;
+    for (i, pair) in surfaces.windows(2).enumerate() {
+        let [front, rear] = pair else { continue };
+        let span = place(i, Column::Thickness);
+        let in_glass = front.medium.n_d > 1.2 && !front.is_stop && !rear.is_stop;
+        if front.thickness < 0.0 && in_glass {
+            let message = format!(
+                "the thickness behind surface {i} runs backwards through glass: {}",
+                front.thickness
+            );
+            return Err(fail(span, message)
+                .with_help("a thickness is the distance to the next vertex, toward the film"));
+        }
+        if let Some(height) = crossing(front, rear) {
+            sink.warn(
+                span,
+                format!(
+                    "surfaces {i} and {} cross {height:.3} mm from the axis",
+                    i + 1
+                ),
+            )
+            .help("inside both their apertures: check the thickness and the two radii");
+        }
+    }
+    Ok(())
+}
+
+/// Where two neighbours cross inside the smaller of their semi-diameters, by more than rounding.
+fn crossing(front: &Surface, rear: &Surface) -> Option<f64> {
+    let height = front.semi_diameter.min(rear.semi_diameter);
+    let sphere = |s: &Surface| s.shape == Shape::Sphere && !s.is_stop;
+    if !(height.is_finite() && sphere(front) && sphere(rear)) || front.thickness < 0.0 {
+        return None;
+    }
+    let sag = |s: &Surface, r: f64| {
+        let c = s.curvature.per_mm();
+        c * r * r / (1.0 + (1.0 - c * c * r * r).max(0.0).sqrt())
+    };
+    let gap = |r: f64| front.thickness + sag(rear, r) - sag(front, r);
+    if gap(height) >= -1e-3 * height {
+        return None;
+    }
+    let (mut inside, mut outside) = (0.0, height);
+    for _ in 0..50 {
+        let middle = 0.5 * (inside + outside);
+        if gap(middle) < 0.0 {
+            outside = middle
+        } else {
+            inside = middle
+        }
+    }
+    Some(outside)
+}

@@ -1,0 +1,218 @@
+//! One surface of a lens and the gap behind it, as a prescription gives them.
+
+use crate::diag::Span;
+
+use super::glass::Medium;
+
+/// How strongly a surface bends, kept as it was given: a radius or a curvature.
+///
+/// A plane has curvature 0; its radius is written as 0 too, as in the files. Keeping the radius
+/// as typed lets first-order optics divide by it in extended precision, and a writer print it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Curvature {
+    per_mm: f64,
+    radius: f64,
+}
+
+impl Curvature {
+    pub const PLANE: Self = Self {
+        per_mm: 0.0,
+        radius: 0.0,
+    };
+
+    /// From a radius in millimeters, positive with the center on the film side; 0 is a plane.
+    pub fn from_radius(radius: f64) -> Self {
+        if radius == 0.0 || radius.is_infinite() {
+            return Self::PLANE;
+        }
+        Self {
+            per_mm: 1.0 / radius,
+            radius,
+        }
+    }
+
+    /// From a curvature per millimeter.
+    pub fn from_curvature(per_mm: f64) -> Self {
+        if per_mm == 0.0 {
+            return Self::PLANE;
+        }
+        Self {
+            per_mm,
+            radius: 1.0 / per_mm,
+        }
+    }
+
+    pub fn per_mm(self) -> f64 {
+        self.per_mm
+    }
+
+    /// The radius in millimeters; 0 for a plane.
+    pub fn radius(self) -> f64 {
+        self.radius
+    }
+
+    pub fn is_plane(self) -> bool {
+        self.per_mm == 0.0
+    }
+
+    fn scaled(self, factor: f64) -> Self {
+        Self::from_radius(self.radius * factor)
+    }
+
+    fn reversed(self) -> Self {
+        Self {
+            per_mm: -self.per_mm,
+            radius: -self.radius,
+        }
+    }
+}
+
+/// The highest power of r in a polynomial asphere.
+pub const MAX_POWER: usize = 20;
+
+/// What a surface is beside its curvature.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A sphere, or a plane where the curvature is 0.
+    Sphere,
+    /// A conic of revolution: `k` is 0 for a sphere, −1 for a paraboloid.
+    Conic { k: f64 },
+    /// A conic plus Σ `terms[p]` r^p, with p from 1 to 20, in millimeters^(1−p).
+    Asphere {
+        k: f64,
+        terms: Box<[f64; MAX_POWER + 1]>,
+    },
+    /// A cylinder with its axis along x: power in y only.
+    CylinderX,
+    /// A cylinder with its axis along y: power in x only.
+    CylinderY,
+    /// A profile in y (curvature, conic and terms in y) turned about an axis parallel to y; the
+    /// curvature across, in x, is `across`.
+    Toroid {
+        across: Curvature,
+        k: f64,
+        terms: Box<[f64; MAX_POWER + 1]>,
+    },
+}
+
+impl Shape {
+    /// The same in every plane through the axis.
+    pub fn is_rotational(&self) -> bool {
+        matches!(
+            self,
+            Self::Sphere | Self::Conic { .. } | Self::Asphere { .. }
+        )
+    }
+
+    fn map_terms(&self, f: impl Fn(usize, f64) -> f64) -> Self {
+        let map = |terms: &[f64; MAX_POWER + 1]| {
+            Box::new(std::array::from_fn(|power| f(power, terms[power])))
+        };
+        match self {
+            Self::Asphere { k, terms } => Self::Asphere {
+                k: *k,
+                terms: map(terms),
+            },
+            Self::Toroid { across, k, terms } => Self::Toroid {
+                across: *across,
+                k: *k,
+                terms: map(terms),
+            },
+            other => other.clone(),
+        }
+    }
+}
+
+/// A surface and the gap to the next one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    pub shape: Shape,
+    pub curvature: Curvature,
+    /// Distance along the axis to the next vertex; behind the last surface, to the film as the
+    /// file gives it (0 where it does not).
+    pub thickness: f64,
+    /// What fills that gap.
+    pub medium: Medium,
+    /// Rays farther than this from the axis are blocked. Infinite where the file gives none.
+    pub semi_diameter: f64,
+    /// The aperture stop.
+    pub is_stop: bool,
+    /// Where the file says it, for messages.
+    pub span: Span,
+}
+
+impl Surface {
+    /// A spherical surface, or a plane with a radius of 0.
+    pub fn sphere(radius: f64, thickness: f64, medium: Medium, semi_diameter: f64) -> Self {
+        Self {
+            shape: Shape::Sphere,
+            curvature: Curvature::from_radius(radius),
+            thickness,
+            medium,
+            semi_diameter,
+            is_stop: false,
+            span: Span::default(),
+        }
+    }
+
+    /// A flat stop in a medium.
+    pub fn stop(thickness: f64, medium: Medium, semi_diameter: f64) -> Self {
+        Self {
+            is_stop: true,
+            ..Self::sphere(0.0, thickness, medium, semi_diameter)
+        }
+    }
+
+    pub fn is_plane(&self) -> bool {
+        self.curvature.is_plane() && self.shape.is_rotational() && !self.has_terms()
+    }
+
+    fn has_terms(&self) -> bool {
+        matches!(&self.shape, Shape::Asphere { terms, .. } if terms.iter().any(|t| *t != 0.0))
+    }
+
+    /// The curvature at the vertex in the plane of the axis and y, or of the axis and x.
+    pub fn vertex_curvature(&self, plane: super::first_order::Plane) -> f64 {
+        use super::first_order::Plane;
+        let c = self.curvature.per_mm();
+        match (&self.shape, plane) {
+            (Shape::CylinderX, Plane::X) | (Shape::CylinderY, Plane::Y) => 0.0,
+            (Shape::Toroid { across, .. }, Plane::X) => across.per_mm(),
+            (Shape::Asphere { terms, .. }, _) | (Shape::Toroid { terms, .. }, Plane::Y) => {
+                c + 2.0 * terms[2]
+            }
+            _ => c,
+        }
+    }
+
+    /// The same surface with every length multiplied.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut shape = self.shape.map_terms(|power, term| match power {
+            0 => term * factor,
+            _ => term / factor.powi(power as i32 - 1),
+        });
+        if let Shape::Toroid { across, .. } = &mut shape {
+            *across = across.scaled(factor);
+        }
+        Self {
+            shape,
+            curvature: self.curvature.scaled(factor),
+            thickness: self.thickness * factor,
+            semi_diameter: self.semi_diameter * factor,
+            ..self.clone()
+        }
+    }
+
+    /// The same surface seen from the other side; its gap and medium are left as they are.
+    pub fn reversed(&self) -> Self {
+        let mut shape = self.shape.map_terms(|_, term| -term);
+        if let Shape::Toroid { across, .. } = &mut shape {
+            *across = across.reversed();
+        }
+        Self {
+            shape,
+            curvature: self.curvature.reversed(),
+            ..self.clone()
+        }
+    }
+}
