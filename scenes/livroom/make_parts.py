@@ -389,6 +389,289 @@ shines out of both openings; there is no bulb around it that would shadow it."""
                group("SHADE", material((0.62, 0.50, 0.34), emissive=(0.55, 0.42, 0.25)), surface(shade, 0.4)))
 
 
+# ---- sofa and armchair ----
+
+def clothed(mesh, per_meter):
+    """Gives every point a texture coordinate by a slanted projection, which stretches no side of a box."""
+    mesh.uv = [(per_meter * (x + 0.62 * z), per_meter * (y + 0.71 * z)) for x, y, z in mesh.points]
+    return mesh
+
+
+def turned_leg(height, radius):
+    r = radius
+    return surface(lathe([(0, 0), (0.55 * r, 0), (0.6 * r, 0.004), (0.72 * r, 0.35 * height), (r, height)], 16), 0.6)
+
+
+def pillow(size, thick):
+    """A throw pillow in the plane z = 0: thin at the seams, pinched between its corners."""
+    def side(s):
+        def place(u, v):
+            a, b = 2 * u - 1, 2 * v - 1
+            swell = (1 - a ** 4) * (1 - b ** 4)
+            pinch = 1 - 0.06 * (1 - b * b) if abs(a) > abs(b) else 1 - 0.06 * (1 - a * a)
+            return (s * a * size / 2 * pinch, b * size / 2 * pinch, s * thick / 2 * sqrt(max(0.0, swell)) * (1 - 0.12 * hypot(a, b)))
+        return sheet(13, 13, place)
+    both = side(1)
+    both.join(side(-1))
+    uv = both.uv
+    welded = both.welded(1e-5)
+    welded.uv = [(0.5 + p[0] / size, 0.5 + p[1] / size) for p in welded.points]
+    return welded.outward() if uv else welded
+
+
+def seat(name, about, seats, cushion, arm, fabric, per_meter, extras=()):
+    """A sofa or an armchair facing +z, its arms and cushions of the given widths."""
+    wide = seats * cushion + 2 * arm[0]
+    inner = seats * cushion
+
+    def soft(size, radius, place, tilt=0.0, bulge=(0, 0, 0), middle=4, name=None):
+        m = rounded_box(size, radius, 3, middle, bulge).turned("x", tilt).moved(*place)
+        return surface(clothed(m, per_meter), 1.0, 4, name)
+    parts = [soft((inner + 0.10, 0.21, 0.80), 0.02, (0, 0.235, 0.0), name="BASE", middle=1),
+             soft((inner + 0.16, 0.52, 0.18), 0.06, (0, 0.58, -0.33), -0.14, (0, 0.01, 0.01), name="BACK")]
+    for s in (-1, 1):
+        m = rounded_box((arm[0], arm[1], 0.88), 0.075, 4, 3, (0.012, 0.0, 0.01))
+        flare = m.map(lambda p: (p[0] + s * 0.10 * max(0.0, p[1] / arm[1] + 0.1) ** 2 * arm[0], p[1], p[2]))
+        parts.append(surface(clothed(flare.moved(s * (inner / 2 + arm[0] / 2 - 0.004), 0.13 + arm[1] / 2, 0.005), per_meter),
+                             1.0, 4, "ARM_LEFT" if s < 0 else "ARM_RIGHT"))
+    bottom = soft((cushion - 0.008, 0.15, 0.64), 0.045, (0, 0, 0), 0, (0.004, 0.022, 0.006), 5, "SEAT_CUSHION")
+    back = soft((cushion - 0.012, 0.42, 0.17), 0.06, (0, 0, 0), -0.22, (0.004, 0.012, 0.045), 5, "BACK_CUSHION")
+    for k in range(seats):
+        x = (k - (seats - 1) / 2) * cushion
+        parts.append(at(x, 0.405, 0.115, bottom if k == 0 else "USE SEAT_CUSHION"))
+        parts.append(at(x, 0.665, -0.185, back if k == 0 else "USE BACK_CUSHION"))
+    leg = turned_leg(0.135, 0.026)
+    legs = [at(sx * (wide / 2 - 0.09), 0, sz * 0.33, leg) for sx in (-1, 1) for sz in (-1, 1)]
+    write_part(name, about.format(wide=number(wide)), group("UPHOLSTERY", *fabric, *parts),
+               group("LEGS", material((0.22, 0.13, 0.08), 0.06, 0.5), *legs), *extras)
+
+
+def sofa():
+    cover = group("PILLOW", surface(pillow(0.42, 0.17), 1.2))
+    extras = [at(-0.56, 0.665, -0.02, material((0.80, 0.55, 0.25), 0.02, 0.1), texture("fabric.png"), cover, turn=((0.92, 0.30, 0.26), -0.45)),
+              at(0.60, 0.665, -0.015, material((0.82, 0.78, 0.68), 0.02, 0.1), texture("fabric.png"), "USE PILLOW", turn=((0.90, -0.38, -0.2), -0.42))]
+    seat("sofa", """Sofa for two and a half, {wide} m wide, 0.9 m deep, seat at 0.5 m, facing +z.
+Origin on the floor under its middle. Base, back, two arms, two seat and two back cushions, two throw pillows.""",
+         2, 0.80, (0.20, 0.50), [material((0.21, 0.31, 0.27), 0.02, 0.1), texture("fabric.png")], 4.0, extras)
+
+
+def armchair():
+    seat("armchair", """Armchair in leather, {wide} m wide, 0.9 m deep, seat at 0.5 m, facing +z.
+Origin on the floor under its middle.""",
+         1, 0.54, (0.19, 0.47), [material((0.47, 0.25, 0.13), 0.07, 0.3), texture("leather.png")], 3.0)
+
+
+# ---- bookshelf and sideboard ----
+
+SPINES = [(0.42, 0.10, 0.08), (0.12, 0.22, 0.33), (0.16, 0.30, 0.20), (0.55, 0.40, 0.18), (0.70, 0.64, 0.50), (0.25, 0.14, 0.10),
+          (0.10, 0.11, 0.14), (0.50, 0.22, 0.12), (0.30, 0.32, 0.36), (0.62, 0.52, 0.36), (0.34, 0.09, 0.16), (0.18, 0.36, 0.38)]
+
+
+def row_of_books(x0, x1, y, z_front, seed, tallest):
+    """Books side by side from x0 to x1 on a shelf at y, spines toward +z; some have gilt bands."""
+    out, x, n = [], x0, 0
+    while True:
+        thick = 0.018 + 0.034 * hashed(n, 1, seed) ** 1.5
+        if x + thick > x1:
+            return out, x
+        tall = tallest * (0.70 + 0.29 * hashed(n // 3, 2, seed) - 0.05 * hashed(n, 3, seed))
+        deep = 0.13 + 0.06 * hashed(n, 4, seed)
+        back = 0.012 * hashed(n, 6, seed)
+        color = SPINES[int(12 * hashed(n // 2, 5, seed + n % 2 * int(2 * hashed(n, 9, seed))))]
+        shade = 0.8 + 0.35 * hashed(n, 7, seed)
+        out.append(at(x + thick / 2, y + tall / 2, z_front - back - deep / 2, material(times(color, shade), 0.02, 0.2),
+                      cube(thick - 0.0012, tall, deep)))
+        if hashed(n, 8, seed) > 0.45:
+            for k in (0.14, 0.80):
+                out.append(at(x + thick / 2, y + k * tall, z_front - back - 0.002, "USE GILT", cube(thick - 0.0008, 0.006, 0.0052)))
+        x, n = x + thick, n + 1
+
+
+def bookshelf():
+    wide, high, deep, board = 1.10, 2.05, 0.30, 0.024
+    wood = [material((0.66, 0.50, 0.38), 0.05, 0.4), texture("walnut.png")]
+
+    def plank(size, place, grain):
+        m = rounded_box(size, 0.003, 1)
+        k = {"x": 0, "y": 1}[grain]
+        m.uv = [(p[k] / 0.6 + place[1] * 1.3, (p[1 - k] + p[2]) / 0.2 + place[1] * 2.1 + place[0]) for p in m.points]
+        return surface(m.moved(*place), 0.5)
+    levels = [0.09, 0.47, 0.82, 1.15, 1.46, 1.75]
+    parts = [plank((board, high, deep), (s * (wide - board) / 2, high / 2, 0), "y") for s in (-1, 1)]
+    parts += [plank((wide - 2 * board, board, deep - 0.012), (0, y - board / 2, -0.004), "x") for y in levels]
+    parts.append(plank((wide + 0.05, 0.03, deep + 0.03), (0, high + 0.015, 0.004), "x"))
+    parts.append(plank((wide - 2 * board, 0.066, 0.018), (0, 0.033, deep / 2 - 0.03), "x"))
+    parts.append(plank((wide - 2 * board, high - 0.06, 0.008), (0, high / 2 + 0.03, -deep / 2 + 0.006), "x"))
+    books = [group(None, "DEF GILT " + BRASS)]
+    lo, hi = -wide / 2 + board + 0.004, wide / 2 - board - 0.004
+    front = deep / 2 - 0.035
+    spans = [(0, lo, hi, 0.33), (1, lo, lo + 0.62, 0.31), (2, lo + 0.30, hi, 0.29), (3, lo, hi - 0.12, 0.27), (4, lo, lo + 0.40, 0.25), (4, lo + 0.74, hi, 0.25), (5, lo + 0.12, lo + 0.60, 0.24)]
+    for n, (level, a, b, tall) in enumerate(spans):
+        made, end = row_of_books(a, b, levels[level], front, 21 + 7 * n, tall)
+        books += made
+        if n in (1, 3) and b + 0.10 < hi + 0.13:
+            h = tall * 0.82
+            lean = 0.16
+            books.append(at(end + 0.014 + h / 2 * sin(lean), levels[level] + h / 2 * cos(lean) + 0.0022, front - 0.085,
+                            material(SPINES[n], 0.02, 0.2), cube(0.026, h, 0.16), turn=((0, 0, 1), lean)))
+    for k, (w, t, d, c) in enumerate(((0.22, 0.034, 0.16, 3), (0.20, 0.028, 0.15, 8), (0.185, 0.022, 0.14, 10))):
+        y = levels[1] + (0, 0.034, 0.062)[k] + t / 2
+        books.append(at(hi - 0.15 + 0.006 * k, y, front - 0.09, material(SPINES[c], 0.02, 0.2), cube(w, t, d), turn=((0, 1, 0), 0.10 * (1 - k))))
+    globe = group("GLOBE", at(lo + 0.14, levels[2] + 0.172, 0, material((0.30, 0.44, 0.50), 0.12, 0.6), texture("globe.png"), "Sphere { radius 0.088 }",
+                              turn=((0, 0, 1), 0.41)),
+                  at(lo + 0.14, levels[2], 0, BRASS, surface(lathe([(0.062, 0), (0.062, 0.006), (0.050, 0.012), (0.016, 0.020), (0.008, 0.036), (0.006, 0.080), (0, 0.085)], 24), 0.6)),
+                  at(lo + 0.14, levels[2] + 0.172, 0, BRASS, surface(sweep([(0.094 * sin(a), 0.094 * cos(a), 0) for a in (pi * k / 18 - 0.41 for k in range(19))], ring(0.0028, 6)), 1.2)))
+    vase = at(lo + 0.57, levels[4], -0.01, material((0.72, 0.66, 0.52), 0.10, 0.6), surface(lathe(
+        [(0, 0), (0.030, 0), (0.034, 0.004), (0.058, 0.055), (0.062, 0.085), (0.048, 0.130), (0.024, 0.160), (0.020, 0.180), (0.030, 0.200), (0.027, 0.200), (0.017, 0.180), (0, 0.15)], 28), 0.8), name="JUG")
+    cones = group("WOODEN_SOLIDS", material((0.74, 0.55, 0.34), 0.03, 0.3),
+                  at(hi - 0.14, levels[5] + 0.075, 0, "Cone { bottomRadius 0.05 height 0.15 }"),
+                  at(hi - 0.27, levels[5] + 0.045, 0.03, "Sphere { radius 0.045 }"),
+                  at(hi - 0.35, levels[5] + 0.04, -0.04, cube(0.07, 0.08, 0.07), turn=((0, 1, 0), 0.5)))
+    write_part("bookshelf", f"""Bookshelf, {wide} m wide, {high + 0.03} m high, {deep} m deep, facing +z; its back is at z = -{deep / 2}.
+Six shelves of books (cubes, the exact primitive), a globe, a jug, and a cone, a sphere and a cube of wood.""",
+               group("CASE", *wood, *parts), group("BOOKS", *books), globe, vase, cones)
+
+
+def sideboard():
+    wide, high, deep = 1.30, 0.74, 0.40
+    wood = [material((0.80, 0.64, 0.50), 0.07, 0.5), texture("walnut.png")]
+
+    def plank(size, place, grain="x", r=0.003):
+        m = rounded_box(size, r, 2)
+        k = {"x": 0, "y": 1}[grain]
+        m.uv = [(p[k] / 0.6 + place[0], (p[1 - k] + p[2]) / 0.2 + place[1] * 3 + place[0]) for p in m.points]
+        return surface(m.moved(*place), 0.5)
+    parts = [plank((wide, 0.026, deep), (0, high - 0.013, 0), r=0.006),
+             plank((wide - 0.04, high - 0.18, deep - 0.03), (0, (high - 0.026 + 0.154) / 2, -0.012))]
+    fronts = [(-0.4167, 0.405), (0, 0.405), (0.4167, 0.405)]
+    for x, w in fronts:
+        parts.append(plank((w, 0.150, 0.016), (x, high - 0.115, deep / 2 - 0.022), r=0.004))
+        parts.append(plank((w, 0.360, 0.016), (x, high - 0.380, deep / 2 - 0.022), "y" if x else "y", r=0.004))
+    knobs = [at(x + dx, y, deep / 2 - 0.006, "Sphere { radius 0.011 }") for x, _ in fronts for dx, y in ((0, high - 0.115), (0.15 if x < 0.1 else -0.15, high - 0.36))]
+    leg = turned_leg(0.165, 0.024)
+    legs = [at(sx * (wide / 2 - 0.08), 0, sz * (deep / 2 - 0.07), leg) for sx in (-1, 1) for sz in (-1, 1)]
+    bowl = surface(lathe([(0, 0.004), (0.045, 0.004), (0.047, 0), (0.052, 0), (0.055, 0.006), (0.100, 0.032), (0.128, 0.062), (0.125, 0.064),
+                          (0.096, 0.037), (0.050, 0.012), (0, 0.010)], 40), 0.7)
+    fruit = [at(0.042 * sin(a), 0.048, 0.042 * cos(a), material(c, 0.05, 0.4), "Sphere { radius 0.036 }")
+             for a, c in ((0.3, (0.78, 0.36, 0.08)), (2.4, (0.80, 0.42, 0.10)), (4.5, (0.66, 0.10, 0.07)))]
+    fruit.append(at(0.002, 0.098, 0.0, material((0.76, 0.34, 0.08), 0.05, 0.4), "Sphere { radius 0.035 }"))
+    write_part("sideboard", f"""Sideboard, {wide} m wide, {high} m high, {deep} m deep, facing +z, with drawers, doors and brass knobs.
+On it a bowl of fruit and a vase with twigs.""",
+               group("CASE", *wood, *parts), group("KNOBS", BRASS, *knobs),
+               group("LEGS", material((0.25, 0.15, 0.09), 0.06, 0.5), *legs),
+               at(0.36, high, 0.02, group("BOWL", material((0.84, 0.82, 0.76), 0.10, 0.7), bowl), group("FRUIT", *fruit)),
+               at(-0.40, high, 0.0, *vase_with_twigs()))
+
+
+def vase_with_twigs():
+    vase = surface(lathe([(0, 0), (0.050, 0), (0.056, 0.005), (0.078, 0.060), (0.088, 0.115), (0.078, 0.170), (0.046, 0.225), (0.034, 0.255),
+                          (0.036, 0.280), (0.047, 0.300), (0.043, 0.300), (0.030, 0.270), (0.028, 0.24), (0, 0.22)], 40), 0.8)
+    twigs, leaves = [], Mesh()
+    for k in range(9):
+        a, out, tall = 2 * pi * k / 9 + 0.5 * hashed(k, 1, 3), 0.07 + 0.13 * hashed(k, 2, 3), 0.50 + 0.26 * hashed(k, 3, 3)
+        d = (sin(a), cos(a))
+        path = curve([(0.012 * d[0], 0.235, 0.012 * d[1]), (0.028 * d[0], 0.31, 0.028 * d[1]),
+                      (0.55 * out * d[0], 0.30 + 0.55 * (tall - 0.3), 0.55 * out * d[1]), (out * d[0], tall, out * d[1])], 4)
+        twigs.append(surface(sweep(path, ring(0.0022, 5), lambda t: 1 - 0.6 * t), 1.2))
+        for j in range(9):
+            at_path = path[3 + j] if 3 + j < len(path) else path[-1]
+            b = a + 2.4 * j + hashed(j, k, 4)
+            size = 0.030 + 0.020 * hashed(j, k, 5) - 0.0012 * j
+            side = (cos(b), 0.35 + 0.4 * hashed(j, k, 6), sin(b))
+            up = unit(side)
+            across = unit(cross(up, (0.2, 1, 0.1)))
+            bend = unit(cross(across, up))
+            n = len(leaves.points)
+            shape = [(0, 0, 0), (0.30, 0.28, 0.03), (0.65, 0.26, 0.04), (1.0, 0, -0.06), (0.65, -0.26, 0.04), (0.30, -0.28, 0.03)]
+            leaves.points += [add(at_path, add(times(up, 1.5 * size * s), add(times(across, size * t), times(bend, size * 3 * h)))) for s, t, h in shape]
+            leaves.points.append(add(at_path, times(up, 0.75 * size)))
+            leaves.faces += [(n + i, n + (i + 1) % 6, n + 6) for i in range(6)]
+    return [group("VASE", material((0.16, 0.26, 0.44), 0.14, 0.8), vase), group("TWIGS", material((0.28, 0.19, 0.11)), *twigs),
+            group("LEAVES", material((0.34, 0.42, 0.20), 0.03, 0.2), surface(leaves, 0.9))]
+
+
+# ---- rug, picture, curtain, and what is outside ----
+
+RUG = dict(wide=1.90, long=2.50)
+
+
+def rug():
+    w, l = RUG["wide"], RUG["long"]
+
+    def place(u, v):
+        lift = 0.0012 * sin(7 * u + 3 * v) + 0.0010 * sin(11 * v - 5 * u)
+        return (w * (u - 0.5), 0.0085 + lift, l * (0.5 - v))
+    top = sheet(21, 17, place)
+    rim = block(-w / 2, w / 2, 0.0005, 0.0062, -l / 2, l / 2)
+    points, counts = [], []
+    for end in (-1, 1):
+        for k in range(150):
+            x = w * ((k + 0.5) / 150 - 0.5)
+            reach = 0.050 + 0.012 * hashed(k, end, 2)
+            slant = 0.016 * (hashed(k, end, 3) - 0.5)
+            quad = [(x - 0.0030, 0.0062, end * l / 2), (x + 0.0030, 0.0062, end * l / 2),
+                    (x - 0.0024 + slant, 0.0020, end * (l / 2 + reach)), (x + 0.0024 + slant, 0.0020, end * (l / 2 + reach))]
+            if end > 0:
+                quad = [quad[1], quad[0], quad[3], quad[2]]
+            points += quad
+            counts.append("4")
+    fringe = group("FRINGE", material((0.80, 0.74, 0.60)), hints(0), "Coordinate3 { point [\n" + indent(wrap(vector(p) for p in points)) + " ] }",
+                   "TriangleStripSet { numVertices [\n" + indent(wrap(counts)) + " ] }")
+    write_part("rug", f"""Rug, {w} m wide (x) and {l} m long (z), 9 mm thick, with a fringe of 300 threads at both ends.
+Origin on the floor under its middle.""",
+               group("PILE", material((0.95, 0.93, 0.90)), texture("rug.png", "CLAMP"), hints(1.5), quad_mesh(21, 17, top)),
+               group("EDGE", material((0.30, 0.08, 0.08)), rim), fringe)
+
+
+def picture():
+    w, h = 0.98, 0.74
+    profile = [(0, 0), (0, 0.020), (0.006, 0.030), (0.016, 0.033), (0.024, 0.028), (0.034, 0.020), (0.046, 0.022), (0.054, 0.018), (0.060, 0.010), (0.060, 0.002)]
+    sections = []
+    for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+        sections.append([(sx * (w / 2 - d), sy * (h / 2 - d), z) for d, z in profile])
+    n = len(profile)
+    frame = Mesh([p for s in sections for p in s], [])
+    for k in range(4):
+        for j in range(n - 1):
+            a, b = k * n + j, ((k + 1) % 4) * n + j
+            frame.faces.append((a, b, b + 1, a + 1))
+    mat = group("MAT", material((0.90, 0.88, 0.82)), block(-w / 2 + 0.055, w / 2 - 0.055, -h / 2 + 0.055, h / 2 - 0.055, 0.001, 0.004))
+    pw, ph = w / 2 - 0.125, h / 2 - 0.125
+    canvas = sheet(2, 2, lambda u, v: (pw * (2 * u - 1), ph * (2 * v - 1), 0.0048))
+    write_part("picture", f"""Framed landscape, {w} x {h} m, hanging in the plane z = 0 and facing +z; origin in its middle.
+Gilt moulding, mat, and the painting as a texture.""",
+               group("MOULDING", material((0.46, 0.33, 0.15), (0.22, 0.18, 0.10), 0.35), surface(frame, 0.5)), mat,
+               group("PAINTING", material((0.95, 0.95, 0.95)), texture("painting.png", "CLAMP"), surface(canvas, 0)))
+
+
+def curtain():
+    """A pair of curtains on a rod for one window; wall in the plane x = 0, like window.iv."""
+    foot, top = -0.66, 1.70
+
+    def place(u, v):
+        gather = 1 - 0.22 * sin(pi * clamp(0.15 + 0.85 * (1 - v))) * 0.6
+        fold = sin(2 * pi * 5.5 * u + 0.6 * sin(3 * v)) * (0.030 + 0.016 * (1 - v)) + 0.008 * sin(2 * pi * 2.3 * u + 4 * v)
+        return (0.085 + fold, foot + (top - foot) * v, 0.19 - 0.42 * (u - 0.5) * gather)
+    cloth = sheet(9, 67, place)
+    cloth.uv = None
+    left = surface(cloth, 1.2, 4, "DRAPE")
+    rings = [at(0.085, 1.72, s * (0.78 + 0.06 * k) , "USE RING") for s in (-1, 1) for k in range(7)]
+    rod = at(0.085, 1.735, 0, "Rotation { rotation 1 0 0 1.5708 }", cylinder(0.011, 2.5))
+    ends = [at(0.085, 1.735, s * 1.262, "Sphere { radius 0.024 }") for s in (-1, 1)]
+    hooks = [at(0.0425, 1.735, s * 1.14, "Rotation { rotation 0 0 1 1.5708 }", cylinder(0.007, 0.085)) for s in (-1, 1)]
+    write_part("curtain", """A pair of curtains on a brass rod, for one window of window.iv and with the same origin.
+The rod is 2.5 m long, 1.735 m above the foot of the window; the drapes hang to 40 mm above the floor.""",
+               group("DRAPES", material((0.62, 0.40, 0.30), 0.0), at(0, 0, 0.76, left), at(0, 0, -1.14, "USE DRAPE")),
+               group("ROD", BRASS, rod, *ends, *hooks))
+
+
+def outside():
+    wall = sheet(2, 2, lambda u, v: (0, -2 + 8 * v, -14 * u))
+    write_part("outside", """What is seen through the windows: sky and garden, painted on a screen 14 m long and 8 m high that shines by itself.
+It stands in the plane x = 0, from z = 0 to z = -14, clear of the sun's way to the windows.""",
+               group("SCREEN", "LightModel { model BASE_COLOR }", material((1, 1, 1), emissive=(1, 1, 1)), texture("garden.png", "CLAMP"), surface(wall, 0)))
+
+
 # ---- textures ----
 
 def make_textures():
@@ -457,7 +740,6 @@ def make_textures():
         u, v = x - 192, y - 183
         d = max(hypot(u - 34, v) - 44, hypot(u + 34, v) - 44)
         axis = abs(v) < 0.8 and abs(u) < 90
-        rays = any(abs(v - s * (22 if u < 0 else 22 * max(0.0, 1 - u / 80))) < 0.8 and abs(u) < 84 for s in (-1, 1)) if False else False
         return clamp(1.6 - abs(d)) if abs(d) < 1.6 else (1.0 if axis else 0.0)
     def cover(x, y):
         k = cloth(x, y, 1)
@@ -474,10 +756,136 @@ def make_textures():
     paint("book-spine.png", 384, 72, spine, 8)
     paint("pages.png", 64, 128, lambda x, y: ((lambda k: (k, k * 0.985, k * 0.95))(0.80 + 0.20 * hashed(0, y, 8) - 0.05 * hashed(x, y, 9))), 8)
 
+    def weave(x, y):
+        k = 0.86 + 0.10 * hashed(x, y // 2, 31) + 0.10 * hashed(x // 2, y, 32) - 0.10 * noise(x / 16, y / 16, 8, 8, 33)
+        return (k, k, k)
+    paint("fabric.png", 128, 128, weave, 8)
+
+    def leather(x, y):
+        k = 0.80 + 0.16 * noise(x / 16, y / 16, 8, 8, 35) + 0.10 * noise(x / 4, y / 4, 32, 32, 36) - 0.08 * (noise(x / 2, y / 2, 64, 64, 37) > 0.8)
+        return (k, k * 0.98, k * 0.95)
+    paint("leather.png", 128, 128, leather, 8)
+
+    def globe(x, y):
+        u, v = x / 128, y / 64
+        n = 0.6 * noise(u * 6, v * 3, 6, 0, 41) + 0.3 * noise(u * 16, v * 8, 16, 0, 42) + 0.1 * noise(u * 32, v * 16, 32, 0, 43)
+        grid = min((u * 12) % 1, (v * 6) % 1) < 0.06
+        c = (0.95, 0.86, 0.58) if n > 0.53 else (0.55, 0.72, 0.80)
+        return tuple(k * (0.85 if grid else 1) for k in c)
+    paint("globe.png", 128, 64, globe, 8)
+    paint("rug.png", 228, 300, rug_pattern, 16)
+    paint("painting.png", 292, 196, landscape, 8)
+    paint("garden.png", 256, 146, garden, 8)
+
+
+def rug_pattern(x, y):
+    """A field with a medallion, two guard stripes and a border of rosettes; x, y in pixels of 228 x 300."""
+    u, v = x - 113.5, y - 149.5
+    d = min(113.5 - abs(u), 149.5 - abs(v))
+    red, blue, cream, gold = (0.46, 0.10, 0.09), (0.10, 0.15, 0.27), (0.82, 0.74, 0.58), (0.66, 0.46, 0.20)
+    wear = 0.86 + 0.10 * noise(x / 30, y / 30, 0, 0, 51) + 0.08 * hashed(x, y // 2, 52)
+
+    def rosette(cx, cy, r):
+        a, q = atan2(cy, cx), hypot(cx, cy)
+        return q < r * (0.78 + 0.22 * cos(6 * a))
+    if d < 5:
+        c = blue
+    elif d < 8 or 32 <= d < 35:
+        c = gold if (int(x + y) // 3) % 2 else cream
+    elif d < 32:
+        along, across = (u, 20 - d) if 149.5 - abs(v) < 113.5 - abs(u) else (v, 20 - d)
+        cell = (along + 1000) % 24 - 12
+        c = blue
+        if rosette(cell, across, 9):
+            c = cream
+        if rosette(cell, across, 5.5):
+            c = red
+        if hypot(cell, across) < 2:
+            c = gold
+        if abs(abs(cell) - 12) < 1.6 and abs(across) < 4:
+            c = gold
+    else:
+        c = red
+        lozenge = abs(u) / 62 + abs(v) / 92
+        wave = lozenge + 0.05 * cos(10 * atan2(v * 0.67, u))
+        gx, gy = (abs(u) + 9) % 18 - 9, (abs(v) + 9) % 18 - 9
+        if wave > 1.06 and rosette(gx, gy, 4.2):
+            c = gold if (int((abs(u) + 9) / 18) + int((abs(v) + 9) / 18)) % 2 else cream
+        corner = (78.5 - abs(u)) / 58 + (114.5 - abs(v)) / 70
+        if corner < 0.62:
+            c = blue if corner < 0.56 else cream
+            if corner < 0.50 and rosette(gx, gy, 4.2):
+                c = gold
+        if wave < 1.0:
+            c = cream
+        if wave < 0.95:
+            c = blue
+            if rosette(gx, gy, 4.0):
+                c = gold
+        if wave < 0.56:
+            c = cream
+        if wave < 0.52:
+            c = red
+        if rosette(u, v * 0.8, 30):
+            c = gold
+        if rosette(u, v * 0.8, 26):
+            c = blue
+        if rosette(u, v * 0.8, 15):
+            c = cream
+        if rosette(u, v * 0.8, 7):
+            c = red
+    return tuple(k * wear for k in c)
+
+
+def landscape(x, y):
+    """A lake under evening clouds, in broad strokes; x, y in pixels of 292 x 196."""
+    bx = x + 5 * (noise(x / 5, y / 3, 0, 0, 61) - 0.5)
+    by = y + 4 * (noise(x / 6, y / 4, 0, 0, 62) - 0.5)
+    u, v = bx / 292, by / 196
+    horizon = 0.56
+
+    def sky(u, v):
+        c = mix((0.40, 0.53, 0.66), (0.95, 0.78, 0.52), clamp(v / horizon) ** 1.4)
+        cloud = 0.55 * noise(u * 5, v * 11, 0, 0, 63) + 0.30 * noise(u * 11, v * 24, 0, 0, 64) + 0.15 * noise(u * 26, v * 50, 0, 0, 65)
+        c = mix(c, (0.96, 0.90, 0.80), smooth(0.48, 0.72, cloud))
+        return mix(c, (1.0, 0.93, 0.70), exp(-((u - 0.66) ** 2 + (v - 0.46) ** 2) / 0.006))
+    far = horizon - 0.10 - 0.07 * noise(u * 4, 0, 0, 0, 66) - 0.03 * noise(u * 12, 0, 0, 0, 67)
+    near = horizon - 0.02 - 0.10 * smooth(0.50, 0.0, u) * (0.6 + 0.6 * noise(u * 18, 0, 0, 0, 68))
+    if v < far:
+        c = sky(u, v)
+    elif v < near and v < horizon:
+        c = mix((0.36, 0.42, 0.50), (0.52, 0.50, 0.48), clamp((v - far) / 0.14))
+    elif v < horizon:
+        c = mix((0.16, 0.22, 0.13), (0.30, 0.34, 0.16), noise(u * 40, v * 40, 0, 0, 69))
+    else:
+        c = mix(sky(u, 2 * horizon - v), (0.26, 0.36, 0.42), 0.35)
+        c = mix(c, (0.93, 0.86, 0.70), 0.5 * smooth(0.62, 0.85, noise(u * 9, v * 70, 0, 0, 70)))
+        shore = 0.90 - 0.12 * noise(u * 3, 0, 0, 0, 71) + 0.10 * abs(u - 0.6)
+        if v > shore:
+            c = mix((0.24, 0.26, 0.11), (0.50, 0.44, 0.18), noise(u * 50, v * 30, 0, 0, 72))
+    if abs(u - 0.17 + 0.02 * sin(6 * v)) < 0.006 + 0.010 * smooth(0.3, 0.95, v) and 0.3 < v < 0.93:
+        c = (0.20, 0.14, 0.09)
+    crown = hypot((u - 0.16) / 0.13, (v - 0.25) / 0.22) + 0.5 * (noise(u * 22, v * 18, 0, 0, 73) - 0.5)
+    if crown < 0.92:
+        c = mix((0.15, 0.21, 0.09), (0.50, 0.50, 0.20), clamp(noise(u * 45, v * 36, 0, 0, 74) * 1.2 + 0.5 * (u - 0.16)))
+    return tuple(k * (0.94 + 0.10 * hashed(x // 2, y, 75)) for k in c)
+
+
+def garden(x, y):
+    """Sky over a hedge and trees, soft because the eye is focused indoors; x, y in pixels of 256 x 146."""
+    u, v = x / 256, y / 146
+    c = mix((0.62, 0.78, 0.95), (0.93, 0.95, 0.97), clamp(v / 0.6))
+    c = mix(c, (1, 1, 1), smooth(0.45, 0.75, 0.6 * noise(u * 6, v * 5, 0, 0, 81) + 0.4 * noise(u * 14, v * 10, 0, 0, 82)))
+    trees = 0.50 - 0.16 * noise(u * 9, 0.5, 0, 0, 83) - 0.05 * noise(u * 30, 0.5, 0, 0, 84)
+    leaf = 0.5 * noise(u * 60, v * 34, 0, 0, 85) + 0.5 * noise(u * 25, v * 15, 0, 0, 86)
+    c = mix(c, mix((0.30, 0.42, 0.22), (0.62, 0.72, 0.40), leaf), smooth(trees - 0.015, trees + 0.015, v))
+    return mix(c, mix((0.50, 0.62, 0.32), (0.66, 0.74, 0.42), leaf), smooth(0.66, 0.70, v))
+
+
 
 if __name__ == "__main__":
     if "-notextures" not in sys.argv:
         make_textures()
-    for part in (room, window, table, telephone, book, lamp):
+    for part in (room, window, curtain, outside, table, telephone, book, lamp, sofa, armchair, bookshelf, sideboard, rug, picture):
         part()
     print("bytes by part:", TOTALS, "sum", sum(TOTALS.values()))
