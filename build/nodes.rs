@@ -1,6 +1,6 @@
 //! Reads `*.nodes` files and writes Rust: the class table, class ids, field handles.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -10,7 +10,23 @@ struct Class {
     dialects: Vec<String>,
     treatment: String,
     fields: Vec<Field>,
+    inputs: Vec<(String, String)>,
+    outputs: Vec<(String, String)>,
+    parts: Vec<Part>,
     place: String,
+}
+
+/// A place in a node kit's catalogue: `part camera of transformGroup PerspectiveCamera`.
+#[derive(Clone)]
+struct Part {
+    name: String,
+    /// The part it is a child of; `this` is the kit.
+    parent: String,
+    before: Option<String>,
+    class: String,
+    list: bool,
+    /// Made by the kit itself, not only when a file states it.
+    made: bool,
 }
 
 #[derive(Clone)]
@@ -26,7 +42,7 @@ const DIALECTS: [&str; 5] = ["iv1", "iv2", "vrml1", "vrml97", "coin"];
 const TREATMENTS: [&str; 5] = ["rendered", "state", "group", "kept", "abstract"];
 
 /// Every field type with the Rust type of its handle and the arm of `Value` that stores it.
-const KINDS: [(&str, &str); 43] = [
+const KINDS: [(&str, &str); 53] = [
     ("SFBool", "bool"),
     ("SFInt32", "i32"),
     ("SFUInt32", "u32"),
@@ -48,6 +64,11 @@ const KINDS: [(&str, &str); 43] = [
     ("SFPlane", "Plane"),
     ("SFImage", "Image"),
     ("SFImage3", "Image"),
+    ("SFVec2s", "[i32]"),
+    ("SFVec2i32", "[i32]"),
+    ("SFVec3i32", "[i32]"),
+    ("SFVec4i32", "[i32]"),
+    ("SFVec3d", "[f64]"),
     ("SFNode", "NodeRefValue"),
     ("SFPath", "NodeRefValue"),
     ("SFEngine", "NodeRefValue"),
@@ -69,6 +90,11 @@ const KINDS: [(&str, &str); 43] = [
     ("MFRotation", "[Rotation]"),
     ("MFMatrix", "[Mat4]"),
     ("MFPlane", "[Plane]"),
+    ("MFName", "[String]"),
+    ("MFVec2i32", "[i32]"),
+    ("MFVec3i32", "[i32]"),
+    ("MFVec4i32", "[i32]"),
+    ("MFVec3d", "[f64]"),
     ("MFNode", "[NodeId]"),
 ];
 
@@ -105,7 +131,7 @@ fn parse(file: &str, text: &str, classes: &mut Vec<Class>) -> Result<(), String>
             let class = classes
                 .last_mut()
                 .ok_or(format!("{place}: a field before any class"))?;
-            class.fields.push(field(&place, line.trim())?);
+            member(&place, line.trim(), class)?;
         } else {
             classes.push(class(&place, line.trim())?);
         }
@@ -156,8 +182,50 @@ fn class(place: &str, line: &str) -> Result<Class, String> {
         dialects: dialects.iter().map(|d| (*d).into()).collect(),
         treatment: (*treatment).into(),
         fields: Vec::new(),
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+        parts: Vec::new(),
         place: place.into(),
     })
+}
+
+/// A line of a class: a field, an event or engine output, or a part of a kit.
+fn member(place: &str, line: &str, class: &mut Class) -> Result<(), String> {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    match words.as_slice() {
+        [word @ ("in" | "out"), kind, name] => {
+            if !KINDS.iter().any(|(k, _)| k == kind) {
+                return Err(format!("{place}: unknown field type `{kind}`"));
+            }
+            let events = match *word {
+                "in" => &mut class.inputs,
+                _ => &mut class.outputs,
+            };
+            events.push(((*name).to_owned(), (*kind).to_owned()));
+        }
+        [word @ ("part" | "list"), name, "of", parent, rest @ ..] => {
+            let (before, of) = match rest {
+                ["before", sibling, of] => (Some((*sibling).to_owned()), of),
+                [of] => (None, of),
+                _ => {
+                    return Err(format!(
+                        "{place}: expected `{word} name of parent [before sibling] Class[?]`"
+                    ));
+                }
+            };
+            class.parts.push(Part {
+                name: (*name).to_owned(),
+                parent: (*parent).to_owned(),
+                before,
+                class: of.trim_end_matches('?').to_owned(),
+                list: *word == "list",
+                made: !of.ends_with('?'),
+            });
+            class.fields.push(field(place, &format!("SFNode {name}"))?);
+        }
+        _ => class.fields.push(field(place, line)?),
+    }
+    Ok(())
 }
 
 /// `SFBitMask parts  ALL  { SIDES=1 BOTTOM=2 ALL=3 }` or `SFFloat height 2 (0, inf)`
@@ -220,6 +288,11 @@ fn inherit(classes: &mut [Class]) -> Result<(), String> {
         .map(|(i, c)| (c.name.clone(), i))
         .collect();
     let own: Vec<Vec<Field>> = classes.iter().map(|c| c.fields.clone()).collect();
+    let events: Vec<_> = classes
+        .iter()
+        .map(|c| (c.inputs.clone(), c.outputs.clone()))
+        .collect();
+    let own_parts: Vec<Vec<Part>> = classes.iter().map(|c| c.parts.clone()).collect();
     for i in 0..classes.len() {
         let mut chain = vec![i];
         while let Some(&next) = by_name.get(&classes[chain[chain.len() - 1]].family) {
@@ -232,7 +305,11 @@ fn inherit(classes: &mut [Class]) -> Result<(), String> {
             chain.push(next);
         }
         let mut all: Vec<Field> = Vec::new();
+        let (mut inputs, mut outputs, mut parts) = (Vec::new(), Vec::new(), Vec::new());
         for &class in chain.iter().rev() {
+            inputs.extend(events[class].0.clone());
+            outputs.extend(events[class].1.clone());
+            insert_parts(&mut parts, &own_parts[class]);
             for field in &own[class] {
                 match all.iter_mut().find(|f| f.name == field.name) {
                     Some(old) => *old = field.clone(),
@@ -241,8 +318,25 @@ fn inherit(classes: &mut [Class]) -> Result<(), String> {
             }
         }
         classes[i].fields = all;
+        classes[i].inputs = inputs;
+        classes[i].outputs = outputs;
+        classes[i].parts = parts;
     }
     Ok(())
+}
+
+/// Adds a kit's own parts to those of its family, from the last, so that the sibling a part
+/// stands before is already there. A part of the same name is replaced in place.
+fn insert_parts(parts: &mut Vec<Part>, own: &[Part]) {
+    for part in own.iter().rev() {
+        if let Some(old) = parts.iter_mut().find(|p| p.name == part.name) {
+            *old = part.clone();
+            continue;
+        }
+        let sibling = part.before.as_ref();
+        let at = sibling.and_then(|s| parts.iter().position(|p| p.name == *s));
+        parts.insert(at.unwrap_or(parts.len()), part.clone());
+    }
 }
 
 /// The module name of each class: `IndexedFaceSet` is `indexed_face_set`; a second entry of the
@@ -316,6 +410,7 @@ fn write(classes: &[Class]) -> Result<String, String> {
         )
         .expect("a string can be written");
         let mut consts = String::new();
+        let mut taken = HashSet::new();
         for (k, field) in class.fields.iter().enumerate() {
             let handle = KINDS
                 .iter()
@@ -329,10 +424,13 @@ fn write(classes: &[Class]) -> Result<String, String> {
                 field.name, field.kind, field.names, field.range
             )
             .expect("a string can be written");
+            let mut constant = snake(&field.name).trim_end_matches("_node").to_uppercase();
+            if !taken.insert(constant.clone()) {
+                constant.insert_str(0, "CAPITAL_"); // a Calculator has both `a` and `A`
+            }
             writeln!(
                 consts,
-                "    pub const {}: Field<{handle}> = Field::new({i}, {k});",
-                snake(&field.name).trim_end_matches("_node").to_uppercase()
+                "    pub const {constant}: Field<{handle}> = Field::new({i}, {k});"
             )
             .expect("a string can be written");
             for (name, value) in &field.names {
@@ -344,6 +442,26 @@ fn write(classes: &[Class]) -> Result<String, String> {
                 )
                 .expect("a string can be written");
             }
+        }
+        let events = |list: &[(String, String)]| -> String {
+            list.iter()
+                .map(|(n, k)| format!("({n:?}, FieldType::{k}), "))
+                .collect()
+        };
+        writeln!(
+            table,
+            "    ], inputs: &[{}], outputs: &[{}], parts: &[",
+            events(&class.inputs),
+            events(&class.outputs)
+        )
+        .expect("a string can be written");
+        for p in &class.parts {
+            writeln!(
+                table,
+                "        Part {{ name: {:?}, parent: {:?}, class: {:?}, list: {}, made: {} }},",
+                p.name, p.parent, p.class, p.list, p.made
+            )
+            .expect("a string can be written");
         }
         table.push_str("    ] },\n");
         if !consts.is_empty() {
@@ -378,7 +496,7 @@ fn default(class: &Class, field: &Field) -> Result<String, String> {
         if matches!(element, "Node") {
             return Ok("Default::Nothing".into());
         }
-        if element == "String" {
+        if matches!(element, "String" | "Name") {
             let list: Vec<String> = strings(inner).iter().map(|s| format!("{s:?}")).collect();
             return Ok(format!("Default::Strings(&[{}])", list.join(", ")));
         }
@@ -404,9 +522,9 @@ fn default(class: &Class, field: &Field) -> Result<String, String> {
         _ => {
             let list = numbers(field, text).ok_or_else(bad)?;
             let want = match kind {
-                "SFVec2f" => 2,
-                "SFVec3f" | "SFColor" => 3,
-                "SFVec4f" | "SFRotation" | "SFPlane" => 4,
+                "SFVec2f" | "SFVec2s" | "SFVec2i32" => 2,
+                "SFVec3f" | "SFColor" | "SFVec3i32" | "SFVec3d" => 3,
+                "SFVec4f" | "SFRotation" | "SFPlane" | "SFVec4i32" => 4,
                 "SFMatrix" => 16,
                 _ => 1,
             };

@@ -52,6 +52,12 @@ pub struct Class {
     pub dialects: u8,
     pub treatment: Treatment,
     pub fields: &'static [FieldDecl],
+    /// VRML97's `eventIn`s that are not fields.
+    pub inputs: &'static [(&'static str, FieldType)],
+    /// The outputs of an engine; VRML97's `eventOut`s that are not fields.
+    pub outputs: &'static [(&'static str, FieldType)],
+    /// A node kit's parts, those of one parent in the order in which they are walked.
+    pub parts: &'static [Part],
     /// Where the catalogue declares it.
     pub place: &'static str,
 }
@@ -85,6 +91,20 @@ pub struct FieldDecl {
     pub names: &'static [(&'static str, i64)],
     /// The legal range, for the manual and for hints.
     pub range: Option<&'static str>,
+}
+
+/// A part of a node kit. Each is also a field, an `SFNode` of the same name.
+#[derive(Debug)]
+pub struct Part {
+    pub name: &'static str,
+    /// The part it is a child of; `this` is the kit itself.
+    pub parent: &'static str,
+    /// The class that the kit makes where a file does not say.
+    pub class: &'static str,
+    /// Holds a `NodeKitListPart`.
+    pub list: bool,
+    /// Made by the kit itself; others come when a file states them (or a part below them).
+    pub made: bool,
 }
 
 /// A default as the catalogue states it; a Boolean is 0 or 1.
@@ -121,6 +141,17 @@ macro_rules! field_types {
                 Self::ALL.iter().copied().find(|k| k.name() == name)
             }
 
+            /// How many numbers one value has; 1 for what is not numbers.
+            pub fn width(self) -> usize {
+                match self.name().trim_start_matches(['S', 'M']).trim_start_matches('F') {
+                    "Vec2f" | "Vec2s" | "Vec2i32" => 2,
+                    "Vec3f" | "Color" | "Vec3i32" | "Vec3d" => 3,
+                    "Vec4f" | "Vec4i32" | "Rotation" | "Plane" => 4,
+                    "Matrix" => 16,
+                    _ => 1,
+                }
+            }
+
             pub fn is_multiple(self) -> bool {
                 self.name().starts_with("MF")
             }
@@ -130,10 +161,11 @@ macro_rules! field_types {
 
 field_types! {
     SFBool SFInt32 SFUInt32 SFShort SFUShort SFFloat SFDouble SFTime SFString SFName SFEnum SFBitMask
-    SFVec2f SFVec3f SFVec4f SFColor SFRotation SFMatrix SFPlane SFImage SFImage3 SFNode SFPath SFEngine
-    SFTrigger
-    MFBool MFInt32 MFUInt32 MFShort MFUShort MFFloat MFDouble MFTime MFString MFEnum MFVec2f MFVec3f
-    MFVec4f MFColor MFRotation MFMatrix MFPlane MFNode
+    SFVec2f SFVec3f SFVec4f SFVec2s SFVec2i32 SFVec3i32 SFVec4i32 SFVec3d
+    SFColor SFRotation SFMatrix SFPlane SFImage SFImage3 SFNode SFPath SFEngine SFTrigger
+    MFBool MFInt32 MFUInt32 MFShort MFUShort MFFloat MFDouble MFTime MFString MFName MFEnum
+    MFVec2f MFVec3f MFVec4f MFVec2i32 MFVec3i32 MFVec4i32 MFVec3d
+    MFColor MFRotation MFMatrix MFPlane MFNode
 }
 
 /// A field of a class whose value is read as a `T`.
@@ -198,10 +230,63 @@ mod catalogue {
     use super::value::{
         Choice, Image, NodeId, NodeRefValue, Plane, Rotation, Seconds, Text, Trigger,
     };
-    use super::{Class, ClassId, Default, Dialect, Field, FieldDecl, FieldType, Treatment};
+    use super::{Class, ClassId, Default, Dialect, Field, FieldDecl, FieldType, Part, Treatment};
     use glam::{Mat4, Vec2, Vec3, Vec4};
 
     include!(concat!(env!("OUT_DIR"), "/catalogue.rs"));
 }
 
 pub use catalogue::*;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_name_is_another_class_in_another_dialect() {
+        let inventor = by_name("Cone", Dialect::IV2).expect("Inventor has cones");
+        let vrml97 = by_name("Cone", Dialect::VRML97).expect("VRML97 has cones");
+        assert!(inventor.field("parts").is_some() && inventor.field("side").is_none());
+        assert!(vrml97.field("parts").is_none() && vrml97.field("side").is_some());
+    }
+
+    #[test]
+    fn a_family_gives_its_fields_to_its_members() {
+        let camera = any("PerspectiveCamera").expect("in the catalogue");
+        assert!(camera.field("nearDistance").is_some() && camera.is_a("Camera"));
+    }
+
+    #[test]
+    fn parts_of_a_kit_stand_in_the_order_in_which_they_are_walked() {
+        let kit = any("ShapeKit").expect("in the catalogue");
+        let of_top: Vec<_> = kit
+            .parts
+            .iter()
+            .filter(|p| p.parent == "topSeparator")
+            .map(|p| p.name)
+            .collect();
+        let place = |name| of_top.iter().position(|p| *p == name);
+        assert!(place("appearance") < place("transform"));
+        assert!(place("transform") < place("coordinate3"));
+        assert!(place("coordinate3") < place("childList"));
+        assert!(place("childList") < place("shapeSeparator"));
+        assert_eq!(of_top.last(), Some(&"shapeSeparator"));
+    }
+
+    #[test]
+    fn a_vectors_default_is_whole_vectors() {
+        for class in CLASSES {
+            for field in class.fields {
+                if let Default::Numbers(numbers) = field.default {
+                    assert_eq!(
+                        numbers.len() % field.kind.width(),
+                        0,
+                        "{}.{}",
+                        class.name,
+                        field.name
+                    );
+                }
+            }
+        }
+    }
+}

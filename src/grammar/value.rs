@@ -92,11 +92,13 @@ pub enum Value {
     Node(Option<NodeId>),
     Trigger,
     Bools(Vec<bool>),
-    /// `MFInt32`, `MFShort`, `MFEnum`.
+    /// `MFInt32`, `MFShort`, `MFEnum`; also `SFVec2s`, `SFVec2i32` and theirs, number by number.
     Ints(Vec<i32>),
     UInts(Vec<u32>),
     Floats(Vec<f32>),
+    /// `MFDouble`, `MFTime`; also `SFVec3d` and `MFVec3d`, number by number.
     Doubles(Vec<f64>),
+    /// `MFString`, `MFName`.
     Strings(Vec<String>),
     Vec2s(Vec<Vec2>),
     Vec3s(Vec<Vec3>),
@@ -164,13 +166,19 @@ impl Value {
             F::SFNode | F::SFPath | F::SFEngine => Self::Node(None),
             F::SFTrigger => Self::Trigger,
             F::MFBool => Self::Bools(numbers.iter().map(|&n| n != 0.0).collect()),
-            F::MFInt32 | F::MFShort | F::MFEnum => {
+            F::SFVec2s | F::SFVec2i32 | F::SFVec3i32 | F::SFVec4i32 => {
+                Self::Ints((0..kind.width()).map(|i| at(i) as i32).collect())
+            }
+            F::SFVec3d => Self::Doubles((0..3).map(at).collect()),
+            F::MFInt32 | F::MFShort | F::MFEnum | F::MFVec2i32 | F::MFVec3i32 | F::MFVec4i32 => {
                 Self::Ints(numbers.iter().map(|&n| n as i32).collect())
             }
             F::MFUInt32 | F::MFUShort => Self::UInts(numbers.iter().map(|&n| n as u32).collect()),
             F::MFFloat => Self::Floats(numbers.iter().map(|&n| n as f32).collect()),
-            F::MFDouble | F::MFTime => Self::Doubles(numbers.to_vec()),
-            F::MFString => Self::Strings(strings.iter().map(|&s| s.to_owned()).collect()),
+            F::MFDouble | F::MFTime | F::MFVec3d => Self::Doubles(numbers.to_vec()),
+            F::MFString | F::MFName => {
+                Self::Strings(strings.iter().map(|&s| s.to_owned()).collect())
+            }
             F::MFVec2f => Self::Vec2s(
                 numbers
                     .chunks_exact(2)
