@@ -145,7 +145,7 @@ fn move_film(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus,
     let range = focal.efl * focal.front_efl;
     let nearest = nearest_for_film(optics, focal);
     // A few rounding errors of the sum from the focal point is the focal point.
-    if x.abs() <= 4.0 * f64::EPSILON * (distance + focal.ffl.abs()) {
+    if x.abs() <= 4.0 * f64::EPSILON * (distance.min(1e300) + focal.ffl.abs()) {
         return Err(FocusFault::ObjectAtFocalPoint { nearest });
     }
     if x < 0.0 {

@@ -1,0 +1,462 @@
+//! `ivcam lens`: what a lens is, and what becomes of rays in it, as text or for other programs.
+//!
+//! Millimeters, z = 0 at the front vertex, light travelling toward +z. Numbers are printed so
+//! that reading them back gives the same double.
+
+use std::io::Write;
+use std::sync::Arc;
+
+use clap::{Arg, ArgAction, ArgMatches, Command};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::diag::{Diagnostic, Result, Sink, Source, Span};
+use crate::lens::{
+    FirstOrder, Focus, FocusMethod, Lens, LensRay, LossKind, Plane, Pupil, Toward, glass,
+    shipped_names, trace,
+};
+use crate::math::{LengthUnit, Meters, parse_length};
+
+/// Half of the film's height in equation 7, in millimeters.
+const HALF_HEIGHT: f64 = 12.0;
+
+pub fn command() -> Command {
+    let value = |name: &'static str, value: &'static str, help: &'static str| {
+        Arg::new(name)
+            .long(name)
+            .value_name(value)
+            .help(help)
+            .allow_hyphen_values(true)
+    };
+    Command::new("lens")
+        .about("Tells what a lens is, or traces rays through it")
+        .arg(
+            Arg::new("lens")
+                .value_name("LENS")
+                .help("a shipped lens or a file; none lists them"),
+        )
+        .arg(
+            Arg::new("json")
+                .long("json")
+                .help("answer as JSON")
+                .action(ArgAction::SetTrue),
+        )
+        .arg(value("scale", "FACTOR", "multiply every length"))
+        .arg(value("efl", "LENGTH", "scale to this focal length").conflicts_with("scale"))
+        .arg(value(
+            "zoom-position",
+            "N",
+            "a tabulated position of a zoom lens, from 0",
+        ))
+        .arg(value(
+            "focus",
+            "DISTANCE",
+            "focus, in meters from the front vertex (or `inf`)",
+        ))
+        .arg(
+            value(
+                "focus-by",
+                "PART",
+                "what moves: the film, or the lens by equation 5",
+            )
+            .value_parser(["film", "lens"])
+            .default_value("film"),
+        )
+        .arg(value(
+            "wavelength",
+            "NM",
+            "the wavelength in nanometers; default the d line",
+        ))
+        .arg(value(
+            "trace",
+            "RAYS.json",
+            "trace a list of rays (`-` reads standard input)",
+        ))
+}
+
+/// Runs the command; the number is the exit code.
+pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+    let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
+    let Some(name) = text("lens") else {
+        return list(out);
+    };
+    let mut sink = Sink::new();
+    let opened = Lens::open_with(name, &mut sink);
+    for warning in sink.items() {
+        eprintln!("{}", warning.render(false));
+    }
+    let mut lens = opened?;
+    if let Some(position) = text("zoom-position") {
+        let position = parse(position, "zoom-position", "a number from 0")?;
+        lens = Lens::new(lens.prescription().at_zoom(position)?);
+    }
+    if let Some(factor) = text("scale") {
+        lens = lens.scaled(positive(factor, "scale")?);
+    }
+    if let Some(efl) = text("efl") {
+        let length = parse_length(efl, LengthUnit::Millimeter);
+        lens = lens.scaled_to(length.ok_or_else(|| wrong("efl", efl, "a length such as 20mm"))?)?;
+    }
+    if let Some(nm) = text("wavelength") {
+        lens = lens.at_wavelength(wavelength(positive(nm, "wavelength")?)?);
+    }
+    if let Some(file) = text("trace") {
+        return trace_file(&lens, file, out);
+    }
+    let method = match text("focus-by") {
+        Some("lens") => FocusMethod::Lens,
+        _ => FocusMethod::Film,
+    };
+    let focus = text("focus")
+        .map(|distance| focus(&lens, method, distance))
+        .transpose()?;
+    if matches.get_flag("json") {
+        let sheet = Sheet::of(&lens, focus.as_ref());
+        serde_json::to_writer_pretty(&mut *out, &sheet).map_err(std::io::Error::from)
+    } else {
+        write_text(&lens, focus.as_ref(), out)
+    }
+    .and_then(|()| writeln!(out))
+    .map_err(|e| Diagnostic::io("standard output", &e))?;
+    Ok(0)
+}
+
+fn focus(lens: &Lens, method: FocusMethod, distance: &str) -> Result<Focus> {
+    let Some(distance) = parse_length(distance, LengthUnit::Meter) else {
+        return Err(wrong(
+            "focus",
+            distance,
+            "a distance in meters, such as 1.2, 40cm or inf",
+        ));
+    };
+    lens.focus(method, Meters::from(distance))
+        .map_err(|fault| fault.diagnostic(lens.name()))
+}
+
+fn list(out: &mut dyn Write) -> Result<i32> {
+    for name in shipped_names() {
+        let optics = Lens::named(name)?;
+        let f_number = optics
+            .first_order()
+            .f_number()
+            .map_or("-".into(), |n| format!("f/{n:.1}"));
+        writeln!(
+            out,
+            "{name:<24} {:>8.1} mm  {f_number}",
+            optics.first_order().efl()
+        )
+        .map_err(|e| Diagnostic::io("standard output", &e))?;
+    }
+    Ok(0)
+}
+
+fn wrong(flag: &str, value: &str, wanted: &str) -> Box<Diagnostic> {
+    Diagnostic::error(format!("`--{flag} {value}` is not understood"))
+        .with_help(format!("give {wanted}"))
+}
+
+fn parse<T: std::str::FromStr>(value: &str, flag: &str, wanted: &str) -> Result<T> {
+    value.parse().map_err(|_| wrong(flag, value, wanted))
+}
+
+fn positive(value: &str, flag: &str) -> Result<f64> {
+    let number: f64 = parse(value, flag, "a number greater than 0")?;
+    if number > 0.0 && number.is_finite() {
+        Ok(number)
+    } else {
+        Err(wrong(flag, value, "a number greater than 0"))
+    }
+}
+
+fn wavelength(nm: f64) -> Result<f64> {
+    if (100.0..=100_000.0).contains(&nm) {
+        return Ok(nm);
+    }
+    Err(
+        Diagnostic::error(format!("a wavelength of {nm} nm can't be traced"))
+            .with_help("wavelengths are in nanometers; visible light is 380 to 750"),
+    )
+}
+
+/// The answer to `--json`.
+#[derive(Serialize)]
+struct Sheet<'a> {
+    name: &'a str,
+    wavelength_nm: f64,
+    #[serde(flatten)]
+    optics: Optics,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    x_plane: Option<Optics>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    focus: Option<FocusSheet>,
+}
+
+/// First-order data of one plane; what is at infinity is null.
+#[derive(Serialize)]
+struct Optics {
+    efl: Option<f64>,
+    bfl: Option<f64>,
+    ffl: Option<f64>,
+    front_focal_point: Option<f64>,
+    rear_focal_point: Option<f64>,
+    front_principal_plane: Option<f64>,
+    rear_principal_plane: Option<f64>,
+    entrance_pupil: Option<PupilSheet>,
+    exit_pupil: Option<PupilSheet>,
+    f_number: Option<f64>,
+    length: f64,
+    afocal: bool,
+    power: f64,
+    matrix: [f64; 4],
+}
+
+#[derive(Serialize)]
+struct PupilSheet {
+    z: f64,
+    semi_diameter: f64,
+}
+
+/// Distances in millimeters, as everywhere in the answer.
+#[derive(Serialize)]
+struct FocusSheet {
+    distance: Option<f64>,
+    film_z: f64,
+    method: &'static str,
+    magnification: f64,
+    height_angle: f64,
+    extension: f64,
+}
+
+impl Optics {
+    fn of(optics: &FirstOrder) -> Self {
+        let focal = optics.focal;
+        let pupil = |p: Option<Pupil>| {
+            p.map(|p| PupilSheet {
+                z: p.z,
+                semi_diameter: p.semi_diameter,
+            })
+        };
+        Self {
+            efl: focal.map(|f| f.efl),
+            bfl: focal.map(|f| f.bfl),
+            ffl: focal.map(|f| f.ffl),
+            front_focal_point: focal.map(|f| f.front_focal_point),
+            rear_focal_point: focal.map(|f| f.rear_focal_point),
+            front_principal_plane: focal.map(|f| f.front_principal_plane),
+            rear_principal_plane: focal.map(|f| f.rear_principal_plane),
+            entrance_pupil: pupil(optics.entrance_pupil),
+            exit_pupil: pupil(optics.exit_pupil),
+            f_number: optics.f_number(),
+            length: optics.length,
+            afocal: focal.is_none(),
+            power: optics.power,
+            matrix: optics.matrix,
+        }
+    }
+}
+
+impl<'a> Sheet<'a> {
+    fn of(lens: &'a Lens, focus: Option<&Focus>) -> Self {
+        let rotational = lens
+            .prescription()
+            .surfaces
+            .iter()
+            .all(|s| s.shape.is_rotational());
+        Self {
+            name: lens.name(),
+            wavelength_nm: lens.wavelength(),
+            optics: Optics::of(lens.first_order()),
+            x_plane: (!rotational).then(|| Optics::of(&lens.first_order_in(Plane::X))),
+            focus: focus.map(|focus| FocusSheet {
+                distance: focus.distance.is_finite().then_some(focus.distance),
+                film_z: focus.film_z,
+                method: focus.method.name(),
+                magnification: focus.magnification,
+                height_angle: focus.height_angle(HALF_HEIGHT),
+                extension: focus.extension,
+            }),
+        }
+    }
+}
+
+fn write_text(lens: &Lens, focus: Option<&Focus>, out: &mut dyn Write) -> std::io::Result<()> {
+    let optics = lens.first_order();
+    writeln!(out, "{}", lens.name())?;
+    for note in &lens.prescription().notes {
+        writeln!(out, "  {note}")?;
+    }
+    match optics.focal {
+        None => writeln!(out, "  afocal: parallel light leaves parallel")?,
+        Some(focal) => {
+            writeln!(out, "  focal length           {:>12.4} mm", focal.efl)?;
+            writeln!(out, "  back focal length      {:>12.4} mm", focal.bfl)?;
+            writeln!(out, "  front focal length     {:>12.4} mm", focal.ffl)?;
+            writeln!(
+                out,
+                "  front principal plane  {:>12.4} mm",
+                focal.front_principal_plane
+            )?;
+            writeln!(
+                out,
+                "  rear principal plane   {:>12.4} mm",
+                focal.rear_principal_plane
+            )?;
+        }
+    }
+    let pupils = [
+        ("entrance pupil", optics.entrance_pupil),
+        ("exit pupil", optics.exit_pupil),
+    ];
+    for (name, pupil) in pupils {
+        match pupil {
+            Some(p) => writeln!(
+                out,
+                "  {name:<22} {:>12.4} mm  semi-diameter {:.4} mm",
+                p.z, p.semi_diameter
+            )?,
+            None => writeln!(out, "  {name:<22} at infinity")?,
+        }
+    }
+    if let Some(n) = optics.f_number() {
+        writeln!(out, "  f-number               {n:>12.4}")?;
+    }
+    write!(out, "  length                 {:>12.4} mm", optics.length)?;
+    if let Some(focus) = focus {
+        let angle = focus.height_angle(HALF_HEIGHT).to_degrees();
+        writeln!(
+            out,
+            "\n  focused at {} m ({} moved)",
+            focus.distance / 1000.0,
+            focus.method.name()
+        )?;
+        writeln!(out, "  film at                {:>12.4} mm", focus.film_z)?;
+        writeln!(
+            out,
+            "  magnification          {:>12.6}",
+            focus.magnification
+        )?;
+        write!(out, "  height angle           {angle:>12.4} degrees")?;
+    }
+    Ok(())
+}
+
+/// A ray as asked.
+#[derive(Deserialize)]
+struct Asked {
+    origin: [f64; 3],
+    direction: [f64; 3],
+    #[serde(default)]
+    from: From,
+    #[serde(default = "yes")]
+    apertures: bool,
+    wavelength_nm: Option<f64>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum From {
+    #[default]
+    Scene,
+    Film,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// A ray as answered.
+#[derive(Serialize)]
+struct Answer {
+    status: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    surface: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    origin: Option<[f64; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    direction: Option<[f64; 3]>,
+    hits: Vec<[f64; 3]>,
+}
+
+fn trace_file(lens: &Lens, file: &str, out: &mut dyn Write) -> Result<i32> {
+    let bytes = match file {
+        "-" => std::io::read_to_string(std::io::stdin()).map(String::into_bytes),
+        _ => std::fs::read(file),
+    };
+    let bytes = bytes.map_err(|e| Diagnostic::io(file, &e))?;
+    let source = Arc::new(Source::new(file, bytes));
+    let asked: Vec<Asked> = serde_json::from_slice(&source.bytes).map_err(|error| {
+        let before: usize = source
+            .bytes
+            .split_inclusive(|&b| b == b'\n')
+            .take(error.line().saturating_sub(1))
+            .map(<[u8]>::len)
+            .sum();
+        let at = (before + error.column().saturating_sub(1)).min(source.bytes.len());
+        let text = error.to_string();
+        let reason = text.rsplit_once(" at line").map_or(text.as_str(), |(reason, _)| reason);
+        Diagnostic::error(format!("this is not a list of rays: {reason}"))
+            .at(&source, Span::at(at))
+            .with_help(
+                r#"a ray is {"origin": [x, y, z], "direction": [x, y, z], "from": "scene" or "film"}"#,
+            )
+    })?;
+    let mut lenses: Vec<Lens> = vec![lens.clone()];
+    let mut answers = Vec::with_capacity(asked.len());
+    for (i, ray) in asked.iter().enumerate() {
+        let nm = match ray.wavelength_nm {
+            Some(nm) => wavelength(nm).map_err(|e| e.in_file(file))?,
+            None => lens.wavelength(),
+        };
+        let nm = glass::named_line(nm);
+        let found = lenses.iter().position(|l| l.wavelength() == nm);
+        let index = found.unwrap_or_else(|| {
+            lenses.push(lens.at_wavelength(nm));
+            lenses.len() - 1
+        });
+        answers.push(answer(&lenses[index], i, ray).map_err(|e| e.in_file(file))?);
+    }
+    serde_json::to_writer(&mut *out, &answers)
+        .map_err(std::io::Error::from)
+        .and_then(|()| writeln!(out))
+        .map_err(|e| Diagnostic::io("standard output", &e))?;
+    Ok(0)
+}
+
+fn answer(lens: &Lens, number: usize, asked: &Asked) -> Result<Answer> {
+    let ray = LensRay {
+        origin: DVec3::from_array(asked.origin),
+        direction: DVec3::from_array(asked.direction),
+    };
+    if trace::unit(ray.direction).is_none() || !ray.origin.is_finite() {
+        return Err(Diagnostic::error(format!(
+            "ray {number} has no direction or no finite origin"
+        ))
+        .with_help("rays are counted from 0; a direction may have any length but 0"));
+    }
+    let toward = match asked.from {
+        From::Scene => Toward::Film,
+        From::Film => Toward::Scene,
+    };
+    let path = lens.trace_path(&ray, toward, asked.apertures);
+    let hits = path.hits.iter().map(|h| h.to_array()).collect();
+    Ok(match path.outcome {
+        Ok(ray) => Answer {
+            status: "passed",
+            surface: None,
+            origin: Some(ray.origin.to_array()),
+            direction: Some(ray.direction.to_array()),
+            hits,
+        },
+        Err(loss) => Answer {
+            status: match loss.kind {
+                LossKind::Missed => "missed",
+                LossKind::Blocked => "blocked",
+                LossKind::TotalReflection => "total_reflection",
+            },
+            surface: Some(loss.surface),
+            origin: None,
+            direction: None,
+            hits,
+        },
+    })
+}
