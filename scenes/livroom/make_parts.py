@@ -33,7 +33,7 @@ def paint(name, width, height, pixel, step=4):
 WALNUT = (0.36, 0.22, 0.13)
 OAK = (0.62, 0.45, 0.28)
 BLACK = material((0.035, 0.033, 0.035), 0.16, 0.55)
-BRASS = material((0.50, 0.36, 0.14), (0.45, 0.36, 0.18), 0.5)
+BRASS = material((0.40, 0.30, 0.14), (0.42, 0.35, 0.21), 0.5)
 WHITE_PAINT = material((0.86, 0.85, 0.82), 0.03, 0.2)
 
 
@@ -91,10 +91,10 @@ def room():
                       group(None, flat_grid((x1, 0, z1), (0, 0, hall - z1), (0, top, 0), 9, 3, (1, 1))),
                       group(None, flat_grid((x1, 0, hall), (-wide, 0, 0), (0, top, 0), 3, 3, (1, 1))),
                       group(None, flat_grid((x0, top, z1), (wide, 0, 0), (0, 0, hall - z1), 3, 9, (1, 1))))
-    write_part("room", f"""The empty room: floor, walls, ceiling, skirting, and the hall behind the camera.
+    write_part("room", f"""The empty room: floor, walls, ceiling, skirting, cornice, and the hall behind the camera.
 {wide} m wide (x {x0} to {x1}), {deep} m deep (z {z0} to {z1}), {top} m high; the hall runs on to z = {hall},
 so that the long lenses have room to stand back. Two window openings in the left wall.""",
-               wallpaper, floor_part, ceiling, front, hall_part, skirting())
+               wallpaper, floor_part, ceiling, front, hall_part, skirting(), cornice())
 
 
 def skirting():
@@ -107,6 +107,21 @@ def skirting():
         return surface(board.turned("y", angle).moved(x, 0, z), 0.5)
     deep = r["z1"] - r["z0"]
     return group("SKIRTING", WHITE_PAINT,
+                 run(r["x0"], r["z0"], deep, 0), run(r["x1"], r["z1"], deep, pi),
+                 run(r["x1"], r["z0"], r["x1"] - r["x0"], -pi / 2))
+
+
+def cornice():
+    """A plaster cornice, 90 mm down the wall and along the ceiling: a cove between two fillets."""
+    r = ROOM
+    cove = [(0.012 + 0.066 * (1 - cos(a)), 0.012 + 0.066 * (1 - sin(a))) for a in (pi / 2 * k / 8 for k in range(9))]
+    section = [(0, 0), (0, 0.090), (0.012, 0.090)] + [(x, y) for x, y in cove] + [(0.090, 0.012), (0.090, 0)]
+    section = [(x, r["height"] - y) for x, y in section]
+
+    def run(x, z, length, angle):
+        return surface(extrude(section, 0, length).turned("y", angle).moved(x, 0, z), 0.5)
+    deep = r["z1"] - r["z0"]
+    return group("CORNICE", WHITE_PAINT,
                  run(r["x0"], r["z0"], deep, 0), run(r["x1"], r["z1"], deep, pi),
                  run(r["x1"], r["z0"], r["x1"] - r["x0"], -pi / 2))
 
@@ -252,7 +267,8 @@ def dial():
     rim = lathe([(0.044, 0.0), (0.044, 0.0052), (0.0433, 0.0064), (0.0420, 0.0068), (0.0405, 0.0062), (0.0395, 0.0046)], 48)
     wheel = finger_wheel(0.0365, 0.0014).turned("y", FIRST_HOLE).moved(0, 0.0072, 0)
     hub = lathe([(0.0190, 0.0086), (0.0185, 0.0095), (0.0165, 0.0098), (0.0150, 0.0091)], 40)
-    card = lathe([(0.0150, 0.0091), (0, 0.0092)], 40)
+    card = lathe([(0.0150, 0.0091), (0, 0.0092)], 32)
+    card.uv = [(0.5 + p[0] / 0.031, 0.5 - p[2] / 0.031) for p in card.points]
     a = FIRST_HOLE - pi / 6 * 1.55
     stop = sweep(curve([(0.0415 * sin(a), 0.0066, 0.0415 * cos(a)), (0.036 * sin(a), 0.0102, 0.036 * cos(a)),
                         (0.029 * sin(a), 0.0100, 0.029 * cos(a)), (0.0235 * sin(a + 0.09), 0.0094, 0.0235 * cos(a + 0.09))], 4),
@@ -261,7 +277,7 @@ def dial():
             group("DIAL_RIM", BRASS, surface(rim, 0.7, 5)),
             group("FINGER_WHEEL", material((0.09, 0.085, 0.08), 0.25, 0.6), surface(wheel, 0.4, 5)),
             group("DIAL_HUB", BRASS, surface(hub, 0.7, 5)),
-            group("NUMBER_CARD", material((0.88, 0.84, 0.72)), surface(card, 0.3, 5)),
+            group("NUMBER_CARD", material((0.92, 0.90, 0.86)), texture("dial-card.png", "CLAMP"), surface(card, 0.3, 5)),
             group("FINGER_STOP", BRASS, surface(stop, 0.8, 5))]
 
 
@@ -278,8 +294,8 @@ def handset():
            (0.0165, 0.0085), (0.0130, 0.0150), (0.0110, 0.0200), (0, 0.0220)]
     parts = [surface(grip, 0.8, 5, "GRIP")]
     for name, s in (("EAR_PIECE", 1), ("MOUTH_PIECE", -1)):
-        piece = lathe(cup, 40).turned("z", -s * 0.22).moved(s * 0.1015, 0.1135, 0)
-        parts.append(surface(piece, 0.7, 5, name))
+        parts.append(at(s * 0.1015, 0.1135, 0, surface(lathe(cup, 36), 0.7, 5, "CUP") if s > 0 else "USE CUP",
+                        name=name, turn=((0, 0, 1), -s * 0.22)))
     ribs = [lathe([(0.0329, -0.0150), (0.0337, -0.0142), (0.0337, -0.0134), (0.0329, -0.0126)], 40)
             .turned("z", -s * 0.22).moved(s * 0.1015, 0.1135, 0) for s in (-1, 1)]
     return group("HANDSET", BLACK, *parts, group("HANDSET_RINGS", BRASS, *[surface(m, 0.8, 5) for m in ribs]))
@@ -287,7 +303,7 @@ def handset():
 
 def cradle():
     neck = lathe([(0.030, 0.1115), (0.030, 0.1135), (0.022, 0.1155), (0.0155, 0.1190), (0.0150, 0.1245), (0.018, 0.1280), (0, 0.1290)], 32)
-    neck = neck.map(lambda p: (1.5 * p[0], p[1], p[2] - 0.0)).moved(0, 0, 0)
+    neck = neck.map(lambda p: (1.3 * p[0], p[1], p[2]))
     bar = rounded_box((0.118, 0.009, 0.015), 0.004, 3).moved(0, 0.1285, 0)
     parts = [surface(neck, 0.6, 5, "NECK"), surface(bar, 0.6, 5, "CROSS_BAR")]
     fork = curve([(0, 0.1640, -0.0245), (0, 0.1500, -0.0205), (0, 0.1395, -0.0165), (0, 0.1336, -0.0085), (0, 0.1325, 0),
@@ -300,12 +316,10 @@ def cradle():
     return group("CRADLE", BRASS, "Translation { translation 0 0 -0.017 }", *parts)
 
 
-def cord(knots, name, radius=0.0029, steps=10):
-    """A twisted cord: three strands, one turn in 16 mm."""
+def cord(knots, name, radius=0.0029, steps=8):
+    """A cloth cord along a smooth curve through the knots."""
     path = curve(knots, steps)
-    lobes = 12
-    section = [(radius * (1 + 0.18 * cos(3 * a)) * cos(a), radius * (1 + 0.18 * cos(3 * a)) * sin(a))
-               for a in (2 * pi * k / lobes for k in range(lobes))]
+    section = ring(radius, 8)
     return surface(sweep(path, section), 1.2, 5, name, material((0.20, 0.13, 0.08), 0.02, 0.1))
 
 
@@ -319,7 +333,7 @@ def telephone():
              (-0.212, 0.0034, 0.012), (-0.182, 0.0034, -0.040), (-0.150, 0.0034, -0.092), (-0.100, 0.0034, -0.122),
              (-0.050, 0.0040, -0.112), (-0.036, 0.0080, -0.092), (-0.034, 0.0110, -0.076)]
     write_part("telephone", """Antique desk telephone, 0.26 m across the handset, 0.20 x 0.17 m at the base, 0.17 m high.
-It faces +z; the origin is on the table under its middle. Black body, brass cradle, dial with ten holes, twisted cord.""",
+It faces +z; the origin is on the table under its middle. Black body, brass cradle, dial with ten holes, cloth cord.""",
                group("BODY", BLACK, surface(telephone_body(), 0.55, 5)),
                group("FEET", material((0.10, 0.09, 0.08)), *feet), face, cradle(),
                group(None, lift, handset()), cord(knots, "CORD"))
@@ -371,22 +385,19 @@ def book():
 # ---- the lamp ----
 
 def lamp():
-    base = lathe([(0.150, 0), (0.150, 0.012), (0.146, 0.018), (0.120, 0.024), (0.060, 0.032), (0.030, 0.045), (0.018, 0.070), (0.0135, 0.10)], 48)
-    knob = lathe([(0.0095, 0.70), (0.016, 0.71), (0.022, 0.73), (0.016, 0.75), (0.0095, 0.76)], 24)
-    collar = lathe([(0.0095, 1.20), (0.020, 1.21), (0.024, 1.225), (0.018, 1.24), (0.016, 1.27), (0, 1.275)], 24)
-    shade_out = [(0.235, 1.240), (0.150, 1.560)]
-    shade = lathe([(0.232, 1.240), (0.235, 1.240), (0.236, 1.246), (0.152, 1.556), (0.150, 1.560), (0.147, 1.560), (0.232, 1.240)], 56)
-    spokes = []
+    base = lathe([(0.150, 0), (0.150, 0.012), (0.146, 0.018), (0.120, 0.024), (0.060, 0.032), (0.030, 0.045), (0.018, 0.070), (0.0135, 0.10)], 36)
+    knob = lathe([(0.0095, 0.70), (0.016, 0.71), (0.022, 0.73), (0.016, 0.75), (0.0095, 0.76)], 20)
+    collar = lathe([(0.0095, 1.18), (0.020, 1.19), (0.024, 1.205), (0.018, 1.22), (0.016, 1.25), (0, 1.255)], 20)
+    shade = lathe([(0.232, 1.240), (0.235, 1.240), (0.236, 1.246), (0.117, 1.554), (0.115, 1.560), (0.112, 1.560), (0.232, 1.240)], 48)
+    spider = []
     for k in range(3):
-        a = 2 * pi * k / 3
-        spokes.append(at(0.0745 * sin(a), 1.545, 0.0745 * cos(a), "Rotation { rotation 1 0 0 1.5708 }", cylinder(0.0022, 0.149),
-                         turn=((0, 1, 0), a)))
+        a = 2 * pi * k / 3 + 0.4
+        spider.append(at(0.123 * sin(a), 1.246, 0.123 * cos(a), "Rotation { rotation 1 0 0 1.5708 }", cylinder(0.0010, 0.222), turn=((0, 1, 0), a)))
     write_part("lamp", """Floor lamp, 1.56 m high: brass foot (radius 0.15 m) and stem, linen shade open at top and bottom
-(radius 0.235 m below, 0.15 m above, from 1.24 to 1.56 m). The light is in the middle of the shade at 1.40 m and
-shines out of both openings; there is no bulb around it that would shadow it.""",
-               group("FOOT", BRASS, surface(base, 0.5), surface(knob, 0.8), surface(collar, 0.8),
-                     at(0, 0.65, 0, cylinder(0.0095, 1.15)), *spokes),
-               group("SHADE", material((0.62, 0.50, 0.34), emissive=(0.55, 0.42, 0.25)), surface(shade, 0.4)))
+(radius 0.235 m below, 0.115 m above, from 1.24 to 1.56 m) on a spider of three wires. The light is in the shade, 1.37 m
+above the floor, and shines out of both openings; there is no bulb around it that would shadow it.""",
+               group("FOOT", BRASS, surface(base, 0.5), surface(knob, 0.8), surface(collar, 0.8), at(0, 0.64, 0, cylinder(0.0095, 1.13)), *spider),
+               group("SHADE", material((0.62, 0.50, 0.34), emissive=(0.52, 0.39, 0.22)), surface(shade, 0.4)))
 
 
 # ---- sofa and armchair ----
@@ -425,17 +436,17 @@ def seat(name, about, seats, cushion, arm, fabric, per_meter, extras=()):
     inner = seats * cushion
 
     def soft(size, radius, place, tilt=0.0, bulge=(0, 0, 0), middle=4, name=None):
-        m = rounded_box(size, radius, 3, middle, bulge).turned("x", tilt).moved(*place)
+        m = rounded_box(size, radius, 1 if middle == 1 else 3, middle, bulge).turned("x", tilt).moved(*place)
         return surface(clothed(m, per_meter), 1.0, 4, name)
     parts = [soft((inner + 0.10, 0.21, 0.80), 0.02, (0, 0.235, 0.0), name="BASE", middle=1),
-             soft((inner + 0.16, 0.52, 0.18), 0.06, (0, 0.58, -0.33), -0.14, (0, 0.01, 0.01), name="BACK")]
+             soft((inner + 0.16, 0.52, 0.18), 0.06, (0, 0.58, -0.33), -0.14, (0, 0.01, 0.01), 2, name="BACK")]
     for s in (-1, 1):
-        m = rounded_box((arm[0], arm[1], 0.88), 0.075, 4, 3, (0.012, 0.0, 0.01))
-        flare = m.map(lambda p: (p[0] + s * 0.10 * max(0.0, p[1] / arm[1] + 0.1) ** 2 * arm[0], p[1], p[2]))
+        m = rounded_box((arm[0], arm[1] + 0.08, 0.88), 0.075, 3, 2, (0.008, 0.0, 0.008)).moved(0, -0.04, 0)
+        flare = m.map(lambda p: (p[0] + s * 0.10 * max(0.0, p[1] / arm[1] + 0.1) ** 2 * arm[0], max(p[1], -arm[1] / 2), p[2]))
         parts.append(surface(clothed(flare.moved(s * (inner / 2 + arm[0] / 2 - 0.004), 0.13 + arm[1] / 2, 0.005), per_meter),
                              1.0, 4, "ARM_LEFT" if s < 0 else "ARM_RIGHT"))
-    bottom = soft((cushion - 0.008, 0.15, 0.64), 0.045, (0, 0, 0), 0, (0.004, 0.022, 0.006), 5, "SEAT_CUSHION")
-    back = soft((cushion - 0.012, 0.42, 0.17), 0.06, (0, 0, 0), -0.22, (0.004, 0.012, 0.045), 5, "BACK_CUSHION")
+    bottom = soft((cushion - 0.008, 0.15, 0.64), 0.045, (0, 0, 0), 0, (0.004, 0.022, 0.006), 4, "SEAT_CUSHION")
+    back = soft((cushion - 0.012, 0.42, 0.17), 0.06, (0, 0, 0), -0.22, (0.004, 0.012, 0.045), 4, "BACK_CUSHION")
     for k in range(seats):
         x = (k - (seats - 1) / 2) * cushion
         parts.append(at(x, 0.405, 0.115, bottom if k == 0 else "USE SEAT_CUSHION"))
@@ -464,7 +475,7 @@ Origin on the floor under its middle.""",
 # ---- bookshelf and sideboard ----
 
 SPINES = [(0.42, 0.10, 0.08), (0.12, 0.22, 0.33), (0.16, 0.30, 0.20), (0.55, 0.40, 0.18), (0.70, 0.64, 0.50), (0.25, 0.14, 0.10),
-          (0.10, 0.11, 0.14), (0.50, 0.22, 0.12), (0.30, 0.32, 0.36), (0.62, 0.52, 0.36), (0.34, 0.09, 0.16), (0.18, 0.36, 0.38)]
+          (0.10, 0.11, 0.14), (0.50, 0.22, 0.12), (0.30, 0.32, 0.36), (0.62, 0.52, 0.36), (0.29, 0.11, 0.10), (0.17, 0.25, 0.24)]
 
 
 def row_of_books(x0, x1, y, z_front, seed, tallest):
@@ -537,7 +548,7 @@ def sideboard():
     wood = [material((0.80, 0.64, 0.50), 0.07, 0.5), texture("walnut.png")]
 
     def plank(size, place, grain="x", r=0.003):
-        m = rounded_box(size, r, 2)
+        m = rounded_box(size, r, 1)
         k = {"x": 0, "y": 1}[grain]
         m.uv = [(p[k] / 0.6 + place[0], (p[1 - k] + p[2]) / 0.2 + place[1] * 3 + place[0]) for p in m.points]
         return surface(m.moved(*place), 0.5)
@@ -566,17 +577,17 @@ On it a bowl of fruit and a vase with twigs.""",
 def vase_with_twigs():
     vase = surface(lathe([(0, 0), (0.050, 0), (0.056, 0.005), (0.078, 0.060), (0.088, 0.115), (0.078, 0.170), (0.046, 0.225), (0.034, 0.255),
                           (0.036, 0.280), (0.047, 0.300), (0.043, 0.300), (0.030, 0.270), (0.028, 0.24), (0, 0.22)], 40), 0.8)
-    twigs, leaves = [], Mesh()
+    twigs, leaves = Mesh(), Mesh()
     for k in range(9):
         a, out, tall = 2 * pi * k / 9 + 0.5 * hashed(k, 1, 3), 0.07 + 0.13 * hashed(k, 2, 3), 0.50 + 0.26 * hashed(k, 3, 3)
         d = (sin(a), cos(a))
         path = curve([(0.012 * d[0], 0.235, 0.012 * d[1]), (0.028 * d[0], 0.31, 0.028 * d[1]),
                       (0.55 * out * d[0], 0.30 + 0.55 * (tall - 0.3), 0.55 * out * d[1]), (out * d[0], tall, out * d[1])], 4)
-        twigs.append(surface(sweep(path, ring(0.0022, 5), lambda t: 1 - 0.6 * t), 1.2))
+        twigs.join(sweep(path, ring(0.0022, 5), lambda t: 1 - 0.6 * t))
         for j in range(9):
             at_path = path[3 + j] if 3 + j < len(path) else path[-1]
             b = a + 2.4 * j + hashed(j, k, 4)
-            size = 0.030 + 0.020 * hashed(j, k, 5) - 0.0012 * j
+            size = 0.044 + 0.022 * hashed(j, k, 5) - 0.002 * j
             side = (cos(b), 0.35 + 0.4 * hashed(j, k, 6), sin(b))
             up = unit(side)
             across = unit(cross(up, (0.2, 1, 0.1)))
@@ -586,8 +597,8 @@ def vase_with_twigs():
             leaves.points += [add(at_path, add(times(up, 1.5 * size * s), add(times(across, size * t), times(bend, size * 3 * h)))) for s, t, h in shape]
             leaves.points.append(add(at_path, times(up, 0.75 * size)))
             leaves.faces += [(n + i, n + (i + 1) % 6, n + 6) for i in range(6)]
-    return [group("VASE", material((0.16, 0.26, 0.44), 0.14, 0.8), vase), group("TWIGS", material((0.28, 0.19, 0.11)), *twigs),
-            group("LEAVES", material((0.34, 0.42, 0.20), 0.03, 0.2), surface(leaves, 0.9))]
+    return [group("VASE", material((0.16, 0.26, 0.44), 0.14, 0.8), vase), group("TWIGS", material((0.28, 0.19, 0.11)), surface(twigs, 1.2)),
+            group("LEAVES", material((0.42, 0.50, 0.26), 0.03, 0.2), surface(leaves, 0.9))]
 
 
 # ---- rug, picture, curtain, and what is outside ----
@@ -642,6 +653,50 @@ def picture():
 Gilt moulding, mat, and the painting as a texture.""",
                group("MOULDING", material((0.46, 0.33, 0.15), (0.22, 0.18, 0.10), 0.35), surface(frame, 0.5)), mat,
                group("PAINTING", material((0.95, 0.95, 0.95)), texture("painting.png", "CLAMP"), surface(canvas, 0)))
+
+
+def prints():
+    """Two small framed engravings side by side; the same frame with two textures."""
+    w, h, bar = 0.40, 0.52, 0.022
+    paper = sheet(2, 2, lambda u, v: ((w / 2 - bar) * (2 * u - 1), (h / 2 - bar) * (2 * v - 1), 0.006))
+    frame = [block(s * (w - bar) / 2 - bar / 2, s * (w - bar) / 2 + bar / 2, -h / 2, h / 2, 0.001, 0.020) for s in (-1, 1)]
+    frame += [block(-w / 2 + bar, w / 2 - bar, s * (h - bar) / 2 - bar / 2, s * (h - bar) / 2 + bar / 2, 0.001, 0.019) for s in (-1, 1)]
+    white = material((0.95, 0.95, 0.95))
+    write_part("prints", f"""Two engravings in black frames, {w} x {h} m each, hanging in the plane z = 0 and facing +z, 0.56 m apart.""",
+               at(-0.28, 0, 0, group("FRAME", material((0.10, 0.08, 0.07), 0.05, 0.4), *frame),
+                  group(None, white, texture("print-lens.png", "CLAMP"), "DEF PAPER " + surface(paper, 0))),
+               at(0.28, 0, 0, "USE FRAME", group(None, white, texture("print-eye.png", "CLAMP"), "USE PAPER")))
+
+
+def plant():
+    """A rubber plant in a pot: one leaf, used again along every stem."""
+    rows = [(0.0, 0.002), (0.12, 0.020), (0.3, 0.036), (0.5, 0.041), (0.7, 0.036), (0.88, 0.021), (1.0, 0.002)]
+    leaf = Mesh()
+    for t, half in rows:
+        droop = -0.05 * t * t
+        leaf.points += [(-half, droop + 0.010 * half / 0.041, 0.20 * t), (0, droop, 0.20 * t), (half, droop + 0.010 * half / 0.041, 0.20 * t)]
+    leaf.faces = [f[::-1] for f in grid_faces(len(rows), 3)]
+    stems, leaves = Mesh(), []
+    for k, (lean, tall, turn) in enumerate(((0.10, 1.18, 0.4), (0.20, 0.92, 2.3), (0.17, 1.02, 4.4), (0.05, 1.34, 5.3))):
+        path = curve([(0.02 * sin(turn), 0.27, 0.02 * cos(turn)), (0.5 * lean * sin(turn), 0.27 + 0.5 * tall - 0.1, 0.5 * lean * cos(turn)),
+                      (lean * sin(turn), 0.25 + tall * 0.93, lean * cos(turn))], 6)
+        stems.join(sweep(path, ring(0.008, 6), lambda t: 1 - 0.55 * t))
+        count = 9
+        for j in range(count):
+            p = path[3 + j]
+            around = turn + 2.4 * j + 0.5 * hashed(j, k, 91)
+            rise = 0.10 + 0.55 * hashed(j, k, 92) - (0 if j < count - 1 else -0.5)
+            size = 0.85 + 0.35 * hashed(j, k, 93) - 0.03 * j
+            place = f"Transform {{ translation {vector(p)} rotation 0 1 0 {number(around % (2 * pi), 3)} scaleFactor {vector((size,) * 3, 2)} }}"
+            tip = f"Rotation {{ rotation 1 0 0 {number(-rise, 3)} }}"
+            leaves.append(group(None, place, tip, "USE LEAF" if leaves else surface(leaf, 1.0, 4, "LEAF")))
+    pot = lathe([(0, 0), (0.105, 0), (0.110, 0.006), (0.140, 0.235), (0.152, 0.238), (0.155, 0.245), (0.155, 0.285), (0.150, 0.290), (0.140, 0.288),
+                 (0.138, 0.262), (0, 0.262)], 32)
+    write_part("plant", """A rubber plant, 1.5 m high, in a pot of radius 0.155 m; origin on the floor under the pot.""",
+               group("POT", material((0.66, 0.36, 0.24), 0.02, 0.2), surface(pot, 0.6)),
+               at(0, 0.2635, 0, material((0.16, 0.11, 0.08)), cylinder(0.138, 0.004), name="SOIL"),
+               group("STEMS", material((0.26, 0.22, 0.13)), surface(stems, 1.2)),
+               group("LEAVES", material((0.13, 0.27, 0.12), 0.08, 0.5), *leaves))
 
 
 def curtain():
@@ -724,36 +779,14 @@ def make_textures():
     for k in range(10):
         a = FIRST_HOLE + pi / 6 * k
         px, py = 128 + 0.0272 / 0.04 * 128 * sin(a), 128 + 0.0272 / 0.04 * 128 * cos(a)
-        digits += letters(str((k + 1) % 10), px, py + 10, 20)
-    ink = Ink(digits, 3.4)
+        digits += letters(str((k + 1) % 10), px, py + 10, 20, 4.2, 0.65, serif=0)
+    ink = Ink(digits)
     paint("dial.png", 256, 256, lambda x, y: mix((0.96, 0.95, 0.90), (0.05, 0.05, 0.06), ink.at(x, y)), 8)
+    card = Ink(letters("LIVING", 64, 46, 15, 2.4, 0.6, serif=0) + letters("ROOM", 64, 70, 15, 2.4, 0.6, serif=0)
+               + letters("6837", 64, 102, 22, 3.4, 0.6, serif=0))
+    paint("dial-card.png", 128, 128, lambda x, y: mix((0.93, 0.88, 0.74), (0.35, 0.08, 0.06), card.at(x, y)), 8)
 
-    def cloth(x, y, seed):
-        return 0.90 + 0.10 * hashed(x // 2, y, seed) + 0.06 * hashed(x, y // 2, seed + 1)
-    gold = (0.93, 0.76, 0.38)
-    title = Ink(letters("GEOMETRICAL", 192, 82, 34) + letters("OPTICS", 192, 138, 40), 5.5)
-    small = Ink(letters("LENSES - LIGHT - IMAGES", 192, 234, 12), 2.2)
-    def frame(x, y, w, h, m):
-        d = min(x - m, y - m, w - 1 - m - x, h - 1 - m - y)
-        return 1.0 if 0 <= d < 2 or 4 <= d < 5 else 0.0
-    def lens_mark(x, y):
-        u, v = x - 192, y - 183
-        d = max(hypot(u - 34, v) - 44, hypot(u + 34, v) - 44)
-        axis = abs(v) < 0.8 and abs(u) < 90
-        return clamp(1.6 - abs(d)) if abs(d) < 1.6 else (1.0 if axis else 0.0)
-    def cover(x, y):
-        k = cloth(x, y, 1)
-        c = (0.45 * k, 0.065 * k, 0.065 * k)
-        return mix(c, gold, max(title.at(x, y), small.at(x, y), frame(x, y, 384, 278, 14), lens_mark(x, y)))
-    paint("book-cover.png", 384, 278, cover, 8)
-    back = Ink(letters("GEOMETRICAL OPTICS", 178, 46, 22), 4.0)
-    maker = Ink(letters("VOL 1", 344, 43, 13), 2.4)
-    def spine(x, y):
-        k = cloth(x, y, 3)
-        c = (0.43 * k, 0.06 * k, 0.06 * k)
-        band = 1.0 if x in (12, 13, 14, 18, 312, 316, 317, 318, 371, 370, 369, 365) else 0.0
-        return mix(c, gold, max(back.at(x, y), maker.at(x, y), band))
-    paint("book-spine.png", 384, 72, spine, 8)
+    book_cover()
     paint("pages.png", 64, 128, lambda x, y: ((lambda k: (k, k * 0.985, k * 0.95))(0.80 + 0.20 * hashed(0, y, 8) - 0.05 * hashed(x, y, 9))), 8)
 
     def weave(x, y):
@@ -775,7 +808,40 @@ def make_textures():
     paint("globe.png", 128, 64, globe, 8)
     paint("rug.png", 228, 300, rug_pattern, 16)
     paint("painting.png", 292, 196, landscape, 8)
+    for name, ink in (("print-lens.png", lens_drawing()), ("print-eye.png", eye_drawing())):
+        paint(name, 144, 192, lambda x, y: engraving(x, y, ink), 8)
     paint("garden.png", 256, 146, garden, 8)
+
+
+
+def book_cover():
+    """Gilt lettering on red cloth, 448 x 325 for the cover and 448 x 92 for the spine."""
+    gold = (0.93, 0.77, 0.40)
+    wide, high = 448, 325
+
+    def cloth(x, y, seed):
+        k = 0.90 + 0.10 * hashed(x // 2, y, seed) + 0.06 * hashed(x, y // 2, seed + 1)
+        return (0.46 * k, 0.065 * k, 0.060 * k)
+    ink = letters("GEOMETRICAL", wide / 2, 98, 36, 6.5) + letters("OPTICS", wide / 2, 158, 44, 8.0)
+    ink += letters("LENSES  -  LIGHT  -  IMAGES", wide / 2, 289, 12, 2.6, 0.7, serif=0.6)
+    for m, w in ((12, 2.5), (18, 1.2)):
+        corners = [(m, m), (wide - m, m), (wide - m, high - m), (m, high - m), (m, m)]
+        ink += [(*a, *b, w) for a, b in zip(corners, corners[1:])]
+    middle = 217
+    for s in (-1, 1):   # a biconvex lens: two arcs, and rays that meet behind it
+        arc = [(wide / 2 + s * (64 - 84 * cos(a)) * -1, middle + 84 * sin(a)) for a in (0.028 * k - 0.56 for k in range(41))]
+        ink += [(*a, *b, 2.4) for a, b in zip(arc, arc[1:])]
+        for h in (16, 32):
+            ink += [(wide / 2 - 130, middle + s * h, wide / 2, middle + s * h, 1.3), (wide / 2, middle + s * h, wide / 2 + 130, middle - s * h * 0.08, 1.3)]
+    ink.append((wide / 2 - 140, middle, wide / 2 + 140, middle, 1.0))
+    cover = Ink(ink)
+    paint("book-cover.png", wide, high, lambda x, y: mix(cloth(x, y, 1), gold, cover.at(x, y)), 8)
+    ink = letters("GEOMETRICAL", 201, 28, 13, 3.0, 0.6, spacing=3.2) + letters("OPTICS", 201, 78, 40, 8.0, spacing=3.0)
+    ink += letters("I", 411, 57, 20, 4.0)
+    for x, w in ((12, 3.0), (18, 1.2), (384, 1.2), (390, 3.0), (432, 3.0), (438, 1.2)):
+        ink.append((x, 0, x, 92, w))
+    spine = Ink(ink)
+    paint("book-spine.png", wide, 92, lambda x, y: mix(cloth(x, y, 3), gold, spine.at(x, y)), 8)
 
 
 def rug_pattern(x, y):
@@ -871,6 +937,43 @@ def landscape(x, y):
     return tuple(k * (0.94 + 0.10 * hashed(x // 2, y, 75)) for k in c)
 
 
+
+def engraving(x, y, ink):
+    """Ink on old paper inside a mat; x, y in pixels of 144 x 192."""
+    d = min(x, y, 143 - x, 191 - y)
+    paper = mix((0.90, 0.86, 0.74), (0.80, 0.72, 0.56), 0.7 * noise(x / 30, y / 30, 0, 0, 95))
+    c = (0.93, 0.92, 0.88) if d < 20 else mix(paper, (0.20, 0.15, 0.12), 0.9 * ink.at(x, y))
+    return times(c, 0.75) if d == 20 else c
+
+
+def arcs(x, y, radius, middle, half, width, steps=14):
+    """Segments of an arc about (x, y), `half` radians to both sides of the direction `middle`."""
+    points = [(x + radius * cos(middle + half * (2 * k / steps - 1)), y + radius * sin(middle + half * (2 * k / steps - 1))) for k in range(steps + 1)]
+    return [(*a, *b, width) for a, b in zip(points, points[1:])]
+
+
+def lens_drawing():
+    """Four lens elements on an axis, with rays, and a caption."""
+    ink = [(32, 86, 112, 86, 0.7)] + letters("OBJECTIVE", 72, 158, 7, 1.3, 0.7, serif=0)
+    for x, radius, half_height in ((44, 40, 26), (56, 30, 22), (84, -30, 22), (98, -40, 26)):
+        a = atan2(half_height, abs(radius))
+        ink += arcs(x + radius, 86, abs(radius), pi if radius > 0 else 0, a, 1.2)
+        back = x + (7 if radius > 0 else -7)
+        ink += arcs(back + 2.2 * radius, 86, abs(2.2 * radius), pi if radius > 0 else 0, a / 2.15, 1.2)
+    for h in (-18, -9, 9, 18):
+        ink += [(28, 86 + h, 50, 86 + h, 0.7), (50, 86 + h, 72, 86 + 0.5 * h, 0.7), (72, 86 + 0.5 * h, 92, 86 + 0.55 * h, 0.7), (92, 86 + 0.55 * h, 116, 86, 0.7)]
+    return Ink(ink + [(72, 62, 72, 74, 1.6), (72, 98, 72, 110, 1.6)])
+
+
+def eye_drawing():
+    """An eye in section, with a pencil of light, and a caption."""
+    ink = arcs(80, 88, 30, 0, pi, 1.4, 48) + arcs(58, 88, 15, pi, 0.95, 1.2) + arcs(84, 88, 30, pi, 0.42, 1.0) + arcs(42, 88, 22, 0, 0.58, 1.0)
+    ink += letters("OCULUS", 72, 158, 7, 1.3, 0.7, serif=0) + arcs(80, 88, 27.5, 0, 2.0, 0.6, 36)
+    for h in (-8, 0, 8):
+        ink += [(28, 88 + 1.4 * h, 58, 88 + h, 0.7), (58, 88 + h, 109, 88, 0.7)]
+    return Ink(ink + [(109, 84, 118, 80, 2.2), (110, 92, 118, 97, 2.2)])
+
+
 def garden(x, y):
     """Sky over a hedge and trees, soft because the eye is focused indoors; x, y in pixels of 256 x 146."""
     u, v = x / 256, y / 146
@@ -886,6 +989,6 @@ def garden(x, y):
 if __name__ == "__main__":
     if "-notextures" not in sys.argv:
         make_textures()
-    for part in (room, window, curtain, outside, table, telephone, book, lamp, sofa, armchair, bookshelf, sideboard, rug, picture):
+    for part in (room, window, curtain, outside, table, telephone, book, lamp, sofa, armchair, bookshelf, sideboard, rug, picture, prints, plant):
         part()
     print("bytes by part:", TOTALS, "sum", sum(TOTALS.values()))

@@ -263,8 +263,8 @@ def wrap(items, width=118):
         if line and len(line) + len(item) + 2 > width:
             lines.append(line)
             line = ""
-        line += item + ", "
-    lines.append(line[:-2] if line.endswith(", ") else line)
+        line += item + ","
+    lines.append(line.rstrip(","))
     return "\n".join(lines)
 
 
@@ -303,8 +303,8 @@ def surface(mesh, crease=0.6, digits=4, name=None, *before):
     parts = list(before) + [hints(crease)]
     parts.append("Coordinate3 { point [\n" + indent(wrap(vector(p, digits) for p in mesh.points)) + " ] }")
     if mesh.uv:
-        parts.append("TextureCoordinate2 { point [\n" + indent(wrap(vector(p) for p in mesh.uv)) + " ] }")
-    index = wrap([",".join(map(str, f)) + ",-1" for f in mesh.faces])
+        parts.append("TextureCoordinate2 { point [\n" + indent(wrap(vector(p, 3) for p in mesh.uv)) + " ] }")
+    index = wrap(",".join(map(str, f)) + ",-1" for f in mesh.faces)
     parts.append("IndexedFaceSet { coordIndex [\n" + indent(index) + " ] }")
     return group(name, *parts)
 

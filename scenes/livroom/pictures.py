@@ -85,36 +85,60 @@ STROKES = {
 }
 
 
-def letters(text, x, y, height, spacing=1.6):
-    """Segments (x0, y0, x1, y1), y down, of a line of text; (x, y) is the middle of its base line."""
+def rounded(points):
+    """Cuts the corners of a stroke of more than three points twice, which makes a bowl of a polygon."""
+    for _ in range(2 if len(points) > 3 else 0):
+        cut = [points[0]]
+        for a, b in zip(points, points[1:]):
+            cut += [(0.75 * a[0] + 0.25 * b[0], 0.75 * a[1] + 0.25 * b[1]), (0.25 * a[0] + 0.75 * b[0], 0.25 * a[1] + 0.75 * b[1])]
+        points = cut + [points[-1]]
+    return points
+
+
+def letters(text, x, y, height, thick, thin=0.4, spacing=2.0, serif=0.85):
+    """Segments (x0, y0, x1, y1, width), y down, of a line of text; (x, y) is the middle of its base line.
+
+    Upright strokes are `thick`, level ones `thin` times that, and stems end in serifs, as in a roman type.
+    """
     k = height / 6
-    advance = (4 + spacing) * k
-    left = x - (len(text) * advance - spacing * k) / 2
+    wide = [1.0 if c in "I." else 4.0 for c in text]
+    left = x - k * (sum(wide) + spacing * (len(text) - 1)) / 2
     out = []
-    for n, letter in enumerate(text):
+    for letter, width in zip(text, wide):
+        shift = -1.5 if width == 1.0 else 0.0
+
+        def segment(a, b):
+            run, rise = abs(b[0] - a[0]), abs(b[1] - a[1])
+            weight = thick * (thin + (1 - thin) * rise / (hypot(run, rise) + 1e-9))
+            out.append((left + k * (a[0] + shift), y - k * a[1], left + k * (b[0] + shift), y - k * b[1], weight))
         for stroke in filter(None, STROKES[letter].split("|")):
             points = [tuple(map(float, p.split(","))) for p in stroke.split()]
-            out += [(left + n * advance + k * a[0], y - k * a[1], left + n * advance + k * b[0], y - k * b[1])
-                    for a, b in zip(points, points[1:])]
+            for end, other in ((points[0], points[1]), (points[-1], points[-2])):
+                if serif and end[1] in (0.0, 6.0) and abs(other[1] - end[1]) > 1.1 * abs(other[0] - end[0]):
+                    segment((end[0] - serif, end[1]), (end[0] + serif, end[1]))
+            points = rounded(points)
+            for a, b in zip(points, points[1:]):
+                segment(a, b)
+        left += k * (width + spacing)
     return out
 
 
 class Ink:
-    """Strokes of one width, asked pixel by pixel how much ink lies there."""
+    """Strokes (x0, y0, x1, y1, width), asked pixel by pixel how much ink lies there."""
 
-    def __init__(self, segments, width, cell=8):
-        self.half, self.cells, self.cell = width / 2, {}, cell
+    def __init__(self, segments, cell=8):
+        self.cells, self.cell = {}, cell
         for s in segments:
-            m = self.half + 1
+            m = s[4] / 2 + 1
             for i in range(floor((min(s[0], s[2]) - m) / cell), floor((max(s[0], s[2]) + m) / cell) + 1):
                 for j in range(floor((min(s[1], s[3]) - m) / cell), floor((max(s[1], s[3]) + m) / cell) + 1):
                     self.cells.setdefault((i, j), []).append(s)
 
     def at(self, x, y):
         x, y = x + 0.5, y + 0.5
-        near = 1e9
-        for x0, y0, x1, y1 in self.cells.get((floor(x / self.cell), floor(y / self.cell)), ()):
+        most = 0.0
+        for x0, y0, x1, y1, width in self.cells.get((floor(x / self.cell), floor(y / self.cell)), ()):
             dx, dy = x1 - x0, y1 - y0
             t = clamp(((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy + 1e-12))
-            near = min(near, hypot(x - x0 - t * dx, y - y0 - t * dy))
-        return clamp(self.half - near + 0.5)
+            most = max(most, width / 2 - hypot(x - x0 - t * dx, y - y0 - t * dy) + 0.5)
+        return clamp(most)
