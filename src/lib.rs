@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_op_in_unsafe_fn)]
 
+pub mod cli;
 pub mod diag;
 pub mod film;
 pub mod grammar;

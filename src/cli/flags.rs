@@ -1,0 +1,314 @@
+//! The one table of flags: every logical flag once, with all its spellings.
+//!
+//! The 1999 program spelled long flags with one dash (`-batch`, `-camread`). clap has no such
+//! flags, so whole words are rewritten to the modern spelling before clap sees them; the two can
+//! therefore not drift apart.
+
+use std::ffi::OsString;
+
+use clap::{Arg, ArgAction, value_parser};
+
+/// One logical flag.
+pub struct Flag {
+    /// The key that code asks for, and the modern long spelling.
+    pub name: &'static str,
+    /// The 1999 spelling, without its dash; one letter is also clap's short form.
+    pub vintage: Option<&'static str>,
+    /// Other modern spellings.
+    pub aliases: &'static [&'static str],
+    pub value: Takes,
+    pub help: &'static str,
+}
+
+/// What follows a flag.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Takes {
+    Nothing,
+    /// A value, shown by this name.
+    One(&'static str),
+    /// `--flag=VALUE`, or nothing.
+    Maybe(&'static str),
+    /// A value, and the flag may be repeated.
+    Many(&'static str),
+}
+
+const fn flag(name: &'static str, value: Takes, help: &'static str) -> Flag {
+    Flag {
+        name,
+        vintage: None,
+        aliases: &[],
+        value,
+        help,
+    }
+}
+
+const fn vintage(name: &'static str, old: &'static str, value: Takes, help: &'static str) -> Flag {
+    Flag {
+        name,
+        vintage: Some(old),
+        aliases: &[],
+        value,
+        help,
+    }
+}
+
+/// What a render takes, in either spelling.
+pub const RENDER: &[Flag] = &[
+    vintage(
+        "focus",
+        "f",
+        Takes::One("DISTANCE"),
+        "distance in focus, from the camera; a bare number is meters [the scene camera's focalDistance]",
+    ),
+    vintage(
+        "zoom",
+        "z",
+        Takes::One("FACTOR"),
+        "scales the lens by this factor; the lenses shipped are about 100 mm [1]",
+    ),
+    flag(
+        "efl",
+        Takes::One("LENGTH"),
+        "scales the lens to this focal length, such as 20mm",
+    ),
+    vintage(
+        "output",
+        "o",
+        Takes::One("FILE"),
+        "picture to write: .png, .exr or .ppm [the scene's name with .png]",
+    ),
+    vintage(
+        "headlight",
+        "headlight",
+        Takes::Maybe("on|off"),
+        "flips the headlight on the camera, as a flash; it is off unless asked for",
+    ),
+    vintage("batch", "batch", Takes::Nothing, "renders without a window"),
+    vintage(
+        "camera",
+        "camread",
+        Takes::One("FILE"),
+        "camera to use: a file with a camera node (camera/FORMAT.md)",
+    ),
+    vintage(
+        "shading",
+        "s",
+        Takes::One("MODEL"),
+        "f flat, n normal, a ambient, d diffuse, p Phong, r recursive [r]",
+    ),
+    vintage(
+        "samples",
+        "j",
+        Takes::One("N"),
+        "samples a pixel [1999: 1, now: 16]",
+    ),
+    vintage(
+        "environment",
+        "e",
+        Takes::One("FILE"),
+        "SceneViewer environment file: camera, fog, lights, headlight",
+    ),
+    flag(
+        "lens",
+        Takes::One("LENS"),
+        "lens by name or prescription file; none is the scene's own pinhole [wide-angle]",
+    ),
+    flag(
+        "aperture",
+        Takes::One("F-NUMBER"),
+        "stops the lens down, such as f/8 [full aperture]",
+    ),
+    flag(
+        "focus-method",
+        Takes::One("film|lens"),
+        "what moves to focus: film (the distance is from the front vertex) or lens (from the film) [film]",
+    ),
+    flag(
+        "era",
+        Takes::One("1999|modern"),
+        "which program's choices to start from [`ivcam …`: 1999, `ivcam render`: modern]",
+    ),
+    flag(
+        "size",
+        Takes::One("WxH"),
+        "picture size in pixels [360x240]",
+    ),
+    flag(
+        "film",
+        Takes::One("WxH"),
+        "film size in millimeters [36x24]",
+    ),
+    flag(
+        "sampler",
+        Takes::One("NAME"),
+        "jittered, random or sobol [1999: jittered, now: sobol]",
+    ),
+    flag(
+        "disc",
+        Takes::One("polar|concentric"),
+        "map from samples to the lens [1999: polar, now: concentric]",
+    ),
+    flag(
+        "pupil",
+        Takes::One("rear|exit"),
+        "where on the lens to aim: rear element or exit pupil [1999: rear, now: exit]",
+    ),
+    flag("seed", Takes::One("N"), "seed of all random numbers [0]"),
+    flag("threads", Takes::One("N"), "threads to use [all cores]"),
+    flag(
+        "exposure",
+        Takes::One("FACTOR"),
+        "multiplies the exposure; 1 renders white on the axis as white [1]",
+    ),
+    flag(
+        "response",
+        Takes::One("linear|srgb"),
+        "how exposure becomes levels [linear]",
+    ),
+    flag(
+        "depth",
+        Takes::One("8|16"),
+        "bits a channel in PNG and PPM [8]",
+    ),
+    flag(
+        "time",
+        Takes::One("SECONDS"),
+        "the scene's own time, for engines and sensors [0]",
+    ),
+    flag(
+        "search",
+        Takes::Many("FOLDER"),
+        "also look here for files that the scene names",
+    ),
+    flag(
+        "report",
+        Takes::One("FILE.json"),
+        "writes time, error, and what was left out as JSON",
+    ),
+    flag(
+        "quiet",
+        Takes::Nothing,
+        "no progress and no summary; problems are still told",
+    ),
+];
+
+/// clap's arguments for a part of the table.
+pub fn arguments(table: &'static [Flag]) -> impl Iterator<Item = Arg> {
+    table.iter().map(|flag| {
+        let mut arg = Arg::new(flag.name).long(flag.name).help(flag.help);
+        if let Some(short) = flag
+            .vintage
+            .filter(|v| v.len() == 1)
+            .and_then(|v| v.chars().next())
+        {
+            arg = arg.short(short);
+        }
+        arg = arg.visible_aliases(flag.aliases.iter().copied());
+        match flag.value {
+            Takes::Nothing => arg.action(ArgAction::SetTrue),
+            Takes::One(name) => arg.value_name(name).allow_hyphen_values(true),
+            Takes::Maybe(name) => arg
+                .value_name(name)
+                .num_args(0..=1)
+                .require_equals(true)
+                .default_missing_value("flip"),
+            Takes::Many(name) => arg
+                .value_name(name)
+                .action(ArgAction::Append)
+                .value_parser(value_parser!(std::path::PathBuf)),
+        }
+    })
+}
+
+/// Rewrites the 1999 program's one-dash words (`-batch`) to the modern spelling (`--batch`).
+/// Words after `--` and everything unknown stay as they are.
+pub fn modernize(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut literal = false;
+    words
+        .into_iter()
+        .map(|word| {
+            literal |= word == "--";
+            let old = word
+                .to_str()
+                .and_then(|w| w.strip_prefix('-'))
+                .filter(|_| !literal);
+            let found = old.and_then(|old| {
+                RENDER
+                    .iter()
+                    .find(|f| f.vintage == Some(old) && old.len() > 1)
+            });
+            found.map_or(word, |f| format!("--{}", f.name).into())
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(line: &str) -> clap::ArgMatches {
+        let words = modernize(line.split_whitespace().map(OsString::from));
+        clap::Command::new("ivcam")
+            .no_binary_name(true)
+            .args(arguments(RENDER))
+            .arg(Arg::new("scene"))
+            .try_get_matches_from(words)
+            .unwrap()
+    }
+
+    #[test]
+    fn the_papers_own_line_parses() {
+        let line = "-batch -j 16 -s r -f 1.2 -z 0.2 -camread camera/cam-1.dat scene/livroom.iv";
+        let m = parse(line);
+        assert!(m.get_flag("batch"));
+        for (name, value) in [
+            ("samples", "16"),
+            ("shading", "r"),
+            ("focus", "1.2"),
+            ("zoom", "0.2"),
+            ("camera", "camera/cam-1.dat"),
+            ("scene", "scene/livroom.iv"),
+        ] {
+            assert_eq!(m.get_one::<String>(name).unwrap(), value);
+        }
+    }
+
+    #[test]
+    fn both_spellings_of_every_flag_mean_the_same() {
+        for flag in RENDER.iter().filter(|f| f.vintage.is_some()) {
+            let old = flag.vintage.unwrap_or_default();
+            let value = if matches!(flag.value, Takes::One(_)) {
+                " 2"
+            } else {
+                ""
+            };
+            let (a, b) = (
+                parse(&format!("-{old}{value}")),
+                parse(&format!("--{}{value}", flag.name)),
+            );
+            match flag.value {
+                Takes::Nothing => assert!(a.get_flag(flag.name) && b.get_flag(flag.name)),
+                _ => {
+                    let get = |m: &clap::ArgMatches| m.get_one::<String>(flag.name).cloned();
+                    assert!(get(&a).is_some() && get(&a) == get(&b), "{}", flag.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_headlight_flips_or_is_set() {
+        assert_eq!(
+            parse("-headlight x.iv")
+                .get_one::<String>("headlight")
+                .unwrap(),
+            "flip"
+        );
+        assert_eq!(
+            parse("--headlight=off x.iv")
+                .get_one::<String>("headlight")
+                .unwrap(),
+            "off"
+        );
+    }
+}

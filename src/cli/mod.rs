@@ -1,0 +1,136 @@
+//! The command line: both spellings of the flags, the commands, and where text goes.
+//!
+//! Data goes to stdout, talk to stderr. Exit 0: done; 1: pictures differ, or a limit was passed;
+//! 2: an error.
+
+pub mod flags;
+pub mod lens;
+
+use std::ffi::OsString;
+use std::io::IsTerminal;
+
+use clap::{Arg, ArgAction, ArgMatches, Command};
+
+use crate::diag::{Diagnostic, Result, Severity, Sink};
+
+/// Exit code: what was asked for could not be done.
+pub const ERROR: i32 = 2;
+
+/// Runs the program for its words, the first being its own name. Returns the exit code.
+pub fn run(words: impl IntoIterator<Item = OsString>) -> i32 {
+    let words = flags::modernize(words);
+    match dispatch(&words) {
+        Ok(code) => code,
+        Err(error) => {
+            tell(&error);
+            ERROR
+        }
+    }
+}
+
+fn dispatch(words: &[OsString]) -> Result<i32> {
+    let named = words.get(1).and_then(|w| w.to_str()).unwrap_or_default();
+    let is_command = commands().get_subcommands().any(|c| c.get_name() == named)
+        || ["help", "--help", "-h", "--version", "-V"].contains(&named)
+        || words.len() < 2;
+    let parsed = if is_command {
+        commands().try_get_matches_from(words)
+    } else {
+        vintage_command().try_get_matches_from(words)
+    };
+    let matches = match parsed {
+        Ok(matches) => matches,
+        Err(error) => {
+            let _ = error.print();
+            return Ok(if error.use_stderr() { ERROR } else { 0 });
+        }
+    };
+    let out = &mut std::io::stdout().lock();
+    match matches.subcommand() {
+        Some(("lens", m)) => lens::run(m, out),
+        _ => Err(Diagnostic::error(
+            "this command has no program behind it yet",
+        )),
+    }
+}
+
+/// `ivcam COMMAND …`.
+pub fn commands() -> Command {
+    Command::new("ivcam")
+        .version(env!("CARGO_PKG_VERSION"))
+        .about("Photographs Open Inventor and VRML scenes through real lenses")
+        .after_help(
+            "As in 1999, without a command:\n  \
+             ivcam -batch -j 16 -s r -f 1.2 -z 0.2 -camread camera/cam-1.dat scene.iv",
+        )
+        .subcommand_required(true)
+        .arg_required_else_help(true)
+        .subcommand(
+            Command::new("render")
+                .about("Makes the photograph of a scene through a lens")
+                .args(flags::arguments(flags::RENDER))
+                .arg(scene_argument()),
+        )
+        .subcommand(lens::command())
+}
+
+/// `ivcam [flags] scene.iv`: the 1999 program.
+fn vintage_command() -> Command {
+    Command::new("ivcam")
+        .version(env!("CARGO_PKG_VERSION"))
+        .about("Photographs a scene as the 1999 program did; see also `ivcam help`")
+        .args(flags::arguments(flags::RENDER))
+        .arg(scene_argument())
+}
+
+fn scene_argument() -> Arg {
+    Arg::new("scene")
+        .value_name("SCENE")
+        .required(true)
+        .help("scene file: .iv, .wrl, plain or .gz")
+}
+
+/// Prints a message to stderr as a compiler would.
+pub fn tell(diagnostic: &Diagnostic) {
+    let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    eprintln!("{}", diagnostic.render(color));
+}
+
+/// Prints what reading or compiling had to say, notes left out.
+pub fn tell_all(sink: &Sink) {
+    sink.items()
+        .iter()
+        .filter(|d| d.severity >= Severity::Warning)
+        .for_each(tell);
+}
+
+/// A flag that does nothing but switch on.
+pub fn switch(name: &'static str, help: &'static str) -> Arg {
+    Arg::new(name)
+        .long(name)
+        .action(ArgAction::SetTrue)
+        .help(help)
+}
+
+/// The text of a flag, if it was given.
+pub fn text<'a>(matches: &'a ArgMatches, name: &str) -> Option<&'a str> {
+    matches.get_one::<String>(name).map(String::as_str)
+}
+
+/// A flag's value read by `parse`, or an error that names the flag and what it expects.
+pub fn parsed<T>(
+    matches: &ArgMatches,
+    name: &str,
+    expects: &str,
+    parse: impl FnOnce(&str) -> Option<T>,
+) -> Result<Option<T>> {
+    let Some(word) = text(matches, name) else {
+        return Ok(None);
+    };
+    match parse(word) {
+        Some(value) => Ok(Some(value)),
+        None => Err(Diagnostic::error(format!(
+            "`--{name} {word}` is not {expects}"
+        ))),
+    }
+}
