@@ -5,6 +5,7 @@
 
 pub mod flags;
 pub mod lens;
+pub mod nodes;
 
 use std::ffi::OsString;
 use std::io::IsTerminal;
@@ -48,6 +49,7 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
     let out = &mut std::io::stdout().lock();
     match matches.subcommand() {
         Some(("lens", m)) => lens::run(m, out),
+        Some(("nodes", m)) => nodes::run(m, out),
         _ => Err(Diagnostic::error(
             "this command has no program behind it yet",
         )),
@@ -72,6 +74,7 @@ pub fn commands() -> Command {
                 .arg(scene_argument()),
         )
         .subcommand(lens::command())
+        .subcommand(nodes::command())
 }
 
 /// `ivcam [flags] scene.iv`: the 1999 program.
@@ -132,5 +135,14 @@ pub fn parsed<T>(
         None => Err(Diagnostic::error(format!(
             "`--{name} {word}` is not {expects}"
         ))),
+    }
+}
+
+/// What writing to stdout came to: a reader that has gone away is no error.
+pub fn written(result: std::io::Result<()>) -> Result<i32> {
+    match result {
+        Ok(()) => Ok(0),
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(0),
+        Err(e) => Err(Diagnostic::io("standard output", &e)),
     }
 }
