@@ -6,11 +6,13 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use ivcam::lens::{
-    Focus, FocusFault, FocusMethod, Lens, LensRay, LossKind, Plane, Toward, focus, formats,
+    Focus, FocusFault, FocusMethod, Lens, LensRay, LossKind, Plane, PupilTarget, PupilWindow,
+    RearElement, Toward, focus, formats,
 };
 use ivcam::math::Meters;
+use ivcam::sampling::DiscMap;
 use serde_json::{Value, json};
 
 fn main() -> ExitCode {
@@ -21,6 +23,7 @@ fn main() -> ExitCode {
     let mut table = Table::default();
     reference(&folder, &mut table);
     extremes(&folder, &mut table);
+    pupils(&folder, &mut table);
     println!("{} checks failed", table.failed);
     if table.failed == 0 {
         ExitCode::SUCCESS
@@ -286,6 +289,125 @@ fn focus_cases(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64
         }
     }
     worst
+}
+
+// ---- pupils --------------------------------------------------------------------------------
+
+/// How many of the rays aimed at the exit pupil get through, and whether any is cut: rays spread
+/// over more than the rear element must find none outside what the pupil aims at.
+fn pupils(folder: &Path, table: &mut Table) {
+    let root = read(&folder.join("reference.json"));
+    println!(
+        "\n{:<24} {:>8} {:>8} {:>8} {:>9} {:>9} {:>8}",
+        "pupil", "open", "f/8", "f/22", "cut", "of", "build"
+    );
+    for (name, entry) in root["lenses"].as_object().into_iter().flatten() {
+        let Ok(open) = Lens::open(folder.join(format!("lenses/{name}.json"))) else {
+            continue;
+        };
+        let film_radius = num(&entry["h_max"]);
+        let film_z = open.first_order().focal.map_or(0.0, |f| f.rear_focal_point);
+        let mut share = [f64::NAN; 3];
+        let (mut cut, mut all) = (0, 0);
+        let mut time = f64::NAN;
+        for (i, f_number) in [None, Some(8.0), Some(22.0)].into_iter().enumerate() {
+            let lens = match f_number {
+                None => open.clone(),
+                Some(n) => match open.at_f_number(n) {
+                    Ok(lens) => lens,
+                    Err(_) => continue,
+                },
+            };
+            let clock = std::time::Instant::now();
+            let target = PupilTarget::exit_pupil(&lens, film_z, film_radius);
+            if i == 0 {
+                time = clock.elapsed().as_secs_f64();
+            }
+            share[i] = pass_share(&lens, &target, film_z, film_radius);
+            let (missed, passed) = cut_rays(&lens, &target, film_z, film_radius);
+            cut += missed;
+            all += passed;
+        }
+        let percent = share.map(|s| 100.0 * s);
+        println!(
+            "{name:<24} {:>7.1}% {:>7.1}% {:>7.1}% {cut:>9} {all:>9} {:>5.1} ms",
+            percent[0],
+            percent[1],
+            percent[2],
+            1e3 * time
+        );
+        table.check(name, cut == 0, || {
+            format!("the pupil cuts {cut} of {all} rays")
+        });
+        for share in share {
+            let low = share < 0.95;
+            table.check(name, !low, || {
+                format!("only {:.1}% get through", 100.0 * share)
+            });
+        }
+    }
+}
+
+/// Points of the unit cube, evenly spread (the generalized golden ratios), in four dimensions.
+fn spread(i: usize) -> [f64; 4] {
+    [
+        0.856_674_883_854_502_9,
+        0.733_891_856_627_126,
+        0.628_706_721_037_808_6,
+        0.538_597_257_223_601_1,
+    ]
+    .map(|step| (0.5 + step * (i + 1) as f64).fract())
+}
+
+fn through(lens: &Lens, film: DVec2, film_z: f64, aim: DVec2) -> bool {
+    let origin = film.extend(film_z);
+    let direction = aim.extend(lens.length()) - origin;
+    lens.trace_from_film(&LensRay { origin, direction }).is_ok()
+}
+
+fn on_disc(radius: f64, u: f64, v: f64) -> DVec2 {
+    let [x, y] = DiscMap::Concentric.point([u, v]);
+    radius * DVec2::new(x, y)
+}
+
+/// The share of the aimed rays that get through, over the film's area where it sees light.
+fn pass_share(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) -> f64 {
+    let (mut aimed, mut passed) = (0usize, 0usize);
+    for i in 0..40_000 {
+        let [a, b, c, d] = spread(i);
+        let film = on_disc(film_radius, a, b);
+        let window = target.window(film);
+        if window.density() > 0.0 {
+            aimed += 1;
+            passed += usize::from(through(lens, film, film_z, window.point(c, d)));
+        }
+    }
+    passed as f64 / aimed as f64
+}
+
+/// Rays that get through but are outside the window, and all that get through.
+fn cut_rays(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) -> (usize, usize) {
+    let rear = RearElement::of(lens, DiscMap::Concentric).radius;
+    let (mut cut, mut passed) = (0, 0);
+    for i in 0..400_000 {
+        let [a, b, c, d] = spread(i);
+        let film = on_disc(film_radius, a, b);
+        let window = target.window(film);
+        // Half over everything, half in a box 20% wider than the window.
+        let aim = match window {
+            PupilWindow::Polygon(polygon) if i % 2 == 0 => {
+                let reach = polygon.corners().map(|p| (p - polygon.center()).abs());
+                let half = 1.2 * reach.fold(DVec2::ZERO, DVec2::max);
+                polygon.center() + half * DVec2::new(2.0 * c - 1.0, 2.0 * d - 1.0)
+            }
+            _ => on_disc(1.3 * rear, c, d),
+        };
+        if through(lens, film, film_z, aim) {
+            passed += 1;
+            cut += usize::from(!window.contains(aim));
+        }
+    }
+    (cut, passed)
 }
 
 // ---- extremes.json -------------------------------------------------------------------------

@@ -10,6 +10,7 @@ pub mod formats;
 pub mod glass;
 pub mod prescription;
 pub mod pupil;
+mod sight;
 pub mod surface;
 pub mod trace;
 
@@ -153,6 +154,46 @@ impl Lens {
             .with_help("scale by a factor greater than 0 instead"));
         }
         Ok(self.scaled(factor))
+    }
+
+    /// The same lens with its stop closed (or opened) to a semi-diameter in millimeters.
+    pub fn with_stop(&self, semi_diameter: Mm) -> Result<Self> {
+        let Some(stop) = self.first_order.stop else {
+            return Err(
+                Diagnostic::error(format!("`{}` has no stop to close", self.name()))
+                    .with_help("give one of its surfaces an aperture"),
+            );
+        };
+        if !(semi_diameter.0 > 0.0 && semi_diameter.0.is_finite()) {
+            return Err(Diagnostic::error(format!(
+                "a stop can't have a semi-diameter of {} mm",
+                semi_diameter.0
+            ))
+            .with_help("give a length greater than 0"));
+        }
+        let mut prescription = self.prescription.clone();
+        prescription.surfaces[stop].semi_diameter = semi_diameter.0;
+        Ok(Self::at(prescription, self.wavelength_nm))
+    }
+
+    /// The same lens stopped down to an f-number: focal length over the diameter of the entrance
+    /// pupil. The stop does not open wider than the prescription's.
+    pub fn at_f_number(&self, f_number: f64) -> Result<Self> {
+        let widest = self.first_order.f_number();
+        let (Some(widest), Some(stop)) = (widest, self.first_order.stop) else {
+            return Err(
+                Diagnostic::error(format!("`{}` has no f-number", self.name()))
+                    .with_help("an afocal lens, or one without apertures, has none"),
+            );
+        };
+        if !(f_number.is_finite() && f_number >= widest * (1.0 - 1e-3)) {
+            return Err(
+                Diagnostic::error(format!("`{}` can't open to f/{f_number}", self.name()))
+                    .with_help(format!("its widest is f/{widest:.2}")),
+            );
+        }
+        let full = self.prescription.surfaces[stop].semi_diameter;
+        self.with_stop(Mm(full * (widest / f_number).min(1.0)))
     }
 
     pub fn first_order(&self) -> &FirstOrder {

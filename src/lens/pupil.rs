@@ -2,15 +2,17 @@
 //!
 //! Every target gives points of the plane through the rear vertex, where equation 1 integrates,
 //! with their density per square millimeter. A ray aimed there may still be lost; it counts with
-//! no light in it, as in the paper, so a target that is too large is slow but never wrong.
+//! no light in it, as in the paper, so a target that is too large is slow but never wrong. One
+//! that is too small is wrong, so [`ExitPupil`] keeps a margin and checks itself.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
 use crate::sampling::DiscMap;
 
 use super::Lens;
+use super::sight::Sight;
 
 /// Where to aim. The 1999 program: `RearElement`. Default now: `ExitPupil`.
 #[derive(Clone, Debug)]
@@ -26,12 +28,6 @@ pub struct RearElement {
     pub map: DiscMap,
 }
 
-/// The part of the rear vertex plane that a film point sees light through.
-#[derive(Clone, Debug)]
-pub struct ExitPupil {
-    rear: RearElement,
-}
-
 /// What one film point aims at.
 #[derive(Clone, Copy, Debug)]
 pub enum PupilWindow {
@@ -39,6 +35,7 @@ pub enum PupilWindow {
         radius: f64,
         map: DiscMap,
     },
+    Polygon(Polygon),
     /// Nothing gets through from here.
     Closed,
 }
@@ -50,22 +47,17 @@ impl PupilTarget {
 
     /// The exit pupil for a film at `film_z` whose points are at most `film_radius` from the axis.
     pub fn exit_pupil(lens: &Lens, film_z: f64, film_radius: f64) -> Self {
-        let _ = (film_z, film_radius);
-        Self::ExitPupil(Box::new(ExitPupil {
-            rear: RearElement::of(lens, DiscMap::Concentric),
-        }))
+        Self::ExitPupil(Box::new(ExitPupil::new(lens, film_z, film_radius)))
     }
 
     /// What a film point, in millimeters from the axis, aims at.
     pub fn window(&self, film: DVec2) -> PupilWindow {
-        let _ = film;
-        let rear = match self {
-            Self::RearElement(rear) => *rear,
-            Self::ExitPupil(pupil) => pupil.rear,
-        };
-        PupilWindow::Disc {
-            radius: rear.radius,
-            map: rear.map,
+        match self {
+            Self::RearElement(rear) => PupilWindow::Disc {
+                radius: rear.radius,
+                map: rear.map,
+            },
+            Self::ExitPupil(pupil) => pupil.window(film),
         }
     }
 }
@@ -74,7 +66,7 @@ impl RearElement {
     pub fn of(lens: &Lens, map: DiscMap) -> Self {
         let surfaces = &lens.prescription().surfaces;
         let listed = surfaces.last().map_or(0.0, |s| s.semi_diameter);
-        // A rear element without a listed size: the widest that is listed.
+        // A rear element without a listed size: twice the widest that is listed.
         let widest = surfaces
             .iter()
             .map(|s| s.semi_diameter)
@@ -91,17 +83,420 @@ impl RearElement {
 impl PupilWindow {
     /// A point of the rear vertex plane for a pair of numbers in the unit square.
     pub fn point(&self, u: f64, v: f64) -> DVec2 {
-        match *self {
-            Self::Disc { radius, map } => radius * DVec2::from_array(map.point([u, v])),
+        match self {
+            Self::Disc { radius, map } => *radius * DVec2::from_array(map.point([u, v])),
+            Self::Polygon(polygon) => polygon.point(u, v),
             Self::Closed => DVec2::ZERO,
         }
     }
 
     /// Points per square millimeter, the same all over; 0 where there is nothing to aim at.
     pub fn density(&self) -> f64 {
-        match *self {
+        match self {
             Self::Disc { radius, .. } => 1.0 / (PI * radius * radius),
+            Self::Polygon(polygon) => 1.0 / polygon.area(),
             Self::Closed => 0.0,
+        }
+    }
+
+    /// Whether a point of the rear vertex plane can come out of [`Self::point`].
+    pub fn contains(&self, point: DVec2) -> bool {
+        match self {
+            Self::Disc { radius, .. } => point.length_squared() <= radius * radius,
+            Self::Polygon(polygon) => polygon.contains(point),
+            Self::Closed => false,
+        }
+    }
+}
+
+/// The sides of every pupil polygon.
+pub const SIDES: usize = 32;
+/// How much wider than measured, on each side, as a share of the pupil's own half width.
+const MARGIN: f64 = 0.004;
+/// An interval of film radii is halved until interpolation errs less than this share.
+const TOLERANCE: f64 = 0.003;
+const FIRST_NODES: usize = 16;
+const MAX_NODES: usize = 192;
+/// Cells along each axis of the film's quadrant, for lenses without rotational symmetry.
+const GRID: usize = 16;
+
+/// How far a convex figure reaches in each of [`SIDES`] directions from the axis. Any mixture
+/// of two such lists is the list of a figure again (of their Minkowski mixture), which is why
+/// pupils interpolate so well in this form.
+pub type Support = [f64; SIDES];
+
+/// Directions of the sides; the first is +x.
+fn side(j: usize) -> DVec2 {
+    let (sin, cos) = libm::sincos(TAU * j as f64 / SIDES as f64);
+    DVec2::new(cos, sin)
+}
+
+/// The part of the rear vertex plane that each film point sees light through, and a little more.
+///
+/// The figure that gets through is measured from a row of film points, as the reach of its
+/// outline in 32 directions, and interpolated between them. Rows are put closer until the
+/// interpolation holds. Without rotational symmetry the rows are a grid over a film quadrant.
+#[derive(Clone, Debug)]
+pub struct ExitPupil {
+    table: Table,
+    sides: [DVec2; SIDES],
+}
+
+#[derive(Clone, Debug)]
+enum Table {
+    /// By film radius, ascending; the pupil as seen from (radius, 0). None beyond the last.
+    Radial(Vec<(f64, Support)>),
+    /// By film position in the quadrant x, y ≥ 0, in rows of x; mirrored into the others.
+    Quadrant {
+        cell: f64,
+        nodes: Vec<Option<Support>>,
+    },
+}
+
+impl ExitPupil {
+    /// Measures the pupil for a film at `film_z` and points up to `film_radius` from the axis.
+    pub fn new(lens: &Lens, film_z: f64, film_radius: f64) -> Self {
+        let sides = std::array::from_fn(side);
+        let sight = Sight::new(lens, film_z);
+        let rotational = lens
+            .prescription()
+            .surfaces
+            .iter()
+            .all(|s| s.shape.is_rotational());
+        let table = if rotational {
+            Table::Radial(radial_table(&sight, &sides, film_radius.abs()))
+        } else {
+            quadrant_table(&sight, &sides, film_radius.abs())
+        };
+        Self { table, sides }
+    }
+
+    /// What a film point, in millimeters from the axis, aims at.
+    pub fn window(&self, film: DVec2) -> PupilWindow {
+        match &self.table {
+            Table::Radial(nodes) => {
+                let radius = film.length();
+                let turn = if radius > 0.0 {
+                    film / radius
+                } else {
+                    DVec2::X
+                };
+                let above = nodes.partition_point(|(r, _)| *r < radius);
+                let support = match (above.checked_sub(1).map(|i| &nodes[i]), nodes.get(above)) {
+                    (_, None) => return PupilWindow::Closed,
+                    (None, Some((_, support))) => *support,
+                    (Some((r0, a)), Some((r1, b))) => mix(a, b, (radius - r0) / (r1 - r0)),
+                };
+                Polygon::new(&support, &self.sides, turn, DVec2::ONE)
+            }
+            Table::Quadrant { cell, nodes } => {
+                let mirror = DVec2::new(1f64.copysign(film.x), 1f64.copysign(film.y));
+                let place = film.abs() / *cell;
+                let at = |v: f64| (v.floor() as usize).min(GRID - 1);
+                let (i, j) = (at(place.x), at(place.y));
+                let corner = |i: usize, j: usize| nodes[j * (GRID + 1) + i].as_ref();
+                let corners = [
+                    corner(i, j),
+                    corner(i + 1, j),
+                    corner(i, j + 1),
+                    corner(i + 1, j + 1),
+                ];
+                let (x, y) = ((place.x - i as f64).min(1.0), (place.y - j as f64).min(1.0));
+                match mix_corners(corners, x, y) {
+                    Some(support) => Polygon::new(&support, &self.sides, DVec2::X, mirror),
+                    None => PupilWindow::Closed,
+                }
+            }
+        }
+    }
+}
+
+fn mix(a: &Support, b: &Support, t: f64) -> Support {
+    std::array::from_fn(|j| a[j] + t * (b[j] - a[j]))
+}
+
+/// Bilinear; a corner that sees nothing is taken as the hull of those that do.
+fn mix_corners(corners: [Option<&Support>; 4], x: f64, y: f64) -> Option<Support> {
+    let mut hull: Option<Support> = None;
+    for corner in corners.into_iter().flatten() {
+        hull = Some(match hull {
+            None => *corner,
+            Some(hull) => std::array::from_fn(|j| hull[j].max(corner[j])),
+        });
+    }
+    let hull = hull?;
+    let [a, b, c, d] = corners.map(|corner| corner.unwrap_or(&hull));
+    Some(mix(&mix(a, b, x), &mix(c, d, x), y))
+}
+
+/// A support widened by a share of the figure's own half width in each direction.
+fn widened(support: &Support, share: f64) -> Support {
+    std::array::from_fn(|j| {
+        let opposite = support[(j + SIDES / 2) % SIDES];
+        support[j] + share * 0.5 * (support[j] + opposite)
+    })
+}
+
+/// How far `inner` sticks out of `outer`, as a share of `outer`'s half width; negative if inside.
+fn excess(inner: &Support, outer: &Support) -> f64 {
+    (0..SIDES)
+        .map(|j| {
+            let half = 0.5 * (outer[j] + outer[(j + SIDES / 2) % SIDES]);
+            (inner[j] - outer[j]) / half.max(f64::MIN_POSITIVE)
+        })
+        .fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Measured supports by film radius: halved where interpolation errs, ended where light ends.
+fn radial_table(
+    sight: &Sight<'_>,
+    sides: &[DVec2; SIDES],
+    film_radius: f64,
+) -> Vec<(f64, Support)> {
+    let measure = |radius: f64| sight.support(DVec2::new(radius, 0.0), sides);
+    let mut done: Vec<(f64, Support)> = Vec::new();
+    let Some(first) = measure(0.0) else {
+        return radial_fallback(sight, sides, film_radius);
+    };
+    done.push((0.0, first));
+    // Radii still to be reached, the nearest last.
+    let mut ahead: Vec<(f64, Option<Support>)> = (1..=FIRST_NODES)
+        .rev()
+        .map(|i| film_radius * i as f64 / FIRST_NODES as f64)
+        .map(|radius| (radius, measure(radius)))
+        .collect();
+    while let Some((radius, support)) = ahead.pop() {
+        let (last_radius, last) = done[done.len() - 1];
+        let middle = 0.5 * (last_radius + radius);
+        let narrow = radius - last_radius <= 1e-5 * film_radius;
+        let Some(support) = support else {
+            // Light ends between the two. A pupil closes like a square root, so go close.
+            if narrow {
+                done.push((radius, last));
+                break;
+            }
+            ahead.push((radius, None));
+            ahead.push((middle, measure(middle)));
+            continue;
+        };
+        let full = done.len() + ahead.len() >= MAX_NODES;
+        if !narrow && !full {
+            let between = measure(middle);
+            let straight = mix(&last, &support, 0.5);
+            let bad = match &between {
+                None => true,
+                Some(m) => excess(m, &straight) > TOLERANCE || excess(&straight, m) > TOLERANCE,
+            };
+            if bad {
+                ahead.push((radius, Some(support)));
+                ahead.push((middle, between));
+                continue;
+            }
+        }
+        done.push((radius, support));
+    }
+    done.iter()
+        .map(|(radius, support)| (*radius, widened(support, MARGIN)))
+        .collect()
+}
+
+/// Nothing gets through on the axis: start where something does, with the disc before it.
+fn radial_fallback(
+    sight: &Sight<'_>,
+    sides: &[DVec2; SIDES],
+    film_radius: f64,
+) -> Vec<(f64, Support)> {
+    let steps = 4 * FIRST_NODES;
+    let mut nodes = Vec::new();
+    for i in 0..=steps {
+        let radius = film_radius * i as f64 / steps as f64;
+        if sight.support(DVec2::new(radius, 0.0), sides).is_some() {
+            nodes = vec![
+                (0.0, [sight.reach(); SIDES]),
+                (film_radius, [sight.reach(); SIDES]),
+            ];
+            break;
+        }
+    }
+    nodes
+}
+
+fn quadrant_table(sight: &Sight<'_>, sides: &[DVec2; SIDES], film_radius: f64) -> Table {
+    let cell = film_radius.max(f64::MIN_POSITIVE) / GRID as f64;
+    let at = |x: f64, y: f64| sight.support(DVec2::new(x * cell, y * cell), sides);
+    let count = GRID + 1;
+    let mut nodes: Vec<Option<Support>> = Vec::with_capacity(count * count);
+    for j in 0..count {
+        for i in 0..count {
+            nodes.push(at(i as f64, j as f64));
+        }
+    }
+    // Widen the corners of every cell by what its middle sticks out.
+    let mut share = vec![0.0f64; nodes.len()];
+    for j in 0..GRID {
+        for i in 0..GRID {
+            let corners =
+                [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].map(|(i, j)| j * count + i);
+            let Some(middle) = at(i as f64 + 0.5, j as f64 + 0.5) else {
+                continue;
+            };
+            match mix_corners(corners.map(|c| nodes[c].as_ref()), 0.5, 0.5) {
+                Some(straight) => {
+                    let excess = excess(&middle, &straight).max(0.0);
+                    corners
+                        .iter()
+                        .for_each(|&c| share[c] = share[c].max(excess));
+                }
+                None => corners.iter().for_each(|&c| nodes[c] = Some(middle)),
+            }
+        }
+    }
+    for (node, share) in nodes.iter_mut().zip(share) {
+        *node = node
+            .as_ref()
+            .map(|support| widened(support, MARGIN + share));
+    }
+    Table::Quadrant { cell, nodes }
+}
+
+/// A convex polygon by its corners, cut into triangles around a point inside.
+#[derive(Clone, Copy, Debug)]
+pub struct Polygon {
+    center: DVec2,
+    /// Corners from the center, counterclockwise; the last is the first again.
+    corners: [DVec2; SIDES + 1],
+    /// Twice the area of the triangles before each corner.
+    before: [f64; SIDES + 1],
+}
+
+impl Polygon {
+    /// The polygon of a support, turned so that +x becomes `turn`, then mirrored.
+    fn new(support: &Support, sides: &[DVec2; SIDES], turn: DVec2, mirror: DVec2) -> PupilWindow {
+        let (sin, cos) = (sides[1].y, sides[1].x);
+        // Where side j meets side j + 1.
+        let mut corners = [DVec2::ZERO; SIDES + 1];
+        let mut center = DVec2::ZERO;
+        for j in 0..SIDES {
+            let along = (support[(j + 1) % SIDES] - support[j] * cos) / sin;
+            let corner = support[j] * sides[j] + along * sides[j].perp();
+            corners[j] = mirror * turn.rotate(corner);
+            center += corners[j];
+        }
+        corners[SIDES] = corners[0];
+        center /= SIDES as f64;
+        let mut before = [0.0; SIDES + 1];
+        let sense = mirror.x * mirror.y;
+        for corner in &mut corners {
+            *corner -= center;
+        }
+        for j in 0..SIDES {
+            // A side of no length may come out with a rounding error's worth of it.
+            let twice = (sense * corners[j].perp_dot(corners[j + 1])).max(0.0);
+            before[j + 1] = before[j] + twice;
+        }
+        let polygon = Self {
+            center,
+            corners,
+            before,
+        };
+        if polygon.area() > 0.0 {
+            PupilWindow::Polygon(polygon)
+        } else {
+            PupilWindow::Closed
+        }
+    }
+
+    pub fn area(&self) -> f64 {
+        0.5 * self.before[SIDES]
+    }
+
+    pub fn center(&self) -> DVec2 {
+        self.center
+    }
+
+    /// The corners, for drawing.
+    pub fn corners(&self) -> impl Iterator<Item = DVec2> {
+        self.corners[..SIDES]
+            .iter()
+            .map(|corner| self.center + corner)
+    }
+
+    /// Evenly over the area: `u` goes around, √`v` outward.
+    fn point(&self, u: f64, v: f64) -> DVec2 {
+        let target = u * self.before[SIDES];
+        // The last triangle that begins at or before the target and is not empty.
+        let j = (self.before[1..SIDES].partition_point(|b| *b <= target)).min(SIDES - 1);
+        let area = self.before[j + 1] - self.before[j];
+        let t = if area > 0.0 {
+            ((target - self.before[j]) / area).clamp(0.0, 1.0)
+        } else {
+            0.5
+        };
+        let rim = self.corners[j] + t * (self.corners[j + 1] - self.corners[j]);
+        self.center + v.sqrt() * rim
+    }
+
+    fn contains(&self, point: DVec2) -> bool {
+        let p = point - self.center;
+        let sense = self.corners[0].perp_dot(self.corners[SIDES / 4]);
+        (0..SIDES).all(|j| {
+            let edge = self.corners[j + 1] - self.corners[j];
+            let inside = edge.perp_dot(p - self.corners[j]);
+            // Edges shorter than rounding have no side.
+            inside * sense >= 0.0 || edge.length() < 1e-12 * self.corners[j].length()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mean of x² over a polygon: from the integral over its triangles.
+    fn mean_square(polygon: &Polygon) -> f64 {
+        let c = polygon.center;
+        let mut sum = 0.0;
+        for j in 0..SIDES {
+            let (a, b) = (c + polygon.corners[j], c + polygon.corners[j + 1]);
+            let twice = polygon.before[j + 1] - polygon.before[j];
+            sum += twice / 12.0
+                * (a.x * a.x + b.x * b.x + c.x * c.x + a.x * b.x + b.x * c.x + c.x * a.x);
+        }
+        sum / polygon.area()
+    }
+
+    #[test]
+    fn points_of_a_polygon_are_even_and_inside_and_its_area_is_right() {
+        let sides = std::array::from_fn(side);
+        // A disc of radius 2 about (1, 0).
+        let support: Support = std::array::from_fn(|j| 2.0 + side(j).x);
+        let turn = DVec2::new(0.6, 0.8);
+        for mirror in [DVec2::ONE, DVec2::new(-1.0, 1.0), DVec2::new(-1.0, -1.0)] {
+            let window = Polygon::new(&support, &sides, turn, mirror);
+            let PupilWindow::Polygon(polygon) = window else {
+                panic!("closed")
+            };
+            let circumscribed = 4.0 * SIDES as f64 * libm::tan(PI / SIDES as f64);
+            assert!((polygon.area() - circumscribed).abs() < 1e-12);
+            assert!((polygon.center - mirror * turn).length() < 1e-12);
+            let n = 200;
+            let mut mean = DVec2::ZERO;
+            let mut square = 0.0;
+            for i in 0..n * n {
+                let (u, v) = (
+                    ((i % n) as f64 + 0.5) / n as f64,
+                    ((i / n) as f64 + 0.5) / n as f64,
+                );
+                let p = window.point(u, v);
+                assert!(window.contains(p), "{p}");
+                mean += p / (n * n) as f64;
+                square += p.x * p.x / (n * n) as f64;
+            }
+            assert!((mean - polygon.center).length() < 1e-3, "{mean}");
+            assert!(
+                (square / mean_square(&polygon) - 1.0).abs() < 1e-3,
+                "{square}"
+            );
         }
     }
 }
