@@ -16,3 +16,4 @@ pub mod lens;
 pub mod math;
 pub mod picture;
 pub mod sampling;
+pub mod scene;

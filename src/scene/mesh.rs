@@ -1,0 +1,72 @@
+//! Triangles in a shape's own space, as text, NURBS and VRML97's shapes make them.
+
+use glam::{Vec2, Vec3};
+
+/// Triangles over shared vertices. `positions`, `normals` and `texcoords` have one entry a vertex;
+/// front faces are counterclockwise.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    pub positions: Vec<Vec3>,
+    pub normals: Vec<Vec3>,
+    pub texcoords: Vec<Vec2>,
+    pub triangles: Vec<[u32; 3]>,
+    /// The part of each triangle, for materials by part; empty where there is one part.
+    pub parts: Vec<u8>,
+    /// Which of the shape's colors each vertex has; empty where the shape has none of its own.
+    pub colors: Vec<u32>,
+}
+
+impl Mesh {
+    pub fn vertex(&mut self, position: Vec3, normal: Vec3, texcoord: Vec2) -> u32 {
+        let index = self.positions.len() as u32;
+        self.positions.push(position);
+        self.normals.push(normal);
+        self.texcoords.push(texcoord);
+        index
+    }
+
+    /// The smallest and largest corner; `None` for no vertices.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let first = *self.positions.first()?;
+        Some(
+            self.positions
+                .iter()
+                .fold((first, first), |(lo, hi), p| (lo.min(*p), hi.max(*p))),
+        )
+    }
+
+    /// Whether every number is finite and every index has its vertex.
+    pub fn is_sound(&self) -> bool {
+        let n = self.positions.len();
+        n == self.normals.len()
+            && n == self.texcoords.len()
+            && (self.parts.is_empty() || self.parts.len() == self.triangles.len())
+            && (self.colors.is_empty() || self.colors.len() == n)
+            && self
+                .positions
+                .iter()
+                .chain(&self.normals)
+                .all(|v| v.is_finite())
+            && self.triangles.iter().flatten().all(|&i| (i as usize) < n)
+    }
+}
+
+#[cfg(test)]
+impl Mesh {
+    /// Signed volume by the divergence theorem: positive where a closed mesh faces outward.
+    pub(crate) fn volume(&self) -> f64 {
+        let p = |i: u32| self.positions[i as usize].as_dvec3();
+        self.triangles
+            .iter()
+            .map(|&[a, b, c]| p(a).dot(p(b).cross(p(c))) / 6.0)
+            .sum()
+    }
+
+    pub(crate) fn area(&self) -> f64 {
+        let p = |i: u32| self.positions[i as usize].as_dvec3();
+        self.triangles
+            .iter()
+            .map(|&[a, b, c]| 0.5 * (p(b) - p(a)).cross(p(c) - p(a)).length())
+            .sum()
+    }
+}

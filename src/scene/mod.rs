@@ -1,0 +1,4 @@
+//! Compiles what a walk meets into what a ray can hit.
+
+pub mod mesh;
+pub mod text;
