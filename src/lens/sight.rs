@@ -47,12 +47,17 @@ impl<'a> Sight<'a> {
     /// The share of the tightest semi-diameter that a ray uses; infinite where it is lost
     /// for another reason.
     fn fill(&self, film: DVec2, aim: DVec2) -> f64 {
+        self.fill_and_limit(film, aim).0
+    }
+
+    /// The same, with the surface that is filled most.
+    fn fill_and_limit(&self, film: DVec2, aim: DVec2) -> (f64, usize) {
         let rear_z = self.lens.length();
         let ray = LensRay {
             origin: film.extend(self.film_z),
             direction: DVec3::new(aim.x - film.x, aim.y - film.y, rear_z - self.film_z),
         };
-        let mut fill: f64 = 0.0;
+        let (mut fill, mut limit) = (0.0f64, 0);
         let elements = &self.lens.elements;
         let course = Course {
             elements,
@@ -60,12 +65,14 @@ impl<'a> Sight<'a> {
             apertures: false,
         };
         let outcome = course.follow(ray, |surface, hit| {
-            fill = fill.max((hit.x * hit.x + hit.y * hit.y) / elements[surface].clear);
+            let here = (hit.x * hit.x + hit.y * hit.y) / elements[surface].clear;
+            if here > fill {
+                (fill, limit) = (here, surface);
+            }
         });
-        if outcome.is_ok() {
-            fill.sqrt()
-        } else {
-            f64::INFINITY
+        match outcome {
+            Ok(_) => (fill.sqrt(), limit),
+            Err(loss) => (f64::INFINITY, loss.surface),
         }
     }
 
@@ -152,28 +159,68 @@ impl<'a> Sight<'a> {
     pub fn support(&self, film: DVec2, sides: &[DVec2; SIDES]) -> Option<Support> {
         let center = self.inside(film)?;
         let mut support: Support = std::array::from_fn(|j| center.dot(sides[j]));
-        let mut guess = None;
         // Mirror symmetry about the meridian through the film point, which is y = 0 here.
         let mirrored = self.rotational && film.y == 0.0;
-        let turn = if mirrored {
-            HALF_TURN + 1
-        } else {
-            2 * HALF_TURN
-        };
-        for i in 0..turn {
-            let (sin, cos) = libm::sincos(std::f64::consts::PI * i as f64 / HALF_TURN as f64);
-            let direction = DVec2::new(cos, sin);
-            let distance = self.outline(film, center, direction, guess);
-            guess = Some(distance);
-            let rim = center + distance * direction;
-            for (j, support) in support.iter_mut().enumerate() {
-                *support = support.max(rim.dot(sides[j]));
+        let mut reach_out = |rim: DVec2| {
+            for (support, side) in support.iter_mut().zip(sides) {
+                *support = support.max(rim.dot(*side));
                 if mirrored {
-                    *support = support.max(DVec2::new(rim.x, -rim.y).dot(sides[j]));
+                    *support = support.max(rim.x * side.x - rim.y * side.y);
                 }
             }
+        };
+        let count = if mirrored { HALF_TURN } else { 2 * HALF_TURN };
+        let angle = |i: usize| std::f64::consts::PI * i as f64 / HALF_TURN as f64;
+        let mut last = self.rim(film, center, angle(0), None);
+        reach_out(last.point);
+        for i in 1..=count {
+            let next = self.rim(film, center, angle(i), Some(last.distance));
+            reach_out(next.point);
+            if next.limit != last.limit {
+                self.corner(film, center, last, next, &mut reach_out);
+            }
+            last = next;
         }
         Some(support)
+    }
+
+    /// Where one surface's shadow meets another's the outline has a corner, which a row of
+    /// directions steps over: close in on it between two of them.
+    fn corner(
+        &self,
+        film: DVec2,
+        center: DVec2,
+        mut from: Rim,
+        mut to: Rim,
+        reach_out: &mut impl FnMut(DVec2),
+    ) {
+        for _ in 0..6 {
+            let middle = self.rim(
+                film,
+                center,
+                0.5 * (from.angle + to.angle),
+                Some(from.distance),
+            );
+            reach_out(middle.point);
+            if middle.limit == from.limit {
+                from = middle
+            } else {
+                to = middle
+            }
+        }
+    }
+
+    fn rim(&self, film: DVec2, center: DVec2, angle: f64, guess: Option<f64>) -> Rim {
+        let (sin, cos) = libm::sincos(angle);
+        let direction = DVec2::new(cos, sin);
+        let distance = self.outline(film, center, direction, guess);
+        let point = center + distance * direction;
+        Rim {
+            angle,
+            distance,
+            point,
+            limit: self.fill_and_limit(film, point).1,
+        }
     }
 
     /// The distance from the center where the fill becomes 1, from just outside.
@@ -223,4 +270,14 @@ impl<'a> Sight<'a> {
         }
         high
     }
+}
+
+/// A point of the outline.
+#[derive(Clone, Copy)]
+struct Rim {
+    angle: f64,
+    distance: f64,
+    point: DVec2,
+    /// The surface whose rim it is.
+    limit: usize,
 }
