@@ -15,5 +15,6 @@ pub mod iv;
 pub mod lens;
 pub mod math;
 pub mod picture;
+pub mod raster;
 pub mod sampling;
 pub mod scene;

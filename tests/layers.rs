@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 /// From the ground up. `cli` is last: nothing imports it.
-const ORDER: [&str; 22] = [
-    "diag", "math", "grammar", "iv", "graph", "pose", "scene", "sampling", "film", "lens",
-    "camera", "shade", "picture", "render", "compare", "report", "diagram", "sheet", "anim",
-    "viewer", "cli", "main",
+const ORDER: [&str; 23] = [
+    "diag", "math", "raster", "grammar", "iv", "graph", "pose", "scene", "sampling", "film",
+    "lens", "camera", "shade", "picture", "render", "compare", "report", "diagram", "sheet",
+    "anim", "viewer", "cli", "main",
 ];
 
 fn rank(module: &str) -> usize {

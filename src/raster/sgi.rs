@@ -1,0 +1,230 @@
+//! Silicon Graphics picture files: `.rgb`, `.rgba`, `.bw`, `.sgi`, plain and run-length coded.
+//!
+//! The format is Paul Haeberli's "The SGI Image File Format", version 1.00. Everything is
+//! big-endian, channels are stored one after the other, and rows from the bottom up.
+
+use super::{Raster, Samples};
+use crate::diag::{Diagnostic, Result};
+
+/// The first two bytes of every file.
+pub const MAGIC: [u8; 2] = [0x01, 0xda];
+
+/// The header is padded to this length.
+const HEADER: usize = 512;
+
+/// What the header says.
+struct Header {
+    coded: bool,
+    bytes_per_sample: usize,
+    width: usize,
+    height: usize,
+    channels: usize,
+    color_map: u32,
+}
+
+/// Reads a whole file from memory.
+///
+/// # Errors
+/// Bytes that are no SGI picture, end too early, or hold color-map indices.
+pub fn decode(bytes: &[u8]) -> Result<Raster> {
+    let header = header(bytes)?;
+    // More than four channels are allowed; the rest has no meaning that the format names.
+    let kept = header.channels.min(4);
+    super::check_size(header.width, header.height)?;
+    let mut levels = vec![0_u16; header.width * header.height * kept];
+    let mut row = vec![0_u16; header.width];
+    for channel in 0..kept {
+        for y in 0..header.height {
+            read_row(bytes, &header, channel * header.height + y, &mut row)?;
+            let top = header.height - 1 - y;
+            for (x, &level) in row.iter().enumerate() {
+                levels[(top * header.width + x) * kept + channel] = level;
+            }
+        }
+    }
+    let samples = if header.bytes_per_sample == 1 {
+        Samples::U8(levels.into_iter().map(|l| l as u8).collect())
+    } else {
+        Samples::U16(levels)
+    };
+    let raster = Raster {
+        width: header.width as u32,
+        height: header.height as u32,
+        channels: kept,
+        samples,
+    };
+    Ok(match header.color_map {
+        1 => undithered(raster),
+        _ => raster,
+    })
+}
+
+fn header(bytes: &[u8]) -> Result<Header> {
+    if bytes.len() < HEADER {
+        return Err(cut_short());
+    }
+    if bytes[..2] != MAGIC {
+        return Err(Diagnostic::error("this is no SGI picture")
+            .with_help("an SGI picture starts with the bytes 01 da"));
+    }
+    let short = |at: usize| usize::from(u16::from_be_bytes([bytes[at], bytes[at + 1]]));
+    let dimension = short(4);
+    let header = Header {
+        coded: bytes[2] == 1,
+        bytes_per_sample: usize::from(bytes[3]),
+        width: short(6),
+        height: if dimension == 1 { 1 } else { short(8) },
+        channels: if dimension < 3 { 1 } else { short(10) },
+        color_map: long(bytes, 104).unwrap_or_default(),
+    };
+    let odd = |what: &str| Err(Diagnostic::error(format!("this SGI picture has {what}")));
+    match &header {
+        h if bytes[2] > 1 || !(1..=2).contains(&h.bytes_per_sample) => odd(&format!(
+            "storage {} and {} bytes a sample, which the format does not know",
+            bytes[2], h.bytes_per_sample
+        )),
+        h if h.width * h.height * h.channels == 0 || !(1..=3).contains(&dimension) => odd(
+            &format!("{}x{} pixels, {} channels", h.width, h.height, h.channels),
+        ),
+        h if h.color_map > 1 => odd("color-map indices instead of colors"),
+        _ => Ok(header),
+    }
+}
+
+/// Row `index` of all rows of all channels, in file order.
+fn read_row(bytes: &[u8], header: &Header, index: usize, row: &mut [u16]) -> Result<()> {
+    let size = header.bytes_per_sample;
+    if !header.coded {
+        let start = HEADER + index * header.width * size;
+        let data = bytes.get(start..start + header.width * size);
+        let samples = data.ok_or_else(cut_short)?.chunks_exact(size);
+        row.iter_mut().zip(samples).for_each(|(r, s)| *r = level(s));
+        return Ok(());
+    }
+    let start = long(bytes, HEADER + 4 * index).ok_or_else(cut_short)? as usize;
+    let table = header.height * header.channels;
+    let length = long(bytes, HEADER + 4 * (table + index)).ok_or_else(cut_short)? as usize;
+    let end = start.checked_add(length).ok_or_else(cut_short)?;
+    expand(bytes.get(start..end).ok_or_else(cut_short)?, size, row);
+    Ok(())
+}
+
+/// Undoes the run-length code of one row. A row that ends early leaves black, one that goes on
+/// too long is cut: both occur in old files.
+fn expand(data: &[u8], size: usize, row: &mut [u16]) {
+    row.fill(0);
+    let mut samples = data.chunks_exact(size).map(level);
+    let mut x = 0;
+    while let Some(code) = samples.next() {
+        let count = usize::from(code & 0x7f);
+        if count == 0 || x == row.len() {
+            return;
+        }
+        let end = (x + count).min(row.len());
+        if code & 0x80 != 0 {
+            for (slot, sample) in row[x..end].iter_mut().zip(samples.by_ref()) {
+                *slot = sample;
+            }
+        } else {
+            row[x..end].fill(samples.next().unwrap_or_default());
+        }
+        x = end;
+    }
+}
+
+fn level(sample: &[u8]) -> u16 {
+    sample.iter().fold(0, |l, &b| (l << 8) | u16::from(b))
+}
+
+fn long(bytes: &[u8], at: usize) -> Option<u32> {
+    let four = bytes.get(at..at + 4)?;
+    Some(u32::from_be_bytes([four[0], four[1], four[2], four[3]]))
+}
+
+/// Color map 1: red in the low three bits of a byte, green in three, blue in two.
+fn undithered(raster: Raster) -> Raster {
+    let Samples::U8(levels) = &raster.samples else {
+        return raster;
+    };
+    let spread = |bits: u8, top: u8| (u16::from(bits) * 255 / u16::from(top)) as u8;
+    let colors = levels
+        .iter()
+        .step_by(raster.channels)
+        .flat_map(|&b| [spread(b & 7, 7), spread(b >> 3 & 7, 7), spread(b >> 6, 3)]);
+    Raster {
+        channels: 3,
+        samples: Samples::U8(colors.collect()),
+        ..raster
+    }
+}
+
+fn cut_short() -> Box<Diagnostic> {
+    Diagnostic::error("this SGI picture ends before its last pixel")
+        .with_help("the file may have been cut short while it was copied")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A header, then `body`.
+    fn file(coded: u8, bytes: u8, size: [u8; 3], body: &[u8]) -> Vec<u8> {
+        let [width, height, channels] = size;
+        let dimension = if channels > 1 { 3 } else { 2 };
+        let mut file = vec![0x01, 0xda, coded, bytes, 0, dimension, 0, width, 0, height];
+        file.extend([0, channels]);
+        file.resize(HEADER, 0);
+        file.extend(body);
+        file
+    }
+
+    #[test]
+    fn rows_run_from_the_bottom_and_channels_one_after_the_other() {
+        let raster = decode(&file(0, 1, [2, 2, 3], &(1..=12).collect::<Vec<u8>>())).unwrap();
+        let Samples::U8(levels) = raster.samples else {
+            panic!("8 bits were written");
+        };
+        assert_eq!(levels, [3, 7, 11, 4, 8, 12, 1, 5, 9, 2, 6, 10]);
+    }
+
+    #[test]
+    fn a_coded_row_is_runs_and_copies() {
+        // Two rows: 5 5 5 9 (a run of three, a copy of one), and 1 2 3 4 as a copy of four.
+        let rows: [&[u8]; 2] = [&[3, 5, 0x81, 9, 0], &[0x84, 1, 2, 3, 4, 0]];
+        let mut body = Vec::new();
+        for start in [512 + 16_u32, 512 + 16 + 5] {
+            body.extend(start.to_be_bytes());
+        }
+        for row in rows {
+            body.extend((row.len() as u32).to_be_bytes());
+        }
+        rows.iter().for_each(|r| body.extend(*r));
+        let raster = decode(&file(1, 1, [4, 2, 1], &body)).unwrap();
+        assert!(matches!(&raster.samples,
+            Samples::U8(l) if l == &[1, 2, 3, 4, 5, 5, 5, 9]));
+    }
+
+    #[test]
+    fn sixteen_bits_keep_all_of_them() {
+        let raster = decode(&file(0, 2, [2, 1, 1], &[0x12, 0x34, 0xff, 0xff])).unwrap();
+        assert!(matches!(&raster.samples, Samples::U16(l) if l == &[0x1234, 0xffff]));
+    }
+
+    #[test]
+    fn no_cut_or_flipped_byte_makes_it_panic() {
+        let mut body = vec![0, 0, 2, 8, 0, 0, 0, 5];
+        body.extend([3, 5, 0x81, 9, 0]);
+        let whole = file(1, 1, [4, 1, 1], &body);
+        assert!(decode(&whole).is_ok());
+        for cut in 0..whole.len() {
+            let _ = decode(&whole[..cut]);
+        }
+        for at in (0..12).chain(104..108).chain(HEADER..whole.len()) {
+            for byte in [0, 1, 2, 0x7f, 0x80, 0xff] {
+                let mut broken = whole.clone();
+                broken[at] = byte;
+                let _ = decode(&broken);
+            }
+        }
+    }
+}
