@@ -1035,7 +1035,8 @@ mod tests {
     }
 
     /// The sides and the faces meet without gaps only if outlines and fills agree; then the
-    /// volume is the area of the face times the depth, in every face and for every letter.
+    /// volume is the area of the face times the depth. Left out are the letters whose accents
+    /// overlap them in the typefaces, which the volume counts twice there.
     #[test]
     fn every_glyph_is_closed_and_faces_outward() {
         let all: String = (' '..='~').chain('\u{a1}'..='\u{ff}').collect();
@@ -1044,15 +1045,13 @@ mod tests {
                 face,
                 ..style("", 1.0)
             };
-            for c in all.chars() {
+            for c in all.chars().filter(|c| !"ÅÇç".contains(*c)) {
                 let line = [c.to_string()];
                 let (mesh, _) = text3(&line, &style, 7, None, 0.0);
                 let (front, _) = text3(&line, &style, FRONT, None, 0.0);
                 assert!(mesh.is_sound(), "{c} {face:?}");
                 let difference = (mesh.volume() - front.area()).abs();
-                if difference > 2e-4 {
-                    eprintln!("{c} {face:?} {difference}");
-                }
+                assert!(difference < 2e-4, "{c} {face:?}: {difference}");
             }
         }
     }
