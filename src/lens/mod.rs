@@ -4,6 +4,7 @@
 //! the film. A [`Lens`] is a [`Prescription`] made ready for tracing. Nothing here knows about
 //! scenes, pixels or samples.
 
+pub mod catalogue;
 pub mod first_order;
 pub mod focus;
 pub mod formats;
@@ -22,8 +23,10 @@ use glam::DVec3;
 use crate::diag::{Diagnostic, Result, Sink, Source, nearest};
 use crate::math::{Meters, Mm};
 
+pub use catalogue::Catalogue;
 pub use first_order::{FirstOrder, Focal, Plane, Pupil};
 pub use focus::{Focus, FocusFault, FocusMethod};
+pub use formats::Reading;
 pub use glass::Medium;
 pub use prescription::{Iris, Prescription};
 pub use pupil::{ExitPupil, PupilTarget, PupilWindow, RearElement};
@@ -83,6 +86,11 @@ impl Lens {
 
     /// The same, with the reader's warnings.
     pub fn open_with(name_or_path: impl AsRef<Path>, sink: &mut Sink) -> Result<Self> {
+        Self::open_as(name_or_path, &Reading::default(), sink)
+    }
+
+    /// The same, with glass catalogues and habits of reading of one's own.
+    pub fn open_as(name_or_path: impl AsRef<Path>, how: &Reading, sink: &mut Sink) -> Result<Self> {
         let path = name_or_path.as_ref();
         let word = path.to_string_lossy();
         let is_word = !word.contains(['/', '\\']);
@@ -91,7 +99,7 @@ impl Lens {
         }
         let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
         let source = Arc::new(Source::new(word.into_owned(), bytes));
-        formats::read(&source, sink).map(Self::new)
+        formats::read_with(&source, how, sink).map(Self::new)
     }
 
     /// A shipped lens by name, wherever the program runs.

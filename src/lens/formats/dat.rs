@@ -4,6 +4,10 @@
 //! as the paper prints it, a row without a radius (`10.353 1.000 39.8`). Radius 0 with an index
 //! is a plane. A stop takes the medium in front of it, so one in a fluid stays in it (pbrt
 //! assumes air). `#` starts a comment; header words are skipped; commas count as blanks.
+//!
+//! Where a comment above the table names a fifth column `V_d`, glasses have an Abbe number there.
+//! Kolb's and CS348b's older files put the distance from the vertex before in the second column;
+//! they say `axpos` above it, or begin with a distance of 0 that no lens has.
 
 use std::sync::Arc;
 
@@ -25,11 +29,16 @@ struct Row {
     thickness: f64,
     index: Option<f64>,
     diameter: f64,
+    abbe: Option<f64>,
     spans: [Span; 4],
 }
 
-/// Reads four columns.
-pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
+/// Reads four columns, or five.
+pub fn read(
+    source: &Arc<Source>,
+    position_first: Option<bool>,
+    sink: &mut Sink,
+) -> Result<Prescription> {
     let text = String::from_utf8_lossy(&source.bytes);
     let mut notes = Vec::new();
     let mut rows: Vec<Row> = Vec::new();
@@ -55,7 +64,18 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
             continue;
         }
         let before = rows.iter().rev().find_map(|r| r.index).unwrap_or(1.0);
-        rows.push(row(source, &words, before)?);
+        let with_abbe = notes
+            .iter()
+            .any(|n| n.split_whitespace().any(|w| w == "V_d"));
+        rows.push(row(source, &words, before, with_abbe)?);
+    }
+    let positions = position_first.unwrap_or_else(|| says_positions(&text, &rows));
+    if positions {
+        let note = "the second column is read as the distance from the vertex before";
+        sink.note(rows.first().map_or(Span::at(0), |r| r.spans[1]), note);
+        for i in 0..rows.len() {
+            rows[i].thickness = rows.get(i + 1).map_or(0.0, |next| next.thickness);
+        }
     }
     let mut lens = build(source, &rows, notes);
     check(&mut lens, source, sink, |surface, column| {
@@ -64,6 +84,20 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     })?;
     warn_if_a_row_is_lost(&lens, &rows, sink);
     Ok(lens)
+}
+
+/// Whether the second column counts from the vertex before: the header says so, or the first
+/// distance is 0 and the last is not.
+fn says_positions(text: &str, rows: &[Row]) -> bool {
+    let mut words = text.lines().take(20).flat_map(str::split_whitespace);
+    if words.any(|w| w.trim_start_matches('#').eq_ignore_ascii_case("axpos")) {
+        return true;
+    }
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+        return false;
+    };
+    let glass = first.index.is_some_and(|n| n > 1.2);
+    rows.len() > 1 && first.thickness == 0.0 && last.thickness != 0.0 && glass
 }
 
 fn words(line: &str, start: usize) -> Vec<Word<'_>> {
@@ -88,7 +122,7 @@ fn words(line: &str, start: usize) -> Vec<Word<'_>> {
 }
 
 /// One line's numbers; `before` is the index in front of it.
-fn row(source: &Arc<Source>, words: &[Word<'_>], before: f64) -> Result<Row> {
+fn row(source: &Arc<Source>, words: &[Word<'_>], before: f64, with_abbe: bool) -> Result<Row> {
     let fail = |span, message: String| Diagnostic::error(message).at(source, span);
     let mut values = Vec::with_capacity(4);
     for word in words {
@@ -102,6 +136,13 @@ fn row(source: &Arc<Source>, words: &[Word<'_>], before: f64) -> Result<Row> {
         }
     }
     let spans = |order: [usize; 4]| order.map(|i| words[i].span);
+    let abbe = match values[..] {
+        [_, _, _, _, abbe] if with_abbe && abbe > 0.0 => {
+            values.pop();
+            Some(abbe)
+        }
+        _ => None,
+    };
     match values[..] {
         [radius, thickness, index, diameter] => Ok(Row {
             radius,
@@ -109,6 +150,7 @@ fn row(source: &Arc<Source>, words: &[Word<'_>], before: f64) -> Result<Row> {
             // 0 says: the medium goes on. Only a stop may say so.
             index: (index != 0.0 || radius != 0.0).then_some(index),
             diameter,
+            abbe,
             spans: spans([0, 1, 2, 3]),
         }),
         // The paper's stop: no radius, and the index of the medium that goes on.
@@ -117,6 +159,7 @@ fn row(source: &Arc<Source>, words: &[Word<'_>], before: f64) -> Result<Row> {
             thickness,
             index: None,
             diameter,
+            abbe,
             spans: spans([0, 0, 1, 2]),
         }),
         // A radius of 0 and no index.
@@ -125,6 +168,7 @@ fn row(source: &Arc<Source>, words: &[Word<'_>], before: f64) -> Result<Row> {
             thickness,
             index: None,
             diameter,
+            abbe,
             spans: spans([0, 1, 1, 2]),
         }),
         _ => {
@@ -147,7 +191,10 @@ fn build(source: &Source, rows: &[Row], notes: Vec<String>) -> Prescription {
     for row in rows {
         let is_stop = row.index.is_none();
         if let Some(index) = row.index {
-            medium = Medium::constant(index);
+            medium = match row.abbe {
+                Some(abbe) => Medium::from_abbe(index, abbe),
+                None => Medium::constant(index),
+            };
         }
         let surface = Surface::sphere(
             row.radius,
@@ -171,7 +218,7 @@ fn build(source: &Source, rows: &[Row], notes: Vec<String>) -> Prescription {
 
 /// A plane with the same medium on both sides only limits the beam: in a table with no other
 /// stop, and just one such row, it is the stop.
-fn adopt_a_stop(lens: &mut Prescription) {
+pub(super) fn adopt_a_stop(lens: &mut Prescription) {
     if lens.stop().is_some() {
         return;
     }
@@ -215,7 +262,7 @@ mod tests {
         let source = Arc::new(Source::new("a.dat", text.as_bytes().to_vec()));
         let mut sink = Sink::new();
         sink.set_source(Some(source.clone()));
-        let result = read(&source, &mut sink);
+        let result = read(&source, None, &mut sink);
         (result, sink)
     }
 
@@ -234,6 +281,36 @@ mod tests {
             assert_eq!(lens.surfaces[1].semi_diameter, 4.0);
             assert_eq!(lens.notes, ["eye"]);
         }
+    }
+
+    #[test]
+    fn the_older_order_gives_the_same_lens() {
+        let now = "50 3 1.5 20\n0 2 0 8\n-50 0 1 20\n";
+        let old = "50 0 1.5 20\n0 3 0 8\n-50 2 1 20\n";
+        let gaps = |text: &str| -> Vec<f64> {
+            parse(text)
+                .0
+                .unwrap()
+                .surfaces
+                .iter()
+                .map(|s| s.thickness)
+                .collect()
+        };
+        assert_eq!(gaps(old), gaps(now));
+        assert_eq!(gaps(&format!("# radius axpos N ap\n{old}")), gaps(now));
+        // A stop may touch the first surface: that is no older file.
+        assert_eq!(
+            gaps("0 0 0 8\n50 3 1.5 20\n-50 90 1 20\n"),
+            [0.0, 3.0, 90.0]
+        );
+    }
+
+    #[test]
+    fn a_fifth_column_that_is_announced_is_the_abbe_number() {
+        let text = "# radius thickness n_d aperture V_d\n50 3 1.5168 20 64.17\n-50 0 1 20\n";
+        let lens = parse(text).0.unwrap();
+        assert!((lens.surfaces[0].medium.abbe().unwrap() - 64.17).abs() < 1e-9);
+        assert!(!lens.surfaces[1].medium.is_dispersive());
     }
 
     #[test]

@@ -9,13 +9,14 @@
 //! Kinds: sphere, plane, stop, conic, asphere, cyl_x, cyl_y, toroid. An asphere has the conic
 //! constant `k` and `radial_poly`, powers of r with their coefficients, or `A4_A6_..`, a list
 //! from r^4 in steps of two. A toroid has `R_x` across. `n_F` and `n_C` give dispersion, or `V_d`,
-//! or `sellmeier` (K1 L1 K2 L2 K3 L3 in µm²). A missing `semi_diameter` does not limit.
+//! or `sellmeier` (K1 L1 K2 L2 K3 L3 in µm²), or a `glass` named without an index. A missing `semi_diameter` does not limit.
 
 use std::sync::Arc;
 
 use serde_json::{Map, Value};
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span, nearest};
+use crate::lens::catalogue::Catalogue;
 use crate::lens::glass::{Formula, Medium};
 use crate::lens::prescription::{Column, FocusGroup, Iris, Prescription, ZoomPosition, check};
 use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
@@ -26,22 +27,27 @@ const KINDS: [&str; 8] = [
 ];
 
 /// Reads a prescription of schema `ivlens-1`.
-pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
-    let root: Value = serde_json::from_slice(&source.bytes).map_err(|error| {
-        let offset = offset_of(&source.bytes, error.line(), error.column());
-        let message = format!("this is not valid JSON: {}", reason(&error));
-        Diagnostic::error(message).at(source, Span::at(offset))
-    })?;
+pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
+    let root = parse(source)?;
     let places = Places::new(source);
     let reader = Reader {
         source,
         places: &places,
+        glasses,
     };
     let mut lens = reader.lens(&root, sink)?;
     check(&mut lens, source, sink, |surface, column| {
         places.of(surface, column)
     })?;
     Ok(lens)
+}
+
+pub(super) fn parse(source: &Arc<Source>) -> Result<Value> {
+    serde_json::from_slice(&source.bytes).map_err(|error| {
+        let offset = offset_of(&source.bytes, error.line(), error.column());
+        let message = format!("this is not valid JSON: {}", reason(&error));
+        Diagnostic::error(message).at(source, Span::at(offset))
+    })
 }
 
 /// What serde_json says, without the place, which the message gives by itself.
@@ -63,6 +69,7 @@ fn offset_of(bytes: &[u8], line: usize, column: usize) -> usize {
 struct Reader<'a> {
     source: &'a Arc<Source>,
     places: &'a Places,
+    glasses: &'a Catalogue,
 }
 
 impl Reader<'_> {
@@ -148,7 +155,7 @@ impl Reader<'_> {
                 return Err(self.fail(Some(i), format!("surface {i} has no radius `R`")));
             }
         };
-        let medium = self.medium(row, before, is_stop);
+        let medium = self.medium(i, row, before, is_stop)?;
         let semi_diameter = match row.get("semi_diameter").or(row.get("a")) {
             None | Some(Value::Null) => f64::INFINITY,
             Some(value) => value.as_f64().unwrap_or(f64::NAN),
@@ -165,10 +172,16 @@ impl Reader<'_> {
     }
 
     /// A stop without an index, or with 0, keeps the medium in front of it.
-    fn medium(&self, row: &Value, before: &Medium, is_stop: bool) -> Medium {
+    /// A glass by name alone is the catalogue's.
+    fn medium(&self, i: usize, row: &Value, before: &Medium, is_stop: bool) -> Result<Medium> {
         let n_d = number(row, &["n_d", "n"]);
+        let name = row.get("glass").and_then(Value::as_str);
+        if let (None, Some(name)) = (n_d, name) {
+            let span = self.places.value(i, &["\"glass\""]);
+            return self.glasses.get(name, self.source, span);
+        }
         if n_d.is_none_or(|n| n == 0.0) && is_stop {
-            return before.clone();
+            return Ok(before.clone());
         }
         let n_d = n_d.unwrap_or(1.0);
         let lines = (number(row, &["n_F"]), number(row, &["n_C"]));
@@ -184,10 +197,10 @@ impl Reader<'_> {
                 medium = Medium { n_d, ..glass };
             }
         }
-        match row.get("glass").and_then(Value::as_str) {
+        Ok(match name {
             Some(name) => medium.named(name),
             None => medium,
-        }
+        })
     }
 
     fn shape(&self, i: usize, kind: Option<&str>, row: &Map<String, Value>) -> Result<Shape> {
@@ -324,13 +337,13 @@ fn focus_group(root: &Value, count: usize) -> Option<FocusGroup> {
 
 /// Where each surface's object stands in the text, found without a second parser: the n-th `{`
 /// after `"surfaces"` at the depth of the list.
-struct Places {
+pub(super) struct Places {
     objects: Vec<(usize, usize)>,
     bytes: Arc<Source>,
 }
 
 impl Places {
-    fn new(source: &Arc<Source>) -> Self {
+    pub(super) fn new(source: &Arc<Source>) -> Self {
         let bytes = &source.bytes;
         let key = b"\"surfaces\"";
         let from = bytes
@@ -369,7 +382,7 @@ impl Places {
         }
     }
 
-    fn object(&self, surface: usize) -> Span {
+    pub(super) fn object(&self, surface: usize) -> Span {
         let (from, _) = self.objects.get(surface).copied().unwrap_or((0, 0));
         Span::new(from, from + 1)
     }
@@ -382,6 +395,11 @@ impl Places {
             Column::Index => &["\"n_d\"", "\"n\""],
             Column::SemiDiameter => &["\"semi_diameter\"", "\"a\""],
         };
+        self.value(surface, keys)
+    }
+
+    /// The value of the first of these keys, in quotes, that a surface has.
+    pub(super) fn value(&self, surface: usize, keys: &[&str]) -> Span {
         let (from, to) = self.objects.get(surface).copied().unwrap_or((0, 0));
         let text = &self.bytes.bytes[from..to];
         for key in keys {
@@ -409,7 +427,7 @@ mod tests {
 
     fn parse(text: &str) -> Result<Prescription> {
         let source = Arc::new(Source::new("a.json", text.as_bytes().to_vec()));
-        read(&source, &mut Sink::new())
+        read(&source, &Catalogue::builtin(), &mut Sink::new())
     }
 
     #[test]

@@ -1,24 +1,90 @@
 //! Reading prescriptions, by what a file says rather than by what it is called.
 
+pub mod agf;
+mod apertures;
 pub mod dat;
+pub mod iset;
 pub mod json;
+pub mod seq;
+mod text;
+pub mod zmx;
 
 use std::sync::Arc;
 
-use crate::diag::{Result, Sink, Source};
+use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 
+use super::catalogue::Catalogue;
 use super::prescription::Prescription;
+
+/// The formats of prescriptions that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// The paper's and pbrt's four columns, and ISET's with a focal length above them.
+    Columns,
+    /// ivcam's own, schema `ivlens-1`.
+    Json,
+    IsetJson,
+    Zemax,
+    CodeV,
+}
+
+/// What a reader cannot know from the file.
+#[derive(Clone, Debug, Default)]
+pub struct Reading {
+    pub glasses: Catalogue,
+    /// In four columns: whether the second is the distance from the vertex before (the order of
+    /// the older files of Kolb and CS348b) or to the next one. None: by what the file says.
+    pub position_first: Option<bool>,
+}
 
 /// Reads a prescription in any format known here.
 pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
+    read_with(source, &Reading::default(), sink)
+}
+
+/// The same, with glasses and habits of one's own.
+pub fn read_with(source: &Arc<Source>, how: &Reading, sink: &mut Sink) -> Result<Prescription> {
+    let source = &text::decoded(source);
     let before = sink.set_source(Some(source.clone()));
-    let first = source.bytes.iter().find(|b| !b.is_ascii_whitespace());
-    let result = match first {
-        Some(b'{') => json::read(source, sink),
-        _ => dat::read(source, sink),
-    };
+    let result = format(source).and_then(|format| match format {
+        Format::Json => json::read(source, &how.glasses, sink),
+        Format::IsetJson => iset::read(source, sink),
+        Format::Zemax => zmx::read(source, &how.glasses, sink),
+        Format::CodeV => seq::read(source, &how.glasses, sink),
+        Format::Columns => dat::read(source, how.position_first, sink),
+    });
     sink.set_source(before);
     result
+}
+
+/// Recognizes a format by the first words that say anything.
+fn format(source: &Arc<Source>) -> Result<Format> {
+    let text = text::text(source);
+    if text.trim_start().starts_with('{') {
+        let iset = iset::is_iset(text);
+        return Ok(if iset { Format::IsetJson } else { Format::Json });
+    }
+    for (start, line) in text::lines(text) {
+        let words = text::words(line.split(['#', '!']).next().unwrap_or(""), start);
+        let Some(first) = words.first() else { continue };
+        let name = first
+            .text
+            .split(';')
+            .next()
+            .unwrap_or("")
+            .to_ascii_uppercase();
+        return Ok(match name.as_str() {
+            "VERS" | "MODE" | "SURF" | "UNIT" => Format::Zemax,
+            "RDM" | "LEN" | "TIT" | "TITLE" | "SO" | "DIM" | "EPD" | "FNO" => Format::CodeV,
+            "NM" | "CC" if text.contains("\nCD ") => {
+                let message = "this is a glass catalogue, not a lens";
+                let error = Diagnostic::error(message).at(source, Span::at(start));
+                return Err(error.with_help("give it as --glass-catalogue FILE.agf"));
+            }
+            _ => Format::Columns,
+        });
+    }
+    Ok(Format::Columns)
 }
 
 /// `wide-angle` of `some/folder/wide-angle.dat`.
@@ -31,4 +97,32 @@ fn name_of(source: &Source) -> String {
     name.rsplit_once('.')
         .map_or(name, |(stem, _)| stem)
         .to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_format_is_known_by_what_the_file_says() {
+        for (text, format_) in [
+            ("# Inch\n10 2 1.5 9\n", Format::Columns),
+            ("VERS 1\r\nMODE SEQ\r\n", Format::Zemax),
+            ("RDM;LEN \"x\"\n", Format::CodeV),
+            ("! old\nlen\ntit 'x'\n", Format::CodeV),
+            (" {\"surfaces\": []}", Format::Json),
+            ("{\"surfaces\": [{\"semi_aperture\": 1}]}", Format::IsetJson),
+            ("", Format::Columns),
+        ] {
+            let source = Arc::new(Source::new("any.name", text.as_bytes().to_vec()));
+            assert_eq!(format(&source).unwrap(), format_, "{text}");
+        }
+        let agf = Source::new("a.agf", b"CC a\nNM A 2\nCD 1 2\n".to_vec());
+        assert!(
+            format(&Arc::new(agf))
+                .unwrap_err()
+                .message
+                .contains("glass catalogue")
+        );
+    }
 }

@@ -1,0 +1,109 @@
+//! Clear apertures for prescriptions that list none, or only the stop or the entrance beam.
+//!
+//! The rule of every design program: a surface is as wide as the first-order beam on it, the
+//! height of the marginal ray plus that of the chief ray at the edge of the field.
+
+use crate::lens::first_order::{FirstOrder, Plane};
+use crate::lens::glass::D_LINE;
+use crate::lens::prescription::Prescription;
+
+/// What a file says about the beam.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Beam {
+    /// Diameter of the entrance pupil.
+    pub entrance_diameter: Option<f64>,
+    pub f_number: Option<f64>,
+    /// Half of the field, in degrees, with the vignetting of its edge taken off the beam.
+    pub half_field: f64,
+    pub edge_share: f64,
+}
+
+/// Fills in the semi-diameters that are not finite. Says whether there were any.
+pub fn fill(lens: &mut Prescription, beam: Beam) -> bool {
+    if lens.surfaces.iter().all(|s| s.semi_diameter.is_finite()) {
+        return false;
+    }
+    let indices = lens.indices(D_LINE);
+    let optics = FirstOrder::of(lens, &indices, Plane::Y);
+    let stop = lens.stop().unwrap_or(0);
+    let ones = heights(lens, &indices, (1.0, 0.0));
+    let entrance = beam.entrance_diameter.or_else(|| {
+        let efl = optics.focal?.efl;
+        Some(efl.abs() / beam.f_number?)
+    });
+    let marginal = match entrance {
+        Some(diameter) => 0.5 * diameter,
+        None => match lens.surfaces[stop].semi_diameter {
+            radius if radius.is_finite() && ones[stop] != 0.0 => radius / ones[stop].abs(),
+            _ => return false,
+        },
+    };
+    let slope = libm::tan(beam.half_field.clamp(0.0, 70.0).to_radians());
+    let tilted = heights(lens, &indices, (0.0, slope));
+    // The chief ray goes through the center of the stop.
+    let shift = if ones[stop] == 0.0 {
+        0.0
+    } else {
+        -tilted[stop] / ones[stop]
+    };
+    for (i, surface) in lens.surfaces.iter_mut().enumerate() {
+        if surface.semi_diameter.is_finite() {
+            continue;
+        }
+        let axial = (marginal * ones[i]).abs();
+        let chief = (tilted[i] + shift * ones[i]).abs();
+        let wide = if i == stop {
+            axial
+        } else {
+            axial.max(beam.edge_share * axial + chief)
+        };
+        let c = surface.curvature.per_mm().abs();
+        surface.semi_diameter = if c * wide > 0.98 { 0.98 / c } else { wide };
+    }
+    true
+}
+
+/// Heights of a first-order ray on every surface; it enters the front vertex plane with (y, u).
+fn heights(lens: &Prescription, indices: &[f64], (mut y, u): (f64, f64)) -> Vec<f64> {
+    let mut nu = u * indices[0];
+    let mut heights = Vec::with_capacity(lens.surfaces.len());
+    for (i, surface) in lens.surfaces.iter().enumerate() {
+        heights.push(y);
+        nu -= y * (indices[i + 1] - indices[i]) * surface.vertex_curvature(Plane::Y);
+        y += surface.thickness * nu / indices[i + 1];
+    }
+    heights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::glass::Medium;
+    use crate::lens::surface::Surface;
+
+    /// A stop 10 mm in front of a thin lens: at 45 degrees the beam is 10 mm lower there.
+    #[test]
+    fn a_surface_is_as_wide_as_the_beam_on_it() {
+        let free = f64::INFINITY;
+        let surfaces = vec![
+            Surface::stop(10.0, Medium::air(), free),
+            Surface::sphere(100.0, 1e-9, Medium::constant(1.5), free),
+            Surface::sphere(-100.0, 0.0, Medium::air(), free),
+        ];
+        let mut lens = Prescription::new("a", surfaces);
+        let beam = Beam {
+            entrance_diameter: Some(4.0),
+            half_field: 45.0,
+            edge_share: 1.0,
+            ..Beam::default()
+        };
+        assert!(fill(&mut lens, beam));
+        let radii: Vec<f64> = lens.surfaces.iter().map(|s| s.semi_diameter).collect();
+        assert_eq!(radii[0], 2.0);
+        assert!(
+            (radii[1] - 12.0).abs() < 1e-6 && (radii[2] - 12.0).abs() < 1e-6,
+            "{radii:?}"
+        );
+        assert!(!fill(&mut lens, beam));
+    }
+}

@@ -1,0 +1,599 @@
+//! CODE V's sequence files: commands, split by line ends and semicolons, continued by `&`.
+//!
+//! `S` begins a surface: radius (or curvature, after `RDM N`), thickness, glass. What follows
+//! belongs to it: STO, CIR (a semi-diameter), CON and ASP with K and A to J, CYL. Glasses are
+//! catalogue names with their maker behind an underscore, six-digit codes (`517642`), or private
+//! tables (PRV). What tilts, reflects or diffracts is refused by name.
+
+use std::sync::Arc;
+
+use crate::diag::{Diagnostic, Result, Sink, Source, Span};
+use crate::lens::catalogue::Catalogue;
+use crate::lens::glass::{C_LINE, D_LINE, F_LINE, Medium};
+use crate::lens::prescription::{Prescription, ZoomPosition, check};
+use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
+
+use super::apertures::{Beam, fill};
+use super::text::{Word, lines, text, words};
+
+/// A command: its name and what is behind it.
+type Command<'a> = Vec<Word<'a>>;
+
+/// Commands that say what no straight lens has.
+const REFUSED: [(&str, &str); 26] = [
+    ("ADE", "tilts a surface"),
+    ("BDE", "tilts a surface"),
+    ("CDE", "tilts a surface"),
+    ("XDE", "shifts a surface"),
+    ("YDE", "shifts a surface"),
+    ("ZDE", "shifts a surface"),
+    ("DAR", "tilts a surface"),
+    ("BEN", "folds the axis"),
+    ("REV", "tilts a surface"),
+    ("DIF", "diffracts"),
+    ("DOE", "diffracts"),
+    ("HOE", "diffracts"),
+    ("GRT", "is a grating"),
+    ("GRO", "is a grating"),
+    ("XTO", "is an x toroid"),
+    ("YTO", "is a y toroid"),
+    ("AAS", "is an anamorphic asphere"),
+    ("XYP", "is an xy polynomial"),
+    ("SPS", "is a special surface"),
+    ("SPL", "is a spline surface"),
+    ("ZRN", "is a Zernike surface"),
+    ("UDS", "is a user-defined surface"),
+    ("NSS", "is non-sequential"),
+    ("GRN", "has a gradient index"),
+    ("FRN", "is a Fresnel surface"),
+    ("MOD", "is an ideal lens module"),
+];
+
+/// Where the numbers of a surface stand.
+#[derive(Clone, Default)]
+struct Places {
+    command: Span,
+    columns: [Option<Span>; 4],
+}
+
+/// What has been read so far.
+struct Reader<'a> {
+    source: &'a Arc<Source>,
+    glasses: Catalogue,
+    radii: bool,
+    unit: f64,
+    title: Option<String>,
+    beam: Beam,
+    fields: Vec<f64>,
+    upper_vignetting: Vec<f64>,
+    object_medium: Medium,
+    surfaces: Vec<Surface>,
+    places: Vec<Places>,
+    zoom: Vec<ZoomPosition>,
+    in_image: bool,
+}
+
+/// Reads a decoded `.seq` file.
+pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
+    let mut reader = Reader {
+        source,
+        glasses: glasses.clone(),
+        radii: true,
+        unit: 1.0,
+        title: None,
+        beam: Beam {
+            edge_share: 1.0,
+            ..Beam::default()
+        },
+        fields: Vec::new(),
+        upper_vignetting: Vec::new(),
+        object_medium: Medium::air(),
+        surfaces: Vec::new(),
+        places: Vec::new(),
+        zoom: Vec::new(),
+        in_image: false,
+    };
+    let commands = commands(text(source));
+    // Private glasses may stand behind the surfaces that use them.
+    let (commands, private) = take_private(commands);
+    reader.private_glasses(&private)?;
+    for command in &commands {
+        reader.obey(command, sink)?;
+    }
+    reader.finish(sink)
+}
+
+fn commands(text: &str) -> Vec<Command<'_>> {
+    let mut commands = Vec::new();
+    let mut open: Command<'_> = Vec::new();
+    for (start, line) in lines(text) {
+        let line = line.split('!').next().unwrap_or("");
+        let (line, goes_on) = match line.trim_end().strip_suffix('&') {
+            Some(line) => (line, true),
+            None => (line, false),
+        };
+        let mut parts = split_outside_quotes(line).peekable();
+        while let Some((at, part)) = parts.next() {
+            open.extend(words(part, start + at));
+            if parts.peek().is_some() || !goes_on {
+                commands.push(std::mem::take(&mut open));
+            }
+        }
+    }
+    commands.push(open);
+    commands.retain(|c| !c.is_empty());
+    commands
+}
+
+/// The parts of a line between semicolons, with the byte each begins at.
+fn split_outside_quotes(line: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut quote = None;
+    let mut start = 0;
+    line.split(move |c: char| {
+        match (quote, c) {
+            (None, '\'' | '"') => quote = Some(c),
+            (Some(open), c) if open == c => quote = None,
+            _ => {}
+        }
+        c == ';' && quote.is_none()
+    })
+    .map(move |part| {
+        let at = start;
+        start += part.len() + 1;
+        (at, part)
+    })
+}
+
+/// Takes the commands from PRV to END out.
+fn take_private(commands: Vec<Command<'_>>) -> (Vec<Command<'_>>, Vec<Command<'_>>) {
+    let (mut rest, mut private) = (Vec::new(), Vec::new());
+    let mut inside = false;
+    for command in commands {
+        inside |= command[0].is("PRV");
+        let ends = command[0].is("END");
+        if inside {
+            private.push(command)
+        } else {
+            rest.push(command)
+        }
+        inside &= !ends;
+    }
+    (rest, private)
+}
+
+impl<'a> Reader<'a> {
+    fn fail(&self, span: Span, message: String) -> Box<Diagnostic> {
+        Diagnostic::error(message).at(self.source, span)
+    }
+
+    fn value(&self, command: &[Word<'_>]) -> Result<f64> {
+        match command.get(1) {
+            Some(word) => word.number(self.source),
+            None => {
+                let message = format!("`{}` has no value", command[0].text);
+                Err(self.fail(command[0].span, message))
+            }
+        }
+    }
+
+    /// Tables of index over wavelength, in nanometers: what is between is interpolated.
+    fn private_glasses(&mut self, commands: &[Command<'_>]) -> Result<()> {
+        let mut wavelengths = Vec::new();
+        for command in commands {
+            let numbers = || -> Result<Vec<f64>> {
+                command[1..].iter().map(|w| w.number(self.source)).collect()
+            };
+            if command[0].is("PWL") {
+                wavelengths = numbers()?;
+            } else if !command[0].is("PRV") && !command[0].is("END") && command.len() > 1 {
+                let table: Vec<(f64, f64)> = wavelengths.iter().copied().zip(numbers()?).collect();
+                let at = |nm| interpolated(&table, nm);
+                if let (Some(f), Some(d), Some(c)) = (at(F_LINE), at(D_LINE), at(C_LINE)) {
+                    self.glasses
+                        .add([Medium::from_lines(f, d, c).named(command[0].text)]);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn obey(&mut self, command: &[Word<'a>], sink: &mut Sink) -> Result<()> {
+        let word = command[0];
+        let name = word.text.to_ascii_uppercase();
+        if let Some((_, what)) = REFUSED.iter().find(|(refused, _)| *refused == name)
+            && !self.in_image
+        {
+            let surface = self.surfaces.len().saturating_sub(1);
+            let message = format!("`{name}` {what}, at surface {}", surface + 1);
+            return Err(self
+                .fail(word.span, message)
+                .with_help("ivcam traces lenses on one straight axis, without gratings"));
+        }
+        match name.as_str() {
+            "RDM" => self.radii = !command.get(1).is_some_and(|w| w.is("N") || w.is("NO")),
+            "TIT" | "TITLE" => self.title = command.get(1).map(|w| w.text.to_owned()),
+            "DIM" => self.unit = self.dimension(command)?,
+            "EPD" => self.beam.entrance_diameter = Some(self.value(command)?),
+            "FNO" => self.beam.f_number = Some(self.value(command)?),
+            "YAN" | "XAN" => self.fields.extend(self.list(command)?),
+            "VUY" => self.upper_vignetting = self.list(command)?,
+            "SO" => self.object_medium = self.glass(command.get(3))?,
+            "SI" => self.in_image = true,
+            "S" => self.surface(command)?,
+            "ZOO" => self.zoom(command)?,
+            _ if name.starts_with('S') && name[1..].parse::<u32>().is_ok() => {
+                self.surface(command)?;
+            }
+            _ if self.in_image => {}
+            _ => self.of_surface(&name, command, sink)?,
+        }
+        Ok(())
+    }
+
+    fn list(&self, command: &[Word<'_>]) -> Result<Vec<f64>> {
+        command[1..].iter().map(|w| w.number(self.source)).collect()
+    }
+
+    fn dimension(&self, command: &[Word<'_>]) -> Result<f64> {
+        match command.get(1) {
+            Some(w) if w.is("M") || w.is("MM") => Ok(1.0),
+            Some(w) if w.is("C") || w.is("CM") => Ok(10.0),
+            Some(w) if w.is("I") || w.is("IN") => Ok(25.4),
+            _ => {
+                let span = command.last().map_or(Span::at(0), |w| w.span);
+                Err(self
+                    .fail(span, "this is not a unit of `DIM`".into())
+                    .with_help("M is millimeters, C centimeters, I inches"))
+            }
+        }
+    }
+
+    fn surface(&mut self, command: &[Word<'_>]) -> Result<()> {
+        if command.len() < 3 {
+            let last = command[command.len() - 1].span;
+            let message = "too few numbers in this surface".to_owned();
+            return Err(self
+                .fail(Span::at(last.end as usize), message)
+                .with_help("a surface is: S radius thickness glass"));
+        }
+        let bend = command[1].number(self.source)?;
+        let curvature = if self.radii {
+            Curvature::from_radius(bend)
+        } else {
+            Curvature::from_curvature(bend)
+        };
+        let medium = self.glass(command.get(3))?;
+        let thickness = command[2].number(self.source)?;
+        self.places.push(Places {
+            command: command[0].span,
+            columns: [
+                Some(command[1].span),
+                Some(command[2].span),
+                command.get(3).map(|w| w.span),
+                None,
+            ],
+        });
+        self.surfaces.push(Surface {
+            shape: Shape::Sphere,
+            curvature,
+            thickness,
+            medium,
+            semi_diameter: f64::INFINITY,
+            is_stop: false,
+            span: command[0].span,
+        });
+        Ok(())
+    }
+
+    fn glass(&self, word: Option<&Word<'_>>) -> Result<Medium> {
+        let Some(word) = word else {
+            return Ok(Medium::air());
+        };
+        if word.is("AIR") {
+            return Ok(Medium::air());
+        }
+        if word.is("REFL") || word.is("REFR_REFL") {
+            return Err(self
+                .fail(
+                    word.span,
+                    format!("surface {} is a mirror", self.surfaces.len() + 1),
+                )
+                .with_help("ivcam traces lenses that light goes straight through"));
+        }
+        match fictitious(word.text) {
+            Some(glass) => Ok(glass),
+            None => self.glasses.get(word.text, self.source, word.span),
+        }
+    }
+
+    /// Commands that say something about the surface before them.
+    fn of_surface(&mut self, name: &str, command: &[Word<'_>], sink: &mut Sink) -> Result<()> {
+        if self.surfaces.is_empty() {
+            return Ok(());
+        }
+        match name {
+            "STO" => self.last().is_stop = true,
+            "CIR" => {
+                let words: Vec<&Word<'_>> = command[1..]
+                    .iter()
+                    .filter(|w| w.text.parse::<f64>().is_ok())
+                    .collect();
+                if command.iter().any(|w| w.is("OBS")) {
+                    sink.warn(command[0].span, "an obscuration is left out");
+                } else if let [word] = words[..] {
+                    let radius = word.number(self.source)?;
+                    let is_edge = command.iter().any(|w| w.is("EDG"));
+                    let known = self.last().semi_diameter.is_finite();
+                    if !(is_edge && known) {
+                        self.last().semi_diameter = radius;
+                        if let Some(places) = self.places.last_mut() {
+                            places.columns[3] = Some(word.span);
+                        }
+                    }
+                }
+            }
+            "REX" | "REY" | "ELX" | "ELY" => {
+                sink.warn(
+                    command[0].span,
+                    format!("the aperture `{name}` is left out"),
+                );
+            }
+            "K" => {
+                let value = self.value(command)?;
+                self.set_conic(value);
+            }
+            "CYL" => self.last().shape = Shape::CylinderX,
+            "CUX" | "RDX" => self.across(name, command)?,
+            "A" | "B" | "C" | "D" | "E" | "F" | "G" | "H" | "J" => {
+                let order = "ABCDEFGHJ".find(name).unwrap_or(0);
+                let value = self.value(command)?;
+                self.set_term(4 + 2 * order, value, command[0].span)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn last(&mut self) -> &mut Surface {
+        let last = self.surfaces.len() - 1;
+        &mut self.surfaces[last]
+    }
+
+    fn set_conic(&mut self, value: f64) {
+        let surface = self.last();
+        surface.shape = match std::mem::replace(&mut surface.shape, Shape::Sphere) {
+            Shape::Asphere { terms, .. } => Shape::Asphere { k: value, terms },
+            Shape::Sphere | Shape::Conic { .. } if value != 0.0 => Shape::Conic { k: value },
+            other => other,
+        };
+    }
+
+    fn set_term(&mut self, power: usize, value: f64, span: Span) -> Result<()> {
+        if power > MAX_POWER {
+            return match value {
+                0.0 => Ok(()),
+                _ => Err(self.fail(span, format!("the term r^{power} is of too high a power"))),
+            };
+        }
+        if value == 0.0 {
+            return Ok(());
+        }
+        let surface = self.last();
+        let (k, mut terms) = match std::mem::replace(&mut surface.shape, Shape::Sphere) {
+            Shape::Asphere { k, terms } => (k, terms),
+            Shape::Conic { k } => (k, Box::new([0.0; MAX_POWER + 1])),
+            _ => (0.0, Box::new([0.0; MAX_POWER + 1])),
+        };
+        terms[power] = value;
+        surface.shape = Shape::Asphere { k, terms };
+        Ok(())
+    }
+
+    /// The curvature across, of a cylinder with power in x.
+    fn across(&mut self, name: &str, command: &[Word<'_>]) -> Result<()> {
+        let value = self.value(command)?;
+        let across = match name {
+            "RDX" => Curvature::from_radius(value),
+            _ => Curvature::from_curvature(value),
+        };
+        let surface = self.last();
+        surface.shape = match (across.is_plane(), surface.curvature.is_plane()) {
+            (true, _) => Shape::CylinderX,
+            (false, true) => {
+                surface.curvature = across;
+                Shape::CylinderY
+            }
+            (false, false) => Shape::Toroid {
+                across,
+                k: 0.0,
+                terms: Box::new([0.0; MAX_POWER + 1]),
+            },
+        };
+        Ok(())
+    }
+
+    /// `ZOO n`, then `ZOO THI S5 v1 v2 …`.
+    fn zoom(&mut self, command: &[Word<'_>]) -> Result<()> {
+        let count = command.get(1).and_then(|w| w.text.parse::<usize>().ok());
+        if let Some(count) = count {
+            self.zoom = (1..=count.min(1000))
+                .map(|i| ZoomPosition {
+                    name: format!("position {i}"),
+                    ..Default::default()
+                })
+                .collect();
+            return Ok(());
+        }
+        let [_, what, surface, values @ ..] = command else {
+            return Ok(());
+        };
+        let number = surface
+            .text
+            .trim_start_matches(['s', 'S'])
+            .parse::<usize>()
+            .ok();
+        let Some(surface) = number.and_then(|n| n.checked_sub(1)) else {
+            return Ok(());
+        };
+        if !what.is("THI") {
+            return Ok(());
+        }
+        for (position, value) in self.zoom.iter_mut().zip(values) {
+            position.gaps.push((surface, value.number(self.source)?));
+        }
+        Ok(())
+    }
+
+    fn finish(mut self, sink: &mut Sink) -> Result<Prescription> {
+        let name = self
+            .title
+            .take()
+            .unwrap_or_else(|| super::name_of(self.source));
+        let count = self.surfaces.len();
+        let mut lens = Prescription {
+            object_medium: self.object_medium,
+            ..Prescription::new(name, self.surfaces)
+        };
+        for position in &mut self.zoom {
+            position.gaps.retain(|(surface, _)| *surface < count);
+        }
+        lens.zoom = self.zoom;
+        let widest = self.fields.iter().map(|a| a.abs()).fold(0.0, f64::max);
+        let beam = Beam {
+            half_field: widest,
+            edge_share: 1.0
+                - self
+                    .upper_vignetting
+                    .last()
+                    .copied()
+                    .unwrap_or(0.0)
+                    .clamp(0.0, 1.0),
+            ..self.beam
+        };
+        if fill(&mut lens, beam) {
+            sink.note(
+                Span::at(0),
+                "apertures that the file leaves out are those of its beam",
+            );
+        }
+        let places = self.places;
+        check(&mut lens, self.source, sink, |surface, column| {
+            places.get(surface).map_or(Span::at(0), |p| {
+                p.columns[column as usize].unwrap_or(p.command)
+            })
+        })?;
+        Ok(if self.unit == 1.0 {
+            lens
+        } else {
+            lens.scaled(self.unit)
+        })
+    }
+}
+
+/// `517642` is n = 1.517, V = 64.2; `500.700` the same with a dot: n = 1.500, V = 70.0.
+fn fictitious(word: &str) -> Option<Medium> {
+    let (index, abbe) = match word.split_once('.') {
+        Some(parts) => parts,
+        None if word.len() == 6 => word.split_at(3),
+        None => return None,
+    };
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    if !digits(index) || !digits(abbe) || abbe.len() < 2 {
+        return None;
+    }
+    let n = 1.0 + format!("0.{index}").parse::<f64>().ok()?;
+    let (whole, rest) = abbe.split_at(2);
+    let v = format!("{whole}.{rest}").parse::<f64>().ok()?;
+    Some(if v > 0.0 {
+        Medium::from_abbe(n, v)
+    } else {
+        Medium::constant(n)
+    })
+}
+
+/// Between two neighbours of a table, linear in 1/λ².
+fn interpolated(table: &[(f64, f64)], nm: f64) -> Option<f64> {
+    let x = |nm: f64| 1.0 / (nm * nm);
+    table.windows(2).find_map(|pair| {
+        let [(a, n_a), (b, n_b)] = *pair else {
+            return None;
+        };
+        let inside = (a.min(b)..=a.max(b)).contains(&nm) && a != b;
+        inside.then(|| n_a + (n_b - n_a) * (x(nm) - x(a)) / (x(b) - x(a)))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Prescription> {
+        let source = Arc::new(Source::new("a.seq", text.as_bytes().to_vec()));
+        read(&source, &Catalogue::builtin(), &mut Sink::new())
+    }
+
+    #[test]
+    fn surfaces_are_read_in_either_mode_and_any_unit() {
+        let text = |mode: &str, bend: &str| {
+            format!(
+                "{mode};LEN \"VERSION\"\nTITLE 'A; lens'\nDIM I\nEPD 1.0 ; YAN 0 10\nSO 0 1e14\n\
+                 S {bend} 0.25 NBK7_SCHOTT\n  CIR 0.5\nS 0 0.5 517642 ! flat\n  STO; CIR 0.4\n\
+                 S -{bend} &\n 2.0\n  ASP; K -1.0; A 0.5;&\n  B 0.25\n  CIR 0.6\nSI 0 0\n  XDE 0\nGO\n"
+            )
+        };
+        for lens in [
+            parse(&text("RDM", "2")).unwrap(),
+            parse(&text("RDM N", ".5")).unwrap(),
+        ] {
+            assert_eq!((lens.name.as_str(), lens.surfaces.len()), ("A; lens", 3));
+            let [first, second, third] = &lens.surfaces[..] else {
+                panic!()
+            };
+            assert!((first.curvature.radius() - 50.8).abs() < 1e-12);
+            assert_eq!(first.medium.name, "N-BK7");
+            assert_eq!(lens.stop(), Some(1));
+            assert_eq!(second.medium.n_d, 1.517);
+            assert!((second.medium.abbe().unwrap() - 64.2).abs() < 1e-9);
+            assert!(matches!(&third.shape, Shape::Asphere { k, terms }
+                if *k == -1.0 && (terms[6] * 25.4_f64.powi(5) - 0.25).abs() < 1e-12));
+            assert_eq!(third.thickness, 50.8);
+        }
+    }
+
+    #[test]
+    fn a_private_glass_is_its_table() {
+        let lens = parse(
+            "RDM\nPRV\n PWL 700 656.2725 587.5618 486.1327 400\n 'E48' 1.52 1.528 1.531 1.538&\n \
+             1.55\nEND\nSO 0 1e9\nS 10 3 'E48'\n STO\n CIR 4\nS -10 5\n CIR 4\nSI 0 0\n",
+        )
+        .unwrap();
+        assert_eq!(lens.surfaces[0].medium.n_d, 1.531);
+        assert!((lens.surfaces[0].medium.abbe().unwrap() - 53.1).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_can_not_be_traced_is_refused_by_name_and_place() {
+        let around = |inner: &str| format!("RDM\nSO 0 1e9\nS 10 3 NBK7\n{inner}\nSI 0 0\n");
+        for (inner, says, at) in [
+            (" ADE 60", "`ADE` tilts", (4, 2)),
+            ("S 0 2 REFL", "mirror", (4, 7)),
+            (" DIF DOE", "`DIF` diffracts", (4, 2)),
+            ("S 0 2 NBK77", "no glass named `NBK77`", (4, 7)),
+            ("S 0", "too few", (4, 4)),
+            ("S x 2", "not a number", (4, 3)),
+            (" STO\nS 5 2\n STO", "second stop", (5, 3)),
+        ] {
+            let error = parse(&around(inner)).unwrap_err();
+            assert!(error.message.contains(says), "{inner}: {}", error.message);
+            assert_eq!(error.location().1, Some(at), "{inner}");
+        }
+    }
+
+    #[test]
+    fn a_lens_without_apertures_gets_those_of_its_beam() {
+        let text = "RDM\nEPD 10\nYAN 0 5\nSO 0 1e9\nS 50 3 NBK7\n STO\nS -50 48\nSI 0 0\n";
+        let lens = parse(text).unwrap();
+        assert_eq!(lens.surfaces[0].semi_diameter, 5.0);
+        assert!((4.5..5.5).contains(&lens.surfaces[1].semi_diameter));
+    }
+}

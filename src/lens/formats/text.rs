@@ -1,0 +1,171 @@
+//! Prescription files as text: whatever they are encoded in, and words with their places.
+
+use std::sync::Arc;
+
+use crate::diag::{Diagnostic, Result, Source, Span};
+
+/// The file as UTF-8. Zemax writes UTF-16 of either order or 8 bits of Windows' Western page.
+///
+/// Places in messages count in the text as it is read, so columns are those an editor shows.
+pub fn decoded(source: &Arc<Source>) -> Arc<Source> {
+    let bytes = &source.bytes;
+    let text = match bytes[..] {
+        [0xff, 0xfe, ..] => utf16(&bytes[2..], u16::from_le_bytes),
+        [0xfe, 0xff, ..] => utf16(&bytes[2..], u16::from_be_bytes),
+        // Without a mark: text in UTF-16 begins with an ASCII letter beside a zero.
+        [first, 0, _, 0, ..] if first != 0 => utf16(bytes, u16::from_le_bytes),
+        [0, first, 0, _, ..] if first != 0 => utf16(bytes, u16::from_be_bytes),
+        [0xef, 0xbb, 0xbf, ..] => String::from_utf8_lossy(&bytes[3..]).into_owned(),
+        _ if std::str::from_utf8(bytes).is_ok() => return source.clone(),
+        _ => bytes.iter().map(|&b| char::from(b)).collect(),
+    };
+    Arc::new(Source::new(source.name.clone(), text.into_bytes()))
+}
+
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
+    let units = bytes
+        .chunks_exact(2)
+        .map(|pair| unit(pair.try_into().unwrap_or_default()));
+    char::decode_utf16(units)
+        .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
+        .collect()
+}
+
+/// The text of a decoded source.
+pub fn text(source: &Source) -> &str {
+    std::str::from_utf8(&source.bytes).unwrap_or("")
+}
+
+/// A word and where it stands. In quotes it may hold blanks; the quotes are not part of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Word<'a> {
+    pub text: &'a str,
+    pub span: Span,
+}
+
+impl Word<'_> {
+    /// The number it is, or what is wrong with it.
+    pub fn number(&self, source: &Arc<Source>) -> Result<f64> {
+        match self.text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => {
+                let message = format!("`{}` is not a number", self.text);
+                Err(Diagnostic::error(message).at(source, self.span))
+            }
+        }
+    }
+
+    pub fn is(&self, word: &str) -> bool {
+        self.text.eq_ignore_ascii_case(word)
+    }
+}
+
+/// The words of a piece of text that begins at byte `start` of its file.
+pub fn words(piece: &str, start: usize) -> Vec<Word<'_>> {
+    let mut found = Vec::new();
+    let mut rest = piece.char_indices().peekable();
+    while let Some((at, c)) = rest.next() {
+        if c.is_whitespace() || c.is_control() {
+            continue;
+        }
+        let quoted = c == '"' || c == '\'';
+        let ends = |next: char| {
+            if quoted {
+                next == c
+            } else {
+                next.is_whitespace()
+            }
+        };
+        let from = if quoted { at + 1 } else { at };
+        let mut to = at + c.len_utf8();
+        while let Some(&(_, next)) = rest.peek() {
+            if ends(next) {
+                break;
+            }
+            to += next.len_utf8();
+            rest.next();
+        }
+        if quoted {
+            rest.next();
+        }
+        found.push(Word {
+            text: &piece[from..to],
+            span: Span::new(start + from, start + to),
+        });
+    }
+    found
+}
+
+/// The lines of a text with the byte each begins at; CR, LF and CRLF each end one.
+pub fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let mut start = 0;
+    text.split_inclusive('\n')
+        .flat_map(|line| line.split_inclusive('\r'))
+        .map(move |line| {
+            let at = start;
+            start += line.len();
+            (at, line.trim_end_matches(['\r', '\n']))
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_reads_the_same_in_every_encoding() {
+        let words = "SURF 1\r\nNAME Ø=2\r\n";
+        let utf16 = |swap: bool, mark: bool| {
+            let mark = mark.then_some(0xfeff_u16);
+            let units = mark.into_iter().chain(words.encode_utf16());
+            units
+                .flat_map(|u| {
+                    if swap {
+                        u.to_be_bytes()
+                    } else {
+                        u.to_le_bytes()
+                    }
+                })
+                .collect::<Vec<u8>>()
+        };
+        let latin: Vec<u8> = words.chars().map(|c| c as u32 as u8).collect();
+        let marked = [b"\xef\xbb\xbf", words.as_bytes()].concat();
+        for bytes in [
+            words.as_bytes().to_vec(),
+            utf16(false, true),
+            utf16(true, true),
+            utf16(false, false),
+            utf16(true, false),
+            latin,
+            marked,
+        ] {
+            let source = decoded(&Arc::new(Source::new("a", bytes)));
+            assert_eq!(text(&source), words);
+        }
+    }
+
+    #[test]
+    fn words_know_their_places_and_quotes_hold_blanks() {
+        let found = words("S 'a b' 2", 10);
+        assert_eq!(
+            found.iter().map(|w| w.text).collect::<Vec<_>>(),
+            ["S", "a b", "2"]
+        );
+        assert_eq!(found[1].span, Span::new(13, 16));
+        assert_eq!(words("\"\" \"x", 0).len(), 2);
+    }
+
+    #[test]
+    fn lines_know_where_they_begin() {
+        let found: Vec<_> = lines("a\r\nb\rc\n\nd").collect();
+        assert_eq!(
+            found
+                .iter()
+                .map(|l| l.1)
+                .filter(|l| !l.is_empty())
+                .collect::<String>(),
+            "abcd"
+        );
+        assert!(found.contains(&(3, "b")) && found.contains(&(5, "c")));
+    }
+}
