@@ -30,8 +30,6 @@ def paint(name, width, height, pixel, step=4):
 
 
 # Materials that several parts share. A specular color is also what a recursive shader mirrors.
-WALNUT = (0.36, 0.22, 0.13)
-OAK = (0.62, 0.45, 0.28)
 BLACK = material((0.035, 0.033, 0.035), 0.16, 0.55)
 BRASS = material((0.40, 0.30, 0.14), (0.42, 0.35, 0.21), 0.5)
 WHITE_PAINT = material((0.86, 0.85, 0.82), 0.03, 0.2)
@@ -73,11 +71,11 @@ def room():
     r = ROOM
     x0, x1, z0, z1, top, hall = (r[k] for k in ("x0", "x1", "z0", "z1", "height", "hall"))
     wide, deep = x1 - x0, z1 - z0
-    wallpaper = group("WALLPAPER", material((0.80, 0.74, 0.62)), texture("wallpaper.png"), hints(0),
+    wallpaper = group("WALLPAPER", material((0.83, 0.77, 0.655)), texture("wallpaper.png"), hints(0),
                       group("BACK_WALL", flat_grid((x0, 0, z0), (wide, 0, 0), (0, top, 0), 19, 11, (0.6, 0.6))),
                       group("RIGHT_WALL", flat_grid((x1, 0, z0), (0, 0, deep), (0, top, 0), 23, 11, (0.6, 0.6))),
                       group("LEFT_WALL", *wall_with_holes(x0, z0, z1, top, WINDOWS)))
-    floor_part = group("FLOOR", material((0.78, 0.66, 0.50), 0.05, 0.4), texture("floor.png"), hints(0),
+    floor_part = group("FLOOR", material((0.76, 0.49, 0.25), 0.05, 0.4), texture("floor.png"), hints(0),
                        flat_grid((x0, 0, z1), (wide, 0, 0), (0, 0, -deep), 19, 23, (1.2, 1.2)),
                        group(None, flat_grid((x0, 0, hall), (wide, 0, 0), (0, 0, z1 - hall), 7, 13, (1.2, 1.2))))
     ceiling = group("CEILING", material((0.88, 0.87, 0.84)), hints(0),
@@ -136,7 +134,7 @@ def window():
         parts.append(block(0.0, 0.022, -0.09, high + 0.09, z - (0.09 if z < 0 else -0.02), z + (0.09 if z > 0 else -0.02)))
     parts.append(block(-deep, 0.0, high - 0.02, high, -w2, w2))
     parts.append(block(0, 0.022, high, high + 0.09, -w2 - 0.09, w2 + 0.09))
-    parts.append(block(-deep, 0.10, -0.035, 0.0, -w2 - 0.06, w2 + 0.06))                   # sill
+    parts.append(block(-deep, 0.08, -0.035, 0.0, -w2 - 0.06, w2 + 0.06))                   # sill
     for z in (-w2 + 0.045, 0, w2 - 0.045):
         parts.append(block(-0.12, -0.08, 0, high - 0.02, z - bar / 2, z + bar / 2))
     for y in (0.03, high - 0.045):
@@ -159,7 +157,7 @@ TABLE = dict(long=1.34, wide=0.74, top=0.42, pitch=0.15)
 def table():
     t = TABLE
     lx, lz, rail, h = t["wide"] / 2, t["long"] / 2, 0.068, 0.045
-    wood = [material((0.75, 0.60, 0.48), 0.07, 0.5), texture("walnut.png")]
+    wood = [material((0.56, 0.32, 0.17), 0.07, 0.5), texture("walnut.png")]
 
     def board(size, place, grain):
         m = rounded_box(size, 0.004, 2)
@@ -185,10 +183,10 @@ def table():
         for j in range(4):
             x, z = (j - 1.5) * t["pitch"], (i - 3.5) * t["pitch"]
             shade = 0.93 + 0.07 * hashed(i, j, 5)
-            face = "tile-a.png" if (i + j) % 2 else "tile-b.png"
+            face, glaze = (("tile-a.png", (0.25, 0.52, 0.54)) if (i + j) % 2 else ("tile-b.png", (0.92, 0.89, 0.80)))
             shape = "USE TILE" if first else surface(tile, 0.5, 5, "TILE")
             first["done"] = True
-            tiles.append(group(None, material((shade, shade, shade), 0.14, 0.8), texture(face),
+            tiles.append(group(None, material(times(glaze, shade), 0.14, 0.8), texture(face),
                                f"Texture2Transform {{ center 0.5 0.5 rotation {number(pi / 2 * int(4 * hashed(i, j, 9)))} }}",
                                f"Translation {{ translation {vector((x, t['top'] - 0.004, z))} }}", shape))
     write_part("table", f"""Tiled coffee table, {t['long']} m long (z), {t['wide']} m wide (x), tiles at {t['top']} m: things stand at that height.
@@ -316,11 +314,11 @@ def cradle():
     return group("CRADLE", BRASS, "Translation { translation 0 0 -0.017 }", *parts)
 
 
-def cord(knots, name, radius=0.0029, steps=8):
+def cord(knots, name, radius=0.0029, steps=8, digits=5):
     """A cloth cord along a smooth curve through the knots."""
     path = curve(knots, steps)
     section = ring(radius, 8)
-    return surface(sweep(path, section), 1.2, 5, name, material((0.20, 0.13, 0.08), 0.02, 0.1))
+    return surface(sweep(path, section), 1.2, digits, name, material((0.20, 0.13, 0.08), 0.02, 0.1))
 
 
 def telephone():
@@ -337,6 +335,20 @@ It faces +z; the origin is on the table under its middle. Black body, brass crad
                group("BODY", BLACK, surface(telephone_body(), 0.55, 5)),
                group("FEET", material((0.10, 0.09, 0.08)), *feet), face, cradle(),
                group(None, lift, handset()), cord(knots, "CORD"))
+
+
+def telephone_line():
+    """From the telephone's back over the left edge of the table, across the floor to a socket under the window."""
+    top = TABLE["top"] + 0.003
+    knots = [(-0.108, 0.4320, 0.352), (-0.110, 0.4300, 0.330), (-0.125, 0.4250, 0.290), (-0.165, top, 0.245), (-0.230, top, 0.225), (-0.300, top, 0.235),
+             (-0.345, top, 0.248), (-0.366, top, 0.252), (-0.3755, 0.4150, 0.254), (-0.3770, 0.3900, 0.255), (-0.381, 0.30, 0.258), (-0.392, 0.16, 0.262),
+             (-0.408, 0.05, 0.268), (-0.440, 0.0150, 0.276), (-0.500, 0.0135, 0.290), (-0.700, 0.0135, 0.345), (-0.900, 0.0135, 0.360), (-0.965, 0.0110, 0.352),
+             (-1.010, 0.0035, 0.345), (-1.300, 0.0035, 0.300), (-1.70, 0.0035, 0.16), (-2.10, 0.0035, 0.10), (-2.50, 0.0035, 0.160), (-2.62, 0.0040, 0.200),
+             (-2.655, 0.020, 0.212), (-2.668, 0.045, 0.215), (-2.674, 0.058, 0.215)]
+    socket = rounded_box((0.014, 0.062, 0.062), 0.004, 2).moved(-2.678, 0.066, 0.215)
+    write_part("telephone-line", """The telephone's line, in the room's own coordinates: over the edge of the coffee table, under it across rug and
+floor, to a socket on the skirting below the windows.""",
+               cord(knots, "LINE", 0.0024, 5, 4), group("SOCKET", material((0.42, 0.30, 0.20), 0.05, 0.4), surface(socket, 0.6)))
 
 
 # ---- the book ----
@@ -500,7 +512,7 @@ def row_of_books(x0, x1, y, z_front, seed, tallest):
 
 def bookshelf():
     wide, high, deep, board = 1.10, 2.05, 0.30, 0.024
-    wood = [material((0.66, 0.50, 0.38), 0.05, 0.4), texture("walnut.png")]
+    wood = [material((0.48, 0.25, 0.125), 0.05, 0.4), texture("walnut.png")]
 
     def plank(size, place, grain):
         m = rounded_box(size, 0.003, 1)
@@ -533,7 +545,8 @@ def bookshelf():
                   at(lo + 0.14, levels[2], 0, BRASS, surface(lathe([(0.062, 0), (0.062, 0.006), (0.050, 0.012), (0.016, 0.020), (0.008, 0.036), (0.006, 0.080), (0, 0.085)], 24), 0.6)),
                   at(lo + 0.14, levels[2] + 0.172, 0, BRASS, surface(sweep([(0.094 * sin(a), 0.094 * cos(a), 0) for a in (pi * k / 18 - 0.41 for k in range(19))], ring(0.0028, 6)), 1.2)))
     vase = at(lo + 0.57, levels[4], -0.01, material((0.72, 0.66, 0.52), 0.10, 0.6), surface(lathe(
-        [(0, 0), (0.030, 0), (0.034, 0.004), (0.058, 0.055), (0.062, 0.085), (0.048, 0.130), (0.024, 0.160), (0.020, 0.180), (0.030, 0.200), (0.027, 0.200), (0.017, 0.180), (0, 0.15)], 28), 0.8), name="JUG")
+        [(0, 0)] + curve([(0.030, 0), (0.034, 0.004), (0.058, 0.055), (0.062, 0.085), (0.048, 0.130), (0.024, 0.160), (0.020, 0.180), (0.030, 0.200)], 3)
+        + [(0.027, 0.200), (0.017, 0.180), (0, 0.15)], 24), 0.8), name="JUG")
     cones = group("WOODEN_SOLIDS", material((0.74, 0.55, 0.34), 0.03, 0.3),
                   at(hi - 0.14, levels[5] + 0.075, 0, "Cone { bottomRadius 0.05 height 0.15 }"),
                   at(hi - 0.27, levels[5] + 0.045, 0.03, "Sphere { radius 0.045 }"),
@@ -545,7 +558,7 @@ Six shelves of books (cubes, the exact primitive), a globe, a jug, and a cone, a
 
 def sideboard():
     wide, high, deep = 1.30, 0.74, 0.40
-    wood = [material((0.80, 0.64, 0.50), 0.07, 0.5), texture("walnut.png")]
+    wood = [material((0.58, 0.32, 0.165), 0.07, 0.5), texture("walnut.png")]
 
     def plank(size, place, grain="x", r=0.003):
         m = rounded_box(size, r, 1)
@@ -575,8 +588,8 @@ On it a bowl of fruit and a vase with twigs.""",
 
 
 def vase_with_twigs():
-    vase = surface(lathe([(0, 0), (0.050, 0), (0.056, 0.005), (0.078, 0.060), (0.088, 0.115), (0.078, 0.170), (0.046, 0.225), (0.034, 0.255),
-                          (0.036, 0.280), (0.047, 0.300), (0.043, 0.300), (0.030, 0.270), (0.028, 0.24), (0, 0.22)], 40), 0.8)
+    vase = surface(lathe([(0, 0)] + curve([(0.050, 0), (0.056, 0.005), (0.078, 0.060), (0.088, 0.115), (0.078, 0.170), (0.046, 0.225), (0.034, 0.255),
+                                                (0.036, 0.280), (0.047, 0.300)], 3) + [(0.043, 0.300), (0.030, 0.270), (0.028, 0.24), (0, 0.22)], 36), 0.8)
     twigs, leaves = Mesh(), Mesh()
     for k in range(9):
         a, out, tall = 2 * pi * k / 9 + 0.5 * hashed(k, 1, 3), 0.07 + 0.13 * hashed(k, 2, 3), 0.50 + 0.26 * hashed(k, 3, 3)
@@ -686,7 +699,7 @@ def plant():
             p = path[3 + j]
             around = turn + 2.4 * j + 0.5 * hashed(j, k, 91)
             rise = 0.10 + 0.55 * hashed(j, k, 92) - (0 if j < count - 1 else -0.5)
-            size = 0.85 + 0.35 * hashed(j, k, 93) - 0.03 * j
+            size = 1.05 + 0.40 * hashed(j, k, 93) - 0.03 * j
             place = f"Transform {{ translation {vector(p)} rotation 0 1 0 {number(around % (2 * pi), 3)} scaleFactor {vector((size,) * 3, 2)} }}"
             tip = f"Rotation {{ rotation 1 0 0 {number(-rise, 3)} }}"
             leaves.append(group(None, place, tip, "USE LEAF" if leaves else surface(leaf, 1.0, 4, "LEAF")))
@@ -701,29 +714,33 @@ def plant():
 
 def curtain():
     """A pair of curtains on a rod for one window; wall in the plane x = 0, like window.iv."""
-    foot, top = -0.66, 1.70
+    foot, top = -0.67, 1.708
 
     def place(u, v):
         gather = 1 - 0.22 * sin(pi * clamp(0.15 + 0.85 * (1 - v))) * 0.6
         fold = sin(2 * pi * 5.5 * u + 0.6 * sin(3 * v)) * (0.030 + 0.016 * (1 - v)) + 0.008 * sin(2 * pi * 2.3 * u + 4 * v)
-        return (0.085 + fold, foot + (top - foot) * v, 0.19 - 0.42 * (u - 0.5) * gather)
+        return (0.140 + fold, foot + (top - foot) * v, 0.19 - 0.42 * (u - 0.5) * gather)
     cloth = sheet(9, 67, place)
     cloth.uv = None
-    left = surface(cloth, 1.2, 4, "DRAPE")
-    rings = [at(0.085, 1.72, s * (0.78 + 0.06 * k) , "USE RING") for s in (-1, 1) for k in range(7)]
-    rod = at(0.085, 1.735, 0, "Rotation { rotation 1 0 0 1.5708 }", cylinder(0.011, 2.5))
-    ends = [at(0.085, 1.735, s * 1.262, "Sphere { radius 0.024 }") for s in (-1, 1)]
-    hooks = [at(0.0425, 1.735, s * 1.14, "Rotation { rotation 0 0 1 1.5708 }", cylinder(0.007, 0.085)) for s in (-1, 1)]
+    left = surface(cloth, 3.1, 4, "DRAPE")
+    hoop = lathe([(0.0185 + 0.0028 * cos(a), 0.0028 * sin(a)) for a in (-2 * pi * k / 6 for k in range(7))], 16).turned("x", pi / 2)
+    rings = [at(0.140, 1.727, s * (0.775 + 0.06 * k), "USE RING" if s > 0 or k else surface(hoop, 1.2, 4, "RING")) for s in (-1, 1) for k in range(7)]
+    rod = at(0.140, 1.735, 0, "Rotation { rotation 1 0 0 1.5708 }", cylinder(0.011, 2.37))
+    ends = [at(0.140, 1.735, s * 1.19, "Sphere { radius 0.022 }") for s in (-1, 1)]
+    hooks = [at(0.070, 1.735, s * 0.72, "Rotation { rotation 0 0 1 1.5708 }", cylinder(0.007, 0.140)) for s in (-1, 1)]
     write_part("curtain", """A pair of curtains on a brass rod, for one window of window.iv and with the same origin.
-The rod is 2.5 m long, 1.735 m above the foot of the window; the drapes hang to 40 mm above the floor.""",
+The rod is 2.4 m long, 1.735 m above the foot of the window; the drapes hang to 40 mm above the floor.""",
                group("DRAPES", material((0.62, 0.40, 0.30), 0.0), at(0, 0, 0.76, left), at(0, 0, -1.14, "USE DRAPE")),
-               group("ROD", BRASS, rod, *ends, *hooks))
+               group("ROD", BRASS, rod, *ends, *hooks, *rings))
 
 
 def outside():
-    wall = sheet(2, 2, lambda u, v: (0, -2 + 8 * v, -14 * u))
-    write_part("outside", """What is seen through the windows: sky and garden, painted on a screen 14 m long and 8 m high that shines by itself.
-It stands in the plane x = 0, from z = 0 to z = -14, clear of the sun's way to the windows.""",
+    low, high, z0, z1 = -20.0, 9.8, -42.0, 24.0
+    wall = sheet(2, 2, lambda u, v: (0, low + (high - low) * v, z1 + (z0 - z1) * u))
+    wall.uv = [(u, 1 - (high - p[1]) / 13.8) for (u, v), p in zip(wall.uv, wall.points)]  # below -4 m the lowest row goes on
+    write_part("outside", f"""What is seen through the windows: sky and garden, painted on a screen that shines by itself.
+It stands in the plane x = 0, from z = {z0} to {z1} m and from y = {low} to {high} m. Put 22 m from the windows
+(x = -25) it stays below the sun's way to them, which rises 0.43 m a meter.""",
                group("SCREEN", "LightModel { model BASE_COLOR }", material((1, 1, 1), emissive=(1, 1, 1)), texture("garden.png", "CLAMP"), surface(wall, 0)))
 
 
@@ -747,8 +764,8 @@ def make_textures():
                     c = tuple(k * 0.45 for k in c)
             return c
         return pixel
-    paint("walnut.png", 256, 256, wood((0.72, 0.50, 0.33), (0.32, 0.18, 0.10), 0, 3, 1), 8)
-    paint("floor.png", 256, 256, wood((0.95, 0.72, 0.48), (0.62, 0.40, 0.22), 10, 11, 1), 8)
+    paint("walnut.png", 256, 256, wood((1.00, 1.00, 1.00), (0.44, 0.36, 0.30), 0, 3, 1), 8)
+    paint("floor.png", 256, 256, wood((0.98, 0.98, 0.98), (0.65, 0.555, 0.46), 10, 11, 1), 8)
 
     def wallpaper(x, y):
         u, v = x / 128, y / 128
@@ -772,8 +789,8 @@ def make_textures():
                 c = mix(c, tuple(k * (0.8 + 0.3 * cloud) for k in ink), max(petals, heart, corner))
             return c
         return pixel
-    paint("tile-a.png", 128, 128, tile((0.24, 0.50, 0.52), (0, 0, 0), 1), 4)
-    paint("tile-b.png", 128, 128, tile((0.90, 0.87, 0.78), (0.13, 0.30, 0.50), 2), 4)
+    paint("tile-a.png", 128, 128, tile((0.98, 0.98, 0.98), (0, 0, 0), 1), 4)
+    paint("tile-b.png", 128, 128, tile((0.98, 0.98, 0.98), (0.14, 0.34, 0.62), 2), 4)
 
     digits = []
     for k in range(10):
@@ -810,7 +827,7 @@ def make_textures():
     paint("painting.png", 292, 196, landscape, 8)
     for name, ink in (("print-lens.png", lens_drawing()), ("print-eye.png", eye_drawing())):
         paint(name, 144, 192, lambda x, y: engraving(x, y, ink), 8)
-    paint("garden.png", 256, 146, garden, 8)
+    paint("garden.png", 512, 107, garden, 8)
 
 
 
@@ -975,20 +992,21 @@ def eye_drawing():
 
 
 def garden(x, y):
-    """Sky over a hedge and trees, soft because the eye is focused indoors; x, y in pixels of 256 x 146."""
-    u, v = x / 256, y / 146
-    c = mix((0.62, 0.78, 0.95), (0.93, 0.95, 0.97), clamp(v / 0.6))
-    c = mix(c, (1, 1, 1), smooth(0.45, 0.75, 0.6 * noise(u * 6, v * 5, 0, 0, 81) + 0.4 * noise(u * 14, v * 10, 0, 0, 82)))
-    trees = 0.50 - 0.16 * noise(u * 9, 0.5, 0, 0, 83) - 0.05 * noise(u * 30, 0.5, 0, 0, 84)
-    leaf = 0.5 * noise(u * 60, v * 34, 0, 0, 85) + 0.5 * noise(u * 25, v * 15, 0, 0, 86)
-    c = mix(c, mix((0.30, 0.42, 0.22), (0.62, 0.72, 0.40), leaf), smooth(trees - 0.015, trees + 0.015, v))
-    return mix(c, mix((0.50, 0.62, 0.32), (0.66, 0.74, 0.42), leaf), smooth(0.66, 0.70, v))
-
+    """Sky over trees, a hedge and a lawn, soft because it is far; x, y in pixels of 512 x 107 for 66 x 13.8 m."""
+    u, up = x / 512, 9.8 - 13.8 * (y + 0.5) / 107
+    c = mix((0.93, 0.95, 0.97), (0.60, 0.77, 0.95), clamp((up - 1.0) / 8))
+    c = mix(c, (1, 1, 1), smooth(0.45, 0.75, 0.6 * noise(u * 14, up * 0.5, 0, 0, 81) + 0.4 * noise(u * 34, up, 0, 0, 82)))
+    leaf = 0.5 * noise(u * 190, up * 3, 0, 0, 85) + 0.5 * noise(u * 80, up * 1.3, 0, 0, 86)
+    far = 3.2 + 2.6 * noise(u * 12, 0.5, 0, 0, 83) + 0.9 * noise(u * 48, 0.5, 0, 0, 84)
+    near = 0.2 + 6.5 * max(0.0, noise(u * 16, 0.5, 0, 0, 87) - 0.45) + 0.6 * noise(u * 60, 0.5, 0, 0, 88)
+    c = mix(c, mix((0.48, 0.58, 0.46), (0.66, 0.74, 0.56), leaf), smooth(far + 0.3, far - 0.3, up))
+    c = mix(c, mix((0.26, 0.38, 0.18), (0.55, 0.66, 0.34), leaf), smooth(near + 0.2, near - 0.2, up))
+    return mix(c, mix((0.48, 0.62, 0.30), (0.64, 0.75, 0.42), leaf), smooth(-0.6, -0.9, up))
 
 
 if __name__ == "__main__":
     if "-notextures" not in sys.argv:
         make_textures()
-    for part in (room, window, curtain, outside, table, telephone, book, lamp, sofa, armchair, bookshelf, sideboard, rug, picture, prints, plant):
+    for part in (room, window, curtain, outside, table, telephone, telephone_line, book, lamp, sofa, armchair, bookshelf, sideboard, rug, picture, prints, plant):
         part()
     print("bytes by part:", TOTALS, "sum", sum(TOTALS.values()))
