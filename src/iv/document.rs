@@ -3,11 +3,13 @@
 //! `DEF` and `USE` are edges to the same node, not copies. Fields are kept as written; what a
 //! file does not state comes from the catalogue when it is asked for.
 
+use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
 use indexmap::IndexMap;
 
-use crate::diag::{Sink, Source, Span};
+use super::Loader;
+use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::grammar::value::{Get, NodeId, Value};
 use crate::grammar::{Class, ClassId, Field, FieldType};
 
@@ -17,6 +19,17 @@ pub enum ClassRef {
     Known(ClassId),
     /// An index into [`Document::extensions`]: a `fields [ ]` or `PROTO` of the file's own.
     Extension(u32),
+}
+
+/// `ROUTE from.output TO to.input`, and what becomes of it when protos are expanded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Route {
+    pub from: NodeId,
+    pub output: Box<str>,
+    pub to: NodeId,
+    pub input: Box<str>,
+    /// Made by expanding a proto; the file does not state it.
+    pub expanded: bool,
 }
 
 /// A class declared in the file (`fields [ … ] isA [ … ]`), or met without a declaration.
@@ -71,13 +84,37 @@ pub struct Document {
     pub format: String,
     /// `DEF` names; a name defined twice means its latest node.
     pub names: IndexMap<Arc<str>, NodeId>,
+    /// Events that go from node to node, between nodes that are in the picture.
+    pub routes: Vec<Route>,
+    /// The roots of the file that a `File`, `WWWInline` or `Inline` names, once it is read.
+    pub included: HashMap<NodeId, Vec<NodeId>>,
+    /// What stands for a node: the first node of its proto's body.
+    pub stands_for: HashMap<NodeId, NodeId>,
+    /// Opens the files that nodes name.
+    pub loader: Option<Arc<dyn Loader>>,
     /// What reading had to say.
     pub sink: Sink,
 }
 
 impl Document {
+    /// A node, or what stands for it: an instance of a proto is its body's first node.
     pub fn node(&self, id: NodeId) -> NodeRef<'_> {
+        let mut id = id;
+        while let Some(&other) = self.stands_for.get(&id) {
+            id = other;
+        }
         NodeRef { document: self, id }
+    }
+
+    /// A file that a node names (a texture, a font), looked for beside the file the node is in.
+    pub fn load_beside(&self, node: NodeId, reference: &str) -> Result<(String, Vec<u8>)> {
+        let source = &self.sources[usize::from(self.nodes[node.0 as usize].source)];
+        match &self.loader {
+            Some(loader) => loader.load(&source.name, reference),
+            None => Err(Diagnostic::error(format!(
+                "`{reference}` cannot be opened: the document has no loader"
+            ))),
+        }
     }
 
     pub fn roots(&self) -> impl Iterator<Item = NodeRef<'_>> {
@@ -122,9 +159,11 @@ impl<'a> NodeRef<'a> {
         }
     }
 
+    /// Its children; those of a node that names a file are what is in the file.
     pub fn children(self) -> impl DoubleEndedIterator<Item = NodeRef<'a>> + ExactSizeIterator {
-        self.data()
-            .children
+        let included = self.document.included.get(&self.id);
+        included
+            .unwrap_or(&self.data().children)
             .iter()
             .map(move |&id| self.document.node(id))
     }

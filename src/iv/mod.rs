@@ -1,6 +1,139 @@
 //! Inventor and VRML files to a [`Document`] and back.
+//!
+//! The header decides the format. A file with mistakes is read as far as it goes, and what was
+//! wrong is in [`Document::sink`]; only a wrong header, a limit or I/O ends reading.
 
+mod ascii;
+mod assemble;
 pub mod document;
+mod field;
+mod header;
+mod inline;
+mod upgrade;
 
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::diag::{Diagnostic, Result, Source};
 pub use crate::grammar::value::{self, NodeId, Value};
-pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
+use assemble::Assembler;
+pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef, Route};
+pub use header::Header;
+pub use inline::{Folder, Loader, Nowhere};
+
+/// How much a file may ask for.
+#[derive(Clone, Debug)]
+pub struct Limits {
+    /// Bytes of one file, after unpacking.
+    pub bytes: usize,
+    /// Nodes of a document, included files and expanded protos with it.
+    pub nodes: usize,
+    /// Nodes inside nodes.
+    pub depth: usize,
+    /// Files in files.
+    pub include_depth: usize,
+    /// Files that a document includes.
+    pub files: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            bytes: 2 << 30,
+            nodes: 50_000_000,
+            depth: 1_000_000,
+            include_depth: 32,
+            files: 1_000,
+        }
+    }
+}
+
+impl Document {
+    /// Reads a file and the files it names, which must be below its folder.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        Self::open_with(path, &[], &Limits::default())
+    }
+
+    /// Reads a file and the files it names, below its folder or in one of the search paths.
+    pub fn open_with(path: impl AsRef<Path>, search: &[&Path], limits: &Limits) -> Result<Self> {
+        let path = path.as_ref();
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(&name, &e))?;
+        let loader = Folder::of(path, search, limits.bytes);
+        Self::read(&name, bytes, Arc::new(loader), limits)
+    }
+
+    /// Reads bytes under a name for messages.
+    pub fn read(
+        name: &str,
+        bytes: Vec<u8>,
+        loader: Arc<dyn Loader>,
+        limits: &Limits,
+    ) -> Result<Self> {
+        Self::read_as(name, bytes, loader, limits, None)
+    }
+
+    /// Reads Inventor syntax that may lack its first line, as `-camread` and `-e` files may.
+    pub fn read_headerless(name: &str, bytes: Vec<u8>) -> Result<Self> {
+        let header = Some(Header::ascii_2_1());
+        Self::read_as(name, bytes, Arc::new(Nowhere), &Limits::default(), header)
+    }
+
+    fn read_as(
+        name: &str,
+        bytes: Vec<u8>,
+        loader: Arc<dyn Loader>,
+        limits: &Limits,
+        otherwise: Option<Header>,
+    ) -> Result<Self> {
+        let mut document = Self {
+            loader: Some(loader),
+            ..Self::default()
+        };
+        let roots = read_into(&mut document, name, bytes, limits, otherwise)?;
+        document.roots = roots;
+        inline::include(&mut document, limits)?;
+        assemble::cut_cycles(&mut document);
+        Ok(document)
+    }
+}
+
+/// Reads one file into a document, which may hold others already. Returns the file's roots.
+fn read_into(
+    document: &mut Document,
+    name: &str,
+    bytes: Vec<u8>,
+    limits: &Limits,
+    otherwise: Option<Header>,
+) -> Result<Vec<NodeId>> {
+    let bytes = header::unpack(bytes, name, limits)?;
+    let header = match (Header::parse(&bytes, name), otherwise) {
+        (Ok(header), _) => header,
+        (Err(_), Some(header)) => header,
+        (Err(error), None) => return Err(error),
+    };
+    if header.binary {
+        return Err(
+            Diagnostic::error(format!("`{name}` is binary, which is not read yet")).in_file(name),
+        );
+    }
+    if document.sources.is_empty() {
+        document.format = header.words.clone();
+    }
+    let mut source = Source::new(name, bytes);
+    if header.binary {
+        source = source.into_binary();
+    }
+    let source = Arc::new(source);
+    let before = document.sink.set_source(Some(source.clone()));
+    let first_node = document.nodes.len();
+    document.sources.push(source.clone());
+    let mut assembler = Assembler::new(document, header, limits);
+    let roots = ascii::read(&mut assembler, &source.bytes);
+    let old = std::mem::take(&mut assembler.old);
+    let header = assembler.header.clone();
+    let roots = roots?;
+    upgrade::upgrade(document, &header, first_node, old);
+    document.sink.set_source(before);
+    Ok(roots)
+}

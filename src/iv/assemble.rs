@@ -1,0 +1,452 @@
+//! Puts nodes together while a file is read: classes by name, fields by name, `DEF` and `USE`.
+//!
+//! What the ASCII and the binary reader have in common.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::document::{ClassRef, Document, Extension, FieldEntry, Node};
+use super::field::Names;
+use super::value::{NodeId, Value};
+use super::{Header, Limits, upgrade};
+use crate::diag::{Result, Span};
+use crate::grammar::{self, ClassId, Dialect, FieldType, Treatment, class};
+
+/// A field of a node's class, found by name.
+#[derive(Clone, Copy)]
+pub enum Slot {
+    Field {
+        index: u16,
+        kind: FieldType,
+    },
+    /// A field that later versions do not have; [`upgrade`] turns it into what they have.
+    Old(&'static upgrade::OldField),
+}
+
+impl Slot {
+    pub fn kind(self) -> FieldType {
+        match self {
+            Self::Field { kind, .. } => kind,
+            Self::Old(old) => old.kind,
+        }
+    }
+}
+
+pub struct Assembler<'d> {
+    pub document: &'d mut Document,
+    pub header: Header,
+    pub limits: Limits,
+    pub source: u16,
+    /// By the whole token after `DEF`, reference number and all.
+    names: HashMap<Box<[u8]>, NodeId>,
+    /// Classes that this file declares, by name.
+    declared: HashMap<Box<str>, u32>,
+    /// Values of fields that are gone, for [`upgrade`].
+    pub old: Vec<(NodeId, &'static upgrade::OldField, Value)>,
+}
+
+impl<'d> Assembler<'d> {
+    pub fn new(document: &'d mut Document, header: Header, limits: &Limits) -> Self {
+        let source = u16::try_from(document.sources.len() - 1).unwrap_or(u16::MAX);
+        Self {
+            document,
+            header,
+            limits: limits.clone(),
+            source,
+            names: HashMap::new(),
+            declared: HashMap::new(),
+            old: Vec::new(),
+        }
+    }
+
+    /// The class that a file means by a name: of its own dialect, then of any, without `So`, and
+    /// `VRML…` as Coin writes VRML97's classes.
+    pub fn class_named(&self, name: &str) -> Option<ClassRef> {
+        if let Some(&extension) = self.declared.get(name) {
+            return Some(ClassRef::Extension(extension));
+        }
+        self.known_class(name).map(ClassRef::Known)
+    }
+
+    pub fn known_class(&self, name: &str) -> Option<ClassId> {
+        let find = |name: &str| {
+            let class =
+                grammar::by_name(name, self.header.dialect).or_else(|| grammar::any(name))?;
+            (class.treatment != Treatment::Abstract).then_some(class.id)
+        };
+        let vrml97 = |name: &str| {
+            let class = grammar::by_name(name.strip_prefix("VRML")?, Dialect::VRML97)?;
+            (class.treatment != Treatment::Abstract).then_some(class.id)
+        };
+        let bare = name
+            .strip_prefix("So")
+            .filter(|n| n.starts_with(|c: char| c.is_ascii_uppercase()));
+        find(name)
+            .or_else(|| vrml97(name))
+            .or_else(|| bare.and_then(|b| find(b).or_else(|| vrml97(b))))
+    }
+
+    /// A new node; `Err` when there are more than the limit.
+    pub fn add(&mut self, class: ClassRef, name: Option<Arc<str>>, span: Span) -> Result<NodeId> {
+        if self.document.nodes.len() >= self.limits.nodes {
+            let message = format!("more than {} nodes", self.limits.nodes);
+            let mut error = self.document.sink.error(span, message);
+            error.help("raise the limit on nodes if the scene is meant to be that big");
+            return Err(error);
+        }
+        Ok(self.document.add(Node {
+            class,
+            name,
+            fields: Vec::new(),
+            children: Vec::new(),
+            span,
+            source: self.source,
+        }))
+    }
+
+    pub fn data(&mut self, node: NodeId) -> &mut Node {
+        &mut self.document.nodes[node.0 as usize]
+    }
+
+    /// Remembers a node under the token after `DEF`, and names it: `name+3` is reference 3 of
+    /// nodes called `name`, `+3` one without a name.
+    pub fn define(&mut self, token: &[u8], node: NodeId) {
+        self.names.insert(token.into(), node);
+        let name = base_name(token);
+        if name.is_empty() {
+            return;
+        }
+        let name: Arc<str> = super::field::text(name).into();
+        self.data(node).name = Some(name.clone());
+        if self.source == 0 {
+            self.document.names.insert(name, node);
+        }
+    }
+
+    pub fn used(&self, token: &[u8]) -> Option<NodeId> {
+        let base = || self.names.get(base_name(token));
+        self.names.get(token).or_else(base).copied()
+    }
+
+    pub fn known_names(&self) -> impl Iterator<Item = &str> {
+        self.names
+            .keys()
+            .filter_map(|k| std::str::from_utf8(k).ok())
+    }
+
+    pub fn slot(&self, node: NodeId, name: &str) -> Option<Slot> {
+        let found = match self.document.nodes[node.0 as usize].class {
+            ClassRef::Known(id) => match id.get().field(name) {
+                Some((i, decl)) => (i, decl.kind),
+                None => return upgrade::old_field(id, name).map(Slot::Old),
+            },
+            ClassRef::Extension(i) => {
+                let fields = &self.document.extensions[i as usize].fields;
+                let i = fields.iter().position(|(n, _)| **n == *name)?;
+                (i, fields[i].1)
+            }
+        };
+        Some(Slot::Field {
+            index: found.0 as u16,
+            kind: found.1,
+        })
+    }
+
+    /// The names of an enumeration's values.
+    pub fn names_of(&self, node: NodeId, slot: Slot) -> Names<'static> {
+        let none = |_: &str| None;
+        match (slot, self.document.nodes[node.0 as usize].class) {
+            (Slot::Old(old), _) => Names {
+                names: old.names,
+                old: none,
+            },
+            (Slot::Field { index, .. }, ClassRef::Known(id)) => Names {
+                names: id.get().fields[usize::from(index)].names,
+                old: upgrade::old_names(id, index),
+            },
+            (Slot::Field { index, .. }, ClassRef::Extension(i)) => {
+                let extension = &self.document.extensions[i as usize];
+                let name = &*extension.fields[usize::from(index)].0;
+                let of = |is_a: &str| Some(grammar::any(is_a)?.field(name)?.1.names);
+                let names = extension.is_a.iter().find_map(|is_a| of(is_a));
+                Names {
+                    names: names.unwrap_or(&[]),
+                    old: none,
+                }
+            }
+        }
+    }
+
+    pub fn field_names(&self, node: NodeId) -> Vec<&str> {
+        match self.document.nodes[node.0 as usize].class {
+            ClassRef::Known(id) => id.get().fields.iter().map(|f| f.name).collect(),
+            ClassRef::Extension(i) => self.document.extensions[i as usize]
+                .fields
+                .iter()
+                .map(|(n, _)| &**n)
+                .collect(),
+        }
+    }
+
+    /// States a field; one stated before is replaced. Returns its place among the node's fields.
+    pub fn set(&mut self, node: NodeId, index: u16, value: Value, span: Span) -> usize {
+        let entry = FieldEntry {
+            index,
+            value,
+            ignored: false,
+            connection: None,
+            span,
+        };
+        let fields = &mut self.data(node).fields;
+        if let Some(place) = fields.iter().position(|f| f.index == index) {
+            fields[place] = entry;
+            return place;
+        }
+        fields.push(entry);
+        fields.len() - 1
+    }
+
+    /// The index of an extension equal to this one, new or not.
+    pub fn extension(&mut self, extension: Extension) -> u32 {
+        let known = self
+            .document
+            .extensions
+            .iter()
+            .position(|e| *e == extension);
+        let index = known.unwrap_or_else(|| {
+            self.document.extensions.push(extension);
+            self.document.extensions.len() - 1
+        });
+        index as u32
+    }
+
+    /// Makes a node one of a class that the file declares with `fields [ … ]` and `isA [ … ]`.
+    /// A class that is in the catalogue stays what it is, unless it is merely kept and the file
+    /// gives it more fields.
+    pub fn declare(
+        &mut self,
+        node: NodeId,
+        fields: Vec<(Box<str>, FieldType)>,
+        is_a: Vec<Box<str>>,
+    ) {
+        let extension = match self.document.nodes[node.0 as usize].class {
+            ClassRef::Known(id) => {
+                let class = id.get();
+                let mut all: Vec<_> = class
+                    .fields
+                    .iter()
+                    .map(|f| (f.name.into(), f.kind))
+                    .collect();
+                let known = all.len();
+                all.extend(fields.into_iter().filter(|(n, _)| class.field(n).is_none()));
+                if all.len() == known || class.treatment != Treatment::Kept {
+                    return;
+                }
+                Extension {
+                    name: class.name.into(),
+                    fields: all,
+                    is_a: vec![class.name.into()],
+                }
+            }
+            ClassRef::Extension(i) => {
+                let old = &self.document.extensions[i as usize];
+                let name = old.name.clone();
+                let mut all = old.fields.clone();
+                for field in fields {
+                    if !all.iter().any(|(n, _)| *n == field.0) {
+                        all.push(field);
+                    }
+                }
+                let is_a = if is_a.is_empty() {
+                    old.is_a.clone()
+                } else {
+                    is_a
+                };
+                Extension {
+                    name,
+                    fields: all,
+                    is_a,
+                }
+            }
+        };
+        let name = extension.name.clone();
+        let index = self.extension(extension);
+        self.declared.insert(name, index);
+        self.data(node).class = ClassRef::Extension(index);
+    }
+
+    /// A class that nothing declares: its nodes keep their name and lose their contents.
+    pub fn unknown(&mut self, name: &str) -> ClassRef {
+        let extension = Extension {
+            name: name.into(),
+            fields: Vec::new(),
+            is_a: Vec::new(),
+        };
+        ClassRef::Extension(self.extension(extension))
+    }
+
+    /// Gives engines whose fields depend on their `type`, and `GlobalField`, those fields.
+    pub fn specialize(&mut self, node: NodeId, type_name: &str, field: Option<&str>) -> Option<()> {
+        let ClassRef::Known(id) = self.document.nodes[node.0 as usize].class else {
+            return None;
+        };
+        let kind = FieldType::named(type_name.strip_prefix("So").unwrap_or(type_name))?;
+        let many = if kind.is_multiple() {
+            kind
+        } else {
+            FieldType::named(&format!("MF{}", &kind.name()[2..])).unwrap_or(kind)
+        };
+        let mut fields: Vec<(Box<str>, FieldType)> = id
+            .get()
+            .fields
+            .iter()
+            .map(|f| (f.name.into(), f.kind))
+            .collect();
+        match id {
+            class::GATE | class::SELECT_ONE => fields.push(("input".into(), many)),
+            class::CONCATENATE => {
+                fields.extend((0..10).map(|i| (format!("input{i}").into(), many)))
+            }
+            class::GLOBAL_FIELD => fields.push((field?.into(), kind)),
+            _ => return None,
+        }
+        let name: Box<str> = id.get().name.into();
+        let extension = Extension {
+            name: name.clone(),
+            fields,
+            is_a: vec![name],
+        };
+        let index = self.extension(extension);
+        self.data(node).class = ClassRef::Extension(index);
+        Some(())
+    }
+}
+
+/// A name without the reference number after its last `+`.
+fn base_name(token: &[u8]) -> &[u8] {
+    match token.iter().rposition(|&b| b == b'+') {
+        Some(i) if token[i + 1..].iter().all(u8::is_ascii_digit) => &token[..i],
+        _ => token,
+    }
+}
+
+/// Where one may go from a node, in the order of walking.
+#[derive(Clone, Copy)]
+enum Edge {
+    Child(usize),
+    Field(usize),
+    Element(usize, usize),
+    Included(usize),
+    StandsFor,
+}
+
+fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
+    let node = &document.nodes[id.0 as usize];
+    let mut out = Vec::new();
+    if let Some(&other) = document.stands_for.get(&id) {
+        out.push((Edge::StandsFor, other));
+        return out;
+    }
+    for (i, &child) in node.children.iter().enumerate() {
+        out.push((Edge::Child(i), child));
+    }
+    let walked = match node.class {
+        ClassRef::Known(class) => class.get().treatment != Treatment::Kept,
+        ClassRef::Extension(i) => {
+            let kept = |n: &str| grammar::any(n).is_some_and(|c| c.treatment == Treatment::Kept);
+            !document.extensions[i as usize].is_a.iter().any(|n| kept(n))
+        }
+    };
+    for (i, field) in node.fields.iter().enumerate().filter(|_| walked) {
+        match &field.value {
+            Value::Node(Some(target)) => out.push((Edge::Field(i), *target)),
+            Value::Nodes(targets) => {
+                out.extend(
+                    targets
+                        .iter()
+                        .enumerate()
+                        .map(|(k, &t)| (Edge::Element(i, k), t)),
+                );
+            }
+            _ => {}
+        }
+    }
+    if let Some(roots) = document.included.get(&id) {
+        out.extend(
+            roots
+                .iter()
+                .enumerate()
+                .map(|(i, &t)| (Edge::Included(i), t)),
+        );
+    }
+    out
+}
+
+/// Takes out every edge that leads a node back to itself, so that a walk ends. Without recursion.
+pub fn cut_cycles(document: &mut Document) {
+    const NEW: u8 = 0;
+    const OPEN: u8 = 1;
+    const DONE: u8 = 2;
+    let mut colors = vec![NEW; document.nodes.len()];
+    let mut cuts = Vec::new();
+    let mut stack: Vec<(NodeId, std::vec::IntoIter<(Edge, NodeId)>)> = Vec::new();
+    for root in document.roots.clone() {
+        if colors[root.0 as usize] != NEW {
+            continue;
+        }
+        colors[root.0 as usize] = OPEN;
+        stack.push((root, edges(document, root).into_iter()));
+        while let Some((id, rest)) = stack.last_mut() {
+            let id = *id;
+            let Some((edge, target)) = rest.next() else {
+                colors[id.0 as usize] = DONE;
+                stack.pop();
+                continue;
+            };
+            match colors[target.0 as usize] {
+                NEW => {
+                    colors[target.0 as usize] = OPEN;
+                    stack.push((target, edges(document, target).into_iter()));
+                }
+                OPEN => cuts.push((id, edge, target)),
+                _ => {}
+            }
+        }
+    }
+    for (id, edge, target) in cuts.into_iter().rev() {
+        cut(document, id, edge, target);
+    }
+}
+
+fn cut(document: &mut Document, id: NodeId, edge: Edge, target: NodeId) {
+    let data = &document.nodes[target.0 as usize];
+    let name = data.name.as_deref().unwrap_or("a node").to_owned();
+    let span = document.nodes[id.0 as usize].span;
+    document
+        .sink
+        .warn(
+            span,
+            format!("`{name}` contains itself; the inner one is left out"),
+        )
+        .help("a node can be used again beside itself, not inside itself");
+    let node = &mut document.nodes[id.0 as usize];
+    match edge {
+        Edge::Child(i) => {
+            node.children.remove(i);
+        }
+        Edge::Field(i) => node.fields[i].value = Value::Node(None),
+        Edge::Element(i, k) => {
+            if let Value::Nodes(list) = &mut node.fields[i].value {
+                list.remove(k);
+            }
+        }
+        Edge::Included(i) => {
+            if let Some(roots) = document.included.get_mut(&id) {
+                roots.remove(i);
+            }
+        }
+        Edge::StandsFor => {
+            document.stands_for.remove(&id);
+        }
+    }
+}

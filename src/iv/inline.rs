@@ -1,0 +1,323 @@
+//! Files that a scene names: who may open them, and reading them in.
+
+use std::collections::HashMap;
+use std::fmt::Debug;
+use std::path::{Component, Path, PathBuf};
+
+use super::document::Document;
+use super::value::{NodeId, Value};
+use super::{ClassRef, Limits, read_into};
+use crate::diag::{Diagnostic, Result};
+use crate::grammar::{class, file, inline, www_inline};
+
+/// Opens a file that a scene names. A reader of scenes without a file system implements this.
+pub trait Loader: Debug + Send + Sync {
+    /// `reference` as it stands in the file called `from`; the answer is a name, which may be
+    /// `from` in its turn, and the bytes.
+    fn load(&self, from: &str, reference: &str) -> Result<(String, Vec<u8>)>;
+}
+
+/// Opens nothing.
+#[derive(Debug)]
+pub struct Nowhere;
+
+impl Loader for Nowhere {
+    fn load(&self, _: &str, reference: &str) -> Result<(String, Vec<u8>)> {
+        Err(Diagnostic::error(format!(
+            "`{reference}` is not opened: no files are, here"
+        )))
+    }
+}
+
+/// Opens files below a scene's folder and below the search paths, and no others.
+#[derive(Debug)]
+pub struct Folder {
+    allowed: Vec<PathBuf>,
+    bytes: usize,
+}
+
+impl Folder {
+    /// For the scene at `path`. Files of more than `bytes` are refused.
+    pub fn of(path: &Path, search: &[&Path], bytes: usize) -> Self {
+        let own = std::iter::once(folder_of(path));
+        let given = search.iter().map(|p| p.to_path_buf());
+        Self {
+            allowed: own
+                .chain(given)
+                .filter_map(|p| p.canonicalize().ok())
+                .collect(),
+            bytes,
+        }
+    }
+
+    /// The file at a path, if it is there and below an allowed folder; `Err` if it is elsewhere.
+    fn permitted(&self, path: &Path) -> std::result::Result<Option<PathBuf>, ()> {
+        let Some(real) = path.canonicalize().ok().or_else(|| other_case(path)) else {
+            return Ok(None);
+        };
+        if !real.is_file() {
+            return Ok(None);
+        }
+        if self.allowed.iter().any(|a| real.starts_with(a)) {
+            Ok(Some(real))
+        } else {
+            Err(())
+        }
+    }
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// The same name in other case, as scenes from systems that did not care have it.
+fn other_case(path: &Path) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
+    let entries = std::fs::read_dir(path.parent()?).ok()?;
+    let mut names: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
+    names.sort();
+    let same = |p: &PathBuf| {
+        p.file_name()
+            .and_then(|n| n.to_str())
+            .is_some_and(|n| n.eq_ignore_ascii_case(name))
+    };
+    names.into_iter().find(same)?.canonicalize().ok()
+}
+
+/// Whether a reference is a path from a root, of any system.
+pub fn is_absolute(reference: &str) -> bool {
+    let drive =
+        reference.as_bytes().get(1) == Some(&b':') && reference.as_bytes()[0].is_ascii_alphabetic();
+    reference.starts_with(['/', '\\']) || drive
+}
+
+impl Loader for Folder {
+    fn load(&self, from: &str, reference: &str) -> Result<(String, Vec<u8>)> {
+        let plain = reference.strip_prefix("file:").unwrap_or(reference);
+        let plain = plain.strip_prefix("//").unwrap_or(plain);
+        if plain.contains("://") || plain.starts_with("urn:") {
+            let message =
+                format!("`{reference}` is an address, and nothing is fetched from the net");
+            return Err(Diagnostic::error(message));
+        }
+        let plain = plain.replace('\\', "/");
+        let beside = folder_of(Path::new(from));
+        let mut bases = vec![beside];
+        bases.extend(self.allowed.iter().cloned());
+        let mut refused = false;
+        for tail in tails(&plain) {
+            for base in &bases {
+                match self.permitted(&base.join(&tail)) {
+                    Ok(Some(path)) => return self.read(from, &path),
+                    Ok(None) => {}
+                    Err(()) => refused = true,
+                }
+            }
+        }
+        Err(if refused {
+            Diagnostic::error(format!(
+                "`{reference}` lies outside the scene's folder and is not opened"
+            ))
+            .with_help("give its folder as a search path to allow it")
+        } else {
+            Diagnostic::error(format!("`{reference}` is not there")).with_help(format!(
+                "it was looked for beside `{from}` and in the search paths"
+            ))
+        })
+    }
+}
+
+impl Folder {
+    fn read(&self, from: &str, path: &Path) -> Result<(String, Vec<u8>)> {
+        let name = shown(from, path);
+        let size = path
+            .metadata()
+            .map_err(|e| Diagnostic::io(&name, &e))?
+            .len();
+        if size > self.bytes as u64 {
+            return Err(Diagnostic::error(format!(
+                "`{name}` is larger than {} bytes",
+                self.bytes
+            )));
+        }
+        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(&name, &e))?;
+        Ok((name, bytes))
+    }
+}
+
+/// A path as the user would write it, where it is below the folder that `from` is in.
+fn shown(from: &str, path: &Path) -> String {
+    let base = folder_of(Path::new(from));
+    let short = base
+        .canonicalize()
+        .ok()
+        .and_then(|real| path.strip_prefix(real).ok().map(|p| base.join(p)));
+    let short = short.unwrap_or_else(|| path.to_path_buf());
+    short
+        .strip_prefix(".")
+        .unwrap_or(&short)
+        .display()
+        .to_string()
+}
+
+/// The path itself, then its last parts: all but the first, and so on to the file's name alone.
+/// A path from a root only ever means its last parts.
+fn tails(path: &str) -> Vec<PathBuf> {
+    let mut out = Vec::new();
+    for path in [Some(path), path.split_once('#').map(|(p, _)| p)]
+        .into_iter()
+        .flatten()
+    {
+        let path = if is_absolute(path) {
+            path.trim_start_matches(|c: char| {
+                c == '/'
+                    || c.is_ascii_alphabetic()
+                        && path.as_bytes().get(1) == Some(&b':')
+                        && path.starts_with(c)
+            })
+            .trim_start_matches([':', '/'])
+        } else {
+            path
+        };
+        let parts: Vec<Component<'_>> = Path::new(path).components().collect();
+        for i in 0..parts.len() {
+            if i > 0 && parts[i..].iter().any(|p| matches!(p, Component::ParentDir)) {
+                continue;
+            }
+            out.push(parts[i..].iter().collect());
+        }
+    }
+    out
+}
+
+/// What a node names, in the order to try.
+fn references(document: &Document, id: NodeId) -> Vec<String> {
+    let node = document.nodes[id.0 as usize].class;
+    let index = match node {
+        ClassRef::Known(class::FILE) => file::NAME.index,
+        ClassRef::Known(class::WWW_INLINE) => www_inline::NAME.index,
+        ClassRef::Known(class::INLINE) => inline::URL.index,
+        _ => return Vec::new(),
+    };
+    let fields = &document.nodes[id.0 as usize].fields;
+    match fields
+        .iter()
+        .find(|f| f.index == index && !f.ignored)
+        .map(|f| &f.value)
+    {
+        Some(Value::String(name)) if !name.is_empty() && !name.starts_with('<') => {
+            vec![name.to_string()]
+        }
+        Some(Value::Strings(urls)) => urls.clone(),
+        _ => Vec::new(),
+    }
+}
+
+/// Reads in the files that nodes name, and those that they name.
+pub fn include(document: &mut Document, limits: &Limits) -> Result<()> {
+    let Some(loader) = document.loader.clone() else {
+        return Ok(());
+    };
+    let mut read: HashMap<String, (u16, Vec<NodeId>)> = HashMap::new();
+    // For each source, the sources it includes: a loop among them is a file inside itself.
+    let mut inside: HashMap<u16, Vec<u16>> = HashMap::new();
+    let mut depth = vec![0usize; document.sources.len()];
+    let mut next = 0;
+    while next < document.nodes.len() {
+        let id = NodeId(next as u32);
+        next += 1;
+        let names = references(document, id);
+        if names.is_empty() {
+            continue;
+        }
+        let from = document.nodes[id.0 as usize].source;
+        let span = document.nodes[id.0 as usize].span;
+        let source = document.sources[usize::from(from)].clone();
+        let before = document.sink.set_source(Some(source.clone()));
+        let outcome = names
+            .iter()
+            .map(|n| loader.load(&source.name, n).map(|found| (n, found)))
+            .reduce(|best, next| if best.is_ok() { best } else { next });
+        match outcome {
+            Some(Ok((reference, (name, bytes)))) => {
+                if is_absolute(reference) {
+                    let message = format!(
+                        "`{reference}` is a path of another machine; `{name}` is taken instead"
+                    );
+                    document.sink.warn(span, message);
+                }
+                let known = read.get(&name).cloned();
+                let own_depth = depth[usize::from(from)] + 1;
+                let loops = *name == *source.name
+                    || known
+                        .as_ref()
+                        .is_some_and(|(target, _)| reaches(&inside, *target, from));
+                if loops {
+                    document.sink.warn(
+                        span,
+                        format!("`{name}` includes itself; the inner one is left out"),
+                    );
+                } else if own_depth > limits.include_depth || read.len() >= limits.files {
+                    let message = format!("`{name}` is left out: too many files in files");
+                    document
+                        .sink
+                        .warn(span, message)
+                        .help("raise the limits on included files");
+                } else {
+                    let (target, roots) = match known {
+                        Some(found) => found,
+                        None => {
+                            let target = document.sources.len() as u16;
+                            let roots = match read_into(document, &name, bytes, limits, None) {
+                                Ok(roots) => roots,
+                                Err(error) => {
+                                    document.sink.add(Diagnostic {
+                                        severity: crate::diag::Severity::Warning,
+                                        ..*error
+                                    });
+                                    Vec::new()
+                                }
+                            };
+                            if document.sources.len() > usize::from(target) {
+                                depth.resize(document.sources.len(), own_depth);
+                                read.insert(name.clone(), (target, roots.clone()));
+                            }
+                            (target, roots)
+                        }
+                    };
+                    inside.entry(from).or_default().push(target);
+                    document.included.insert(id, roots);
+                }
+            }
+            Some(Err(error)) => {
+                let help = error.help.clone();
+                let warning = document.sink.warn(span, error.message.clone());
+                if let Some(help) = help {
+                    warning.help(help);
+                }
+            }
+            None => {}
+        }
+        document.sink.set_source(before);
+    }
+    Ok(())
+}
+
+/// Whether one source includes the other, at any remove.
+fn reaches(inside: &HashMap<u16, Vec<u16>>, from: u16, to: u16) -> bool {
+    let mut stack = vec![from];
+    let mut seen = Vec::new();
+    while let Some(source) = stack.pop() {
+        if source == to {
+            return true;
+        }
+        if !seen.contains(&source) {
+            seen.push(source);
+            stack.extend(inside.get(&source).into_iter().flatten());
+        }
+    }
+    false
+}

@@ -1,0 +1,271 @@
+//! Turns nodes of V1.0, V2.0 and VRML 1.0 into V2.1 before anything else looks.
+//!
+//! What later versions dropped is read by its old type and becomes what replaced it.
+
+use glam::Vec3;
+
+use super::Header;
+use super::document::{ClassRef, Document, FieldEntry};
+use super::value::{NodeId, Value};
+use crate::diag::Span;
+use crate::grammar::{
+    self, ClassId, Dialect, FieldType, class, environment, material, packed_color, shape_hints,
+    texture_coordinate_plane,
+};
+
+/// A field that a class once had.
+#[derive(Debug)]
+pub struct OldField {
+    pub name: &'static str,
+    pub kind: FieldType,
+    pub names: &'static [(&'static str, i64)],
+    into: fn(&mut Document, NodeId, &Value),
+}
+
+const fn old(
+    name: &'static str,
+    kind: FieldType,
+    names: &'static [(&'static str, i64)],
+    into: fn(&mut Document, NodeId, &Value),
+) -> OldField {
+    OldField {
+        name,
+        kind,
+        names,
+        into,
+    }
+}
+
+fn forget(_: &mut Document, _: NodeId, _: &Value) {}
+
+static OLD: [(ClassId, OldField); 13] = [
+    (
+        class::SHAPE_HINTS,
+        old("hints", FieldType::SFBitMask, HINTS, hints),
+    ),
+    (
+        class::PACKED_COLOR,
+        old("rgba", FieldType::MFUInt32, &[], packed),
+    ),
+    (
+        class::ENVIRONMENT,
+        old("fogDensity", FieldType::SFFloat, &[], fog_density),
+    ),
+    (
+        class::ENVIRONMENT,
+        old("fogComputed", FieldType::SFEnum, PER, forget),
+    ),
+    (
+        class::LIGHT_MODEL,
+        old("nearColor", FieldType::SFColor, &[], forget),
+    ),
+    (
+        class::LIGHT_MODEL,
+        old("farColor", FieldType::SFColor, &[], forget),
+    ),
+    (
+        class::TEXTURE2,
+        old("minFilter", FieldType::SFEnum, FILTERS, forget),
+    ),
+    (
+        class::TEXTURE2,
+        old("magFilter", FieldType::SFEnum, FILTERS, forget),
+    ),
+    (
+        class::TEXTURE2,
+        old("component", FieldType::SFEnum, COMPONENTS, forget),
+    ),
+    (
+        class::TEXTURE_COORDINATE_PLANE,
+        old("coord", FieldType::SFEnum, COORDS, forget),
+    ),
+    (
+        class::TEXTURE_COORDINATE_PLANE,
+        old("normal", FieldType::SFVec3f, &[], plane_normal),
+    ),
+    (
+        class::TEXTURE_COORDINATE_PLANE,
+        old("distanceFromOrigin", FieldType::SFFloat, &[], forget),
+    ),
+    (
+        class::TEXTURE_COORDINATE_PLANE,
+        old("repeatInterval", FieldType::SFFloat, &[], forget),
+    ),
+];
+
+const HINTS: &[(&str, i64)] = &[("NONE", 0), ("SOLID", 1), ("ORDERED", 2), ("CONVEX", 4)];
+const PER: &[(&str, i64)] = &[("PER_VERTEX", 0), ("PER_PIXEL", 1)];
+const COORDS: &[(&str, i64)] = &[("S", 0), ("T", 1), ("ALL", 2)];
+const COMPONENTS: &[(&str, i64)] = &[
+    ("INTENSITY", 0),
+    ("INTENSITY_ALPHA", 1),
+    ("RGB", 2),
+    ("RGBA", 3),
+];
+const FILTERS: &[(&str, i64)] = &[
+    ("POINT", 0),
+    ("BILINEAR", 1),
+    ("MIPMAP_POINT", 2),
+    ("MIPMAP_LINEAR", 3),
+    ("MIPMAP_BILINEAR", 4),
+    ("MIPMAP_TRILINEAR", 5),
+];
+
+pub fn old_field(class: ClassId, name: &str) -> Option<&'static OldField> {
+    OLD.iter()
+        .find(|(c, f)| *c == class && f.name == name)
+        .map(|(_, f)| f)
+}
+
+/// Names that an enumeration once had, as the values that replaced them.
+pub fn old_names(class: ClassId, index: u16) -> fn(&str) -> Option<i64> {
+    match (class, class.get().fields[usize::from(index)].name) {
+        (class::ENVIRONMENT, "fogType") => |name| match name {
+            "LINEAR" => Some(1),
+            "EXPONENTIAL_SQUARED" => Some(2),
+            "EXPONENTIAL" => Some(3),
+            _ => None,
+        },
+        (class::PICK_STYLE, "style") => |name| (name == "PICKABLE").then_some(0),
+        // Depth cueing is gone; what it colored is drawn in its own color.
+        (class::LIGHT_MODEL, "model") => |name| (name == "DEPTH").then_some(0),
+        _ => |_| None,
+    }
+}
+
+/// Upgrades the nodes of one file, which are those from `first` on.
+pub fn upgrade(
+    document: &mut Document,
+    header: &Header,
+    first: usize,
+    old: Vec<(NodeId, &'static OldField, Value)>,
+) {
+    for (node, field, value) in old {
+        (field.into)(document, node, &value);
+    }
+    if header.is_vrml97() || header.version >= (2, 1) {
+        return;
+    }
+    for i in first..document.nodes.len() {
+        match document.nodes[i].class {
+            ClassRef::Known(class::SHAPE_HINTS) => crease_angle(document, i),
+            ClassRef::Known(class::MATERIAL) if header.dialect == Dialect::IV1 => {
+                shine(document, i)
+            }
+            _ => {}
+        }
+    }
+}
+
+fn state(document: &mut Document, node: usize, index: u16, value: Value) {
+    let entry = FieldEntry {
+        index,
+        value,
+        ignored: false,
+        connection: None,
+        span: Span::default(),
+    };
+    let fields = &mut document.nodes[node].fields;
+    fields.retain(|f| f.index != index);
+    fields.push(entry);
+}
+
+fn states(document: &Document, node: usize, index: u16) -> bool {
+    document.nodes[node].fields.iter().any(|f| f.index == index)
+}
+
+/// Before V2.1, and in VRML 1.0, a silent `ShapeHints` meant half a radian.
+fn crease_angle(document: &mut Document, node: usize) {
+    let index = shape_hints::CREASE_ANGLE.index;
+    if !states(document, node, index) {
+        state(document, node, index, Value::Float(0.5));
+    }
+}
+
+/// IRIS GL, and so V1.0, took a shininess of 0 for no highlight at all.
+fn shine(document: &mut Document, node: usize) {
+    let shininess = material::SHININESS.index;
+    let field = document.nodes[node]
+        .fields
+        .iter()
+        .find(|f| f.index == shininess);
+    let dull = match field.map(|f| &f.value) {
+        None => true,
+        Some(Value::Floats(f)) => f.iter().all(|&n| n == 0.0),
+        Some(_) => false,
+    };
+    if dull {
+        state(
+            document,
+            node,
+            material::SPECULAR_COLOR.index,
+            Value::Vec3s(vec![Vec3::ZERO]),
+        );
+        document.nodes[node].fields.retain(|f| f.index != shininess);
+    }
+}
+
+fn hints(document: &mut Document, node: NodeId, value: &Value) {
+    let &Value::Int(bits) = value else { return };
+    let node = node.0 as usize;
+    let mut set = |index, n| state(document, node, index, Value::Int(n));
+    if bits & 2 != 0 {
+        set(
+            shape_hints::VERTEX_ORDERING.index,
+            shape_hints::VERTEX_ORDERING_COUNTERCLOCKWISE,
+        );
+    }
+    if bits & 1 != 0 {
+        set(shape_hints::SHAPE_TYPE.index, shape_hints::SHAPE_TYPE_SOLID);
+    }
+    let convex = bits & 4 != 0;
+    let face = if convex {
+        shape_hints::FACE_TYPE_CONVEX
+    } else {
+        shape_hints::FACE_TYPE_UNKNOWN_FACE_TYPE
+    };
+    set(shape_hints::FACE_TYPE.index, face);
+}
+
+/// `rgba` had its bytes the other way round: 0xaabbggrr.
+fn packed(document: &mut Document, node: NodeId, value: &Value) {
+    let Value::UInts(colors) = value else { return };
+    let ordered = colors.iter().map(|c| c.swap_bytes()).collect();
+    state(
+        document,
+        node.0 as usize,
+        packed_color::ORDERED_RGBA.index,
+        Value::UInts(ordered),
+    );
+}
+
+fn fog_density(document: &mut Document, node: NodeId, value: &Value) {
+    if let Value::Float(density) = value
+        && *density > 0.0
+    {
+        let visibility = Value::Float(1.0 / density);
+        state(
+            document,
+            node.0 as usize,
+            environment::FOG_VISIBILITY.index,
+            visibility,
+        );
+    }
+}
+
+/// One plane gave one coordinate; both are made to follow it unless the file says more.
+fn plane_normal(document: &mut Document, node: NodeId, value: &Value) {
+    let &Value::Vec3(normal) = value else { return };
+    let direction = Value::Vec3(normal.normalize_or(Vec3::X));
+    state(
+        document,
+        node.0 as usize,
+        texture_coordinate_plane::DIRECTION_S.index,
+        direction,
+    );
+}
+
+/// Whether a class is in the catalogue under this name, for did-you-mean hints.
+pub fn nearest_class(name: &str) -> Option<&'static str> {
+    crate::diag::nearest(name, grammar::CLASSES.iter().map(|c| c.name))
+}

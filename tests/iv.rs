@@ -1,0 +1,249 @@
+//! What reading makes of files, good and bad.
+
+use std::sync::Arc;
+
+use ivcam::grammar::{class, cone, coordinate3, indexed_face_set, shape_hints, transform};
+use ivcam::iv::{Document, Limits, Loader, NodeId, Nowhere, Value};
+
+fn read(text: &str) -> Document {
+    Document::read(
+        "test.iv",
+        text.as_bytes().to_vec(),
+        Arc::new(Nowhere),
+        &Limits::default(),
+    )
+    .unwrap_or_else(|e| panic!("{}", e.render(false)))
+}
+
+fn messages(document: &Document) -> Vec<String> {
+    document
+        .sink
+        .items()
+        .iter()
+        .map(ToString::to_string)
+        .collect()
+}
+
+fn clean(text: &str) -> Document {
+    let document = read(text);
+    assert_eq!(messages(&document), Vec::<String>::new());
+    document
+}
+
+#[test]
+fn values_are_read_as_people_wrote_them() {
+    let document = clean(
+        "#Inventor V2.1 ascii and more\r\nSeparator{ # a comment\r\n\
+         Transform { translation +1 .5 1. scaleFactor 1e0, 2 ,3 ~ }\r\
+         Coordinate3 { point 1 2 3 }  Coordinate3 { point [ 1 2 3, 4 5 6, ] }\n\
+         SoCone { parts (SIDES | BOTTOM) height 0.25 }\n\
+         IndexedFaceSet { coordIndex [0x10,1,2,-1,] } }",
+    );
+    let root = document.roots().next().expect("one root");
+    let nodes: Vec<_> = root.children().collect();
+    assert_eq!(
+        nodes[0].get(transform::TRANSLATION).to_array(),
+        [1.0, 0.5, 1.0]
+    );
+    assert!(nodes[0].is_ignored(transform::SCALE_FACTOR));
+    assert_eq!(nodes[1].get(coordinate3::POINT).len(), 1);
+    assert_eq!(nodes[2].get(coordinate3::POINT).len(), 2);
+    assert_eq!(nodes[3].get(cone::PARTS), 3);
+    assert_eq!(nodes[4].get(indexed_face_set::COORD_INDEX), [16, 1, 2, -1]);
+}
+
+#[test]
+fn a_use_is_the_same_node_and_the_latest_definition_counts() {
+    let document = clean(
+        "#Inventor V2.1 ascii\nDEF a+0 Cube {} USE a+0 DEF a+1 Cone {} USE a+0 USE a+1 DEF +2 Sphere {} USE +2 \
+         DEF x Cube {} DEF x Cone {} USE x",
+    );
+    let ids: Vec<NodeId> = document.roots.clone();
+    assert_eq!(ids[0], ids[1]);
+    assert_eq!(ids[0], ids[3]);
+    assert_eq!(ids[2], ids[4]);
+    assert_eq!(ids[5], ids[6]);
+    assert_eq!(ids[8], ids[9]);
+    assert_eq!(document.nodes[ids[0].0 as usize].name.as_deref(), Some("a"));
+    assert_eq!(document.nodes[ids[5].0 as usize].name, None);
+}
+
+#[test]
+fn a_connection_names_its_engine_and_output() {
+    let document = clean(
+        "#Inventor V2.1 ascii\nRotation { rotation 0 0 1 0 = DEF e ComposeRotation { axis 0 1 0 } . rotation } \
+         Translation { translation = USE e.rotation }",
+    );
+    for root in document.roots() {
+        let connection = root.data().fields[0]
+            .connection
+            .as_ref()
+            .expect("connected");
+        assert_eq!(&*connection.output, "rotation");
+        assert_eq!(
+            document.node(connection.from).class_name(),
+            "ComposeRotation"
+        );
+    }
+}
+
+#[test]
+fn engines_of_any_type_get_fields_of_that_type() {
+    let document = clean(
+        "#Inventor V2.1 ascii\nText2 { string = SelectOne { type \"MFString\" index 1 input [ \"a\", b ] } . output \
+         } Rotation { rotation = ElapsedTime { timeIn = GlobalField { type \"SFTime\" realTime 3 } . realTime } . timeOut }",
+    );
+    let select = document
+        .nodes
+        .iter()
+        .position(|n| !n.fields.is_empty() && n.fields.len() == 3);
+    let select = document.node(NodeId(select.expect("three fields") as u32));
+    assert_eq!(
+        select.value("input"),
+        Some(&Value::Strings(vec!["a".into(), "b".into()]))
+    );
+}
+
+#[test]
+fn an_unknown_class_is_skipped_and_what_follows_is_read() {
+    let document =
+        read("#Inventor V2.1 ascii\nSeparator {\n  Widget { a { b \"}\" } c 1 } Cone { }\n}\n");
+    let root = document.roots().next().expect("one root");
+    let names: Vec<_> = root.children().map(|c| c.class_name()).collect();
+    assert_eq!(names, ["Widget", "Cone"]);
+    assert_eq!(
+        messages(&document),
+        ["test.iv:3:3: warning: `Widget` is not a class of nodes; its contents are skipped"]
+    );
+}
+
+#[test]
+fn a_file_declares_its_own_classes() {
+    let document = clean(
+        "#Inventor V2.1 ascii\nWidget { fields [ SFFloat width, SoMFString names ] isA [ \"Group\" ] width 2 names x Cube {} }",
+    );
+    let widget = document.roots().next().expect("one root");
+    assert_eq!(widget.value("width"), Some(&Value::Float(2.0)));
+    assert_eq!(widget.children().count(), 1);
+}
+
+#[test]
+fn a_wrong_field_costs_only_itself() {
+    let document = read(
+        "#Inventor V2.1 ascii\nCone {\n  hieght 2\n  bottomRadius x\n  parts LID\n  height 3 }\nCube { }",
+    );
+    assert_eq!(
+        messages(&document),
+        [
+            "test.iv:3:3: warning: `Cone` has no field `hieght`",
+            "test.iv:4:16: warning: `Cone.bottomRadius`: expected a number, not `x`",
+            "test.iv:5:9: warning: `Cone.parts`: `LID` is not one of its values, which are SIDES, BOTTOM, ALL",
+        ]
+    );
+    let cone = document.roots().next().expect("a root");
+    assert_eq!((cone.get(cone::HEIGHT), document.roots.len()), (3.0, 2));
+    assert_eq!(cone.class_id(), Some(class::CONE));
+}
+
+#[test]
+fn a_truncated_file_keeps_what_was_read() {
+    let document = read("#Inventor V2.1 ascii\nSeparator {\n  Cone { height 3\n");
+    assert_eq!(
+        messages(&document),
+        ["test.iv:4:1: warning: the file ends inside the `Cone` that line 3 begins"]
+    );
+    assert_eq!(
+        document.roots().next().map(|r| r.children().count()),
+        Some(1)
+    );
+}
+
+#[test]
+fn another_kind_of_file_is_refused_with_what_it_begins_with() {
+    let error = Document::read(
+        "a.iv",
+        b"solid cube\n".to_vec(),
+        Arc::new(Nowhere),
+        &Limits::default(),
+    );
+    let message = error.expect_err("not Inventor").to_string();
+    assert!(
+        message.contains("a.iv") && message.contains("solid cube"),
+        "{message}"
+    );
+}
+
+#[test]
+fn old_shape_hints_become_new_ones() {
+    let document = clean("#Inventor V1.0 ascii\nShapeHints { hints SOLID | ORDERED | CONVEX }");
+    let hints = document.roots().next().expect("a root");
+    assert_eq!(
+        hints.get(shape_hints::SHAPE_TYPE),
+        shape_hints::SHAPE_TYPE_SOLID
+    );
+    assert_eq!(
+        hints.get(shape_hints::VERTEX_ORDERING),
+        shape_hints::VERTEX_ORDERING_COUNTERCLOCKWISE
+    );
+    assert_eq!(hints.get(shape_hints::CREASE_ANGLE), 0.5);
+}
+
+#[test]
+fn a_node_inside_itself_is_cut() {
+    let document = read("#Inventor V2.1 ascii\nDEF a Separator { Group { USE a } Cube {} }");
+    assert!(messages(&document)[0].contains("contains itself"));
+}
+
+#[test]
+fn a_hundred_thousand_nested_separators_are_read_and_dropped() {
+    let n = 100_000;
+    let text = format!(
+        "#Inventor V2.1 ascii\n{}Cube {{}}{}",
+        "Separator {".repeat(n),
+        "}".repeat(n)
+    );
+    assert_eq!(clean(&text).nodes.len(), n + 1);
+}
+
+/// Files by name, in memory.
+#[derive(Debug)]
+struct Shelf(&'static [(&'static str, &'static str)]);
+
+impl Loader for Shelf {
+    fn load(&self, _: &str, reference: &str) -> ivcam::diag::Result<(String, Vec<u8>)> {
+        let found = self.0.iter().find(|(name, _)| *name == reference);
+        found
+            .map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec()))
+            .ok_or_else(|| ivcam::diag::Diagnostic::error(format!("`{reference}` is not there")))
+    }
+}
+
+#[test]
+fn a_file_that_includes_another_has_its_nodes_as_children() {
+    let shelf = Shelf(&[("b.iv", "#VRML V1.0 ascii\nCube {} Sphere {}")]);
+    let text = b"#Inventor V2.1 ascii\nFile { name \"b.iv\" }".to_vec();
+    let document =
+        Document::read("a.iv", text, Arc::new(shelf), &Limits::default()).expect("reads");
+    let names: Vec<_> = document
+        .roots()
+        .flat_map(|r| r.children())
+        .map(|c| c.class_name())
+        .collect();
+    assert_eq!(names, ["Cube", "Sphere"]);
+}
+
+#[test]
+fn files_that_include_each_other_end() {
+    let shelf = Shelf(&[
+        ("b.iv", "#Inventor V2.1 ascii\nFile { name \"c.iv\" }"),
+        ("c.iv", "#Inventor V2.1 ascii\nFile { name \"b.iv\" }"),
+    ]);
+    let text = b"#Inventor V2.1 ascii\nFile { name \"b.iv\" } File { name \"c.iv\" }".to_vec();
+    let document =
+        Document::read("a.iv", text, Arc::new(shelf), &Limits::default()).expect("reads");
+    assert!(
+        messages(&document)
+            .iter()
+            .any(|m| m.contains("includes itself"))
+    );
+}
