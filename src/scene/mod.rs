@@ -1,5 +1,424 @@
-//! Compiles what a walk meets into what a ray can hit.
+//! Compiles a walk into what a ray can hit: triangles, exact quadrics, materials, lights.
+//!
+//! The scene is moved in f64 so that the compile origin (the camera) is at zero, then kept in
+//! f32. What a picture does not need is left out, and the census says so.
 
+pub mod builder;
+pub mod census;
+pub mod light;
 pub mod mesh;
+pub mod normals;
 pub mod nurbs;
+pub mod quadric;
+pub mod shapes;
+pub mod surface;
+pub mod survey;
+pub mod tessellate;
 pub mod text;
+pub mod texture;
+pub mod traverse;
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec2, Vec3};
+
+use crate::diag::{Diagnostic, Result};
+use crate::graph::{self, WalkOptions};
+use crate::iv::Document;
+use crate::pose::CameraPose;
+
+pub use builder::Builder;
+pub use census::Census;
+pub use light::Light;
+pub use surface::{Point, Surface};
+pub use survey::Survey;
+pub use traverse::{Bvh, PreparedRay, Ray};
+
+use quadric::Quadric;
+use texture::Texture;
+
+/// What a picture needs of a scene; a lookup from the shading, not a branch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Needs {
+    pub normals: bool,
+    pub materials: bool,
+    pub lights: bool,
+    pub textures: bool,
+    pub secondary: bool,
+}
+
+impl Needs {
+    pub const ALL: Self = Self {
+        normals: true,
+        materials: true,
+        lights: true,
+        textures: true,
+        secondary: true,
+    };
+}
+
+#[derive(Clone, Debug)]
+pub struct CompileOptions {
+    /// The point of the world that becomes the origin. Default: zero; for pictures the camera.
+    pub origin: DVec3,
+    /// What levels of detail, billboards and pixel widths go by. Default: none.
+    pub camera: Option<CameraPose>,
+    /// Default: everything.
+    pub needs: Needs,
+    /// Seconds, for what moves by itself. Default: 0.
+    pub time: f64,
+    /// Height of the picture in pixels, for lines and points. Default: 240.
+    pub pixel_rows: u32,
+    /// Primitives kept before the rest is left out. Default: 100 million.
+    pub max_primitives: usize,
+    /// Folders besides the scene's own in which textures are looked for. Default: none.
+    pub texture_folders: Vec<std::path::PathBuf>,
+}
+
+impl Default for CompileOptions {
+    fn default() -> Self {
+        Self {
+            origin: DVec3::ZERO,
+            camera: None,
+            needs: Needs::ALL,
+            time: 0.0,
+            pixel_rows: 240,
+            max_primitives: 100_000_000,
+            texture_folders: Vec::new(),
+        }
+    }
+}
+
+/// Where a ray met the scene: which primitive, and where on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    pub t: f32,
+    /// Triangles first, then quadrics, then strokes.
+    pub primitive: u32,
+    /// Weights of a triangle's second and third corner.
+    pub u: f32,
+    pub v: f32,
+}
+
+/// What a ray can hit, and how it looks.
+#[derive(Debug, Default)]
+pub struct RenderScene {
+    pub origin: DVec3,
+    triangles: Vec<[Vec3; 3]>,
+    quadrics: Vec<Quadric>,
+    strokes: Vec<shapes::Stroke>,
+    /// Surface of each triangle, quadric and stroke.
+    owners: Vec<u32>,
+    surfaces: Vec<Surface>,
+    light_sets: Vec<Arc<Vec<Light>>>,
+    textures: Vec<Arc<Texture>>,
+    bvh: Bvh,
+    /// The primitive in each slot of the hierarchy.
+    slots: Vec<u32>,
+    /// Whether any surface is see-through in places or seen from one side only.
+    special: bool,
+    pub(crate) background: Vec3,
+    census: Census,
+    bounds: Option<(Vec3, Vec3)>,
+}
+
+/// A triangle as Coin's triangle callback gives it: world space, three corners each.
+#[derive(Clone, Copy, Debug)]
+pub struct OracleTriangle {
+    pub position: [DVec3; 3],
+    pub normal: [Vec3; 3],
+    pub diffuse: [Vec3; 3],
+    pub transparency: f32,
+    pub shape: u32,
+}
+
+impl RenderScene {
+    pub fn survey(document: &Document, options: &CompileOptions) -> Survey {
+        survey::survey(document, options)
+    }
+
+    /// Walks the document and compiles what it draws.
+    pub fn compile(document: &Document, options: &CompileOptions) -> Result<Self> {
+        let patched = graph::engines::at_time(document, options.time);
+        let document = patched.as_ref().unwrap_or(document);
+        let walk_options = WalkOptions {
+            time: options.time,
+            camera: options.camera.clone(),
+            ..WalkOptions::default()
+        };
+        let mut builder = Builder::new(document, options);
+        graph::walk(document, &walk_options, &mut builder);
+        let mut scene = builder.finish()?;
+        scene.build_hierarchy()?;
+        Ok(scene)
+    }
+
+    fn build_hierarchy(&mut self) -> Result<()> {
+        let count = self.triangles.len() + self.quadrics.len() + self.strokes.len();
+        if u32::try_from(count).is_err() {
+            return Err(Diagnostic::error("the scene has more than 2^32 primitives"));
+        }
+        let mut boxes: Vec<(Vec3, Vec3)> = Vec::with_capacity(count);
+        boxes.extend(
+            self.triangles
+                .iter()
+                .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c))),
+        );
+        boxes.extend(self.quadrics.iter().map(|q| {
+            let (min, max) = q.bounds();
+            widen(min, max)
+        }));
+        boxes.extend(self.strokes.iter().map(shapes::Stroke::bounds));
+        self.bounds = boxes
+            .iter()
+            .copied()
+            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let (bvh, slots) = Bvh::build(&boxes);
+        self.bvh = bvh;
+        self.slots = slots;
+        Ok(())
+    }
+
+    /// The nearest thing a ray sees: closed surfaces from outside only, clip planes applied.
+    pub fn hit(&self, ray: &Ray) -> Option<Hit> {
+        if !self.special {
+            return self.hit_any_side(ray);
+        }
+        let mut ray = *ray;
+        for _ in 0..1000 {
+            let hit = self.hit_any_side(&ray)?;
+            if self.is_seen(&ray, &hit) {
+                return Some(hit);
+            }
+            ray.t_min = hit.t.next_up();
+        }
+        None
+    }
+
+    /// The nearest primitive whatever side of it the ray meets.
+    pub fn hit_any_side(&self, ray: &Ray) -> Option<Hit> {
+        let prepared = PreparedRay::new(ray);
+        let mut best: Option<Hit> = None;
+        self.bvh
+            .traverse(&prepared, ray.t_min, ray.t_max, |slots, mut t_max| {
+                for slot in slots {
+                    let primitive = self.slots[slot as usize];
+                    if let Some(hit) = self.meet(&prepared, primitive, ray.t_min, t_max) {
+                        t_max = hit.t;
+                        best = Some(hit);
+                    }
+                }
+                t_max
+            });
+        best
+    }
+
+    #[inline]
+    fn meet(&self, ray: &PreparedRay, primitive: u32, t_min: f32, t_max: f32) -> Option<Hit> {
+        let index = primitive as usize;
+        if let Some(corners) = self.triangles.get(index) {
+            let (t, u, v) = ray.triangle(corners, t_min, t_max)?;
+            return Some(Hit { t, primitive, u, v });
+        }
+        let index = index - self.triangles.len();
+        if let Some(quadric) = self.quadrics.get(index) {
+            let roots = quadric.meet(ray.origin.as_dvec3(), ray.direction.as_dvec3());
+            let t = roots
+                .into_iter()
+                .flatten()
+                .map(|t| t as f32)
+                .find(|&t| t > t_min && t < t_max)?;
+            return Some(Hit {
+                t,
+                primitive,
+                u: 0.0,
+                v: 0.0,
+            });
+        }
+        let stroke = self.strokes.get(index - self.quadrics.len())?;
+        let t = stroke.meet(ray.origin, ray.direction)?;
+        (t > t_min && t < t_max).then_some(Hit {
+            t,
+            primitive,
+            u: 0.0,
+            v: 0.0,
+        })
+    }
+
+    fn is_seen(&self, ray: &Ray, hit: &Hit) -> bool {
+        let surface = self.surface(hit);
+        if surface.clip.is_empty() && !surface.culls {
+            return true;
+        }
+        let at = ray.at(hit.t);
+        if surface
+            .clip
+            .iter()
+            .any(|(normal, distance)| normal.dot(at) < *distance)
+        {
+            return false;
+        }
+        !surface.culls || self.is_front(ray, hit, surface)
+    }
+
+    /// Whether the ray meets the outside: the side from which the corners run as hinted.
+    pub(crate) fn is_front(&self, ray: &Ray, hit: &Hit, surface: &Surface) -> bool {
+        let outward = self.geometric_normal(ray, hit);
+        let faces = outward.dot(ray.direction) < 0.0;
+        faces == (surface.counterclockwise || hit.primitive as usize >= self.triangles.len())
+    }
+
+    /// Whether anything is in the way: the first hit of any kind ends the search.
+    pub fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
+        let prepared = PreparedRay::new(ray);
+        let mut found = false;
+        self.bvh
+            .traverse(&prepared, ray.t_min, t_max, |slots, t_max| {
+                for slot in slots {
+                    let primitive = self.slots[slot as usize];
+                    let hit = self.meet(&prepared, primitive, ray.t_min, t_max);
+                    if hit.is_some_and(|h| {
+                        let surface = self.surface(&h);
+                        surface.casts_shadow && (surface.clip.is_empty() || self.is_seen(ray, &h))
+                    }) {
+                        found = true;
+                        return -1.0;
+                    }
+                }
+                t_max
+            });
+        found
+    }
+
+    /// The share of light that gets through between the ray's ends: 1 where nothing is in the
+    /// way, the product of the transparencies otherwise.
+    pub fn transmittance(&self, ray: &Ray, t_max: f32) -> f32 {
+        if !self.census.transparent {
+            return if self.occluded(ray, t_max) { 0.0 } else { 1.0 };
+        }
+        let mut ray = Ray { t_max, ..*ray };
+        let mut through = 1.0;
+        for _ in 0..1000 {
+            let Some(hit) = self.hit_any_side(&ray) else {
+                return through;
+            };
+            let surface = self.surface(&hit);
+            let clipped = !surface.clip.is_empty() && !self.is_seen(&ray, &hit);
+            if surface.casts_shadow && !clipped {
+                through *= self.point(&ray, &hit).transparency;
+                if through <= 0.0 {
+                    return 0.0;
+                }
+            }
+            ray.t_min = hit.t.next_up();
+        }
+        through
+    }
+
+    pub fn surface(&self, hit: &Hit) -> &Surface {
+        &self.surfaces[self.owners[hit.primitive as usize] as usize]
+    }
+
+    fn geometric_normal(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+        let index = hit.primitive as usize;
+        if let Some([a, b, c]) = self.triangles.get(index) {
+            let n = (b - a).cross(c - a);
+            let length = n.length();
+            // Triangles of a millionth of a meter square to nothing in f32.
+            return if length > 1e-30 {
+                n / length
+            } else {
+                let scale = 1.0 / (b - a).abs().max((c - a).abs()).max_element().max(1e-38);
+                ((b - a) * scale)
+                    .cross((c - a) * scale)
+                    .normalize_or(-ray.direction)
+            };
+        }
+        let index = index - self.triangles.len();
+        match self.quadrics.get(index) {
+            Some(quadric) => {
+                let (_, n) = quadric.settle(ray.at(hit.t).as_dvec3());
+                let m = quadric.object_from_scene.matrix3.transpose();
+                (m * n).normalize_or(DVec3::Y).as_vec3()
+            }
+            None => -ray.direction.normalize_or(Vec3::Z),
+        }
+    }
+
+    /// Everything about the point where a ray met the scene.
+    pub fn point(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
+        surface::point(self, ray, hit)
+    }
+
+    pub fn census(&self) -> &Census {
+        &self.census
+    }
+
+    /// The lights of a surface.
+    pub fn lights_of(&self, surface: &Surface) -> &[Light] {
+        &self.light_sets[surface.lights as usize]
+    }
+
+    /// All lights, each once.
+    pub fn lights(&self) -> Vec<Light> {
+        let mut all: Vec<Light> = Vec::new();
+        for light in self.light_sets.iter().flat_map(|s| s.iter()) {
+            if !all.contains(light) {
+                all.push(*light);
+            }
+        }
+        all
+    }
+
+    /// What a ray that meets nothing sees: black, or the first `Background`'s sky above.
+    pub fn background(&self) -> Vec3 {
+        self.background
+    }
+
+    /// The box around everything, the compile origin at zero.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        self.bounds
+    }
+
+    pub fn primitives(&self) -> (usize, usize, usize) {
+        (
+            self.triangles.len(),
+            self.quadrics.len(),
+            self.strokes.len(),
+        )
+    }
+
+    /// The triangles in order of traversal, for holding against another program's.
+    pub fn triangles(&self) -> impl Iterator<Item = OracleTriangle> + '_ {
+        self.triangles.iter().enumerate().map(|(i, corners)| {
+            let surface = &self.surfaces[self.owners[i] as usize];
+            let local = i - surface.first as usize;
+            let materials = surface.materials_of(local);
+            let flat = (corners[1] - corners[0])
+                .cross(corners[2] - corners[0])
+                .normalize_or_zero();
+            OracleTriangle {
+                position: corners.map(|p| p.as_dvec3() + self.origin),
+                normal: surface.normals.get(local).copied().unwrap_or([flat; 3]),
+                diffuse: materials.map(|m| surface.diffuse_at(m)),
+                transparency: surface.transparency_at(materials[0]),
+                shape: surface.shape,
+            }
+        })
+    }
+}
+
+/// An f64 box as an f32 box that holds it.
+fn widen(min: DVec3, max: DVec3) -> (Vec3, Vec3) {
+    let down = |v: f64| (v as f32).next_down();
+    let up = |v: f64| (v as f32).next_up();
+    (
+        Vec3::new(down(min.x), down(min.y), down(min.z)),
+        Vec3::new(up(max.x), up(max.y), up(max.z)),
+    )
+}
+
+/// Texture coordinates and weights, where a caller wants to interpolate by itself.
+pub fn weigh(values: [Vec2; 3], u: f32, v: f32) -> Vec2 {
+    values[0] * (1.0 - u - v) + values[1] * u + values[2] * v
+}

@@ -1,0 +1,107 @@
+//! Node kits: the tree that a kit's parts make.
+
+use std::sync::OnceLock;
+
+use super::Frame;
+use super::read::{Fields, nodes_in};
+use super::role::{self, Role};
+use crate::diag::Span;
+use crate::grammar::{self, Class, Part};
+use crate::iv::{ClassRef, Document, Node, NodeId, NodeRef};
+
+/// Puts the kit's parts on the stack, the first part on top.
+pub fn plan<'a>(kit: NodeRef<'a>, stack: &mut Vec<Frame<'a>>) {
+    let Some(class) = kit.known_class() else {
+        return;
+    };
+    let mut plan = Vec::new();
+    for &child in &kit.data().children {
+        plan.push(Frame::Visit(child));
+    }
+    parts_below("this", kit, class.parts, 0, &mut plan);
+    stack.extend(plan.into_iter().rev());
+}
+
+fn parts_below<'a>(
+    parent: &str,
+    kit: NodeRef<'a>,
+    parts: &'static [Part],
+    depth: usize,
+    plan: &mut Vec<Frame<'a>>,
+) {
+    if depth > 16 {
+        return;
+    }
+    for part in parts.iter().filter(|p| p.parent == parent) {
+        if part.name == "callbackList" {
+            continue;
+        }
+        let stated = nodes_in(kit, part.name);
+        if parts.iter().any(|p| p.parent == part.name) {
+            inner(part, stated, kit, parts, depth, plan);
+        } else if let Some(&id) = stated.first() {
+            plan.push(Frame::Visit(id));
+        } else if part.made
+            && let Some(node) = made_up(part.class)
+        {
+            plan.push(Frame::VisitDefault(node));
+        }
+    }
+}
+
+/// A part with parts below it: a separator or a group that the kit makes.
+fn inner<'a>(
+    part: &'static Part,
+    stated: &'a [NodeId],
+    kit: NodeRef<'a>,
+    parts: &'static [Part],
+    depth: usize,
+    plan: &mut Vec<Frame<'a>>,
+) {
+    let class = stated
+        .first()
+        .and_then(|&id| kit.document.node(id).known_class())
+        .or_else(|| grammar::any(part.class));
+    let role = class.map_or(Role::Group, role::role_of);
+    if role == Role::Switch {
+        return; // a part that shows only while something is dragged
+    }
+    let mut scope = Vec::new();
+    if let Some(&id) = stated.first() {
+        let children = &kit.document.node(id).data().children;
+        scope.extend(children.iter().map(|&c| Frame::Visit(c)));
+    }
+    parts_below(part.name, kit, parts, depth + 1, &mut scope);
+    match role {
+        Role::Separator | Role::TransformSeparator => plan.push(Frame::Scope {
+            inner: scope,
+            matrix_only: role == Role::TransformSeparator,
+        }),
+        _ => plan.extend(scope),
+    }
+}
+
+/// A node of a class with everything by default: what a kit makes where a file is silent.
+fn made_up(class: &str) -> Option<NodeRef<'static>> {
+    static DEFAULTS: OnceLock<Document> = OnceLock::new();
+    let document = DEFAULTS.get_or_init(|| {
+        let mut document = Document::default();
+        for class in grammar::CLASSES {
+            document.add(plain(class));
+        }
+        document
+    });
+    let id = NodeId(u32::from(grammar::any(class)?.id.0));
+    Some(document.node(id))
+}
+
+fn plain(class: &Class) -> Node {
+    Node {
+        class: ClassRef::Known(class.id),
+        name: None,
+        fields: Vec::new(),
+        children: Vec::new(),
+        span: Span::default(),
+        source: 0,
+    }
+}

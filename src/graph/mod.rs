@@ -1,0 +1,546 @@
+//! Walks a document with Inventor's state rules and tells a visitor what it meets.
+//!
+//! The stack is a `Vec`, so depth costs memory, not the program's stack; a node that contains
+//! itself is entered once a path; a budget of visits bounds trees that double at every level.
+
+pub mod engines;
+mod kit;
+pub mod property;
+pub mod read;
+pub mod role;
+pub mod state;
+
+use std::sync::Arc;
+
+use glam::{DMat4, DVec3, Mat4, Vec3};
+
+use crate::diag::Diagnostic;
+use crate::grammar::value::{Choice, Value};
+use crate::iv::{Document, NodeId, NodeRef};
+use crate::pose::{CameraPose, Projection};
+
+use read::{Fields, nodes_in};
+use role::Role;
+pub use state::State;
+
+/// What a walk may take for granted, and where it stops.
+#[derive(Clone, Debug)]
+pub struct WalkOptions {
+    /// Seconds since the start, for nodes that move by themselves. Default: 0.
+    pub time: f64,
+    /// The camera that levels of detail and billboards go by. Default: none, the finest level.
+    pub camera: Option<CameraPose>,
+    /// Nodes met before the walk gives up. Default: 50 million.
+    pub max_visits: u64,
+    /// Walks every child of an LOD, as Inventor's bounding boxes do. Default: no.
+    pub all_levels: bool,
+}
+
+impl Default for WalkOptions {
+    fn default() -> Self {
+        Self {
+            time: 0.0,
+            camera: None,
+            max_visits: 50_000_000,
+            all_levels: false,
+        }
+    }
+}
+
+/// What a walk tells. Every call has the state as the node finds it.
+pub trait Visitor<'a> {
+    /// A shape: drawn with this state.
+    fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>);
+    fn light(&mut self, _light: &state::LightElement, _state: &State<'a>) {}
+    fn camera(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
+    /// Any node, before anything else.
+    fn node(&mut self, _node: NodeRef<'a>, _role: Role) {}
+    /// Something wrong with the scene that walking found.
+    fn trouble(&mut self, _trouble: Box<Diagnostic>) {}
+}
+
+enum Frame<'a> {
+    Visit(NodeId),
+    VisitDefault(NodeRef<'a>),
+    /// The children of a list from an index on.
+    List {
+        list: &'a [NodeId],
+        next: usize,
+    },
+    Leave(NodeId),
+    Restore(Box<State<'a>>),
+    RestoreMatrix(DMat4),
+    /// Frames, the first to be walked first, inside a separator that a kit makes.
+    Scope {
+        inner: Vec<Frame<'a>>,
+        matrix_only: bool,
+    },
+    /// A subtree walked again under another matrix.
+    Place {
+        node: NodeRef<'a>,
+        matrix: DMat4,
+        choice: i32,
+    },
+    Geometry {
+        shape: NodeRef<'a>,
+    },
+}
+
+struct Walk<'a, 'v, V> {
+    document: &'a Document,
+    options: &'a WalkOptions,
+    visitor: &'v mut V,
+    state: State<'a>,
+    stack: Vec<Frame<'a>>,
+    /// Whether a node is on the path from the root to here.
+    on_path: Vec<bool>,
+    visits: u64,
+    told_cycle: bool,
+}
+
+/// Walks all roots in order, under one state.
+pub fn walk<'a, V: Visitor<'a>>(document: &'a Document, options: &'a WalkOptions, visitor: &mut V) {
+    let vrml97 = document.format.starts_with("VRML V2");
+    let vrml1 = document.format.starts_with("VRML V1");
+    let mut walk = Walk {
+        document,
+        options,
+        visitor,
+        state: State::new(vrml1, vrml97),
+        stack: vec![Frame::List {
+            list: &document.roots,
+            next: 0,
+        }],
+        on_path: vec![false; document.nodes.len()],
+        visits: 0,
+        told_cycle: false,
+    };
+    while let Some(frame) = walk.stack.pop() {
+        walk.step(frame);
+        if walk.visits > options.max_visits {
+            let trouble = Diagnostic::warning(format!(
+                "the scene has more than {} nodes to walk; the rest is left out",
+                options.max_visits
+            ));
+            walk.visitor
+                .trouble(trouble.with_help("a subtree used by subtrees used again grows fast"));
+            break;
+        }
+    }
+}
+
+impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
+    fn step(&mut self, frame: Frame<'a>) {
+        match frame {
+            Frame::Visit(id) => self.visit(self.document.node(id)),
+            Frame::VisitDefault(node) => self.visit(node),
+            Frame::List { list, next } => {
+                if let Some(&id) = list.get(next) {
+                    self.stack.push(Frame::List {
+                        list,
+                        next: next + 1,
+                    });
+                    self.visit(self.document.node(id));
+                }
+            }
+            Frame::Leave(id) => self.on_path[id.0 as usize] = false,
+            Frame::Restore(state) => self.state = *state,
+            Frame::RestoreMatrix(matrix) => self.state.world_from_object = matrix,
+            Frame::Scope { inner, matrix_only } => {
+                if matrix_only {
+                    self.stack
+                        .push(Frame::RestoreMatrix(self.state.world_from_object));
+                } else {
+                    self.keep_state();
+                }
+                self.stack.extend(inner.into_iter().rev());
+            }
+            Frame::Place {
+                node,
+                matrix,
+                choice,
+            } => {
+                self.state.world_from_object *= matrix;
+                self.state.switch = choice;
+                self.children(node);
+            }
+            Frame::Geometry { shape } => self.geometry(shape),
+        }
+    }
+
+    fn visit(&mut self, node: NodeRef<'a>) {
+        self.visits += 1;
+        let role = role::role(node);
+        self.visitor.node(node, role);
+        match role {
+            Role::Kept => self.unknown(node),
+            Role::Property => property::apply(&mut self.state, node, self.options.time),
+            Role::Shape => self.visitor.shape(node, &self.state),
+            Role::Light => self.light(node),
+            Role::Camera => self.visitor.camera(node, &self.state),
+            _ => self.enter(node, role),
+        }
+    }
+
+    /// A class nobody knows, with children: Inventor walks it as a group where it says it is one.
+    fn unknown(&mut self, node: NodeRef<'a>) {
+        if node.class().is_none()
+            && node.known_class().is_none()
+            && !node.data().children.is_empty()
+        {
+            self.enter(node, Role::Group);
+        }
+    }
+
+    fn light(&mut self, node: NodeRef<'a>) {
+        if let Some(light) = property::light(&self.state, node) {
+            self.visitor.light(&light, &self.state);
+            Arc::make_mut(&mut self.state.lights).push(light);
+        }
+    }
+
+    /// A node with children. Being on the path already means that it contains itself.
+    fn enter(&mut self, node: NodeRef<'a>, role: Role) {
+        let index = node.id.0 as usize;
+        if !std::ptr::eq(node.document, self.document) {
+            return; // a part that a kit makes up: it has no children
+        }
+        if self.on_path[index] {
+            if !self.told_cycle {
+                self.told_cycle = true;
+                let mut trouble = Diagnostic::warning(format!(
+                    "this `{}` contains itself; it is entered once",
+                    node.class_name()
+                ));
+                if let Some(source) = node.source() {
+                    trouble = trouble.at(source, node.span());
+                }
+                self.visitor.trouble(trouble);
+            }
+            return;
+        }
+        self.on_path[index] = true;
+        self.stack.push(Frame::Leave(node.id));
+        match role {
+            Role::Group | Role::File => self.children(node),
+            Role::Separator | Role::Collision => {
+                self.keep_state();
+                self.children(node);
+            }
+            Role::TransformSeparator => {
+                self.stack
+                    .push(Frame::RestoreMatrix(self.state.world_from_object));
+                self.children(node);
+            }
+            Role::Transform97 => {
+                self.keep_state();
+                self.state.world_from_object *= property::transform(node, "scale");
+                self.children(node);
+            }
+            Role::Billboard => {
+                self.keep_state();
+                self.turn_to_camera(node);
+                self.children(node);
+            }
+            Role::Switch => self.switch(node),
+            Role::PathSwitch => {} // its path is not a child; nothing leads through it here
+            Role::Array => self.array(node),
+            Role::MultipleCopy => self.multiple_copy(node),
+            Role::Lod => self.lod(node),
+            Role::LevelOfDetail => self.level_of_detail(node),
+            Role::AppearanceAndGeometry => self.appearance(node),
+            Role::Kit => kit::plan(node, &mut self.stack),
+            _ => {}
+        }
+    }
+
+    fn keep_state(&mut self) {
+        self.stack
+            .push(Frame::Restore(Box::new(self.state.clone())));
+    }
+
+    fn children(&mut self, node: NodeRef<'a>) {
+        // VRML 97 keeps children in a field; the last pushed is walked first.
+        for field in ["level", "choice", "children"] {
+            let list = nodes_in(node, field);
+            if !list.is_empty() {
+                self.stack.push(Frame::List { list, next: 0 });
+            }
+        }
+        self.stack.push(Frame::List {
+            list: &node.data().children,
+            next: 0,
+        });
+    }
+
+    /// The children among which a switch or a level of detail picks.
+    fn choices(node: NodeRef<'a>) -> &'a [NodeId] {
+        ["choice", "level", "children"]
+            .iter()
+            .map(|field| nodes_in(node, field))
+            .find(|list| !list.is_empty())
+            .unwrap_or(&node.data().children)
+    }
+
+    fn pick(&mut self, list: &'a [NodeId], index: usize) {
+        if let Some(&id) = list.get(index) {
+            self.stack.push(Frame::Visit(id));
+        }
+    }
+
+    fn switch(&mut self, node: NodeRef<'a>) {
+        let list = Self::choices(node);
+        let vrml97 = node.value("whichChoice").is_some();
+        let field = if vrml97 { "whichChoice" } else { "whichChild" };
+        let mut which = node.read::<i32>(field).unwrap_or(-1);
+        if vrml97 {
+            self.keep_state();
+        }
+        if which == -2 {
+            which = self.state.switch;
+            if which >= 0 && !list.is_empty() {
+                which %= list.len() as i32;
+            }
+        }
+        self.state.switch = which;
+        match which {
+            -3 => self.stack.push(Frame::List { list, next: 0 }),
+            0.. => self.pick(list, which as usize),
+            _ => {}
+        }
+    }
+
+    /// Walks the children at every place of a grid, as Inventor does: z slowest, x fastest, and
+    /// the state running on from copy to copy except for the matrix.
+    fn array(&mut self, node: NodeRef<'a>) {
+        let count = |i: usize| {
+            let n = node.read::<i16>(["numElements1", "numElements2", "numElements3"][i]);
+            i64::from(n.unwrap_or(1).max(0))
+        };
+        let step = |i: usize| {
+            node.read::<Vec3>(["separation1", "separation2", "separation3"][i])
+                .unwrap_or_default()
+                .as_dvec3()
+        };
+        let (n, s) = ([count(0), count(1), count(2)], [step(0), step(1), step(2)]);
+        if n[0] * n[1] * n[2] > 10_000_000 {
+            return;
+        }
+        let from = |i: usize| match node.read::<Choice>("origin") {
+            Some(1) => -0.5 * (n[i] - 1) as f64,
+            Some(2) => -(n[i] - 1) as f64,
+            _ => 0.0,
+        };
+        let base = self.state.world_from_object;
+        self.keep_state();
+        let mut places = Vec::new();
+        for k in 0..n[2] {
+            for j in 0..n[1] {
+                for i in 0..n[0] {
+                    let offset: DVec3 = (from(0) + i as f64) * s[0]
+                        + (from(1) + j as f64) * s[1]
+                        + (from(2) + k as f64) * s[2];
+                    places.push(DMat4::from_translation(offset));
+                }
+            }
+        }
+        self.place(node, base, &places);
+    }
+
+    fn multiple_copy(&mut self, node: NodeRef<'a>) {
+        let matrices = node.read::<[Mat4]>("matrix").unwrap_or(&[]);
+        let base = self.state.world_from_object;
+        self.keep_state();
+        let places: Vec<DMat4> = matrices.iter().map(Mat4::as_dmat4).collect();
+        self.place(node, base, &places);
+    }
+
+    fn place(&mut self, node: NodeRef<'a>, base: DMat4, places: &[DMat4]) {
+        for (i, &matrix) in places.iter().enumerate().rev() {
+            self.stack.push(Frame::Place {
+                node,
+                matrix,
+                choice: i as i32,
+            });
+            self.stack.push(Frame::RestoreMatrix(base));
+        }
+    }
+
+    /// Inventor's LOD: by the distance from the eye to the center, both in the world.
+    fn lod(&mut self, node: NodeRef<'a>) {
+        let list = Self::choices(node);
+        if self.options.all_levels {
+            self.stack.push(Frame::List { list, next: 0 });
+            return;
+        }
+        let ranges = node.read::<[f32]>("range").unwrap_or(&[]);
+        let center = node.read::<Vec3>("center").unwrap_or_default().as_dvec3();
+        let world = self.state.world_from_object.transform_point3(center);
+        let level = match &self.options.camera {
+            Some(camera) => {
+                let distance = camera.position.distance(world);
+                ranges
+                    .iter()
+                    .take_while(|&&range| distance >= f64::from(range))
+                    .count()
+            }
+            None => 0,
+        };
+        self.pick(list, level.min(list.len().saturating_sub(1)));
+    }
+
+    /// SGI's LevelOfDetail goes by the share of the screen; a picture deserves the finest, except
+    /// where `Complexity` 0 asks for the coarsest.
+    fn level_of_detail(&mut self, node: NodeRef<'a>) {
+        let list = Self::choices(node);
+        if self.options.all_levels {
+            self.stack.push(Frame::List { list, next: 0 });
+            return;
+        }
+        let coarsest = self.state.complexity.value <= 0.0;
+        let index = if coarsest {
+            list.len().saturating_sub(1)
+        } else {
+            0
+        };
+        self.pick(list, index);
+    }
+
+    /// VRML 97's Billboard turns +z to the camera, about its axis or freely.
+    fn turn_to_camera(&mut self, node: NodeRef<'a>) {
+        let Some(camera) = &self.options.camera else {
+            return;
+        };
+        let inverse = self.state.world_from_object.inverse();
+        let eye = match camera.projection {
+            Projection::Perspective { .. } => inverse.transform_point3(camera.position),
+            Projection::Orthographic { .. } => inverse.transform_vector3(-camera.direction()),
+        };
+        let axis = node.read::<Vec3>("axisOfRotation").unwrap_or(Vec3::Y);
+        let turn = match axis.as_dvec3().try_normalize() {
+            Some(axis) => {
+                let flat = (eye - axis * eye.dot(axis)).try_normalize();
+                let front = (DVec3::Z - axis * axis.z).try_normalize();
+                let (Some(flat), Some(front)) = (flat, front) else {
+                    return;
+                };
+                let angle = libm::atan2(front.cross(flat).dot(axis), front.dot(flat));
+                glam::DQuat::from_axis_angle(axis, angle)
+            }
+            None => {
+                let up = inverse.transform_vector3(camera.orientation * DVec3::Y);
+                let Some(z) = eye.try_normalize() else {
+                    return;
+                };
+                let Some(x) = up.cross(z).try_normalize() else {
+                    return;
+                };
+                glam::DQuat::from_mat3(&glam::DMat3::from_cols(x, z.cross(x), z))
+            }
+        };
+        if turn.is_finite() {
+            self.state.world_from_object *= DMat4::from_quat(turn);
+        }
+    }
+
+    fn appearance(&mut self, node: NodeRef<'a>) {
+        self.keep_state();
+        self.stack.push(Frame::Geometry { shape: node });
+        self.state.vrml97 = true;
+    }
+
+    /// VRML 97's Shape: the appearance replaces material and texture, then the geometry is drawn.
+    fn geometry(&mut self, shape: NodeRef<'a>) {
+        appearance97(&mut self.state, shape.node_in("appearance"));
+        for id in nodes_in(shape, "geometry") {
+            let geometry = self.document.node(*id);
+            self.visits += 1;
+            let role = role::role(geometry);
+            self.visitor.node(geometry, role);
+            if role == Role::Shape {
+                self.visitor.shape(geometry, &self.state);
+            } else if role != Role::Kept {
+                self.enter(geometry, role); // a PROTO's body
+            }
+        }
+    }
+}
+
+/// A VRML 97 `Appearance`. No material: unlit white (the specification, 6.3 and 4.14).
+fn appearance97<'a>(state: &mut State<'a>, appearance: Option<NodeRef<'a>>) {
+    use state::{Diffuse, List, MaterialElement, TextureElement, TextureModel};
+    let material = appearance.and_then(|a| a.node_in("material"));
+    state.texture = None;
+    state.texture_matrix = Mat4::IDENTITY;
+    state.texture_coordinates = state::TextureCoordinates::Default;
+    match material {
+        None => {
+            state.base_color = true;
+            state.material = MaterialElement {
+                diffuse: Diffuse::Colors(List::One(Vec3::ONE)),
+                ..MaterialElement::DEFAULT
+            };
+        }
+        Some(m) => {
+            state.base_color = false;
+            let color = |name: &str, default: Vec3| m.read::<Vec3>(name).unwrap_or(default);
+            let number = |name: &str, default: f32| m.read::<f32>(name).unwrap_or(default);
+            let diffuse = color("diffuseColor", Vec3::splat(0.8));
+            state.material = MaterialElement {
+                ambient: diffuse * number("ambientIntensity", 0.2),
+                diffuse: Diffuse::Colors(List::One(diffuse)),
+                specular: color("specularColor", Vec3::ZERO),
+                emissive: color("emissiveColor", Vec3::ZERO),
+                shininess: number("shininess", 0.2),
+                transparency: List::One(number("transparency", 0.0)),
+                refraction: 1.0,
+            };
+        }
+    }
+    let Some(appearance) = appearance else {
+        return;
+    };
+    if let Some(texture) = appearance.node_in("texture") {
+        state.texture = Some(TextureElement {
+            node: texture,
+            model: TextureModel::Modulate,
+            blend_color: Vec3::ZERO,
+            repeat_s: texture.read::<bool>("repeatS").unwrap_or(true),
+            repeat_t: texture.read::<bool>("repeatT").unwrap_or(true),
+        });
+    }
+    if let Some(transform) = appearance.node_in("textureTransform") {
+        state.texture_matrix = texture_transform97(transform);
+    }
+}
+
+/// VRML 97's texture transform: p' = −c S R c t applied to p, 6.47 of the specification.
+fn texture_transform97(node: NodeRef<'_>) -> Mat4 {
+    let pair = |name: &str, default: f32| {
+        node.read::<glam::Vec2>(name)
+            .unwrap_or(glam::Vec2::splat(default))
+    };
+    let center = pair("center", 0.0).extend(0.0);
+    let turn = property::turn_z(node.read::<f32>("rotation").unwrap_or(0.0));
+    Mat4::from_translation(-center)
+        * Mat4::from_scale(pair("scale", 1.0).extend(1.0))
+        * Mat4::from_quat(turn)
+        * Mat4::from_translation(center + pair("translation", 0.0).extend(0.0))
+}
+
+/// Whether any field of the document takes its value from elsewhere.
+pub fn has_connections(document: &Document) -> bool {
+    document
+        .nodes
+        .iter()
+        .any(|n| n.fields.iter().any(|f| f.connection.is_some()))
+}
+
+/// The first node of a field that holds nodes, whatever its type.
+pub fn first_node<'a>(node: NodeRef<'a>, name: &str) -> Option<NodeRef<'a>> {
+    match node.value(name)? {
+        Value::Node(Some(id)) => Some(node.document.node(*id)),
+        Value::Nodes(list) => list.first().map(|&id| node.document.node(id)),
+        _ => None,
+    }
+}

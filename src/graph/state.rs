@@ -1,0 +1,475 @@
+//! The traversal state: what the nodes above and to the left say about a shape.
+//!
+//! Elements are small and `Copy`, or slices that borrow from the document, so a `Separator` keeps
+//! the state by copying it. Names and rules are Inventor's; where SGI's and Coin's libraries
+//! differ the comment says whom we follow.
+
+use std::sync::Arc;
+
+use glam::{DMat4, DVec3, Vec2, Vec3, Vec4};
+
+use crate::grammar::value::NodeId;
+use crate::iv::NodeRef;
+
+/// One value for everything, or one each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum List<'a, T> {
+    One(T),
+    Many(&'a [T]),
+}
+
+impl<'a, T: Copy> List<'a, T> {
+    /// The slice, unless the file gave an empty one, which Inventor takes as no change.
+    pub fn of(values: &'a [T]) -> Option<Self> {
+        (!values.is_empty()).then_some(Self::Many(values))
+    }
+
+    pub fn len(&self) -> usize {
+        match self {
+            Self::One(_) => 1,
+            Self::Many(v) => v.len(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The value at an index, clamped to the last as Coin does.
+    pub fn at(&self, index: usize) -> T {
+        match self {
+            Self::One(v) => *v,
+            Self::Many(v) => v[index.min(v.len() - 1)],
+        }
+    }
+
+    pub fn first(&self) -> T {
+        self.at(0)
+    }
+}
+
+/// Diffuse colors: plain, or `0xrrggbbaa` with the transparency inside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Diffuse<'a> {
+    Colors(List<'a, Vec3>),
+    Packed(&'a [u32]),
+}
+
+/// The material element. Only diffuse color and transparency vary inside a shape; of the others
+/// the first value counts, in SGI's 2.1 and in Coin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialElement<'a> {
+    pub ambient: Vec3,
+    pub diffuse: Diffuse<'a>,
+    pub specular: Vec3,
+    pub emissive: Vec3,
+    pub shininess: f32,
+    pub transparency: List<'a, f32>,
+    /// Index of refraction, an extension field; 1 where the file is silent.
+    pub refraction: f32,
+}
+
+impl MaterialElement<'_> {
+    pub const DEFAULT: Self = Self {
+        ambient: Vec3::splat(0.2),
+        diffuse: Diffuse::Colors(List::One(Vec3::splat(0.8))),
+        specular: Vec3::ZERO,
+        emissive: Vec3::ZERO,
+        shininess: 0.2,
+        transparency: List::One(0.0),
+        refraction: 1.0,
+    };
+
+    pub fn diffuse_count(&self) -> usize {
+        match self.diffuse {
+            Diffuse::Colors(c) => c.len(),
+            Diffuse::Packed(p) => p.len(),
+        }
+    }
+
+    pub fn diffuse_at(&self, index: usize) -> Vec3 {
+        match self.diffuse {
+            Diffuse::Colors(c) => c.at(index),
+            Diffuse::Packed(p) => unpack(p[index.min(p.len() - 1)]).0,
+        }
+    }
+
+    pub fn transparency_at(&self, index: usize) -> f32 {
+        match self.diffuse {
+            Diffuse::Colors(_) => self.transparency.at(index),
+            Diffuse::Packed(p) => unpack(p[index.min(p.len() - 1)]).1,
+        }
+    }
+}
+
+/// Color and transparency of `0xrrggbbaa`.
+pub fn unpack(rgba: u32) -> (Vec3, f32) {
+    let [r, g, b, a] = rgba.to_be_bytes().map(|byte| f32::from(byte) / 255.0);
+    (Vec3::new(r, g, b), 1.0 - a)
+}
+
+/// How materials or normals are dealt out over a shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Binding {
+    Overall,
+    PerPart,
+    PerPartIndexed,
+    PerFace,
+    PerFaceIndexed,
+    PerVertex,
+    PerVertexIndexed,
+}
+
+impl Binding {
+    /// From the enumeration's value in files: `DEFAULT` 0, `NONE` and `OVERALL` 2, …
+    pub fn from_value(value: i32, default: Self) -> Self {
+        match value {
+            2 => Self::Overall,
+            3 => Self::PerPart,
+            4 => Self::PerPartIndexed,
+            5 => Self::PerFace,
+            6 => Self::PerFaceIndexed,
+            7 => Self::PerVertex,
+            8 => Self::PerVertexIndexed,
+            _ => default,
+        }
+    }
+
+    /// From the enumeration's name, old names included.
+    pub fn from_name(name: &str, default: Self) -> Self {
+        match name {
+            "OVERALL" | "NONE" => Self::Overall,
+            "PER_PART" => Self::PerPart,
+            "PER_PART_INDEXED" => Self::PerPartIndexed,
+            "PER_FACE" => Self::PerFace,
+            "PER_FACE_INDEXED" => Self::PerFaceIndexed,
+            "PER_VERTEX" => Self::PerVertex,
+            "PER_VERTEX_INDEXED" => Self::PerVertexIndexed,
+            _ => default,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coordinates<'a> {
+    Three(&'a [Vec3]),
+    Four(&'a [Vec4]),
+}
+
+impl Coordinates<'_> {
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Three(c) => c.len(),
+            Self::Four(c) => c.len(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The point, divided by its weight where it has one.
+    pub fn get(&self, index: usize) -> Option<Vec3> {
+        match self {
+            Self::Three(c) => c.get(index).copied(),
+            Self::Four(c) => c.get(index).map(|p| {
+                let w = if p.w == 0.0 { 1.0 } else { p.w };
+                p.truncate() / w
+            }),
+        }
+    }
+}
+
+/// Where texture coordinates come from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TextureCoordinates<'a> {
+    /// None given: each shape makes its own.
+    Default,
+    Two(&'a [Vec2]),
+    Three(&'a [Vec3]),
+    /// `TextureCoordinatePlane`, directions in object space.
+    Plane {
+        s: Vec3,
+        t: Vec3,
+    },
+    /// `TextureCoordinateEnvironment`: a sphere map seen by the camera.
+    Environment,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VertexOrdering {
+    Unknown,
+    Clockwise,
+    Counterclockwise,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapeHints {
+    pub ordering: VertexOrdering,
+    /// `SOLID`: closed, so the insides of its faces are never seen.
+    pub solid: bool,
+    /// `CONVEX`: every face is.
+    pub convex: bool,
+    pub crease_angle: f32,
+}
+
+impl ShapeHints {
+    pub const DEFAULT: Self = Self {
+        ordering: VertexOrdering::Unknown,
+        solid: false,
+        convex: true,
+        crease_angle: 0.0,
+    };
+
+    /// Lights both sides of a face: its order is known, and it is not closed.
+    pub fn two_sided(&self) -> bool {
+        self.ordering != VertexOrdering::Unknown && !self.solid
+    }
+
+    /// Leaves out faces seen from behind: the order is known, and it is closed.
+    pub fn culls(&self) -> bool {
+        self.ordering != VertexOrdering::Unknown && self.solid
+    }
+
+    pub fn counterclockwise(&self) -> bool {
+        self.ordering != VertexOrdering::Clockwise
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DrawStyle {
+    Filled,
+    Lines,
+    Points,
+    Invisible,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawing {
+    pub style: DrawStyle,
+    /// Width of lines and size of points in pixels; 0 means 1.
+    pub line_width: f32,
+    pub point_size: f32,
+    pub line_pattern: u16,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FogKind {
+    None,
+    Haze,
+    Fog,
+    Smoke,
+}
+
+/// What is between the shapes: ambient light, the weakening of lights with distance, fog.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnvironmentElement {
+    pub ambient: Vec3,
+    /// Quadratic, linear, constant: 1 / (a₀d² + a₁d + a₂).
+    pub attenuation: Vec3,
+    pub fog: FogKind,
+    pub fog_color: Vec3,
+    pub visibility: f32,
+}
+
+impl EnvironmentElement {
+    pub const DEFAULT: Self = Self {
+        ambient: Vec3::splat(0.2),
+        attenuation: Vec3::new(0.0, 0.0, 1.0),
+        fog: FogKind::None,
+        fog_color: Vec3::ONE,
+        visibility: 0.0,
+    };
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    Directional,
+    Point,
+    Spot {
+        /// Exponent over 128, as Inventor's `dropOffRate` is.
+        drop_off: f32,
+        cut_off: f32,
+    },
+    /// VRML 97: intensity falls from 1 inside `beam_width` to 0 at `cut_off`.
+    Beam {
+        beam_width: f32,
+        cut_off: f32,
+    },
+}
+
+/// A light where it stands in the world (meters).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightElement {
+    pub kind: LightKind,
+    pub color: Vec3,
+    pub intensity: f32,
+    /// VRML 97's share of the light that reaches every face.
+    pub ambient: f32,
+    pub position: DVec3,
+    pub direction: DVec3,
+    pub attenuation: Vec3,
+    /// VRML 97: reaches no farther than this.
+    pub radius: f32,
+    pub node: NodeId,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureModel {
+    Modulate,
+    Decal,
+    Blend,
+    Replace,
+}
+
+/// The texture in force: the node that holds it, decoded only if a picture needs it.
+#[derive(Clone, Copy)]
+pub struct TextureElement<'a> {
+    pub node: NodeRef<'a>,
+    pub model: TextureModel,
+    pub blend_color: Vec3,
+    pub repeat_s: bool,
+    pub repeat_t: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FontElement<'a> {
+    pub name: &'a str,
+    pub size: f32,
+    /// `FontStyle`'s family and style, as written.
+    pub family: i32,
+    pub style: i32,
+}
+
+/// One profile of a Text3 or NURBS shape: the node with its coordinates.
+#[derive(Clone, Copy)]
+pub struct Profile<'a> {
+    pub node: NodeRef<'a>,
+    pub coordinates: ProfileCoordinates<'a>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ProfileCoordinates<'a> {
+    Two(&'a [Vec2]),
+    Three(&'a [Vec3]),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Complexity {
+    pub value: f32,
+    /// 0 `OBJECT_SPACE`, 1 `SCREEN_SPACE`, 2 `BOUNDING_BOX`.
+    pub kind: i32,
+    pub texture_quality: f32,
+}
+
+/// Elements that an `Override` above has pinned, as bits.
+pub mod pinned {
+    pub const AMBIENT: u32 = 1;
+    pub const DIFFUSE: u32 = 1 << 1;
+    pub const SPECULAR: u32 = 1 << 2;
+    pub const EMISSIVE: u32 = 1 << 3;
+    pub const SHININESS: u32 = 1 << 4;
+    pub const TRANSPARENCY: u32 = 1 << 5;
+    pub const MATERIAL_BINDING: u32 = 1 << 6;
+    pub const LIGHT_MODEL: u32 = 1 << 7;
+    pub const DRAW_STYLE: u32 = 1 << 8;
+    pub const SHAPE_HINTS: u32 = 1 << 9;
+    pub const NORMALS: u32 = 1 << 10;
+    pub const NORMAL_BINDING: u32 = 1 << 11;
+    pub const COMPLEXITY: u32 = 1 << 12;
+    pub const TEXTURE: u32 = 1 << 13;
+    pub const FONT: u32 = 1 << 14;
+}
+
+/// Everything a shape inherits.
+#[derive(Clone)]
+pub struct State<'a> {
+    /// World (meters) from the shape's own space.
+    pub world_from_object: DMat4,
+    pub coordinates: Coordinates<'a>,
+    pub normals: &'a [Vec3],
+    pub normal_binding: Binding,
+    pub material: MaterialElement<'a>,
+    pub material_binding: Binding,
+    pub texture: Option<TextureElement<'a>>,
+    pub texture_matrix: glam::Mat4,
+    pub texture_coordinates: TextureCoordinates<'a>,
+    /// Texture coordinates go by `coordIndex` or `textureCoordIndex`, not by counting vertices.
+    pub texture_indexed: bool,
+    pub hints: ShapeHints,
+    /// `LightModel` `BASE_COLOR`: the diffuse color, unlit.
+    pub base_color: bool,
+    pub drawing: Drawing,
+    pub complexity: Complexity,
+    pub font: FontElement<'a>,
+    pub environment: EnvironmentElement,
+    pub lights: Arc<Vec<LightElement>>,
+    /// World half spaces that shapes are cut by: the kept side has p·normal ≥ distance.
+    pub clip_planes: Arc<Vec<(DVec3, f64)>>,
+    pub profile_coordinates: ProfileCoordinates<'a>,
+    pub profiles: Arc<Vec<Profile<'a>>>,
+    /// The last `Switch`'s choice, for `SWITCH_INHERIT`.
+    pub switch: i32,
+    /// Meters a unit.
+    pub unit: f64,
+    pub pinned: u32,
+    /// Under a VRML 97 scene, whose geometry follows other rules.
+    pub vrml97: bool,
+    pub vrml1: bool,
+}
+
+/// One point at the origin: what Inventor's coordinate element holds before any node sets it.
+static NO_COORDINATES: [Vec3; 1] = [Vec3::ZERO];
+
+impl State<'_> {
+    pub fn new(vrml1: bool, vrml97: bool) -> Self {
+        Self {
+            world_from_object: DMat4::IDENTITY,
+            coordinates: Coordinates::Three(&NO_COORDINATES),
+            normals: &[],
+            normal_binding: Binding::PerVertexIndexed,
+            material: MaterialElement::DEFAULT,
+            material_binding: Binding::Overall,
+            texture: None,
+            texture_matrix: glam::Mat4::IDENTITY,
+            texture_coordinates: TextureCoordinates::Default,
+            texture_indexed: true,
+            hints: ShapeHints {
+                crease_angle: if vrml1 { 0.5 } else { 0.0 },
+                ..ShapeHints::DEFAULT
+            },
+            base_color: false,
+            drawing: Drawing {
+                style: DrawStyle::Filled,
+                line_width: 0.0,
+                point_size: 0.0,
+                line_pattern: 0xffff,
+            },
+            complexity: Complexity {
+                value: 0.5,
+                kind: 0,
+                texture_quality: 0.5,
+            },
+            font: FontElement {
+                name: "defaultFont",
+                size: 10.0,
+                family: 0,
+                style: 0,
+            },
+            environment: EnvironmentElement::DEFAULT,
+            lights: Arc::default(),
+            clip_planes: Arc::default(),
+            profile_coordinates: ProfileCoordinates::Two(&[]),
+            profiles: Arc::default(),
+            switch: -1,
+            unit: 1.0,
+            pinned: 0,
+            vrml97,
+            vrml1,
+        }
+    }
+
+    pub fn is_pinned(&self, bits: u32) -> bool {
+        self.pinned & bits != 0
+    }
+}

@@ -1,0 +1,541 @@
+//! Collects surfaces and primitives while a walk goes on.
+//!
+//! A shape's function draws in the shape's own space through a [`Builder`]; the builder moves it
+//! into the scene, keeps what the picture needs, and counts.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3, Vec4};
+
+use super::quadric::{Quadric, QuadricKind, exact_bounds};
+use super::shapes::{self, Stroke};
+use super::surface::{Mapping, TextureUse};
+use super::texture::{self, Texture};
+use super::{Census, CompileOptions, Light, Needs, RenderScene, Surface};
+use crate::diag::{Diagnostic, Result};
+use crate::graph::Visitor;
+use crate::graph::read::Fields;
+use crate::graph::role::Role;
+use crate::graph::state::{Diffuse, LightElement, State, TextureCoordinates};
+use crate::iv::{Document, NodeId, NodeRef};
+use crate::pose::{CameraPose, Projection};
+
+/// A triangle's corner in the shape's own space.
+#[derive(Clone, Copy, Debug)]
+pub struct Corner {
+    pub position: Vec3,
+    pub normal: Vec3,
+    /// Index of the diffuse color and transparency.
+    pub material: u32,
+    pub coordinates: Vec2,
+}
+
+/// What a shape draws into: keeps primitives, or only counts and bounds them.
+pub struct Builder<'a> {
+    pub document: &'a Document,
+    pub needs: Needs,
+    origin: DVec3,
+    camera: Option<CameraPose>,
+    pixel_rows: u32,
+    max_primitives: usize,
+    texture_folders: Vec<PathBuf>,
+    /// Counts and bounds only; nothing is kept.
+    surveying: bool,
+    scene_from_object: DAffine3,
+    normal_matrix: DMat3,
+    scene: RenderScene,
+    owners: [Vec<u32>; 3],
+    light_sets: HashMap<*const Vec<LightElement>, (u32, Arc<Vec<LightElement>>)>,
+    decoded: HashMap<NodeId, Option<Arc<Texture>>>,
+    /// Of the current shape, in the world.
+    pub(super) bounds: Option<(DVec3, DVec3)>,
+    /// Of the current shape, in its own space.
+    pub(super) object_bounds: Option<(DVec3, DVec3)>,
+    pub(super) triangle_count: u64,
+    shape_count: u32,
+    uses_normals: bool,
+    uses_materials: bool,
+    uses_coordinates: bool,
+    over_limit: bool,
+    background_set: bool,
+    pub troubles: Vec<Box<Diagnostic>>,
+}
+
+impl<'a> Builder<'a> {
+    pub fn new(document: &'a Document, options: &CompileOptions) -> Self {
+        Self {
+            document,
+            needs: options.needs,
+            origin: options.origin,
+            camera: options.camera.clone(),
+            pixel_rows: options.pixel_rows,
+            max_primitives: options.max_primitives,
+            texture_folders: options.texture_folders.clone(),
+            surveying: false,
+            scene_from_object: DAffine3::IDENTITY,
+            normal_matrix: DMat3::IDENTITY,
+            scene: RenderScene {
+                origin: options.origin,
+                ..RenderScene::default()
+            },
+            owners: Default::default(),
+            light_sets: HashMap::new(),
+            decoded: HashMap::new(),
+            bounds: None,
+            object_bounds: None,
+            triangle_count: 0,
+            shape_count: 0,
+            uses_normals: false,
+            uses_materials: false,
+            uses_coordinates: false,
+            over_limit: false,
+            background_set: false,
+            troubles: Vec::new(),
+        }
+    }
+
+    pub(super) fn surveyor(document: &'a Document, options: &CompileOptions) -> Self {
+        Self {
+            surveying: true,
+            origin: DVec3::ZERO,
+            ..Self::new(document, options)
+        }
+    }
+
+    pub(super) fn census(&self) -> &Census {
+        &self.scene.census
+    }
+
+    pub fn census_mut(&mut self) -> &mut Census {
+        &mut self.scene.census
+    }
+
+    /// Whether shapes need to work out normals, materials, texture coordinates at all.
+    pub fn wants_normals(&self) -> bool {
+        !self.surveying && self.needs.normals
+    }
+
+    pub fn wants_coordinates(&self) -> bool {
+        self.uses_coordinates
+    }
+
+    /// Begins the surface of a shape: everything drawn from here on belongs to it.
+    pub(super) fn begin(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        self.place(state.world_from_object);
+        self.bounds = None;
+        self.object_bounds = None;
+        self.shape_count += 1;
+        if self.surveying {
+            return;
+        }
+        let surface = self.surface(node, state);
+        self.scene.special |= surface.culls || !surface.clip.is_empty();
+        self.uses_normals = self.needs.normals;
+        self.uses_materials = surface.diffuse.len() > 1 || surface.transparency.len() > 1;
+        self.uses_coordinates = surface
+            .texture
+            .as_ref()
+            .is_some_and(|t| t.mapping == Mapping::Stored);
+        self.scene.surfaces.push(surface);
+    }
+
+    /// Ends the shape.
+    pub(super) fn end(&mut self, _class: &'static str) {}
+
+    /// Whether invisible shapes still count: for bounds they do, as in Inventor.
+    pub(super) fn bounds_invisible(&self) -> bool {
+        self.surveying
+    }
+
+    /// The matrix for what follows, from the world's.
+    fn place(&mut self, world_from_object: DMat4) {
+        let mut affine = DAffine3::from_mat4(world_from_object);
+        affine.translation -= self.origin;
+        self.scene_from_object = affine;
+        let inverse = affine.matrix3.inverse();
+        self.normal_matrix = if inverse.is_finite() {
+            inverse.transpose()
+        } else {
+            affine.matrix3
+        };
+    }
+
+    /// Draws what follows under a further matrix, in the shape's own space.
+    pub fn with_matrix(&mut self, matrix: DMat4, draw: impl FnOnce(&mut Self)) {
+        let kept = (self.scene_from_object, self.normal_matrix);
+        let mut world = self.scene_from_object;
+        world.translation += self.origin;
+        self.place(DMat4::from(world) * matrix);
+        draw(self);
+        (self.scene_from_object, self.normal_matrix) = kept;
+    }
+
+    /// Overrides the facing rules of the current shape, where its class has its own.
+    pub fn set_sides(&mut self, counterclockwise: bool, two_sided: bool, culls: bool) {
+        if let Some(surface) = self.scene.surfaces.last_mut() {
+            surface.counterclockwise = counterclockwise;
+            surface.two_sided = two_sided;
+            surface.culls = culls;
+            self.scene.special |= culls;
+        }
+    }
+
+    fn surface(&mut self, node: NodeRef<'a>, state: &State<'a>) -> Surface {
+        let m = &state.material;
+        let (mut diffuse, mut transparency) = match m.diffuse {
+            Diffuse::Packed(_) => {
+                let n = m.diffuse_count();
+                (
+                    (0..n).map(|i| m.diffuse_at(i)).collect::<Vec<_>>(),
+                    (0..n).map(|i| m.transparency_at(i)).collect::<Vec<_>>(),
+                )
+            }
+            Diffuse::Colors(c) => (
+                (0..c.len()).map(|i| c.at(i)).collect(),
+                (0..m.transparency.len())
+                    .map(|i| m.transparency.at(i))
+                    .collect(),
+            ),
+        };
+        if state.material_binding == crate::graph::state::Binding::Overall {
+            diffuse.truncate(1);
+            transparency.truncate(1);
+        }
+        for t in &mut transparency {
+            *t = if t.is_finite() {
+                t.clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+        }
+        let texture = self.texture_use(state);
+        self.scene.census.transparent |= transparency.iter().any(|&t| t > 0.0)
+            || texture.as_ref().is_some_and(|t| t.texture.has_alpha());
+        Surface {
+            shape: self.shape_count - 1,
+            class: node.known_class().map_or("", |c| c.name),
+            ambient: m.ambient,
+            diffuse,
+            specular: m.specular,
+            emissive: m.emissive,
+            shininess: m.shininess,
+            transparency,
+            refraction: m.refraction,
+            base_color: state.base_color,
+            two_sided: state.hints.two_sided(),
+            culls: state.hints.culls(),
+            counterclockwise: state.hints.counterclockwise(),
+            casts_shadow: true,
+            environment: state.environment,
+            lights: self.light_set(&state.lights),
+            texture,
+            clip: state
+                .clip_planes
+                .iter()
+                .map(|(n, d)| (n.as_vec3(), (d - n.dot(self.origin)) as f32))
+                .collect(),
+            first: self.scene.triangles.len() as u32,
+            normals: Vec::new(),
+            materials: Vec::new(),
+            coordinates: Vec::new(),
+        }
+    }
+
+    fn light_set(&mut self, lights: &Arc<Vec<LightElement>>) -> u32 {
+        if let Some((index, _)) = self.light_sets.get(&Arc::as_ptr(lights)) {
+            return *index;
+        }
+        let set = if self.needs.lights {
+            lights.iter().map(|l| Light::new(l, self.origin)).collect()
+        } else {
+            Vec::new()
+        };
+        let index = self.scene.light_sets.len() as u32;
+        self.scene.light_sets.push(Arc::new(set));
+        // Holding the list keeps its address its own.
+        self.light_sets
+            .insert(Arc::as_ptr(lights), (index, lights.clone()));
+        index
+    }
+
+    fn texture_use(&mut self, state: &State<'a>) -> Option<TextureUse> {
+        let element = state.texture?;
+        if !self.needs.textures {
+            self.scene.census.textures_left_out += 1;
+            return None;
+        }
+        let id = element.node.id;
+        if !self.decoded.contains_key(&id) {
+            let decoded = match texture::decode(element.node, &self.texture_folders) {
+                Ok(t) => t.map(Arc::new),
+                Err(trouble) => {
+                    self.troubles.push(trouble);
+                    None
+                }
+            };
+            self.scene.census.textures += u64::from(decoded.is_some());
+            self.scene.textures.extend(decoded.clone());
+            self.decoded.insert(id, decoded);
+        }
+        let texture = self.decoded.get(&id)?.clone()?;
+        Some(TextureUse {
+            texture,
+            model: element.model,
+            blend_color: element.blend_color,
+            repeat_s: element.repeat_s,
+            repeat_t: element.repeat_t,
+            matrix: state.texture_matrix,
+            mapping: self.mapping(state),
+        })
+    }
+
+    fn mapping(&self, state: &State<'a>) -> Mapping {
+        match state.texture_coordinates {
+            TextureCoordinates::Plane { s, t } => {
+                let object = self.scene_from_object.inverse();
+                // The two are length-scaled: a direction of length 2 repeats every 2 units.
+                let row = |v: Vec3| {
+                    let v = v.as_dvec3();
+                    let v = v / v.length_squared().max(1e-30);
+                    let normal = object.matrix3.transpose() * v;
+                    Vec4::new(
+                        normal.x as f32,
+                        normal.y as f32,
+                        normal.z as f32,
+                        v.dot(object.translation) as f32,
+                    )
+                };
+                Mapping::Plane {
+                    s: row(s),
+                    t: row(t),
+                }
+            }
+            TextureCoordinates::Environment => {
+                let turn = self
+                    .camera
+                    .as_ref()
+                    .map_or(glam::DQuat::IDENTITY, |c| c.orientation);
+                Mapping::Environment {
+                    right: (turn * DVec3::X).as_vec3(),
+                    up: (turn * DVec3::Y).as_vec3(),
+                }
+            }
+            _ => Mapping::Stored,
+        }
+    }
+
+    fn extend(&mut self, point: Vec3) {
+        let object = point.as_dvec3();
+        grow(&mut self.object_bounds, object, object);
+        let p = self.scene_from_object.transform_point3(object) + self.origin;
+        grow(&mut self.bounds, p, p);
+    }
+
+    /// A point that Inventor counts into the shape's box though nothing is drawn there.
+    pub fn bound(&mut self, point: Vec3) {
+        if self.surveying && point.is_finite() {
+            self.extend(point);
+        }
+    }
+
+    pub fn triangle(&mut self, corners: [Corner; 3]) {
+        self.triangle_count += 1;
+        if corners.iter().any(|c| !c.position.is_finite()) {
+            self.scene.census.bad_corners += 1;
+            return;
+        }
+        if self.surveying {
+            for c in &corners {
+                self.extend(c.position);
+            }
+            return;
+        }
+        if self.is_full() {
+            return;
+        }
+        let matrix = &self.scene_from_object;
+        let positions = corners.map(|c| matrix.transform_point3(c.position.as_dvec3()).as_vec3());
+        if positions.iter().any(|p| !p.is_finite()) {
+            self.scene.census.bad_corners += 1;
+            return;
+        }
+        self.scene.census.triangles += 1;
+        self.scene.triangles.push(positions);
+        let owner = self.scene.surfaces.len() as u32 - 1;
+        self.owners[0].push(owner);
+        let normal_matrix = self.normal_matrix;
+        let Some(surface) = self.scene.surfaces.last_mut() else {
+            return;
+        };
+        if self.uses_normals {
+            surface.normals.push(corners.map(|c| {
+                (normal_matrix * c.normal.as_dvec3())
+                    .normalize_or_zero()
+                    .as_vec3()
+            }));
+        }
+        if self.uses_materials {
+            surface.materials.push(corners.map(|c| c.material));
+        }
+        if self.uses_coordinates {
+            surface.coordinates.push(corners.map(|c| c.coordinates));
+        }
+    }
+
+    pub fn quadric(&mut self, kind: QuadricKind, material: u32) {
+        if self.surveying {
+            let (min, max) = exact_bounds(kind, &self.scene_from_object);
+            if min.is_finite() && max.is_finite() {
+                grow(&mut self.bounds, min + self.origin, max + self.origin);
+            }
+            let (min, max) = exact_bounds(kind, &DAffine3::IDENTITY);
+            grow(&mut self.object_bounds, min, max);
+            return;
+        }
+        if self.is_full() {
+            return;
+        }
+        match Quadric::new(kind, self.scene_from_object, material) {
+            Some(quadric) => {
+                self.scene.census.quadrics += 1;
+                self.scene.quadrics.push(quadric);
+                self.owners[1].push(self.scene.surfaces.len() as u32 - 1);
+            }
+            None => self.scene.census.bad_corners += 1,
+        }
+    }
+
+    /// A line between two points, as wide as `width` pixels.
+    pub fn line(&mut self, ends: [Corner; 2], width: f32) {
+        self.stroke(ends[0].position, ends[1].position, ends[0].material, width);
+    }
+
+    /// A point as large as `size` pixels.
+    pub fn dot(&mut self, corner: Corner, size: f32) {
+        self.stroke(corner.position, corner.position, corner.material, size);
+    }
+
+    fn stroke(&mut self, a: Vec3, b: Vec3, material: u32, width: f32) {
+        if !a.is_finite() || !b.is_finite() {
+            self.scene.census.bad_corners += 1;
+            return;
+        }
+        if self.surveying {
+            self.extend(a);
+            self.extend(b);
+            return;
+        }
+        if self.is_full() {
+            return;
+        }
+        let place = |p: Vec3| {
+            self.scene_from_object
+                .transform_point3(p.as_dvec3())
+                .as_vec3()
+        };
+        let (a, b) = (place(a), place(b));
+        if !a.is_finite() || !b.is_finite() {
+            return;
+        }
+        let half = 0.5 * if width > 0.0 { width } else { 1.0 };
+        let (fixed, per_depth) = self.pixel_size();
+        let stroke = Stroke {
+            a,
+            b,
+            fixed: half * fixed,
+            per_distance: half * per_depth,
+            material,
+        };
+        self.scene.census.strokes += 1;
+        self.scene.strokes.push(stroke);
+        self.owners[2].push(self.scene.surfaces.len() as u32 - 1);
+    }
+
+    /// How large a pixel is: in meters, and in meters a meter of distance from the camera.
+    fn pixel_size(&self) -> (f32, f32) {
+        let rows = f64::from(self.pixel_rows.max(1));
+        match self.camera.as_ref().map(|c| c.projection) {
+            Some(Projection::Orthographic { height }) => ((height / rows) as f32, 0.0),
+            Some(Projection::Perspective { height_angle }) => {
+                (0.0, (2.0 * libm::tan(0.5 * height_angle) / rows) as f32)
+            }
+            None => (
+                0.0,
+                (2.0 * libm::tan(std::f64::consts::PI / 8.0) / rows) as f32,
+            ),
+        }
+    }
+
+    fn is_full(&mut self) -> bool {
+        let count =
+            self.scene.triangles.len() + self.scene.quadrics.len() + self.scene.strokes.len();
+        if count < self.max_primitives {
+            return false;
+        }
+        if !self.over_limit {
+            self.over_limit = true;
+            self.troubles.push(Diagnostic::warning(format!(
+                "the scene has more than {} primitives; the rest is left out",
+                self.max_primitives
+            )));
+        }
+        true
+    }
+
+    pub(super) fn finish(mut self) -> Result<RenderScene> {
+        let mut owners = std::mem::take(&mut self.owners[0]);
+        owners.append(&mut self.owners[1]);
+        owners.append(&mut self.owners[2]);
+        self.scene.owners = owners;
+        let lights: std::collections::HashSet<NodeId> = self
+            .light_sets
+            .values()
+            .flat_map(|(_, set)| set.iter().map(|l| l.node))
+            .collect();
+        self.scene.census.lights = lights.len() as u64;
+        self.scene.census.troubles = self.troubles;
+        Ok(self.scene)
+    }
+
+    /// The current shape's matrix, the compile origin at zero.
+    pub fn scene_from_object(&self) -> &DAffine3 {
+        &self.scene_from_object
+    }
+
+    /// The camera that the scene is compiled for.
+    pub fn camera(&self) -> Option<&CameraPose> {
+        self.camera.as_ref()
+    }
+}
+
+pub(super) fn grow(bounds: &mut Option<(DVec3, DVec3)>, min: DVec3, max: DVec3) {
+    *bounds = Some(match *bounds {
+        Some((a, b)) => (a.min(min), b.max(max)),
+        None => (min, max),
+    });
+}
+
+impl<'a> Visitor<'a> for Builder<'a> {
+    fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        shapes::draw(node, state, self);
+    }
+
+    fn node(&mut self, node: NodeRef<'a>, role: Role) {
+        let Some(class) = node.known_class() else {
+            return;
+        };
+        self.scene.census.see(class.name);
+        if role == Role::Kept && class.name.ends_with("Background") && !self.background_set {
+            self.background_set = true;
+            if let Some([color, ..]) = node.read::<[Vec3]>("skyColor") {
+                self.scene.background = *color;
+            }
+        }
+    }
+
+    fn trouble(&mut self, trouble: Box<Diagnostic>) {
+        self.troubles.push(trouble);
+    }
+}

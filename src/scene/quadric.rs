@@ -1,0 +1,264 @@
+//! Spheres, cylinders, cones and their caps as they are, not as meshes.
+//!
+//! A ray is taken to the shape's own space and met there in f64: a sphere seen from a thousand
+//! radii away keeps its outline, and a non-uniform scale costs nothing more.
+
+use glam::{DAffine3, DVec2, DVec3};
+
+use crate::math;
+
+/// A surface about the y axis of its own space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum QuadricKind {
+    Sphere {
+        radius: f64,
+    },
+    /// The side of a cylinder, y from −half_height to half_height.
+    CylinderSide {
+        radius: f64,
+        half_height: f64,
+    },
+    /// The side of a cone with its tip at +half_height.
+    ConeSide {
+        radius: f64,
+        half_height: f64,
+    },
+    /// A disc at a height, facing up or down.
+    Disc {
+        radius: f64,
+        y: f64,
+        up: bool,
+    },
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Quadric {
+    pub kind: QuadricKind,
+    pub scene_from_object: DAffine3,
+    pub object_from_scene: DAffine3,
+    /// Which of the surface's materials.
+    pub material: u32,
+}
+
+impl Quadric {
+    /// `None` where the matrix flattens the shape to nothing a ray could meet.
+    pub fn new(kind: QuadricKind, scene_from_object: DAffine3, material: u32) -> Option<Self> {
+        let object_from_scene = scene_from_object.inverse();
+        object_from_scene.is_finite().then_some(Self {
+            kind,
+            scene_from_object,
+            object_from_scene,
+            material,
+        })
+    }
+
+    /// Distances at which a ray meets the surface, near and far.
+    pub fn meet(&self, origin: DVec3, direction: DVec3) -> [Option<f64>; 2] {
+        let o = self.object_from_scene.transform_point3(origin);
+        let d = self.object_from_scene.transform_vector3(direction);
+        match self.kind {
+            QuadricKind::Sphere { radius } => sphere(o, d, radius),
+            QuadricKind::CylinderSide {
+                radius,
+                half_height,
+            } => {
+                let a = d.x * d.x + d.z * d.z;
+                let b = o.x * d.x + o.z * d.z;
+                let c = o.x * o.x + o.z * o.z - radius * radius;
+                keep(roots(a, b, c), |t| (o.y + t * d.y).abs() <= half_height)
+            }
+            QuadricKind::ConeSide {
+                radius,
+                half_height,
+            } => {
+                // x² + z² = k²(h − y)², of which −h ≤ y ≤ h is the cone.
+                let k = radius / (2.0 * half_height);
+                let (k2, y) = (k * k, half_height - o.y);
+                let a = d.x * d.x + d.z * d.z - k2 * d.y * d.y;
+                let b = o.x * d.x + o.z * d.z + k2 * y * d.y;
+                let c = o.x * o.x + o.z * o.z - k2 * y * y;
+                keep(roots(a, b, c), |t| (o.y + t * d.y).abs() <= half_height)
+            }
+            QuadricKind::Disc { radius, y, .. } => {
+                if d.y == 0.0 {
+                    return [None, None];
+                }
+                let t = (y - o.y) / d.y;
+                let p = DVec2::new(o.x + t * d.x, o.z + t * d.z);
+                [(p.length_squared() <= radius * radius).then_some(t), None]
+            }
+        }
+    }
+
+    /// The point on the surface nearest to where a ray met it, and the outward normal, both in
+    /// the shape's own space.
+    pub fn settle(&self, scene_point: DVec3) -> (DVec3, DVec3) {
+        let p = self.object_from_scene.transform_point3(scene_point);
+        match self.kind {
+            QuadricKind::Sphere { radius } => {
+                let n = p.normalize_or(DVec3::Y);
+                (n * radius, n)
+            }
+            QuadricKind::CylinderSide { radius, .. } => {
+                let n = DVec3::new(p.x, 0.0, p.z).normalize_or(DVec3::Z);
+                (n * radius + DVec3::Y * p.y, n)
+            }
+            QuadricKind::ConeSide {
+                radius,
+                half_height,
+            } => {
+                let k = radius / (2.0 * half_height);
+                let out = DVec3::new(p.x, 0.0, p.z).normalize_or(DVec3::Z);
+                let at = out * (k * (half_height - p.y)) + DVec3::Y * p.y;
+                (at, (out + DVec3::Y * k).normalize())
+            }
+            QuadricKind::Disc { y, up, .. } => {
+                let n = if up { DVec3::Y } else { DVec3::NEG_Y };
+                (DVec3::new(p.x, y, p.z), n)
+            }
+        }
+    }
+
+    /// Inventor's texture coordinates: around from the back and up for sides and spheres; the
+    /// caps show the picture as seen from outside, the top one with −z up.
+    pub fn texture_coordinates(&self, p: DVec3) -> DVec2 {
+        let around = || {
+            let turn = libm::atan2(p.x, p.z) / std::f64::consts::TAU;
+            turn + 0.5
+        };
+        match self.kind {
+            QuadricKind::Sphere { radius } => {
+                let v = libm::asin((p.y / radius).clamp(-1.0, 1.0)) / std::f64::consts::PI + 0.5;
+                DVec2::new(around(), v)
+            }
+            QuadricKind::CylinderSide { half_height, .. }
+            | QuadricKind::ConeSide { half_height, .. } => {
+                DVec2::new(around(), 0.5 + 0.5 * p.y / half_height)
+            }
+            QuadricKind::Disc { radius, up, .. } => {
+                let v = if up { -p.z } else { p.z };
+                DVec2::new(0.5 + 0.5 * p.x / radius, 0.5 + 0.5 * v / radius)
+            }
+        }
+    }
+
+    /// The exact box around the surface after its matrix: for each axis the support of an ellipse
+    /// or an ellipsoid, and the cone's tip.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        exact_bounds(self.kind, &self.scene_from_object)
+    }
+}
+
+/// The exact box around a surface under a matrix.
+pub fn exact_bounds(kind: QuadricKind, matrix: &DAffine3) -> (DVec3, DVec3) {
+    let m = matrix.matrix3;
+    let ring = |radius: f64, y: f64| {
+        let center = matrix.transform_point3(DVec3::Y * y);
+        let reach = (m.x_axis * m.x_axis + m.z_axis * m.z_axis).map(f64::sqrt) * radius;
+        (center - reach, center + reach)
+    };
+    match kind {
+        QuadricKind::Sphere { radius } => {
+            let squares = m.x_axis * m.x_axis + m.y_axis * m.y_axis + m.z_axis * m.z_axis;
+            let reach = squares.map(f64::sqrt) * radius;
+            (matrix.translation - reach, matrix.translation + reach)
+        }
+        QuadricKind::CylinderSide {
+            radius,
+            half_height,
+        } => join(ring(radius, half_height), ring(radius, -half_height)),
+        QuadricKind::ConeSide {
+            radius,
+            half_height,
+        } => {
+            let tip = matrix.transform_point3(DVec3::Y * half_height);
+            join(ring(radius, -half_height), (tip, tip))
+        }
+        QuadricKind::Disc { radius, y, .. } => ring(radius, y),
+    }
+}
+
+fn join(a: (DVec3, DVec3), b: (DVec3, DVec3)) -> (DVec3, DVec3) {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
+/// The sphere's discriminant from the foot of the perpendicular, not from b² − ac: far away the
+/// latter is a difference of two large numbers.
+fn sphere(o: DVec3, d: DVec3, radius: f64) -> [Option<f64>; 2] {
+    let dd = d.length_squared();
+    if dd == 0.0 {
+        return [None, None];
+    }
+    let b = -o.dot(d);
+    let foot = o + (b / dd) * d;
+    let disc = radius * radius - foot.length_squared();
+    if disc < 0.0 {
+        return [None, None];
+    }
+    let c = o.length_squared() - radius * radius;
+    let q = b + (disc * dd).sqrt().copysign(b);
+    if q == 0.0 {
+        return [Some(0.0), None];
+    }
+    sorted(c / q, q / dd)
+}
+
+/// Roots of a t² + 2 b t + c, the discriminant by Kahan's difference of products.
+fn roots(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
+    if a == 0.0 {
+        return [(b != 0.0).then(|| -0.5 * c / b), None];
+    }
+    let disc = math::diff_of_products(b, b, a, c);
+    if disc < 0.0 {
+        return [None, None];
+    }
+    let q = -(b + disc.sqrt().copysign(b));
+    if q == 0.0 {
+        return [Some(0.0), None];
+    }
+    sorted(q / a, c / q)
+}
+
+fn sorted(s: f64, t: f64) -> [Option<f64>; 2] {
+    [Some(s.min(t)), Some(s.max(t))]
+}
+
+fn keep(roots: [Option<f64>; 2], inside: impl Fn(f64) -> bool) -> [Option<f64>; 2] {
+    roots.map(|r| r.filter(|&t| inside(t)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plain(kind: QuadricKind) -> Quadric {
+        Quadric::new(kind, DAffine3::IDENTITY, 0).expect("the identity has an inverse")
+    }
+
+    #[test]
+    fn a_sphere_is_met_where_it_touches_the_axis() {
+        let q = plain(QuadricKind::Sphere { radius: 2.0 });
+        let [near, far] = q.meet(DVec3::new(0.0, 0.0, 1e6), DVec3::NEG_Z);
+        assert!((near.expect("hit") - (1e6 - 2.0)).abs() < 1e-9);
+        assert!((far.expect("hit") - (1e6 + 2.0)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_cone_is_half_as_wide_at_half_its_height() {
+        let q = plain(QuadricKind::ConeSide {
+            radius: 1.0,
+            half_height: 1.0,
+        });
+        let [near, far] = q.meet(DVec3::new(5.0, 0.0, 0.0), DVec3::NEG_X);
+        assert!((near.expect("hit") - 4.5).abs() < 1e-12);
+        assert!((far.expect("hit") - 5.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_box_of_a_turned_sphere_is_the_sphere_s() {
+        let turn = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+        let (min, max) = exact_bounds(QuadricKind::Sphere { radius: 3.0 }, &turn);
+        assert!((min + 3.0).abs().max_element() < 1e-12);
+        assert!((max - 3.0).abs().max_element() < 1e-12);
+    }
+}

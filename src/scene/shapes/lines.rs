@@ -1,0 +1,150 @@
+//! Lines and points: strokes with a width in pixels.
+
+use super::faces::runs;
+use super::vertices::{Normals, Place, Vertices, indices, without_index};
+use crate::graph::read::Fields;
+use crate::graph::state::{Binding, State};
+use crate::iv::NodeRef;
+use crate::scene::Builder;
+
+fn vertices<'a, 's>(
+    state: &'s State<'a>,
+    material_binding: Binding,
+    material_index: Option<&'a [i32]>,
+    coord_index: Option<&'a [i32]>,
+) -> Vertices<'a, 's> {
+    Vertices {
+        state,
+        coordinates: state.coordinates,
+        normals: Normals::None,
+        normal_binding: Binding::Overall,
+        normal_index: None,
+        material_binding,
+        material_index,
+        texture_index: None,
+        coord_index,
+        boxed: None,
+    }
+}
+
+/// For lines Inventor's parts are segments and its faces whole lines.
+fn segments_and_lines(binding: Binding) -> Binding {
+    match binding {
+        Binding::PerPart => Binding::PerFace,
+        Binding::PerPartIndexed => Binding::PerFaceIndexed,
+        Binding::PerFace => Binding::PerPart,
+        Binding::PerFaceIndexed => Binding::PerPartIndexed,
+        other => other,
+    }
+}
+
+pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    let counts = node.read::<[i32]>("numVertices").unwrap_or(&[-1]);
+    let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
+    let binding = without_index(segments_and_lines(state.material_binding));
+    let vertices = vertices(state, binding, None, None);
+    let (mut count, mut segment) = (0, 0);
+    for (part, (first, n)) in runs(counts, start, state.coordinates.len())
+        .into_iter()
+        .enumerate()
+    {
+        let line: Vec<(usize, usize)> = (first..first + n).map(|c| (c, c - start)).collect();
+        polyline(&line, &vertices, (count, segment, part), out);
+        count += n;
+        segment += n.saturating_sub(1);
+    }
+}
+
+pub fn indexed_line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
+    let mut binding = segments_and_lines(state.material_binding);
+    if state.vrml1 && binding == Binding::PerVertex {
+        binding = Binding::PerVertexIndexed;
+    }
+    let vertices = vertices(state, binding, indices(node, "materialIndex"), Some(index));
+    let (mut count, mut segment, mut part, mut start) = (0, 0, 0, 0);
+    while start < index.len() {
+        let end = index[start..]
+            .iter()
+            .position(|&i| i < 0)
+            .map_or(index.len(), |n| start + n);
+        let line: Vec<(usize, usize)> = (start..end).map(|p| (index[p] as usize, p)).collect();
+        for (c, _) in &line {
+            if let Some(p) = state.coordinates.get(*c) {
+                out.bound(p);
+            }
+        }
+        polyline(&line, &vertices, (count, segment, part), out);
+        count += line.len();
+        segment += line.len().saturating_sub(1);
+        part += 1;
+        start = end + 1;
+    }
+}
+
+/// Coordinate and position of each point; corners, segments and lines counted before this line.
+fn polyline(
+    line: &[(usize, usize)],
+    vertices: &Vertices<'_, '_>,
+    before: (usize, usize, usize),
+    out: &mut Builder<'_>,
+) {
+    let width = vertices.state.drawing.line_width;
+    for (i, pair) in line.windows(2).enumerate() {
+        let corner = |k: usize| {
+            vertices.corner(Place {
+                coordinate: pair[k].0,
+                position: pair[k].1,
+                count: before.0 + i + k,
+                face: before.1 + i,
+                part: before.2,
+            })
+        };
+        if let (Some(a), Some(b)) = (corner(0), corner(1)) {
+            out.line([a, b], width);
+        }
+    }
+}
+
+pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
+    let count = node.read::<i32>("numPoints").unwrap_or(-1);
+    let binding = match without_index(state.material_binding) {
+        Binding::Overall => Binding::Overall,
+        _ => Binding::PerVertex,
+    };
+    let vertices = vertices(state, binding, None, None);
+    let left = state.coordinates.len().saturating_sub(start);
+    let n = usize::try_from(count).unwrap_or(left).min(left);
+    for i in 0..n {
+        dot(&vertices, start + i, i, out);
+    }
+}
+
+pub fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
+    let vertices = vertices(
+        state,
+        state.material_binding,
+        indices(node, "materialIndex"),
+        Some(index),
+    );
+    for (i, &c) in index.iter().enumerate() {
+        if let Ok(c) = usize::try_from(c) {
+            dot(&vertices, c, i, out);
+        }
+    }
+}
+
+fn dot(vertices: &Vertices<'_, '_>, coordinate: usize, i: usize, out: &mut Builder<'_>) {
+    let place = Place {
+        coordinate,
+        position: i,
+        count: i,
+        face: i,
+        part: i,
+    };
+    if let Some(corner) = vertices.corner(place) {
+        out.dot(corner, vertices.state.drawing.point_size);
+    }
+}

@@ -1,0 +1,146 @@
+//! What each shape class draws, one function a class.
+
+mod faces;
+mod lines;
+mod mesh;
+pub mod nurbs;
+mod solids;
+mod strips;
+mod stroke;
+pub mod text;
+mod vertices;
+mod vrml97;
+
+use glam::{Vec2, Vec3};
+
+use super::Builder;
+use super::builder::Corner;
+use crate::graph::property::vertex_property;
+use crate::graph::read::Fields;
+use crate::graph::role::is_vrml97;
+use crate::graph::state::{DrawStyle, State};
+use crate::iv::NodeRef;
+
+pub use stroke::Stroke;
+
+/// Draws a shape node with the state it was met in.
+pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    let Some(class) = node.known_class() else {
+        return;
+    };
+    if state.drawing.style == DrawStyle::Invisible && !out.bounds_invisible() {
+        out.census_mut().ignore(class.name, "DrawStyle INVISIBLE");
+        return;
+    }
+    // A shape's own vertex property acts on the shape alone.
+    let property = node.node_in("vertexProperty");
+    let mut inner;
+    let state = match property {
+        Some(property) => {
+            inner = state.clone();
+            vertex_property(&mut inner, property);
+            &inner
+        }
+        None => state,
+    };
+    out.begin(node, state);
+    let drawn = if is_vrml97(class) {
+        vrml97::draw(class.name, node, state, out)
+    } else {
+        draw_class(class, node, state, out)
+    };
+    if drawn {
+        out.census_mut().draw(class.name);
+    } else {
+        out.census_mut()
+            .ignore(class.name, "this version does not draw it");
+    }
+    out.end(class.name);
+}
+
+fn draw_class<'a>(
+    class: &'static crate::grammar::Class,
+    node: NodeRef<'a>,
+    state: &State<'a>,
+    out: &mut Builder<'a>,
+) -> bool {
+    let mut class = class;
+    loop {
+        match class.name {
+            "Cube" => solids::cube(node, state, out),
+            "Sphere" => solids::sphere(node, out),
+            "Cylinder" => solids::cylinder(node, state, out),
+            "Cone" => solids::cone(node, state, out),
+            "FaceSet" => faces::face_set(node, state, out),
+            "IndexedFaceSet" => faces::indexed_face_set(node, state, out),
+            "TriangleStripSet" => strips::triangle_strip_set(node, state, out),
+            "IndexedTriangleStripSet" => strips::indexed_triangle_strip_set(node, state, out),
+            "QuadMesh" => mesh::quad_mesh(node, state, out),
+            "LineSet" => lines::line_set(node, state, out),
+            "IndexedLineSet" => lines::indexed_line_set(node, state, out),
+            "PointSet" => lines::point_set(node, state, out),
+            "IndexedPointSet" => lines::indexed_point_set(node, state, out),
+            "Text2" => text::text2(node, state, out),
+            "Text3" => text::text3(node, state, out),
+            "AsciiText" => text::ascii_text(node, state, out),
+            "NurbsSurface" => nurbs::nurbs_surface(node, state, out),
+            "IndexedNurbsSurface" => nurbs::indexed_nurbs_surface(node, state, out),
+            "NurbsCurve" => nurbs::nurbs_curve(node, state, out),
+            "IndexedNurbsCurve" => nurbs::indexed_nurbs_curve(node, state, out),
+            "Shape" => return false,
+            _ => {
+                let above = crate::grammar::by_name(class.family, class.dialects)
+                    .or_else(|| crate::grammar::any(class.family));
+                match above {
+                    Some(parent) if parent.id != class.id => {
+                        class = parent;
+                        continue;
+                    }
+                    _ => return false,
+                }
+            }
+        }
+        return true;
+    }
+}
+
+/// A flat polygon of corners in order, as two triangles.
+fn quad(corners: [Corner; 4], out: &mut Builder<'_>) {
+    let [a, b, c, d] = corners;
+    out.triangle([a, b, c]);
+    out.triangle([a, c, d]);
+}
+
+/// Inventor's texture coordinates for a shape without any: the two longest sides of its box,
+/// s along the longest from 0 to 1, t at the same scale.
+pub(super) struct BoxCoordinates {
+    origin: Vec3,
+    scale: f32,
+    axes: [usize; 2],
+}
+
+impl BoxCoordinates {
+    pub fn of(points: impl Iterator<Item = Vec3>) -> Self {
+        let mut min = Vec3::splat(f32::INFINITY);
+        let mut max = Vec3::splat(f32::NEG_INFINITY);
+        for p in points.filter(|p| p.is_finite()) {
+            min = min.min(p);
+            max = max.max(p);
+        }
+        let size = (max - min).max(Vec3::ZERO);
+        // The longest side first; of equal sides x before y before z.
+        let mut order = [0usize, 1, 2];
+        order.sort_by(|&a, &b| size[b].total_cmp(&size[a]).then(a.cmp(&b)));
+        let longest = size[order[0]];
+        Self {
+            origin: min,
+            scale: if longest > 0.0 { 1.0 / longest } else { 0.0 },
+            axes: [order[0], order[1]],
+        }
+    }
+
+    pub fn at(&self, p: Vec3) -> Vec2 {
+        let q = (p - self.origin) * self.scale;
+        Vec2::new(q[self.axes[0]], q[self.axes[1]])
+    }
+}

@@ -1,0 +1,150 @@
+//! Corners of vertex shapes: which normal, material and texture coordinate each has.
+
+use glam::{Vec2, Vec3};
+
+use super::BoxCoordinates;
+use crate::graph::read::Fields;
+use crate::graph::state::{Binding, Coordinates, State, TextureCoordinates};
+use crate::iv::NodeRef;
+use crate::scene::builder::Corner;
+
+/// A list of indices, unless it is empty or starts with −1: then Inventor takes another.
+pub fn indices<'a>(node: NodeRef<'a>, name: &str) -> Option<&'a [i32]> {
+    node.read::<[i32]>(name)
+        .filter(|i| i.first().is_some_and(|&first| first >= 0))
+}
+
+/// Where a corner stands in its shape, by every way of counting.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Index into the coordinates.
+    pub coordinate: usize,
+    /// Index into `coordIndex`, or the corner's number where there is none.
+    pub position: usize,
+    /// Corners before this one, separators not counted.
+    pub count: usize,
+    /// Faces before this one.
+    pub face: usize,
+    /// Faces, strips or lines before this one.
+    pub part: usize,
+}
+
+/// Normals as the shape uses them.
+pub enum Normals<'a> {
+    Given(&'a [Vec3]),
+    /// One for every `Place::position`.
+    Made(Vec<Vec3>),
+    /// None to be had: +z, as in Inventor.
+    None,
+}
+
+/// Hands out corners by the bindings in force.
+pub struct Vertices<'a, 's> {
+    pub state: &'s State<'a>,
+    pub coordinates: Coordinates<'a>,
+    pub normals: Normals<'a>,
+    pub normal_binding: Binding,
+    pub normal_index: Option<&'a [i32]>,
+    pub material_binding: Binding,
+    pub material_index: Option<&'a [i32]>,
+    pub texture_index: Option<&'a [i32]>,
+    pub coord_index: Option<&'a [i32]>,
+    pub boxed: Option<BoxCoordinates>,
+}
+
+impl Vertices<'_, '_> {
+    /// The corner; `None` where the coordinate does not exist.
+    pub fn corner(&self, place: Place) -> Option<Corner> {
+        let position = self.coordinates.get(place.coordinate)?;
+        Some(Corner {
+            position,
+            normal: self.normal(place),
+            material: self.material(place),
+            coordinates: self.texture(place, position),
+        })
+    }
+
+    fn normal(&self, place: Place) -> Vec3 {
+        let given = match &self.normals {
+            Normals::None => return Vec3::Z,
+            Normals::Made(made) => return made.get(place.position).copied().unwrap_or(Vec3::Z),
+            Normals::Given(given) => given,
+        };
+        let index = self.pick(self.normal_binding, self.normal_index, place);
+        // Too few normals: the last stands for the rest.
+        given
+            .get(index)
+            .or(given.last())
+            .copied()
+            .unwrap_or(Vec3::Z)
+    }
+
+    fn material(&self, place: Place) -> u32 {
+        self.pick(self.material_binding, self.material_index, place) as u32
+    }
+
+    fn pick(&self, binding: Binding, index: Option<&[i32]>, place: Place) -> usize {
+        let through = |list: Option<&[i32]>, at: usize, otherwise: usize| match list {
+            Some(list) => list
+                .get(at)
+                .and_then(|&i| usize::try_from(i).ok())
+                .unwrap_or(0),
+            None => otherwise,
+        };
+        match binding {
+            Binding::Overall => 0,
+            Binding::PerVertex => place.count,
+            Binding::PerVertexIndexed => {
+                through(index.or(self.coord_index), place.position, place.count)
+            }
+            Binding::PerFace => place.face,
+            Binding::PerFaceIndexed => through(index, place.face, place.face),
+            Binding::PerPart => place.part,
+            Binding::PerPartIndexed => through(index, place.part, place.part),
+        }
+    }
+
+    fn texture(&self, place: Place, position: Vec3) -> Vec2 {
+        let index = if self.state.texture_indexed && self.coord_index.is_some() {
+            self.texture_index
+                .or(self.coord_index)
+                .and_then(|list| list.get(place.position))
+                .and_then(|&i| usize::try_from(i).ok())
+                .unwrap_or(0)
+        } else {
+            place.count
+        };
+        match self.state.texture_coordinates {
+            TextureCoordinates::Two(list) => list.get(index).copied().unwrap_or_default(),
+            TextureCoordinates::Three(list) => {
+                list.get(index).map(|c| c.truncate()).unwrap_or_default()
+            }
+            _ => self
+                .boxed
+                .as_ref()
+                .map_or(Vec2::ZERO, |boxed| boxed.at(position)),
+        }
+    }
+}
+
+/// For shapes whose faces are their parts, and for those that have no index.
+pub fn faces_are_parts(binding: Binding) -> Binding {
+    match binding {
+        Binding::PerPart => Binding::PerFace,
+        Binding::PerPartIndexed => Binding::PerFaceIndexed,
+        other => other,
+    }
+}
+
+pub fn without_index(binding: Binding) -> Binding {
+    match binding {
+        Binding::PerPartIndexed => Binding::PerPart,
+        Binding::PerFaceIndexed => Binding::PerFace,
+        Binding::PerVertexIndexed => Binding::PerVertex,
+        other => other,
+    }
+}
+
+pub fn is_per_vertex(binding: Binding) -> bool {
+    matches!(binding, Binding::PerVertex | Binding::PerVertexIndexed)
+}

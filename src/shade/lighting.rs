@@ -1,0 +1,55 @@
+//! OpenGL's lighting equation, term by term.
+
+use glam::Vec3;
+
+use crate::graph::state::FogKind;
+use crate::scene::{Light, Point};
+
+/// What shines by itself and what the surroundings give.
+pub fn ambient(point: &Point<'_>) -> Vec3 {
+    let surface = point.surface;
+    surface.emissive + surface.ambient * surface.environment.ambient
+}
+
+/// What a light gives, times the share of it that is not in shadow.
+pub fn direct(
+    point: &Point<'_>,
+    light: &Light,
+    backward: Vec3,
+    specular: bool,
+    shadow: f32,
+) -> Vec3 {
+    let surface = point.surface;
+    let reaching = light.reach(point.position);
+    let mut sum = surface.ambient * reaching.ambient;
+    let facing = point.normal.dot(reaching.toward);
+    if facing > 0.0 && shadow > 0.0 {
+        let mut lit = point.diffuse * facing;
+        if specular && surface.specular != Vec3::ZERO {
+            let half = (reaching.toward + backward).normalize_or_zero();
+            let aligned = point.normal.dot(half).max(0.0);
+            let exponent = 128.0 * surface.shininess.clamp(0.0, 1.0);
+            lit += surface.specular * libm::powf(aligned, exponent);
+        }
+        sum += reaching.color * lit * shadow;
+    }
+    sum
+}
+
+/// The color through the fog between the eye and the point.
+///
+/// Coin's densities: at the visibility distance an 8-bit picture no longer shows the color, that
+/// is e^−5.545 = 1/256 for FOG and e^−(2.35)² for SMOKE; HAZE is linear.
+pub fn fogged(color: Vec3, point: &Point<'_>, eye: Vec3) -> Vec3 {
+    let environment = &point.surface.environment;
+    if environment.fog == FogKind::None || environment.visibility <= 0.0 {
+        return color;
+    }
+    let depth = (point.position - eye).length() / environment.visibility;
+    let clear = match environment.fog {
+        FogKind::Haze => 1.0 - depth,
+        FogKind::Fog => libm::expf(-5.545 * depth),
+        _ => libm::expf(-(2.35 * depth) * (2.35 * depth)),
+    };
+    environment.fog_color.lerp(color, clear.clamp(0.0, 1.0))
+}

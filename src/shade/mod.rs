@@ -1,0 +1,369 @@
+//! Radiance along a ray, by the shading models of Ivray's letters.
+//!
+//! Values are linear and as Inventor means its colors: 0 is black, 1 is full. What becomes of them
+//! on film is the film's business. Lighting is OpenGL's fixed-function equation with Inventor's
+//! rules for ambient light, attenuation, spots, two sides and fog, worked out at every point
+//! instead of at every vertex:
+//!
+//! ```text
+//! color = emissive + ambient · E + Σ a s (ambient · A + diffuse · C max(N·L, 0)
+//!                                         + specular · C max(N·H, 0)^(128 shininess))
+//! ```
+//!
+//! with E the Environment's ambient light, C the light's color times intensity, A a VRML 97
+//! light's ambient share, a the attenuation and s the spot. H lies halfway between L and the
+//! camera's backward direction: OpenGL's viewer at infinity, which Inventor leaves as it is.
+
+mod lighting;
+
+use glam::Vec3;
+
+use crate::scene::{Light, Needs, Point, Ray, RenderScene};
+
+/// What a picture shows of its points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Shading {
+    /// `f`: the diffuse color, unlit.
+    Flat,
+    /// `n`: the normal as a color.
+    Normal,
+    /// `a`: emissive and ambient light only.
+    Ambient,
+    /// `d`: emissive, ambient and diffuse light.
+    Diffuse,
+    /// `p`: with specular light too; no shadows.
+    #[default]
+    Phong,
+    /// `r`: with shadows, reflection and refraction.
+    Recursive,
+}
+
+impl Shading {
+    pub const ALL: [Self; 6] = [
+        Self::Flat,
+        Self::Normal,
+        Self::Ambient,
+        Self::Diffuse,
+        Self::Phong,
+        Self::Recursive,
+    ];
+
+    pub fn letter(self) -> char {
+        match self {
+            Self::Flat => 'f',
+            Self::Normal => 'n',
+            Self::Ambient => 'a',
+            Self::Diffuse => 'd',
+            Self::Phong => 'p',
+            Self::Recursive => 'r',
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Flat => "flat",
+            Self::Normal => "normal",
+            Self::Ambient => "ambient",
+            Self::Diffuse => "diffuse",
+            Self::Phong => "phong",
+            Self::Recursive => "recursive",
+        }
+    }
+
+    /// By letter or by name.
+    pub fn named(text: &str) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|s| s.name() == text || text.chars().eq([s.letter()]))
+    }
+
+    pub fn needs(self) -> Needs {
+        let lit = matches!(self, Self::Diffuse | Self::Phong | Self::Recursive);
+        Needs {
+            normals: lit || self == Self::Normal,
+            materials: self != Self::Normal,
+            lights: lit,
+            textures: self != Self::Normal,
+            secondary: self == Self::Recursive,
+        }
+    }
+}
+
+#[derive(Clone, Debug)]
+pub struct ShadeOptions {
+    /// A light on the camera: the direction in which it shines. Default: none, as in 1999.
+    pub headlight: Option<Vec3>,
+    /// The camera's backward direction, for highlights. Default: +z.
+    pub backward: Vec3,
+    /// Reflections and refractions in a row. Default: 5.
+    pub max_depth: u32,
+    /// Rays that carry less than this share of the picture's light end. Default: 1/1024.
+    pub least_share: f32,
+}
+
+impl Default for ShadeOptions {
+    fn default() -> Self {
+        Self {
+            headlight: None,
+            backward: Vec3::Z,
+            max_depth: 5,
+            least_share: 1.0 / 1024.0,
+        }
+    }
+}
+
+/// Turns rays into radiance.
+#[derive(Debug)]
+pub struct Shader<'a> {
+    scene: &'a RenderScene,
+    shading: Shading,
+    options: ShadeOptions,
+    headlight: Option<Light>,
+}
+
+/// A ray still to be followed, and how much of it reaches the film.
+struct Pending {
+    ray: Ray,
+    share: Vec3,
+    depth: u32,
+    /// Surfaces are met from either side: a ray after a mirror or through glass sees what closed
+    /// shapes hide from the camera too.
+    any_side: bool,
+}
+
+impl<'a> Shader<'a> {
+    pub fn new(scene: &'a RenderScene, shading: Shading, options: ShadeOptions) -> Self {
+        let headlight = options.headlight.map(Light::headlight);
+        Self {
+            scene,
+            shading,
+            options,
+            headlight,
+        }
+    }
+
+    pub fn scene(&self) -> &'a RenderScene {
+        self.scene
+    }
+
+    /// Radiance that comes back along a ray from the camera. `random` gives numbers in [0, 1) for
+    /// models that sample; those of today do not.
+    pub fn radiance(&self, ray: &Ray, _random: &mut impl FnMut() -> f32) -> Vec3 {
+        self.trace(ray).unwrap_or(self.scene.background())
+    }
+
+    /// The same, or `None` where the ray meets nothing.
+    pub fn trace(&self, ray: &Ray) -> Option<Vec3> {
+        let hit = self.scene.hit(ray)?;
+        let mut color = Vec3::ZERO;
+        let mut pending = Vec::new();
+        self.shade(
+            ray,
+            hit,
+            &Pending {
+                ray: *ray,
+                share: Vec3::ONE,
+                depth: 0,
+                any_side: false,
+            },
+            &mut color,
+            &mut pending,
+        );
+        while let Some(next) = pending.pop() {
+            let hit = if next.any_side {
+                self.scene.hit_any_side(&next.ray)
+            } else {
+                self.scene.hit(&next.ray)
+            };
+            match hit {
+                Some(hit) => self.shade(&next.ray, hit, &next, &mut color, &mut pending),
+                None => color += next.share * self.scene.background(),
+            }
+        }
+        Some(color)
+    }
+
+    fn shade(
+        &self,
+        ray: &Ray,
+        hit: crate::scene::Hit,
+        path: &Pending,
+        color: &mut Vec3,
+        pending: &mut Vec<Pending>,
+    ) {
+        let point = self.scene.point(ray, &hit);
+        if self.shading == Shading::Recursive {
+            self.recurse(ray, &point, path, color, pending);
+            return;
+        }
+        let local = self.local(ray, &point);
+        let through = point.transparency;
+        *color += path.share * (1.0 - through) * local;
+        // What a blended face lets through is what lies behind it; sorted blending in Coin.
+        let share = path.share * through;
+        if through > 0.0 && share.max_element() > self.options.least_share && path.depth < 64 {
+            let mut ahead = *ray;
+            ahead.t_min = hit.t.next_up();
+            pending.push(Pending {
+                ray: ahead,
+                share,
+                depth: path.depth + 1,
+                any_side: path.any_side,
+            });
+        }
+    }
+
+    /// The color of a point by the models that follow no further rays.
+    fn local(&self, ray: &Ray, point: &Point<'_>) -> Vec3 {
+        let surface = point.surface;
+        let lit = match self.shading {
+            Shading::Normal => return 0.5 * point.normal + 0.5,
+            Shading::Flat => return point.textured(point.diffuse),
+            _ if surface.base_color => point.diffuse,
+            Shading::Ambient => lighting::ambient(point),
+            model => {
+                let specular = model != Shading::Diffuse;
+                let mut sum = lighting::ambient(point);
+                for light in self.lights(point) {
+                    sum += lighting::direct(point, light, self.options.backward, specular, 1.0);
+                }
+                sum
+            }
+        };
+        let color = point.textured(lit.clamp(Vec3::ZERO, Vec3::ONE));
+        lighting::fogged(color, point, ray.origin)
+    }
+
+    fn lights<'b>(&'b self, point: &Point<'b>) -> impl Iterator<Item = &'b Light> {
+        self.scene
+            .lights_of(point.surface)
+            .iter()
+            .chain(self.headlight.as_ref())
+    }
+
+    /// Model `r`. Direct light as in `p` times what the shadow ray brings, then two rays more:
+    ///
+    /// * the mirror ray, with the share specular · shininess;
+    /// * where light goes through, the refracted ray, with the share transparency, bent by the
+    ///   index of refraction (1 unless an extension field says otherwise), all of it reflected
+    ///   beyond the critical angle. The opaque part keeps 1 − transparency.
+    fn recurse(
+        &self,
+        ray: &Ray,
+        point: &Point<'_>,
+        path: &Pending,
+        color: &mut Vec3,
+        pending: &mut Vec<Pending>,
+    ) {
+        let surface = point.surface;
+        let opaque = 1.0 - point.transparency;
+        let lit = if surface.base_color {
+            point.diffuse
+        } else {
+            let mut sum = lighting::ambient(point);
+            for light in self.lights(point) {
+                let shadow = self.shadow(point, light);
+                let view = self.options.backward;
+                sum += lighting::direct(point, light, view, true, shadow);
+            }
+            sum
+        };
+        let local = lighting::fogged(point.textured(lit), point, ray.origin);
+        *color += path.share * opaque * local;
+        if path.depth >= self.options.max_depth {
+            return;
+        }
+        let d = ray.direction.normalize_or(Vec3::NEG_Z);
+        let facing = if point.normal.dot(d) > 0.0 {
+            -point.normal
+        } else {
+            point.normal
+        };
+        let normal = facing.normalize_or(point.geometric);
+        let mut mirror = if surface.base_color {
+            Vec3::ZERO
+        } else {
+            surface.specular * surface.shininess.clamp(0.0, 1.0) * opaque
+        };
+        if point.transparency > 0.0 {
+            let share = path.share * point.transparency;
+            match refract(d, normal, surface.refraction, point.front) {
+                Some(direction) => {
+                    self.follow(point, direction, share, path, pending);
+                }
+                None => mirror += point.transparency, // total reflection
+            }
+        }
+        if mirror.max_element() > 0.0 {
+            let direction = d - 2.0 * d.dot(normal) * normal;
+            self.follow(point, direction, path.share * mirror, path, pending);
+        }
+    }
+
+    fn follow(
+        &self,
+        point: &Point<'_>,
+        direction: Vec3,
+        share: Vec3,
+        path: &Pending,
+        pending: &mut Vec<Pending>,
+    ) {
+        if share.max_element() > self.options.least_share {
+            pending.push(Pending {
+                ray: point.leave(direction),
+                share,
+                depth: path.depth + 1,
+                any_side: true,
+            });
+        }
+    }
+
+    /// The share of a light that is not in shadow.
+    fn shadow(&self, point: &Point<'_>, light: &Light) -> f32 {
+        let reaching = light.reach(point.position);
+        if reaching.color == Vec3::ZERO || point.normal.dot(reaching.toward) <= 0.0 {
+            return 1.0; // adds nothing anyway
+        }
+        let ray = point.leave(reaching.toward);
+        // Up to the light itself, not to what lies behind it.
+        let t_max = if reaching.distance.is_finite() {
+            reaching.distance * (1.0 - 1e-5)
+        } else {
+            f32::INFINITY
+        };
+        self.scene.transmittance(&ray, t_max)
+    }
+}
+
+/// Snell's law; `None` beyond the critical angle. The index is of the inside against the outside.
+fn refract(d: Vec3, normal: Vec3, index: f32, entering: bool) -> Option<Vec3> {
+    if index == 1.0 {
+        return Some(d);
+    }
+    let ratio = if entering { 1.0 / index } else { index };
+    let cos = -d.dot(normal);
+    let squared = 1.0 - ratio * ratio * (1.0 - cos * cos);
+    (squared >= 0.0).then(|| ratio * d + (ratio * cos - squared.sqrt()) * normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_bends_toward_the_normal_in_glass() {
+        let d = Vec3::new(0.5, 0.0, -(0.75f32.sqrt()));
+        let inside = refract(d, Vec3::Z, 1.5, true).expect("glass takes all angles");
+        assert!((inside.x - 0.5 / 1.5).abs() < 1e-6);
+        let grazing = Vec3::new(0.9, 0.0, -(0.19f32.sqrt()));
+        assert_eq!(refract(grazing, Vec3::Z, 1.5, false), None);
+    }
+
+    #[test]
+    fn every_model_is_known_by_its_letter_and_its_name() {
+        for model in Shading::ALL {
+            assert_eq!(Shading::named(&model.letter().to_string()), Some(model));
+            assert_eq!(Shading::named(model.name()), Some(model));
+        }
+    }
+}
