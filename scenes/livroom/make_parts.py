@@ -32,7 +32,7 @@ def paint(name, width, height, pixel, step=4):
 # Materials that several parts share. A specular color is also what a recursive shader mirrors.
 BLACK = material((0.035, 0.033, 0.035), 0.16, 0.55)
 BRASS = material((0.40, 0.30, 0.14), (0.42, 0.35, 0.21), 0.5)
-WHITE_PAINT = material((0.86, 0.85, 0.82), 0.03, 0.2)
+WHITE_PAINT = material((0.80, 0.79, 0.76), 0.03, 0.2)
 
 
 # ---- the room ----
@@ -71,14 +71,14 @@ def room():
     r = ROOM
     x0, x1, z0, z1, top, hall = (r[k] for k in ("x0", "x1", "z0", "z1", "height", "hall"))
     wide, deep = x1 - x0, z1 - z0
-    wallpaper = group("WALLPAPER", material((0.83, 0.77, 0.655)), texture("wallpaper.png"), hints(0),
+    wallpaper = group("WALLPAPER", material((0.77, 0.71, 0.60)), texture("wallpaper.png"), hints(0),
                       group("BACK_WALL", flat_grid((x0, 0, z0), (wide, 0, 0), (0, top, 0), 19, 11, (0.6, 0.6))),
                       group("RIGHT_WALL", flat_grid((x1, 0, z0), (0, 0, deep), (0, top, 0), 23, 11, (0.6, 0.6))),
                       group("LEFT_WALL", *wall_with_holes(x0, z0, z1, top, WINDOWS)))
     floor_part = group("FLOOR", material((0.76, 0.49, 0.25), 0.05, 0.4), texture("floor.png"), hints(0),
                        flat_grid((x0, 0, z1), (wide, 0, 0), (0, 0, -deep), 19, 23, (1.2, 1.2)),
                        group(None, flat_grid((x0, 0, hall), (wide, 0, 0), (0, 0, z1 - hall), 7, 13, (1.2, 1.2))))
-    ceiling = group("CEILING", material((0.88, 0.87, 0.84)), hints(0),
+    ceiling = group("CEILING", material((0.83, 0.82, 0.79)), hints(0),
                     flat_grid((x0, top, z0), (wide, 0, 0), (0, 0, deep), 13, 15, (1, 1)))
     opening = (-1.5, 1.5, 2.2)
     front = group("FRONT_WALL", material((0.80, 0.76, 0.68)),
@@ -300,7 +300,8 @@ def handset():
 
 
 def cradle():
-    neck = lathe([(0.030, 0.1115), (0.030, 0.1135), (0.022, 0.1155), (0.0155, 0.1190), (0.0150, 0.1245), (0.018, 0.1280), (0, 0.1290)], 32)
+    neck = lathe([(0.031, 0.1115), (0.031, 0.1132)] + curve([(0.030, 0.1140), (0.022, 0.1158), (0.0160, 0.1192), (0.0150, 0.1225), (0.0162, 0.1255), (0.019, 0.1285)], 3)
+                 + [(0, 0.1292)], 36)
     neck = neck.map(lambda p: (1.3 * p[0], p[1], p[2]))
     bar = rounded_box((0.118, 0.009, 0.015), 0.004, 3).moved(0, 0.1285, 0)
     parts = [surface(neck, 0.6, 5, "NECK"), surface(bar, 0.6, 5, "CROSS_BAR")]
@@ -326,7 +327,7 @@ def telephone():
     tilt = 0.5285  # the front slopes back by atan(0.049 / 0.0855)
     face = at(0, 0.0660, 0.0500, *dial(), name="DIAL", turn=((1, 0, 0), pi / 2 - tilt))
     feet = [at(sx * 0.078, 0.002, sz * 0.062, cylinder(0.011, 0.004)) for sx in (-1, 1) for sz in (-1, 1)]
-    knots = [(-0.122, 0.112, -0.017), (-0.136, 0.096, -0.014), (-0.150, 0.060, -0.004), (-0.157, 0.022, 0.016),
+    knots = [(-0.112, 0.1125, -0.017), (-0.124, 0.109, -0.0165), (-0.136, 0.094, -0.014), (-0.150, 0.060, -0.004), (-0.157, 0.022, 0.016),
              (-0.163, 0.0052, 0.040), (-0.178, 0.0034, 0.068), (-0.205, 0.0034, 0.074), (-0.222, 0.0034, 0.050),
              (-0.212, 0.0034, 0.012), (-0.182, 0.0034, -0.040), (-0.150, 0.0034, -0.092), (-0.100, 0.0034, -0.122),
              (-0.050, 0.0040, -0.112), (-0.036, 0.0080, -0.092), (-0.034, 0.0110, -0.076)]
@@ -452,11 +453,11 @@ def seat(name, about, seats, cushion, arm, fabric, per_meter, extras=()):
         return surface(clothed(m, per_meter), 1.0, 4, name)
     parts = [soft((inner + 0.10, 0.21, 0.80), 0.02, (0, 0.235, 0.0), name="BASE", middle=1),
              soft((inner + 0.16, 0.52, 0.18), 0.06, (0, 0.58, -0.33), -0.14, (0, 0.01, 0.01), 2, name="BACK")]
-    for s in (-1, 1):
-        m = rounded_box((arm[0], arm[1] + 0.08, 0.88), 0.075, 3, 2, (0.008, 0.0, 0.008)).moved(0, -0.04, 0)
-        flare = m.map(lambda p: (p[0] + s * 0.10 * max(0.0, p[1] / arm[1] + 0.1) ** 2 * arm[0], max(p[1], -arm[1] / 2), p[2]))
-        parts.append(surface(clothed(flare.moved(s * (inner / 2 + arm[0] / 2 - 0.004), 0.13 + arm[1] / 2, 0.005), per_meter),
-                             1.0, 4, "ARM_LEFT" if s < 0 else "ARM_RIGHT"))
+    outer = rounded_box((arm[0], arm[1] + 0.08, 0.88), 0.075, 3, 2, (0.008, 0.0, 0.008)).moved(0, -0.04, 0)
+    flare = outer.map(lambda p: (p[0] + 0.10 * max(0.0, p[1] / arm[1] + 0.1) ** 2 * arm[0], max(p[1], -arm[1] / 2), p[2]))
+    out, up = inner / 2 + arm[0] / 2 - 0.004, 0.13 + arm[1] / 2
+    parts.append(at(out, up, 0.005, surface(clothed(flare, per_meter), 1.0, 4, "ARM"), name="ARM_RIGHT"))
+    parts.append(at(-out, up, 0.005, "USE ARM", name="ARM_LEFT", turn=((0, 1, 0), pi)))
     bottom = soft((cushion - 0.008, 0.15, 0.64), 0.045, (0, 0, 0), 0, (0.004, 0.022, 0.006), 4, "SEAT_CUSHION")
     back = soft((cushion - 0.012, 0.42, 0.17), 0.06, (0, 0, 0), -0.22, (0.004, 0.012, 0.045), 4, "BACK_CUSHION")
     for k in range(seats):
@@ -481,7 +482,7 @@ Origin on the floor under its middle. Base, back, two arms, two seat and two bac
 def armchair():
     seat("armchair", """Armchair in leather, {wide} m wide, 0.9 m deep, seat at 0.5 m, facing +z.
 Origin on the floor under its middle.""",
-         1, 0.54, (0.19, 0.47), [material((0.47, 0.25, 0.13), 0.07, 0.3), texture("leather.png")], 3.0)
+         1, 0.54, (0.19, 0.47), [material((0.47, 0.25, 0.13), 0.035, 0.25), texture("leather.png")], 3.0)
 
 
 # ---- bookshelf and sideboard ----
@@ -545,7 +546,7 @@ def bookshelf():
                   at(lo + 0.14, levels[2], 0, BRASS, surface(lathe([(0.062, 0), (0.062, 0.006), (0.050, 0.012), (0.016, 0.020), (0.008, 0.036), (0.006, 0.080), (0, 0.085)], 24), 0.6)),
                   at(lo + 0.14, levels[2] + 0.172, 0, BRASS, surface(sweep([(0.094 * sin(a), 0.094 * cos(a), 0) for a in (pi * k / 18 - 0.41 for k in range(19))], ring(0.0028, 6)), 1.2)))
     vase = at(lo + 0.57, levels[4], -0.01, material((0.72, 0.66, 0.52), 0.10, 0.6), surface(lathe(
-        [(0, 0)] + curve([(0.030, 0), (0.034, 0.004), (0.058, 0.055), (0.062, 0.085), (0.048, 0.130), (0.024, 0.160), (0.020, 0.180), (0.030, 0.200)], 3)
+        [(0, 0)] + curve([(0.030, 0), (0.034, 0.004), (0.058, 0.055), (0.062, 0.085), (0.048, 0.130), (0.024, 0.160), (0.020, 0.180), (0.030, 0.200)], 2)
         + [(0.027, 0.200), (0.017, 0.180), (0, 0.15)], 24), 0.8), name="JUG")
     cones = group("WOODEN_SOLIDS", material((0.74, 0.55, 0.34), 0.03, 0.3),
                   at(hi - 0.14, levels[5] + 0.075, 0, "Cone { bottomRadius 0.05 height 0.15 }"),
@@ -589,7 +590,7 @@ On it a bowl of fruit and a vase with twigs.""",
 
 def vase_with_twigs():
     vase = surface(lathe([(0, 0)] + curve([(0.050, 0), (0.056, 0.005), (0.078, 0.060), (0.088, 0.115), (0.078, 0.170), (0.046, 0.225), (0.034, 0.255),
-                                                (0.036, 0.280), (0.047, 0.300)], 3) + [(0.043, 0.300), (0.030, 0.270), (0.028, 0.24), (0, 0.22)], 36), 0.8)
+                                                (0.036, 0.280), (0.047, 0.300)], 2) + [(0.043, 0.300), (0.030, 0.270), (0.028, 0.24), (0, 0.22)], 36), 0.8)
     twigs, leaves = Mesh(), Mesh()
     for k in range(9):
         a, out, tall = 2 * pi * k / 9 + 0.5 * hashed(k, 1, 3), 0.07 + 0.13 * hashed(k, 2, 3), 0.50 + 0.26 * hashed(k, 3, 3)
@@ -661,7 +662,7 @@ def picture():
             frame.faces.append((a, b, b + 1, a + 1))
     mat = group("MAT", material((0.90, 0.88, 0.82)), block(-w / 2 + 0.055, w / 2 - 0.055, -h / 2 + 0.055, h / 2 - 0.055, 0.001, 0.004))
     pw, ph = w / 2 - 0.125, h / 2 - 0.125
-    canvas = sheet(2, 2, lambda u, v: (pw * (2 * u - 1), ph * (2 * v - 1), 0.0048))
+    canvas = sheet(2, 2, lambda u, v: (pw * (2 * u - 1), ph * (2 * v - 1), 0.009))
     write_part("picture", f"""Framed landscape, {w} x {h} m, hanging in the plane z = 0 and facing +z; origin in its middle.
 Gilt moulding, mat, and the painting as a texture.""",
                group("MOULDING", material((0.46, 0.33, 0.15), (0.22, 0.18, 0.10), 0.35), surface(frame, 0.5)), mat,
@@ -782,15 +783,16 @@ def make_textures():
             if kind == 2:
                 a, r = atan2(v, u), hypot(u, v)
                 star = 0.30 + 0.075 * cos(8 * a)
-                petals = smooth(0.012, -0.012, abs(r - star) - 0.018)
-                heart = smooth(0.012, -0.012, r - 0.085 - 0.02 * cos(8 * a + pi))
+                petals = smooth(0.009, -0.009, abs(r - star) - 0.018)
+                heart = smooth(0.009, -0.009, r - 0.085 - 0.02 * cos(8 * a + pi))
                 q = hypot(0.5 - abs(u), 0.5 - abs(v))
-                corner = max(smooth(0.012, -0.012, abs(q - 0.20) - 0.016), smooth(0.012, -0.012, q - 0.10))
+                corner = max(smooth(0.009, -0.009, abs(q - 0.20) - 0.016), smooth(0.009, -0.009, q - 0.10))
                 c = mix(c, tuple(k * (0.8 + 0.3 * cloud) for k in ink), max(petals, heart, corner))
             return c
         return pixel
+    pattern = tile((0.98, 0.98, 0.98), (0.14, 0.34, 0.62), 2)
     paint("tile-a.png", 128, 128, tile((0.98, 0.98, 0.98), (0, 0, 0), 1), 4)
-    paint("tile-b.png", 128, 128, tile((0.98, 0.98, 0.98), (0.14, 0.34, 0.62), 2), 4)
+    paint("tile-b.png", 256, 256, fitted(pattern, 128, 128, 256, 256), 8)
 
     digits = []
     for k in range(10):
@@ -823,16 +825,16 @@ def make_textures():
         c = (0.95, 0.86, 0.58) if n > 0.53 else (0.55, 0.72, 0.80)
         return tuple(k * (0.85 if grid else 1) for k in c)
     paint("globe.png", 128, 64, globe, 8)
-    paint("rug.png", 228, 300, rug_pattern, 16)
-    paint("painting.png", 292, 196, landscape, 8)
+    paint("rug.png", 256, 512, fitted(rug_pattern, 228, 300, 256, 512), 16)
+    paint("painting.png", 256, 256, fitted(landscape, 292, 196, 256, 256), 8)
     for name, ink in (("print-lens.png", lens_drawing()), ("print-eye.png", eye_drawing())):
-        paint(name, 144, 192, lambda x, y: engraving(x, y, ink), 8)
-    paint("garden.png", 512, 107, garden, 8)
+        paint(name, 128, 256, fitted(lambda x, y: engraving(x, y, ink), 144, 192, 128, 256), 8)
+    paint("garden.png", 512, 128, fitted(garden, 512, 107, 512, 128), 8)
 
 
 
 def book_cover():
-    """Gilt lettering on red cloth, 448 x 325 for the cover and 448 x 92 for the spine."""
+    """Gilt lettering on red cloth, drawn 448 x 325 for the cover and 448 x 92 for the spine."""
     gold = (0.93, 0.77, 0.40)
     wide, high = 448, 325
 
@@ -852,13 +854,13 @@ def book_cover():
             ink += [(wide / 2 - 130, middle + s * h, wide / 2, middle + s * h, 1.3), (wide / 2, middle + s * h, wide / 2 + 130, middle - s * h * 0.08, 1.3)]
     ink.append((wide / 2 - 140, middle, wide / 2 + 140, middle, 1.0))
     cover = Ink(ink)
-    paint("book-cover.png", wide, high, lambda x, y: mix(cloth(x, y, 1), gold, cover.at(x, y)), 8)
+    paint("book-cover.png", 512, 512, fitted(lambda x, y: mix(cloth(x, y, 1), gold, cover.at(x, y)), wide, high, 512, 512), 16)
     ink = letters("GEOMETRICAL", 201, 28, 13, 3.0, 0.6, spacing=3.2) + letters("OPTICS", 201, 78, 40, 8.0, spacing=3.0)
     ink += letters("I", 411, 57, 20, 4.0)
     for x, w in ((12, 3.0), (18, 1.2), (384, 1.2), (390, 3.0), (432, 3.0), (438, 1.2)):
         ink.append((x, 0, x, 92, w))
     spine = Ink(ink)
-    paint("book-spine.png", wide, 92, lambda x, y: mix(cloth(x, y, 3), gold, spine.at(x, y)), 8)
+    paint("book-spine.png", 512, 128, fitted(lambda x, y: mix(cloth(x, y, 3), gold, spine.at(x, y)), wide, 92, 512, 128), 16)
 
 
 def rug_pattern(x, y):
@@ -866,7 +868,7 @@ def rug_pattern(x, y):
     u, v = x - 113.5, y - 149.5
     d = min(113.5 - abs(u), 149.5 - abs(v))
     red, blue, cream, gold = (0.46, 0.10, 0.09), (0.10, 0.15, 0.27), (0.82, 0.74, 0.58), (0.66, 0.46, 0.20)
-    wear = 0.86 + 0.10 * noise(x / 30, y / 30, 0, 0, 51) + 0.08 * hashed(x, y // 2, 52)
+    wear = 0.86 + 0.10 * noise(x / 30, y / 30, 0, 0, 51) + 0.08 * hashed(int(1.5 * x), int(y), 52)
 
     def rosette(cx, cy, r):
         a, q = atan2(cy, cx), hypot(cx, cy)
@@ -960,7 +962,7 @@ def engraving(x, y, ink):
     d = min(x, y, 143 - x, 191 - y)
     paper = mix((0.90, 0.86, 0.74), (0.80, 0.72, 0.56), 0.7 * noise(x / 30, y / 30, 0, 0, 95))
     c = (0.93, 0.92, 0.88) if d < 20 else mix(paper, (0.20, 0.15, 0.12), 0.9 * ink.at(x, y))
-    return times(c, 0.75) if d == 20 else c
+    return times(c, 0.75) if 19.5 <= d < 20.5 else c
 
 
 def arcs(x, y, radius, middle, half, width, steps=14):

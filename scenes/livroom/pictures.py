@@ -40,8 +40,14 @@ def write_png(path, width, height, pixel, step=4):
         out.write(chunk(b"IEND", b""))
 
 
+def fitted(pixel, width, height, to_width, to_height):
+    """A picture drawn for one size, asked at another: textures are powers of two, as old viewers need."""
+    return lambda x, y: pixel((x + 0.5) * width / to_width - 0.5, (y + 0.5) * height / to_height - 0.5)
+
+
 def hashed(i, j, seed=0):
     """A number in 0..1 that depends on two integers and nothing else."""
+    i, j = int(i), int(j)
     n = (i * 374761393 + j * 668265263 + seed * 2147483647 + 1013904223) & 0xFFFFFFFF
     n = ((n ^ (n >> 13)) * 1274126177) & 0xFFFFFFFF
     n = ((n ^ (n >> 16)) * 2246822519) & 0xFFFFFFFF
