@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use glam::{DVec2, DVec3};
+use ivcam::lens::lanes::Width;
 use ivcam::lens::{
-    Focus, FocusFault, FocusMethod, Lens, LensRay, LossKind, Plane, PupilTarget, PupilWindow,
-    RearElement, Toward, focus, formats,
+    Bundle, Focus, FocusFault, FocusMethod, LANES, Lens, LensRay, LossKind, Plane, PupilTarget,
+    PupilWindow, RearElement, Toward, focus, formats,
 };
 use ivcam::math::Meters;
 use ivcam::sampling::DiscMap;
@@ -24,6 +25,7 @@ fn main() -> ExitCode {
     reference(&folder, &mut table);
     extremes(&folder, &mut table);
     pupils(&folder, &mut table);
+    lanes(&folder, &mut table);
     println!("{} checks failed", table.failed);
     if table.failed == 0 {
         ExitCode::SUCCESS
@@ -408,6 +410,89 @@ fn cut_rays(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) ->
         }
     }
     (cut, passed)
+}
+
+// ---- lanes ---------------------------------------------------------------------------------
+
+/// Nanoseconds a ray, one by one and in lanes, and whether lanes give the same bits.
+fn lanes(folder: &Path, table: &mut Table) {
+    let root = read(&folder.join("reference.json"));
+    let widths = [Width::Plain, Width::detect()];
+    println!(
+        "\n{:<24} {:>8} {:>8} {:>8}   {widths:?}",
+        "ns a ray", "one", "lanes", "widest"
+    );
+    for (name, entry) in root["lenses"].as_object().into_iter().flatten() {
+        let Ok(lens) = Lens::open(folder.join(format!("lenses/{name}.json"))) else {
+            continue;
+        };
+        let film_z = lens.first_order().focal.map_or(0.0, |f| f.rear_focal_point);
+        let film_radius = num(&entry["h_max"]);
+        let target = PupilTarget::exit_pupil(&lens, film_z, film_radius);
+        let rays: Vec<LensRay> = (0..64 * LANES)
+            .map(|i| {
+                let [a, b, c, d] = spread(i);
+                let film = on_disc(film_radius, a, b);
+                let origin = film.extend(film_z);
+                let aim = target.window(film).point(c, d).extend(lens.length());
+                LensRay {
+                    origin,
+                    direction: (aim - origin).normalize(),
+                }
+            })
+            .collect();
+        let time = |run: &mut dyn FnMut()| {
+            let mut best = f64::INFINITY;
+            for _ in 0..20 {
+                let clock = std::time::Instant::now();
+                run();
+                best = best.min(clock.elapsed().as_secs_f64());
+            }
+            1e9 * best / rays.len() as f64
+        };
+        let one = time(&mut || {
+            for ray in &rays {
+                std::hint::black_box(lens.trace_from_film(ray)).ok();
+            }
+        });
+        let bundles: Vec<Bundle> = rays
+            .chunks(LANES)
+            .map(|rays| {
+                let mut bundle = Bundle::default();
+                rays.iter()
+                    .enumerate()
+                    .for_each(|(lane, ray)| bundle.set(lane, ray));
+                bundle
+            })
+            .collect();
+        let [plain, widest] = widths.map(|width| {
+            time(&mut || {
+                for bundle in &bundles {
+                    let mut bundle = bundle.clone();
+                    lens.trace_bundle(&mut bundle, Toward::Scene, width);
+                    std::hint::black_box(&bundle);
+                }
+            })
+        });
+        for width in widths {
+            let mut different = 0;
+            for (rays, bundle) in rays.chunks(LANES).zip(&bundles) {
+                let mut bundle = bundle.clone();
+                lens.trace_bundle(&mut bundle, Toward::Scene, width);
+                for (lane, ray) in rays.iter().enumerate() {
+                    let same = match lens.trace_from_film(ray) {
+                        Ok(out) => bundle.passed(lane) && bundle.ray(lane) == out,
+                        Err(loss) => bundle.loss(lane) == Some(loss),
+                    };
+                    different += usize::from(!same);
+                }
+            }
+            table.check(name, different == 0, || {
+                format!("{different} lanes differ, {width:?}")
+            });
+        }
+        println!("{name:<24} {one:>8.1} {plain:>8.1} {widest:>8.1}");
+    }
 }
 
 // ---- extremes.json -------------------------------------------------------------------------

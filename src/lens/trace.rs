@@ -60,6 +60,11 @@ impl Bend {
             step,
         }
     }
+
+    /// Indices so nearly equal that the difference of cosines would lose digits that matter.
+    pub fn is_slight(self) -> bool {
+        self.step.abs() < 0.01
+    }
 }
 
 /// A surface made ready for tracing at one wavelength.
@@ -197,7 +202,7 @@ impl Element {
 
     /// The hit, from the vertex, and the normal there, turned to the film. `sign` is +1 toward
     /// the film and −1 toward the scene. None where the ray misses.
-    fn meet(&self, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
+    pub(super) fn meet(&self, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
         match &self.form {
             Form::Sphere => meet_sphere(self.curvature, p, d, sign),
             Form::Conic { k } => {
@@ -223,12 +228,12 @@ impl Element {
 }
 
 /// A point of a surface, from its vertex.
-struct Hit {
-    point: DVec3,
+pub(super) struct Hit {
+    pub point: DVec3,
     /// Unit normal toward the film.
-    normal: DVec3,
+    pub normal: DVec3,
     /// The cosine of the angle of incidence, never negative.
-    cos: f64,
+    pub cos: f64,
 }
 
 /// Where a ray meets a sphere or a plane.
@@ -367,9 +372,11 @@ fn toroid(profile: &Profile, across: f64, q: DVec3) -> Option<(f64, DVec3)> {
 
 /// The direction behind a surface; none at total reflection.
 ///
-/// `step` over the sum of the roots, not their difference: a step of the index of 2^-40 bends
-/// by 4e-13, and that comes out with four digits.
-fn refract(d: DVec3, hit: &Hit, bend: Bend, sign: f64) -> Option<DVec3> {
+/// d' = µ d ± (√k − µ cos) N. Where the indices are nearly equal the difference of the roots is
+/// taken as 1 − µ² over their sum: a step of the index of 2^-40 bends by 4e-13, and that comes
+/// out with four digits. Elsewhere the plain difference errs no more than its roots do, and
+/// saves one division in four.
+pub(super) fn refract(d: DVec3, hit: &Hit, bend: Bend, sign: f64) -> Option<DVec3> {
     if bend.step == 0.0 {
         return Some(d);
     }
@@ -377,13 +384,22 @@ fn refract(d: DVec3, hit: &Hit, bend: Bend, sign: f64) -> Option<DVec3> {
     if !(k >= 0.0) {
         return None;
     }
-    let turn = sign * bend.step / (k.sqrt() + bend.mu * hit.cos);
+    let turn = if bend.is_slight() {
+        sign * bend.step / (k.sqrt() + bend.mu * hit.cos)
+    } else {
+        sign * (k.sqrt() - bend.mu * hit.cos)
+    };
     Some(bend.mu * d + turn * hit.normal)
 }
 
 /// A direction of unit length, whatever its length was: 1e-150 and 1e150 neither underflow nor
-/// overflow. None for zero and for anything not finite.
+/// overflow. One that is of unit length to rounding stays as it is, to the bit. None for zero
+/// and for anything not finite.
 pub fn unit(d: DVec3) -> Option<DVec3> {
+    let square = d.length_squared();
+    if (square - 1.0).abs() <= 8.0 * f64::EPSILON {
+        return Some(d);
+    }
     let largest = d.abs().max_element();
     if !(largest > 0.0 && largest.is_finite() && d.is_finite()) {
         return None;

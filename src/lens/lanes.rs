@@ -1,0 +1,383 @@
+//! Traces many rays at once: the arithmetic of `trace`, a lane a ray.
+//!
+//! The loops are plain arrays without branches, which the compiler turns into vectors of
+//! whatever width the processor has; the width is chosen when the program runs. No operation is
+//! fused or reordered, so a lane gives the same bits as [`Lens::trace_from_film`], and a picture
+//! is the same on every machine.
+
+use glam::DVec3;
+
+use super::Lens;
+use super::trace::{Bend, Course, Element, Form, LensRay, Loss, LossKind, Toward, refract};
+
+/// Rays in a bundle.
+pub const LANES: usize = 32;
+
+type Lane = [f64; LANES];
+
+/// A bundle of rays, component by component. Directions must be of unit length.
+#[derive(Clone, Debug)]
+#[repr(align(64))]
+pub struct Bundle {
+    pub x: Lane,
+    pub y: Lane,
+    pub z: Lane,
+    pub dx: Lane,
+    pub dy: Lane,
+    pub dz: Lane,
+    /// 0 for a ray that is on its way or through; else what became of it, see [`Bundle::loss`].
+    lost: [u64; LANES],
+}
+
+impl Default for Bundle {
+    /// All lanes empty: rays already lost.
+    fn default() -> Self {
+        let zero = [0.0; LANES];
+        let lost = [EMPTY; LANES];
+        Self {
+            x: zero,
+            y: zero,
+            z: zero,
+            dx: zero,
+            dy: zero,
+            dz: [1.0; LANES],
+            lost,
+        }
+    }
+}
+
+const MISSED: u64 = 1;
+const BLOCKED: u64 = 2;
+const REFLECTED: u64 = 3;
+/// A lane that never held a ray.
+const EMPTY: u64 = u64::MAX;
+
+impl Bundle {
+    /// Puts a ray, with a direction of unit length, into a lane.
+    pub fn set(&mut self, lane: usize, ray: &LensRay) {
+        [self.x[lane], self.y[lane], self.z[lane]] = ray.origin.to_array();
+        [self.dx[lane], self.dy[lane], self.dz[lane]] = ray.direction.to_array();
+        self.lost[lane] = 0;
+    }
+
+    /// Takes a ray out: its lane is empty from now on.
+    pub fn clear(&mut self, lane: usize) {
+        self.lost[lane] = EMPTY;
+    }
+
+    pub fn ray(&self, lane: usize) -> LensRay {
+        LensRay {
+            origin: DVec3::new(self.x[lane], self.y[lane], self.z[lane]),
+            direction: DVec3::new(self.dx[lane], self.dy[lane], self.dz[lane]),
+        }
+    }
+
+    /// Whether the lane holds a ray that was not lost.
+    pub fn passed(&self, lane: usize) -> bool {
+        self.lost[lane] == 0
+    }
+
+    /// Why the lane's ray was lost; none if it was not, or if the lane is empty.
+    pub fn loss(&self, lane: usize) -> Option<Loss> {
+        let code = self.lost[lane];
+        let kind = match code & 3 {
+            _ if code == EMPTY => return None,
+            MISSED => LossKind::Missed,
+            BLOCKED => LossKind::Blocked,
+            REFLECTED => LossKind::TotalReflection,
+            _ => return None,
+        };
+        Some(Loss {
+            kind,
+            surface: (code >> 2) as usize,
+        })
+    }
+}
+
+/// What every lane does at one surface.
+struct Step<'a> {
+    element: &'a Element,
+    number: u64,
+    /// Along z, from the last vertex to this one.
+    shift: f64,
+    bend: Bend,
+    sign: f64,
+}
+
+/// The width of the vectors, found once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    Plain,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Width {
+    /// The widest that this processor has.
+    pub fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+                return Self::Avx512;
+            }
+            if is_x86_feature_detected!("avx2") {
+                return Self::Avx2;
+            }
+        }
+        Self::Plain
+    }
+}
+
+impl Lens {
+    /// Traces a bundle from the film side into the scene. Rays that get through end on the front
+    /// surface; of the others only [`Bundle::loss`] means anything.
+    pub fn trace_bundle_from_film(&self, bundle: &mut Bundle) {
+        self.trace_bundle(bundle, Toward::Scene, Width::detect());
+    }
+
+    /// Traces a bundle from the scene to the film side.
+    pub fn trace_bundle_from_scene(&self, bundle: &mut Bundle) {
+        self.trace_bundle(bundle, Toward::Film, Width::detect());
+    }
+
+    /// Traces with vectors of a given width, for measuring; it must be one the processor has.
+    pub fn trace_bundle(&self, bundle: &mut Bundle, toward: Toward, width: Width) {
+        let course = Course {
+            elements: &self.elements,
+            toward,
+            apertures: true,
+        };
+        match width.min_with_detected() {
+            Width::Plain => follow(&course, bundle),
+            // SAFETY: the width was just bounded by what this processor has.
+            #[cfg(target_arch = "x86_64")]
+            Width::Avx2 => unsafe { follow_avx2(&course, bundle) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Width::Avx512 => unsafe { follow_avx512(&course, bundle) },
+        }
+    }
+}
+
+impl Width {
+    fn rank(self) -> u8 {
+        match self {
+            Self::Plain => 0,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => 1,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => 2,
+        }
+    }
+
+    fn min_with_detected(self) -> Self {
+        let detected = Self::detect();
+        if self.rank() <= detected.rank() {
+            self
+        } else {
+            detected
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn follow_avx2(course: &Course<'_>, bundle: &mut Bundle) {
+    follow(course, bundle);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq")]
+fn follow_avx512(course: &Course<'_>, bundle: &mut Bundle) {
+    follow(course, bundle);
+}
+
+#[inline(always)]
+fn follow(course: &Course<'_>, bundle: &mut Bundle) {
+    let count = course.elements.len();
+    let sign = if course.toward == Toward::Film {
+        1.0
+    } else {
+        -1.0
+    };
+    let mut vertex_z = 0.0;
+    for i in 0..count {
+        let surface = if course.toward == Toward::Film {
+            i
+        } else {
+            count - 1 - i
+        };
+        let element = &course.elements[surface];
+        vertex_z = element.vertex_z;
+        let shift = match course.toward {
+            _ if i == 0 => -vertex_z,
+            Toward::Film => -course.elements[surface - 1].gap,
+            Toward::Scene => element.gap,
+        };
+        let bend = element.bend(course.toward);
+        let step = Step {
+            element,
+            number: (surface as u64) << 2,
+            shift,
+            bend,
+            sign,
+        };
+        match &element.form {
+            Form::Sphere if bend.step == 0.0 => sphere::<NO_BEND>(&step, bundle),
+            Form::Sphere if bend.is_slight() => sphere::<SLIGHT_BEND>(&step, bundle),
+            Form::Sphere => sphere::<BEND>(&step, bundle),
+            Form::Conic { k } => quadric(&step, DVec3::new(1.0, 1.0, 1.0 + k), bundle),
+            Form::Cylinder { x, y } => quadric(&step, DVec3::new(*x, *y, 1.0), bundle),
+            Form::Asphere(_) | Form::Toroid { .. } => one_by_one(&step, bundle),
+        }
+    }
+    for z in &mut bundle.z {
+        *z += vertex_z;
+    }
+}
+
+/// The medium goes on; the index changes slightly; it changes. See [`refract`].
+const NO_BEND: u8 = 0;
+const SLIGHT_BEND: u8 = 1;
+const BEND: u8 = 2;
+
+/// Spheres and planes.
+#[inline(always)]
+fn sphere<const KIND: u8>(step: &Step<'_>, b: &mut Bundle) {
+    let (c, clear, sign) = (step.element.curvature, step.element.clear, step.sign);
+    let (mu, bend) = (step.bend.mu, step.bend.step);
+    for i in 0..LANES {
+        let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
+        let pz = b.z[i] + step.shift;
+        let nearest = -(b.x[i] * dx + b.y[i] * dy + pz * dz);
+        let (qx, qy, qz) = (
+            b.x[i] + nearest * dx,
+            b.y[i] + nearest * dy,
+            pz + nearest * dz,
+        );
+        let f = c * (qx * qx + qy * qy + qz * qz) - 2.0 * qz;
+        let g = dz - c * (qx * dx + qy * dy + qz * dz);
+        let discriminant = g * g - c * f;
+        let cos = discriminant.sqrt();
+        let s = sign * cos;
+        let ahead = sign * g >= 0.0;
+        let t = (if ahead { f } else { g - s }) / (if ahead { g + s } else { c });
+        let (px, py, pz) = (qx + t * dx, qy + t * dy, qz + t * dz);
+        let (nx, ny, nz) = (-c * px, -c * py, 1.0 - c * pz);
+        let r2 = px * px + py * py;
+        let met = (discriminant >= 0.0) & (nz > 0.0) & (r2 + pz * pz < f64::INFINITY);
+        let mut code = if r2 <= clear {
+            0
+        } else {
+            step.number | BLOCKED
+        };
+        if KIND != NO_BEND {
+            let k = 1.0 - mu * mu * (1.0 - cos * cos);
+            let turn = if KIND == SLIGHT_BEND {
+                sign * bend / (k.sqrt() + mu * cos)
+            } else {
+                sign * (k.sqrt() - mu * cos)
+            };
+            code = if (code == 0) & !(k >= 0.0) {
+                step.number | REFLECTED
+            } else {
+                code
+            };
+            b.dx[i] = mu * dx + turn * nx;
+            b.dy[i] = mu * dy + turn * ny;
+            b.dz[i] = mu * dz + turn * nz;
+        }
+        code = if met { code } else { step.number | MISSED };
+        b.lost[i] = if b.lost[i] == 0 { code } else { b.lost[i] };
+        (b.x[i], b.y[i], b.z[i]) = (px, py, pz);
+    }
+}
+
+/// Conics and cylinders: c (w.x x² + w.y y² + w.z z²) = 2 z.
+#[inline(always)]
+fn quadric(step: &Step<'_>, w: DVec3, b: &mut Bundle) {
+    let (c, clear, sign) = (step.element.curvature, step.element.clear, step.sign);
+    let (mu, bend) = (step.bend.mu, step.bend.step);
+    let kind = match bend {
+        0.0 => NO_BEND,
+        _ if step.bend.is_slight() => SLIGHT_BEND,
+        _ => BEND,
+    };
+    for i in 0..LANES {
+        let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
+        let pz = b.z[i] + step.shift;
+        let nearest = -(b.x[i] * dx + b.y[i] * dy + pz * dz);
+        let (qx, qy, qz) = (
+            b.x[i] + nearest * dx,
+            b.y[i] + nearest * dy,
+            pz + nearest * dz,
+        );
+        let (wx, wy, wz) = (w.x * qx, w.y * qy, w.z * qz);
+        let f = c * (wx * qx + wy * qy + wz * qz) - 2.0 * qz;
+        let g = dz - c * (wx * dx + wy * dy + wz * dz);
+        let a = c * (w.x * dx * dx + w.y * dy * dy + w.z * dz * dz);
+        let discriminant = g * g - a * f;
+        let s = sign * discriminant.sqrt();
+        let ahead = sign * g >= 0.0;
+        let t = (if ahead { f } else { g - s }) / (if ahead { g + s } else { a });
+        let (px, py, pz) = (qx + t * dx, qy + t * dy, qz + t * dz);
+        let (gx, gy, gz) = (-c * (w.x * px), -c * (w.y * py), 1.0 - c * (w.z * pz));
+        let length = (gx * gx + gy * gy + gz * gz).sqrt();
+        let (nx, ny, nz) = (gx / length, gy / length, gz / length);
+        let cos = s.abs() / length;
+        let r2 = px * px + py * py;
+        let met = (discriminant >= 0.0) & (gz > 0.0) & (r2 + pz * pz < f64::INFINITY);
+        let k = 1.0 - mu * mu * (1.0 - cos * cos);
+        let turn = match kind {
+            NO_BEND => 0.0,
+            SLIGHT_BEND => sign * bend / (k.sqrt() + mu * cos),
+            _ => sign * (k.sqrt() - mu * cos),
+        };
+        let mut code = if r2 <= clear {
+            0
+        } else {
+            step.number | BLOCKED
+        };
+        code = if (code == 0) & !(k >= 0.0) & (bend != 0.0) {
+            step.number | REFLECTED
+        } else {
+            code
+        };
+        code = if met { code } else { step.number | MISSED };
+        b.lost[i] = if b.lost[i] == 0 { code } else { b.lost[i] };
+        b.dx[i] = mu * dx + turn * nx;
+        b.dy[i] = mu * dy + turn * ny;
+        b.dz[i] = mu * dz + turn * nz;
+        (b.x[i], b.y[i], b.z[i]) = (px, py, pz);
+    }
+}
+
+/// Polynomial surfaces, ray by ray: Newton's iteration takes as long as its slowest lane.
+#[inline(always)]
+fn one_by_one(step: &Step<'_>, b: &mut Bundle) {
+    for i in 0..LANES {
+        if b.lost[i] != 0 {
+            continue;
+        }
+        let mut ray = b.ray(i);
+        ray.origin.z += step.shift;
+        b.lost[i] = match step.element.meet(ray.origin, ray.direction, step.sign) {
+            None => step.number | MISSED,
+            Some(hit) => {
+                ray.origin = hit.point;
+                let r2 = hit.point.x * hit.point.x + hit.point.y * hit.point.y;
+                match refract(ray.direction, &hit, step.bend, step.sign) {
+                    _ if !(r2 <= step.element.clear) => step.number | BLOCKED,
+                    None => step.number | REFLECTED,
+                    Some(direction) => {
+                        ray.direction = direction;
+                        b.set(i, &ray);
+                        0
+                    }
+                }
+            }
+        };
+    }
+}
