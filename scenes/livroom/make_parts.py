@@ -102,7 +102,7 @@ def skirting():
 
     def run(x, z, length, angle):
         board = extrude(section, 0, length)
-        return surface(board.turned("y", angle).moved(x, 0, z), 0.5)
+        return surface(board.turned("y", angle).moved(x, 0, z), 0.5, concave=True)
     deep = r["z1"] - r["z0"]
     return group("SKIRTING", WHITE_PAINT,
                  run(r["x0"], r["z0"], deep, 0), run(r["x1"], r["z1"], deep, pi),
@@ -117,7 +117,7 @@ def cornice():
     section = [(x, r["height"] - y) for x, y in section]
 
     def run(x, z, length, angle):
-        return surface(extrude(section, 0, length).turned("y", angle).moved(x, 0, z), 0.5)
+        return surface(extrude(section, 0, length).turned("y", angle).moved(x, 0, z), 0.5, concave=True)
     deep = r["z1"] - r["z0"]
     return group("CORNICE", WHITE_PAINT,
                  run(r["x0"], r["z0"], deep, 0), run(r["x1"], r["z1"], deep, pi),
@@ -383,7 +383,10 @@ def book():
         outline = [(x, board + pt * k / 12, hinge + (out - 0.003) * sin(pi * k / 12) ** 0.75) for k in range(13)]
         fore = [(x, board + pt * k / 12, -b["deep"] / 2 + 0.004 + 0.006 * sin(pi * k / 12)) for k in range(13)]
         rows.append(outline + fore[::-1])
-    pages = loft(rows)
+    pages = loft(rows, caps=False)
+    for row in (0, 26):
+        pages.faces += [(row + k, row + k + 1, row + 24 - k, row + 25 - k)[::1 if row else -1] for k in range(12)]
+    pages = pages.outward()
     pages.uv = [(p[0] / 0.2 + p[2] / 0.2, p[1] / 0.052) for p in pages.points]
     cloth = material((0.95, 0.95, 0.95), 0.04, 0.25)
     write_part("book", f"""A thick textbook lying on its back cover, spine toward +z: {b['tall']} m along x, {b['deep']} m along z,
@@ -724,7 +727,7 @@ def curtain():
     cloth = sheet(9, 67, place)
     cloth.uv = None
     left = surface(cloth, 3.1, 4, "DRAPE")
-    hoop = lathe([(0.0185 + 0.0028 * cos(a), 0.0028 * sin(a)) for a in (-2 * pi * k / 6 for k in range(7))], 16).turned("x", pi / 2)
+    hoop = lathe([(0.0185 + 0.0028 * cos(a), 0.0028 * sin(a)) for a in (2 * pi * k / 6 for k in range(7))], 16).turned("x", pi / 2)
     rings = [at(0.140, 1.727, s * (0.775 + 0.06 * k), "USE RING" if s > 0 or k else surface(hoop, 1.2, 4, "RING")) for s in (-1, 1) for k in range(7)]
     rod = at(0.140, 1.735, 0, "Rotation { rotation 1 0 0 1.5708 }", cylinder(0.011, 2.37))
     ends = [at(0.140, 1.735, s * 1.19, "Sphere { radius 0.022 }") for s in (-1, 1)]

@@ -294,13 +294,14 @@ def texture(file, repeat="REPEAT"):
     return f'Texture2 {{ filename "{file}"{wrapping} }}'
 
 
-def hints(crease):
-    return f"ShapeHints {{ vertexOrdering COUNTERCLOCKWISE creaseAngle {number(crease)} }}"
+def hints(crease, concave=False):
+    face = " faceType UNKNOWN_FACE_TYPE" if concave else ""
+    return f"ShapeHints {{ vertexOrdering COUNTERCLOCKWISE{face} creaseAngle {number(crease)} }}"
 
 
-def surface(mesh, crease=0.6, digits=4, name=None, *before):
+def surface(mesh, crease=0.6, digits=4, name=None, *before, concave=False):
     """A mesh as ShapeHints, Coordinate3, perhaps TextureCoordinate2, and IndexedFaceSet."""
-    parts = list(before) + [hints(crease)]
+    parts = list(before) + [hints(crease, concave)]
     parts.append("Coordinate3 { point [\n" + indent(wrap(vector(p, digits) for p in mesh.points)) + " ] }")
     if mesh.uv:
         parts.append("TextureCoordinate2 { point [\n" + indent(wrap(vector(p, 3) for p in mesh.uv)) + " ] }")
