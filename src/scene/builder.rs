@@ -43,6 +43,7 @@ pub struct Builder<'a> {
     texture_folders: Vec<PathBuf>,
     /// Counts and bounds only; nothing is kept.
     surveying: bool,
+    ignore_draw_style: bool,
     scene_from_object: DAffine3,
     normal_matrix: DMat3,
     scene: RenderScene,
@@ -74,6 +75,7 @@ impl<'a> Builder<'a> {
             max_primitives: options.max_primitives,
             texture_folders: options.texture_folders.clone(),
             surveying: false,
+            ignore_draw_style: options.ignore_draw_style,
             scene_from_object: DAffine3::IDENTITY,
             normal_matrix: DMat3::IDENTITY,
             scene: RenderScene {
@@ -145,8 +147,8 @@ impl<'a> Builder<'a> {
     pub(super) fn end(&mut self, _class: &'static str) {}
 
     /// Whether invisible shapes still count: for bounds they do, as in Inventor.
-    pub(super) fn bounds_invisible(&self) -> bool {
-        self.surveying
+    pub(super) fn ignores_draw_style(&self) -> bool {
+        self.surveying || self.ignore_draw_style
     }
 
     /// The matrix for what follows, from the world's.

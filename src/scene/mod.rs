@@ -71,6 +71,8 @@ pub struct CompileOptions {
     pub pixel_rows: u32,
     /// Primitives kept before the rest is left out. Default: 100 million.
     pub max_primitives: usize,
+    /// Compiles what `DrawStyle` hides or shows as lines like everything else. Default: no.
+    pub ignore_draw_style: bool,
     /// Folders besides the scene's own in which textures are looked for. Default: none.
     pub texture_folders: Vec<std::path::PathBuf>,
 }
@@ -84,6 +86,7 @@ impl Default for CompileOptions {
             time: 0.0,
             pixel_rows: 240,
             max_primitives: 100_000_000,
+            ignore_draw_style: false,
             texture_folders: Vec::new(),
         }
     }

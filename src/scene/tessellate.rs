@@ -1,8 +1,339 @@
 //! Cuts polygons that may be concave into triangles.
+//!
+//! Ears are cut off one by one, the one with the smallest circumscribed circle first, on the plane
+//! that the polygon's normal is nearest to: Coin's choice, so that both programs cut alike. Ears of
+//! equal circles go by their place in a binary heap, whose order of operations is therefore
+//! Coin's too. Large polygons go to `earcut`: this search looks at every corner for every ear.
 
 use glam::Vec3;
 
-/// Triangles of a polygon, as indices of its corners.
+use super::normals::{newell, unit};
+
+/// More corners than this are cut by `earcut`.
+const MANY: usize = 3000;
+
+/// Triangles of a polygon, as indices of its corners; n − 2 of them, some perhaps without area.
 pub fn tessellate(points: &[Vec3]) -> Vec<[usize; 3]> {
-    (1..points.len() - 1).map(|i| [0, i, i + 1]).collect()
+    match points.len() {
+        0..=2 => Vec::new(),
+        3 => vec![[0, 1, 2]],
+        _ if !points.iter().all(|p| p.is_finite()) => fan(points.len()),
+        n if n > MANY => many(points),
+        _ => Ears::new(points).cut(),
+    }
+}
+
+fn fan(n: usize) -> Vec<[usize; 3]> {
+    (1..n - 1).map(|i| [0, i, i + 1]).collect()
+}
+
+/// The two axes to look along, and whether the polygon turns left there.
+fn plane(points: &[Vec3]) -> (usize, usize, bool) {
+    let n = unit(newell(points));
+    let a = n.abs();
+    if a.x > a.y {
+        if a.x > a.z {
+            return (1, 2, n.x > 0.0);
+        }
+    } else if a.y > a.z {
+        return (2, 0, n.y > 0.0);
+    }
+    (0, 1, n.z > 0.0)
+}
+
+fn many(points: &[Vec3]) -> Vec<[usize; 3]> {
+    let (x, y, _) = plane(points);
+    let flat = points.iter().map(|p| [f64::from(p[x]), f64::from(p[y])]);
+    let mut out: Vec<u32> = Vec::new();
+    earcut::Earcut::new().earcut(flat, &[], &mut out);
+    if out.is_empty() {
+        return fan(points.len());
+    }
+    out.chunks_exact(3)
+        .map(|t| [t[0] as usize, t[1] as usize, t[2] as usize])
+        .collect()
+}
+
+/// The weight of a corner that cannot be cut.
+const NEVER: f64 = f32::MAX as f64;
+
+struct Ears {
+    flat: Vec<[f32; 2]>,
+    next: Vec<usize>,
+    prev: Vec<usize>,
+    weight: Vec<f64>,
+    stale: Vec<bool>,
+    left: bool,
+    smallest: f64,
+    heap: Vec<usize>,
+    /// Where in the heap a corner is.
+    slot: Vec<usize>,
+    /// Corners that stand in the way of ears; of equal points only the first is asked.
+    standing: Vec<bool>,
+    first_of: Vec<usize>,
+}
+
+impl Ears {
+    fn new(points: &[Vec3]) -> Self {
+        let n = points.len();
+        let (x, y, left) = plane(points);
+        let flat: Vec<[f32; 2]> = points.iter().map(|p| [p[x], p[y]]).collect();
+        let range = |k: usize| {
+            let lo = flat.iter().map(|p| p[k]).fold(f32::INFINITY, f32::min);
+            let hi = flat.iter().map(|p| p[k]).fold(f32::NEG_INFINITY, f32::max);
+            f64::from(hi - lo)
+        };
+        let epsilon = f64::from(f32::EPSILON);
+        let smallest = range(0).min(range(1)) * epsilon * epsilon;
+        let mut seen = std::collections::HashMap::new();
+        let first_of: Vec<usize> = flat
+            .iter()
+            .enumerate()
+            .map(|(i, p)| *seen.entry(p.map(|c| (c + 0.0).to_bits())).or_insert(i))
+            .collect();
+        Self {
+            next: (0..n).map(|i| (i + 1) % n).collect(),
+            prev: (0..n).map(|i| (i + n - 1) % n).collect(),
+            weight: vec![NEVER; n],
+            stale: vec![true; n],
+            left,
+            smallest,
+            heap: Vec::with_capacity(n),
+            slot: vec![usize::MAX; n],
+            standing: first_of.iter().enumerate().map(|(i, &f)| i == f).collect(),
+            first_of,
+            flat,
+        }
+    }
+
+    fn cut(mut self) -> Vec<[usize; 3]> {
+        let n = self.flat.len();
+        let mut out = Vec::with_capacity(n - 2);
+        for v in 0..n {
+            self.add(v);
+        }
+        let (mut remaining, mut v) = (n, 0);
+        while remaining > 4 {
+            v = self.heap[0];
+            if self.weigh(v) == NEVER {
+                break;
+            }
+            let tip = self.next[v];
+            self.remove(tip);
+            self.standing[self.first_of[tip]] = false;
+            self.emit(v, &mut out);
+            remaining -= 1;
+            let before = self.prev[v];
+            (self.stale[before], self.stale[v]) = (true, true);
+            self.update(before);
+            (self.stale[before], self.stale[v]) = (true, true);
+            self.update(v);
+        }
+        if remaining == 4 {
+            // Of the two diagonals the one whose worse half is better.
+            let opposite = self.next[self.next[v]];
+            self.stale[self.next[v]] = true;
+            self.stale[opposite] = true;
+            let along = self.weigh(v).max(self.weigh(opposite));
+            let across = self.weigh(self.next[v]).max(self.weigh(self.prev[v]));
+            if along >= across {
+                v = self.next[v];
+            }
+            self.emit(v, &mut out);
+            self.emit(v, &mut out);
+            remaining = 2;
+        }
+        while remaining >= 3 {
+            self.emit(v, &mut out);
+            remaining -= 1;
+        }
+        out
+    }
+
+    /// The triangle of a corner and the two after it; the middle one is gone then.
+    fn emit(&mut self, v: usize, out: &mut Vec<[usize; 3]>) {
+        let (b, c) = (self.next[v], self.next[self.next[v]]);
+        out.push([v, b, c]);
+        self.prev[c] = v;
+        self.next[v] = c;
+    }
+
+    fn corners(&self, v: usize) -> [[f32; 2]; 3] {
+        let b = self.next[v];
+        [self.flat[v], self.flat[b], self.flat[self.next[b]]]
+    }
+
+    fn weigh(&mut self, v: usize) -> f64 {
+        if std::mem::take(&mut self.stale[v]) {
+            let [a, b, c] = self.corners(v);
+            let area =
+                0.5 * f64::from((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
+            let turns = if self.left { area > 0.0 } else { area < 0.0 };
+            self.weight[v] = if turns && area.abs() > self.smallest && self.is_empty(v) {
+                circle(a, b, c)
+            } else {
+                NEVER
+            };
+        }
+        self.weight[v]
+    }
+
+    /// Whether no other corner stands in the triangle or on its border.
+    fn is_empty(&self, v: usize) -> bool {
+        let [a, b, c] = self.corners(v);
+        let own = [v, self.next[v], self.next[self.next[v]]];
+        let lo = [a[0].min(b[0]).min(c[0]), a[1].min(b[1]).min(c[1])];
+        let hi = [a[0].max(b[0]).max(c[0]), a[1].max(b[1]).max(c[1])];
+        self.flat.iter().enumerate().all(|(i, p)| {
+            !self.standing[i]
+                || p[0] < lo[0]
+                || p[0] > hi[0]
+                || p[1] < lo[1]
+                || p[1] > hi[1]
+                || own.contains(&i)
+                || !inside(*p, a, b, c)
+        })
+    }
+
+    fn before(&mut self, a: usize, b: usize) -> bool {
+        self.weigh(a) < self.weigh(b)
+    }
+
+    fn put(&mut self, at: usize, v: usize) {
+        self.heap[at] = v;
+        self.slot[v] = at;
+    }
+
+    fn add(&mut self, v: usize) {
+        let mut at = self.heap.len();
+        self.heap.push(v);
+        while at > 0 {
+            let parent = self.heap[(at - 1) / 2];
+            if !self.before(v, parent) {
+                break;
+            }
+            self.put(at, parent);
+            at = (at - 1) / 2;
+        }
+        self.put(at, v);
+    }
+
+    fn remove(&mut self, v: usize) {
+        let at = self.slot[v];
+        let Some(last) = self.heap.pop() else {
+            return;
+        };
+        if at < self.heap.len() {
+            self.put(at, last);
+            self.sink(at);
+        }
+    }
+
+    fn update(&mut self, v: usize) {
+        let mut at = self.slot[v];
+        if at > 0 && self.before(v, self.heap[(at - 1) / 2]) {
+            while at > 0 {
+                let parent = self.heap[(at - 1) / 2];
+                if !self.before(v, parent) {
+                    break;
+                }
+                self.put(at, parent);
+                at = (at - 1) / 2;
+            }
+            self.put(at, v);
+        } else {
+            self.sink(at);
+        }
+    }
+
+    fn sink(&mut self, mut at: usize) {
+        loop {
+            let mut best = at;
+            for child in [2 * at + 1, 2 * at + 2] {
+                if child < self.heap.len() && self.before(self.heap[child], self.heap[best]) {
+                    best = child;
+                }
+            }
+            if best == at {
+                return;
+            }
+            let (a, b) = (self.heap[at], self.heap[best]);
+            self.put(at, b);
+            self.put(best, a);
+            at = best;
+        }
+    }
+}
+
+/// Whether a point is in a triangle or on its border, by its weights in f32.
+fn inside(p: [f32; 2], a: [f32; 2], b: [f32; 2], c: [f32; 2]) -> bool {
+    let scale = 1.0 / ((b[1] - c[1]) * (a[0] - c[0]) + (c[0] - b[0]) * (a[1] - c[1]));
+    let u = ((b[1] - c[1]) * (p[0] - c[0]) + (c[0] - b[0]) * (p[1] - c[1])) * scale;
+    let v = ((c[1] - a[1]) * (p[0] - c[0]) + (a[0] - c[0]) * (p[1] - c[1])) * scale;
+    let w = 1.0 - u - v;
+    [u, v, w].iter().all(|x| (0.0..=1.0).contains(x))
+}
+
+/// The squared radius of the circle through three points.
+fn circle(a: [f32; 2], b: [f32; 2], c: [f32; 2]) -> f64 {
+    let wide = |p: f32| f64::from(p);
+    let (ax, ay) = (wide(b[0] - a[0]), wide(b[1] - a[1]));
+    let (bx, by) = (wide(c[0] - a[0]), wide(c[1] - a[1]));
+    let e = ax * wide(a[0] + b[0]) + ay * wide(a[1] + b[1]);
+    let f = bx * wide(a[0] + c[0]) + by * wide(a[1] + c[1]);
+    let g = 2.0 * (ax * wide(c[1] - b[1]) - ay * wide(c[0] - b[0]));
+    if g == 0.0 {
+        return NEVER;
+    }
+    let x = wide(a[0]) - (by * e - ay * f) / g;
+    let y = wide(a[1]) - (ax * f - bx * e) / g;
+    x * x + y * y
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(points: &[Vec3], triangles: &[[usize; 3]]) -> (f32, f32) {
+        let one = |t: &[usize; 3]| {
+            let [a, b, c] = t.map(|i| points[i]);
+            0.5 * (b - a).cross(c - a).z
+        };
+        (
+            triangles.iter().map(one).sum(),
+            triangles.iter().map(|t| one(t).abs()).sum(),
+        )
+    }
+
+    /// A star: every other corner is concave. The area is the shoelace formula's, and no two
+    /// triangles overlap, or the sum of their areas would be larger.
+    #[test]
+    fn a_star_is_cut_without_overlap() {
+        for n in [10, 11, 50, 400, 4000] {
+            let points: Vec<Vec3> = (0..n)
+                .map(|i| {
+                    let angle = std::f32::consts::TAU * i as f32 / n as f32;
+                    let r = if i % 2 == 0 { 1.0 } else { 0.4 };
+                    Vec3::new(r * angle.cos(), r * angle.sin(), 0.0)
+                })
+                .collect();
+            let shoelace = 0.5 * newell(&points).z;
+            let triangles = tessellate(&points);
+            assert_eq!(triangles.len(), n - 2);
+            let (signed, plain) = area(&points, &triangles);
+            assert!(
+                (signed - shoelace).abs() < 1e-4,
+                "{n}: {signed} for {shoelace}"
+            );
+            assert!((plain - shoelace).abs() < 1e-4, "{n}: overlap {plain}");
+        }
+    }
+
+    #[test]
+    fn a_polygon_that_is_a_line_gives_triangles_without_area() {
+        let points: Vec<Vec3> = (0..6).map(|i| Vec3::X * i as f32).collect();
+        let triangles = tessellate(&points);
+        assert_eq!(triangles.len(), 4);
+        assert_eq!(area(&points, &triangles).1, 0.0);
+    }
 }

@@ -1,32 +1,192 @@
 //! Textures: decoded once, read with bilinear filtering.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::{Vec2, Vec4};
 
-use crate::diag::Result;
+use crate::diag::{Diagnostic, Result};
+use crate::grammar::value::{Image, Text};
+use crate::graph::read::Fields;
 use crate::iv::NodeRef;
+use crate::raster::Raster;
 
+/// Rows from the bottom up, as Inventor has them.
 #[derive(Debug, Default)]
 pub struct Texture {
     pub width: usize,
     pub height: usize,
-    /// Rows from the bottom up, RGBA.
-    pub texels: Vec<[u8; 4]>,
-    alpha: bool,
+    /// Red, green, blue, alpha.
+    texels: Vec<[u8; 4]>,
+    /// 1 gray, 2 gray and alpha, 3 color, 4 color and alpha.
+    pub components: usize,
 }
 
 impl Texture {
     pub fn has_alpha(&self) -> bool {
-        self.alpha
+        matches!(self.components, 2 | 4)
     }
 
-    pub fn sample(&self, _at: Vec2, _repeat_s: bool, _repeat_t: bool) -> Vec4 {
-        Vec4::ONE
+    /// The color at (s, t), each texel's center at half its width; edges repeat or continue.
+    pub fn sample(&self, at: Vec2, repeat_s: bool, repeat_t: bool) -> Vec4 {
+        if self.texels.is_empty() || !at.is_finite() {
+            return Vec4::ONE;
+        }
+        let (x0, x1, fx) = between(at.x, self.width, repeat_s);
+        let (y0, y1, fy) = between(at.y, self.height, repeat_t);
+        let low = self.texel(x0, y0).lerp(self.texel(x1, y0), fx);
+        let high = self.texel(x0, y1).lerp(self.texel(x1, y1), fx);
+        low.lerp(high, fy)
+    }
+
+    fn texel(&self, x: usize, y: usize) -> Vec4 {
+        let t = self.texels[y * self.width + x];
+        Vec4::from_array(t.map(|c| f32::from(c) / 255.0))
     }
 }
 
-/// The texture of a node; `None` where it names none.
-pub fn decode(_node: NodeRef<'_>, _folders: &[PathBuf]) -> Result<Option<Texture>> {
-    Ok(None)
+/// The two texels around a coordinate, and how far it is from the first to the second.
+fn between(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
+    let n = size as i64;
+    let at = if repeat {
+        at - at.floor()
+    } else {
+        at.clamp(0.0, 1.0)
+    };
+    let x = at * size as f32 - 0.5;
+    let low = x.floor();
+    let wrap = |i: i64| {
+        if repeat {
+            i.rem_euclid(n) as usize
+        } else {
+            i.clamp(0, n - 1) as usize
+        }
+    };
+    (wrap(low as i64), wrap(low as i64 + 1), x - low)
+}
+
+/// The texture of a node: its file, or the image in it. `None` where it has neither.
+///
+/// # Errors
+/// A file that cannot be found or read; the message names it and where it was looked for.
+pub fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>> {
+    let mut names: Vec<&str> = node.read::<Text>("filename").into_iter().collect();
+    for field in ["url", "filenames"] {
+        names.extend(
+            node.read::<[String]>(field)
+                .unwrap_or(&[])
+                .iter()
+                .map(String::as_str),
+        );
+    }
+    let mut trouble = None;
+    for name in names.into_iter().filter(|n| !n.is_empty()) {
+        match open(node, name, folders) {
+            Ok(texture) => return Ok(Some(texture)),
+            Err(error) => trouble = trouble.or(Some(error)),
+        }
+    }
+    if let Some(image) = node.read::<Image>("image")
+        && image.width > 0
+        && image.height > 0
+    {
+        return Ok(from_image(image));
+    }
+    match trouble {
+        Some(error) => Err(match node.source() {
+            Some(source) => error.at(source, node.span()),
+            None => error,
+        }),
+        None => Ok(None),
+    }
+}
+
+fn open(node: NodeRef<'_>, name: &str, folders: &[PathBuf]) -> Result<Texture> {
+    let beside = node.document.load_beside(node.id, name);
+    let (name, bytes) = match beside {
+        Ok(found) => found,
+        Err(error) => in_folders(name, folders).ok_or(error)?,
+    };
+    Ok(from_raster(&Raster::decode(&bytes, &name)?))
+}
+
+fn in_folders(name: &str, folders: &[PathBuf]) -> Option<(String, Vec<u8>)> {
+    let file = Path::new(name).file_name()?;
+    folders.iter().find_map(|folder| {
+        let path = folder.join(file);
+        Some((path.display().to_string(), std::fs::read(&path).ok()?))
+    })
+}
+
+fn from_raster(raster: &Raster) -> Texture {
+    let (width, height) = (raster.width as usize, raster.height as usize);
+    let level = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+    let mut texels = Vec::with_capacity(width * height);
+    for y in (0..height).rev() {
+        for x in 0..width {
+            let i = y * width + x;
+            let [r, g, b] = raster.color(i).map(level);
+            texels.push([r, g, b, level(raster.alpha(i))]);
+        }
+    }
+    Texture {
+        width,
+        height,
+        texels,
+        components: raster.channels,
+    }
+}
+
+fn from_image(image: &Image) -> Option<Texture> {
+    let components = usize::from(image.components);
+    let (width, height) = (image.width as usize, image.height as usize);
+    let count = width.checked_mul(height)?;
+    if image.bytes.len() < count.checked_mul(components)? || components == 0 {
+        return None;
+    }
+    let texels = image
+        .bytes
+        .chunks_exact(components)
+        .take(count)
+        .map(|c| match components {
+            1 => [c[0], c[0], c[0], 255],
+            2 => [c[0], c[0], c[0], c[1]],
+            3 => [c[0], c[1], c[2], 255],
+            _ => [c[0], c[1], c[2], c[3]],
+        })
+        .collect();
+    Some(Texture {
+        width,
+        height,
+        texels,
+        components,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn two_by_one() -> Texture {
+        Texture {
+            width: 2,
+            height: 1,
+            texels: vec![[0, 0, 0, 255], [255, 255, 255, 255]],
+            components: 3,
+        }
+    }
+
+    #[test]
+    fn a_texture_is_exact_at_texel_centers_and_even_between() {
+        let t = two_by_one();
+        let at = |s: f32| t.sample(Vec2::new(s, 0.5), false, false).x;
+        assert_eq!((at(0.25), at(0.5), at(0.75)), (0.0, 0.5, 1.0));
+    }
+
+    #[test]
+    fn edges_repeat_or_continue() {
+        let t = two_by_one();
+        assert_eq!(t.sample(Vec2::new(1.0, 0.5), true, true).x, 0.5);
+        assert_eq!(t.sample(Vec2::new(1.0, 0.5), false, false).x, 1.0);
+        assert_eq!(t.sample(Vec2::new(-3.0, 0.5), false, false).x, 0.0);
+    }
 }

@@ -28,7 +28,7 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'
     let Some(class) = node.known_class() else {
         return;
     };
-    if state.drawing.style == DrawStyle::Invisible && !out.bounds_invisible() {
+    if state.drawing.style == DrawStyle::Invisible && !out.ignores_draw_style() {
         out.census_mut().ignore(class.name, "DrawStyle INVISIBLE");
         return;
     }
