@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{Vec2, Vec4};
 
-use crate::diag::{Diagnostic, Result};
+use crate::diag::Result;
 use crate::grammar::value::{Image, Text};
 use crate::graph::read::Fields;
 use crate::iv::NodeRef;
