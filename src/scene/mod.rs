@@ -17,6 +17,7 @@ pub mod tessellate;
 pub mod text;
 pub mod texture;
 pub mod traverse;
+pub mod vrml97_shapes;
 
 use std::sync::Arc;
 
