@@ -4,6 +4,7 @@
 //! the film. A [`Lens`] is a [`Prescription`] made ready for tracing. Nothing here knows about
 //! scenes, pixels or samples.
 
+pub mod about;
 pub mod catalogue;
 pub mod first_order;
 pub mod focus;
@@ -24,6 +25,7 @@ use glam::DVec3;
 use crate::diag::{Diagnostic, Result, Sink, Source, nearest};
 use crate::math::{Meters, Mm};
 
+pub use about::About;
 pub use catalogue::Catalogue;
 pub use first_order::{FirstOrder, Focal, Plane, Pupil};
 pub use focus::{Focus, FocusFault, FocusMethod};
@@ -96,7 +98,8 @@ impl Lens {
         let path = name_or_path.as_ref();
         let word = path.to_string_lossy();
         let is_word = !word.contains(['/', '\\']);
-        if is_word && !path.exists() && (shipped_text(&word).is_some() || !word.contains('.')) {
+        let is_shipped = (is_word || word.starts_with("lenses/")) && shipped_text(&word).is_some();
+        if !path.exists() && (is_shipped || (is_word && !word.contains('.'))) {
             return Self::named_with(&word, sink);
         }
         let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
@@ -269,9 +272,10 @@ pub fn shipped_names() -> impl Iterator<Item = &'static str> {
 /// The file name and text of a shipped lens, by its name with or without folder and ending.
 fn shipped_text(name: &str) -> Option<(&'static str, &'static str)> {
     let name = name.strip_prefix("lenses/").unwrap_or(name);
+    let last = |file: &'static str| file.rsplit('/').next().unwrap_or(file);
     shipped::LENSES
         .iter()
-        .find(|(file, _)| *file == name || stem(file) == name)
+        .find(|(file, _)| *file == name || last(file) == name || stem(file) == name)
         .copied()
 }
 

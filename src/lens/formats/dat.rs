@@ -12,6 +12,7 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
+use crate::lens::about::About;
 use crate::lens::first_order::{FirstOrder, Plane};
 use crate::lens::glass::{D_LINE, Medium};
 use crate::lens::prescription::{Column, Prescription, check};
@@ -42,11 +43,14 @@ pub fn read(
     let text = String::from_utf8_lossy(&source.bytes);
     let mut notes = Vec::new();
     let mut rows: Vec<Row> = Vec::new();
+    let mut with_abbe = false;
     let mut start = 0;
     for line in text.split_inclusive(['\n', '\r']) {
         let (data, comment) = line.split_once('#').unwrap_or((line, ""));
         let comment = comment.trim();
-        if !comment.is_empty() {
+        if is_heading(comment) {
+            with_abbe |= comment.split_whitespace().any(|w| w == "V_d");
+        } else if !comment.is_empty() {
             notes.push(comment.to_owned());
         }
         let words = words(data, start);
@@ -64,9 +68,6 @@ pub fn read(
             continue;
         }
         let before = rows.iter().rev().find_map(|r| r.index).unwrap_or(1.0);
-        let with_abbe = notes
-            .iter()
-            .any(|n| n.split_whitespace().any(|w| w == "V_d"));
         rows.push(row(source, &words, before, with_abbe)?);
     }
     let positions = position_first.unwrap_or_else(|| says_positions(&text, &rows));
@@ -78,12 +79,22 @@ pub fn read(
         }
     }
     let mut lens = build(source, &rows, notes);
+    lens.image_height = About::of(&lens).image_height;
     check(&mut lens, source, sink, |surface, column| {
         rows.get(surface)
             .map_or(Span::at(0), |row| row.spans[column as usize])
     })?;
     warn_if_a_row_is_lost(&lens, &rows, sink);
     Ok(lens)
+}
+
+/// A comment that names the columns.
+fn is_heading(comment: &str) -> bool {
+    let mut words = comment.split_whitespace();
+    words
+        .next()
+        .is_some_and(|w| w.eq_ignore_ascii_case("radius"))
+        && words.next().is_some()
 }
 
 /// Whether the second column counts from the vertex before: the header says so, or the first

@@ -118,9 +118,7 @@ impl Reader<'_> {
             object_medium,
             ..Prescription::new(name, surfaces)
         };
-        if let Some(note) = root.get("note").and_then(Value::as_str) {
-            lens.notes.push(note.to_owned());
-        }
+        lens.notes = notes(root);
         lens.image_height = number(root, &["h_max"]).filter(|h| *h > 0.0);
         lens.iris = self.iris(root)?;
         lens.zoom = zoom(root);
@@ -283,6 +281,19 @@ impl Reader<'_> {
             _ => Ok(Iris::Outline { corners, rotation }),
         }
     }
+}
+
+/// What the file says of the lens, as the comments of a `.dat` file would.
+fn notes(root: &Value) -> Vec<String> {
+    let said = |key: &str| root.get(key).and_then(Value::as_str).map(str::to_owned);
+    let title = said("title").map(|title| format!("name: {title}"));
+    let others = crate::lens::about::KEYS.iter().skip(1);
+    let others = others.filter_map(|key| said(key).map(|value| format!("{key}: {value}")));
+    title
+        .into_iter()
+        .chain(others)
+        .chain(said("note"))
+        .collect()
 }
 
 /// The list of even coefficients from r^4, whatever dots end its name.
