@@ -19,7 +19,7 @@ def write_part(name, about, *nodes):
     """Writes one .iv file: header, what it is, one root Separator."""
     lines = ["#Inventor V2.1 ascii", "#"] + ["# " + line for line in about.strip().split("\n")]
     lines.append("# Made by make_parts.py; own modelling.")
-    text = "\n".join(lines) + "\n\n" + group(name.upper(), *nodes) + "\n"
+    text = "\n".join(lines) + "\n\n" + group(name.upper().replace("-", "_"), *nodes) + "\n"
     with open(os.path.join(HERE, name + ".iv"), "w", encoding="ascii") as out:
         out.write(text)
     TOTALS[name] = len(text)
@@ -178,14 +178,13 @@ def table():
     legs = [at(sx * (lx - 0.045), 0, sz * (lz - 0.045), surface(leg, 0.5)) for sx in (-1, 1) for sz in (-1, 1)]
     tile = rounded_box((0.1472, 0.008, 0.1472), 0.0016, 2)
     tile.uv = [(p[0] / t["pitch"] + 0.5, p[2] / t["pitch"] + 0.5) for p in tile.points]
-    tiles, first = [], {}
+    tiles = []
     for i in range(8):
         for j in range(4):
             x, z = (j - 1.5) * t["pitch"], (i - 3.5) * t["pitch"]
             shade = 0.93 + 0.07 * hashed(i, j, 5)
             face, glaze = (("tile-a.png", (0.25, 0.52, 0.54)) if (i + j) % 2 else ("tile-b.png", (0.92, 0.89, 0.80)))
-            shape = "USE TILE" if first else surface(tile, 0.5, 5, "TILE")
-            first["done"] = True
+            shape = "USE TILE" if tiles else surface(tile, 0.5, 5, "TILE")
             tiles.append(group(None, material(times(glaze, shade), 0.14, 0.8), texture(face),
                                f"Texture2Transform {{ center 0.5 0.5 rotation {number(pi / 2 * int(4 * hashed(i, j, 9)))} }}",
                                f"Translation {{ translation {vector((x, t['top'] - 0.004, z))} }}", shape))
@@ -205,7 +204,7 @@ def telephone_body():
         mid = (z_back + z_front) / 2
         rows.append([(x, y, z + mid) for x, z in rounded_rectangle(width, z_front - z_back, radius, 6)])
     for y, grow in ((0.004, -0.004), (0.0055, -0.0012), (0.008, 0), (0.018, 0), (0.0205, -0.0012), (0.022, -0.004)):
-        row(y, 0.204 + 2 * grow, -0.082 + -grow, 0.084 + grow, 0.022 + grow)
+        row(y, 0.204 + 2 * grow, -0.082 - grow, 0.084 + grow, 0.022 + grow)
     for k in range(17):
         t = k / 16
         y = 0.0225 + 0.0855 * t
@@ -259,7 +258,6 @@ def finger_wheel(radius, thickness, hole=0.0062, at_radius=0.0272, facets=16):
 
 def dial():
     """The dial in its own plane: y is out of the face, -z is the top of the face. Radius 44 mm."""
-    plate = sheet(2, 2, lambda u, v: (0.0395 * (2 * u - 1), 0.0046, 0.0395 * (1 - 2 * v)))
     disc = Mesh([(0.0395 * sin(2 * pi * k / 48), 0.0046, 0.0395 * cos(2 * pi * k / 48)) for k in range(48)], [tuple(range(48))])
     disc.uv = [(0.5 + p[0] / 0.08, 0.5 - p[2] / 0.08) for p in disc.points]
     rim = lathe([(0.044, 0.0), (0.044, 0.0052), (0.0433, 0.0064), (0.0420, 0.0068), (0.0405, 0.0062), (0.0395, 0.0046)], 48)
@@ -438,12 +436,9 @@ def pillow(size, thick):
             pinch = 1 - 0.06 * (1 - b * b) if abs(a) > abs(b) else 1 - 0.06 * (1 - a * a)
             return (s * a * size / 2 * pinch, b * size / 2 * pinch, s * thick / 2 * sqrt(max(0.0, swell)) * (1 - 0.12 * hypot(a, b)))
         return sheet(13, 13, place)
-    both = side(1)
-    both.join(side(-1))
-    uv = both.uv
-    welded = both.welded(1e-5)
-    welded.uv = [(0.5 + p[0] / size, 0.5 + p[1] / size) for p in welded.points]
-    return welded.outward() if uv else welded
+    both = side(1).join(side(-1)).welded(1e-5)
+    both.uv = [(0.5 + p[0] / size, 0.5 + p[1] / size) for p in both.points]
+    return both.outward()
 
 
 def seat(name, about, seats, cushion, arm, fabric, per_meter, extras=()):
@@ -574,7 +569,7 @@ def sideboard():
     fronts = [(-0.4167, 0.405), (0, 0.405), (0.4167, 0.405)]
     for x, w in fronts:
         parts.append(plank((w, 0.150, 0.016), (x, high - 0.115, deep / 2 - 0.022), r=0.004))
-        parts.append(plank((w, 0.360, 0.016), (x, high - 0.380, deep / 2 - 0.022), "y" if x else "y", r=0.004))
+        parts.append(plank((w, 0.360, 0.016), (x, high - 0.380, deep / 2 - 0.022), "y", r=0.004))
     knobs = [at(x + dx, y, deep / 2 - 0.006, "Sphere { radius 0.011 }") for x, _ in fronts for dx, y in ((0, high - 0.115), (0.15 if x < 0.1 else -0.15, high - 0.36))]
     leg = turned_leg(0.165, 0.024)
     legs = [at(sx * (wide / 2 - 0.08), 0, sz * (deep / 2 - 0.07), leg) for sx in (-1, 1) for sz in (-1, 1)]

@@ -70,11 +70,6 @@ class Mesh:
             return tuple(q)
         return self.map(turn)
 
-    def mirrored_x(self):
-        m = self.map(lambda p: (-p[0], p[1], p[2]))
-        m.faces = [f[::-1] for f in m.faces]
-        return m
-
     def outward(self):
         """Turns a closed mesh right side out: its signed volume must be positive."""
         volume = 0.0
@@ -102,9 +97,6 @@ class Mesh:
             if len(g) > 2:
                 faces.append(tuple(g))
         return Mesh(points, faces)
-
-    def triangles(self):
-        return sum(len(f) - 2 for f in self.faces)
 
 
 def grid_faces(rows, columns, wrap=False, base=0):
@@ -186,11 +178,7 @@ def rounded_box(size, radius, steps=3, middle=1, bulge=(0, 0, 0)):
                     d = unit(d)
                     points.append(tuple(q[i] + radius * d[i] for i in range(3)))
             faces = grid_faces(n, n)
-            if side > 0:
-                faces = [f for f in faces]
-            else:
-                faces = [f[::-1] for f in faces]
-            mesh.join(Mesh(points, faces))
+            mesh.join(Mesh(points, faces if side > 0 else [f[::-1] for f in faces]))
     mesh = mesh.welded()
     if any(bulge):
         def puff(p):
