@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use ivcam::lens::lanes::Width;
 use ivcam::lens::{
     Bundle, Focus, FocusFault, FocusMethod, LANES, Lens, LensRay, LossKind, Plane, PupilTarget,
-    PupilWindow, RearElement, Toward, focus, formats,
+    PupilWindow, RearElement, Toward, focus, formats, glass,
 };
 use ivcam::math::Meters;
 use ivcam::sampling::DiscMap;
@@ -24,6 +24,7 @@ fn main() -> ExitCode {
     let mut table = Table::default();
     reference(&folder, &mut table);
     extremes(&folder, &mut table);
+    pictures(&folder, &mut table);
     pupils(&folder, &mut table);
     lanes(&folder, &mut table);
     println!("{} checks failed", table.failed);
@@ -288,6 +289,153 @@ fn focus_cases(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64
                     "{name}: focus {prefix} {distance}: {other:?} {case}"
                 )),
             }
+        }
+    }
+    worst
+}
+
+// ---- distortion, irradiance, spots, colour -------------------------------------------------
+
+fn pictures(folder: &Path, table: &mut Table) {
+    let root = read(&folder.join("reference.json"));
+    println!(
+        "\n{:<24} {:>12} {:>12} {:>9} {:>9} {:>10} {:>10}",
+        "against the oracle",
+        "distortion %",
+        "illumination",
+        "spot",
+        "best",
+        "colour mm",
+        "axial beam"
+    );
+    for (name, entry) in root["lenses"].as_object().into_iter().flatten() {
+        let Ok(lens) = Lens::open(folder.join(format!("lenses/{name}.json"))) else {
+            continue;
+        };
+        let distortion = distortion(&lens, entry, name, table);
+        let light = illumination(&lens, entry, name, table);
+        let (spot, best) = spots(&lens, entry, name, table);
+        let colour = colour(&lens, entry, name, table);
+        let beam = &entry["axial_beam"];
+        let height = lens.axial_beam().height;
+        let beam_error = relative(height, num(&beam["marginal_height"]));
+        table.check(name, beam_error < 1e-9, || {
+            format!("axial beam {height}, {beam}")
+        });
+        println!(
+            "{name:<24} {distortion:>12.1e} {light:>12.2} {:>8.2}% {:>8.2}% {colour:>10.1e} {beam_error:>10.1e}",
+            100.0 * spot,
+            100.0 * best
+        );
+    }
+}
+
+fn distortion(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64 {
+    let mut worst: f64 = 0.0;
+    for (key, plane) in [("distortion", Plane::Y), ("distortion_x", Plane::X)] {
+        let film_z = num(&entry[key]["film_z"]) + lens.length();
+        for row in entry[key]["rows"].as_array().into_iter().flatten() {
+            let Some(ours) = lens.distortion(plane, num(&row["h"]), film_z) else {
+                table.fail(format!("{name}: no chief ray at {}", row["h"]));
+                continue;
+            };
+            for (ours, exact) in [
+                (100.0 * ours.f_tan, &row["dist_ftan_pct"]),
+                (100.0 * ours.f_theta, &row["dist_ftheta_pct"]),
+            ] {
+                if exact.is_number() {
+                    let error = (ours - num(exact)).abs();
+                    worst = worst.max(error);
+                    table.check(name, error < 1e-6, || format!("distortion {ours}, {row}"));
+                }
+            }
+        }
+    }
+    worst
+}
+
+/// The worst error of the relative illumination over the error that the oracle states for its own.
+///
+/// The oracle counts a grid and takes the difference of two grids as its error, which is small
+/// by accident in some rows, 4e-8 in one. The bound is the largest it states for the lens, for
+/// the row and for the axis. A count of 9 million rays agrees with ours to 3e-6 where the two
+/// differ by 7e-5.
+fn illumination(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64 {
+    let part = &entry["relative_illumination"];
+    let film_z = num(&part["film_z"]) + lens.length();
+    let axis = lens.irradiance(DVec2::ZERO, film_z);
+    let rows = part["rows"].as_array().cloned().unwrap_or_default();
+    let stated = rows
+        .iter()
+        .map(|row| num(&row["err_est"]))
+        .fold(0.0, f64::max);
+    let mut worst: f64 = 0.0;
+    for row in &rows {
+        let ours = lens.irradiance(DVec2::new(0.0, num(&row["h"])), film_z) / axis;
+        let exact = num(&row["E_rel"]);
+        let error = (ours - exact).abs() / (stated * (1.0 + exact));
+        worst = worst.max(error);
+        table.check(name, error <= 1.0, || format!("illumination {ours}, {row}"));
+    }
+    worst
+}
+
+fn spots(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> (f64, f64) {
+    let Some(focal) = lens.first_order().focal else {
+        return (f64::NAN, f64::NAN);
+    };
+    let film_z = focal.rear_focal_point;
+    let (mut worst, mut worst_best): (f64, f64) = (0.0, 0.0);
+    let h_max = num(&entry["h_max"]);
+    for row in entry["spots_infinity_paraxial_film"]
+        .as_array()
+        .into_iter()
+        .flatten()
+    {
+        let film = DVec2::new(0.0, h_max * num(&row["field"]));
+        let Some(spot) = lens.spot(film, film_z, 400) else {
+            table.fail(format!("{name}: no spot {row}"));
+            continue;
+        };
+        let error = relative(spot.rms, num(&row["rms_mm"]));
+        let best = relative(spot.best_rms, num(&row["rms_at_best_mm"]));
+        (worst, worst_best) = (worst.max(error), worst_best.max(best));
+        table.check(name, error < 0.01, || format!("spot {}, {row}", spot.rms));
+        table.check(name, best < 0.01, || {
+            format!("best spot {}, {row}", spot.best_rms)
+        });
+    }
+    (worst, worst_best)
+}
+
+fn colour(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64 {
+    let part = &entry["colour"];
+    if part.is_null() {
+        return 0.0;
+    }
+    let film_z = lens.first_order().focal.map_or(0.0, |f| f.rear_focal_point);
+    let mut worst: f64 = 0.0;
+    let mut check = |what: &str, ours: f64, exact: f64| {
+        let error = (ours - exact).abs();
+        worst = worst.max(error);
+        table.check(name, error < 1e-6, || format!("{what} {ours}, not {exact}"));
+    };
+    for (line, nm) in [
+        ("F", glass::F_LINE),
+        ("d", glass::D_LINE),
+        ("C", glass::C_LINE),
+    ] {
+        let there = lens.at_wavelength(nm);
+        let Some(focal) = there.first_order().focal else {
+            continue;
+        };
+        check("bfl", focal.bfl, num(&part[format!("bfl_{line}").as_str()]));
+        check("efl", focal.efl, num(&part[format!("efl_{line}").as_str()]));
+        for row in part["lateral"].as_array().into_iter().flatten() {
+            let angle = num(&row["theta_deg"]).to_radians();
+            let height = there.image_height(angle, num(&row["h_d"]), film_z);
+            let exact = num(&row[format!("h_{line}").as_str()]);
+            check("lateral", height.unwrap_or(f64::NAN), exact);
         }
     }
     worst

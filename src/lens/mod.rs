@@ -5,6 +5,7 @@
 //! scenes, pixels or samples.
 
 pub mod about;
+pub mod analysis;
 pub mod catalogue;
 pub mod first_order;
 pub mod focus;
@@ -26,6 +27,7 @@ use crate::diag::{Diagnostic, Result, Sink, Source, nearest};
 use crate::math::{Meters, Mm};
 
 pub use about::About;
+pub use analysis::{AxialBeam, Distortion, Spot};
 pub use catalogue::Catalogue;
 pub use first_order::{FirstOrder, Focal, Plane, Pupil};
 pub use focus::{Focus, FocusFault, FocusMethod};

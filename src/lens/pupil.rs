@@ -28,7 +28,8 @@ pub struct RearElement {
     pub map: DiscMap,
 }
 
-/// What one film point aims at.
+/// What one film point aims at. It lives on the stack for one pixel; a box would cost more.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug)]
 pub enum PupilWindow {
     Disc {
@@ -187,7 +188,7 @@ impl ExitPupil {
                     (None, Some((_, support))) => *support,
                     (Some((r0, a)), Some((r1, b))) => mix(a, b, (radius - r0) / (r1 - r0)),
                 };
-                Polygon::new(&support, &self.sides, turn, DVec2::ONE)
+                Polygon::window(&support, &self.sides, turn, DVec2::ONE)
             }
             Table::Quadrant { cell, nodes } => {
                 let mirror = DVec2::new(1f64.copysign(film.x), 1f64.copysign(film.y));
@@ -203,7 +204,7 @@ impl ExitPupil {
                 ];
                 let (x, y) = ((place.x - i as f64).min(1.0), (place.y - j as f64).min(1.0));
                 match mix_corners(corners, x, y) {
-                    Some(support) => Polygon::new(&support, &self.sides, DVec2::X, mirror),
+                    Some(support) => Polygon::window(&support, &self.sides, DVec2::X, mirror),
                     None => PupilWindow::Closed,
                 }
             }
@@ -371,7 +372,12 @@ pub struct Polygon {
 
 impl Polygon {
     /// The polygon of a support, turned so that +x becomes `turn`, then mirrored.
-    fn new(support: &Support, sides: &[DVec2; SIDES], turn: DVec2, mirror: DVec2) -> PupilWindow {
+    fn window(
+        support: &Support,
+        sides: &[DVec2; SIDES],
+        turn: DVec2,
+        mirror: DVec2,
+    ) -> PupilWindow {
         let (sin, cos) = (sides[1].y, sides[1].x);
         // Where side j meets side j + 1.
         let mut corners = [DVec2::ZERO; SIDES + 1];
@@ -472,7 +478,7 @@ mod tests {
         let support: Support = std::array::from_fn(|j| 2.0 + side(j).x);
         let turn = DVec2::new(0.6, 0.8);
         for mirror in [DVec2::ONE, DVec2::new(-1.0, 1.0), DVec2::new(-1.0, -1.0)] {
-            let window = Polygon::new(&support, &sides, turn, mirror);
+            let window = Polygon::window(&support, &sides, turn, mirror);
             let PupilWindow::Polygon(polygon) = window else {
                 panic!("closed")
             };

@@ -177,11 +177,30 @@ impl<'a> Sight<'a> {
             let next = self.rim(film, center, angle(i), Some(last.distance));
             reach_out(next.point);
             if next.limit != last.limit {
-                self.corner(film, center, last, next, &mut reach_out);
+                self.corner(film, center, last, next, &mut |rim| reach_out(rim.point));
             }
             last = next;
         }
         Some(support)
+    }
+
+    /// A point inside the light and the outline around it, counted from that point. Corners are
+    /// closed in on.
+    pub fn outline_points(&self, film: DVec2, count: usize) -> Option<(DVec2, Vec<DVec2>)> {
+        let center = self.inside(film)?;
+        let angle = |i: usize| std::f64::consts::TAU * i as f64 / count as f64;
+        let mut last = self.rim(film, center, angle(0), None);
+        let mut rims = vec![last];
+        for i in 1..count {
+            let next = self.rim(film, center, angle(i), Some(last.distance));
+            if next.limit != last.limit {
+                self.corner(film, center, last, next, &mut |rim| rims.push(rim));
+            }
+            rims.push(next);
+            last = next;
+        }
+        rims.sort_by(|a, b| a.angle.total_cmp(&b.angle));
+        Some((center, rims.iter().map(|rim| rim.point - center).collect()))
     }
 
     /// Where one surface's shadow meets another's the outline has a corner, which a row of
@@ -192,7 +211,7 @@ impl<'a> Sight<'a> {
         center: DVec2,
         mut from: Rim,
         mut to: Rim,
-        reach_out: &mut impl FnMut(DVec2),
+        hear: &mut impl FnMut(Rim),
     ) {
         for _ in 0..6 {
             let middle = self.rim(
@@ -201,7 +220,7 @@ impl<'a> Sight<'a> {
                 0.5 * (from.angle + to.angle),
                 Some(from.distance),
             );
-            reach_out(middle.point);
+            hear(middle);
             if middle.limit == from.limit {
                 from = middle
             } else {
