@@ -203,6 +203,11 @@ impl Diagnostic {
         if self.count > 1 {
             message += &format!(" ({} times; the first is shown)", self.count);
         }
+        if let (None, Some(file)) = (&self.place, &self.file)
+            && !message.contains(file.as_str())
+        {
+            message = format!("{file}: {message}");
+        }
         let mut group = None;
         let line;
         if let Some((source, span)) = &self.place {
@@ -320,9 +325,10 @@ impl Sink {
         &self.items
     }
 
-    pub fn extend(&mut self, other: Sink) {
-        for item in other.items {
-            self.add(item);
+    /// Adds everything that another sink has.
+    pub fn extend_from(&mut self, other: &Sink) {
+        for item in &other.items {
+            self.add(item.clone());
         }
     }
 }

@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_op_in_unsafe_fn)]
 
+pub mod camera;
 pub mod cli;
 pub mod diag;
 pub mod film;
@@ -16,8 +17,11 @@ pub mod iv;
 pub mod lens;
 pub mod math;
 pub mod picture;
+pub mod plan;
 pub mod pose;
 pub mod raster;
+pub mod render;
+pub mod report;
 pub mod sampling;
 pub mod scene;
 pub mod shade;

@@ -63,6 +63,40 @@ impl PictureFormat {
 }
 
 impl Picture {
+    /// Reads an EXR's red, green and blue, linear as they are.
+    ///
+    /// # Errors
+    /// Not an EXR, or one without these channels.
+    pub fn open_exr(path: &Path) -> Result<Self> {
+        let wrong = |what: String| Diagnostic::error(what).in_file(path.display().to_string());
+        let image = exr::read_first_flat_layer_from_file(path)
+            .map_err(|e| wrong(format!("not a picture in EXR: {e}")))?;
+        let layer = image.layer_data;
+        let channel = |name: &str| {
+            let found = layer
+                .channel_data
+                .list
+                .iter()
+                .find(|c| c.name.to_string() == name);
+            let values = found.map(|c| c.sample_data.values_as_f32().collect::<Vec<f32>>());
+            values.ok_or_else(|| wrong(format!("there is no channel `{name}` in the picture")))
+        };
+        let (r, g, b) = (channel("R")?, channel("G")?, channel("B")?);
+        let pixels = r
+            .into_iter()
+            .zip(g)
+            .zip(b)
+            .map(|((r, g), b)| [r, g, b])
+            .collect();
+        Ok(Self {
+            width: layer.size.width() as u32,
+            height: layer.size.height() as u32,
+            pixels,
+            response: Response::Linear,
+            provenance: IndexMap::new(),
+        })
+    }
+
     pub fn develop(film: &Film, response: Response) -> Self {
         let pixels = film
             .pixels

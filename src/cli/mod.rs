@@ -3,9 +3,12 @@
 //! Data goes to stdout, talk to stderr. Exit 0: done; 1: pictures differ, or a limit was passed;
 //! 2: an error.
 
+pub mod check;
+pub mod converge;
 pub mod flags;
 pub mod lens;
 pub mod nodes;
+pub mod render;
 
 use std::ffi::OsString;
 use std::io::IsTerminal;
@@ -13,6 +16,7 @@ use std::io::IsTerminal;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 
 use crate::diag::{Diagnostic, Result, Severity, Sink};
+use crate::plan::Era;
 
 /// Exit code: what was asked for could not be done.
 pub const ERROR: i32 = 2;
@@ -48,11 +52,15 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
     };
     let out = &mut std::io::stdout().lock();
     match matches.subcommand() {
+        None => render::run(&matches, Era::Vintage, words),
+        Some(("render", m)) => render::run(m, Era::Modern, words),
+        Some(("check", m)) => check::run(m, out),
+        Some(("converge", m)) => converge::run(m, out),
         Some(("lens", m)) => lens::run(m, out),
         Some(("nodes", m)) => nodes::run(m, out),
-        _ => Err(Diagnostic::error(
-            "this command has no program behind it yet",
-        )),
+        Some((name, _)) => Err(Diagnostic::error(format!(
+            "`{name}` has no program behind it"
+        ))),
     }
 }
 
@@ -73,6 +81,8 @@ pub fn commands() -> Command {
                 .args(flags::arguments(flags::RENDER))
                 .arg(scene_argument()),
         )
+        .subcommand(check::command())
+        .subcommand(converge::command())
         .subcommand(lens::command())
         .subcommand(nodes::command())
 }

@@ -222,7 +222,12 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         self.on_path[index] = true;
         self.stack.push(Frame::Leave(node.id));
         match role {
-            Role::Group | Role::File => self.children(node),
+            Role::Group => self.children(node),
+            Role::File => {
+                if let Some(list) = self.document.included.get(&node.id) {
+                    self.stack.push(Frame::List { list, next: 0 });
+                }
+            }
             Role::Separator | Role::Collision => {
                 self.keep_state();
                 self.children(node);

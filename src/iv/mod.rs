@@ -79,6 +79,15 @@ impl Document {
         Self::read_as(name, bytes, Arc::new(Nowhere), &Limits::default(), header)
     }
 
+    /// Reads another file, which may lack its first line, into this document's arena. Returns its
+    /// roots, which are not made the document's.
+    pub fn read_more(&mut self, name: &str, bytes: Vec<u8>) -> Result<Vec<NodeId>> {
+        let header = Some(Header::ascii_2_1());
+        let roots = read_into(self, name, bytes, &Limits::default(), header)?;
+        assemble::cut_cycles(self);
+        Ok(roots)
+    }
+
     fn read_as(
         name: &str,
         bytes: Vec<u8>,

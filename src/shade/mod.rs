@@ -91,8 +91,8 @@ impl Shading {
 
 #[derive(Clone, Debug)]
 pub struct ShadeOptions {
-    /// A light on the camera: the direction in which it shines. Default: none, as in 1999.
-    pub headlight: Option<Vec3>,
+    /// A light on the camera, in world directions. Default: none, as in 1999.
+    pub headlight: Option<Light>,
     /// The camera's backward direction, for highlights. Default: +z.
     pub backward: Vec3,
     /// Reflections and refractions in a row. Default: 5.
@@ -133,7 +133,7 @@ struct Pending {
 
 impl<'a> Shader<'a> {
     pub fn new(scene: &'a RenderScene, shading: Shading, options: ShadeOptions) -> Self {
-        let headlight = options.headlight.map(Light::headlight);
+        let headlight = options.headlight;
         Self {
             scene,
             shading,

@@ -1,0 +1,291 @@
+//! A ray for a film point and a lens point.
+//!
+//! This is where the film's and the lens's millimeters meet the scene's meters. Film and lens
+//! space: the front vertex at the origin, light travels toward +z, the film at positive z. The
+//! camera looks down its −z with +y up, so the two share their axes and differ by a factor of
+//! 1000. The image on the film is upside down; a picture is the film turned upright.
+
+use glam::{DQuat, DVec2, DVec3};
+
+use crate::film::{FilmFormat, Resolution};
+use crate::lens::{Focus, Lens, LensRay, PupilTarget, PupilWindow, RearElement};
+use crate::pose::{CameraPose, Projection, ViewportMapping};
+use crate::sampling::DiscMap;
+
+/// Meters in a millimeter.
+const METERS_FROM_MM: f64 = 1e-3;
+
+/// A ray into the scene: meters, world directions, relative to the camera's position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraRay {
+    pub origin: DVec3,
+    pub direction: DVec3,
+    /// What the radiance along the ray counts for, so that the mean over all samples (lost ones
+    /// included) is the exposure; white on the axis is 1.
+    pub weight: f64,
+}
+
+/// What makes the picture.
+#[derive(Clone, Debug)]
+pub enum Camera {
+    Pinhole(Pinhole),
+    Lens(Box<LensCamera>),
+}
+
+impl Camera {
+    /// Everything that depends on the film point alone. `x` and `y` run over the picture from 0
+    /// to 1, from its upper left corner.
+    pub fn at(&self, x: f64, y: f64) -> FilmPoint<'_> {
+        match self {
+            Self::Pinhole(pinhole) => FilmPoint::Pinhole(pinhole.ray(x, y)),
+            Self::Lens(camera) => {
+                let point = camera.film_point(x, y);
+                FilmPoint::Lens {
+                    camera,
+                    point,
+                    window: camera.target.window(point),
+                }
+            }
+        }
+    }
+
+    /// Whether rays through one film point differ.
+    pub fn has_aperture(&self) -> bool {
+        matches!(self, Self::Lens(_))
+    }
+}
+
+/// A point of the film, ready to look through any point of the lens.
+pub enum FilmPoint<'a> {
+    Pinhole(Option<CameraRay>),
+    Lens {
+        camera: &'a LensCamera,
+        point: DVec2,
+        window: PupilWindow,
+    },
+}
+
+impl FilmPoint<'_> {
+    /// The ray through a point of the lens, given in the unit square; `None` is a lost ray.
+    pub fn ray(&self, pupil: [f64; 2]) -> Option<CameraRay> {
+        match self {
+            Self::Pinhole(ray) => *ray,
+            Self::Lens {
+                camera,
+                point,
+                window,
+            } => camera.ray(*point, window, pupil),
+        }
+    }
+}
+
+/// A camera of no aperture: the scene's own, as Inventor renders it.
+#[derive(Clone, Copy, Debug)]
+pub struct Pinhole {
+    world_from_camera: DQuat,
+    projection: Projection,
+    /// Half the view's width and height at distance 1 (perspective) or anywhere (orthographic).
+    half: DVec2,
+    /// The part of the picture that is the view: −1 to 1 on each axis. Outside is black, where
+    /// the camera crops the viewport.
+    frame: DVec2,
+    near: f64,
+}
+
+impl Pinhole {
+    /// Inventor's rules for a picture of another shape than the camera (`viewportMapping`):
+    /// `ADJUST_CAMERA` keeps the whole height angle on the shorter side, the `CROP_` ones leave a
+    /// part of the picture black, `LEAVE_ALONE` stretches.
+    pub fn new(pose: &CameraPose, aspect: f64) -> Self {
+        let half_height = match pose.projection {
+            Projection::Perspective { height_angle } => libm::tan(0.5 * height_angle),
+            Projection::Orthographic { height } => 0.5 * height,
+        };
+        let own = if pose.aspect_ratio > 0.0 {
+            pose.aspect_ratio
+        } else {
+            1.0
+        };
+        let (half, frame) = match pose.viewport_mapping {
+            ViewportMapping::AdjustCamera => {
+                let y = if aspect < 1.0 {
+                    half_height / aspect
+                } else {
+                    half_height
+                };
+                (DVec2::new(aspect * y, y), DVec2::ONE)
+            }
+            ViewportMapping::LeaveAlone => (DVec2::new(own * half_height, half_height), DVec2::ONE),
+            _ if aspect > own => {
+                let half = DVec2::new(aspect * half_height, half_height);
+                (half, DVec2::new(own / aspect, 1.0))
+            }
+            _ => {
+                let half = DVec2::new(own * half_height, own * half_height / aspect);
+                (half, DVec2::new(1.0, aspect / own))
+            }
+        };
+        let near = match pose.projection {
+            Projection::Perspective { .. } => 0.0,
+            Projection::Orthographic { .. } => pose.near,
+        };
+        Self {
+            world_from_camera: pose.orientation,
+            projection: pose.projection,
+            half,
+            frame,
+            near,
+        }
+    }
+
+    fn ray(&self, x: f64, y: f64) -> Option<CameraRay> {
+        let view = DVec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y);
+        if view.x.abs() > self.frame.x || view.y.abs() > self.frame.y {
+            return None;
+        }
+        let at = view * self.half;
+        let (origin, direction) = match self.projection {
+            Projection::Perspective { .. } => (DVec3::ZERO, DVec3::new(at.x, at.y, -1.0)),
+            Projection::Orthographic { .. } => (at.extend(-self.near), DVec3::NEG_Z),
+        };
+        Some(CameraRay {
+            origin: self.world_from_camera * origin,
+            direction: (self.world_from_camera * direction).normalize(),
+            weight: 1.0,
+        })
+    }
+}
+
+/// Where on the lens to aim (see `lens::pupil`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aim {
+    /// The rear-most element: the 1999 program.
+    RearElement(DiscMap),
+    /// The real exit pupil. Default.
+    ExitPupil,
+}
+
+/// A lens in front of a film.
+#[derive(Clone, Debug)]
+pub struct LensCamera {
+    pub lens: Lens,
+    pub focus: Focus,
+    pub format: FilmFormat,
+    target: PupilTarget,
+    world_from_camera: DQuat,
+    rear_z: f64,
+    /// Irradiance on the axis from radiance 1, with the lens at infinity: what exposure 1 means.
+    axial_irradiance: f64,
+}
+
+impl LensCamera {
+    pub fn new(lens: Lens, focus: Focus, format: FilmFormat, aim: Aim, pose: &CameraPose) -> Self {
+        let target = match aim {
+            Aim::RearElement(map) => PupilTarget::rear_element(&lens, map),
+            Aim::ExitPupil => PupilTarget::exit_pupil(&lens, focus.film_z, format.half_diagonal()),
+        };
+        let at_infinity = lens
+            .first_order()
+            .focal
+            .map_or(f64::NAN, |f| f.rear_focal_point);
+        let mut axial = axial_irradiance(&lens, at_infinity);
+        if !(axial.is_normal() && axial > 0.0) {
+            axial = axial_irradiance(&lens, focus.film_z);
+        }
+        Self {
+            rear_z: lens.length(),
+            world_from_camera: pose.orientation,
+            axial_irradiance: if axial > 0.0 { axial } else { 1.0 },
+            lens,
+            focus,
+            format,
+            target,
+        }
+    }
+
+    /// Irradiance on the axis from radiance 1, in steradians: π/(4 N²) for an ideal lens.
+    pub fn axial_irradiance(&self) -> f64 {
+        self.axial_irradiance
+    }
+
+    /// Millimeters on the film of a point of the upright picture.
+    pub fn film_point(&self, x: f64, y: f64) -> DVec2 {
+        DVec2::new(
+            (0.5 - x) * self.format.width,
+            (y - 0.5) * self.format.height,
+        )
+    }
+
+    /// The ray from a film point (millimeters) through a lens point of its window.
+    pub fn ray(&self, film: DVec2, window: &PupilWindow, [u, v]: [f64; 2]) -> Option<CameraRay> {
+        let density = window.density();
+        if density <= 0.0 {
+            return None;
+        }
+        let origin = film.extend(self.focus.film_z);
+        let aim = window.point(u, v).extend(self.rear_z);
+        let across = aim - origin;
+        let direction = across.normalize();
+        let out = self
+            .lens
+            .trace_from_film(&LensRay { origin, direction })
+            .ok()?;
+        let weight = equation_1(across) / (density * self.axial_irradiance);
+        Some(CameraRay {
+            origin: self.world_from_camera * (out.origin * METERS_FROM_MM),
+            direction: self.world_from_camera * out.direction,
+            weight,
+        })
+    }
+}
+
+/// cos θ cos θ′/‖x′ − x‖² of the paper's equation 1. Film and rear plane are parallel, so this is
+/// cos⁴θ/Z²; Z is the same for every ray of a picture, which is why equation 2 can drop it.
+fn equation_1(across: DVec3) -> f64 {
+    let squared = across.length_squared();
+    across.z * across.z / (squared * squared)
+}
+
+/// Irradiance at the film's center from a scene of radiance 1, by a fixed polar grid of rays over
+/// the rear element: one spoke where the lens is round, 64 where it is not.
+fn axial_irradiance(lens: &Lens, film_z: f64) -> f64 {
+    const RINGS: u32 = 2048;
+    let spokes = if lens.prescription().is_rotational() {
+        1
+    } else {
+        64
+    };
+    let radius = RearElement::of(lens, DiscMap::Concentric).radius;
+    let origin = DVec3::new(0.0, 0.0, film_z);
+    let mut sum = 0.0;
+    for spoke in 0..spokes {
+        let angle = std::f64::consts::TAU * (f64::from(spoke) + 0.5) / f64::from(spokes);
+        let along = DVec3::new(libm::cos(angle), libm::sin(angle), 0.0);
+        for ring in 0..RINGS {
+            // Rings of equal area, each at its middle.
+            let r = radius * ((f64::from(ring) + 0.5) / f64::from(RINGS)).sqrt();
+            let across = r * along + DVec3::Z * (lens.length() - film_z);
+            let ray = LensRay {
+                origin,
+                direction: across.normalize(),
+            };
+            if lens.trace_from_film(&ray).is_ok() {
+                sum += equation_1(across);
+            }
+        }
+    }
+    sum * std::f64::consts::PI * radius * radius / f64::from(RINGS * spokes)
+}
+
+/// The height angle of the preview: equation 7 for a lens, the camera's own without one.
+pub fn preview_height_angle(camera: &Camera) -> Option<f64> {
+    match camera {
+        Camera::Pinhole(_) => None,
+        Camera::Lens(c) => Some(c.focus.height_angle(0.5 * c.format.height)),
+    }
+}
+
+/// The picture's aspect and the film's must agree, or pixels are not square.
+pub fn pixel_aspect(format: FilmFormat, resolution: Resolution) -> f64 {
+    (format.width / f64::from(resolution.width)) / (format.height / f64::from(resolution.height))
+}

@@ -1,0 +1,194 @@
+//! `ivcam converge`: error against samples and time, for several methods.
+
+use std::io::Write;
+use std::path::Path;
+
+use clap::{Arg, ArgMatches, Command};
+
+use super::render::{Talk, plan};
+use super::{flags, parsed, scene_argument, tell_all, text};
+use crate::camera::Aim;
+use crate::diag::{Diagnostic, Result};
+use crate::picture::write_whole;
+use crate::plan::{Era, Plan, Session};
+use crate::render::Stop;
+use crate::report::{Convergence, Row};
+use crate::sampling::{DiscMap, Sampler, SamplerKind};
+
+pub fn command() -> Command {
+    let value = |name: &'static str, value: &'static str, help: &'static str| {
+        Arg::new(name).long(name).value_name(value).help(help)
+    };
+    Command::new("converge")
+        .about("Measures error against samples and run time, for a list of methods")
+        .args(flags::arguments(flags::RENDER))
+        .arg(value(
+            "methods",
+            "LIST",
+            "of 1999, random, jittered, sobol, each also with +rear [sobol,jittered,1999]",
+        ))
+        .arg(value(
+            "from",
+            "N",
+            "samples a pixel to begin with; they double up to --samples [1]",
+        ))
+        .arg(value(
+            "reference",
+            "FILE",
+            "picture (EXR) to measure against [an own run of --reference-samples]",
+        ))
+        .arg(value(
+            "reference-samples",
+            "N",
+            "samples a pixel of the own reference [16 times --samples]",
+        ))
+        .arg(value("csv", "FILE", "also writes the table as CSV"))
+        .arg(value("json", "FILE", "also writes the table as JSON"))
+        .arg(value(
+            "svg",
+            "FILE",
+            "also draws relative RMSE over seconds",
+        ))
+        .arg(scene_argument())
+}
+
+pub fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+    let talk = Talk::of(m)?;
+    let plan = plan(m, Era::Modern)?;
+    let most = plan.sampler.samples;
+    let whole = |w: &str| w.parse::<u32>().ok().filter(|n| (1..=1 << 24).contains(n));
+    let from = parsed(m, "from", "a number of samples", whole)?.unwrap_or(1);
+    let deep = parsed(m, "reference-samples", "a number of samples", whole)?.unwrap_or(16 * most);
+    let methods: Vec<Method> = text(m, "methods")
+        .unwrap_or("sobol,jittered,1999")
+        .split(',')
+        .map(Method::parse)
+        .collect::<Result<_>>()?;
+    let base = Session::open(plan.clone())?;
+    tell_all(&base.sink);
+
+    let mut table = Convergence {
+        scene: plan.scene.display().to_string(),
+        ..Convergence::default()
+    };
+    let reference = match text(m, "reference") {
+        Some(file) => {
+            table.reference = file.to_owned();
+            read_reference(Path::new(file), &plan)?
+        }
+        None => {
+            let sampler = Sampler {
+                kind: SamplerKind::Sobol,
+                samples: deep,
+                seed: !plan.sampler.seed,
+            };
+            let run = || base.expose_with(sampler, Stop::after(deep), &|_| ());
+            let exposure = talk.on_threads(run)?;
+            let error = exposure.film.relative_rmse().unwrap_or(f64::NAN);
+            table.reference = format!("{deep} spp of sobol, relRMSE {error:.1e}");
+            exposure
+                .film
+                .pixels
+                .iter()
+                .map(|p| p.mean.to_array())
+                .collect()
+        }
+    };
+    drop(base);
+
+    for method in &methods {
+        let session = Session::open(method.of(&plan))?;
+        let mut samples = from;
+        while samples <= most {
+            let sampler = Sampler {
+                samples,
+                ..session.plan.sampler
+            };
+            let run = || session.expose_with(sampler, Stop::after(samples), &|_| ());
+            let exposure = talk.on_threads(run)?;
+            table.push(Row::new(&method.name, &exposure, &reference));
+            if !talk.quiet {
+                eprintln!("{} {samples} spp: {:.2} s", method.name, exposure.seconds);
+            }
+            write(m, &table)?;
+            samples *= 2;
+        }
+    }
+    super::written(write!(out, "{}", table.text()))
+}
+
+/// After every render, so that a run that is stopped loses nothing.
+fn write(m: &ArgMatches, table: &Convergence) -> Result<()> {
+    let save = |name: &str, content: &dyn Fn() -> String| match text(m, name) {
+        Some(file) => write_whole(Path::new(file), |f| f.write_all(content().as_bytes())),
+        None => Ok(()),
+    };
+    save("csv", &|| table.csv())?;
+    save("json", &|| {
+        serde_json::to_string_pretty(table).unwrap_or_default() + "\n"
+    })?;
+    save("svg", &|| table.svg())
+}
+
+/// A sampler and a pupil, by name.
+struct Method {
+    name: String,
+    kind: SamplerKind,
+    aim: Aim,
+}
+
+impl Method {
+    fn parse(word: &str) -> Result<Self> {
+        let name = word.trim().to_owned();
+        if name == "1999" {
+            let aim = Aim::RearElement(DiscMap::Polar);
+            return Ok(Self {
+                name,
+                kind: SamplerKind::Jittered,
+                aim,
+            });
+        }
+        let (sampler, aim) = match name.split_once('+') {
+            None => (name.as_str(), Aim::ExitPupil),
+            Some((sampler, "rear")) => (sampler, Aim::RearElement(DiscMap::Concentric)),
+            Some((_, other)) => {
+                return Err(Diagnostic::error(format!("there is no pupil `{other}`"))
+                    .with_help("write `+rear`, or nothing for the exit pupil"));
+            }
+        };
+        match SamplerKind::ALL.iter().find(|(n, _)| *n == sampler) {
+            Some((_, kind)) => Ok(Self {
+                kind: *kind,
+                aim,
+                name,
+            }),
+            None => Err(Diagnostic::error(format!("there is no method `{sampler}`"))
+                .with_help("methods are 1999, random, jittered, sobol, each also with +rear")),
+        }
+    }
+
+    fn of(&self, plan: &Plan) -> Plan {
+        let mut plan = plan.clone();
+        plan.sampler.kind = self.kind;
+        plan.aim = self.aim;
+        plan
+    }
+}
+
+/// Linear values of a picture file of the plan's size.
+fn read_reference(path: &Path, plan: &Plan) -> Result<Vec<[f64; 3]>> {
+    let picture = crate::picture::Picture::open_exr(path)?;
+    let size = plan.resolution;
+    if (picture.width, picture.height) != (size.width, size.height) {
+        return Err(Diagnostic::error(format!(
+            "the reference is {}x{}, the picture {}x{}",
+            picture.width, picture.height, size.width, size.height
+        ))
+        .in_file(path.display().to_string())
+        .with_help(format!(
+            "render with `--size {}x{}`",
+            picture.width, picture.height
+        )));
+    }
+    Ok(picture.pixels.iter().map(|p| p.map(f64::from)).collect())
+}

@@ -1,0 +1,317 @@
+//! `ivcam [flags] scene.iv` and `ivcam render`: from words to a picture and its report.
+
+use std::ffi::OsString;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::ArgMatches;
+
+use super::{parsed, tell_all, text};
+use crate::camera::Aim;
+use crate::diag::{Diagnostic, Result};
+use crate::film::{FilmFormat, Resolution, Response};
+use crate::lens::FocusMethod;
+use crate::math::{LengthUnit, Meters, Mm, parse_length};
+use crate::picture::{Depth, PictureFormat, write_whole};
+use crate::plan::{Era, Flash, LensChoice, Optics, Plan, Session};
+use crate::render::{Progress, Stop};
+use crate::report::RenderReport;
+use crate::sampling::{DiscMap, SamplerKind};
+use crate::shade::Shading;
+
+/// What a render says and where it goes, beside the plan.
+pub struct Talk {
+    pub output: PathBuf,
+    pub report: Option<PathBuf>,
+    pub threads: usize,
+    pub quiet: bool,
+}
+
+impl Talk {
+    pub fn of(m: &ArgMatches) -> Result<Self> {
+        let scene = Path::new(text(m, "scene").unwrap_or_default());
+        let output = text(m, "output").map_or_else(|| automatic_name(scene), PathBuf::from);
+        PictureFormat::of(&output)?;
+        let here = std::thread::available_parallelism().map_or(1, usize::from);
+        let count = |w: &str| w.parse().ok().filter(|n| (1..=1024).contains(n));
+        let threads = parsed(m, "threads", "a number of threads from 1 to 1024", count)?;
+        Ok(Self {
+            output,
+            report: text(m, "report").map(PathBuf::from),
+            threads: threads.unwrap_or(here),
+            quiet: m.get_flag("quiet"),
+        })
+    }
+
+    /// Runs on this many threads.
+    pub fn on_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads)
+            .build();
+        let pool = pool.map_err(|e| {
+            Diagnostic::error(format!("cannot start {} threads: {e}", self.threads))
+        })?;
+        Ok(pool.install(work))
+    }
+}
+
+/// The plan that the words ask for.
+pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
+    let eras = [
+        ("1999", Era::Vintage),
+        ("vintage", Era::Vintage),
+        ("modern", Era::Modern),
+    ];
+    let era = named(m, "era", &eras)?.unwrap_or(era);
+    let mut plan = Plan::of_era(era, text(m, "scene").unwrap_or_default());
+    plan.camera = text(m, "camera").map(PathBuf::from);
+    plan.environment = text(m, "environment").map(PathBuf::from);
+    plan.optics = optics(m)?;
+    plan.focus = parsed(
+        m,
+        "focus",
+        "a distance greater than 0, such as 1.2 or 40cm",
+        distance,
+    )?;
+    plan.search = m
+        .get_many("search")
+        .into_iter()
+        .flatten()
+        .cloned()
+        .collect();
+    let maps = [
+        ("polar", DiscMap::Polar),
+        ("concentric", DiscMap::Concentric),
+    ];
+    let old_map = if era == Era::Vintage {
+        DiscMap::Polar
+    } else {
+        DiscMap::Concentric
+    };
+    let map = named(m, "disc", &maps)?;
+    let rear = Aim::RearElement(map.unwrap_or(old_map));
+    if map.is_some() && matches!(plan.aim, Aim::RearElement(_)) {
+        plan.aim = rear;
+    }
+    set(
+        &mut plan.aim,
+        named(m, "pupil", &[("rear", rear), ("exit", Aim::ExitPupil)])?,
+    );
+    set(
+        &mut plan.sampler.kind,
+        named(m, "sampler", &SamplerKind::ALL)?,
+    );
+    let count = |w: &str| w.parse().ok().filter(|n| (1..=1 << 24).contains(n));
+    set(
+        &mut plan.sampler.samples,
+        parsed(m, "samples", "a number from 1 to 2^24", count)?,
+    );
+    set(
+        &mut plan.sampler.seed,
+        parsed(m, "seed", "a whole number", |w| w.parse().ok())?,
+    );
+    plan.stop = Stop::after(plan.sampler.samples);
+    let models = "a shading model: f, n, a, d, p or r";
+    set(
+        &mut plan.shading,
+        parsed(m, "shading", models, Shading::named)?,
+    );
+    set(&mut plan.flash, parsed(m, "headlight", "on or off", flash)?);
+    set(
+        &mut plan.film,
+        parsed(m, "film", "a film size such as 36x24", film_size)?,
+    );
+    if let Some((width, height)) = parsed(m, "size", "a size such as 360x240", pair::<u32>)? {
+        plan.resolution = Resolution::new(width, height)?;
+    }
+    set(
+        &mut plan.exposure,
+        parsed(m, "exposure", POSITIVE, positive)?,
+    );
+    let responses = [("linear", Response::Linear), ("srgb", Response::Srgb)];
+    set(&mut plan.response, named(m, "response", &responses)?);
+    set(
+        &mut plan.depth,
+        named(m, "depth", &[("8", Depth::Eight), ("16", Depth::Sixteen)])?,
+    );
+    set(
+        &mut plan.time,
+        parsed(m, "time", "a time in seconds", finite)?,
+    );
+    Ok(plan)
+}
+
+fn set<T>(slot: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *slot = value;
+    }
+}
+
+fn optics(m: &ArgMatches) -> Result<Optics> {
+    let name = text(m, "lens").unwrap_or("wide-angle");
+    if name == "none" {
+        return Ok(Optics::Pinhole);
+    }
+    let mut lens = LensChoice::named(name);
+    set(&mut lens.zoom, parsed(m, "zoom", POSITIVE, positive)?);
+    lens.efl = parsed(m, "efl", "a focal length such as 20mm", focal_length)?;
+    let f_number = |w: &str| positive(w.trim_start_matches("f/"));
+    lens.f_number = parsed(m, "aperture", "an f-number such as f/8", f_number)?;
+    let methods = [("film", FocusMethod::Film), ("lens", FocusMethod::Lens)];
+    set(&mut lens.method, named(m, "focus-method", &methods)?);
+    Ok(Optics::Lens(lens))
+}
+
+/// The scene's name with `.png`, in the current folder: where the 1999 program put it is unknown.
+fn automatic_name(scene: &Path) -> PathBuf {
+    let name = scene.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.trim_end_matches(".gz");
+    PathBuf::from(stem.rsplit_once('.').map_or(stem, |(s, _)| s)).with_extension("png")
+}
+
+const POSITIVE: &str = "a number greater than 0";
+
+fn finite(word: &str) -> Option<f64> {
+    word.parse().ok().filter(|x: &f64| x.is_finite())
+}
+
+fn positive(word: &str) -> Option<f64> {
+    finite(word).filter(|x| *x > 0.0)
+}
+
+fn distance(word: &str) -> Option<Meters> {
+    parse_length(word, LengthUnit::Meter)
+        .filter(|l| l.0 > 0.0)
+        .map(Meters::from)
+}
+
+fn focal_length(word: &str) -> Option<Mm> {
+    parse_length(word, LengthUnit::Millimeter).filter(|l| l.0 > 0.0 && l.0.is_finite())
+}
+
+fn flash(word: &str) -> Option<Flash> {
+    match word {
+        "flip" => Some(Flash::Flipped),
+        "on" => Some(Flash::Set(true)),
+        "off" => Some(Flash::Set(false)),
+        _ => None,
+    }
+}
+
+fn pair<T: std::str::FromStr>(word: &str) -> Option<(T, T)> {
+    let (a, b) = word.split_once(['x', 'X', '×'])?;
+    Some((a.trim().parse().ok()?, b.trim().parse().ok()?))
+}
+
+fn film_size(word: &str) -> Option<FilmFormat> {
+    let (width, height) = pair::<f64>(word.trim_end_matches("mm"))?;
+    let fits = |x: f64| x > 0.0 && x.is_finite();
+    (fits(width) && fits(height)).then_some(FilmFormat { width, height })
+}
+
+/// A flag whose value is one of a few words.
+pub fn named<T: Copy>(
+    m: &ArgMatches,
+    flag: &str,
+    values: &[(&'static str, T)],
+) -> Result<Option<T>> {
+    let words: Vec<&str> = values.iter().map(|(n, _)| *n).collect();
+    let expects = format!("one of {}", words.join(", "));
+    parsed(m, flag, &expects, |w| {
+        values.iter().find(|(n, _)| *n == w).map(|(_, v)| *v)
+    })
+}
+
+/// Renders and writes the picture; the exit code.
+pub fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
+    let talk = Talk::of(matches)?;
+    let session = Session::open(plan(matches, era)?)?;
+    tell_all(&session.sink);
+    if !talk.quiet {
+        let choices: Vec<String> = session
+            .described
+            .iter()
+            .map(|(k, v)| format!("{k} {v}"))
+            .collect();
+        eprintln!("{}", choices.join(", "));
+    }
+    let meter = Meter::new(talk.quiet);
+    let exposure = talk.on_threads(|| session.expose(&|p| meter.show(p)))?;
+    meter.clear();
+
+    let clock = Instant::now();
+    let picture = session.develop(&exposure, &command_line(words));
+    picture.save(&talk.output, session.plan.depth)?;
+    let mut report = session.report(&exposure);
+    report.picture = talk.output.display().to_string();
+    report.seconds.write = clock.elapsed().as_secs_f64();
+    report.total_seconds = report.seconds.total();
+    tell_report(&talk, &report)?;
+    Ok(0)
+}
+
+fn tell_report(talk: &Talk, report: &RenderReport) -> Result<()> {
+    if !talk.quiet {
+        eprintln!("{}", report.line());
+    }
+    let Some(path) = &talk.report else {
+        return Ok(());
+    };
+    let text = serde_json::to_string_pretty(report)
+        .map_err(|e| Diagnostic::error(format!("the report cannot be written: {e}")))?;
+    write_whole(path, |file| writeln!(file, "{text}"))
+}
+
+/// The line that was typed, quoted where a shell would need it.
+fn command_line(words: &[OsString]) -> String {
+    let quote = |w: &OsString| {
+        let w = w.to_string_lossy();
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@".contains(c);
+        if !w.is_empty() && w.chars().all(plain) {
+            w.into_owned()
+        } else {
+            format!("'{}'", w.replace('\'', "'\\''"))
+        }
+    };
+    let rest = words.iter().skip(1).map(quote);
+    std::iter::once("ivcam".to_owned())
+        .chain(rest)
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// The progress line, on a terminal only.
+struct Meter {
+    bar: indicatif::ProgressBar,
+}
+
+impl Meter {
+    fn new(quiet: bool) -> Self {
+        let bar = if quiet || !std::io::stderr().is_terminal() {
+            indicatif::ProgressBar::hidden()
+        } else {
+            indicatif::ProgressBar::new(1)
+        };
+        if let Ok(style) = indicatif::ProgressStyle::with_template(
+            "{bar:30} {percent}%  {elapsed}  {eta} left  {msg}",
+        ) {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self { bar }
+    }
+
+    fn show(&self, progress: Progress) {
+        self.bar.set_length(progress.tiles);
+        self.bar.set_position(progress.tiles_done);
+        if let Some(error) = progress.error {
+            self.bar
+                .set_message(format!("{} spp  relRMSE {error:.2e}", progress.samples));
+        }
+    }
+
+    fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,513 @@
+//! Every choice of a photograph in one value, and the value made ready to render.
+//!
+//! 1999 and now differ by the [`Plan`] they start from, never by an `if` in a loop. The command
+//! line, the window, convergence runs and films all make a `Plan` and open a [`Session`] of it, so
+//! they render by the same code.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::{DMat4, DVec3, Vec3};
+use indexmap::IndexMap;
+
+use crate::camera::{Aim, Camera, LensCamera, Pinhole, pixel_aspect};
+use crate::diag::{Diagnostic, Result, Sink};
+use crate::film::{FilmFormat, Resolution, Response};
+use crate::grammar::{class, directional_light};
+use crate::graph::state::State;
+use crate::graph::{self, Visitor, WalkOptions};
+use crate::iv::{Document, Limits, NodeRef};
+use crate::lens::{FocusMethod, Lens};
+use crate::math::{Meters, Mm};
+use crate::picture::{Depth, Picture};
+use crate::pose::CameraPose;
+use crate::render::{Exposure, Progress, Render, Stop};
+use crate::report::{RenderReport, Seconds};
+use crate::sampling::{DiscMap, Sampler, SamplerKind};
+use crate::scene::{CompileOptions, Light, RenderScene};
+use crate::shade::{ShadeOptions, Shader, Shading};
+
+/// Whose choices a plan starts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Era {
+    /// The 1999 program (`docs/vintage.md`).
+    Vintage,
+    Modern,
+}
+
+impl Era {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Vintage => "1999",
+            Self::Modern => "modern",
+        }
+    }
+}
+
+/// What to do with the headlight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flash {
+    /// As the environment file says; off without one.
+    Unchanged,
+    Flipped,
+    Set(bool),
+}
+
+/// What stands in front of the film.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Optics {
+    /// The scene's own camera, without an aperture.
+    Pinhole,
+    Lens(LensChoice),
+}
+
+/// A lens with its changes, in the order in which they are made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LensChoice {
+    /// A name under `lenses/`, or a path.
+    pub name: String,
+    /// Scale to this focal length first.
+    pub efl: Option<Mm>,
+    /// Then by this factor.
+    pub zoom: f64,
+    /// Stop down to this f-number; full aperture without.
+    pub f_number: Option<f64>,
+    pub method: FocusMethod,
+}
+
+impl LensChoice {
+    pub fn named(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            efl: None,
+            zoom: 1.0,
+            f_number: None,
+            method: FocusMethod::Film,
+        }
+    }
+
+    /// Opens the lens and makes the changes.
+    pub fn open(&self, sink: &mut Sink) -> Result<Lens> {
+        let mut lens = Lens::open_with(&self.name, sink)?;
+        if let Some(length) = self.efl {
+            lens = lens.scaled_to(length)?;
+        }
+        if self.zoom != 1.0 {
+            lens = lens.scaled(self.zoom);
+        }
+        Ok(lens)
+    }
+}
+
+/// Every choice of a photograph.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub era: Era,
+    pub scene: PathBuf,
+    /// A file with a camera node; the environment's, the scene's own, or a view of everything.
+    pub camera: Option<PathBuf>,
+    pub environment: Option<PathBuf>,
+    pub optics: Optics,
+    /// From the camera. Without: the scene camera's `focalDistance`.
+    pub focus: Option<Meters>,
+    pub shading: Shading,
+    pub flash: Flash,
+    pub sampler: Sampler,
+    pub aim: Aim,
+    pub film: FilmFormat,
+    pub resolution: Resolution,
+    /// Multiplies the exposure; 1 renders white on the axis as white.
+    pub exposure: f64,
+    pub response: Response,
+    pub depth: Depth,
+    /// The scene's own time in seconds.
+    pub time: f64,
+    pub stop: Stop,
+    /// Folders besides the scene's own in which files that it names are looked for.
+    pub search: Vec<PathBuf>,
+}
+
+impl Plan {
+    /// The one place where 1999 and now part.
+    pub fn of_era(era: Era, scene: impl Into<PathBuf>) -> Self {
+        let (kind, aim, samples) = match era {
+            Era::Vintage => (SamplerKind::Jittered, Aim::RearElement(DiscMap::Polar), 1),
+            Era::Modern => (SamplerKind::Sobol, Aim::ExitPupil, 16),
+        };
+        Self {
+            era,
+            scene: scene.into(),
+            camera: None,
+            environment: None,
+            optics: Optics::Lens(LensChoice::named("wide-angle")),
+            focus: None,
+            shading: Shading::Recursive,
+            flash: Flash::Unchanged,
+            sampler: Sampler {
+                kind,
+                samples,
+                seed: 0,
+            },
+            aim,
+            film: FilmFormat::STANDARD,
+            resolution: Resolution::VINTAGE,
+            exposure: 1.0,
+            response: Response::Linear,
+            depth: Depth::Eight,
+            time: 0.0,
+            stop: Stop::after(samples),
+            search: Vec::new(),
+        }
+    }
+
+    /// The choices that make the picture what it is, for its metadata and the report.
+    pub fn describe(&self) -> IndexMap<String, String> {
+        let pupil = match self.aim {
+            Aim::RearElement(DiscMap::Polar) => "rear element, polar map",
+            Aim::RearElement(DiscMap::Concentric) => "rear element, concentric map",
+            Aim::ExitPupil => "exit pupil",
+        };
+        let Resolution { width, height } = self.resolution;
+        [
+            ("era", self.era.name().to_owned()),
+            ("shading", self.shading.name().to_owned()),
+            ("samples", self.sampler.samples.to_string()),
+            ("sampler", self.sampler.kind.name().to_owned()),
+            ("seed", self.sampler.seed.to_string()),
+            ("pupil", pupil.to_owned()),
+            (
+                "film",
+                format!("{}x{} mm", self.film.width, self.film.height),
+            ),
+            ("size", format!("{width}x{height}")),
+            ("exposure", self.exposure.to_string()),
+        ]
+        .into_iter()
+        .map(|(k, v)| (k.to_owned(), v))
+        .collect()
+    }
+}
+
+/// A plan made ready: scene compiled, camera in place, lens focused.
+pub struct Session {
+    pub plan: Plan,
+    pub document: Arc<Document>,
+    pub scene: RenderScene,
+    pub pose: CameraPose,
+    pub camera: Camera,
+    pub headlight: Option<Light>,
+    pub seconds: Seconds,
+    /// What reading, compiling and the lens had to say.
+    pub sink: Sink,
+    /// The plan's choices and those that the scene and the lens brought with them.
+    pub described: IndexMap<String, String>,
+}
+
+impl Session {
+    /// Reads, compiles and focuses.
+    ///
+    /// # Errors
+    /// A file that can't be read, a camera file without a camera, a lens that can't focus there.
+    pub fn open(plan: Plan) -> Result<Self> {
+        let clock = Instant::now();
+        let search: Vec<&Path> = plan.search.iter().map(PathBuf::as_path).collect();
+        let mut document = Document::open_with(&plan.scene, &search, &Limits::default())?;
+        let environment = match plan.environment.as_deref() {
+            Some(path) => Environment::join(&mut document, path)?,
+            None => Environment::default(),
+        };
+        let read = clock.elapsed().as_secs_f64();
+        let mut session = Self::of_document(plan, Arc::new(document), &environment)?;
+        session.seconds.read = read;
+        Ok(session)
+    }
+
+    fn of_document(plan: Plan, document: Arc<Document>, environment: &Environment) -> Result<Self> {
+        let mut seconds = Seconds::default();
+        let mut sink = Sink::new();
+        sink.extend_from(&document.sink);
+
+        let clock = Instant::now();
+        let stage = Stage::set(&plan, &document, environment)?;
+        let scene = RenderScene::compile(&document, &options(&plan, &stage.pose))?;
+        scene.census().troubles.iter().for_each(|t| {
+            sink.add((**t).clone());
+        });
+        seconds.compile = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        let (camera, optics) = camera(&plan, &stage.pose, &mut sink)?;
+        seconds.pupil = clock.elapsed().as_secs_f64();
+
+        let mut described = plan.describe();
+        described.insert("camera".into(), stage.pose.source.clone());
+        described.extend(optics);
+        let Stage { pose, headlight } = stage;
+        Ok(Self {
+            plan,
+            document,
+            scene,
+            pose,
+            camera,
+            headlight,
+            seconds,
+            sink,
+            described,
+        })
+    }
+
+    /// Exposes a film. Uses rayon's current pool.
+    pub fn expose(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
+        self.expose_with(self.plan.sampler, self.plan.stop, progress)
+    }
+
+    /// The same with other samples.
+    pub fn expose_with(
+        &self,
+        sampler: Sampler,
+        stop: Stop,
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Exposure {
+        let options = ShadeOptions {
+            headlight: self.headlight,
+            backward: (self.pose.orientation * DVec3::Z).as_vec3(),
+            ..ShadeOptions::default()
+        };
+        let shader = Shader::new(&self.scene, self.plan.shading, options);
+        Render {
+            shader: &shader,
+            camera: &self.camera,
+            sampler,
+            resolution: self.plan.resolution,
+            exposure: self.plan.exposure,
+            stop,
+        }
+        .run(progress)
+    }
+
+    /// The picture of an exposure, with how it was made.
+    pub fn develop(&self, exposure: &Exposure, command: &str) -> Picture {
+        let mut picture = Picture::develop(&exposure.film, self.plan.response);
+        let mut say = |key: &str, value: &str| {
+            picture.provenance.insert(key.to_owned(), value.to_owned());
+        };
+        say("Software", concat!("ivcam ", env!("CARGO_PKG_VERSION")));
+        say("Command", command);
+        self.described
+            .iter()
+            .for_each(|(k, v)| say(&format!("ivcam:{k}"), v));
+        picture
+    }
+
+    /// The account of an exposure, but for the picture's name and the time to write it.
+    pub fn report(&self, exposure: &Exposure) -> RenderReport {
+        let mut seconds = self.seconds;
+        seconds.render = exposure.seconds;
+        let (triangles, quadrics, strokes) = self.scene.primitives();
+        let mut report = RenderReport {
+            ivcam: env!("CARGO_PKG_VERSION"),
+            scene: self.plan.scene.display().to_string(),
+            picture: String::new(),
+            plan: self.described.clone(),
+            seconds,
+            total_seconds: 0.0,
+            samples: exposure.samples,
+            film_rays: 0,
+            passed_share: 0.0,
+            relative_rmse: exposure.film.relative_rmse(),
+            primitives: (triangles + quadrics + strokes) as u64,
+            left_out: self.left_out(),
+        };
+        report.set_counts(&exposure.counts);
+        report
+    }
+
+    /// What the picture did not need.
+    fn left_out(&self) -> Vec<String> {
+        let mut out = self.scene.census().left_out();
+        let mut leave = |what: &str, why: &str| out.push(format!("{what} ({why})"));
+        if self.plan.optics == Optics::Pinhole {
+            leave("lens and pupil", "pinhole");
+        }
+        if !self.plan.shading.needs().secondary {
+            leave("secondary rays", "shading");
+        }
+        out
+    }
+}
+
+fn options(plan: &Plan, pose: &CameraPose) -> CompileOptions {
+    CompileOptions {
+        origin: pose.position,
+        camera: Some(pose.clone()),
+        needs: plan.shading.needs(),
+        time: plan.time,
+        pixel_rows: plan.resolution.height,
+        texture_folders: plan.search.clone(),
+        ..CompileOptions::default()
+    }
+}
+
+/// What stands around the scene: the camera, and a light on it.
+struct Stage {
+    pose: CameraPose,
+    headlight: Option<Light>,
+}
+
+impl Stage {
+    /// The camera is the `-camread` file's, else the environment's, else the scene's first, else a
+    /// view of everything.
+    fn set(plan: &Plan, document: &Document, environment: &Environment) -> Result<Self> {
+        let pose = match plan.camera.as_deref() {
+            Some(path) => camera_of_file(path)?,
+            None => match &environment.pose {
+                Some(pose) => pose.clone(),
+                None => camera_of_scene(document, plan),
+            },
+        };
+        let own = environment.headlight;
+        let on = match plan.flash {
+            Flash::Unchanged => own.is_some(),
+            Flash::Flipped => own.is_none(),
+            Flash::Set(on) => on,
+        };
+        // The headlight hangs on the camera: its direction is in camera space.
+        let headlight = on
+            .then(|| own.unwrap_or(Light::headlight(Vec3::NEG_Z)))
+            .map(|mut light| {
+                light.direction = (pose.orientation * light.direction.as_dvec3()).as_vec3();
+                light
+            });
+        Ok(Self { pose, headlight })
+    }
+}
+
+fn camera_of_file(path: &Path) -> Result<CameraPose> {
+    let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+    let document = Document::read_headerless(&path.display().to_string(), bytes)?;
+    first_camera(&document, 0.0).ok_or_else(|| {
+        let example = "`PerspectiveCamera { position 0 0 5 }`";
+        Diagnostic::error("there is no camera in the file")
+            .in_file(path.display().to_string())
+            .with_help(format!(
+                "a camera file holds a camera node, such as {example}"
+            ))
+    })
+}
+
+fn camera_of_scene(document: &Document, plan: &Plan) -> CameraPose {
+    first_camera(document, plan.time).unwrap_or_else(|| {
+        let options = CompileOptions {
+            time: plan.time,
+            ..CompileOptions::default()
+        };
+        let bounds = RenderScene::survey(document, &options).inventor_bounds;
+        CameraPose::view_all(bounds.unwrap_or_default(), plan.resolution.aspect())
+    })
+}
+
+/// The first camera that a walk meets.
+fn first_camera(document: &Document, time: f64) -> Option<CameraPose> {
+    struct First(Option<CameraPose>);
+    impl<'a> Visitor<'a> for First {
+        fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
+        fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+            if self.0.is_none() {
+                self.0 = CameraPose::from_node(node, state.world_from_object);
+            }
+        }
+    }
+    let mut first = First(None);
+    let options = WalkOptions {
+        time,
+        ..WalkOptions::default()
+    };
+    graph::walk(document, &options, &mut first);
+    first.0
+}
+
+/// What a SceneViewer environment file brings: its lights and fog go in front of the scene's own
+/// nodes, its camera and headlight are kept apart.
+#[derive(Default)]
+struct Environment {
+    pose: Option<CameraPose>,
+    headlight: Option<Light>,
+}
+
+impl Environment {
+    /// Reads the file into the scene's document: `Label`, a camera, `Environment`, a `Group` of
+    /// lights, and at the end, if the headlight is on, a `DirectionalLight` in camera space.
+    fn join(document: &mut Document, path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+        let roots = document.read_more(&path.display().to_string(), bytes)?;
+        let mut this = Self::default();
+        let mut around = Vec::new();
+        for root in roots {
+            let node = document.node(root);
+            if let Some(pose) = CameraPose::from_node(node, DMat4::IDENTITY) {
+                this.pose = Some(pose);
+            } else if node.class_id() == Some(class::DIRECTIONAL_LIGHT) {
+                this.headlight = headlight(node);
+            } else {
+                around.push(root);
+            }
+        }
+        if this.pose.is_none() && around.is_empty() && this.headlight.is_none() {
+            return Err(
+                Diagnostic::error("there is no camera and no light in the file")
+                    .in_file(path.display().to_string())
+                    .with_help("an environment file is what SceneViewer saves"),
+            );
+        }
+        around.append(&mut document.roots);
+        document.roots = around;
+        Ok(this)
+    }
+}
+
+fn headlight(node: NodeRef<'_>) -> Option<Light> {
+    let mut light = Light::headlight(node.get(directional_light::DIRECTION));
+    light.color = node.get(directional_light::COLOR) * node.get(directional_light::INTENSITY);
+    node.get(directional_light::ON).then_some(light)
+}
+
+/// The camera, and the choices that its lens brought with it.
+fn camera(
+    plan: &Plan,
+    pose: &CameraPose,
+    sink: &mut Sink,
+) -> Result<(Camera, IndexMap<String, String>)> {
+    let mut said = IndexMap::new();
+    let mut say = |key: &str, value: String| {
+        said.insert(key.to_owned(), value);
+    };
+    let Optics::Lens(choice) = &plan.optics else {
+        say("lens", "none (pinhole)".into());
+        return Ok((
+            Camera::Pinhole(Pinhole::new(pose, plan.resolution.aspect())),
+            said,
+        ));
+    };
+    let lens = choice.open(sink)?;
+    let distance = plan.focus.unwrap_or(Meters(pose.focal_distance));
+    let focus = lens
+        .focus(choice.method, distance)
+        .map_err(|f| f.diagnostic(lens.name()))?;
+    if (pixel_aspect(plan.film, plan.resolution) - 1.0).abs() > 1e-2 {
+        sink.add(*Diagnostic::warning(format!(
+            "pixels are not square: {}x{} mm of film on {}x{} pixels",
+            plan.film.width, plan.film.height, plan.resolution.width, plan.resolution.height
+        )));
+    }
+    say("lens", choice.name.clone());
+    say("efl", format!("{:.3} mm", lens.first_order().efl()));
+    if let Some(n) = lens.first_order().f_number() {
+        say("f-number", format!("f/{n:.2}"));
+    }
+    say("focus", format!("{} m", distance.0));
+    say("focus method", choice.method.name().into());
+    say("film position", format!("{:.4} mm", focus.film_z));
+    let camera = LensCamera::new(lens, focus, plan.film, plan.aim, pose);
+    Ok((Camera::Lens(Box::new(camera)), said))
+}

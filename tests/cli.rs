@@ -1,0 +1,230 @@
+//! The command line as users type it: the README's and the paper's own lines, and bad input.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of this test's own, removed at the end.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("ivcam-cli-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn file(&self, name: &str, content: &str) -> PathBuf {
+        let path = self.0.join(name);
+        std::fs::write(&path, content).unwrap();
+        path
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(&self.0).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn ivcam(line: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ivcam"));
+    command.current_dir(root()).args(line.split_whitespace());
+    command
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn the_readmes_first_command_makes_its_picture() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let line = readme
+        .lines()
+        .find_map(|l| l.trim().strip_prefix("cargo run --release -- "))
+        .unwrap();
+    let (line, output) = line.rsplit_once(" -o ").unwrap();
+    let scratch = Scratch::new("readme");
+    let picture = scratch.0.join(output);
+    let small = format!("{line} --size 36x24 --samples 1 -o {}", picture.display());
+    let run = ivcam(&small).output().unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    assert_eq!(image::image_dimensions(picture).unwrap(), (36, 24));
+}
+
+#[test]
+fn the_papers_own_line_runs_as_it_stands() {
+    let scratch = Scratch::new("paper");
+    let picture = scratch.0.join("a.png");
+    let line = "-batch -j 16 -s r -f 1.2 -z 0.2 -camread camera/cam-1.dat \
+                scenes/livroom/livroom.iv";
+    let run = ivcam(line)
+        .args(["--size", "18x12", "-o"])
+        .arg(&picture)
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    let said = stderr(&run);
+    for part in [
+        "era 1999",
+        "rear element, polar map",
+        "samples 16",
+        "efl 20.0",
+        "relRMSE",
+    ] {
+        assert!(said.contains(part), "{part} missing in {said}");
+    }
+}
+
+#[test]
+fn the_report_tells_time_error_and_what_was_left_out() {
+    let scratch = Scratch::new("report");
+    let scene = scratch.file("a.iv", "#Inventor V2.1 ascii\nSphere { }\n");
+    let report = scratch.0.join("report.json");
+    let run =
+        ivcam("render --lens double-gauss --focus 3 --size 12x8 -s p --headlight=on --report")
+            .arg(&report)
+            .arg(&scene)
+            .arg("-o")
+            .arg(scratch.0.join("a.png"))
+            .output()
+            .unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    let text = std::fs::read_to_string(report).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for phase in ["read", "compile", "pupil", "render", "write"] {
+        assert!(json["seconds"][phase].as_f64().unwrap() >= 0.0);
+    }
+    assert!(json["relative_rmse"].as_f64().unwrap() > 0.0);
+    assert!(json["passed_share"].as_f64().unwrap() > 0.5);
+    assert_eq!(json["film_rays"], 12 * 8 * 16);
+}
+
+/// Runs a line that must fail with exit code 2, one error that says all of `parts`, and no file
+/// left in the folder but those that were there.
+fn must_fail(scratch: &Scratch, line: &str, parts: &[&str]) {
+    let before = scratch.names();
+    let folder = scratch.0.display().to_string();
+    let run = ivcam(&line.replace("DIR", &folder)).output().unwrap();
+    let said = stderr(&run);
+    assert_eq!(run.status.code(), Some(2), "{line}: {said}");
+    assert_eq!(said.matches("error").count(), 1, "{line}: {said}");
+    assert!(!said.contains("panicked"), "{said}");
+    for part in parts {
+        assert!(said.contains(part), "{line}: `{part}` missing in\n{said}");
+    }
+    assert_eq!(scratch.names(), before, "{line}");
+}
+
+#[test]
+fn bad_input_ends_in_one_clear_message_and_no_file() {
+    let scratch = Scratch::new("bad");
+    scratch.file("good.iv", "#Inventor V2.1 ascii\nCube { }\n");
+    scratch.file("not.iv", "solid cube\nfacet normal 0 0 1\n");
+    scratch.file("empty.iv", "");
+    scratch.file("none.dat", "# radius thickness n_d aperture\n");
+    scratch.file("negative.dat", "50 5 1.5 20\n-50 40 1 -20\n");
+    scratch.file("nocam.dat", "Cube { }\n");
+    let render = "render -o DIR/out.png";
+    for (rest, parts) in [
+        ("DIR/not.iv", &["not.iv", "Inventor"][..]),
+        ("DIR/empty.iv", &["empty.iv"]),
+        ("DIR/missing.iv", &["missing.iv", "no such file"]),
+        ("--lens DIR/none.dat DIR/good.iv", &["none.dat", "surface"]),
+        (
+            "--lens DIR/negative.dat DIR/good.iv",
+            &["negative.dat:2", "aperture"],
+        ),
+        (
+            "--lens wide-angel DIR/good.iv",
+            &["wide-angel", "did you mean `wide-angle`"],
+        ),
+        ("--lens double-gauss --focus 0.01 DIR/good.iv", &["nearest"]),
+        ("--focus -1 DIR/good.iv", &["--focus -1"]),
+        ("--size 0x24 DIR/good.iv", &["0x24", "no pixels"]),
+        ("--samples 0 DIR/good.iv", &["--samples 0"]),
+        ("--shading q DIR/good.iv", &["--shading q"]),
+        (
+            "--camera DIR/nocam.dat DIR/good.iv",
+            &["nocam.dat", "no camera"],
+        ),
+        (
+            "--camera DIR/gone.dat DIR/good.iv",
+            &["gone.dat", "no such file"],
+        ),
+    ] {
+        must_fail(&scratch, &format!("{render} {rest}"), parts);
+    }
+    must_fail(
+        &scratch,
+        "render -o DIR/out.bmp DIR/good.iv",
+        &["out.bmp", ".png"],
+    );
+    must_fail(
+        &scratch,
+        "render -o DIR/gone/out.png --size 4x4 --focus 9 DIR/good.iv",
+        &["gone/out.png"],
+    );
+    must_fail(&scratch, "lens DIR/none.dat", &["none.dat"]);
+    must_fail(&scratch, "nodes Conne", &["did you mean `Cone`"]);
+}
+
+#[test]
+fn a_missing_part_is_a_warning_and_a_picture() {
+    let scratch = Scratch::new("parts");
+    let scene = "#Inventor V2.1 ascii\nFile { name \"gone.iv\" }\nTexture2 { filename \"gone.rgb\" }\n\
+                 Cube { }\n";
+    scratch.file("a.iv", scene);
+    let line = format!(
+        "render --size 12x8 --lens none -o {0}/a.png {0}/a.iv",
+        scratch.0.display()
+    );
+    let run = ivcam(&line).output().unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    for part in ["warning", "gone.iv", "a.iv:2"] {
+        assert!(
+            stderr(&run).contains(part),
+            "{part} missing in {}",
+            stderr(&run)
+        );
+    }
+    assert!(scratch.0.join("a.png").exists());
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_at_any_number_of_threads() {
+    let scratch = Scratch::new("threads");
+    let scene = scratch.file(
+        "a.iv",
+        "#Inventor V2.1 ascii\nDirectionalLight { }\nMaterial { transparency 0.3 }\nCone { }\n",
+    );
+    let mut pictures = Vec::new();
+    for threads in ["1", "2", "7"] {
+        let picture = scratch.0.join(format!("{threads}.ppm"));
+        let run = ivcam("render --size 30x20 --focus 4 --quiet --depth 16 --threads")
+            .args([threads, "-o"])
+            .arg(&picture)
+            .arg(&scene)
+            .output()
+            .unwrap();
+        assert!(run.status.success(), "{}", stderr(&run));
+        let bytes = std::fs::read(picture).unwrap();
+        // The command is in the header; the levels come after the line that gives the depth.
+        let at = bytes.windows(7).position(|w| w == b"\n65535\n").unwrap();
+        pictures.push(bytes[at..].to_vec());
+    }
+    assert!(pictures.iter().all(|p| *p == pictures[0]));
+}
