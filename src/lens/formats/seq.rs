@@ -561,6 +561,12 @@ mod tests {
     }
 
     #[test]
+    fn a_command_goes_on_behind_an_ampersand_in_files_of_windows_too() {
+        let text = "RDM\r\nSO 0 1e9\r\nS 10 &\r\n 3 NBK7\r\n STO\r\n CIR 4\r\nS -9 5\r\nSI 0 0\r\n";
+        assert_eq!(parse(text).unwrap().surfaces[0].thickness, 3.0);
+    }
+
+    #[test]
     fn a_private_glass_is_its_table() {
         let lens = parse(
             "RDM\nPRV\n PWL 700 656.2725 587.5618 486.1327 400\n 'E48' 1.52 1.528 1.531 1.538&\n \
