@@ -9,7 +9,8 @@
 //! Kinds: sphere, plane, stop, conic, asphere, cyl_x, cyl_y, toroid. An asphere has the conic
 //! constant `k` and `radial_poly`, powers of r with their coefficients, or `A4_A6_..`, a list
 //! from r^4 in steps of two. A toroid has `R_x` across. `n_F` and `n_C` give dispersion, or `V_d`,
-//! or `sellmeier` (K1 L1 K2 L2 K3 L3 in µm²), or a `glass` named without an index. A missing `semi_diameter` does not limit.
+//! or `sellmeier` (K1 L1 K2 L2 K3 L3 in µm²), or `formula` (numbered as in `.agf` files) with
+//! `coefficients`, or a `glass` named without an index. A missing `semi_diameter` does not limit.
 
 use std::sync::Arc;
 
@@ -17,7 +18,7 @@ use serde_json::{Map, Value};
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span, nearest};
 use crate::lens::catalogue::Catalogue;
-use crate::lens::glass::{Formula, Medium};
+use crate::lens::glass::{Dispersion, Formula, Medium};
 use crate::lens::prescription::{Column, FocusGroup, Iris, Prescription, ZoomPosition, check};
 use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
 use crate::math::LengthUnit;
@@ -105,6 +106,9 @@ impl Reader<'_> {
             Some(n) => return Err(self.fail(None, format!("`n_object` is {n}, less than 1"))),
             None => Medium::air(),
         };
+        if let Some(row) = root.get("object_medium") {
+            medium = self.medium(0, row, &medium, false)?;
+        }
         let object_medium = medium.clone();
         let mut surfaces = Vec::with_capacity(rows.len());
         for (i, row) in rows.iter().enumerate() {
@@ -188,10 +192,24 @@ impl Reader<'_> {
             (_, Some(abbe)) if abbe > 0.0 => Medium::from_abbe(n_d, abbe),
             _ => Medium::constant(n_d),
         };
+        if let [a, b] = numbers(row.get("cauchy"))[..] {
+            medium.dispersion = Dispersion::Cauchy { a, b };
+        }
         let sellmeier = numbers(row.get("sellmeier"));
-        if sellmeier.len() == 6 {
-            let k = std::array::from_fn(|j| sellmeier.get(j).copied().unwrap_or(0.0));
-            if let Some(glass) = Medium::from_formula(Formula::Sellmeier1, k) {
+        let listed = numbers(row.get("coefficients"));
+        let formula = number(row, &["formula"]).map(|n| Formula::from_number(n as u32));
+        let curve = match formula {
+            Some(Some(formula)) if !listed.is_empty() => Some((formula, listed)),
+            Some(None) => {
+                let message = format!("surface {i} names no known dispersion formula");
+                return Err(self.fail(Some(i), message));
+            }
+            _ if sellmeier.len() == 6 => Some((Formula::Sellmeier1, sellmeier)),
+            _ => None,
+        };
+        if let Some((formula, k)) = curve {
+            let k = std::array::from_fn(|j| k.get(j).copied().unwrap_or(0.0));
+            if let Some(glass) = Medium::from_formula(formula, k) {
                 medium = Medium { n_d, ..glass };
             }
         }
@@ -209,12 +227,12 @@ impl Reader<'_> {
             Some("cyl_x") => Shape::CylinderX,
             Some("cyl_y") => Shape::CylinderY,
             Some("toroid") => {
-                let across = row.get("R_x").and_then(Value::as_f64).unwrap_or(0.0);
-                Shape::Toroid {
-                    across: Curvature::from_radius(across),
-                    k,
-                    terms,
-                }
+                let value = |key: &str| row.get(key).and_then(Value::as_f64);
+                let across = match value("c_x") {
+                    Some(c) => Curvature::from_curvature(c),
+                    None => Curvature::from_radius(value("R_x").unwrap_or(0.0)),
+                };
+                Shape::Toroid { across, k, terms }
             }
             _ if has_terms => Shape::Asphere { k, terms },
             _ if k != 0.0 => Shape::Conic { k },
@@ -322,17 +340,18 @@ fn zoom(root: &Value) -> Vec<ZoomPosition> {
         .flatten()
         .map(|position| {
             let gaps = position.get("gaps").and_then(Value::as_object);
+            let gaps = gaps.into_iter().flatten();
+            let mut gaps: Vec<(usize, f64)> = gaps
+                .filter_map(|(i, gap)| Some((i.parse().ok()?, gap.as_f64()?)))
+                .collect();
+            gaps.sort_by_key(|(surface, _)| *surface);
             ZoomPosition {
                 name: position
                     .get("name")
                     .and_then(Value::as_str)
                     .unwrap_or("")
                     .to_owned(),
-                gaps: gaps
-                    .into_iter()
-                    .flatten()
-                    .filter_map(|(i, gap)| Some((i.parse().ok()?, gap.as_f64()?)))
-                    .collect(),
+                gaps,
                 stop_semi_diameter: number(position, &["stop"]),
             }
         })

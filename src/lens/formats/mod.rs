@@ -7,6 +7,7 @@ pub mod iset;
 pub mod json;
 pub mod seq;
 mod text;
+pub mod write;
 pub mod zmx;
 
 use std::sync::Arc;

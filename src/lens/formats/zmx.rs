@@ -242,7 +242,15 @@ impl Reader<'_> {
             Some(word) => word.number(self.source),
             None => Ok(0.0),
         };
-        let curvature = Curvature::from_curvature(number("CURV")?);
+        let mut curvature = Curvature::from_curvature(number("CURV")?);
+        let mut shape = self.shape(block, curvature)?;
+        if let Shape::Toroid { across, k, terms } = &shape
+            && curvature.is_plane()
+            && *k == 0.0
+            && terms.iter().all(|t| *t == 0.0)
+        {
+            (curvature, shape) = (*across, Shape::CylinderY);
+        }
         let thickness = match block.first("DISZ") {
             Some(word) if word.is("INFINITY") => 0.0,
             Some(word) => word.number(self.source)?,
@@ -259,7 +267,7 @@ impl Reader<'_> {
             }
         }
         Ok(Surface {
-            shape: self.shape(block, curvature)?,
+            shape,
             curvature,
             thickness,
             medium,
