@@ -307,11 +307,10 @@ fn notes(root: &Value) -> Vec<String> {
     let title = said("title").map(|title| format!("name: {title}"));
     let others = crate::lens::about::KEYS.iter().skip(1);
     let others = others.filter_map(|key| said(key).map(|value| format!("{key}: {value}")));
-    title
-        .into_iter()
-        .chain(others)
-        .chain(said("note"))
-        .collect()
+    let list = root.get("note").and_then(Value::as_array);
+    let listed = list.into_iter().flatten().filter_map(Value::as_str);
+    let named = title.into_iter().chain(others).chain(said("note"));
+    named.chain(listed.map(str::to_owned)).collect()
 }
 
 /// The list of even coefficients from r^4, whatever dots end its name.
