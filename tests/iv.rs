@@ -185,7 +185,6 @@ fn old_shape_hints_become_new_ones() {
         hints.get(shape_hints::VERTEX_ORDERING),
         shape_hints::VERTEX_ORDERING_COUNTERCLOCKWISE
     );
-    assert_eq!(hints.get(shape_hints::CREASE_ANGLE), 0.5);
 }
 
 #[test]

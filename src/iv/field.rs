@@ -413,7 +413,7 @@ pub struct Names<'n> {
 }
 
 impl Names<'_> {
-    fn value(self, name: &str) -> Option<i64> {
+    pub fn value(self, name: &str) -> Option<i64> {
         let exact = self.names.iter().find(|(n, _)| *n == name);
         let loose = || {
             self.names
@@ -426,7 +426,7 @@ impl Names<'_> {
             .or_else(|| (self.old)(name))
     }
 
-    fn unknown(self, name: &str) -> String {
+    pub fn unknown(self, name: &str) -> String {
         let all: Vec<&str> = self.names.iter().map(|(n, _)| *n).collect();
         match crate::diag::nearest(name, all.iter().copied()) {
             Some(near) => format!("`{name}` is not one of its values; did you mean `{near}`?"),

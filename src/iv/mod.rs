@@ -5,6 +5,7 @@
 
 mod ascii;
 mod assemble;
+mod binary;
 pub mod document;
 mod field;
 mod header;
@@ -121,11 +122,6 @@ fn read_into(
         (Err(_), Some(header)) => header,
         (Err(error), None) => return Err(error),
     };
-    if header.binary {
-        return Err(
-            Diagnostic::error(format!("`{name}` is binary, which is not read yet")).in_file(name),
-        );
-    }
     if document.sources.is_empty() {
         document.format = header.words.clone();
     }
@@ -138,7 +134,11 @@ fn read_into(
     let first_node = document.nodes.len();
     document.sources.push(source.clone());
     let mut assembler = Assembler::new(document, header, limits);
-    let roots = ascii::read(&mut assembler, &source.bytes);
+    let roots = if source.binary {
+        binary::read(&mut assembler, &source.bytes)
+    } else {
+        ascii::read(&mut assembler, &source.bytes)
+    };
     let old = std::mem::take(&mut assembler.old);
     let header = assembler.header.clone();
     let roots = roots?;

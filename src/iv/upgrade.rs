@@ -143,16 +143,11 @@ pub fn upgrade(
     for (node, field, value) in old {
         (field.into)(document, node, &value);
     }
-    if header.is_vrml97() || header.version >= (2, 1) {
-        return;
-    }
     for i in first..document.nodes.len() {
-        match document.nodes[i].class {
-            ClassRef::Known(class::SHAPE_HINTS) => crease_angle(document, i),
-            ClassRef::Known(class::MATERIAL) if header.dialect == Dialect::IV1 => {
-                shine(document, i)
-            }
-            _ => {}
+        if document.nodes[i].class == ClassRef::Known(class::MATERIAL)
+            && header.dialect == Dialect::IV1
+        {
+            shine(document, i);
         }
     }
 }
@@ -168,18 +163,6 @@ fn state(document: &mut Document, node: usize, index: u16, value: Value) {
     let fields = &mut document.nodes[node].fields;
     fields.retain(|f| f.index != index);
     fields.push(entry);
-}
-
-fn states(document: &Document, node: usize, index: u16) -> bool {
-    document.nodes[node].fields.iter().any(|f| f.index == index)
-}
-
-/// Before V2.1, and in VRML 1.0, a silent `ShapeHints` meant half a radian.
-fn crease_angle(document: &mut Document, node: usize) {
-    let index = shape_hints::CREASE_ANGLE.index;
-    if !states(document, node, index) {
-        state(document, node, index, Value::Float(0.5));
-    }
 }
 
 /// IRIS GL, and so V1.0, took a shininess of 0 for no highlight at all.

@@ -1,0 +1,635 @@
+//! Reads the binary formats V1.0, V2.0 and V2.1: big-endian words, as XDR lays them out.
+//!
+//! A string is its length and its bytes, filled up to a multiple of four. A node is its class's
+//! name, from V2.1 on a word of flags (2: has children), the number of its fields, the fields,
+//! and, for groups, the number of its children and the children. A field is its name, its value
+//! and a word of flags: 1 ignored, 2 connected, 4 default. There is nothing to resume at after a
+//! mistake, so the first one ends reading; what was read before stays.
+
+use std::sync::Arc;
+
+use glam::{Mat4, Vec2, Vec3, Vec4};
+
+use super::assemble::{Assembler, Slot};
+use super::document::{ClassRef, Connection};
+use super::field;
+use super::value::{Image, NodeId, Plane, Rotation, Value};
+use crate::diag::{Result, Span};
+use crate::grammar::{FieldType, class, path};
+
+const IGNORED: u32 = 1;
+const CONNECTED: u32 = 2;
+const HAS_CHILDREN: u32 = 2;
+/// In the number of fields: the types and names of the fields come first.
+const DESCRIBED: u32 = 0x4000;
+
+#[derive(Clone, Copy)]
+enum Target {
+    Root,
+    Child(NodeId),
+    Field(NodeId, usize),
+    Element(NodeId, usize),
+    Source(NodeId, usize),
+}
+
+#[derive(Clone, Copy)]
+enum Level {
+    Fields {
+        node: NodeId,
+        target: Target,
+        left: u32,
+        children: bool,
+    },
+    Children {
+        node: NodeId,
+        target: Target,
+        left: u32,
+    },
+    List {
+        node: NodeId,
+        entry: usize,
+        left: u32,
+    },
+}
+
+/// What ends reading, and the offset where.
+struct Stop(usize, String);
+
+type Step<T> = std::result::Result<T, Stop>;
+
+struct Reader<'r, 'd, 's> {
+    asm: &'r mut Assembler<'d>,
+    bytes: &'s [u8],
+    at: usize,
+    stack: Vec<Level>,
+    roots: Vec<NodeId>,
+    /// A limit that was passed, which is an error and not a wrong file.
+    limit: Option<Box<crate::diag::Diagnostic>>,
+}
+
+/// Reads the nodes of a file. `Err` is a limit that was passed.
+pub fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
+    let at = asm.header.length.min(bytes.len());
+    let mut reader = Reader {
+        asm,
+        bytes,
+        at,
+        stack: Vec::new(),
+        roots: Vec::new(),
+        limit: None,
+    };
+    loop {
+        match reader.step() {
+            Ok(true) => {}
+            Ok(false) => break,
+            Err(Stop(at, message)) => {
+                if let Some(limit) = reader.limit.take() {
+                    return Err(limit);
+                }
+                reader.stop(at, message);
+                break;
+            }
+        }
+    }
+    Ok(reader.roots)
+}
+
+impl Reader<'_, '_, '_> {
+    fn stop(&mut self, at: usize, message: String) {
+        self.asm
+            .document
+            .sink
+            .warn(Span::at(at), message)
+            .help("a binary file cannot be resumed after a mistake; what came before it is kept");
+        // Close what is open, so that the nodes that were read hang together.
+        while let Some(level) = self.stack.pop() {
+            match level {
+                Level::Fields { node, target, .. } | Level::Children { node, target, .. } => {
+                    self.attach(target, node);
+                }
+                Level::List { .. } => {}
+            }
+        }
+    }
+
+    fn wrong<T>(&self, message: impl Into<String>) -> Step<T> {
+        Err(Stop(self.at, message.into()))
+    }
+
+    fn rest(&self) -> &[u8] {
+        &self.bytes[self.at..]
+    }
+
+    fn word(&mut self) -> Step<u32> {
+        match self.rest().first_chunk::<4>() {
+            Some(&bytes) => {
+                self.at += 4;
+                Ok(u32::from_be_bytes(bytes))
+            }
+            None => self.wrong("the file ends in the middle of a value"),
+        }
+    }
+
+    fn double(&mut self) -> Step<f64> {
+        let (high, low) = (self.word()?, self.word()?);
+        Ok(f64::from_bits(u64::from(high) << 32 | u64::from(low)))
+    }
+
+    /// Bytes, and past what fills them up to a multiple of four.
+    fn take(&mut self, count: usize) -> Step<&[u8]> {
+        if count > self.rest().len() {
+            return self.wrong(format!(
+                "{count} bytes are promised, and {} are left",
+                self.rest().len()
+            ));
+        }
+        let start = self.at;
+        self.at = (start + count.next_multiple_of(4)).min(self.bytes.len());
+        Ok(&self.bytes[start..start + count])
+    }
+
+    fn string(&mut self) -> Step<String> {
+        let count = self.word()? as usize;
+        Ok(field::text(self.take(count)?))
+    }
+
+    /// How many values follow; not more than the rest of the file can hold.
+    fn count(&mut self, size: usize) -> Step<usize> {
+        let count = self.word()? as usize;
+        if count.saturating_mul(size) > self.rest().len() {
+            self.at -= 4;
+            return self.wrong(format!(
+                "{count} values are promised, which do not fit in the rest of the file"
+            ));
+        }
+        Ok(count)
+    }
+
+    fn step(&mut self) -> Step<bool> {
+        match self.stack.last_mut() {
+            None => {
+                if self.rest().iter().all(|&b| b == 0) {
+                    return Ok(false);
+                }
+                self.statement(Target::Root)?;
+            }
+            Some(Level::Fields { left: 0, .. }) => self.fields_done()?,
+            Some(Level::Fields { node, left, .. }) => {
+                *left -= 1;
+                let node = *node;
+                self.field(node)?;
+            }
+            Some(Level::Children { left: 0, .. }) => {
+                if let Some(Level::Children { node, target, .. }) = self.stack.pop() {
+                    self.deliver(target, node)?;
+                }
+            }
+            Some(Level::Children { node, left, .. }) => {
+                *left -= 1;
+                let target = Target::Child(*node);
+                self.statement(target)?;
+            }
+            Some(Level::List { left: 0, .. }) => {
+                if let Some(Level::List { node, entry, .. }) = self.stack.pop() {
+                    self.tail(node, entry)?;
+                }
+            }
+            Some(Level::List { node, entry, left }) => {
+                *left -= 1;
+                let target = Target::Element(*node, *entry);
+                self.statement(target)?;
+            }
+        }
+        Ok(true)
+    }
+
+    fn fields_done(&mut self) -> Step<()> {
+        let Some(Level::Fields {
+            node,
+            target,
+            children,
+            ..
+        }) = self.stack.pop()
+        else {
+            return Ok(());
+        };
+        if self.asm.document.nodes[node.0 as usize].class == ClassRef::Known(class::PATH) {
+            let count = self.count(4)?;
+            let indices = (0..count)
+                .map(|_| self.word().map(|n| n as i32))
+                .collect::<Step<Vec<i32>>>()?;
+            self.asm.set(
+                node,
+                path::INDICES.index,
+                Value::Ints(indices),
+                Span::at(self.at),
+            );
+            return self.deliver(target, node);
+        }
+        if !children {
+            return self.deliver(target, node);
+        }
+        let left = self.count(4)? as u32;
+        self.stack.push(Level::Children { node, target, left });
+        Ok(())
+    }
+
+    fn statement(&mut self, target: Target) -> Step<()> {
+        let start = self.at;
+        let mut name = self.string()?;
+        match name.as_str() {
+            "NULL" => return self.deliver_nothing(target),
+            "USE" => {
+                let token = self.string()?;
+                return match self.asm.used(token.as_bytes()) {
+                    Some(node) => self.deliver(target, node),
+                    None => {
+                        let message = format!("no node before this is called `{token}`");
+                        self.asm.document.sink.warn(Span::at(start), message);
+                        self.deliver_nothing(target)
+                    }
+                };
+            }
+            _ => {}
+        }
+        let mut defined = None;
+        if name == "DEF" {
+            defined = Some(self.string()?);
+            name = self.string()?;
+        }
+        self.node(target, defined, &name, start)
+    }
+
+    fn node(
+        &mut self,
+        target: Target,
+        defined: Option<String>,
+        name: &str,
+        start: usize,
+    ) -> Step<()> {
+        let known = self.asm.class_named(name);
+        if known.is_none() && !is_name(name) {
+            return Err(Stop(start, "expected a node here".into()));
+        }
+        let class = known.unwrap_or_else(|| self.asm.unknown(name));
+        let node = match self.asm.add(class, None, Span::at(start)) {
+            Ok(node) => node,
+            Err(error) => return self.limit(error),
+        };
+        if self.stack.len() >= self.asm.limits.depth {
+            let message = format!("nodes are nested more than {} deep", self.asm.limits.depth);
+            let error = self.asm.document.sink.error(Span::at(start), message);
+            return self.limit(error.with_help("raise the limit on depth"));
+        }
+        if let Some(defined) = defined {
+            self.asm.define(defined.as_bytes(), node);
+        }
+        if class == ClassRef::Known(class::PATH) {
+            // The head, then the numbers of the children to follow.
+            self.stack.push(Level::Fields {
+                node,
+                target,
+                left: 0,
+                children: false,
+            });
+            let entry = self
+                .asm
+                .set(node, path::HEAD.index, Value::Node(None), Span::at(start));
+            return self.statement(Target::Field(node, entry));
+        }
+        let flagged = self.asm.header.version >= (2, 1);
+        let group = match class {
+            ClassRef::Known(id) => id.get().is_a("Group"),
+            ClassRef::Extension(_) => false,
+        };
+        let children = if flagged {
+            self.word()? & HAS_CHILDREN != 0
+        } else {
+            group
+        };
+        let fields = if self.lacks_field_count(class) {
+            0
+        } else {
+            self.word()?
+        };
+        if fields & !(DESCRIBED | 0xff) != 0 {
+            return Err(Stop(
+                self.at - 4,
+                format!("`{name}` cannot have {fields} fields"),
+            ));
+        }
+        if fields & DESCRIBED != 0 {
+            self.descriptions(node, fields & 0xff)?;
+        } else if known.is_none() && fields & 0xff != 0 {
+            return Err(Stop(
+                start,
+                format!("`{name}` is not a class of nodes, and nothing says where it ends"),
+            ));
+        }
+        self.stack.push(Level::Fields {
+            node,
+            target,
+            left: fields & 0xff,
+            children,
+        });
+        Ok(())
+    }
+
+    /// Before V2.1 a `Group`, which has no fields, went without their number. Another group
+    /// without fields does so where the word that should be 0 is not.
+    fn lacks_field_count(&self, class: ClassRef) -> bool {
+        let ClassRef::Known(id) = class else {
+            return false;
+        };
+        let old = self.asm.header.version < (2, 1);
+        let bare = id.get().fields.is_empty() && id.get().is_a("Group");
+        old && bare && (id == class::GROUP || !self.rest().starts_with(&[0; 4]))
+    }
+
+    fn limit<T>(&mut self, error: Box<crate::diag::Diagnostic>) -> Step<T> {
+        self.limit = Some(error);
+        self.wrong("")
+    }
+
+    /// Types and names of a class's own fields.
+    fn descriptions(&mut self, node: NodeId, count: u32) -> Step<()> {
+        let mut fields = Vec::new();
+        for _ in 0..count {
+            let (kind, name) = (self.string()?, self.string()?);
+            match FieldType::named(&kind) {
+                Some(kind) => fields.push((name.into(), kind)),
+                None => return self.wrong(format!("`{kind}` is not a type of fields")),
+            }
+        }
+        self.asm.declare(node, fields, Vec::new());
+        Ok(())
+    }
+
+    fn field(&mut self, node: NodeId) -> Step<()> {
+        let start = self.at;
+        let name = self.string()?;
+        let mut slot = self.asm.slot(node, &name);
+        if slot.is_none()
+            && let Some(Value::String(kind)) = self.asm.document.node(node).value("type").cloned()
+            && self.asm.specialize(node, &kind, Some(&name)).is_some()
+        {
+            slot = self.asm.slot(node, &name);
+        }
+        let Some(slot) = slot else {
+            let class = self.asm.document.node(node).class_name();
+            let message =
+                format!("`{class}` has no field `{name}`, and nothing says where it ends");
+            return Err(Stop(start, message));
+        };
+        let span = Span::at(start);
+        let Slot::Field { index, kind } = slot else {
+            let value = self.value(node, slot)?;
+            self.word()?;
+            if let Slot::Old(old) = slot {
+                self.asm.old.push((node, old, value));
+            }
+            return Ok(());
+        };
+        match kind {
+            FieldType::SFNode | FieldType::SFPath | FieldType::SFEngine => {
+                let entry = self.asm.set(node, index, Value::Node(None), span);
+                self.statement(Target::Field(node, entry))
+            }
+            FieldType::MFNode => {
+                let left = self.count(4)? as u32;
+                let entry = self.asm.set(node, index, Value::Nodes(Vec::new()), span);
+                self.stack.push(Level::List { node, entry, left });
+                Ok(())
+            }
+            _ => {
+                let value = self.value(node, slot)?;
+                let dynamic = match &value {
+                    Value::String(kind) if name == "type" => Some(kind.clone()),
+                    _ => None,
+                };
+                self.mark_is_a(node, &name, &value);
+                let entry = self.asm.set(node, index, value, span);
+                if let Some(kind) = dynamic {
+                    self.asm.specialize(node, &kind, None);
+                }
+                self.tail(node, entry)
+            }
+        }
+    }
+
+    /// In binary, `isA` is a field like any other.
+    fn mark_is_a(&mut self, node: NodeId, name: &str, value: &Value) {
+        let class = self.asm.document.nodes[node.0 as usize].class;
+        if let (ClassRef::Extension(_), "isA", Value::Strings(list)) = (class, name, value) {
+            let is_a = list.iter().map(|s| s.as_str().into()).collect();
+            self.asm.declare(node, Vec::new(), is_a);
+        }
+    }
+
+    /// A field's flags, and the node and output that it is connected to.
+    fn tail(&mut self, node: NodeId, entry: usize) -> Step<()> {
+        let flags = self.word()?;
+        self.asm.data(node).fields[entry].ignored = flags & IGNORED != 0;
+        if flags & !7 != 0 {
+            return Err(Stop(
+                self.at - 4,
+                format!("a field's flags cannot be {flags:#x}"),
+            ));
+        }
+        if flags & CONNECTED != 0 {
+            return self.statement(Target::Source(node, entry));
+        }
+        Ok(())
+    }
+
+    fn attach(&mut self, target: Target, node: NodeId) {
+        match target {
+            Target::Root => self.roots.push(node),
+            Target::Child(parent) => self.asm.data(parent).children.push(node),
+            Target::Field(holder, entry) => {
+                self.asm.data(holder).fields[entry].value = Value::Node(Some(node));
+            }
+            Target::Element(holder, entry) => {
+                if let Value::Nodes(list) = &mut self.asm.data(holder).fields[entry].value {
+                    list.push(node);
+                }
+            }
+            Target::Source(..) => {}
+        }
+    }
+
+    fn deliver(&mut self, target: Target, node: NodeId) -> Step<()> {
+        self.attach(target, node);
+        match target {
+            Target::Field(holder, entry) if !self.is_path(holder) => self.tail(holder, entry),
+            Target::Source(holder, entry) => {
+                let output = self.string()?.into();
+                let connection = Some(Box::new(Connection { from: node, output }));
+                self.asm.data(holder).fields[entry].connection = connection;
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn is_path(&self, node: NodeId) -> bool {
+        self.asm.document.nodes[node.0 as usize].class == ClassRef::Known(class::PATH)
+    }
+
+    fn deliver_nothing(&mut self, target: Target) -> Step<()> {
+        match target {
+            Target::Field(holder, entry) if !self.is_path(holder) => self.tail(holder, entry),
+            Target::Source(..) => self.string().map(|_| ()),
+            _ => Ok(()),
+        }
+    }
+
+    fn float(&mut self) -> Step<f32> {
+        self.word().map(f32::from_bits)
+    }
+
+    fn floats<const N: usize>(&mut self) -> Step<[f32; N]> {
+        let mut out = [0.0; N];
+        for n in &mut out {
+            *n = self.float()?;
+        }
+        Ok(out)
+    }
+
+    fn rotation(&mut self) -> Step<Rotation> {
+        let [x, y, z, angle] = self.floats()?;
+        Ok(Rotation {
+            axis: Vec3::new(x, y, z),
+            angle,
+        })
+    }
+
+    fn plane(&mut self) -> Step<Plane> {
+        let [x, y, z, distance] = self.floats()?;
+        Ok(Plane {
+            normal: Vec3::new(x, y, z),
+            distance,
+        })
+    }
+
+    fn named(&mut self, node: NodeId, slot: Slot) -> Step<i32> {
+        let start = self.at;
+        let name = self.string()?;
+        let names = self.asm.names_of(node, slot);
+        match names.value(&name).or_else(|| name.parse().ok()) {
+            Some(v) => Ok(v as i32),
+            None => {
+                let message = names.unknown(&name);
+                self.asm.document.sink.warn(Span::at(start), message);
+                Ok(0)
+            }
+        }
+    }
+
+    fn bit_mask(&mut self, node: NodeId, slot: Slot) -> Step<i32> {
+        let mut bits = 0;
+        loop {
+            if self.rest().starts_with(&[0; 4]) {
+                self.at += 4;
+                return Ok(bits);
+            }
+            bits |= self.named(node, slot)?;
+        }
+    }
+
+    fn image(&mut self, solid: bool) -> Step<Image> {
+        let (width, height) = (self.word()?, self.word()?);
+        let depth = if solid { self.word()? } else { 1 };
+        let components = self.word()?;
+        if components > 4 {
+            return self.wrong(format!("a pixel has 0 to 4 components, not {components}"));
+        }
+        let pixels = [width, height, depth]
+            .iter()
+            .try_fold(1u64, |n, &k| n.checked_mul(u64::from(k)));
+        let count = pixels
+            .and_then(|n| n.checked_mul(u64::from(components)))
+            .unwrap_or(u64::MAX);
+        let bytes = Arc::from(self.take(usize::try_from(count).unwrap_or(usize::MAX))?);
+        Ok(Image {
+            width,
+            height,
+            depth,
+            components: components as u8,
+            bytes,
+        })
+    }
+
+    fn many<T>(&mut self, size: usize, one: impl Fn(&mut Self) -> Step<T>) -> Step<Vec<T>> {
+        let count = self.count(size)?;
+        (0..count).map(|_| one(self)).collect()
+    }
+
+    fn value(&mut self, node: NodeId, slot: Slot) -> Step<Value> {
+        use FieldType as F;
+        let kind = slot.kind();
+        Ok(match kind {
+            F::SFBool => Value::Bool(self.word()? != 0),
+            F::SFInt32 | F::SFShort => Value::Int(self.word()? as i32),
+            F::SFUInt32 | F::SFUShort => Value::UInt(self.word()?),
+            F::SFFloat => Value::Float(self.float()?),
+            F::SFDouble | F::SFTime => Value::Double(self.double()?),
+            F::SFString | F::SFName => Value::String(self.string()?.into()),
+            F::SFEnum => Value::Int(self.named(node, slot)?),
+            F::SFBitMask => Value::Int(self.bit_mask(node, slot)?),
+            F::SFVec2f => Value::Vec2(Vec2::from_array(self.floats()?)),
+            F::SFVec3f | F::SFColor => Value::Vec3(Vec3::from_array(self.floats()?)),
+            F::SFVec4f => Value::Vec4(Vec4::from_array(self.floats()?)),
+            F::SFVec2s | F::SFVec2i32 | F::SFVec3i32 | F::SFVec4i32 => {
+                let ints = (0..kind.width()).map(|_| self.word().map(|n| n as i32));
+                Value::Ints(ints.collect::<Step<_>>()?)
+            }
+            F::SFVec3d => Value::Doubles(vec![self.double()?, self.double()?, self.double()?]),
+            F::SFRotation => Value::Rotation(self.rotation()?),
+            F::SFMatrix => Value::Matrix(Box::new(Mat4::from_cols_array(&self.floats()?))),
+            F::SFPlane => Value::Plane(self.plane()?),
+            F::SFImage => Value::Image(Box::new(self.image(false)?)),
+            F::SFImage3 => Value::Image(Box::new(self.image(true)?)),
+            F::SFNode | F::SFPath | F::SFEngine => Value::Node(None),
+            F::MFNode => Value::Nodes(Vec::new()),
+            F::SFTrigger => Value::Trigger,
+            F::MFBool => Value::Bools(self.many(4, |r| r.word().map(|n| n != 0))?),
+            F::MFInt32 | F::MFShort => Value::Ints(self.many(4, |r| r.word().map(|n| n as i32))?),
+            F::MFEnum => Value::Ints(self.many(4, |r| r.named(node, slot))?),
+            F::MFUInt32 | F::MFUShort => Value::UInts(self.many(4, Self::word)?),
+            F::MFFloat => Value::Floats(self.many(4, Self::float)?),
+            F::MFDouble | F::MFTime => Value::Doubles(self.many(8, Self::double)?),
+            F::MFString | F::MFName => Value::Strings(self.many(4, Self::string)?),
+            F::MFVec2f => Value::Vec2s(self.many(8, |r| r.floats().map(Vec2::from_array))?),
+            F::MFVec3f | F::MFColor => {
+                Value::Vec3s(self.many(12, |r| r.floats().map(Vec3::from_array))?)
+            }
+            F::MFVec4f => Value::Vec4s(self.many(16, |r| r.floats().map(Vec4::from_array))?),
+            F::MFVec2i32 | F::MFVec3i32 | F::MFVec4i32 => {
+                let count = self.count(4 * kind.width())? * kind.width();
+                Value::Ints(
+                    (0..count)
+                        .map(|_| self.word().map(|n| n as i32))
+                        .collect::<Step<_>>()?,
+                )
+            }
+            F::MFVec3d => {
+                let count = self.count(24)? * 3;
+                Value::Doubles((0..count).map(|_| self.double()).collect::<Step<_>>()?)
+            }
+            F::MFRotation => Value::Rotations(self.many(16, Self::rotation)?),
+            F::MFMatrix => {
+                Value::Matrices(self.many(64, |r| r.floats().map(|m| Mat4::from_cols_array(&m)))?)
+            }
+            F::MFPlane => Value::Planes(self.many(16, Self::plane)?),
+        })
+    }
+}
+
+/// Whether a string can be the name of a class: garbage after a mistake is not.
+fn is_name(name: &str) -> bool {
+    !name.is_empty()
+        && name
+            .bytes()
+            .all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-')
+}
