@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use ivcam::grammar::{class, cone, coordinate3, indexed_face_set, shape_hints, transform};
+use ivcam::grammar::{
+    class, cone, coordinate3, indexed_face_set, shape_hints, transform, vrml97_group, vrml97_shape,
+    vrml97_sphere,
+};
 use ivcam::iv::{Document, Limits, Loader, NodeId, Nowhere, Value};
 
 fn read(text: &str) -> Document {
@@ -245,4 +248,86 @@ fn files_that_include_each_other_end() {
             .iter()
             .any(|m| m.contains("includes itself"))
     );
+}
+
+fn read97(text: &str) -> Document {
+    clean(&format!("#VRML V2.0 utf8\n{text}"))
+}
+
+#[test]
+fn an_instance_of_a_proto_is_its_body_with_its_fields_filled_in() {
+    let document = read97(
+        "PROTO Ball [ field SFFloat size 2 exposedField SFColor color 1 0 0 eventIn SFFloat set_size ] {
+           Shape { geometry Sphere { radius IS size }
+             appearance Appearance { material Material { diffuseColor IS color } } } }
+         Ball { size 3 } Ball { }",
+    );
+    let radii: Vec<f32> = document
+        .roots()
+        .map(|ball| {
+            assert_eq!(ball.class_id(), Some(class::VRML97_SHAPE));
+            let geometry = ball.get(vrml97_shape::GEOMETRY).expect("has one");
+            document.node(geometry).get(vrml97_sphere::RADIUS)
+        })
+        .collect();
+    assert_eq!(radii, [3.0, 2.0]);
+}
+
+#[test]
+fn protos_in_protos_pass_their_fields_on() {
+    let document = read97(
+        "PROTO Inner [ field SFFloat r 1 ] { Sphere { radius IS r } }
+         PROTO Outer [ field SFFloat s 5 field SFNode n NULL ] { Group { children [ Shape { geometry Inner { r IS s } } ] } }
+         Outer { s 7 }",
+    );
+    let group = document.roots().next().expect("a root");
+    let shape = document.node(group.get(vrml97_group::CHILDREN)[0]);
+    let sphere = document.node(shape.get(vrml97_shape::GEOMETRY).expect("has one"));
+    assert_eq!(sphere.get(vrml97_sphere::RADIUS), 7.0);
+}
+
+#[test]
+fn a_route_to_an_instance_leads_to_the_node_in_its_body() {
+    let document = read97(
+        "PROTO Mover [ eventIn SFVec3f move eventOut SFTime t ] { Transform { set_translation IS move } }
+         DEF m Mover { } DEF p PositionInterpolator { key [ 0 1 ] keyValue [ 0 0 0 1 1 1 ] }
+         ROUTE p.value_changed TO m.move",
+    );
+    assert_eq!(
+        (document.routes.len(), document.stated_routes.len()),
+        (1, 1)
+    );
+    assert_eq!(
+        document.node(document.routes[0].to).class_name(),
+        "Transform"
+    );
+    assert_eq!(&*document.routes[0].input, "set_translation");
+}
+
+#[test]
+fn an_externproto_takes_its_body_from_another_file() {
+    let lib = "#VRML V2.0 utf8\nPROTO Other [] { Cone {} } PROTO Box1 [ field SFVec3f s 1 1 1 ] { Box { size IS s } }";
+    let shelf: &'static [_] = Box::leak(Box::new([("lib.wrl#Box1", lib)]));
+    let text = b"#VRML V2.0 utf8\nEXTERNPROTO Mine [ field SFVec3f s ] \"lib.wrl#Box1\"\nShape { geometry Mine { s 1 2 3 } }";
+    let document = Document::read(
+        "a.wrl",
+        text.to_vec(),
+        Arc::new(Shelf(shelf)),
+        &Limits::default(),
+    )
+    .expect("reads");
+    assert_eq!(messages(&document), Vec::<String>::new());
+    let shape = document.roots().next().expect("a root");
+    let geometry = document.node(shape.get(vrml97_shape::GEOMETRY).expect("has one"));
+    assert_eq!(geometry.class_name(), "Box");
+}
+
+#[test]
+fn a_script_has_the_fields_it_declares() {
+    let document = read97(
+        "DEF s Script { url \"javascript:\" field SFFloat k 3 eventIn SFTime now eventOut SFBool on field SFNode me USE s }",
+    );
+    let script = document.roots().next().expect("a root");
+    assert_eq!(script.value("k"), Some(&Value::Float(3.0)));
+    assert_eq!(script.class_name(), "Script");
 }

@@ -7,10 +7,15 @@
 use super::assemble::{Assembler, Slot};
 use super::document::{ClassRef, Connection};
 use super::field::{self, Bad, def_name, skip, word};
+use super::proto::Access;
 use super::upgrade::nearest_class;
 use super::value::{NodeId, Value};
 use crate::diag::{Diagnostic, Result, Span, nearest};
 use crate::grammar::{ClassId, FieldType, Treatment, class, path};
+
+mod vrml97;
+
+use vrml97::Scope;
 
 /// Where a node goes once it is read.
 #[derive(Clone, Copy, Debug)]
@@ -24,6 +29,10 @@ enum Target {
     Alone(NodeId, usize),
     /// The node that a field's value comes from.
     Source(NodeId, usize),
+    /// A node of a proto's body.
+    Proto(usize),
+    /// The value of a field that the class does not have.
+    Nowhere,
 }
 
 /// What is open, innermost last.
@@ -36,6 +45,16 @@ enum Level {
     List {
         node: NodeId,
         entry: usize,
+    },
+    /// The interface of a proto, in brackets.
+    Interface {
+        proto: usize,
+        scope: Scope,
+    },
+    /// The body of a proto, in braces.
+    Proto {
+        proto: usize,
+        scope: Scope,
     },
 }
 
@@ -117,6 +136,7 @@ impl<'s> Reader<'_, '_, 's> {
                 self.rest = &self.rest[1..];
                 self.stack.pop();
                 self.finish(node, start);
+                self.expand(node)?;
                 self.deliver(target, node)?;
                 Ok(true)
             }
@@ -136,6 +156,21 @@ impl<'s> Reader<'_, '_, 's> {
             (Some(&Level::List { node, entry }), Some(_)) => {
                 self.statement(Target::Element(node, entry)).map(|()| true)
             }
+            (Some(Level::Interface { .. }), Some(b']')) => {
+                self.rest = &self.rest[1..];
+                self.interface_done().map(|()| true)
+            }
+            (Some(&Level::Interface { proto, .. }), Some(_)) => {
+                self.interface(proto).map(|()| true)
+            }
+            (Some(Level::Proto { .. }), Some(b'}')) => {
+                self.rest = &self.rest[1..];
+                self.proto_done();
+                Ok(true)
+            }
+            (Some(&Level::Proto { proto, .. }), Some(_)) => {
+                self.statement(Target::Proto(proto)).map(|()| true)
+            }
         }
     }
 
@@ -145,7 +180,7 @@ impl<'s> Reader<'_, '_, 's> {
             self.truncated = true;
             let open = self.stack.iter().rev().find_map(|level| match level {
                 Level::Body { node, start, .. } => Some((*node, *start)),
-                Level::List { .. } => None,
+                _ => None,
             });
             let class = open
                 .map_or("a node", |(node, _)| {
@@ -169,12 +204,16 @@ impl<'s> Reader<'_, '_, 's> {
                 self.finish(node, start);
                 self.attach(target, node);
             }
+            Some(level @ (Level::Interface { .. } | Level::Proto { .. })) => {
+                self.stack.push(level);
+                self.proto_done();
+            }
             Some(Level::List { .. }) | None => {}
         }
     }
 
     fn line_of(&self, offset: usize) -> u32 {
-        let source = self.asm.document.sources.last();
+        let source = self.asm.document.sources.get(usize::from(self.asm.source));
         source.map_or(1, |s| s.line_column(offset as u32).0)
     }
 
@@ -211,6 +250,15 @@ impl<'s> Reader<'_, '_, 's> {
             b"NULL" => {
                 self.rest = rest;
                 self.deliver_nothing(target)
+            }
+            b"PROTO" | b"EXTERNPROTO" if skip(rest).first() != Some(&b'{') => {
+                self.rest = skip(rest);
+                self.proto(token == b"EXTERNPROTO")
+            }
+            b"ROUTE" if skip(rest).first() != Some(&b'{') => {
+                self.rest = skip(rest);
+                self.route();
+                Ok(())
             }
             _ => self.node(target, None, start),
         }
@@ -359,7 +407,8 @@ impl<'s> Reader<'_, '_, 's> {
                     list.push(node);
                 }
             }
-            Target::Source(..) => {}
+            Target::Source(..) | Target::Nowhere => {}
+            Target::Proto(proto) => self.asm.document.protos[proto].body.push(node),
         }
     }
 
@@ -410,12 +459,25 @@ impl<'s> Reader<'_, '_, 's> {
                 self.rest = after;
                 return self.declaration(node, token == b"isA");
             }
+            b"PROTO" | b"EXTERNPROTO" | b"ROUTE" if !opens => {
+                return self.statement(Target::Child(node));
+            }
             _ => {}
+        }
+        if self.is_script(node)
+            && let Some(access) = Access::named(token)
+        {
+            self.rest = rest;
+            return self.script_interface(node, access);
         }
         let name = match std::str::from_utf8(token) {
             Ok(name) => name,
             Err(_) => "\u{fffd}",
         };
+        if self.asm.in_protos > 0 && word(after).is_ok_and(|(_, w)| w == b"IS") {
+            self.rest = rest;
+            return self.is_link(node, name);
+        }
         if !opens && let Some(slot) = self.asm.slot(node, name) {
             self.rest = rest;
             return self.field(node, slot, self.span(start, rest));
@@ -434,8 +496,7 @@ impl<'s> Reader<'_, '_, 's> {
             return Ok(()); // the word is a field's name now
         }
         self.rest = rest;
-        self.no_field(node, name, self.span(start, rest));
-        Ok(())
+        self.no_field(node, name, self.span(start, rest))
     }
 
     fn is_global_field(&self, node: NodeId) -> bool {
@@ -472,7 +533,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.statement(Target::Child(node))
     }
 
-    fn no_field(&mut self, node: NodeId, name: &str, span: Span) {
+    fn no_field(&mut self, node: NodeId, name: &str, span: Span) -> Result<()> {
         let class = self.asm.document.node(node).class_name().to_owned();
         let fields = self.asm.field_names(node);
         let help = match nearest(name, fields.iter().copied()) {
@@ -482,7 +543,26 @@ impl<'s> Reader<'_, '_, 's> {
         };
         self.warn(span, format!("`{class}` has no field `{name}`"))
             .help(help);
+        if self.value_is_node(node) {
+            return self.statement(Target::Nowhere);
+        }
         self.recover(node);
+        Ok(())
+    }
+
+    /// Whether a node comes next that is the value of a field and not a child. Where children
+    /// stand among the fields, what follows a mistake may be one of them.
+    fn value_is_node(&mut self, node: NodeId) -> bool {
+        self.rest = skip(self.rest);
+        let has_children = !self.asm.header.is_vrml97()
+            && self
+                .class_of(node)
+                .is_some_and(|id| id.get().treatment == Treatment::Group);
+        match word(self.rest) {
+            Ok((_, b"DEF" | b"USE" | b"NULL")) => !has_children,
+            Ok((rest, _)) => !has_children && skip(rest).first() == Some(&b'{'),
+            Err(_) => false,
+        }
     }
 
     /// Skips to what can be read again: a field of this node, a child, or the closing brace.
@@ -536,7 +616,11 @@ impl<'s> Reader<'_, '_, 's> {
 
     fn plain(&mut self, node: NodeId, slot: Slot, index: u16, name: Span) -> Result<()> {
         let at = self.rest;
-        match field::value(at, slot.kind(), self.asm.names_of(node, slot)) {
+        match field::value(
+            at,
+            self.asm.written_as(node, slot),
+            self.asm.names_of(node, slot),
+        ) {
             Ok(read) => {
                 self.rest = read.rest;
                 let span = Span {
@@ -558,11 +642,12 @@ impl<'s> Reader<'_, '_, 's> {
             }
             Err(bad) => {
                 self.bad_value(node, index, &bad);
-                self.rest = if bad.what.contains("closing quote") {
-                    &[]
+                if bad.what.contains("closing quote") {
+                    self.truncated = true; // it was said: nothing after the quote is left
+                    self.rest = &[];
                 } else {
-                    at
-                };
+                    self.rest = at;
+                }
                 self.recover(node);
                 Ok(())
             }

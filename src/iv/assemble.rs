@@ -38,10 +38,12 @@ pub struct Assembler<'d> {
     pub limits: Limits,
     pub source: u16,
     /// By the whole token after `DEF`, reference number and all.
-    names: HashMap<Box<[u8]>, NodeId>,
+    pub names: HashMap<Box<[u8]>, NodeId>,
     /// Classes that this file declares, by name.
-    declared: HashMap<Box<str>, u32>,
+    pub declared: HashMap<Box<str>, u32>,
     /// Values of fields that are gone, for [`upgrade`].
+    /// How many proto bodies we are inside of.
+    pub in_protos: usize,
     pub old: Vec<(NodeId, &'static upgrade::OldField, Value)>,
 }
 
@@ -55,6 +57,7 @@ impl<'d> Assembler<'d> {
             source,
             names: HashMap::new(),
             declared: HashMap::new(),
+            in_protos: 0,
             old: Vec::new(),
         }
     }
@@ -118,7 +121,7 @@ impl<'d> Assembler<'d> {
         }
         let name: Arc<str> = super::field::text(name).into();
         self.data(node).name = Some(name.clone());
-        if self.source == 0 {
+        if self.source == 0 && self.in_protos == 0 {
             self.document.names.insert(name, node);
         }
     }
@@ -177,6 +180,21 @@ impl<'d> Assembler<'d> {
         }
     }
 
+    /// The type to read a value by. The names of an enumeration that a file declares are not
+    /// known, so they are kept as text.
+    pub fn written_as(&self, node: NodeId, slot: Slot) -> FieldType {
+        let own = matches!(
+            self.document.nodes[node.0 as usize].class,
+            ClassRef::Extension(_)
+        );
+        match slot.kind() {
+            kind if !own || !self.names_of(node, slot).names.is_empty() => kind,
+            FieldType::SFEnum => FieldType::SFName,
+            FieldType::MFEnum => FieldType::MFName,
+            kind => kind,
+        }
+    }
+
     pub fn field_names(&self, node: NodeId) -> Vec<&str> {
         match self.document.nodes[node.0 as usize].class {
             ClassRef::Known(id) => id.get().fields.iter().map(|f| f.name).collect(),
@@ -208,11 +226,10 @@ impl<'d> Assembler<'d> {
 
     /// The index of an extension equal to this one, new or not.
     pub fn extension(&mut self, extension: Extension) -> u32 {
-        let known = self
-            .document
-            .extensions
-            .iter()
-            .position(|e| *e == extension);
+        let protos = &self.document.protos;
+        let of_proto = |i: usize| protos.iter().any(|p| p.extension as usize == i);
+        let extensions = &self.document.extensions;
+        let known = (0..extensions.len()).find(|&i| extensions[i] == extension && !of_proto(i));
         let index = known.unwrap_or_else(|| {
             self.document.extensions.push(extension);
             self.document.extensions.len() - 1
@@ -246,6 +263,7 @@ impl<'d> Assembler<'d> {
                     name: class.name.into(),
                     fields: all,
                     is_a: vec![class.name.into()],
+                    interface: Vec::new(),
                 }
             }
             ClassRef::Extension(i) => {
@@ -266,6 +284,7 @@ impl<'d> Assembler<'d> {
                     name,
                     fields: all,
                     is_a,
+                    interface: Vec::new(),
                 }
             }
         };
@@ -281,6 +300,7 @@ impl<'d> Assembler<'d> {
             name: name.into(),
             fields: Vec::new(),
             is_a: Vec::new(),
+            interface: Vec::new(),
         };
         ClassRef::Extension(self.extension(extension))
     }
@@ -315,6 +335,7 @@ impl<'d> Assembler<'d> {
             name: name.clone(),
             fields,
             is_a: vec![name],
+            interface: Vec::new(),
         };
         let index = self.extension(extension);
         self.data(node).class = ClassRef::Extension(index);

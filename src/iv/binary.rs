@@ -307,6 +307,7 @@ impl Reader<'_, '_, '_> {
         } else {
             group
         };
+        self.type_first(node)?;
         let fields = if self.lacks_field_count(class) {
             0
         } else {
@@ -332,6 +333,37 @@ impl Reader<'_, '_, '_> {
             left: fields & 0xff,
             children,
         });
+        Ok(())
+    }
+
+    /// Engines whose fields depend on their type state it before the number of their fields, and
+    /// so does a `GlobalField`, without flags after it.
+    fn type_first(&mut self, node: NodeId) -> Step<()> {
+        let ClassRef::Known(id) = self.asm.document.nodes[node.0 as usize].class else {
+            return Ok(());
+        };
+        let global = id == class::GLOBAL_FIELD;
+        if !global && !matches!(id, class::GATE | class::SELECT_ONE | class::CONCATENATE) {
+            return Ok(());
+        }
+        let start = self.at;
+        if self.string()? != "type" {
+            return Err(Stop(
+                start,
+                format!("a `{}` should begin with its type", id.get().name),
+            ));
+        }
+        let kind = self.string()?;
+        let entry = self.asm.set(
+            node,
+            0,
+            Value::String(kind.as_str().into()),
+            Span::at(start),
+        );
+        if !global {
+            self.tail(node, entry)?;
+            self.asm.specialize(node, &kind, None);
+        }
         Ok(())
     }
 
@@ -550,7 +582,21 @@ impl Reader<'_, '_, '_> {
         let count = pixels
             .and_then(|n| n.checked_mul(u64::from(components)))
             .unwrap_or(u64::MAX);
-        let bytes = Arc::from(self.take(usize::try_from(count).unwrap_or(usize::MAX))?);
+        let bytes: Arc<[u8]> = if self.asm.header.version >= (2, 1) {
+            Arc::from(self.take(usize::try_from(count).unwrap_or(usize::MAX))?)
+        } else if count == 0 {
+            Arc::from([])
+        } else {
+            // A word a pixel, as in ASCII.
+            let words = pixels.and_then(|n| n.checked_mul(4)).unwrap_or(u64::MAX);
+            let words = self.take(usize::try_from(words).unwrap_or(usize::MAX))?;
+            let skip = 4 - components as usize;
+            words
+                .chunks_exact(4)
+                .flat_map(|w| &w[skip..])
+                .copied()
+                .collect()
+        };
         Ok(Image {
             width,
             height,
@@ -567,7 +613,7 @@ impl Reader<'_, '_, '_> {
 
     fn value(&mut self, node: NodeId, slot: Slot) -> Step<Value> {
         use FieldType as F;
-        let kind = slot.kind();
+        let kind = self.asm.written_as(node, slot);
         Ok(match kind {
             F::SFBool => Value::Bool(self.word()? != 0),
             F::SFInt32 | F::SFShort => Value::Int(self.word()? as i32),

@@ -4,11 +4,13 @@
 //! file does not state comes from the catalogue when it is asked for.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use indexmap::IndexMap;
 
 use super::Loader;
+use super::proto::{Interface, Proto};
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::grammar::value::{Get, NodeId, Value};
 use crate::grammar::{Class, ClassId, Field, FieldType};
@@ -28,8 +30,8 @@ pub struct Route {
     pub output: Box<str>,
     pub to: NodeId,
     pub input: Box<str>,
-    /// Made by expanding a proto; the file does not state it.
-    pub expanded: bool,
+    /// The file has it as a statement of its own, not in the body of a proto.
+    pub stated: bool,
 }
 
 /// A class declared in the file (`fields [ … ] isA [ … ]`), or met without a declaration.
@@ -40,6 +42,8 @@ pub struct Extension {
     pub fields: Vec<(Box<str>, FieldType)>,
     /// The known classes it may be treated as, nearest first.
     pub is_a: Vec<Box<str>>,
+    /// What a `Script` declares, fields and events in their order.
+    pub interface: Vec<Interface>,
 }
 
 /// A field's value that comes from elsewhere: `translation = USE Engine . outVector`.
@@ -84,8 +88,19 @@ pub struct Document {
     pub format: String,
     /// `DEF` names; a name defined twice means its latest node.
     pub names: IndexMap<Arc<str>, NodeId>,
-    /// Events that go from node to node, between nodes that are in the picture.
+    /// Events that go from node to node; where a proto's instance has them, between the nodes of
+    /// its body.
     pub routes: Vec<Route>,
+    /// Routes as the file states them.
+    pub stated_routes: Vec<Route>,
+    /// Classes defined by nodes.
+    pub protos: Vec<Proto>,
+    /// Nodes that are not part of the scene, by their places: the bodies of protos.
+    pub templates: Vec<Range<u32>>,
+    /// Where an event of an instance leads.
+    pub(super) passages: HashMap<NodeId, Vec<(Box<str>, NodeId, Box<str>)>>,
+    /// Protos of the files that `EXTERNPROTO`s name.
+    pub(super) libraries: HashMap<String, HashMap<Box<str>, u32>>,
     /// The roots of the file that a `File`, `WWWInline` or `Inline` names, once it is read.
     pub included: HashMap<NodeId, Vec<NodeId>>,
     /// What stands for a node: the first node of its proto's body.
@@ -104,6 +119,17 @@ impl Document {
             id = other;
         }
         NodeRef { document: self, id }
+    }
+
+    /// The proto whose class an extension is.
+    pub fn proto_of_extension(&self, extension: u32) -> Option<usize> {
+        self.protos.iter().position(|p| p.extension == extension)
+    }
+
+    /// Whether a node is part of a proto's body, and not of the scene.
+    pub fn is_template(&self, id: NodeId) -> bool {
+        let after = self.templates.partition_point(|r| r.end <= id.0);
+        self.templates.get(after).is_some_and(|r| r.contains(&id.0))
     }
 
     /// A file that a node names (a texture, a font), looked for beside the file the node is in.

@@ -229,6 +229,9 @@ pub fn include(document: &mut Document, limits: &Limits) -> Result<()> {
     while next < document.nodes.len() {
         let id = NodeId(next as u32);
         next += 1;
+        if document.is_template(id) {
+            continue;
+        }
         let names = references(document, id);
         if names.is_empty() {
             continue;
@@ -272,7 +275,7 @@ pub fn include(document: &mut Document, limits: &Limits) -> Result<()> {
                         None => {
                             let target = document.sources.len() as u16;
                             let roots = match read_into(document, &name, bytes, limits, None) {
-                                Ok(roots) => roots,
+                                Ok(file) => file.roots,
                                 Err(error) => {
                                     document.sink.add(Diagnostic {
                                         severity: crate::diag::Severity::Warning,

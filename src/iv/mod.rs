@@ -10,8 +10,10 @@ pub mod document;
 mod field;
 mod header;
 mod inline;
+pub mod proto;
 mod upgrade;
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -100,22 +102,29 @@ impl Document {
             loader: Some(loader),
             ..Self::default()
         };
-        let roots = read_into(&mut document, name, bytes, limits, otherwise)?;
-        document.roots = roots;
+        document.roots = read_into(&mut document, name, bytes, limits, otherwise)?.roots;
         inline::include(&mut document, limits)?;
+        proto::resolve_routes(&mut document);
         assemble::cut_cycles(&mut document);
         Ok(document)
     }
 }
 
-/// Reads one file into a document, which may hold others already. Returns the file's roots.
+/// What a file adds to a document.
+struct FileRead {
+    roots: Vec<NodeId>,
+    /// The classes that it declares, by name, in [`Document::extensions`].
+    declared: HashMap<Box<str>, u32>,
+}
+
+/// Reads one file into a document, which may hold others already.
 fn read_into(
     document: &mut Document,
     name: &str,
     bytes: Vec<u8>,
     limits: &Limits,
     otherwise: Option<Header>,
-) -> Result<Vec<NodeId>> {
+) -> Result<FileRead> {
     let bytes = header::unpack(bytes, name, limits)?;
     let header = match (Header::parse(&bytes, name), otherwise) {
         (Ok(header), _) => header,
@@ -141,8 +150,9 @@ fn read_into(
     };
     let old = std::mem::take(&mut assembler.old);
     let header = assembler.header.clone();
+    let declared = std::mem::take(&mut assembler.declared);
     let roots = roots?;
     upgrade::upgrade(document, &header, first_node, old);
     document.sink.set_source(before);
-    Ok(roots)
+    Ok(FileRead { roots, declared })
 }

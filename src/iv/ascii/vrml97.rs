@@ -1,0 +1,415 @@
+//! What only VRML97 has: `PROTO`, `EXTERNPROTO`, `IS`, `ROUTE`, and the interface of a `Script`.
+
+use std::collections::HashMap;
+
+use super::{Level, Reader};
+use crate::diag::{Diagnostic, Result};
+use crate::grammar::{FieldType, class};
+use crate::iv::document::{ClassRef, Extension, Route};
+use crate::iv::field::{self, skip, word};
+use crate::iv::proto::{self, Access, Interface, Link, Proto, proto_of};
+use crate::iv::value::{NodeId, Value};
+use crate::iv::{Limits, read_into};
+
+/// What a proto's body hides while it is read.
+pub(super) struct Scope {
+    names: HashMap<Box<[u8]>, NodeId>,
+    declared: HashMap<Box<str>, u32>,
+    routes: Vec<Route>,
+    name: Box<str>,
+    /// The number of nodes before it.
+    first: u32,
+}
+
+impl<'s> Reader<'_, '_, 's> {
+    pub(super) fn is_script(&self, node: NodeId) -> bool {
+        match self.asm.document.nodes[node.0 as usize].class {
+            ClassRef::Known(id) => id == class::SCRIPT,
+            ClassRef::Extension(i) => {
+                let extension = &self.asm.document.extensions[i as usize];
+                extension.is_a.first().is_some_and(|n| **n == *"Script")
+            }
+        }
+    }
+
+    /// `field SFFloat x 1`, `eventIn SFTime now` in a `Script`, which gets a class of its own.
+    pub(super) fn script_interface(&mut self, node: NodeId, access: Access) -> Result<()> {
+        let Some(interface) = self.interface_item(access) else {
+            return Ok(());
+        };
+        if let ClassRef::Known(id) = self.asm.document.nodes[node.0 as usize].class {
+            let name: Box<str> = id.get().name.into();
+            let fields = id
+                .get()
+                .fields
+                .iter()
+                .map(|f| (f.name.into(), f.kind))
+                .collect();
+            let is_a = vec![name.clone()];
+            let extensions = &mut self.asm.document.extensions;
+            extensions.push(Extension {
+                name,
+                fields,
+                is_a,
+                interface: Vec::new(),
+            });
+            let index = extensions.len() as u32 - 1;
+            self.asm.data(node).class = ClassRef::Extension(index);
+        }
+        let ClassRef::Extension(index) = self.asm.document.nodes[node.0 as usize].class else {
+            return Ok(());
+        };
+        self.add_field(index, &interface);
+        self.asm.document.extensions[index as usize]
+            .interface
+            .push(interface.clone());
+        if word(skip(self.rest)).is_ok_and(|(_, w)| w == b"IS") {
+            return self.is_link(node, &interface.name);
+        }
+        self.interface_value(node, &interface)
+    }
+
+    /// Adds a field of an interface to its class's fields.
+    fn add_field(&mut self, extension: u32, interface: &Interface) {
+        let fields = &mut self.asm.document.extensions[extension as usize].fields;
+        if interface.access.has_value() && !fields.iter().any(|(n, _)| *n == interface.name) {
+            fields.push((interface.name.clone(), interface.kind));
+        }
+    }
+
+    /// The value after an interface's name, if it is of a kind that has one.
+    fn interface_value(&mut self, node: NodeId, interface: &Interface) -> Result<()> {
+        if !interface.access.has_value() {
+            return Ok(());
+        }
+        match self.asm.slot(node, &interface.name) {
+            Some(slot) => self.field(node, slot, self.here()),
+            None => Ok(()),
+        }
+    }
+
+    /// A type and a name, after `field` or its like.
+    fn interface_item(&mut self, access: Access) -> Option<Interface> {
+        let at = skip(self.rest);
+        let (rest, kind_name) = word(at).ok()?;
+        let (rest, name) = word(skip(rest)).ok()?;
+        self.rest = rest;
+        let text = field::text(kind_name);
+        let Some(kind) = FieldType::named(&text) else {
+            let span = self.span(at, &at[kind_name.len()..]);
+            self.warn(span, format!("`{text}` is not a type of fields"));
+            return None;
+        };
+        Some(Interface {
+            access,
+            kind,
+            name: field::text(name).into(),
+        })
+    }
+
+    /// `name IS interface`, the name having been read.
+    pub(super) fn is_link(&mut self, node: NodeId, name: &str) -> Result<()> {
+        let (rest, _) = word(skip(self.rest)).unwrap_or((self.rest, &[]));
+        let at = skip(rest);
+        let Ok((rest, interface)) = word(at) else {
+            let span = self.here();
+            self.warn(span, "`IS` needs the name of a field or event of the proto");
+            self.rest = rest;
+            return Ok(());
+        };
+        self.rest = rest;
+        let interface = field::text(interface);
+        let proto = self.stack.iter().rev().find_map(|level| match level {
+            Level::Proto { proto, .. } => Some(*proto),
+            _ => None,
+        });
+        let Some(proto) = proto else { return Ok(()) };
+        let proto = &mut self.asm.document.protos[proto];
+        if !proto.interface.iter().any(|i| *i.name == *interface) {
+            let names: Vec<&str> = proto.interface.iter().map(|i| &*i.name).collect();
+            let help = format!("the proto has {}", names.join(", "));
+            let span = self.span(at, rest);
+            self.warn(
+                span,
+                format!("`{interface}` is not in the proto's interface"),
+            )
+            .help(help);
+            return Ok(());
+        }
+        proto.links.push(Link {
+            node,
+            name: name.into(),
+            interface: interface.into(),
+        });
+        Ok(())
+    }
+
+    /// `PROTO Name [`, the keyword having been read.
+    pub(super) fn proto(&mut self, external: bool) -> Result<()> {
+        let Ok((rest, name)) = word(self.rest) else {
+            return self.stray();
+        };
+        let name: Box<str> = field::text(name).into();
+        self.rest = rest;
+        if !self.take(b'[') {
+            let span = self.here();
+            self.warn(span, format!("expected `[` after `PROTO {name}`"));
+            return Ok(());
+        }
+        let document = &mut *self.asm.document;
+        let first = document.nodes.len() as u32;
+        document.extensions.push(Extension {
+            name: name.clone(),
+            fields: Vec::new(),
+            is_a: Vec::new(),
+            interface: Vec::new(),
+        });
+        let extension = document.extensions.len() as u32 - 1;
+        let span = self.here();
+        let defaults = self.asm.add(ClassRef::Extension(extension), None, span)?;
+        self.asm.document.protos.push(Proto {
+            extension,
+            interface: Vec::new(),
+            defaults,
+            body: Vec::new(),
+            links: Vec::new(),
+            routes: Vec::new(),
+            urls: Vec::new(),
+            external,
+        });
+        let scope = Scope {
+            names: self.asm.names.clone(),
+            declared: self.asm.declared.clone(),
+            routes: std::mem::take(&mut self.asm.document.routes),
+            name,
+            first,
+        };
+        self.asm.in_protos += 1;
+        let proto = self.asm.document.protos.len() - 1;
+        self.stack.push(Level::Interface { proto, scope });
+        Ok(())
+    }
+
+    /// One line of a proto's interface.
+    pub(super) fn interface(&mut self, proto: usize) -> Result<()> {
+        let start = self.rest;
+        let Ok((rest, token)) = word(start) else {
+            return self.stray();
+        };
+        self.rest = rest;
+        let Some(access) = Access::named(token) else {
+            let span = self.span(start, rest);
+            let token = field::text(token);
+            let message =
+                format!("expected field, exposedField, eventIn or eventOut, not `{token}`");
+            self.warn(span, message);
+            return Ok(());
+        };
+        let Some(interface) = self.interface_item(access) else {
+            return Ok(());
+        };
+        let data = &mut self.asm.document.protos[proto];
+        let (extension, defaults, external) = (data.extension, data.defaults, data.external);
+        data.interface.push(interface.clone());
+        self.add_field(extension, &interface);
+        if external {
+            return Ok(());
+        }
+        self.interface_value(defaults, &interface)
+    }
+
+    /// After `]`: the body of a `PROTO`, or where an `EXTERNPROTO` is.
+    pub(super) fn interface_done(&mut self) -> Result<()> {
+        let Some(Level::Interface { proto, scope }) = self.stack.pop() else {
+            return Ok(());
+        };
+        if self.asm.document.protos[proto].external {
+            self.rest = skip(self.rest);
+            let names = field::Names {
+                names: &[],
+                old: |_| None,
+            };
+            if let Ok(read) = field::value(self.rest, FieldType::MFString, names) {
+                if let Value::Strings(urls) = read.value {
+                    self.asm.document.protos[proto].urls = urls;
+                }
+                self.rest = read.rest;
+            }
+            self.stack.push(Level::Proto { proto, scope });
+            self.proto_done();
+            return self.external(proto);
+        }
+        if !self.take(b'{') {
+            let span = self.here();
+            self.warn(
+                span,
+                format!("expected `{{` after the interface of `{}`", scope.name),
+            );
+        }
+        self.asm.names.clear();
+        self.stack.push(Level::Proto { proto, scope });
+        Ok(())
+    }
+
+    /// After the body: what it hid is in view again, and its class with it.
+    pub(super) fn proto_done(&mut self) {
+        let popped = self.stack.pop();
+        let Some(Level::Proto { proto, scope } | Level::Interface { proto, scope }) = popped else {
+            return;
+        };
+        self.asm.in_protos -= 1;
+        let document = &mut *self.asm.document;
+        let data = &mut document.protos[proto];
+        data.routes = std::mem::replace(&mut document.routes, scope.routes);
+        let extension = data.extension;
+        if self.asm.in_protos == 0 {
+            document
+                .templates
+                .push(scope.first..document.nodes.len() as u32);
+        }
+        self.asm.names = scope.names;
+        self.asm.declared = scope.declared;
+        self.asm.declared.insert(scope.name, extension);
+    }
+
+    /// Finds the definition of an `EXTERNPROTO`, in the first of its files that has it.
+    fn external(&mut self, proto: usize) -> Result<()> {
+        let data = &self.asm.document.protos[proto];
+        let (urls, extension) = (data.urls.clone(), data.extension);
+        let name = self.asm.document.extensions[extension as usize]
+            .name
+            .clone();
+        let mut reason = None;
+        for url in &urls {
+            match self.library(url) {
+                Ok(library) => {
+                    let wanted = url.rsplit_once('#').map_or(&*name, |(_, n)| n);
+                    let only = || library.values().min().filter(|_| !url.contains('#'));
+                    if let Some(&found) = library.get(wanted).or_else(only) {
+                        self.adopt(proto, found);
+                        return Ok(());
+                    }
+                }
+                Err(error) => reason = reason.or(Some(error)),
+            }
+        }
+        // A class that we know by ourselves needs no definition.
+        if self.asm.known_class(&name).is_some() {
+            self.asm.declared.remove(&name);
+            return Ok(());
+        }
+        let span = self.here();
+        let message = format!("the definition of `{name}` was not found; its nodes are not drawn");
+        let warning = self.warn(span, message);
+        if let Some(error) = reason {
+            warning.help(error.message.clone());
+        }
+        Ok(())
+    }
+
+    /// Takes the body that another file defines. Its own interface counts.
+    fn adopt(&mut self, proto: usize, found: u32) {
+        let document = &mut *self.asm.document;
+        let Some(from) = document.proto_of_extension(found) else {
+            return;
+        };
+        let other = document.protos[from].clone();
+        let fields = document.extensions[found as usize].fields.clone();
+        let own = &mut document.protos[proto];
+        let (extension, urls) = (own.extension, std::mem::take(&mut own.urls));
+        *own = Proto {
+            extension,
+            urls,
+            external: true,
+            ..other
+        };
+        document.extensions[extension as usize].fields = fields;
+    }
+
+    /// The protos of another file, by name; read once.
+    fn library(&mut self, url: &str) -> Result<HashMap<Box<str>, u32>> {
+        let document = &mut *self.asm.document;
+        let from = document.sources[usize::from(self.asm.source)].name.clone();
+        let Some(loader) = document.loader.clone() else {
+            return Err(Diagnostic::error("the document has no loader"));
+        };
+        let (name, bytes) = loader.load(&from, url)?;
+        if let Some(known) = document.libraries.get(&name) {
+            return Ok(known.clone());
+        }
+        let own = &self.asm.limits;
+        if own.include_depth == 0 {
+            return Err(Diagnostic::error(format!(
+                "`{name}` is left out: too many files in files"
+            )));
+        }
+        // Until it is read it defines nothing, so that files that name each other end.
+        document.libraries.insert(name.clone(), HashMap::new());
+        let limits = Limits {
+            include_depth: own.include_depth - 1,
+            ..own.clone()
+        };
+        let routes = std::mem::take(&mut document.routes);
+        let first = document.nodes.len() as u32;
+        let read = read_into(document, &name, bytes, &limits, None);
+        document.routes = routes;
+        document.templates.retain(|r| r.start < first);
+        if self.asm.in_protos == 0 {
+            document.templates.push(first..document.nodes.len() as u32);
+        }
+        let declared = read?.declared;
+        document.libraries.insert(name, declared.clone());
+        Ok(declared)
+    }
+
+    /// An instance outside of any proto's body gets a copy of its own proto's body.
+    pub(super) fn expand(&mut self, node: NodeId) -> Result<()> {
+        if self.asm.in_protos > 0 || proto_of(self.asm.document, node).is_none() {
+            return Ok(());
+        }
+        proto::expand(self.asm.document, node, &self.asm.limits)
+    }
+
+    /// `ROUTE node.event TO node.event`, the keyword having been read.
+    pub(super) fn route(&mut self) {
+        let from = self.route_end();
+        let (rest, to) = word(skip(self.rest)).unwrap_or((self.rest, &[]));
+        if to == b"TO" {
+            self.rest = rest;
+        } else {
+            let span = self.here();
+            self.warn(span, "expected `TO` in a ROUTE");
+        }
+        let to = self.route_end();
+        if let (Some((from, output)), Some((to, input))) = (from, to) {
+            let stated = self.asm.in_protos == 0;
+            self.asm.document.routes.push(Route {
+                from,
+                output,
+                to,
+                input,
+                stated,
+            });
+        }
+    }
+
+    fn route_end(&mut self) -> Option<(NodeId, Box<str>)> {
+        let at = skip(self.rest);
+        let (rest, name) = word(at).ok()?;
+        self.rest = rest;
+        if !self.take(b'.') {
+            let span = self.here();
+            self.warn(span, "a ROUTE goes from `node.event` to `node.event`");
+            return None;
+        }
+        let (rest_after, event) = word(skip(self.rest)).ok()?;
+        self.rest = rest_after;
+        let Some(node) = self.asm.used(name) else {
+            let name = field::text(name);
+            let span = self.span(at, rest);
+            self.warn(span, format!("no node before this is called `{name}`"));
+            return None;
+        };
+        Some((node, field::text(event).into()))
+    }
+}

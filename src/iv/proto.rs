@@ -1,0 +1,314 @@
+//! VRML97's own node classes: `PROTO`, its instances, and the events that pass through them.
+//!
+//! A proto's body is a template that nobody walks. An instance is a node with the fields that its
+//! file states; a copy of the body, with the fields that are `IS` one of the interface's filled
+//! in, stands for it in [`Document::stands_for`].
+
+use std::collections::HashMap;
+
+use super::Limits;
+use super::document::{ClassRef, Document, FieldEntry, Route};
+use super::value::{NodeId, Value};
+use crate::diag::{Result, Span};
+use crate::grammar::FieldType;
+
+/// How a field or event of an interface may be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    Field,
+    ExposedField,
+    EventIn,
+    EventOut,
+}
+
+impl Access {
+    pub fn named(word: &[u8]) -> Option<Self> {
+        match word {
+            b"field" | b"initializeOnly" => Some(Self::Field),
+            b"exposedField" | b"inputOutput" => Some(Self::ExposedField),
+            b"eventIn" | b"inputOnly" => Some(Self::EventIn),
+            b"eventOut" | b"outputOnly" => Some(Self::EventOut),
+            _ => None,
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Field => "field",
+            Self::ExposedField => "exposedField",
+            Self::EventIn => "eventIn",
+            Self::EventOut => "eventOut",
+        }
+    }
+
+    pub fn has_value(self) -> bool {
+        matches!(self, Self::Field | Self::ExposedField)
+    }
+}
+
+/// `eventIn SFBool set_on` and its like, in a `PROTO` or `Script`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interface {
+    pub access: Access,
+    pub kind: FieldType,
+    pub name: Box<str>,
+}
+
+/// `name IS interface` in a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    pub node: NodeId,
+    pub name: Box<str>,
+    pub interface: Box<str>,
+}
+
+/// A class that a file defines by nodes.
+#[derive(Clone, Debug)]
+pub struct Proto {
+    /// Its class, in [`Document::extensions`]; the fields there are those of the interface.
+    pub extension: u32,
+    pub interface: Vec<Interface>,
+    /// A node of the class that states the defaults.
+    pub defaults: NodeId,
+    pub body: Vec<NodeId>,
+    pub links: Vec<Link>,
+    pub routes: Vec<Route>,
+    /// An `EXTERNPROTO` whose definition was not found: where it should have been.
+    pub urls: Vec<String>,
+    /// Is defined in another file, which `urls` names.
+    pub external: bool,
+}
+
+/// An event of an instance, and the node of the body that has it.
+type Passage = (Box<str>, NodeId, Box<str>);
+
+/// Expands an instance, and the instances in its body.
+pub fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Result<()> {
+    let mut work = vec![instance];
+    while let Some(instance) = work.pop() {
+        let Some(proto) = proto_of(document, instance) else {
+            continue;
+        };
+        let proto = document.protos[proto].clone();
+        let Some(&first) = proto.body.first() else {
+            continue;
+        };
+        let mut copies = HashMap::new();
+        for &root in &proto.body {
+            copy(document, root, &mut copies, limits)?;
+        }
+        let mut passages = Vec::new();
+        for link in &proto.links {
+            // A link may be in a node that the body does not reach, such as a dropped child.
+            if let Some(&node) = copies.get(&link.node) {
+                fill(document, instance, &proto, link, node, &mut copies, limits)?;
+                passages.push((link.interface.clone(), node, link.name.clone()));
+            }
+        }
+        document.passages.insert(instance, passages);
+        for route in &proto.routes {
+            let end = |id: &NodeId| copies.get(id).copied().unwrap_or(*id);
+            let route = Route {
+                from: end(&route.from),
+                to: end(&route.to),
+                ..route.clone()
+            };
+            document.routes.push(route);
+        }
+        document.stands_for.insert(instance, copies[&first]);
+        let mut inner: Vec<NodeId> = copies
+            .into_values()
+            .filter(|&id| proto_of(document, id).is_some())
+            .collect();
+        inner.sort();
+        work.extend(inner.into_iter().rev());
+    }
+    Ok(())
+}
+
+/// The proto that a node is an instance of.
+pub fn proto_of(document: &Document, node: NodeId) -> Option<usize> {
+    match document.nodes[node.0 as usize].class {
+        ClassRef::Extension(i) => document.proto_of_extension(i),
+        ClassRef::Known(_) => None,
+    }
+}
+
+/// Copies a node of a template with all that hangs on it. A node met twice is copied once.
+fn copy(
+    document: &mut Document,
+    root: NodeId,
+    copies: &mut HashMap<NodeId, NodeId>,
+    limits: &Limits,
+) -> Result<NodeId> {
+    let mut order = Vec::new();
+    let mut stack = vec![root];
+    while let Some(id) = stack.pop() {
+        if copies.contains_key(&id) {
+            continue;
+        }
+        if document.nodes.len() >= limits.nodes {
+            let message = format!("more than {} nodes, with the protos expanded", limits.nodes);
+            let span = document.nodes[id.0 as usize].span;
+            let error = document.sink.error(span, message);
+            return Err(
+                error.with_help("raise the limit on nodes if the scene is meant to be that big")
+            );
+        }
+        let node = document.nodes[id.0 as usize].clone();
+        stack.extend(&node.children);
+        for field in &node.fields {
+            match &field.value {
+                Value::Node(Some(target)) => stack.push(*target),
+                Value::Nodes(targets) => stack.extend(targets),
+                _ => {}
+            }
+            stack.extend(field.connection.iter().map(|c| c.from));
+        }
+        let new = document.add(node);
+        copies.insert(id, new);
+        order.push(new);
+    }
+    let to = |id: &mut NodeId| *id = copies.get(id).copied().unwrap_or(*id);
+    for id in order {
+        let node = &mut document.nodes[id.0 as usize];
+        node.children.iter_mut().for_each(to);
+        for field in &mut node.fields {
+            match &mut field.value {
+                Value::Node(Some(target)) => to(target),
+                Value::Nodes(targets) => targets.iter_mut().for_each(to),
+                _ => {}
+            }
+            if let Some(connection) = &mut field.connection {
+                to(&mut connection.from);
+            }
+        }
+    }
+    Ok(copies[&root])
+}
+
+/// Gives a field of the body the value that the instance, or else the interface, states.
+fn fill(
+    document: &mut Document,
+    instance: NodeId,
+    proto: &Proto,
+    link: &Link,
+    node: NodeId,
+    copies: &mut HashMap<NodeId, NodeId>,
+    limits: &Limits,
+) -> Result<()> {
+    let fields = &document.extensions[proto.extension as usize].fields;
+    let Some(source) = fields.iter().position(|(n, _)| *n == link.interface) else {
+        return Ok(()); // an event, which has no value
+    };
+    let kind = fields[source].1;
+    let Some((index, inner_kind)) = field_of(document, node, &link.name) else {
+        return Ok(());
+    };
+    if kind != inner_kind {
+        let span = document.nodes[node.0 as usize].span;
+        let message = format!(
+            "`{}` is a {} and cannot be `{}`, which is a {}",
+            link.name,
+            inner_kind.name(),
+            link.interface,
+            kind.name()
+        );
+        document.sink.warn(span, message);
+        return Ok(());
+    }
+    let stated = |d: &Document, id: NodeId| {
+        let fields = &d.nodes[id.0 as usize].fields;
+        fields
+            .iter()
+            .find(|f| usize::from(f.index) == source)
+            .map(|f| f.value.clone())
+    };
+    let value = match stated(document, instance) {
+        Some(value) => value,
+        None => match stated(document, proto.defaults) {
+            // The default's nodes are part of the template: each instance has its own.
+            Some(Value::Node(Some(id))) => Value::Node(Some(copy(document, id, copies, limits)?)),
+            Some(Value::Nodes(ids)) => {
+                let ids = ids.into_iter().map(|id| copy(document, id, copies, limits));
+                Value::Nodes(ids.collect::<Result<_>>()?)
+            }
+            Some(value) => value,
+            None => return Ok(()),
+        },
+    };
+    let fields = &mut document.nodes[node.0 as usize].fields;
+    fields.retain(|f| f.index != index);
+    fields.push(FieldEntry {
+        index,
+        value,
+        ignored: false,
+        connection: None,
+        span: Span::default(),
+    });
+    Ok(())
+}
+
+/// A field by name, also as `set_name` or `name_changed`.
+fn field_of(document: &Document, node: NodeId, name: &str) -> Option<(u16, FieldType)> {
+    let find = |name: &str| match document.nodes[node.0 as usize].class {
+        ClassRef::Known(id) => id.get().field(name).map(|(i, f)| (i as u16, f.kind)),
+        ClassRef::Extension(i) => {
+            let fields = &document.extensions[i as usize].fields;
+            let i = fields.iter().position(|(n, _)| **n == *name)?;
+            Some((i as u16, fields[i].1))
+        }
+    };
+    find(name).or_else(|| find(bare(name)))
+}
+
+/// An exposed field's name, from that of its events.
+pub fn bare(name: &str) -> &str {
+    let name = name.strip_prefix("set_").unwrap_or(name);
+    name.strip_suffix("_changed").unwrap_or(name)
+}
+
+/// Leads routes that begin or end at an instance to the nodes that the events mean.
+pub fn resolve_routes(document: &mut Document) {
+    document.stated_routes = document
+        .routes
+        .iter()
+        .filter(|r| r.stated)
+        .cloned()
+        .collect();
+    let routes = std::mem::take(&mut document.routes);
+    for route in routes {
+        let sources = ends(document, route.from, &route.output);
+        let targets = ends(document, route.to, &route.input);
+        for (from, output) in &sources {
+            for (to, input) in &targets {
+                document.routes.push(Route {
+                    from: *from,
+                    output: output.clone(),
+                    to: *to,
+                    input: input.clone(),
+                    stated: route.stated,
+                });
+            }
+        }
+    }
+}
+
+fn ends(document: &Document, node: NodeId, name: &str) -> Vec<(NodeId, Box<str>)> {
+    let mut out = Vec::new();
+    let mut work = vec![(node, Box::<str>::from(name))];
+    while let Some((node, name)) = work.pop() {
+        let Some(passages) = document.passages.get(&node) else {
+            out.push((node, name));
+            continue;
+        };
+        let same = |p: &&Passage| *p.0 == *name || bare(&p.0) == bare(&name);
+        work.extend(
+            passages
+                .iter()
+                .filter(same)
+                .map(|(_, inner, name)| (*inner, name.clone())),
+        );
+    }
+    out
+}
