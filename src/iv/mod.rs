@@ -86,7 +86,7 @@ impl Document {
     /// roots, which are not made the document's.
     pub fn read_more(&mut self, name: &str, bytes: Vec<u8>) -> Result<Vec<NodeId>> {
         let header = Some(Header::ascii_2_1());
-        let roots = read_into(self, name, bytes, &Limits::default(), header)?;
+        let roots = read_into(self, name, bytes, &Limits::default(), header)?.roots;
         assemble::cut_cycles(self);
         Ok(roots)
     }
