@@ -439,6 +439,7 @@ fn font<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.font = FontElement {
         name: node.acting::<Text>("name").unwrap_or(old.name),
         size: node.acting::<f32>("size").unwrap_or(old.size),
+        is_style: false,
         ..old
     };
 }
@@ -452,6 +453,7 @@ fn font_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
             _ => "Times",
         },
         size: node.acting::<f32>("size").unwrap_or(10.0),
+        is_style: true,
         family,
         style: node.acting::<Choice>("style").unwrap_or(0),
     };

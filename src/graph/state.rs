@@ -336,7 +336,8 @@ pub struct TextureElement<'a> {
 pub struct FontElement<'a> {
     pub name: &'a str,
     pub size: f32,
-    /// `FontStyle`'s family and style, as written.
+    /// From a `FontStyle`: family and style count, the name does not.
+    pub is_style: bool,
     pub family: i32,
     pub style: i32,
 }
@@ -453,6 +454,7 @@ impl State<'_> {
             font: FontElement {
                 name: "defaultFont",
                 size: 10.0,
+                is_style: false,
                 family: 0,
                 style: 0,
             },

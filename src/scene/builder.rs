@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3, Vec4};
 
+use super::mesh::Mesh;
 use super::quadric::{Quadric, QuadricKind, exact_bounds};
 use super::shapes::{self, Stroke};
 use super::surface::{Mapping, TextureUse};
@@ -172,6 +173,28 @@ impl<'a> Builder<'a> {
         self.place(DMat4::from(world) * matrix);
         draw(self);
         (self.scene_from_object, self.normal_matrix) = kept;
+    }
+
+    /// Draws what follows under a matrix of its own.
+    pub fn with_world(&mut self, world: DMat4, draw: impl FnOnce(&mut Self)) {
+        let kept = (self.scene_from_object, self.normal_matrix);
+        self.place(world);
+        draw(self);
+        (self.scene_from_object, self.normal_matrix) = kept;
+    }
+
+    pub fn pixel_rows(&self) -> u32 {
+        self.pixel_rows.max(1)
+    }
+
+    /// Draws without adding to the count of triangles or the box: for surfaces whose cutting is
+    /// nobody's but ours, with a box of their control points.
+    pub fn without_counting(&mut self, draw: impl FnOnce(&mut Self)) {
+        let kept = (self.triangle_count, self.bounds, self.object_bounds);
+        draw(self);
+        if self.surveying {
+            (self.triangle_count, _, self.object_bounds) = kept;
+        }
     }
 
     /// Overrides the facing rules of the current shape, where its class has its own.
@@ -383,6 +406,50 @@ impl<'a> Builder<'a> {
         }
         if self.uses_coordinates {
             surface.coordinates.push(corners.map(|c| c.coordinates));
+        }
+    }
+
+    /// Triangles that a shape has made; materials by part, or by the shape's own colors.
+    pub fn mesh(&mut self, mesh: &Mesh, by_part: bool) {
+        if !mesh.is_sound() {
+            self.scene.census.bad_corners += 1;
+            return;
+        }
+        for (i, triangle) in mesh.triangles.iter().enumerate() {
+            let part = mesh.parts.get(i).map_or(0, |&p| u32::from(p));
+            self.triangle(triangle.map(|v| {
+                let v = v as usize;
+                Corner {
+                    position: mesh.positions[v],
+                    normal: mesh.normals[v],
+                    material: match mesh.colors.get(v) {
+                        Some(&color) => color,
+                        None if by_part => part,
+                        None => 0,
+                    },
+                    coordinates: mesh.texcoords[v],
+                }
+            }));
+        }
+    }
+
+    /// Says what keeps a shape, or a part of it, from being drawn.
+    pub fn complain(&mut self, node: NodeRef<'_>, what: &str) {
+        if self.surveying {
+            return;
+        }
+        let mut trouble =
+            Diagnostic::warning(format!("this `{}` is not drawn: {what}", node.class_name()));
+        if let Some(source) = node.source() {
+            trouble = trouble.at(source, node.span());
+        }
+        self.troubles.push(trouble);
+    }
+
+    /// Draws the current shape in its diffuse colors, whatever the lights.
+    pub fn set_unlit(&mut self) {
+        if let Some(surface) = self.scene.surfaces.last_mut() {
+            surface.base_color = true;
         }
     }
 

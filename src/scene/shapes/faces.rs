@@ -20,8 +20,27 @@ struct Face {
     coordinates: Vec<usize>,
 }
 
+/// The index fields of an indexed shape.
+pub struct Indices<'a> {
+    pub coord: &'a [i32],
+    pub normal: Option<&'a [i32]>,
+    pub material: Option<&'a [i32]>,
+    pub texture: Option<&'a [i32]>,
+}
+
 pub fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
+    let indices = Indices {
+        coord: node.read::<[i32]>("coordIndex").unwrap_or(&[]),
+        normal: indices(node, "normalIndex"),
+        material: indices(node, "materialIndex"),
+        texture: indices(node, "textureCoordIndex"),
+    };
+    indexed_faces(&indices, state, out);
+}
+
+/// Faces by index, of Inventor's shape and of VRML 97's.
+pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    let index = indices.coord;
     if index.len() < 3 {
         return;
     }
@@ -37,10 +56,10 @@ pub fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Buil
         coordinates: state.coordinates,
         normals: Normals::None,
         normal_binding,
-        normal_index: indices(node, "normalIndex"),
+        normal_index: indices.normal,
         material_binding: per_vertex_is_indexed(state.material_binding),
-        material_index: indices(node, "materialIndex"),
-        texture_index: indices(node, "textureCoordIndex"),
+        material_index: indices.material,
+        texture_index: indices.texture,
         coord_index: Some(index),
         boxed: None,
     };

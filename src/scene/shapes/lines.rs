@@ -39,6 +39,7 @@ fn segments_and_lines(binding: Binding) -> Binding {
 }
 
 pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    unlit_without_normals(state, out);
     let counts = node.read::<[i32]>("numVertices").unwrap_or(&[-1]);
     let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
     let binding = without_index(segments_and_lines(state.material_binding));
@@ -56,12 +57,30 @@ pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>)
 }
 
 pub fn indexed_line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    unlit_without_normals(state, out);
     let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
+    indexed_lines(index, indices(node, "materialIndex"), state, out);
+}
+
+/// Lines and points without normals are drawn in their color, as by Coin and SGI.
+fn unlit_without_normals(state: &State<'_>, out: &mut Builder<'_>) {
+    if state.normals.is_empty() {
+        out.set_unlit();
+    }
+}
+
+/// Lines by index, of Inventor's shape and of VRML 97's.
+pub fn indexed_lines<'a>(
+    index: &'a [i32],
+    materials: Option<&'a [i32]>,
+    state: &State<'a>,
+    out: &mut Builder<'a>,
+) {
     let mut binding = segments_and_lines(state.material_binding);
     if state.vrml1 && binding == Binding::PerVertex {
         binding = Binding::PerVertexIndexed;
     }
-    let vertices = vertices(state, binding, indices(node, "materialIndex"), Some(index));
+    let vertices = vertices(state, binding, materials, Some(index));
     let (mut count, mut segment, mut part, mut start) = (0, 0, 0, 0);
     while start < index.len() {
         let end = index[start..]
@@ -107,6 +126,7 @@ fn polyline(
 }
 
 pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    unlit_without_normals(state, out);
     let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
     let count = node.read::<i32>("numPoints").unwrap_or(-1);
     let binding = match without_index(state.material_binding) {
@@ -122,6 +142,7 @@ pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
 }
 
 pub fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    unlit_without_normals(state, out);
     let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
     let vertices = vertices(
         state,

@@ -33,15 +33,17 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'
         return;
     }
     // A shape's own vertex property acts on the shape alone.
-    let property = node.node_in("vertexProperty");
     let mut inner;
-    let state = match property {
-        Some(property) => {
-            inner = state.clone();
-            vertex_property(&mut inner, property);
-            &inner
-        }
-        None => state,
+    let state = if is_vrml97(class) {
+        inner = state.clone();
+        vrml97::prepare(class.name, &mut inner, node);
+        &inner
+    } else if let Some(property) = node.node_in("vertexProperty") {
+        inner = state.clone();
+        vertex_property(&mut inner, property);
+        &inner
+    } else {
+        state
     };
     out.begin(node, state);
     let drawn = if is_vrml97(class) {
