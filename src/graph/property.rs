@@ -151,12 +151,15 @@ pub fn local_matrix(node: NodeRef<'_>, class: &str, time: f64) -> Option<DMat4> 
         // Back and forth every 1/speed seconds, slow at the ends.
         "Pendulum" => {
             let share = if on() { swing(speed() * time) } else { 0.0 };
-            let (a, b) = (quat(turn("rotation0")), quat(turn("rotation1")));
+            // Inputs of an engine: an ignore flag on them changes nothing.
+            let end = |name: &str| quat(node.read::<Rotation>(name).unwrap_or(Rotation::IDENTITY));
+            let (a, b) = (end("rotation0"), end("rotation1"));
             DMat4::from_quat(a.slerp(b, share))
         }
         "Shuttle" => {
             let share = if on() { swing(speed() * time) } else { 0.0 };
-            let (a, b) = (vector("translation0", 0.0), vector("translation1", 0.0));
+            let end = |name: &str| node.read::<Vec3>(name).unwrap_or_default().as_dvec3();
+            let (a, b) = (end("translation0"), end("translation1"));
             DMat4::from_translation(a.lerp(b, share))
         }
         _ => return None,

@@ -9,7 +9,7 @@ use crate::graph::state::{Binding, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::scene::builder::Corner;
-use crate::scene::normals::{newell, unit};
+use crate::scene::normals::unit;
 
 pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let size = |name: &str| usize::try_from(node.read::<i32>(name).unwrap_or(1)).unwrap_or(0);
@@ -111,8 +111,8 @@ fn face_normals(state: &State<'_>, start: usize, rows: usize, columns: usize) ->
     let mut out = Vec::with_capacity((rows - 1) * (columns - 1));
     for r in 0..rows - 1 {
         for c in 0..columns - 1 {
-            let ring = [at(r, c), at(r + 1, c), at(r + 1, c + 1), at(r, c + 1)];
-            let normal = unit(newell(&ring));
+            // Coin's choice: the plane at the first corner, not the mean of the four.
+            let normal = unit((at(r + 1, c) - at(r, c)).cross(at(r, c + 1) - at(r, c)));
             out.push(if state.hints.counterclockwise() {
                 normal
             } else {
