@@ -9,9 +9,11 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 use ivcam::iv::Document;
-use ivcam::scene::{CompileOptions, OracleTriangle, RenderScene};
+use ivcam::pose::{CameraPose, Projection};
+use ivcam::scene::{CompileOptions, OracleTriangle, Ray, RenderScene};
+use ivcam::shade::{ShadeOptions, Shader, Shading};
 use serde_json::Value;
 
 #[derive(Default)]
@@ -24,12 +26,23 @@ struct Sums {
     counts_equal: usize,
     sets_equal: usize,
     colors_equal: usize,
+    pictures: Vec<Picture>,
+}
+
+/// How a picture of ours compares with theirs.
+struct Picture {
+    path: String,
+    /// Share of the pixels that either shows which both show.
+    overlap: f64,
+    /// Mean difference in levels where both show something.
+    difference: f64,
 }
 
 struct Options {
     folder: PathBuf,
     only: Option<String>,
     verbose: bool,
+    pictures: Option<PathBuf>,
 }
 
 fn main() {
@@ -44,6 +57,9 @@ fn main() {
             continue;
         }
         row(&options, path, &classes[path], &mut sums);
+    }
+    if options.pictures.is_some() {
+        picture_table(&mut sums.pictures);
     }
     println!(
         "\nread {}/{}  boxes {}/{}  exact files: counts {}/{} sets {}/{} with colors {}/{}",
@@ -65,12 +81,14 @@ fn arguments() -> Options {
         folder: PathBuf::from("corpus"),
         only: None,
         verbose: false,
+        pictures: None,
     };
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
             "--only" => options.only = arguments.next(),
             "--verbose" => options.verbose = true,
+            "--pictures" => options.pictures = arguments.next().map(PathBuf::from),
             _ => options.folder = PathBuf::from(argument),
         }
     }
@@ -132,6 +150,12 @@ fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
             compare_sets(&document, &file, diagonal, sums, &mut notes);
         }
         compare_shapes(&reference, &survey, &mut notes);
+        if let Some(folder) = &options.pictures {
+            let theirs = options.folder.join("reference").join(format!("{path}.png"));
+            sums.pictures.extend(compare_pictures(
+                &document, &reference, path, &theirs, folder,
+            ));
+        }
     }
     let ignored = survey.census.left_out();
     if options.verbose || !notes.is_empty() {
@@ -219,6 +243,7 @@ fn compare_sets(
     };
     let options = CompileOptions {
         origin: theirs.first().map_or(DVec3::ZERO, |t| t.position[0]),
+        ignore_draw_style: true,
         ..CompileOptions::default()
     };
     let scene = match RenderScene::compile(document, &options) {
@@ -349,4 +374,126 @@ fn triangles(file: &Path) -> Option<Vec<OracleTriangle>> {
         }
     };
     Some(records.chunks_exact(116).map(triangle).collect())
+}
+
+/// The camera that the other program used.
+fn camera(reference: &Value) -> Option<CameraPose> {
+    let c = &reference["camera"];
+    let turn = &c["orientation"];
+    let axis = point(&turn["axis"])?;
+    let projection = match c["heightAngle"].as_f64() {
+        Some(height_angle) => Projection::Perspective { height_angle },
+        None => Projection::Orthographic {
+            height: c["height"].as_f64()?,
+        },
+    };
+    Some(CameraPose {
+        position: point(&c["position"])?,
+        orientation: DQuat::from_axis_angle(axis.normalize_or(DVec3::Z), turn["angle"].as_f64()?),
+        projection,
+        ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
+    })
+}
+
+const WIDTH: u32 = 320;
+const HEIGHT: u32 = 240;
+
+fn compare_pictures(
+    document: &Document,
+    reference: &Value,
+    path: &str,
+    theirs: &Path,
+    folder: &Path,
+) -> Option<Picture> {
+    let theirs = image::open(theirs).ok()?.to_rgb8();
+    let pose = camera(reference)?;
+    let options = CompileOptions {
+        origin: pose.position,
+        camera: Some(pose.clone()),
+        needs: Shading::Phong.needs(),
+        pixel_rows: HEIGHT,
+        ..CompileOptions::default()
+    };
+    let scene = RenderScene::compile(document, &options).ok()?;
+    let headlight = reference["lights"]
+        .as_array()?
+        .iter()
+        .find(|l| l["headlight"] == true)
+        .and_then(|l| point(&l["direction"]))
+        .map(DVec3::as_vec3);
+    let shader = Shader::new(
+        &scene,
+        Shading::Phong,
+        ShadeOptions {
+            headlight,
+            backward: (pose.orientation * DVec3::Z).as_vec3(),
+            ..ShadeOptions::default()
+        },
+    );
+    let aspect = f64::from(WIDTH) / f64::from(HEIGHT);
+    let mut ours = image::RgbImage::new(WIDTH, HEIGHT);
+    for (x, y, pixel) in ours.enumerate_pixels_mut() {
+        let sx = (2.0 * (f64::from(x) + 0.5) / f64::from(WIDTH) - 1.0) * aspect;
+        let sy = 1.0 - 2.0 * (f64::from(y) + 0.5) / f64::from(HEIGHT);
+        let ray = match pose.projection {
+            Projection::Perspective { height_angle } => {
+                let t = libm::tan(0.5 * height_angle);
+                let d = pose.orientation * DVec3::new(sx * t, sy * t, -1.0);
+                Ray::new(Vec3::ZERO, d.as_vec3())
+            }
+            Projection::Orthographic { height } => {
+                let o = pose.orientation * (0.5 * height * DVec3::new(sx, sy, 0.0));
+                let mut ray = Ray::new(o.as_vec3(), pose.direction().as_vec3());
+                ray.t_min = f32::NEG_INFINITY;
+                ray
+            }
+        };
+        if let Some(color) = shader.trace(&ray) {
+            let level = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+            *pixel = image::Rgb([level(color.x), level(color.y), level(color.z)]);
+        }
+    }
+    let (mut both, mut either, mut sum) = (0u32, 0u32, 0u64);
+    for (a, b) in ours.pixels().zip(theirs.pixels()) {
+        let shown = |p: &image::Rgb<u8>| p.0.iter().any(|&c| c > 0);
+        either += u32::from(shown(a) || shown(b));
+        if shown(a) && shown(b) {
+            both += 1;
+            sum += (0..3)
+                .map(|i| u64::from(a.0[i].abs_diff(b.0[i])))
+                .sum::<u64>();
+        }
+    }
+    let picture = Picture {
+        path: path.to_owned(),
+        overlap: if either == 0 {
+            1.0
+        } else {
+            f64::from(both) / f64::from(either)
+        },
+        difference: sum as f64 / f64::from(3 * both.max(1)),
+    };
+    if picture.overlap < 0.98 || picture.difference > 4.0 {
+        let mut beside = image::RgbImage::new(2 * WIDTH, HEIGHT);
+        image::imageops::replace(&mut beside, &ours, 0, 0);
+        image::imageops::replace(&mut beside, &theirs, i64::from(WIDTH), 0);
+        let name = path.replace('/', "_");
+        let _ = std::fs::create_dir_all(folder);
+        let _ = beside.save(folder.join(format!("{name}.png")));
+    }
+    Some(picture)
+}
+
+fn picture_table(pictures: &mut [Picture]) {
+    let bad = |p: &Picture| p.overlap < 0.98 || p.difference > 4.0;
+    pictures.sort_by(|a, b| {
+        let score = |p: &Picture| (1.0 - p.overlap) * 50.0 + p.difference / 4.0;
+        score(b).total_cmp(&score(a))
+    });
+    println!("\npictures, the worst first (overlap, difference in levels)");
+    for p in pictures.iter().filter(|p| bad(p)) {
+        println!("  {:.3} {:6.2}  {}", p.overlap, p.difference, p.path);
+    }
+    let good = pictures.iter().filter(|p| !bad(p)).count();
+    println!("pictures alike: {good}/{}", pictures.len());
 }

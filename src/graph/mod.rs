@@ -55,6 +55,9 @@ pub trait Visitor<'a> {
     fn camera(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
     /// Any node, before anything else.
     fn node(&mut self, _node: NodeRef<'a>, _role: Role) {}
+    /// A separator begins, in this state; [`Self::close`] ends it.
+    fn open(&mut self, _state: &State<'a>) {}
+    fn close(&mut self) {}
     /// Something wrong with the scene that walking found.
     fn trouble(&mut self, _trouble: Box<Diagnostic>) {}
 }
@@ -69,6 +72,8 @@ enum Frame<'a> {
     },
     Leave(NodeId),
     Restore(Box<State<'a>>),
+    /// The same at the end of a separator.
+    Close(Box<State<'a>>),
     RestoreMatrix(DMat4),
     /// Frames, the first to be walked first, inside a separator that a kit makes.
     Scope {
@@ -145,13 +150,17 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             }
             Frame::Leave(id) => self.on_path[id.0 as usize] = false,
             Frame::Restore(state) => self.state = *state,
+            Frame::Close(state) => {
+                self.state = *state;
+                self.visitor.close();
+            }
             Frame::RestoreMatrix(matrix) => self.state.world_from_object = matrix,
             Frame::Scope { inner, matrix_only } => {
                 if matrix_only {
                     self.stack
                         .push(Frame::RestoreMatrix(self.state.world_from_object));
                 } else {
-                    self.keep_state();
+                    self.open_separator();
                 }
                 self.stack.extend(inner.into_iter().rev());
             }
@@ -229,7 +238,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 }
             }
             Role::Separator | Role::Collision => {
-                self.keep_state();
+                self.open_separator();
                 self.children(node);
             }
             Role::TransformSeparator => {
@@ -238,12 +247,12 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 self.children(node);
             }
             Role::Transform97 => {
-                self.keep_state();
+                self.open_separator();
                 self.state.world_from_object *= property::transform(node, "scale");
                 self.children(node);
             }
             Role::Billboard => {
-                self.keep_state();
+                self.open_separator();
                 self.turn_to_camera(node);
                 self.children(node);
             }
@@ -262,6 +271,11 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     fn keep_state(&mut self) {
         self.stack
             .push(Frame::Restore(Box::new(self.state.clone())));
+    }
+
+    fn open_separator(&mut self) {
+        self.visitor.open(&self.state);
+        self.stack.push(Frame::Close(Box::new(self.state.clone())));
     }
 
     fn children(&mut self, node: NodeRef<'a>) {

@@ -253,6 +253,15 @@ pub struct Drawing {
     pub line_pattern: u16,
 }
 
+impl Drawing {
+    pub const DEFAULT: Self = Self {
+        style: DrawStyle::Filled,
+        line_width: 0.0,
+        point_size: 0.0,
+        line_pattern: 0xffff,
+    };
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FogKind {
     None,
@@ -440,12 +449,7 @@ impl State<'_> {
                 ..ShapeHints::DEFAULT
             },
             base_color: false,
-            drawing: Drawing {
-                style: DrawStyle::Filled,
-                line_width: 0.0,
-                point_size: 0.0,
-                line_pattern: 0xffff,
-            },
+            drawing: Drawing::DEFAULT,
             complexity: Complexity {
                 value: 0.5,
                 kind: 0,

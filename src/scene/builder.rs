@@ -19,7 +19,7 @@ use crate::diag::{Diagnostic, Result};
 use crate::graph::Visitor;
 use crate::graph::read::Fields;
 use crate::graph::role::Role;
-use crate::graph::state::{Diffuse, LightElement, State, TextureCoordinates};
+use crate::graph::state::{Diffuse, DrawStyle, Drawing, LightElement, State, TextureCoordinates};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::pose::{CameraPose, Projection};
 
@@ -60,6 +60,8 @@ pub struct Builder<'a> {
     uses_normals: bool,
     uses_materials: bool,
     uses_coordinates: bool,
+    /// How the current shape is drawn: whole, as edges or as corners.
+    drawing: Drawing,
     over_limit: bool,
     background_set: bool,
     pub troubles: Vec<Box<Diagnostic>>,
@@ -93,6 +95,7 @@ impl<'a> Builder<'a> {
             uses_normals: false,
             uses_materials: false,
             uses_coordinates: false,
+            drawing: Drawing::DEFAULT,
             over_limit: false,
             background_set: false,
             troubles: Vec::new(),
@@ -133,6 +136,11 @@ impl<'a> Builder<'a> {
         if self.surveying {
             return;
         }
+        self.drawing = if self.ignore_draw_style {
+            Drawing::DEFAULT
+        } else {
+            state.drawing
+        };
         let surface = self.surface(node, state);
         self.scene.special |= surface.culls || !surface.clip.is_empty();
         self.uses_normals = self.needs.normals;
@@ -365,8 +373,29 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Whether faces are drawn as their edges or corners; then [`Self::outline`] draws them.
+    pub fn outlines(&self) -> bool {
+        !self.surveying && matches!(self.drawing.style, DrawStyle::Lines | DrawStyle::Points)
+    }
+
+    /// The edges of a face, or its corners, as the draw style says.
+    pub fn outline(&mut self, corners: &[Corner]) {
+        for (i, &corner) in corners.iter().enumerate() {
+            if self.drawing.style == DrawStyle::Points {
+                self.dot(corner, self.drawing.point_size);
+            } else {
+                let next = corners[(i + 1) % corners.len()];
+                self.line([corner, next], self.drawing.line_width);
+            }
+        }
+    }
+
     pub fn triangle(&mut self, corners: [Corner; 3]) {
         self.triangle_count += 1;
+        if self.outlines() {
+            self.outline(&corners);
+            return;
+        }
         if corners.iter().any(|c| !c.position.is_finite()) {
             self.scene.census.bad_corners += 1;
             return;
@@ -461,6 +490,19 @@ impl<'a> Builder<'a> {
             }
             let (min, max) = exact_bounds(kind, &DAffine3::IDENTITY);
             grow(&mut self.object_bounds, min, max);
+            return;
+        }
+        if self.outlines() {
+            for line in super::quadric::wires(kind) {
+                let corner = |p: DVec3| Corner {
+                    position: p.as_vec3(),
+                    normal: Vec3::Z,
+                    material,
+                    coordinates: Vec2::ZERO,
+                };
+                let corners: Vec<Corner> = line.into_iter().map(corner).collect();
+                self.outline(&corners);
+            }
             return;
         }
         if self.is_full() {

@@ -5,6 +5,7 @@
 
 pub mod builder;
 pub mod census;
+pub mod inventor_box;
 pub mod light;
 pub mod mesh;
 pub mod normals;

@@ -182,6 +182,61 @@ fn join(a: (DVec3, DVec3), b: (DVec3, DVec3)) -> (DVec3, DVec3) {
     (a.0.min(b.0), a.1.max(b.1))
 }
 
+/// Closed lines that show a surface where it is drawn as lines: rings and meridians, about as
+/// many as Inventor's tessellation at complexity 0.5 has.
+pub fn wires(kind: QuadricKind) -> Vec<Vec<DVec3>> {
+    const AROUND: usize = 16;
+    let at = |radius: f64, y: f64, i: usize| {
+        let angle = std::f64::consts::TAU * i as f64 / AROUND as f64;
+        DVec3::new(radius * libm::sin(angle), y, radius * libm::cos(angle))
+    };
+    let ring = |radius: f64, y: f64| (0..AROUND).map(|i| at(radius, y, i)).collect::<Vec<_>>();
+    match kind {
+        QuadricKind::Sphere { radius } => {
+            let level = |j: usize| {
+                let angle = std::f64::consts::PI * j as f64 / AROUND as f64;
+                (radius * libm::sin(angle), radius * libm::cos(angle))
+            };
+            let mut lines: Vec<Vec<DVec3>> =
+                (1..AROUND).map(|j| ring(level(j).0, level(j).1)).collect();
+            // A meridian and the one opposite close to a ring.
+            lines.extend((0..AROUND / 2).map(|i| {
+                let down = (0..AROUND).map(|j| at(level(j).0, level(j).1, i));
+                let up = (1..=AROUND)
+                    .rev()
+                    .map(|j| at(level(j).0, level(j).1, i + AROUND / 2));
+                down.chain(up).collect()
+            }));
+            lines
+        }
+        QuadricKind::CylinderSide {
+            radius,
+            half_height,
+        } => {
+            let mut lines = vec![ring(radius, half_height), ring(radius, -half_height)];
+            lines.extend(
+                (0..AROUND).map(|i| vec![at(radius, half_height, i), at(radius, -half_height, i)]),
+            );
+            lines
+        }
+        QuadricKind::ConeSide {
+            radius,
+            half_height,
+        } => {
+            let mut lines = vec![ring(radius, -half_height)];
+            lines.extend(
+                (0..AROUND).map(|i| vec![DVec3::Y * half_height, at(radius, -half_height, i)]),
+            );
+            lines
+        }
+        QuadricKind::Disc { radius, y, .. } => {
+            let mut lines = vec![ring(radius, y)];
+            lines.extend((0..AROUND).map(|i| vec![DVec3::Y * y, at(radius, y, i)]));
+            lines
+        }
+    }
+}
+
 /// The sphere's discriminant from the foot of the perpendicular, not from b² − ac: far away the
 /// latter is a difference of two large numbers.
 fn sphere(o: DVec3, d: DVec3, radius: f64) -> [Option<f64>; 2] {

@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec3};
 use indexmap::IndexMap;
 
+use super::inventor_box::InventorBox;
 use super::{Builder, Census, CompileOptions};
 use crate::diag::Diagnostic;
 use crate::graph::read::Fields;
@@ -32,6 +33,19 @@ pub struct Survey {
 struct Surveyor<'a> {
     builder: Builder<'a>,
     survey: Survey,
+    /// Each open separator's matrix and the box of what it holds so far; the root's first.
+    open: Vec<(DMat4, Option<InventorBox>)>,
+}
+
+impl Surveyor<'_> {
+    fn join(&mut self, below: InventorBox) {
+        if let Some((_, all)) = self.open.last_mut() {
+            *all = Some(match *all {
+                Some(before) => before.join(below),
+                None => below,
+            });
+        }
+    }
 }
 
 pub fn survey(document: &Document, options: &CompileOptions) -> Survey {
@@ -45,12 +59,15 @@ pub fn survey(document: &Document, options: &CompileOptions) -> Survey {
     let mut surveyor = Surveyor {
         builder: Builder::surveyor(document, options),
         survey: Survey::default(),
+        open: vec![(DMat4::IDENTITY, None)],
     };
     graph::walk(document, &walk_options, &mut surveyor);
     let Surveyor {
         builder,
         mut survey,
+        open,
     } = surveyor;
+    survey.inventor_bounds = open[0].1.map(|b| b.project());
     survey.triangles = builder.triangle_count;
     survey.census = builder.census().clone();
     survey.troubles = builder.troubles;
@@ -66,12 +83,32 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
         if let Some((min, max)) = self.builder.bounds {
             super::builder::grow(&mut self.survey.bounds, min, max);
         }
-        if let Some(object) = self.builder.object_bounds {
-            let (min, max) = boxed(state.world_from_object, object);
-            super::builder::grow(&mut self.survey.inventor_bounds, min, max);
+        if let Some(object) = self.builder.object_bounds
+            && let Some((matrix, _)) = self.open.last()
+        {
+            let local = matrix.inverse() * state.world_from_object;
+            if local.is_finite() {
+                self.join(InventorBox::new(object, local));
+            }
         }
         self.builder.bounds = None;
         self.builder.object_bounds = None;
+    }
+
+    fn open(&mut self, state: &State<'a>) {
+        self.open.push((state.world_from_object, None));
+    }
+
+    fn close(&mut self) {
+        let Some((matrix, below)) = self.open.pop() else {
+            return;
+        };
+        if let (Some(below), Some((outer, _))) = (below, self.open.last()) {
+            let local = outer.inverse() * matrix;
+            if local.is_finite() {
+                self.join(below.under(local));
+            }
+        }
     }
 
     fn light(&mut self, light: &LightElement, _state: &State<'a>) {
@@ -91,20 +128,4 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
     fn trouble(&mut self, trouble: Box<Diagnostic>) {
         self.builder.trouble(trouble);
     }
-}
-
-/// The box around a box's corners under a matrix.
-fn boxed(matrix: DMat4, (min, max): (DVec3, DVec3)) -> (DVec3, DVec3) {
-    let corners = (0..8).map(|i| {
-        matrix.project_point3(DVec3::new(
-            if i & 1 == 0 { min.x } else { max.x },
-            if i & 2 == 0 { min.y } else { max.y },
-            if i & 4 == 0 { min.z } else { max.z },
-        ))
-    });
-    let mut out = None;
-    for p in corners {
-        super::builder::grow(&mut out, p, p);
-    }
-    out.unwrap_or((min, max))
 }

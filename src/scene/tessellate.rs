@@ -19,8 +19,32 @@ pub fn tessellate(points: &[Vec3]) -> Vec<[usize; 3]> {
         3 => vec![[0, 1, 2]],
         _ if !points.iter().all(|p| p.is_finite()) => fan(points.len()),
         n if n > MANY => many(points),
-        _ => Ears::new(points).cut(),
+        _ => without_repeats(points),
     }
+}
+
+/// A corner that repeats the one before it stands in the way of its own ears: such corners are
+/// cut off first, as triangles without area, which keeps the count at n − 2.
+fn without_repeats(points: &[Vec3]) -> Vec<[usize; 3]> {
+    let n = points.len();
+    let kept: Vec<usize> = (0..n)
+        .filter(|&i| points[i] != points[(i + n - 1) % n])
+        .collect();
+    if kept.len() == n || kept.len() < 3 {
+        return Ears::new(points).cut();
+    }
+    let fewer: Vec<Vec3> = kept.iter().map(|&i| points[i]).collect();
+    let mut out: Vec<[usize; 3]> = match fewer.len() {
+        3 => vec![[kept[0], kept[1], kept[2]]],
+        _ => Ears::new(&fewer)
+            .cut()
+            .into_iter()
+            .map(|t| t.map(|i| kept[i]))
+            .collect(),
+    };
+    let repeats = (0..n).filter(|&i| points[i] == points[(i + n - 1) % n]);
+    out.extend(repeats.map(|i| [(i + n - 1) % n, i, (i + 1) % n]));
+    out
 }
 
 fn fan(n: usize) -> Vec<[usize; 3]> {
@@ -141,13 +165,32 @@ impl Ears {
             }
             self.emit(v, &mut out);
             self.emit(v, &mut out);
-            remaining = 2;
         }
-        while remaining >= 3 {
-            self.emit(v, &mut out);
-            remaining -= 1;
+        if remaining > 4 {
+            // Crosses itself, or is a line: what is left has no ear.
+            self.give_up(v, &mut out);
         }
         out
+    }
+
+    fn give_up(&self, start: usize, out: &mut Vec<[usize; 3]>) {
+        let mut ring = vec![start];
+        let mut v = self.next[start];
+        while v != start {
+            ring.push(v);
+            v = self.next[v];
+        }
+        let flat = ring.iter().map(|&i| self.flat[i].map(f64::from));
+        let mut cut: Vec<u32> = Vec::new();
+        earcut::Earcut::new().earcut(flat, &[], &mut cut);
+        let wanted = ring.len() - 2;
+        out.extend(
+            cut.chunks_exact(3)
+                .map(|t| [0, 1, 2].map(|k| ring[t[k] as usize])),
+        );
+        // Inventor counts n − 2 triangles, with area or without.
+        let missing = wanted.saturating_sub(cut.len() / 3);
+        out.extend((0..missing).map(|_| [ring[0]; 3]));
     }
 
     /// The triangle of a corner and the two after it; the middle one is gone then.

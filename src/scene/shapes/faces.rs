@@ -243,6 +243,10 @@ fn draw(faces: &[Face], vertices: &Vertices<'_, '_>, convex: bool, out: &mut Bui
 /// Cuts a polygon as Coin does: a triangle is one, a quadrilateral goes along its first diagonal
 /// (along the other where only that lies inside), a convex one is a fan, others are tessellated.
 pub fn polygon(corners: &[Corner], convex: bool, out: &mut Builder<'_>) {
+    if out.outlines() {
+        out.outline(corners);
+        return;
+    }
     match corners {
         [] | [_] | [_, _] => {}
         [a, b, c] => out.triangle([*a, *b, *c]),

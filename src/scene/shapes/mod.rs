@@ -108,6 +108,10 @@ fn draw_class<'a>(
 
 /// A flat polygon of corners in order, as two triangles.
 fn quad(corners: [Corner; 4], out: &mut Builder<'_>) {
+    if out.outlines() {
+        out.outline(&corners);
+        return;
+    }
     let [a, b, c, d] = corners;
     out.triangle([a, b, c]);
     out.triangle([a, c, d]);

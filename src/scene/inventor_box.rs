@@ -1,0 +1,115 @@
+//! Bounding boxes as Inventor joins them: boxes that carry a matrix.
+//!
+//! `viewAll` stands the camera by this box, so it must be the old libraries' and not the exact
+//! one. Two boxes are joined in the space of either, whichever result has less volume; a separator
+//! joins what is below it in its own space first.
+
+use glam::{DMat4, DVec3};
+
+#[derive(Clone, Copy, Debug)]
+pub struct InventorBox {
+    min: DVec3,
+    max: DVec3,
+    matrix: DMat4,
+}
+
+impl InventorBox {
+    pub fn new((min, max): (DVec3, DVec3), matrix: DMat4) -> Self {
+        Self { min, max, matrix }
+    }
+
+    /// The box seen from outside a further matrix.
+    pub fn under(self, matrix: DMat4) -> Self {
+        Self {
+            matrix: matrix * self.matrix,
+            ..self
+        }
+    }
+
+    pub fn join(self, other: Self) -> Self {
+        let first = self.extended_by(&other);
+        let second = other.extended_by(&self);
+        match (first, second) {
+            (Some(a), Some(b)) => {
+                let (va, vb) = (a.volume(), b.volume());
+                let first_is_smaller = if va != 0.0 || vb != 0.0 {
+                    va < vb
+                } else {
+                    a.flat_measure() < b.flat_measure()
+                };
+                if first_is_smaller { a } else { b }
+            }
+            (Some(a), None) => a,
+            (None, Some(b)) => b,
+            (None, None) => {
+                let (a, b) = (self.project(), other.project());
+                Self::new((a.0.min(b.0), a.1.max(b.1)), DMat4::IDENTITY)
+            }
+        }
+    }
+
+    fn extended_by(&self, other: &Self) -> Option<Self> {
+        let inverse = self.matrix.inverse();
+        if !inverse.is_finite() {
+            return None;
+        }
+        let into = inverse * other.matrix;
+        let mut out = *self;
+        for corner in other.corners() {
+            let p = into.project_point3(corner);
+            out.min = out.min.min(p);
+            out.max = out.max.max(p);
+        }
+        Some(out)
+    }
+
+    fn corners(&self) -> impl Iterator<Item = DVec3> {
+        let (min, max) = (self.min, self.max);
+        (0..8).map(move |i| {
+            DVec3::new(
+                if i & 4 == 0 { min.x } else { max.x },
+                if i & 2 == 0 { min.y } else { max.y },
+                if i & 1 == 0 { min.z } else { max.z },
+            )
+        })
+    }
+
+    fn volume(&self) -> f64 {
+        let size = self.max - self.min;
+        (size.x * size.y * size.z * self.matrix.determinant()).abs()
+    }
+
+    /// The area or length of a box without volume.
+    fn flat_measure(&self) -> f64 {
+        let size = self.max - self.min;
+        let m = &self.matrix;
+        let spans = [
+            size.x * m.x_axis.truncate().length(),
+            size.y * m.y_axis.truncate().length(),
+            size.z * m.z_axis.truncate().length(),
+        ];
+        spans.iter().filter(|s| **s != 0.0).product()
+    }
+
+    /// The box along the axes around this one.
+    pub fn project(&self) -> (DVec3, DVec3) {
+        let mut points = self.corners().map(|c| self.matrix.project_point3(c));
+        let first = points.next().unwrap_or_default();
+        points.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_turned_boxes_stay_in_their_own_space() {
+        let turn = DMat4::from_rotation_z(0.5);
+        let unit = (DVec3::ZERO, DVec3::ONE);
+        let a = InventorBox::new(unit, turn);
+        let b = InventorBox::new(unit, turn * DMat4::from_translation(DVec3::X));
+        let joined = a.join(b);
+        assert!((joined.volume() - 2.0).abs() < 1e-12);
+    }
+}
