@@ -420,7 +420,7 @@ fn compare_pictures(
         .iter()
         .find(|l| l["headlight"] == true)
         .and_then(|l| point(&l["direction"]))
-        .map(DVec3::as_vec3);
+        .map(|d| ivcam::scene::Light::headlight(d.as_vec3()));
     let shader = Shader::new(
         &scene,
         Shading::Phong,
