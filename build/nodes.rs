@@ -255,11 +255,11 @@ fn field(place: &str, line: &str) -> Result<Field, String> {
             names.push((word.to_owned(), number));
         }
         default.truncate(open);
-    } else if let Some(open) = default.rfind(" (").or_else(|| default.rfind(" [0")) {
-        if default[open..].contains(',') {
-            range = Some(default[open + 1..].to_owned());
-            default.truncate(open);
-        }
+    } else if let Some(open) = default.rfind(" (").or_else(|| default.rfind(" [0"))
+        && default[open..].contains(',')
+    {
+        range = Some(default[open + 1..].to_owned());
+        default.truncate(open);
     }
     let default = default.trim().to_owned();
     Ok(Field {

@@ -55,7 +55,9 @@ impl Camera {
     }
 }
 
-/// A point of the film, ready to look through any point of the lens.
+/// A point of the film, ready to look through any point of the lens. It lives on the stack for
+/// one pixel's sake, so its size costs nothing.
+#[allow(clippy::large_enum_variant)]
 pub enum FilmPoint<'a> {
     Pinhole(Option<CameraRay>),
     Lens {

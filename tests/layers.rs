@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// From the ground up. `cli` is last: nothing imports it.
 const ORDER: [&str; 24] = [
-    "diag", "math", "raster", "grammar", "iv", "graph", "pose", "scene", "sampling", "film",
+    "diag", "math", "raster", "grammar", "iv", "pose", "graph", "scene", "sampling", "film",
     "lens", "camera", "shade", "picture", "render", "compare", "report", "plan", "diagram", "anim",
     "viewer", "cli", "main", "lib",
 ];
