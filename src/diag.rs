@@ -266,7 +266,7 @@ fn io_words(error: &std::io::Error) -> String {
 }
 
 /// Collects diagnostics. The same mistake a thousand times is one message with a count.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Sink {
     items: Vec<Diagnostic>,
     seen: HashMap<(Severity, String), usize>,

@@ -78,7 +78,7 @@ pub struct Node {
 }
 
 /// A file, with the files that it names read in.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Document {
     pub nodes: Vec<Node>,
     pub roots: Vec<NodeId>,

@@ -1,0 +1,138 @@
+//! A matrix as Inventor's translation, rotation, scale and scale orientation, and back.
+
+use glam::{DMat3, DMat4, DQuat, DVec3};
+
+use super::convert::quaternion;
+
+/// Move, about a center turn, and scale along the axes that `scale_orientation` turns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parts {
+    pub translation: DVec3,
+    pub rotation: DQuat,
+    pub scale: DVec3,
+    pub scale_orientation: DQuat,
+}
+
+pub fn compose(parts: &Parts, center: DVec3) -> DMat4 {
+    let along = DMat4::from_quat(parts.scale_orientation);
+    DMat4::from_translation(parts.translation + center)
+        * DMat4::from_quat(parts.rotation)
+        * along
+        * DMat4::from_scale(parts.scale)
+        * along.transpose()
+        * DMat4::from_translation(-center)
+}
+
+/// Takes a matrix apart by polar decomposition; what it does beside (perspective, or flattening
+/// to a plane or less) is lost.
+pub fn decompose(m: DMat4, center: DVec3) -> Parts {
+    let linear = DMat3::from_mat4(m);
+    let translation = m.w_axis.truncate() - center + linear * center;
+    let identity = Parts {
+        translation,
+        rotation: DQuat::IDENTITY,
+        scale: DVec3::ONE,
+        scale_orientation: DQuat::IDENTITY,
+    };
+    let Some(turn) = nearest_turn(linear) else {
+        return identity;
+    };
+    let mirrored = turn.determinant() < 0.0;
+    let turn = if mirrored { -turn } else { turn };
+    let stretch = turn.transpose() * linear;
+    let (scale, axes) = diagonal(stretch);
+    Parts {
+        rotation: quaternion(turn),
+        scale,
+        scale_orientation: quaternion(axes),
+        ..identity
+    }
+}
+
+/// The orthogonal matrix nearest to one, by Newton's iteration (Higham).
+fn nearest_turn(m: DMat3) -> Option<DMat3> {
+    let mut q = m;
+    for _ in 0..64 {
+        if !(q.determinant().abs() > 1e-300) {
+            return None;
+        }
+        let next = 0.5 * (q + q.inverse().transpose());
+        let change = (next - q)
+            .to_cols_array()
+            .iter()
+            .fold(0.0, |a: f64, b| a.max(b.abs()));
+        q = next;
+        if !(change > 1e-15) {
+            break;
+        }
+    }
+    q.is_finite().then_some(q)
+}
+
+/// Scale and axes of a symmetric matrix, by Jacobi's rotations; the axes stay where they are if
+/// it is diagonal already.
+fn diagonal(mut s: DMat3) -> (DVec3, DMat3) {
+    let mut axes = DMat3::IDENTITY;
+    let size = s
+        .to_cols_array()
+        .iter()
+        .fold(0.0, |a: f64, b| a.max(b.abs()));
+    for _ in 0..32 {
+        let mut quiet = true;
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            let off = 0.5 * (s.col(q)[p] + s.col(p)[q]);
+            if !(off.abs() > 1e-7 * size) {
+                continue;
+            }
+            quiet = false;
+            let theta = 0.5 * (s.col(q)[q] - s.col(p)[p]) / off;
+            let t = 1.0_f64.copysign(theta) / (theta.abs() + (theta * theta + 1.0).sqrt());
+            let c = 1.0 / (t * t + 1.0).sqrt();
+            let mut turn = DMat3::IDENTITY;
+            turn.col_mut(p)[p] = c;
+            turn.col_mut(q)[q] = c;
+            turn.col_mut(q)[p] = t * c;
+            turn.col_mut(p)[q] = -t * c;
+            s = turn.transpose() * s * turn;
+            axes *= turn;
+        }
+        if quiet {
+            break;
+        }
+    }
+    (DVec3::new(s.x_axis.x, s.y_axis.y, s.z_axis.z), axes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_put_together_comes_apart() {
+        let parts = Parts {
+            translation: DVec3::new(1.0, -2.0, 3.0),
+            rotation: DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 2.0) / 3.0, 1.1),
+            scale: DVec3::new(2.0, 0.5, 3.0),
+            scale_orientation: DQuat::from_axis_angle(DVec3::Y, 0.4),
+        };
+        let center = DVec3::new(0.3, 0.0, -1.0);
+        let m = compose(&parts, center);
+        let apart = decompose(m, center);
+        assert!((apart.translation - parts.translation).length() < 1e-12);
+        assert!(apart.rotation.dot(parts.rotation).abs() > 1.0 - 1e-12);
+        assert!(compose(&apart, center).abs_diff_eq(m, 1e-6));
+    }
+
+    #[test]
+    fn mirrors_and_flat_matrices_do_not_break() {
+        let mirror = DMat4::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+        assert!(compose(&decompose(mirror, DVec3::ZERO), DVec3::ZERO).abs_diff_eq(mirror, 1e-9));
+        for bad in [
+            DMat4::ZERO,
+            DMat4::NAN,
+            DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0)),
+        ] {
+            assert!(decompose(bad, DVec3::ZERO).rotation.is_finite());
+        }
+    }
+}

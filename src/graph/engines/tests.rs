@@ -1,0 +1,185 @@
+use super::*;
+use std::sync::Arc;
+
+use crate::iv::value::Rotation;
+use crate::iv::{Limits, Nowhere};
+use glam::Vec3;
+
+fn read(text: &str) -> Document {
+    let bytes = text.as_bytes().to_vec();
+    Document::read("test.iv", bytes, Arc::new(Nowhere), &Limits::default()).expect("reads")
+}
+
+fn field(document: &Document, name: &str, field: &str) -> Value {
+    let node = document.node(document.names[name]);
+    node.value(field).expect("has the field").clone()
+}
+
+/// The value of a field of the node `X` in an Inventor scene at a time.
+fn x(scene: &str, name: &str, time: f64) -> Value {
+    let document = read(&format!("#Inventor V2.1 ascii\n{scene}"));
+    let document = at_time(&document, time).unwrap_or(document);
+    field(&document, "X", name)
+}
+
+#[test]
+fn a_scene_without_connections_is_left_alone() {
+    assert!(at_time(&read("#Inventor V2.1 ascii\nCube { }"), 1.0).is_none());
+}
+
+#[test]
+fn elapsed_time_turns_a_windmill() {
+    let scene = "DEF X RotationXYZ { axis Z angle 0 = ElapsedTime { speed 0.4 } . timeOut }";
+    assert_eq!(x(scene, "angle", 0.0), Value::Float(0.0));
+    assert_eq!(x(scene, "angle", 5.0), Value::Float(2.0));
+    let off = "DEF X RotationXYZ { angle = ElapsedTime { on FALSE } . timeOut }";
+    assert_eq!(x(off, "angle", 5.0), Value::Float(0.0));
+}
+
+#[test]
+fn engines_feed_engines() {
+    let scene = r#"DEF X Translation { translation 9 9 9 = Calculator {
+        a = GlobalField { type "SFTime" realTime 0 } . realTime
+        expression [ "ta = a * 2", "oA = vec3f(ta, floor(a), 1)" ] } . oA }"#;
+    assert_eq!(
+        x(scene, "translation", 1.5),
+        Value::Vec3(Vec3::new(3.0, 1.0, 1.0))
+    );
+}
+
+#[test]
+fn composing_and_decomposing_are_opposites() {
+    let scene = "DEF X Translation { translation = ComposeVec3f {
+        x = DEF D DecomposeVec3f { vector 1 2 3 } . z  y = USE D . y  z = USE D . x } . vector }";
+    assert_eq!(
+        x(scene, "translation", 0.0),
+        Value::Vec3(Vec3::new(3.0, 2.0, 1.0))
+    );
+    let scene = "DEF X MatrixTransform { matrix = ComposeMatrix { translation 1 2 3 } . matrix }";
+    let Value::Matrix(m) = x(scene, "matrix", 0.0) else {
+        panic!()
+    };
+    assert_eq!(m.w_axis.truncate(), Vec3::new(1.0, 2.0, 3.0));
+    let scene = "DEF X Rotation { rotation = ComposeRotation { axis 0 1 0 angle 2 } . rotation }";
+    let turn = Rotation {
+        axis: Vec3::Y,
+        angle: 2.0,
+    };
+    assert_eq!(x(scene, "rotation", 0.0), Value::Rotation(turn));
+}
+
+#[test]
+fn counting_goes_round_with_the_clock() {
+    let scene = "DEF X Switch { whichChild = TimeCounter { max 3 frequency 0.5 } . output }";
+    let counts = [0.0, 0.6, 1.1, 1.9, 2.1].map(|t| x(scene, "whichChild", t));
+    assert_eq!(counts, [0, 1, 2, 3, 0].map(Value::Int));
+}
+
+#[test]
+fn selecting_gating_and_joining() {
+    let select =
+        r#"DEF X Cube { width = SelectOne { type "MFFloat" input [ 4, 5, 6 ] index 1 } . output }"#;
+    assert_eq!(x(select, "width", 0.0), Value::Float(5.0));
+    let gate = r#"DEF X Cube { width 7 = Gate { type "MFFloat" input 3 enable FALSE } . output }"#;
+    assert_eq!(x(gate, "width", 0.0), Value::Float(7.0));
+    let join = r#"DEF X Coordinate3 { point = Concatenate { type "MFVec3f" input0 [ 1 0 0 ] input2 [ 2 0 0, 3 0 0 ] } . output }"#;
+    assert_eq!(
+        x(join, "point", 0.0),
+        Value::Vec3s(vec![Vec3::X, 2.0 * Vec3::X, 3.0 * Vec3::X])
+    );
+}
+
+#[test]
+fn fields_convert_between_types() {
+    let to_text = "DEF X Text3 { string = DEF C Cube { width 2.5 } . width }";
+    assert_eq!(
+        x(to_text, "string", 0.0),
+        Value::Strings(vec!["2.5".to_owned()])
+    );
+    let to_bool = "DEF X ShapeHints { } DEF X Cube { width = BoolOperation { a TRUE operation NOT_A } . inverse }";
+    assert_eq!(x(to_bool, "width", 0.0), Value::Float(1.0));
+    let wrong = "DEF X Cube { width 3 = Transform { } . translation }";
+    assert_eq!(x(wrong, "width", 0.0), Value::Float(3.0));
+}
+
+#[test]
+fn a_circle_is_cut_with_a_warning() {
+    let scene = "#Inventor V2.1 ascii\nSeparator {
+        DEF A Cube { width 5 = DEF B Cube { width 6 = USE A . width } . width } }";
+    let document = at_time(&read(scene), 0.0).expect("has connections");
+    let width = field(&document, "A", "width");
+    assert!(width == Value::Float(5.0) || width == Value::Float(6.0));
+    assert!(
+        document
+            .sink
+            .items()
+            .iter()
+            .any(|d| d.message.contains("itself"))
+    );
+}
+
+#[test]
+fn a_long_chain_needs_no_stack() {
+    let mut scene = String::from("#Inventor V2.1 ascii\nSeparator { DEF N0 Cube { width 4 }\n");
+    for i in 1..20_000 {
+        scene += &format!("DEF N{i} Cube {{ width = USE N{} . width }}\n", i - 1);
+    }
+    let document = at_time(&read(&(scene + "}")), 0.0).expect("has connections");
+    assert_eq!(field(&document, "N19999", "width"), Value::Float(4.0));
+}
+
+const ROUTED: &str = "#VRML V2.0 utf8
+DEF T TimeSensor { loop TRUE cycleInterval 4 }
+DEF P PositionInterpolator { key [ 0 0.5 1 ] keyValue [ 0 0 0, 2 0 0, 2 4 0 ] }
+DEF O OrientationInterpolator { key [ 0 1 ] keyValue [ 0 0 1 0, 0 0 1 3 ] }
+DEF C ColorInterpolator { key [ 0 1 ] keyValue [ 1 0 0, 0 1 0 ] }
+DEF X Transform { translation 9 9 9 }
+DEF M Material { }
+ROUTE T.fraction_changed TO P.set_fraction
+ROUTE T.fraction_changed TO O.set_fraction
+ROUTE T.fraction_changed TO C.set_fraction
+ROUTE P.value_changed TO X.set_translation
+ROUTE O.value_changed TO X.rotation
+ROUTE C.value_changed TO M.diffuseColor
+";
+
+#[test]
+fn routes_carry_a_sensors_time_through_interpolators() {
+    let document = at_time(&read(ROUTED), 7.0).expect("has routes");
+    let place = field(&document, "X", "translation");
+    assert_eq!(place, Value::Vec3(Vec3::new(2.0, 2.0, 0.0)));
+    let Value::Rotation(turn) = field(&document, "X", "rotation") else {
+        panic!()
+    };
+    assert!((turn.angle - 2.25).abs() < 1e-6 && (turn.axis - Vec3::Z).length() < 1e-6);
+    let half = at_time(&read(ROUTED), 2.0).expect("has routes");
+    assert_eq!(
+        field(&half, "M", "diffuseColor"),
+        Value::Vec3(Vec3::new(1.0, 1.0, 0.0))
+    );
+}
+
+#[test]
+fn a_sensor_that_has_not_started_sends_nothing() {
+    let waiting = ROUTED.replace("loop TRUE", "loop FALSE");
+    let document = at_time(&read(&waiting), 2.0).expect("has routes");
+    assert_eq!(
+        field(&document, "X", "translation"),
+        Value::Vec3(Vec3::splat(9.0))
+    );
+}
+
+#[test]
+fn a_bounding_box_is_the_callers_to_know() {
+    let scene = "#Inventor V2.1 ascii\nSeparator { DEF S Cube { }
+        DEF X Translation { translation = ComputeBoundingBox { node USE S } . max } }";
+    let bounds = |_: &Document, _: NodeId| {
+        Some(Bounds {
+            min: DVec3::ZERO,
+            max: DVec3::ONE,
+            object: DMat4::IDENTITY,
+        })
+    };
+    let document = at_time_with(&read(scene), 0.0, &bounds).expect("has connections");
+    assert_eq!(field(&document, "X", "translation"), Value::Vec3(Vec3::ONE));
+}
