@@ -48,6 +48,7 @@ pub fn command() -> Command {
             "N",
             "a tabulated position of a zoom lens, from 0",
         ))
+        .arg(value("f-number", "N", "close the stop to this f-number"))
         .arg(value(
             "focus",
             "DISTANCE",
@@ -57,9 +58,9 @@ pub fn command() -> Command {
             value(
                 "focus-by",
                 "PART",
-                "what moves: the film, or the lens by equation 5",
+                "what moves: the film, the whole lens by equation 5, the focusing group; or the film to the best spot",
             )
-            .value_parser(["film", "lens"])
+            .value_parser(["film", "lens", "group", "best"])
             .default_value("film"),
         )
         .arg(value(
@@ -88,7 +89,7 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let mut lens = opened?;
     if let Some(position) = text("zoom-position") {
         let position = parse(position, "zoom-position", "a number from 0")?;
-        lens = Lens::new(lens.prescription().at_zoom(position)?);
+        lens = lens.at_zoom(position)?;
     }
     if let Some(factor) = text("scale") {
         lens = lens.scaled(positive(factor, "scale")?);
@@ -96,6 +97,9 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     if let Some(efl) = text("efl") {
         let length = parse_length(efl, LengthUnit::Millimeter);
         lens = lens.scaled_to(length.ok_or_else(|| wrong("efl", efl, "a length such as 20mm"))?)?;
+    }
+    if let Some(number) = text("f-number") {
+        lens = lens.at_f_number(positive(number, "f-number")?)?;
     }
     if let Some(nm) = text("wavelength") {
         lens = lens.at_wavelength(wavelength(positive(nm, "wavelength")?)?);
@@ -105,6 +109,8 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     }
     let method = match text("focus-by") {
         Some("lens") => FocusMethod::Lens,
+        Some("group") => FocusMethod::Group,
+        Some("best") => FocusMethod::Best,
         _ => FocusMethod::Film,
     };
     let focus = text("focus")

@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use crate::diag::Diagnostic;
 
+use super::Lens;
 use super::first_order::{FirstOrder, Focal};
 
 /// What moves when the lens is focused.
@@ -19,6 +20,12 @@ pub enum FocusMethod {
     Film,
     /// The whole lens, by equation 5; distances are from the film.
     Lens,
+    /// The focusing group of the prescription; the film stays where infinity has it, and
+    /// distances are from the front vertex. Only [`super::Lens::focused`] can do it.
+    Group,
+    /// The film, to the least spot of real rays instead of the paraxial image; distances are
+    /// from the front vertex. It needs rays too: [`super::Lens::focused`].
+    Best,
 }
 
 impl FocusMethod {
@@ -26,6 +33,8 @@ impl FocusMethod {
         match self {
             Self::Film => "film",
             Self::Lens => "lens",
+            Self::Group => "group",
+            Self::Best => "best",
         }
     }
 }
@@ -67,6 +76,10 @@ pub enum FocusFault {
     VirtualImage { nearest: f64 },
     #[error("the object is nearer than the lens can be moved for")]
     TooNear { nearest: f64 },
+    #[error("the prescription has no focusing group")]
+    NoGroup,
+    #[error("no rays get through to focus by")]
+    NoRays,
     #[error("the image is inside the lens: the film would stand in the glass")]
     FilmInsideLens { film_z: f64, nearest: Option<f64> },
 }
@@ -79,7 +92,7 @@ impl FocusFault {
             | Self::VirtualImage { nearest }
             | Self::TooNear { nearest } => Some(nearest),
             Self::FilmInsideLens { nearest, .. } => nearest,
-            Self::NotADistance | Self::Afocal => None,
+            Self::NotADistance | Self::Afocal | Self::NoGroup | Self::NoRays => None,
         }
     }
 
@@ -92,12 +105,16 @@ impl FocusFault {
             Self::VirtualImage { .. } => "virtual_image",
             Self::TooNear { .. } => "too_near",
             Self::FilmInsideLens { .. } => "film_inside_lens",
+            Self::NoGroup => "no_group",
+            Self::NoRays => "no_rays",
         }
     }
 
     pub fn diagnostic(self, lens: &str) -> Box<Diagnostic> {
         let help = match self {
             Self::NotADistance => "give a distance in meters, such as 1.2, or `inf`".to_owned(),
+            Self::NoGroup => "move the film or the whole lens instead".to_owned(),
+            Self::NoRays => "open the stop, or focus by the paraxial image".to_owned(),
             Self::Afocal => "an afocal lens makes no image on a film".to_owned(),
             Self::FilmInsideLens {
                 nearest: Some(near),
@@ -109,6 +126,7 @@ impl FocusFault {
                 "no real object is imaged behind this lens".to_owned()
             }
             _ => match self.nearest() {
+                Some(near) if near.is_infinite() => "only infinity works".to_owned(),
                 Some(near) => format!("the nearest distance that works is {}", meters(near)),
                 None => String::new(),
             },
@@ -126,15 +144,16 @@ fn meters(length: f64) -> String {
     )
 }
 
-/// Focuses by either method.
+/// Focuses from first-order data alone, moving the film or the whole lens. A method that needs
+/// more than those moves the film.
 pub fn focus(optics: &FirstOrder, method: FocusMethod, distance: f64) -> Result<Focus, FocusFault> {
     if !(distance > 0.0) {
         return Err(FocusFault::NotADistance);
     }
     let focal = optics.focal.ok_or(FocusFault::Afocal)?;
     match method {
-        FocusMethod::Film => move_film(optics, &focal, distance),
         FocusMethod::Lens => move_lens(optics, &focal, distance),
+        _ => move_film(optics, &focal, distance),
     }
 }
 
@@ -143,7 +162,7 @@ pub fn focus(optics: &FirstOrder, method: FocusMethod, distance: f64) -> Result<
 fn move_film(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus, FocusFault> {
     let x = distance + focal.ffl;
     let range = focal.efl * focal.front_efl;
-    let nearest = nearest_for_film(optics, focal);
+    let nearest = nearest_for_film(focal);
     // A few rounding errors of the sum from the focal point is the focal point.
     if x.abs() <= 4.0 * f64::EPSILON * (distance.min(1e300) + focal.ffl.abs()) {
         return Err(FocusFault::ObjectAtFocalPoint { nearest });
@@ -170,7 +189,7 @@ fn move_film(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus,
 }
 
 /// Just outside the front focal point, by a thousandth of the focal length.
-fn nearest_for_film(_optics: &FirstOrder, focal: &Focal) -> f64 {
+fn nearest_for_film(focal: &Focal) -> f64 {
     (1e-3 * focal.front_efl.abs() - focal.ffl).max(0.0)
 }
 
@@ -209,6 +228,142 @@ fn move_lens(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus,
         magnification: -extension / focal.efl,
         image_distance: focal.efl + extension,
         extension,
+    })
+}
+
+/// Moves the focusing group until the film of infinity is in focus again, and gives the lens
+/// with its gaps changed. The group stays between its neighbours.
+pub(super) fn move_group(lens: &Lens, distance: f64) -> Result<(Lens, Focus), FocusFault> {
+    let group = lens.prescription().focus_group.ok_or(FocusFault::NoGroup)?;
+    let film = |lens: &Lens, distance| focus(lens.first_order(), FocusMethod::Film, distance);
+    let rest = film(lens, f64::INFINITY)?.film_z;
+    let surfaces = &lens.prescription().surfaces;
+    let focal = lens.first_order().focal.ok_or(FocusFault::Afocal)?;
+    // How far it may go: to its neighbours, and in front or behind by half a focal length.
+    let free = 0.5 * focal.efl.abs();
+    let before = group
+        .first
+        .checked_sub(1)
+        .map_or(free, |i| surfaces[i].thickness);
+    let is_last = group.last + 1 == surfaces.len();
+    let after = if is_last {
+        free.min(focal.bfl)
+    } else {
+        surfaces[group.last].thickness
+    };
+    let moved = |shift: f64| -> Lens {
+        let mut prescription = lens.prescription().clone();
+        if let Some(i) = group.first.checked_sub(1) {
+            prescription.surfaces[i].thickness += shift;
+        }
+        if !is_last {
+            prescription.surfaces[group.last].thickness -= shift;
+        }
+        lens.with(prescription)
+    };
+    // z counts from the front vertex, which goes along if the group is in front.
+    let film_at = |shift: f64| if group.first == 0 { rest - shift } else { rest };
+    let error = |shift: f64, distance: f64| {
+        let there = film(&moved(shift), distance).ok()?;
+        Some(there.film_z - film_at(shift))
+    };
+    let solve = |distance: f64| -> Option<f64> {
+        const STEPS: i32 = 200;
+        let way = |sign: f64, reach: f64| -> Option<f64> {
+            let place = |i: i32| sign * reach * f64::from(i) / f64::from(STEPS);
+            let mut last = error(0.0, distance)?;
+            for i in 1..=STEPS {
+                let next = error(place(i), distance)?;
+                if last == 0.0 || last.signum() != next.signum() {
+                    return bisect(place(i - 1), place(i), |shift| error(shift, distance));
+                }
+                last = next;
+            }
+            None
+        };
+        let (near, far) = (way(1.0, after), way(-1.0, before));
+        [near, far]
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| a.abs().total_cmp(&b.abs()))
+    };
+    if distance.is_finite() {
+        let Some(shift) = solve(distance) else {
+            let works = |d: &f64| solve(*d).is_some();
+            let farther = (1..60).map(|i| distance * libm::pow(1.25, f64::from(i)));
+            let Some(mut near) = farther.into_iter().find(works) else {
+                return Err(FocusFault::TooNear {
+                    nearest: f64::INFINITY,
+                });
+            };
+            let mut too_near = near / 1.25;
+            for _ in 0..20 {
+                let middle = 0.5 * (near + too_near);
+                if works(&middle) {
+                    near = middle
+                } else {
+                    too_near = middle
+                }
+            }
+            return Err(FocusFault::TooNear { nearest: near });
+        };
+        let there = moved(shift);
+        let at = film(&there, distance)?;
+        let focus = Focus {
+            method: FocusMethod::Group,
+            film_z: film_at(shift),
+            extension: -shift,
+            ..at
+        };
+        return Ok((there, focus));
+    }
+    let at = film(lens, distance)?;
+    Ok((
+        lens.clone(),
+        Focus {
+            method: FocusMethod::Group,
+            ..at
+        },
+    ))
+}
+
+/// The root between two places of different sign.
+fn bisect(mut a: f64, mut b: f64, f: impl Fn(f64) -> Option<f64>) -> Option<f64> {
+    let start = f(a)?;
+    if start == 0.0 {
+        return Some(a);
+    }
+    for _ in 0..200 {
+        let middle = 0.5 * (a + b);
+        if middle == a || middle == b {
+            break;
+        }
+        if f(middle)?.signum() == start.signum() {
+            a = middle
+        } else {
+            b = middle
+        }
+    }
+    Some(0.5 * (a + b))
+}
+
+/// Moves the film to the least spot on the axis by real rays.
+pub(super) fn move_film_to_best(lens: &Lens, distance: f64) -> Result<Focus, FocusFault> {
+    let paraxial = focus(lens.first_order(), FocusMethod::Film, distance)?;
+    let film_z = lens.best_focus(distance).ok_or(FocusFault::NoRays)?;
+    if film_z < lens.length() {
+        return Err(FocusFault::FilmInsideLens {
+            film_z,
+            nearest: None,
+        });
+    }
+    let shift = film_z - paraxial.film_z;
+    Ok(Focus {
+        method: FocusMethod::Best,
+        film_z,
+        image_distance: paraxial.image_distance + shift,
+        extension: paraxial.extension + shift,
+        ..paraxial
     })
 }
 

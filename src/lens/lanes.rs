@@ -232,6 +232,9 @@ fn follow(course: &Course<'_>, bundle: &mut Bundle) {
             Form::Cylinder { x, y } => quadric(&step, DVec3::new(*x, *y, 1.0), bundle),
             Form::Asphere(_) | Form::Toroid { .. } => one_by_one(&step, bundle),
         }
+        if element.hole.is_some() {
+            iris(&step, bundle);
+        }
     }
     for z in &mut bundle.z {
         *z += vertex_z;
@@ -351,6 +354,15 @@ fn quadric(step: &Step<'_>, w: DVec3, b: &mut Bundle) {
         b.dy[i] = mu * dy + turn * ny;
         b.dz[i] = mu * dz + turn * nz;
         (b.x[i], b.y[i], b.z[i]) = (px, py, pz);
+    }
+}
+
+/// A hole that is not round, ray by ray.
+fn iris(step: &Step<'_>, b: &mut Bundle) {
+    for i in 0..LANES {
+        if b.lost[i] == 0 && !step.element.is_open_at(DVec3::new(b.x[i], b.y[i], b.z[i])) {
+            b.lost[i] = step.number | BLOCKED;
+        }
     }
 }
 

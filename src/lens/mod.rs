@@ -73,7 +73,11 @@ impl Lens {
         let mut z = 0.0;
         let mut elements = Vec::with_capacity(prescription.surfaces.len());
         for (i, surface) in prescription.surfaces.iter().enumerate() {
-            elements.push(Element::new(surface, z, indices[i], indices[i + 1]));
+            let mut element = Element::new(surface, z, indices[i], indices[i + 1]);
+            if surface.is_stop {
+                element.hole = prescription.iris.outline(surface.semi_diameter);
+            }
+            elements.push(element);
             z += surface.thickness;
         }
         let first_order = FirstOrder::of(&prescription, &indices, Plane::Y);
@@ -229,13 +233,54 @@ impl Lens {
         self.elements.last().map_or(0.0, |e| e.vertex_z)
     }
 
-    /// Where the film goes for an object at a distance, see [`FocusMethod`].
+    /// Where the film goes for an object at a distance, see [`FocusMethod`]. A focusing group
+    /// changes the lens itself; [`Self::focused`] gives it too.
     pub fn focus(
         &self,
         method: FocusMethod,
         distance: Meters,
     ) -> std::result::Result<Focus, FocusFault> {
-        focus::focus(&self.first_order, method, Mm::from(distance).0)
+        let distance = Mm::from(distance).0;
+        match method {
+            FocusMethod::Film | FocusMethod::Lens => {
+                focus::focus(&self.first_order, method, distance)
+            }
+            _ if !(distance > 0.0) => Err(FocusFault::NotADistance),
+            FocusMethod::Best => focus::move_film_to_best(self, distance),
+            FocusMethod::Group => focus::move_group(self, distance).map(|(_, focus)| focus),
+        }
+    }
+
+    /// The lens as it is when focused, and where its film is.
+    pub fn focused(
+        &self,
+        method: FocusMethod,
+        distance: Meters,
+    ) -> std::result::Result<(Self, Focus), FocusFault> {
+        match method {
+            FocusMethod::Group if distance.0 > 0.0 => focus::move_group(self, Mm::from(distance).0),
+            _ => self
+                .focus(method, distance)
+                .map(|focus| (self.clone(), focus)),
+        }
+    }
+
+    /// The same lens at one of its tabulated zoom positions, from 0.
+    pub fn at_zoom(&self, position: usize) -> Result<Self> {
+        Ok(self.with(self.prescription.at_zoom(position)?))
+    }
+
+    /// The same lens with another hole in its stop.
+    pub fn with_iris(&self, iris: Iris) -> Self {
+        self.with(Prescription {
+            iris,
+            ..self.prescription.clone()
+        })
+    }
+
+    /// Another prescription at the same wavelength.
+    pub(crate) fn with(&self, prescription: Prescription) -> Self {
+        Self::at(prescription, self.wavelength_nm)
     }
 
     /// Traces a ray from the scene to the film side.

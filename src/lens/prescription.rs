@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 
 use super::glass::Medium;
@@ -160,6 +162,34 @@ impl Prescription {
             lens.surfaces[stop].semi_diameter = radius;
         }
         Ok(lens)
+    }
+}
+
+impl Iris {
+    /// The corners of the hole in a stop of this semi-diameter, counterclockwise; none for a
+    /// round one, and for less than three corners, which close nothing.
+    pub fn outline(&self, semi_diameter: f64) -> Option<Box<[DVec2]>> {
+        let turned = |angle: f64| {
+            let (sin, cos) = libm::sincos(angle);
+            DVec2::new(cos, sin)
+        };
+        match self {
+            Self::Round => None,
+            Self::Blades { count: 0..3, .. } => None,
+            Self::Outline { corners, .. } if corners.len() < 3 => None,
+            Self::Blades { count, rotation } => {
+                let corner = |i| {
+                    let share = f64::from(i) / f64::from(*count);
+                    semi_diameter * turned(rotation + std::f64::consts::TAU * share)
+                };
+                Some((0..*count).map(corner).collect())
+            }
+            Self::Outline { corners, rotation } => {
+                let turn = turned(*rotation);
+                let place = |c: &[f64; 2]| semi_diameter * turn.rotate(DVec2::from_array(*c));
+                Some(corners.iter().map(place).collect())
+            }
+        }
     }
 }
 

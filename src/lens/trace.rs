@@ -7,7 +7,7 @@
 //! cross outside their rims, and the ray is still right. There is no epsilon anywhere, so a lens
 //! scaled by a power of two gives the same directions to the last bit.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::surface::{Shape, Surface};
 
@@ -80,6 +80,8 @@ pub(crate) struct Element {
     pub clear: f64,
     pub to_film: Bend,
     pub to_scene: Bend,
+    /// The corners of a hole that is not round; it is inside the semi-diameter.
+    pub hole: Option<Box<[DVec2]>>,
 }
 
 /// The shapes as the tracer meets them. The first three are quadrics, met in closed form.
@@ -190,7 +192,15 @@ impl Element {
             clear: surface.semi_diameter * surface.semi_diameter,
             to_film: Bend::new(before, behind),
             to_scene: Bend::new(behind, before),
+            hole: None,
         }
+    }
+
+    /// Whether a hit is inside the hole of the iris; always, if that is round.
+    pub fn is_open_at(&self, hit: DVec3) -> bool {
+        self.hole
+            .as_deref()
+            .is_none_or(|corners| is_inside(corners, hit.truncate()))
     }
 
     pub fn bend(&self, toward: Toward) -> Bend {
@@ -225,6 +235,19 @@ impl Element {
             }
         }
     }
+}
+
+/// Whether a point is inside a polygon, by counting the edges to its right.
+fn is_inside(corners: &[DVec2], p: DVec2) -> bool {
+    let mut inside = false;
+    let mut a = corners[corners.len() - 1];
+    for &b in corners {
+        if (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) {
+            inside = !inside;
+        }
+        a = b;
+    }
+    inside
 }
 
 /// A point of a surface, from its vertex.
@@ -467,7 +490,7 @@ impl Course<'_> {
             p = hit.point;
             at_hit(surface, p + vertex_z * DVec3::Z);
             let r2 = p.x * p.x + p.y * p.y;
-            if self.apertures && !(r2 <= element.clear) {
+            if self.apertures && !(r2 <= element.clear && element.is_open_at(p)) {
                 return Err(lost(LossKind::Blocked));
             }
             d = refract(d, &hit, element.bend(self.toward), sign)
