@@ -9,6 +9,7 @@
 
 pub mod camera;
 pub mod cli;
+pub mod compare;
 pub mod diag;
 pub mod film;
 pub mod grammar;

@@ -4,6 +4,7 @@
 //! 2: an error.
 
 pub mod check;
+pub mod compare;
 pub mod converge;
 pub mod flags;
 pub mod lens;
@@ -55,6 +56,7 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
         None => render::run(&matches, Era::Vintage, words),
         Some(("render", m)) => render::run(m, Era::Modern, words),
         Some(("check", m)) => check::run(m, out),
+        Some(("compare", m)) => compare::run(m, out),
         Some(("converge", m)) => converge::run(m, out),
         Some(("lens", m)) => lens::run(m, out),
         Some(("nodes", m)) => nodes::run(m, out),
@@ -82,6 +84,7 @@ pub fn commands() -> Command {
                 .arg(scene_argument()),
         )
         .subcommand(check::command())
+        .subcommand(compare::command())
         .subcommand(converge::command())
         .subcommand(lens::command())
         .subcommand(nodes::command())

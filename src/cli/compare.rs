@@ -1,0 +1,293 @@
+//! `ivcam compare`: holds a new picture against an old one.
+
+use std::io::Write;
+use std::path::Path;
+
+use clap::{Arg, ArgAction, ArgMatches, Command};
+use serde::Serialize;
+
+use super::{parsed, switch, text, written};
+use crate::compare::{
+    self, Comparison, METRICS, Mask, Matching, Metric, Options, Plate, Registration,
+};
+use crate::diag::{Diagnostic, Result, nearest};
+use crate::picture::write_whole;
+use crate::raster::Raster;
+
+/// Exit code: a limit was passed.
+const DIFFERENT: i32 = 1;
+
+pub fn command() -> Command {
+    let value = |name: &'static str, value: &'static str, help: &'static str| {
+        Arg::new(name).long(name).value_name(value).help(help)
+    };
+    let picture = |name: &'static str, value: &'static str, help: &'static str| {
+        Arg::new(name).value_name(value).required(true).help(help)
+    };
+    Command::new("compare")
+        .about("Holds a new picture against an old one: MSE, PSNR, SSIM, FLIP, edges")
+        .arg(picture("new", "NEW", "picture on whose pixels they meet"))
+        .arg(picture(
+            "old",
+            "OLD",
+            "archival picture: png, jpeg, tiff, gif, bmp, pnm, tga, sgi or exr",
+        ))
+        .arg(switch(
+            "align",
+            "finds shift, scale and rotation of the old picture",
+        ))
+        .arg(
+            switch("resize", "stretches the old picture to the new one's size")
+                .conflicts_with("align"),
+        )
+        .arg(value(
+            "crop",
+            "X,Y,W,H",
+            "only these pixels of the new picture count",
+        ))
+        .arg(value(
+            "mask",
+            "FILE",
+            "only where this picture is white; it has the new one's size",
+        ))
+        .arg(
+            value(
+                "match",
+                "WHAT",
+                "fits gain, offset and gamma: one curve for the picture, one a channel, or none",
+            )
+            .value_parser(["picture", "channel", "none"])
+            .default_value("picture"),
+        )
+        .arg(value(
+            "ppd",
+            "N",
+            "pixels a degree of view, for FLIP [67.02]",
+        ))
+        .arg(value(
+            "sheet",
+            "FILE.png",
+            "writes new, old and difference side by side",
+        ))
+        .arg(switch("json", "answers as JSON"))
+        .arg(
+            value(
+                "limit",
+                "METRIC=VALUE",
+                "exits with 1 if the measure is worse; may be repeated",
+            )
+            .action(ArgAction::Append),
+        )
+}
+
+/// Runs the command; the number is the exit code.
+pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+    let name = |which: &str| text(matches, which).unwrap_or_default();
+    let limits = limits(matches)?;
+    let ppd = |w: &str| w.parse().ok().filter(|p: &f64| (1.0..=1000.0).contains(p));
+    let open = |path: &str| Raster::open(Path::new(path)).map(|r| Plate::from_raster(&r));
+    let (new, old) = (open(name("new"))?, open(name("old"))?);
+    let options = Options {
+        registration: if matches.get_flag("align") {
+            Registration::Align
+        } else if matches.get_flag("resize") {
+            Registration::Resize
+        } else {
+            Registration::None
+        },
+        matching: match text(matches, "match") {
+            Some("none") => Matching::None,
+            Some("channel") => Matching::Channel,
+            _ => Matching::Picture,
+        },
+        mask: mask(matches, &new)?,
+        pixels_per_degree: parsed(matches, "ppd", "a number from 1 to 1000", ppd)?
+            .unwrap_or(compare::flip::PIXELS_PER_DEGREE),
+    };
+    let comparison = compare::compare(&new, &old, &options)?;
+    if let Some(path) = text(matches, "sheet") {
+        let sheet = compare::sheet::Sheet::draw(&comparison, name("new"), name("old"));
+        write_whole(Path::new(path), |file| file.write_all(&sheet.png()?))?;
+    }
+    let passed: Vec<Passed> = limits
+        .iter()
+        .filter(|(metric, limit)| !metric.holds(&comparison.measures, *limit))
+        .map(|&(metric, limit)| Passed {
+            metric: metric.name,
+            limit,
+            value: (metric.get)(&comparison.measures),
+        })
+        .collect();
+    let result = if matches.get_flag("json") {
+        write_json(&comparison, &passed, out)
+    } else {
+        write_text(&comparison, &passed, out)
+    };
+    let code = if passed.is_empty() { 0 } else { DIFFERENT };
+    written(result).map(|_| code)
+}
+
+/// A limit that was not held.
+#[derive(Serialize)]
+struct Passed {
+    metric: &'static str,
+    limit: f64,
+    value: f64,
+}
+
+fn limits(matches: &ArgMatches) -> Result<Vec<(&'static Metric, f64)>> {
+    let words = matches.get_many::<String>("limit").unwrap_or_default();
+    words.map(|word| limit(word)).collect()
+}
+
+fn limit(word: &str) -> Result<(&'static Metric, f64)> {
+    let names = || METRICS.map(|m| m.name);
+    let (name, value) = word.split_once('=').unwrap_or((word, ""));
+    let Some(metric) = Metric::named(name) else {
+        let help = nearest(name, names()).map_or_else(
+            || format!("there is {}", names().join(", ")),
+            |near| format!("did you mean `{near}`?"),
+        );
+        return Err(
+            Diagnostic::error(format!("`--limit {word}`: there is no measure `{name}`"))
+                .with_help(help),
+        );
+    };
+    match value.parse() {
+        Ok(value) if !f64::is_nan(value) => Ok((metric, value)),
+        _ => Err(
+            Diagnostic::error(format!("`--limit {word}` has no value that is a number"))
+                .with_help(format!("write it as `--limit {name}=0.01`")),
+        ),
+    }
+}
+
+/// What `--crop` and `--mask` leave.
+fn mask(matches: &ArgMatches, new: &Plate) -> Result<Option<Mask>> {
+    let (width, height) = (new.width, new.height);
+    let mut mask = None;
+    if let Some(path) = text(matches, "mask") {
+        let raster = Raster::open(Path::new(path))?;
+        let white = |i: usize| raster.color(i).iter().sum::<f32>() > 1.5 && raster.alpha(i) > 0.5;
+        mask = Some(Mask {
+            width: raster.width as usize,
+            height: raster.height as usize,
+            counts: (0..raster.pixels()).map(white).collect(),
+        });
+    }
+    let crop = parsed(matches, "crop", "four whole numbers x,y,w,h", |word| {
+        let numbers: Option<Vec<usize>> = word.split(',').map(|n| n.trim().parse().ok()).collect();
+        <[usize; 4]>::try_from(numbers?).ok()
+    })?;
+    if let Some([left, top, w, h]) = crop {
+        let fits = |from: usize, size: usize, all: usize| {
+            size > 0 && from.checked_add(size).is_some_and(|end| end <= all)
+        };
+        if !fits(left, w, width) || !fits(top, h, height) {
+            return Err(Diagnostic::error(format!(
+                "`--crop {left},{top},{w},{h}` does not lie in the new picture"
+            ))
+            .with_help(format!(
+                "{} is {width}x{height}",
+                text(matches, "new").unwrap_or("it")
+            )));
+        }
+        let inside = |i: usize| {
+            (left..left + w).contains(&(i % width)) && (top..top + h).contains(&(i / width))
+        };
+        let crop = Mask {
+            width,
+            height,
+            counts: (0..width * height).map(inside).collect(),
+        };
+        mask = Some(match mask {
+            Some(m) if (m.width, m.height) == (width, height) => m.and(&crop),
+            Some(m) => m, // of a wrong size, which `compare` says
+            None => crop,
+        });
+    }
+    Ok(mask)
+}
+
+fn write_text(
+    comparison: &Comparison,
+    passed: &[Passed],
+    out: &mut dyn Write,
+) -> std::io::Result<()> {
+    let m = &comparison.measures;
+    if let Some(a) = comparison.alignment {
+        writeln!(
+            out,
+            "aligned    shift {:+.3} {:+.3} px, scale {:.5}, rotation {:+.4} degrees (agreement {:.3})",
+            a.shift[0], a.shift[1], a.scale, a.rotation, a.agreement
+        )?;
+    }
+    let [r, g, b] = comparison.tones;
+    let same = r == g && g == b;
+    let names = if same {
+        ["tones", "", ""]
+    } else {
+        ["red", "green", "blue"]
+    };
+    for (name, tone) in names.iter().zip([r, g, b]).filter(|(n, _)| !n.is_empty()) {
+        writeln!(
+            out,
+            "{name:<10} gain {:.4}, offset {:+.4}, gamma {:.4} of the old picture",
+            tone.gain, tone.offset, tone.gamma
+        )?;
+    }
+    writeln!(
+        out,
+        "pixels     {} of {}x{}",
+        comparison.pixels, comparison.width, comparison.height
+    )?;
+    writeln!(
+        out,
+        "MSE        {:.6}   before matching {:.6}",
+        m.mse, m.unmatched_mse
+    )?;
+    writeln!(
+        out,
+        "PSNR       {:.2} dB   before matching {:.2} dB",
+        m.psnr, m.unmatched_psnr
+    )?;
+    writeln!(out, "SSIM       {:.4}", m.ssim)?;
+    writeln!(out, "FLIP       {:.4}", m.flip)?;
+    match m.edges {
+        Some(e) => writeln!(
+            out,
+            "edges      {:.3} px apart in the mean, 95% within {:.2} px, {:.1}% matched",
+            e.mean,
+            e.p95,
+            100.0 * e.matched
+        )?,
+        None => writeln!(out, "edges      one of the pictures has none")?,
+    }
+    for p in passed {
+        writeln!(
+            out,
+            "limit      {} is {}, the limit is {}",
+            p.metric, p.value, p.limit
+        )?;
+    }
+    Ok(())
+}
+
+fn write_json(
+    comparison: &Comparison,
+    passed: &[Passed],
+    out: &mut dyn Write,
+) -> std::io::Result<()> {
+    #[derive(Serialize)]
+    struct Answer<'a> {
+        #[serde(flatten)]
+        comparison: &'a Comparison,
+        limits_passed: &'a [Passed],
+    }
+    let answer = Answer {
+        comparison,
+        limits_passed: passed,
+    };
+    serde_json::to_writer_pretty(&mut *out, &answer)?;
+    writeln!(out)
+}

@@ -1,0 +1,132 @@
+//! Numbers for how far apart two pictures of the same size are, over the pixels that count.
+
+use super::plane::{Plane, Plate, gaussian};
+
+/// Which pixels count.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mask {
+    pub width: usize,
+    pub height: usize,
+    pub counts: Vec<bool>,
+}
+
+impl Mask {
+    pub fn all(width: usize, height: usize) -> Self {
+        Self {
+            width,
+            height,
+            counts: vec![true; width * height],
+        }
+    }
+
+    pub fn pixels(&self) -> usize {
+        self.counts.iter().filter(|c| **c).count()
+    }
+
+    /// Only pixels that count in both.
+    pub fn and(mut self, other: &Self) -> Self {
+        for (a, b) in self.counts.iter_mut().zip(&other.counts) {
+            *a &= b;
+        }
+        self
+    }
+
+    /// The mean of a plane over the pixels that count.
+    pub fn mean(&self, plane: &Plane) -> f64 {
+        let sum: f64 = self.kept(plane).map(f64::from).sum();
+        sum / self.pixels() as f64
+    }
+
+    /// The values of the pixels that count.
+    pub fn kept<'a>(&'a self, plane: &'a Plane) -> impl Iterator<Item = f32> + 'a {
+        let pairs = plane.values.iter().zip(&self.counts);
+        pairs.filter(|(_, c)| **c).map(|(v, _)| *v)
+    }
+}
+
+/// Mean square error over all channels.
+pub fn mse(new: &Plate, old: &Plate, mask: &Mask) -> f64 {
+    let one = |c: usize| {
+        let squares = new.channels[c].zip(&old.channels[c], |a, b| (a - b) * (a - b));
+        mask.mean(&squares)
+    };
+    (one(0) + one(1) + one(2)) / 3.0
+}
+
+/// Peak signal to noise in decibels, the peak being 1; infinite for equal pictures.
+pub fn psnr(mse: f64) -> f64 {
+    -10.0 * libm::log10(mse)
+}
+
+/// Structural similarity of the brightness at each pixel (Wang, Bovik, Sheikh, Simoncelli 2004):
+/// an 11×11 Gaussian window with σ = 1.5, K1 = 0.01, K2 = 0.03, range 1.
+pub fn ssim(new: &Plate, old: &Plate) -> Plane {
+    const C1: f32 = 0.01 * 0.01;
+    const C2: f32 = 0.03 * 0.03;
+    let kernel = gaussian(1.5, 5);
+    let mean = |p: &Plane| p.filtered(&kernel, &kernel);
+    let (a, b) = (new.luma(), old.luma());
+    let (ma, mb) = (mean(&a), mean(&b));
+    let product = |x: &Plane, y: &Plane| mean(&x.zip(y, |x, y| x * y));
+    let (aa, bb, ab) = (product(&a, &a), product(&b, &b), product(&a, &b));
+    Plane::from_fn(a.width, a.height, |x, y| {
+        let (ma, mb) = (ma.at(x, y), mb.at(x, y));
+        let va = aa.at(x, y) - ma * ma;
+        let vb = bb.at(x, y) - mb * mb;
+        let cov = ab.at(x, y) - ma * mb;
+        (2.0 * ma * mb + C1) * (2.0 * cov + C2) / ((ma * ma + mb * mb + C1) * (va + vb + C2))
+    })
+}
+
+/// Pixels whose whole SSIM window lies in the picture, as its authors average; all of them where
+/// the picture is no larger than the window.
+pub fn ssim_interior(width: usize, height: usize) -> Mask {
+    let mut mask = Mask::all(width, height);
+    if width > 10 && height > 10 {
+        for (i, counts) in mask.counts.iter_mut().enumerate() {
+            let (x, y) = (i % width, i / width);
+            *counts = (5..width - 5).contains(&x) && (5..height - 5).contains(&y);
+        }
+    }
+    mask
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plate(f: impl Fn(usize, usize) -> f32 + Sync) -> Plate {
+        let plane = Plane::from_fn(24, 16, f);
+        Plate::from_planes([plane.clone(), plane.clone(), plane])
+    }
+
+    #[test]
+    fn a_tenth_off_everywhere_is_twenty_decibels() {
+        let (a, b) = (plate(|_, _| 0.5), plate(|_, _| 0.6));
+        let error = mse(&a, &b, &Mask::all(24, 16));
+        assert!((psnr(error) - 20.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_masked_pixel_does_not_count() {
+        let (a, b) = (
+            plate(|_, _| 0.5),
+            plate(|x, _| if x == 3 { 1.0 } else { 0.5 }),
+        );
+        let mut mask = Mask::all(24, 16);
+        assert!(mse(&a, &b, &mask) > 0.0);
+        for (i, counts) in mask.counts.iter_mut().enumerate() {
+            *counts = i % 24 != 3;
+        }
+        assert_eq!(mse(&a, &b, &mask), 0.0);
+    }
+
+    #[test]
+    fn the_same_picture_is_similar_to_one_and_flat_grays_by_the_formula() {
+        let a = plate(|x, y| ((x * 7 + y * 3) % 11) as f32 / 11.0);
+        assert!(ssim(&a, &a).values.iter().all(|s| (s - 1.0).abs() < 1e-4));
+        // Flat: only the first factor is left, (2ab + C1) / (a² + b² + C1).
+        let s = ssim(&plate(|_, _| 0.4), &plate(|_, _| 0.8)).at(8, 8);
+        assert!((s - (0.64 + 1e-4) / (0.8 + 1e-4)).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,296 @@
+//! The sheet: new, old and difference side by side, with a scale and the numbers.
+
+use super::{Comparison, Plate};
+
+/// The width of the border around the panels, in pixels.
+const BORDER: usize = 10;
+/// A line of text: seven rows of dots and the room around them.
+const LINE: usize = 11;
+/// Panels are enlarged until they are at least this wide, so that the text fits.
+const NARROWEST: usize = 240;
+
+/// Levels, 8 bits a channel, rows from the top.
+pub struct Sheet {
+    pub width: usize,
+    pub height: usize,
+    pub pixels: Vec<[u8; 3]>,
+}
+
+/// What equals black on the sheet's ground, and what is as far off as the scale goes.
+const RAMP: [[f64; 3]; 6] = [
+    [0.0, 0.0, 0.02],
+    [0.20, 0.07, 0.42],
+    [0.55, 0.13, 0.50],
+    [0.88, 0.31, 0.36],
+    [0.99, 0.62, 0.34],
+    [0.99, 0.97, 0.75],
+];
+const GROUND: [u8; 3] = [32, 32, 34];
+const INK: [u8; 3] = [230, 230, 225];
+const FAINT: [u8; 3] = [64, 64, 68];
+
+impl Sheet {
+    /// Draws the sheet of a comparison; the names are the panels' titles.
+    pub fn draw(comparison: &Comparison, new_name: &str, old_name: &str) -> Self {
+        let (width, height) = (comparison.width, comparison.height);
+        let zoom = NARROWEST.div_ceil(width).max(1);
+        let (wide, tall) = (width * zoom, height * zoom);
+        let lines = words(comparison);
+        let mut sheet = Self::blank(
+            4 * BORDER + 3 * wide,
+            3 * BORDER + LINE + tall + LINE * (2 + lines.len()),
+        );
+        let top = BORDER + LINE;
+        let left = |panel: usize| BORDER + panel * (wide + BORDER);
+        let scale = scale_of(comparison);
+        let plain = |plate: &Plate, i: usize| plate.color(i).map(level);
+        for y in 0..tall {
+            for x in 0..wide {
+                let i = y / zoom * width + x / zoom;
+                sheet.set(left(0) + x, top + y, plain(&comparison.new, i));
+                let counts = comparison.mask.counts[i];
+                let old = if counts {
+                    plain(&comparison.old, i)
+                } else {
+                    FAINT
+                };
+                sheet.set(left(1) + x, top + y, old);
+                let far = f64::from(difference(comparison, i)) / scale;
+                let far = if counts { ramp(far) } else { FAINT };
+                sheet.set(left(2) + x, top + y, far);
+            }
+        }
+        for (panel, title) in [new_name, old_name, "difference"].iter().enumerate() {
+            sheet.write(left(panel), BORDER - 2, &fitting(title, wide));
+        }
+        sheet.bar(left(2), top + tall + 4, wide, scale);
+        for (i, line) in lines.iter().enumerate() {
+            sheet.write(left(0), top + tall + BORDER + LINE * i, line);
+        }
+        sheet
+    }
+
+    fn blank(width: usize, height: usize) -> Self {
+        Self {
+            width,
+            height,
+            pixels: vec![GROUND; width * height],
+        }
+    }
+
+    fn set(&mut self, x: usize, y: usize, color: [u8; 3]) {
+        if x < self.width && y < self.height {
+            self.pixels[y * self.width + x] = color;
+        }
+    }
+
+    /// The scale under the difference: a ramp, with numbers at its ends and middle.
+    fn bar(&mut self, left: usize, top: usize, wide: usize, scale: f64) {
+        for x in 0..wide {
+            let color = ramp(x as f64 / (wide - 1).max(1) as f64);
+            (0..6).for_each(|y| self.set(left + x, top + y, color));
+        }
+        let top = top + 9;
+        self.write(left, top, "0");
+        let half = number(0.5 * scale);
+        self.write(left + (wide - 6 * half.len()) / 2, top, &half);
+        let whole = number(scale);
+        self.write(left + wide - 6 * whole.len(), top, &whole);
+    }
+
+    /// Writes a line in capitals, six pixels a character.
+    fn write(&mut self, left: usize, top: usize, line: &str) {
+        for (i, c) in line.chars().enumerate() {
+            for (y, row) in glyph(c.to_ascii_uppercase()).into_iter().enumerate() {
+                for x in (0..5).filter(|x| row & (16 >> x) != 0) {
+                    self.set(left + 6 * i + x, top + y, INK);
+                }
+            }
+        }
+    }
+
+    /// The sheet as a PNG file's bytes.
+    ///
+    /// # Errors
+    /// What the encoder says.
+    pub fn png(&self) -> std::io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(self.pixels.as_flattened())?;
+        writer.finish()?;
+        Ok(bytes)
+    }
+}
+
+/// The largest difference of the three channels.
+fn difference(comparison: &Comparison, i: usize) -> f32 {
+    let (a, b) = (comparison.new.color(i), comparison.old.color(i));
+    (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max)
+}
+
+/// A round number that all but one pixel in two hundred are below.
+fn scale_of(comparison: &Comparison) -> f64 {
+    let counted = (0..comparison.mask.counts.len()).filter(|&i| comparison.mask.counts[i]);
+    let mut all: Vec<f32> = counted.map(|i| difference(comparison, i)).collect();
+    all.sort_by(f32::total_cmp);
+    let high = all.get(all.len() * 199 / 200).copied().unwrap_or_default();
+    let round = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
+    round
+        .into_iter()
+        .find(|r| f64::from(high) <= *r)
+        .unwrap_or(1.0)
+}
+
+fn level(value: f32) -> u8 {
+    (255.0 * value.clamp(0.0, 1.0)).round() as u8
+}
+
+fn ramp(far: f64) -> [u8; 3] {
+    let at = far.clamp(0.0, 1.0) * (RAMP.len() - 1) as f64;
+    let i = (at as usize).min(RAMP.len() - 2);
+    let t = at - i as f64;
+    [0, 1, 2].map(|c| level((RAMP[i][c] * (1.0 - t) + RAMP[i + 1][c] * t) as f32))
+}
+
+/// The end of a name, as far as it fits.
+fn fitting(name: &str, wide: usize) -> String {
+    let room = wide / 6;
+    let count = name.chars().count();
+    if count <= room {
+        return name.to_owned();
+    }
+    let end = name.chars().skip(count + 2 - room.max(2));
+    format!("..{}", end.collect::<String>())
+}
+
+/// Four digits that matter, without an exponent.
+fn number(value: f64) -> String {
+    let text = format!("{value:.4}");
+    let short = text.trim_end_matches('0').trim_end_matches('.');
+    short.to_owned()
+}
+
+/// The numbers of a comparison, a line each.
+pub fn words(comparison: &Comparison) -> Vec<String> {
+    let m = &comparison.measures;
+    let mut lines = vec![
+        format!("mse {:.6}  psnr {:.2} db", m.mse, m.psnr),
+        format!("ssim {:.4}  flip {:.4}", m.ssim, m.flip),
+    ];
+    lines.push(match m.edges {
+        Some(e) => format!(
+            "edges {:.2} px apart, 95% within {:.2} px, {:.1}% matched",
+            e.mean,
+            e.p95,
+            100.0 * e.matched
+        ),
+        None => "edges: none to compare".into(),
+    });
+    if let Some(a) = comparison.alignment {
+        lines.push(format!(
+            "old: shift {:+.2} {:+.2} px, scale {:.4}, rotation {:+.3} deg",
+            a.shift[0], a.shift[1], a.scale, a.rotation
+        ));
+    }
+    let [r, g, b] = comparison.tones;
+    if r == g && g == b {
+        lines.push(format!("old: {}", tone_words(r)));
+    } else {
+        for (name, tone) in ["red", "green", "blue"].iter().zip([r, g, b]) {
+            lines.push(format!("old {name}: {}", tone_words(tone)));
+        }
+    }
+    lines
+}
+
+fn tone_words(tone: super::Tone) -> String {
+    format!(
+        "gain {:.4}, offset {:+.4}, gamma {:.4}",
+        tone.gain, tone.offset, tone.gamma
+    )
+}
+
+/// Seven rows of five dots, the leftmost dot 16.
+fn glyph(c: char) -> [u8; 7] {
+    match c {
+        '0' => [14, 17, 19, 21, 25, 17, 14],
+        '1' => [4, 12, 4, 4, 4, 4, 14],
+        '2' => [14, 17, 1, 2, 4, 8, 31],
+        '3' => [31, 2, 4, 2, 1, 17, 14],
+        '4' => [2, 6, 10, 18, 31, 2, 2],
+        '5' => [31, 16, 30, 1, 1, 17, 14],
+        '6' => [6, 8, 16, 30, 17, 17, 14],
+        '7' => [31, 1, 2, 4, 8, 8, 8],
+        '8' => [14, 17, 17, 14, 17, 17, 14],
+        '9' => [14, 17, 17, 15, 1, 2, 12],
+        'A' => [14, 17, 17, 31, 17, 17, 17],
+        'B' => [30, 17, 17, 30, 17, 17, 30],
+        'C' => [14, 17, 16, 16, 16, 17, 14],
+        'D' => [28, 18, 17, 17, 17, 18, 28],
+        'E' => [31, 16, 16, 30, 16, 16, 31],
+        'F' => [31, 16, 16, 30, 16, 16, 16],
+        'G' => [14, 17, 16, 23, 17, 17, 15],
+        'H' => [17, 17, 17, 31, 17, 17, 17],
+        'I' => [14, 4, 4, 4, 4, 4, 14],
+        'J' => [7, 2, 2, 2, 2, 18, 12],
+        'K' => [17, 18, 20, 24, 20, 18, 17],
+        'L' => [16, 16, 16, 16, 16, 16, 31],
+        'M' => [17, 27, 21, 21, 17, 17, 17],
+        'N' => [17, 25, 21, 19, 17, 17, 17],
+        'O' => [14, 17, 17, 17, 17, 17, 14],
+        'P' => [30, 17, 17, 30, 16, 16, 16],
+        'Q' => [14, 17, 17, 17, 21, 18, 13],
+        'R' => [30, 17, 17, 30, 20, 18, 17],
+        'S' => [15, 16, 16, 14, 1, 1, 30],
+        'T' => [31, 4, 4, 4, 4, 4, 4],
+        'U' => [17, 17, 17, 17, 17, 17, 14],
+        'V' => [17, 17, 17, 17, 17, 10, 4],
+        'W' => [17, 17, 17, 21, 21, 27, 17],
+        'X' => [17, 17, 10, 4, 10, 17, 17],
+        'Y' => [17, 17, 10, 4, 4, 4, 4],
+        'Z' => [31, 1, 2, 4, 8, 16, 31],
+        '.' => [0, 0, 0, 0, 0, 12, 12],
+        ',' => [0, 0, 0, 0, 12, 4, 8],
+        ':' => [0, 12, 12, 0, 12, 12, 0],
+        '+' => [0, 4, 4, 31, 4, 4, 0],
+        '-' => [0, 0, 0, 31, 0, 0, 0],
+        '_' => [0, 0, 0, 0, 0, 0, 31],
+        '/' => [1, 1, 2, 4, 8, 16, 16],
+        '%' => [24, 25, 2, 4, 8, 19, 3],
+        ' ' => [0; 7],
+        _ => [31, 17, 17, 17, 17, 17, 31],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::{Options, Plane, compare};
+
+    #[test]
+    fn equal_pictures_make_a_dark_difference_and_the_sheet_is_a_png() {
+        let plane = Plane::from_fn(60, 40, |x, y| (x + y) as f32 / 100.0);
+        let plate = Plate::from_planes([plane.clone(), plane.clone(), plane]);
+        let comparison = compare(&plate, &plate, &Options::default()).unwrap();
+        let sheet = Sheet::draw(
+            &comparison,
+            "new.png",
+            "a/very/long/name/of/the/old/picture.rgb",
+        );
+        let middle = sheet.pixels[(BORDER + LINE + 50) * sheet.width + 3 * BORDER + 2 * 240 + 100];
+        assert_eq!(middle, ramp(0.0));
+        let raster = crate::raster::Raster::decode(&sheet.png().unwrap(), "sheet").unwrap();
+        assert_eq!(
+            (raster.width as usize, raster.height as usize),
+            (sheet.width, sheet.height)
+        );
+    }
+
+    #[test]
+    fn a_long_name_keeps_its_end() {
+        assert_eq!(fitting("scenes/livroom.png", 60), "..room.png");
+        assert_eq!(fitting("new", 60), "new");
+    }
+}
