@@ -293,7 +293,11 @@ impl<'s> Reader<'_, '_, 's> {
         let class_name = field::text(token);
         let span = self.span(start, rest);
         let known = self.asm.class_named(&class_name);
-        let class = known.unwrap_or_else(|| self.asm.unknown(&class_name));
+        let declares = self.declares();
+        let class = match known {
+            Some(class) if !declares => class,
+            _ => self.asm.blank(&class_name, known),
+        };
         let node = self.asm.add(class, None, span)?;
         if let Some(name) = name {
             self.asm.define(name, node);
@@ -308,7 +312,7 @@ impl<'s> Reader<'_, '_, 's> {
                 .with_help("raise the limit on depth"));
         }
         let start = self.offset(start);
-        if known.is_none() && !self.declares() {
+        if known.is_none() && !declares && self.peek() != Some(b'}') {
             self.unknown(&class_name, self.span(at, rest));
         }
         self.stack.push(Level::Body {
@@ -322,8 +326,9 @@ impl<'s> Reader<'_, '_, 's> {
     /// Whether the body that is about to be read says what its fields are.
     fn declares(&mut self) -> bool {
         self.rest = skip(self.rest);
-        let keyword = word(self.rest).is_ok_and(|(_, w)| matches!(w, b"fields" | b"isA"));
-        keyword || self.rest.first() == Some(&b'}')
+        word(self.rest).is_ok_and(|(rest, w)| {
+            matches!(w, b"fields" | b"isA") && skip(rest).first() == Some(&b'[')
+        })
     }
 
     /// Skips the contents of a node that nothing declares, up to its closing brace.
@@ -780,6 +785,7 @@ impl<'s> Reader<'_, '_, 's> {
         for pair in words.chunks_exact(2) {
             let (kind, at) = &pair[0];
             match FieldType::named(kind.strip_prefix("So").unwrap_or(kind)) {
+                Some(_) if pair[1].0 == "isA" => {}
                 Some(kind) => fields.push((pair[1].0.as_str().into(), kind)),
                 None => {
                     let span = self.span(at, &at[kind.len().min(at.len())..]);

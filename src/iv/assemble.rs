@@ -290,8 +290,22 @@ impl<'d> Assembler<'d> {
         };
         let name = extension.name.clone();
         let index = self.extension(extension);
-        self.declared.insert(name, index);
+        if self.known_class(&name).is_none() {
+            self.declared.insert(name, index);
+        }
         self.data(node).class = ClassRef::Extension(index);
+    }
+
+    /// The class of a node that declares its fields itself: whatever other nodes of that name
+    /// declare, unless it is a proto's.
+    pub fn blank(&mut self, name: &str, known: Option<ClassRef>) -> ClassRef {
+        match known {
+            Some(ClassRef::Extension(i)) if self.document.proto_of_extension(i).is_none() => {
+                self.unknown(name)
+            }
+            Some(class) => class,
+            None => self.unknown(name),
+        }
     }
 
     /// A class that nothing declares: its nodes keep their name and lose their contents.

@@ -19,6 +19,7 @@ use crate::grammar::{FieldType, class, path};
 
 const IGNORED: u32 = 1;
 const CONNECTED: u32 = 2;
+const DEFAULT: u32 = 4;
 const HAS_CHILDREN: u32 = 2;
 /// In the number of fields: the types and names of the fields come first.
 const DESCRIBED: u32 = 0x4000;
@@ -313,15 +314,17 @@ impl Reader<'_, '_, '_> {
         } else {
             self.word()?
         };
-        if fields & !(DESCRIBED | 0xff) != 0 {
+        if fields & !(DESCRIBED | 0x3fff) != 0 {
             return Err(Stop(
                 self.at - 4,
                 format!("`{name}` cannot have {fields} fields"),
             ));
         }
         if fields & DESCRIBED != 0 {
-            self.descriptions(node, fields & 0xff)?;
-        } else if known.is_none() && fields & 0xff != 0 {
+            let blank = self.asm.blank(name, known);
+            self.asm.data(node).class = blank;
+            self.descriptions(node, fields & 0x3fff)?;
+        } else if known.is_none() && fields & 0x3fff != 0 {
             return Err(Stop(
                 start,
                 format!("`{name}` is not a class of nodes, and nothing says where it ends"),
@@ -330,7 +333,7 @@ impl Reader<'_, '_, '_> {
         self.stack.push(Level::Fields {
             node,
             target,
-            left: fields & 0xff,
+            left: fields & 0x3fff,
             children,
         });
         Ok(())
@@ -389,6 +392,7 @@ impl Reader<'_, '_, '_> {
         for _ in 0..count {
             let (kind, name) = (self.string()?, self.string()?);
             match FieldType::named(&kind) {
+                Some(_) if name == "isA" => {}
                 Some(kind) => fields.push((name.into(), kind)),
                 None => return self.wrong(format!("`{kind}` is not a type of fields")),
             }
@@ -400,6 +404,10 @@ impl Reader<'_, '_, '_> {
     fn field(&mut self, node: NodeId) -> Step<()> {
         let start = self.at;
         let name = self.string()?;
+        let class = self.asm.document.nodes[node.0 as usize].class;
+        if name == "isA" && matches!(class, ClassRef::Extension(_)) {
+            return self.is_a(node);
+        }
         let mut slot = self.asm.slot(node, &name);
         if slot.is_none()
             && let Some(Value::String(kind)) = self.asm.document.node(node).value("type").cloned()
@@ -439,7 +447,6 @@ impl Reader<'_, '_, '_> {
                     Value::String(kind) if name == "type" => Some(kind.clone()),
                     _ => None,
                 };
-                self.mark_is_a(node, &name, &value);
                 let entry = self.asm.set(node, index, value, span);
                 if let Some(kind) = dynamic {
                     self.asm.specialize(node, &kind, None);
@@ -450,18 +457,22 @@ impl Reader<'_, '_, '_> {
     }
 
     /// In binary, `isA` is a field like any other.
-    fn mark_is_a(&mut self, node: NodeId, name: &str, value: &Value) {
-        let class = self.asm.document.nodes[node.0 as usize].class;
-        if let (ClassRef::Extension(_), "isA", Value::Strings(list)) = (class, name, value) {
-            let is_a = list.iter().map(|s| s.as_str().into()).collect();
-            self.asm.declare(node, Vec::new(), is_a);
-        }
+    fn is_a(&mut self, node: NodeId) -> Step<()> {
+        let list = self.many(4, Self::string)?;
+        self.word()?;
+        self.asm
+            .declare(node, Vec::new(), list.into_iter().map(Into::into).collect());
+        Ok(())
     }
 
     /// A field's flags, and the node and output that it is connected to.
     fn tail(&mut self, node: NodeId, entry: usize) -> Step<()> {
         let flags = self.word()?;
         self.asm.data(node).fields[entry].ignored = flags & IGNORED != 0;
+        if flags & DEFAULT != 0 && self.is_default(node, entry) {
+            self.asm.data(node).fields.remove(entry);
+            return Ok(());
+        }
         if flags & !7 != 0 {
             return Err(Stop(
                 self.at - 4,
@@ -472,6 +483,18 @@ impl Reader<'_, '_, '_> {
             return self.statement(Target::Source(node, entry));
         }
         Ok(())
+    }
+
+    /// Whether a field marked as default says what it would mean unsaid.
+    fn is_default(&self, node: NodeId, entry: usize) -> bool {
+        let data = &self.asm.document.nodes[node.0 as usize];
+        let field = &data.fields[entry];
+        match data.class {
+            ClassRef::Known(id) => {
+                field.value == Value::default_of(&id.get().fields[usize::from(field.index)])
+            }
+            ClassRef::Extension(_) => true,
+        }
     }
 
     fn attach(&mut self, target: Target, node: NodeId) {

@@ -6,12 +6,15 @@
 mod ascii;
 mod assemble;
 mod binary;
+mod binary_writer;
 pub mod document;
 mod field;
 mod header;
 mod inline;
 pub mod proto;
+mod same;
 mod upgrade;
+mod writer;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -23,6 +26,7 @@ use assemble::Assembler;
 pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef, Route};
 pub use header::Header;
 pub use inline::{Folder, Loader, Nowhere};
+pub use writer::Format;
 
 /// How much a file may ask for.
 #[derive(Clone, Debug)]

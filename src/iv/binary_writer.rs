@@ -1,0 +1,313 @@
+//! Writes binary V2.1: the layout that `binary` reads.
+
+use std::collections::HashSet;
+
+use super::document::{ClassRef, Document, FieldEntry};
+use super::value::{Image, NodeId, Rotation, Value};
+use super::writer::{
+    Tokens, bit_names, class_name, described, enumeration, field_order, has_type_first,
+};
+use crate::grammar::{FieldType, class, path};
+
+const HEADER: &[u8; 24] = b"#Inventor V2.1 binary  \n";
+const IGNORED: u32 = 1;
+const CONNECTED: u32 = 2;
+const DEFAULT: u32 = 4;
+const ENGINE: u32 = 1;
+const HAS_CHILDREN: u32 = 2;
+const DESCRIBED: u32 = 0x4000;
+
+enum Task<'d> {
+    Node(NodeId),
+    Field(NodeId, usize),
+    Flags(&'d FieldEntry),
+    Word(u32),
+    Text(&'d str),
+    /// A field of a declared class that the node does not state.
+    Unstated(&'d str, FieldType),
+    Nothing,
+}
+
+struct Writer<'d> {
+    document: &'d Document,
+    out: Vec<u8>,
+    met: Vec<NodeId>,
+    written: HashSet<NodeId>,
+    tokens: Tokens,
+}
+
+pub fn write(document: &Document) -> Vec<u8> {
+    let mut writer = Writer {
+        document,
+        out: Vec::new(),
+        met: Vec::new(),
+        written: HashSet::new(),
+        tokens: Tokens::default(),
+    };
+    writer.run();
+    writer.tokens = Tokens::new(document, &writer.met);
+    writer.written.clear();
+    writer.out.clear();
+    writer.out.extend_from_slice(HEADER);
+    writer.run();
+    writer.out
+}
+
+impl<'d> Writer<'d> {
+    fn word(&mut self, n: u32) {
+        self.out.extend_from_slice(&n.to_be_bytes());
+    }
+
+    fn bytes(&mut self, bytes: &[u8]) {
+        self.out.extend_from_slice(bytes);
+        self.out.resize(self.out.len().next_multiple_of(4), 0);
+    }
+
+    fn string(&mut self, text: &str) {
+        self.word(text.len() as u32);
+        self.bytes(text.as_bytes());
+    }
+
+    fn run(&mut self) {
+        let mut tasks: Vec<Task<'d>> = self
+            .document
+            .roots
+            .iter()
+            .rev()
+            .map(|&r| Task::Node(r))
+            .collect();
+        while let Some(task) = tasks.pop() {
+            match task {
+                Task::Node(id) => self.node(id, &mut tasks),
+                Task::Field(id, field) => self.field(id, field, &mut tasks),
+                Task::Word(n) => self.word(n),
+                Task::Text(text) => self.string(text),
+                Task::Nothing => self.string("NULL"),
+                Task::Unstated(name, kind) => self.unstated(name, kind),
+                Task::Flags(entry) => self.flags(entry, &mut tasks),
+            }
+        }
+    }
+
+    /// What stands for an instance of a proto is written in its place.
+    fn node(&mut self, id: NodeId, tasks: &mut Vec<Task<'d>>) {
+        let document = self.document;
+        let id = document.node(id).id;
+        self.met.push(id);
+        let token = self.tokens.get(id).map(str::to_owned);
+        if !self.written.insert(id) {
+            self.string("USE");
+            self.string(token.as_deref().unwrap_or("_"));
+            return;
+        }
+        if let Some(token) = token {
+            self.string("DEF");
+            self.string(&token);
+        }
+        let node = &document.nodes[id.0 as usize];
+        self.string(&class_name(document, node.class, false));
+        if node.class == ClassRef::Known(class::PATH) {
+            return self.path(id, tasks);
+        }
+        let extension = match node.class {
+            ClassRef::Extension(i) => Some(&document.extensions[i as usize]),
+            ClassRef::Known(_) => None,
+        };
+        let first = has_type_first(document, node.class);
+        let declared = extension.filter(|_| !first);
+        let group = match node.class {
+            ClassRef::Known(id) => id.get().is_a("Group") && id.get().field("children").is_none(),
+            ClassRef::Extension(_) => declared.is_some(),
+        };
+        let group = group || !node.children.is_empty();
+        let engine = match node.class {
+            ClassRef::Known(id) => id.get().is_a("Engine"),
+            ClassRef::Extension(_) => first,
+        };
+        self.word(if group {
+            HAS_CHILDREN
+        } else if engine {
+            ENGINE
+        } else {
+            0
+        });
+        if group {
+            tasks.extend(node.children.iter().rev().map(|&c| Task::Node(c)));
+            tasks.push(Task::Word(node.children.len() as u32));
+        }
+        let mut order = field_order(document, id);
+        if first && order.first().is_some_and(|&i| node.fields[i].index == 0) {
+            let entry = &node.fields[order.remove(0)];
+            self.string("type");
+            if let Value::String(kind) = &entry.value {
+                self.string(kind);
+            }
+            if class_name(document, node.class, false) != "GlobalField" {
+                self.word(0);
+            }
+        }
+        let Some(extension) = declared else {
+            self.word(order.len() as u32);
+            tasks.extend(order.into_iter().rev().map(|i| Task::Field(id, i)));
+            return;
+        };
+        let own_name = extension.is_a.len() == 1 && extension.is_a[0] == extension.name;
+        let is_a = !extension.is_a.is_empty() && !own_name;
+        self.word(DESCRIBED | (extension.fields.len() + usize::from(is_a)) as u32);
+        for (name, kind) in &extension.fields {
+            self.string(kind.name());
+            self.string(name);
+        }
+        let stated = |k: usize| node.fields.iter().any(|f| usize::from(f.index) == k);
+        let unstated = (0..extension.fields.len()).rev().filter(|&k| !stated(k));
+        tasks.extend(
+            unstated.map(|k| Task::Unstated(&extension.fields[k].0, extension.fields[k].1)),
+        );
+        tasks.extend(order.into_iter().rev().map(|i| Task::Field(id, i)));
+        if is_a {
+            self.string("MFString");
+            self.string("isA");
+            tasks.push(Task::Word(0));
+            tasks.extend(extension.is_a.iter().rev().map(|n| Task::Text(n)));
+            tasks.extend([Task::Word(extension.is_a.len() as u32), Task::Text("isA")]);
+        }
+    }
+
+    fn path(&mut self, id: NodeId, tasks: &mut Vec<Task<'d>>) {
+        let fields = &self.document.nodes[id.0 as usize].fields;
+        let value = |index| fields.iter().find(|f| f.index == index).map(|f| &f.value);
+        let steps: &[i32] = match value(path::INDICES.index) {
+            Some(Value::Ints(steps)) => steps,
+            _ => &[],
+        };
+        tasks.extend(steps.iter().rev().map(|&n| Task::Word(n as u32)));
+        tasks.push(Task::Word(steps.len() as u32));
+        match value(path::HEAD.index) {
+            Some(Value::Node(Some(head))) => tasks.push(Task::Node(*head)),
+            _ => tasks.push(Task::Nothing),
+        }
+    }
+
+    fn field(&mut self, id: NodeId, field: usize, tasks: &mut Vec<Task<'d>>) {
+        let node = &self.document.nodes[id.0 as usize];
+        let entry = &node.fields[field];
+        let (name, kind, names) = described(self.document, node.class, entry.index);
+        self.string(name);
+        tasks.push(Task::Flags(entry));
+        match &entry.value {
+            Value::Node(Some(target)) => tasks.push(Task::Node(*target)),
+            Value::Node(None) => self.string("NULL"),
+            Value::Nodes(targets) => {
+                self.word(targets.len() as u32);
+                tasks.extend(targets.iter().rev().map(|&t| Task::Node(t)));
+            }
+            value => self.value(value, kind, names),
+        }
+    }
+
+    fn flags(&mut self, entry: &'d FieldEntry, tasks: &mut Vec<Task<'d>>) {
+        let ignored = if entry.ignored { IGNORED } else { 0 };
+        match &entry.connection {
+            Some(connection) => {
+                self.word(ignored | CONNECTED);
+                tasks.extend([Task::Text(&connection.output), Task::Node(connection.from)]);
+            }
+            None => self.word(ignored),
+        }
+    }
+
+    fn unstated(&mut self, name: &str, kind: FieldType) {
+        self.string(name);
+        match (kind, Value::empty(kind)) {
+            (_, Value::Node(_)) => self.string("NULL"),
+            (_, Value::Nodes(_)) => self.word(0),
+            (FieldType::SFEnum, _) => self.string(""),
+            (_, value) => self.value(&value, kind, &[]),
+        }
+        self.word(DEFAULT);
+    }
+
+    fn float(&mut self, n: f32) {
+        self.word(n.to_bits());
+    }
+
+    fn floats(&mut self, list: &[f32]) {
+        list.iter().for_each(|&n| self.float(n));
+    }
+
+    fn double(&mut self, n: f64) {
+        self.out.extend_from_slice(&n.to_bits().to_be_bytes());
+    }
+
+    fn rotation(&mut self, r: &Rotation) {
+        self.floats(&[r.axis.x, r.axis.y, r.axis.z, r.angle]);
+    }
+
+    fn image(&mut self, image: &Image, solid: bool) {
+        self.word(image.width);
+        self.word(image.height);
+        if solid {
+            self.word(image.depth);
+        }
+        self.word(u32::from(image.components));
+        self.bytes(&image.bytes);
+    }
+
+    fn many<T>(&mut self, list: &[T], one: impl Fn(&mut Self, &T)) {
+        self.word(list.len() as u32);
+        list.iter().for_each(|v| one(self, v));
+    }
+
+    fn value(&mut self, value: &Value, kind: FieldType, names: &[(&str, i64)]) {
+        match value {
+            Value::Bool(b) => self.word(u32::from(*b)),
+            Value::Int(n) => match kind {
+                FieldType::SFEnum => self.string(&enumeration(*n, names)),
+                FieldType::SFBitMask => {
+                    bit_names(*n, names).iter().for_each(|n| self.string(n));
+                    self.word(0);
+                }
+                _ => self.word(*n as u32),
+            },
+            Value::UInt(n) => self.word(*n),
+            Value::Float(n) => self.float(*n),
+            Value::Double(n) => self.double(*n),
+            Value::String(s) => self.string(s),
+            Value::Vec2(v) => self.floats(&v.to_array()),
+            Value::Vec3(v) => self.floats(&v.to_array()),
+            Value::Vec4(v) => self.floats(&v.to_array()),
+            Value::Rotation(r) => self.rotation(r),
+            Value::Matrix(m) => self.floats(&m.to_cols_array()),
+            Value::Plane(p) => self.floats(&[p.normal.x, p.normal.y, p.normal.z, p.distance]),
+            Value::Image(i) => self.image(i, kind == FieldType::SFImage3),
+            Value::Node(_) | Value::Nodes(_) | Value::Trigger => {}
+            Value::Bools(l) => self.many(l, |w, b| w.word(u32::from(*b))),
+            Value::Ints(l) if kind == FieldType::MFEnum => {
+                self.many(l, |w, n| w.string(&enumeration(*n, names)));
+            }
+            Value::Ints(l) => {
+                if kind.is_multiple() {
+                    self.word((l.len() / kind.width()) as u32);
+                }
+                l.iter().for_each(|&n| self.word(n as u32));
+            }
+            Value::UInts(l) => self.many(l, |w, n| w.word(*n)),
+            Value::Floats(l) => self.many(l, |w, n| w.float(*n)),
+            Value::Doubles(l) => {
+                if kind.is_multiple() {
+                    self.word((l.len() / kind.width()) as u32);
+                }
+                l.iter().for_each(|&n| self.double(n));
+            }
+            Value::Strings(l) => self.many(l, |w, s| w.string(s)),
+            Value::Vec2s(l) => self.many(l, |w, v| w.floats(&v.to_array())),
+            Value::Vec3s(l) => self.many(l, |w, v| w.floats(&v.to_array())),
+            Value::Vec4s(l) => self.many(l, |w, v| w.floats(&v.to_array())),
+            Value::Rotations(l) => self.many(l, Self::rotation),
+            Value::Matrices(l) => self.many(l, |w, m| w.floats(&m.to_cols_array())),
+            Value::Planes(l) => self.many(l, |w, p| {
+                w.floats(&[p.normal.x, p.normal.y, p.normal.z, p.distance]);
+            }),
+        }
+    }
+}
