@@ -77,9 +77,11 @@ pub fn commands() -> Command {
         )
         .subcommand_required(true)
         .arg_required_else_help(true)
+        .args_override_self(true)
         .subcommand(
             Command::new("render")
                 .about("Makes the photograph of a scene through a lens")
+                .args_override_self(true)
                 .args(flags::arguments(flags::RENDER))
                 .arg(scene_argument()),
         )
@@ -95,6 +97,7 @@ fn vintage_command() -> Command {
     Command::new("ivcam")
         .version(env!("CARGO_PKG_VERSION"))
         .about("Photographs a scene as the 1999 program did; see also `ivcam help`")
+        .args_override_self(true)
         .args(flags::arguments(flags::RENDER))
         .arg(scene_argument())
 }
