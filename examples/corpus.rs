@@ -1,6 +1,7 @@
 //! Holds the reader and the compiler against another program's answers for a folder of scenes.
 //!
-//! `cargo run --release --example corpus -- FOLDER [--only TEXT] [--verbose]`. The folder has
+//! `cargo run --release --example corpus -- FOLDER [--only TEXT] [--verbose]
+//! [--pictures FOLDER [--at-vertices]]`. The folder has
 //! `scenes/`, `reference/*.json` (bounding box, counts), `reference/*.tri.gz` (triangles in the
 //! world) and `oracle_class.tsv`; its README says what they are. Prints a row a file and the sums.
 
@@ -10,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use glam::{DQuat, DVec3, Vec3};
-use ivcam::iv::Document;
+use ivcam::iv::{Document, Limits};
 use ivcam::pose::{CameraPose, Projection};
 use ivcam::scene::{CompileOptions, OracleTriangle, Ray, RenderScene};
 use ivcam::shade::{ShadeOptions, Shader, Shading};
@@ -43,6 +44,7 @@ struct Options {
     only: Option<String>,
     verbose: bool,
     pictures: Option<PathBuf>,
+    at_vertices: bool,
 }
 
 fn main() {
@@ -82,11 +84,13 @@ fn arguments() -> Options {
         only: None,
         verbose: false,
         pictures: None,
+        at_vertices: false,
     };
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
             "--only" => options.only = arguments.next(),
+            "--at-vertices" => options.at_vertices = true,
             "--verbose" => options.verbose = true,
             "--pictures" => options.pictures = arguments.next().map(PathBuf::from),
             _ => options.folder = PathBuf::from(argument),
@@ -110,7 +114,9 @@ fn tsv(path: &Path) -> HashMap<String, String> {
 fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
     sums.files += 1;
     let start = Instant::now();
-    let document = match Document::open(options.folder.join("scenes").join(path)) {
+    let scenes = options.folder.join("scenes");
+    let file = scenes.join(path);
+    let document = match Document::open_with(file, &[&scenes], &Limits::default()) {
         Ok(document) => document,
         Err(error) => {
             println!("UNREAD {class:12} {path}: {}", error.message);
@@ -153,7 +159,12 @@ fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
         if let Some(folder) = &options.pictures {
             let theirs = options.folder.join("reference").join(format!("{path}.png"));
             sums.pictures.extend(compare_pictures(
-                &document, &reference, path, &theirs, folder,
+                &document,
+                &reference,
+                path,
+                &theirs,
+                folder,
+                options.at_vertices,
             ));
         }
     }
@@ -404,6 +415,7 @@ fn compare_pictures(
     path: &str,
     theirs: &Path,
     folder: &Path,
+    at_vertices: bool,
 ) -> Option<Picture> {
     let theirs = image::open(theirs).ok()?.to_rgb8();
     let pose = camera(reference)?;
@@ -427,6 +439,7 @@ fn compare_pictures(
         ShadeOptions {
             headlight,
             backward: (pose.orientation * DVec3::Z).as_vec3(),
+            at_vertices,
             ..ShadeOptions::default()
         },
     );
@@ -448,10 +461,9 @@ fn compare_pictures(
                 ray
             }
         };
-        if let Some(color) = shader.trace(&ray) {
-            let level = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-            *pixel = image::Rgb([level(color.x), level(color.y), level(color.z)]);
-        }
+        let color = shader.radiance(&ray, &mut || 0.5);
+        let level = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        *pixel = image::Rgb([level(color.x), level(color.y), level(color.z)]);
     }
     let (mut both, mut either, mut sum) = (0u32, 0u32, 0u64);
     for (a, b) in ours.pixels().zip(theirs.pixels()) {

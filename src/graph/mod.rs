@@ -264,6 +264,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             Role::LevelOfDetail => self.level_of_detail(node),
             Role::AppearanceAndGeometry => self.appearance(node),
             Role::Kit => kit::plan(node, &mut self.stack),
+            Role::ListPart => self.stack.push(Frame::List {
+                list: nodes_in(node, "containerNode"),
+                next: 0,
+            }),
             _ => {}
         }
     }

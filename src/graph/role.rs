@@ -22,6 +22,8 @@ pub enum Role {
     LevelOfDetail,
     Collision,
     Kit,
+    /// A kit's list of children, in a container of its own.
+    ListPart,
     /// Files named by a node: their roots are its children.
     File,
     Property,
@@ -51,7 +53,7 @@ const ROLES: &[(&str, Role)] = &[
     ("File", R::File),
     ("WWWInline", R::File),
     ("BaseKit", R::Kit),
-    ("NodeKitListPart", R::Group),
+    ("NodeKitListPart", R::ListPart),
     ("InteractionKit", R::Kept),
     ("Shape", R::Shape),
     ("Light", R::Light),

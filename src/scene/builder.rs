@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3, Vec4};
 
+use super::background::Background;
 use super::mesh::Mesh;
 use super::quadric::{Quadric, QuadricKind, exact_bounds};
 use super::shapes::{self, Stroke};
@@ -83,6 +84,10 @@ impl<'a> Builder<'a> {
             normal_matrix: DMat3::IDENTITY,
             scene: RenderScene {
                 origin: options.origin,
+                forward: options
+                    .camera
+                    .as_ref()
+                    .map_or(Vec3::NEG_Z, |c| c.direction().as_vec3()),
                 ..RenderScene::default()
             },
             owners: Default::default(),
@@ -181,6 +186,24 @@ impl<'a> Builder<'a> {
         self.place(DMat4::from(world) * matrix);
         draw(self);
         (self.scene_from_object, self.normal_matrix) = kept;
+    }
+
+    /// `Complexity` `BOUNDING_BOX`: the box around the current shape instead of it.
+    pub(super) fn draw_box(&mut self, node: NodeRef<'a>, state: &State<'a>) -> bool {
+        let options = CompileOptions {
+            camera: self.camera.clone(),
+            ..CompileOptions::default()
+        };
+        let mut surveyor = Builder::surveyor(self.document, &options);
+        shapes::draw(node, state, &mut surveyor);
+        let Some((min, max)) = surveyor.object_bounds else {
+            return false;
+        };
+        let center = DMat4::from_translation(0.5 * (min + max));
+        let half = (0.5 * (max - min)).as_vec3();
+        self.set_sides(true, false, false);
+        self.with_matrix(center, |out| shapes::solids::block(half, false, out));
+        true
     }
 
     /// Draws what follows under a matrix of its own.
@@ -640,9 +663,7 @@ impl<'a> Visitor<'a> for Builder<'a> {
         self.scene.census.see(class.name);
         if role == Role::Kept && class.name.ends_with("Background") && !self.background_set {
             self.background_set = true;
-            if let Some([color, ..]) = node.read::<[Vec3]>("skyColor") {
-                self.scene.background = *color;
-            }
+            self.scene.background = Background::of(node);
         }
     }
 

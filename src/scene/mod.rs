@@ -3,6 +3,7 @@
 //! The scene is moved in f64 so that the compile origin (the camera) is at zero, then kept in
 //! f32. What a picture does not need is left out, and the census says so.
 
+pub mod background;
 pub mod builder;
 pub mod census;
 pub mod inventor_box;
@@ -122,7 +123,9 @@ pub struct RenderScene {
     slots: Vec<u32>,
     /// Whether any surface is see-through in places or seen from one side only.
     special: bool,
-    pub(crate) background: Vec3,
+    /// Where the camera looks.
+    forward: Vec3,
+    pub(crate) background: background::Background,
     census: Census,
     bounds: Option<(Vec3, Vec3)>,
 }
@@ -178,10 +181,33 @@ impl RenderScene {
             .iter()
             .copied()
             .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        self.settle_fog();
         let (bvh, slots) = Bvh::build(&boxes);
         self.bvh = bvh;
         self.slots = slots;
         Ok(())
+    }
+
+    /// Fog without a visibility reaches to the far end of what the camera sees (Coin).
+    fn settle_fog(&mut self) {
+        let Some((min, max)) = self.bounds else {
+            return;
+        };
+        let corner = |i: usize| {
+            Vec3::new(
+                if i & 1 == 0 { min.x } else { max.x },
+                if i & 2 == 0 { min.y } else { max.y },
+                if i & 4 == 0 { min.z } else { max.z },
+            )
+        };
+        let far = (0..8)
+            .map(|i| corner(i).dot(self.forward))
+            .fold(0.0, f32::max);
+        for surface in &mut self.surfaces {
+            if surface.environment.visibility <= 0.0 {
+                surface.environment.visibility = far;
+            }
+        }
     }
 
     /// The nearest thing a ray sees: closed surfaces from outside only, clip planes applied.
@@ -355,6 +381,20 @@ impl RenderScene {
         surface::point(self, ray, hit)
     }
 
+    /// A hit triangle's corners as points, with their weights; `None` for other primitives.
+    pub fn corner_points(&self, ray: &Ray, hit: &Hit) -> Option<[(Point<'_>, f32); 3]> {
+        self.triangles.get(hit.primitive as usize)?;
+        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        Some([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(u, v)| {
+            let i = if u == 1.0 {
+                1
+            } else {
+                2 * usize::from(v == 1.0)
+            };
+            (self.point(ray, &Hit { u, v, ..*hit }), weights[i])
+        }))
+    }
+
     pub fn census(&self) -> &Census {
         &self.census
     }
@@ -375,9 +415,9 @@ impl RenderScene {
         all
     }
 
-    /// What a ray that meets nothing sees: black, or the first `Background`'s sky above.
-    pub fn background(&self) -> Vec3 {
-        self.background
+    /// What a ray that meets nothing sees: black, or the first `Background`.
+    pub fn background(&self) -> &background::Background {
+        &self.background
     }
 
     /// The box around everything, the compile origin at zero.

@@ -186,6 +186,7 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
     if surface.two_sided && !front {
         out.normal = -out.normal;
     }
+    out.diffuse = out.diffuse.clamp(Vec3::ZERO, Vec3::ONE);
     if let Some(texture) = &surface.texture {
         let at = texture.at(&out, ray, coordinates);
         let texel = texture

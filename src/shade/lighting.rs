@@ -40,12 +40,13 @@ pub fn direct(
 ///
 /// Coin's densities: at the visibility distance an 8-bit picture no longer shows the color, that
 /// is e^−5.545 = 1/256 for FOG and e^−(2.35)² for SMOKE; HAZE is linear.
-pub fn fogged(color: Vec3, point: &Point<'_>, eye: Vec3) -> Vec3 {
+pub fn fogged(color: Vec3, point: &Point<'_>, eye: Vec3, backward: Vec3) -> Vec3 {
     let environment = &point.surface.environment;
     if environment.fog == FogKind::None || environment.visibility <= 0.0 {
         return color;
     }
-    let depth = (point.position - eye).length() / environment.visibility;
+    // By depth, not by distance, as OpenGL does.
+    let depth = (eye - point.position).dot(backward) / environment.visibility;
     let clear = match environment.fog {
         FogKind::Haze => 1.0 - depth,
         FogKind::Fog => libm::expf(-5.545 * depth),

@@ -95,6 +95,9 @@ pub struct ShadeOptions {
     pub headlight: Option<Light>,
     /// The camera's backward direction, for highlights. Default: +z.
     pub backward: Vec3,
+    /// Lights the corners and blends their colors, as OpenGL did, instead of lighting the point
+    /// itself. For holding against its pictures. Default: no.
+    pub at_vertices: bool,
     /// Reflections and refractions in a row. Default: 5.
     pub max_depth: u32,
     /// Rays that carry less than this share of the picture's light end. Default: 1/1024.
@@ -106,6 +109,7 @@ impl Default for ShadeOptions {
         Self {
             headlight: None,
             backward: Vec3::Z,
+            at_vertices: false,
             max_depth: 5,
             least_share: 1.0 / 1024.0,
         }
@@ -149,7 +153,8 @@ impl<'a> Shader<'a> {
     /// Radiance that comes back along a ray from the camera. `random` gives numbers in [0, 1) for
     /// models that sample; those of today do not.
     pub fn radiance(&self, ray: &Ray, _random: &mut impl FnMut() -> f32) -> Vec3 {
-        self.trace(ray).unwrap_or(self.scene.background())
+        self.trace(ray)
+            .unwrap_or_else(|| self.scene.background().color(ray.direction))
     }
 
     /// The same, or `None` where the ray meets nothing.
@@ -177,7 +182,9 @@ impl<'a> Shader<'a> {
             };
             match hit {
                 Some(hit) => self.shade(&next.ray, hit, &next, &mut color, &mut pending),
-                None => color += next.share * self.scene.background(),
+                None => {
+                    color += next.share * self.scene.background().color(next.ray.direction);
+                }
             }
         }
         Some(color)
@@ -196,7 +203,14 @@ impl<'a> Shader<'a> {
             self.recurse(ray, &point, path, color, pending);
             return;
         }
-        let local = self.local(ray, &point);
+        let local = match self.scene.corner_points(ray, &hit) {
+            Some(corners) if self.options.at_vertices && self.shading != Shading::Normal => {
+                let lit = corners.map(|(corner, weight)| weight * self.lit(&corner));
+                let color = point.textured(lit[0] + lit[1] + lit[2]);
+                lighting::fogged(color, &point, ray.origin, self.options.backward)
+            }
+            _ => self.local(ray, &point),
+        };
         let through = point.transparency;
         *color += path.share * (1.0 - through) * local;
         // What a blended face lets through is what lies behind it; sorted blending in Coin.
@@ -215,23 +229,29 @@ impl<'a> Shader<'a> {
 
     /// The color of a point by the models that follow no further rays.
     fn local(&self, ray: &Ray, point: &Point<'_>) -> Vec3 {
-        let surface = point.surface;
-        let lit = match self.shading {
-            Shading::Normal => return 0.5 * point.normal + 0.5,
-            Shading::Flat => return point.textured(point.diffuse),
-            _ if surface.base_color => point.diffuse,
-            Shading::Ambient => lighting::ambient(point),
-            model => {
-                let specular = model != Shading::Diffuse;
-                let mut sum = lighting::ambient(point);
-                for light in self.lights(point) {
-                    sum += lighting::direct(point, light, self.options.backward, specular, 1.0);
-                }
-                sum
+        match self.shading {
+            Shading::Normal => 0.5 * point.normal + 0.5,
+            Shading::Flat => point.textured(point.diffuse),
+            _ => {
+                let color = point.textured(self.lit(point));
+                lighting::fogged(color, point, ray.origin, self.options.backward)
             }
-        };
-        let color = point.textured(lit.clamp(Vec3::ZERO, Vec3::ONE));
-        lighting::fogged(color, point, ray.origin)
+        }
+    }
+
+    /// The light that a point gives off, before texture and fog: from 0 to 1, as in OpenGL.
+    fn lit(&self, point: &Point<'_>) -> Vec3 {
+        if point.surface.base_color || self.shading == Shading::Flat {
+            return point.diffuse;
+        }
+        let mut sum = lighting::ambient(point);
+        if self.shading != Shading::Ambient {
+            let specular = self.shading != Shading::Diffuse;
+            for light in self.lights(point) {
+                sum += lighting::direct(point, light, self.options.backward, specular, 1.0);
+            }
+        }
+        sum.clamp(Vec3::ZERO, Vec3::ONE)
     }
 
     fn lights<'b>(&'b self, point: &Point<'b>) -> impl Iterator<Item = &'b Light> {
@@ -268,7 +288,12 @@ impl<'a> Shader<'a> {
             }
             sum
         };
-        let local = lighting::fogged(point.textured(lit), point, ray.origin);
+        let local = lighting::fogged(
+            point.textured(lit),
+            point,
+            ray.origin,
+            self.options.backward,
+        );
         *color += path.share * opaque * local;
         if path.depth >= self.options.max_depth {
             return;

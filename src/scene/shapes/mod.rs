@@ -4,7 +4,7 @@ mod faces;
 mod lines;
 mod mesh;
 pub mod nurbs;
-mod solids;
+pub(super) mod solids;
 mod strips;
 mod stroke;
 pub mod text;
@@ -46,6 +46,10 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'
         state
     };
     out.begin(node, state);
+    if state.complexity.kind == 2 && !out.ignores_draw_style() && out.draw_box(node, state) {
+        out.census_mut().draw(class.name);
+        return;
+    }
     let drawn = if is_vrml97(class) {
         vrml97::draw(class.name, node, state, out)
     } else {
@@ -134,9 +138,9 @@ impl BoxCoordinates {
             max = max.max(p);
         }
         let size = (max - min).max(Vec3::ZERO);
-        // The longest side first; of equal sides x before y before z.
-        let mut order = [0usize, 1, 2];
-        order.sort_by(|&a, &b| size[b].total_cmp(&size[a]).then(a.cmp(&b)));
+        // The longest side first; of equal sides the later axis (Coin).
+        let mut order = [2usize, 1, 0];
+        order.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
         let longest = size[order[0]];
         Self {
             origin: min,

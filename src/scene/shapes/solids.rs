@@ -102,7 +102,7 @@ pub fn cylinder_of(
     materials: [u32; 3],
     out: &mut Builder<'_>,
 ) {
-    out.set_sides(true, parts != [true; 3], false);
+    out.set_sides(true, false, false); // one side is lit, an open shape's too (Coin)
     if parts[0] && radius > 0.0 && half_height > 0.0 {
         out.quadric(
             QuadricKind::CylinderSide {
@@ -142,7 +142,7 @@ pub fn cone_of(
     materials: [u32; 2],
     out: &mut Builder<'_>,
 ) {
-    out.set_sides(true, parts != [true; 2], false);
+    out.set_sides(true, false, false);
     if parts[0] && half_height > 0.0 {
         out.quadric(
             QuadricKind::ConeSide {
