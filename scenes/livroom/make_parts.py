@@ -30,7 +30,7 @@ def paint(name, width, height, pixel, step=4):
 
 
 # Materials that several parts share. A specular color is also what a recursive shader mirrors.
-BLACK = material((0.035, 0.033, 0.035), 0.16, 0.55)
+BLACK = material((0.055, 0.052, 0.055), 0.22, 0.55)
 BRASS = material((0.40, 0.30, 0.14), (0.42, 0.35, 0.21), 0.5)
 WHITE_PAINT = material((0.80, 0.79, 0.76), 0.03, 0.2)
 
@@ -474,13 +474,13 @@ def sofa():
               at(0.60, 0.665, -0.015, material((0.82, 0.78, 0.68), 0.02, 0.1), texture("fabric.png"), "USE PILLOW", turn=((0.90, -0.38, -0.2), -0.42))]
     seat("sofa", """Sofa for two and a half, {wide} m wide, 0.9 m deep, seat at 0.5 m, facing +z.
 Origin on the floor under its middle. Base, back, two arms, two seat and two back cushions, two throw pillows.""",
-         2, 0.80, (0.20, 0.50), [material((0.21, 0.31, 0.27), 0.02, 0.1), texture("fabric.png")], 4.0, extras)
+         2, 0.80, (0.20, 0.50), [material((0.36, 0.50, 0.44), 0.02, 0.1), texture("fabric.png")], 4.0, extras)
 
 
 def armchair():
     seat("armchair", """Armchair in leather, {wide} m wide, 0.9 m deep, seat at 0.5 m, facing +z.
 Origin on the floor under its middle.""",
-         1, 0.54, (0.19, 0.47), [material((0.47, 0.25, 0.13), 0.035, 0.25), texture("leather.png")], 3.0)
+         1, 0.54, (0.19, 0.47), [material((0.62, 0.36, 0.20), 0.035, 0.25), texture("leather.png")], 3.0)
 
 
 # ---- bookshelf and sideboard ----
