@@ -408,8 +408,8 @@ def lamp():
         a = 2 * pi * k / 3 + 0.4
         spider.append(at(0.123 * sin(a), 1.246, 0.123 * cos(a), "Rotation { rotation 1 0 0 1.5708 }", cylinder(0.0010, 0.222), turn=((0, 1, 0), a)))
     write_part("lamp", """Floor lamp, 1.56 m high: brass foot (radius 0.15 m) and stem, linen shade open at top and bottom
-(radius 0.235 m below, 0.115 m above, from 1.24 to 1.56 m) on a spider of three wires. The light is in the shade, 1.37 m
-above the floor, and shines out of both openings; there is no bulb around it that would shadow it.""",
+(radius 0.235 m below, 0.115 m above, from 1.24 to 1.56 m) on a spider of three wires. Its light is
+livroom.iv's: two spots just outside the openings, so that the shade throws no hard edge.""",
                group("FOOT", BRASS, surface(base, 0.5), surface(knob, 0.8), surface(collar, 0.8), at(0, 0.64, 0, cylinder(0.0095, 1.13)), *spider),
                group("SHADE", material((0.62, 0.50, 0.34), emissive=(0.52, 0.39, 0.22)), surface(shade, 0.4)))
 
