@@ -8,7 +8,9 @@
 use glam::DVec3;
 
 use super::Lens;
-use super::trace::{Bend, Course, Element, Form, LensRay, Loss, LossKind, Toward, refract};
+use super::trace::{
+    Bend, Course, Element, Form, LensRay, Loss, LossKind, Profile, Toward, refract,
+};
 
 /// Rays in a bundle.
 pub const LANES: usize = 32;
@@ -230,7 +232,8 @@ fn follow(course: &Course<'_>, bundle: &mut Bundle) {
             Form::Sphere => sphere::<BEND>(&step, bundle),
             Form::Conic { k } => quadric(&step, DVec3::new(1.0, 1.0, 1.0 + k), bundle),
             Form::Cylinder { x, y } => quadric(&step, DVec3::new(*x, *y, 1.0), bundle),
-            Form::Asphere(_) | Form::Toroid { .. } => one_by_one(&step, bundle),
+            Form::Asphere(profile) => asphere(&step, profile, bundle),
+            Form::Toroid { .. } => one_by_one(&step, bundle),
         }
         if element.hole.is_some() {
             iris(&step, bundle);
@@ -245,6 +248,14 @@ fn follow(course: &Course<'_>, bundle: &mut Bundle) {
 const NO_BEND: u8 = 0;
 const SLIGHT_BEND: u8 = 1;
 const BEND: u8 = 2;
+
+fn kind_of(bend: Bend) -> u8 {
+    match bend.step {
+        0.0 => NO_BEND,
+        _ if bend.is_slight() => SLIGHT_BEND,
+        _ => BEND,
+    }
+}
 
 /// Spheres and planes.
 #[inline(always)]
@@ -303,11 +314,7 @@ fn sphere<const KIND: u8>(step: &Step<'_>, b: &mut Bundle) {
 fn quadric(step: &Step<'_>, w: DVec3, b: &mut Bundle) {
     let (c, clear, sign) = (step.element.curvature, step.element.clear, step.sign);
     let (mu, bend) = (step.bend.mu, step.bend.step);
-    let kind = match bend {
-        0.0 => NO_BEND,
-        _ if step.bend.is_slight() => SLIGHT_BEND,
-        _ => BEND,
-    };
+    let kind = kind_of(step.bend);
     for i in 0..LANES {
         let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
         let pz = b.z[i] + step.shift;
@@ -357,6 +364,162 @@ fn quadric(step: &Step<'_>, w: DVec3, b: &mut Bundle) {
     }
 }
 
+/// The sag of a profile and its slope over the radius, at the squared radii `r2`; `inside` is
+/// not positive beyond the conic. The same operations as [`Profile::sag`].
+#[inline(always)]
+fn sags(profile: &Profile, r2: &Lane, sag: &mut Lane, slope: &mut Lane, inside: &mut Lane) {
+    let (c, k) = (profile.c, profile.k);
+    let (mut p, mut dp, mut r) = ([0.0; LANES], [0.0; LANES], *r2);
+    if !profile.even {
+        for i in 0..LANES {
+            r[i] = r2[i].sqrt();
+        }
+    }
+    for &a in profile.terms.iter().rev() {
+        for i in 0..LANES {
+            dp[i] = dp[i] * r[i] + p[i];
+            p[i] = p[i] * r[i] + a;
+        }
+    }
+    for i in 0..LANES {
+        inside[i] = 1.0 - (1.0 + k) * c * c * r2[i];
+        let root = inside[i].sqrt();
+        sag[i] = c * r2[i] / (1.0 + root) + p[i];
+        let more = if profile.even {
+            2.0 * dp[i]
+        } else if r[i] > 0.0 {
+            dp[i] / r[i]
+        } else {
+            0.0
+        };
+        slope[i] = c / root + more;
+    }
+}
+
+/// Newton's iteration in all lanes at once, until the last has stopped; see `trace`.
+#[inline(always)]
+fn asphere(step: &Step<'_>, profile: &Profile, b: &mut Bundle) {
+    let (c, k, sign) = (profile.c, profile.k, step.sign);
+    let (mut qx, mut qy, mut qz) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    for i in 0..LANES {
+        let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
+        let (px, py, pz) = (b.x[i], b.y[i], b.z[i] + step.shift);
+        let along = px * dx + py * dy + pz * dz;
+        // The start: the conic below the polynomial, or the vertex plane where that is missed.
+        let (sx, sy, sz) = (px + -along * dx, py + -along * dy, pz + -along * dz);
+        let wz = (1.0 + k) * sz;
+        let f = c * (sx * sx + sy * sy + wz * sz) - 2.0 * sz;
+        let g = dz - c * (sx * dx + sy * dy + wz * dz);
+        let a = c * (dx * dx + dy * dy + (1.0 + k) * dz * dz);
+        let discriminant = g * g - a * f;
+        let s = sign * discriminant.sqrt();
+        let ahead = sign * g >= 0.0;
+        let t = (if ahead { f } else { g - s }) / (if ahead { g + s } else { a });
+        let (hx, hy, hz) = (sx + t * dx, sy + t * dy, sz + t * dz);
+        let up = 1.0 - c * ((1.0 + k) * hz);
+        let size = hx * hx + hy * hy + hz * hz;
+        let met = (discriminant >= 0.0) & (up > 0.0) & (size < f64::INFINITY);
+        let flat = if dz != 0.0 { pz / dz } else { along };
+        qx[i] = if met { hx } else { px - flat * dx };
+        qy[i] = if met { hy } else { py - flat * dy };
+        qz[i] = if met { hz } else { pz - flat * dz };
+    }
+    let mut best = [f64::INFINITY; LANES];
+    let mut last = [0.0; LANES];
+    let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    let (mut gx, mut gy, mut rate) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    let (mut r2, mut sag, mut slope, mut inside) =
+        ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    // 1 while a lane goes on, 0 when it has stopped; a number, so that it stays in vectors.
+    let mut going = [0.0; LANES];
+    for i in 0..LANES {
+        going[i] = if b.lost[i] == 0 { 1.0 } else { 0.0 };
+    }
+    for _ in 0..60 {
+        for i in 0..LANES {
+            r2[i] = qx[i] * qx[i] + qy[i] * qy[i];
+        }
+        sags(profile, &r2, &mut sag, &mut slope, &mut inside);
+        let mut left = 0.0;
+        for i in 0..LANES {
+            let on = going[i] > 0.0;
+            let known = inside[i] > 0.0;
+            let height = qz[i] - sag[i];
+            let (nx, ny) = (-slope[i] * qx[i], -slope[i] * qy[i]);
+            let toward = nx * b.dx[i] + ny * b.dy[i] + b.dz[i];
+            let better = on & known & (height.abs() < best[i]);
+            let size = (r2[i] + qz[i] * qz[i]).sqrt();
+            let settled = known & !better & (best[i] <= 1e-13 * size);
+            best[i] = if better { height.abs() } else { best[i] };
+            (x[i], y[i], z[i]) = if better {
+                (qx[i], qy[i], qz[i])
+            } else {
+                (x[i], y[i], z[i])
+            };
+            (gx[i], gy[i]) = if better { (nx, ny) } else { (gx[i], gy[i]) };
+            rate[i] = if better { toward } else { rate[i] };
+            let full = -height / toward;
+            let back = 0.5 * last[i];
+            let ends = if known {
+                settled | (height == 0.0) | !(full.abs() < f64::INFINITY)
+            } else {
+                back == 0.0
+            };
+            let on = on & !ends;
+            last[i] = if known { full } else { back };
+            let go = if !on {
+                0.0
+            } else if known {
+                full
+            } else {
+                -back
+            };
+            qx[i] += go * b.dx[i];
+            qy[i] += go * b.dy[i];
+            qz[i] += go * b.dz[i];
+            going[i] = if on { 1.0 } else { 0.0 };
+            left += going[i];
+        }
+        if left == 0.0 {
+            break;
+        }
+    }
+    let (mu, bend, clear) = (step.bend.mu, step.bend.step, step.element.clear);
+    let kind = kind_of(step.bend);
+    for i in 0..LANES {
+        let size = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+        let near = best[i] <= 1e-11 * (size.sqrt() + best[i]);
+        let length = (gx[i] * gx[i] + gy[i] * gy[i] + 1.0).sqrt();
+        let (nx, ny, nz) = (gx[i] / length, gy[i] / length, 1.0 / length);
+        let cos = sign * rate[i] / length;
+        let met = near & (size < f64::INFINITY) & (cos > 0.0);
+        let r2 = x[i] * x[i] + y[i] * y[i];
+        let k = 1.0 - mu * mu * (1.0 - cos * cos);
+        let turn = match kind {
+            NO_BEND => 0.0,
+            SLIGHT_BEND => sign * bend / (k.sqrt() + mu * cos),
+            _ => sign * (k.sqrt() - mu * cos),
+        };
+        let mut code = if r2 <= clear {
+            0
+        } else {
+            step.number | BLOCKED
+        };
+        let reflected = (code == 0) & !(k >= 0.0) & (kind != NO_BEND);
+        code = if reflected {
+            step.number | REFLECTED
+        } else {
+            code
+        };
+        code = if met { code } else { step.number | MISSED };
+        b.lost[i] = if b.lost[i] == 0 { code } else { b.lost[i] };
+        b.dx[i] = mu * b.dx[i] + turn * nx;
+        b.dy[i] = mu * b.dy[i] + turn * ny;
+        b.dz[i] = mu * b.dz[i] + turn * nz;
+        (b.x[i], b.y[i], b.z[i]) = (x[i], y[i], z[i]);
+    }
+}
+
 /// A hole that is not round, ray by ray.
 fn iris(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
@@ -366,7 +529,7 @@ fn iris(step: &Step<'_>, b: &mut Bundle) {
     }
 }
 
-/// Polynomial surfaces, ray by ray: Newton's iteration takes as long as its slowest lane.
+/// Toroids, ray by ray.
 #[inline(always)]
 fn one_by_one(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
