@@ -29,13 +29,16 @@ pub struct Bundle {
     pub dz: Lane,
     /// 0 for a ray that is on its way or through; else what became of it, see [`Bundle::loss`].
     lost: [u64; LANES],
+    /// Without apertures: the square of the largest share of a semi-diameter used so far, and
+    /// the surface it is used at.
+    fill: Lane,
+    limit: [u64; LANES],
 }
 
 impl Default for Bundle {
     /// All lanes empty: rays already lost.
     fn default() -> Self {
         let zero = [0.0; LANES];
-        let lost = [EMPTY; LANES];
         Self {
             x: zero,
             y: zero,
@@ -43,7 +46,9 @@ impl Default for Bundle {
             dx: zero,
             dy: zero,
             dz: [1.0; LANES],
-            lost,
+            lost: [EMPTY; LANES],
+            fill: zero,
+            limit: [0; LANES],
         }
     }
 }
@@ -57,9 +62,31 @@ const EMPTY: u64 = u64::MAX;
 impl Bundle {
     /// Puts a ray, with a direction of unit length, into a lane.
     pub fn set(&mut self, lane: usize, ray: &LensRay) {
+        self.put(lane, ray);
+        self.lost[lane] = 0;
+        self.fill[lane] = 0.0;
+    }
+
+    /// Of a bundle traced without apertures: how much of the tightest semi-diameter the lane's
+    /// ray uses, and where; infinite for a ray lost for another reason.
+    pub(super) fn fill(&self, lane: usize) -> (f64, usize) {
+        match self.loss(lane) {
+            Some(loss) => (f64::INFINITY, loss.surface),
+            None => (self.fill[lane].sqrt(), (self.limit[lane] >> 2) as usize),
+        }
+    }
+
+    fn put(&mut self, lane: usize, ray: &LensRay) {
         [self.x[lane], self.y[lane], self.z[lane]] = ray.origin.to_array();
         [self.dx[lane], self.dy[lane], self.dz[lane]] = ray.direction.to_array();
-        self.lost[lane] = 0;
+    }
+
+    /// Keeps the largest fill of a lane that is on its way.
+    #[inline(always)]
+    fn note_fill(&mut self, lane: usize, fill: f64, number: u64) {
+        let more = (fill > self.fill[lane]) & (self.lost[lane] == 0);
+        self.fill[lane] = if more { fill } else { self.fill[lane] };
+        self.limit[lane] = if more { number } else { self.limit[lane] };
     }
 
     /// Takes a ray out: its lane is empty from now on.
@@ -146,19 +173,27 @@ impl Lens {
 
     /// Traces with vectors of a given width, for measuring; it must be one the processor has.
     pub fn trace_bundle(&self, bundle: &mut Bundle, toward: Toward, width: Width) {
-        let course = Course {
-            elements: &self.elements,
-            toward,
-            apertures: true,
-        };
-        match width.min_with_detected() {
-            Width::Plain => follow(&course, bundle),
-            // SAFETY: the width was just bounded by what this processor has.
+        self.course(toward, true)
+            .follow_bundle(bundle, width.min_with_detected());
+    }
+
+    /// Traces from the film side without blocking, for [`Bundle::fill`].
+    pub(super) fn fill_bundle(&self, bundle: &mut Bundle) {
+        self.course(Toward::Scene, false)
+            .follow_bundle(bundle, Width::detect());
+    }
+}
+
+impl Course<'_> {
+    fn follow_bundle(&self, bundle: &mut Bundle, width: Width) {
+        match width {
+            Width::Plain => follow_any(self, bundle),
+            // SAFETY: callers give a width bounded by what this processor has.
             #[cfg(target_arch = "x86_64")]
-            Width::Avx2 => unsafe { follow_avx2(&course, bundle) },
+            Width::Avx2 => unsafe { follow_avx2(self, bundle) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Width::Avx512 => unsafe { follow_avx512(&course, bundle) },
+            Width::Avx512 => unsafe { follow_avx512(self, bundle) },
         }
     }
 }
@@ -187,17 +222,26 @@ impl Width {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn follow_avx2(course: &Course<'_>, bundle: &mut Bundle) {
-    follow(course, bundle);
+    follow_any(course, bundle);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512dq")]
 fn follow_avx512(course: &Course<'_>, bundle: &mut Bundle) {
-    follow(course, bundle);
+    follow_any(course, bundle);
 }
 
 #[inline(always)]
-fn follow(course: &Course<'_>, bundle: &mut Bundle) {
+fn follow_any(course: &Course<'_>, bundle: &mut Bundle) {
+    if course.apertures {
+        follow::<true>(course, bundle)
+    } else {
+        follow::<false>(course, bundle)
+    }
+}
+
+#[inline(always)]
+fn follow<const STOPS: bool>(course: &Course<'_>, bundle: &mut Bundle) {
     let count = course.elements.len();
     let sign = if course.toward == Toward::Film {
         1.0
@@ -227,15 +271,15 @@ fn follow(course: &Course<'_>, bundle: &mut Bundle) {
             sign,
         };
         match &element.form {
-            Form::Sphere if bend.step == 0.0 => sphere::<NO_BEND>(&step, bundle),
-            Form::Sphere if bend.is_slight() => sphere::<SLIGHT_BEND>(&step, bundle),
-            Form::Sphere => sphere::<BEND>(&step, bundle),
-            Form::Conic { k } => quadric(&step, DVec3::new(1.0, 1.0, 1.0 + k), bundle),
-            Form::Cylinder { x, y } => quadric(&step, DVec3::new(*x, *y, 1.0), bundle),
-            Form::Asphere(profile) => asphere(&step, profile, bundle),
-            Form::Toroid { .. } => one_by_one(&step, bundle),
+            Form::Sphere if bend.step == 0.0 => sphere::<NO_BEND, STOPS>(&step, bundle),
+            Form::Sphere if bend.is_slight() => sphere::<SLIGHT_BEND, STOPS>(&step, bundle),
+            Form::Sphere => sphere::<BEND, STOPS>(&step, bundle),
+            Form::Conic { k } => quadric::<STOPS>(&step, DVec3::new(1.0, 1.0, 1.0 + k), bundle),
+            Form::Cylinder { x, y } => quadric::<STOPS>(&step, DVec3::new(*x, *y, 1.0), bundle),
+            Form::Asphere(profile) => asphere::<STOPS>(&step, profile, bundle),
+            Form::Toroid { .. } => one_by_one::<STOPS>(&step, bundle),
         }
-        if element.hole.is_some() {
+        if STOPS && element.hole.is_some() {
             iris(&step, bundle);
         }
     }
@@ -259,7 +303,7 @@ fn kind_of(bend: Bend) -> u8 {
 
 /// Spheres and planes.
 #[inline(always)]
-fn sphere<const KIND: u8>(step: &Step<'_>, b: &mut Bundle) {
+fn sphere<const KIND: u8, const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
     let (c, clear, sign) = (step.element.curvature, step.element.clear, step.sign);
     let (mu, bend) = (step.bend.mu, step.bend.step);
     for i in 0..LANES {
@@ -282,7 +326,10 @@ fn sphere<const KIND: u8>(step: &Step<'_>, b: &mut Bundle) {
         let (nx, ny, nz) = (-c * px, -c * py, 1.0 - c * pz);
         let r2 = px * px + py * py;
         let met = (discriminant >= 0.0) & (nz > 0.0) & (r2 + pz * pz < f64::INFINITY);
-        let mut code = if r2 <= clear {
+        if !STOPS {
+            b.note_fill(i, r2 / clear, step.number);
+        }
+        let mut code = if !STOPS | (r2 <= clear) {
             0
         } else {
             step.number | BLOCKED
@@ -311,7 +358,7 @@ fn sphere<const KIND: u8>(step: &Step<'_>, b: &mut Bundle) {
 
 /// Conics and cylinders: c (w.x x² + w.y y² + w.z z²) = 2 z.
 #[inline(always)]
-fn quadric(step: &Step<'_>, w: DVec3, b: &mut Bundle) {
+fn quadric<const STOPS: bool>(step: &Step<'_>, w: DVec3, b: &mut Bundle) {
     let (c, clear, sign) = (step.element.curvature, step.element.clear, step.sign);
     let (mu, bend) = (step.bend.mu, step.bend.step);
     let kind = kind_of(step.bend);
@@ -345,7 +392,10 @@ fn quadric(step: &Step<'_>, w: DVec3, b: &mut Bundle) {
             SLIGHT_BEND => sign * bend / (k.sqrt() + mu * cos),
             _ => sign * (k.sqrt() - mu * cos),
         };
-        let mut code = if r2 <= clear {
+        if !STOPS {
+            b.note_fill(i, r2 / clear, step.number);
+        }
+        let mut code = if !STOPS | (r2 <= clear) {
             0
         } else {
             step.number | BLOCKED
@@ -398,7 +448,7 @@ fn sags(profile: &Profile, r2: &Lane, sag: &mut Lane, slope: &mut Lane, inside: 
 
 /// Newton's iteration in all lanes at once, until the last has stopped; see `trace`.
 #[inline(always)]
-fn asphere(step: &Step<'_>, profile: &Profile, b: &mut Bundle) {
+fn asphere<const STOPS: bool>(step: &Step<'_>, profile: &Profile, b: &mut Bundle) {
     let (c, k, sign) = (profile.c, profile.k, step.sign);
     let (mut qx, mut qy, mut qz) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     for i in 0..LANES {
@@ -500,7 +550,10 @@ fn asphere(step: &Step<'_>, profile: &Profile, b: &mut Bundle) {
             SLIGHT_BEND => sign * bend / (k.sqrt() + mu * cos),
             _ => sign * (k.sqrt() - mu * cos),
         };
-        let mut code = if r2 <= clear {
+        if !STOPS {
+            b.note_fill(i, r2 / clear, step.number);
+        }
+        let mut code = if !STOPS | (r2 <= clear) {
             0
         } else {
             step.number | BLOCKED
@@ -531,7 +584,7 @@ fn iris(step: &Step<'_>, b: &mut Bundle) {
 
 /// Toroids, ray by ray.
 #[inline(always)]
-fn one_by_one(step: &Step<'_>, b: &mut Bundle) {
+fn one_by_one<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
         if b.lost[i] != 0 {
             continue;
@@ -543,12 +596,15 @@ fn one_by_one(step: &Step<'_>, b: &mut Bundle) {
             Some(hit) => {
                 ray.origin = hit.point;
                 let r2 = hit.point.x * hit.point.x + hit.point.y * hit.point.y;
+                if !STOPS {
+                    b.note_fill(i, r2 / step.element.clear, step.number);
+                }
                 match refract(ray.direction, &hit, step.bend, step.sign) {
-                    _ if !(r2 <= step.element.clear) => step.number | BLOCKED,
+                    _ if STOPS && !(r2 <= step.element.clear) => step.number | BLOCKED,
                     None => step.number | REFLECTED,
                     Some(direction) => {
                         ray.direction = direction;
-                        b.set(i, &ray);
+                        b.put(i, &ray);
                         0
                     }
                 }

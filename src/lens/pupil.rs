@@ -254,7 +254,8 @@ fn radial_table(
     sides: &[DVec2; SIDES],
     film_radius: f64,
 ) -> Vec<(f64, Support)> {
-    let measure = |radius: f64| sight.support(DVec2::new(radius, 0.0), sides);
+    let mut hint = None;
+    let mut measure = |radius: f64| sight.support(DVec2::new(radius, 0.0), sides, &mut hint);
     let mut done: Vec<(f64, Support)> = Vec::new();
     let Some(first) = measure(0.0) else {
         return radial_fallback(sight, sides, film_radius);
@@ -311,7 +312,10 @@ fn radial_fallback(
     let mut nodes = Vec::new();
     for i in 0..=steps {
         let radius = film_radius * i as f64 / steps as f64;
-        if sight.support(DVec2::new(radius, 0.0), sides).is_some() {
+        if sight
+            .support(DVec2::new(radius, 0.0), sides, &mut None)
+            .is_some()
+        {
             nodes = vec![
                 (0.0, [sight.reach(); SIDES]),
                 (film_radius, [sight.reach(); SIDES]),
@@ -324,7 +328,8 @@ fn radial_fallback(
 
 fn quadrant_table(sight: &Sight<'_>, sides: &[DVec2; SIDES], film_radius: f64) -> Table {
     let cell = film_radius.max(f64::MIN_POSITIVE) / GRID as f64;
-    let at = |x: f64, y: f64| sight.support(DVec2::new(x * cell, y * cell), sides);
+    let mut hint = None;
+    let mut at = |x: f64, y: f64| sight.support(DVec2::new(x * cell, y * cell), sides, &mut hint);
     let count = GRID + 1;
     let mut nodes: Vec<Option<Support>> = Vec::with_capacity(count * count);
     for j in 0..count {

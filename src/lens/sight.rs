@@ -3,18 +3,25 @@
 //! A ray from the film is followed without blocking, and its *fill* is how much of the tightest
 //! semi-diameter it uses: below 1 it gets through. The fill is continuous and nearly linear in
 //! the aim, so the least fill and the outline where it is 1 are found in few rays, at f/1024 as
-//! at full aperture.
+//! at full aperture. Rays go in bundles: a whole outline is sought at once.
+
+use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
+use super::lanes::{Bundle, LANES};
 use super::pupil::{SIDES, Support};
-use super::trace::{Course, LensRay, Toward};
+use super::trace::{LensRay, unit};
 use super::{Lens, RearElement};
 
-/// Directions in which the outline is sought, over half a turn.
-const HALF_TURN: usize = 48;
-/// Aims along the meridian among which the best is refined.
-const SCAN: usize = 96;
+/// Directions in which the outline is sought, over half a turn; with the first and last of half
+/// a turn they fill two bundles.
+const HALF_TURN: usize = 2 * LANES - 1;
+
+/// The width within which an outline of a pupil table is known, relative.
+const COARSE: f64 = 1e-5;
+/// The same for areas and light.
+const FINE: f64 = 1e-10;
 
 pub(crate) struct Sight<'a> {
     lens: &'a Lens,
@@ -22,6 +29,26 @@ pub(crate) struct Sight<'a> {
     reach: f64,
     rotational: bool,
 }
+
+/// What was found from a neighboring film point, to start from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hint {
+    center: DVec2,
+    radius: f64,
+}
+
+/// A point of the outline.
+#[derive(Clone, Copy)]
+struct Rim {
+    angle: f64,
+    distance: f64,
+    point: DVec2,
+    /// The surface whose rim it is.
+    limit: usize,
+}
+
+/// Shares and surfaces for up to a bundle of aims.
+type Fills = [(f64, usize); LANES];
 
 impl<'a> Sight<'a> {
     pub fn new(lens: &'a Lens, film_z: f64) -> Self {
@@ -44,40 +71,35 @@ impl<'a> Sight<'a> {
         self.reach
     }
 
-    /// The share of the tightest semi-diameter that a ray uses; infinite where it is lost
-    /// for another reason.
-    fn fill(&self, film: DVec2, aim: DVec2) -> f64 {
-        self.fill_and_limit(film, aim).0
-    }
-
-    /// The same, with the surface that is filled most.
-    fn fill_and_limit(&self, film: DVec2, aim: DVec2) -> (f64, usize) {
+    /// The fill of every aim of `aims`, at most a bundle of them.
+    fn fills(&self, film: DVec2, aims: &[DVec2]) -> Fills {
+        let origin = film.extend(self.film_z);
         let rear_z = self.lens.length();
-        let ray = LensRay {
-            origin: film.extend(self.film_z),
-            direction: DVec3::new(aim.x - film.x, aim.y - film.y, rear_z - self.film_z),
-        };
-        let (mut fill, mut limit) = (0.0f64, 0);
-        let elements = &self.lens.elements;
-        let course = Course {
-            elements,
-            toward: Toward::Scene,
-            apertures: false,
-        };
-        let outcome = course.follow(ray, |surface, hit| {
-            let here = (hit.x * hit.x + hit.y * hit.y) / elements[surface].clear;
-            if here > fill {
-                (fill, limit) = (here, surface);
+        let mut bundle = Bundle::default();
+        for (lane, aim) in aims.iter().take(LANES).enumerate() {
+            let direction = DVec3::new(aim.x - film.x, aim.y - film.y, rear_z - self.film_z);
+            if let Some(direction) = unit(direction) {
+                bundle.set(lane, &LensRay { origin, direction });
             }
-        });
-        match outcome {
-            Ok(_) => (fill.sqrt(), limit),
-            Err(loss) => (f64::INFINITY, loss.surface),
         }
+        self.lens.fill_bundle(&mut bundle);
+        std::array::from_fn(|lane| {
+            if lane < aims.len() {
+                bundle.fill(lane)
+            } else {
+                (f64::INFINITY, 0)
+            }
+        })
     }
 
     /// An aim well inside the light, or none where there is no light.
-    fn inside(&self, film: DVec2) -> Option<DVec2> {
+    fn inside(&self, film: DVec2, hint: Option<Hint>) -> Option<DVec2> {
+        let fill = |aim: DVec2| self.fills(film, &[aim])[0].0;
+        if let Some(hint) = hint
+            && fill(hint.center) < 0.6
+        {
+            return Some(hint.center);
+        }
         let meridian = if film == DVec2::ZERO {
             DVec2::X
         } else {
@@ -88,215 +110,265 @@ impl<'a> Sight<'a> {
             for _ in 0..8 {
                 aim = self.best_along(film, aim, DVec2::Y);
                 aim = self.best_along(film, aim, DVec2::X);
-                if self.fill(film, aim) < 0.5 {
+                if fill(aim) < 0.6 {
                     break;
                 }
             }
-            if !(self.fill(film, aim) < 1.0) {
+            if !(fill(aim) < 1.0) {
                 aim = self.best_of_grid(film);
             }
         }
-        (self.fill(film, aim) < 1.0).then_some(aim)
+        (fill(aim) < 1.0).then_some(aim)
     }
 
-    /// The aim of least fill on a line: the best of a row, then golden sections around it.
+    /// The aim of least fill on a line: the best of three bundles in a row, then a bundle in the
+    /// neighborhood of the best, again and again.
     fn best_along(&self, film: DVec2, from: DVec2, direction: DVec2) -> DVec2 {
-        let at = |s: f64| from + s * direction;
-        let fill = |s: f64| self.fill(film, at(s));
-        let step = 2.0 * self.reach / SCAN as f64;
         let middle = -from.dot(direction);
-        let row = |i: usize| middle - self.reach + i as f64 * step;
-        let (mut best, mut least) = (row(0), f64::INFINITY);
-        for i in 0..=SCAN {
-            let value = fill(row(i));
-            if value < least {
-                (best, least) = (row(i), value);
-            }
-        }
-        if least == f64::INFINITY {
-            return at(middle);
-        }
-        let (mut low, mut high) = (best - step, best + step);
-        const GOLDEN: f64 = 0.618_033_988_749_894_8;
-        let (mut a, mut b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-        let (mut fa, mut fb) = (fill(a), fill(b));
-        for _ in 0..60 {
-            // Well inside, or as narrow as rounding lets it be.
-            if fa.min(fb) < 0.02 || high - low <= 1e-15 * self.reach {
-                break;
-            }
-            if fa < fb {
-                (high, b, fb) = (b, a, fa);
-                a = high - GOLDEN * (high - low);
-                fa = fill(a);
-            } else {
-                (low, a, fa) = (a, b, fb);
-                b = low + GOLDEN * (high - low);
-                fb = fill(b);
-            }
-        }
-        let (found, value) = if fa < fb { (a, fa) } else { (b, fb) };
-        at(if value < least { found } else { best })
-    }
-
-    fn best_of_grid(&self, film: DVec2) -> DVec2 {
-        let (mut best, mut least) = (DVec2::ZERO, f64::INFINITY);
-        let count = 48;
-        let place = |i: usize| self.reach * (2.0 * i as f64 / count as f64 - 1.0);
-        for j in 0..=count {
-            for i in 0..=count {
-                let aim = DVec2::new(place(i), place(j));
-                let fill = self.fill(film, aim);
-                if fill < least {
-                    (best, least) = (aim, fill);
-                }
-            }
-        }
-        best
-    }
-
-    /// How far the light reaches in each direction, or none where there is none.
-    pub fn support(&self, film: DVec2, sides: &[DVec2; SIDES]) -> Option<Support> {
-        let center = self.inside(film)?;
-        let mut support: Support = std::array::from_fn(|j| center.dot(sides[j]));
-        // Mirror symmetry about the meridian through the film point, which is y = 0 here.
-        let mirrored = self.rotational && film.y == 0.0;
-        let mut reach_out = |rim: DVec2| {
-            for (support, side) in support.iter_mut().zip(sides) {
-                *support = support.max(rim.dot(*side));
-                if mirrored {
-                    *support = support.max(rim.x * side.x - rim.y * side.y);
+        let mut best = (middle, f64::INFINITY);
+        let look = |low: f64, step: f64, best: &mut (f64, f64)| {
+            let place = |lane: usize| low + lane as f64 * step;
+            let aims: [DVec2; LANES] = std::array::from_fn(|lane| from + place(lane) * direction);
+            for (lane, (fill, _)) in self.fills(film, &aims).into_iter().enumerate() {
+                if fill < best.1 {
+                    *best = (place(lane), fill);
                 }
             }
         };
-        let count = if mirrored { HALF_TURN } else { 2 * HALF_TURN };
-        let angle = |i: usize| std::f64::consts::PI * i as f64 / HALF_TURN as f64;
-        let mut last = self.rim(film, center, angle(0), None);
-        reach_out(last.point);
-        for i in 1..=count {
-            let next = self.rim(film, center, angle(i), Some(last.distance));
-            reach_out(next.point);
-            if next.limit != last.limit {
-                self.corner(film, center, last, next, &mut |rim| reach_out(rim.point));
-            }
-            last = next;
+        const ROWS: usize = 3;
+        let mut step = 2.0 * self.reach / (ROWS * LANES) as f64;
+        for row in 0..ROWS {
+            look(
+                middle - self.reach + (row * LANES) as f64 * step,
+                step,
+                &mut best,
+            );
         }
+        // Each time 15 times nearer: 12 times is rounding.
+        for _ in 0..12 {
+            if best.1 < 0.1 || best.1.is_infinite() {
+                break;
+            }
+            let low = best.0 - step;
+            step *= 2.0 / (LANES - 1) as f64;
+            look(low, step, &mut best);
+        }
+        from + best.0 * direction
+    }
+
+    fn best_of_grid(&self, film: DVec2) -> DVec2 {
+        let mut best = (DVec2::ZERO, f64::INFINITY);
+        let place = |i: usize| self.reach * (2.0 * i as f64 / (2 * LANES - 1) as f64 - 1.0);
+        for j in 0..2 * LANES {
+            for half in 0..2 {
+                let aims: [DVec2; LANES] =
+                    std::array::from_fn(|i| DVec2::new(place(half * LANES + i), place(j)));
+                for (aim, (fill, _)) in aims.iter().zip(self.fills(film, &aims)) {
+                    if fill < best.1 {
+                        best = (*aim, fill);
+                    }
+                }
+            }
+        }
+        best.0
+    }
+
+    /// How far the light reaches in each direction, or none where there is none. `hint` is from
+    /// a neighbor, and for the next.
+    pub fn support(
+        &self,
+        film: DVec2,
+        sides: &[DVec2; SIDES],
+        hint: &mut Option<Hint>,
+    ) -> Option<Support> {
+        let center = self.inside(film, *hint)?;
+        // Mirror symmetry about the meridian through the film point, which is y = 0 here.
+        let mirrored = self.rotational && film.y == 0.0;
+        let (count, turn) = if mirrored {
+            (HALF_TURN + 1, PI)
+        } else {
+            (2 * HALF_TURN + 2, TAU)
+        };
+        let last = if mirrored { count - 1 } else { count };
+        let angles: Vec<f64> = (0..count).map(|i| turn * i as f64 / last as f64).collect();
+        let guess = hint.map(|hint| hint.radius);
+        let rims = self.outline(film, center, &angles, !mirrored, guess, COARSE);
+        let mut support: Support = std::array::from_fn(|j| center.dot(sides[j]));
+        let mut radius = 0.0;
+        for rim in &rims {
+            radius += rim.distance / rims.len() as f64;
+            for (support, side) in support.iter_mut().zip(sides) {
+                *support = support.max(rim.point.dot(*side));
+                if mirrored {
+                    *support = support.max(rim.point.x * side.x - rim.point.y * side.y);
+                }
+            }
+        }
+        // The next starts in the middle of this one.
+        let span = |j: usize| 0.5 * (support[j] - support[(j + SIDES / 2) % SIDES]);
+        *hint = Some(Hint {
+            center: DVec2::new(span(0), span(SIDES / 4)),
+            radius,
+        });
         Some(support)
     }
 
-    /// A point inside the light and the outline around it, counted from that point. Corners are
-    /// closed in on.
+    /// A point inside the light and the outline around it, counted from that point.
     pub fn outline_points(&self, film: DVec2, count: usize) -> Option<(DVec2, Vec<DVec2>)> {
-        let center = self.inside(film)?;
-        let angle = |i: usize| std::f64::consts::TAU * i as f64 / count as f64;
-        let mut last = self.rim(film, center, angle(0), None);
-        let mut rims = vec![last];
-        for i in 1..count {
-            let next = self.rim(film, center, angle(i), Some(last.distance));
-            if next.limit != last.limit {
-                self.corner(film, center, last, next, &mut |rim| rims.push(rim));
-            }
-            rims.push(next);
-            last = next;
-        }
-        rims.sort_by(|a, b| a.angle.total_cmp(&b.angle));
+        let center = self.inside(film, None)?;
+        let angles: Vec<f64> = (0..count).map(|i| TAU * i as f64 / count as f64).collect();
+        let rims = self.outline(film, center, &angles, true, None, FINE);
         Some((center, rims.iter().map(|rim| rim.point - center).collect()))
     }
 
-    /// Where one surface's shadow meets another's the outline has a corner, which a row of
-    /// directions steps over: close in on it between two of them.
-    fn corner(
+    /// The outline in a row of directions. Where one surface's shadow meets another's it has a
+    /// corner, which a row steps over: between two directions of different surfaces eight more
+    /// are sought, and eight between two of those.
+    fn outline(
         &self,
         film: DVec2,
         center: DVec2,
-        mut from: Rim,
-        mut to: Rim,
-        hear: &mut impl FnMut(Rim),
-    ) {
-        for _ in 0..6 {
-            let middle = self.rim(
-                film,
-                center,
-                0.5 * (from.angle + to.angle),
-                Some(from.distance),
-            );
-            hear(middle);
-            if middle.limit == from.limit {
-                from = middle
-            } else {
-                to = middle
+        angles: &[f64],
+        closed: bool,
+        guess: Option<f64>,
+        width: f64,
+    ) -> Vec<Rim> {
+        let mut rims = Vec::with_capacity(angles.len() + 64);
+        let mut guess = guess;
+        for chunk in angles.chunks(LANES) {
+            rims.extend(self.rims(film, center, chunk, guess, width));
+            guess = rims.last().map(|rim| rim.distance);
+        }
+        for _ in 0..2 {
+            let mut more = Vec::new();
+            let next = |i: usize| match rims.get(i + 1) {
+                Some(rim) => Some(*rim),
+                None if closed => Some(Rim {
+                    angle: rims[0].angle + TAU,
+                    ..rims[0]
+                }),
+                None => None,
+            };
+            for (i, rim) in rims.iter().enumerate() {
+                let Some(next) = next(i) else { continue };
+                if next.limit != rim.limit && next.angle - rim.angle > 1e-6 {
+                    let part = (next.angle - rim.angle) / 9.0;
+                    more.extend((1..9).map(|j| rim.angle + f64::from(j) * part));
+                }
             }
+            for chunk in more.chunks(LANES) {
+                rims.extend(self.rims(film, center, chunk, guess, width));
+            }
+            rims.sort_by(|a, b| a.angle.total_cmp(&b.angle));
         }
+        rims
     }
 
-    fn rim(&self, film: DVec2, center: DVec2, angle: f64, guess: Option<f64>) -> Rim {
-        let (sin, cos) = libm::sincos(angle);
-        let direction = DVec2::new(cos, sin);
-        let distance = self.outline(film, center, direction, guess);
-        let point = center + distance * direction;
-        Rim {
-            angle,
-            distance,
-            point,
-            limit: self.fill_and_limit(film, point).1,
-        }
-    }
-
-    /// The distance from the center where the fill becomes 1, from just outside.
-    fn outline(&self, film: DVec2, center: DVec2, direction: DVec2, guess: Option<f64>) -> f64 {
-        let over = |s: f64| self.fill(film, center + s * direction) - 1.0;
-        // Bracket: inside at `low`, outside at `high`.
-        let (mut low, mut f_low) = (0.0, over(0.0));
-        let mut high = guess
+    /// Where the fill becomes 1, from just outside, in up to a bundle of directions.
+    fn rims(
+        &self,
+        film: DVec2,
+        center: DVec2,
+        angles: &[f64],
+        guess: Option<f64>,
+        width: f64,
+    ) -> Vec<Rim> {
+        let directions: Vec<DVec2> = angles
+            .iter()
+            .map(|angle| {
+                let (sin, cos) = libm::sincos(*angle);
+                DVec2::new(cos, sin)
+            })
+            .collect();
+        let at = |distances: &[f64; LANES]| {
+            let aims: Vec<DVec2> = directions
+                .iter()
+                .zip(distances)
+                .map(|(d, s)| center + *s * *d)
+                .collect();
+            self.fills(film, &aims)
+        };
+        let count = directions.len();
+        let start = self.fills(film, &[center])[0].0 - 1.0;
+        // Inside at `low`, outside at `high`.
+        let (mut low, mut f_low) = ([0.0; LANES], [start; LANES]);
+        let mut high = [guess
             .filter(|g| *g > 0.0)
-            .map_or(1e-3 * self.reach, |g| 1.02 * g);
-        let mut f_high = over(high);
-        while f_high <= 0.0 {
-            (low, f_low) = (high, f_high);
-            high *= 1.5;
-            if high > 4.0 * self.reach {
-                return high;
+            .map_or(1e-3 * self.reach, |g| 1.02 * g); LANES];
+        let mut f_high = [f64::NEG_INFINITY; LANES];
+        let mut limit = [0; LANES];
+        // Outward until outside.
+        for _ in 0..80 {
+            let fills = at(&high);
+            let mut found = 0;
+            for lane in 0..count {
+                if f_high[lane] > 0.0 {
+                    found += 1;
+                    continue;
+                }
+                let over = fills[lane].0 - 1.0;
+                if over <= 0.0 && high[lane] < 4.0 * self.reach {
+                    (low[lane], f_low[lane]) = (high[lane], over);
+                    high[lane] *= 1.5;
+                } else {
+                    (f_high[lane], limit[lane]) = (over.max(f64::MIN_POSITIVE), fills[lane].1);
+                    found += 1;
+                }
             }
-            f_high = over(high);
-        }
-        let mut last_moved_low = None;
-        for round in 0..80 {
-            let width = high - low;
-            if width <= 1e-6 * high {
+            if found == count {
                 break;
             }
-            // False position, kept honest by halving; a lost ray has no slope to use.
-            let next = if f_high.is_finite() && round % 4 != 3 {
-                (low - f_low * width / (f_high - f_low))
-                    .clamp(low + 1e-3 * width, high - 1e-3 * width)
-            } else {
-                0.5 * (low + high)
-            };
-            let value = over(next);
-            if value <= 0.0 {
-                (low, f_low) = (next, value);
-                if last_moved_low == Some(true) {
-                    f_high *= 0.5;
+        }
+        // False position, kept honest by halving; a lost ray has no slope to use.
+        let mut moved_low = [None; LANES];
+        for round in 0..80 {
+            let mut next = high;
+            let mut wide = 0;
+            for lane in 0..count {
+                let span = high[lane] - low[lane];
+                if span <= width * high[lane] {
+                    continue;
                 }
-                last_moved_low = Some(true);
-            } else {
-                (high, f_high) = (next, value);
-                if last_moved_low == Some(false) {
-                    f_low *= 0.5;
+                wide += 1;
+                next[lane] = if f_high[lane].is_finite() && round % 4 != 3 {
+                    let slope = span / (f_high[lane] - f_low[lane]);
+                    (low[lane] - f_low[lane] * slope)
+                        .clamp(low[lane] + 1e-3 * span, high[lane] - 1e-3 * span)
+                } else {
+                    0.5 * (low[lane] + high[lane])
+                };
+            }
+            if wide == 0 {
+                break;
+            }
+            let fills = at(&next);
+            for lane in 0..count {
+                if high[lane] - low[lane] <= width * high[lane] {
+                    continue;
                 }
-                last_moved_low = Some(false);
+                let over = fills[lane].0 - 1.0;
+                if over <= 0.0 {
+                    (low[lane], f_low[lane]) = (next[lane], over);
+                    if moved_low[lane] == Some(true) {
+                        f_high[lane] *= 0.5;
+                    }
+                } else {
+                    (high[lane], f_high[lane]) = (next[lane], over);
+                    limit[lane] = fills[lane].1;
+                    if moved_low[lane] == Some(false) {
+                        f_low[lane] *= 0.5;
+                    }
+                }
+                moved_low[lane] = Some(over <= 0.0);
             }
         }
-        high
+        (0..count)
+            .map(|lane| Rim {
+                angle: angles[lane],
+                distance: high[lane],
+                point: center + high[lane] * directions[lane],
+                limit: limit[lane],
+            })
+            .collect()
     }
-}
-
-/// A point of the outline.
-#[derive(Clone, Copy)]
-struct Rim {
-    angle: f64,
-    distance: f64,
-    point: DVec2,
-    /// The surface whose rim it is.
-    limit: usize,
 }
