@@ -18,7 +18,7 @@ use crate::grammar::{class, directional_light};
 use crate::graph::state::State;
 use crate::graph::{self, Visitor, WalkOptions};
 use crate::iv::{Document, Limits, NodeRef};
-use crate::lens::{FocusMethod, Lens};
+use crate::lens::{FocusMethod, Iris, Lens};
 use crate::math::{Meters, Mm};
 use crate::picture::{Depth, Picture};
 use crate::pose::CameraPose;
@@ -71,8 +71,11 @@ pub struct LensChoice {
     pub efl: Option<Mm>,
     /// Then by this factor.
     pub zoom: f64,
+    /// A tabulated position of a zoom lens, from 0, before anything else.
+    pub zoom_position: Option<usize>,
     /// Stop down to this f-number; full aperture without.
     pub f_number: Option<f64>,
+    pub iris: Iris,
     pub method: FocusMethod,
 }
 
@@ -82,7 +85,9 @@ impl LensChoice {
             name: name.into(),
             efl: None,
             zoom: 1.0,
+            zoom_position: None,
             f_number: None,
+            iris: Iris::Round,
             method: FocusMethod::Film,
         }
     }
@@ -90,11 +95,20 @@ impl LensChoice {
     /// Opens the lens and makes the changes.
     pub fn open(&self, sink: &mut Sink) -> Result<Lens> {
         let mut lens = Lens::open_with(&self.name, sink)?;
+        if let Some(position) = self.zoom_position {
+            lens = lens.at_zoom(position)?;
+        }
         if let Some(length) = self.efl {
             lens = lens.scaled_to(length)?;
         }
         if self.zoom != 1.0 {
             lens = lens.scaled(self.zoom);
+        }
+        if let Some(n) = self.f_number {
+            lens = lens.at_f_number(n)?;
+        }
+        if self.iris != Iris::Round {
+            lens = lens.with_iris(self.iris.clone());
         }
         Ok(lens)
     }
@@ -491,8 +505,8 @@ fn camera(
     };
     let lens = choice.open(sink)?;
     let distance = plan.focus.unwrap_or(Meters(pose.focal_distance));
-    let focus = lens
-        .focus(choice.method, distance)
+    let (lens, focus) = lens
+        .focused(choice.method, distance)
         .map_err(|f| f.diagnostic(lens.name()))?;
     if (pixel_aspect(plan.film, plan.resolution) - 1.0).abs() > 1e-2 {
         sink.add(*Diagnostic::warning(format!(

@@ -119,9 +119,19 @@ pub const RENDER: &[Flag] = &[
         "stops the lens down, such as f/8 [full aperture]",
     ),
     flag(
+        "zoom-position",
+        Takes::One("N"),
+        "a tabulated position of a zoom lens, from 0",
+    ),
+    flag(
+        "blades",
+        Takes::One("N[@DEGREES]"),
+        "iris of so many straight blades, turned by an angle [round]",
+    ),
+    flag(
         "focus-method",
-        Takes::One("film|lens"),
-        "what moves to focus: film (the distance is from the front vertex) or lens (from the film) [film]",
+        Takes::One("METHOD"),
+        "what moves: film (distance from the front vertex), lens (from the film), group, or best: the film to the least spot [film]",
     ),
     flag(
         "era",

@@ -11,7 +11,7 @@ use super::{parsed, tell_all, text};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result};
 use crate::film::{FilmFormat, Resolution, Response};
-use crate::lens::FocusMethod;
+use crate::lens::{FocusMethod, Iris};
 use crate::math::{LengthUnit, Meters, Mm, parse_length};
 use crate::picture::{Depth, PictureFormat, write_whole};
 use crate::plan::{Era, Flash, LensChoice, Optics, Plan, Session};
@@ -157,8 +157,24 @@ fn optics(m: &ArgMatches) -> Result<Optics> {
     set(&mut lens.zoom, parsed(m, "zoom", POSITIVE, positive)?);
     lens.efl = parsed(m, "efl", "a focal length such as 20mm", focal_length)?;
     let f_number = |w: &str| positive(w.trim_start_matches("f/"));
+    let position = |w: &str| w.parse().ok();
+    lens.zoom_position = parsed(
+        m,
+        "zoom-position",
+        "a position of the zoom, from 0",
+        position,
+    )?;
+    set(
+        &mut lens.iris,
+        parsed(m, "blades", "a number of blades such as 6 or 6@15", blades)?,
+    );
     lens.f_number = parsed(m, "aperture", "an f-number such as f/8", f_number)?;
-    let methods = [("film", FocusMethod::Film), ("lens", FocusMethod::Lens)];
+    let methods = [
+        ("film", FocusMethod::Film),
+        ("lens", FocusMethod::Lens),
+        ("group", FocusMethod::Group),
+        ("best", FocusMethod::Best),
+    ];
     set(&mut lens.method, named(m, "focus-method", &methods)?);
     Ok(Optics::Lens(lens))
 }
@@ -188,6 +204,14 @@ fn distance(word: &str) -> Option<Meters> {
 
 fn focal_length(word: &str) -> Option<Mm> {
     parse_length(word, LengthUnit::Millimeter).filter(|l| l.0 > 0.0 && l.0.is_finite())
+}
+
+/// `6` blades, or `6@15`: turned by 15 degrees.
+fn blades(word: &str) -> Option<Iris> {
+    let (count, turn) = word.split_once('@').unwrap_or((word, "0"));
+    let count = count.parse().ok().filter(|n| (3..=64).contains(n))?;
+    let rotation = finite(turn.trim_end_matches("deg"))?.to_radians();
+    Some(Iris::Blades { count, rotation })
 }
 
 fn flash(word: &str) -> Option<Flash> {
