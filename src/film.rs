@@ -87,6 +87,18 @@ impl Exposed {
         self.squares += off * (value - self.mean);
     }
 
+    /// Adds another pixel's samples (Chan, Golub and LeVeque's update).
+    pub fn join(&mut self, other: &Self) {
+        if other.count == 0 {
+            return;
+        }
+        let (n, m) = (f64::from(self.count), f64::from(other.count));
+        let off = other.mean - self.mean;
+        self.count += other.count;
+        self.mean += off * (m / (n + m));
+        self.squares += other.squares + off * off * (n * m / (n + m));
+    }
+
     /// The variance of the mean, as for independent samples: for stratified ones it is an upper
     /// bound. Infinite for fewer than two samples.
     pub fn variance_of_mean(&self) -> DVec3 {
@@ -109,6 +121,13 @@ impl Film {
         Self {
             resolution,
             pixels: vec![Exposed::default(); resolution.pixels()],
+        }
+    }
+
+    /// Adds what another film of the same size has received.
+    pub fn join(&mut self, other: &Self) {
+        for (pixel, more) in self.pixels.iter_mut().zip(&other.pixels) {
+            pixel.join(more);
         }
     }
 
@@ -169,6 +188,20 @@ mod tests {
         // Mean 4, squared deviations 9 + 0 + 0 + 9, divided by 4·3.
         assert_eq!(pixel.mean.x, 4.0);
         assert!((pixel.variance_of_mean().x - 1.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn samples_in_two_parts_are_the_samples_in_one() {
+        let values = [0.3, 2.0, 5.5, 1.0, 4.25];
+        let (mut one, mut first, mut second) = Default::default();
+        let add = |pixel: &mut Exposed, v: f64| pixel.add(DVec3::splat(v));
+        values.iter().for_each(|&v| add(&mut one, v));
+        values[..2].iter().for_each(|&v| add(&mut first, v));
+        values[2..].iter().for_each(|&v| add(&mut second, v));
+        first.join(&second);
+        assert_eq!(first.count, one.count);
+        assert!((first.mean - one.mean).length() < 1e-14);
+        assert!((first.variance_of_mean() - one.variance_of_mean()).length() < 1e-14);
     }
 
     #[test]

@@ -271,6 +271,30 @@ impl Session {
         })
     }
 
+    /// Takes on another plan and pose for the same scene file; only what differs is made again.
+    ///
+    /// # Errors
+    /// A lens that can't focus there, or a scene that does not compile.
+    pub fn change(&mut self, plan: Plan, pose: CameraPose) -> Result<()> {
+        let stands = pose.position == self.pose.position
+            && pose.orientation == self.pose.orientation
+            && plan.time == self.plan.time
+            && plan.shading == self.plan.shading
+            && plan.resolution == self.plan.resolution;
+        if !stands {
+            self.scene = RenderScene::compile(&self.document, &options(&plan, &pose))?;
+        }
+        let (camera, optics) = camera(&plan, &pose, &mut self.sink)?;
+        self.described.extend(plan.describe());
+        self.described.extend(optics);
+        if let Some(light) = &mut self.headlight {
+            let turn = pose.orientation * self.pose.orientation.inverse();
+            light.direction = (turn * light.direction.as_dvec3()).as_vec3();
+        }
+        (self.camera, self.plan, self.pose) = (camera, plan, pose);
+        Ok(())
+    }
+
     /// Exposes a film. Uses rayon's current pool.
     pub fn expose(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
         self.expose_with(self.plan.sampler, self.plan.stop, progress)

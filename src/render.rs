@@ -90,6 +90,16 @@ pub struct Exposure {
     pub samples: u32,
 }
 
+impl Exposure {
+    /// Adds a part made with other samples, or at another moment.
+    pub fn join(&mut self, part: &Self) {
+        self.film.join(&part.film);
+        self.counts.add(&part.counts);
+        self.seconds += part.seconds;
+        self.samples += part.samples;
+    }
+}
+
 /// Rays of a render.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {

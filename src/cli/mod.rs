@@ -6,6 +6,8 @@
 pub mod check;
 pub mod compare;
 pub mod converge;
+pub mod expose;
+pub mod film;
 pub mod flags;
 pub mod lens;
 pub mod nodes;
@@ -57,6 +59,8 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
         Some(("render", m)) => render::run(m, Era::Modern, words),
         Some(("check", m)) => check::run(m, out),
         Some(("compare", m)) => compare::run(m, out),
+        Some(("expose", m)) => expose::run(m, out),
+        Some(("pull-focus", m)) => film::run(m, words),
         Some(("converge", m)) => converge::run(m, out),
         Some(("lens", m)) => lens::run(m, out),
         Some(("nodes", m)) => nodes::run(m, out),
@@ -88,6 +92,8 @@ pub fn commands() -> Command {
         .subcommand(check::command())
         .subcommand(compare::command())
         .subcommand(converge::command())
+        .subcommand(expose::command())
+        .subcommand(film::command())
         .subcommand(lens::command())
         .subcommand(nodes::command())
 }

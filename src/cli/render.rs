@@ -33,6 +33,15 @@ impl Talk {
         let scene = Path::new(text(m, "scene").unwrap_or_default());
         let output = text(m, "output").map_or_else(|| automatic_name(scene), PathBuf::from);
         PictureFormat::of(&output)?;
+        Self::to(m, output)
+    }
+
+    /// Of a film, whose name may end otherwise than a picture's.
+    pub fn of_film(m: &ArgMatches) -> Result<Self> {
+        Self::to(m, PathBuf::from(text(m, "output").unwrap_or_default()))
+    }
+
+    fn to(m: &ArgMatches, output: PathBuf) -> Result<Self> {
         let here = std::thread::available_parallelism().map_or(1, usize::from);
         let count = |w: &str| w.parse().ok().filter(|n| (1..=1024).contains(n));
         let threads = parsed(m, "threads", "a number of threads from 1 to 1024", count)?;
@@ -288,7 +297,7 @@ fn tell_report(talk: &Talk, report: &RenderReport) -> Result<()> {
 }
 
 /// The line that was typed, quoted where a shell would need it.
-fn command_line(words: &[OsString]) -> String {
+pub fn command_line(words: &[OsString]) -> String {
     let quote = |w: &OsString| {
         let w = w.to_string_lossy();
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@".contains(c);
