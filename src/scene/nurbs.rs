@@ -284,6 +284,29 @@ pub struct SurfacePoint {
     pub dv: DVec3,
 }
 
+impl SurfacePoint {
+    /// From the homogeneous point and its derivatives.
+    fn of(s: DVec4, su: DVec4, sv: DVec4) -> Option<Self> {
+        let position = project(s)?;
+        let quotient = |d: DVec4| (d.truncate() - d.w * position) / s.w;
+        Some(Self {
+            position,
+            du: quotient(su),
+            dv: quotient(sv),
+        })
+    }
+
+    fn on_row(row: &[(DVec4, DVec4)], fu: &Functions) -> Option<Self> {
+        let (mut s, mut su, mut sv) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
+        for (i, (p, dp)) in row[fu.first..].iter().take(fu.value.len()).enumerate() {
+            s += fu.value[i] * *p;
+            su += fu.slope[i] * *p;
+            sv += fu.value[i] * *dp;
+        }
+        Self::of(s, su, sv)
+    }
+}
+
 impl Surface {
     /// `points` must hold `u_count · v_count` or more; the rest is left alone.
     pub fn new(
@@ -336,13 +359,21 @@ impl Surface {
             su += fv.value[j] * pu;
             sv += fv.slope[j] * p;
         }
-        let position = project(s)?;
-        let quotient = |d: DVec4| (d.truncate() - d.w * position) / s.w;
-        Some(SurfacePoint {
-            position,
-            du: quotient(su),
-            dv: quotient(sv),
-        })
+        SurfacePoint::of(s, su, sv)
+    }
+
+    /// The surface at one v as a curve of u: its control points, and their change along v.
+    fn row(&self, v: f64) -> Vec<(DVec4, DVec4)> {
+        let mut f = Functions::default();
+        self.v.functions(self.v.clamp(v), &mut f);
+        let column = |i: usize| {
+            let terms = (0..f.value.len()).map(|j| {
+                let p = self.points[(f.first + j) * self.u.count + i];
+                (f.value[j] * p, f.slope[j] * p)
+            });
+            terms.fold((DVec4::ZERO, DVec4::ZERO), |a, b| (a.0 + b.0, a.1 + b.1))
+        };
+        (0..self.u.count).map(column).collect()
     }
 
     /// The unit normal ∂u × ∂v. Where that vanishes (the tip of a cone, an edge drawn together
@@ -445,7 +476,11 @@ struct Cloth<'a> {
 impl Cloth<'_> {
     fn vertex(&mut self, u: f64, v: f64) -> Result<u32, String> {
         let at = self.surface.point(u, v).ok_or_else(at_infinity)?;
-        let normal = self.surface.normal(u, v, &at);
+        Ok(self.add(u, v, &at))
+    }
+
+    fn add(&mut self, u: f64, v: f64, at: &SurfacePoint) -> u32 {
+        let normal = self.surface.normal(u, v, at).as_vec3();
         let share = |t: f64, (lo, hi): (f64, f64)| (t - lo) / (hi - lo);
         let s = share(u, self.surface.u_domain());
         let t = share(v, self.surface.v_domain());
@@ -459,15 +494,21 @@ impl Cloth<'_> {
             }
         };
         let texcoord: Vec2 = texcoord.as_vec2();
-        Ok(self
-            .mesh
-            .vertex(at.position.as_vec3(), normal.as_vec3(), texcoord))
+        self.mesh.vertex(at.position.as_vec3(), normal, texcoord)
     }
 
     fn grid(&mut self, us: &[f64], vs: &[f64]) -> Result<(), String> {
+        let functions = us.iter().map(|&u| {
+            let mut f = Functions::default();
+            self.surface.u.functions(u, &mut f);
+            f
+        });
+        let functions: Vec<Functions> = functions.collect();
         for &v in vs {
-            for &u in us {
-                self.vertex(u, v)?;
+            let row = self.surface.row(v);
+            for (&u, f) in us.iter().zip(&functions) {
+                let at = SurfacePoint::on_row(&row, f).ok_or_else(at_infinity)?;
+                self.add(u, v, &at);
             }
         }
         let n = us.len() as u32;

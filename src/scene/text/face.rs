@@ -1,0 +1,134 @@
+//! The shipped typefaces and the names that stand for them.
+
+use glam::Vec2;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    Serif,
+    Sans,
+    Mono,
+}
+
+/// Which of the typefaces to draw with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    pub family: Family,
+    pub bold: bool,
+    pub italic: bool,
+    /// Width and height beside the typeface's own. 1, but for the font that a silent file gets:
+    /// Coin's built-in serif is 1.055 times as wide and 1.12 times as high as Times (measured
+    /// over the alphabet and the capitals).
+    pub stretch: Vec2,
+}
+
+impl Face {
+    pub const DEFAULT: Self = Self {
+        family: Family::Serif,
+        bold: false,
+        italic: false,
+        stretch: Vec2::new(1.055, 1.12),
+    };
+
+    pub(super) fn plain(family: Family, bold: bool, italic: bool) -> Self {
+        Self {
+            family,
+            bold,
+            italic,
+            stretch: Vec2::ONE,
+        }
+    }
+
+    /// For the name in an Inventor `Font` (`Times-Roman`, `Helvetica:Bold Italic`, …). A name
+    /// nobody knows is drawn with serifs, as by SGI, whose fallback was Utopia.
+    pub fn named(name: &str) -> Self {
+        let name = name.to_ascii_lowercase();
+        if name.is_empty() || name.starts_with("defaultfont") {
+            return Self::DEFAULT;
+        }
+        let has = |words: &[&str]| words.iter().any(|w| name.contains(w));
+        const MONO: &[&str] = &[
+            "courier",
+            "mono",
+            "typewriter",
+            "fixed",
+            "terminal",
+            "screen",
+            "console",
+            "consolas",
+        ];
+        const SANS: &[&str] = &[
+            "helvetica",
+            "arial",
+            "sans",
+            "univers",
+            "futura",
+            "verdana",
+            "tahoma",
+            "geneva",
+            "avantgarde",
+            "swiss",
+            "gothic",
+            "frutiger",
+            "lucida",
+            "haeberli",
+            "iris",
+            "rock",
+        ];
+        let family = if has(MONO) {
+            Family::Mono
+        } else if has(SANS) {
+            Family::Sans
+        } else {
+            Family::Serif
+        };
+        let bold = has(&["bold", "black", "heavy", "demi"]);
+        Self::plain(family, bold, has(&["italic", "oblique", "slanted"]))
+    }
+
+    /// For the values of an Inventor or VRML 1.0 `FontStyle`.
+    pub fn of_font_style(family: i32, style: i32) -> Self {
+        let family = match family {
+            1 => Family::Sans,
+            2 => Family::Mono,
+            _ => Family::Serif,
+        };
+        Self::plain(family, style & 1 != 0, style & 2 != 0)
+    }
+
+    /// For a VRML97 `FontStyle`: the first family that is known counts.
+    pub fn of_vrml97<S: AsRef<str>>(families: &[S], style: &str) -> Self {
+        let known = families.iter().find_map(|f| match f.as_ref() {
+            "SERIF" => Some(Family::Serif),
+            "SANS" => Some(Family::Sans),
+            "TYPEWRITER" => Some(Family::Mono),
+            _ => None,
+        });
+        let family = known.unwrap_or_else(|| match families.first() {
+            Some(name) => Self::named(name.as_ref()).family,
+            None => Family::Serif,
+        });
+        Self::plain(family, style.contains("BOLD"), style.contains("ITALIC"))
+    }
+
+    pub(super) fn bytes(self) -> &'static [u8] {
+        macro_rules! font {
+            ($name:literal) => {
+                include_bytes!(concat!("../fonts/", $name, ".ttf"))
+            };
+        }
+        match (self.family, self.bold, self.italic) {
+            (Family::Serif, false, false) => font!("serif"),
+            (Family::Serif, true, false) => font!("serif-bold"),
+            (Family::Serif, false, true) => font!("serif-italic"),
+            (Family::Serif, true, true) => font!("serif-bold-italic"),
+            (Family::Sans, false, false) => font!("sans"),
+            (Family::Sans, true, false) => font!("sans-bold"),
+            (Family::Sans, false, true) => font!("sans-italic"),
+            (Family::Sans, true, true) => font!("sans-bold-italic"),
+            (Family::Mono, false, false) => font!("mono"),
+            (Family::Mono, true, false) => font!("mono-bold"),
+            (Family::Mono, false, true) => font!("mono-italic"),
+            (Family::Mono, true, true) => font!("mono-bold-italic"),
+        }
+    }
+}

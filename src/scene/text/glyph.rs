@@ -1,0 +1,276 @@
+//! Glyphs of the shipped typefaces as polylines and triangles.
+
+use std::collections::BTreeMap;
+
+use glam::Vec2;
+use lyon_tessellation::{
+    BuffersBuilder, FillOptions, FillTessellator, FillVertex, VertexBuffers, math::point,
+    path::Path,
+};
+use skrifa::outline::{DrawSettings, OutlinePen};
+use skrifa::prelude::{FontRef, LocationRef, Size};
+use skrifa::{GlyphId, MetadataProvider};
+
+use super::MAX_GLYPHS;
+use super::face::Face;
+
+/// A glyph as polylines and triangles; the size of the font is 1.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cut {
+    /// Closed, the fill on the right of each edge (TrueType's rule).
+    pub outlines: Vec<Vec<Vec2>>,
+    pub points: Vec<Vec2>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Cut {
+    /// Fills outlines by the nonzero rule. Works in 1/2048 of the size, the grid of the fonts:
+    /// the tessellator rounds to a fixed grid of its own.
+    pub fn fill(outlines: Vec<Vec<Vec2>>) -> Self {
+        const GRID: f32 = 2048.0;
+        let mut builder = Path::builder();
+        for outline in &outlines {
+            let mut points = outline.iter().map(|p| point(GRID * p.x, GRID * p.y));
+            if let Some(first) = points.next() {
+                builder.begin(first);
+                points.for_each(|p| {
+                    builder.line_to(p);
+                });
+                builder.close();
+            }
+        }
+        let mut buffers: VertexBuffers<Vec2, u32> = VertexBuffers::new();
+        let filled = FillTessellator::new().tessellate_path(
+            &builder.build(),
+            &FillOptions::non_zero(),
+            &mut BuffersBuilder::new(&mut buffers, |v: FillVertex| {
+                Vec2::new(v.position().x, v.position().y) / GRID
+            }),
+        );
+        if filled.is_err() {
+            buffers.clear();
+        }
+        let points = buffers.vertices;
+        let triangles = buffers
+            .indices
+            .chunks_exact(3)
+            .map(|t| counterclockwise(&points, [t[0], t[1], t[2]]))
+            .collect();
+        Self {
+            outlines,
+            points,
+            triangles,
+        }
+    }
+}
+
+fn counterclockwise(points: &[Vec2], [a, b, c]: [u32; 3]) -> [u32; 3] {
+    let p = |i: u32| points[i as usize];
+    if (p(b) - p(a)).perp_dot(p(c) - p(a)) < 0.0 {
+        [a, c, b]
+    } else {
+        [a, b, c]
+    }
+}
+
+/// The glyphs a text has used so far.
+pub(super) struct Glyphs {
+    font: Typeface,
+    tolerance: f32,
+    cuts: BTreeMap<char, Cut>,
+}
+
+impl Glyphs {
+    /// Curves stay within this much of the size: 0.01 at complexity 0, 0.0007 at 0.5 (32 lines
+    /// for Helvetica's o are 0.0012 in Coin), 0.00005 at 1.
+    pub fn new(face: Face, complexity: f32) -> Self {
+        let c = complexity.clamp(0.0, 1.0);
+        Self {
+            font: Typeface::open(face),
+            tolerance: if c.is_nan() {
+                7e-4
+            } else {
+                0.01 * libm::powf(0.005, c)
+            },
+            cuts: BTreeMap::new(),
+        }
+    }
+
+    pub fn get(&mut self, character: char) -> &Cut {
+        let (font, tolerance) = (&self.font, self.tolerance);
+        self.cuts
+            .entry(character)
+            .or_insert_with(|| Cut::fill(font.outlines(character, tolerance)))
+    }
+}
+
+/// A shipped typeface, opened.
+pub(super) struct Typeface {
+    font: Option<FontRef<'static>>,
+    stretch: Vec2,
+    builtin: bool,
+}
+
+impl Typeface {
+    pub fn open(face: Face) -> Self {
+        Self {
+            font: FontRef::new(face.bytes()).ok(),
+            stretch: face.stretch,
+            builtin: face.stretch != Vec2::ONE,
+        }
+    }
+
+    fn glyph(&self, font: &FontRef<'static>, character: char) -> GlyphId {
+        font.charmap().map(character).unwrap_or_default()
+    }
+
+    /// The characters with their advances. FreeType in Coin cuts glyphs at 40 pixels to the
+    /// size and so has advances in whole fortieths; ours are the same, so that lines are as long.
+    pub fn advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
+        let round = |pixels: f32| {
+            if self.builtin {
+                pixels
+            } else {
+                (pixels + 0.5).floor()
+            }
+        };
+        let scale = size / 40.0;
+        let mut advances = self.advances_at(text, 40.0);
+        for (_, advance) in &mut advances {
+            *advance = round(*advance) * scale;
+        }
+        advances
+    }
+
+    /// Advances in whole pixels, of a font that is so many pixels high.
+    pub fn pixel_advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
+        let mut advances = self.advances_at(text, size);
+        for (_, advance) in &mut advances {
+            *advance = (*advance + 0.5).floor();
+        }
+        advances
+    }
+
+    fn advances_at(&self, text: &str, size: f32) -> Vec<(char, f32)> {
+        let Some(font) = &self.font else {
+            return Vec::new();
+        };
+        let metrics = font.glyph_metrics(Size::unscaled(), LocationRef::default());
+        let scale = size * self.stretch.x / f32::from(metrics_units(font));
+        text.chars()
+            .filter(|c| !c.is_control() || *c == '\t')
+            .take(MAX_GLYPHS)
+            .map(|c| {
+                let shown = if c == '\t' { ' ' } else { c };
+                let units = metrics.advance_width(self.glyph(font, shown));
+                (shown, units.unwrap_or(0.0) * scale)
+            })
+            .collect()
+    }
+
+    /// The length of a line up to the last letter's ink.
+    pub fn ink_width(&self, advances: &[(char, f32)], size: f32) -> f32 {
+        let full: f32 = advances.iter().map(|a| a.1).sum();
+        let (Some(font), Some(&(last, advance))) = (&self.font, advances.last()) else {
+            return full;
+        };
+        let metrics = font.glyph_metrics(Size::new(1.0), LocationRef::default());
+        match metrics.bounds(self.glyph(font, last)) {
+            Some(b) if b.x_max > b.x_min => full - advance + b.x_max * self.stretch.x * size,
+            _ => full,
+        }
+    }
+
+    fn outlines(&self, character: char, tolerance: f32) -> Vec<Vec<Vec2>> {
+        let Some(font) = &self.font else {
+            return Vec::new();
+        };
+        let mut pen = Flattener {
+            stretch: self.stretch,
+            tolerance,
+            outlines: Vec::new(),
+        };
+        if let Some(glyph) = font.outline_glyphs().get(self.glyph(font, character)) {
+            let settings = DrawSettings::unhinted(Size::new(1.0), LocationRef::default());
+            if glyph.draw(settings, &mut pen).is_err() {
+                return Vec::new();
+            }
+        }
+        pen.outlines.retain(|o| o.len() > 2);
+        pen.outlines
+    }
+}
+
+/// Cuts a glyph's curves into lines.
+struct Flattener {
+    stretch: Vec2,
+    tolerance: f32,
+    outlines: Vec<Vec<Vec2>>,
+}
+
+impl Flattener {
+    fn last(&self) -> Vec2 {
+        let last = self.outlines.last().and_then(|o| o.last());
+        last.copied().unwrap_or_default()
+    }
+
+    fn add(&mut self, p: Vec2) {
+        let distinct = p != self.last();
+        if let Some(outline) = self.outlines.last_mut()
+            && (distinct || outline.is_empty())
+        {
+            outline.push(p);
+        }
+    }
+
+    /// Lines that keep a curve within the tolerance, where its middle is `sag` off the chord.
+    fn pieces(&self, sag: f32) -> usize {
+        ((sag / self.tolerance).sqrt().ceil() as usize).clamp(1, 64)
+    }
+}
+
+impl OutlinePen for Flattener {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.outlines.push(vec![Vec2::new(x, y) * self.stretch]);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.add(Vec2::new(x, y) * self.stretch);
+    }
+
+    fn quad_to(&mut self, cx: f32, cy: f32, x: f32, y: f32) {
+        let (a, b) = (self.last(), Vec2::new(cx, cy) * self.stretch);
+        let c = Vec2::new(x, y) * self.stretch;
+        let pieces = self.pieces(0.25 * (a - 2.0 * b + c).length());
+        for i in 1..=pieces {
+            let t = i as f32 / pieces as f32;
+            self.add(a.lerp(b, t).lerp(b.lerp(c, t), t));
+        }
+    }
+
+    fn curve_to(&mut self, bx: f32, by: f32, cx: f32, cy: f32, x: f32, y: f32) {
+        let a = self.last();
+        let [b, c, d] = [(bx, by), (cx, cy), (x, y)].map(|(x, y)| Vec2::new(x, y) * self.stretch);
+        let bend = (a - 2.0 * b + c).length().max((b - 2.0 * c + d).length());
+        let pieces = self.pieces(0.75 * bend);
+        for i in 1..=pieces {
+            let t = i as f32 / pieces as f32;
+            let (ab, bc, cd) = (a.lerp(b, t), b.lerp(c, t), c.lerp(d, t));
+            self.add(ab.lerp(bc, t).lerp(bc.lerp(cd, t), t));
+        }
+    }
+
+    fn close(&mut self) {
+        if let Some(outline) = self.outlines.last_mut()
+            && outline.len() > 1
+            && outline.first() == outline.last()
+        {
+            outline.pop();
+        }
+    }
+}
+
+fn metrics_units(font: &FontRef<'_>) -> u16 {
+    let metrics = font.metrics(Size::unscaled(), LocationRef::default());
+    metrics.units_per_em.max(1)
+}
