@@ -182,22 +182,13 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         let role = role::role(node);
         self.visitor.node(node, role);
         match role {
-            Role::Kept => self.unknown(node),
+            // A class nobody knows, or nothing to draw: SGI and Coin walk past it too.
+            Role::Kept => {}
             Role::Property => property::apply(&mut self.state, node, self.options.time),
             Role::Shape => self.visitor.shape(node, &self.state),
             Role::Light => self.light(node),
             Role::Camera => self.visitor.camera(node, &self.state),
             _ => self.enter(node, role),
-        }
-    }
-
-    /// A class nobody knows, with children: Inventor walks it as a group where it says it is one.
-    fn unknown(&mut self, node: NodeRef<'a>) {
-        if node.class().is_none()
-            && node.known_class().is_none()
-            && !node.data().children.is_empty()
-        {
-            self.enter(node, Role::Group);
         }
     }
 

@@ -543,15 +543,18 @@ impl<'a> Builder<'a> {
 
     /// A line between two points, as wide as `width` pixels.
     pub fn line(&mut self, ends: [Corner; 2], width: f32) {
-        self.stroke(ends[0].position, ends[1].position, ends[0].material, width);
+        self.stroke(ends, width);
     }
 
     /// A point as large as `size` pixels.
     pub fn dot(&mut self, corner: Corner, size: f32) {
-        self.stroke(corner.position, corner.position, corner.material, size);
+        // A square of pixels and a disc of the same area.
+        let size = if size > 0.0 { size } else { 1.0 };
+        self.stroke([corner, corner], size * 1.128_379);
     }
 
-    fn stroke(&mut self, a: Vec3, b: Vec3, material: u32, width: f32) {
+    fn stroke(&mut self, ends: [Corner; 2], width: f32) {
+        let (a, b) = (ends[0].position, ends[1].position);
         if !a.is_finite() || !b.is_finite() {
             self.scene.census.bad_corners += 1;
             return;
@@ -580,7 +583,12 @@ impl<'a> Builder<'a> {
             b,
             fixed: half * fixed,
             per_distance: half * per_depth,
-            material,
+            material: ends[0].material,
+            normals: ends.map(|e| {
+                (self.normal_matrix * e.normal.as_dvec3())
+                    .normalize_or_zero()
+                    .as_vec3()
+            }),
         };
         self.scene.census.strokes += 1;
         self.scene.strokes.push(stroke);
@@ -619,6 +627,7 @@ impl<'a> Builder<'a> {
     }
 
     pub(super) fn finish(mut self) -> Result<RenderScene> {
+        self.scene.pixel = self.pixel_size();
         let mut owners = std::mem::take(&mut self.owners[0]);
         owners.append(&mut self.owners[1]);
         owners.append(&mut self.owners[2]);

@@ -125,6 +125,8 @@ pub struct RenderScene {
     special: bool,
     /// Where the camera looks.
     forward: Vec3,
+    /// How wide a pixel is: in meters, and in meters a meter of distance.
+    pixel: (f32, f32),
     pub(crate) background: background::Background,
     census: Census,
     bounds: Option<(Vec3, Vec3)>,
@@ -379,6 +381,38 @@ impl RenderScene {
     /// Everything about the point where a ray met the scene.
     pub fn point(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
         surface::point(self, ray, hit)
+    }
+
+    /// How many texels a pixel covers where a ray meets a triangle: its width there, by the
+    /// texels a meter that the triangle's corners give. 1 where nothing says.
+    fn texels_across(
+        &self,
+        point: &Point<'_>,
+        ray: &Ray,
+        hit: &Hit,
+        texture: &surface::TextureUse,
+    ) -> f32 {
+        let index = hit.primitive as usize;
+        let Some([a, b, c]) = self.triangles.get(index) else {
+            return 1.0;
+        };
+        let local = index - point.surface.first as usize;
+        let Some(uv) = point.surface.coordinates.get(local) else {
+            return 1.0;
+        };
+        let uv = uv.map(|t| texture.matrix.transform_point3(t.extend(0.0)).truncate());
+        let size = Vec2::new(texture.texture.width as f32, texture.texture.height as f32);
+        let texels = ((uv[1] - uv[0]) * size)
+            .perp_dot((uv[2] - uv[0]) * size)
+            .abs();
+        let meters = (b - a).cross(c - a).length();
+        let (fixed, per_distance) = self.pixel;
+        let along = hit.t * ray.direction.length();
+        let facing = (point.geometric.dot(ray.direction) / ray.direction.length()).abs();
+        // The pixel's ellipse on the surface is longer than wide; OpenGL takes the longer side.
+        let pixel = (fixed + per_distance * along) / facing.max(1e-3);
+        let wide = pixel * (texels / meters).sqrt();
+        if wide.is_finite() { wide } else { 1.0 }
     }
 
     /// A hit triangle's corners as points, with their weights; `None` for other primitives.

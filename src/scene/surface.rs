@@ -174,10 +174,9 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
         out.transparency = surface.transparency_at(quadric.material);
         quadric.texture_coordinates(settled).as_vec2()
     } else {
-        let normal = -ray.direction.normalize_or(Vec3::Z);
-        out.normal = normal;
-        out.geometric = normal;
         let stroke = &scene.strokes[index - scene.triangles.len() - scene.quadrics.len()];
+        out.geometric = -ray.direction.normalize_or(Vec3::Z);
+        out.normal = stroke.normal_at(out.position).unwrap_or(out.geometric);
         out.diffuse = surface.diffuse_at(stroke.material);
         out.transparency = surface.transparency_at(stroke.material);
         out.error = 1e-5 * out.position.abs().max_element();
@@ -189,9 +188,10 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
     out.diffuse = out.diffuse.clamp(Vec3::ZERO, Vec3::ONE);
     if let Some(texture) = &surface.texture {
         let at = texture.at(&out, ray, coordinates);
+        let wide = scene.texels_across(&out, ray, hit, texture);
         let texel = texture
             .texture
-            .sample(at, texture.repeat_s, texture.repeat_t);
+            .sample_wide(at, wide, texture.repeat_s, texture.repeat_t);
         if texture.model != TextureModel::Decal {
             out.transparency = 1.0 - (1.0 - out.transparency) * texel.w;
         }

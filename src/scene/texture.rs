@@ -17,6 +17,8 @@ pub struct Texture {
     pub height: usize,
     /// Red, green, blue, alpha.
     texels: Vec<[u8; 4]>,
+    /// Smaller and smaller versions, each half as wide and high.
+    smaller: Vec<Texture>,
     /// 1 gray, 2 gray and alpha, 3 color, 4 color and alpha.
     pub components: usize,
 }
@@ -36,6 +38,60 @@ impl Texture {
         let low = self.texel(x0, y0).lerp(self.texel(x1, y0), fx);
         let high = self.texel(x0, y1).lerp(self.texel(x1, y1), fx);
         low.lerp(high, fy)
+    }
+
+    /// The color where a pixel covers `texels` texels across: between the two versions whose
+    /// texels are just smaller and just larger than the pixel, as OpenGL's trilinear filter.
+    pub fn sample_wide(&self, at: Vec2, texels: f32, repeat_s: bool, repeat_t: bool) -> Vec4 {
+        if !(texels > 1.0) || self.smaller.is_empty() {
+            return self.sample(at, repeat_s, repeat_t);
+        }
+        let level = libm::log2f(texels).min(self.smaller.len() as f32);
+        let below = level.floor();
+        let version = |i: usize| match i {
+            0 => self,
+            _ => &self.smaller[i - 1],
+        };
+        let fine = version(below as usize).sample(at, repeat_s, repeat_t);
+        let next = (below as usize + 1).min(self.smaller.len());
+        fine.lerp(version(next).sample(at, repeat_s, repeat_t), level - below)
+    }
+
+    fn with_smaller(mut self) -> Self {
+        loop {
+            let last = self.smaller.last().unwrap_or(&self);
+            if last.width <= 1 && last.height <= 1 {
+                return self;
+            }
+            let next = last.halved();
+            self.smaller.push(next);
+        }
+    }
+
+    fn halved(&self) -> Self {
+        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
+        let mut texels = Vec::with_capacity(width * height);
+        for y in 0..height {
+            for x in 0..width {
+                let (x1, y1) = (
+                    (2 * x + 1).min(self.width - 1),
+                    (2 * y + 1).min(self.height - 1),
+                );
+                let four = [(2 * x, 2 * y), (x1, 2 * y), (2 * x, y1), (x1, y1)]
+                    .map(|(x, y)| self.texels[y * self.width + x]);
+                texels.push(std::array::from_fn(|c| {
+                    let sum: u32 = four.iter().map(|t| u32::from(t[c])).sum();
+                    ((sum + 2) / 4) as u8
+                }));
+            }
+        }
+        Self {
+            width,
+            height,
+            texels,
+            smaller: Vec::new(),
+            components: self.components,
+        }
     }
 
     fn texel(&self, x: usize, y: usize) -> Vec4 {
@@ -132,8 +188,10 @@ fn from_raster(raster: &Raster) -> Texture {
         width,
         height,
         texels,
+        smaller: Vec::new(),
         components: raster.channels,
     }
+    .with_smaller()
 }
 
 fn from_image(image: &Image) -> Option<Texture> {
@@ -154,12 +212,14 @@ fn from_image(image: &Image) -> Option<Texture> {
             _ => [c[0], c[1], c[2], c[3]],
         })
         .collect();
-    Some(Texture {
+    let texture = Texture {
         width,
         height,
         texels,
+        smaller: Vec::new(),
         components,
-    })
+    };
+    Some(texture.with_smaller())
 }
 
 #[cfg(test)]
@@ -171,6 +231,7 @@ mod tests {
             width: 2,
             height: 1,
             texels: vec![[0, 0, 0, 255], [255, 255, 255, 255]],
+            smaller: Vec::new(),
             components: 3,
         }
     }

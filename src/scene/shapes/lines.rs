@@ -16,8 +16,15 @@ fn vertices<'a, 's>(
     Vertices {
         state,
         coordinates: state.coordinates,
-        normals: Normals::None,
-        normal_binding: Binding::Overall,
+        normals: if state.normals.is_empty() {
+            Normals::Zero
+        } else {
+            Normals::Given(state.normals)
+        },
+        normal_binding: match segments_and_lines(state.normal_binding) {
+            indexed if coord_index.is_some() => indexed,
+            other => without_index(other),
+        },
         normal_index: None,
         material_binding,
         material_index,
@@ -137,7 +144,32 @@ pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
     let left = state.coordinates.len().saturating_sub(start);
     let n = usize::try_from(count).unwrap_or(left).min(left);
     for i in 0..n {
-        dot(&vertices, start + i, i, out);
+        dot(&vertices, start + i, i, state.drawing.point_size, out);
+    }
+}
+
+/// Markers as dots of their size: 5, 7 or 9 pixels by Coin's numbering, whose shapes come in
+/// thirties; the bitmaps themselves are not drawn.
+pub fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    out.set_unlit();
+    let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
+    let count = node.read::<i32>("numPoints").unwrap_or(-1);
+    let markers = node.read::<[i32]>("markerIndex").unwrap_or(&[]);
+    let binding = match without_index(state.material_binding) {
+        Binding::Overall => Binding::Overall,
+        _ => Binding::PerVertex,
+    };
+    let vertices = vertices(state, binding, None, None);
+    let left = state.coordinates.len().saturating_sub(start);
+    let n = usize::try_from(count).unwrap_or(left).min(left);
+    for i in 0..n {
+        let marker = markers.get(i).or(markers.last()).copied().unwrap_or(0);
+        let size = match marker {
+            ..=29 => 5.0,
+            30..=59 => 7.0,
+            _ => 9.0,
+        };
+        dot(&vertices, start + i, i, size, out);
     }
 }
 
@@ -152,12 +184,12 @@ pub fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Bui
     );
     for (i, &c) in index.iter().enumerate() {
         if let Ok(c) = usize::try_from(c) {
-            dot(&vertices, c, i, out);
+            dot(&vertices, c, i, state.drawing.point_size, out);
         }
     }
 }
 
-fn dot(vertices: &Vertices<'_, '_>, coordinate: usize, i: usize, out: &mut Builder<'_>) {
+fn dot(vertices: &Vertices<'_, '_>, coordinate: usize, i: usize, size: f32, out: &mut Builder<'_>) {
     let place = Place {
         coordinate,
         position: i,
@@ -166,6 +198,6 @@ fn dot(vertices: &Vertices<'_, '_>, coordinate: usize, i: usize, out: &mut Build
         part: i,
     };
     if let Some(corner) = vertices.corner(place) {
-        out.dot(corner, vertices.state.drawing.point_size);
+        out.dot(corner, size);
     }
 }

@@ -84,6 +84,7 @@ fn draw_class<'a>(
             "QuadMesh" => mesh::quad_mesh(node, state, out),
             "LineSet" => lines::line_set(node, state, out),
             "IndexedLineSet" => lines::indexed_line_set(node, state, out),
+            "MarkerSet" => lines::marker_set(node, state, out),
             "PointSet" => lines::point_set(node, state, out),
             "IndexedPointSet" => lines::indexed_point_set(node, state, out),
             "Text2" => text::text2(node, state, out),

@@ -12,6 +12,8 @@ pub struct Stroke {
     pub fixed: f32,
     pub per_distance: f32,
     pub material: u32,
+    /// Normals at the ends, to be lit with; zero faces the camera.
+    pub normals: [Vec3; 2],
 }
 
 impl Stroke {
@@ -25,6 +27,18 @@ impl Stroke {
             (self.a - ra).min(self.b - rb),
             (self.a + ra).max(self.b + rb),
         )
+    }
+
+    /// The normal near a point, or none of its own.
+    pub fn normal_at(&self, p: Vec3) -> Option<Vec3> {
+        let along = self.b - self.a;
+        let s = (p - self.a).dot(along) / along.length_squared();
+        let s = if s.is_finite() {
+            s.clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        self.normals[0].lerp(self.normals[1], s).try_normalize()
     }
 
     /// Where a ray passes nearest to the line, if that is within the radius there.
@@ -62,6 +76,7 @@ mod tests {
             fixed: 0.0,
             per_distance: 0.01,
             material: 0,
+            normals: [Vec3::ZERO; 2],
         };
         for z in [-1.0, -10.0, -1000.0] {
             let inside = Vec3::new(0.0, 0.0099, -1.0);

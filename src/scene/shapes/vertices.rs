@@ -36,6 +36,8 @@ pub enum Normals<'a> {
     Made(Vec<Vec3>),
     /// None to be had: +z, as in Inventor.
     None,
+    /// None needed: lines and points that face the camera.
+    Zero,
 }
 
 /// Hands out corners by the bindings in force.
@@ -67,6 +69,7 @@ impl Vertices<'_, '_> {
     fn normal(&self, place: Place) -> Vec3 {
         let given = match &self.normals {
             Normals::None => return Vec3::Z,
+            Normals::Zero => return Vec3::ZERO,
             Normals::Made(made) => return made.get(place.position).copied().unwrap_or(Vec3::Z),
             Normals::Given(given) => given,
         };
