@@ -55,10 +55,10 @@ impl LengthUnit {
     /// `mm`, `cm`, `in` or `m`, as written after a number.
     pub fn parse(suffix: &str) -> Option<Self> {
         match suffix {
-            "mm" => Some(Self::Millimeter),
-            "cm" => Some(Self::Centimeter),
+            "mm" | "millimeters" => Some(Self::Millimeter),
+            "cm" | "centimeters" => Some(Self::Centimeter),
             "in" | "inch" | "inches" => Some(Self::Inch),
-            "m" => Some(Self::Meter),
+            "m" | "meters" => Some(Self::Meter),
             _ => None,
         }
     }

@@ -114,9 +114,13 @@ impl PupilWindow {
 pub const SIDES: usize = 32;
 /// How much wider than measured, on each side, as a share of the pupil's own half width.
 const MARGIN: f64 = 0.004;
-/// An interval of film radii is halved until interpolation errs less than this share.
-const TOLERANCE: f64 = 0.003;
-const FIRST_NODES: usize = 16;
+/// An interval of film radii is halved until interpolation cuts less than this share of the
+/// half width in its middle, and adds less than the other. What is cut is within the margin.
+const MAY_CUT: f64 = 0.0025;
+const MAY_ADD: f64 = 0.008;
+const FIRST_NODES: usize = 8;
+/// Intervals this short, as a share of the film's radius, are not halved again.
+const NARROW: f64 = 1e-3;
 const MAX_NODES: usize = 192;
 /// Cells along each axis of the film's quadrant, for lenses without rotational symmetry.
 const GRID: usize = 16;
@@ -216,17 +220,22 @@ fn mix(a: &Support, b: &Support, t: f64) -> Support {
     std::array::from_fn(|j| a[j] + t * (b[j] - a[j]))
 }
 
+/// The support of the smallest convex figure around two.
+fn hull(a: &Support, b: &Support) -> Support {
+    std::array::from_fn(|j| a[j].max(b[j]))
+}
+
 /// Bilinear; a corner that sees nothing is taken as the hull of those that do.
 fn mix_corners(corners: [Option<&Support>; 4], x: f64, y: f64) -> Option<Support> {
-    let mut hull: Option<Support> = None;
+    let mut all: Option<Support> = None;
     for corner in corners.into_iter().flatten() {
-        hull = Some(match hull {
+        all = Some(match all {
             None => *corner,
-            Some(hull) => std::array::from_fn(|j| hull[j].max(corner[j])),
+            Some(so_far) => hull(&so_far, corner),
         });
     }
-    let hull = hull?;
-    let [a, b, c, d] = corners.map(|corner| corner.unwrap_or(&hull));
+    let all = all?;
+    let [a, b, c, d] = corners.map(|corner| corner.unwrap_or(&all));
     Some(mix(&mix(a, b, x), &mix(c, d, x), y))
 }
 
@@ -270,9 +279,9 @@ fn radial_table(
     while let Some((radius, support)) = ahead.pop() {
         let (last_radius, last) = done[done.len() - 1];
         let middle = 0.5 * (last_radius + radius);
-        let narrow = radius - last_radius <= 1e-5 * film_radius;
+        let narrow = radius - last_radius <= NARROW * film_radius;
         let Some(support) = support else {
-            // Light ends between the two. A pupil closes like a square root, so go close.
+            // Light ends between the two.
             if narrow {
                 done.push((radius, last));
                 break;
@@ -281,20 +290,23 @@ fn radial_table(
             ahead.push((middle, measure(middle)));
             continue;
         };
-        let full = done.len() + ahead.len() >= MAX_NODES;
-        if !narrow && !full {
-            let between = measure(middle);
-            let straight = mix(&last, &support, 0.5);
-            let bad = match &between {
-                None => true,
-                Some(m) => excess(m, &straight) > TOLERANCE || excess(&straight, m) > TOLERANCE,
-            };
-            if bad {
-                ahead.push((radius, Some(support)));
-                ahead.push((middle, between));
-                continue;
-            }
+        let between = measure(middle);
+        let straight = mix(&last, &support, 0.5);
+        let bad = match &between {
+            None => true,
+            Some(m) => excess(m, &straight) > MAY_CUT || excess(&straight, m) > MAY_ADD,
+        };
+        if bad && !narrow && done.len() + ahead.len() < MAX_NODES {
+            ahead.push((radius, Some(support)));
+            ahead.push((middle, between));
+            continue;
         }
+        // A pupil closes like a square root: where that is not resolved take all of it.
+        let support = if bad {
+            hull(&hull(&last, &support), &between.unwrap_or(last))
+        } else {
+            support
+        };
         done.push((radius, support));
     }
     done.iter()
@@ -329,7 +341,13 @@ fn radial_fallback(
 fn quadrant_table(sight: &Sight<'_>, sides: &[DVec2; SIDES], film_radius: f64) -> Table {
     let cell = film_radius.max(f64::MIN_POSITIVE) / GRID as f64;
     let mut hint = None;
-    let mut at = |x: f64, y: f64| sight.support(DVec2::new(x * cell, y * cell), sides, &mut hint);
+    // Only where there is film, and the corners of cells that reach it.
+    let mut at = |x: f64, y: f64| {
+        let film = DVec2::new(x * cell, y * cell);
+        let near = film.length() <= film_radius + 1.5 * cell;
+        near.then(|| sight.support(film, sides, &mut hint))
+            .flatten()
+    };
     let count = GRID + 1;
     let mut nodes: Vec<Option<Support>> = Vec::with_capacity(count * count);
     for j in 0..count {

@@ -14,12 +14,11 @@ use super::pupil::{SIDES, Support};
 use super::trace::{LensRay, unit};
 use super::{Lens, RearElement};
 
-/// Directions in which the outline is sought, over half a turn; with the first and last of half
-/// a turn they fill two bundles.
-const HALF_TURN: usize = 2 * LANES - 1;
+/// Directions in which an outline is sought: over half a turn where the other half mirrors it.
+const DIRECTIONS: usize = 2 * LANES;
 
 /// The width within which an outline of a pupil table is known, relative.
-const COARSE: f64 = 1e-5;
+const COARSE: f64 = 1e-4;
 /// The same for areas and light.
 const FINE: f64 = 1e-10;
 
@@ -96,7 +95,7 @@ impl<'a> Sight<'a> {
     fn inside(&self, film: DVec2, hint: Option<Hint>) -> Option<DVec2> {
         let fill = |aim: DVec2| self.fills(film, &[aim])[0].0;
         if let Some(hint) = hint
-            && fill(hint.center) < 0.6
+            && fill(hint.center) < 0.85
         {
             return Some(hint.center);
         }
@@ -184,13 +183,14 @@ impl<'a> Sight<'a> {
         let center = self.inside(film, *hint)?;
         // Mirror symmetry about the meridian through the film point, which is y = 0 here.
         let mirrored = self.rotational && film.y == 0.0;
-        let (count, turn) = if mirrored {
-            (HALF_TURN + 1, PI)
+        let (last, turn) = if mirrored {
+            (DIRECTIONS - 1, PI)
         } else {
-            (2 * HALF_TURN + 2, TAU)
+            (DIRECTIONS, TAU)
         };
-        let last = if mirrored { count - 1 } else { count };
-        let angles: Vec<f64> = (0..count).map(|i| turn * i as f64 / last as f64).collect();
+        let angles: Vec<f64> = (0..DIRECTIONS)
+            .map(|i| turn * i as f64 / last as f64)
+            .collect();
         let guess = hint.map(|hint| hint.radius);
         let rims = self.outline(film, center, &angles, !mirrored, guess, COARSE);
         let mut support: Support = std::array::from_fn(|j| center.dot(sides[j]));
