@@ -30,7 +30,7 @@ pub struct WalkOptions {
     pub time: f64,
     /// The camera that levels of detail and billboards go by. Default: none, the finest level.
     pub camera: Option<CameraPose>,
-    /// Nodes met before the walk gives up. Default: 50 million.
+    /// Nodes met before the walk gives up. Default: 20 million.
     pub max_visits: u64,
     /// Walks every child of an LOD, as Inventor's bounding boxes do. Default: no.
     pub all_levels: bool,
@@ -41,7 +41,7 @@ impl Default for WalkOptions {
         Self {
             time: 0.0,
             camera: None,
-            max_visits: 50_000_000,
+            max_visits: 20_000_000,
             all_levels: false,
         }
     }
@@ -58,6 +58,10 @@ pub trait Visitor<'a> {
     /// A separator begins, in this state; [`Self::close`] ends it.
     fn open(&mut self, _state: &State<'a>) {}
     fn close(&mut self) {}
+    /// Whether the visitor has no room for more; the walk ends then.
+    fn is_full(&self) -> bool {
+        false
+    }
     /// Something wrong with the scene that walking found.
     fn trouble(&mut self, _trouble: Box<Diagnostic>) {}
 }
@@ -122,6 +126,9 @@ pub fn walk<'a, V: Visitor<'a>>(document: &'a Document, options: &'a WalkOptions
     };
     while let Some(frame) = walk.stack.pop() {
         walk.step(frame);
+        if walk.visitor.is_full() {
+            break;
+        }
         if walk.visits > options.max_visits {
             let trouble = Diagnostic::warning(format!(
                 "the scene has more than {} nodes to walk; the rest is left out",

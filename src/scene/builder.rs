@@ -233,8 +233,9 @@ impl<'a> Builder<'a> {
         if let Some(surface) = self.scene.surfaces.last_mut() {
             surface.counterclockwise = counterclockwise;
             surface.two_sided = two_sided;
-            surface.culls = culls;
-            self.scene.special |= culls;
+            // A shape that is cut open shows its inside.
+            surface.culls = culls && surface.clip.is_empty();
+            self.scene.special |= surface.culls;
         }
     }
 
@@ -429,7 +430,7 @@ impl<'a> Builder<'a> {
             }
             return;
         }
-        if self.is_full() {
+        if self.has_no_room() {
             return;
         }
         let matrix = &self.scene_from_object;
@@ -528,7 +529,7 @@ impl<'a> Builder<'a> {
             }
             return;
         }
-        if self.is_full() {
+        if self.has_no_room() {
             return;
         }
         match Quadric::new(kind, self.scene_from_object, material) {
@@ -564,7 +565,7 @@ impl<'a> Builder<'a> {
             self.extend(b);
             return;
         }
-        if self.is_full() {
+        if self.has_no_room() {
             return;
         }
         let place = |p: Vec3| {
@@ -610,7 +611,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn is_full(&mut self) -> bool {
+    fn has_no_room(&mut self) -> bool {
         let count =
             self.scene.triangles.len() + self.scene.quadrics.len() + self.scene.strokes.len();
         if count < self.max_primitives {
@@ -678,5 +679,9 @@ impl<'a> Visitor<'a> for Builder<'a> {
 
     fn trouble(&mut self, trouble: Box<Diagnostic>) {
         self.troubles.push(trouble);
+    }
+
+    fn is_full(&self) -> bool {
+        self.over_limit
     }
 }

@@ -72,7 +72,7 @@ pub struct CompileOptions {
     pub time: f64,
     /// Height of the picture in pixels, for lines and points. Default: 240.
     pub pixel_rows: u32,
-    /// Primitives kept before the rest is left out. Default: 100 million.
+    /// Primitives kept before the rest is left out. Default: 16 million, below 3 GB.
     pub max_primitives: usize,
     /// Compiles what `DrawStyle` hides or shows as lines like everything else. Default: no.
     pub ignore_draw_style: bool,
@@ -88,7 +88,7 @@ impl Default for CompileOptions {
             needs: Needs::ALL,
             time: 0.0,
             pixel_rows: 240,
-            max_primitives: 100_000_000,
+            max_primitives: 16_000_000,
             ignore_draw_style: false,
             texture_folders: Vec::new(),
         }

@@ -1,0 +1,144 @@
+//! Scenes that nobody draws: deep, growing, flat, not numbers. None of them panics, and what makes
+//! sense is drawn.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use ivcam::graph::{Visitor, WalkOptions, walk};
+use ivcam::iv::{Document, Limits, NodeRef, Nowhere};
+use ivcam::scene::{CompileOptions, Ray, RenderScene};
+
+fn read(text: &str) -> Document {
+    let text = format!("#Inventor V2.1 ascii\n{text}");
+    Document::read(
+        "test.iv",
+        text.into_bytes(),
+        Arc::new(Nowhere),
+        &Limits::default(),
+    )
+    .expect("the scene reads")
+}
+
+fn compile(text: &str) -> RenderScene {
+    RenderScene::compile(&read(text), &CompileOptions::default()).expect("the scene compiles")
+}
+
+fn distance(scene: &RenderScene) -> Option<f32> {
+    let ray = Ray::new(Vec3::new(0.1, 0.2, 10.0), Vec3::NEG_Z);
+    scene.hit(&ray).map(|h| h.t)
+}
+
+#[derive(Default)]
+struct Count(u64, usize);
+
+impl<'a> Visitor<'a> for Count {
+    fn shape(&mut self, _: NodeRef<'a>, _: &ivcam::graph::State<'a>) {
+        self.0 += 1;
+    }
+    fn trouble(&mut self, _: Box<ivcam::diag::Diagnostic>) {
+        self.1 += 1;
+    }
+}
+
+#[test]
+fn a_hundred_thousand_separators_deep_there_is_a_cube() {
+    let n = 100_000;
+    let text = format!("{}Cube {{ }}{}", "Separator { ".repeat(n), " }".repeat(n));
+    assert_eq!(distance(&compile(&text)), Some(9.0));
+}
+
+#[test]
+fn a_tree_that_doubles_at_every_level_is_left_at_the_limit() {
+    let mut text = String::from("Switch { DEF L0 Cube { }\n");
+    for i in 1..60 {
+        let below = i - 1;
+        text += &format!("DEF L{i} Group {{ USE L{below} USE L{below} }}\n");
+    }
+    text += "} USE L59";
+    let document = read(&text);
+    let options = WalkOptions {
+        max_visits: 100_000,
+        ..WalkOptions::default()
+    };
+    let mut count = Count::default();
+    walk(&document, &options, &mut count);
+    assert!(count.0 > 10_000 && count.0 <= 100_000);
+    assert_eq!(count.1, 1, "one message");
+}
+
+#[test]
+fn more_primitives_than_the_limit_are_left_out_with_a_message() {
+    let document = read("Separator { Array { numElements1 1000 Cube { } } }");
+    let options = CompileOptions {
+        max_primitives: 120,
+        ..CompileOptions::default()
+    };
+    let scene = RenderScene::compile(&document, &options).expect("compiles");
+    assert_eq!(scene.primitives().0, 120);
+    assert_eq!(scene.census().troubles.len(), 1);
+}
+
+#[test]
+fn corners_that_are_no_numbers_are_left_out_and_the_rest_is_drawn() {
+    let scene = compile(
+        "Coordinate3 { point [ -1 -1 0, 1 -1 0, 0 1 0, nan 0 0, inf 1 1 ] }
+         IndexedFaceSet { coordIndex [ 0 1 2 -1 0 1 3 -1 2 3 4 -1 0 1 77 -1 0 -1 -1 -1 ] }",
+    );
+    assert_eq!(distance(&scene), Some(10.0));
+    assert_eq!(scene.primitives().0, 1);
+}
+
+#[test]
+fn a_scale_of_zero_draws_nothing_and_hides_nothing() {
+    let scene = compile(
+        "Separator { Scale { scaleFactor 0 0 0 } Cube { } Sphere { } Cone { } }
+         Translation { translation 0 0 -5 } Cube { }",
+    );
+    assert_eq!(distance(&scene), Some(14.0));
+}
+
+#[test]
+fn a_sphere_is_round_under_a_scale_and_from_far_away() {
+    // An ellipsoid with half axes 2, 1, 3: a ray along z at (1, 0.5) meets it where
+    // (1/2)² + 0.5² + (z/3)² = 1.
+    let scene = compile("Scale { scaleFactor 2 1 3 } Sphere { }");
+    let ray = Ray::new(Vec3::new(1.0, 0.5, 1000.0), Vec3::NEG_Z);
+    let t = scene.hit(&ray).expect("a hit").t;
+    let z = 3.0 * 0.5f32.sqrt();
+    assert!((t - (1000.0 - z)).abs() < 1e-4, "{t}");
+}
+
+#[test]
+fn what_stands_beside_the_origin_stands_there_from_any_origin() {
+    let document = read("Translation { translation 100000 0 0 } Sphere { radius 0.001 }");
+    let options = CompileOptions {
+        origin: DVec3::new(100_000.0, 0.0, 0.01),
+        ..CompileOptions::default()
+    };
+    let scene = RenderScene::compile(&document, &options).expect("compiles");
+    let hit = scene
+        .hit(&Ray::new(Vec3::ZERO, Vec3::NEG_Z))
+        .expect("a hit");
+    assert!((hit.t - 0.009).abs() < 1e-8, "{}", hit.t);
+}
+
+#[test]
+fn a_point_does_not_shade_itself_in_millimeters_or_in_kilometers() {
+    for size in [1e-3, 1.0, 1e5] {
+        let text = format!("Scale {{ scaleFactor {size} {size} {size} }} Sphere {{ }}");
+        let scene = compile(&text);
+        let mut hits = 0;
+        for i in 0..2000 {
+            let at = i as f32 * 0.618_034;
+            let (x, y) = (0.9 * (at.fract() - 0.5), 0.9 * ((at * 7.3).fract() - 0.5));
+            let size = size as f32;
+            let origin = Vec3::new(x * size, y * size, 50.0 * size);
+            let ray = Ray::new(origin, Vec3::NEG_Z);
+            let hit = scene.hit(&ray).expect("the sphere is there");
+            let point = scene.point(&ray, &hit);
+            let away = point.leave(point.geometric);
+            hits += usize::from(scene.hit_any_side(&away).is_some());
+        }
+        assert_eq!(hits, 0, "at size {size}");
+    }
+}
