@@ -12,6 +12,7 @@ pub mod camera;
 pub mod cli;
 pub mod compare;
 pub mod diag;
+pub mod diagram;
 pub mod film;
 pub mod grammar;
 pub mod graph;

@@ -14,6 +14,7 @@ pub mod glass;
 pub mod lanes;
 pub mod prescription;
 pub mod pupil;
+pub mod sheet;
 mod sight;
 pub mod surface;
 pub mod trace;

@@ -1,0 +1,212 @@
+//! A drawing in the format of xfig 3.2, which `fig2dev` reads.
+//!
+//! Lengths are in xfig's 1200 units an inch; the drawing is made 25 cm wide. Lettering is
+//! Helvetica and Times; letters that PostScript's Latin encoding has not are spelled plainly.
+
+use std::fmt::Write as _;
+
+use super::{Anchor, Drawing, Ink, Item};
+
+/// Width of the drawing in xfig units: 25 cm.
+const WIDTH: f64 = 25.0 / 2.54 * 1200.0;
+
+/// Colours of our own, numbered from 32 in the file.
+const COLORS: [&str; 12] = [
+    "#1c2227", "#9aa5ad", "#40566b", "#e9f2f8", "#dbe8f1", "#cbdbe6", "#b8ccda", "#0072b2",
+    "#009e73", "#d55e00", "#a0528e", "#68737c",
+];
+const INK: usize = 32;
+const GRAY: usize = 33;
+const EDGE: usize = 34;
+const GLASS: usize = 35;
+const RAYS: usize = 39;
+const SOFT: usize = 43;
+
+/// Line style, thickness in 1/80 inch, pen colour, fill colour, depth.
+struct Look {
+    style: i32,
+    thickness: i32,
+    pen: usize,
+    fill: Option<usize>,
+    depth: u32,
+}
+
+pub fn write(drawing: &Drawing) -> String {
+    let mut text =
+        String::from("#FIG 3.2\nLandscape\nCenter\nMetric\nA4\n100.00\nSingle\n-2\n1200 2\n");
+    for (i, color) in COLORS.iter().enumerate() {
+        let _ = writeln!(text, "0 {} {color}", 32 + i);
+    }
+    let scale = WIDTH / drawing.width.max(1.0);
+    for item in &drawing.items {
+        put(&mut text, item, scale);
+    }
+    text
+}
+
+fn look(ink: Ink, dashed: bool) -> Look {
+    let line = |pen, thickness, depth| Look {
+        style: i32::from(dashed),
+        thickness,
+        pen,
+        fill: None,
+        depth,
+    };
+    match ink {
+        Ink::Axis => Look {
+            style: 3,
+            ..line(GRAY, 1, 60)
+        },
+        Ink::Glass(n) => Look {
+            fill: Some(GLASS + usize::from(n.min(3))),
+            ..line(EDGE, 1, 55)
+        },
+        Ink::Stop => line(INK, 3, 40),
+        Ink::Film => line(INK, 2, 40),
+        Ink::Ray(n) => line(RAYS + usize::from(n % 4), 1, 50),
+        Ink::Lost(n) => Look {
+            style: 2,
+            ..line(RAYS + usize::from(n % 4), 1, 50)
+        },
+        Ink::Plane => Look {
+            style: 1,
+            ..line(SOFT, 1, 45)
+        },
+        Ink::Mark | Ink::Label => line(INK, 1, 40),
+        Ink::Faint => line(GRAY, 1, 58),
+        Ink::Curve(0) => line(INK, 1, 45),
+        Ink::Curve(n) => line(RAYS + usize::from((n - 1) % 4), 1, 45),
+    }
+}
+
+fn put(text: &mut String, item: &Item, scale: f64) {
+    let place = |[x, y]: [f64; 2]| ((x * scale).round() as i64, (y * scale).round() as i64);
+    match item {
+        Item::Path {
+            points,
+            closed,
+            ink,
+            dashed,
+        } => {
+            let look = look(*ink, *dashed);
+            polyline(text, &look, points.iter().map(|p| place(*p)), *closed);
+        }
+        Item::Dot { at, radius, ink } => {
+            let look = look(*ink, false);
+            let ((x, y), r) = (place(*at), (radius * scale).round().max(1.0) as i64);
+            let _ = writeln!(
+                text,
+                "1 3 0 1 {pen} {pen} {} -1 20 0.000 1 0.0000 {x} {y} {r} {r} {x} {y} {} {y}",
+                look.depth,
+                x + r,
+                pen = look.pen
+            );
+        }
+        Item::Dots {
+            places,
+            radius,
+            ink,
+        } => {
+            for at in places {
+                let dot = Item::Dot {
+                    at: *at,
+                    radius: *radius,
+                    ink: *ink,
+                };
+                put(text, &dot, scale);
+            }
+        }
+        Item::Cross {
+            at: [x, y],
+            size,
+            ink,
+        } => {
+            let look = Look {
+                style: 0,
+                ..look(*ink, false)
+            };
+            for s in [-1.0, 1.0] {
+                let ends = [[x - size, y - s * size], [x + size, y + s * size]];
+                polyline(text, &look, ends.into_iter().map(place), false);
+            }
+        }
+        Item::Text {
+            at,
+            anchor,
+            size,
+            italic,
+            bold,
+            ink,
+            text: words,
+        } => {
+            let (x, y) = place(*at);
+            let just = match anchor {
+                Anchor::Start => 0,
+                Anchor::Middle => 1,
+                Anchor::End => 2,
+            };
+            let font = match (italic, bold) {
+                (true, _) => 1,
+                (false, true) => 18,
+                (false, false) => 16,
+            };
+            // Points at 1/72 inch; the size is in the drawing's units.
+            let points = (size * scale / 1200.0 * 72.0).round().max(4.0);
+            let pen = look(*ink, false).pen;
+            let _ = writeln!(
+                text,
+                "4 {just} {pen} 35 -1 {font} {points} 0.0000 4 {:.0} {:.0} {x} {y} {}\\001",
+                points / 72.0 * 1200.0,
+                points / 72.0 * 600.0 * words.chars().count() as f64,
+                plain(words)
+            );
+        }
+    }
+}
+
+fn polyline(
+    text: &mut String,
+    look: &Look,
+    points: impl Iterator<Item = (i64, i64)>,
+    closed: bool,
+) {
+    let mut points: Vec<(i64, i64)> = points.collect();
+    if closed && let Some(first) = points.first() {
+        points.push(*first);
+    }
+    let kind = if closed { 3 } else { 1 };
+    let (fill, area) = look.fill.map_or((7, -1), |fill| (fill as i64, 20));
+    let gap = if look.style == 0 { 0.0 } else { 3.0 };
+    let _ = writeln!(
+        text,
+        "2 {kind} {} {} {} {fill} {} -1 {area} {gap:.3} 1 1 -1 0 0 {}",
+        look.style,
+        look.thickness,
+        look.pen,
+        look.depth,
+        points.len()
+    );
+    for chunk in points.chunks(8) {
+        let words: Vec<String> = chunk.iter().map(|(x, y)| format!("{x} {y}")).collect();
+        let _ = writeln!(text, "\t {}", words.join(" "));
+    }
+}
+
+/// xfig's strings are Latin-1, with other bytes as octal escapes.
+fn plain(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars() {
+        match c {
+            '\u{2212}' | '\u{2013}' => out.push('-'),
+            '\u{2032}' => out.push('\''),
+            '\\' => out.push_str("\\\\"),
+            ' '..='~' => out.push(c),
+            '\u{a0}'..='\u{ff}' => {
+                let _ = write!(out, "\\{:03o}", c as u32);
+            }
+            'λ' => out.push_str("lambda"),
+            _ => out.push('?'),
+        }
+    }
+    out
+}

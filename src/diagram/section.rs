@@ -1,0 +1,502 @@
+//! The section of a lens through its axis, with rays: the paper's figures 3 to 5 and 13 to 16.
+//!
+//! Light comes from the left. Each fan is the parallel beam of one field; rays that are lost are
+//! drawn to where they are lost, and end there in a small cross.
+
+use glam::{DVec2, DVec3};
+
+use crate::lens::{Lens, LensRay, Prescription, RayPath, Shape, Surface, Toward};
+
+use super::{Anchor, Drawing, Ink, round_number, tidy};
+
+/// What a section shows.
+#[derive(Clone, Debug)]
+pub struct SectionOptions {
+    /// The width of the drawing; its height follows.
+    pub width: f64,
+    /// The most it may be high.
+    pub height: f64,
+    /// Where the film is; default: the focus of the axis.
+    pub film_z: Option<f64>,
+    /// The film heights whose beams are drawn, in millimeters.
+    pub fields: Vec<f64>,
+    /// Rays of a beam that get through.
+    pub rays: usize,
+    /// Whether rays beside the beam are drawn to where they are lost.
+    pub lost: bool,
+    /// Principal planes and focal points.
+    pub marks: bool,
+}
+
+impl SectionOptions {
+    /// Beams on the axis, at 7/10 of the film's height and at its edge.
+    pub fn of(film_z: f64, film_height: f64) -> Self {
+        Self {
+            width: 960.0,
+            height: 420.0,
+            film_z: Some(film_z),
+            fields: vec![0.0, 0.7 * film_height, film_height],
+            rays: 7,
+            lost: true,
+            marks: true,
+        }
+    }
+}
+
+/// A lens section with rays, in lens space, to be drawn at any size.
+#[derive(Clone, Debug)]
+pub struct LensDiagram {
+    /// In millimeters, z to the right and y up.
+    strokes: Vec<Stroke>,
+    signs: Vec<Sign>,
+    options: SectionOptions,
+}
+
+#[derive(Clone, Debug)]
+struct Stroke {
+    points: Vec<DVec2>,
+    closed: bool,
+    ink: Ink,
+    /// A cross at its end.
+    ends_lost: bool,
+}
+
+/// A letter at a point of the axis, above or below what it stands for.
+#[derive(Clone, Debug)]
+struct Sign {
+    at: DVec2,
+    text: &'static str,
+    above: bool,
+    dot: bool,
+}
+
+impl LensDiagram {
+    pub fn of(lens: &Lens, options: SectionOptions) -> Self {
+        let mut this = Self {
+            strokes: Vec::new(),
+            signs: Vec::new(),
+            options,
+        };
+        let film_z = this.film_z(lens);
+        let reach = reach(lens.prescription());
+        this.axis(lens, film_z, reach);
+        this.elements(lens, film_z, reach);
+        for (i, height) in this.options.fields.clone().into_iter().enumerate().rev() {
+            this.fan(lens, i as u8, height, film_z, reach);
+        }
+        this.stop(lens, reach);
+        let top = this
+            .options
+            .fields
+            .iter()
+            .fold(0.0, |a: f64, b| a.max(b.abs()));
+        let half = if top > 0.0 { top } else { 0.3 * reach };
+        this.stroke(
+            vec![DVec2::new(film_z, -half), DVec2::new(film_z, half)],
+            Ink::Film,
+        );
+        if this.options.marks {
+            this.marks(lens, film_z, reach);
+        }
+        this
+    }
+
+    fn film_z(&self, lens: &Lens) -> f64 {
+        let focus = lens.first_order().focal.map(|f| f.rear_focal_point);
+        let film = self.options.film_z.or(focus).filter(|z| z.is_finite());
+        film.unwrap_or(1.2 * lens.length())
+    }
+
+    fn stroke(&mut self, points: Vec<DVec2>, ink: Ink) {
+        self.strokes.push(Stroke {
+            points,
+            closed: false,
+            ink,
+            ends_lost: false,
+        });
+    }
+
+    fn axis(&mut self, lens: &Lens, film_z: f64, reach: f64) {
+        let span = film_z.max(lens.length());
+        let (from, to) = (-0.18 * span - 0.2 * reach, span + 0.05 * span);
+        self.stroke(vec![DVec2::new(from, 0.0), DVec2::new(to, 0.0)], Ink::Axis);
+    }
+
+    /// Every gap that is not air, from one surface to the next that does something.
+    fn elements(&mut self, lens: &Lens, film_z: f64, reach: f64) {
+        let surfaces = &lens.prescription().surfaces;
+        let vertex: Vec<f64> = surfaces
+            .iter()
+            .scan(0.0, |z, s| Some(std::mem::replace(z, *z + s.thickness)))
+            .collect();
+        let idle = |i: usize| {
+            surfaces[i].is_plane() && surfaces[i].medium == *lens.prescription().medium_before(i)
+        };
+        for i in 0..surfaces.len() {
+            let n = surfaces[i].medium.n_d;
+            if n < 1.05 || idle(i) {
+                continue;
+            }
+            let next = (i + 1..surfaces.len()).find(|j| !idle(*j));
+            let front = profile(&surfaces[i], vertex[i], reach);
+            let rear = match next {
+                Some(j) => profile(&surfaces[j], vertex[j], reach),
+                None => {
+                    let a = radius(&surfaces[i], reach);
+                    vec![DVec2::new(film_z, -a), DVec2::new(film_z, a)]
+                }
+            };
+            let dense = match surfaces[i].medium.abbe() {
+                Some(v) if v < 32.0 => 3,
+                Some(v) if v < 45.0 => 2,
+                Some(v) if v < 58.0 => 1,
+                Some(_) => 0,
+                None => ((n - 1.45) / 0.12).clamp(0.0, 3.0) as u8,
+            };
+            let points = element(front, rear);
+            self.strokes.push(Stroke {
+                points,
+                closed: true,
+                ink: Ink::Glass(dense),
+                ends_lost: false,
+            });
+        }
+    }
+
+    fn stop(&mut self, lens: &Lens, reach: f64) {
+        let surfaces = &lens.prescription().surfaces;
+        let Some(stop) = lens.prescription().stop() else {
+            return;
+        };
+        let z: f64 = surfaces[..stop].iter().map(|s| s.thickness).sum();
+        let a = radius(&surfaces[stop], reach);
+        let z = z + sag(&surfaces[stop], a);
+        for sign in [1.0, -1.0] {
+            let ends = [a, a + 0.13 * reach].map(|y| DVec2::new(z, sign * y));
+            self.stroke(ends.to_vec(), Ink::Stop);
+        }
+    }
+
+    /// The parallel beam whose middle arrives at −`height` on the film.
+    fn fan(&mut self, lens: &Lens, number: u8, height: f64, film_z: f64, reach: f64) {
+        let Some((start, d)) = beam(lens, height, film_z) else {
+            return;
+        };
+        let across = DVec3::new(0.0, d.z, -d.y);
+        let lead = 0.16 * film_z.max(lens.length()) + 0.25 * reach;
+        let trace = |s: f64| {
+            let origin = start + s * across;
+            let ray = LensRay {
+                origin: origin - 4.0 * reach * d,
+                direction: d,
+            };
+            (origin, lens.trace_path(&ray, Toward::Film, true))
+        };
+        let widest = 2.2 * reach;
+        let steps = 1200;
+        let at = |i: i32| f64::from(i) / f64::from(steps) * widest;
+        let mut passing = (-steps..=steps).filter(|i| trace(at(*i)).1.outcome.is_ok());
+        let Some(first) = passing.next() else { return };
+        let last = passing.next_back().unwrap_or(first);
+        let (low, high) = (at(first), at(last));
+        let count = self.options.rays.max(2);
+        let mut offsets: Vec<f64> = (0..count)
+            .map(|i| low + (high - low) * i as f64 / (count - 1) as f64)
+            .collect();
+        if self.options.lost {
+            let beside = 0.5 * (high - low) / (count - 1) as f64 + widest / f64::from(steps);
+            for k in 1..=3 {
+                offsets.push(low - f64::from(2 * k - 1) * beside);
+                offsets.push(high + f64::from(2 * k - 1) * beside);
+            }
+        }
+        for s in offsets {
+            let (origin, path) = trace(s);
+            self.ray(number, origin - lead * d, d, &path, film_z);
+        }
+    }
+
+    fn ray(&mut self, number: u8, begin: DVec3, d: DVec3, path: &RayPath, film_z: f64) {
+        let flat = |p: DVec3| DVec2::new(p.z, p.y);
+        let mut points: Vec<DVec2> = path.hits.iter().map(|p| flat(*p)).collect();
+        let Some(first) = path.hits.first() else {
+            return;
+        };
+        // Steep rays meet the front behind the wavefront they are drawn from.
+        let begin = if (*first - begin).dot(d) > 0.0 {
+            begin
+        } else {
+            *first - 0.05 * d
+        };
+        points.insert(0, flat(begin));
+        match path.outcome {
+            Ok(out) => {
+                if out.direction.z > 1e-6 {
+                    let end =
+                        out.origin + (film_z - out.origin.z) / out.direction.z * out.direction;
+                    points.push(flat(end));
+                }
+                self.stroke(points, Ink::Ray(number));
+            }
+            Err(loss) if loss.surface > 0 => self.strokes.push(Stroke {
+                points,
+                closed: false,
+                ink: Ink::Lost(number),
+                ends_lost: true,
+            }),
+            Err(_) => {}
+        }
+    }
+
+    /// H, H′, F and F′, where they are on the drawing or near it.
+    fn marks(&mut self, lens: &Lens, film_z: f64, reach: f64) {
+        let Some(focal) = lens.first_order().focal else {
+            return;
+        };
+        let span = film_z.max(lens.length());
+        let near = |z: f64| (-0.3 * span..1.35 * span).contains(&z);
+        let half = 0.62 * reach;
+        let planes = [
+            (focal.front_principal_plane, "H", true),
+            (focal.rear_principal_plane, "H\u{2032}", false),
+        ];
+        for (z, text, above) in planes {
+            if near(z) {
+                self.stroke(vec![DVec2::new(z, -half), DVec2::new(z, half)], Ink::Plane);
+                let y = if above { half } else { -half };
+                self.signs.push(Sign {
+                    at: DVec2::new(z, y),
+                    text,
+                    above,
+                    dot: false,
+                });
+            }
+        }
+        let points = [
+            (focal.front_focal_point, "F", false),
+            (focal.rear_focal_point, "F\u{2032}", true),
+        ];
+        for (z, text, above) in points {
+            if near(z) {
+                self.signs.push(Sign {
+                    at: DVec2::new(z, 0.0),
+                    text,
+                    above,
+                    dot: true,
+                });
+            }
+        }
+    }
+
+    /// The drawing, with a scale of millimeters.
+    pub fn drawing(&self) -> Drawing {
+        let all = self.strokes.iter().flat_map(|s| s.points.iter());
+        let all = all.chain(self.signs.iter().map(|s| &s.at));
+        let (low, high) = all.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
+            (low.min(*p), high.max(*p))
+        });
+        let size = (high - low).max(DVec2::splat(1e-9));
+        let (margin, foot) = (16.0, 26.0);
+        let room = DVec2::new(
+            self.options.width - 2.0 * margin,
+            self.options.height - 2.0 * margin - foot,
+        );
+        let scale = (room.x / size.x).min(room.y / size.y);
+        let height = size.y * scale + 2.0 * margin + foot;
+        let left = margin + 0.5 * (room.x - size.x * scale);
+        let place = |p: &DVec2| {
+            [
+                left + (p.x - low.x) * scale,
+                margin + (high.y - p.y) * scale,
+            ]
+        };
+        let mut drawing = Drawing::new(self.options.width, height);
+        for stroke in &self.strokes {
+            let points: Vec<[f64; 2]> = stroke.points.iter().map(place).collect();
+            let end = points.last().copied();
+            if stroke.closed {
+                drawing.shape(points, stroke.ink);
+            } else {
+                drawing.path(points, stroke.ink);
+            }
+            if let (true, Some(at)) = (stroke.ends_lost, end) {
+                drawing.items.push(super::Item::Cross {
+                    at,
+                    size: 2.2,
+                    ink: stroke.ink,
+                });
+            }
+        }
+        for sign in &self.signs {
+            let [x, y] = place(&sign.at);
+            if sign.dot {
+                drawing.items.push(super::Item::Dot {
+                    at: [x, y],
+                    radius: 2.0,
+                    ink: Ink::Mark,
+                });
+            }
+            let gap = if sign.above { -6.0 } else { 15.0 };
+            let x = if sign.dot { x + 3.5 } else { x };
+            let anchor = if sign.dot {
+                Anchor::Start
+            } else {
+                Anchor::Middle
+            };
+            drawing.symbol([x, y + gap], anchor, 13.0, sign.text);
+        }
+        scale_bar(&mut drawing, scale, size.x, margin, height);
+        drawing
+    }
+}
+
+fn scale_bar(drawing: &mut Drawing, scale: f64, width: f64, margin: f64, height: f64) {
+    let length = round_number(width / 9.0);
+    let (x, y) = (margin + 2.0, height - margin + 4.0);
+    let end = x + length * scale;
+    drawing.line([x, y], [end, y], Ink::Label);
+    for x in [x, end] {
+        drawing.line([x, y - 3.0], [x, y + 3.0], Ink::Label);
+    }
+    let text = format!("{} mm", tidy(length, length));
+    drawing.text([end + 7.0, y + 3.5], Anchor::Start, 10.5, text);
+}
+
+/// The start on the front surface and the direction of the beam of a film height. Where no chief
+/// ray is found, the beam on the axis is.
+fn beam(lens: &Lens, height: f64, film_z: f64) -> Option<(DVec3, DVec3)> {
+    if height == 0.0 {
+        return Some((DVec3::ZERO, DVec3::Z));
+    }
+    let chief = lens.chief_ray(DVec2::new(0.0, -height), film_z)?;
+    Some((chief.origin, -chief.direction))
+}
+
+/// The largest semi-diameter.
+fn reach(lens: &Prescription) -> f64 {
+    let all = lens.surfaces.iter().map(|s| s.semi_diameter);
+    let reach = all.filter(|r| r.is_finite()).fold(0.0, f64::max);
+    if reach > 0.0 { reach } else { 1.0 }
+}
+
+fn radius(surface: &Surface, reach: f64) -> f64 {
+    surface.semi_diameter.min(reach)
+}
+
+/// The sag of a surface at a height y over the axis, in the plane of the drawing.
+fn sag(surface: &Surface, y: f64) -> f64 {
+    let c = match surface.shape {
+        Shape::CylinderY => 0.0,
+        _ => surface.curvature.per_mm(),
+    };
+    let (k, terms) = match &surface.shape {
+        Shape::Conic { k } => (*k, None),
+        Shape::Asphere { k, terms } | Shape::Toroid { k, terms, .. } => (*k, Some(terms)),
+        _ => (0.0, None),
+    };
+    let inside = (1.0 - (1.0 + k) * c * c * y * y).max(0.0);
+    let polynomial = terms.map_or(0.0, |terms| {
+        terms
+            .iter()
+            .rev()
+            .fold(0.0, |sum, term| sum * y.abs() + term)
+    });
+    c * y * y / (1.0 + inside.sqrt()) + polynomial
+}
+
+/// Points of a surface from its lower rim to its upper.
+fn profile(surface: &Surface, vertex: f64, reach: f64) -> Vec<DVec2> {
+    let a = radius(surface, reach);
+    let steps = if surface.is_plane() { 1 } else { 48 };
+    (0..=steps)
+        .map(|i| {
+            // Denser toward the rim, where a strong curve is steep.
+            let t = 2.0 * f64::from(i) / f64::from(steps) - 1.0;
+            let y = a * libm::sin(0.5 * std::f64::consts::PI * t);
+            DVec2::new(vertex + sag(surface, y), y)
+        })
+        .collect()
+}
+
+/// The outline of an element: the narrower side is flat out to the wider one's rim, where that
+/// leaves glass.
+fn element(mut front: Vec<DVec2>, mut rear: Vec<DVec2>) -> Vec<DVec2> {
+    let rim = |side: &[DVec2]| side[side.len() - 1];
+    let (f, r) = (rim(&front), rim(&rear));
+    let wide = f.y.max(r.y);
+    if f.x < r.x {
+        for (side, rim) in [(&mut front, f), (&mut rear, r)] {
+            if rim.y < wide {
+                side.insert(0, DVec2::new(rim.x, -wide));
+                side.push(DVec2::new(rim.x, wide));
+            }
+        }
+    }
+    rear.reverse();
+    front.extend(rear);
+    front
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn section(name: &str) -> (Lens, LensDiagram) {
+        let lens = Lens::named(name).unwrap();
+        let film = lens.first_order().focal.unwrap().rear_focal_point;
+        let diagram = LensDiagram::of(
+            &lens,
+            SectionOptions::of(film, 0.3 * lens.first_order().efl()),
+        );
+        (lens, diagram)
+    }
+
+    #[test]
+    fn a_section_has_every_element_and_the_film_where_the_rays_end() {
+        let (lens, diagram) = section("double-gauss");
+        let glasses = diagram
+            .strokes
+            .iter()
+            .filter(|s| matches!(s.ink, Ink::Glass(_)));
+        assert_eq!(glasses.count(), 6);
+        let film = lens.first_order().focal.unwrap().rear_focal_point;
+        let rays = diagram
+            .strokes
+            .iter()
+            .filter(|s| matches!(s.ink, Ink::Ray(_)));
+        for ray in rays {
+            assert!((ray.points.last().unwrap().x - film).abs() < 1e-9);
+        }
+        let on_axis = diagram
+            .strokes
+            .iter()
+            .filter(|s| s.ink == Ink::Ray(0))
+            .count();
+        assert_eq!(on_axis, 7);
+    }
+
+    #[test]
+    fn a_lost_ray_ends_inside_the_lens() {
+        let (lens, diagram) = section("double-gauss");
+        let lost: Vec<_> = diagram.strokes.iter().filter(|s| s.ends_lost).collect();
+        assert!(!lost.is_empty());
+        for ray in lost {
+            let end = ray.points.last().unwrap();
+            assert!((-1.0..=lens.length() + 1.0).contains(&end.x), "{end}");
+        }
+    }
+
+    #[test]
+    fn every_shipped_lens_is_drawn_in_finite_strokes() {
+        for name in crate::lens::shipped_names() {
+            let drawing = section(name).1.drawing();
+            let text = drawing.to_svg();
+            assert!(
+                text.len() > 3000 && !text.contains("NaN") && !text.contains("inf"),
+                "{name}"
+            );
+            assert!(drawing.height <= 420.5, "{name}");
+            assert!(drawing.to_fig().starts_with("#FIG 3.2\n"));
+        }
+    }
+}
