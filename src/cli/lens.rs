@@ -10,10 +10,12 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::sheet::{AboutRow, SurfaceRow};
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
+use crate::lens::sheet::LensSheet;
 use crate::lens::{
-    FirstOrder, Focus, FocusMethod, Lens, LensRay, LossKind, Plane, Pupil, Toward, glass,
-    shipped_names, trace,
+    FirstOrder, Focus, FocusMethod, Lens, LensRay, LossKind, Plane, Pupil, Reading, Toward, glass,
+    trace,
 };
 use crate::math::{LengthUnit, Meters, parse_length};
 
@@ -69,6 +71,37 @@ pub fn command() -> Command {
             "the wavelength in nanometers; default the d line",
         ))
         .arg(value(
+            "write",
+            "FILE",
+            "write the prescription: .dat (pbrt's four columns), .zmx or .json",
+        ))
+        .arg(value(
+            "diagram",
+            "FILE",
+            "draw the section with rays: .svg or .fig (xfig)",
+        ))
+        .arg(value(
+            "sheet",
+            "FILE",
+            "write the data sheet as one page: .html or .svg",
+        ))
+        .arg(super::switch(
+            "curves",
+            "with --json: the data sheet's curves too",
+        ))
+        .arg(
+            value(
+                "glass-catalogue",
+                "FILE.agf",
+                "glasses that the prescription may name; may be repeated",
+            )
+            .action(ArgAction::Append),
+        )
+        .arg(super::switch(
+            "position-first",
+            "in four columns, the second is the distance from the vertex before (Kolb's older files)",
+        ))
+        .arg(value(
             "trace",
             "RAYS.json",
             "trace a list of rays (`-` reads standard input)",
@@ -79,13 +112,11 @@ pub fn command() -> Command {
 pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
     let Some(name) = text("lens") else {
-        return list(out);
+        return super::sheet::list(matches.get_flag("json"), out);
     };
     let mut sink = Sink::new();
-    let opened = Lens::open_with(name, &mut sink);
-    for warning in sink.items() {
-        eprintln!("{}", warning.render(false));
-    }
+    let opened = Lens::open_as(name, &reading(matches)?, &mut sink);
+    sink.items().iter().for_each(super::tell);
     let mut lens = opened?;
     if let Some(position) = text("zoom-position") {
         let position = parse(position, "zoom-position", "a number from 0")?;
@@ -116,15 +147,51 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let focus = text("focus")
         .map(|distance| focus(&lens, method, distance))
         .transpose()?;
+    let film_z = focus.as_ref().map(|f| f.film_z);
+    let files = ["write", "diagram", "sheet"].map(|flag| text(flag));
+    if let [Some(file), _, _] = files {
+        super::sheet::save_prescription(&lens, file)?;
+    }
+    if let [_, Some(file), _] = files {
+        super::sheet::save_diagram(&lens, film_z, file)?;
+    }
+    if let [_, _, Some(file)] = files {
+        super::sheet::save_sheet(&lens, file)?;
+    }
+    if files.iter().any(Option::is_some) && !matches.get_flag("json") {
+        return Ok(0);
+    }
     if matches.get_flag("json") {
-        let sheet = Sheet::of(&lens, focus.as_ref());
+        let mut sheet = Sheet::of(&lens, focus.as_ref());
+        if matches.get_flag("curves") {
+            sheet.curves = LensSheet::of(&lens);
+        }
         serde_json::to_writer_pretty(&mut *out, &sheet).map_err(std::io::Error::from)
     } else {
         write_text(&lens, focus.as_ref(), out)
+            .and_then(|()| writeln!(out))
+            .and_then(|()| super::sheet::surfaces(&lens, out))
+            .and_then(|()| match LensSheet::of(&lens) {
+                Some(sheet) => super::sheet::curves(&sheet, out),
+                None => Ok(()),
+            })
     }
     .and_then(|()| writeln!(out))
     .map_err(|e| Diagnostic::io("standard output", &e))?;
     Ok(0)
+}
+
+/// What the flags say about reading.
+fn reading(matches: &ArgMatches) -> Result<Reading> {
+    let mut reading = Reading {
+        position_first: matches.get_flag("position-first").then_some(true),
+        ..Reading::default()
+    };
+    let files = matches.get_many::<String>("glass-catalogue");
+    for file in files.into_iter().flatten() {
+        reading.glasses.add_file(file)?;
+    }
+    Ok(reading)
 }
 
 fn focus(lens: &Lens, method: FocusMethod, distance: &str) -> Result<Focus> {
@@ -137,23 +204,6 @@ fn focus(lens: &Lens, method: FocusMethod, distance: &str) -> Result<Focus> {
     };
     lens.focus(method, Meters::from(distance))
         .map_err(|fault| fault.diagnostic(lens.name()))
-}
-
-fn list(out: &mut dyn Write) -> Result<i32> {
-    for name in shipped_names() {
-        let optics = Lens::named(name)?;
-        let f_number = optics
-            .first_order()
-            .f_number()
-            .map_or("-".into(), |n| format!("f/{n:.1}"));
-        writeln!(
-            out,
-            "{name:<24} {:>8.1} mm  {f_number}",
-            optics.first_order().efl()
-        )
-        .map_err(|e| Diagnostic::io("standard output", &e))?;
-    }
-    Ok(0)
 }
 
 fn wrong(flag: &str, value: &str, wanted: &str) -> Box<Diagnostic> {
@@ -195,6 +245,10 @@ struct Sheet<'a> {
     x_plane: Option<Optics>,
     #[serde(skip_serializing_if = "Option::is_none")]
     focus: Option<FocusSheet>,
+    about: AboutRow,
+    surfaces: Vec<SurfaceRow>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    curves: Option<LensSheet>,
 }
 
 /// First-order data of one plane; what is at infinity is null.
@@ -281,6 +335,9 @@ impl<'a> Sheet<'a> {
                 height_angle: focus.height_angle(HALF_HEIGHT),
                 extension: focus.extension,
             }),
+            about: AboutRow::of(lens.prescription()),
+            surfaces: SurfaceRow::all(lens.prescription()),
+            curves: None,
         }
     }
 }

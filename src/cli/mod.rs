@@ -12,6 +12,7 @@ pub mod flags;
 pub mod lens;
 pub mod nodes;
 pub mod render;
+pub mod sheet;
 
 use std::ffi::OsString;
 use std::io::IsTerminal;

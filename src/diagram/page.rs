@@ -1,7 +1,7 @@
 //! The data sheet of a lens on one page.
 
 use crate::lens::sheet::{LensSheet, Modulation, PointImage};
-use crate::lens::{About, Iris, Lens, Shape, Surface};
+use crate::lens::{About, Lens, Shape, Surface};
 
 use super::chart::{Chart, Series};
 use super::section::{LensDiagram, SectionOptions};
@@ -577,7 +577,6 @@ mod tests {
         let lens = Lens::named("achromat").unwrap();
         let mut afocal = lens.prescription().clone();
         afocal.surfaces.truncate(1);
-        afocal.iris = Iris::Round;
         let text = svg_page(&Lens::new(afocal), None);
         assert!(text.contains("First order"));
     }

@@ -1,0 +1,308 @@
+//! What `ivcam lens` prints and writes beside the first-order data: the list of lenses, surfaces
+//! and curves, drawings, pages and prescriptions.
+
+use std::io::Write;
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::diag::{Diagnostic, Result};
+use crate::diagram::{LensDiagram, SectionOptions, html_page, svg_page};
+use crate::lens::formats::write::{Target, write};
+use crate::lens::sheet::LensSheet;
+use crate::lens::{About, Lens, Prescription, Shape, shipped_names};
+use crate::picture::write_whole;
+
+/// A line of the list of lenses.
+#[derive(Serialize)]
+struct Listed {
+    name: String,
+    title: Option<String>,
+    kind: Option<String>,
+    year: Option<String>,
+    field: Option<String>,
+    efl: f64,
+    f_number: Option<f64>,
+    source: Option<String>,
+}
+
+/// Lists the shipped lenses, by kind.
+pub fn list(json: bool, out: &mut dyn Write) -> Result<i32> {
+    let mut lenses = Vec::new();
+    for name in shipped_names() {
+        let lens = Lens::named(name)?;
+        let about = About::of(lens.prescription());
+        lenses.push(Listed {
+            name: name.to_owned(),
+            title: about.title,
+            kind: about.kind,
+            year: about.year,
+            field: about.field,
+            efl: lens.first_order().efl(),
+            f_number: lens.first_order().f_number(),
+            source: about.source,
+        });
+    }
+    let result = if json {
+        serde_json::to_writer_pretty(&mut *out, &lenses)
+            .map_err(std::io::Error::from)
+            .and_then(|()| writeln!(out))
+    } else {
+        list_text(&lenses, out)
+    };
+    super::written(result)
+}
+
+fn list_text(lenses: &[Listed], out: &mut dyn Write) -> std::io::Result<()> {
+    let mut kind = None;
+    for lens in lenses {
+        if kind != Some(&lens.kind) {
+            let gap = if kind.is_some() { "\n" } else { "" };
+            writeln!(out, "{gap}{}", lens.kind.as_deref().unwrap_or("other"))?;
+            kind = Some(&lens.kind);
+        }
+        let said = |text: &Option<String>| text.clone().unwrap_or_else(|| "-".into());
+        let f_number = lens.f_number.map_or("-".into(), |n| format!("f/{n:.1}"));
+        let field = said(&lens.field).replace(" degrees", "\u{b0}");
+        writeln!(
+            out,
+            "  {:<19} {:>6.1} mm  {f_number:<6} {field:<12} {}  {} \u{b7} {}",
+            lens.name,
+            lens.efl,
+            said(&lens.year),
+            said(&lens.title),
+            said(&lens.source)
+        )?;
+    }
+    Ok(())
+}
+
+/// What a file says of its lens, for other programs.
+#[derive(Serialize)]
+pub struct AboutRow {
+    title: Option<String>,
+    kind: Option<String>,
+    year: Option<String>,
+    field: Option<String>,
+    source: Option<String>,
+    notes: Vec<String>,
+}
+
+impl AboutRow {
+    pub fn of(lens: &Prescription) -> Self {
+        let about = About::of(lens);
+        Self {
+            title: about.title,
+            kind: about.kind,
+            year: about.year,
+            field: about.field,
+            source: about.source,
+            notes: about.notes,
+        }
+    }
+}
+
+/// A surface, for other programs; a plane has radius 0, what does not limit is null.
+#[derive(Serialize)]
+pub struct SurfaceRow {
+    kind: &'static str,
+    radius: f64,
+    thickness: f64,
+    n_d: f64,
+    #[serde(rename = "V_d")]
+    abbe: Option<f64>,
+    glass: Option<String>,
+    semi_diameter: Option<f64>,
+    stop: bool,
+}
+
+impl SurfaceRow {
+    pub fn all(lens: &Prescription) -> Vec<Self> {
+        let row = |s: &crate::lens::Surface| Self {
+            kind: kind(&s.shape),
+            radius: s.curvature.radius(),
+            thickness: s.thickness,
+            n_d: s.medium.n_d,
+            abbe: s.medium.abbe(),
+            glass: Some(s.medium.name.clone()).filter(|n| !n.is_empty()),
+            semi_diameter: Some(s.semi_diameter).filter(|r| r.is_finite()),
+            stop: s.is_stop,
+        };
+        lens.surfaces.iter().map(row).collect()
+    }
+}
+
+fn kind(shape: &Shape) -> &'static str {
+    match shape {
+        Shape::Sphere => "sphere",
+        Shape::Conic { .. } => "conic",
+        Shape::Asphere { .. } => "asphere",
+        Shape::CylinderX => "cyl_x",
+        Shape::CylinderY => "cyl_y",
+        Shape::Toroid { .. } => "toroid",
+    }
+}
+
+/// The table of surfaces.
+pub fn surfaces(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "\n    {:>12} {:>10} {:>9} {:>6} {:>10}",
+        "radius", "thickness", "n_d", "V_d", "semi-diam."
+    )?;
+    for (i, s) in lens.prescription().surfaces.iter().enumerate() {
+        let radius = match (s.curvature.is_plane(), s.is_stop) {
+            (true, true) => "stop".into(),
+            (true, false) => "plane".into(),
+            _ => format!("{:.4}", s.curvature.radius()),
+        };
+        let n = if s.medium.n_d == 1.0 {
+            String::new()
+        } else {
+            format!("{:.5}", s.medium.n_d)
+        };
+        let v = s.medium.abbe().map_or(String::new(), |v| format!("{v:.1}"));
+        let mut rest = s.medium.name.clone();
+        if !matches!(s.shape, Shape::Sphere) {
+            rest = format!("{} {rest}", kind(&s.shape));
+        }
+        let line = format!(
+            "{i:>3} {radius:>12} {:>10.4} {n:>9} {v:>6} {:>10.3}  {rest}",
+            s.thickness, s.semi_diameter
+        );
+        writeln!(out, "{}", line.trim_end())?;
+    }
+    Ok(())
+}
+
+/// The curves as a table of heights.
+pub fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "\n  film at {:.4} mm, best focus on the axis ({:+.4} mm from the paraxial)",
+        sheet.film_z, sheet.focus_shift
+    )?;
+    writeln!(
+        out,
+        "  {:>8} {:>7} {:>11} {:>8} {:>10} {:>10} {:>9} {:>9}",
+        "height",
+        "angle",
+        "distortion",
+        "light",
+        "tangential",
+        "sagittal",
+        "lateral F",
+        "lateral C"
+    )?;
+    writeln!(
+        out,
+        "  {:>8} {:>7} {:>11} {:>8} {:>10} {:>10} {:>9} {:>9}",
+        "mm", "deg", "%", "", "mm", "mm", "\u{b5}m", "\u{b5}m"
+    )?;
+    let number = |v: Option<f64>, places: usize| v.map_or("-".into(), |v| format!("{v:.places$}"));
+    for row in sheet.fields.iter().step_by(4) {
+        writeln!(
+            out,
+            "  {:>8.3} {:>7.2} {:>11} {:>8.3} {:>10} {:>10} {:>9} {:>9}",
+            row.height,
+            row.angle_degrees,
+            number(row.distortion_percent, 3),
+            row.relative_illumination,
+            number(row.tangential_focus, 3),
+            number(row.sagittal_focus, 3),
+            number(row.lateral_f.map(|v| 1000.0 * v), 2),
+            number(row.lateral_c.map(|v| 1000.0 * v), 2),
+        )?;
+    }
+    let shown: Vec<usize> = (0..sheet.frequencies.len()).step_by(10).skip(1).collect();
+    let heads: Vec<String> = shown
+        .iter()
+        .map(|i| format!("{:>11}", format!("{} lp/mm", sheet.frequencies[*i])))
+        .collect();
+    writeln!(
+        out,
+        "\n  {:>8} {:>9} {:>7} {}",
+        "height",
+        "rms \u{b5}m",
+        "beam",
+        heads.join(" ")
+    )?;
+    for point in &sheet.points {
+        let waves = &point.diffraction;
+        let cells: Vec<String> = shown
+            .iter()
+            .map(|i| {
+                format!(
+                    "{:>11}",
+                    format!("{:.2}/{:.2}", waves.tangential[*i], waves.sagittal[*i])
+                )
+            })
+            .collect();
+        writeln!(
+            out,
+            "  {:>8.3} {:>9.2} {:>7.3} {}",
+            point.height,
+            1000.0 * point.rms,
+            point.pupil_area,
+            cells.join(" ")
+        )?;
+    }
+    writeln!(
+        out,
+        "  modulation tangential/sagittal, with the wave at the d line"
+    )
+}
+
+/// Writes the prescription, in the format of the file's ending; says what it leaves out.
+pub fn save_prescription(lens: &Lens, file: &str) -> Result<()> {
+    let path = Path::new(file);
+    let (text, left_out) = write(lens.prescription(), Target::of(path)?)?;
+    for what in left_out {
+        eprintln!("warning: `{file}` leaves out {what}");
+    }
+    save(path, &text)
+}
+
+/// Draws the section with rays.
+pub fn save_diagram(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<()> {
+    let path = Path::new(file);
+    let sheet = LensSheet::of(lens);
+    let focus = lens.first_order().focal.map(|f| f.rear_focal_point);
+    let film_z = film_z.or(sheet.as_ref().map(|s| s.film_z)).or(focus);
+    let height = sheet.map_or(0.0, |s| s.image_height);
+    let mut options = SectionOptions::of(film_z.unwrap_or(1.3 * lens.length()), height);
+    if height == 0.0 {
+        options.fields = vec![0.0];
+    }
+    let drawing = LensDiagram::of(lens, options).drawing();
+    match ending(path).as_str() {
+        "svg" => save(path, &drawing.to_svg()),
+        "fig" => save(path, &drawing.to_fig()),
+        _ => Err(unknown("--diagram", file, ".svg or .fig (xfig)")),
+    }
+}
+
+/// Writes the data sheet as one page.
+pub fn save_sheet(lens: &Lens, file: &str) -> Result<()> {
+    let path = Path::new(file);
+    let page = match ending(path).as_str() {
+        "svg" => svg_page,
+        "html" | "htm" => html_page,
+        _ => return Err(unknown("--sheet", file, ".html or .svg")),
+    };
+    save(path, &page(lens, LensSheet::of(lens).as_ref()))
+}
+
+fn ending(path: &Path) -> String {
+    let ending = path.extension().and_then(|e| e.to_str());
+    ending.unwrap_or("").to_ascii_lowercase()
+}
+
+fn unknown(flag: &str, file: &str, endings: &str) -> Box<Diagnostic> {
+    Diagnostic::error(format!("`{flag} {file}` says no known format"))
+        .with_help(format!("end the name in {endings}"))
+}
+
+fn save(path: &Path, text: &str) -> Result<()> {
+    write_whole(path, |out| out.write_all(text.as_bytes()))
+}
