@@ -1,6 +1,7 @@
 //! Reads every scene below a folder, writes it and reads that: is it the same document?
 //!
-//! `cargo run --release --example roundtrip -- FOLDER [--only TEXT]`. Exit 1 if one is not.
+//! `cargo run --release --example roundtrip -- FOLDER [--only TEXT] [--keep FOLDER]`. Exit 1 if one is
+//! not. `--keep` leaves what was written in a folder, for other programs to read.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -9,9 +10,10 @@ use std::sync::Arc;
 use ivcam::iv::{Document, Folder, Format, Limits};
 
 fn main() -> ExitCode {
-    let mut arguments = std::env::args().skip(1);
-    let folder = arguments.next().unwrap_or_else(|| ".".into());
-    let only = arguments.skip_while(|a| a != "--only").nth(1);
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let folder = arguments.first().cloned().unwrap_or_else(|| ".".into());
+    let option = |name| arguments.iter().skip_while(|a| *a != name).nth(1);
+    let (only, keep) = (option("--only"), option("--keep"));
     let mut files = Vec::new();
     collect(Path::new(&folder), &mut files);
     files.sort();
@@ -20,7 +22,7 @@ fn main() -> ExitCode {
             .is_none_or(|o| f.to_string_lossy().contains(o.as_str()))
     });
     let (mut read, mut ascii, mut binary, mut other) = (0, 0, 0, 0);
-    for file in &files {
+    for (number, file) in files.iter().enumerate() {
         let Ok(document) = Document::open(file) else {
             continue;
         };
@@ -29,6 +31,17 @@ fn main() -> ExitCode {
             if format == Format::Binary && document.is_vrml97() {
                 other += 1; // protos, routes and scripts are more than binary can say
                 continue;
+            }
+            if let Some(folder) = keep {
+                let kind = if format == Format::Ascii {
+                    "ascii"
+                } else {
+                    "binary"
+                };
+                let path = Path::new(folder).join(format!("{number:03}-{kind}.iv"));
+                if let Err(error) = std::fs::write(&path, document.write(format)) {
+                    eprintln!("{}: {error}", path.display());
+                }
             }
             match again(&document, file, format) {
                 None if format == Format::Ascii => ascii += 1,

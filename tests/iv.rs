@@ -331,3 +331,86 @@ fn a_script_has_the_fields_it_declares() {
     assert_eq!(script.value("k"), Some(&Value::Float(3.0)));
     assert_eq!(script.class_name(), "Script");
 }
+
+#[test]
+fn a_binary_file_that_promises_more_than_it_holds_is_told_so() {
+    let mut bytes = b"#Inventor V2.1 binary  \n".to_vec();
+    let string = |bytes: &mut Vec<u8>, text: &str| {
+        bytes.extend((text.len() as u32).to_be_bytes());
+        bytes.extend(text.bytes());
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+    };
+    string(&mut bytes, "Coordinate3");
+    bytes.extend([0, 0, 0, 0, 0, 0, 0, 1]);
+    string(&mut bytes, "point");
+    bytes.extend([0xff; 4]);
+    let document =
+        Document::read("b.iv", bytes, Arc::new(Nowhere), &Limits::default()).expect("reads");
+    assert!(
+        messages(&document)[0].contains("4294967295 values are promised"),
+        "{:?}",
+        messages(&document)
+    );
+}
+
+#[test]
+fn a_gzip_bomb_stops_at_the_limit() {
+    use std::io::Write as _;
+    let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+    gz.write_all(b"#Inventor V2.1 ascii\n").expect("in memory");
+    gz.write_all(&vec![b' '; 8 << 20]).expect("in memory");
+    let bytes = gz.finish().expect("in memory");
+    let limits = Limits {
+        bytes: 1 << 20,
+        ..Limits::default()
+    };
+    let error =
+        Document::read("bomb.iv.gz", bytes, Arc::new(Nowhere), &limits).expect_err("too big");
+    assert!(
+        error.to_string().contains("larger than 1048576 bytes"),
+        "{error}"
+    );
+}
+
+#[test]
+fn protos_that_double_at_every_step_stop_at_the_limit() {
+    let mut text = String::from("#VRML V2.0 utf8\nPROTO P0 [ ] { Group { } }\n");
+    for i in 1..64 {
+        let inner = i - 1;
+        text += &format!(
+            "PROTO P{i} [ ] {{ Group {{ children [ P{inner} {{ }} P{inner} {{ }} ] }} }}\n"
+        );
+    }
+    text += "P63 { }";
+    let limits = Limits {
+        copies: 10_000,
+        ..Limits::default()
+    };
+    let error = Document::read("p.wrl", text.into_bytes(), Arc::new(Nowhere), &limits)
+        .expect_err("too many");
+    assert!(
+        error.to_string().contains("more than 10000 nodes"),
+        "{error}"
+    );
+}
+
+#[test]
+fn numbers_are_read_to_the_nearest_float() {
+    let texts = [
+        "16777217",
+        "1.00000005960464477540",
+        "3.4028235e38",
+        "1e-45",
+        "1e39",
+        "0.1",
+        "7.0064923216240854e-46",
+        "123456789012345678901234567890",
+        "1.17549435e-38",
+        "2.2250738585072011e-308",
+    ];
+    for text in texts {
+        let document = clean(&format!("#Inventor V2.1 ascii\nCone {{ height {text} }}"));
+        let read = document.roots().next().map(|c| c.get(cone::HEIGHT));
+        assert_eq!(read, text.parse().ok(), "{text}");
+    }
+}

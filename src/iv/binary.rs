@@ -634,6 +634,22 @@ impl Reader<'_, '_, '_> {
         (0..count).map(|_| one(self)).collect()
     }
 
+    /// Values of a fixed number of words, all at once.
+    fn bulk<const N: usize, T>(&mut self, one: impl Fn([u32; N]) -> T) -> Step<Vec<T>> {
+        let count = self.count(4 * N)?;
+        let tuple = |bytes: &[u8]| {
+            let mut words = bytes
+                .chunks_exact(4)
+                .map(|w| u32::from_be_bytes([w[0], w[1], w[2], w[3]]));
+            one(std::array::from_fn(|_| words.next().unwrap_or(0)))
+        };
+        Ok(self
+            .take(4 * N * count)?
+            .chunks_exact(4 * N)
+            .map(tuple)
+            .collect())
+    }
+
     fn value(&mut self, node: NodeId, slot: Slot) -> Step<Value> {
         use FieldType as F;
         let kind = self.asm.written_as(node, slot);
@@ -663,17 +679,21 @@ impl Reader<'_, '_, '_> {
             F::MFNode => Value::Nodes(Vec::new()),
             F::SFTrigger => Value::Trigger,
             F::MFBool => Value::Bools(self.many(4, |r| r.word().map(|n| n != 0))?),
-            F::MFInt32 | F::MFShort => Value::Ints(self.many(4, |r| r.word().map(|n| n as i32))?),
+            F::MFInt32 | F::MFShort => Value::Ints(self.bulk(|[n]| n as i32)?),
             F::MFEnum => Value::Ints(self.many(4, |r| r.named(node, slot))?),
-            F::MFUInt32 | F::MFUShort => Value::UInts(self.many(4, Self::word)?),
-            F::MFFloat => Value::Floats(self.many(4, Self::float)?),
+            F::MFUInt32 | F::MFUShort => Value::UInts(self.bulk(|[n]| n)?),
+            F::MFFloat => Value::Floats(self.bulk(|[n]| f32::from_bits(n))?),
             F::MFDouble | F::MFTime => Value::Doubles(self.many(8, Self::double)?),
             F::MFString | F::MFName => Value::Strings(self.many(4, Self::string)?),
-            F::MFVec2f => Value::Vec2s(self.many(8, |r| r.floats().map(Vec2::from_array))?),
-            F::MFVec3f | F::MFColor => {
-                Value::Vec3s(self.many(12, |r| r.floats().map(Vec3::from_array))?)
+            F::MFVec2f => {
+                Value::Vec2s(self.bulk(|w: [u32; 2]| Vec2::from_array(w.map(f32::from_bits)))?)
             }
-            F::MFVec4f => Value::Vec4s(self.many(16, |r| r.floats().map(Vec4::from_array))?),
+            F::MFVec3f | F::MFColor => {
+                Value::Vec3s(self.bulk(|w: [u32; 3]| Vec3::from_array(w.map(f32::from_bits)))?)
+            }
+            F::MFVec4f => {
+                Value::Vec4s(self.bulk(|w: [u32; 4]| Vec4::from_array(w.map(f32::from_bits)))?)
+            }
             F::MFVec2i32 | F::MFVec3i32 | F::MFVec4i32 => {
                 let count = self.count(4 * kind.width())? * kind.width();
                 Value::Ints(

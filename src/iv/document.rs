@@ -97,6 +97,8 @@ pub struct Document {
     pub protos: Vec<Proto>,
     /// Nodes that are not part of the scene, by their places: the bodies of protos.
     pub templates: Vec<Range<u32>>,
+    /// How many nodes are copies of protos' bodies.
+    pub(super) copies: usize,
     /// Where an event of an instance leads.
     pub(super) passages: HashMap<NodeId, Vec<(Box<str>, NodeId, Box<str>)>>,
     /// Protos of the files that `EXTERNPROTO`s name.

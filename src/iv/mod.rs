@@ -33,8 +33,10 @@ pub use writer::Format;
 pub struct Limits {
     /// Bytes of one file, after unpacking.
     pub bytes: usize,
-    /// Nodes of a document, included files and expanded protos with it.
+    /// Nodes of a document, included files with it.
     pub nodes: usize,
+    /// Nodes made by expanding protos.
+    pub copies: usize,
     /// Nodes inside nodes.
     pub depth: usize,
     /// Files in files.
@@ -47,7 +49,8 @@ impl Default for Limits {
     fn default() -> Self {
         Self {
             bytes: 2 << 30,
-            nodes: 50_000_000,
+            nodes: 10_000_000,
+            copies: 1_000_000,
             depth: 1_000_000,
             include_depth: 32,
             files: 1_000,

@@ -147,12 +147,13 @@ fn copy(
         if copies.contains_key(&id) {
             continue;
         }
-        if document.nodes.len() >= limits.nodes {
-            let message = format!("more than {} nodes, with the protos expanded", limits.nodes);
+        document.copies += 1;
+        if document.copies > limits.copies || document.nodes.len() >= limits.nodes {
+            let message = format!("protos expand to more than {} nodes", limits.copies);
             let span = document.nodes[id.0 as usize].span;
             let error = document.sink.error(span, message);
             return Err(
-                error.with_help("raise the limit on nodes if the scene is meant to be that big")
+                error.with_help("raise the limit on copies if the scene is meant to be that big")
             );
         }
         let node = document.nodes[id.0 as usize].clone();

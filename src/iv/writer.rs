@@ -128,14 +128,12 @@ impl Tokens {
                 tokens.insert(id, name.to_owned());
             }
         }
-        for id in numbered {
-            let next = tokens.len();
-            tokens.entry(id).and_modify(|t| {
-                if !t.contains('+') {
-                    *t = format!("{t}+{next}");
-                }
-            });
-            tokens.entry(id).or_insert_with(|| format!("+{next}"));
+        let mut done = HashSet::new();
+        for (number, id) in numbered.into_iter().enumerate() {
+            if done.insert(id) {
+                let token = tokens.entry(id).or_default();
+                *token = format!("{token}+{number}");
+            }
         }
         Self { tokens }
     }
