@@ -2,8 +2,8 @@
 //!
 //! Inventor's `=` connections and VRML97's `ROUTE`s are followed from the fields that have them
 //! back to engines, sensors and other fields, once, at the time asked for; the walk then sees
-//! plain values. Time 0 is when the scene was opened. Nothing has happened before it: nobody
-//! clicked, so triggers have not fired. Scripts do not run.
+//! plain values. Time 0 is when the scene was opened. Nobody has clicked or will, so triggers come
+//! from clocks alone. Scripts do not run.
 
 mod calculator;
 mod compute;
@@ -13,7 +13,7 @@ mod sensors;
 
 use std::collections::{HashMap, HashSet};
 
-use glam::{DMat4, DVec3};
+use glam::DVec3;
 
 use super::read::Fields;
 use crate::diag::Span;
@@ -21,20 +21,14 @@ use crate::grammar::FieldType;
 use crate::iv::document::ClassRef;
 use crate::iv::{Document, FieldEntry, NodeId, NodeRef, Value};
 
-/// The box around what is below a node, in its own space, and the matrix of that space at the
-/// node's end; for `ComputeBoundingBox`, which the caller answers since it can draw.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    pub min: DVec3,
-    pub max: DVec3,
-    pub object: DMat4,
-}
-
-pub type BoundsOf<'a> = dyn Fn(&Document, NodeId) -> Option<Bounds> + 'a;
+/// The box (smallest and largest corner) around what a document draws, for
+/// `ComputeBoundingBox`: the caller answers, since it can draw. The document it is given has the
+/// node in question as its only root, and the connections before that node worked out.
+pub type BoundsOf<'a> = dyn Fn(&Document) -> Option<(DVec3, DVec3)> + 'a;
 
 /// The document with connected fields at their values at `time`; `None` where nothing changes.
 pub fn at_time(document: &Document, time: f64) -> Option<Document> {
-    at_time_with(document, time, &|_, _| None)
+    at_time_with(document, time, &|_| None)
 }
 
 /// The same, with an answer for `ComputeBoundingBox`. Warnings are added to the copy's sink.
@@ -48,12 +42,17 @@ pub fn at_time_with(document: &Document, time: f64, bounds: &BoundsOf<'_>) -> Op
         time: if time.is_finite() { time } else { 0.0 },
         inputs: HashMap::new(),
         outputs: HashMap::new(),
+        triggers: HashMap::new(),
         warned: HashSet::new(),
         bounds,
+        boxes: 0,
     };
     work.run(edges);
     Some(work.document)
 }
+
+/// Boxes asked for; each is a walk.
+const MAX_BOXES: usize = 100;
 
 /// Where a value goes.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,6 +142,13 @@ fn slot(node: NodeRef<'_>, name: &str) -> Option<Slot> {
     input.map(|&(name, kind)| Slot::Input(name, kind))
 }
 
+/// How often a trigger has fired by now, and when it last did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Pulses {
+    count: u64,
+    last: f64,
+}
+
 /// Values by the names of an engine's outputs.
 type Outputs = Vec<(&'static str, Value)>;
 
@@ -152,8 +158,11 @@ struct Work<'a> {
     /// What has arrived at inputs that are not fields.
     inputs: HashMap<(NodeId, &'static str), Value>,
     outputs: HashMap<NodeId, Outputs>,
+    /// What has come to the fields that are triggers.
+    triggers: HashMap<(NodeId, u16), Pulses>,
     warned: HashSet<String>,
     bounds: &'a BoundsOf<'a>,
+    boxes: usize,
 }
 
 impl Work<'_> {
@@ -186,6 +195,11 @@ impl Work<'_> {
     }
 
     fn deliver(&mut self, to: NodeId, edge: &Edge) {
+        if let Slot::Field(index, FieldType::SFTrigger) = edge.slot {
+            let pulses = self.pulses(edge.from, &edge.output);
+            self.triggers.insert((to, index), pulses);
+            return;
+        }
         let Some(value) = self.output(edge.from, &edge.output, edge.span) else {
             return;
         };
@@ -235,22 +249,58 @@ impl Work<'_> {
         Some(value.clone())
     }
 
+    /// The trigger that comes out of a node. Clocks alone give any by themselves.
+    fn pulses(&self, from: NodeId, output: &str) -> Pulses {
+        let node = self.document.node(from);
+        match node.known_class().map(|c| c.name) {
+            Some("TimeCounter") if output == "syncOut" => compute::rounds(node, self.time),
+            Some("TriggerAny") => {
+                let mine = self.triggers.iter().filter(|((to, _), _)| *to == from);
+                mine.fold(Pulses::default(), |sum, (_, p)| Pulses {
+                    count: sum.count.saturating_add(p.count),
+                    last: sum.last.max(p.last),
+                })
+            }
+            _ => Pulses::default(),
+        }
+    }
+
     fn compute(&mut self, from: NodeId, span: Span) -> Outputs {
         let node = self.document.node(from);
         let Some(class) = node.known_class() else {
             return Vec::new();
         };
         let made = match class.name {
-            "ComputeBoundingBox" => Ok(compute::bounding_box(node, self.bounds)),
+            "ComputeBoundingBox" => Ok(self.bounding_box(from)),
             _ => match sensors::outputs(node, class.name, self.time, &self.inputs) {
                 Some(outputs) => Ok(outputs),
-                None => compute::outputs(node, class.name, self.time),
+                None => {
+                    let fired = |name: &str| {
+                        let index = class.field(name).map(|(i, _)| i as u16);
+                        let pulses = index.and_then(|i| self.triggers.get(&(from, i)));
+                        pulses.copied().unwrap_or_default()
+                    };
+                    compute::outputs(node, class.name, self.time, &fired)
+                }
             },
         };
         made.unwrap_or_else(|message| {
             self.warn(from, span, message);
             Vec::new()
         })
+    }
+
+    fn bounding_box(&mut self, engine: NodeId) -> Outputs {
+        let node = self.document.node(engine);
+        let subject = node.node_in("node").or_else(|| node.node_in("path"));
+        let Some(subject) = subject.map(|s| s.id).filter(|_| self.boxes < MAX_BOXES) else {
+            return Vec::new();
+        };
+        self.boxes += 1;
+        let roots = std::mem::replace(&mut self.document.roots, vec![subject]);
+        let found = (self.bounds)(&self.document);
+        self.document.roots = roots;
+        found.map(compute::corners).unwrap_or_default()
     }
 }
 

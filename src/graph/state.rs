@@ -457,7 +457,8 @@ impl State<'_> {
             },
             font: FontElement {
                 name: "defaultFont",
-                size: 10.0,
+                // Coin's where no node says; a `Font` that states no size has 10.
+                size: 12.0,
                 is_style: false,
                 family: 0,
                 style: 0,

@@ -149,7 +149,7 @@ impl RenderScene {
 
     /// Walks the document and compiles what it draws.
     pub fn compile(document: &Document, options: &CompileOptions) -> Result<Self> {
-        let patched = graph::engines::at_time(document, options.time);
+        let patched = survey::at_time(document, options);
         let document = patched.as_ref().unwrap_or(document);
         let walk_options = WalkOptions {
             time: options.time,

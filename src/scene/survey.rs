@@ -49,8 +49,27 @@ impl Surveyor<'_> {
 }
 
 pub fn survey(document: &Document, options: &CompileOptions) -> Survey {
-    let patched = graph::engines::at_time(document, options.time);
-    let document = patched.as_ref().unwrap_or(document);
+    let patched = at_time(document, options);
+    let mut survey = as_it_is(patched.as_ref().unwrap_or(document), options);
+    if let Some(patched) = &patched {
+        let news = patched
+            .sink
+            .items()
+            .iter()
+            .skip(document.sink.items().len());
+        survey.troubles.extend(news.cloned().map(Box::new));
+    }
+    survey
+}
+
+/// The document with its engines worked out, if it has any; a box that an engine asks for is
+/// surveyed.
+pub fn at_time(document: &Document, options: &CompileOptions) -> Option<Document> {
+    let bounds = |part: &Document| as_it_is(part, options).bounds;
+    graph::engines::at_time_with(document, options.time, &bounds)
+}
+
+fn as_it_is(document: &Document, options: &CompileOptions) -> Survey {
     let walk_options = WalkOptions {
         time: options.time,
         camera: options.camera.clone(),

@@ -1,15 +1,15 @@
 //! What each of Inventor's engines gives out for what its fields hold.
 //!
 //! Fields of several values are worked through value by value; a shorter one goes on with its
-//! last. An engine that waits for a trigger has not had one.
+//! last.
 
-use glam::{DMat4, DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
+use glam::{DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
 
 use super::calculator;
 use super::convert::rotation_of;
 use super::matrix::{self, Parts};
 use super::sensors::between;
-use super::{BoundsOf, Outputs};
+use super::{Outputs, Pulses};
 use crate::grammar::value::{Choice, Get, Seconds, Value};
 use crate::graph::read::Fields;
 use crate::iv::NodeRef;
@@ -19,7 +19,13 @@ use crate::iv::value::Rotation;
 pub const MAX_VALUES: usize = 1 << 22;
 
 /// Outputs of an engine; none for a node that is not one. `Err`: what is wrong with it.
-pub fn outputs(node: NodeRef<'_>, class: &str, time: f64) -> Result<Outputs, String> {
+/// `fired` tells of the triggers among its fields.
+pub fn outputs(
+    node: NodeRef<'_>,
+    class: &str,
+    time: f64,
+    fired: &dyn Fn(&str) -> Pulses,
+) -> Result<Outputs, String> {
     Ok(match class {
         "Calculator" => calculator::outputs(node)?,
         "ComposeVec2f" => {
@@ -129,7 +135,7 @@ pub fn outputs(node: NodeRef<'_>, class: &str, time: f64) -> Result<Outputs, Str
         "BoolOperation" => bool_operation(node),
         "SelectOne" => select_one(node),
         "Gate" => {
-            let open = flag(node, "enable", false);
+            let open = flag(node, "enable", false) || fired("trigger").count > 0;
             let passed = node.value("input").filter(|_| open);
             passed.map(|v| ("output", v.clone())).into_iter().collect()
         }
@@ -137,21 +143,19 @@ pub fn outputs(node: NodeRef<'_>, class: &str, time: f64) -> Result<Outputs, Str
         "ElapsedTime" => {
             let speed = f64::from(node.read::<f32>("speed").unwrap_or(1.0));
             let runs = flag(node, "on", true) && !flag(node, "pause", false);
-            let elapsed = if runs {
-                speed * time_in(node, time)
-            } else {
-                0.0
-            };
+            let since = time_in(node, time) - fired("reset").last;
+            let elapsed = if runs { speed * since } else { 0.0 };
             vec![("timeOut", Value::Double(elapsed))]
         }
         "TimeCounter" => vec![("output", Value::Int(time_counter(node, time)))],
-        "Counter" => vec![("output", Value::Int(integer(node, "min", 0)))],
-        "OneShot" => vec![
-            ("timeOut", Value::Double(0.0)),
-            ("isActive", Value::Bool(false)),
-            ("ramp", Value::Float(0.0)),
-        ],
-        "OnOff" => vec![("isOn", Value::Bool(false)), ("isOff", Value::Bool(true))],
+        "Counter" => vec![("output", Value::Int(counter(node, fired("trigger"))))],
+        "OneShot" => one_shot(node, time, fired("trigger")),
+        "OnOff" => {
+            let (on, off) = (fired("on"), fired("off"));
+            let turned_on = on.count > 0 && (off.count == 0 || on.last >= off.last);
+            let is_on = turned_on != (fired("toggle").count % 2 == 1);
+            vec![("isOn", Value::Bool(is_on)), ("isOff", Value::Bool(!is_on))]
+        }
         // A `GlobalField`'s clock; its other fields are plain values.
         "GlobalField" if node.value("realTime").is_some() => {
             vec![("realTime", Value::Double(time))]
@@ -395,18 +399,30 @@ fn time_in(node: NodeRef<'_>, time: f64) -> f64 {
     stated.filter(|_| joined).unwrap_or(time)
 }
 
+/// How many values there are from `min` to `max` by `step`, unless there is no way.
+fn counts(node: NodeRef<'_>) -> Option<i64> {
+    let span = i64::from(integer(node, "max", 1)) - i64::from(integer(node, "min", 0));
+    let step = i64::from(integer(node, "step", 1));
+    (step != 0 && span.signum() * step.signum() >= 0).then(|| span / step + 1)
+}
+
+fn count_at(node: NodeRef<'_>, place: i64) -> i32 {
+    let min = i64::from(integer(node, "min", 0));
+    let step = i64::from(integer(node, "step", 1));
+    i32::try_from(min + place * step).unwrap_or(i32::MAX)
+}
+
+fn cycles(node: NodeRef<'_>, time: f64) -> f64 {
+    time_in(node, time) * f64::from(node.read::<f32>("frequency").unwrap_or(1.0))
+}
+
 /// Counts from `min` to `max` by `step`, a whole round in 1/frequency seconds; `duty` weighs how
 /// long each count lasts.
 fn time_counter(node: NodeRef<'_>, time: f64) -> i32 {
-    let (min, max) = (integer(node, "min", 0), integer(node, "max", 1));
-    let step = integer(node, "step", 1);
-    let frequency = f64::from(node.read::<f32>("frequency").unwrap_or(1.0));
-    let span = i64::from(max) - i64::from(min);
-    if !flag(node, "on", true) || step == 0 || span.signum() * i64::from(step.signum()) < 0 {
-        return min;
-    }
-    let counts = span / i64::from(step) + 1;
-    let cycles = time_in(node, time) * frequency;
+    let Some(counts) = counts(node).filter(|_| flag(node, "on", true)) else {
+        return count_at(node, 0);
+    };
+    let cycles = cycles(node, time);
     let phase = cycles - cycles.floor();
     let duty = floats(node, "duty");
     let total: f64 = duty.iter().map(|&d| f64::from(d.max(0.0))).sum();
@@ -421,21 +437,61 @@ fn time_counter(node: NodeRef<'_>, time: f64) -> i32 {
     } else {
         ((phase * counts as f64) as i64).clamp(0, counts - 1)
     };
-    i32::try_from(i64::from(min) + place * i64::from(step)).unwrap_or(min)
+    count_at(node, place)
 }
 
-/// The outputs of a `ComputeBoundingBox`, if the caller knows the box.
-pub fn bounding_box(node: NodeRef<'_>, bounds: &BoundsOf<'_>) -> Outputs {
-    let subject = node.node_in("node").or_else(|| node.node_in("path"));
-    let Some(found) = subject.and_then(|s| bounds(node.document, s.id)) else {
-        return Vec::new();
+/// The whole rounds of a `TimeCounter`: each fires its `syncOut`.
+pub fn rounds(node: NodeRef<'_>, time: f64) -> Pulses {
+    let cycles = cycles(node, time).floor();
+    if !(cycles > 0.0) || !flag(node, "on", true) {
+        return Pulses::default();
+    }
+    Pulses {
+        count: cycles as u64,
+        last: time_in(node, time) * (cycles / self::cycles(node, time)),
+    }
+}
+
+/// Steps once a trigger, round and round.
+fn counter(node: NodeRef<'_>, trigger: Pulses) -> i32 {
+    let place = counts(node).map_or(0, |counts| (trigger.count % counts as u64) as i64);
+    count_at(node, place)
+}
+
+/// Runs from its last trigger for `duration`; with `HOLD_FINAL` it stays at the end.
+fn one_shot(node: NodeRef<'_>, time: f64, trigger: Pulses) -> Outputs {
+    const HOLD_FINAL: i32 = 2;
+    let duration = node.read::<Seconds>("duration").unwrap_or(1.0);
+    let fired = trigger.count > 0 && !flag(node, "disable", false);
+    let since = time_in(node, time) - trigger.last;
+    let active = fired && since < duration;
+    let holds = node.read::<Choice>("flags").unwrap_or(0) & HOLD_FINAL != 0;
+    let shown = match (fired, active) {
+        (true, true) => since,
+        (true, false) if holds => duration,
+        _ => 0.0,
     };
-    let object: DMat4 = found.object;
-    let vector = |v: DVec3| Value::Vec3(v.as_vec3());
+    let ramp = if duration > 0.0 {
+        shown / duration
+    } else {
+        0.0
+    };
     vec![
-        ("min", vector(found.min)),
-        ("max", vector(found.max)),
-        ("boxCenter", vector(0.5 * (found.min + found.max))),
-        ("objectCenter", vector(object.w_axis.truncate())),
+        ("timeOut", Value::Double(shown)),
+        ("isActive", Value::Bool(active)),
+        ("ramp", Value::Float(ramp as f32)),
+    ]
+}
+
+/// The outputs of a `ComputeBoundingBox`. Inventor's `objectCenter` is the box's center unless an
+/// action sets another; here it always is.
+pub fn corners((min, max): (DVec3, DVec3)) -> Outputs {
+    let vector = |v: DVec3| Value::Vec3(v.as_vec3());
+    let center = vector(0.5 * (min + max));
+    vec![
+        ("min", vector(min)),
+        ("max", vector(max)),
+        ("boxCenter", center.clone()),
+        ("objectCenter", center),
     ]
 }

@@ -173,13 +173,26 @@ fn a_sensor_that_has_not_started_sends_nothing() {
 fn a_bounding_box_is_the_callers_to_know() {
     let scene = "#Inventor V2.1 ascii\nSeparator { DEF S Cube { }
         DEF X Translation { translation = ComputeBoundingBox { node USE S } . max } }";
-    let bounds = |_: &Document, _: NodeId| {
-        Some(Bounds {
-            min: DVec3::ZERO,
-            max: DVec3::ONE,
-            object: DMat4::IDENTITY,
-        })
+    let bounds = |document: &Document| {
+        let only = document.roots().next().map(|n| n.class_name().to_owned());
+        assert_eq!((document.roots.len(), only.as_deref()), (1, Some("Cube")));
+        Some((DVec3::ZERO, DVec3::ONE))
     };
     let document = at_time_with(&read(scene), 0.0, &bounds).expect("has connections");
     assert_eq!(field(&document, "X", "translation"), Value::Vec3(Vec3::ONE));
+}
+
+#[test]
+fn a_clocks_rounds_trigger_other_engines() {
+    let count = "DEF X Switch { whichChild = Counter { max 9
+        trigger = TriggerAny { input3 = TimeCounter { frequency 2 } . syncOut } . output } . output }";
+    assert_eq!(x(count, "whichChild", 0.4), Value::Int(0));
+    assert_eq!(x(count, "whichChild", 1.6), Value::Int(3));
+    let ramp = "DEF X Cube { width = OneShot { duration 4
+        trigger = TimeCounter { frequency 0.125 } . syncOut } . ramp }";
+    assert_eq!(x(ramp, "width", 7.0), Value::Float(0.0));
+    assert_eq!(x(ramp, "width", 11.0), Value::Float(0.75));
+    assert_eq!(x(ramp, "width", 13.0), Value::Float(0.0));
+    let toggle = "DEF X Cube { width = OnOff { toggle = TimeCounter { } . syncOut } . isOn }";
+    assert_eq!(x(toggle, "width", 3.5), Value::Float(1.0));
 }
