@@ -481,10 +481,7 @@ fn asphere<const STOPS: bool>(step: &Step<'_>, profile: &Profile, b: &mut Bundle
     let (mut r2, mut sag, mut slope, mut inside) =
         ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
     // 1 while a lane goes on, 0 when it has stopped; a number, so that it stays in vectors.
-    let mut going = [0.0; LANES];
-    for i in 0..LANES {
-        going[i] = if b.lost[i] == 0 { 1.0 } else { 0.0 };
-    }
+    let mut going = b.lost.map(|lost| if lost == 0 { 1.0 } else { 0.0 });
     for _ in 0..60 {
         for i in 0..LANES {
             r2[i] = qx[i] * qx[i] + qy[i] * qy[i];
