@@ -461,7 +461,7 @@ fn compare_pictures(
                 ray
             }
         };
-        let color = shader.radiance(&ray, &mut || 0.5);
+        let color = shader.radiance(&ray, &mut ivcam::shade::Work::default());
         let level = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
         *pixel = image::Rgb([level(color.x), level(color.y), level(color.z)]);
     }

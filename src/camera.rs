@@ -8,7 +8,7 @@
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::film::{FilmFormat, Resolution};
-use crate::lens::{Focus, Lens, LensRay, PupilTarget, PupilWindow, RearElement};
+use crate::lens::{Bundle, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, RearElement};
 use crate::pose::{CameraPose, Projection, ViewportMapping};
 use crate::sampling::DiscMap;
 
@@ -49,10 +49,31 @@ impl Camera {
         }
     }
 
+    /// Rays for up to [`LANES`] requests; those through a lens are traced together. The same bits
+    /// as one by one from [`Camera::at`].
+    pub fn rays(&self, asked: &[Asked], bundle: &mut Bundle, rays: &mut [Option<CameraRay>]) {
+        match self {
+            Self::Pinhole(pinhole) => {
+                for (ray, a) in rays.iter_mut().zip(asked) {
+                    *ray = pinhole.ray(a.x, a.y);
+                }
+            }
+            Self::Lens(camera) => camera.rays(asked, bundle, rays),
+        }
+    }
+
     /// Whether rays through one film point differ.
     pub fn has_aperture(&self) -> bool {
         matches!(self, Self::Lens(_))
     }
+}
+
+/// A ray asked for: a place on the picture, and a point of the lens in the unit square.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Asked {
+    pub x: f64,
+    pub y: f64,
+    pub pupil: [f64; 2],
 }
 
 /// A point of the film, ready to look through any point of the lens. It lives on the stack for
@@ -219,7 +240,14 @@ impl LensCamera {
     }
 
     /// The ray from a film point (millimeters) through a lens point of its window.
-    pub fn ray(&self, film: DVec2, window: &PupilWindow, [u, v]: [f64; 2]) -> Option<CameraRay> {
+    pub fn ray(&self, film: DVec2, window: &PupilWindow, pupil: [f64; 2]) -> Option<CameraRay> {
+        let (inside, weight) = self.aim(film, window, pupil)?;
+        let out = self.lens.trace_from_film(&inside).ok()?;
+        Some(self.outside(&out, weight))
+    }
+
+    /// The ray behind the lens, and its weight.
+    fn aim(&self, film: DVec2, window: &PupilWindow, [u, v]: [f64; 2]) -> Option<(LensRay, f64)> {
         let density = window.density();
         if density <= 0.0 {
             return None;
@@ -228,16 +256,38 @@ impl LensCamera {
         let aim = window.point(u, v).extend(self.rear_z);
         let across = aim - origin;
         let direction = across.normalize();
-        let out = self
-            .lens
-            .trace_from_film(&LensRay { origin, direction })
-            .ok()?;
         let weight = equation_1(across) / (density * self.axial_irradiance);
-        Some(CameraRay {
+        Some((LensRay { origin, direction }, weight))
+    }
+
+    fn outside(&self, out: &LensRay, weight: f64) -> CameraRay {
+        CameraRay {
             origin: self.world_from_camera * (out.origin * METERS_FROM_MM),
             direction: self.world_from_camera * out.direction,
             weight,
-        })
+        }
+    }
+
+    fn rays(&self, asked: &[Asked], bundle: &mut Bundle, rays: &mut [Option<CameraRay>]) {
+        let mut weights = [0.0; LANES];
+        for lane in 0..LANES {
+            let inside = asked.get(lane).and_then(|a| {
+                let film = self.film_point(a.x, a.y);
+                self.aim(film, &self.target.window(film), a.pupil)
+            });
+            match inside {
+                Some((ray, weight)) => {
+                    bundle.set(lane, &ray);
+                    weights[lane] = weight;
+                }
+                None => bundle.clear(lane),
+            }
+        }
+        self.lens.trace_bundle_from_film(bundle);
+        for (lane, ray) in rays.iter_mut().enumerate().take(asked.len()) {
+            let passed = bundle.passed(lane);
+            *ray = passed.then(|| self.outside(&bundle.ray(lane), weights[lane]));
+        }
     }
 }
 

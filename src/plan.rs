@@ -352,12 +352,18 @@ impl Session {
             total_seconds: 0.0,
             samples: exposure.samples,
             film_rays: 0,
+            scene_rays: 0,
+            shadow_rays: 0,
+            error_rays: 0,
             passed_share: 0.0,
-            relative_rmse: exposure.film.relative_rmse(),
+            relative_rmse: None,
+            relative_rmse_low: None,
+            relative_rmse_high: None,
             primitives: (triangles + quadrics + strokes) as u64,
             left_out: self.left_out(),
         };
         report.set_counts(&exposure.counts);
+        report.set_error(exposure.film.error());
         report
     }
 

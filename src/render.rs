@@ -2,20 +2,23 @@
 //!
 //! A pixel's samples are added in the order of their numbers by one thread, and a sample is a
 //! function of seed, pixel and number, so a picture has the same bits at any number of threads.
+//! A tile's rays go through the lens a bundle at a time; that is no other arithmetic than one by
+//! one, so [`Render::sample`] is what a test can hold a tile against.
 
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::camera::Camera;
-use crate::film::{Exposed, Film, Resolution};
-use crate::sampling::Sampler;
+use crate::camera::{Asked, Camera, CameraRay};
+use crate::film::{Exposed, Film, Resolution, Twin};
+use crate::lens::{Bundle, LANES};
+use crate::sampling::{LensSample, Sampler, mix};
 use crate::scene::Ray;
-use crate::shade::Shader;
+use crate::shade::{Shader, Work};
 
 /// Pixels on a side of a tile: enough to share out, few enough to stay in the cache.
-const TILE: u32 = 16;
+const TILE: u32 = 8;
 
 /// A part of the picture: pixels `x0..x1`, `y0..y1`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,17 +110,26 @@ pub struct Counts {
     pub film_rays: u64,
     /// Of those, the ones that the lens let through.
     pub passed: u64,
+    /// Rays followed through the scene: from the camera, mirrored, and refracted.
+    pub scene_rays: u64,
+    /// Rays towards lights.
+    pub shadow_rays: u64,
+    /// Of the rays from the film, those that are not in the picture but tell its error.
+    pub error_rays: u64,
 }
 
 impl Counts {
     fn add(&mut self, other: &Self) {
         self.film_rays += other.film_rays;
         self.passed += other.passed;
+        self.scene_rays += other.scene_rays;
+        self.shadow_rays += other.shadow_rays;
+        self.error_rays += other.error_rays;
     }
 
     /// Share of lens rays that got through.
     pub fn passed_share(&self) -> f64 {
-        self.passed as f64 / self.film_rays.max(1) as f64
+        self.passed as f64 / (self.film_rays + self.error_rays).max(1) as f64
     }
 }
 
@@ -146,7 +158,7 @@ impl Render<'_> {
             let end = self.pass_end(done);
             let total = tiles.len() as u64 * self.passes_left(done);
             let finished = Mutex::new(0);
-            let parts: Vec<(Vec<Exposed>, Counts)> = tiles
+            let parts: Vec<Part> = tiles
                 .par_iter()
                 .map(|&tile| {
                     let part = self.expose(tile, &film, done..end);
@@ -161,14 +173,17 @@ impl Render<'_> {
                     part
                 })
                 .collect();
-            for (tile, (pixels, part)) in tiles.iter().zip(parts) {
-                counts.add(&part);
-                for ((x, y), exposed) in tile.pixels().zip(pixels) {
+            let mut twins = Vec::new();
+            for (tile, part) in tiles.iter().zip(parts) {
+                counts.add(&part.counts);
+                for ((x, y), exposed) in tile.pixels().zip(part.pixels) {
                     film.pixels[(y * self.resolution.width + x) as usize] = exposed;
                 }
+                twins.extend(part.twins);
             }
+            film.set_twins(twins);
             done = end;
-            error = film.relative_rmse();
+            error = film.error().map(|e| e.relative_rmse);
             if self.stops(start, pass_start.elapsed(), error) {
                 break;
             }
@@ -211,46 +226,266 @@ impl Render<'_> {
         good || late
     }
 
-    /// Adds samples to the pixels of one tile.
-    fn expose(
-        &self,
-        tile: Tile,
-        film: &Film,
-        samples: std::ops::Range<u32>,
-    ) -> (Vec<Exposed>, Counts) {
-        let mut counts = Counts::default();
-        let pixels = tile
-            .pixels()
-            .map(|(x, y)| {
-                let number = y * self.resolution.width + x;
-                let mut exposed = film.pixels[number as usize];
-                for index in samples.clone() {
-                    exposed.add(self.sample((x, y), u64::from(number), index, &mut counts));
-                }
-                exposed
-            })
+    /// Adds samples to the pixels of one tile, and to the twins of those that have one.
+    fn expose(&self, tile: Tile, film: &Film, samples: std::ops::Range<u32>) -> Part {
+        let mut batch = Batch::new(self);
+        let mut part = Part::default();
+        let mut sums: Vec<Exposed> = Vec::new();
+        let mut twins = Vec::new();
+        for (x, y) in tile.pixels() {
+            let number = y * self.resolution.width + x;
+            sums.push(film.pixels[number as usize]);
+            batch.add((x, y), self.sampler, samples.clone(), &mut sums);
+            if film.has_twin(number) {
+                twins.push((number, sums.len()));
+                sums.push(film.twin(number));
+                let before = batch.counts.film_rays;
+                batch.add((x, y), self.twin_sampler(), samples.clone(), &mut sums);
+                part.counts.error_rays += batch.counts.film_rays - before;
+            }
+        }
+        batch.flush(&mut sums);
+        part.counts.film_rays = batch.counts.film_rays - part.counts.error_rays;
+        part.counts.passed = batch.counts.passed;
+        part.counts.scene_rays = batch.work.counts.scene;
+        part.counts.shadow_rays = batch.work.counts.shadow;
+        let mut skip = twins.iter().map(|(_, at)| *at).peekable();
+        part.pixels = sums
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| skip.next_if_eq(i).is_none())
+            .map(|(_, sum)| *sum)
             .collect();
-        (pixels, counts)
+        let twin = |(pixel, at): (u32, usize)| Twin {
+            pixel,
+            exposed: sums[at],
+        };
+        part.twins = twins.into_iter().map(twin).collect();
+        part
     }
 
-    /// The exposure that one ray brings; a lost ray brings none and counts all the same.
-    fn sample(
-        &self,
-        (x, y): (u32, u32),
-        number: u64,
-        index: u32,
-        counts: &mut Counts,
-    ) -> glam::DVec3 {
-        let at = self.sampler.sample(number, index);
-        let u = (f64::from(x) + at.film[0]) / f64::from(self.resolution.width);
-        let v = (f64::from(y) + at.film[1]) / f64::from(self.resolution.height);
-        counts.film_rays += 1;
-        let Some(ray) = self.camera.at(u, v).ray(at.pupil) else {
-            return glam::DVec3::ZERO;
+    fn twin_sampler(&self) -> Sampler {
+        Sampler {
+            seed: mix(!self.sampler.seed),
+            ..self.sampler
+        }
+    }
+
+    fn ask(&self, (x, y): (u32, u32), at: LensSample) -> Asked {
+        Asked {
+            x: (f64::from(x) + at.film[0]) / f64::from(self.resolution.width),
+            y: (f64::from(y) + at.film[1]) / f64::from(self.resolution.height),
+            pupil: at.pupil,
+        }
+    }
+
+    /// The exposure that one sample of a pixel brings, by itself: what a tile must give too. A
+    /// lost ray brings none and counts all the same.
+    pub fn sample(&self, (x, y): (u32, u32), index: u32, work: &mut Work) -> glam::DVec3 {
+        let number = u64::from(y * self.resolution.width + x);
+        let asked = self.ask((x, y), self.sampler.sample(number, index));
+        let ray = self.camera.at(asked.x, asked.y).ray(asked.pupil);
+        ray.map_or(glam::DVec3::ZERO, |ray| {
+            let radiance = self.shader.radiance(&scene_ray(&ray), work);
+            radiance.as_dvec3() * (ray.weight * self.exposure)
+        })
+    }
+}
+
+/// What a tile gives back.
+#[derive(Default)]
+struct Part {
+    pixels: Vec<Exposed>,
+    twins: Vec<Twin>,
+    counts: Counts,
+}
+
+/// Rays of a tile on their way, a bundle at a time.
+struct Batch<'a> {
+    render: &'a Render<'a>,
+    asked: [Asked; LANES],
+    /// The sum that each ray adds to.
+    slots: [usize; LANES],
+    filled: usize,
+    bundle: Bundle,
+    rays: [Option<CameraRay>; LANES],
+    work: Work,
+    counts: Counts,
+}
+
+impl<'a> Batch<'a> {
+    fn new(render: &'a Render<'a>) -> Self {
+        Self {
+            render,
+            asked: [Asked::default(); LANES],
+            slots: [0; LANES],
+            filled: 0,
+            bundle: Bundle::default(),
+            rays: [None; LANES],
+            work: Work::default(),
+            counts: Counts::default(),
+        }
+    }
+
+    /// Asks for samples of a pixel, which add to the last of the sums.
+    fn add(
+        &mut self,
+        at: (u32, u32),
+        sampler: Sampler,
+        samples: std::ops::Range<u32>,
+        sums: &mut [Exposed],
+    ) {
+        let number = u64::from(at.1 * self.render.resolution.width + at.0);
+        self.counts.film_rays += u64::from(samples.end - samples.start);
+        for index in samples {
+            self.asked[self.filled] = self.render.ask(at, sampler.sample(number, index));
+            self.slots[self.filled] = sums.len() - 1;
+            self.filled += 1;
+            if self.filled == LANES {
+                self.flush(sums);
+            }
+        }
+    }
+
+    /// Traces what was asked for, in order.
+    fn flush(&mut self, sums: &mut [Exposed]) {
+        let asked = &self.asked[..self.filled];
+        self.render
+            .camera
+            .rays(asked, &mut self.bundle, &mut self.rays);
+        for (slot, ray) in self.slots.iter().zip(&self.rays).take(self.filled) {
+            let mut value = glam::DVec3::ZERO;
+            if let Some(ray) = ray {
+                self.counts.passed += 1;
+                let radiance = self.render.shader.radiance(&scene_ray(ray), &mut self.work);
+                value = radiance.as_dvec3() * (ray.weight * self.render.exposure);
+            }
+            sums[*slot].add(value);
+        }
+        self.filled = 0;
+    }
+}
+
+fn scene_ray(ray: &CameraRay) -> Ray {
+    Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{Era, Plan, Session};
+
+    /// Boxes, balls and a mirror, by a lens.
+    fn session(era: Era) -> Session {
+        let folder = std::env::temp_dir().join(format!("ivcam-render-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder for the scene");
+        let scene = folder.join(format!("{}.iv", era.name()));
+        let text = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 focalDistance 4 }\n\
+             PointLight { location 2 3 4 }\n\
+             Material { specularColor .5 .5 .5 shininess .9 diffuseColor .8 .2 .1 }\n\
+             Sphere { }\nTranslation { translation 1 .4 .5 } Cube { width .5 }\n\
+             Translation { translation -2 -1 0 } Cone { }\n";
+        std::fs::write(&scene, text).expect("the scene can be written");
+        let mut plan = Plan::of_era(era, scene);
+        plan.resolution = Resolution {
+            width: 44,
+            height: 27,
         };
-        counts.passed += 1;
-        let ray_in = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
-        let radiance = self.shader.radiance(&ray_in, &mut || 0.0);
-        radiance.as_dvec3() * (ray.weight * self.exposure)
+        plan.sampler.samples = 5;
+        plan.stop = Stop::after(5);
+        Session::open(plan).expect("the scene is whole")
+    }
+
+    fn with_render<T>(
+        session: &Session,
+        threads: usize,
+        work: impl FnOnce(&Render<'_>) -> T + Send,
+    ) -> T
+    where
+        T: Send,
+    {
+        let shader = Shader::new(
+            &session.scene,
+            session.plan.shading,
+            crate::shade::ShadeOptions::default(),
+        );
+        let render = Render {
+            shader: &shader,
+            camera: &session.camera,
+            sampler: session.plan.sampler,
+            resolution: session.plan.resolution,
+            exposure: session.plan.exposure,
+            stop: session.plan.stop,
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("threads start").install(|| work(&render))
+    }
+
+    #[test]
+    fn tiles_give_the_bits_of_one_ray_at_a_time_at_any_number_of_threads() {
+        for era in [Era::Vintage, Era::Modern] {
+            let session = session(era);
+            let plain: Vec<Exposed> = with_render(&session, 1, |render| {
+                let mut work = Work::default();
+                let pixel = |i: u32| {
+                    let mut sum = Exposed::default();
+                    for index in 0..5 {
+                        sum.add(render.sample((i % 44, i / 44), index, &mut work));
+                    }
+                    sum
+                };
+                (0..44 * 27).map(pixel).collect()
+            });
+            for threads in [1, 3] {
+                let made = with_render(&session, threads, |render| render.run(&|_| ()));
+                assert!(made.film.mean() > 0.05, "a black picture tests nothing");
+                assert_eq!(made.film.pixels, plain, "{threads} threads, {}", era.name());
+                assert_eq!(made.counts.film_rays, 5 * 44 * 27);
+                assert!(made.counts.shadow_rays > 0 && made.counts.error_rays > 0);
+            }
+        }
+    }
+
+    /// 200 pictures of 4 samples a pixel, each saying how wrong it is, against one of 2,048.
+    #[test]
+    fn the_true_error_lies_in_the_stated_interval_nine_to_ten_times_in_ten() {
+        let mut session = session(Era::Modern);
+        session.plan.resolution = Resolution {
+            width: 48,
+            height: 32,
+        };
+        let make = |seed: u64, samples: u32| {
+            with_render(&session, 2, |render| {
+                Render {
+                    sampler: Sampler {
+                        samples,
+                        seed,
+                        ..render.sampler
+                    },
+                    stop: Stop::after(samples),
+                    ..*render
+                }
+                .run(&|_| ())
+                .film
+            })
+        };
+        let truth: Vec<[f64; 3]> = make(12345, 2048)
+            .pixels
+            .iter()
+            .map(|p| p.mean.to_array())
+            .collect();
+        let (mut inside, mut sum) = (0, 0.0);
+        for seed in 0..200 {
+            let film = make(seed, 4);
+            let error = film.error().expect("the picture has an error");
+            let relative = crate::report::Deviation::of(&film, &truth).rel_mse.sqrt();
+            inside += u32::from(error.low <= relative && relative <= error.high);
+            sum += error.relative_rmse / relative / 200.0;
+        }
+        assert!(
+            (180..=198).contains(&inside),
+            "{inside} of 200, ratio {sum}"
+        );
+        assert!((sum - 1.0).abs() < 0.05, "estimated over true is {sum}");
     }
 }

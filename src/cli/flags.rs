@@ -181,7 +181,17 @@ pub const RENDER: &[Flag] = &[
         "bits a channel in PNG and PPM [8]",
     ),
     flag(
+        "target-error",
+        Takes::One("SHARE"),
+        "stops when the estimated relative error is at most this, such as 1%; --samples is then a limit [65536]",
+    ),
+    flag(
         "time",
+        Takes::One("LENGTH"),
+        "stops in time for this, such as 30s; whole passes, at least one; --samples is then a limit [65536]",
+    ),
+    flag(
+        "scene-time",
         Takes::One("SECONDS"),
         "the scene's own time, for engines and sensors [0]",
     ),

@@ -9,13 +9,13 @@ use clap::ArgMatches;
 
 use super::{parsed, tell_all, text};
 use crate::camera::Aim;
-use crate::diag::{Diagnostic, Result};
+use crate::diag::{Diagnostic, Result, Sink};
 use crate::film::{FilmFormat, Resolution, Response};
 use crate::lens::{FocusMethod, Iris};
 use crate::math::{LengthUnit, Meters, Mm, parse_length};
 use crate::picture::{Depth, PictureFormat, write_whole};
 use crate::plan::{Era, Flash, LensChoice, Optics, Plan, Session};
-use crate::render::{Progress, Stop};
+use crate::render::{Exposure, Progress, Stop};
 use crate::report::RenderReport;
 use crate::sampling::{DiscMap, SamplerKind};
 use crate::shade::Shading;
@@ -120,7 +120,7 @@ pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
         &mut plan.sampler.seed,
         parsed(m, "seed", "a whole number", |w| w.parse().ok())?,
     );
-    plan.stop = Stop::after(plan.sampler.samples);
+    plan.stop = stop(m, plan.sampler.samples)?;
     let models = "a shading model: f, n, a, d, p or r";
     set(
         &mut plan.shading,
@@ -146,7 +146,7 @@ pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
     );
     set(
         &mut plan.time,
-        parsed(m, "time", "a time in seconds", finite)?,
+        parsed(m, "scene-time", "a time in seconds", finite)?,
     );
     Ok(plan)
 }
@@ -155,6 +155,44 @@ fn set<T>(slot: &mut T, value: Option<T>) {
     if let Some(value) = value {
         *slot = value;
     }
+}
+
+/// Samples a pixel at most, where error or time are to end a render.
+const MOST_SAMPLES: u32 = 65_536;
+
+fn stop(m: &ArgMatches, samples: u32) -> Result<Stop> {
+    let mut stop = Stop::after(samples);
+    stop.error = parsed(
+        m,
+        "target-error",
+        "a relative error such as 1% or 0.01",
+        share,
+    )?;
+    stop.time = parsed(
+        m,
+        "time",
+        "a length of time such as 30s, 500ms or 2m",
+        lasting,
+    )?;
+    if (stop.error.is_some() || stop.time.is_some()) && text(m, "samples").is_none() {
+        stop.samples = MOST_SAMPLES;
+    }
+    Ok(stop)
+}
+
+fn share(word: &str) -> Option<f64> {
+    match word.strip_suffix('%') {
+        Some(percent) => positive(percent.trim()).map(|p| p / 100.0),
+        None => positive(word),
+    }
+}
+
+fn lasting(word: &str) -> Option<Duration> {
+    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
+    let (number, unit) = units
+        .iter()
+        .find_map(|(name, unit)| Some((word.strip_suffix(name)?, *unit)))?;
+    Duration::try_from_secs_f64(positive(number.trim())? * unit).ok()
 }
 
 fn optics(m: &ArgMatches) -> Result<Optics> {
@@ -272,6 +310,7 @@ pub fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
     let meter = Meter::new(talk.quiet);
     let exposure = talk.on_threads(|| session.expose(&|p| meter.show(p)))?;
     meter.clear();
+    tell_shortfall(&session, &exposure);
 
     let clock = Instant::now();
     let picture = session.develop(&exposure, &command_line(words));
@@ -282,6 +321,31 @@ pub fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
     report.total_seconds = report.seconds.total();
     tell_report(&talk, &report)?;
     Ok(0)
+}
+
+/// Says how far a render got that was to reach an error and did not.
+fn tell_shortfall(session: &Session, exposure: &Exposure) {
+    let reached = exposure.film.relative_rmse();
+    let Some((limit, error)) = session.plan.stop.error.zip(reached) else {
+        return;
+    };
+    if error > limit {
+        let ended_by = if exposure.samples >= session.plan.stop.samples {
+            "the number of samples"
+        } else {
+            "the time"
+        };
+        let said = format!(
+            "the relative error is {:.3}%, not the {:.3}% asked for: {ended_by} ended the render",
+            100.0 * error,
+            100.0 * limit
+        );
+        let more = f64::from(exposure.samples) * (error / limit) * (error / limit);
+        let help = format!("about {more:.0} samples a pixel reach it");
+        let mut sink = Sink::new();
+        sink.add(*Diagnostic::warning(said).with_help(help));
+        tell_all(&sink);
+    }
 }
 
 fn tell_report(talk: &Talk, report: &RenderReport) -> Result<()> {

@@ -18,7 +18,7 @@ mod lighting;
 
 use glam::Vec3;
 
-use crate::scene::{Light, Needs, Point, Ray, RenderScene};
+use crate::scene::{Hit, Light, Needs, Point, Ray, RenderScene};
 
 /// What a picture shows of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -125,7 +125,24 @@ pub struct Shader<'a> {
     headlight: Option<Light>,
 }
 
+/// Rays that were followed through the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// From the camera, mirrored, and refracted.
+    pub scene: u64,
+    /// Towards a light.
+    pub shadow: u64,
+}
+
+/// What shading one ray leaves for the next: counts, and memory to use again.
+#[derive(Debug, Default)]
+pub struct Work {
+    pub counts: RayCounts,
+    pending: Vec<Pending>,
+}
+
 /// A ray still to be followed, and how much of it reaches the film.
+#[derive(Debug)]
 struct Pending {
     ray: Ray,
     share: Vec3,
@@ -150,57 +167,52 @@ impl<'a> Shader<'a> {
         self.scene
     }
 
-    /// Radiance that comes back along a ray from the camera. `random` gives numbers in [0, 1) for
-    /// models that sample; those of today do not.
-    pub fn radiance(&self, ray: &Ray, _random: &mut impl FnMut() -> f32) -> Vec3 {
-        self.trace(ray)
-            .unwrap_or_else(|| self.scene.background().color(ray.direction))
+    /// Radiance that comes back along a ray from the camera.
+    pub fn radiance(&self, ray: &Ray, work: &mut Work) -> Vec3 {
+        work.counts.scene += 1;
+        self.radiance_of(ray, self.scene.hit(ray), work)
     }
 
-    /// The same, or `None` where the ray meets nothing.
-    pub fn trace(&self, ray: &Ray) -> Option<Vec3> {
-        let hit = self.scene.hit(ray)?;
+    /// The same where it is already known what the ray meets.
+    pub fn radiance_of(&self, ray: &Ray, hit: Option<Hit>, work: &mut Work) -> Vec3 {
+        let Some(hit) = hit else {
+            return self.scene.background().color(ray.direction);
+        };
         let mut color = Vec3::ZERO;
-        let mut pending = Vec::new();
-        self.shade(
-            ray,
-            hit,
-            &Pending {
-                ray: *ray,
-                share: Vec3::ONE,
-                depth: 0,
-                any_side: false,
-            },
-            &mut color,
-            &mut pending,
-        );
-        while let Some(next) = pending.pop() {
+        let first = Pending {
+            ray: *ray,
+            share: Vec3::ONE,
+            depth: 0,
+            any_side: false,
+        };
+        self.shade(ray, hit, &first, &mut color, work);
+        while let Some(next) = work.pending.pop() {
+            work.counts.scene += 1;
             let hit = if next.any_side {
                 self.scene.hit_any_side(&next.ray)
             } else {
                 self.scene.hit(&next.ray)
             };
             match hit {
-                Some(hit) => self.shade(&next.ray, hit, &next, &mut color, &mut pending),
+                Some(hit) => self.shade(&next.ray, hit, &next, &mut color, work),
                 None => {
                     color += next.share * self.scene.background().color(next.ray.direction);
                 }
             }
         }
-        Some(color)
+        color
     }
 
-    fn shade(
-        &self,
-        ray: &Ray,
-        hit: crate::scene::Hit,
-        path: &Pending,
-        color: &mut Vec3,
-        pending: &mut Vec<Pending>,
-    ) {
+    /// Radiance along a ray, or `None` where it meets nothing.
+    pub fn trace(&self, ray: &Ray) -> Option<Vec3> {
+        let hit = self.scene.hit(ray)?;
+        Some(self.radiance_of(ray, Some(hit), &mut Work::default()))
+    }
+
+    fn shade(&self, ray: &Ray, hit: Hit, path: &Pending, color: &mut Vec3, work: &mut Work) {
         let point = self.scene.point(ray, &hit);
         if self.shading == Shading::Recursive {
-            self.recurse(ray, &point, path, color, pending);
+            self.recurse(ray, &point, path, color, work);
             return;
         }
         let local = match self.scene.corner_points(ray, &hit) {
@@ -218,7 +230,7 @@ impl<'a> Shader<'a> {
         if through > 0.0 && share.max_element() > self.options.least_share && path.depth < 64 {
             let mut ahead = *ray;
             ahead.t_min = hit.t.next_up();
-            pending.push(Pending {
+            work.pending.push(Pending {
                 ray: ahead,
                 share,
                 depth: path.depth + 1,
@@ -273,7 +285,7 @@ impl<'a> Shader<'a> {
         point: &Point<'_>,
         path: &Pending,
         color: &mut Vec3,
-        pending: &mut Vec<Pending>,
+        work: &mut Work,
     ) {
         let surface = point.surface;
         let opaque = 1.0 - point.transparency;
@@ -282,7 +294,7 @@ impl<'a> Shader<'a> {
         } else {
             let mut sum = lighting::ambient(point);
             for light in self.lights(point) {
-                let shadow = self.shadow(point, light);
+                let shadow = self.shadow(point, light, &mut work.counts);
                 let view = self.options.backward;
                 sum += lighting::direct(point, light, view, true, shadow);
             }
@@ -314,14 +326,20 @@ impl<'a> Shader<'a> {
             let share = path.share * point.transparency;
             match refract(d, normal, surface.refraction, point.front) {
                 Some(direction) => {
-                    self.follow(point, direction, share, path, pending);
+                    self.follow(point, direction, share, path, &mut work.pending);
                 }
                 None => mirror += point.transparency, // total reflection
             }
         }
         if mirror.max_element() > 0.0 {
             let direction = d - 2.0 * d.dot(normal) * normal;
-            self.follow(point, direction, path.share * mirror, path, pending);
+            self.follow(
+                point,
+                direction,
+                path.share * mirror,
+                path,
+                &mut work.pending,
+            );
         }
     }
 
@@ -344,11 +362,12 @@ impl<'a> Shader<'a> {
     }
 
     /// The share of a light that is not in shadow.
-    fn shadow(&self, point: &Point<'_>, light: &Light) -> f32 {
+    fn shadow(&self, point: &Point<'_>, light: &Light, counts: &mut RayCounts) -> f32 {
         let reaching = light.reach(point.position);
         if reaching.color == Vec3::ZERO || point.normal.dot(reaching.toward) <= 0.0 {
             return 1.0; // adds nothing anyway
         }
+        counts.shadow += 1;
         let ray = point.leave(reaching.toward);
         // Up to the light itself, not to what lies behind it.
         let t_max = if reaching.distance.is_finite() {
