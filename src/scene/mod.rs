@@ -20,6 +20,7 @@ pub mod text;
 pub mod texture;
 pub mod traverse;
 pub mod vrml97_shapes;
+pub mod wide;
 
 use std::sync::Arc;
 
@@ -39,6 +40,7 @@ pub use traverse::{Bvh, PreparedRay, Ray};
 
 use quadric::Quadric;
 use texture::Texture;
+use wide::{Block, Wide};
 
 /// What a picture needs of a scene; a lookup from the shading, not a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,9 +120,7 @@ pub struct RenderScene {
     surfaces: Vec<Surface>,
     light_sets: Vec<Arc<Vec<Light>>>,
     textures: Vec<Arc<Texture>>,
-    bvh: Bvh,
-    /// The primitive in each slot of the hierarchy.
-    slots: Vec<u32>,
+    tree: Wide,
     /// Whether any surface is see-through in places or seen from one side only.
     special: bool,
     /// Where the camera looks.
@@ -184,9 +184,9 @@ impl RenderScene {
             .copied()
             .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         self.settle_fog();
-        let (bvh, slots) = Bvh::build(&boxes);
-        self.bvh = bvh;
-        self.slots = slots;
+        let (binary, order) = Bvh::build(&boxes);
+        let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
+        self.tree = Wide::collapse(&binary, &order, corners);
         Ok(())
     }
 
@@ -232,18 +232,45 @@ impl RenderScene {
     pub fn hit_any_side(&self, ray: &Ray) -> Option<Hit> {
         let prepared = PreparedRay::new(ray);
         let mut best: Option<Hit> = None;
-        self.bvh
-            .traverse(&prepared, ray.t_min, ray.t_max, |slots, mut t_max| {
-                for slot in slots {
-                    let primitive = self.slots[slot as usize];
-                    if let Some(hit) = self.meet(&prepared, primitive, ray.t_min, t_max) {
-                        t_max = hit.t;
-                        best = Some(hit);
-                    }
-                }
-                t_max
+        self.tree
+            .walk(&prepared, ray.t_min, ray.t_max, |block, t_max| {
+                self.visit(&prepared, block, ray.t_min, t_max, |hit| {
+                    best = Some(hit);
+                    hit.t
+                })
             });
         best
+    }
+
+    /// Meets what is in a block. `found` answers a hit with the distance up to which further ones
+    /// count, and so does this function.
+    #[inline(always)]
+    fn visit(
+        &self,
+        ray: &PreparedRay,
+        block: &Block,
+        t_min: f32,
+        mut t_max: f32,
+        mut found: impl FnMut(Hit) -> f32,
+    ) -> f32 {
+        let met = block.meet(ray, t_min, t_max);
+        for lane in wide::bits(met.mask) {
+            let t = met.t[lane];
+            if t < t_max {
+                t_max = found(Hit {
+                    t,
+                    primitive: block.primitive(lane),
+                    u: met.u[lane],
+                    v: met.v[lane],
+                });
+            }
+        }
+        for lane in wide::bits(block.others()) {
+            if let Some(hit) = self.meet(ray, block.primitive(lane), t_min, t_max) {
+                t_max = found(hit);
+            }
+        }
+        t_max
     }
 
     #[inline]
@@ -301,49 +328,52 @@ impl RenderScene {
         faces == (surface.counterclockwise || hit.primitive as usize >= self.triangles.len())
     }
 
-    /// Whether anything is in the way: the first hit of any kind ends the search.
+    /// Whether nothing gets through between the ray's ends.
     pub fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
-        let prepared = PreparedRay::new(ray);
-        let mut found = false;
-        self.bvh
-            .traverse(&prepared, ray.t_min, t_max, |slots, t_max| {
-                for slot in slots {
-                    let primitive = self.slots[slot as usize];
-                    let hit = self.meet(&prepared, primitive, ray.t_min, t_max);
-                    if hit.is_some_and(|h| {
-                        let surface = self.surface(&h);
-                        surface.casts_shadow && (surface.clip.is_empty() || self.is_seen(ray, &h))
-                    }) {
-                        found = true;
-                        return -1.0;
-                    }
-                }
-                t_max
-            });
-        found
+        self.transmittance(ray, t_max) <= 0.0
     }
 
     /// The share of light that gets through between the ray's ends: 1 where nothing is in the
-    /// way, the product of the transparencies otherwise.
+    /// way, the product of the transparencies otherwise. The first opaque thing ends the search,
+    /// in whatever order things are met.
     pub fn transmittance(&self, ray: &Ray, t_max: f32) -> f32 {
-        if !self.census.transparent {
-            return if self.occluded(ray, t_max) { 0.0 } else { 1.0 };
-        }
-        let mut ray = Ray { t_max, ..*ray };
+        let prepared = PreparedRay::new(ray);
         let mut through = 1.0;
-        for _ in 0..1000 {
-            let Some(hit) = self.hit_any_side(&ray) else {
-                return through;
-            };
-            let surface = self.surface(&hit);
-            let clipped = !surface.clip.is_empty() && !self.is_seen(&ray, &hit);
-            if surface.casts_shadow && !clipped {
-                through *= self.point(&ray, &hit).transparency;
-                if through <= 0.0 {
-                    return 0.0;
+        self.tree.walk(&prepared, ray.t_min, t_max, |block, t_max| {
+            self.visit(&prepared, block, ray.t_min, t_max, |hit| {
+                through *= self.lets_through(ray, &hit, t_max);
+                if through > 0.0 {
+                    t_max
+                } else {
+                    f32::NEG_INFINITY
                 }
+            })
+        });
+        through
+    }
+
+    /// The share of light that a primitive lets through, from its first hit on.
+    fn lets_through(&self, ray: &Ray, hit: &Hit, t_max: f32) -> f32 {
+        let surface = self.surface(hit);
+        if !surface.casts_shadow {
+            return 1.0;
+        }
+        if surface.clip.is_empty() && surface.is_opaque() {
+            return 0.0;
+        }
+        let share = |hit: &Hit| {
+            if surface.clip.is_empty() || self.is_seen(ray, hit) {
+                self.point(ray, hit).transparency
+            } else {
+                1.0
             }
-            ray.t_min = hit.t.next_up();
+        };
+        let mut through = share(hit);
+        let (prepared, mut t) = (PreparedRay::new(ray), hit.t);
+        // A curved one may be in the way twice.
+        while let Some(next) = self.meet(&prepared, hit.primitive, t.next_up(), t_max) {
+            through *= share(&next);
+            t = next.t;
         }
         through
     }

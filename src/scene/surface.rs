@@ -77,6 +77,12 @@ impl Surface {
         self.transparency[(index as usize).min(last)]
     }
 
+    /// Whether no light goes through anywhere.
+    pub fn is_opaque(&self) -> bool {
+        let whole = |t: &TextureUse| t.model == TextureModel::Decal || !t.texture.has_alpha();
+        self.transparency.iter().all(|t| *t == 0.0) && self.texture.as_ref().is_none_or(whole)
+    }
+
     pub fn materials_of(&self, triangle: usize) -> [u32; 3] {
         self.materials.get(triangle).copied().unwrap_or([0; 3])
     }
