@@ -6,7 +6,7 @@ use std::path::Path;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde::Serialize;
 
-use super::{parsed, switch, text, written};
+use super::{fit, flags, parsed, switch, text, written};
 use crate::compare::{
     self, Comparison, METRICS, Mask, Matching, Metric, Options, Plate, Registration,
 };
@@ -70,6 +70,13 @@ pub fn command() -> Command {
             "writes new, old and difference side by side",
         ))
         .arg(switch("json", "answers as JSON"))
+        .arg(value(
+            "fit",
+            "FILE.dat",
+            "NEW is a scene: finds the camera of OLD, starting from the flags, and writes it",
+        ))
+        .args(flags::arguments(flags::RENDER))
+        .arg(Arg::new("scene").long("scene").hide(true))
         .arg(
             value(
                 "limit",
@@ -86,9 +93,19 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let limits = limits(matches)?;
     let ppd = |w: &str| w.parse().ok().filter(|p: &f64| (1.0..=1000.0).contains(p));
     let open = |path: &str| Raster::open(Path::new(path)).map(|r| Plate::from_raster(&r));
-    let (new, old) = (open(name("new"))?, open(name("old"))?);
+    let old = open(name("old"))?;
+    let fitted = text(matches, "fit").map(Path::new);
+    let new = match fitted {
+        Some(file) if matches.get_flag("json") => {
+            fit::run(matches, &old, file, &mut std::io::stderr())?
+        }
+        Some(file) => fit::run(matches, &old, file, out)?,
+        None => open(name("new"))?,
+    };
     let options = Options {
-        registration: if matches.get_flag("align") {
+        registration: if fitted.is_some() {
+            Registration::Resize
+        } else if matches.get_flag("align") {
             Registration::Align
         } else if matches.get_flag("resize") {
             Registration::Resize

@@ -8,6 +8,7 @@ pub mod compare;
 pub mod converge;
 pub mod expose;
 pub mod film;
+pub mod fit;
 pub mod flags;
 pub mod lens;
 pub mod nodes;

@@ -10,6 +10,7 @@ use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::fit::solve;
 use super::fourier::Spectrum;
 use super::metric::Mask;
 use super::plane::{Plane, Plate};
@@ -216,7 +217,7 @@ fn directions(picture: &Plane, angle: f64) -> Spectrum {
 
 /// Brightness less its surroundings, over the spread around it: much the same under any gain,
 /// offset, gamma or slow shading.
-fn contrast(luma: &Plane, sigma: f64) -> Plane {
+pub(super) fn contrast(luma: &Plane, sigma: f64) -> Plane {
     let smooth = luma.blurred(sigma);
     let around = smooth.blurred(6.0);
     let off = smooth.zip(&around, |v, a| v - a);
@@ -305,7 +306,7 @@ fn refine(new: &Plane, old: &Plane, start: Warp) -> Warp {
     let mut damping = 1e-3;
     let mut sums = normal(new, old, &gradients, &state, width);
     for _ in 0..40 {
-        let Some(step) = solve(&sums, damping) else {
+        let Some(step) = solve(sums.matrix.as_flattened(), &sums.right, damping) else {
             break;
         };
         let next: [f64; 6] = std::array::from_fn(|i| state[i] + step[i]);
@@ -337,7 +338,7 @@ fn warp_of(state: &[f64; 6]) -> Warp {
 }
 
 /// By how many pixels a step moves the corner of the picture.
-fn move_of(step: &[f64; 6], new: &Plane) -> f64 {
+fn move_of(step: &[f64], new: &Plane) -> f64 {
     DVec2::new(step[0], step[1]).length() * half(new).length()
         + DVec2::new(step[2], step[3]).length()
 }
@@ -383,37 +384,6 @@ fn normal(
         })
         .collect();
     rows.iter().fold(Normal::ZERO, Normal::join)
-}
-
-/// One damped step, by Cholesky's factors.
-fn solve(sums: &Normal, damping: f64) -> Option<[f64; 6]> {
-    let mut l = sums.matrix;
-    for (i, row) in l.iter_mut().enumerate() {
-        row[i] += damping * row[i] + 1e-12;
-    }
-    for i in 0..6 {
-        for j in 0..=i {
-            let dot: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
-            let rest = l[i][j] - dot;
-            if i != j {
-                l[i][j] = rest / l[j][j];
-            } else if rest > 0.0 {
-                l[i][i] = rest.sqrt();
-            } else {
-                return None;
-            }
-        }
-    }
-    let mut x = sums.right;
-    for i in 0..6 {
-        let dot: f64 = (0..i).map(|k| l[i][k] * x[k]).sum();
-        x[i] = (x[i] - dot) / l[i][i];
-    }
-    for i in (0..6).rev() {
-        let dot: f64 = (i + 1..6).map(|k| l[k][i] * x[k]).sum();
-        x[i] = (x[i] - dot) / l[i][i];
-    }
-    x.iter().all(|v| v.is_finite()).then_some(x)
 }
 
 /// Correlation of two planes of contrast where they overlap; lower where that is little.

@@ -6,6 +6,7 @@
 
 pub mod align;
 pub mod edges;
+pub mod fit;
 pub mod flip;
 mod fourier;
 pub mod metric;
