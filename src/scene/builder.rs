@@ -201,7 +201,6 @@ impl<'a> Builder<'a> {
         };
         let center = DMat4::from_translation(0.5 * (min + max));
         let half = (0.5 * (max - min)).as_vec3();
-        self.set_sides(true, false, false);
         self.with_matrix(center, |out| shapes::solids::block(half, false, out));
         true
     }

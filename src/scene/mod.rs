@@ -325,7 +325,7 @@ impl RenderScene {
     pub(crate) fn is_front(&self, ray: &Ray, hit: &Hit, surface: &Surface) -> bool {
         let outward = self.geometric_normal(ray, hit);
         let faces = outward.dot(ray.direction) < 0.0;
-        faces == (surface.counterclockwise || hit.primitive as usize >= self.triangles.len())
+        faces == surface.counterclockwise
     }
 
     /// Whether nothing gets through between the ray's ends.

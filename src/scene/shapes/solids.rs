@@ -1,4 +1,6 @@
 //! Cube, sphere, cylinder and cone: exact, in their own space, with Inventor's parts.
+//!
+//! Which sides are lit and seen is the shape hints' business, as for every other shape (Coin).
 
 use glam::{Vec2, Vec3};
 
@@ -39,7 +41,6 @@ pub fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
         state.material_binding,
         Binding::PerPart | Binding::PerPartIndexed | Binding::PerFace | Binding::PerFaceIndexed
     );
-    out.set_sides(true, false, true);
     block(half, by_part, out);
 }
 
@@ -77,7 +78,6 @@ pub fn block(half: Vec3, by_part: bool, out: &mut Builder<'_>) {
 
 pub fn sphere<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
     let radius = f64::from(size(node, "radius", 1.0));
-    out.set_sides(true, false, true);
     out.quadric(QuadricKind::Sphere { radius }, 0);
 }
 
@@ -103,8 +103,6 @@ pub fn cylinder_of(
     materials: [u32; 3],
     out: &mut Builder<'_>,
 ) {
-    // One side is lit, an open shape's too; a closed shape is seen from outside only (Coin).
-    out.set_sides(true, false, parts == [true; 3]);
     if parts[0] && radius > 0.0 && half_height > 0.0 {
         out.quadric(
             QuadricKind::CylinderSide {
@@ -144,7 +142,6 @@ pub fn cone_of(
     materials: [u32; 2],
     out: &mut Builder<'_>,
 ) {
-    out.set_sides(true, false, parts == [true; 2]);
     if parts[0] && half_height > 0.0 {
         out.quadric(
             QuadricKind::ConeSide {

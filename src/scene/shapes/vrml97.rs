@@ -86,7 +86,6 @@ pub fn draw<'a>(class: &str, node: NodeRef<'a>, state: &State<'a>, out: &mut Bui
     let flag = |name: &str| node.read::<bool>(name).unwrap_or(true);
     match class {
         "Box" => {
-            out.set_sides(true, false, true);
             let size = node.read::<Vec3>("size").unwrap_or(Vec3::splat(2.0));
             solids::block(0.5 * size.abs(), false, out);
         }
