@@ -858,4 +858,33 @@ mod tests {
         let huge = Surface::new(usize::MAX, 2, &cubic, &cubic, p(1.0)).unwrap_err();
         assert!(huge.contains("asked for"));
     }
+
+    proptest::proptest! {
+        /// Whatever the numbers, there is a sound mesh or a sentence.
+        #[test]
+        fn no_numbers_break_a_surface(
+            u in 0usize..6, v in 0usize..6,
+            u_knots in proptest::collection::vec(-2.0f32..4.0, 0..14),
+            v_knots in proptest::collection::vec(-2.0f32..4.0, 0..14),
+            sorted: bool,
+            points in proptest::collection::vec(proptest::array::uniform4(-2i8..3), 0..36),
+            trims in proptest::collection::vec(
+                proptest::collection::vec(proptest::array::uniform2(-1.0f64..5.0), 0..8), 0..3),
+        ) {
+            let (mut u_knots, mut v_knots) = (u_knots, v_knots);
+            if sorted {
+                u_knots.sort_by(f32::total_cmp);
+                v_knots.sort_by(f32::total_cmp);
+            }
+            let points = points.iter().map(|p| DVec4::from(p.map(f64::from))).collect();
+            let trims: Vec<Vec<DVec2>> =
+                trims.into_iter().map(|l| l.into_iter().map(DVec2::from).collect()).collect();
+            let made = Surface::new(u, v, &u_knots, &v_knots, points)
+                .and_then(|s| s.tessellate(0.2, &trims, None));
+            match made {
+                Ok(mesh) => proptest::prop_assert!(mesh.is_sound()),
+                Err(sentence) => proptest::prop_assert!(!sentence.is_empty()),
+            }
+        }
+    }
 }

@@ -688,4 +688,11 @@ mod tests {
         let signs = format!("oa = {}1", "-".repeat(100_000));
         assert!(run(&signs).is_err());
     }
+
+    proptest::proptest! {
+        #[test]
+        fn no_text_breaks_the_language(text in "(oa|tA|oB|A|b|\\[|\\]|=|\\?|:|;|\\(|\\)|,|[-+*/%!<>&|.]|1|2e3|cos|vec3f|rand| ){0,24}") {
+            let _ = run(&text);
+        }
+    }
 }
