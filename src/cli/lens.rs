@@ -14,8 +14,8 @@ use super::sheet::{AboutRow, SurfaceRow};
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::lens::sheet::LensSheet;
 use crate::lens::{
-    FirstOrder, Focus, FocusMethod, Lens, LensRay, LossKind, Plane, Pupil, Reading, Toward, glass,
-    trace,
+    About, FirstOrder, Focus, FocusMethod, Lens, LensRay, LossKind, Plane, Pupil, Reading, Toward,
+    glass, trace,
 };
 use crate::math::{LengthUnit, Meters, parse_length};
 
@@ -344,9 +344,17 @@ impl<'a> Sheet<'a> {
 
 fn write_text(lens: &Lens, focus: Option<&Focus>, out: &mut dyn Write) -> std::io::Result<()> {
     let optics = lens.first_order();
-    writeln!(out, "{}", lens.name())?;
-    for note in &lens.prescription().notes {
-        writeln!(out, "  {note}")?;
+    let about = About::of(lens.prescription());
+    let title = about
+        .title
+        .map_or(String::new(), |title| format!("  {title}"));
+    writeln!(out, "{}{title}", lens.name())?;
+    let said = [about.kind, about.year, about.field, about.source];
+    let said: Vec<String> = said.into_iter().flatten().collect();
+    for note in std::iter::once(said.join(" \u{b7} ")).chain(about.notes) {
+        if !note.is_empty() {
+            writeln!(out, "  {note}")?;
+        }
     }
     match optics.focal {
         None => writeln!(out, "  afocal: parallel light leaves parallel")?,

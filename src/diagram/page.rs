@@ -237,12 +237,21 @@ fn medium(surface: &Surface) -> String {
 
 fn charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
     let width = (WIDTH - 2.0 * MARGIN - 2.0 * GUTTER) / 3.0;
-    let rows = [
-        [distortion(sheet), illumination(sheet), curvature(sheet)],
-        [spherical(sheet), lateral(sheet), chromatic(sheet)],
+    let mut rows = vec![
+        vec![distortion(sheet), illumination(sheet), curvature(sheet)],
+        vec![spherical(sheet), lateral(sheet), chromatic(sheet)],
     ];
+    if !sheet.dispersive {
+        rows[1].truncate(1);
+    }
     let mut y = top;
     for row in rows {
+        if row.len() == 1 {
+            let x = MARGIN + width + GUTTER;
+            page.heading([x, y + 11.0], 11.5, "Colour");
+            let text = "The source gives indices at the d line alone.";
+            page.note([x, y + 30.0], Anchor::Start, 10.0, text);
+        }
         for (i, chart) in row.into_iter().enumerate() {
             let x = MARGIN + i as f64 * (width + GUTTER);
             page.put(chart.draw(width, CHART_HEIGHT), [x, y]);
@@ -349,11 +358,15 @@ fn spherical(sheet: &LensSheet) -> Chart {
         title: "Spherical aberration".into(),
         x_label: "height in the pupil".into(),
         y_label: "mm from the film".into(),
-        series: vec![
-            Series::new(curve(|z| z.focus_f), 1, "F"),
-            Series::new(curve(|z| z.focus_d), 3, "d"),
-            Series::new(curve(|z| z.focus_c), 2, "C"),
-        ],
+        series: if sheet.dispersive {
+            vec![
+                Series::new(curve(|z| z.focus_f), 1, "F"),
+                Series::new(curve(|z| z.focus_d), 3, "d"),
+                Series::new(curve(|z| z.focus_c), 2, "C"),
+            ]
+        } else {
+            vec![Series::new(curve(|z| z.focus_d), 0, "")]
+        },
         y_span: (0.0, 0.0),
         x_span: Some((0.0, 1.0)),
     }
@@ -464,13 +477,19 @@ fn middle(outline: &[[f64; 2]]) -> [f64; 2] {
 fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
     let largest = sheet.points.iter().map(|p| p.rms).fold(1e-6, f64::max);
     let half = super::round_number(2.2 * largest);
-    let box_text = format!(
-        "boxes are {} \u{b5}m wide; F, d, C",
-        tidy(2000.0 * half, 2000.0 * half)
-    );
+    let lines = if sheet.dispersive {
+        "; F blue, d green, C red"
+    } else {
+        ""
+    };
+    let wide = 2000.0 * half;
+    let box_text = format!("boxes are {} \u{b5}m wide{lines}", tidy(wide, wide));
     page.heading([MARGIN, top], 11.5, "Spots");
     page.note([MARGIN + 52.0, top], Anchor::Start, 9.0, box_text);
-    let legend = [("F", 1), ("d", 3), ("C", 2)];
+    let inks: &[(usize, u8)] = match sheet.dispersive {
+        true => &[(0, 1), (1, 3), (2, 2)],
+        false => &[(1, 0)],
+    };
     let count = sheet.points.len().max(1) as f64;
     let size = ((WIDTH - 2.0 * MARGIN - (count - 1.0) * GUTTER) / count).min(210.0);
     let step = (WIDTH - 2.0 * MARGIN - size) / (count - 1.0).max(1.0);
@@ -495,8 +514,8 @@ fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
             });
             page.shape(circle.collect(), Ink::Label);
         }
-        for (k, (_, curve)) in legend.iter().enumerate() {
-            let spot = &point.spots[k];
+        for (line, curve) in inks {
+            let spot = &point.spots[*line];
             let every = (spot.len() / 350).max(1);
             let inside = spot
                 .iter()

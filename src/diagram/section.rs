@@ -255,7 +255,7 @@ impl LensDiagram {
         };
         let span = film_z.max(lens.length());
         let near = |z: f64| (-0.3 * span..1.35 * span).contains(&z);
-        let half = 0.62 * reach;
+        let half = 1.1 * reach;
         let planes = [
             (focal.front_principal_plane, "H", true),
             (focal.rear_principal_plane, "H\u{2032}", false),

@@ -35,6 +35,8 @@ pub struct LensSheet {
     pub half_field_degrees: f64,
     /// Distortion is against f tan θ, or f θ for fields past 120 degrees.
     pub projection: &'static str,
+    /// Whether the glasses have indices at other lines than d.
+    pub dispersive: bool,
     pub fields: Vec<FieldRow>,
     pub spherical: Vec<Zone>,
     pub color: Vec<ColorRow>,
@@ -121,6 +123,7 @@ impl LensSheet {
             image_height,
             half_field_degrees: half.to_degrees(),
             projection,
+            dispersive: lens.prescription().is_dispersive(),
             fields: Vec::new(),
             spherical: zones(&lines, film_z),
             color: color(lens),
@@ -142,19 +145,25 @@ impl LensSheet {
 
     fn field_rows(&self, lens: &Lens, lines: &[Lens; 3]) -> Vec<FieldRow> {
         let center = lens.irradiance(DVec2::ZERO, self.film_z);
+        let bent = |height: f64| {
+            let distortion = lens.distortion(Plane::Y, height, self.film_z)?;
+            let against = match self.projection {
+                "f θ" => distortion.f_theta,
+                _ => distortion.f_tan,
+            };
+            Some((distortion.angle, 1.0 + against))
+        };
+        // A film off the paraxial focus is a little larger as a whole: that is no distortion.
+        let scale = bent(1e-4 * self.image_height).map_or(1.0, |(_, scale)| scale);
         let row = |i: usize| {
             let height = self.image_height * i as f64 / STEPS as f64;
             let film = DVec2::new(0.0, height);
-            let distortion =
-                lens.distortion(Plane::Y, height.max(1e-6 * self.image_height), self.film_z);
-            let percent = distortion.map(|d| match self.projection {
-                "f θ" => 100.0 * d.f_theta,
-                _ => 100.0 * d.f_tan,
-            });
+            let distortion = bent(height);
+            let percent = distortion.map(|(_, bent)| 100.0 * (bent / scale - 1.0));
             let angle = if i == 0 {
                 0.0
             } else {
-                distortion.map_or(f64::NAN, |d| d.angle)
+                distortion.map_or(f64::NAN, |(angle, _)| angle)
             };
             let lateral = |line: &Lens| {
                 let there = line.image_height(angle, height, self.film_z)?;
@@ -380,7 +389,7 @@ impl<'a> Beam<'a> {
             .filter(|r| r.is_finite());
         let reach = DVec2::splat(1.6 * reach.fold(0.0, f64::max));
         let (mut from, mut to) = (-reach, reach);
-        for _ in 0..3 {
+        for _ in 0..4 {
             let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
             let step = (to - from) / 48.0;
             for j in 0..=48 {
