@@ -475,10 +475,7 @@ impl<'s> Reader<'_, '_, 's> {
             self.rest = rest;
             return self.script_interface(node, access);
         }
-        let name = match std::str::from_utf8(token) {
-            Ok(name) => name,
-            Err(_) => "\u{fffd}",
-        };
+        let name = std::str::from_utf8(token).unwrap_or("\u{fffd}");
         if self.asm.in_protos > 0 && word(after).is_ok_and(|(_, w)| w == b"IS") {
             self.rest = rest;
             return self.is_link(node, name);

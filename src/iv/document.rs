@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 use indexmap::IndexMap;
 
 use super::Loader;
-use super::proto::{Interface, Proto};
+use super::proto::{Interface, Passage, Proto};
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::grammar::value::{Get, NodeId, Value};
 use crate::grammar::{Class, ClassId, Field, FieldType};
@@ -100,7 +100,7 @@ pub struct Document {
     /// How many nodes are copies of protos' bodies.
     pub(super) copies: usize,
     /// Where an event of an instance leads.
-    pub(super) passages: HashMap<NodeId, Vec<(Box<str>, NodeId, Box<str>)>>,
+    pub(super) passages: HashMap<NodeId, Vec<Passage>>,
     /// Protos of the files that `EXTERNPROTO`s name.
     pub(super) libraries: HashMap<String, HashMap<Box<str>, u32>>,
     /// The roots of the file that a `File`, `WWWInline` or `Inline` names, once it is read.

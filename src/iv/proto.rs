@@ -80,7 +80,7 @@ pub struct Proto {
 }
 
 /// An event of an instance, and the node of the body that has it.
-type Passage = (Box<str>, NodeId, Box<str>);
+pub type Passage = (Box<str>, NodeId, Box<str>);
 
 /// Expands an instance, and the instances in its body.
 pub fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Result<()> {
