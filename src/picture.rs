@@ -276,7 +276,7 @@ mod tests {
             .attributes
             .other
             .iter()
-            .any(|(k, _)| k.to_string() == "Command");
+            .any(|(k, _)| k == "Command");
         assert!(made);
         let red = &image
             .layer_data

@@ -162,7 +162,7 @@ pub fn rotation_of(matrix: DMat4) -> DQuat {
         }
     }
     if m.determinant() < 0.0 {
-        m = m * -1.0;
+        m *= -1.0;
     }
     DQuat::from_mat3(&m).normalize()
 }

@@ -148,7 +148,7 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .map(|distance| focus(&lens, method, distance))
         .transpose()?;
     let film_z = focus.as_ref().map(|f| f.film_z);
-    let files = ["write", "diagram", "sheet"].map(|flag| text(flag));
+    let files = ["write", "diagram", "sheet"].map(text);
     if let [Some(file), _, _] = files {
         super::sheet::save_prescription(&lens, file)?;
     }

@@ -30,7 +30,7 @@ pub struct WalkOptions {
     pub time: f64,
     /// The camera that levels of detail and billboards go by. Default: none, the finest level.
     pub camera: Option<CameraPose>,
-    /// Nodes met before the walk gives up. Default: 20 million.
+    /// Nodes met before the walk gives up. Default: 5 million.
     pub max_visits: u64,
     /// Walks every child of an LOD, as Inventor's bounding boxes do. Default: no.
     pub all_levels: bool,
@@ -41,7 +41,7 @@ impl Default for WalkOptions {
         Self {
             time: 0.0,
             camera: None,
-            max_visits: 20_000_000,
+            max_visits: 5_000_000,
             all_levels: false,
         }
     }
@@ -63,6 +63,7 @@ pub trait Visitor<'a> {
         false
     }
     /// Something wrong with the scene that walking found.
+    #[allow(clippy::boxed_local)] // boxed as every diagnostic that is handed on
     fn trouble(&mut self, _trouble: Box<Diagnostic>) {}
 }
 

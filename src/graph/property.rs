@@ -388,7 +388,7 @@ fn draw_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         state.drawing.point_size = v;
     }
     if let Some(v) = node.acting::<u16>("linePattern") {
-        state.drawing.line_pattern = v as u16;
+        state.drawing.line_pattern = v;
     }
 }
 
@@ -581,8 +581,8 @@ pub fn light<'a>(state: &State<'a>, node: NodeRef<'a>) -> Option<LightElement> {
     } else if name.ends_with("SpotLight") || class.is_a("SpotLight") {
         if vrml97 {
             LightKind::Beam {
-                beam_width: number("beamWidth", 1.570796),
-                cut_off: number("cutOffAngle", 0.785398),
+                beam_width: number("beamWidth", std::f32::consts::FRAC_PI_2),
+                cut_off: number("cutOffAngle", std::f32::consts::FRAC_PI_4),
             }
         } else {
             LightKind::Spot {

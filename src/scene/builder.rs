@@ -550,7 +550,7 @@ impl<'a> Builder<'a> {
     pub fn dot(&mut self, corner: Corner, size: f32) {
         // A square of pixels and a disc of the same area.
         let size = if size > 0.0 { size } else { 1.0 };
-        self.stroke([corner, corner], size * 1.128_379);
+        self.stroke([corner, corner], size * std::f32::consts::FRAC_2_SQRT_PI);
     }
 
     fn stroke(&mut self, ends: [Corner; 2], width: f32) {

@@ -177,11 +177,13 @@ fn normals<'a>(
             .filter_map(|&c| state.coordinates.get(c))
             .collect()
     };
-    let mut all = Faces::default();
-    all.normals = faces
-        .iter()
-        .map(|f| face_normal(&points(f), state.hints.counterclockwise()))
-        .collect();
+    let mut all = Faces {
+        normals: faces
+            .iter()
+            .map(|f| face_normal(&points(f), state.hints.counterclockwise()))
+            .collect(),
+        ..Faces::default()
+    };
     let mut made = vec![Vec3::ZERO; positions];
     if binding == Binding::Overall {
         let mean: Vec3 = all.normals.iter().sum();
