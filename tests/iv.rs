@@ -414,3 +414,13 @@ fn numbers_are_read_to_the_nearest_float() {
         assert_eq!(read, text.parse().ok(), "{text}");
     }
 }
+
+#[test]
+fn what_was_skipped_is_written_as_the_file_had_it() {
+    let text = "#Inventor V2.1 ascii\nDEF w Widget { a { b \"}\" } c 1 }";
+    let written = String::from_utf8(read(text).write(ivcam::iv::Format::Ascii)).expect("text");
+    assert!(
+        written.contains("DEF w Widget { a { b \"}\" } c 1 }"),
+        "{written}"
+    );
+}

@@ -6,6 +6,7 @@
 pub mod check;
 pub mod compare;
 pub mod converge;
+pub mod convert;
 pub mod expose;
 pub mod film;
 pub mod fit;
@@ -64,6 +65,7 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
         Some(("expose", m)) => expose::run(m, out),
         Some(("pull-focus", m)) => film::run(m, words),
         Some(("converge", m)) => converge::run(m, out),
+        Some(("convert", m)) => convert::run(m, out),
         Some(("lens", m)) => lens::run(m, out),
         Some(("nodes", m)) => nodes::run(m, out),
         Some((name, _)) => Err(Diagnostic::error(format!(
@@ -94,6 +96,7 @@ pub fn commands() -> Command {
         .subcommand(check::command())
         .subcommand(compare::command())
         .subcommand(converge::command())
+        .subcommand(convert::command())
         .subcommand(expose::command())
         .subcommand(film::command())
         .subcommand(lens::command())

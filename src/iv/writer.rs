@@ -31,6 +31,37 @@ impl Document {
         }
     }
 
+    /// What a form cannot say of this document, for people who keep archives.
+    pub fn losses(&self, format: Format) -> Vec<String> {
+        if format == Format::Ascii {
+            return Vec::new();
+        }
+        let mut out = Vec::new();
+        if !self.protos.is_empty() {
+            out.push(
+                "the binary form has no protos; what stands for their instances is written".into(),
+            );
+        }
+        if !self.routes.is_empty() {
+            out.push(format!(
+                "{} routes are left out, which the binary form lacks",
+                self.routes.len()
+            ));
+        }
+        let skipped = self
+            .extensions
+            .iter()
+            .filter(|e| e.fields.is_empty() && e.is_a.is_empty());
+        let names: Vec<String> = skipped.map(|e| format!("`{}`", e.name)).collect();
+        if !names.is_empty() {
+            let names = names.join(", ");
+            out.push(format!(
+                "the contents of {names} are left out: nothing says what they are"
+            ));
+        }
+        out
+    }
+
     /// Whether the file was VRML97.
     pub fn is_vrml97(&self) -> bool {
         self.format.starts_with("VRML V2.0")
@@ -312,6 +343,11 @@ impl<'d> Ascii<'d> {
             name = self.proto_names.get(&i).cloned().unwrap_or(name);
         }
         self.put(&name);
+        if let Some(skipped) = self.skipped(id) {
+            self.put(" ");
+            self.put(&skipped);
+            return;
+        }
         self.put(" {\n");
         self.indent += 1;
         tasks.push(Task::Close);
@@ -348,6 +384,30 @@ impl<'d> Ascii<'d> {
                 self.put(&format!("{name} IS {of}\n"));
             }
         }
+    }
+
+    /// The braces, as the file has them, of a node whose class nothing declares.
+    fn skipped(&self, id: NodeId) -> Option<String> {
+        let node = &self.document.nodes[id.0 as usize];
+        let ClassRef::Extension(i) = node.class else {
+            return None;
+        };
+        let extension = &self.document.extensions[i as usize];
+        let declared = !extension.fields.is_empty() || !extension.is_a.is_empty();
+        if declared || !node.children.is_empty() || self.document.proto_of_extension(i).is_some() {
+            return None;
+        }
+        let source = self
+            .document
+            .sources
+            .get(usize::from(node.source))
+            .filter(|s| !s.binary)?;
+        let text = source
+            .bytes
+            .get(node.span.start as usize..node.span.end as usize)?;
+        let open = text.iter().position(|&b| b == b'{')?;
+        text.ends_with(b"}")
+            .then(|| super::field::text(&text[open..]))
     }
 
     /// The head, and the numbers of the children from there.
