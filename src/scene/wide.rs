@@ -459,6 +459,11 @@ impl Wide {
         this
     }
 
+    /// Memory of nodes and blocks.
+    pub fn bytes(&self) -> usize {
+        std::mem::size_of_val(&self.nodes[..]) + std::mem::size_of_val(&self.blocks[..])
+    }
+
     fn new_node(&mut self) -> u32 {
         let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
         self.nodes.push(Node {
