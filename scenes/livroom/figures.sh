@@ -22,7 +22,7 @@ shoot() { # picture, camera, distance, factor, lens, scene, what else
 }
 
 # Figures 1 and 2, for real: one lamp, its foot equally large, the bulb in focus.
-shoot figure-1  9 0.62 0.2   wide-angle "$lamp" --aperture f/11 --exposure 1.3
+shoot figure-1  9 0.62 0.2   wide-angle "$lamp" --aperture f/11
 shoot figure-2 10 6.38 1.803 telephoto  "$lamp"
 
 # Figures 10 to 12: focus on the telephone, then on the book.
@@ -32,3 +32,14 @@ shoot figure-11      2  3.60 0.596 double-gauss "$room"
 shoot figure-11-book 2  4.38 0.596 double-gauss "$room"
 shoot figure-12      3 10.80 1.803 telephoto    "$room"
 shoot figure-12-book 3 11.57 1.803 telephoto    "$room"
+
+# The same from closer, where the blur is plain to see.
+shoot closer-60mm       5 1.50 0.596 double-gauss "$room"
+shoot closer-60mm-book  5 2.25 0.596 double-gauss "$room"
+shoot closer-180mm      6 4.50 1.803 telephoto    "$room"
+shoot closer-180mm-book 6 5.23 1.803 telephoto    "$room"
+
+# Figures 3 to 5 and 13 to 16: the lenses, with principal planes, focal points and rays.
+for lens in wide-angle double-gauss telephoto fisheye; do
+  "$ivcam" lens "$lens" --diagram "$to/lens-$lens.svg"
+done
