@@ -737,7 +737,7 @@ mod tests {
     #[test]
     fn curves_of_every_shipped_lens_are_finite() {
         for name in super::super::shipped_names() {
-            let (_, sheet) = sheet(name);
+            let (lens, sheet) = sheet(name);
             assert!(
                 sheet.points.len() >= 3,
                 "{name}: {} points",
@@ -745,6 +745,10 @@ mod tests {
             );
             let json = serde_json::to_string(&sheet).unwrap();
             assert!(sheet.points.iter().all(|p| p.rms.is_finite()), "{name}");
+            // A lost row or a wrong digit shows here: designers leave less than this.
+            let efl = lens.first_order().efl();
+            let small = sheet.points.iter().take(3).all(|p| p.rms < 6e-3 * efl);
+            assert!(small, "{name}: spots larger than any design's");
             assert!(json.len() > 5000, "{name}");
         }
     }

@@ -6,6 +6,8 @@
 //! assumes air). `#` starts a comment; header words are skipped; commas count as blanks.
 //!
 //! Where a comment above the table names a fifth column `V_d`, glasses have an Abbe number there.
+//! A comment `units: cm` (mm, cm, in or m) scales them all.
+//!
 //! Kolb's and CS348b's older files put the distance from the vertex before in the second column;
 //! they say `axpos` above it, or begin with a distance of 0 that no lens has.
 
@@ -17,6 +19,7 @@ use crate::lens::first_order::{FirstOrder, Plane};
 use crate::lens::glass::{D_LINE, Medium};
 use crate::lens::prescription::{Column, Prescription, check};
 use crate::lens::surface::Surface;
+use crate::math::LengthUnit;
 
 /// A word of the file and where it stands.
 struct Word<'a> {
@@ -85,7 +88,27 @@ pub fn read(
             .map_or(Span::at(0), |row| row.spans[column as usize])
     })?;
     warn_if_a_row_is_lost(&lens, &rows, sink);
-    Ok(lens)
+    match unit(&text, source)? {
+        1.0 => Ok(lens),
+        unit => Ok(lens.scaled(unit)),
+    }
+}
+
+/// Millimeters of the unit that a comment `units: cm` names.
+fn unit(text: &str, source: &Arc<Source>) -> Result<f64> {
+    let Some(at) = text.find("# units:") else {
+        return Ok(1.0);
+    };
+    let said = text[at + 8..].lines().next().unwrap_or("");
+    match LengthUnit::parse(said.trim()) {
+        Some(unit) => Ok(unit.millimeters()),
+        None => {
+            let message = format!("`{}` is not a unit of length", said.trim());
+            Err(Diagnostic::error(message)
+                .at(source, Span::new(at, at + 8 + said.len()))
+                .with_help("mm, cm, in or m"))
+        }
+    }
 }
 
 /// A comment that names the columns.
@@ -292,6 +315,18 @@ mod tests {
             assert_eq!(lens.surfaces[1].semi_diameter, 4.0);
             assert_eq!(lens.notes, ["eye"]);
         }
+    }
+
+    #[test]
+    fn a_comment_may_name_the_unit() {
+        let lens = |unit: &str| parse(&format!("# units: {unit}\n5 0.3 1.5 2\n-5 0 1 2\n")).0;
+        assert_eq!(lens("cm").unwrap().surfaces[0].thickness, 3.0);
+        assert_eq!(lens("in").unwrap().surfaces[1].semi_diameter, 25.4);
+        let error = lens("ells").unwrap_err();
+        assert_eq!(
+            (place(&error), &*error.message),
+            ((1, 1), "`ells` is not a unit of length")
+        );
     }
 
     #[test]
