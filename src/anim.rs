@@ -1,6 +1,6 @@
 //! What changes from frame to frame: focus, zoom, aperture, the camera's path, the scene's time.
 //!
-//! A timeline is a text file, one key a line (`docs/guide/timeline.md`):
+//! A timeline is a text file, one key a line (`docs/guide/film.md`):
 //!
 //! ```text
 //! frames 200
