@@ -1,8 +1,8 @@
 //! Measures speed and writes the tables of docs/performance.md.
 //!
-//! `cargo run --release --example speed -- [--out FILE.md] [--large]`; with `--large`
-//! also a mesh of ten million triangles. Times are of the processor, not of the clock, so that a
-//! machine that does other things too gives the same numbers, but for its shared caches.
+//! `cargo run --release --example speed -- [--out FILE.md] [--large] [--only NAME]`; with
+//! `--large` also a mesh of ten million triangles. Times are of the processor, not of the clock,
+//! so that a machine that does other things too gives the same numbers, but for its caches.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -37,10 +37,21 @@ fn main() {
          work at the same time, which slows memory and caches but not this clock.\n",
         machine()
     );
-    lenses(&mut report);
-    meshes(&mut report, large);
-    pictures(&mut report);
-    growth(&mut report);
+    let only = words
+        .iter()
+        .position(|w| w == "--only")
+        .and_then(|i| words.get(i + 1));
+    let parts: [(&str, &dyn Fn(&mut String)); 4] = [
+        ("lenses", &lenses),
+        ("meshes", &|report| meshes(report, large)),
+        ("pictures", &pictures),
+        ("growth", &growth),
+    ];
+    for (name, part) in parts {
+        if only.is_none_or(|o| o == name) {
+            part(&mut report);
+        }
+    }
     print!("{report}");
     if let Some(file) = out
         && let Err(error) = std::fs::write(Path::new(file), &report)
@@ -73,14 +84,14 @@ fn thread_seconds() -> f64 {
     )
 }
 
-/// Seconds for one call: the least of several rounds of at least 50 ms.
+/// Seconds for one call: the least of several rounds of at least 20 ms.
 fn time(mut work: impl FnMut()) -> f64 {
     let mut best = f64::INFINITY;
-    for _ in 0..5 {
+    for _ in 0..3 {
         let start = thread_seconds();
         let mut calls = 0;
         let clock = Instant::now();
-        while clock.elapsed() < Duration::from_millis(50) {
+        while clock.elapsed() < Duration::from_millis(20) {
             work();
             calls += 1;
         }
