@@ -122,7 +122,7 @@ fn section(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>, y: f64) -
     }
     let drawing = LensDiagram::of(lens, options).drawing();
     let bottom = y + drawing.height;
-    page.put(drawing, [MARGIN - 16.0, y]);
+    page.put(drawing, [MARGIN - 16.0, y + 8.0]);
     bottom + 22.0
 }
 
