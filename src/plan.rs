@@ -12,12 +12,12 @@ use glam::{DMat4, DVec3, Vec3};
 use indexmap::IndexMap;
 
 use crate::camera::{Aim, Camera, LensCamera, Pinhole, pixel_aspect};
-use crate::diag::{Diagnostic, Result, Sink};
+use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::film::{FilmFormat, Resolution, Response};
 use crate::grammar::{class, directional_light};
 use crate::graph::state::State;
 use crate::graph::{self, Visitor, WalkOptions};
-use crate::iv::{Document, Limits, NodeRef};
+use crate::iv::{Document, Limits, NodeId, NodeRef};
 use crate::lens::{FocusMethod, Iris, Lens};
 use crate::math::{Meters, Mm};
 use crate::picture::{Depth, Picture};
@@ -245,9 +245,14 @@ impl Session {
         let clock = Instant::now();
         let stage = Stage::set(&plan, &document, environment)?;
         let scene = RenderScene::compile(&document, &options(&plan, &stage.pose))?;
-        scene.census().troubles.iter().for_each(|t| {
-            sink.add((**t).clone());
-        });
+        // A picture is made all the same, so none of these is an error.
+        for trouble in &scene.census().troubles {
+            let severity = trouble.severity.min(Severity::Warning);
+            sink.add(Diagnostic {
+                severity,
+                ..(**trouble).clone()
+            });
+        }
         seconds.compile = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
@@ -497,7 +502,8 @@ impl Environment {
                 around.push(root);
             }
         }
-        if this.pose.is_none() && around.is_empty() && this.headlight.is_none() {
+        let speaks = |id: &NodeId| document.node(*id).class().is_some();
+        if this.pose.is_none() && this.headlight.is_none() && !around.iter().any(speaks) {
             return Err(
                 Diagnostic::error("there is no camera and no light in the file")
                     .in_file(path.display().to_string())
@@ -514,6 +520,16 @@ fn headlight(node: NodeRef<'_>) -> Option<Light> {
     let mut light = Light::headlight(node.get(directional_light::DIRECTION));
     light.color = node.get(directional_light::COLOR) * node.get(directional_light::INTENSITY);
     node.get(directional_light::ON).then_some(light)
+}
+
+/// The distance that the scene's camera says is in focus; infinity where it says nothing of use.
+fn own_focus(pose: &CameraPose) -> Meters {
+    let distance = pose.focal_distance;
+    Meters(if distance > 0.0 {
+        distance
+    } else {
+        f64::INFINITY
+    })
 }
 
 /// The camera, and the choices that its lens brought with it.
@@ -534,7 +550,7 @@ fn camera(
         ));
     };
     let lens = choice.open(sink)?;
-    let distance = plan.focus.unwrap_or(Meters(pose.focal_distance));
+    let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
     let (lens, focus) = lens
         .focused(choice.method, distance)
         .map_err(|f| f.diagnostic(lens.name()))?;
@@ -549,7 +565,8 @@ fn camera(
     if let Some(n) = lens.first_order().f_number() {
         say("f-number", format!("f/{n:.2}"));
     }
-    say("focus", format!("{} m", distance.0));
+    // Five digits after the point: hundredths of a millimeter.
+    say("focus", format!("{} m", (distance.0 * 1e5).round() / 1e5));
     say("focus method", choice.method.name().into());
     say("film position", format!("{:.4} mm", focus.film_z));
     let camera = LensCamera::new(lens, focus, plan.film, plan.aim, pose);

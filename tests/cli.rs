@@ -178,6 +178,12 @@ fn bad_input_ends_in_one_clear_message_and_no_file() {
         "render -o DIR/gone/out.png --size 4x4 --focus 9 DIR/good.iv",
         &["gone/out.png"],
     );
+    must_fail(
+        &scratch,
+        "render -o DIR/a.png --report DIR/a.png DIR/good.iv",
+        &["a.png"],
+    );
+    must_fail(&scratch, "rendr", &["did you mean `render`"]);
     must_fail(&scratch, "lens DIR/none.dat", &["none.dat"]);
     must_fail(&scratch, "nodes Conne", &["did you mean `Cone`"]);
 }

@@ -108,7 +108,7 @@ pub fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             let exposure = talk.on_threads(run)?;
             table.push(Row::new(&method.name, &exposure, &reference));
             if !talk.quiet {
-                eprintln!("{} {samples} spp: {:.2} s", method.name, exposure.seconds);
+                super::say!("{} {samples} spp: {:.2} s", method.name, exposure.seconds);
             }
             write(m, &table)?;
             samples *= 2;

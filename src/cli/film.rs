@@ -247,7 +247,7 @@ impl Shoot {
             .collect();
         let there = self.timeline.frames as usize - missing.len();
         if there > 0 && !self.talk.quiet {
-            eprintln!("{there} frames are there already");
+            super::say!("{there} frames are there already");
         }
         if missing.is_empty() {
             return Ok(());
@@ -264,7 +264,7 @@ impl Shoot {
             let left = start.elapsed() / (done as u32 + 1) * (missing.len() - done - 1) as u32;
             if !self.talk.quiet {
                 let focus = moments[0].focus.map(|d| format!("  focus {d:.3} m"));
-                eprintln!(
+                super::say!(
                     "frame {frame} of {}{}  {:.1} s  {} left",
                     self.timeline.frames,
                     focus.unwrap_or_default(),
@@ -334,7 +334,7 @@ impl Shoot {
             _ => self.animated_png(film).map(|()| film.to_owned()),
         }?;
         if !self.talk.quiet {
-            eprintln!("{} frames in {}", self.timeline.frames, made.display());
+            super::say!("{} frames in {}", self.timeline.frames, made.display());
         }
         Ok(())
     }

@@ -79,7 +79,7 @@ pub fn run(
     }
     let mut tell = |(width, height): (usize, usize), cost: f64| {
         if !quiet {
-            eprintln!("{width}x{height}: {:.4} left", cost.sqrt());
+            super::say!("{width}x{height}: {:.4} left", cost.sqrt());
         }
     };
     let fitted = fit.run(&first, &mut draw, &mut tell)?;

@@ -3,6 +3,15 @@
 //! Data goes to stdout, talk to stderr. Exit 0: done; 1: pictures differ, or a limit was passed;
 //! 2: an error.
 
+/// A line to stderr. One that nobody reads any more is no error.
+macro_rules! say {
+    ($($part:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($part)*);
+    }};
+}
+pub(crate) use say;
+
 pub mod check;
 pub mod compare;
 pub mod converge;
@@ -44,6 +53,9 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
     let is_command = commands().get_subcommands().any(|c| c.get_name() == named)
         || ["help", "--help", "-h", "--version", "-V"].contains(&named)
         || words.len() < 2;
+    if !is_command {
+        known_or_scene(named)?;
+    }
     let parsed = if is_command {
         commands().try_get_matches_from(words)
     } else {
@@ -72,6 +84,21 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
             "`{name}` has no program behind it"
         ))),
     }
+}
+
+/// A first word that is no flag, no command and no file is most likely a slip.
+fn known_or_scene(word: &str) -> Result<()> {
+    let scene_like = word.starts_with('-') || word.contains(['.', '/', '\\']);
+    if scene_like || std::path::Path::new(word).exists() {
+        return Ok(());
+    }
+    let error = Diagnostic::error(format!("there is no command and no scene `{word}`"));
+    let names = commands();
+    let names = names.get_subcommands().map(clap::Command::get_name);
+    Err(match crate::diag::nearest(word, names) {
+        Some(near) => error.with_help(format!("did you mean `{near}`?")),
+        None => error.with_help("`ivcam help` lists the commands"),
+    })
 }
 
 /// `ivcam COMMAND …`.
@@ -123,7 +150,7 @@ fn scene_argument() -> Arg {
 /// Prints a message to stderr as a compiler would.
 pub fn tell(diagnostic: &Diagnostic) {
     let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    eprintln!("{}", diagnostic.render(color));
+    say!("{}", diagnostic.render(color));
 }
 
 /// Prints what reading or compiling had to say, notes left out.

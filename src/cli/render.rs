@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
 
-use super::{parsed, tell_all, text};
+use super::{parsed, tell, tell_all, text};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::film::{FilmFormat, Resolution, Response};
@@ -33,7 +33,17 @@ impl Talk {
         let scene = Path::new(text(m, "scene").unwrap_or_default());
         let output = text(m, "output").map_or_else(|| automatic_name(scene), PathBuf::from);
         PictureFormat::of(&output)?;
-        Self::to(m, output)
+        writable(&output)?;
+        let talk = Self::to(m, output)?;
+        if let Some(report) = &talk.report {
+            writable(report)?;
+            if *report == talk.output {
+                return Err(Diagnostic::error("the report has the picture's own name")
+                    .in_file(report.display().to_string())
+                    .with_help("give `--report` another name, such as report.json"));
+            }
+        }
+        Ok(talk)
     }
 
     /// Of a film, whose name may end otherwise than a picture's.
@@ -63,6 +73,27 @@ impl Talk {
         })?;
         Ok(pool.install(work))
     }
+}
+
+/// Whether a file can come to be there, asked before hours of work and not after.
+fn writable(path: &Path) -> Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return Err(
+            Diagnostic::error(format!("there is no folder `{}`", folder.display()))
+                .in_file(path.display().to_string()),
+        );
+    }
+    if path.is_dir() {
+        return Err(
+            Diagnostic::error(format!("`{}` is a folder", path.display()))
+                .with_help("give the output the name of a file"),
+        );
+    }
+    Ok(())
 }
 
 /// The plan that the words ask for.
@@ -305,12 +336,17 @@ pub fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
             .iter()
             .map(|(k, v)| format!("{k} {v}"))
             .collect();
-        eprintln!("{}", choices.join(", "));
+        super::say!("{}", choices.join(", "));
     }
     let meter = Meter::new(talk.quiet);
     let exposure = talk.on_threads(|| session.expose(&|p| meter.show(p)))?;
     meter.clear();
     tell_shortfall(&session, &exposure);
+
+    if exposure.counts.passed == 0 {
+        let none = Diagnostic::warning("no ray got through to the scene: the picture is black");
+        tell(&none.with_help("the film may be too large for the lens, or the lens closed"));
+    }
 
     let clock = Instant::now();
     let picture = session.develop(&exposure, &command_line(words));
@@ -350,7 +386,7 @@ fn tell_shortfall(session: &Session, exposure: &Exposure) {
 
 fn tell_report(talk: &Talk, report: &RenderReport) -> Result<()> {
     if !talk.quiet {
-        eprintln!("{}", report.line());
+        super::say!("{}", report.line());
     }
     let Some(path) = &talk.report else {
         return Ok(());

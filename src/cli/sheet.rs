@@ -258,7 +258,7 @@ pub fn save_prescription(lens: &Lens, file: &str) -> Result<()> {
     let path = Path::new(file);
     let (text, left_out) = write(lens.prescription(), Target::of(path)?)?;
     for what in left_out {
-        eprintln!("warning: `{file}` leaves out {what}");
+        super::say!("warning: `{file}` leaves out {what}");
     }
     save(path, &text)
 }
