@@ -22,6 +22,9 @@ use ivcam::scene::wide::{Block, Wide, bits};
 use ivcam::scene::{Bvh, PreparedRay, Ray};
 use ivcam::shade::Shading;
 
+/// A part of the tables, by name.
+type Part<'a> = (&'a str, &'a dyn Fn(&mut String));
+
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let large = words.iter().any(|w| w == "--large");
@@ -41,7 +44,7 @@ fn main() {
         .iter()
         .position(|w| w == "--only")
         .and_then(|i| words.get(i + 1));
-    let parts: [(&str, &dyn Fn(&mut String)); 4] = [
+    let parts: [Part; 4] = [
         ("lenses", &lenses),
         ("meshes", &|report| meshes(report, large)),
         ("pictures", &pictures),

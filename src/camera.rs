@@ -270,7 +270,7 @@ impl LensCamera {
 
     fn rays(&self, asked: &[Asked], bundle: &mut Bundle, rays: &mut [Option<CameraRay>]) {
         let mut weights = [0.0; LANES];
-        for lane in 0..LANES {
+        for (lane, slot) in weights.iter_mut().enumerate() {
             let inside = asked.get(lane).and_then(|a| {
                 let film = self.film_point(a.x, a.y);
                 self.aim(film, &self.target.window(film), a.pupil)
@@ -278,7 +278,7 @@ impl LensCamera {
             match inside {
                 Some((ray, weight)) => {
                     bundle.set(lane, &ray);
-                    weights[lane] = weight;
+                    *slot = weight;
                 }
                 None => bundle.clear(lane),
             }

@@ -215,7 +215,10 @@ impl Shoot {
     /// Makes the folder, or sees that the frames in it are of this film.
     fn prepare_folder(&self) -> Result<()> {
         let io = |e: std::io::Error| Diagnostic::io(self.folder.display(), &e);
-        std::fs::create_dir_all(&self.folder).map_err(io)?;
+        // One folder of its own, beside the film; its parents are the user's to make.
+        if !self.folder.is_dir() {
+            std::fs::create_dir(&self.folder).map_err(io)?;
+        }
         let label = self.folder.join(LABEL);
         let mut text = String::new();
         for (key, value) in self.plan.describe() {

@@ -200,6 +200,7 @@ impl<'a> Slabs<'a> {
     /// The boxes that the ray enters, as bits, and where. Far distances are widened by 2γ₃ (Ize,
     /// *Robust BVH Ray Traversal*), the one so far included: rounding never loses a box.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop)] // the same index into eight arrays, kept for lanes
     fn enters(&self, node: &Node, t_min: f32, t_max: f32, near: &mut [f32; WIDTH]) -> u32 {
         let mut mask = 0;
         for i in 0..WIDTH {
