@@ -166,9 +166,13 @@ pub fn surfaces(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> {
         if !matches!(s.shape, Shape::Sphere) {
             rest = format!("{} {rest}", kind(&s.shape));
         }
+        let semi_diameter = match s.semi_diameter.is_finite() {
+            true => format!("{:.3}", s.semi_diameter),
+            false => "-".into(),
+        };
         let line = format!(
-            "{i:>3} {radius:>12} {:>10.4} {n:>9} {v:>6} {:>10.3}  {rest}",
-            s.thickness, s.semi_diameter
+            "{i:>3} {radius:>12} {:>10.4} {n:>9} {v:>6} {semi_diameter:>10}  {rest}",
+            s.thickness
         );
         writeln!(out, "{}", line.trim_end())?;
     }

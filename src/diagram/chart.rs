@@ -143,5 +143,5 @@ impl Chart {
 fn ticks(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
     let first = libm::ceil(low / step - 1e-6) as i64;
     let last = libm::floor(high / step + 1e-6) as i64;
-    (first..=last.min(first + 40)).map(move |i| i as f64 * step)
+    (first..=last.min(first.saturating_add(40))).map(move |i| i as f64 * step)
 }

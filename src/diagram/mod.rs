@@ -264,6 +264,9 @@ pub(crate) fn round_number(size: f64) -> f64 {
 
 /// A number with as many places as a step needs, with a real minus sign.
 pub(crate) fn tidy(value: f64, step: f64) -> String {
+    if value.is_infinite() {
+        return "\u{221e}".to_owned();
+    }
     let places = (-libm::floor(libm::log10(step.abs().max(1e-12)) + 1e-9)).clamp(0.0, 9.0) as usize;
     let text = format!("{value:.places$}");
     let zero = text
