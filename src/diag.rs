@@ -85,6 +85,14 @@ impl Source {
         })
     }
 
+    /// How many bytes the line around an offset has, its end included.
+    fn line_length(&self, offset: u32) -> usize {
+        let starts = self.line_starts();
+        let i = starts.partition_point(|&s| s <= offset) - 1;
+        let end = starts.get(i + 1).map_or(self.bytes.len(), |&s| s as usize);
+        end - starts[i] as usize
+    }
+
     /// The line around an offset, as text that is safe to show, with the offset of its first byte.
     fn line_text(&self, offset: u32) -> (String, u32) {
         let starts = self.line_starts();
@@ -98,6 +106,9 @@ impl Source {
         (text.collect::<String>().trim_end().to_owned(), start as u32)
     }
 }
+
+/// Longer lines are not quoted: a whole scene can stand on one.
+const LONGEST_LINE: usize = 400;
 
 impl fmt::Debug for Source {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -211,18 +222,20 @@ impl Diagnostic {
         let mut group = None;
         let line;
         if let Some((source, span)) = &self.place {
+            let (row, column) = source.line_column(span.start);
             if source.binary {
                 message = format!("{}: byte {}: {message}", source.name, span.start);
+            } else if source.line_length(span.start) > LONGEST_LINE {
+                message = format!("{}:{row}:{column}: {message}", source.name);
             } else {
                 let (text, start) = source.line_text(span.start);
                 line = text;
                 let from = ((span.start - start) as usize).min(line.len());
                 let to = ((span.end.max(span.start + 1) - start) as usize).clamp(from, line.len());
-                let (number, _) = source.line_column(span.start);
                 group = Some(
                     Snippet::source(line.as_str())
                         .path(source.name.as_str())
-                        .line_start(number as usize)
+                        .line_start(row as usize)
                         .annotation(AnnotationKind::Primary.span(from..to)),
                 );
             }

@@ -333,7 +333,12 @@ impl<'s> Reader<'_, '_, 's> {
 
     /// Skips the contents of a node that nothing declares, up to its closing brace.
     fn unknown(&mut self, name: &str, span: Span) {
-        let help = match nearest_class(name) {
+        let near = if self.asm.may_hint() {
+            nearest_class(name)
+        } else {
+            None
+        };
+        let help = match near {
             Some(near) => format!("did you mean `{near}`?"),
             None => {
                 "a file can declare its own classes: `fields [ SFFloat width ]` first in the braces"
@@ -379,7 +384,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.rest = rest;
         let Some(node) = found else {
             let name = field::text(token);
-            let near = nearest(&name, self.asm.known_names()).map(str::to_owned);
+            let near = self.asm.nearest_name(&name);
             let span = self.span(at, rest);
             let warning = self.warn(span, format!("no node before this is called `{name}`"));
             if let Some(near) = near {
@@ -537,10 +542,13 @@ impl<'s> Reader<'_, '_, 's> {
 
     fn no_field(&mut self, node: NodeId, name: &str, span: Span) -> Result<()> {
         let class = self.asm.document.node(node).class_name().to_owned();
+        let hint = self.asm.may_hint();
         let fields = self.asm.field_names(node);
-        let help = match nearest(name, fields.iter().copied()) {
+        let near = nearest(name, fields.iter().copied().filter(|_| hint));
+        let help = match near {
             Some(near) => format!("did you mean `{near}`?"),
             None if fields.is_empty() => format!("a `{class}` has no fields"),
+            None if fields.len() > 100 => format!("a `{class}` has {} fields", fields.len()),
             None => format!("a `{class}` has {}", fields.join(", ")),
         };
         self.warn(span, format!("`{class}` has no field `{name}`"))

@@ -9,7 +9,7 @@ use super::document::{ClassRef, Document, Extension, FieldEntry, Node};
 use super::field::Names;
 use super::value::{NodeId, Value};
 use super::{Header, Limits, upgrade};
-use crate::diag::{Result, Span};
+use crate::diag::{Result, Span, nearest};
 use crate::grammar::{self, ClassId, Dialect, FieldType, Treatment, class};
 
 /// A field of a node's class, found by name.
@@ -32,6 +32,9 @@ impl Slot {
     }
 }
 
+/// Fields that a file may declare for a class; they are looked through one by one.
+const MOST_FIELDS: usize = 5_000;
+
 pub struct Assembler<'d> {
     pub document: &'d mut Document,
     pub header: Header,
@@ -42,6 +45,10 @@ pub struct Assembler<'d> {
     /// Classes that this file declares, by name.
     pub declared: HashMap<Box<str>, u32>,
     /// Values of fields that are gone, for [`upgrade`].
+    /// What each declaration hid, to be taken back where a proto's body ends.
+    pub shadowed: Vec<(Box<str>, Option<u32>)>,
+    /// How many more did-you-mean hints to look for: each takes a look at every name there is.
+    hints: usize,
     /// How many proto bodies we are inside of.
     pub in_protos: usize,
     pub old: Vec<(NodeId, &'static upgrade::OldField, Value)>,
@@ -57,6 +64,8 @@ impl<'d> Assembler<'d> {
             source,
             names: HashMap::new(),
             declared: HashMap::new(),
+            shadowed: Vec::new(),
+            hints: 200,
             in_protos: 0,
             old: Vec::new(),
         }
@@ -131,10 +140,45 @@ impl<'d> Assembler<'d> {
         self.names.get(token).or_else(base).copied()
     }
 
-    pub fn known_names(&self) -> impl Iterator<Item = &str> {
-        self.names
+    /// Makes a name mean a class, or no class of the file's own, until the scope ends.
+    pub fn declare_class(&mut self, name: Box<str>, class: Option<u32>) {
+        let before = match class {
+            Some(class) => self.declared.insert(name.clone(), class),
+            None => self.declared.remove(&name),
+        };
+        self.shadowed.push((name, before));
+    }
+
+    /// Takes back what was declared since there were so many shadowed classes.
+    pub fn end_scope(&mut self, shadowed: usize) {
+        for (name, before) in self
+            .shadowed
+            .drain(shadowed.min(self.shadowed.len())..)
+            .rev()
+        {
+            match before {
+                Some(class) => self.declared.insert(name, class),
+                None => self.declared.remove(&name),
+            };
+        }
+    }
+
+    /// Whether a hint may still be looked for.
+    pub fn may_hint(&mut self) -> bool {
+        self.hints = self.hints.saturating_sub(1);
+        self.hints > 0
+    }
+
+    /// The `DEF` name nearest in spelling.
+    pub fn nearest_name(&mut self, name: &str) -> Option<String> {
+        if self.names.len() > 10_000 || !self.may_hint() {
+            return None;
+        }
+        let names = self
+            .names
             .keys()
-            .filter_map(|k| std::str::from_utf8(k).ok())
+            .filter_map(|k| std::str::from_utf8(k).ok());
+        nearest(name, names).map(str::to_owned)
     }
 
     pub fn slot(&self, node: NodeId, name: &str) -> Option<Slot> {
@@ -226,15 +270,21 @@ impl<'d> Assembler<'d> {
 
     /// The index of an extension equal to this one, new or not.
     pub fn extension(&mut self, extension: Extension) -> u32 {
-        let protos = &self.document.protos;
-        let of_proto = |i: usize| protos.iter().any(|p| p.extension as usize == i);
-        let extensions = &self.document.extensions;
-        let known = (0..extensions.len()).find(|&i| extensions[i] == extension && !of_proto(i));
-        let index = known.unwrap_or_else(|| {
-            self.document.extensions.push(extension);
-            self.document.extensions.len() - 1
-        });
-        index as u32
+        // A file may declare a class of one name in very many ways; looking at the last few is enough.
+        let alike = self
+            .document
+            .extension_names
+            .entry(extension.name.clone())
+            .or_default();
+        let (extensions, protos) = (&self.document.extensions, &self.document.proto_places);
+        let same = |i: &&u32| extensions[**i as usize] == extension && !protos.contains_key(*i);
+        if let Some(&known) = alike.iter().rev().take(64).find(same) {
+            return known;
+        }
+        let index = self.document.extensions.len() as u32;
+        alike.push(index);
+        self.document.extensions.push(extension);
+        index
     }
 
     /// Makes a node one of a class that the file declares with `fields [ … ]` and `isA [ … ]`.
@@ -288,10 +338,12 @@ impl<'d> Assembler<'d> {
                 }
             }
         };
+        let mut extension = extension;
+        extension.fields.truncate(MOST_FIELDS);
         let name = extension.name.clone();
         let index = self.extension(extension);
         if self.known_class(&name).is_none() {
-            self.declared.insert(name, index);
+            self.declare_class(name, Some(index));
         }
         self.data(node).class = ClassRef::Extension(index);
     }

@@ -97,6 +97,10 @@ pub struct Document {
     pub protos: Vec<Proto>,
     /// Nodes that are not part of the scene, by their places: the bodies of protos.
     pub templates: Vec<Range<u32>>,
+    /// Where the proto of an extension is in `protos`.
+    pub(super) proto_places: HashMap<u32, usize>,
+    /// Extensions by name, those of protos and scripts left out.
+    pub(super) extension_names: HashMap<Box<str>, Vec<u32>>,
     /// How many nodes are copies of protos' bodies.
     pub(super) copies: usize,
     /// Where an event of an instance leads.
@@ -125,7 +129,7 @@ impl Document {
 
     /// The proto whose class an extension is.
     pub fn proto_of_extension(&self, extension: u32) -> Option<usize> {
-        self.protos.iter().position(|p| p.extension == extension)
+        self.proto_places.get(&extension).copied()
     }
 
     /// Whether a node is part of a proto's body, and not of the scene.

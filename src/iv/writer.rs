@@ -174,6 +174,9 @@ impl Tokens {
     }
 }
 
+/// Deeper nodes stand no further right: a file may nest a hundred thousand.
+const DEEPEST_INDENT: usize = 40;
+
 /// What is left to write, the next last.
 enum Task<'d> {
     Node(NodeId),
@@ -283,7 +286,8 @@ impl<'d> Ascii<'d> {
 
     fn start_line(&mut self) {
         if !self.dry {
-            self.out.extend(std::iter::repeat_n("  ", self.indent));
+            self.out
+                .extend(std::iter::repeat_n("  ", self.indent.min(DEEPEST_INDENT)));
         }
     }
 
@@ -532,7 +536,7 @@ impl<'d> Ascii<'d> {
 
     /// A value that holds no nodes.
     fn plain(&mut self, value: &Value, kind: FieldType, names: &[(&str, i64)]) {
-        let indent = self.indent;
+        let indent = self.indent.min(DEEPEST_INDENT);
         let out = &mut self.out;
         match value {
             Value::Bool(b) => out.push_str(boolean(*b)),

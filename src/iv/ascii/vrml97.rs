@@ -14,7 +14,8 @@ use crate::iv::{Limits, read_into};
 /// What a proto's body hides while it is read.
 pub(super) struct Scope {
     names: HashMap<Box<[u8]>, NodeId>,
-    declared: HashMap<Box<str>, u32>,
+    /// How many classes were hidden before it.
+    shadowed: usize,
     routes: Vec<Route>,
     name: Box<str>,
     /// The number of nodes before it.
@@ -72,7 +73,10 @@ impl<'s> Reader<'_, '_, 's> {
     /// Adds a field of an interface to its class's fields.
     fn add_field(&mut self, extension: u32, interface: &Interface) {
         let fields = &mut self.asm.document.extensions[extension as usize].fields;
-        if interface.access.has_value() && !fields.iter().any(|(n, _)| *n == interface.name) {
+        if interface.access.has_value()
+            && fields.len() < 5_000
+            && !fields.iter().any(|(n, _)| *n == interface.name)
+        {
             fields.push((interface.name.clone(), interface.kind));
         }
     }
@@ -178,14 +182,15 @@ impl<'s> Reader<'_, '_, 's> {
             external,
         });
         let scope = Scope {
-            names: self.asm.names.clone(),
-            declared: self.asm.declared.clone(),
+            names: HashMap::new(),
+            shadowed: self.asm.shadowed.len(),
             routes: std::mem::take(&mut self.asm.document.routes),
             name,
             first,
         };
         self.asm.in_protos += 1;
         let proto = self.asm.document.protos.len() - 1;
+        self.asm.document.proto_places.insert(extension, proto);
         self.stack.push(Level::Interface { proto, scope });
         Ok(())
     }
@@ -220,9 +225,11 @@ impl<'s> Reader<'_, '_, 's> {
 
     /// After `]`: the body of a `PROTO`, or where an `EXTERNPROTO` is.
     pub(super) fn interface_done(&mut self) -> Result<()> {
-        let Some(Level::Interface { proto, scope }) = self.stack.pop() else {
+        let Some(Level::Interface { proto, mut scope }) = self.stack.pop() else {
             return Ok(());
         };
+        // Defaults may use the names of the file around the proto; the body may not.
+        scope.names = std::mem::take(&mut self.asm.names);
         if self.asm.document.protos[proto].external {
             self.rest = skip(self.rest);
             let names = field::Names {
@@ -246,7 +253,6 @@ impl<'s> Reader<'_, '_, 's> {
                 format!("expected `{{` after the interface of `{}`", scope.name),
             );
         }
-        self.asm.names.clear();
         self.stack.push(Level::Proto { proto, scope });
         Ok(())
     }
@@ -268,8 +274,8 @@ impl<'s> Reader<'_, '_, 's> {
                 .push(scope.first..document.nodes.len() as u32);
         }
         self.asm.names = scope.names;
-        self.asm.declared = scope.declared;
-        self.asm.declared.insert(scope.name, extension);
+        self.asm.end_scope(scope.shadowed);
+        self.asm.declare_class(scope.name, Some(extension));
     }
 
     /// Finds the definition of an `EXTERNPROTO`, in the first of its files that has it.
@@ -295,7 +301,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
         // A class that we know by ourselves needs no definition.
         if self.asm.known_class(&name).is_some() {
-            self.asm.declared.remove(&name);
+            self.asm.declare_class(name, None);
             return Ok(());
         }
         let span = self.here();
