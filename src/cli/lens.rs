@@ -102,6 +102,11 @@ pub fn command() -> Command {
             "in four columns, the second is the distance from the vertex before (Kolb's older files)",
         ))
         .arg(value(
+            "as-scene",
+            "FILE.iv",
+            "write the lens as solids of a scene, in meters",
+        ))
+        .arg(value(
             "trace",
             "RAYS.json",
             "trace a list of rays (`-` reads standard input)",
@@ -134,6 +139,13 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     }
     if let Some(nm) = text("wavelength") {
         lens = lens.at_wavelength(wavelength(positive(nm, "wavelength")?)?);
+    }
+    if let Some(file) = text("as-scene") {
+        let scene = lens.as_scene()?;
+        crate::picture::write_whole(std::path::Path::new(file), |to| {
+            to.write_all(scene.as_bytes())
+        })?;
+        return Ok(0);
     }
     if let Some(file) = text("trace") {
         return trace_file(&lens, file, out);

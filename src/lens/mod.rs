@@ -6,6 +6,7 @@
 
 pub mod about;
 pub mod analysis;
+pub mod as_scene;
 pub mod catalogue;
 pub mod first_order;
 pub mod focus;

@@ -505,6 +505,13 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// The index of the current shape's inside against its outside.
+    pub fn set_refraction(&mut self, index: f32) {
+        if let Some(surface) = self.scene.surfaces.last_mut() {
+            surface.refraction = index;
+        }
+    }
+
     pub fn quadric(&mut self, kind: QuadricKind, material: u32) {
         if self.surveying {
             let (min, max) = exact_bounds(kind, &self.scene_from_object);

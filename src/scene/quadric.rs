@@ -23,6 +23,13 @@ pub enum QuadricKind {
         radius: f64,
         half_height: f64,
     },
+    /// The part of a sphere, or of a plane, from `inner` to `outer` off the y axis. Its vertex is
+    /// the origin, its center at 1/curvature on the y axis; it faces up. A lens surface is one.
+    Zone {
+        curvature: f64,
+        inner: f64,
+        outer: f64,
+    },
     /// A disc at a height, facing up or down.
     Disc {
         radius: f64,
@@ -79,6 +86,21 @@ impl Quadric {
                 let c = o.x * o.x + o.z * o.z - k2 * y * y;
                 keep(roots(a, b, c), |t| (o.y + t * d.y).abs() <= half_height)
             }
+            QuadricKind::Zone {
+                curvature: c,
+                inner,
+                outer,
+            } => {
+                // c |p|² = 2 y, of which the half by the vertex is meant.
+                let a = c * d.length_squared();
+                let b = c * o.dot(d) - d.y;
+                let found = roots(a, b, c * o.length_squared() - 2.0 * o.y);
+                keep(found, |t| {
+                    let p = o + t * d;
+                    let off = p.x * p.x + p.z * p.z;
+                    off >= inner * inner && off <= outer * outer && c * p.y <= 1.0
+                })
+            }
             QuadricKind::Disc { radius, y, .. } => {
                 if d.y == 0.0 {
                     return [None, None];
@@ -112,6 +134,14 @@ impl Quadric {
                 let at = out * (k * (half_height - p.y)) + DVec3::Y * p.y;
                 (at, (out + DVec3::Y * k).normalize())
             }
+            QuadricKind::Zone { curvature: c, .. } => {
+                // Half the gradient of 2 y − c |p|², and a step of Newton's along it.
+                let n = DVec3::new(-c * p.x, 1.0 - c * p.y, -c * p.z);
+                let length = n.length();
+                let off = 0.5 * (c * p.length_squared() - 2.0 * p.y) / length;
+                let n = n / length;
+                (p + off * n, n)
+            }
             QuadricKind::Disc { y, up, .. } => {
                 let n = if up { DVec3::Y } else { DVec3::NEG_Y };
                 (DVec3::new(p.x, y, p.z), n)
@@ -134,6 +164,9 @@ impl Quadric {
             QuadricKind::CylinderSide { half_height, .. }
             | QuadricKind::ConeSide { half_height, .. } => {
                 DVec2::new(around(), 0.5 + 0.5 * p.y / half_height)
+            }
+            QuadricKind::Zone { outer, .. } => {
+                DVec2::new(0.5 + 0.5 * p.x / outer, 0.5 - 0.5 * p.z / outer)
             }
             QuadricKind::Disc { radius, up, .. } => {
                 let v = if up { -p.z } else { p.z };
@@ -174,8 +207,17 @@ pub fn exact_bounds(kind: QuadricKind, matrix: &DAffine3) -> (DVec3, DVec3) {
             let tip = matrix.transform_point3(DVec3::Y * half_height);
             join(ring(radius, -half_height), (tip, tip))
         }
+        QuadricKind::Zone {
+            curvature, outer, ..
+        } => join(ring(outer, 0.0), ring(outer, sag(curvature, outer))),
         QuadricKind::Disc { radius, y, .. } => ring(radius, y),
     }
+}
+
+/// The height of a sphere over its vertex, at a distance off the axis that it reaches.
+fn sag(curvature: f64, off: f64) -> f64 {
+    let square = (1.0 - (curvature * off) * (curvature * off)).max(0.0);
+    curvature * off * off / (1.0 + square.sqrt())
 }
 
 fn join(a: (DVec3, DVec3), b: (DVec3, DVec3)) -> (DVec3, DVec3) {
@@ -228,6 +270,14 @@ pub fn wires(kind: QuadricKind) -> Vec<Vec<DVec3>> {
                 (0..AROUND).map(|i| vec![DVec3::Y * half_height, at(radius, -half_height, i)]),
             );
             lines
+        }
+        QuadricKind::Zone {
+            curvature,
+            inner,
+            outer,
+        } => {
+            let at_rim = |off: f64| ring(off, sag(curvature, off));
+            vec![at_rim(outer), at_rim(inner)]
         }
         QuadricKind::Disc { radius, y, .. } => {
             let mut lines = vec![ring(radius, y)];
@@ -307,6 +357,23 @@ mod tests {
         let [near, far] = q.meet(DVec3::new(5.0, 0.0, 0.0), DVec3::NEG_X);
         assert!((near.expect("hit") - 4.5).abs() < 1e-12);
         assert!((far.expect("hit") - 5.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_zone_is_the_sphere_s_own_surface_within_its_rim() {
+        let (radius, outer) = (2.0, 1.0);
+        let zone = plain(QuadricKind::Zone {
+            curvature: -1.0 / radius,
+            inner: 0.0,
+            outer,
+        });
+        // Center at −2, so at x = 0.5 the surface lies at −2 + √(4 − 0.25).
+        let from = |x: f64| zone.meet(DVec3::new(x, 5.0, 0.0), DVec3::NEG_Y)[0];
+        let expected = 5.0 + 2.0 - 3.75f64.sqrt();
+        assert!((from(0.5).expect("hit") - expected).abs() < 1e-14);
+        assert_eq!(from(1.01), None);
+        let (_, normal) = zone.settle(DVec3::new(0.5, -2.0 + 3.75f64.sqrt(), 0.0));
+        assert!((normal - DVec3::new(0.25, 3.75f64.sqrt() / 2.0, 0.0)).length() < 1e-14);
     }
 
     #[test]

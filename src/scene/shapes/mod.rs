@@ -75,6 +75,7 @@ fn draw_class<'a>(
         match class.name {
             "Cube" => solids::cube(node, state, out),
             "Sphere" => solids::sphere(node, out),
+            "LensSurface" => solids::lens_surface(node, out),
             "Cylinder" => solids::cylinder(node, state, out),
             "Cone" => solids::cone(node, state, out),
             "FaceSet" => faces::face_set(node, state, out),

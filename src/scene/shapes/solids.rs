@@ -81,6 +81,31 @@ pub fn sphere<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
     out.quadric(QuadricKind::Sphere { radius }, 0);
 }
 
+/// A part of a sphere about its vertex, or of a plane where the radius is 0, as lenses have them.
+/// Seen from both sides; the outside, for indices of refraction, is where y is larger.
+pub fn lens_surface<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
+    let read = |name: &str, or: f32| f64::from(node.read::<f32>(name).unwrap_or(or));
+    let radius = read("radius", 0.0);
+    let curvature = if radius == 0.0 { 0.0 } else { 1.0 / radius };
+    let inner = read("inner", 0.0).abs();
+    let mut outer = read("outer", 1.0).abs();
+    if curvature != 0.0 {
+        outer = outer.min(radius.abs());
+    }
+    out.set_sides(true, true, false);
+    out.set_refraction(read("refractionIndex", 1.0) as f32);
+    if curvature.is_finite() && outer.is_finite() && outer > inner {
+        out.quadric(
+            QuadricKind::Zone {
+                curvature,
+                inner,
+                outer,
+            },
+            0,
+        );
+    }
+}
+
 /// Parts: sides 1, top 2, bottom 4.
 pub fn cylinder<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let parts = node.read::<Choice>("parts").unwrap_or(7);
