@@ -61,11 +61,6 @@ impl Camera {
             Self::Lens(camera) => camera.rays(asked, bundle, rays),
         }
     }
-
-    /// Whether rays through one film point differ.
-    pub fn has_aperture(&self) -> bool {
-        matches!(self, Self::Lens(_))
-    }
 }
 
 /// A ray asked for: a place on the picture, and a point of the lens in the unit square.
@@ -327,14 +322,6 @@ fn axial_irradiance(lens: &Lens, film_z: f64) -> f64 {
         }
     }
     sum * std::f64::consts::PI * radius * radius / f64::from(RINGS * spokes)
-}
-
-/// The height angle of the preview: equation 7 for a lens, the camera's own without one.
-pub fn preview_height_angle(camera: &Camera) -> Option<f64> {
-    match camera {
-        Camera::Pinhole(_) => None,
-        Camera::Lens(c) => Some(c.focus.height_angle(0.5 * c.format.height)),
-    }
 }
 
 /// The picture's aspect and the film's must agree, or pixels are not square.

@@ -526,8 +526,3 @@ fn widen(min: DVec3, max: DVec3) -> (Vec3, Vec3) {
         Vec3::new(up(max.x), up(max.y), up(max.z)),
     )
 }
-
-/// Texture coordinates and weights, where a caller wants to interpolate by itself.
-pub fn weigh(values: [Vec2; 3], u: f32, v: f32) -> Vec2 {
-    values[0] * (1.0 - u - v) + values[1] * u + values[2] * v
-}
