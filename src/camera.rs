@@ -8,7 +8,7 @@
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::film::{FilmFormat, Resolution};
-use crate::lens::{Bundle, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, RearElement};
+use crate::lens::{Bundle, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, Toward};
 use crate::pose::{CameraPose, Projection, ViewportMapping};
 use crate::sampling::DiscMap;
 
@@ -206,9 +206,9 @@ impl LensCamera {
             .first_order()
             .focal
             .map_or(f64::NAN, |f| f.rear_focal_point);
-        let mut axial = axial_irradiance(&lens, at_infinity);
+        let mut axial = lens.irradiance(DVec2::ZERO, at_infinity);
         if !(axial.is_normal() && axial > 0.0) {
-            axial = axial_irradiance(&lens, focus.film_z);
+            axial = lens.irradiance(DVec2::ZERO, focus.film_z);
         }
         Self {
             rear_z: lens.length(),
@@ -238,7 +238,7 @@ impl LensCamera {
     pub fn ray(&self, film: DVec2, window: &PupilWindow, pupil: [f64; 2]) -> Option<CameraRay> {
         let (inside, weight) = self.aim(film, window, pupil)?;
         let out = self.lens.trace_from_film(&inside).ok()?;
-        Some(self.outside(&out, weight))
+        Some(self.outside(&out, weight * self.kept(&inside)))
     }
 
     /// The ray behind the lens, and its weight.
@@ -253,6 +253,15 @@ impl LensCamera {
         let direction = across.normalize();
         let weight = equation_1(across) / (density * self.axial_irradiance);
         Some((LensRay { origin, direction }, weight))
+    }
+
+    /// The share of a ray's light that the surfaces do not reflect.
+    fn kept(&self, inside: &LensRay) -> f64 {
+        if self.lens.reflects() {
+            self.lens.transmittance(inside, Toward::Scene)
+        } else {
+            1.0
+        }
     }
 
     fn outside(&self, out: &LensRay, weight: f64) -> CameraRay {
@@ -273,7 +282,7 @@ impl LensCamera {
             match inside {
                 Some((ray, weight)) => {
                     bundle.set(lane, &ray);
-                    *slot = weight;
+                    *slot = weight * self.kept(&ray);
                 }
                 None => bundle.clear(lane),
             }
@@ -293,38 +302,112 @@ fn equation_1(across: DVec3) -> f64 {
     across.z * across.z / (squared * squared)
 }
 
-/// Irradiance at the film's center from a scene of radiance 1, by a fixed polar grid of rays over
-/// the rear element: one spoke where the lens is round, 64 where it is not.
-fn axial_irradiance(lens: &Lens, film_z: f64) -> f64 {
-    const RINGS: u32 = 2048;
-    let spokes = if lens.prescription().is_rotational() {
-        1
-    } else {
-        64
-    };
-    let radius = RearElement::of(lens, DiscMap::Concentric).radius;
-    let origin = DVec3::new(0.0, 0.0, film_z);
-    let mut sum = 0.0;
-    for spoke in 0..spokes {
-        let angle = std::f64::consts::TAU * (f64::from(spoke) + 0.5) / f64::from(spokes);
-        let along = DVec3::new(libm::cos(angle), libm::sin(angle), 0.0);
-        for ring in 0..RINGS {
-            // Rings of equal area, each at its middle.
-            let r = radius * ((f64::from(ring) + 0.5) / f64::from(RINGS)).sqrt();
-            let across = r * along + DVec3::Z * (lens.length() - film_z);
-            let ray = LensRay {
-                origin,
-                direction: across.normalize(),
-            };
-            if lens.trace_from_film(&ray).is_ok() {
-                sum += equation_1(across);
-            }
-        }
-    }
-    sum * std::f64::consts::PI * radius * radius / f64::from(RINGS * spokes)
-}
-
 /// The picture's aspect and the film's must agree, or pixels are not square.
 pub fn pixel_aspect(format: FilmFormat, resolution: Resolution) -> f64 {
     (format.width / f64::from(resolution.width)) / (format.height / f64::from(resolution.height))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::{Coating, FocusMethod};
+    use crate::math::Meters;
+    use crate::sampling::{Sampler, SamplerKind};
+
+    fn camera(lens: Lens, aim: Aim) -> LensCamera {
+        let focus = lens
+            .focus(FocusMethod::Film, Meters(f64::INFINITY))
+            .unwrap();
+        let pose = CameraPose::view_all(Default::default(), 1.5);
+        LensCamera::new(lens, focus, FilmFormat::STANDARD, aim, &pose)
+    }
+
+    /// The steepest ray from the film's center that gets through, by halving: sin θ′.
+    fn sine_of_marginal_ray(camera: &LensCamera) -> f64 {
+        let origin = DVec3::new(0.0, 0.0, camera.focus.film_z);
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..60 {
+            let sine = 0.5 * (low + high);
+            let direction = DVec3::new(0.0, sine, -f64::sqrt(1.0 - sine * sine));
+            match camera.lens.trace_from_film(&LensRay { origin, direction }) {
+                Ok(_) => low = sine,
+                Err(_) => high = sine,
+            }
+        }
+        low
+    }
+
+    /// Mean and standard error of the irradiance that random rays bring to a film point from a
+    /// scene of radiance 1, in units of radiance times steradian.
+    fn by_rays(camera: &LensCamera, film: DVec2) -> (f64, f64) {
+        let sampler = Sampler {
+            kind: SamplerKind::Random,
+            samples: 40_000,
+            seed: 7,
+        };
+        let window = camera.target.window(film);
+        let weight = |i| {
+            let pupil = sampler.sample(0, i).pupil;
+            let ray = camera.ray(film, &window, pupil);
+            ray.map_or(0.0, |r| r.weight * camera.axial_irradiance())
+        };
+        let all: Vec<f64> = (0..sampler.samples).map(weight).collect();
+        let n = all.len() as f64;
+        let mean = all.iter().sum::<f64>() / n;
+        let variance = all.iter().map(|w| (w - mean) * (w - mean)).sum::<f64>() / (n - 1.0);
+        (mean, (variance / n).sqrt())
+    }
+
+    /// From the paper's equation 1 over a pupil that is a disc as the film sees it: E = π L sin²θ′.
+    #[test]
+    fn a_field_of_radiance_1_gives_pi_times_the_squared_sine_of_the_marginal_ray_on_the_axis() {
+        for name in ["double-gauss", "cooke-triplet", "biogon", "wide-angle"] {
+            let camera = camera(Lens::named(name).unwrap(), Aim::ExitPupil);
+            let sine = sine_of_marginal_ray(&camera);
+            let known = std::f64::consts::PI * sine * sine;
+            let exact = camera.lens.irradiance(DVec2::ZERO, camera.focus.film_z);
+            assert!(
+                (exact / known - 1.0).abs() < 1e-4,
+                "{name}: {exact} {known}"
+            );
+            let (mean, error) = by_rays(&camera, DVec2::ZERO);
+            assert!((mean - known).abs() < 4.0 * error, "{name}: {mean} {known}");
+            assert!((camera.axial_irradiance() / known - 1.0).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn off_the_axis_the_rays_bring_the_irradiance_that_the_pupil_outline_gives() {
+        for name in ["double-gauss", "biogon"] {
+            for aim in [Aim::ExitPupil, Aim::RearElement(DiscMap::Polar)] {
+                let camera = camera(Lens::named(name).unwrap(), aim);
+                for height in [5.0, 10.0, 15.0, 20.0] {
+                    let film = height * DVec2::new(0.6, 0.8);
+                    let known = camera.lens.irradiance(film, camera.focus.film_z);
+                    let (mean, error) = by_rays(&camera, film);
+                    let off = (mean - known) / error.max(1e-5 * known);
+                    assert!(
+                        off.abs() < 4.0,
+                        "{name} {aim:?} at {height} mm: {mean} {known}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_bare_lens_is_darker_on_the_axis_by_what_its_t_number_says() {
+        let lens = Lens::named("double-gauss")
+            .unwrap()
+            .at_f_number(8.0)
+            .unwrap();
+        let bare = lens.with_coating(Coating::Bare);
+        let share = bare.axial_transmittance().unwrap();
+        let (full, error) = by_rays(&camera(lens, Aim::ExitPupil), DVec2::ZERO);
+        let (less, _) = by_rays(&camera(bare, Aim::ExitPupil), DVec2::ZERO);
+        assert!(
+            (less / full - share).abs() < 4.0 * error / full + 1e-3,
+            "{less} {full} {share}"
+        );
+    }
 }

@@ -18,7 +18,7 @@ use crate::grammar::{class, directional_light};
 use crate::graph::state::State;
 use crate::graph::{self, Visitor, WalkOptions};
 use crate::iv::{Document, Limits, NodeId, NodeRef};
-use crate::lens::{FocusMethod, Iris, Lens};
+use crate::lens::{Coating, FocusMethod, Iris, Lens};
 use crate::math::{Meters, Mm};
 use crate::picture::{Depth, Picture};
 use crate::pose::CameraPose;
@@ -76,6 +76,8 @@ pub struct LensChoice {
     /// Stop down to this f-number; full aperture without.
     pub f_number: Option<f64>,
     pub iris: Iris,
+    /// On every surface; what the prescription says without.
+    pub coating: Option<Coating>,
     pub method: FocusMethod,
 }
 
@@ -88,6 +90,7 @@ impl LensChoice {
             zoom_position: None,
             f_number: None,
             iris: Iris::Round,
+            coating: None,
             method: FocusMethod::Film,
         }
     }
@@ -109,6 +112,9 @@ impl LensChoice {
         }
         if self.iris != Iris::Round {
             lens = lens.with_iris(self.iris.clone());
+        }
+        if let Some(coating) = self.coating {
+            lens = lens.with_coating(coating);
         }
         Ok(lens)
     }
@@ -564,6 +570,9 @@ fn camera(
     say("efl", format!("{:.3} mm", lens.first_order().efl()));
     if let Some(n) = lens.first_order().f_number() {
         say("f-number", format!("f/{n:.2}"));
+    }
+    if let Some(t) = lens.t_number().filter(|_| lens.reflects()) {
+        say("t-number", format!("T/{t:.2}"));
     }
     // Five digits after the point: hundredths of a millimeter.
     say("focus", format!("{} m", (distance.0 * 1e5).round() / 1e5));

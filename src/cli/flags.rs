@@ -129,6 +129,11 @@ pub const RENDER: &[Flag] = &[
         "iris of so many straight blades, turned by an angle [round]",
     ),
     flag(
+        "coating",
+        Takes::One("none|mgf2|ideal"),
+        "on every glass surface: none (Fresnel's loss), a quarter wave of MgF2, or ideal [the prescription's, else ideal]",
+    ),
+    flag(
         "focus-method",
         Takes::One("METHOD"),
         "what moves: film (distance from the front vertex), lens (from the film), group, or best: the film to the least spot [film]",

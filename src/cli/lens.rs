@@ -14,8 +14,8 @@ use super::sheet::{AboutRow, SurfaceRow};
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::lens::sheet::LensSheet;
 use crate::lens::{
-    About, FirstOrder, Focus, FocusMethod, Lens, LensRay, LossKind, Plane, Pupil, Reading, Toward,
-    glass, trace,
+    About, Coating, FirstOrder, Focus, FocusMethod, Lens, LensRay, LossKind, Plane, Pupil, Reading,
+    Toward, glass, trace,
 };
 use crate::math::{LengthUnit, Meters, parse_length};
 
@@ -51,6 +51,11 @@ pub fn command() -> Command {
             "a tabulated position of a zoom lens, from 0",
         ))
         .arg(value("f-number", "N", "close the stop to this f-number"))
+        .arg(value(
+            "coating",
+            "none|mgf2|ideal",
+            "what lies on every surface [the prescription's, else ideal]",
+        ))
         .arg(value(
             "focus",
             "DISTANCE",
@@ -136,6 +141,9 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     }
     if let Some(number) = text("f-number") {
         lens = lens.at_f_number(positive(number, "f-number")?)?;
+    }
+    if let Some(coating) = super::render::named(matches, "coating", &Coating::ALL)? {
+        lens = lens.with_coating(coating);
     }
     if let Some(nm) = text("wavelength") {
         lens = lens.at_wavelength(wavelength(positive(nm, "wavelength")?)?);
@@ -257,6 +265,9 @@ struct Sheet<'a> {
     x_plane: Option<Optics>,
     #[serde(skip_serializing_if = "Option::is_none")]
     focus: Option<FocusSheet>,
+    /// The f-number over the root of the share of light that gets through along the axis.
+    t_number: Option<f64>,
+    transmittance: Option<f64>,
     about: AboutRow,
     surfaces: Vec<SurfaceRow>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -347,6 +358,8 @@ impl<'a> Sheet<'a> {
                 height_angle: focus.height_angle(HALF_HEIGHT),
                 extension: focus.extension,
             }),
+            t_number: lens.t_number(),
+            transmittance: lens.axial_transmittance(),
             about: AboutRow::of(lens.prescription()),
             surfaces: SurfaceRow::all(lens.prescription()),
             curves: None,
@@ -402,6 +415,7 @@ fn write_text(lens: &Lens, focus: Option<&Focus>, out: &mut dyn Write) -> std::i
     }
     if let Some(n) = optics.f_number() {
         writeln!(out, "  f-number               {n:>12.4}")?;
+        t_numbers(lens, out)?;
     }
     write!(out, "  length                 {:>12.4} mm", optics.length)?;
     if let Some(focus) = focus {
@@ -421,6 +435,25 @@ fn write_text(lens: &Lens, focus: Option<&Focus>, out: &mut dyn Write) -> std::i
         write!(out, "  height angle           {angle:>12.4} degrees")?;
     }
     Ok(())
+}
+
+/// The T-number as the lens is, and for coatings that it has not.
+fn t_numbers(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> {
+    let number = |lens: &Lens| Some((lens.t_number()?, lens.axial_transmittance()?));
+    let Some((own, share)) = number(lens) else {
+        return Ok(());
+    };
+    let others = [Coating::MagnesiumFluoride, Coating::Bare];
+    let others = others.map(|coating| {
+        let (t, share) = number(&lens.with_coating(coating)).unwrap_or((f64::NAN, f64::NAN));
+        format!("{} {t:.2} ({:.1}%)", coating.name(), 100.0 * share)
+    });
+    writeln!(
+        out,
+        "  T-number               {own:>12.4}     {:.1}% gets through; coated {}",
+        100.0 * share,
+        others.join(", ")
+    )
 }
 
 /// A ray as asked.

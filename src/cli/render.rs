@@ -11,7 +11,7 @@ use super::{parsed, tell, tell_all, text};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::film::{FilmFormat, Resolution, Response};
-use crate::lens::{FocusMethod, Iris};
+use crate::lens::{Coating, FocusMethod, Iris};
 use crate::math::{LengthUnit, Meters, Mm, parse_length};
 use crate::picture::{Depth, PictureFormat, write_whole};
 use crate::plan::{Era, Flash, LensChoice, Optics, Plan, Session};
@@ -246,6 +246,7 @@ fn optics(m: &ArgMatches) -> Result<Optics> {
         &mut lens.iris,
         parsed(m, "blades", "a number of blades such as 6 or 6@15", blades)?,
     );
+    lens.coating = named(m, "coating", &Coating::ALL)?;
     lens.f_number = parsed(m, "aperture", "an f-number such as f/8", f_number)?;
     let methods = [
         ("film", FocusMethod::Film),

@@ -114,6 +114,7 @@ pub struct SurfaceRow {
     glass: Option<String>,
     semi_diameter: Option<f64>,
     stop: bool,
+    coating: &'static str,
 }
 
 impl SurfaceRow {
@@ -127,6 +128,7 @@ impl SurfaceRow {
             glass: Some(s.medium.name.clone()).filter(|n| !n.is_empty()),
             semi_diameter: Some(s.semi_diameter).filter(|r| r.is_finite()),
             stop: s.is_stop,
+            coating: s.coating.name(),
         };
         lens.surfaces.iter().map(row).collect()
     }

@@ -8,6 +8,7 @@ pub mod about;
 pub mod analysis;
 pub mod as_scene;
 pub mod catalogue;
+pub mod coating;
 pub mod first_order;
 pub mod focus;
 pub mod formats;
@@ -31,6 +32,7 @@ use crate::math::{Meters, Mm};
 pub use about::About;
 pub use analysis::{AxialBeam, Distortion, Spot};
 pub use catalogue::Catalogue;
+pub use coating::Coating;
 pub use first_order::{FirstOrder, Focal, Plane, Pupil};
 pub use focus::{Focus, FocusFault, FocusMethod};
 pub use formats::Reading;
@@ -54,6 +56,8 @@ pub struct Lens {
     wavelength_nm: f64,
     elements: Vec<Element>,
     first_order: FirstOrder,
+    /// Whether any surface does.
+    reflects: bool,
 }
 
 /// A path of a ray: what became of it and every point where it met a surface.
@@ -83,7 +87,9 @@ impl Lens {
             z += surface.thickness;
         }
         let first_order = FirstOrder::of(&prescription, &indices, Plane::Y);
+        let reflects = |s: &Surface| s.coating != Coating::Ideal;
         Self {
+            reflects: prescription.surfaces.iter().any(reflects),
             prescription,
             wavelength_nm,
             elements,

@@ -2,6 +2,7 @@
 
 use crate::diag::Span;
 
+use super::coating::Coating;
 use super::glass::Medium;
 
 /// How strongly a surface bends, kept as it was given: a radius or a curvature.
@@ -137,6 +138,8 @@ pub struct Surface {
     pub semi_diameter: f64,
     /// The aperture stop.
     pub is_stop: bool,
+    /// What lies on it.
+    pub coating: Coating,
     /// Where the file says it, for messages.
     pub span: Span,
 }
@@ -151,6 +154,7 @@ impl Surface {
             medium,
             semi_diameter,
             is_stop: false,
+            coating: Coating::default(),
             span: Span::default(),
         }
     }

@@ -9,6 +9,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::coating::Coating;
 use super::surface::{Shape, Surface};
 
 /// A ray in lens space. The direction need not be of unit length; what comes back from a trace is.
@@ -80,6 +81,9 @@ pub(crate) struct Element {
     pub clear: f64,
     pub to_film: Bend,
     pub to_scene: Bend,
+    /// The index in front and the one behind.
+    pub indices: [f64; 2],
+    pub coating: Coating,
     /// The corners of a hole that is not round; it is inside the semi-diameter.
     pub hole: Option<Box<[DVec2]>>,
 }
@@ -192,6 +196,8 @@ impl Element {
             clear: surface.semi_diameter * surface.semi_diameter,
             to_film: Bend::new(before, behind),
             to_scene: Bend::new(behind, before),
+            indices: [before, behind],
+            coating: surface.coating,
             hole: None,
         }
     }
@@ -251,7 +257,7 @@ fn is_inside(corners: &[DVec2], p: DVec2) -> bool {
 }
 
 /// A point of a surface, from its vertex.
-pub(super) struct Hit {
+pub(crate) struct Hit {
     pub point: DVec3,
     /// Unit normal toward the film.
     pub normal: DVec3,
@@ -450,6 +456,17 @@ impl Course<'_> {
         ray: LensRay,
         mut at_hit: impl FnMut(usize, DVec3),
     ) -> Result<LensRay, Loss> {
+        self.walk(ray, |surface, vertex_z, hit| {
+            at_hit(surface, hit.point + vertex_z * DVec3::Z);
+        })
+    }
+
+    /// The same, hearing of the hit from its vertex, the vertex's z, and the angle.
+    pub fn walk(
+        &self,
+        ray: LensRay,
+        mut at_hit: impl FnMut(usize, f64, &Hit),
+    ) -> Result<LensRay, Loss> {
         let count = self.elements.len();
         let first = if self.toward == Toward::Film {
             0
@@ -488,7 +505,7 @@ impl Course<'_> {
             let lost = |kind| Loss { kind, surface };
             let hit = element.meet(p, d, sign).ok_or(lost(LossKind::Missed))?;
             p = hit.point;
-            at_hit(surface, p + vertex_z * DVec3::Z);
+            at_hit(surface, vertex_z, &hit);
             let r2 = p.x * p.x + p.y * p.y;
             if self.apertures && !(r2 <= element.clear && element.is_open_at(p)) {
                 return Err(lost(LossKind::Blocked));

@@ -11,6 +11,7 @@
 //! from r^4 in steps of two. A toroid has `R_x` across. `n_F` and `n_C` give dispersion, or `V_d`,
 //! or `sellmeier` (K1 L1 K2 L2 K3 L3 in µm²), or `formula` (numbered as in `.agf` files) with
 //! `coefficients`, or a `glass` named without an index. A missing `semi_diameter` does not limit.
+//! `coating` is none, mgf2 or ideal, of a surface or, beside `surfaces`, of all that say nothing.
 
 use std::sync::Arc;
 
@@ -18,6 +19,7 @@ use serde_json::{Map, Value};
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span, nearest};
 use crate::lens::catalogue::Catalogue;
+use crate::lens::coating::Coating;
 use crate::lens::glass::{Dispersion, Formula, Medium};
 use crate::lens::prescription::{Column, FocusGroup, Iris, Prescription, ZoomPosition, check};
 use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
@@ -110,9 +112,10 @@ impl Reader<'_> {
             medium = self.medium(0, row, &medium, false)?;
         }
         let object_medium = medium.clone();
+        let coating = self.coating(root, None)?.unwrap_or_default();
         let mut surfaces = Vec::with_capacity(rows.len());
         for (i, row) in rows.iter().enumerate() {
-            let surface = self.surface(i, row, &medium)?;
+            let surface = self.surface(i, row, &medium, coating)?;
             medium = surface.medium.clone();
             surfaces.push(surface);
         }
@@ -131,7 +134,7 @@ impl Reader<'_> {
         Ok(if unit == 1.0 { lens } else { lens.scaled(unit) })
     }
 
-    fn surface(&self, i: usize, row: &Value, before: &Medium) -> Result<Surface> {
+    fn surface(&self, i: usize, row: &Value, before: &Medium, coating: Coating) -> Result<Surface> {
         let Some(row_map) = row.as_object() else {
             return Err(self.fail(Some(i), format!("surface {i} is not an object")));
         };
@@ -169,6 +172,7 @@ impl Reader<'_> {
             medium,
             semi_diameter,
             is_stop,
+            coating: self.coating(row, Some(i))?.unwrap_or(coating),
             span: self.places.object(i),
         })
     }
@@ -268,6 +272,19 @@ impl Reader<'_> {
             format!("surface {i}: the term r^{power} can't be used"),
         )
         .with_help(format!("powers of r go from 1 to {MAX_POWER}"))
+    }
+
+    /// What lies on a surface, or on all that say nothing themselves.
+    fn coating(&self, row: &Value, surface: Option<usize>) -> Result<Option<Coating>> {
+        let Some(word) = row.get("coating") else {
+            return Ok(None);
+        };
+        match word.as_str().and_then(Coating::named) {
+            Some(coating) => Ok(Some(coating)),
+            None => Err(self
+                .fail(surface, format!("{word} is not a coating"))
+                .with_help("coatings are \"none\", \"mgf2\" and \"ideal\"")),
+        }
     }
 
     fn iris(&self, root: &Value) -> Result<Iris> {

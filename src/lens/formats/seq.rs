@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::lens::catalogue::Catalogue;
+use crate::lens::coating::Coating;
 use crate::lens::glass::{C_LINE, D_LINE, F_LINE, Medium};
 use crate::lens::prescription::{Prescription, ZoomPosition, check};
 use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
@@ -280,6 +281,7 @@ impl<'a> Reader<'a> {
             medium,
             semi_diameter: f64::INFINITY,
             is_stop: false,
+            coating: Coating::default(),
             span: command[0].span,
         });
         Ok(())

@@ -9,6 +9,7 @@ use std::path::Path;
 use crate::diag::{Diagnostic, Result};
 use crate::lens::about::{About, KEYS};
 use crate::lens::catalogue::Catalogue;
+use crate::lens::coating::Coating;
 use crate::lens::glass::{Dispersion, Formula, Medium};
 use crate::lens::prescription::{Iris, Prescription};
 use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
@@ -94,11 +95,11 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
     if lens.is_dispersive() {
         left_out.push("dispersion: four columns have the index at the d line alone".to_owned());
     }
-    left_out.extend(zoom_and_iris(lens, false));
+    left_out.extend(beyond_surfaces(lens, false));
     Ok((text, left_out))
 }
 
-fn zoom_and_iris(lens: &Prescription, has_zoom: bool) -> Vec<String> {
+fn beyond_surfaces(lens: &Prescription, has_zoom: bool) -> Vec<String> {
     let mut left_out = Vec::new();
     if !lens.zoom.is_empty() && !has_zoom {
         left_out.push(format!("{} zoom positions", lens.zoom.len()));
@@ -108,6 +109,13 @@ fn zoom_and_iris(lens: &Prescription, has_zoom: bool) -> Vec<String> {
     }
     if lens.focus_group.is_some() {
         left_out.push("the group that moves for focusing".to_owned());
+    }
+    if lens
+        .surfaces
+        .iter()
+        .any(|s| s.coating != Coating::default())
+    {
+        left_out.push("coatings".to_owned());
     }
     left_out
 }
@@ -151,7 +159,7 @@ fn zemax(lens: &Prescription) -> Result<(String, Vec<String>)> {
         count + 1
     );
     configurations(&mut text, lens);
-    left_out.extend(zoom_and_iris(lens, true));
+    left_out.extend(beyond_surfaces(lens, true));
     left_out.dedup();
     Ok((text, left_out))
 }
@@ -345,6 +353,9 @@ fn surface_value(surface: &Surface) -> String {
     fields.extend(medium_fields(&surface.medium));
     if surface.semi_diameter.is_finite() {
         fields.push(("semi_diameter", number(surface.semi_diameter)));
+    }
+    if surface.coating != Coating::default() {
+        fields.push(("coating", quoted(surface.coating.name())));
     }
     match &surface.shape {
         Shape::Conic { k } => fields.push(("k", number(*k))),

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::lens::catalogue::Catalogue;
+use crate::lens::coating::Coating;
 use crate::lens::glass::Medium;
 use crate::lens::prescription::{Column, Prescription, ZoomPosition, check};
 use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
@@ -273,6 +274,7 @@ impl Reader<'_> {
             medium,
             semi_diameter: self.semi_diameter(block)?,
             is_stop,
+            coating: Coating::default(),
             span: block.heading,
         })
     }
