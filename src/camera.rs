@@ -8,7 +8,7 @@
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::film::{FilmFormat, Resolution};
-use crate::lens::{Bundle, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, Toward};
+use crate::lens::{Bundle, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, RayPath, Toward};
 use crate::pose::{CameraPose, Projection, ViewportMapping};
 use crate::sampling::DiscMap;
 
@@ -63,6 +63,21 @@ impl Camera {
     }
 }
 
+impl Camera {
+    /// The same camera standing and looking as the pose says, for a scene compiled around
+    /// `origin`: what is seen from elsewhere without compiling again.
+    pub fn posed(mut self, pose: &CameraPose, origin: DVec3) -> Self {
+        let eye = pose.position - origin;
+        match &mut self {
+            Self::Pinhole(pinhole) => {
+                (pinhole.world_from_camera, pinhole.eye) = (pose.orientation, eye)
+            }
+            Self::Lens(lens) => (lens.world_from_camera, lens.eye) = (pose.orientation, eye),
+        }
+        self
+    }
+}
+
 /// A ray asked for: a place on the picture, and a point of the lens in the unit square.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Asked {
@@ -108,6 +123,7 @@ pub struct Pinhole {
     /// the camera crops the viewport.
     frame: DVec2,
     near: f64,
+    eye: DVec3,
 }
 
 impl Pinhole {
@@ -153,6 +169,7 @@ impl Pinhole {
             half,
             frame,
             near,
+            eye: DVec3::ZERO,
         }
     }
 
@@ -167,7 +184,7 @@ impl Pinhole {
             Projection::Orthographic { .. } => (at.extend(-self.near), DVec3::NEG_Z),
         };
         Some(CameraRay {
-            origin: self.world_from_camera * origin,
+            origin: self.eye + self.world_from_camera * origin,
             direction: (self.world_from_camera * direction).normalize(),
             weight: 1.0,
         })
@@ -191,6 +208,8 @@ pub struct LensCamera {
     pub format: FilmFormat,
     target: PupilTarget,
     world_from_camera: DQuat,
+    /// Where the front vertex is, from the scene's origin.
+    eye: DVec3,
     rear_z: f64,
     /// Irradiance on the axis from radiance 1, with the lens at infinity: what exposure 1 means.
     axial_irradiance: f64,
@@ -213,6 +232,7 @@ impl LensCamera {
         Self {
             rear_z: lens.length(),
             world_from_camera: pose.orientation,
+            eye: DVec3::ZERO,
             axial_irradiance: if axial > 0.0 { axial } else { 1.0 },
             lens,
             focus,
@@ -241,6 +261,14 @@ impl LensCamera {
         Some(self.outside(&out, weight * self.kept(&inside)))
     }
 
+    /// The way of a sample's ray through the lens, in lens space, from its film point; `None`
+    /// where no lens point is aimed at.
+    pub fn path(&self, film: DVec2, pupil: [f64; 2]) -> Option<(LensRay, RayPath)> {
+        let (inside, _) = self.aim(film, &self.target.window(film), pupil)?;
+        let path = self.lens.trace_path(&inside, Toward::Scene, true);
+        Some((inside, path))
+    }
+
     /// The ray behind the lens, and its weight.
     fn aim(&self, film: DVec2, window: &PupilWindow, [u, v]: [f64; 2]) -> Option<(LensRay, f64)> {
         let density = window.density();
@@ -266,7 +294,7 @@ impl LensCamera {
 
     fn outside(&self, out: &LensRay, weight: f64) -> CameraRay {
         CameraRay {
-            origin: self.world_from_camera * (out.origin * METERS_FROM_MM),
+            origin: self.eye + self.world_from_camera * (out.origin * METERS_FROM_MM),
             direction: self.world_from_camera * out.direction,
             weight,
         }

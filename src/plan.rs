@@ -121,11 +121,12 @@ impl LensChoice {
 }
 
 /// Every choice of a photograph.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     pub era: Era,
     pub scene: PathBuf,
-    /// A file with a camera node; the environment's, the scene's own, or a view of everything.
+    /// A file with a camera node, or the node itself (anything with a brace); without, the
+    /// environment's, the scene's own, or a view of everything.
     pub camera: Option<PathBuf>,
     pub environment: Option<PathBuf>,
     pub optics: Optics,
@@ -213,10 +214,12 @@ impl Plan {
 pub struct Session {
     pub plan: Plan,
     pub document: Arc<Document>,
-    pub scene: RenderScene,
+    pub scene: Arc<RenderScene>,
     pub pose: CameraPose,
     pub camera: Camera,
     pub headlight: Option<Light>,
+    /// The environment file's own headlight, in camera space.
+    lamp: Option<Light>,
     pub seconds: Seconds,
     /// What reading, compiling and the lens had to say.
     pub sink: Sink,
@@ -249,8 +252,8 @@ impl Session {
         sink.extend_from(&document.sink);
 
         let clock = Instant::now();
-        let stage = Stage::set(&plan, &document, environment)?;
-        let scene = RenderScene::compile(&document, &options(&plan, &stage.pose))?;
+        let pose = standing(&plan, &document, environment)?;
+        let scene = RenderScene::compile(&document, &options(&plan, &pose))?;
         // A picture is made all the same, so none of these is an error.
         for trouble in &scene.census().troubles {
             let severity = trouble.severity.min(Severity::Warning);
@@ -262,20 +265,20 @@ impl Session {
         seconds.compile = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let (camera, optics) = camera(&plan, &stage.pose, &mut sink)?;
+        let (camera, optics) = camera(&plan, &pose, &mut sink)?;
         seconds.pupil = clock.elapsed().as_secs_f64();
 
         let mut described = plan.describe();
-        described.insert("camera".into(), stage.pose.source.clone());
+        described.insert("camera".into(), pose.source.clone());
         described.extend(optics);
-        let Stage { pose, headlight } = stage;
         Ok(Self {
+            headlight: headlight(plan.flash, environment.headlight, &pose),
+            lamp: environment.headlight,
             plan,
             document,
-            scene,
+            scene: Arc::new(scene),
             pose,
             camera,
-            headlight,
             seconds,
             sink,
             described,
@@ -292,17 +295,44 @@ impl Session {
             && plan.time == self.plan.time
             && plan.shading == self.plan.shading
             && plan.resolution == self.plan.resolution;
-        if !stands {
-            self.scene = RenderScene::compile(&self.document, &options(&plan, &pose))?;
+        if !stands || pose.position != self.scene.origin {
+            self.compile(&plan, &pose)?;
         }
-        let (camera, optics) = camera(&plan, &pose, &mut self.sink)?;
+        self.aim(plan, pose)
+    }
+
+    /// Compiles the scene anew, around the pose.
+    ///
+    /// # Errors
+    /// A scene that does not compile.
+    pub fn compile(&mut self, plan: &Plan, pose: &CameraPose) -> Result<()> {
+        let scene = RenderScene::compile(&self.document, &options(plan, pose))?;
+        self.scene = Arc::new(scene);
+        Ok(())
+    }
+
+    /// Takes on another plan and pose with the scene as it was compiled. What looks at the camera
+    /// (levels of detail, billboards, the width of lines) stays as it is.
+    ///
+    /// # Errors
+    /// A lens that can't focus there. Nothing has changed then.
+    pub fn aim(&mut self, plan: Plan, pose: CameraPose) -> Result<()> {
+        let focus = |plan: &Plan, pose: &CameraPose| plan.focus.unwrap_or_else(|| own_focus(pose));
+        let same_lens = matches!(plan.optics, Optics::Lens(_))
+            && plan.optics == self.plan.optics
+            && focus(&plan, &pose) == focus(&self.plan, &self.pose)
+            && (plan.film, plan.aim) == (self.plan.film, self.plan.aim);
+        let fresh = if same_lens {
+            self.camera.clone()
+        } else {
+            let (fresh, optics) = camera(&plan, &pose, &mut self.sink)?;
+            self.described.extend(optics);
+            fresh
+        };
+        self.camera = fresh.posed(&pose, self.scene.origin);
         self.described.extend(plan.describe());
-        self.described.extend(optics);
-        if let Some(light) = &mut self.headlight {
-            let turn = pose.orientation * self.pose.orientation.inverse();
-            light.direction = (turn * light.direction.as_dvec3()).as_vec3();
-        }
-        (self.camera, self.plan, self.pose) = (camera, plan, pose);
+        self.headlight = headlight(plan.flash, self.lamp, &pose);
+        (self.plan, self.pose) = (plan, pose);
         Ok(())
     }
 
@@ -318,14 +348,8 @@ impl Session {
         stop: Stop,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
-        let options = ShadeOptions {
-            headlight: self.headlight,
-            backward: (self.pose.orientation * DVec3::Z).as_vec3(),
-            ..ShadeOptions::default()
-        };
-        let shader = Shader::new(&self.scene, self.plan.shading, options);
         Render {
-            shader: &shader,
+            shader: &self.shader(),
             camera: &self.camera,
             sampler,
             resolution: self.plan.resolution,
@@ -333,6 +357,16 @@ impl Session {
             stop,
         }
         .run(progress)
+    }
+
+    /// What turns the plan's rays into radiance.
+    pub fn shader(&self) -> Shader<'_> {
+        let options = ShadeOptions {
+            headlight: self.headlight,
+            backward: (self.pose.orientation * DVec3::Z).as_vec3(),
+            ..ShadeOptions::default()
+        };
+        Shader::new(&self.scene, self.plan.shading, options)
     }
 
     /// The picture of an exposure, with how it was made.
@@ -404,43 +438,40 @@ fn options(plan: &Plan, pose: &CameraPose) -> CompileOptions {
     }
 }
 
-/// What stands around the scene: the camera, and a light on it.
-struct Stage {
-    pose: CameraPose,
-    headlight: Option<Light>,
-}
-
-impl Stage {
-    /// The camera is the `-camread` file's, else the environment's, else the scene's first, else a
-    /// view of everything.
-    fn set(plan: &Plan, document: &Document, environment: &Environment) -> Result<Self> {
-        let pose = match plan.camera.as_deref() {
-            Some(path) => camera_of_file(path)?,
-            None => match &environment.pose {
-                Some(pose) => pose.clone(),
-                None => camera_of_scene(document, plan),
-            },
-        };
-        let own = environment.headlight;
-        let on = match plan.flash {
-            Flash::Unchanged => own.is_some(),
-            Flash::Flipped => own.is_none(),
-            Flash::Set(on) => on,
-        };
-        // The headlight hangs on the camera: its direction is in camera space.
-        let headlight = on
-            .then(|| own.unwrap_or(Light::headlight(Vec3::NEG_Z)))
-            .map(|mut light| {
-                light.direction = (pose.orientation * light.direction.as_dvec3()).as_vec3();
-                light
-            });
-        Ok(Self { pose, headlight })
+/// Where the camera stands: the `-camread` file's, else the environment's, else the scene's first,
+/// else a view of everything.
+fn standing(plan: &Plan, document: &Document, environment: &Environment) -> Result<CameraPose> {
+    match plan.camera.as_deref() {
+        Some(path) => camera_of_file(path),
+        None => Ok(match &environment.pose {
+            Some(pose) => pose.clone(),
+            None => camera_of_scene(document, plan),
+        }),
     }
 }
 
+/// The light on the camera. It hangs there: its direction is in camera space.
+fn headlight(flash: Flash, lamp: Option<Light>, pose: &CameraPose) -> Option<Light> {
+    let on = match flash {
+        Flash::Unchanged => lamp.is_some(),
+        Flash::Flipped => lamp.is_none(),
+        Flash::Set(on) => on,
+    };
+    on.then(|| lamp.unwrap_or(Light::headlight(Vec3::NEG_Z)))
+        .map(|mut light| {
+            light.direction = (pose.orientation * light.direction.as_dvec3()).as_vec3();
+            light
+        })
+}
+
 fn camera_of_file(path: &Path) -> Result<CameraPose> {
-    let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
-    let document = Document::read_headerless(&path.display().to_string(), bytes)?;
+    let text = path.to_string_lossy();
+    let document = if text.contains('{') {
+        Document::read_headerless("the camera", text.into_owned().into_bytes())?
+    } else {
+        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+        Document::read_headerless(&path.display().to_string(), bytes)?
+    };
     first_camera(&document, 0.0).ok_or_else(|| {
         let example = "`PerspectiveCamera { position 0 0 5 }`";
         Diagnostic::error("there is no camera in the file")
@@ -503,7 +534,7 @@ impl Environment {
             if let Some(pose) = CameraPose::from_node(node, DMat4::IDENTITY) {
                 this.pose = Some(pose);
             } else if node.class_id() == Some(class::DIRECTIONAL_LIGHT) {
-                this.headlight = headlight(node);
+                this.headlight = lamp(node);
             } else {
                 around.push(root);
             }
@@ -522,7 +553,7 @@ impl Environment {
     }
 }
 
-fn headlight(node: NodeRef<'_>) -> Option<Light> {
+fn lamp(node: NodeRef<'_>) -> Option<Light> {
     let mut light = Light::headlight(node.get(directional_light::DIRECTION));
     light.color = node.get(directional_light::COLOR) * node.get(directional_light::INTENSITY);
     node.get(directional_light::ON).then_some(light)
@@ -580,4 +611,60 @@ fn camera(
     say("film position", format!("{:.4} mm", focus.film_z));
     let camera = LensCamera::new(lens, focus, plan.film, plan.aim, pose);
     Ok((Camera::Lens(Box::new(camera)), said))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 }\n\
+        PointLight { location 2 3 4 }\nSphere { }\nTranslation { translation 1.5 .4 .5 } Cube { }\n";
+
+    fn plan(folder: &Path) -> Plan {
+        std::fs::create_dir_all(folder).expect("a folder for the scene");
+        let scene = folder.join("scene.iv");
+        std::fs::write(&scene, SCENE).expect("the scene can be written");
+        let mut plan = Plan::of_era(Era::Modern, scene);
+        plan.resolution = Resolution {
+            width: 36,
+            height: 24,
+        };
+        plan.focus = Some(Meters(3.0));
+        plan
+    }
+
+    /// The scene is compiled in floats around its camera, so a camera a meter off sees it with
+    /// other roundings: the same picture to a part in ten thousand, but for rays at an edge.
+    #[test]
+    fn a_camera_that_is_only_aimed_sees_what_it_sees_after_compiling() {
+        let folder = std::env::temp_dir().join(format!("ivcam-plan-{}", std::process::id()));
+        let mut session = Session::open(plan(&folder)).expect("the scene is whole");
+        let mut pose = session.pose.clone();
+        pose.position += DVec3::new(1.0, 0.2, -0.1);
+        pose.orientation = glam::DQuat::from_rotation_y(0.2);
+        let plan = session.plan.clone();
+        session.aim(plan.clone(), pose.clone()).unwrap();
+        let aimed = session.expose(&|_| ()).film;
+        session.change(plan, pose.clone()).unwrap();
+        assert_eq!(session.scene.origin, pose.position);
+        let compiled = session.expose(&|_| ()).film;
+        let apart = |(a, b): (&crate::film::Exposed, &crate::film::Exposed)| {
+            (a.mean - b.mean).abs().max_element() > 1e-4
+        };
+        let off = aimed
+            .pixels
+            .iter()
+            .zip(&compiled.pixels)
+            .filter(|p| apart(*p));
+        assert!(off.count() < 8);
+        assert!(compiled.mean() > 0.01);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_camera_may_be_given_as_the_node_itself() {
+        let pose = camera_of_file(Path::new("PerspectiveCamera { position 1 2 3.5 }")).unwrap();
+        assert_eq!(pose.position, DVec3::new(1.0, 2.0, 3.5));
+        assert!(camera_of_file(Path::new("Cube { }")).is_err());
+    }
 }

@@ -119,7 +119,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    fn add(&mut self, other: &Self) {
+    pub fn add(&mut self, other: &Self) {
         self.film_rays += other.film_rays;
         self.passed += other.passed;
         self.scene_rays += other.scene_rays;
@@ -157,31 +157,18 @@ impl Render<'_> {
             let pass_start = Instant::now();
             let end = self.pass_end(done);
             let total = tiles.len() as u64 * self.passes_left(done);
-            let finished = Mutex::new(0);
-            let parts: Vec<Part> = tiles
-                .par_iter()
-                .map(|&tile| {
-                    let part = self.expose(tile, &film, done..end);
-                    let mut finished = finished.lock().unwrap_or_else(|e| e.into_inner());
-                    *finished += 1;
-                    progress(Progress {
-                        tiles_done: *finished,
-                        tiles: total,
-                        samples: done,
-                        error,
-                    });
-                    part
-                })
-                .collect();
-            let mut twins = Vec::new();
-            for (tile, part) in tiles.iter().zip(parts) {
-                counts.add(&part.counts);
-                for ((x, y), exposed) in tile.pixels().zip(part.pixels) {
-                    film.pixels[(y * self.resolution.width + x) as usize] = exposed;
-                }
-                twins.extend(part.twins);
+            let tell = |tiles_done: u64| {
+                progress(Progress {
+                    tiles_done,
+                    tiles: total,
+                    samples: done,
+                    error,
+                });
+                true
+            };
+            if let Some(pass) = self.pass(&tiles, &mut film, done..end, &tell) {
+                counts.add(&pass);
             }
-            film.set_twins(twins);
             done = end;
             error = film.error().map(|e| e.relative_rmse);
             if self.stops(start, pass_start.elapsed(), error) {
@@ -194,6 +181,36 @@ impl Render<'_> {
             seconds: start.elapsed().as_secs_f64(),
             samples: done,
         }
+    }
+
+    /// Adds samples to every pixel. `goes_on` hears after every tile how many are done, and may
+    /// end the pass: the film is then as it was, and there are no counts.
+    pub fn pass(
+        &self,
+        tiles: &[Tile],
+        film: &mut Film,
+        samples: std::ops::Range<u32>,
+        goes_on: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Option<Counts> {
+        let finished = Mutex::new(0);
+        let one = |&tile: &Tile| {
+            let part = self.expose(tile, film, samples.clone());
+            let mut finished = finished.lock().unwrap_or_else(|e| e.into_inner());
+            *finished += 1;
+            goes_on(*finished).then_some(part)
+        };
+        let parts: Option<Vec<Part>> = tiles.par_iter().map(one).collect();
+        let mut counts = Counts::default();
+        let mut twins = Vec::new();
+        for (tile, part) in tiles.iter().zip(parts?) {
+            counts.add(&part.counts);
+            for ((x, y), exposed) in tile.pixels().zip(part.pixels) {
+                film.pixels[(y * self.resolution.width + x) as usize] = exposed;
+            }
+            twins.extend(part.twins);
+        }
+        film.set_twins(twins);
+        Some(counts)
     }
 
     /// With nothing but a number of samples to stop at, all are one pass; else passes double.

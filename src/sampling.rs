@@ -41,7 +41,7 @@ impl SamplerKind {
 }
 
 /// The samples of every pixel of a picture.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampler {
     pub kind: SamplerKind,
     /// Samples a pixel. The strata of [`SamplerKind::Jittered`] are laid out for this many.

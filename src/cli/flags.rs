@@ -88,7 +88,7 @@ pub const RENDER: &[Flag] = &[
         "camera",
         "camread",
         Takes::One("FILE"),
-        "camera to use: a file with a camera node (camera/FORMAT.md)",
+        "camera to use: a file with a camera node (camera/FORMAT.md), or the node itself",
     ),
     vintage(
         "shading",
