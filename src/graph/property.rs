@@ -48,6 +48,7 @@ fn apply_as<'a>(state: &mut State<'a>, node: NodeRef<'a>, class: &str, time: f64
         "LightModel" => light_model(state, node),
         "Complexity" => complexity(state, node),
         "DrawStyle" => draw_style(state, node),
+        "PolygonOffset" => polygon_offset(state, node),
         "Environment" => environment(state, node),
         "ClipPlane" => clip_plane(state, node),
         "FontStyle" => font_style(state, node),
@@ -390,6 +391,22 @@ fn draw_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(v) = node.acting::<u16>("linePattern") {
         state.drawing.line_pattern = v;
     }
+}
+
+/// OpenGL moves faces in depth by the factor times their slope and by units of the depth buffer's
+/// resolution; of both only the sign is kept, which settles who wins in a plane.
+fn polygon_offset<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    let number = |name: &str| node.acting::<f32>(name).unwrap_or(1.0);
+    let (factor, units) = (number("factor"), number("units"));
+    let farther = if factor == 0.0 { units } else { factor };
+    let on = node.acting::<bool>("on").unwrap_or(true);
+    state.drawing.offset = match farther {
+        _ if !on => 0,
+        f if f > 0.0 => 1,
+        f if f < 0.0 => -1,
+        _ => 0,
+    };
+    state.drawing.offset_styles = node.acting::<Choice>("styles").unwrap_or(1);
 }
 
 fn environment<'a>(state: &mut State<'a>, node: NodeRef<'a>) {

@@ -73,6 +73,7 @@ const ROLES: &[(&str, Role)] = &[
     ("Normal", R::Property),
     ("NormalBinding", R::Property),
     ("PackedColor", R::Property),
+    ("PolygonOffset", R::Property),
     ("Profile", R::Property),
     ("ProfileCoordinate2", R::Property),
     ("ProfileCoordinate3", R::Property),

@@ -251,6 +251,10 @@ pub struct Drawing {
     pub line_width: f32,
     pub point_size: f32,
     pub line_pattern: u16,
+    /// `PolygonOffset`: 1 puts faces behind what lies in their plane, −1 in front of it.
+    pub offset: i8,
+    /// The draw styles that this goes for: filled 1, lines 2, points 4.
+    pub offset_styles: i32,
 }
 
 impl Drawing {
@@ -259,6 +263,8 @@ impl Drawing {
         line_width: 0.0,
         point_size: 0.0,
         line_pattern: 0xffff,
+        offset: 0,
+        offset_styles: 1,
     };
 }
 

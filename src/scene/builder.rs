@@ -283,6 +283,7 @@ impl<'a> Builder<'a> {
             two_sided: state.hints.two_sided(),
             culls: state.hints.culls(),
             counterclockwise: state.hints.counterclockwise(),
+            layer: layer(&state.drawing),
             casts_shadow: true,
             environment: state.environment,
             lights: self.light_set(&state.lights),
@@ -597,6 +598,11 @@ impl<'a> Builder<'a> {
                     .as_vec3()
             }),
         };
+        if self.drawing.style == DrawStyle::Filled
+            && let Some(surface) = self.scene.surfaces.last_mut()
+        {
+            surface.layer = 1; // lines of their own stay where they are
+        }
         self.scene.census.strokes += 1;
         self.scene.strokes.push(stroke);
         self.owners[2].push(self.scene.surfaces.len() as u32 - 1);
@@ -657,6 +663,21 @@ impl<'a> Builder<'a> {
     /// The camera that the scene is compiled for.
     pub fn camera(&self) -> Option<&CameraPose> {
         self.camera.as_ref()
+    }
+}
+
+/// 0 for faces that are pushed back, 1 for most, 2 for those that are pulled forward.
+fn layer(drawing: &Drawing) -> u8 {
+    let style = match drawing.style {
+        DrawStyle::Filled => 1,
+        DrawStyle::Lines => 2,
+        DrawStyle::Points => 4,
+        DrawStyle::Invisible => 0,
+    };
+    match drawing.offset {
+        1 if drawing.offset_styles & style != 0 => 0,
+        -1 if drawing.offset_styles & style != 0 => 2,
+        _ => 1,
     }
 }
 

@@ -108,6 +108,50 @@ pub struct Hit {
     pub v: f32,
 }
 
+/// Things nearer together than this share of their distance lie in one plane: about what a depth
+/// buffer of 24 bits tells apart when its near plane is a tenth as far as the scene.
+const COPLANAR: f32 = 1.0 / (1 << 20) as f32;
+
+/// The nearest of what a ray was found to meet so far.
+struct Front {
+    best: Option<Hit>,
+    nearest: f32,
+    /// Where the plane of the nearest ends.
+    end: f32,
+    /// Farther hits do not count.
+    t_max: f32,
+    plane_end: f32,
+}
+
+impl Front {
+    fn new(ray: &Ray) -> Self {
+        Self {
+            best: None,
+            nearest: f32::INFINITY,
+            end: f32::INFINITY,
+            t_max: ray.t_max,
+            plane_end: ray.plane_end,
+        }
+    }
+
+    #[inline(always)]
+    fn offer(&mut self, hit: Hit, rank: impl Fn(&Hit) -> u64) {
+        if hit.t < self.nearest {
+            self.nearest = hit.t;
+            self.end = if hit.t <= self.plane_end {
+                self.plane_end
+            } else {
+                hit.t + hit.t.abs() * COPLANAR
+            };
+            self.t_max = self.t_max.min(self.end.next_up());
+        }
+        let beaten = |best: &Hit| best.t <= self.end && rank(best) > rank(&hit);
+        if !self.best.as_ref().is_some_and(beaten) {
+            self.best = Some(hit);
+        }
+    }
+}
+
 /// What a ray can hit, and how it looks.
 #[derive(Debug, Default)]
 pub struct RenderScene {
@@ -212,34 +256,57 @@ impl RenderScene {
         }
     }
 
-    /// The nearest thing a ray sees: closed surfaces from outside only, clip planes applied.
+    /// The nearest thing a ray sees: closed surfaces from outside only, clip planes applied. Of
+    /// things in one plane it is the one drawn last, as in OpenGL with Inventor's depth test.
     pub fn hit(&self, ray: &Ray) -> Option<Hit> {
         if !self.special {
             return self.hit_any_side(ray);
         }
-        let mut ray = *ray;
-        for _ in 0..1000 {
-            let hit = self.hit_any_side(&ray)?;
-            if self.is_seen(&ray, &hit) {
-                return Some(hit);
-            }
-            ray.t_min = hit.t.next_up();
-        }
-        None
+        self.nearest(ray, |hit| self.is_seen(ray, hit))
     }
 
     /// The nearest primitive whatever side of it the ray meets.
     pub fn hit_any_side(&self, ray: &Ray) -> Option<Hit> {
+        self.nearest(ray, |_| true)
+    }
+
+    #[inline(always)]
+    fn nearest(&self, ray: &Ray, is_seen: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let prepared = PreparedRay::new(ray);
-        let mut best: Option<Hit> = None;
+        let mut front = Front::new(ray);
         self.tree
             .walk(&prepared, ray.t_min, ray.t_max, |block, t_max| {
                 self.visit(&prepared, block, ray.t_min, t_max, |hit| {
-                    best = Some(hit);
-                    hit.t
+                    let passed = hit.t <= ray.plane_end && self.rank(&hit) >= ray.passed;
+                    if !passed && is_seen(&hit) {
+                        front.offer(hit, |hit| self.rank(hit));
+                    }
+                    front.t_max
                 })
             });
-        best
+        front.best
+    }
+
+    /// Where a primitive stands in the order of drawing: the blended ones after the others.
+    fn rank(&self, hit: &Hit) -> u64 {
+        let owner = self.owners[hit.primitive as usize];
+        let surface = &self.surfaces[owner as usize];
+        let first = u64::from(surface.layer) << 1 | u64::from(!surface.is_opaque());
+        // Surfaces number fewer than 2^29: each has a node.
+        first << 61 | u64::from(owner) << 32 | u64::from(hit.primitive)
+    }
+
+    /// The ray that goes on behind what it met: to the rest of what lies in the same plane, from
+    /// the last drawn to the first, then farther on. Nothing is met twice or left out.
+    pub fn past(&self, ray: &Ray, hit: &Hit) -> Ray {
+        let mut ahead = *ray;
+        if hit.t > ray.plane_end {
+            let thickness = hit.t.abs() * COPLANAR;
+            ahead.t_min = (hit.t - thickness).max(ray.t_min).max(ray.plane_end);
+            ahead.plane_end = hit.t + thickness;
+        }
+        ahead.passed = self.rank(hit);
+        ahead
     }
 
     /// Meets what is in a block. `found` answers a hit with the distance up to which further ones
@@ -266,7 +333,10 @@ impl RenderScene {
             }
         }
         for lane in wide::bits(block.others()) {
-            if let Some(hit) = self.meet(ray, block.primitive(lane), t_min, t_max) {
+            let mut from = t_min;
+            // A curved one may be met twice.
+            while let Some(hit) = self.meet(ray, block.primitive(lane), from, t_max) {
+                from = hit.t;
                 t_max = found(hit);
             }
         }
@@ -341,7 +411,7 @@ impl RenderScene {
         let mut through = 1.0;
         self.tree.walk(&prepared, ray.t_min, t_max, |block, t_max| {
             self.visit(&prepared, block, ray.t_min, t_max, |hit| {
-                through *= self.lets_through(ray, &hit, t_max);
+                through *= self.lets_through(ray, &hit);
                 if through > 0.0 {
                     t_max
                 } else {
@@ -352,8 +422,8 @@ impl RenderScene {
         through
     }
 
-    /// The share of light that a primitive lets through, from its first hit on.
-    fn lets_through(&self, ray: &Ray, hit: &Hit, t_max: f32) -> f32 {
+    /// The share of light that a primitive lets through where a ray meets it.
+    fn lets_through(&self, ray: &Ray, hit: &Hit) -> f32 {
         let surface = self.surface(hit);
         if !surface.casts_shadow {
             return 1.0;
@@ -361,21 +431,11 @@ impl RenderScene {
         if surface.clip.is_empty() && surface.is_opaque() {
             return 0.0;
         }
-        let share = |hit: &Hit| {
-            if surface.clip.is_empty() || self.is_seen(ray, hit) {
-                self.point(ray, hit).transparency
-            } else {
-                1.0
-            }
-        };
-        let mut through = share(hit);
-        let (prepared, mut t) = (PreparedRay::new(ray), hit.t);
-        // A curved one may be in the way twice.
-        while let Some(next) = self.meet(&prepared, hit.primitive, t.next_up(), t_max) {
-            through *= share(&next);
-            t = next.t;
+        if surface.clip.is_empty() || self.is_seen(ray, hit) {
+            self.point(ray, hit).transparency
+        } else {
+            1.0
         }
-        through
     }
 
     pub fn surface(&self, hit: &Hit) -> &Surface {

@@ -51,6 +51,8 @@ pub struct Surface {
     /// Seen from outside only.
     pub culls: bool,
     pub counterclockwise: bool,
+    /// Who wins in a plane: the higher one, then what is drawn later.
+    pub layer: u8,
     pub casts_shadow: bool,
     pub environment: EnvironmentElement,
     pub lights: u32,

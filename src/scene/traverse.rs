@@ -19,6 +19,10 @@ pub struct Ray {
     /// Hits nearer than this do not count.
     pub t_min: f32,
     pub t_max: f32,
+    /// Up to here lies the plane of what the ray went through last, and of that plane it was what
+    /// was drawn `passed` or later (`RenderScene::past`).
+    pub(super) plane_end: f32,
+    pub(super) passed: u64,
 }
 
 impl Ray {
@@ -28,6 +32,8 @@ impl Ray {
             direction,
             t_min: 0.0,
             t_max: f32::INFINITY,
+            plane_end: f32::NEG_INFINITY,
+            passed: 0,
         }
     }
 

@@ -212,7 +212,7 @@ impl<'a> Shader<'a> {
     fn shade(&self, ray: &Ray, hit: Hit, path: &Pending, color: &mut Vec3, work: &mut Work) {
         let point = self.scene.point(ray, &hit);
         if self.shading == Shading::Recursive {
-            self.recurse(ray, &point, path, color, work);
+            self.recurse(ray, &hit, &point, path, color, work);
             return;
         }
         let local = match self.scene.corner_points(ray, &hit) {
@@ -228,10 +228,8 @@ impl<'a> Shader<'a> {
         // What a blended face lets through is what lies behind it; sorted blending in Coin.
         let share = path.share * through;
         if through > 0.0 && share.max_element() > self.options.least_share && path.depth < 64 {
-            let mut ahead = *ray;
-            ahead.t_min = hit.t.next_up();
             work.pending.push(Pending {
-                ray: ahead,
+                ray: self.scene.past(ray, &hit),
                 share,
                 depth: path.depth + 1,
                 any_side: path.any_side,
@@ -282,6 +280,7 @@ impl<'a> Shader<'a> {
     fn recurse(
         &self,
         ray: &Ray,
+        hit: &Hit,
         point: &Point<'_>,
         path: &Pending,
         color: &mut Vec3,
@@ -325,35 +324,27 @@ impl<'a> Shader<'a> {
         if point.transparency > 0.0 {
             let share = path.share * point.transparency;
             match refract(d, normal, surface.refraction, point.front) {
+                Some(_) if surface.refraction == 1.0 => {
+                    let ahead = self.scene.past(ray, hit); // what lies in the same plane too
+                    self.follow(ahead, share, path, &mut work.pending);
+                }
                 Some(direction) => {
-                    self.follow(point, direction, share, path, &mut work.pending);
+                    self.follow(point.leave(direction), share, path, &mut work.pending);
                 }
                 None => mirror += point.transparency, // total reflection
             }
         }
         if mirror.max_element() > 0.0 {
             let direction = d - 2.0 * d.dot(normal) * normal;
-            self.follow(
-                point,
-                direction,
-                path.share * mirror,
-                path,
-                &mut work.pending,
-            );
+            let share = path.share * mirror;
+            self.follow(point.leave(direction), share, path, &mut work.pending);
         }
     }
 
-    fn follow(
-        &self,
-        point: &Point<'_>,
-        direction: Vec3,
-        share: Vec3,
-        path: &Pending,
-        pending: &mut Vec<Pending>,
-    ) {
+    fn follow(&self, ray: Ray, share: Vec3, path: &Pending, pending: &mut Vec<Pending>) {
         if share.max_element() > self.options.least_share {
             pending.push(Pending {
-                ray: point.leave(direction),
+                ray,
                 share,
                 depth: path.depth + 1,
                 any_side: true,
