@@ -177,6 +177,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 matrix,
                 choice,
             } => {
+                self.keep_state();
                 self.state.world_from_object *= matrix;
                 self.state.switch = choice;
                 self.children(node);
@@ -333,7 +334,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     }
 
     /// Walks the children at every place of a grid, as Inventor does: z slowest, x fastest, and
-    /// the state running on from copy to copy except for the matrix.
+    /// every copy from the state that the array itself was met in.
     fn array(&mut self, node: NodeRef<'a>) {
         let count = |i: usize| {
             let n = node.read::<i16>(["numElements1", "numElements2", "numElements3"][i]);
@@ -353,8 +354,6 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             Some(2) => -(n[i] - 1) as f64,
             _ => 0.0,
         };
-        let base = self.state.world_from_object;
-        self.keep_state();
         let mut places = Vec::new();
         for k in 0..n[2] {
             for j in 0..n[1] {
@@ -366,25 +365,22 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 }
             }
         }
-        self.place(node, base, &places);
+        self.place(node, &places);
     }
 
     fn multiple_copy(&mut self, node: NodeRef<'a>) {
         let matrices = node.read::<[Mat4]>("matrix").unwrap_or(&[]);
-        let base = self.state.world_from_object;
-        self.keep_state();
         let places: Vec<DMat4> = matrices.iter().map(Mat4::as_dmat4).collect();
-        self.place(node, base, &places);
+        self.place(node, &places);
     }
 
-    fn place(&mut self, node: NodeRef<'a>, base: DMat4, places: &[DMat4]) {
+    fn place(&mut self, node: NodeRef<'a>, places: &[DMat4]) {
         for (i, &matrix) in places.iter().enumerate().rev() {
             self.stack.push(Frame::Place {
                 node,
                 matrix,
                 choice: i as i32,
             });
-            self.stack.push(Frame::RestoreMatrix(base));
         }
     }
 

@@ -94,7 +94,7 @@ fn apply_as<'a>(state: &mut State<'a>, node: NodeRef<'a>, class: &str, time: f64
             };
         }
         "ResetTransform" => {
-            if node.acting::<Choice>("whatToReset").unwrap_or(1) & 1 != 0 {
+            if node.acting::<Choice>("whatToReset").unwrap_or(0) & 1 != 0 {
                 state.world_from_object = DMat4::from_scale(DVec3::splat(1.0));
             }
         }
@@ -568,19 +568,48 @@ fn anti_squish<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         stretch.y_axis.truncate().length(),
         stretch.z_axis.truncate().length(),
     );
+    let principal = principal_stretches(stretch);
     let scale = match node.acting::<Choice>("sizing").unwrap_or(3) {
         0 => scales.x,
         1 => scales.y,
         2 => scales.z,
-        4 => scales.max_element(),
-        5 => scales.min_element(),
-        6 => (scales.length_squared() / 3.0).sqrt(),
-        _ => scales.element_sum() / 3.0,
+        4 => principal[0],
+        5 => principal[2],
+        6 => longest_diagonal(stretch),
+        _ => principal.iter().sum::<f64>() / 3.0,
     };
     let origin = matrix.transform_point3(DVec3::ZERO);
     state.world_from_object = DMat4::from_translation(origin)
         * DMat4::from_quat(turn)
         * DMat4::from_scale(DVec3::splat(scale));
+}
+
+/// How much a symmetric matrix stretches along its own three axes, the most first: its
+/// eigenvalues by the cosine formula for the cubic (Smith 1961).
+fn principal_stretches(stretch: DMat4) -> [f64; 3] {
+    let m = glam::DMat3::from_mat4(stretch);
+    let mean = (m.x_axis.x + m.y_axis.y + m.z_axis.z) / 3.0;
+    let rest = m - glam::DMat3::from_diagonal(DVec3::splat(mean));
+    let square =
+        rest.x_axis.length_squared() + rest.y_axis.length_squared() + rest.z_axis.length_squared();
+    let spread = (square / 6.0).sqrt();
+    if spread <= 1e-12 * mean.abs() {
+        return [mean; 3];
+    }
+    let half = (rest.determinant() / (2.0 * spread.powi(3))).clamp(-1.0, 1.0);
+    let angle = libm::acos(half) / 3.0;
+    let third = std::f64::consts::TAU / 3.0;
+    let most = mean + 2.0 * spread * libm::cos(angle);
+    let least = mean + 2.0 * spread * libm::cos(angle + third);
+    [most, 3.0 * mean - most - least, least]
+}
+
+/// The length that the longest of the four diagonals (±1, ±1, ±1) is stretched to, as Coin
+/// measures it: from the center, and not against the diagonal's own √3.
+fn longest_diagonal(stretch: DMat4) -> f64 {
+    let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+    let lengths = corners.map(|(y, z)| stretch.transform_vector3(DVec3::new(1.0, y, z)).length());
+    lengths.into_iter().fold(0.0, f64::max)
 }
 
 /// The light as it stands in the world; `None` where it is switched off.
