@@ -8,7 +8,9 @@
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::film::{FilmFormat, Resolution};
-use crate::lens::{Bundle, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, RayPath, Toward};
+use crate::lens::{
+    Bundle, FilmPlace, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, RayPath, Toward,
+};
 use crate::pose::{CameraPose, Projection, ViewportMapping};
 use crate::sampling::DiscMap;
 
@@ -72,7 +74,7 @@ impl Camera {
             Self::Pinhole(pinhole) => {
                 (pinhole.world_from_camera, pinhole.eye) = (pose.orientation, eye)
             }
-            Self::Lens(lens) => (lens.world_from_camera, lens.eye) = (pose.orientation, eye),
+            Self::Lens(lens) => lens.stand(pose.orientation, eye),
         }
         self
     }
@@ -206,9 +208,10 @@ pub struct LensCamera {
     pub lens: Lens,
     pub focus: Focus,
     pub format: FilmFormat,
+    place: FilmPlace,
     target: PupilTarget,
-    world_from_camera: DQuat,
-    /// Where the front vertex is, from the scene's origin.
+    world_from_lens: DQuat,
+    /// Where lens space's origin is, from the scene's.
     eye: DVec3,
     rear_z: f64,
     /// Irradiance on the axis from radiance 1, with the lens at infinity: what exposure 1 means.
@@ -217,9 +220,22 @@ pub struct LensCamera {
 
 impl LensCamera {
     pub fn new(lens: Lens, focus: Focus, format: FilmFormat, aim: Aim, pose: &CameraPose) -> Self {
+        let place = FilmPlace::flat(focus.film_z);
+        Self::with_film(lens, focus, place, format, aim, pose)
+    }
+
+    /// With a film that is moved or bent.
+    pub fn with_film(
+        lens: Lens,
+        focus: Focus,
+        place: FilmPlace,
+        format: FilmFormat,
+        aim: Aim,
+        pose: &CameraPose,
+    ) -> Self {
         let target = match aim {
             Aim::RearElement(map) => PupilTarget::rear_element(&lens, map),
-            Aim::ExitPupil => PupilTarget::exit_pupil(&lens, focus.film_z, format.half_diagonal()),
+            Aim::ExitPupil => PupilTarget::exit_pupil_of(&lens, &place, format.half_diagonal()),
         };
         let at_infinity = lens
             .first_order()
@@ -229,16 +245,25 @@ impl LensCamera {
         if !(axial.is_normal() && axial > 0.0) {
             axial = lens.irradiance(DVec2::ZERO, focus.film_z);
         }
-        Self {
+        let mut this = Self {
             rear_z: lens.length(),
-            world_from_camera: pose.orientation,
+            world_from_lens: DQuat::IDENTITY,
             eye: DVec3::ZERO,
             axial_irradiance: if axial > 0.0 { axial } else { 1.0 },
             lens,
             focus,
             format,
+            place,
             target,
-        }
+        };
+        this.stand(pose.orientation, DVec3::ZERO);
+        this
+    }
+
+    /// Stands at a point, in meters from the scene's origin, and looks somewhere.
+    fn stand(&mut self, orientation: DQuat, eye: DVec3) {
+        self.world_from_lens = orientation * self.place.camera_from_lens;
+        self.eye = eye + orientation * (self.place.offset * METERS_FROM_MM);
     }
 
     /// Irradiance on the axis from radiance 1, in steradians: π/(4 N²) for an ideal lens.
@@ -275,11 +300,12 @@ impl LensCamera {
         if density <= 0.0 {
             return None;
         }
-        let origin = film.extend(self.focus.film_z);
+        let origin = self.place.point(film);
         let aim = window.point(u, v).extend(self.rear_z);
         let across = aim - origin;
         let direction = across.normalize();
-        let weight = equation_1(across) / (density * self.axial_irradiance);
+        let weight =
+            equation_1(across, self.place.normal(film)) / (density * self.axial_irradiance);
         Some((LensRay { origin, direction }, weight))
     }
 
@@ -294,8 +320,8 @@ impl LensCamera {
 
     fn outside(&self, out: &LensRay, weight: f64) -> CameraRay {
         CameraRay {
-            origin: self.eye + self.world_from_camera * (out.origin * METERS_FROM_MM),
-            direction: self.world_from_camera * out.direction,
+            origin: self.eye + self.world_from_lens * (out.origin * METERS_FROM_MM),
+            direction: self.world_from_lens * out.direction,
             weight,
         }
     }
@@ -323,11 +349,12 @@ impl LensCamera {
     }
 }
 
-/// cos θ cos θ′/‖x′ − x‖² of the paper's equation 1. Film and rear plane are parallel, so this is
-/// cos⁴θ/Z²; Z is the same for every ray of a picture, which is why equation 2 can drop it.
-fn equation_1(across: DVec3) -> f64 {
+/// cos θ cos θ′/‖x′ − x‖² of the paper's equation 1, with the film's normal at x. Where film and
+/// rear plane are parallel this is cos⁴θ/Z²; Z is the same for every ray of a picture, which is
+/// why equation 2 can drop it.
+fn equation_1(across: DVec3, normal: DVec3) -> f64 {
     let squared = across.length_squared();
-    across.z * across.z / (squared * squared)
+    (normal.dot(across) * -across.z).max(0.0) / (squared * squared)
 }
 
 /// The picture's aspect and the film's must agree, or pixels are not square.

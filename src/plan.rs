@@ -18,7 +18,7 @@ use crate::grammar::{class, directional_light};
 use crate::graph::state::State;
 use crate::graph::{self, Visitor, WalkOptions};
 use crate::iv::{Document, Limits, NodeId, NodeRef};
-use crate::lens::{Coating, FocusMethod, Iris, Lens};
+use crate::lens::{Coating, FilmPlace, FocusMethod, Iris, Lens, Movements};
 use crate::math::{Meters, Mm};
 use crate::picture::{Depth, Picture};
 use crate::pose::CameraPose;
@@ -137,6 +137,8 @@ pub struct Plan {
     pub sampler: Sampler,
     pub aim: Aim,
     pub film: FilmFormat,
+    /// Of the lens against the film; nothing for the scene's own pinhole.
+    pub movements: Movements,
     pub resolution: Resolution,
     /// Multiplies the exposure; 1 renders white on the axis as white.
     pub exposure: f64,
@@ -172,6 +174,7 @@ impl Plan {
             },
             aim,
             film: FilmFormat::STANDARD,
+            movements: Movements::default(),
             resolution: Resolution::VINTAGE,
             exposure: 1.0,
             response: Response::Linear,
@@ -609,7 +612,12 @@ fn camera(
     say("focus", format!("{} m", (distance.0 * 1e5).round() / 1e5));
     say("focus method", choice.method.name().into());
     say("film position", format!("{:.4} mm", focus.film_z));
-    let camera = LensCamera::new(lens, focus, plan.film, plan.aim, pose);
+    for (name, value) in plan.movements.said() {
+        say(name, value);
+    }
+    let place = FilmPlace::new(&lens, &focus, &plan.movements, plan.film);
+    let place = place.map_err(|fault| fault.diagnostic(lens.name()))?;
+    let camera = LensCamera::with_film(lens, focus, place, plan.film, plan.aim, pose);
     Ok((Camera::Lens(Box::new(camera)), said))
 }
 

@@ -154,6 +154,31 @@ pub const RENDER: &[Flag] = &[
         "film size in millimeters [36x24]",
     ),
     flag(
+        "tilt",
+        Takes::One("DEGREES"),
+        "tilts the lens forward against the film: the sharp plane lies down [0]",
+    ),
+    flag(
+        "swing",
+        Takes::One("DEGREES"),
+        "swings the lens to the right against the film [0]",
+    ),
+    flag(
+        "rise",
+        Takes::One("LENGTH"),
+        "raises the lens against the film, such as 8mm; falls if negative [0]",
+    ),
+    flag(
+        "shift",
+        Takes::One("LENGTH"),
+        "shifts the lens to the right against the film, such as 8mm [0]",
+    ),
+    flag(
+        "film-radius",
+        Takes::One("LENGTH"),
+        "film bent to a sphere; less than 0 is hollow toward the lens [flat]",
+    ),
+    flag(
         "sampler",
         Takes::One("NAME"),
         "jittered, random or sobol [1999: jittered, now: sobol]",

@@ -11,7 +11,7 @@ use super::{parsed, tell, tell_all, text};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::film::{FilmFormat, Resolution, Response};
-use crate::lens::{Coating, FocusMethod, Iris};
+use crate::lens::{Coating, FocusMethod, Iris, Movements};
 use crate::math::{LengthUnit, Meters, Mm, parse_length};
 use crate::picture::{Depth, PictureFormat, write_whole};
 use crate::plan::{Era, Flash, LensChoice, Optics, Plan, Session};
@@ -162,6 +162,7 @@ pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
         &mut plan.film,
         parsed(m, "film", "a film size such as 36x24", film_size)?,
     );
+    plan.movements = movements(m)?;
     if let Some((width, height)) = parsed(m, "size", "a size such as 360x240", pair::<u32>)? {
         plan.resolution = Resolution::new(width, height)?;
     }
@@ -256,6 +257,34 @@ fn optics(m: &ArgMatches) -> Result<Optics> {
     ];
     set(&mut lens.method, named(m, "focus-method", &methods)?);
     Ok(Optics::Lens(lens))
+}
+
+fn movements(m: &ArgMatches) -> Result<Movements> {
+    let mut moved = Movements::default();
+    let turn = |word: &str| {
+        let degrees = finite(word.trim_end_matches("deg"))?;
+        (degrees.abs() < 90.0).then(|| degrees.to_radians())
+    };
+    let an_angle = "an angle in degrees, less than 90, such as 8 or -5";
+    set(&mut moved.tilt, parsed(m, "tilt", an_angle, turn)?);
+    set(&mut moved.swing, parsed(m, "swing", an_angle, turn)?);
+    let length = |word: &str| {
+        let length = parse_length(word, LengthUnit::Millimeter)?;
+        length.0.is_finite().then_some(length.0)
+    };
+    let a_length = "a length in millimeters, such as 8 or -5mm";
+    set(&mut moved.rise, parsed(m, "rise", a_length, length)?);
+    set(&mut moved.shift, parsed(m, "shift", a_length, length)?);
+    let radius = |word: &str| match word {
+        "flat" => Some(None),
+        _ => length(word).filter(|r| *r != 0.0).map(Some),
+    };
+    let a_radius = "a length in millimeters other than 0, or flat";
+    set(
+        &mut moved.film_radius,
+        parsed(m, "film-radius", a_radius, radius)?,
+    );
+    Ok(moved)
 }
 
 /// The scene's name with `.png`, in the current folder: where the 1999 program put it is unknown.

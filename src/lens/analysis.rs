@@ -201,8 +201,7 @@ impl Lens {
     /// through, in mm².
     pub fn seen(&self, film: DVec2, film_z: f64) -> (f64, f64) {
         let z = film_z - self.length();
-        let sight = Sight::new(self, film_z);
-        let outline = sight.outline_points(film, 1440);
+        let outline = Sight::new(self).outline_points(film.extend(film_z), 1440);
         let Some((center, rims)) = outline else {
             return (0.0, 0.0);
         };

@@ -7,12 +7,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use crate::sampling::DiscMap;
 
-use super::Lens;
-use super::sight::Sight;
+use super::sight::{Hint, Sight};
+use super::{FilmPlace, Lens};
 
 /// Where to aim. The 1999 program: `RearElement`. Default now: `ExitPupil`.
 #[derive(Clone, Debug)]
@@ -48,10 +48,15 @@ impl PupilTarget {
 
     /// The exit pupil for a film at `film_z` whose points are at most `film_radius` from the axis.
     pub fn exit_pupil(lens: &Lens, film_z: f64, film_radius: f64) -> Self {
-        Self::ExitPupil(Box::new(ExitPupil::new(lens, film_z, film_radius)))
+        Self::exit_pupil_of(lens, &FilmPlace::flat(film_z), film_radius)
     }
 
-    /// What a film point, in millimeters from the axis, aims at.
+    /// The same for a film that is moved or bent; `film_radius` is from the film's middle.
+    pub fn exit_pupil_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
+        Self::ExitPupil(Box::new(ExitPupil::new(lens, place, film_radius)))
+    }
+
+    /// What a film point, in millimeters from the film's middle, aims at.
     pub fn window(&self, film: DVec2) -> PupilWindow {
         match self {
             Self::RearElement(rear) => PupilWindow::Disc {
@@ -122,6 +127,8 @@ const FIRST_NODES: usize = 8;
 /// Intervals this short, as a share of the film's radius, are not halved again.
 const NARROW: f64 = 1e-3;
 const MAX_NODES: usize = 192;
+/// Places along the axis at which the pupil is measured for a film that is moved.
+const LEVELS: usize = 9;
 /// Cells along each axis of the film's quadrant, for lenses without rotational symmetry.
 const GRID: usize = 16;
 
@@ -147,72 +154,104 @@ pub struct ExitPupil {
     sides: [DVec2; SIDES],
 }
 
+type Radial = Vec<(f64, Support)>;
+
 #[derive(Clone, Debug)]
 enum Table {
     /// By film radius, ascending; the pupil as seen from (radius, 0). None beyond the last.
-    Radial(Vec<(f64, Support)>),
-    /// By film position in the quadrant x, y ≥ 0, in rows of x; mirrored into the others.
-    Quadrant {
-        cell: f64,
-        nodes: Vec<Option<Support>>,
-    },
+    Radial(Radial),
+    /// The same at several places of the film along the axis.
+    Levels(Levels),
+    /// By film position, in rows of x.
+    Grid(Grid),
 }
 
 impl ExitPupil {
-    /// Measures the pupil for a film at `film_z` and points up to `film_radius` from the axis.
-    pub fn new(lens: &Lens, film_z: f64, film_radius: f64) -> Self {
+    /// Measures the pupil for film points up to `film_radius` from the film's middle.
+    pub fn new(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
         let sides = std::array::from_fn(side);
-        let sight = Sight::new(lens, film_z);
+        let sight = Sight::new(lens);
         let rotational = lens
             .prescription()
             .surfaces
             .iter()
             .all(|s| s.shape.is_rotational());
-        let table = if rotational {
-            Table::Radial(radial_table(&sight, &sides, film_radius.abs()))
-        } else {
-            quadrant_table(&sight, &sides, film_radius.abs())
+        let mut look = Look {
+            sight: &sight,
+            place,
+            sides: &sides,
+            hint: None,
+        };
+        let table = match (place.is_centered(), rotational) {
+            (true, true) => Table::Radial(radial_table(
+                &mut |r| look.at(place.point(DVec2::new(r, 0.0))),
+                film_radius.abs(),
+                sight.reach(),
+            )),
+            (false, true) => Table::Levels(Levels::new(&mut look, film_radius.abs())),
+            (centered, false) => Table::Grid(Grid::new(&mut look, film_radius.abs(), centered)),
         };
         Self { table, sides }
     }
 
-    /// What a film point, in millimeters from the axis, aims at.
+    /// What a film point, in millimeters from the film's middle, aims at.
     pub fn window(&self, film: DVec2) -> PupilWindow {
         match &self.table {
-            Table::Radial(nodes) => {
-                let radius = film.length();
-                let turn = if radius > 0.0 {
-                    film / radius
-                } else {
-                    DVec2::X
-                };
-                let above = nodes.partition_point(|(r, _)| *r < radius);
-                let support = match (above.checked_sub(1).map(|i| &nodes[i]), nodes.get(above)) {
-                    (_, None) => return PupilWindow::Closed,
-                    (None, Some((_, support))) => *support,
-                    (Some((r0, a)), Some((r1, b))) => mix(a, b, (radius - r0) / (r1 - r0)),
-                };
-                Polygon::window(&support, &self.sides, turn, DVec2::ONE)
+            Table::Radial(nodes) => self.turned(radial_at(nodes, film.length()), film),
+            Table::Levels(levels) => {
+                let point = levels.place.point(film);
+                self.turned(levels.at(point), point.truncate())
             }
-            Table::Quadrant { cell, nodes } => {
-                let mirror = DVec2::new(1f64.copysign(film.x), 1f64.copysign(film.y));
-                let place = film.abs() / *cell;
-                let at = |v: f64| (v.floor() as usize).min(GRID - 1);
-                let (i, j) = (at(place.x), at(place.y));
-                let corner = |i: usize, j: usize| nodes[j * (GRID + 1) + i].as_ref();
-                let corners = [
-                    corner(i, j),
-                    corner(i + 1, j),
-                    corner(i, j + 1),
-                    corner(i + 1, j + 1),
-                ];
-                let (x, y) = ((place.x - i as f64).min(1.0), (place.y - j as f64).min(1.0));
-                match mix_corners(corners, x, y) {
+            Table::Grid(grid) => {
+                let mirror = match grid.mirrored {
+                    true => DVec2::new(1f64.copysign(film.x), 1f64.copysign(film.y)),
+                    false => DVec2::ONE,
+                };
+                match grid.at(mirror * film) {
                     Some(support) => Polygon::window(&support, &self.sides, DVec2::X, mirror),
                     None => PupilWindow::Closed,
                 }
             }
         }
+    }
+}
+
+impl ExitPupil {
+    /// The window of a support as seen from (radius, 0), turned to a point in lens space.
+    fn turned(&self, support: Option<Support>, point: DVec2) -> PupilWindow {
+        let radius = point.length();
+        let turn = if radius > 0.0 {
+            point / radius
+        } else {
+            DVec2::X
+        };
+        match support {
+            Some(support) => Polygon::window(&support, &self.sides, turn, DVec2::ONE),
+            None => PupilWindow::Closed,
+        }
+    }
+}
+
+fn radial_at(nodes: &Radial, radius: f64) -> Option<Support> {
+    let above = nodes.partition_point(|(r, _)| *r < radius);
+    let (r1, b) = nodes.get(above)?;
+    Some(match above.checked_sub(1).map(|i| &nodes[i]) {
+        None => *b,
+        Some((r0, a)) => mix(a, b, (radius - r0) / (r1 - r0)),
+    })
+}
+
+/// Measures what points of a film see.
+struct Look<'a> {
+    sight: &'a Sight<'a>,
+    place: &'a FilmPlace,
+    sides: &'a [DVec2; SIDES],
+    hint: Option<Hint>,
+}
+
+impl Look<'_> {
+    fn at(&mut self, point: DVec3) -> Option<Support> {
+        self.sight.support(point, self.sides, &mut self.hint)
     }
 }
 
@@ -259,15 +298,13 @@ fn excess(inner: &Support, outer: &Support) -> f64 {
 
 /// Measured supports by film radius: halved where interpolation errs, ended where light ends.
 fn radial_table(
-    sight: &Sight<'_>,
-    sides: &[DVec2; SIDES],
+    measure: &mut dyn FnMut(f64) -> Option<Support>,
     film_radius: f64,
-) -> Vec<(f64, Support)> {
-    let mut hint = None;
-    let mut measure = |radius: f64| sight.support(DVec2::new(radius, 0.0), sides, &mut hint);
-    let mut done: Vec<(f64, Support)> = Vec::new();
+    reach: f64,
+) -> Radial {
+    let mut done: Radial = Vec::new();
     let Some(first) = measure(0.0) else {
-        return radial_fallback(sight, sides, film_radius);
+        return radial_fallback(measure, film_radius, reach);
     };
     done.push((0.0, first));
     // Radii still to be reached, the nearest last.
@@ -316,71 +353,194 @@ fn radial_table(
 
 /// Nothing gets through on the axis: start where something does, with the disc before it.
 fn radial_fallback(
-    sight: &Sight<'_>,
-    sides: &[DVec2; SIDES],
+    measure: &mut dyn FnMut(f64) -> Option<Support>,
     film_radius: f64,
-) -> Vec<(f64, Support)> {
+    reach: f64,
+) -> Radial {
     let steps = 4 * FIRST_NODES;
-    let mut nodes = Vec::new();
+    let everything = [reach; SIDES];
     for i in 0..=steps {
-        let radius = film_radius * i as f64 / steps as f64;
-        if sight
-            .support(DVec2::new(radius, 0.0), sides, &mut None)
-            .is_some()
-        {
-            nodes = vec![
-                (0.0, [sight.reach(); SIDES]),
-                (film_radius, [sight.reach(); SIDES]),
-            ];
-            break;
+        if measure(film_radius * i as f64 / steps as f64).is_some() {
+            return vec![(0.0, everything), (film_radius, everything)];
         }
     }
-    nodes
+    Vec::new()
 }
 
-fn quadrant_table(sight: &Sight<'_>, sides: &[DVec2; SIDES], film_radius: f64) -> Table {
-    let cell = film_radius.max(f64::MIN_POSITIVE) / GRID as f64;
-    let mut hint = None;
-    // Only where there is film, and the corners of cells that reach it.
-    let mut at = |x: f64, y: f64| {
-        let film = DVec2::new(x * cell, y * cell);
-        let near = film.length() <= film_radius + 1.5 * cell;
-        near.then(|| sight.support(film, sides, &mut hint))
-            .flatten()
-    };
-    let count = GRID + 1;
-    let mut nodes: Vec<Option<Support>> = Vec::with_capacity(count * count);
-    for j in 0..count {
-        for i in 0..count {
-            nodes.push(at(i as f64, j as f64));
+/// Radial tables at several places along the axis, for a film that is moved.
+#[derive(Clone, Debug)]
+struct Levels {
+    place: FilmPlace,
+    low: f64,
+    step: f64,
+    tables: Vec<Radial>,
+}
+
+impl Levels {
+    fn new(look: &mut Look<'_>, film_radius: f64) -> Self {
+        // The places of the film, with a little to spare.
+        let (mut low, mut high, mut far) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
+        for k in 0..=64 {
+            let turn = TAU * f64::from(k) / 64.0;
+            let out = film_radius * if k == 64 { 0.0 } else { 1.01 };
+            let (sin, cos) = libm::sincos(turn);
+            let point = look.place.point(out * DVec2::new(cos, sin));
+            (low, high) = (low.min(point.z), high.max(point.z));
+            far = far.max(point.truncate().length());
+        }
+        let step = ((high - low) / (LEVELS - 1) as f64).max(1e-9 * film_radius);
+        let reach = look.sight.reach();
+        let mut table = |z: f64| {
+            look.hint = None;
+            radial_table(&mut |r| look.at(DVec3::new(r, 0.0, z)), far, reach)
+        };
+        let tables: Vec<Radial> = (0..LEVELS).map(|k| table(low + k as f64 * step)).collect();
+        let mut this = Self {
+            place: *look.place,
+            low,
+            step,
+            tables,
+        };
+        let share = this.excess(look, far);
+        for (_, support) in this.tables.iter_mut().flatten() {
+            *support = widened(support, share);
+        }
+        this
+    }
+
+    fn at(&self, point: DVec3) -> Option<Support> {
+        let level = (point.z - self.low) / self.step;
+        let k = (level.floor().max(0.0) as usize).min(LEVELS - 2);
+        let radius = point.truncate().length();
+        let [a, b] = [k, k + 1].map(|k| radial_at(&self.tables[k], radius));
+        match (a, b) {
+            (Some(a), Some(b)) => Some(mix(&a, &b, (level - k as f64).clamp(0.0, 1.0))),
+            (a, b) => a.or(b),
         }
     }
-    // Widen the corners of every cell by what its middle sticks out.
-    let mut share = vec![0.0f64; nodes.len()];
-    for j in 0..GRID {
-        for i in 0..GRID {
-            let corners =
-                [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].map(|(i, j)| j * count + i);
-            let Some(middle) = at(i as f64 + 0.5, j as f64 + 0.5) else {
-                continue;
-            };
-            match mix_corners(corners.map(|c| nodes[c].as_ref()), 0.5, 0.5) {
-                Some(straight) => {
-                    let excess = excess(&middle, &straight).max(0.0);
-                    corners
-                        .iter()
-                        .for_each(|&c| share[c] = share[c].max(excess));
+
+    /// The most that a figure between two levels sticks out of what is interpolated.
+    fn excess(&self, look: &mut Look<'_>, far: f64) -> f64 {
+        const RADII: usize = 24;
+        let mut worst: f64 = 0.0;
+        for k in 0..LEVELS - 1 {
+            look.hint = None;
+            for i in 0..=RADII {
+                let r = far * i as f64 / RADII as f64;
+                let point = DVec3::new(r, 0.0, self.low + (k as f64 + 0.5) * self.step);
+                if let (Some(inner), Some(outer)) = (look.at(point), self.at(point)) {
+                    worst = worst.max(excess(&inner, &outer));
                 }
-                None => corners.iter().for_each(|&c| nodes[c] = Some(middle)),
+            }
+        }
+        worst
+    }
+}
+
+/// Measured supports over the film, square cell by square cell.
+#[derive(Clone, Debug)]
+struct Grid {
+    low: DVec2,
+    cell: f64,
+    /// Nodes along each side.
+    count: usize,
+    nodes: Vec<Option<Support>>,
+    /// The grid is the quadrant x, y ≥ 0, and the others are its mirror images.
+    mirrored: bool,
+}
+
+impl Grid {
+    fn new(look: &mut Look<'_>, film_radius: f64, mirrored: bool) -> Self {
+        let cell = film_radius.max(f64::MIN_POSITIVE) / GRID as f64;
+        let (low, cells) = match mirrored {
+            true => (DVec2::ZERO, GRID),
+            false => (DVec2::splat(-film_radius), 2 * GRID),
+        };
+        let mut this = Self {
+            low,
+            cell,
+            count: cells + 1,
+            nodes: Vec::new(),
+            mirrored,
+        };
+        // Only where there is film, and the corners of cells that reach it.
+        let mut at = |x: f64, y: f64| {
+            let film = low + cell * DVec2::new(x, y);
+            let near = film.length() <= film_radius + 1.5 * cell;
+            near.then(|| look.at(look.place.point(film))).flatten()
+        };
+        for j in 0..this.count {
+            for i in 0..this.count {
+                this.nodes.push(at(i as f64, j as f64));
+            }
+        }
+        this.widen(at);
+        if !mirrored {
+            this.open_borders(look.sight.reach());
+        }
+        this
+    }
+
+    /// The corners of the cell at a column and a row.
+    fn corners(&self, i: usize, j: usize) -> [usize; 4] {
+        let first = j * self.count + i;
+        [first, first + 1, first + self.count, first + self.count + 1]
+    }
+
+    /// The support at a film point.
+    fn at(&self, film: DVec2) -> Option<Support> {
+        let place = (film - self.low) / self.cell;
+        let at = |v: f64| (v.floor().max(0.0) as usize).min(self.count - 2);
+        let (i, j) = (at(place.x), at(place.y));
+        let corners = self.corners(i, j).map(|c| self.nodes[c].as_ref());
+        let part = (place - DVec2::new(i as f64, j as f64)).clamp(DVec2::ZERO, DVec2::ONE);
+        mix_corners(corners, part.x, part.y)
+    }
+
+    /// Widens the corners of every cell by what its middle sticks out.
+    fn widen(&mut self, mut at: impl FnMut(f64, f64) -> Option<Support>) {
+        let mut share = vec![0.0f64; self.nodes.len()];
+        for j in 0..self.count - 1 {
+            for i in 0..self.count - 1 {
+                let corners = self.corners(i, j);
+                let Some(middle) = at(i as f64 + 0.5, j as f64 + 0.5) else {
+                    continue;
+                };
+                match mix_corners(corners.map(|c| self.nodes[c].as_ref()), 0.5, 0.5) {
+                    Some(straight) => {
+                        let excess = excess(&middle, &straight).max(0.0);
+                        corners
+                            .iter()
+                            .for_each(|&c| share[c] = share[c].max(excess));
+                    }
+                    None => corners.iter().for_each(|&c| self.nodes[c] = Some(middle)),
+                }
+            }
+        }
+        for (node, share) in self.nodes.iter_mut().zip(share) {
+            *node = node
+                .as_ref()
+                .map(|support| widened(support, MARGIN + share));
+        }
+    }
+
+    /// Dark nodes next to light ones aim at everything: a film moved aside ends the image circle
+    /// in the midst of cells.
+    fn open_borders(&mut self, reach: f64) {
+        let count = self.count as isize;
+        let lit = |nodes: &[Option<Support>], i: isize, j: isize| {
+            let inside = (0..count).contains(&i) && (0..count).contains(&j);
+            inside && nodes[(j * count + i) as usize].is_some()
+        };
+        let before = self.nodes.clone();
+        for (k, node) in self.nodes.iter_mut().enumerate() {
+            let (i, j) = (k as isize % count, k as isize / count);
+            let near_light = (-1..=1).any(|y| (-1..=1).any(|x| lit(&before, i + x, j + y)));
+            if node.is_none() && near_light {
+                *node = Some([reach; SIDES]);
             }
         }
     }
-    for (node, share) in nodes.iter_mut().zip(share) {
-        *node = node
-            .as_ref()
-            .map(|support| widened(support, MARGIN + share));
-    }
-    Table::Quadrant { cell, nodes }
 }
 
 /// A convex polygon by its corners, cut into triangles around a point inside.

@@ -24,7 +24,6 @@ const FINE: f64 = 1e-10;
 
 pub(crate) struct Sight<'a> {
     lens: &'a Lens,
-    film_z: f64,
     reach: f64,
     rotational: bool,
 }
@@ -50,7 +49,7 @@ struct Rim {
 type Fills = [(f64, usize); LANES];
 
 impl<'a> Sight<'a> {
-    pub fn new(lens: &'a Lens, film_z: f64) -> Self {
+    pub fn new(lens: &'a Lens) -> Self {
         let rear = RearElement::of(lens, crate::sampling::DiscMap::Concentric).radius;
         let rotational = lens
             .prescription()
@@ -59,7 +58,6 @@ impl<'a> Sight<'a> {
             .all(|s| s.shape.is_rotational());
         Self {
             lens,
-            film_z,
             reach: 1.5 * rear,
             rotational,
         }
@@ -71,14 +69,17 @@ impl<'a> Sight<'a> {
     }
 
     /// The fill of every aim of `aims`, at most a bundle of them.
-    fn fills(&self, film: DVec2, aims: &[DVec2]) -> Fills {
-        let origin = film.extend(self.film_z);
+    fn fills(&self, film: DVec3, aims: &[DVec2]) -> Fills {
         let rear_z = self.lens.length();
         let mut bundle = Bundle::default();
         for (lane, aim) in aims.iter().take(LANES).enumerate() {
-            let direction = DVec3::new(aim.x - film.x, aim.y - film.y, rear_z - self.film_z);
+            let direction = aim.extend(rear_z) - film;
             if let Some(direction) = unit(direction) {
-                bundle.set(lane, &LensRay { origin, direction });
+                let ray = LensRay {
+                    origin: film,
+                    direction,
+                };
+                bundle.set(lane, &ray);
             }
         }
         self.lens.fill_bundle(&mut bundle);
@@ -92,18 +93,14 @@ impl<'a> Sight<'a> {
     }
 
     /// An aim well inside the light, or none where there is no light.
-    fn inside(&self, film: DVec2, hint: Option<Hint>) -> Option<DVec2> {
+    fn inside(&self, film: DVec3, hint: Option<Hint>) -> Option<DVec2> {
         let fill = |aim: DVec2| self.fills(film, &[aim])[0].0;
         if let Some(hint) = hint
             && fill(hint.center) < 0.85
         {
             return Some(hint.center);
         }
-        let meridian = if film == DVec2::ZERO {
-            DVec2::X
-        } else {
-            film.normalize()
-        };
+        let meridian = film.truncate().try_normalize().unwrap_or(DVec2::X);
         let mut aim = self.best_along(film, DVec2::ZERO, meridian);
         if !self.rotational {
             for _ in 0..8 {
@@ -122,7 +119,7 @@ impl<'a> Sight<'a> {
 
     /// The aim of least fill on a line: the best of three bundles in a row, then a bundle in the
     /// neighborhood of the best, again and again.
-    fn best_along(&self, film: DVec2, from: DVec2, direction: DVec2) -> DVec2 {
+    fn best_along(&self, film: DVec3, from: DVec2, direction: DVec2) -> DVec2 {
         let middle = -from.dot(direction);
         let mut best = (middle, f64::INFINITY);
         let look = |low: f64, step: f64, best: &mut (f64, f64)| {
@@ -155,7 +152,7 @@ impl<'a> Sight<'a> {
         from + best.0 * direction
     }
 
-    fn best_of_grid(&self, film: DVec2) -> DVec2 {
+    fn best_of_grid(&self, film: DVec3) -> DVec2 {
         let mut best = (DVec2::ZERO, f64::INFINITY);
         let place = |i: usize| self.reach * (2.0 * i as f64 / (2 * LANES - 1) as f64 - 1.0);
         for j in 0..2 * LANES {
@@ -176,7 +173,7 @@ impl<'a> Sight<'a> {
     /// a neighbor, and for the next.
     pub fn support(
         &self,
-        film: DVec2,
+        film: DVec3,
         sides: &[DVec2; SIDES],
         hint: &mut Option<Hint>,
     ) -> Option<Support> {
@@ -214,7 +211,7 @@ impl<'a> Sight<'a> {
     }
 
     /// A point inside the light and the outline around it, counted from that point.
-    pub fn outline_points(&self, film: DVec2, count: usize) -> Option<(DVec2, Vec<DVec2>)> {
+    pub fn outline_points(&self, film: DVec3, count: usize) -> Option<(DVec2, Vec<DVec2>)> {
         let center = self.inside(film, None)?;
         let angles: Vec<f64> = (0..count).map(|i| TAU * i as f64 / count as f64).collect();
         let rims = self.outline(film, center, &angles, true, None, FINE);
@@ -226,7 +223,7 @@ impl<'a> Sight<'a> {
     /// are sought, and eight between two of those.
     fn outline(
         &self,
-        film: DVec2,
+        film: DVec3,
         center: DVec2,
         angles: &[f64],
         closed: bool,
@@ -267,7 +264,7 @@ impl<'a> Sight<'a> {
     /// Where the fill becomes 1, from just outside, in up to a bundle of directions.
     fn rims(
         &self,
-        film: DVec2,
+        film: DVec3,
         center: DVec2,
         angles: &[f64],
         guess: Option<f64>,
