@@ -527,7 +527,7 @@ impl<'a> Builder<'a> {
             for line in super::quadric::wires(kind) {
                 let corner = |p: DVec3| Corner {
                     position: p.as_vec3(),
-                    normal: Vec3::Z,
+                    normal: super::quadric::wire_normal(kind, p).as_vec3(),
                     material,
                     coordinates: Vec2::ZERO,
                 };
@@ -591,7 +591,7 @@ impl<'a> Builder<'a> {
             b,
             fixed: half * fixed,
             per_distance: half * per_depth,
-            material: ends[0].material,
+            materials: ends.map(|e| e.material),
             normals: ends.map(|e| {
                 (self.normal_matrix * e.normal.as_dvec3())
                     .normalize_or_zero()

@@ -224,6 +224,27 @@ fn join(a: (DVec3, DVec3), b: (DVec3, DVec3)) -> (DVec3, DVec3) {
     (a.0.min(b.0), a.1.max(b.1))
 }
 
+/// The outward normal at a point of the surface's wires.
+pub fn wire_normal(kind: QuadricKind, p: DVec3) -> DVec3 {
+    let around = DVec3::new(p.x, 0.0, p.z).normalize_or_zero();
+    match kind {
+        QuadricKind::Sphere { .. } => p.normalize_or_zero(),
+        QuadricKind::CylinderSide { .. } => around,
+        QuadricKind::ConeSide {
+            radius,
+            half_height,
+        } => (around * 2.0 * half_height + DVec3::Y * radius).normalize_or_zero(),
+        QuadricKind::Zone { curvature, .. } => (DVec3::Y - curvature * p).normalize_or_zero(),
+        QuadricKind::Disc { up, .. } => {
+            if up {
+                DVec3::Y
+            } else {
+                DVec3::NEG_Y
+            }
+        }
+    }
+}
+
 /// Closed lines that show a surface where it is drawn as lines: rings and meridians, about as
 /// many as Inventor's tessellation at complexity 0.5 has.
 pub fn wires(kind: QuadricKind) -> Vec<Vec<DVec3>> {

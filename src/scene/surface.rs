@@ -184,9 +184,12 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
     } else {
         let stroke = &scene.strokes[index - scene.triangles.len() - scene.quadrics.len()];
         out.geometric = -ray.direction.normalize_or(Vec3::Z);
-        out.normal = stroke.normal_at(out.position).unwrap_or(out.geometric);
-        out.diffuse = surface.diffuse_at(stroke.material);
-        out.transparency = surface.transparency_at(stroke.material);
+        let share = stroke.share_at(out.position);
+        let [a, b] = stroke.materials;
+        out.normal = stroke.normal_at(share).unwrap_or(out.geometric);
+        out.diffuse = surface.diffuse_at(a).lerp(surface.diffuse_at(b), share);
+        let clear = [a, b].map(|m| surface.transparency_at(m));
+        out.transparency = clear[0] + (clear[1] - clear[0]) * share;
         out.error = 1e-5 * out.position.abs().max_element();
         Vec2::ZERO
     };

@@ -3,7 +3,7 @@
 use super::faces::runs;
 use super::vertices::{Normals, Place, Vertices, indices, without_index};
 use crate::graph::read::Fields;
-use crate::graph::state::{Binding, State};
+use crate::graph::state::{Binding, DrawStyle, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 
@@ -115,7 +115,7 @@ fn polyline(
     before: (usize, usize, usize),
     out: &mut Builder<'_>,
 ) {
-    let width = vertices.state.drawing.line_width;
+    let drawing = &vertices.state.drawing;
     for (i, pair) in line.windows(2).enumerate() {
         let corner = |k: usize| {
             vertices.corner(Place {
@@ -127,7 +127,14 @@ fn polyline(
             })
         };
         if let (Some(a), Some(b)) = (corner(0), corner(1)) {
-            out.line([a, b], width);
+            if drawing.style == DrawStyle::Points {
+                if i == 0 {
+                    out.dot(a, drawing.point_size);
+                }
+                out.dot(b, drawing.point_size);
+            } else {
+                out.line([a, b], drawing.line_width);
+            }
         }
     }
 }

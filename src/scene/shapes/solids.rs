@@ -128,7 +128,8 @@ pub fn cylinder_of(
     materials: [u32; 3],
     out: &mut Builder<'_>,
 ) {
-    if parts[0] && radius > 0.0 && half_height > 0.0 {
+    // A cylinder without height is a ring where it is drawn as lines (draggers have such).
+    if parts[0] && radius > 0.0 && (half_height > 0.0 || out.outlines()) {
         out.quadric(
             QuadricKind::CylinderSide {
                 radius,

@@ -11,7 +11,8 @@ pub struct Stroke {
     /// Radius in meters, and what is added a meter of distance from the origin.
     pub fixed: f32,
     pub per_distance: f32,
-    pub material: u32,
+    /// Materials at the ends; in between they mix.
+    pub materials: [u32; 2],
     /// Normals at the ends, to be lit with; zero faces the camera.
     pub normals: [Vec3; 2],
 }
@@ -29,16 +30,20 @@ impl Stroke {
         )
     }
 
-    /// The normal near a point, or none of its own.
-    pub fn normal_at(&self, p: Vec3) -> Option<Vec3> {
+    /// How far from `a` to `b` a point lies, 0 to 1.
+    pub fn share_at(&self, p: Vec3) -> f32 {
         let along = self.b - self.a;
         let s = (p - self.a).dot(along) / along.length_squared();
-        let s = if s.is_finite() {
+        if s.is_finite() {
             s.clamp(0.0, 1.0)
         } else {
             0.0
-        };
-        self.normals[0].lerp(self.normals[1], s).try_normalize()
+        }
+    }
+
+    /// The normal at a share of the way, or none of its own.
+    pub fn normal_at(&self, share: f32) -> Option<Vec3> {
+        self.normals[0].lerp(self.normals[1], share).try_normalize()
     }
 
     /// Where a ray passes nearest to the line, if that is within the radius there.
@@ -75,7 +80,7 @@ mod tests {
             b: Vec3::new(1e3, 0.0, z),
             fixed: 0.0,
             per_distance: 0.01,
-            material: 0,
+            materials: [0; 2],
             normals: [Vec3::ZERO; 2],
         };
         for z in [-1.0, -10.0, -1000.0] {
