@@ -28,3 +28,4 @@ pub mod report;
 pub mod sampling;
 pub mod scene;
 pub mod shade;
+pub mod spectrum;

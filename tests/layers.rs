@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 /// From the ground up. `cli` is last: nothing imports it.
-const ORDER: [&str; 24] = [
-    "diag", "math", "raster", "grammar", "iv", "pose", "graph", "scene", "sampling", "film",
-    "lens", "camera", "shade", "picture", "render", "compare", "report", "plan", "diagram", "anim",
-    "viewer", "cli", "main", "lib",
+const ORDER: [&str; 25] = [
+    "diag", "math", "raster", "grammar", "iv", "pose", "graph", "scene", "sampling", "spectrum",
+    "film", "lens", "camera", "shade", "picture", "render", "compare", "report", "plan", "diagram",
+    "anim", "viewer", "cli", "main", "lib",
 ];
 
 fn rank(module: &str) -> usize {

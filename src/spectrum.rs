@@ -1,0 +1,250 @@
+//! Wavelengths and colors: what light of one wavelength adds to a picture.
+//!
+//! A scene is of RGB colors. Through glass with dispersion its light has to be taken apart into
+//! wavelengths and put together again on the film:
+//!
+//! * a color has the spectrum Σ color_j · basis_j(λ) · D65(λ). The three basis functions are
+//!   smooth bands (blue below 490 nm, red above 590 nm) mixed so that each returns its own color;
+//!   together they are 1, so white is daylight, and none falls below −0.005;
+//! * the eye's answer is CIE 1931 (2 degrees) by the fit of Wyman, Sloan and Shirley, "Simple
+//!   Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2), 2013, and goes
+//!   to linear light of sRGB's primaries.
+//!
+//! The product of the two at a wavelength is a 3×3 matrix on colors, whose integral is the
+//! identity. A sample sees four wavelengths at once, a *hero set* (Wilkie et al., "Hero
+//! Wavelength Spectral Sampling", 2014). Here each set's matrices sum to the identity, to
+//! rounding: where a lens has no dispersion a sample has the color of the scene, without noise.
+
+use glam::{DMat3, DVec3};
+
+/// Wavelengths that one sample sees.
+pub const HERO: usize = 4;
+/// Sets of wavelengths; a sample takes one.
+pub const SETS: usize = 8;
+
+/// One of the wavelengths that a picture is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    pub nm: f64,
+    /// What a radiance in linear RGB, seen at this wavelength, adds to the film.
+    pub color: DMat3,
+}
+
+/// The range of the sums below, in whole nanometers.
+const FIRST: i32 = 380;
+const LAST: i32 = 780;
+
+/// Linear sRGB of XYZ (IEC 61966-2-1).
+const RGB_FROM_XYZ: DMat3 = DMat3::from_cols_array(&[
+    3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570,
+]);
+
+/// CIE standard illuminant D65 from 380 to 780 nm, every 10 nm (CIE 15).
+const D65: [f64; 41] = [
+    49.98, 54.65, 82.75, 91.49, 93.43, 86.68, 104.86, 117.01, 117.81, 114.86, 115.92, 108.81,
+    109.35, 107.80, 104.79, 107.69, 104.41, 104.05, 100.00, 96.33, 95.79, 88.69, 90.01, 89.60,
+    87.70, 83.29, 83.70, 80.03, 80.21, 82.28, 78.28, 69.72, 71.61, 74.35, 61.60, 69.89, 75.09,
+    63.59, 46.42, 66.81, 63.38,
+];
+
+/// A Gaussian with a width on either side.
+fn bump(nm: f64, middle: f64, below: f64, above: f64) -> f64 {
+    let t = (nm - middle) / if nm < middle { below } else { above };
+    libm::exp(-0.5 * t * t)
+}
+
+/// The CIE 1931 matching functions x̄, ȳ, z̄.
+pub fn matching(nm: f64) -> DVec3 {
+    DVec3::new(
+        1.056 * bump(nm, 599.8, 37.9, 31.0) + 0.362 * bump(nm, 442.0, 16.0, 26.7)
+            - 0.065 * bump(nm, 501.1, 20.4, 26.2),
+        0.821 * bump(nm, 568.8, 46.9, 40.5) + 0.286 * bump(nm, 530.9, 16.3, 31.1),
+        1.217 * bump(nm, 437.0, 11.8, 36.0) + 0.681 * bump(nm, 459.0, 26.0, 13.8),
+    )
+}
+
+/// The power of D65, straight between the entries of its table.
+pub fn daylight(nm: f64) -> f64 {
+    let place = ((nm - f64::from(FIRST)) / 10.0).clamp(0.0, 40.0);
+    let i = (place as usize).min(39);
+    D65[i] + (place - i as f64) * (D65[i + 1] - D65[i])
+}
+
+/// Shares of red, green and blue bands; together 1.
+fn bands(nm: f64) -> DVec3 {
+    let above = |edge: f64| 1.0 / (1.0 + libm::exp((edge - nm) / 7.0));
+    let (red, blue) = (above(590.0), 1.0 - above(490.0));
+    DVec3::new(red, 1.0 - red - blue, blue)
+}
+
+fn range() -> impl Iterator<Item = f64> {
+    (FIRST..=LAST).map(f64::from)
+}
+
+/// The column `a` times the row `b`.
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// The light of colors and the answer to it, made to fit each other.
+#[derive(Clone, Debug)]
+pub struct Spectrum {
+    /// Makes linear RGB of D65 white exactly 1.
+    white: DVec3,
+    /// Mixes bands into basis functions.
+    mix: DMat3,
+}
+
+impl Default for Spectrum {
+    fn default() -> Self {
+        let answer = |nm: f64| RGB_FROM_XYZ * matching(nm) * daylight(nm);
+        let white = range().map(answer).sum::<DVec3>().recip();
+        let seen: DMat3 = range()
+            .map(|nm| outer(answer(nm) * white, bands(nm)))
+            .fold(DMat3::ZERO, |sum, m| sum + m);
+        Self {
+            white,
+            mix: seen.inverse().transpose(),
+        }
+    }
+}
+
+impl Spectrum {
+    /// What red, green and blue of strength 1 have at a wavelength, against daylight.
+    pub fn basis(&self, nm: f64) -> DVec3 {
+        self.mix * bands(nm)
+    }
+
+    /// The linear RGB that daylight of 1 nm around a wavelength has; over all of them, white.
+    pub fn answer(&self, nm: f64) -> DVec3 {
+        RGB_FROM_XYZ * matching(nm) * daylight(nm) * self.white
+    }
+
+    /// What a color seen at 1 nm around a wavelength adds to the film.
+    pub fn color(&self, nm: f64) -> DMat3 {
+        outer(self.answer(nm), self.basis(nm))
+    }
+
+    /// The hero sets: wavelengths a quarter of the way apart, each set a step further on. The way
+    /// is measured by how much a wavelength matters, see [`weight`].
+    ///
+    /// What four wavelengths lack of the identity, at most 0.18 of it, is added to each of them
+    /// in equal parts. Over all sets that comes to less than 0.005, so the colors of a spectrum
+    /// stay those of the matching functions.
+    pub fn hero_sets(&self) -> [[Line; HERO]; SETS] {
+        let total: f64 = range().map(weight).sum();
+        std::array::from_fn(|set| {
+            let mut lines = std::array::from_fn(|i| {
+                let share = (i as f64 + (set as f64 + 0.5) / SETS as f64) / HERO as f64;
+                let nm = wavelength_at(share * total);
+                let density = HERO as f64 * weight(nm) / total;
+                Line {
+                    nm,
+                    color: self.color(nm) * density.recip(),
+                }
+            });
+            let sum = lines.iter().fold(DMat3::ZERO, |sum, l| sum + l.color);
+            let lack = (DMat3::IDENTITY - sum) * (HERO as f64).recip();
+            lines.iter_mut().for_each(|l| l.color += lack);
+            lines
+        })
+    }
+}
+
+/// How densely to sample a wavelength. Three bumps near the largest entries of
+/// [`Spectrum::color`], placed so that any four wavelengths a quarter apart come nearest to the
+/// identity.
+fn weight(nm: f64) -> f64 {
+    1.34 * bump(nm, 449.0, 27.0, 27.0)
+        + bump(nm, 530.0, 36.0, 36.0)
+        + 1.16 * bump(nm, 610.0, 37.0, 37.0)
+}
+
+/// The wavelength below which the weights sum to this much.
+fn wavelength_at(sum: f64) -> f64 {
+    let mut below = 0.0;
+    for nm in range() {
+        let here = weight(nm);
+        if below + here >= sum {
+            return nm - 0.5 + (sum - below) / here;
+        }
+        below += here;
+    }
+    f64::from(LAST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn farthest(m: DMat3) -> f64 {
+        let off = m - DMat3::IDENTITY;
+        off.to_cols_array().iter().fold(0.0, |a, b| a.max(b.abs()))
+    }
+
+    /// CIE 15: x = 0.31272, y = 0.32903 for D65.
+    #[test]
+    fn daylight_seen_by_the_standard_observer_is_the_published_white() {
+        let sum: DVec3 = range().map(|nm| matching(nm) * daylight(nm)).sum();
+        let xyz = sum / sum.element_sum();
+        assert!(
+            (xyz.x - 0.31272).abs() < 2e-4 && (xyz.y - 0.32903).abs() < 2e-4,
+            "{xyz}"
+        );
+    }
+
+    /// The 1931 tables: ȳ is 1 at 555 nm, x̄ and z̄ at 600 and 445 nm 1.0622 and 1.7826.
+    #[test]
+    fn the_fit_has_the_peaks_of_the_tables() {
+        for (nm, channel, tabulated) in [(600.0, 0, 1.0622), (555.0, 1, 1.0), (445.0, 2, 1.7826)] {
+            let fit = matching(nm)[channel];
+            assert!((fit / tabulated - 1.0).abs() < 0.02, "{nm}: {fit}");
+        }
+    }
+
+    #[test]
+    fn every_color_comes_back_over_the_whole_spectrum() {
+        let spectrum = Spectrum::default();
+        let sum = range().fold(DMat3::ZERO, |sum, nm| sum + spectrum.color(nm));
+        assert!(farthest(sum) < 1e-13, "{sum}");
+    }
+
+    #[test]
+    fn the_spectra_of_colors_are_light_and_white_is_daylight() {
+        let spectrum = Spectrum::default();
+        for nm in range() {
+            let basis = spectrum.basis(nm);
+            assert!(basis.min_element() > -0.005, "{nm}: {basis}");
+            assert!((basis.element_sum() - 1.0).abs() < 1e-12, "{nm}: {basis}");
+        }
+    }
+
+    #[test]
+    fn every_hero_set_by_itself_returns_every_color() {
+        let sets = Spectrum::default().hero_sets();
+        for lines in &sets {
+            let sum = lines.iter().fold(DMat3::ZERO, |sum, l| sum + l.color);
+            assert!(farthest(sum) < 1e-15, "{sum}");
+            assert!(lines.is_sorted_by(|a, b| a.nm + 20.0 < b.nm));
+        }
+        let all = sets.iter().flatten().map(|l| l.nm);
+        assert!(all.clone().all(|nm| (400.0..700.0).contains(&nm)));
+    }
+
+    /// The sets as a whole are a quadrature of the matching functions: what is added to make each
+    /// exact cancels over them.
+    #[test]
+    fn what_makes_the_sets_exact_is_small_and_cancels() {
+        let spectrum = Spectrum::default();
+        let total: f64 = range().map(weight).sum();
+        let mut mean = DMat3::ZERO;
+        for lines in spectrum.hero_sets() {
+            let true_color =
+                |l: &Line| spectrum.color(l.nm) * (total / (HERO as f64 * weight(l.nm)));
+            let sum = lines.iter().fold(DMat3::ZERO, |sum, l| sum + true_color(l));
+            assert!(farthest(sum) < 0.18, "{sum}");
+            mean += sum * (SETS as f64).recip();
+        }
+        assert!(farthest(mean) < 0.005, "{mean}");
+    }
+}
