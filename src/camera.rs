@@ -13,6 +13,7 @@ use crate::lens::{
 };
 use crate::pose::{CameraPose, Projection, ViewportMapping};
 use crate::sampling::DiscMap;
+use crate::spectrum::{HERO, Line, SETS, Spectrum};
 
 /// Meters in a millimeter.
 const METERS_FROM_MM: f64 = 1e-3;
@@ -51,8 +52,8 @@ impl Camera {
         }
     }
 
-    /// Rays for up to [`LANES`] requests; those through a lens are traced together. The same bits
-    /// as one by one from [`Camera::at`].
+    /// Rays for up to [`Camera::batch`] requests, [`Camera::rays_each`] for every one; those
+    /// through a lens are traced together. The same bits as one by one from [`Camera::at`].
     pub fn rays(&self, asked: &[Asked], bundle: &mut Bundle, rays: &mut [Option<CameraRay>]) {
         match self {
             Self::Pinhole(pinhole) => {
@@ -60,8 +61,48 @@ impl Camera {
                     *ray = pinhole.ray(a.x, a.y);
                 }
             }
-            Self::Lens(camera) => camera.rays(asked, bundle, rays),
+            Self::Lens(camera) => match &camera.waves {
+                None => camera.rays(asked, bundle, rays),
+                Some(waves) => camera.rays_by_wavelength(waves, asked, bundle, rays),
+            },
         }
+    }
+
+    fn waves(&self) -> Option<&Waves> {
+        match self {
+            Self::Pinhole(_) => None,
+            Self::Lens(camera) => camera.waves.as_deref(),
+        }
+    }
+
+    /// How many requests are best made together.
+    pub fn batch(&self) -> usize {
+        self.waves().map_or(LANES, |_| SETS * LANES)
+    }
+
+    /// The rays of one request: one, or one for each wavelength of a hero set.
+    pub fn rays_each(&self) -> usize {
+        self.waves().map_or(1, |_| HERO)
+    }
+
+    /// The exposure of a request's rays: their radiances by weight and by color.
+    pub fn exposure(
+        &self,
+        asked: &Asked,
+        rays: &[Option<CameraRay>],
+        mut radiance: impl FnMut(&CameraRay) -> DVec3,
+    ) -> DVec3 {
+        let Some(waves) = self.waves() else {
+            let one = rays.iter().flatten().next();
+            return one.map_or(DVec3::ZERO, |ray| radiance(ray) * ray.weight);
+        };
+        let mut sum = DVec3::ZERO;
+        for (line, ray) in waves.sets[asked.set()].iter().zip(rays) {
+            if let Some(ray) = ray {
+                sum += line.color * (radiance(ray) * ray.weight);
+            }
+        }
+        sum
     }
 }
 
@@ -80,12 +121,21 @@ impl Camera {
     }
 }
 
-/// A ray asked for: a place on the picture, and a point of the lens in the unit square.
+/// A ray asked for: a place on the picture, a point of the lens in the unit square, and which
+/// wavelengths, as a number in [0, 1) that only a lens with dispersion looks at.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Asked {
     pub x: f64,
     pub y: f64,
     pub pupil: [f64; 2],
+    pub wavelength: f64,
+}
+
+impl Asked {
+    /// The hero set.
+    fn set(&self) -> usize {
+        ((self.wavelength * SETS as f64) as usize).min(SETS - 1)
+    }
 }
 
 /// A point of the film, ready to look through any point of the lens. It lives on the stack for
@@ -101,15 +151,21 @@ pub enum FilmPoint<'a> {
 }
 
 impl FilmPoint<'_> {
-    /// The ray through a point of the lens, given in the unit square; `None` is a lost ray.
-    pub fn ray(&self, pupil: [f64; 2]) -> Option<CameraRay> {
+    /// The rays through the point of the lens that is asked for; `None` is a lost ray.
+    pub fn rays(&self, asked: &Asked) -> Vec<Option<CameraRay>> {
         match self {
-            Self::Pinhole(ray) => *ray,
+            Self::Pinhole(ray) => vec![*ray],
             Self::Lens {
                 camera,
                 point,
                 window,
-            } => camera.ray(*point, window, pupil),
+            } => {
+                let ray = |lens: &Lens| camera.ray_through(lens, *point, window, asked.pupil);
+                match &camera.waves {
+                    None => vec![ray(&camera.lens)],
+                    Some(waves) => waves.lenses[asked.set()].iter().map(ray).collect(),
+                }
+            }
         }
     }
 }
@@ -210,12 +266,36 @@ pub struct LensCamera {
     pub format: FilmFormat,
     place: FilmPlace,
     target: PupilTarget,
+    /// The lens at other wavelengths; none where one is enough.
+    waves: Option<Box<Waves>>,
     world_from_lens: DQuat,
     /// Where lens space's origin is, from the scene's.
     eye: DVec3,
     rear_z: f64,
     /// Irradiance on the axis from radiance 1, with the lens at infinity: what exposure 1 means.
     axial_irradiance: f64,
+}
+
+/// A lens at the wavelengths of every hero set.
+#[derive(Clone, Debug)]
+struct Waves {
+    sets: [[Line; HERO]; SETS],
+    lenses: [[Lens; HERO]; SETS],
+}
+
+impl Waves {
+    fn of(lens: &Lens) -> Self {
+        let sets = Spectrum::default().hero_sets();
+        let lenses = sets
+            .each_ref()
+            .map(|lines| lines.each_ref().map(|line| lens.at_wavelength(line.nm)));
+        Self { sets, lenses }
+    }
+
+    /// The bluest, and the reddest.
+    fn extremes(&self) -> [&Lens; 2] {
+        [&self.lenses[0][0], &self.lenses[SETS - 1][HERO - 1]]
+    }
 }
 
 impl LensCamera {
@@ -235,7 +315,7 @@ impl LensCamera {
     ) -> Self {
         let target = match aim {
             Aim::RearElement(map) => PupilTarget::rear_element(&lens, map),
-            Aim::ExitPupil => PupilTarget::exit_pupil_of(&lens, &place, format.half_diagonal()),
+            Aim::ExitPupil => PupilTarget::exit_pupil_of(&[&lens], &place, format.half_diagonal()),
         };
         let at_infinity = lens
             .first_order()
@@ -255,9 +335,31 @@ impl LensCamera {
             format,
             place,
             target,
+            waves: None,
         };
         this.stand(pose.orientation, DVec3::ZERO);
         this
+    }
+
+    /// The same camera seeing colors by their wavelengths. Through a lens without dispersion they
+    /// take the same way, and it goes on to see one.
+    pub fn dispersing(mut self) -> Self {
+        if self.lens.prescription().is_dispersive() {
+            let waves = Waves::of(&self.lens);
+            if let PupilTarget::ExitPupil(_) = self.target {
+                let [blue, red] = waves.extremes();
+                let seen = [&self.lens, blue, red];
+                let radius = self.format.half_diagonal();
+                self.target = PupilTarget::exit_pupil_of(&seen, &self.place, radius);
+            }
+            self.waves = Some(Box::new(waves));
+        }
+        self
+    }
+
+    /// Whether the picture is made of wavelengths.
+    pub fn is_dispersing(&self) -> bool {
+        self.waves.is_some()
     }
 
     /// Stands at a point, in meters from the scene's origin, and looks somewhere.
@@ -281,9 +383,20 @@ impl LensCamera {
 
     /// The ray from a film point (millimeters) through a lens point of its window.
     pub fn ray(&self, film: DVec2, window: &PupilWindow, pupil: [f64; 2]) -> Option<CameraRay> {
+        self.ray_through(&self.lens, film, window, pupil)
+    }
+
+    /// The same through the lens at another wavelength.
+    fn ray_through(
+        &self,
+        lens: &Lens,
+        film: DVec2,
+        window: &PupilWindow,
+        pupil: [f64; 2],
+    ) -> Option<CameraRay> {
         let (inside, weight) = self.aim(film, window, pupil)?;
-        let out = self.lens.trace_from_film(&inside).ok()?;
-        Some(self.outside(&out, weight * self.kept(&inside)))
+        let out = lens.trace_from_film(&inside).ok()?;
+        Some(self.outside(&out, weight * kept(lens, &inside)))
     }
 
     /// The way of a sample's ray through the lens, in lens space, from its film point; `None`
@@ -309,15 +422,6 @@ impl LensCamera {
         Some((LensRay { origin, direction }, weight))
     }
 
-    /// The share of a ray's light that the surfaces do not reflect.
-    fn kept(&self, inside: &LensRay) -> f64 {
-        if self.lens.reflects() {
-            self.lens.transmittance(inside, Toward::Scene)
-        } else {
-            1.0
-        }
-    }
-
     fn outside(&self, out: &LensRay, weight: f64) -> CameraRay {
         CameraRay {
             origin: self.eye + self.world_from_lens * (out.origin * METERS_FROM_MM),
@@ -326,26 +430,83 @@ impl LensCamera {
         }
     }
 
+    /// Of what is asked for, the ray behind the lens and its weight.
+    fn inside(&self, asked: &Asked) -> Option<(LensRay, f64)> {
+        let film = self.film_point(asked.x, asked.y);
+        self.aim(film, &self.target.window(film), asked.pupil)
+    }
+
+    /// Requests of one set share its lenses, so they are traced together, however far apart they
+    /// were asked for.
+    fn rays_by_wavelength(
+        &self,
+        waves: &Waves,
+        asked: &[Asked],
+        bundle: &mut Bundle,
+        rays: &mut [Option<CameraRay>],
+    ) {
+        let inside: Vec<_> = asked.iter().map(|a| self.inside(a)).collect();
+        for (set, lenses) in waves.lenses.iter().enumerate() {
+            let of_set = |i: &usize| asked[*i].set() == set;
+            let members: Vec<usize> = (0..asked.len()).filter(of_set).collect();
+            for members in members.chunks(LANES) {
+                for (number, lens) in lenses.iter().enumerate() {
+                    let inside = |lane: usize| members.get(lane).and_then(|i| inside[*i]);
+                    self.trace(lens, bundle, inside, |lane, ray| {
+                        if let Some(i) = members.get(lane) {
+                            rays[i * HERO + number] = ray;
+                        }
+                    });
+                }
+            }
+        }
+    }
+
     fn rays(&self, asked: &[Asked], bundle: &mut Bundle, rays: &mut [Option<CameraRay>]) {
+        let inside = |lane: usize| asked.get(lane).and_then(|a| self.inside(a));
+        self.trace(&self.lens, bundle, inside, |lane, ray| {
+            if lane < asked.len() {
+                rays[lane] = ray;
+            }
+        });
+    }
+
+    /// Traces a bundle: `inside` gives every lane's ray behind the lens and its weight, `done`
+    /// takes the ray in front.
+    fn trace(
+        &self,
+        lens: &Lens,
+        bundle: &mut Bundle,
+        inside: impl Fn(usize) -> Option<(LensRay, f64)>,
+        mut done: impl FnMut(usize, Option<CameraRay>),
+    ) {
         let mut weights = [0.0; LANES];
         for (lane, slot) in weights.iter_mut().enumerate() {
-            let inside = asked.get(lane).and_then(|a| {
-                let film = self.film_point(a.x, a.y);
-                self.aim(film, &self.target.window(film), a.pupil)
-            });
-            match inside {
+            match inside(lane) {
                 Some((ray, weight)) => {
                     bundle.set(lane, &ray);
-                    *slot = weight * self.kept(&ray);
+                    *slot = weight * kept(lens, &ray);
                 }
                 None => bundle.clear(lane),
             }
         }
-        self.lens.trace_bundle_from_film(bundle);
-        for (lane, ray) in rays.iter_mut().enumerate().take(asked.len()) {
+        lens.trace_bundle_from_film(bundle);
+        for (lane, weight) in weights.into_iter().enumerate() {
             let passed = bundle.passed(lane);
-            *ray = passed.then(|| self.outside(&bundle.ray(lane), weights[lane]));
+            done(
+                lane,
+                passed.then(|| self.outside(&bundle.ray(lane), weight)),
+            );
         }
+    }
+}
+
+/// The share of a ray's light that the surfaces do not reflect.
+fn kept(lens: &Lens, inside: &LensRay) -> f64 {
+    if lens.reflects() {
+        lens.transmittance(inside, Toward::Scene)
+    } else {
+        1.0
     }
 }
 

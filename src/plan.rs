@@ -136,6 +136,8 @@ pub struct Plan {
     pub flash: Flash,
     pub sampler: Sampler,
     pub aim: Aim,
+    /// Whether glass with dispersion parts colors. The 1999 program: no. Default: yes.
+    pub dispersion: bool,
     pub film: FilmFormat,
     /// Of the lens against the film; nothing for the scene's own pinhole.
     pub movements: Movements,
@@ -173,6 +175,7 @@ impl Plan {
                 seed: 0,
             },
             aim,
+            dispersion: era == Era::Modern,
             film: FilmFormat::STANDARD,
             movements: Movements::default(),
             resolution: Resolution::VINTAGE,
@@ -422,6 +425,19 @@ impl Session {
         if self.plan.optics == Optics::Pinhole {
             leave("lens and pupil", "pinhole");
         }
+        if let Camera::Lens(camera) = &self.camera
+            && !camera.is_dispersing()
+        {
+            let asked = self.plan.dispersion;
+            leave(
+                "wavelengths",
+                if asked {
+                    "glass of one index"
+                } else {
+                    "dispersion off"
+                },
+            );
+        }
         if !self.plan.shading.needs().secondary {
             leave("secondary rays", "shading");
         }
@@ -617,7 +633,12 @@ fn camera(
     }
     let place = FilmPlace::new(&lens, &focus, &plan.movements, plan.film);
     let place = place.map_err(|fault| fault.diagnostic(lens.name()))?;
-    let camera = LensCamera::with_film(lens, focus, place, plan.film, plan.aim, pose);
+    let mut camera = LensCamera::with_film(lens, focus, place, plan.film, plan.aim, pose);
+    if plan.dispersion {
+        camera = camera.dispersing();
+    }
+    let waves = if camera.is_dispersing() { "on" } else { "off" };
+    say("dispersion", waves.into());
     Ok((Camera::Lens(Box::new(camera)), said))
 }
 

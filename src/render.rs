@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::camera::{Asked, Camera, CameraRay};
 use crate::film::{Exposed, Film, Resolution, Twin};
-use crate::lens::{Bundle, LANES};
+use crate::lens::Bundle;
 use crate::sampling::{LensSample, Sampler, mix};
 use crate::scene::Ray;
 use crate::shade::{Shader, Work};
@@ -288,24 +288,37 @@ impl Render<'_> {
         }
     }
 
-    fn ask(&self, (x, y): (u32, u32), at: LensSample) -> Asked {
+    fn ask(&self, (x, y): (u32, u32), sampler: Sampler, index: u32) -> Asked {
+        let number = u64::from(y * self.resolution.width + x);
+        let at: LensSample = sampler.sample(number, index);
+        let wavelength = match self.camera.rays_each() {
+            1 => 0.0,
+            _ => sampler.wavelength(number, index),
+        };
         Asked {
             x: (f64::from(x) + at.film[0]) / f64::from(self.resolution.width),
             y: (f64::from(y) + at.film[1]) / f64::from(self.resolution.height),
             pupil: at.pupil,
+            wavelength,
         }
+    }
+
+    fn exposure_of(
+        &self,
+        asked: &Asked,
+        rays: &[Option<CameraRay>],
+        work: &mut Work,
+    ) -> glam::DVec3 {
+        let radiance = |ray: &CameraRay| self.shader.radiance(&scene_ray(ray), work).as_dvec3();
+        self.camera.exposure(asked, rays, radiance) * self.exposure
     }
 
     /// The exposure that one sample of a pixel brings, by itself: what a tile must give too. A
     /// lost ray brings none and counts all the same.
-    pub fn sample(&self, (x, y): (u32, u32), index: u32, work: &mut Work) -> glam::DVec3 {
-        let number = u64::from(y * self.resolution.width + x);
-        let asked = self.ask((x, y), self.sampler.sample(number, index));
-        let ray = self.camera.at(asked.x, asked.y).ray(asked.pupil);
-        ray.map_or(glam::DVec3::ZERO, |ray| {
-            let radiance = self.shader.radiance(&scene_ray(&ray), work);
-            radiance.as_dvec3() * (ray.weight * self.exposure)
-        })
+    pub fn sample(&self, pixel: (u32, u32), index: u32, work: &mut Work) -> glam::DVec3 {
+        let asked = self.ask(pixel, self.sampler, index);
+        let rays = self.camera.at(asked.x, asked.y).rays(&asked);
+        self.exposure_of(&asked, &rays, work)
     }
 }
 
@@ -317,28 +330,33 @@ struct Part {
     counts: Counts,
 }
 
-/// Rays of a tile on their way, a bundle at a time.
+/// Samples of a tile on their way, a batch at a time.
 struct Batch<'a> {
     render: &'a Render<'a>,
-    asked: [Asked; LANES],
-    /// The sum that each ray adds to.
-    slots: [usize; LANES],
-    filled: usize,
+    /// What is asked for, and the sum that it adds to.
+    asked: Vec<Asked>,
+    slots: Vec<usize>,
+    /// As many as fit.
+    size: usize,
+    /// Rays of a sample.
+    each: usize,
     bundle: Bundle,
-    rays: [Option<CameraRay>; LANES],
+    rays: Vec<Option<CameraRay>>,
     work: Work,
     counts: Counts,
 }
 
 impl<'a> Batch<'a> {
     fn new(render: &'a Render<'a>) -> Self {
+        let (size, each) = (render.camera.batch(), render.camera.rays_each());
         Self {
             render,
-            asked: [Asked::default(); LANES],
-            slots: [0; LANES],
-            filled: 0,
+            asked: Vec::with_capacity(size),
+            slots: Vec::with_capacity(size),
+            size,
+            each,
             bundle: Bundle::default(),
-            rays: [None; LANES],
+            rays: vec![None; size * each],
             work: Work::default(),
             counts: Counts::default(),
         }
@@ -352,13 +370,11 @@ impl<'a> Batch<'a> {
         samples: std::ops::Range<u32>,
         sums: &mut [Exposed],
     ) {
-        let number = u64::from(at.1 * self.render.resolution.width + at.0);
-        self.counts.film_rays += u64::from(samples.end - samples.start);
+        self.counts.film_rays += u64::from(samples.end - samples.start) * self.each as u64;
         for index in samples {
-            self.asked[self.filled] = self.render.ask(at, sampler.sample(number, index));
-            self.slots[self.filled] = sums.len() - 1;
-            self.filled += 1;
-            if self.filled == LANES {
+            self.asked.push(self.render.ask(at, sampler, index));
+            self.slots.push(sums.len() - 1);
+            if self.asked.len() == self.size {
                 self.flush(sums);
             }
         }
@@ -366,20 +382,15 @@ impl<'a> Batch<'a> {
 
     /// Traces what was asked for, in order.
     fn flush(&mut self, sums: &mut [Exposed]) {
-        let asked = &self.asked[..self.filled];
-        self.render
-            .camera
-            .rays(asked, &mut self.bundle, &mut self.rays);
-        for (slot, ray) in self.slots.iter().zip(&self.rays).take(self.filled) {
-            let mut value = glam::DVec3::ZERO;
-            if let Some(ray) = ray {
-                self.counts.passed += 1;
-                let radiance = self.render.shader.radiance(&scene_ray(ray), &mut self.work);
-                value = radiance.as_dvec3() * (ray.weight * self.render.exposure);
-            }
-            sums[*slot].add(value);
+        let camera = self.render.camera;
+        camera.rays(&self.asked, &mut self.bundle, &mut self.rays);
+        let samples = self.asked.iter().zip(self.rays.chunks(self.each));
+        for (slot, (asked, rays)) in self.slots.iter().zip(samples) {
+            self.counts.passed += rays.iter().flatten().count() as u64;
+            sums[*slot].add(self.render.exposure_of(asked, rays, &mut self.work));
         }
-        self.filled = 0;
+        self.asked.clear();
+        self.slots.clear();
     }
 }
 
@@ -390,13 +401,13 @@ fn scene_ray(ray: &CameraRay) -> Ray {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::{Era, Plan, Session};
+    use crate::plan::{Era, LensChoice, Optics, Plan, Session};
 
     /// Boxes, balls and a mirror, by a lens.
-    fn session(era: Era) -> Session {
+    fn session(era: Era, lens: &str) -> Session {
         let folder = std::env::temp_dir().join(format!("ivcam-render-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder for the scene");
-        let scene = folder.join(format!("{}.iv", era.name()));
+        let scene = folder.join(format!("{}-{lens}.iv", era.name()));
         let text = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 focalDistance 4 }\n\
              PointLight { location 2 3 4 }\n\
              Material { specularColor .5 .5 .5 shininess .9 diffuseColor .8 .2 .1 }\n\
@@ -404,6 +415,7 @@ mod tests {
              Translation { translation -2 -1 0 } Cone { }\n";
         std::fs::write(&scene, text).expect("the scene can be written");
         let mut plan = Plan::of_era(era, scene);
+        plan.optics = Optics::Lens(LensChoice::named(lens));
         plan.resolution = Resolution {
             width: 44,
             height: 27,
@@ -440,8 +452,14 @@ mod tests {
 
     #[test]
     fn tiles_give_the_bits_of_one_ray_at_a_time_at_any_number_of_threads() {
-        for era in [Era::Vintage, Era::Modern] {
-            let session = session(era);
+        for (era, lens) in [
+            (Era::Vintage, "wide-angle"),
+            (Era::Modern, "wide-angle"),
+            (Era::Modern, "tessar"),
+        ] {
+            let session = session(era, lens);
+            let each = session.camera.rays_each() as u64;
+            assert_eq!(each, if lens == "tessar" { 4 } else { 1 });
             let plain: Vec<Exposed> = with_render(&session, 1, |render| {
                 let mut work = Work::default();
                 let pixel = |i: u32| {
@@ -457,7 +475,7 @@ mod tests {
                 let made = with_render(&session, threads, |render| render.run(&|_| ()));
                 assert!(made.film.mean() > 0.05, "a black picture tests nothing");
                 assert_eq!(made.film.pixels, plain, "{threads} threads, {}", era.name());
-                assert_eq!(made.counts.film_rays, 5 * 44 * 27);
+                assert_eq!(made.counts.film_rays, each * 5 * 44 * 27);
                 assert!(made.counts.shadow_rays > 0 && made.counts.error_rays > 0);
             }
         }
@@ -466,7 +484,7 @@ mod tests {
     /// 200 pictures of 4 samples a pixel, each saying how wrong it is, against one of 2,048.
     #[test]
     fn the_true_error_lies_in_the_stated_interval_nine_to_ten_times_in_ten() {
-        let mut session = session(Era::Modern);
+        let mut session = session(Era::Modern, "wide-angle");
         session.plan.resolution = Resolution {
             width: 48,
             height: 32,

@@ -88,6 +88,21 @@ impl Sampler {
         LensSample { film, pupil }
     }
 
+    /// Which wavelengths the sample sees, in [0, 1): even over a pixel's samples, and shuffled
+    /// against its other dimensions.
+    pub fn wavelength(&self, pixel: u64, index: u32) -> f64 {
+        let key = mix(self.seed ^ mix(pixel.wrapping_add(0x9e37_79b9_7f4a_7c15)));
+        match self.kind {
+            SamplerKind::Random => unit(mix(key ^ mix((u64::from(index) << 3) | 4))),
+            SamplerKind::Jittered | SamplerKind::Sobol => {
+                let key = mix(key ^ u64::from(index >> 16));
+                // The first dimension of the second shuffled set of four.
+                let x = sobol_burley::sample(index & 0xffff, 4, (key >> 32) as u32);
+                f64::from(x).min(ONE_MINUS)
+            }
+        }
+    }
+
     /// Further uniform numbers of the same sample, for shading: dimension 0, 1, 2, …
     pub fn extra(&self, pixel: u64, index: u32, dimension: u32) -> f64 {
         let key = mix(self.seed ^ mix(pixel.wrapping_add(0x9e37_79b9_7f4a_7c15)));
@@ -231,6 +246,20 @@ mod tests {
                     error < 5.0 / (12.0 * f64::from(n)).sqrt(),
                     "{kind:?}: {error}"
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn every_eight_samples_see_every_eighth_of_the_wavelengths_once() {
+        for kind in [SamplerKind::Jittered, SamplerKind::Sobol] {
+            let s = sampler(kind, 16);
+            for pixel in 0..50 {
+                let mut seen = [[0; 8]; 2];
+                for i in 0..16 {
+                    seen[i as usize / 8][(8.0 * s.wavelength(pixel, i)) as usize] += 1;
+                }
+                assert_eq!(seen, [[1; 8]; 2], "{kind:?}");
             }
         }
     }

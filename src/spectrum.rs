@@ -72,7 +72,7 @@ pub fn daylight(nm: f64) -> f64 {
 
 /// Shares of red, green and blue bands; together 1.
 fn bands(nm: f64) -> DVec3 {
-    let above = |edge: f64| 1.0 / (1.0 + libm::exp((edge - nm) / 7.0));
+    let above = |edge: f64| 1.0 / (1.0 + libm::exp((edge - nm) / 6.0));
     let (red, blue) = (above(590.0), 1.0 - above(490.0));
     DVec3::new(red, 1.0 - red - blue, blue)
 }

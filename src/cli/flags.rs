@@ -193,6 +193,11 @@ pub const RENDER: &[Flag] = &[
         Takes::One("rear|exit"),
         "where on the lens to aim: rear element or exit pupil [1999: rear, now: exit]",
     ),
+    flag(
+        "dispersion",
+        Takes::One("on|off"),
+        "whether glass with dispersion parts colors [1999: off, now: on]",
+    ),
     flag("seed", Takes::One("N"), "seed of all random numbers [0]"),
     flag("threads", Takes::One("N"), "threads to use [all cores]"),
     flag(

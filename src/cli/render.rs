@@ -139,6 +139,10 @@ pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
         named(m, "pupil", &[("rear", rear), ("exit", Aim::ExitPupil)])?,
     );
     set(
+        &mut plan.dispersion,
+        named(m, "dispersion", &[("on", true), ("off", false)])?,
+    );
+    set(
         &mut plan.sampler.kind,
         named(m, "sampler", &SamplerKind::ALL)?,
     );

@@ -48,12 +48,13 @@ impl PupilTarget {
 
     /// The exit pupil for a film at `film_z` whose points are at most `film_radius` from the axis.
     pub fn exit_pupil(lens: &Lens, film_z: f64, film_radius: f64) -> Self {
-        Self::exit_pupil_of(lens, &FilmPlace::flat(film_z), film_radius)
+        Self::exit_pupil_of(&[lens], &FilmPlace::flat(film_z), film_radius)
     }
 
-    /// The same for a film that is moved or bent; `film_radius` is from the film's middle.
-    pub fn exit_pupil_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
-        Self::ExitPupil(Box::new(ExitPupil::new(lens, place, film_radius)))
+    /// The same for a film that is moved or bent, around what each of several lenses lets through
+    /// (one lens at several wavelengths); `film_radius` is from the film's middle.
+    pub fn exit_pupil_of(lenses: &[&Lens], place: &FilmPlace, film_radius: f64) -> Self {
+        Self::ExitPupil(Box::new(ExitPupil::new(lenses, place, film_radius)))
     }
 
     /// What a film point, in millimeters from the film's middle, aims at.
@@ -168,25 +169,21 @@ enum Table {
 
 impl ExitPupil {
     /// Measures the pupil for film points up to `film_radius` from the film's middle.
-    pub fn new(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
+    pub fn new(lenses: &[&Lens], place: &FilmPlace, film_radius: f64) -> Self {
         let sides = std::array::from_fn(side);
-        let sight = Sight::new(lens);
-        let rotational = lens
-            .prescription()
-            .surfaces
-            .iter()
-            .all(|s| s.shape.is_rotational());
+        let mut surfaces = lenses.iter().flat_map(|l| &l.prescription().surfaces);
+        let rotational = surfaces.all(|s| s.shape.is_rotational());
         let mut look = Look {
-            sight: &sight,
+            sights: lenses.iter().map(|l| (Sight::new(l), None)).collect(),
             place,
             sides: &sides,
-            hint: None,
         };
+        let reach = look.reach();
         let table = match (place.is_centered(), rotational) {
             (true, true) => Table::Radial(radial_table(
                 &mut |r| look.at(place.point(DVec2::new(r, 0.0))),
                 film_radius.abs(),
-                sight.reach(),
+                reach,
             )),
             (false, true) => Table::Levels(Levels::new(&mut look, film_radius.abs())),
             (centered, false) => Table::Grid(Grid::new(&mut look, film_radius.abs(), centered)),
@@ -241,17 +238,29 @@ fn radial_at(nodes: &Radial, radius: f64) -> Option<Support> {
     })
 }
 
-/// Measures what points of a film see.
+/// Measures what points of a film see, through one lens or through all of several together.
 struct Look<'a> {
-    sight: &'a Sight<'a>,
+    sights: Vec<(Sight<'a>, Option<Hint>)>,
     place: &'a FilmPlace,
     sides: &'a [DVec2; SIDES],
-    hint: Option<Hint>,
 }
 
 impl Look<'_> {
     fn at(&mut self, point: DVec3) -> Option<Support> {
-        self.sight.support(point, self.sides, &mut self.hint)
+        let each = self.sights.iter_mut();
+        each.filter_map(|(sight, hint)| sight.support(point, self.sides, hint))
+            .reduce(|a, b| hull(&a, &b))
+    }
+
+    fn forget(&mut self) {
+        self.sights.iter_mut().for_each(|(_, hint)| *hint = None);
+    }
+
+    fn reach(&self) -> f64 {
+        self.sights
+            .iter()
+            .map(|(s, _)| s.reach())
+            .fold(0.0, f64::max)
     }
 }
 
@@ -389,9 +398,9 @@ impl Levels {
             far = far.max(point.truncate().length());
         }
         let step = ((high - low) / (LEVELS - 1) as f64).max(1e-9 * film_radius);
-        let reach = look.sight.reach();
+        let reach = look.reach();
         let mut table = |z: f64| {
-            look.hint = None;
+            look.forget();
             radial_table(&mut |r| look.at(DVec3::new(r, 0.0, z)), far, reach)
         };
         let tables: Vec<Radial> = (0..LEVELS).map(|k| table(low + k as f64 * step)).collect();
@@ -424,7 +433,7 @@ impl Levels {
         const RADII: usize = 24;
         let mut worst: f64 = 0.0;
         for k in 0..LEVELS - 1 {
-            look.hint = None;
+            look.forget();
             for i in 0..=RADII {
                 let r = far * i as f64 / RADII as f64;
                 let point = DVec3::new(r, 0.0, self.low + (k as f64 + 0.5) * self.step);
@@ -476,7 +485,7 @@ impl Grid {
         }
         this.widen(at);
         if !mirrored {
-            this.open_borders(look.sight.reach());
+            this.open_borders(look.reach());
         }
         this
     }
