@@ -327,7 +327,8 @@ impl Session {
         let same_lens = matches!(plan.optics, Optics::Lens(_))
             && plan.optics == self.plan.optics
             && focus(&plan, &pose) == focus(&self.plan, &self.pose)
-            && (plan.film, plan.aim) == (self.plan.film, self.plan.aim);
+            && (plan.film, plan.aim) == (self.plan.film, self.plan.aim)
+            && plan.dispersion == self.plan.dispersion;
         let fresh = if same_lens {
             self.camera.clone()
         } else {
