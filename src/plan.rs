@@ -18,7 +18,7 @@ use crate::grammar::{class, directional_light};
 use crate::graph::state::State;
 use crate::graph::{self, Visitor, WalkOptions};
 use crate::iv::{Document, Limits, NodeId, NodeRef};
-use crate::lens::{Coating, FilmPlace, FocusMethod, Iris, Lens, Movements};
+use crate::lens::{Coating, FilmPlace, FocusMethod, Iris, Lens, Movements, Reading};
 use crate::math::{Meters, Mm};
 use crate::picture::{Depth, Picture};
 use crate::pose::CameraPose;
@@ -79,6 +79,8 @@ pub struct LensChoice {
     /// On every surface; what the prescription says without.
     pub coating: Option<Coating>,
     pub method: FocusMethod,
+    /// `.agf` files with glasses that the prescription names, besides the built-in table.
+    pub catalogues: Vec<PathBuf>,
 }
 
 impl LensChoice {
@@ -92,12 +94,17 @@ impl LensChoice {
             iris: Iris::Round,
             coating: None,
             method: FocusMethod::Film,
+            catalogues: Vec::new(),
         }
     }
 
     /// Opens the lens and makes the changes.
     pub fn open(&self, sink: &mut Sink) -> Result<Lens> {
-        let mut lens = Lens::open_with(&self.name, sink)?;
+        let mut reading = Reading::default();
+        for file in &self.catalogues {
+            reading.glasses.add_file(file)?;
+        }
+        let mut lens = Lens::open_as(&self.name, &reading, sink)?;
         if let Some(position) = self.zoom_position {
             lens = lens.at_zoom(position)?;
         }

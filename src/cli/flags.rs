@@ -194,6 +194,11 @@ pub const RENDER: &[Flag] = &[
         "where on the lens to aim: rear element or exit pupil [1999: rear, now: exit]",
     ),
     flag(
+        "glass-catalogue",
+        Takes::Many("FILE.agf"),
+        "glasses that the prescription may name; may be repeated",
+    ),
+    flag(
         "dispersion",
         Takes::One("on|off"),
         "whether glass with dispersion parts colors [1999: off, now: on]",

@@ -260,6 +260,8 @@ fn optics(m: &ArgMatches) -> Result<Optics> {
         ("best", FocusMethod::Best),
     ];
     set(&mut lens.method, named(m, "focus-method", &methods)?);
+    let files = m.get_many("glass-catalogue");
+    lens.catalogues = files.into_iter().flatten().cloned().collect();
     Ok(Optics::Lens(lens))
 }
 

@@ -158,6 +158,129 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// Not its first-order data alone: every ray goes where it went, as many times larger.
+    #[test]
+    fn a_scaled_lens_sends_scaled_rays_the_same_way(
+        rows in rows(), k in 0.01..100.0f64, x in -6.0..6.0f64, y in -6.0..6.0f64,
+        u in -0.2..0.2f64, v in -0.2..0.2f64,
+    ) {
+        let lens = lens_of(&rows);
+        let scaled = lens.scaled(k);
+        let ray = scene_ray(x, y, u, v);
+        let large = LensRay { origin: k * ray.origin, ..ray };
+        let trace = |lens: &Lens, ray| lens.trace_path(ray, Toward::Film, false).outcome;
+        let (Ok(a), Ok(b)) = (trace(&lens, &ray), trace(&scaled, &large)) else { return Ok(()) };
+        prop_assert!((a.direction - b.direction).length() < 1e-9);
+        prop_assert!((a.origin - b.origin / k).length() < 1e-9 * (1.0 + a.origin.length()));
+    }
+
+    /// A turned lens sends the mirrored ray back along the mirrored way.
+    #[test]
+    fn a_reversed_lens_sends_a_mirrored_ray_the_mirrored_way(
+        rows in rows(), x in -6.0..6.0f64, y in -6.0..6.0f64,
+        u in -0.2..0.2f64, v in -0.2..0.2f64,
+    ) {
+        let lens = lens_of(&rows);
+        let turned = Lens::new(lens.prescription().reversed());
+        let Ok(out) = lens.trace_path(&scene_ray(x, y, u, v), Toward::Film, false).outcome else {
+            return Ok(());
+        };
+        let length = lens.length();
+        let mirror = |p: DVec3| DVec3::new(p.x, p.y, length - p.z);
+        let flip = |d: DVec3| DVec3::new(d.x, d.y, -d.z);
+        let back = LensRay { origin: mirror(out.origin), direction: -flip(out.direction) };
+        let back = LensRay { origin: back.origin - 20.0 * back.direction, ..back };
+        let home = turned.trace_path(&back, Toward::Film, false).outcome;
+        prop_assert!(home.is_ok(), "{home:?}");
+        let d = unit(DVec3::new(u, v, 1.0)).unwrap();
+        prop_assert!((home.unwrap().direction + flip(d)).length() < 1e-8);
+    }
+
+    /// A chain of surfaces about one point of the axis, each concentric with the image so far or
+    /// aplanatic for it (Abbe): no spherical aberration and no coma, so every ray seems to come
+    /// from one point, and sin u / sin u' is the same for all, the product of the indices' ratios.
+    #[test]
+    fn a_chain_of_aplanatic_surfaces_keeps_the_sine_condition(
+        start in 10.0..80.0f64,
+        links in prop::collection::vec((0.2..4.0f64, 1.4..1.9f64, any::<bool>()), 1..20),
+    ) {
+        let mut surfaces = Vec::new();
+        let (mut object, mut ratio) = (-start, 1.0);
+        let mut z = 0.0;
+        for (gap, n, aplanatic) in links {
+            // Into glass about the object itself, out of it about it or aplanatic.
+            surfaces.push(Surface::sphere(object, gap, Medium::constant(n), f64::INFINITY));
+            object -= gap;
+            let radius = if aplanatic { object * n / (n + 1.0) } else { object };
+            surfaces.push(Surface::sphere(radius, gap, Medium::air(), f64::INFINITY));
+            if aplanatic {
+                object *= n;
+                ratio *= 1.0 / n;
+            }
+            z += 2.0 * gap;
+            object -= gap;
+        }
+        let lens = Lens::new(Prescription::new("aplanatic", surfaces));
+        for sine in [0.05, 0.2, 0.4f64] {
+            let direction = DVec3::new(0.0, sine, (1.0 - sine * sine).sqrt());
+            let ray = LensRay { origin: -start * DVec3::Z, direction };
+            let out = lens.trace_path(&ray, Toward::Film, false).outcome.unwrap();
+            prop_assert!((out.direction.y - ratio * sine).abs() < 1e-13);
+            let image = out.origin.z - out.origin.y * out.direction.z / out.direction.y;
+            // The last gap was counted and is not in the lens.
+            prop_assert!((image - (z + object)).abs() < 1e-11 * (1.0 + object.abs()));
+        }
+    }
+
+    /// The intersection by halving along the ray, of the surface as its definition says: the
+    /// profile in y turned about the line x = 0, z = R. Then Snell's law about the normal of
+    /// differences.
+    #[test]
+    fn toroids_and_cylinders_are_met_where_halving_finds_them(
+        c in -0.03..0.03f64, across in prop_oneof![1 => Just(0.0), 4 => -0.03..0.03f64],
+        k in -2.0..1.0f64, quartic in -2e-5..2e-5f64, sixth in -1e-7..1e-7f64,
+        x in -6.0..6.0f64, y in -6.0..6.0f64, u in -0.3..0.3f64, v in -0.3..0.3f64,
+    ) {
+        let mut terms = Box::new([0.0; ivcam::lens::surface::MAX_POWER + 1]);
+        (terms[4], terms[6]) = (quartic, sixth);
+        let profile = move |y: f64| {
+            let r2 = y * y;
+            c * r2 / (1.0 + (1.0 - (1.0 + k) * c * c * r2).sqrt()) + quartic * r2 * r2
+                + sixth * r2 * r2 * r2
+        };
+        let sag = |x: f64, y: f64| {
+            let (g, r) = (profile(y), 1.0 / across);
+            if across == 0.0 { g } else { r - ((r - g).powi(2) - x * x).sqrt().copysign(r) }
+        };
+        let mut surface = Surface::sphere(1.0 / c, 0.0, Medium::constant(1.6), f64::INFINITY);
+        surface.shape = ivcam::lens::Shape::Toroid {
+            across: ivcam::lens::Curvature::from_curvature(across), k, terms,
+        };
+        let lens = Lens::new(Prescription::new("toroid", vec![surface]));
+        let ray = scene_ray(x, y, u, v);
+        let d = unit(ray.direction).unwrap();
+        let above = |t: f64| { let p = ray.origin + t * d; p.z - sag(p.x, p.y) };
+        let (mut low, mut high) = (5.0, 40.0);
+        prop_assume!(above(low) < 0.0 && above(high) > 0.0);
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if above(middle) < 0.0 { low = middle } else { high = middle }
+        }
+        let hit = ray.origin + low * d;
+        let path = lens.trace_path(&ray, Toward::Film, false);
+        prop_assert!((path.hits[0] - hit).length() < 1e-11, "{} {hit}", path.hits[0]);
+        let h = 1e-5;
+        let slope_x = (sag(hit.x + h, hit.y) - sag(hit.x - h, hit.y)) / (2.0 * h);
+        let slope_y = (sag(hit.x, hit.y + h) - sag(hit.x, hit.y - h)) / (2.0 * h);
+        let normal = DVec3::new(-slope_x, -slope_y, 1.0).normalize();
+        let out = path.outcome.unwrap().direction;
+        prop_assert!((d.cross(normal) - 1.6 * out.cross(normal)).length() < 1e-8);
+    }
+}
+
 #[test]
 fn every_shipped_lens_opens_and_passes_light() {
     for name in shipped_names() {
@@ -326,7 +449,8 @@ fn no_ray_of_any_wavelength_that_gets_through_is_outside_the_pupil() {
         let by_nm = |a: &&Lens, b: &&Lens| a.wavelength().total_cmp(&b.wavelength());
         let ends = [waves.iter().min_by(by_nm), waves.iter().max_by(by_nm)].map(Option::unwrap);
         let film_z = lens.first_order().focal.unwrap().rear_focal_point;
-        let target = PupilTarget::exit_pupil_of(&[&lens, ends[0], ends[1]], film_z, 24.0);
+        let place = ivcam::lens::FilmPlace::flat(film_z);
+        let target = PupilTarget::exit_pupil_of(&[&lens, ends[0], ends[1]], &place, 24.0);
         let mut dice = Dice(3);
         let mut passed = 0;
         for _ in 0..1500 {

@@ -1,4 +1,5 @@
-//! Dispersion in rendered pictures, against the rays of the same lens.
+//! Glass and fluids in rendered pictures: dispersion against the rays of the same lens, media
+//! against Snell's law by hand.
 
 use glam::DVec3;
 use ivcam::film::{FilmFormat, Resolution};
@@ -12,8 +13,12 @@ use ivcam::spectrum::Spectrum;
 /// The camera's distance from what it looks at, in meters.
 const DISTANCE: f64 = 10.0;
 /// A single lens of crown behind its stop, 100 mm: strong color of either kind.
-const SINGLET: &str = "# radius thickness n_d aperture V_d\n\
-    0 12 0 5\n 103.4 4 1.5168 30 64.2\n -103.4 95 1 30\n";
+fn singlet(stop: f64) -> String {
+    format!(
+        "# radius thickness n_d aperture V_d\n\
+         0 12 0 {stop}\n 103.4 4 1.5168 30 64.2\n -103.4 95 1 30\n"
+    )
+}
 
 /// A session of a flat scene in front of a lens given as text.
 fn session(name: &str, lens: &str, scene: &str) -> Session {
@@ -21,7 +26,10 @@ fn session(name: &str, lens: &str, scene: &str) -> Session {
     std::fs::create_dir_all(&folder).expect("a folder for the scene");
     let (scene_file, lens_file) = (
         folder.join(format!("{name}.iv")),
-        folder.join(format!("{name}.dat")),
+        folder.join(format!(
+            "{name}.{}",
+            if lens.starts_with('{') { "json" } else { "dat" }
+        )),
     );
     let text =
         format!("#Inventor V2.1 ascii\nPerspectiveCamera {{ position 0 0 {DISTANCE} }}\n{scene}");
@@ -102,19 +110,20 @@ fn expected(lens: &Lens, film_z: f64, y: f64) -> (DVec3, DVec3) {
     (mean, second / weight - mean * mean)
 }
 
-/// A white slit across the view at a height, 4 mm wide.
-fn slit(y: f64) -> String {
+/// A white slit across the view at a height, some meters wide.
+fn slit(y: f64, width: f64) -> String {
     format!(
         "BaseColor {{ rgb 1 1 1 }} Translation {{ translation 0 {y} 0 }}\n\
-         Cube {{ width 4 height .004 depth .00001 }}\n"
+         Cube {{ width 4 height {width} depth .00001 }}\n"
     )
 }
 
-/// The variance that the slit's own width has on the film.
-fn slit_variance(lens: &Lens, film_z: f64) -> f64 {
-    let scale = (film_z - lens.first_order().focal.unwrap().rear_principal_plane)
-        / (1000.0 * DISTANCE + lens.first_order().focal.unwrap().front_principal_plane);
-    let width = 4.0 * scale;
+/// The variance that the slit's own width, in meters, has on the film.
+fn slit_variance(lens: &Lens, film_z: f64, width: f64) -> f64 {
+    let focal = lens.first_order().focal.unwrap();
+    let scale =
+        (film_z - focal.rear_principal_plane) / (1000.0 * DISTANCE + focal.front_principal_plane);
+    let width = 1000.0 * width * scale;
     width * width / 12.0
 }
 
@@ -128,13 +137,14 @@ fn film_z(session: &Session) -> f64 {
 #[test]
 fn red_and_blue_images_of_a_point_off_the_axis_lie_where_the_rays_say() {
     let up = 2.0;
-    let mut session = session("lateral", SINGLET, &slit(up));
+    let mut session = session("lateral", &singlet(5.0), &slit(up, 0.004));
     let height = 44.0;
     let made = strip(&mut session, height, 1760, 512);
     let lens = Lens::open(lens_file(&session)).unwrap();
     let (mean, _) = moments(&made, height);
     let (rays, _) = expected(&lens, film_z(&session), 1000.0 * up);
     let (shift, known) = (mean.x - mean.z, rays.x - rays.z);
+    println!("lateral: {shift} mm, by rays {known} mm; {mean} {rays}");
     assert!(known.abs() > 0.02, "{known} mm tests nothing");
     assert!(
         (shift / known - 1.0).abs() < 0.03,
@@ -148,22 +158,22 @@ fn red_and_blue_images_of_a_point_off_the_axis_lie_where_the_rays_say() {
 
 #[test]
 fn red_and_blue_images_of_a_point_on_the_axis_are_as_wide_as_the_rays_say() {
-    let mut session = session("axial", SINGLET, &slit(0.0));
-    let height = 1.0;
-    let made = strip(&mut session, height, 500, 1024);
+    let width = 0.001;
+    let mut session = session("axial", &singlet(8.0), &slit(0.0, width));
+    let height = 0.4;
+    let made = strip(&mut session, height, 200, 8192);
     let lens = Lens::open(lens_file(&session)).unwrap();
     let film_z = film_z(&session);
     let (_, variance) = moments(&made, height);
     let (_, rays) = expected(&lens, film_z, 0.0);
-    let own = slit_variance(&lens, film_z);
+    let own = slit_variance(&lens, film_z, width);
     let measured = variance - DVec3::splat(own);
     assert!(rays.z > 4.0 * rays.y, "blue is not out of focus: {rays}");
-    for (channel, (m, r)) in measured.to_array().iter().zip(rays.to_array()).enumerate() {
-        assert!(
-            (m / r - 1.0).abs() < 0.03,
-            "channel {channel}: {m} mm², by rays {r} mm²"
-        );
-    }
+    // Thirty-two wavelengths stand for the spectrum: their sum errs by 1% of the widest image.
+    // Red's own is small, and less than nothing for the part of it that the eye sees as not red.
+    let off = (measured - rays).abs().max_element() / rays.z;
+    println!("axial: {measured} mm², by rays {rays} mm²");
+    assert!(off < 0.015, "{measured} mm², by rays {rays} mm²");
 }
 
 fn lens_file(session: &Session) -> String {
@@ -183,10 +193,11 @@ fn wavelengths_that_take_the_same_way_give_the_colors_of_one() {
         BaseColor { rgb 0 0 1 } Translation { translation 1 0 0 } Cube { width 1 height 6 depth .1 }\n\
         BaseColor { rgb .9 .6 .1 } Translation { translation 1 0 0 } Cube { width 1 height 6 depth .1 }\n\
         BaseColor { rgb 1 1 1 } Translation { translation 1 0 0 } Cube { width .7 height 1 depth .1 }\n";
-    let one = "# radius thickness n_d aperture V_d\n\
-        0 12 0 20\n 103.4 4 1.5168 40 VVV\n -103.4 95 1 40\n";
-    let expose = |name: &str, abbe: &str| {
-        let mut session = session(name, &one.replace("VVV", abbe), scene);
+    let many = "# radius thickness n_d aperture V_d\n\
+        0 12 0 20\n 103.4 4 1.5168 40 1e9\n -103.4 95 1 40\n";
+    let single = "# radius thickness n_d aperture\n0 12 0 20\n103.4 4 1.5168 40\n-103.4 95 1 40\n";
+    let expose = |name: &str, lens: &str| {
+        let mut session = session(name, lens, scene);
         let mut plan = session.plan.clone();
         plan.resolution = Resolution {
             width: 60,
@@ -200,7 +211,7 @@ fn wavelengths_that_take_the_same_way_give_the_colors_of_one() {
         session.change(plan, pose).unwrap();
         session.expose(&|_| ())
     };
-    let (many, single) = (expose("same", "1e9"), expose("single", "0"));
+    let (many, single) = (expose("same", many), expose("single", single));
     assert_eq!(many.counts.film_rays, 4 * single.counts.film_rays);
     let brightest = single.film.pixels.iter().map(|p| p.mean.max_element());
     assert!(brightest.fold(0.0, f64::max) > 0.8);
@@ -215,14 +226,100 @@ fn a_lens_of_one_index_or_of_1999_traces_one_wavelength() {
     let plain = "# radius thickness n_d aperture\n0 12 0 5\n103.4 4 1.5168 30\n-103.4 95 1 30\n";
     for (name, lens, era, waves) in [
         ("plain", plain, Era::Modern, "off"),
-        ("crown", SINGLET, Era::Modern, "on"),
-        ("old", SINGLET, Era::Vintage, "off"),
+        ("crown", &singlet(5.0), Era::Modern, "on"),
+        ("old", &singlet(5.0), Era::Vintage, "off"),
     ] {
-        let mut session = session(name, lens, &slit(0.0));
+        let mut session = session(name, lens, &slit(0.0, 0.004));
         let mut plan = Plan::of_era(era, session.plan.scene.clone());
         plan.optics = session.plan.optics.clone();
         let pose = session.pose.clone();
         session.change(plan, pose).unwrap();
         assert_eq!(session.described["dispersion"], waves, "{name}");
     }
+}
+
+/// Where a slit at a height lies on the picture of a lens, in millimeters above its middle.
+fn slit_position(name: &str, lens: &str, up: f64, height: f64) -> (f64, f64) {
+    let mut session = session(name, lens, &slit(up, 0.004));
+    let made = strip(&mut session, height, 800, 256);
+    (moments(&made, height).0.y, film_z(&session))
+}
+
+/// Behind a flat window under water: n sin θ in the water is sin θ' in the air, and the lens
+/// behind its stop, so thin that it does not matter, makes z tan θ' of it.
+#[test]
+fn a_picture_taken_under_water_is_magnified_by_the_window() {
+    let lens = r#"{"schema": "ivlens-1", "name": "window", "n_object": 1.333, "surfaces": [
+        {"kind": "sphere", "R": 0, "t": 5, "n_d": 1, "semi_diameter": 60},
+        {"kind": "stop", "t": 0, "n_d": 1, "semi_diameter": 0.5},
+        {"kind": "sphere", "R": 0, "t": 0.001, "n_d": 1.5, "semi_diameter": 5},
+        {"kind": "sphere", "R": -50, "t": 100, "n_d": 1, "semi_diameter": 5}]}"#;
+    let up = 1.5;
+    let (y, z) = slit_position("water", lens, up, 44.0);
+    // The angle in the water, by halving.
+    let (mut low, mut high) = (0.0, 0.5f64);
+    let outside = |angle: f64| libm::tan(libm::asin(1.333 * libm::sin(angle)));
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        let reached = 1000.0 * DISTANCE * libm::tan(middle) + 5.0 * outside(middle);
+        if reached < 1000.0 * up {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let known = (z - 5.0) * outside(low);
+    assert!(
+        (y / known - 1.0).abs() < 1e-3,
+        "{y} mm, by Snell {known} mm"
+    );
+}
+
+/// A stop in water behind a thin lens, in front of a flat window: seen from the film it is of its
+/// own size and at d/n from the window, and that is how wide a point out of focus is.
+#[test]
+fn a_stop_in_a_fluid_blurs_by_its_image() {
+    let lens = r#"{"schema": "ivlens-1", "name": "chamber", "surfaces": [
+        {"kind": "sphere", "R": 60, "t": 0.001, "n_d": 1.5, "semi_diameter": 8},
+        {"kind": "sphere", "R": 0, "t": 10, "n_d": 1.333, "semi_diameter": 8},
+        {"kind": "stop", "t": 20, "n_d": 1.333, "semi_diameter": 2},
+        {"kind": "sphere", "R": 0, "t": 90, "n_d": 1, "semi_diameter": 8}]}"#;
+    let mut session = session("chamber", lens, &slit(0.0, 0.001));
+    let mut plan = session.plan.clone();
+    plan.focus = Some(Meters(2.0));
+    session.plan = plan;
+    let height = 2.0;
+    let made = strip(&mut session, height, 400, 512);
+    let opened = Lens::open(lens_file(&session)).unwrap();
+    let z = film_z(&session);
+    let image = opened
+        .focus(ivcam::lens::FocusMethod::Film, Meters(DISTANCE))
+        .unwrap()
+        .film_z;
+    // The exit pupil: 20 mm of water look like 20/n.
+    let pupil = 30.001 - 20.0 / 1.333;
+    let radius = 2.0 * (z - image).abs() / (image - pupil);
+    let variance = moments(&made, height).1.y - slit_variance(&opened, z, 0.001);
+    let known = 0.25 * radius * radius;
+    assert!(
+        (variance / known - 1.0).abs() < 0.02,
+        "{variance} mm², by hand {known} mm²"
+    );
+}
+
+/// One surface with its stop in it and the film in the fluid behind: a ray through the vertex
+/// keeps n sin θ.
+#[test]
+fn an_image_in_a_fluid_is_as_large_as_snell_says() {
+    let lens = r#"{"schema": "ivlens-1", "name": "reduced-eye", "surfaces": [
+        {"kind": "stop", "t": 0, "n_d": 1, "semi_diameter": 0.2},
+        {"kind": "sphere", "R": 5.55, "t": 22, "n_d": 1.336, "semi_diameter": 4}]}"#;
+    let up = 2.0;
+    let (y, z) = slit_position("eye", lens, up, 10.0);
+    let sine = libm::sin(libm::atan(up / DISTANCE)) / 1.336;
+    let known = z * libm::tan(libm::asin(sine));
+    assert!(
+        (y / known - 1.0).abs() < 1e-3,
+        "{y} mm, by Snell {known} mm"
+    );
 }
