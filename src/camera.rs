@@ -151,6 +151,19 @@ pub enum FilmPoint<'a> {
 }
 
 impl FilmPoint<'_> {
+    /// The ray at the lens's own wavelength through a point of the lens, given in the unit square;
+    /// `None` is a lost ray.
+    pub fn ray(&self, pupil: [f64; 2]) -> Option<CameraRay> {
+        match self {
+            Self::Pinhole(ray) => *ray,
+            Self::Lens {
+                camera,
+                point,
+                window,
+            } => camera.ray(*point, window, pupil),
+        }
+    }
+
     /// The rays through the point of the lens that is asked for; `None` is a lost ray.
     pub fn rays(&self, asked: &Asked) -> Vec<Option<CameraRay>> {
         match self {
@@ -160,11 +173,11 @@ impl FilmPoint<'_> {
                 point,
                 window,
             } => {
+                let Some(waves) = &camera.waves else {
+                    return vec![camera.ray(*point, window, asked.pupil)];
+                };
                 let ray = |lens: &Lens| camera.ray_through(lens, *point, window, asked.pupil);
-                match &camera.waves {
-                    None => vec![ray(&camera.lens)],
-                    Some(waves) => waves.lenses[asked.set()].iter().map(ray).collect(),
-                }
+                waves.lenses[asked.set()].iter().map(ray).collect()
             }
         }
     }

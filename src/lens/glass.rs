@@ -254,6 +254,97 @@ mod tests {
         }
     }
 
+    /// Each formula with published coefficients and a published index. Where a formula is not
+    /// used by any well-known material its coefficients are those of one that is, rewritten:
+    /// b λ²/(λ² − c) = b + b c/(λ² − c).
+    #[test]
+    fn every_formula_gives_a_published_index() {
+        use Formula::*;
+        const BK7: [f64; 6] = [
+            1.039_612_12,
+            0.006_000_698_67,
+            0.231_792_344,
+            0.020_017_914_4,
+            1.010_469_45,
+            103.560_653,
+        ];
+        // The older data sheet of BK7, by powers of λ².
+        const OLD: [f64; 6] = [
+            2.271_892_9,
+            -1.010_807_7e-2,
+            1.059_250_9e-2,
+            2.081_696_5e-4,
+            -7.647_253_8e-6,
+            4.924_099_1e-7,
+        ];
+        // Quartz, ordinary: Ghosh 1999. Yttrium vanadate, ordinary: its makers' data sheets.
+        let (qa, qb, qc, qd, qe): (f64, f64, f64, f64, f64) = (
+            1.286_041_41,
+            1.070_440_83,
+            1.005_859_97e-2,
+            1.102_022_42,
+            100.0,
+        );
+        let (ya, yb, yc, yd) = (3.778_34, 0.069_736, 0.047_24, 0.010_813_3);
+        let d = D_LINE * 1e-3;
+        let halves = [0.5 * BK7[0], BK7[1], 0.5 * BK7[0], BK7[1]];
+        let fifth = [0.5 * BK7[2], BK7[3], 0.5 * BK7[2], BK7[3], BK7[4], BK7[5]];
+        let [a, b, c, e, f, g] = OLD;
+        let cases: [(Formula, &[f64], f64, f64); 15] = [
+            (Schott, &OLD, d, 1.516_80),
+            (Sellmeier1, &BK7, d, 1.516_80),
+            // Fused silica, Malitson 1965.
+            (
+                Sellmeier1,
+                &[
+                    0.696_166_3,
+                    0.004_679_148_26,
+                    0.407_942_6,
+                    0.013_512_063_1,
+                    0.897_479_4,
+                    97.934_002_5,
+                ],
+                d,
+                1.458_46,
+            ),
+            // Silicon, Edwards and Ochoa 1980; at 4 µm Salzberg and Villa's 3.4255.
+            (
+                Herzberger,
+                &[3.416_96, 0.138_497, 0.013_924, -2.09e-5, 1.48e-7],
+                4.0,
+                3.425_4,
+            ),
+            (
+                Sellmeier2,
+                &[qa - 1.0 + qd, qb, f64::sqrt(qc), qd * qe, 10.0],
+                0.5893,
+                1.544_21,
+            ),
+            // BK7 by its F, d and C lines; the e line is none of them.
+            (
+                Conrady,
+                &[1.497511, 0.0100886, 0.0003294],
+                0.546_074,
+                1.518_72,
+            ),
+            (Sellmeier3, &[&halves[..], &BK7[2..]].concat(), d, 1.516_80),
+            (Handbook1, &[ya, yb, yc, yd], 1.55, 1.944_73),
+            (Handbook1, &[ya, yb, yc, yd], 1.30, 1.950_00),
+            (Handbook2, &[ya - yb / yc, yb / yc, yc, yd], 1.55, 1.944_73),
+            (Sellmeier4, &[qa, qb, qc, qd, qe], 0.5893, 1.544_21),
+            (Extended, &OLD, d, 1.516_80),
+            (Sellmeier5, &[&halves[..], &fifth].concat(), d, 1.516_80),
+            (Extended2, &OLD, d, 1.516_80),
+            (Extended3, &[a, b, 0.0, c, e, f, g], d, 1.516_80),
+        ];
+        for (formula, coefficients, um, published) in cases {
+            let mut k = [0.0; 10];
+            k[..coefficients.len()].copy_from_slice(coefficients);
+            let n = formula.index(&k, um);
+            assert!((n - published).abs() < 1e-5, "{formula:?} at {um} µm: {n}");
+        }
+    }
+
     #[test]
     fn the_formulas_that_are_the_same_curve_agree() {
         // Schott's and both extended polynomials with the same six coefficients.
