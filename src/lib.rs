@@ -29,3 +29,5 @@ pub mod sampling;
 pub mod scene;
 pub mod shade;
 pub mod spectrum;
+#[cfg(feature = "panels")]
+pub mod viewer;

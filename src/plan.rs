@@ -4,6 +4,7 @@
 //! line, the window, convergence runs and films all make a `Plan` and open a [`Session`] of it, so
 //! they render by the same code.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -335,7 +336,8 @@ impl Session {
             && plan.optics == self.plan.optics
             && focus(&plan, &pose) == focus(&self.plan, &self.pose)
             && (plan.film, plan.aim) == (self.plan.film, self.plan.aim)
-            && plan.dispersion == self.plan.dispersion;
+            && plan.dispersion == self.plan.dispersion
+            && plan.movements == self.plan.movements;
         let fresh = if same_lens {
             self.camera.clone()
         } else {
@@ -491,7 +493,11 @@ fn headlight(flash: Flash, lamp: Option<Light>, pose: &CameraPose) -> Option<Lig
         })
 }
 
-fn camera_of_file(path: &Path) -> Result<CameraPose> {
+/// The camera of a file, or of the node itself (see [`Plan::camera`]).
+///
+/// # Errors
+/// A file that can't be read, or without a camera.
+pub fn camera_of_file(path: &Path) -> Result<CameraPose> {
     let text = path.to_string_lossy();
     let document = if text.contains('{') {
         Document::read_headerless("the camera", text.into_owned().into_bytes())?
@@ -538,6 +544,24 @@ fn first_camera(document: &Document, time: f64) -> Option<CameraPose> {
     };
     graph::walk(document, &options, &mut first);
     first.0
+}
+
+/// The line that was typed, quoted where a shell would need it.
+pub fn command_line<W: AsRef<OsStr>>(words: &[W]) -> String {
+    let quote = |w: &W| {
+        let w = w.as_ref().to_string_lossy();
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@".contains(c);
+        if !w.is_empty() && w.chars().all(plain) {
+            w.into_owned()
+        } else {
+            format!("'{}'", w.replace('\'', "'\\''"))
+        }
+    };
+    let rest = words.iter().skip(1).map(quote);
+    std::iter::once("ivcam".to_owned())
+        .chain(rest)
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// What a SceneViewer environment file brings: its lights and fog go in front of the scene's own

@@ -89,6 +89,27 @@ fn the_papers_own_line_runs_as_it_stands() {
     }
 }
 
+/// As in 1999, no `-batch` means the window; without a display, or without the window built in,
+/// one sentence says what works.
+#[test]
+fn without_a_display_one_sentence_names_batch() {
+    for line in [
+        "scenes/livroom/livroom.iv",
+        "view scenes/livroom/livroom.iv",
+    ] {
+        let mut command = ivcam(line);
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+        let run = command.output().unwrap();
+        let said = stderr(&run);
+        assert_eq!(run.status.code(), Some(2), "{said}");
+        assert_eq!(said.matches("error").count(), 1, "{said}");
+        assert!(
+            said.contains("`-batch`") && !said.contains("panicked"),
+            "{said}"
+        );
+    }
+}
+
 #[test]
 fn the_report_tells_time_error_and_what_was_left_out() {
     let scratch = Scratch::new("report");

@@ -24,6 +24,7 @@ pub mod lens;
 pub mod nodes;
 pub mod render;
 pub mod sheet;
+pub mod view;
 
 use std::ffi::OsString;
 use std::io::IsTerminal;
@@ -70,6 +71,7 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
     };
     let out = &mut std::io::stdout().lock();
     match matches.subcommand() {
+        None if !matches.get_flag("batch") => view::run(&matches, Era::Vintage),
         None => render::run(&matches, Era::Vintage, words),
         Some(("render", m)) => render::run(m, Era::Modern, words),
         Some(("check", m)) => check::run(m, out),
@@ -80,6 +82,7 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
         Some(("convert", m)) => convert::run(m, out),
         Some(("lens", m)) => lens::run(m, out),
         Some(("nodes", m)) => nodes::run(m, out),
+        Some(("view", m)) => view::run(m, Era::Modern),
         Some((name, _)) => Err(Diagnostic::error(format!(
             "`{name}` has no program behind it"
         ))),
@@ -128,6 +131,7 @@ pub fn commands() -> Command {
         .subcommand(film::command())
         .subcommand(lens::command())
         .subcommand(nodes::command())
+        .subcommand(view::command())
 }
 
 /// `ivcam [flags] scene.iv`: the 1999 program.

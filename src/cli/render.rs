@@ -14,6 +14,7 @@ use crate::film::{FilmFormat, Resolution, Response};
 use crate::lens::{Coating, FocusMethod, Iris, Movements};
 use crate::math::{LengthUnit, Meters, Mm, parse_length};
 use crate::picture::{Depth, PictureFormat, write_whole};
+pub use crate::plan::command_line;
 use crate::plan::{Era, Flash, LensChoice, Optics, Plan, Session};
 use crate::render::{Exposure, Progress, Stop};
 use crate::report::RenderReport;
@@ -30,8 +31,7 @@ pub struct Talk {
 
 impl Talk {
     pub fn of(m: &ArgMatches) -> Result<Self> {
-        let scene = Path::new(text(m, "scene").unwrap_or_default());
-        let output = text(m, "output").map_or_else(|| automatic_name(scene), PathBuf::from);
+        let output = output(m);
         PictureFormat::of(&output)?;
         writable(&output)?;
         let talk = Self::to(m, output)?;
@@ -52,13 +52,10 @@ impl Talk {
     }
 
     fn to(m: &ArgMatches, output: PathBuf) -> Result<Self> {
-        let here = std::thread::available_parallelism().map_or(1, usize::from);
-        let count = |w: &str| w.parse().ok().filter(|n| (1..=1024).contains(n));
-        let threads = parsed(m, "threads", "a number of threads from 1 to 1024", count)?;
         Ok(Self {
             output,
             report: text(m, "report").map(PathBuf::from),
-            threads: threads.unwrap_or(here),
+            threads: threads(m)?,
             quiet: m.get_flag("quiet"),
         })
     }
@@ -73,6 +70,20 @@ impl Talk {
         })?;
         Ok(pool.install(work))
     }
+}
+
+/// Where the picture goes: what `-o` says, else a name made of the scene's.
+pub fn output(m: &ArgMatches) -> PathBuf {
+    let scene = Path::new(text(m, "scene").unwrap_or_default());
+    text(m, "output").map_or_else(|| automatic_name(scene), PathBuf::from)
+}
+
+/// Threads to use: all cores, unless said otherwise.
+pub fn threads(m: &ArgMatches) -> Result<usize> {
+    let here = std::thread::available_parallelism().map_or(1, usize::from);
+    let count = |w: &str| w.parse().ok().filter(|n| (1..=1024).contains(n));
+    let threads = parsed(m, "threads", "a number of threads from 1 to 1024", count)?;
+    Ok(threads.unwrap_or(here))
 }
 
 /// Whether a file can come to be there, asked before hours of work and not after.
@@ -430,24 +441,6 @@ fn tell_report(talk: &Talk, report: &RenderReport) -> Result<()> {
     let text = serde_json::to_string_pretty(report)
         .map_err(|e| Diagnostic::error(format!("the report cannot be written: {e}")))?;
     write_whole(path, |file| writeln!(file, "{text}"))
-}
-
-/// The line that was typed, quoted where a shell would need it.
-pub fn command_line(words: &[OsString]) -> String {
-    let quote = |w: &OsString| {
-        let w = w.to_string_lossy();
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@".contains(c);
-        if !w.is_empty() && w.chars().all(plain) {
-            w.into_owned()
-        } else {
-            format!("'{}'", w.replace('\'', "'\\''"))
-        }
-    };
-    let rest = words.iter().skip(1).map(quote);
-    std::iter::once("ivcam".to_owned())
-        .chain(rest)
-        .collect::<Vec<_>>()
-        .join(" ")
 }
 
 /// The progress line, on a terminal only.

@@ -101,6 +101,17 @@ impl LensDiagram {
         this
     }
 
+    /// Draws the way of one more ray, given in lens space (z, then height); a lost one ends in a
+    /// cross.
+    pub fn add_path(&mut self, points: Vec<DVec2>, lost: bool) {
+        self.strokes.push(Stroke {
+            points,
+            closed: false,
+            ink: if lost { Ink::Lost(2) } else { Ink::Ray(0) },
+            ends_lost: lost,
+        });
+    }
+
     fn film_z(&self, lens: &Lens) -> f64 {
         let focus = lens.first_order().focal.map(|f| f.rear_focal_point);
         let film = self.options.film_z.or(focus).filter(|z| z.is_finite());

@@ -1,0 +1,44 @@
+//! `ivcam view`, and `ivcam [flags] scene.iv` without `-batch`: the window.
+
+use clap::{Arg, ArgMatches, Command};
+
+use super::flags;
+use crate::diag::Result;
+use crate::plan::Era;
+
+pub fn command() -> Command {
+    Command::new("view")
+        .about("Composes a photograph in a window, with the real lens live on screen")
+        .args_override_self(true)
+        .args(flags::arguments(flags::RENDER))
+        .arg(
+            Arg::new("scene")
+                .value_name("SCENE")
+                .help("scene file; more may be dropped on the window"),
+        )
+}
+
+/// Opens the window; the exit code when it is closed.
+///
+/// # Errors
+/// A flag that is wrong, no display, or a program built without the window.
+#[cfg(feature = "viewer")]
+pub fn run(matches: &ArgMatches, era: Era) -> Result<i32> {
+    let plan = super::render::plan(matches, era)?;
+    let output = super::render::output(matches).display().to_string();
+    let threads = super::render::threads(matches)?;
+    crate::viewer::window::run(plan, Some(output), threads)?;
+    Ok(0)
+}
+
+/// The same in a program that has no window: how to get it.
+///
+/// # Errors
+/// Always.
+#[cfg(not(feature = "viewer"))]
+pub fn run(_: &ArgMatches, _: Era) -> Result<i32> {
+    let error = "this ivcam was built without its window; `-batch` (or `ivcam render`) makes the picture without one";
+    Err(crate::diag::Diagnostic::error(error).with_help(
+        "`cargo build --release --features viewer` builds it with the window; no system package is needed",
+    ))
+}

@@ -1,0 +1,135 @@
+//! Autofocus through the lens, as a camera does it: by the distance there, checked by contrast.
+//!
+//! The distance of what the middle ray meets is where to look. Around it the lens is focused a few
+//! pixels of blur nearer and farther, and the contrast of a small patch of the real picture tells
+//! which is best: a curved field, or an edge just beside the cursor, moves it from the plain
+//! distance.
+
+use rayon::prelude::*;
+
+use crate::plan::{Optics, Session};
+use crate::render::{Render, Stop};
+use crate::shade::Work;
+
+use super::live::Live;
+use super::sharpness::Blur;
+
+/// Pixels on a side of the patch.
+const PATCH: u32 = 20;
+/// Samples a pixel in each of the two independent halves.
+const SAMPLES: u32 = 8;
+/// Blur of the trials, in pixels; negative is in front.
+const TRIALS: [f64; 7] = [-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0];
+/// Contrast must be so much better elsewhere to leave the plain distance.
+const BETTER: f64 = 1.05;
+
+/// What autofocus found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Focused {
+    /// Meters.
+    pub distance: f64,
+    /// The distance of what is there, before looking at contrast.
+    pub plain: f64,
+    /// The best contrast over that of the plain distance; none where there is none to see.
+    pub gain: Option<f64>,
+}
+
+/// Focuses on a place of the picture (x and y from 0 to 1); none where there is nothing.
+pub fn focus_at(live: &mut Live, x: f64, y: f64) -> Option<Focused> {
+    let plain = live.view().look(x, y)?.distance;
+    if !(plain > 0.0) {
+        return None;
+    }
+    let nothing_to_check = Focused {
+        distance: plain,
+        plain,
+        gain: None,
+    };
+    let Optics::Lens(_) = live.session().plan.optics else {
+        return Some(nothing_to_check);
+    };
+    let Some(blur) = live.with_focus(plain, blur_of).flatten() else {
+        return Some(nothing_to_check);
+    };
+    let plan = &live.session().plan;
+    let pitch = plan.film.width / f64::from(plan.resolution.width);
+    let mut best = Focused {
+        distance: plain,
+        plain,
+        gain: None,
+    };
+    let at_plain = live.with_focus(plain, |s| contrast(s, x, y)).unwrap_or(0.0);
+    if !(at_plain > 0.0) {
+        return Some(best);
+    }
+    let mut most = BETTER * at_plain;
+    for trial in TRIALS.into_iter().filter(|t| *t != 0.0) {
+        let distance = blur.beside(plain, trial * pitch);
+        let here = live
+            .with_focus(distance, |s| contrast(s, x, y))
+            .unwrap_or(0.0);
+        if here > most {
+            (most, best.distance) = (here, distance);
+        }
+    }
+    best.gain = Some(if best.distance == plain {
+        1.0
+    } else {
+        most / at_plain
+    });
+    Some(best)
+}
+
+fn blur_of(session: &Session) -> Option<Blur> {
+    match &session.camera {
+        crate::camera::Camera::Lens(camera) => Blur::of(&camera.lens, camera.focus.film_z),
+        crate::camera::Camera::Pinhole(_) => None,
+    }
+}
+
+/// The energy of the differences between neighbours around a place. Two halves of the samples
+/// are independent, so their product has no share of the noise.
+fn contrast(session: &Session, x: f64, y: f64) -> f64 {
+    let size = session.plan.resolution;
+    let corner = |t: f64, n: u32| {
+        let middle = (t * f64::from(n)) as i64 - i64::from(PATCH / 2);
+        middle.clamp(0, i64::from(n.saturating_sub(PATCH))) as u32
+    };
+    let (x0, y0) = (corner(x, size.width), corner(y, size.height));
+    let (columns, rows) = (PATCH.min(size.width), PATCH.min(size.height));
+    let render = Render {
+        shader: &session.shader(),
+        camera: &session.camera,
+        sampler: session.plan.sampler,
+        resolution: size,
+        exposure: 1.0,
+        stop: Stop::after(2 * SAMPLES),
+    };
+    let half = |at: (u32, u32), from: u32, work: &mut Work| -> f64 {
+        (from..from + SAMPLES)
+            .map(|i| render.sample(at, i, work).element_sum())
+            .sum()
+    };
+    let pixel = |i: u32| {
+        let (at, mut work) = ((x0 + i % columns, y0 + i / columns), Work::default());
+        [half(at, 0, &mut work), half(at, SAMPLES, &mut work)]
+    };
+    let levels: Vec<[f64; 2]> = (0..columns * rows).into_par_iter().map(pixel).collect();
+    let step = |i: usize, j: usize| (levels[i][0] - levels[j][0]) * (levels[i][1] - levels[j][1]);
+    let columns = columns as usize;
+    (0..levels.len())
+        .map(|i| {
+            let right = if (i + 1) % columns != 0 {
+                step(i, i + 1)
+            } else {
+                0.0
+            };
+            let below = if i + columns < levels.len() {
+                step(i, i + columns)
+            } else {
+                0.0
+            };
+            right + below
+        })
+        .sum()
+}

@@ -1,0 +1,329 @@
+//! The renderer's thread: orders in, news out. The window never waits for it.
+//!
+//! A new order ends the pass that is running, between two tiles. A panic ends nothing but the
+//! work it happened in: it is told as news, and the next order starts afresh. Pictures to be saved
+//! are made by threads of their own, from the plan alone, so that they are what a batch run makes.
+
+use std::any::Any;
+use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+
+use crate::diag::{Diagnostic, Result};
+use crate::picture::PictureFormat;
+use crate::plan::{Plan, Session};
+
+use super::autofocus::{Focused, focus_at};
+use super::live::{Asked, Frame, Live};
+use super::setup::Setup;
+use super::view::{DepthMap, FocalSurface};
+
+/// What the window asks for.
+pub enum Order {
+    /// Another scene; the old one stays if it can't be opened.
+    Open(Box<Plan>),
+    /// Focus on a place of the picture, from 0 to 1.
+    FocusAt(f64, f64),
+    /// Panics, to prove that nothing is lost by it.
+    Panic,
+}
+
+/// What the renderer tells.
+pub enum News {
+    Opened(Box<Opened>),
+    /// A scene that can't be opened.
+    NotOpened(PathBuf, Box<Diagnostic>),
+    Frame(Box<Frame>),
+    /// Distances of the picture, and where the lens is sharp.
+    Depths(Arc<DepthMap>, Option<FocalSurface>),
+    /// What was asked can't be: a lens that can't focus there. The picture stays.
+    Refused(u64, Box<Diagnostic>),
+    Focused(Option<Focused>),
+    Saved(PathBuf, String),
+    NotSaved(PathBuf, Box<Diagnostic>),
+    /// The renderer panicked, with these words.
+    Panicked(String),
+}
+
+/// A scene that was opened.
+pub struct Opened {
+    pub setup: Setup,
+    pub messages: Vec<Diagnostic>,
+}
+
+#[derive(Default)]
+struct Inbox {
+    orders: VecDeque<Order>,
+    /// Only the last is of interest.
+    show: Option<Asked>,
+    refine: bool,
+    quit: bool,
+}
+
+#[derive(Default)]
+struct Shared {
+    inbox: Mutex<Inbox>,
+    bell: Condvar,
+    /// Something waits: the pass that runs is to end.
+    hurry: AtomicBool,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Inbox> {
+        self.inbox.lock().unwrap_or_else(|e| e.into_inner())
+    }
+}
+
+/// The way to the renderer's thread.
+pub struct Engine {
+    shared: Arc<Shared>,
+    news: Receiver<News>,
+    sender: Sender<News>,
+    threads: usize,
+    wake: Arc<dyn Fn() + Send + Sync>,
+    thread: Option<std::thread::JoinHandle<()>>,
+}
+
+impl Engine {
+    /// Starts the thread; `wake` is called when there is news.
+    ///
+    /// # Errors
+    /// Threads that can't be started.
+    pub fn start(threads: usize, wake: Arc<dyn Fn() + Send + Sync>) -> Result<Self> {
+        let (sender, news) = channel();
+        let shared = Arc::new(Shared::default());
+        shared.lock().refine = true;
+        let mut worker = Worker {
+            shared: shared.clone(),
+            sender: sender.clone(),
+            wake: wake.clone(),
+            pool: pool(threads)?,
+            live: None,
+            mapped: 0,
+        };
+        let thread = std::thread::Builder::new().name("renderer".into());
+        let thread = thread
+            .spawn(move || worker.run())
+            .map_err(|e| Diagnostic::error(format!("cannot start the renderer: {e}")))?;
+        Ok(Self {
+            shared,
+            news,
+            sender,
+            threads,
+            wake,
+            thread: Some(thread),
+        })
+    }
+
+    pub fn order(&self, order: Order) {
+        self.tell(|inbox| inbox.orders.push_back(order));
+    }
+
+    pub fn show(&self, asked: Asked) {
+        self.tell(|inbox| inbox.show = Some(asked));
+    }
+
+    /// Whether to go on refining.
+    pub fn refine(&self, on: bool) {
+        self.tell(|inbox| inbox.refine = on);
+    }
+
+    fn tell(&self, change: impl FnOnce(&mut Inbox)) {
+        let mut inbox = self.shared.lock();
+        change(&mut inbox);
+        self.shared.hurry.store(true, Ordering::Relaxed);
+        self.shared.bell.notify_one();
+    }
+
+    /// News that has come since.
+    pub fn news(&self) -> Vec<News> {
+        self.news.try_iter().collect()
+    }
+
+    /// Makes and writes the picture of a plan, as a batch run does.
+    pub fn save(&self, setup: Setup, output: PathBuf) {
+        let (sender, wake, threads) = (self.sender.clone(), self.wake.clone(), self.threads);
+        std::thread::spawn(move || {
+            let made = catch_unwind(AssertUnwindSafe(|| save(&setup, &output, threads)));
+            let made = made.unwrap_or_else(|cause| Err(Diagnostic::error(words(&*cause))));
+            let _ = sender.send(match made {
+                Ok(line) => News::Saved(output, line),
+                Err(error) => News::NotSaved(output, error),
+            });
+            wake();
+        });
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        self.tell(|inbox| inbox.quit = true);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn pool(threads: usize) -> Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| Diagnostic::error(format!("cannot start {threads} threads: {e}")))
+}
+
+fn save(setup: &Setup, output: &std::path::Path, threads: usize) -> Result<String> {
+    PictureFormat::of(output)?;
+    let session = Session::open(setup.plan.clone())?;
+    let exposure = pool(threads)?.install(|| session.expose(&|_| ()));
+    let picture = session.develop(&exposure, &setup.command(output));
+    picture.save(output, session.plan.depth)?;
+    let mut report = session.report(&exposure);
+    report.picture = output.display().to_string();
+    report.total_seconds = report.seconds.total();
+    Ok(report.line())
+}
+
+/// What a panic said.
+fn words(cause: &(dyn Any + Send)) -> String {
+    let said = cause
+        .downcast_ref::<&str>()
+        .map(|s| (*s).to_owned())
+        .or_else(|| cause.downcast_ref::<String>().cloned());
+    format!(
+        "the renderer stopped: {}",
+        said.unwrap_or_else(|| "it does not say why".into())
+    )
+}
+
+/// What the thread has.
+struct Worker {
+    shared: Arc<Shared>,
+    sender: Sender<News>,
+    wake: Arc<dyn Fn() + Send + Sync>,
+    pool: rayon::ThreadPool,
+    live: Option<Live>,
+    /// The serial whose distances were told.
+    mapped: u64,
+}
+
+/// What to do next.
+enum Task {
+    Order(Order),
+    Show(Asked),
+    Refine,
+}
+
+impl Worker {
+    fn run(&mut self) {
+        while let Some(task) = self.next() {
+            let done = catch_unwind(AssertUnwindSafe(|| self.work(task)));
+            if let Err(cause) = done {
+                // What was being worked on may be half done: it is opened again.
+                let plan = self.live.take().map(|live| live.setup().plan.clone());
+                self.tell(News::Panicked(words(&*cause)));
+                let again =
+                    catch_unwind(AssertUnwindSafe(|| plan.and_then(|p| Live::open(&p).ok())));
+                // It waits to be asked, and does not run into the same panic by itself.
+                self.live = again.ok().flatten();
+                self.mapped = 0;
+            }
+        }
+    }
+
+    /// Orders first, then what is to be shown, then more of the same. Waits if there is nothing.
+    fn next(&mut self) -> Option<Task> {
+        let shared = self.shared.clone();
+        let mut inbox = shared.lock();
+        loop {
+            if inbox.quit {
+                return None;
+            }
+            if let Some(order) = inbox.orders.pop_front() {
+                shared
+                    .hurry
+                    .store(!inbox.orders.is_empty(), Ordering::Relaxed);
+                return Some(Task::Order(order));
+            }
+            shared.hurry.store(false, Ordering::Relaxed);
+            if let Some(asked) = inbox.show.take() {
+                return Some(Task::Show(asked));
+            }
+            let shown = self.live.as_ref().is_some_and(|l| l.asked().serial > 0);
+            if shown && (inbox.refine || self.mapped != self.serial()) {
+                return Some(Task::Refine);
+            }
+            inbox = shared.bell.wait(inbox).unwrap_or_else(|e| e.into_inner());
+        }
+    }
+
+    fn serial(&self) -> u64 {
+        self.live.as_ref().map_or(0, |l| l.asked().serial)
+    }
+
+    fn tell(&self, news: News) {
+        let _ = self.sender.send(news);
+        (self.wake)();
+    }
+
+    fn work(&mut self, task: Task) {
+        match task {
+            Task::Order(Order::Open(plan)) => self.open(&plan),
+            Task::Order(Order::FocusAt(x, y)) => {
+                let found = match &mut self.live {
+                    Some(live) => self.pool.install(|| focus_at(live, x, y)),
+                    None => None,
+                };
+                self.tell(News::Focused(found));
+            }
+            Task::Order(Order::Panic) => panic!("as ordered"),
+            Task::Show(asked) => self.show(asked),
+            Task::Refine => self.refine(),
+        }
+    }
+
+    fn open(&mut self, plan: &Plan) {
+        match self.pool.install(|| Live::open(plan)) {
+            Ok(live) => {
+                let opened = Opened {
+                    setup: live.setup().clone(),
+                    messages: live.session().sink.items().to_vec(),
+                };
+                self.live = Some(live);
+                self.mapped = 0;
+                self.tell(News::Opened(Box::new(opened)));
+            }
+            Err(error) => self.tell(News::NotOpened(plan.scene.clone(), error)),
+        }
+    }
+
+    fn show(&mut self, asked: Asked) {
+        let serial = asked.serial;
+        let Some(live) = &mut self.live else { return };
+        if let Err(error) = live.show(asked) {
+            return self.tell(News::Refused(serial, error));
+        }
+        // The first frame at once, whatever waits: else a fast wheel would never see one.
+        if let Some(frame) = self.pool.install(|| live.step(&|| true)) {
+            self.tell(News::Frame(Box::new(frame)));
+        }
+    }
+
+    fn refine(&mut self) {
+        let Some(live) = &mut self.live else { return };
+        if self.mapped != live.asked().serial {
+            self.mapped = live.asked().serial;
+            let view = live.view().clone();
+            let surface = view.lens_camera().map(FocalSurface::of);
+            let depths = self.pool.install(|| view.depths());
+            return self.tell(News::Depths(Arc::new(depths), surface));
+        }
+        let shared = self.shared.clone();
+        let goes_on = move || !shared.hurry.load(Ordering::Relaxed);
+        if let Some(frame) = self.pool.install(|| live.step(&goes_on)) {
+            self.tell(News::Frame(Box::new(frame)));
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Cameras and environments as files: what `--camera` and `--environment` read.
+
+use std::path::Path;
+
+use crate::diag::{Diagnostic, Result};
+use crate::grammar::class;
+use crate::iv::{Document, Format};
+use crate::picture::write_whole;
+use crate::plan::Flash;
+use crate::pose::CameraPose;
+
+use super::setup::{Setup, node};
+
+const HEADER: &str = "#Inventor V2.1 ascii\n";
+
+/// What a file that was dropped or named is most likely meant to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Scene,
+    Camera,
+    Environment,
+    Picture,
+    Lens,
+}
+
+impl Kind {
+    /// By the name's ending; a `.dat` is a camera if it holds a camera node, else a lens.
+    pub fn of(path: &Path) -> Self {
+        let end = path
+            .extension()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .to_lowercase();
+        match end.as_str() {
+            "png" | "jpg" | "jpeg" | "tif" | "tiff" | "gif" | "bmp" | "ppm" | "pgm" | "pnm"
+            | "tga" | "rgb" | "sgi" | "bw" | "exr" => Self::Picture,
+            "zmx" | "seq" | "json" => Self::Lens,
+            "env" => Self::Environment,
+            "dat" if crate::plan::camera_of_file(path).is_ok() => Self::Camera,
+            "dat" => Self::Lens,
+            _ => Self::Scene,
+        }
+    }
+}
+
+/// A camera file: the pose, and the distance in focus as the camera's own.
+pub fn camera_text(setup: &Setup) -> String {
+    let distance = setup.focus();
+    let pose = CameraPose {
+        focal_distance: if distance.is_finite() {
+            distance
+        } else {
+            setup.pose.focal_distance
+        },
+        ..setup.pose.clone()
+    };
+    format!(
+        "{HEADER}# Written by ivcam.\n{}\n",
+        laid_out(&node(&pose).0)
+    )
+}
+
+/// One field a line.
+fn laid_out(node: &str) -> String {
+    let fields = [
+        "position",
+        "orientation",
+        "nearDistance",
+        "farDistance",
+        "focalDistance",
+        "aspectRatio",
+        "heightAngle",
+        "height ",
+        "viewportMapping",
+    ];
+    let mut text = node.to_owned();
+    for field in fields {
+        text = text.replace(&format!(" {field}"), &format!("\n  {field}"));
+    }
+    text.strip_suffix(" }")
+        .map_or(text.clone(), |t| format!("{t}\n}}"))
+}
+
+/// A SceneViewer environment file: the camera, what the environment read before holds besides it
+/// (fog, lights), and the headlight if it is on.
+///
+/// # Errors
+/// An environment read before that can't be read again.
+pub fn environment_text(setup: &Setup) -> Result<String> {
+    let mut text = camera_text(setup);
+    let mut lamp = None;
+    if let Some(path) = &setup.plan.environment {
+        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+        let mut document = Document::read_headerless(&path.display().to_string(), bytes)?;
+        let roots = std::mem::take(&mut document.roots);
+        for id in roots {
+            let node = document.node(id);
+            if node.class_id() == Some(class::DIRECTIONAL_LIGHT) {
+                lamp = Some(id);
+            } else if CameraPose::from_node(node, glam::DMat4::IDENTITY).is_none() {
+                document.roots.push(id);
+            }
+        }
+        text += &body(&document);
+        document.roots = lamp.into_iter().collect();
+        if lamp.is_some() && is_lit(setup.plan.flash, true) {
+            return Ok(text + &body(&document));
+        }
+    }
+    if is_lit(setup.plan.flash, lamp.is_some()) {
+        text += "DirectionalLight { direction 0 0 -1 }\n";
+    }
+    Ok(text)
+}
+
+/// Whether the headlight is on, with an environment that has one or not.
+pub fn is_lit(flash: Flash, own: bool) -> bool {
+    match flash {
+        Flash::Unchanged => own,
+        Flash::Flipped => !own,
+        Flash::Set(on) => on,
+    }
+}
+
+/// A document without its header.
+fn body(document: &Document) -> String {
+    if document.roots.is_empty() {
+        return String::new();
+    }
+    let written = String::from_utf8_lossy(&document.write(Format::Ascii)).into_owned();
+    written
+        .split_once('\n')
+        .map_or(String::new(), |(_, rest)| rest.to_owned())
+}
+
+/// Writes a text under a name.
+///
+/// # Errors
+/// Whatever the disk has to say.
+pub fn write(path: &Path, text: &str) -> Result<()> {
+    write_whole(path, |file| file.write_all(text.as_bytes()))
+}

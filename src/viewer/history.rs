@@ -1,0 +1,62 @@
+//! Undo: the setups that were, a gesture at a time.
+
+use super::setup::Setup;
+
+/// Changes of one control closer together than this are one step, in seconds.
+const TOGETHER: f64 = 0.5;
+/// Steps that are kept.
+const MOST: usize = 200;
+
+/// The setups before and after the present one.
+#[derive(Default)]
+pub struct History {
+    before: Vec<Setup>,
+    after: Vec<Setup>,
+    /// The control that made the last change, and when.
+    last: Option<(&'static str, f64)>,
+}
+
+impl History {
+    /// Keeps a setup that a control is about to change. `held`: a button is still pressed, so it
+    /// is one gesture with what came before.
+    pub fn keep(&mut self, before: &Setup, control: &'static str, now: f64, held: bool) {
+        let goes_on = self
+            .last
+            .is_some_and(|(c, at)| c == control && (held || now - at < TOGETHER));
+        self.last = Some((control, now));
+        self.after.clear();
+        if goes_on {
+            return;
+        }
+        self.before.push(before.clone());
+        if self.before.len() > MOST {
+            self.before.remove(0);
+        }
+    }
+
+    pub fn undo(&mut self, present: &Setup) -> Option<Setup> {
+        let setup = self.before.pop()?;
+        self.after.push(present.clone());
+        self.last = None;
+        Some(setup)
+    }
+
+    pub fn redo(&mut self, present: &Setup) -> Option<Setup> {
+        let setup = self.after.pop()?;
+        self.before.push(present.clone());
+        self.last = None;
+        Some(setup)
+    }
+
+    pub fn can_undo(&self) -> bool {
+        !self.before.is_empty()
+    }
+
+    pub fn can_redo(&self) -> bool {
+        !self.after.is_empty()
+    }
+
+    pub fn forget(&mut self) {
+        *self = Self::default();
+    }
+}

@@ -1,0 +1,106 @@
+//! The camera menu: every lens that comes with the program, with a small section of each.
+
+use std::sync::{Arc, OnceLock};
+
+use crate::diagram::{Drawing, LensDiagram, SectionOptions};
+use crate::lens::{About, Lens, shipped_names};
+
+/// A lens of the menu.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    pub name: &'static str,
+    pub title: String,
+    pub kind: String,
+    /// Millimeters; infinite for an afocal lens.
+    pub efl: f64,
+    pub f_number: Option<f64>,
+    pub section: Drawing,
+}
+
+impl Entry {
+    fn of(name: &'static str) -> Option<Self> {
+        let lens = Lens::named(name).ok()?;
+        let about = About::of(lens.prescription());
+        Some(Self {
+            name,
+            title: about.title.unwrap_or_else(|| name.to_owned()),
+            kind: about.kind.unwrap_or_default(),
+            efl: lens.first_order().efl(),
+            f_number: lens.first_order().f_number(),
+            section: LensDiagram::of(&lens, thumbnail()).drawing(),
+        })
+    }
+
+    /// Focal length and f-number.
+    pub fn numbers(&self) -> String {
+        let efl = if self.efl.is_finite() {
+            format!("{:.0} mm", self.efl)
+        } else {
+            "afocal".into()
+        };
+        self.f_number
+            .map_or(efl.clone(), |n| format!("{efl}  f/{n:.1}"))
+    }
+}
+
+/// Glass alone: rays would be a smear at this size.
+fn thumbnail() -> SectionOptions {
+    SectionOptions {
+        width: 360.0,
+        height: 200.0,
+        film_z: None,
+        fields: Vec::new(),
+        rays: 2,
+        lost: false,
+        marks: false,
+    }
+}
+
+/// The menu, which is made by a thread of its own: forty lenses take a moment.
+#[derive(Clone, Default)]
+pub struct LensMenu {
+    entries: Arc<OnceLock<Vec<Entry>>>,
+}
+
+impl LensMenu {
+    pub fn start(wake: Arc<dyn Fn() + Send + Sync>) -> Self {
+        let menu = Self::default();
+        let entries = menu.entries.clone();
+        std::thread::spawn(move || {
+            let _ = entries.set(shipped_names().filter_map(Entry::of).collect());
+            wake();
+        });
+        menu
+    }
+
+    /// With all lenses there: for tests.
+    pub fn ready() -> Self {
+        let menu = Self::default();
+        let _ = menu
+            .entries
+            .set(shipped_names().filter_map(Entry::of).collect());
+        menu
+    }
+
+    pub fn entries(&self) -> &[Entry] {
+        self.entries.get().map_or(&[], Vec::as_slice)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shipped_lens_is_in_the_menu_with_its_section() {
+        let menu = LensMenu::ready();
+        assert_eq!(menu.entries().len(), shipped_names().count());
+        assert!(menu.entries().iter().all(|e| !e.section.items.is_empty()));
+        let gauss = menu
+            .entries()
+            .iter()
+            .find(|e| e.name == "double-gauss")
+            .unwrap();
+        assert_eq!(gauss.numbers(), "101 mm  f/2.0");
+    }
+}

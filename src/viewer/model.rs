@@ -1,0 +1,456 @@
+//! Everything the window knows and can do, without a widget in it.
+//!
+//! Panels read the model and change its [`Setup`] through [`Model::change`]; the window passes
+//! what is asked on to the [`super::engine`] and gives its news to [`Model::hear`]. Tests drive
+//! this by itself, and the panels against it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::DVec3;
+
+use crate::camera::Camera;
+use crate::diag::{Diagnostic, Result, Severity, Sink};
+use crate::math::Meters;
+use crate::plan::{Optics, Plan};
+use crate::pose::{CameraPose, Projection};
+
+use super::archive::Archive;
+use super::autofocus::Focused;
+use super::draft::{self, Preview};
+use super::engine::{News, Opened, Order};
+use super::files;
+use super::history::History;
+use super::live::{Asked, Frame};
+use super::navigate::{self, Stand, Tool};
+use super::setup::Setup;
+use super::sharpness::{DepthOfField, depth_of_field};
+use super::view::{DepthMap, FocalSurface, Seen};
+
+/// What is drawn over the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Marks {
+    /// The focus plane of the paper: a tint behind it, and a frame that shrinks with distance.
+    pub plane: bool,
+    /// The surface that is really sharp instead of the plane.
+    pub curved: bool,
+    pub peaking: bool,
+    pub clipping: bool,
+    pub thirds: bool,
+    pub grid: bool,
+}
+
+/// A way from one pose to another, being gone.
+#[derive(Clone, Debug)]
+pub struct Flight {
+    from: CameraPose,
+    to: CameraPose,
+    start: f64,
+}
+
+/// Seconds of a seek (Inventor's own default is 2).
+const FLIGHT: f64 = 0.6;
+
+/// Why the picture that is asked for can't be made, and the nearest distance that could.
+#[derive(Clone, Debug)]
+pub struct Refusal {
+    pub why: Diagnostic,
+    pub nearest: Option<f64>,
+}
+
+/// The state of the window.
+pub struct Model {
+    pub setup: Setup,
+    pub preview: Preview,
+    pub tool: Tool,
+    pub marks: Marks,
+    pub refine: bool,
+    pub history: History,
+    /// Whether there is a scene.
+    pub open: bool,
+    pub opening: bool,
+    /// Scenes that were opened, to go back to.
+    pub scenes: Vec<PathBuf>,
+    pub frame: Option<Frame>,
+    pub depths: Option<Arc<DepthMap>>,
+    pub surface: Option<FocalSurface>,
+    pub messages: Vec<Diagnostic>,
+    /// The message whose lines are shown.
+    pub shown_message: Option<usize>,
+    pub refusal: Option<Refusal>,
+    pub focused: Option<Focused>,
+    /// The last thing done, in words.
+    pub status: String,
+    /// Where the cursor is on the picture, from 0 to 1.
+    pub cursor: Option<(f64, f64)>,
+    pub archive: Archive,
+    /// What is typed as the name of the picture to save.
+    pub output: String,
+    /// What is typed as the name of another file.
+    pub file: String,
+    pub saving: usize,
+    /// The present time, in seconds, and whether a mouse button is held.
+    pub now: f64,
+    pub held: bool,
+    pub flight: Option<Flight>,
+    orders: Vec<Order>,
+    asked: Option<(Setup, Preview)>,
+    serial: u64,
+}
+
+impl Model {
+    pub fn new(plan: Plan) -> Self {
+        let pose = CameraPose::view_all((DVec3::splat(-1.0), DVec3::splat(1.0)), 1.5);
+        let mut model = Self {
+            setup: Setup { plan, pose },
+            preview: Preview::Lens,
+            tool: Tool::Focus,
+            marks: Marks::default(),
+            refine: true,
+            history: History::default(),
+            open: false,
+            opening: false,
+            scenes: Vec::new(),
+            frame: None,
+            depths: None,
+            surface: None,
+            messages: Vec::new(),
+            shown_message: None,
+            refusal: None,
+            focused: None,
+            status: String::new(),
+            cursor: None,
+            archive: Archive::default(),
+            output: "picture.png".into(),
+            file: String::new(),
+            saving: 0,
+            now: 0.0,
+            held: false,
+            flight: None,
+            orders: Vec::new(),
+            asked: None,
+            serial: 0,
+        };
+        if !model.setup.plan.scene.as_os_str().is_empty() {
+            model.reopen();
+        }
+        model
+    }
+
+    /// Takes on another setup, as a control made it; undo goes back to the one before.
+    pub fn change(&mut self, control: &'static str, next: Setup) {
+        if next == self.setup {
+            return;
+        }
+        self.history.keep(&self.setup, control, self.now, self.held);
+        self.setup = next;
+    }
+
+    /// The same with the setup changed in place.
+    pub fn edit(&mut self, control: &'static str, edit: impl FnOnce(&mut Setup)) {
+        let mut next = self.setup.clone();
+        edit(&mut next);
+        self.change(control, next);
+    }
+
+    pub fn undo(&mut self) {
+        if let Some(setup) = self.history.undo(&self.setup) {
+            self.go_to(setup);
+        }
+    }
+
+    pub fn redo(&mut self) {
+        if let Some(setup) = self.history.redo(&self.setup) {
+            self.go_to(setup);
+        }
+    }
+
+    fn go_to(&mut self, setup: Setup) {
+        let other = |a: &Plan, b: &Plan| a.scene != b.scene || a.environment != b.environment;
+        let reopen = other(&setup.plan, &self.setup.plan);
+        self.setup = setup;
+        if reopen {
+            self.reopen();
+        }
+    }
+
+    /// Another scene, with the lens and everything else as it is, seen from its own camera.
+    pub fn open_scene(&mut self, path: &Path) {
+        let mut plan = self.setup.plan.clone();
+        (plan.scene, plan.camera, plan.focus) = (path.to_owned(), None, None);
+        self.order_open(plan);
+    }
+
+    fn reopen(&mut self) {
+        self.order_open(self.setup.plan.clone());
+    }
+
+    fn order_open(&mut self, plan: Plan) {
+        self.opening = true;
+        self.status = format!("opening {}", plan.scene.display());
+        self.orders.push(Order::Open(Box::new(plan)));
+    }
+
+    /// A file that was dropped on the window or named: whatever it is.
+    pub fn take_file(&mut self, path: &Path) {
+        let taken = match files::Kind::of(path) {
+            files::Kind::Scene => {
+                self.open_scene(path);
+                Ok(())
+            }
+            files::Kind::Camera => self.read_camera(path),
+            files::Kind::Environment => {
+                self.read_environment(path);
+                Ok(())
+            }
+            files::Kind::Picture => self.archive.load(path),
+            files::Kind::Lens => {
+                let name = path.to_string_lossy().into_owned();
+                crate::lens::Lens::open(&name).map(|_| self.edit("lens", |s| s.choose_lens(&name)))
+            }
+        };
+        if let Err(error) = taken {
+            self.say(*error);
+        }
+    }
+
+    /// Puts the camera where a camera file says.
+    ///
+    /// # Errors
+    /// A file without a camera.
+    pub fn read_camera(&mut self, path: &Path) -> Result<()> {
+        let pose = crate::plan::camera_of_file(path)?;
+        self.edit("camera file", |setup| {
+            setup.plan.camera = Some(path.to_owned());
+            setup.plan.focus = None;
+            setup.pose = pose;
+        });
+        self.status = format!("camera of {}", path.display());
+        Ok(())
+    }
+
+    /// Opens the scene again with a SceneViewer environment.
+    pub fn read_environment(&mut self, path: &Path) {
+        let mut plan = self.setup.plan.clone();
+        (plan.environment, plan.camera) = (Some(path.to_owned()), None);
+        self.order_open(plan);
+    }
+
+    /// Writes the camera, or camera and environment, to a file.
+    pub fn write_file(&mut self, path: &Path, environment: bool) {
+        let text = if environment {
+            files::environment_text(&self.setup)
+        } else {
+            Ok(files::camera_text(&self.setup))
+        };
+        match text.and_then(|text| files::write(path, &text)) {
+            Ok(()) => self.status = format!("wrote {}", path.display()),
+            Err(error) => self.say(*error),
+        }
+    }
+
+    /// Adds a message and shows its lines.
+    pub fn say(&mut self, message: Diagnostic) {
+        self.status = message.message.clone();
+        self.messages.push(message);
+        self.shown_message = Some(self.messages.len() - 1);
+    }
+
+    /// What the window is to pass on to the renderer.
+    pub fn orders(&mut self) -> Vec<Order> {
+        std::mem::take(&mut self.orders)
+    }
+
+    /// What is to be shown, if it is something new.
+    pub fn ask(&mut self) -> Option<Asked> {
+        let wanted = (self.setup.clone(), self.preview);
+        if !self.open || self.asked.as_ref() == Some(&wanted) {
+            return None;
+        }
+        self.serial += 1;
+        self.asked = Some(wanted);
+        Some(Asked {
+            setup: self.setup.clone(),
+            preview: self.preview,
+            serial: self.serial,
+            at: Instant::now(),
+        })
+    }
+
+    /// Takes in what the renderer tells.
+    pub fn hear(&mut self, news: News) {
+        match news {
+            News::Opened(opened) => self.opened(*opened),
+            News::NotOpened(path, error) => {
+                self.opening = false;
+                self.status = format!("{} stays out", path.display());
+                self.say(*error);
+            }
+            News::Frame(frame) => {
+                if frame.serial == self.serial {
+                    self.refusal = None;
+                }
+                self.frame = Some(*frame);
+            }
+            News::Depths(depths, surface) => {
+                self.depths = Some(depths);
+                self.surface = surface;
+            }
+            News::Refused(serial, error) => {
+                if serial == self.serial {
+                    let nearest = nearest_focus(&self.setup);
+                    self.refusal = Some(Refusal {
+                        why: *error,
+                        nearest,
+                    });
+                }
+            }
+            News::Focused(found) => self.focus_found(found),
+            News::Saved(path, line) => {
+                self.saving = self.saving.saturating_sub(1);
+                self.status = format!("saved {}: {line}", path.display());
+            }
+            News::NotSaved(path, error) => {
+                self.saving = self.saving.saturating_sub(1);
+                self.status = format!("{} was not saved", path.display());
+                self.say(*error);
+            }
+            News::Panicked(words) => {
+                let help = "the settings are kept; change something, or press Try again";
+                self.say(*Diagnostic::error(words).with_help(help));
+            }
+        }
+    }
+
+    fn opened(&mut self, opened: Opened) {
+        let scene = opened.setup.plan.scene.clone();
+        (self.open, self.opening) = (true, false);
+        self.status = format!("opened {}", scene.display());
+        self.messages = opened.messages;
+        self.messages.retain(|m| m.severity >= Severity::Warning);
+        self.shown_message = None;
+        self.setup = opened.setup;
+        (self.asked, self.depths, self.refusal, self.focused) = (None, None, None, None);
+        if !self.scenes.contains(&scene) {
+            self.scenes.push(scene);
+            self.history.forget();
+        }
+    }
+
+    /// Asks for the same once more, as after a panic.
+    pub fn try_again(&mut self) {
+        self.asked = None;
+    }
+
+    /// Focuses on a place of the picture, from 0 to 1, as soon as the renderer can.
+    pub fn focus_at(&mut self, x: f64, y: f64) {
+        self.orders.push(Order::FocusAt(x, y));
+    }
+
+    fn focus_found(&mut self, found: Option<Focused>) {
+        self.focused = found;
+        match found {
+            Some(found) => self.edit("focus", |s| s.set_focus(found.distance)),
+            None => self.status = "nothing there to focus on".into(),
+        }
+    }
+
+    /// What is under a place of the picture.
+    pub fn look(&self, x: f64, y: f64) -> Option<Seen> {
+        self.frame.as_ref()?.view.look(x, y)
+    }
+
+    /// The height angle of what is seen, in radians.
+    pub fn height_angle(&self) -> f64 {
+        let view = self.frame.as_ref().map(|f| &f.view.camera);
+        match (view, self.setup.pose.projection) {
+            (Some(Camera::Lens(camera)), _) => draft::height_angle(camera),
+            (_, Projection::Perspective { height_angle }) => height_angle,
+            _ => std::f64::consts::FRAC_PI_4,
+        }
+    }
+
+    pub fn depth_of_field(&self) -> Option<DepthOfField> {
+        depth_of_field(self.frame.as_ref()?.view.lens_camera()?)
+    }
+
+    /// Where the camera stands and what turns it: the middle of the picture, or the focus.
+    pub fn stand(&self) -> Stand {
+        let bounds = self.frame.as_ref().and_then(|f| f.view.bounds());
+        let extent = bounds.map_or(1.0, |(a, b)| (b - a).length()).max(1e-6);
+        let focus = self.setup.focus();
+        let distance = if focus.is_finite() {
+            focus.min(10.0 * extent)
+        } else {
+            extent
+        };
+        Stand {
+            pose: self.setup.pose.clone(),
+            distance,
+            extent,
+        }
+    }
+
+    /// Puts the camera elsewhere.
+    pub fn go(&mut self, control: &'static str, pose: &CameraPose) {
+        self.flight = None;
+        self.edit(control, |s| s.set_pose(pose));
+    }
+
+    pub fn view_all(&mut self) {
+        let Some(bounds) = self.frame.as_ref().and_then(|f| f.view.bounds()) else {
+            return;
+        };
+        let aspect = self.setup.plan.resolution.aspect();
+        let pose = navigate::view_all(&self.setup.pose, bounds, self.height_angle(), aspect);
+        self.go("view all", &pose);
+        self.edit("view all", |s| s.set_focus(pose.focal_distance));
+    }
+
+    /// Sets off for a point, as Inventor's seek does.
+    pub fn seek(&mut self, x: f64, y: f64) {
+        let Some(seen) = self.look(x, y) else {
+            self.status = "nothing there to go to".into();
+            return;
+        };
+        self.flight = Some(Flight {
+            from: self.setup.pose.clone(),
+            to: navigate::seek(&self.setup.pose, seen.point),
+            start: self.now,
+        });
+    }
+
+    /// Moves on along a flight. Whether there is one.
+    pub fn fly_on(&mut self) -> bool {
+        let Some(flight) = self.flight.take() else {
+            return false;
+        };
+        let at = (self.now - flight.start) / FLIGHT;
+        let pose = navigate::between(&flight.from, &flight.to, at);
+        self.edit("seek", |s| s.set_pose(&pose));
+        if at < 1.0 {
+            self.flight = Some(flight);
+        }
+        true
+    }
+
+    /// The command line that makes the picture.
+    pub fn command(&self) -> String {
+        self.setup.command(Path::new(&self.output))
+    }
+}
+
+/// The nearest distance at which the lens of a setup does focus, in meters.
+fn nearest_focus(setup: &Setup) -> Option<f64> {
+    let Optics::Lens(choice) = &setup.plan.optics else {
+        return None;
+    };
+    let lens = choice.open(&mut Sink::new()).ok()?;
+    let fault = lens.focused(choice.method, Meters(setup.focus())).err()?;
+    // A hair farther, so that rounding does not end in front of it.
+    fault
+        .nearest()
+        .map(|mm| mm / 1000.0 * 1.0005)
+        .filter(|d| d.is_finite())
+}

@@ -1,0 +1,247 @@
+//! Moving the camera: orbit, pan, dolly, fly, view all, and Inventor's seek to a point.
+//!
+//! Each is a pose made of a pose; pixels become angles and lengths where they are drawn.
+
+use glam::{DQuat, DVec2, DVec3};
+
+use crate::pose::CameraPose;
+
+/// What the mouse does on the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tool {
+    /// A click focuses there.
+    #[default]
+    Focus,
+    Orbit,
+    Pan,
+    Dolly,
+    /// Drags look around; W, A, S, D, Q and E go.
+    Fly,
+    /// A click goes half the way there and looks at it.
+    Seek,
+}
+
+impl Tool {
+    pub const ALL: [(Self, &'static str, &'static str); 6] = [
+        (Self::Focus, "Focus", "click: focus there (1)"),
+        (
+            Self::Orbit,
+            "Orbit",
+            "drag: turn around the point in focus (2)",
+        ),
+        (
+            Self::Pan,
+            "Pan",
+            "drag: move across (3; also the middle button)",
+        ),
+        (
+            Self::Dolly,
+            "Dolly",
+            "drag up and down: nearer and farther (4; also the wheel)",
+        ),
+        (Self::Fly, "Fly", "drag: look around; W A S D Q E: go (5)"),
+        (
+            Self::Seek,
+            "Seek",
+            "click: go half the way there and look at it (6)",
+        ),
+    ];
+}
+
+/// Where the camera is, and what its movements are measured by.
+#[derive(Clone, Debug)]
+pub struct Stand {
+    pub pose: CameraPose,
+    /// The distance of the pivot in front of the camera, in meters.
+    pub distance: f64,
+    /// The size of everything, in meters.
+    pub extent: f64,
+}
+
+impl Stand {
+    /// Turns around the pivot: radians to the right and up. The horizon stays level.
+    pub fn orbit(&self, by: DVec2) -> CameraPose {
+        let pivot = self.pose.position + self.distance * self.pose.direction();
+        let orientation = self.looked(by);
+        CameraPose {
+            position: pivot - self.distance * (orientation * DVec3::NEG_Z),
+            orientation,
+            ..self.pose.clone()
+        }
+    }
+
+    /// Looks elsewhere from the same place.
+    pub fn look(&self, by: DVec2) -> CameraPose {
+        CameraPose {
+            orientation: self.looked(by),
+            ..self.pose.clone()
+        }
+    }
+
+    fn looked(&self, by: DVec2) -> DQuat {
+        let turn = DQuat::from_rotation_y(-by.x) * self.pose.orientation;
+        let tilted = turn * DQuat::from_rotation_x(by.y);
+        // Not over the top: up stays up.
+        let up = (tilted * DVec3::Y).y;
+        if up > 0.02 || up > (turn * DVec3::Y).y {
+            tilted.normalize()
+        } else {
+            turn.normalize()
+        }
+    }
+
+    /// Moves across by shares of the view's height at the pivot.
+    pub fn pan(&self, by: DVec2, height_angle: f64) -> CameraPose {
+        let height = 2.0 * self.distance * libm::tan(0.5 * height_angle);
+        self.moved(height * DVec3::new(-by.x, by.y, 0.0))
+    }
+
+    /// Nearer (positive) or farther: each unit leaves 1/e of the distance to the pivot.
+    pub fn dolly(&self, by: f64) -> CameraPose {
+        let go = self.distance * (1.0 - libm::exp(-by));
+        self.moved(DVec3::new(0.0, 0.0, -go))
+    }
+
+    /// Goes right, up and forward, in shares of the scene's size.
+    pub fn fly(&self, by: DVec3) -> CameraPose {
+        self.moved(self.extent * DVec3::new(by.x, by.y, -by.z))
+    }
+
+    fn moved(&self, camera: DVec3) -> CameraPose {
+        let position = self.pose.position + self.pose.orientation * camera;
+        CameraPose {
+            position: if position.is_finite() {
+                position
+            } else {
+                self.pose.position
+            },
+            ..self.pose.clone()
+        }
+    }
+}
+
+/// Steps back along the view until the sphere around the box fills the shorter side of the
+/// picture, as Inventor's `viewAll` does; the camera keeps looking the way it looks.
+pub fn view_all(
+    pose: &CameraPose,
+    bounds: (DVec3, DVec3),
+    height_angle: f64,
+    aspect: f64,
+) -> CameraPose {
+    let center = 0.5 * (bounds.0 + bounds.1);
+    let radius = (0.5 * (bounds.1 - bounds.0).length()).max(1e-6);
+    let half = libm::tan(0.5 * height_angle) * aspect.min(1.0);
+    let distance = radius / libm::sin(libm::atan(half)).max(1e-3);
+    CameraPose {
+        position: center - distance * pose.direction(),
+        near: (distance - radius).max(1e-3 * distance),
+        far: distance + radius,
+        focal_distance: distance,
+        ..pose.clone()
+    }
+}
+
+/// Where a seek to a point ends: half the way there, looking at it.
+pub fn seek(pose: &CameraPose, point: DVec3) -> CameraPose {
+    let way = point - pose.position;
+    let Some(toward) = way.try_normalize() else {
+        return pose.clone();
+    };
+    let turn = DQuat::from_rotation_arc(pose.direction(), toward);
+    CameraPose {
+        position: pose.position + 0.5 * way,
+        orientation: leveled((turn * pose.orientation).normalize()),
+        focal_distance: 0.5 * way.length(),
+        ..pose.clone()
+    }
+}
+
+/// The same view with the horizon level, unless it looks straight up or down.
+fn leveled(orientation: DQuat) -> DQuat {
+    let back = orientation * DVec3::Z;
+    let Some(right) = DVec3::Y.cross(back).try_normalize() else {
+        return orientation;
+    };
+    if back.y.abs() > 0.999 {
+        return orientation;
+    }
+    DQuat::from_mat3(&glam::DMat3::from_cols(right, back.cross(right), back)).normalize()
+}
+
+/// A place on the way from one pose to another, from 0 to 1, slow at both ends.
+pub fn between(from: &CameraPose, to: &CameraPose, at: f64) -> CameraPose {
+    let t = at.clamp(0.0, 1.0);
+    let s = t * t * (3.0 - 2.0 * t);
+    CameraPose {
+        position: from.position.lerp(to.position, s),
+        orientation: from.orientation.slerp(to.orientation, s).normalize(),
+        ..to.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stand() -> Stand {
+        let mut pose = CameraPose::view_all((DVec3::splat(-1.0), DVec3::splat(1.0)), 1.5);
+        pose.position = DVec3::new(0.5, 1.0, 4.0);
+        Stand {
+            pose,
+            distance: 2.0,
+            extent: 10.0,
+        }
+    }
+
+    #[test]
+    fn an_orbit_keeps_the_pivot_and_its_distance() {
+        let stand = stand();
+        let pivot = |p: &CameraPose| p.position + 2.0 * p.direction();
+        let there = stand.orbit(DVec2::new(0.7, 0.3));
+        assert!((pivot(&there) - pivot(&stand.pose)).length() < 1e-12);
+        assert!((there.position - stand.pose.position).length() > 0.5);
+        assert!((there.orientation * DVec3::X).y.abs() < 1e-12, "level");
+    }
+
+    #[test]
+    fn a_look_straight_up_does_not_turn_over() {
+        let mut stand = stand();
+        for _ in 0..100 {
+            stand.pose = stand.look(DVec2::new(0.0, 0.1));
+        }
+        assert!((stand.pose.orientation * DVec3::Y).y > 0.0);
+    }
+
+    #[test]
+    fn a_dolly_never_passes_the_pivot() {
+        let mut stand = stand();
+        for _ in 0..50 {
+            let there = stand.dolly(0.4);
+            stand.distance -= (there.position - stand.pose.position).length();
+            stand.pose = there;
+        }
+        assert!(stand.pose.position.z > 2.0 && stand.pose.position.z < 2.001);
+    }
+
+    #[test]
+    fn a_seek_goes_half_the_way_and_looks_at_the_point() {
+        let (stand, point) = (stand(), DVec3::new(-1.0, 0.2, -3.0));
+        let there = seek(&stand.pose, point);
+        let way = point - there.position;
+        assert!(way.normalize().dot(there.direction()) > 1.0 - 1e-12);
+        assert!((way.length() - 0.5 * (point - stand.pose.position).length()).abs() < 1e-12);
+        assert!((there.orientation * DVec3::X).y.abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_view_of_all_touches_the_sphere() {
+        let pose = view_all(
+            &stand().pose,
+            (DVec3::splat(-1.0), DVec3::splat(1.0)),
+            0.6,
+            1.5,
+        );
+        let distance = pose.position.length();
+        assert!((distance * libm::sin(0.3) - 3f64.sqrt()).abs() < 1e-12);
+    }
+}

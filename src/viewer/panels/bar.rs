@@ -1,0 +1,94 @@
+//! The bar at the top: tools, views, undo; and the line at the bottom: how far the picture is.
+
+use egui::Ui;
+
+use crate::report::count;
+use crate::viewer::draft::Preview;
+use crate::viewer::model::Model;
+use crate::viewer::navigate::Tool;
+
+pub fn top(ui: &mut Ui, model: &mut Model) {
+    ui.horizontal_wrapped(|ui| {
+        scenes(ui, model);
+        ui.separator();
+        for (tool, name, help) in Tool::ALL {
+            ui.selectable_value(&mut model.tool, tool, name)
+                .on_hover_text(help);
+        }
+        if ui
+            .button("View all")
+            .on_hover_text("step back until everything is in the picture (Home)")
+            .clicked()
+        {
+            model.view_all();
+        }
+        ui.separator();
+        for (preview, name, help) in Preview::ALL {
+            ui.selectable_value(&mut model.preview, preview, name)
+                .on_hover_text(help);
+        }
+        ui.separator();
+        if ui
+            .add_enabled(model.history.can_undo(), egui::Button::new("Undo"))
+            .clicked()
+        {
+            model.undo();
+        }
+        if ui
+            .add_enabled(model.history.can_redo(), egui::Button::new("Redo"))
+            .clicked()
+        {
+            model.redo();
+        }
+    });
+}
+
+fn scenes(ui: &mut Ui, model: &mut Model) {
+    let name = |path: &std::path::Path| {
+        path.file_name()
+            .map_or_else(|| "no scene".into(), |n| n.to_string_lossy().into_owned())
+    };
+    let mut chosen = None;
+    egui::ComboBox::from_id_salt("scenes")
+        .selected_text(name(&model.setup.plan.scene))
+        .show_ui(ui, |ui| {
+            for scene in &model.scenes {
+                let here = *scene == model.setup.plan.scene;
+                if ui.selectable_label(here, name(scene)).clicked() && !here {
+                    chosen = Some(scene.clone());
+                }
+            }
+            ui.weak("drop files here to open more");
+        });
+    if let Some(scene) = chosen {
+        model.open_scene(&scene);
+    }
+}
+
+pub fn status(ui: &mut Ui, model: &mut Model) {
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut model.refine, "Refine")
+            .on_hover_text("go on making the picture better");
+        if let Some(frame) = &model.frame {
+            let size = frame.resolution;
+            let text = if frame.whole {
+                format!("{}x{}  {} samples", size.width, size.height, frame.samples)
+            } else {
+                format!("first look {}x{}", size.width, size.height)
+            };
+            ui.label(text);
+            ui.label(match frame.error {
+                Some(e) if frame.samples > 1 => format!("error {:.2}%", 100.0 * e.relative_rmse),
+                _ => "error unknown".into(),
+            });
+            ui.label(format!("{} rays/s", count(frame.rate as u64)));
+            let passed = 100.0 * frame.counts.passed_share();
+            ui.label(format!("{passed:.0}% through the lens"));
+        }
+        if model.opening || model.saving > 0 {
+            ui.spinner();
+        }
+        ui.separator();
+        ui.add(egui::Label::new(&model.status).truncate());
+    });
+}

@@ -1,0 +1,211 @@
+//! The camera menu: every lens with its section, focal length and f-number; and the film.
+
+use egui::{Sense, Ui, WidgetInfo, WidgetType, vec2};
+
+use crate::film::FilmFormat;
+use crate::lens::FocusMethod;
+use crate::math::Mm;
+use crate::plan::Optics;
+use crate::viewer::lenses::Entry;
+use crate::viewer::model::Model;
+
+use super::{Kit, drawing};
+
+/// Film formats: name, width and height in millimeters.
+pub const FILMS: [(&str, f64, f64); 10] = [
+    ("35 mm", 36.0, 24.0),
+    ("35 mm upright", 24.0, 36.0),
+    ("Half frame", 18.0, 24.0),
+    ("APS-C", 23.6, 15.7),
+    ("Four Thirds", 17.3, 13.0),
+    ("Super 35", 24.89, 18.66),
+    ("16 mm", 10.26, 7.49),
+    ("6x6", 56.0, 56.0),
+    ("6x7", 70.0, 56.0),
+    ("4x5 in", 121.0, 97.0),
+];
+
+pub fn menu(ui: &mut Ui, model: &mut Model, kit: &Kit) {
+    ui.heading("Camera");
+    film(ui, model);
+    ui.separator();
+    let pinhole = model.setup.plan.optics == Optics::Pinhole;
+    if ui
+        .selectable_label(pinhole, "Pinhole (the scene's own camera)")
+        .clicked()
+    {
+        model.edit("lens", |s| s.plan.optics = Optics::Pinhole);
+    }
+    let chosen = model
+        .setup
+        .lens()
+        .map(|l| l.name.clone())
+        .unwrap_or_default();
+    let mut wanted = None;
+    egui::ScrollArea::vertical()
+        .auto_shrink(false)
+        .show(ui, |ui| {
+            for entry in kit.lenses.entries() {
+                if row(ui, entry, entry.name == chosen) {
+                    wanted = Some(entry.name);
+                }
+            }
+            if kit.lenses.entries().is_empty() {
+                ui.spinner();
+            }
+        });
+    if let Some(name) = wanted {
+        model.edit("lens", |s| s.choose_lens(name));
+    }
+}
+
+/// One lens; whether it was chosen.
+fn row(ui: &mut Ui, entry: &Entry, chosen: bool) -> bool {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 46.0), Sense::click());
+    response
+        .widget_info(|| WidgetInfo::selected(WidgetType::RadioButton, true, chosen, entry.name));
+    if ui.is_rect_visible(rect) {
+        let visuals = ui.style().interact_selectable(&response, chosen);
+        if chosen || response.hovered() {
+            ui.painter().rect_filled(rect, 3.0, visuals.weak_bg_fill);
+        }
+        let picture = egui::Rect::from_min_size(rect.min + vec2(2.0, 3.0), vec2(72.0, 40.0));
+        drawing::paint(
+            &ui.painter_at(picture),
+            picture,
+            &entry.section,
+            ui.visuals().dark_mode,
+        );
+        let text = ui.painter_at(rect);
+        let at = rect.min + vec2(80.0, 6.0);
+        let font = egui::TextStyle::Body.resolve(ui.style());
+        text.text(
+            at,
+            egui::Align2::LEFT_TOP,
+            entry.name,
+            font,
+            visuals.text_color(),
+        );
+        let small = egui::TextStyle::Small.resolve(ui.style());
+        let faint = ui.visuals().weak_text_color();
+        text.text(
+            at + vec2(0.0, 20.0),
+            egui::Align2::LEFT_TOP,
+            entry.numbers(),
+            small,
+            faint,
+        );
+    }
+    let facts = format!("{}\n{}\n{}", entry.title, entry.kind, entry.numbers());
+    response.on_hover_text(facts).clicked()
+}
+
+fn film(ui: &mut Ui, model: &mut Model) {
+    let now = model.setup.plan.film;
+    let name = FILMS
+        .iter()
+        .find(|(_, w, h)| (*w, *h) == (now.width, now.height));
+    let text = name.map_or_else(
+        || format!("{}x{} mm", now.width, now.height),
+        |(n, ..)| (*n).into(),
+    );
+    let mut wanted = None;
+    egui::ComboBox::from_label("Film")
+        .selected_text(text)
+        .show_ui(ui, |ui| {
+            for (name, width, height) in FILMS {
+                let film = FilmFormat { width, height };
+                if ui
+                    .selectable_label(film == now, format!("{name}  {width}x{height}"))
+                    .clicked()
+                {
+                    wanted = Some(film);
+                }
+            }
+        });
+    if let Some(film) = wanted {
+        model.edit("film", |s| s.set_film(film));
+    }
+}
+
+/// The lens's size: the paper's zoom, or a focal length.
+pub fn zoom(ui: &mut Ui, model: &mut Model) {
+    let Some(lens) = model.setup.lens().cloned() else {
+        return;
+    };
+    let mut next = lens.clone();
+    ui.horizontal(|ui| {
+        ui.label("Zoom");
+        ui.add(
+            egui::Slider::new(&mut next.zoom, 0.05..=5.0)
+                .logarithmic(true)
+                .max_decimals(3)
+                .clamping(egui::SliderClamping::Never),
+        )
+        .on_hover_text("scales the lens, as -z does");
+    });
+    ui.horizontal(|ui| {
+        let mut set = next.efl.is_some();
+        ui.checkbox(&mut set, "Focal length");
+        let mut efl = next.efl.map_or(50.0, |l| l.0);
+        let field = egui::DragValue::new(&mut efl)
+            .range(0.5..=5000.0)
+            .max_decimals(2)
+            .suffix(" mm");
+        ui.add_enabled(set, field);
+        next.efl = set.then_some(Mm(efl));
+    });
+    method(ui, &mut next.method);
+    if next != lens && next.zoom > 0.0 {
+        model.edit("zoom", |s| s.plan.optics = Optics::Lens(next));
+    }
+}
+
+/// The movements of a view camera.
+pub fn movements(ui: &mut Ui, model: &mut Model) {
+    let mut next = model.setup.clone();
+    let moved = &mut next.plan.movements;
+    egui::CollapsingHeader::new("Movements").show(ui, |ui| {
+        for (name, radians) in [("tilt", &mut moved.tilt), ("swing", &mut moved.swing)] {
+            let mut degrees = (radians.to_degrees() * 100.0).round() / 100.0;
+            let slider = egui::Slider::new(&mut degrees, -30.0..=30.0)
+                .step_by(0.1)
+                .suffix("°")
+                .text(name);
+            if ui.add(slider).changed() {
+                *radians = ((degrees * 100.0).round() / 100.0).to_radians();
+            }
+        }
+        for (name, mm) in [("rise", &mut moved.rise), ("shift", &mut moved.shift)] {
+            ui.add(
+                egui::Slider::new(mm, -30.0..=30.0)
+                    .step_by(0.1)
+                    .suffix(" mm")
+                    .text(name),
+            );
+        }
+    });
+    model.change("movements", next);
+}
+
+fn method(ui: &mut Ui, method: &mut FocusMethod) {
+    egui::ComboBox::from_label("moves to focus")
+        .selected_text(method.name())
+        .show_ui(ui, |ui| {
+            for (choice, help) in [
+                (FocusMethod::Film, "the film, to the paraxial image"),
+                (
+                    FocusMethod::Lens,
+                    "the whole lens; distances count from the film",
+                ),
+                (FocusMethod::Group, "the focusing group of the prescription"),
+                (
+                    FocusMethod::Best,
+                    "the film, to the least spot of real rays",
+                ),
+            ] {
+                ui.selectable_value(method, choice, choice.name())
+                    .on_hover_text(help);
+            }
+        });
+}

@@ -1,0 +1,86 @@
+//! An old picture beside the live one.
+
+use egui::{Color32, Painter, Rect, Stroke, TextureHandle, Ui, pos2};
+
+use crate::viewer::archive::{Archive, Way};
+use crate::viewer::model::Model;
+
+use super::Kit;
+
+pub fn show(ui: &mut Ui, model: &mut Model) {
+    ui.heading("Comparison");
+    let archive = &mut model.archive;
+    if archive.picture.is_none() {
+        ui.weak("drop a picture here, or open one above");
+        return;
+    }
+    ui.label(
+        archive
+            .path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy(),
+    );
+    ui.horizontal(|ui| {
+        for (way, name) in Way::ALL {
+            ui.selectable_value(&mut archive.way, way, name);
+        }
+    });
+    match archive.way {
+        Way::Wipe => {
+            ui.add(egui::Slider::new(&mut archive.line, 0.0..=1.0).text("line"));
+        }
+        Way::Onion => {
+            ui.add(egui::Slider::new(&mut archive.opacity, 0.0..=1.0).text("opacity"));
+        }
+        Way::Off | Way::Blink => {}
+    }
+}
+
+/// Draws the old picture over the live one.
+pub fn paint(painter: &Painter, rect: Rect, model: &Model, kit: &mut Kit) {
+    let archive = &model.archive;
+    let Some(texture) = texture(painter, archive, kit) else {
+        return;
+    };
+    let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+    match archive.way {
+        Way::Off => {}
+        Way::Blink if !archive.blinks_on(model.now) => {}
+        Way::Blink => {
+            painter.image(texture, rect, whole, Color32::WHITE);
+        }
+        Way::Onion => {
+            painter.image(
+                texture,
+                rect,
+                whole,
+                Color32::WHITE.gamma_multiply(archive.opacity),
+            );
+        }
+        Way::Wipe => {
+            let x = rect.left() + archive.line * rect.width();
+            let left = Rect::from_min_max(rect.min, pos2(x, rect.bottom()));
+            let part = Rect::from_min_max(pos2(0.0, 0.0), pos2(archive.line, 1.0));
+            painter.image(texture, left, part, Color32::WHITE);
+            painter.vline(x, rect.y_range(), Stroke::new(1.5, Color32::WHITE));
+        }
+    }
+}
+
+fn texture(painter: &Painter, archive: &Archive, kit: &mut Kit) -> Option<egui::TextureId> {
+    let fresh = kit
+        .archive
+        .as_ref()
+        .is_none_or(|(version, _)| *version != archive.version);
+    if fresh && let Some((size, levels)) = archive.levels() {
+        let image = egui::ColorImage::from_rgb(size, &levels);
+        let handle: TextureHandle =
+            painter
+                .ctx()
+                .load_texture("archive", image, egui::TextureOptions::LINEAR);
+        kit.archive = Some((archive.version, handle));
+    }
+    archive.picture.as_ref()?;
+    kit.archive.as_ref().map(|(_, handle)| handle.id())
+}

@@ -1,0 +1,160 @@
+//! A lens diagram on screen.
+
+use egui::epaint::{Mesh, Vertex, WHITE_UV};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, pos2};
+
+use crate::diagram::{Anchor, Drawing, Ink, Item};
+
+/// Draws into a rectangle, as large as fits.
+pub fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool) {
+    let (w, h) = (
+        drawing.width.max(1.0) as f32,
+        drawing.height.max(1.0) as f32,
+    );
+    let scale = (rect.width() / w).min(rect.height() / h);
+    let corner = rect.center() - 0.5 * scale * egui::vec2(w, h);
+    let place = |p: &[f64; 2]| {
+        pos2(
+            corner.x + scale * p[0] as f32,
+            corner.y + scale * p[1] as f32,
+        )
+    };
+    for item in &drawing.items {
+        match item {
+            Item::Path {
+                points,
+                closed,
+                ink,
+                dashed,
+            } => {
+                let points: Vec<Pos2> = points.iter().map(place).collect();
+                if let (true, Ink::Glass(dense)) = (*closed, ink) {
+                    painter.add(filled(&points, glass(*dense, dark)));
+                }
+                stroke(painter, points, *closed, *dashed, line(*ink, dark));
+            }
+            Item::Dot { at, radius, ink } => {
+                painter.circle_filled(
+                    place(at),
+                    (*radius as f32 * scale).max(1.0),
+                    line(*ink, dark).color,
+                );
+            }
+            Item::Dots {
+                places,
+                radius,
+                ink,
+            } => {
+                for at in places {
+                    painter.circle_filled(
+                        place(at),
+                        *radius as f32 * scale,
+                        line(*ink, dark).color,
+                    );
+                }
+            }
+            Item::Cross { at, ink, .. } => {
+                let (at, pen) = (place(at), line(*ink, dark));
+                for d in [egui::vec2(2.0, 2.0), egui::vec2(2.0, -2.0)] {
+                    painter.line_segment([at - d, at + d], pen);
+                }
+            }
+            Item::Text {
+                at,
+                anchor,
+                size,
+                text,
+                ink,
+                ..
+            } => {
+                let size = (*size as f32 * scale).max(8.0);
+                let align = match anchor {
+                    Anchor::Start => Align2::LEFT_BOTTOM,
+                    Anchor::Middle => Align2::CENTER_BOTTOM,
+                    Anchor::End => Align2::RIGHT_BOTTOM,
+                };
+                painter.text(
+                    place(at),
+                    align,
+                    text,
+                    FontId::proportional(size),
+                    line(*ink, dark).color,
+                );
+            }
+        }
+    }
+}
+
+fn stroke(painter: &Painter, points: Vec<Pos2>, closed: bool, dashed: bool, pen: Stroke) {
+    if dashed || pen.width < 0.0 {
+        painter.extend(Shape::dashed_line(
+            &points,
+            Stroke::new(1.0, pen.color),
+            3.0,
+            2.5,
+        ));
+    } else if closed {
+        painter.add(Shape::closed_line(points, pen));
+    } else {
+        painter.add(Shape::line(points, pen));
+    }
+}
+
+/// A polygon of any shape: a meniscus is not convex.
+fn filled(points: &[Pos2], color: Color32) -> Shape {
+    let mut triangles: Vec<u32> = Vec::new();
+    let corners = points.iter().map(|p| [f64::from(p.x), f64::from(p.y)]);
+    earcut::Earcut::new().earcut(corners, &[], &mut triangles);
+    Shape::mesh(Mesh {
+        indices: triangles,
+        vertices: points
+            .iter()
+            .map(|&pos| Vertex {
+                pos,
+                uv: WHITE_UV,
+                color,
+            })
+            .collect(),
+        texture_id: egui::TextureId::default(),
+    })
+}
+
+fn glass(dense: u8, dark: bool) -> Color32 {
+    let dense = dense.min(3);
+    if dark {
+        Color32::from_rgb(31 + 7 * dense, 43 + 10 * dense, 52 + 12 * dense)
+    } else {
+        Color32::from_rgb(233 - 16 * dense, 242 - 12 * dense, 248 - 10 * dense)
+    }
+}
+
+/// Colors as in the printed diagrams (after Okabe and Ito), thin lines.
+fn line(ink: Ink, dark: bool) -> Stroke {
+    let pick = |light: u32, night: u32| {
+        let c = if dark { night } else { light };
+        Color32::from_rgb((c >> 16) as u8, (c >> 8) as u8, c as u8)
+    };
+    let rays = [
+        (0x0072b2, 0x56b4e9),
+        (0x009e73, 0x2fc79a),
+        (0xd55e00, 0xf28a3c),
+        (0xa0528e, 0xcc79a7),
+    ];
+    match ink {
+        Ink::Axis => Stroke::new(0.7, pick(0x9aa5ad, 0x5b666e)),
+        Ink::Glass(_) => Stroke::new(0.9, pick(0x40566b, 0x9db6ca)),
+        Ink::Stop => Stroke::new(2.2, pick(0x1c2227, 0xe6eaed)),
+        Ink::Film => Stroke::new(1.6, pick(0x1c2227, 0xe6eaed)),
+        Ink::Ray(n) | Ink::Curve(n) => {
+            let (light, night) = rays[usize::from(n) % 4];
+            Stroke::new(0.8, pick(light, night))
+        }
+        Ink::Lost(n) => {
+            let (light, night) = rays[usize::from(n) % 4];
+            Stroke::new(0.6, pick(light, night).gamma_multiply(0.5))
+        }
+        Ink::Plane => Stroke::new(0.8, pick(0x68737c, 0x98a4ad)),
+        Ink::Mark | Ink::Label => Stroke::new(0.9, pick(0x1c2227, 0xe6eaed)),
+        Ink::Faint => Stroke::new(0.6, pick(0xc3cbd1, 0x3b444b)),
+    }
+}

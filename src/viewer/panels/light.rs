@@ -1,0 +1,82 @@
+//! Light: exposure with its histogram, headlight and shading.
+
+use egui::{Color32, Sense, Ui, pos2, vec2};
+
+use crate::film::Response;
+use crate::plan::Flash;
+use crate::shade::Shading;
+use crate::viewer::develop::{BINS, Histogram};
+use crate::viewer::files::is_lit;
+use crate::viewer::model::Model;
+
+use super::Kit;
+
+pub fn show(ui: &mut Ui, model: &mut Model, kit: &Kit) {
+    let mut next = model.setup.clone();
+    let plan = &mut next.plan;
+    ui.heading(format!("Exposure {:+.1} EV", libm::log2(plan.exposure)));
+    let mut stops = libm::log2(plan.exposure);
+    let slider = egui::Slider::new(&mut stops, -8.0..=8.0)
+        .step_by(0.1)
+        .suffix(" EV")
+        .text("Exposure");
+    if ui.add(slider).changed() {
+        // A number that prints short: the command line has it too.
+        plan.exposure = (libm::exp2(stops) * 1e4).round().max(1.0) / 1e4;
+    }
+    if let Some(histogram) = &kit.histogram {
+        bars(ui, histogram);
+    }
+    ui.horizontal(|ui| {
+        ui.label("Response");
+        ui.selectable_value(&mut plan.response, Response::Linear, "linear")
+            .on_hover_text("the paper's film");
+        ui.selectable_value(&mut plan.response, Response::Srgb, "sRGB");
+    });
+    let own = plan.environment.is_some();
+    let mut lit = is_lit(plan.flash, own);
+    if ui
+        .checkbox(&mut lit, "Headlight")
+        .on_hover_text("a flash on the camera")
+        .changed()
+    {
+        plan.flash = Flash::Set(lit);
+    }
+    egui::ComboBox::from_label("Shading")
+        .selected_text(plan.shading.name())
+        .show_ui(ui, |ui| {
+            for model in Shading::ALL {
+                ui.selectable_value(&mut plan.shading, model, model.name());
+            }
+        });
+    model.change("light", next);
+    ui.separator();
+}
+
+/// The three curves, with how much is lost at either end.
+fn bars(ui: &mut Ui, histogram: &Histogram) {
+    let (rect, response) =
+        ui.allocate_exact_size(vec2(ui.available_width().min(260.0), 56.0), Sense::hover());
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 2.0, Color32::from_gray(16));
+    let colors = [
+        Color32::from_rgb(230, 70, 60),
+        Color32::from_rgb(70, 190, 90),
+        Color32::from_rgb(80, 130, 250),
+    ];
+    for (bins, color) in histogram.bins.iter().zip(colors) {
+        let at = |(i, height): (usize, &f32)| {
+            let x = rect.left() + (i as f32 + 0.5) / BINS as f32 * rect.width();
+            pos2(x, rect.bottom() - 1.0 - height * (rect.height() - 4.0))
+        };
+        let points = bins.iter().enumerate().map(at).collect();
+        painter.add(egui::Shape::line(points, egui::Stroke::new(1.2, color)));
+    }
+    let text = format!(
+        "{:.1}% full, {:.1}% black",
+        100.0 * histogram.clipped,
+        100.0 * histogram.black
+    );
+    response.on_hover_text("how many pixels have which level");
+    ui.small(text);
+}

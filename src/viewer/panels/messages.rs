@@ -1,0 +1,73 @@
+//! What reading the scene or focusing the lens had to say; a click shows the lines.
+
+use egui::{Color32, RichText, Ui};
+
+use crate::diag::{Diagnostic, Severity};
+use crate::viewer::model::Model;
+
+use super::settings::meters;
+
+pub fn show(ui: &mut Ui, model: &mut Model) {
+    refusal(ui, model);
+    if model.messages.is_empty() {
+        return;
+    }
+    ui.horizontal(|ui| {
+        ui.strong(format!("{} messages", model.messages.len()));
+        if ui.button("Clear").clicked() {
+            model.messages.clear();
+            model.shown_message = None;
+        }
+        if ui
+            .button("Try again")
+            .on_hover_text("renders the same once more")
+            .clicked()
+        {
+            model.try_again();
+        }
+    });
+    egui::ScrollArea::vertical()
+        .max_height(180.0)
+        .show(ui, |ui| {
+            for (i, message) in model.messages.iter().enumerate() {
+                let shown = model.shown_message == Some(i);
+                if ui.selectable_label(shown, line(message)).clicked() {
+                    model.shown_message = (!shown).then_some(i);
+                }
+                if shown {
+                    ui.add(
+                        egui::Label::new(RichText::new(message.render(false)).monospace())
+                            .selectable(true),
+                    );
+                }
+            }
+        });
+}
+
+/// Place and words of a message.
+fn line(message: &Diagnostic) -> RichText {
+    let color = match message.severity {
+        Severity::Error => Color32::from_rgb(240, 90, 80),
+        Severity::Warning => Color32::from_rgb(220, 170, 60),
+        Severity::Note => Color32::GRAY,
+    };
+    RichText::new(message.to_string()).color(color)
+}
+
+/// A lens that can't focus there, with the nearest distance that it can.
+fn refusal(ui: &mut Ui, model: &mut Model) {
+    let Some(refusal) = model.refusal.clone() else {
+        return;
+    };
+    ui.horizontal_wrapped(|ui| {
+        ui.label(line(&refusal.why));
+        if let Some(help) = &refusal.why.help {
+            ui.label(help);
+        }
+        if let Some(nearest) = refusal.nearest
+            && ui.button(format!("Focus at {}", meters(nearest))).clicked()
+        {
+            model.edit("focus", |s| s.set_focus(nearest));
+        }
+    });
+}

@@ -1,0 +1,172 @@
+//! The window's parts. Each shows the [`Model`] and changes it; none knows another.
+
+mod bar;
+mod camera;
+mod compare;
+mod drawing;
+mod file;
+mod light;
+mod messages;
+mod overlay;
+mod picture;
+mod rays;
+mod settings;
+mod wheel;
+
+use std::sync::Arc;
+
+use egui::{Context, Key, Modifiers, TextureHandle};
+
+use super::engine::Engine;
+use super::lenses::LensMenu;
+use super::model::Model;
+use super::navigate::Tool;
+
+pub use wheel::{Turn, wheel};
+
+/// What panels keep from one frame of the window to the next, besides the model.
+pub struct Kit {
+    pub lenses: LensMenu,
+    /// The picture on screen, and what it was made of.
+    picture: Option<TextureHandle>,
+    shown: Option<picture::Shown>,
+    histogram: Option<super::develop::Histogram>,
+    archive: Option<(u64, TextureHandle)>,
+    wheel: f32,
+    rays: rays::Section,
+}
+
+/// The window: model, renderer and panels.
+pub struct Window {
+    pub model: Model,
+    pub engine: Engine,
+    kit: Kit,
+}
+
+impl Window {
+    pub fn new(model: Model, engine: Engine, lenses: LensMenu) -> Self {
+        let kit = Kit {
+            lenses,
+            picture: None,
+            shown: None,
+            histogram: None,
+            archive: None,
+            wheel: 0.0,
+            rays: rays::Section::default(),
+        };
+        Self { model, engine, kit }
+    }
+
+    /// One frame: news in, panels, orders out.
+    pub fn show(&mut self, ctx: &Context) {
+        let model = &mut self.model;
+        for news in self.engine.news() {
+            model.hear(news);
+        }
+        ctx.input(|i| {
+            model.now = i.time;
+            model.held = i.pointer.any_down();
+        });
+        dropped(ctx, model);
+        keys(ctx, model);
+        let saved = self.panels(ctx);
+        let model = &mut self.model;
+        if model.fly_on() || model.archive.way == super::archive::Way::Blink {
+            ctx.request_repaint();
+        }
+        for order in model.orders() {
+            self.engine.order(order);
+        }
+        if let Some(asked) = model.ask() {
+            self.engine.show(asked);
+        }
+        self.engine.refine(model.refine);
+        if saved {
+            model.saving += 1;
+            model.status = format!("making {}", model.output);
+            self.engine
+                .save(model.setup.clone(), model.output.clone().into());
+        }
+    }
+
+    /// Whether the picture is to be saved.
+    fn panels(&mut self, ctx: &Context) -> bool {
+        let (model, kit) = (&mut self.model, &mut self.kit);
+        let mut save = false;
+        egui::TopBottomPanel::top("bar").show(ctx, |ui| bar::top(ui, model));
+        egui::TopBottomPanel::bottom("status").show(ctx, |ui| bar::status(ui, model));
+        if !model.messages.is_empty() || model.refusal.is_some() {
+            egui::TopBottomPanel::bottom("messages")
+                .resizable(true)
+                .max_height(260.0)
+                .show(ctx, |ui| messages::show(ui, model));
+        }
+        egui::SidePanel::left("camera")
+            .exact_width(214.0)
+            .show(ctx, |ui| camera::menu(ui, model, kit));
+        egui::SidePanel::right("settings")
+            .exact_width(286.0)
+            .show(ctx, |ui| {
+                egui::ScrollArea::vertical().show(ui, |ui| {
+                    settings::focus(ui, model, kit);
+                    settings::aperture(ui, model);
+                    light::show(ui, model, kit);
+                    overlay::choices(ui, model);
+                    save = file::show(ui, model);
+                    compare::show(ui, model);
+                });
+            });
+        egui::TopBottomPanel::bottom("lens")
+            .resizable(true)
+            .default_height(170.0)
+            .show(ctx, |ui| rays::show(ui, model, &mut kit.rays));
+        egui::CentralPanel::default().show(ctx, |ui| picture::show(ui, model, kit));
+        save
+    }
+}
+
+/// Files dropped on the window: scenes, cameras, environments, pictures, lenses.
+fn dropped(ctx: &Context, model: &mut Model) {
+    let files = ctx.input(|i| i.raw.dropped_files.clone());
+    for path in files.into_iter().filter_map(|f| f.path) {
+        model.take_file(&path);
+    }
+}
+
+/// Keys that work wherever the cursor is, unless a text is being typed.
+fn keys(ctx: &Context, model: &mut Model) {
+    let pressed = |modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
+    if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y)
+    {
+        model.redo();
+    }
+    if pressed(Modifiers::COMMAND, Key::Z) {
+        model.undo();
+    }
+    if ctx.wants_keyboard_input() {
+        return;
+    }
+    let digits = [
+        Key::Num1,
+        Key::Num2,
+        Key::Num3,
+        Key::Num4,
+        Key::Num5,
+        Key::Num6,
+    ];
+    for (key, (tool, ..)) in digits.into_iter().zip(Tool::ALL) {
+        if pressed(Modifiers::NONE, key) {
+            model.tool = tool;
+        }
+    }
+    if pressed(Modifiers::NONE, Key::Home) {
+        model.view_all();
+    }
+    picture::fly(ctx, model);
+}
+
+/// Wakes the window when there is news.
+pub fn waker(ctx: &Context) -> Arc<dyn Fn() + Send + Sync> {
+    let ctx = ctx.clone();
+    Arc::new(move || ctx.request_repaint())
+}

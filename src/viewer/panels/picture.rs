@@ -1,0 +1,216 @@
+//! The picture itself, what the mouse does on it, and what is drawn over it.
+
+use egui::{
+    Color32, Context, Key, PointerButton, Rect, Response, Sense, TextureOptions, Ui, WidgetInfo,
+    WidgetType, pos2, vec2,
+};
+use glam::{DVec2, DVec3};
+
+use crate::film::Response as FilmResponse;
+use crate::viewer::develop::{Marking, histogram, levels, mark};
+use crate::viewer::model::{Marks, Model};
+use crate::viewer::navigate::Tool;
+
+use super::{Kit, compare, overlay};
+
+/// What the texture on screen was made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shown {
+    serial: u64,
+    samples: u32,
+    width: u32,
+    exposure: f64,
+    response: FilmResponse,
+    marks: Marks,
+    focus: f64,
+    depths: usize,
+}
+
+pub fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+    let room = ui.available_rect_before_wrap();
+    let film = model.setup.plan.film;
+    let aspect = (film.width / film.height) as f32;
+    let width = room.width().min(room.height() * aspect).max(1.0);
+    let rect = Rect::from_center_size(room.center(), vec2(width, width / aspect));
+    let response = ui.allocate_rect(rect, Sense::click_and_drag());
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Image, true, "Picture"));
+    refresh(ui.ctx(), model, kit);
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 0.0, Color32::BLACK);
+    if let Some(texture) = &kit.picture {
+        let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+        painter.image(texture.id(), rect, whole, Color32::WHITE);
+    }
+    compare::paint(&painter, rect, model, kit);
+    overlay::lines(&painter, rect, model);
+    if !model.open && !model.opening {
+        let text = "drop a scene here, or name one under Files";
+        let font = egui::FontId::proportional(16.0);
+        painter.text(
+            rect.center(),
+            egui::Align2::CENTER_CENTER,
+            text,
+            font,
+            Color32::GRAY,
+        );
+    }
+    mouse(ui, &response, rect, model);
+}
+
+/// Makes the texture anew where the picture or its marks have changed.
+fn refresh(ctx: &Context, model: &Model, kit: &mut Kit) {
+    let Some(frame) = &model.frame else { return };
+    let plan = &model.setup.plan;
+    let shown = Shown {
+        serial: frame.serial,
+        samples: frame.samples,
+        width: frame.resolution.width,
+        exposure: plan.exposure,
+        response: plan.response,
+        marks: model.marks,
+        focus: model.setup.focus(),
+        depths: model
+            .depths
+            .as_ref()
+            .map_or(0, |d| std::sync::Arc::as_ptr(d) as usize),
+    };
+    if kit.shown.as_ref() == Some(&shown) {
+        return;
+    }
+    let size = [
+        frame.resolution.width as usize,
+        frame.resolution.height as usize,
+    ];
+    let mut pixels = levels(frame, plan.exposure, plan.response);
+    kit.histogram = Some(histogram(&pixels));
+    let marking = Marking {
+        marks: model.marks,
+        depths: model.depths.as_deref(),
+        surface: model.surface.as_ref(),
+        focus: shown.focus,
+    };
+    mark(&mut pixels, size, &marking);
+    let image = egui::ColorImage::from_rgb(size, &pixels);
+    // A first look is smoothed, the picture itself shows its pixels.
+    let options = if frame.whole {
+        TextureOptions::NEAREST
+    } else {
+        TextureOptions::LINEAR
+    };
+    match &mut kit.picture {
+        Some(texture) => texture.set(image, options),
+        None => kit.picture = Some(ctx.load_texture("picture", image, options)),
+    }
+    kit.shown = Some(shown);
+}
+
+fn mouse(ui: &Ui, response: &Response, rect: Rect, model: &mut Model) {
+    let place = |at: egui::Pos2| {
+        let t = (at - rect.min) / rect.size();
+        (f64::from(t.x), f64::from(t.y))
+    };
+    model.cursor = response
+        .hover_pos()
+        .filter(|p| rect.contains(*p))
+        .map(place);
+    if response.clicked()
+        && let Some((x, y)) = response.interact_pointer_pos().map(place)
+    {
+        match model.tool {
+            Tool::Focus => model.focus_at(x, y),
+            Tool::Seek => model.seek(x, y),
+            _ => {}
+        }
+    }
+    let drag = response.drag_delta() / rect.height();
+    let drag = DVec2::new(f64::from(drag.x), f64::from(-drag.y));
+    if drag != DVec2::ZERO {
+        let tool = if response.dragged_by(PointerButton::Middle) {
+            Tool::Pan
+        } else if response.dragged_by(PointerButton::Secondary) {
+            Tool::Orbit
+        } else {
+            model.tool
+        };
+        dragged(model, tool, drag);
+    }
+    if response.hovered() {
+        scrolled(ui, model);
+    }
+}
+
+/// Moves the camera by a drag, in shares of the picture's height, y up.
+fn dragged(model: &mut Model, tool: Tool, by: DVec2) {
+    let stand = model.stand();
+    let angle = model.height_angle();
+    let pose = match tool {
+        Tool::Orbit => stand.orbit(DVec2::new(3.0 * by.x, -3.0 * by.y)),
+        Tool::Pan => stand.pan(DVec2::new(by.x, -by.y), angle),
+        Tool::Dolly => stand.dolly(2.0 * by.y),
+        Tool::Fly => stand.look(angle * by),
+        Tool::Focus | Tool::Seek => return,
+    };
+    let control = if tool == Tool::Fly { "fly" } else { "camera" };
+    keep_focus(model, control, &pose);
+}
+
+/// The wheel dollies; with Ctrl or Shift held it is the focus wheel.
+fn scrolled(ui: &Ui, model: &mut Model) {
+    let (scroll, focus, seconds) = ui.input(|i| {
+        let by = i.smooth_scroll_delta.y + i.smooth_scroll_delta.x;
+        let pinch = 300.0 * (i.zoom_delta() - 1.0);
+        (
+            by + pinch,
+            i.modifiers.command || i.modifiers.shift,
+            i.stable_dt,
+        )
+    });
+    if scroll == 0.0 {
+        return;
+    }
+    if focus {
+        let radians = f64::from(scroll) / 240.0;
+        let there = crate::viewer::sharpness::wheel(
+            model.setup.focus(),
+            radians,
+            radians / f64::from(seconds.max(1e-3)),
+        );
+        model.edit("focus wheel", |s| s.set_focus(there));
+    } else {
+        let stand = model.stand();
+        let pose = stand.dolly(f64::from(scroll) / 400.0);
+        keep_focus(model, "camera", &pose);
+    }
+}
+
+/// Goes there. The camera's own focal distance stays what it was.
+fn keep_focus(model: &mut Model, control: &'static str, pose: &crate::pose::CameraPose) {
+    let focus = model.setup.focus();
+    model.go(control, pose);
+    if model.setup.plan.focus.is_none() {
+        model.edit(control, |s| s.set_focus(focus));
+    }
+}
+
+/// The keys of flying: a tenth of the scene a second, faster with Shift.
+pub fn fly(ctx: &Context, model: &mut Model) {
+    if model.tool != Tool::Fly {
+        return;
+    }
+    let (by, seconds) = ctx.input(|i| {
+        let way = |plus, minus| f64::from(i8::from(i.key_down(plus)) - i8::from(i.key_down(minus)));
+        let by = DVec3::new(
+            way(Key::D, Key::A),
+            way(Key::E, Key::Q),
+            way(Key::W, Key::S),
+        );
+        let speed = if i.modifiers.shift { 0.3 } else { 0.1 };
+        (speed * by, f64::from(i.stable_dt.min(0.1)))
+    });
+    if by != DVec3::ZERO {
+        let stand = model.stand();
+        let pose = stand.fly(seconds * by);
+        keep_focus(model, "fly", &pose);
+        ctx.request_repaint();
+    }
+}

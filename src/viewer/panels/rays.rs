@@ -1,0 +1,112 @@
+//! The live diagram of the lens: the rays that really make the pixel under the cursor.
+
+use egui::Ui;
+use glam::{DVec2, DVec3};
+
+use crate::camera::LensCamera;
+use crate::diagram::{LensDiagram, SectionOptions};
+use crate::lens::{LensRay, RayPath};
+use crate::viewer::model::Model;
+
+use super::drawing;
+use super::settings::meters;
+
+/// Samples of the pixel that are drawn.
+const RAYS: u32 = 24;
+
+/// The section with its rays, until the pixel or the lens changes.
+#[derive(Default)]
+pub struct Section {
+    of: Option<(u64, [u32; 2])>,
+    drawing: crate::diagram::Drawing,
+    passed: usize,
+}
+
+pub fn show(ui: &mut Ui, model: &Model, section: &mut Section) {
+    let Some(frame) = &model.frame else { return };
+    let Some(camera) = frame.view.lens_camera() else {
+        ui.weak("no lens: a pinhole");
+        return;
+    };
+    let (x, y) = model.cursor.unwrap_or((0.5, 0.5));
+    let size = model.setup.plan.resolution;
+    let cell = |t: f64, n: u32| ((t * f64::from(n)) as u32).min(n.saturating_sub(1));
+    let pixel = [cell(x, size.width), cell(y, size.height)];
+    if section.of != Some((frame.serial, pixel)) {
+        let number = u64::from(pixel[1] * size.width + pixel[0]);
+        (section.drawing, section.passed) = draw(camera, model, pixel, number);
+        section.of = Some((frame.serial, pixel));
+    }
+    caption(ui, model, camera, pixel, section.passed);
+    let (rect, _) = ui.allocate_exact_size(ui.available_size(), egui::Sense::hover());
+    drawing::paint(
+        &ui.painter_at(rect),
+        rect,
+        &section.drawing,
+        ui.visuals().dark_mode,
+    );
+}
+
+fn caption(ui: &mut Ui, model: &Model, camera: &LensCamera, [px, py]: [u32; 2], passed: usize) {
+    ui.horizontal(|ui| {
+        let optics = camera.lens.first_order();
+        let f = optics
+            .f_number()
+            .map_or(String::new(), |n| format!(" f/{n:.2}"));
+        ui.strong(format!("{} {:.1} mm{f}", camera.lens.name(), optics.efl()));
+        let seen = model.cursor.and_then(|(x, y)| model.look(x, y));
+        let there = seen.map_or("nothing".into(), |s| meters(s.distance));
+        ui.label(format!(
+            "pixel {px}, {py}: {passed} of {RAYS} rays through; {there} away"
+        ));
+    });
+}
+
+/// The section and the number of rays that get through.
+fn draw(
+    camera: &LensCamera,
+    model: &Model,
+    [px, py]: [u32; 2],
+    number: u64,
+) -> (crate::diagram::Drawing, usize) {
+    let plan = &model.setup.plan;
+    let options = SectionOptions {
+        width: 960.0,
+        height: 240.0,
+        fields: Vec::new(),
+        lost: false,
+        ..SectionOptions::of(camera.focus.film_z, 0.0)
+    };
+    let mut diagram = LensDiagram::of(&camera.lens, options);
+    let mut passed = 0;
+    for index in 0..RAYS {
+        let sample = plan.sampler.sample(number, index);
+        let x = (f64::from(px) + sample.film[0]) / f64::from(plan.resolution.width);
+        let y = (f64::from(py) + sample.film[1]) / f64::from(plan.resolution.height);
+        let Some((start, path)) = camera.path(camera.film_point(x, y), sample.pupil) else {
+            continue;
+        };
+        passed += usize::from(path.outcome.is_ok());
+        diagram.add_path(
+            flat(&start, &path, camera.lens.length()),
+            path.outcome.is_err(),
+        );
+    }
+    (diagram.drawing(), passed)
+}
+
+/// The path in the plane of the axis and the film point: z, and the height along that direction.
+fn flat(start: &LensRay, path: &RayPath, length: f64) -> Vec<DVec2> {
+    let up = start.origin.truncate().try_normalize().unwrap_or(DVec2::Y);
+    // The film point is drawn below the axis, as its image is upside down.
+    let place = |p: DVec3| DVec2::new(p.z, -p.truncate().dot(up));
+    let mut points = vec![place(start.origin)];
+    points.extend(path.hits.iter().map(|p| place(*p)));
+    if let Ok(out) = path.outcome {
+        let lead = 0.35 * length.max(start.origin.z);
+        points.push(place(
+            out.origin + lead / out.direction.z.abs().max(0.2) * out.direction,
+        ));
+    }
+    points
+}

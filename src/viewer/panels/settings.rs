@@ -1,0 +1,190 @@
+//! Focus and aperture, with what they do to the depth of field.
+
+use egui::{Grid, Ui};
+
+use crate::lens::Iris;
+use crate::viewer::model::Model;
+use crate::viewer::sharpness;
+
+use super::{Kit, Turn, camera, wheel};
+
+/// The full stops, from f/1.
+pub const STOPS: [f64; 13] = [
+    1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0, 45.0, 64.0,
+];
+
+/// A distance for people.
+pub fn meters(distance: f64) -> String {
+    match distance {
+        d if !d.is_finite() => "∞".into(),
+        d if d < 1.0 => format!("{:.1} cm", 100.0 * d),
+        d if d < 10.0 => format!("{d:.3} m"),
+        d if d < 100.0 => format!("{d:.2} m"),
+        d => format!("{d:.0} m"),
+    }
+}
+
+pub fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+    ui.heading(format!("Focus {}", meters(model.setup.focus())));
+    let (_, turn) = wheel(ui, "Focus wheel", &mut kit.wheel);
+    if turn != Turn::default() && turn.radians != 0.0 {
+        let there = sharpness::wheel(model.setup.focus(), turn.radians, turn.speed);
+        model.edit("focus wheel", |s| s.set_focus(there));
+    }
+    ui.horizontal(|ui| {
+        let mut distance = model.setup.focus().min(1e6);
+        let field = egui::DragValue::new(&mut distance)
+            .range(1e-3..=1e6)
+            .max_decimals(4)
+            .suffix(" m");
+        if ui
+            .add(field.speed(0.01))
+            .on_hover_text("the distance in focus")
+            .changed()
+        {
+            model.edit("focus", |s| s.set_focus(distance));
+        }
+        if ui.button("∞").on_hover_text("focus at infinity").clicked() {
+            model.edit("focus", |s| s.set_focus(f64::INFINITY));
+        }
+    });
+    if let Some(found) = model.focused {
+        ui.small(match found.gain {
+            Some(gain) if gain > 1.0 => format!(
+                "autofocus {}: {:.0}% more contrast than at {}",
+                meters(found.distance),
+                100.0 * (gain - 1.0),
+                meters(found.plain)
+            ),
+            Some(_) => format!("autofocus {}: contrast agrees", meters(found.distance)),
+            None => format!(
+                "autofocus {}: nothing to see contrast by",
+                meters(found.distance)
+            ),
+        });
+    }
+    depth_of_field(ui, model);
+    camera::zoom(ui, model);
+    camera::movements(ui, model);
+    ui.separator();
+}
+
+fn depth_of_field(ui: &mut Ui, model: &Model) {
+    let Some(field) = model.depth_of_field() else {
+        return;
+    };
+    Grid::new("depth of field")
+        .num_columns(2)
+        .spacing([12.0, 2.0])
+        .show(ui, |ui| {
+            let mut row = |name: &str, value: String| {
+                ui.label(name);
+                ui.label(value);
+                ui.end_row();
+            };
+            row(
+                "sharp from",
+                format!("{} to {}", meters(field.near), meters(field.far)),
+            );
+            row("hyperfocal", meters(field.hyperfocal));
+            row("circle", format!("{:.3} mm", field.circle));
+            row(
+                "height angle",
+                format!("{:.2}°", model.height_angle().to_degrees()),
+            );
+        });
+}
+
+pub fn aperture(ui: &mut Ui, model: &mut Model) {
+    let Some(lens) = model.setup.lens().cloned() else {
+        return;
+    };
+    let mut next = lens.clone();
+    let widest = widest(model);
+    let text = match (next.f_number, widest) {
+        (Some(n), _) => format!("f/{n}"),
+        (None, Some(n)) => format!("open, f/{n:.2}"),
+        (None, None) => "open".into(),
+    };
+    ui.heading(format!("Aperture {text}"));
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        if ui
+            .selectable_label(next.f_number.is_none(), "open")
+            .clicked()
+        {
+            next.f_number = None;
+        }
+        for stop in STOPS.into_iter().filter(|n| widest.is_none_or(|w| *n > w)) {
+            let chosen = next.f_number == Some(stop);
+            if ui.selectable_label(chosen, format!("f/{stop}")).clicked() {
+                next.f_number = Some(stop);
+            }
+        }
+    });
+    blades(ui, &mut next.iris);
+    if next != lens {
+        model.edit("aperture", |s| {
+            s.plan.optics = crate::plan::Optics::Lens(next)
+        });
+    }
+    ui.separator();
+}
+
+/// The f-number of the lens wide open.
+fn widest(model: &Model) -> Option<f64> {
+    let camera = model.frame.as_ref()?.view.lens_camera()?;
+    let now = camera.lens.first_order().f_number()?;
+    let wanted = model.setup.lens()?.f_number;
+    // A stopped-down lens does not say how wide it was; its prescription does.
+    match wanted {
+        None => Some(now),
+        Some(_) => {
+            let mut open = model.setup.lens()?.clone();
+            open.f_number = None;
+            let lens = open.open(&mut crate::diag::Sink::new()).ok()?;
+            lens.first_order().f_number()
+        }
+    }
+}
+
+fn blades(ui: &mut Ui, iris: &mut Iris) {
+    let (mut count, mut turn) = match iris {
+        Iris::Blades { count, rotation } => (*count, rotation.to_degrees().round()),
+        _ => (0, 0.0),
+    };
+    let before = (count, turn);
+    ui.horizontal(|ui| {
+        ui.label("Blades");
+        ui.add(
+            egui::DragValue::new(&mut count)
+                .range(0..=32)
+                .speed(0.1)
+                .custom_formatter(|n, _| {
+                    if n < 3.0 {
+                        "round".into()
+                    } else {
+                        format!("{n:.0}")
+                    }
+                }),
+        )
+        .on_hover_text("straight blades of the iris; fewer than three: a round hole");
+        ui.add_enabled(
+            count >= 3,
+            egui::DragValue::new(&mut turn)
+                .range(0.0..=360.0)
+                .suffix("°")
+                .max_decimals(0),
+        );
+    });
+    if (count, turn) != before {
+        *iris = if count < 3 {
+            Iris::Round
+        } else {
+            Iris::Blades {
+                count,
+                rotation: turn.round().to_radians(),
+            }
+        };
+    }
+}

@@ -1,0 +1,90 @@
+//! The focus wheel: a thumb wheel as SGI's viewers had along their edges.
+
+use egui::{Color32, Response, Sense, Ui, WidgetInfo, WidgetType, pos2, vec2};
+
+/// Points of travel that turn the wheel by a radian.
+const RADIUS: f32 = 60.0;
+/// Ridges around the wheel.
+const RIDGES: usize = 36;
+
+/// How far the wheel was turned in this frame, in radians, and how fast, in radians a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Turn {
+    pub radians: f64,
+    pub speed: f64,
+}
+
+/// Shows a wheel that can be dragged, scrolled over, or turned by the arrow keys when it has the
+/// keyboard. `angle` is where it stands, for its ridges.
+pub fn wheel(ui: &mut Ui, name: &str, angle: &mut f32) -> (Response, Turn) {
+    let size = vec2(ui.available_width().min(260.0), 26.0);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Slider, true, name));
+    if response.clicked() || response.drag_started() {
+        response.request_focus();
+    }
+    let mut turned = response.drag_delta().x / RADIUS;
+    if response.hovered() {
+        let scroll = ui.input_mut(|i| {
+            let delta = i.smooth_scroll_delta;
+            i.smooth_scroll_delta = egui::Vec2::ZERO;
+            delta
+        });
+        turned += (scroll.y + scroll.x) / RADIUS / 4.0;
+    }
+    if response.has_focus() {
+        ui.memory_mut(|m| {
+            m.set_focus_lock_filter(
+                response.id,
+                egui::EventFilter {
+                    horizontal_arrows: true,
+                    vertical_arrows: true,
+                    ..Default::default()
+                },
+            );
+        });
+        turned += keys(ui);
+    }
+    let seconds = ui.input(|i| i.stable_dt).max(1e-3);
+    *angle += turned;
+    draw(ui, rect, *angle, &response);
+    let turn = Turn {
+        radians: f64::from(turned),
+        speed: f64::from(turned / seconds),
+    };
+    (response, turn)
+}
+
+fn keys(ui: &Ui) -> f32 {
+    use egui::Key;
+    let pressed = |key| ui.input(|i| i.num_presses(key)) as f32;
+    let step = if ui.input(|i| i.modifiers.shift) {
+        0.2
+    } else {
+        0.04
+    };
+    step * (pressed(Key::ArrowRight) + pressed(Key::ArrowUp)
+        - pressed(Key::ArrowLeft)
+        - pressed(Key::ArrowDown))
+}
+
+fn draw(ui: &Ui, rect: egui::Rect, angle: f32, response: &Response) {
+    let painter = ui.painter_at(rect);
+    let visuals = ui.style().interact(response);
+    painter.rect_filled(rect, 4.0, visuals.bg_fill);
+    let half = 0.5 * rect.width();
+    for ridge in 0..RIDGES {
+        let around = angle + ridge as f32 / RIDGES as f32 * std::f32::consts::TAU;
+        let (sin, cos) = (libm::sinf(around), libm::cosf(around));
+        if cos <= 0.0 {
+            continue;
+        }
+        let x = rect.center().x + half * sin;
+        let shade = Color32::from_gray((40.0 + 120.0 * cos) as u8);
+        painter.line_segment(
+            [pos2(x, rect.top() + 3.0), pos2(x, rect.bottom() - 3.0)],
+            (1.5, shade),
+        );
+    }
+    painter.rect_stroke(rect, 4.0, visuals.bg_stroke, egui::StrokeKind::Inside);
+}

@@ -1,0 +1,226 @@
+//! What can be asked of a picture without rendering it: what is under a point, how far away, and
+//! where the lens is sharp. One ray each, so the window asks by itself and never waits.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use crate::camera::{Camera, CameraRay, LensCamera};
+use crate::film::Resolution;
+use crate::pose::CameraPose;
+use crate::scene::{Ray, RenderScene};
+
+/// Lens points tried in turn for the ray that stands for a pixel: the middle, then around it,
+/// where the rim cuts the middle off.
+const TRIES: [[f64; 2]; 5] = [[0.5, 0.5], [0.3, 0.5], [0.7, 0.5], [0.5, 0.3], [0.5, 0.7]];
+
+/// A scene seen by a camera.
+#[derive(Clone, Debug)]
+pub struct View {
+    pub scene: Arc<RenderScene>,
+    pub camera: Camera,
+    pub pose: CameraPose,
+    pub resolution: Resolution,
+}
+
+/// What is under a point of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// In the world, meters.
+    pub point: DVec3,
+    /// Along the optical axis from the front vertex, meters: what a focus distance counts.
+    pub distance: f64,
+}
+
+impl View {
+    /// What the middle ray of a place on the picture meets; x and y from 0 to 1.
+    pub fn look(&self, x: f64, y: f64) -> Option<Seen> {
+        let at = self.camera.at(x, y);
+        let ray = TRIES.iter().find_map(|pupil| at.ray(*pupil))?;
+        self.met(&ray)
+    }
+
+    fn met(&self, ray: &CameraRay) -> Option<Seen> {
+        let asked = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
+        let hit = self.scene.hit(&asked)?;
+        let point = ray.origin + f64::from(hit.t) * ray.direction + self.scene.origin;
+        let distance = (point - self.pose.position).dot(self.pose.direction());
+        Some(Seen { point, distance })
+    }
+
+    pub fn lens_camera(&self) -> Option<&LensCamera> {
+        match &self.camera {
+            Camera::Lens(camera) => Some(camera),
+            Camera::Pinhole(_) => None,
+        }
+    }
+
+    /// The box around the scene, in the world.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let (min, max) = self.scene.bounds()?;
+        let world = |v: glam::Vec3| v.as_dvec3() + self.scene.origin;
+        Some((world(min), world(max)))
+    }
+
+    /// Distances over the whole picture. Uses rayon's current pool.
+    pub fn depths(&self) -> DepthMap {
+        let Resolution { width, height } = reduced(self.resolution);
+        let distance = |i: u32| {
+            let x = (f64::from(i % width) + 0.5) / f64::from(width);
+            let y = (f64::from(i / width) + 0.5) / f64::from(height);
+            self.look(x, y)
+                .map_or(f32::INFINITY, |seen| seen.distance as f32)
+        };
+        let meters = (0..width * height).into_par_iter().map(distance).collect();
+        DepthMap {
+            width,
+            height,
+            meters,
+        }
+    }
+}
+
+/// A map of distances has no more pixels than 1999's picture.
+fn reduced(resolution: Resolution) -> Resolution {
+    let most = Resolution::VINTAGE.pixels() as f64;
+    let scale = (most / resolution.pixels() as f64).sqrt().min(1.0);
+    let side = |n: u32| ((f64::from(n) * scale) as u32).max(1);
+    Resolution {
+        width: side(resolution.width),
+        height: side(resolution.height),
+    }
+}
+
+/// How far away everything in the picture is, along the axis; infinite where there is nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepthMap {
+    pub width: u32,
+    pub height: u32,
+    pub meters: Vec<f32>,
+}
+
+impl DepthMap {
+    /// At a place on the picture, from 0 to 1.
+    pub fn at(&self, x: f64, y: f64) -> f64 {
+        let cell = |t: f64, n: u32| ((t * f64::from(n)) as u32).min(n.saturating_sub(1)) as usize;
+        let i = cell(y, self.height) * self.width as usize + cell(x, self.width);
+        self.meters.get(i).map_or(f64::INFINITY, |d| f64::from(*d))
+    }
+}
+
+/// Where a focused lens is really sharp: for each height on the film, the distance at which the
+/// rays through the whole pupil come closest together. The paper's "spherical manifold", exact.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FocalSurface {
+    /// Meters along the axis, at even steps of film height from the axis to the corner.
+    pub meters: Vec<f64>,
+    half_diagonal: f64,
+    film: DVec2,
+}
+
+impl FocalSurface {
+    const STEPS: usize = 24;
+
+    pub fn of(camera: &LensCamera) -> Self {
+        let half_diagonal = camera.format.half_diagonal();
+        let height = |i: usize| half_diagonal * i as f64 / (Self::STEPS - 1) as f64;
+        let mut meters: Vec<f64> = Vec::with_capacity(Self::STEPS);
+        for i in 0..Self::STEPS {
+            // Beyond the image circle nothing comes through: the last distance stands for it.
+            let last = meters.last().copied().unwrap_or(f64::INFINITY);
+            meters.push(waist(camera, DVec2::new(height(i), 0.0)).unwrap_or(last));
+        }
+        let film = DVec2::new(camera.format.width, camera.format.height);
+        Self {
+            meters,
+            half_diagonal,
+            film,
+        }
+    }
+
+    /// The sharp distance at a place on the picture, from 0 to 1.
+    pub fn at(&self, x: f64, y: f64) -> f64 {
+        let height = ((DVec2::new(x, y) - 0.5) * self.film).length();
+        let step = height / self.half_diagonal * (Self::STEPS - 1) as f64;
+        let i = (step as usize).min(Self::STEPS - 2);
+        let (a, b) = (self.meters[i], self.meters[i + 1]);
+        let t = (step - i as f64).clamp(0.0, 1.0);
+        // In diopters, so that infinity is a number.
+        1.0 / ((1.0 - t) / a + t / b)
+    }
+}
+
+/// Where the rays of a film point are closest together, in meters in front of the lens. A plane's
+/// spot is linear in its distance, p + Z q, so the least square is at −cov(p, q)/var(q).
+fn waist(camera: &LensCamera, film: DVec2) -> Option<f64> {
+    const GRID: usize = 12;
+    let middle = |i: usize| (i as f64 + 0.5) / GRID as f64;
+    let mut rays: Vec<(DVec2, DVec2)> = Vec::new();
+    for j in 0..GRID {
+        for i in 0..GRID {
+            let path = camera.path(film, [middle(i), middle(j)]);
+            let Some(out) = path.and_then(|(_, path)| path.outcome.ok()) else {
+                continue;
+            };
+            let slope = -out.direction.truncate() / out.direction.z;
+            rays.push((out.origin.truncate() + out.origin.z * slope, slope));
+        }
+    }
+    if rays.len() < 4 {
+        return None;
+    }
+    let n = rays.len() as f64;
+    let mean = rays.iter().fold((DVec2::ZERO, DVec2::ZERO), |m, r| {
+        (m.0 + r.0 / n, m.1 + r.1 / n)
+    });
+    let (mut along, mut spread) = (0.0, 0.0);
+    for (p, q) in &rays {
+        along += (p - mean.0).dot(q - mean.1);
+        spread += (q - mean.1).length_squared();
+    }
+    let z = -along / spread;
+    Some(if z > 0.0 && z < 1e9 {
+        z / 1000.0
+    } else {
+        f64::INFINITY
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Aim;
+    use crate::film::FilmFormat;
+    use crate::lens::{FocusMethod, Lens};
+    use crate::math::meters;
+    use crate::pose::CameraPose;
+
+    fn camera(name: &str, f_number: f64, distance: f64) -> LensCamera {
+        let lens = Lens::named(name).unwrap().at_f_number(f_number).unwrap();
+        let focus = lens.focus(FocusMethod::Film, meters(distance)).unwrap();
+        let pose = CameraPose::view_all(Default::default(), 1.5);
+        LensCamera::new(lens, focus, FilmFormat::STANDARD, Aim::ExitPupil, &pose)
+    }
+
+    #[test]
+    fn stopped_down_the_focal_surface_on_the_axis_is_the_plane_in_focus() {
+        for (name, distance) in [("double-gauss", 3.0), ("telephoto", 8.0), ("tessar", 2.0)] {
+            let surface = FocalSurface::of(&camera(name, 22.0, distance));
+            let off = surface.at(0.5, 0.5) / distance - 1.0;
+            assert!(off.abs() < 0.02, "{name}: {off}");
+        }
+    }
+
+    /// A single lens has a strongly curved field, bent toward it.
+    #[test]
+    fn a_condensers_focal_surface_bends_toward_the_lens() {
+        let lens = Lens::named("condenser").unwrap();
+        let widest = lens.first_order().f_number().unwrap();
+        let surface = FocalSurface::of(&camera("condenser", 8.0 * widest, 4.0));
+        assert!(
+            surface.at(0.0, 0.5) < 0.9 * surface.at(0.5, 0.5),
+            "{surface:?}"
+        );
+    }
+}

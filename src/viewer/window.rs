@@ -1,0 +1,61 @@
+//! The real window: eframe around [`Window`].
+
+use eframe::egui;
+
+use crate::diag::{Diagnostic, Result};
+use crate::plan::Plan;
+
+use super::engine::Engine;
+use super::lenses::LensMenu;
+use super::model::Model;
+use super::panels::{Window, waker};
+
+/// What to say where no window can be: one sentence, with what works.
+const BATCH: &str = "make the picture without a window: `-batch`, or `ivcam render`";
+
+/// Opens the window on a plan and returns when it is closed.
+///
+/// # Errors
+/// No display, or no OpenGL on it.
+pub fn run(plan: Plan, output: Option<String>, threads: usize) -> Result<()> {
+    displayed()?;
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("ivcam")
+            .with_app_id("ivcam")
+            .with_inner_size([1360.0, 860.0])
+            .with_drag_and_drop(true),
+        ..Default::default()
+    };
+    let start = move |cc: &eframe::CreationContext<'_>| {
+        let wake = waker(&cc.egui_ctx);
+        let engine = Engine::start(threads, wake.clone())?;
+        let mut model = Model::new(plan);
+        if let Some(output) = output {
+            model.output = output;
+        }
+        let window = Window::new(model, engine, LensMenu::start(wake));
+        Ok(Box::new(App(window)) as Box<dyn eframe::App>)
+    };
+    eframe::run_native("ivcam", options, Box::new(start))
+        .map_err(|e| Diagnostic::error(format!("the window can't be opened: {e}")).with_help(BATCH))
+}
+
+/// On unix a window needs a display server; asking beforehand makes a better sentence.
+fn displayed() -> Result<()> {
+    let named = |name: &str| std::env::var_os(name).is_some_and(|v| !v.is_empty());
+    if cfg!(all(unix, not(target_os = "macos"))) && !named("DISPLAY") && !named("WAYLAND_DISPLAY") {
+        return Err(Diagnostic::error(
+            "there is no display for the window; `-batch` (or `ivcam render`) makes the picture without one",
+        ));
+    }
+    Ok(())
+}
+
+struct App(Window);
+
+impl eframe::App for App {
+    fn update(&mut self, ctx: &egui::Context, _: &mut eframe::Frame) {
+        self.0.show(ctx);
+    }
+}
