@@ -424,3 +424,91 @@ fn what_was_skipped_is_written_as_the_file_had_it() {
         "{written}"
     );
 }
+
+/// A string of the binary formats: its length, its bytes, filled up to four.
+fn packed(bytes: &mut Vec<u8>, text: &str) {
+    bytes.extend((text.len() as u32).to_be_bytes());
+    bytes.extend(text.bytes());
+    bytes.resize(bytes.len().next_multiple_of(4), 0);
+}
+
+#[test]
+fn binary_of_the_first_version_has_no_flags_on_its_nodes() {
+    for version in ["V1.0", "V2.0"] {
+        let mut bytes = format!("#Inventor {version} binary  \n").into_bytes();
+        packed(&mut bytes, "Separator");
+        bytes.extend([0, 0, 0, 0, 0, 0, 0, 1]); // no fields, one child
+        packed(&mut bytes, "Cone");
+        bytes.extend([0, 0, 0, 1]); // one field
+        packed(&mut bytes, "height");
+        bytes.extend(3.0f32.to_be_bytes());
+        bytes.extend([0; 4]); // not ignored, not connected
+        let document =
+            Document::read("b.iv", bytes, Arc::new(Nowhere), &Limits::default()).expect("reads");
+        assert_eq!(messages(&document), Vec::<String>::new(), "{version}");
+        let root = document.roots().next().expect("a root");
+        let cone = root.children().next().expect("a child");
+        assert_eq!(cone.get(cone::HEIGHT), 3.0, "{version}");
+    }
+}
+
+#[test]
+fn old_texture_planes_become_directions() {
+    use ivcam::grammar::{texture_coordinate_plane as plane, texture2_transform};
+    let document = clean(
+        "#Inventor V1.0 ascii\nSeparator {
+         TextureCoordinatePlane { coord S normal 0 2 0 repeatInterval 4 }
+         TextureCoordinatePlane { coord T normal 0 0 1 distanceFromOrigin 3 repeatInterval 2 } Cube { } }",
+    );
+    let root = document.roots().next().expect("a root");
+    let nodes: Vec<_> = root.children().collect();
+    let both = |i: usize| {
+        let node = &nodes[i];
+        (
+            node.get(plane::DIRECTION_S).to_array(),
+            node.get(plane::DIRECTION_T).to_array(),
+        )
+    };
+    assert_eq!(both(0), ([0.0, 4.0, 0.0], [0.0, 1.0, 0.0]));
+    assert_eq!(both(1), ([0.0, 4.0, 0.0], [0.0, 0.0, 2.0]));
+    let shift = nodes[2].get(texture2_transform::TRANSLATION);
+    assert_eq!(shift.to_array(), [0.0, 1.5]);
+    assert_eq!(nodes[3].class_name(), "Cube");
+}
+
+#[test]
+#[cfg(unix)]
+fn only_files_below_the_scene_and_the_search_paths_are_opened() {
+    let root = std::env::temp_dir().join(format!("ivcam-iv-{}", std::process::id()));
+    let (scene, outside) = (root.join("scene"), root.join("outside"));
+    std::fs::create_dir_all(scene.join("parts")).expect("a folder");
+    std::fs::create_dir_all(&outside).expect("a folder");
+    let part = "#Inventor V2.1 ascii\nCube { }";
+    std::fs::write(outside.join("secret.iv"), part).expect("written");
+    std::fs::write(scene.join("parts/own.iv"), part).expect("written");
+    std::os::unix::fs::symlink(outside.join("secret.iv"), scene.join("link.iv")).expect("a link");
+    std::os::unix::fs::symlink(&outside, scene.join("folder")).expect("a link");
+    let file = scene.join("a.iv");
+    let opened = |name: &str, search: &[&std::path::Path]| {
+        let text = format!("#Inventor V2.1 ascii\nFile {{ name \"{name}\" }}");
+        std::fs::write(&file, text).expect("written");
+        let document = Document::open_with(&file, search, &Limits::default()).expect("reads");
+        let help = document.sink.items().first().and_then(|d| d.help.clone());
+        (document.roots().any(|r| r.children().count() > 0), help)
+    };
+    assert_eq!(opened("parts/own.iv", &[]), (true, None));
+    assert_eq!(opened("parts/../parts/own.iv", &[]), (true, None));
+    let refused = Some("`--search FOLDER` allows what is below that folder".to_owned());
+    for name in [
+        "../outside/secret.iv",
+        "link.iv",
+        "folder/secret.iv",
+        "parts/../../outside/secret.iv",
+    ] {
+        assert_eq!(opened(name, &[]), (false, refused.clone()), "{name}");
+        assert!(opened(name, &[&outside]).0, "{name}");
+    }
+    let there = outside.join("secret.iv").display().to_string();
+    assert!(!opened(&there, &[]).0, "a path from the root");
+    let _ = std::fs::remove_dir_all(root);
+}

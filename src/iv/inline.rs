@@ -121,7 +121,7 @@ impl Loader for Folder {
             Diagnostic::error(format!(
                 "`{reference}` lies outside the scene's folder and is not opened"
             ))
-            .with_help("give its folder as a search path to allow it")
+            .with_help("`--search FOLDER` allows what is below that folder")
         } else {
             Diagnostic::error(format!("`{reference}` is not there")).with_help(format!(
                 "it was looked for beside `{from}` and in the search paths"
@@ -268,7 +268,7 @@ pub fn include(document: &mut Document, limits: &Limits) -> Result<()> {
                     document
                         .sink
                         .warn(span, message)
-                        .help("raise the limits on included files");
+                        .help("`--limit files=N` and `--limit include-depth=N` raise this");
                 } else {
                     let (target, roots) = match known {
                         Some(found) => found,

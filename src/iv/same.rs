@@ -51,10 +51,13 @@ impl Comparison<'_> {
             if proto.external {
                 continue;
             }
+            // Names do not cross a proto's border: a node used on both sides is written twice.
+            let outside = std::mem::take(&mut self.pairs);
             self.pair(proto.defaults, other.defaults)?;
             self.lists(&proto.body, &other.body, "a proto's body")?;
             self.drain()?;
             self.routes(&proto.routes, &other.routes)?;
+            self.pairs = outside;
             if proto.links.len() != other.links.len() {
                 return Err(format!(
                     "{} links, not {}",

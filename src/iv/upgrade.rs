@@ -2,15 +2,15 @@
 //!
 //! What later versions dropped is read by its old type and becomes what replaced it.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::Header;
-use super::document::{ClassRef, Document, FieldEntry};
+use super::document::{ClassRef, Document, FieldEntry, Node};
 use super::value::{NodeId, Value};
 use crate::diag::Span;
 use crate::grammar::{
     self, ClassId, Dialect, FieldType, class, environment, material, packed_color, shape_hints,
-    texture_coordinate_plane,
+    texture_coordinate_plane, texture2_transform,
 };
 
 /// A field that a class once had.
@@ -81,7 +81,7 @@ static OLD: [(ClassId, OldField); 13] = [
     ),
     (
         class::TEXTURE_COORDINATE_PLANE,
-        old("normal", FieldType::SFVec3f, &[], plane_normal),
+        old("normal", FieldType::SFVec3f, &[], forget),
     ),
     (
         class::TEXTURE_COORDINATE_PLANE,
@@ -140,9 +140,10 @@ pub fn upgrade(
     first: usize,
     old: Vec<(NodeId, &'static OldField, Value)>,
 ) {
-    for (node, field, value) in old {
-        (field.into)(document, node, &value);
+    for (node, field, value) in &old {
+        (field.into)(document, *node, value);
     }
+    planes(document, &old);
     for i in first..document.nodes.len() {
         if document.nodes[i].class == ClassRef::Known(class::MATERIAL)
             && header.dialect == Dialect::IV1
@@ -236,16 +237,78 @@ fn fog_density(document: &mut Document, node: NodeId, value: &Value) {
     }
 }
 
-/// One plane gave one coordinate; both are made to follow it unless the file says more.
-fn plane_normal(document: &mut Document, node: NodeId, value: &Value) {
-    let &Value::Vec3(normal) = value else { return };
-    let direction = Value::Vec3(normal.normalize_or(Vec3::X));
-    state(
-        document,
-        node.0 as usize,
-        texture_coordinate_plane::DIRECTION_S.index,
-        direction,
-    );
+/// V1.0's texture planes gave one coordinate each, by the distance from a plane, and the other
+/// came from an earlier node. What was not set is as SGI's own upgrader has it: both follow the
+/// plane x = 0, a unit each.
+fn planes(document: &mut Document, old: &[(NodeId, &'static OldField, Value)]) {
+    let is_plane = |id: NodeId| {
+        let class = document.nodes[id.0 as usize].class;
+        class == ClassRef::Known(class::TEXTURE_COORDINATE_PLANE)
+    };
+    let mut nodes: Vec<NodeId> = old.iter().map(|o| o.0).filter(|id| is_plane(*id)).collect();
+    nodes.dedup();
+    let (mut s, mut t) = (Vec3::X, Vec3::Y);
+    for node in nodes {
+        let stated = |name: &str| {
+            let of = old.iter().find(|(id, f, _)| *id == node && f.name == name);
+            of.map(|(_, _, value)| value)
+        };
+        let number = |name: &str, default: f32| match stated(name) {
+            Some(&Value::Float(v)) => v,
+            _ => default,
+        };
+        let normal = match stated("normal") {
+            Some(Value::Vec3(n)) => n.normalize_or(Vec3::X),
+            _ => Vec3::X,
+        };
+        let interval = number("repeatInterval", 1.0);
+        let shift = number("distanceFromOrigin", 0.0) / interval;
+        let which = match stated("coord") {
+            Some(&Value::Int(which)) => which,
+            _ => 2,
+        };
+        // A direction's length is the interval at which the texture repeats.
+        if which != 1 {
+            s = normal * interval;
+        }
+        if which != 0 {
+            t = normal * interval;
+        }
+        let (directions, index) = (texture_coordinate_plane::DIRECTION_S, node.0 as usize);
+        state(document, index, directions.index, Value::Vec3(s));
+        let directions = texture_coordinate_plane::DIRECTION_T;
+        state(document, index, directions.index, Value::Vec3(t));
+        if shift != 0.0 && shift.is_finite() {
+            let by = Vec2::new(
+                if which != 1 { shift } else { 0.0 },
+                if which != 0 { shift } else { 0.0 },
+            );
+            shift_texture(document, node, by);
+        }
+    }
+}
+
+/// Puts a `Texture2Transform` behind a node, wherever it is a child.
+fn shift_texture(document: &mut Document, after: NodeId, by: Vec2) {
+    let before = &document.nodes[after.0 as usize];
+    let (span, source) = (before.span, before.source);
+    let new = document.add(Node {
+        class: ClassRef::Known(class::TEXTURE2_TRANSFORM),
+        name: None,
+        fields: Vec::new(),
+        children: Vec::new(),
+        span,
+        source,
+    });
+    let index = texture2_transform::TRANSLATION.index;
+    state(document, new.0 as usize, index, Value::Vec2(by));
+    let lists = document.nodes.iter_mut().map(|n| &mut n.children);
+    for list in lists {
+        if list.contains(&after) {
+            let with_new = |id: NodeId| std::iter::once(id).chain((id == after).then_some(new));
+            *list = list.iter().copied().flat_map(with_new).collect();
+        }
+    }
 }
 
 /// Whether a class is in the catalogue under this name, for did-you-mean hints.
