@@ -159,6 +159,8 @@ pub struct Plan {
     pub stop: Stop,
     /// Folders besides the scene's own in which files that it names are looked for.
     pub search: Vec<PathBuf>,
+    /// How much the scene may ask for.
+    pub limits: Limits,
 }
 
 impl Plan {
@@ -193,6 +195,7 @@ impl Plan {
             time: 0.0,
             stop: Stop::after(samples),
             search: Vec::new(),
+            limits: Limits::default(),
         }
     }
 
@@ -249,7 +252,7 @@ impl Session {
     pub fn open(plan: Plan) -> Result<Self> {
         let clock = Instant::now();
         let search: Vec<&Path> = plan.search.iter().map(PathBuf::as_path).collect();
-        let mut document = Document::open_with(&plan.scene, &search, &Limits::default())?;
+        let mut document = Document::open_with(&plan.scene, &search, &plan.limits)?;
         let environment = match plan.environment.as_deref() {
             Some(path) => Environment::join(&mut document, path)?,
             None => Environment::default(),
@@ -463,6 +466,8 @@ fn options(plan: &Plan, pose: &CameraPose) -> CompileOptions {
         time: plan.time,
         pixel_rows: plan.resolution.height,
         texture_folders: plan.search.clone(),
+        max_primitives: plan.limits.primitives,
+        max_visits: plan.limits.visits as u64,
         ..CompileOptions::default()
     }
 }

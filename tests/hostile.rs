@@ -4,8 +4,10 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use ivcam::grammar::{CLASSES, Class, Default, Dialect, FieldType, Treatment};
 use ivcam::graph::{Visitor, WalkOptions, walk};
 use ivcam::iv::{Document, Limits, NodeRef, Nowhere};
+use ivcam::pose::CameraPose;
 use ivcam::scene::{CompileOptions, Ray, RenderScene};
 
 fn read(text: &str) -> Document {
@@ -140,5 +142,67 @@ fn a_point_does_not_shade_itself_in_millimeters_or_in_kilometers() {
             hits += usize::from(scene.hit_any_side(&away).is_some());
         }
         assert_eq!(hits, 0, "at size {size}");
+    }
+}
+
+/// A scene with a node of a class, every number in it a word, among shapes that it may act on.
+fn with_every_number(class: &Class, word: &str) -> String {
+    let mut text = format!("{} {{\n", class.name);
+    for field in class.fields {
+        let numbers = match field.kind {
+            kind if kind.name().ends_with("Image") => continue,
+            FieldType::SFBool | FieldType::MFBool => continue,
+            kind if matches!(field.default, Default::Numbers(_)) || kind.is_multiple() => {
+                kind.width()
+            }
+            _ => continue,
+        };
+        if field.kind.name().contains("String") || field.kind.name().contains("Node") {
+            continue;
+        }
+        text += &format!(
+            "  {} [ {} ]\n",
+            field.name,
+            vec![word; numbers * 4].join(" ")
+        );
+        if !field.kind.is_multiple() {
+            text += &format!("  {} {}\n", field.name, vec![word; numbers].join(" "));
+        }
+    }
+    text + "}"
+}
+
+#[test]
+fn whatever_number_stands_in_whatever_field_the_scene_compiles() {
+    let camera = CameraPose::view_all((DVec3::splat(-3.0), DVec3::splat(3.0)), 1.5);
+    let options = CompileOptions {
+        camera: Some(camera.clone()),
+        origin: camera.position,
+        max_primitives: 2_000,
+        max_visits: 2_000,
+        ..CompileOptions::default()
+    };
+    for class in CLASSES
+        .iter()
+        .filter(|c| c.treatment != Treatment::Abstract)
+    {
+        let vrml97 = class.dialects & Dialect::VRML97 != 0 && class.dialects & Dialect::IV2 == 0;
+        for word in ["nan", "-inf", "-1", "3e38"] {
+            let node = with_every_number(class, word);
+            let text = if vrml97 {
+                format!(
+                    "#VRML V2.0 utf8\n{node} Shape {{ geometry {node} }} Shape {{ appearance {node} geometry Box {{ }} }}"
+                )
+            } else {
+                format!(
+                    "#Inventor V2.1 ascii\nSeparator {{ Coordinate3 {{ point [ 0 0 0, 1 0 0, 1 1 0, 0 1 0 ] }}
+                     {node} Cube {{ }} Sphere {{ }} FaceSet {{ numVertices 4 }} LineSet {{ }} Text3 {{ string a parts ALL }} {node} }}"
+                )
+            };
+            let document = Document::read("t", text.into(), Arc::new(Nowhere), &Limits::default());
+            let document = document.expect("reads");
+            RenderScene::survey(&document, &options);
+            RenderScene::compile(&document, &options).expect("compiles");
+        }
     }
 }

@@ -12,10 +12,11 @@ use serde_json::{Value as Json, json};
 use super::{ERROR, switch, tell};
 use crate::diag::{Diagnostic, Result, Severity};
 use crate::grammar::Treatment;
+use crate::graph::read::Fields;
 use crate::graph::state::{LightElement, LightKind};
-use crate::iv::{Document, Limits};
+use crate::iv::{Document, Limits, NodeId};
 use crate::pose::{CameraPose, Projection};
-use crate::scene::{CompileOptions, RenderScene, Survey};
+use crate::scene::{CompileOptions, RenderScene, Survey, texture};
 
 /// Endings of the files that a folder is searched for.
 const ENDINGS: [&str; 6] = [".iv", ".wrl", ".iv.gz", ".wrl.gz", ".wrz", ".vrml"];
@@ -39,6 +40,9 @@ pub fn command() -> Command {
                 .action(ArgAction::Append)
                 .help("also look here for files that a scene names"),
         )
+        .args(super::flags::arguments(std::slice::from_ref(
+            &super::flags::LIMIT,
+        )))
 }
 
 pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
@@ -49,13 +53,14 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .flatten()
         .map(PathBuf::as_path)
         .collect();
+    let limits = super::limits(matches)?;
     let files = expand(&named)?;
     let json = matches.get_flag("json");
     let several = files.len() > 1 || named.iter().any(|p| p.is_dir());
     let bar = progress(files.len(), several);
     let mut code = 0;
     for file in &files {
-        let checked = Checked::read(file, &search);
+        let checked = Checked::read(file, &search, &limits);
         code = code.max(if checked.document.is_ok() { 0 } else { ERROR });
         let written = match (json, several) {
             (true, true) => writeln!(out, "{}", checked.json()),
@@ -118,18 +123,36 @@ fn expand(named: &[&PathBuf]) -> Result<Vec<PathBuf>> {
 struct Checked {
     file: String,
     document: Result<(Document, Survey)>,
+    /// Files that the scene names and that cannot be read, with why.
+    missing: Vec<Missing>,
+}
+
+/// A file that is named and cannot be read.
+struct Missing {
+    name: String,
+    trouble: Option<Box<Diagnostic>>,
 }
 
 impl Checked {
-    fn read(path: &Path, search: &[&Path]) -> Self {
-        let document = Document::open_with(path, search, &Limits::default()).map(|document| {
-            let options = CompileOptions::default();
+    fn read(path: &Path, search: &[&Path], limits: &Limits) -> Self {
+        let options = CompileOptions {
+            texture_folders: search.iter().map(|p| p.to_path_buf()).collect(),
+            max_primitives: limits.primitives,
+            max_visits: limits.visits as u64,
+            ..CompileOptions::default()
+        };
+        let document = Document::open_with(path, search, limits).map(|document| {
             let survey = RenderScene::survey(&document, &options);
             (document, survey)
         });
+        let missing = match &document {
+            Ok((document, _)) => missing(document, &options.texture_folders),
+            Err(_) => Vec::new(),
+        };
         Self {
             file: path.display().to_string(),
             document,
+            missing,
         }
     }
 
@@ -137,7 +160,9 @@ impl Checked {
         match &self.document {
             Ok((document, survey)) => {
                 let troubles = survey.troubles.iter().map(|t| &**t);
-                document.sink.items().iter().chain(troubles).collect()
+                let textures = self.missing.iter().filter_map(|m| m.trouble.as_deref());
+                let all = document.sink.items().iter().chain(troubles);
+                all.chain(textures).collect()
             }
             Err(error) => vec![error],
         }
@@ -152,8 +177,16 @@ impl Checked {
             "file": self.file,
             "format": document.format,
             "nodes": document.nodes.len(),
+            "classes": classes(document)
+                .into_iter()
+                .map(|(heading, list)| (heading.to_owned(), json!(list.into_iter().collect::<IndexMap<_, _>>())))
+                .collect::<serde_json::Map<_, _>>(),
+            "missing": self.missing.iter().map(|m| &m.name).collect::<Vec<_>>(),
             "diagnostics": diagnostics,
             "bounds": survey.bounds.map(|(min, max)| json!({
+                "min": min.to_array(), "max": max.to_array(),
+            })),
+            "view_all": survey.inventor_bounds.map(|(min, max)| json!({
                 "min": min.to_array(), "max": max.to_array(),
             })),
             "triangles": survey.triangles,
@@ -163,20 +196,32 @@ impl Checked {
         })
     }
 
-    /// One line: file, format, nodes, triangles, problems.
+    /// One line: file, format, nodes and what becomes of them, triangles, problems.
     fn summary(&self) -> String {
         match &self.document {
             Err(error) => format!("{}: {error}", self.file),
             Ok((document, survey)) => {
-                let problems = self.problems().count();
-                let shapes: usize = survey.shapes.values().map(|n| *n as usize).sum();
-                format!(
-                    "{}: {}, {} nodes, {shapes} shapes, {} triangles, {problems} problems",
+                let becomes: Vec<String> = classes(document)
+                    .into_iter()
+                    .map(|(heading, list)| (heading, list.iter().map(|c| c.1).sum::<usize>()))
+                    .filter(|(_, n)| *n > 0)
+                    .map(|(heading, n)| format!("{n} {heading}"))
+                    .collect();
+                let mut line = format!(
+                    "{}: {}, {}",
                     self.file,
                     document.format,
-                    document.nodes.len(),
-                    survey.triangles,
-                )
+                    counted(document.nodes.len(), "node")
+                );
+                if !becomes.is_empty() {
+                    line += &format!(" ({})", becomes.join(", "));
+                }
+                line += &format!(", {}", counted(survey.triangles as usize, "triangle"));
+                if !self.missing.is_empty() {
+                    line += &format!(", {} missing", counted(self.missing.len(), "file"));
+                }
+                let problems: usize = self.problems().map(|d| d.count).sum();
+                line + &format!(", {}", counted(problems, "problem"))
             }
         }
     }
@@ -207,8 +252,9 @@ impl Checked {
         match survey.bounds {
             Some((a, b)) => writeln!(
                 out,
-                "  bounds     {} {} {}  to  {} {} {}",
-                a.x as f32, a.y as f32, a.z as f32, b.x as f32, b.y as f32, b.z as f32
+                "  bounds     {}  to  {}",
+                short(&json!(a.to_array())),
+                short(&json!(b.to_array()))
             )?,
             None => writeln!(out, "  bounds     nothing to see")?,
         }
@@ -223,12 +269,82 @@ impl Checked {
                 one_line(&self::light(document, light))
             )?;
         }
+        if !self.missing.is_empty() {
+            let names: Vec<&str> = self.missing.iter().map(|m| &*m.name).collect();
+            writeln!(out, "  missing    {}", names.join(", "))?;
+        }
         let problems: Vec<&Diagnostic> = self.problems().collect();
-        writeln!(out, "  problems   {}", problems.len())?;
+        let count: usize = problems.iter().map(|d| d.count).sum();
+        writeln!(out, "  problems   {count}")?;
         out.flush()?;
         problems.into_iter().for_each(tell);
         Ok(())
     }
+}
+
+/// `1 node`, `2 nodes`.
+fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+/// Files that nodes name and that are not there or not readable: included scenes, which reading
+/// has told of, and pictures, which it has not opened.
+fn missing(document: &Document, folders: &[PathBuf]) -> Vec<Missing> {
+    let mut missing: Vec<Missing> = Vec::new();
+    for index in 0..document.nodes.len() {
+        let id = NodeId(index as u32);
+        let node = document.node(id);
+        let Some(class) = node.known_class().filter(|_| !document.is_template(id)) else {
+            continue;
+        };
+        let pictures: &[&[&str]] = match class.name {
+            "Texture2" | "Texture3" | "Image" | "ImageTexture" => {
+                &[&["filename", "url", "filenames"]]
+            }
+            "Background" => &texture::PANORAMA,
+            "File" | "WWWInline" | "Inline" if !document.included.contains_key(&id) => {
+                for field in ["name", "url"] {
+                    let names = texture::files_named(node, field).filter(|n| !n.starts_with('<'));
+                    missing.extend(names.map(|name| Missing {
+                        name: name.to_owned(),
+                        trouble: None,
+                    }));
+                }
+                continue;
+            }
+            _ => continue,
+        };
+        for fields in pictures {
+            if let Err(trouble) = texture::decode_named(node, fields, folders) {
+                let name = fields
+                    .iter()
+                    .flat_map(|f| texture::files_named(node, f))
+                    .next();
+                missing.push(Missing {
+                    name: name.unwrap_or_default().to_owned(),
+                    trouble: Some(Box::new(Diagnostic {
+                        severity: Severity::Warning,
+                        ..*trouble
+                    })),
+                });
+            }
+        }
+    }
+    missing.sort_by(|a, b| a.name.cmp(&b.name));
+    missing.dedup_by(|later, first| {
+        let same = later.name == first.name;
+        if let (true, Some(trouble), Some(_)) = (same, &mut first.trouble, &later.trouble) {
+            trouble.count += 1;
+        }
+        same
+    });
+    missing
+}
+
+/// An `f32` with the digits that people write, and no more.
+fn plain(value: f32) -> Json {
+    let text = value.to_string();
+    text.parse::<f64>().map_or(Json::Null, |v| json!(v))
 }
 
 /// Nodes by class and by what becomes of them, the most frequent first.
@@ -276,14 +392,14 @@ fn light(document: &Document, light: &LightElement) -> Json {
     let mut object = json!({
         "type": document.node(light.node).class_name(),
         "on": true,
-        "intensity": light.intensity,
-        "color": light.color.to_array(),
+        "intensity": plain(light.intensity),
+        "color": light.color.to_array().map(plain),
         "location": light.position.to_array(),
         "direction": light.direction.to_array(),
     });
     if let LightKind::Spot { drop_off, cut_off } = light.kind {
-        object["dropOffRate"] = json!(drop_off);
-        object["cutOffAngle"] = json!(cut_off);
+        object["dropOffRate"] = plain(drop_off);
+        object["cutOffAngle"] = plain(cut_off);
     }
     object
 }
@@ -309,7 +425,28 @@ fn camera(pose: &CameraPose) -> Json {
 fn one_line(object: &Json) -> String {
     let parts = object.as_object().into_iter().flatten();
     parts
-        .map(|(k, v)| format!("{k} {v}"))
+        .map(|(k, v)| format!("{k} {}", short(v)))
         .collect::<Vec<_>>()
         .join(", ")
+}
+
+/// For people: numbers to six digits, lists without brackets, strings without quotes.
+fn short(value: &Json) -> String {
+    match value {
+        Json::Number(n) => match n.as_f64() {
+            Some(v) if v != 0.0 => {
+                let digits = (5.0 - v.abs().log10().floor()).clamp(0.0, 12.0) as usize;
+                let text = format!("{v:.digits$}");
+                match text.contains('.') {
+                    true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+                    false => text,
+                }
+            }
+            _ => n.to_string(),
+        },
+        Json::Array(list) => list.iter().map(short).collect::<Vec<_>>().join(" "),
+        Json::Object(_) => one_line(value),
+        Json::String(text) => text.clone(),
+        other => other.to_string(),
+    }
 }

@@ -34,13 +34,16 @@ pub fn command() -> Command {
                 .default_value("ascii")
                 .help("text, or Inventor's binary form"),
         )
+        .args(super::flags::arguments(std::slice::from_ref(
+            &super::flags::LIMIT,
+        )))
 }
 
 pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let Some(scene) = matches.get_one::<PathBuf>("scene") else {
         return Err(Diagnostic::error("no scene was given"));
     };
-    let document = Document::open(scene)?;
+    let document = Document::open_with(scene, &[], &super::limits(matches)?)?;
     tell_all(&document.sink);
     let format = match text(matches, "to") {
         Some("binary") => Format::Binary,

@@ -52,6 +52,13 @@ const fn vintage(name: &'static str, old: &'static str, value: Takes, help: &'st
     }
 }
 
+/// How much a scene may ask for; every command that reads scenes takes it.
+pub const LIMIT: Flag = flag(
+    "limit",
+    Takes::Many("NAME=N"),
+    "raises or lowers a limit on the scene: bytes of a file [512M], nodes [10000000], copies by protos [1000000], depth [1000000], files it names [1000], include-depth [32], visits on the way through it [1000000, or twice its nodes], primitives [16000000]",
+);
+
 /// What a render takes, in either spelling.
 pub const RENDER: &[Flag] = &[
     vintage(
@@ -240,6 +247,7 @@ pub const RENDER: &[Flag] = &[
         Takes::Many("FOLDER"),
         "also look here for files that the scene names",
     ),
+    LIMIT,
     flag(
         "report",
         Takes::One("FILE.json"),

@@ -32,6 +32,7 @@ use std::io::IsTerminal;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 
 use crate::diag::{Diagnostic, Result, Severity, Sink};
+use crate::iv::Limits;
 use crate::plan::Era;
 
 /// Exit code: what was asked for could not be done.
@@ -163,6 +164,24 @@ pub fn tell_all(sink: &Sink) {
         .iter()
         .filter(|d| d.severity >= Severity::Warning)
         .for_each(tell);
+}
+
+/// The limits on scenes, as `--limit` changes them.
+pub fn limits(matches: &ArgMatches) -> Result<Limits> {
+    let mut limits = Limits::default();
+    let words = matches.get_many::<std::path::PathBuf>("limit");
+    for word in words.into_iter().flatten() {
+        let word = word.to_string_lossy();
+        limits.set(&word).ok_or_else(|| {
+            Diagnostic::error(format!("`--limit {word}` is not a limit and a number")).with_help(
+                format!(
+                    "such as `bytes=2G`; the limits are {}",
+                    Limits::NAMES.join(", ")
+                ),
+            )
+        })?;
+    }
+    Ok(limits)
 }
 
 /// A flag that does nothing but switch on.

@@ -131,6 +131,7 @@ pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
         .flatten()
         .cloned()
         .collect();
+    plan.limits = super::limits(m)?;
     let maps = [
         ("polar", DiscMap::Polar),
         ("concentric", DiscMap::Concentric),

@@ -30,9 +30,10 @@ pub struct WalkOptions {
     pub time: f64,
     /// The camera that levels of detail and billboards go by. Default: none, the finest level.
     pub camera: Option<CameraPose>,
-    /// Nodes met before the walk gives up. Default: 5 million.
+    /// Nodes met before the walk gives up. Default: 1 million, or twice the
+    /// document's nodes if that is more.
     pub max_visits: u64,
-    /// Walks every child of an LOD, as Inventor's bounding boxes do. Default: no.
+    /// Walks every child of an LOD or a Blinker, as Inventor's bounding boxes do. Default: no.
     pub all_levels: bool,
 }
 
@@ -41,7 +42,7 @@ impl Default for WalkOptions {
         Self {
             time: 0.0,
             camera: None,
-            max_visits: 5_000_000,
+            max_visits: 1_000_000,
             all_levels: false,
         }
     }
@@ -58,6 +59,12 @@ pub trait Visitor<'a> {
     /// A separator begins, in this state; [`Self::close`] ends it.
     fn open(&mut self, _state: &State<'a>) {}
     fn close(&mut self) {}
+    /// A VRML 97 `Background` or `Fog`, of which a scene has one in force: the first.
+    fn bindable(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
+    /// Pixels that the box around a node's children takes up; `None` where nobody looks.
+    fn screen_area(&mut self, _node: NodeRef<'a>, _state: &State<'a>) -> Option<f64> {
+        None
+    }
     /// Whether the visitor has no room for more; the walk ends then.
     fn is_full(&self) -> bool {
         false
@@ -98,7 +105,7 @@ enum Frame<'a> {
 
 struct Walk<'a, 'v, V> {
     document: &'a Document,
-    options: &'a WalkOptions,
+    options: &'v WalkOptions,
     visitor: &'v mut V,
     state: State<'a>,
     stack: Vec<Frame<'a>>,
@@ -109,34 +116,44 @@ struct Walk<'a, 'v, V> {
 }
 
 /// Walks all roots in order, under one state.
-pub fn walk<'a, V: Visitor<'a>>(document: &'a Document, options: &'a WalkOptions, visitor: &mut V) {
+pub fn walk<'a, V: Visitor<'a>>(document: &'a Document, options: &WalkOptions, visitor: &mut V) {
     let vrml97 = document.format.starts_with("VRML V2");
     let vrml1 = document.format.starts_with("VRML V1");
+    let state = State::new(vrml1, vrml97);
+    walk_list(document, &document.roots, state, options, visitor);
+}
+
+/// Walks some nodes of a document in order, beginning with a state.
+pub fn walk_list<'a, V: Visitor<'a>>(
+    document: &'a Document,
+    list: &'a [NodeId],
+    state: State<'a>,
+    options: &WalkOptions,
+    visitor: &mut V,
+) {
     let mut walk = Walk {
         document,
         options,
         visitor,
-        state: State::new(vrml1, vrml97),
-        stack: vec![Frame::List {
-            list: &document.roots,
-            next: 0,
-        }],
+        state,
+        stack: vec![Frame::List { list, next: 0 }],
         on_path: vec![false; document.nodes.len()],
         visits: 0,
         told_cycle: false,
     };
+    let most = options.max_visits.max(2 * document.nodes.len() as u64);
     while let Some(frame) = walk.stack.pop() {
         walk.step(frame);
         if walk.visitor.is_full() {
             break;
         }
-        if walk.visits > options.max_visits {
+        if walk.visits > most {
             let trouble = Diagnostic::warning(format!(
-                "the scene has more than {} nodes to walk; the rest is left out",
-                options.max_visits
+                "the scene has more than {most} nodes to walk; the rest is left out"
             ));
-            walk.visitor
-                .trouble(trouble.with_help("a subtree used by subtrees used again grows fast"));
+            walk.visitor.trouble(trouble.with_help(
+                "a subtree used by subtrees used again grows fast; `--limit visits=N` raises this",
+            ));
             break;
         }
     }
@@ -193,10 +210,13 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         match role {
             // A class nobody knows, or nothing to draw: SGI and Coin walk past it too.
             Role::Kept => {}
-            Role::Property => property::apply(&mut self.state, node, self.options.time),
+            Role::Property => {
+                property::apply(&mut self.state, node, self.options.time);
+            }
             Role::Shape => self.visitor.shape(node, &self.state),
             Role::Light => self.light(node),
             Role::Camera => self.visitor.camera(node, &self.state),
+            Role::Bindable => self.visitor.bindable(node, &self.state),
             _ => self.enter(node, role),
         }
     }
@@ -239,6 +259,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             }
             Role::Separator | Role::Collision => {
                 self.open_separator();
+                self.state.on_top |= node.known_class().is_some_and(|c| c.is_a("Annotation"));
                 self.children(node);
             }
             Role::TransformSeparator => {
@@ -257,7 +278,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 self.children(node);
             }
             Role::Switch => self.switch(node),
-            Role::PathSwitch => {} // its path is not a child; nothing leads through it here
+            Role::Blinker => self.blinker(node),
+            Role::PathSwitch => self.path_switch(node),
             Role::Array => self.array(node),
             Role::MultipleCopy => self.multiple_copy(node),
             Role::Lod => self.lod(node),
@@ -330,6 +352,58 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             -3 => self.stack.push(Frame::List { list, next: 0 }),
             0.. => self.pick(list, which as usize),
             _ => {}
+        }
+    }
+
+    /// One child after the other, a round every 1/speed seconds; a single child comes and goes.
+    /// Before the clock starts the file's own choice holds, and one that is off shows a child (as
+    /// Coin does, measured).
+    fn blinker(&mut self, node: NodeRef<'a>) {
+        let list = Self::choices(node);
+        if self.options.all_levels {
+            self.stack.push(Frame::List { list, next: 0 });
+            return;
+        }
+        let stated = node.read::<i32>("whichChild").unwrap_or(-1);
+        let speed = f64::from(node.read::<f32>("speed").unwrap_or(1.0));
+        let round = speed * self.options.time;
+        let share = round - round.floor();
+        let which = match (node.read::<bool>("on").unwrap_or(true), list.len()) {
+            (false, _) => stated.max(0),
+            (true, 1) if round > 0.0 => libm::floor(2.0 * share) as i32 - 1,
+            (true, n) if round > 0.0 => libm::floor(share * n as f64) as i32,
+            _ => stated,
+        };
+        self.state.switch = which;
+        if let Ok(index) = usize::try_from(which) {
+            self.pick(list, index);
+        }
+    }
+
+    /// Walks its children where the nodes above end with its path.
+    fn path_switch(&mut self, node: NodeRef<'a>) {
+        let Some(path) = node.node_in("path") else {
+            return;
+        };
+        let mut wanted: Vec<NodeId> = nodes_in(path, "head").to_vec();
+        for &index in path.read::<[i32]>("indices").unwrap_or(&[]) {
+            let below = wanted.last().map(|&id| self.document.node(id));
+            let child = below.and_then(|n| n.data().children.get(usize::try_from(index).ok()?));
+            let Some(&child) = child else {
+                return;
+            };
+            wanted.push(child);
+        }
+        let above: Vec<NodeId> = self
+            .stack
+            .iter()
+            .filter_map(|frame| match frame {
+                Frame::Leave(id) if *id != node.id => Some(*id),
+                _ => None,
+            })
+            .collect();
+        if !wanted.is_empty() && above.ends_with(&wanted) {
+            self.children(node);
         }
     }
 
@@ -407,19 +481,30 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         self.pick(list, level.min(list.len().saturating_sub(1)));
     }
 
-    /// SGI's LevelOfDetail goes by the share of the screen; a picture deserves the finest, except
-    /// where `Complexity` 0 asks for the coarsest.
+    /// SGI's LevelOfDetail goes by the pixels that the box around its children takes up, times
+    /// `Complexity` and a half (Coin); `Complexity` 0 asks for the coarsest, 1 for the finest.
     fn level_of_detail(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
             self.stack.push(Frame::List { list, next: 0 });
             return;
         }
-        let coarsest = self.state.complexity.value <= 0.0;
-        let index = if coarsest {
-            list.len().saturating_sub(1)
-        } else {
+        let last = list.len().saturating_sub(1);
+        let complexity = self.state.complexity.value;
+        let index = if complexity <= 0.0 {
+            last
+        } else if complexity >= 1.0 {
             0
+        } else {
+            match self.visitor.screen_area(node, &self.state) {
+                Some(area) => {
+                    let area = area * (f64::from(complexity) + 0.5);
+                    let limits = node.read::<[f32]>("screenArea").unwrap_or(&[0.0]);
+                    let level = limits.iter().position(|&limit| area > f64::from(limit));
+                    level.unwrap_or(last).min(last)
+                }
+                None => 0,
+            }
         };
         self.pick(list, index);
     }
@@ -562,3 +647,6 @@ pub fn first_node<'a>(node: NodeRef<'a>, name: &str) -> Option<NodeRef<'a>> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests;

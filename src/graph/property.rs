@@ -8,32 +8,36 @@ use super::read::Fields;
 use super::state::{
     Binding, Complexity, Coordinates, Diffuse, DrawStyle, EnvironmentElement, FogKind, FontElement,
     LightElement, LightKind, List, Profile, ProfileCoordinates, State, TextureCoordinates,
-    TextureElement, TextureModel, VertexOrdering, pinned,
+    TextureElement, TextureModel, VertexOrdering,
 };
 use crate::grammar::value::{Choice, Plane, Rotation, Text};
 use crate::iv::NodeRef;
 use crate::pose::{quat, rotation_of};
 
 /// Changes the state as the node says. `time` is in seconds, for what moves by itself.
-pub fn apply<'a>(state: &mut State<'a>, node: NodeRef<'a>, time: f64) {
+/// Whether it had anything to do.
+pub fn apply<'a>(state: &mut State<'a>, node: NodeRef<'a>, time: f64) -> bool {
     let Some(mut class) = node.known_class() else {
-        return;
+        return false;
     };
     // A class that is not listed below does what the first listed class above it does.
     loop {
         if apply_as(state, node, class.name, time) {
-            return;
+            return true;
         }
         let above = crate::grammar::by_name(class.family, class.dialects)
             .or_else(|| crate::grammar::any(class.family));
         match above {
             Some(parent) if parent.id != class.id => class = parent,
-            _ => return,
+            _ => return false,
         }
     }
 }
 
 fn apply_as<'a>(state: &mut State<'a>, node: NodeRef<'a>, class: &str, time: f64) -> bool {
+    if state.texture_unit != 0 && class.starts_with("Texture") && class != "TextureUnit" {
+        return true;
+    }
     match class {
         "Material" => material(state, node),
         "BaseColor" => base_color(state, node),
@@ -50,6 +54,11 @@ fn apply_as<'a>(state: &mut State<'a>, node: NodeRef<'a>, class: &str, time: f64
         "DrawStyle" => draw_style(state, node),
         "PolygonOffset" => polygon_offset(state, node),
         "Environment" => environment(state, node),
+        "LocalFog" => {
+            if node.read::<bool>("enabled").unwrap_or(true) {
+                state.environment = fog97(node, state).unwrap_or(state.environment);
+            }
+        }
         "ClipPlane" => clip_plane(state, node),
         "FontStyle" => font_style(state, node),
         "Font" => font(state, node),
@@ -64,8 +73,15 @@ fn apply_as<'a>(state: &mut State<'a>, node: NodeRef<'a>, class: &str, time: f64
             }
         }
         "Profile" => profile(state, node),
-        "Texture2" => texture2(state, node),
+        "ShadowStyle" => {
+            let style = node.acting::<Choice>("style").unwrap_or(3);
+            state.casts_shadow = style & 1 != 0;
+        }
+        "Texture2" | "Texture3" => texture2(state, node),
         "Texture2Transform" => texture2_transform(state, node),
+        "Texture3Transform" => {
+            state.texture_matrix *= transform(node, "scaleFactor").as_mat4();
+        }
         "TextureMatrixTransform" => {
             let m = node.acting::<Mat4>("matrix").unwrap_or(Mat4::IDENTITY);
             state.texture_matrix *= m;
@@ -83,6 +99,7 @@ fn apply_as<'a>(state: &mut State<'a>, node: NodeRef<'a>, class: &str, time: f64
         "TextureCoordinateBinding" => {
             state.texture_indexed = node.acting::<Choice>("value") != Some(2);
         }
+        "TextureUnit" => state.texture_unit = node.acting::<i32>("unit").unwrap_or(0),
         "TextureCoordinateDefault" => state.texture_coordinates = TextureCoordinates::Default,
         "TextureCoordinateEnvironment" => {
             state.texture_coordinates = TextureCoordinates::Environment;
@@ -191,30 +208,28 @@ pub fn transform(node: NodeRef<'_>, scale: &str) -> DMat4 {
 }
 
 fn material<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    let pins = state.pinned;
-    let free = |bit: u32| pins & bit == 0;
     let colors = |name: &str| node.acting::<[Vec3]>(name).filter(|c| !c.is_empty());
     let numbers = |name: &str| node.acting::<[f32]>(name).filter(|c| !c.is_empty());
     let m = &mut state.material;
-    if let Some(c) = colors("ambientColor").filter(|_| free(pinned::AMBIENT)) {
+    if let Some(c) = colors("ambientColor") {
         m.ambient = c[0];
     }
-    if let Some(c) = colors("diffuseColor").filter(|_| free(pinned::DIFFUSE)) {
+    if let Some(c) = colors("diffuseColor") {
         if let Diffuse::Packed(_) = m.diffuse {
             m.transparency = List::One(0.0); // packed colors carried it
         }
         m.diffuse = Diffuse::Colors(List::Many(c));
     }
-    if let Some(c) = colors("specularColor").filter(|_| free(pinned::SPECULAR)) {
+    if let Some(c) = colors("specularColor") {
         m.specular = c[0];
     }
-    if let Some(c) = colors("emissiveColor").filter(|_| free(pinned::EMISSIVE)) {
+    if let Some(c) = colors("emissiveColor") {
         m.emissive = c[0];
     }
-    if let Some(c) = numbers("shininess").filter(|_| free(pinned::SHININESS)) {
+    if let Some(c) = numbers("shininess") {
         m.shininess = c[0];
     }
-    if let Some(c) = numbers("transparency").filter(|_| free(pinned::TRANSPARENCY)) {
+    if let Some(c) = numbers("transparency") {
         m.transparency = List::Many(c);
     }
     m.refraction = node
@@ -228,9 +243,7 @@ fn base_color<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let Some(c) = node.acting::<[Vec3]>("rgb").and_then(List::of) else {
         return;
     };
-    if !state.is_pinned(pinned::DIFFUSE) {
-        state.material.diffuse = Diffuse::Colors(c);
-    }
+    state.material.diffuse = Diffuse::Colors(c);
 }
 
 fn packed_color<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
@@ -240,9 +253,7 @@ fn packed_color<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     else {
         return;
     };
-    if !state.is_pinned(pinned::DIFFUSE) {
-        state.material.diffuse = Diffuse::Packed(c);
-    }
+    state.material.diffuse = Diffuse::Packed(c);
 }
 
 /// The binding by the name its class gives the value; two classes number them differently.
@@ -251,25 +262,19 @@ fn binding(node: NodeRef<'_>, field: &str, default: Binding) -> Option<Binding> 
 }
 
 fn material_binding<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    if let Some(b) = binding(node, "value", Binding::Overall)
-        && !state.is_pinned(pinned::MATERIAL_BINDING)
-    {
+    if let Some(b) = binding(node, "value", Binding::Overall) {
         state.material_binding = b;
     }
 }
 
 fn normal_binding<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    if let Some(b) = binding(node, "value", Binding::PerVertexIndexed)
-        && !state.is_pinned(pinned::NORMAL_BINDING)
-    {
+    if let Some(b) = binding(node, "value", Binding::PerVertexIndexed) {
         state.normal_binding = b;
     }
 }
 
 fn normal<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    if let Some(v) = node.acting::<[Vec3]>("vector")
-        && !state.is_pinned(pinned::NORMALS)
-    {
+    if let Some(v) = node.acting::<[Vec3]>("vector") {
         state.normals = v;
     }
 }
@@ -292,12 +297,8 @@ pub fn vertex_property<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         state.coordinates = Coordinates::Three(p);
     }
     if let Some(v) = node.acting::<[Vec3]>("normal").filter(|v| !v.is_empty()) {
-        if !state.is_pinned(pinned::NORMALS) {
-            state.normals = v;
-        }
-        if let Some(b) = binding(node, "normalBinding", Binding::PerVertexIndexed)
-            && !state.is_pinned(pinned::NORMAL_BINDING)
-        {
+        state.normals = v;
+        if let Some(b) = binding(node, "normalBinding", Binding::PerVertexIndexed) {
             state.normal_binding = b;
         }
     }
@@ -305,12 +306,8 @@ pub fn vertex_property<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         .acting::<[u32]>("orderedRGBA")
         .filter(|c| !c.is_empty());
     if let Some(c) = colors {
-        if !state.is_pinned(pinned::DIFFUSE) {
-            state.material.diffuse = Diffuse::Packed(c);
-        }
-        if let Some(b) = binding(node, "materialBinding", Binding::Overall)
-            && !state.is_pinned(pinned::MATERIAL_BINDING)
-        {
+        state.material.diffuse = Diffuse::Packed(c);
+        if let Some(b) = binding(node, "materialBinding", Binding::Overall) {
             state.material_binding = b;
         }
     }
@@ -322,9 +319,6 @@ pub fn vertex_property<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 }
 
 fn shape_hints<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    if state.is_pinned(pinned::SHAPE_HINTS) {
-        return;
-    }
     if let Some(v) = node.acting::<Choice>("vertexOrdering") {
         state.hints.ordering = match v {
             1 => VertexOrdering::Clockwise,
@@ -349,17 +343,12 @@ fn shape_hints<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 }
 
 fn light_model<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    if let Some(v) = node.acting::<Choice>("model")
-        && !state.is_pinned(pinned::LIGHT_MODEL)
-    {
+    if let Some(v) = node.acting::<Choice>("model") {
         state.base_color = v == 0;
     }
 }
 
 fn complexity<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    if state.is_pinned(pinned::COMPLEXITY) {
-        return;
-    }
     let old = state.complexity;
     state.complexity = Complexity {
         value: node.acting::<f32>("value").unwrap_or(old.value),
@@ -371,9 +360,6 @@ fn complexity<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 }
 
 fn draw_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    if state.is_pinned(pinned::DRAW_STYLE) {
-        return;
-    }
     if let Some(v) = node.acting::<Choice>("style") {
         state.drawing.style = match v {
             1 => DrawStyle::Lines,
@@ -429,6 +415,24 @@ fn environment<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     };
 }
 
+/// The environment with the fog that a VRML 97 `Fog` or a `LocalFog` makes; `None` where it asks
+/// for none. Its range is in the units of where it stands.
+pub fn fog97(node: NodeRef<'_>, state: &State<'_>) -> Option<EnvironmentElement> {
+    let range = node.read::<f32>("visibilityRange").unwrap_or(0.0);
+    let scale = libm::cbrt(state.world_from_object.determinant().abs());
+    let visibility = range * scale as f32;
+    let kind = match node.read::<Text>("fogType") {
+        Some("EXPONENTIAL") => FogKind::Exponential,
+        _ => FogKind::Linear,
+    };
+    (visibility > 0.0 && visibility.is_finite()).then(|| EnvironmentElement {
+        fog: kind,
+        fog_color: node.read::<Vec3>("color").unwrap_or(Vec3::ONE),
+        visibility,
+        ..state.environment
+    })
+}
+
 fn clip_plane<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if node.acting::<bool>("on") == Some(false) {
         return;
@@ -452,9 +456,6 @@ fn clip_plane<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 }
 
 fn font<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    if state.is_pinned(pinned::FONT) {
-        return;
-    }
     let old = state.font;
     state.font = FontElement {
         name: node.acting::<Text>("name").unwrap_or(old.name),
@@ -492,9 +493,6 @@ fn profile<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 }
 
 fn texture2<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    if state.is_pinned(pinned::TEXTURE) {
-        return;
-    }
     let repeats = |name: &str| node.acting::<Choice>(name) != Some(0x2900);
     state.texture = Some(TextureElement {
         node,

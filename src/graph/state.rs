@@ -274,6 +274,9 @@ pub enum FogKind {
     Haze,
     Fog,
     Smoke,
+    /// VRML 97: by the distance from the eye, gone at the visibility.
+    Linear,
+    Exponential,
 }
 
 /// What is between the shapes: ambient light, the weakening of lights with distance, fog.
@@ -378,25 +381,6 @@ pub struct Complexity {
     pub texture_quality: f32,
 }
 
-/// Elements that an `Override` above has pinned, as bits.
-pub mod pinned {
-    pub const AMBIENT: u32 = 1;
-    pub const DIFFUSE: u32 = 1 << 1;
-    pub const SPECULAR: u32 = 1 << 2;
-    pub const EMISSIVE: u32 = 1 << 3;
-    pub const SHININESS: u32 = 1 << 4;
-    pub const TRANSPARENCY: u32 = 1 << 5;
-    pub const MATERIAL_BINDING: u32 = 1 << 6;
-    pub const LIGHT_MODEL: u32 = 1 << 7;
-    pub const DRAW_STYLE: u32 = 1 << 8;
-    pub const SHAPE_HINTS: u32 = 1 << 9;
-    pub const NORMALS: u32 = 1 << 10;
-    pub const NORMAL_BINDING: u32 = 1 << 11;
-    pub const COMPLEXITY: u32 = 1 << 12;
-    pub const TEXTURE: u32 = 1 << 13;
-    pub const FONT: u32 = 1 << 14;
-}
-
 /// Everything a shape inherits.
 #[derive(Clone)]
 pub struct State<'a> {
@@ -416,6 +400,12 @@ pub struct State<'a> {
     /// `LightModel` `BASE_COLOR`: the diffuse color, unlit.
     pub base_color: bool,
     pub drawing: Drawing,
+    /// `ShadowStyle`: whether shapes throw shadows.
+    pub casts_shadow: bool,
+    /// Under an `Annotation`, which is drawn over everything else.
+    pub on_top: bool,
+    /// `TextureUnit`: textures of units other than 0 are not drawn.
+    pub texture_unit: i32,
     pub complexity: Complexity,
     pub font: FontElement<'a>,
     pub environment: EnvironmentElement,
@@ -428,7 +418,6 @@ pub struct State<'a> {
     pub switch: i32,
     /// Meters a unit.
     pub unit: f64,
-    pub pinned: u32,
     /// Under a VRML 97 scene, whose geometry follows other rules.
     pub vrml97: bool,
     pub vrml1: bool,
@@ -456,6 +445,9 @@ impl State<'_> {
             },
             base_color: false,
             drawing: Drawing::DEFAULT,
+            casts_shadow: true,
+            on_top: false,
+            texture_unit: 0,
             complexity: Complexity {
                 value: 0.5,
                 kind: 0,
@@ -476,13 +468,8 @@ impl State<'_> {
             profiles: Arc::default(),
             switch: -1,
             unit: 1.0,
-            pinned: 0,
             vrml97,
             vrml1,
         }
-    }
-
-    pub fn is_pinned(&self, bits: u32) -> bool {
-        self.pinned & bits != 0
     }
 }

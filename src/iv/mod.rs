@@ -11,6 +11,7 @@ pub mod document;
 mod field;
 mod header;
 mod inline;
+mod limits;
 pub mod proto;
 mod same;
 mod upgrade;
@@ -28,35 +29,7 @@ pub use header::Header;
 pub use inline::{Folder, Loader, Nowhere};
 pub use writer::Format;
 
-/// How much a file may ask for.
-#[derive(Clone, Debug)]
-pub struct Limits {
-    /// Bytes of one file, after unpacking.
-    pub bytes: usize,
-    /// Nodes of a document, included files with it.
-    pub nodes: usize,
-    /// Nodes made by expanding protos.
-    pub copies: usize,
-    /// Nodes inside nodes.
-    pub depth: usize,
-    /// Files in files.
-    pub include_depth: usize,
-    /// Files that a document includes.
-    pub files: usize,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self {
-            bytes: 2 << 30,
-            nodes: 10_000_000,
-            copies: 1_000_000,
-            depth: 1_000_000,
-            include_depth: 32,
-            files: 1_000,
-        }
-    }
-}
+pub use limits::Limits;
 
 impl Document {
     /// Reads a file and the files it names, which must be below its folder.

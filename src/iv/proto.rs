@@ -152,9 +152,9 @@ fn copy(
             let message = format!("protos expand to more than {} nodes", limits.copies);
             let span = document.nodes[id.0 as usize].span;
             let error = document.sink.error(span, message);
-            return Err(
-                error.with_help("raise the limit on copies if the scene is meant to be that big")
-            );
+            return Err(error.with_help(
+                "`--limit copies=N` raises this, if the scene is meant to be that big",
+            ));
         }
         let node = document.nodes[id.0 as usize].clone();
         stack.extend(&node.children);

@@ -1,47 +1,105 @@
 //! What a ray that meets nothing sees: VRML 97's `Background`, or nothing.
 //!
-//! Sky and ground are colors by the angle from the zenith and the nadir (6.5). Panorama pictures
-//! are not drawn.
+//! Sky and ground are colors by the angle from the zenith and the nadir (6.5); the six pictures of
+//! a panorama, on the sides of a cube without end, lie over them.
 
-use glam::Vec3;
+use std::path::PathBuf;
+use std::sync::Arc;
 
+use glam::{DQuat, Quat, Vec2, Vec3};
+
+use super::texture::{self, Texture};
+use crate::diag::Diagnostic;
 use crate::graph::read::Fields;
+use crate::graph::state::State;
 use crate::iv::NodeRef;
+use crate::pose::rotation_of;
 
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Background {
     /// Angle from straight up, and the color there.
     sky: Vec<(f32, Vec3)>,
     /// Angle from straight down.
     ground: Vec<(f32, Vec3)>,
+    /// Back, bottom, front, left, right and top.
+    pictures: [Option<Arc<Texture>>; 6],
+    /// The background's own axes from the world's.
+    turn: Quat,
 }
 
+/// The fields of the pictures, with the directions to a picture's middle, right and top.
+const SIDES: [(&str, [Vec3; 3]); 6] = [
+    ("backUrl", [Vec3::Z, Vec3::NEG_X, Vec3::Y]),
+    ("bottomUrl", [Vec3::NEG_Y, Vec3::X, Vec3::NEG_Z]),
+    ("frontUrl", [Vec3::NEG_Z, Vec3::X, Vec3::Y]),
+    ("leftUrl", [Vec3::NEG_X, Vec3::NEG_Z, Vec3::Y]),
+    ("rightUrl", [Vec3::X, Vec3::Z, Vec3::Y]),
+    ("topUrl", [Vec3::Y, Vec3::X, Vec3::Z]),
+];
+
 impl Background {
-    pub fn of(node: NodeRef<'_>) -> Self {
+    /// The background of a node met in a state, its pictures looked for beside the scene and in
+    /// folders; without folders none is read. And what was wrong with the pictures.
+    pub fn of(
+        node: NodeRef<'_>,
+        state: &State<'_>,
+        folders: Option<&[PathBuf]>,
+    ) -> (Self, Vec<Box<Diagnostic>>) {
         let band = |colors: &str, angles: &str| -> Vec<(f32, Vec3)> {
             let colors = node.read::<[Vec3]>(colors).unwrap_or(&[]);
             let angles = node.read::<[f32]>(angles).unwrap_or(&[]);
             let at = std::iter::once(0.0).chain(angles.iter().copied());
             at.zip(colors.iter().copied()).collect()
         };
-        Self {
+        let mut troubles = Vec::new();
+        let turn: DQuat = rotation_of(state.world_from_object);
+        let mut background = Self {
             sky: band("skyColor", "skyAngle"),
             ground: band("groundColor", "groundAngle"),
+            turn: turn.conjugate().as_quat(),
+            ..Self::default()
+        };
+        for (side, (field, _)) in SIDES.iter().enumerate() {
+            let decoded = folders.map(|f| texture::decode_named(node, &[field], f));
+            match decoded {
+                Some(Ok(picture)) => background.pictures[side] = picture.map(Arc::new),
+                Some(Err(trouble)) => troubles.push(trouble),
+                None => {}
+            }
         }
+        (background, troubles)
     }
 
     /// The color in a direction; black without a background.
     pub fn color(&self, direction: Vec3) -> Vec3 {
-        let up = direction.normalize_or(Vec3::NEG_Z).y.clamp(-1.0, 1.0);
+        let direction = self.turn * direction.normalize_or(Vec3::NEG_Z);
+        let up = direction.y.clamp(-1.0, 1.0);
         let from_below = libm::acosf(-up);
-        match self.ground.last() {
+        let plain = match self.ground.last() {
             Some((reach, _)) if from_below <= *reach => along(&self.ground, from_below),
             _ => along(&self.sky, libm::acosf(up)),
+        };
+        self.pictured(direction, plain)
+    }
+
+    /// The picture in a direction over a color.
+    fn pictured(&self, direction: Vec3, plain: Vec3) -> Vec3 {
+        for (picture, (_, [middle, right, top])) in self.pictures.iter().zip(SIDES) {
+            let depth = direction.dot(middle);
+            if depth < direction.abs().max_element() {
+                continue;
+            }
+            if let Some(picture) = picture {
+                let across = Vec2::new(direction.dot(right), direction.dot(top)) / depth;
+                let texel = picture.sample(0.5 * across + 0.5, false, false);
+                return plain.lerp(texel.truncate(), texel.w);
+            }
         }
+        plain
     }
 
     pub fn is_nothing(&self) -> bool {
-        self.sky.is_empty()
+        self.sky.is_empty() && self.pictures.iter().all(Option::is_none)
     }
 }
 
@@ -61,17 +119,58 @@ fn along(band: &[(f32, Vec3)], angle: f32) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diag::Result;
+    use crate::iv::{Document, Limits, Loader};
 
     #[test]
     fn the_sky_turns_from_one_color_to_the_next() {
         let quarter = std::f32::consts::FRAC_PI_2;
         let sky = Background {
             sky: vec![(0.0, Vec3::ZERO), (quarter, Vec3::ONE)],
-            ground: Vec::new(),
+            ..Background::default()
         };
         assert_eq!(sky.color(Vec3::Y), Vec3::ZERO);
         let half = sky.color(Vec3::new(1.0, 1.0, 0.0));
         assert!((half.x - 0.5).abs() < 1e-5);
         assert_eq!(sky.color(Vec3::NEG_Y), Vec3::ONE);
+    }
+    /// A picture of one row, red on the left and of a blue that its name says on the right.
+    #[derive(Debug)]
+    struct Painter;
+
+    impl Loader for Painter {
+        fn load(&self, _: &str, name: &str) -> Result<(String, Vec<u8>)> {
+            let picture = format!("P3 2 1 255 255 0 0 0 0 {name}");
+            Ok((name.to_owned(), picture.into_bytes()))
+        }
+    }
+
+    #[test]
+    fn the_six_pictures_are_the_right_way_round_seen_from_inside() {
+        let text = "#VRML V2.0 utf8\nBackground { frontUrl \"1\" backUrl \"2\" leftUrl \"3\"
+            rightUrl \"4\" topUrl \"5\" bottomUrl \"6\" }";
+        let document = Document::read("a.wrl", text.into(), Arc::new(Painter), &Limits::default())
+            .expect("reads");
+        let node = document.roots().next().expect("a root");
+        let (all, troubles) = Background::of(node, &State::new(false, true), Some(&[]));
+        assert!(troubles.is_empty());
+        // Turning the head from the front to the right, to the back and to the left, the right
+        // half of each picture comes first from the left; up and down keep right where it is.
+        let rights = [
+            (Vec3::new(0.9, 0.0, -1.0), 1),
+            (Vec3::new(1.0, 0.0, 0.9), 4),
+            (Vec3::new(-0.9, 0.0, 1.0), 2),
+            (Vec3::new(-1.0, 0.0, -0.9), 3),
+            (Vec3::new(0.9, 1.0, 0.0), 5),
+            (Vec3::new(0.9, -1.0, 0.0), 6),
+        ];
+        for (direction, blue) in rights {
+            let color = all.color(direction) * 255.0;
+            assert!(
+                (color - Vec3::new(0.0, 0.0, blue as f32)).length() < 1e-3,
+                "{direction}"
+            );
+        }
+        assert_eq!(all.color(Vec3::new(-0.9, 0.0, -1.0)), Vec3::X);
     }
 }

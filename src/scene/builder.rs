@@ -12,15 +12,21 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3, Vec4};
 use super::background::Background;
 use super::mesh::Mesh;
 use super::quadric::{Quadric, QuadricKind, exact_bounds};
+use super::screen::Screen;
 use super::shapes::{self, Stroke};
 use super::surface::{Mapping, TextureUse};
 use super::texture::{self, Texture};
-use super::{Census, CompileOptions, Light, Needs, RenderScene, Surface};
+use super::{Census, CompileOptions, Light, Needs, RenderScene, Surface, survey};
 use crate::diag::{Diagnostic, Result};
+use crate::grammar::value::Choice;
 use crate::graph::Visitor;
+use crate::graph::property::fog97;
 use crate::graph::read::Fields;
 use crate::graph::role::Role;
-use crate::graph::state::{Diffuse, DrawStyle, Drawing, LightElement, State, TextureCoordinates};
+use crate::graph::state::{
+    Diffuse, DrawStyle, Drawing, EnvironmentElement, FogKind, LightElement, State,
+    TextureCoordinates,
+};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::pose::{CameraPose, Projection};
 
@@ -32,6 +38,8 @@ pub struct Corner {
     /// Index of the diffuse color and transparency.
     pub material: u32,
     pub coordinates: Vec2,
+    /// The third texture coordinate, for pictures in depth.
+    pub third: f32,
 }
 
 /// What a shape draws into: keeps primitives, or only counts and bounds them.
@@ -61,10 +69,13 @@ pub struct Builder<'a> {
     uses_normals: bool,
     uses_materials: bool,
     uses_coordinates: bool,
+    uses_thirds: bool,
     /// How the current shape is drawn: whole, as edges or as corners.
     drawing: Drawing,
     over_limit: bool,
     background_set: bool,
+    /// The first VRML 97 `Fog`, with the environment it stands in.
+    fog: Option<Option<EnvironmentElement>>,
     pub troubles: Vec<Box<Diagnostic>>,
 }
 
@@ -100,9 +111,11 @@ impl<'a> Builder<'a> {
             uses_normals: false,
             uses_materials: false,
             uses_coordinates: false,
+            uses_thirds: false,
             drawing: Drawing::DEFAULT,
             over_limit: false,
             background_set: false,
+            fog: None,
             troubles: Vec::new(),
         }
     }
@@ -147,13 +160,18 @@ impl<'a> Builder<'a> {
             state.drawing
         };
         let surface = self.surface(node, state);
-        self.scene.special |= surface.culls || !surface.clip.is_empty();
+        self.scene.special |= surface.culls || surface.on_top || !surface.clip.is_empty();
+        self.scene.annotated |= surface.on_top;
         self.uses_normals = self.needs.normals;
         self.uses_materials = surface.diffuse.len() > 1 || surface.transparency.len() > 1;
         self.uses_coordinates = surface
             .texture
             .as_ref()
             .is_some_and(|t| t.mapping == Mapping::Stored);
+        self.uses_thirds = surface
+            .texture
+            .as_ref()
+            .is_some_and(|t| t.texture.is_deep());
         self.scene.surfaces.push(surface);
     }
 
@@ -211,6 +229,13 @@ impl<'a> Builder<'a> {
         self.place(world);
         draw(self);
         (self.scene_from_object, self.normal_matrix) = kept;
+    }
+
+    /// The picture that the scene is compiled for.
+    pub fn screen(&self) -> Option<Screen<'_>> {
+        let rows = f64::from(self.pixel_rows());
+        let camera = self.camera.as_ref()?;
+        Some(Screen { camera, rows })
     }
 
     pub fn pixel_rows(&self) -> u32 {
@@ -284,7 +309,8 @@ impl<'a> Builder<'a> {
             culls: state.hints.culls(),
             counterclockwise: state.hints.counterclockwise(),
             layer: layer(&state.drawing),
-            casts_shadow: true,
+            casts_shadow: state.casts_shadow,
+            on_top: state.on_top,
             environment: state.environment,
             lights: self.light_set(&state.lights),
             texture,
@@ -297,6 +323,7 @@ impl<'a> Builder<'a> {
             normals: Vec::new(),
             materials: Vec::new(),
             coordinates: Vec::new(),
+            thirds: Vec::new(),
         }
     }
 
@@ -343,6 +370,7 @@ impl<'a> Builder<'a> {
             blend_color: element.blend_color,
             repeat_s: element.repeat_s,
             repeat_t: element.repeat_t,
+            repeat_r: element.node.read::<Choice>("wrapR") != Some(0x2900),
             matrix: state.texture_matrix,
             mapping: self.mapping(state),
         })
@@ -397,6 +425,14 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// What Inventor takes for the current shape's box, where it is not the box around what is
+    /// drawn. The exact box stays.
+    pub fn set_inventor_box(&mut self, object: Option<(DVec3, DVec3)>) {
+        if self.surveying {
+            self.object_bounds = object;
+        }
+    }
+
     /// Whether faces are drawn as their edges or corners; then [`Self::outline`] draws them.
     pub fn outlines(&self) -> bool {
         !self.surveying && matches!(self.drawing.style, DrawStyle::Lines | DrawStyle::Points)
@@ -435,7 +471,7 @@ impl<'a> Builder<'a> {
         }
         let matrix = &self.scene_from_object;
         let positions = corners.map(|c| matrix.transform_point3(c.position.as_dvec3()).as_vec3());
-        if positions.iter().any(|p| !p.is_finite()) {
+        if positions.iter().any(|p| !in_reach(*p)) {
             self.scene.census.bad_corners += 1;
             return;
         }
@@ -460,6 +496,9 @@ impl<'a> Builder<'a> {
         if self.uses_coordinates {
             surface.coordinates.push(corners.map(|c| c.coordinates));
         }
+        if self.uses_thirds {
+            surface.thirds.push(corners.map(|c| c.third));
+        }
     }
 
     /// Triangles that a shape has made; materials by part, or by the shape's own colors.
@@ -481,6 +520,7 @@ impl<'a> Builder<'a> {
                         None => 0,
                     },
                     coordinates: mesh.texcoords[v],
+                    third: 0.0,
                 }
             }));
         }
@@ -504,6 +544,12 @@ impl<'a> Builder<'a> {
         if let Some(surface) = self.scene.surfaces.last_mut() {
             surface.base_color = true;
         }
+    }
+
+    /// Width and height of the current shape's texture, in texels.
+    pub fn texture_size(&self) -> Option<(f32, f32)> {
+        let texture = &self.scene.surfaces.last()?.texture.as_ref()?.texture;
+        Some((texture.width as f32, texture.height as f32))
     }
 
     /// The index of the current shape's inside against its outside.
@@ -530,6 +576,7 @@ impl<'a> Builder<'a> {
                     normal: super::quadric::wire_normal(kind, p).as_vec3(),
                     material,
                     coordinates: Vec2::ZERO,
+                    third: 0.0,
                 };
                 let corners: Vec<Corner> = line.into_iter().map(corner).collect();
                 self.outline(&corners);
@@ -540,12 +587,12 @@ impl<'a> Builder<'a> {
             return;
         }
         match Quadric::new(kind, self.scene_from_object, material) {
-            Some(quadric) => {
+            Some(quadric) if is_box_in_reach(quadric.bounds()) => {
                 self.scene.census.quadrics += 1;
                 self.scene.quadrics.push(quadric);
                 self.owners[1].push(self.scene.surfaces.len() as u32 - 1);
             }
-            None => self.scene.census.bad_corners += 1,
+            _ => self.scene.census.bad_corners += 1,
         }
     }
 
@@ -581,10 +628,12 @@ impl<'a> Builder<'a> {
                 .as_vec3()
         };
         let (a, b) = (place(a), place(b));
-        if !a.is_finite() || !b.is_finite() {
+        if !in_reach(a) || !in_reach(b) {
+            self.scene.census.bad_corners += 1;
             return;
         }
-        let half = 0.5 * if width > 0.0 { width } else { 1.0 };
+        let width = if width > 0.0 { width } else { 1.0 };
+        let half = 0.5 * width.min(WIDEST);
         let (fixed, per_depth) = self.pixel_size();
         let stroke = Stroke {
             a,
@@ -631,16 +680,30 @@ impl<'a> Builder<'a> {
         }
         if !self.over_limit {
             self.over_limit = true;
-            self.troubles.push(Diagnostic::warning(format!(
+            let trouble = Diagnostic::warning(format!(
                 "the scene has more than {} primitives; the rest is left out",
                 self.max_primitives
-            )));
+            ));
+            let help = "`--limit primitives=N` raises this";
+            self.troubles.push(trouble.with_help(help));
         }
         true
     }
 
     pub(super) fn finish(mut self) -> Result<RenderScene> {
         self.scene.pixel = self.pixel_size();
+        if let Some(Some(fog)) = self.fog {
+            let clear = |s: &&mut Surface| s.environment.fog == FogKind::None;
+            for surface in self.scene.surfaces.iter_mut().filter(clear) {
+                let (fog, fog_color, visibility) = (fog.fog, fog.fog_color, fog.visibility);
+                surface.environment = EnvironmentElement {
+                    fog,
+                    fog_color,
+                    visibility,
+                    ..surface.environment
+                };
+            }
+        }
         let mut owners = std::mem::take(&mut self.owners[0]);
         owners.append(&mut self.owners[1]);
         owners.append(&mut self.owners[2]);
@@ -681,6 +744,20 @@ fn layer(drawing: &Drawing) -> u8 {
     }
 }
 
+/// Points farther away than this are left out: the squares of distances are no `f32` any more.
+const FARTHEST: f32 = 1e18;
+
+/// Pixels of a line's width that make a difference.
+const WIDEST: f32 = 1e5;
+
+fn in_reach(p: Vec3) -> bool {
+    p.abs().max_element() < FARTHEST && !p.is_nan()
+}
+
+fn is_box_in_reach((min, max): (DVec3, DVec3)) -> bool {
+    in_reach(min.as_vec3()) && in_reach(max.as_vec3())
+}
+
 pub(super) fn grow(bounds: &mut Option<(DVec3, DVec3)>, min: DVec3, max: DVec3) {
     *bounds = Some(match *bounds {
         Some((a, b)) => (a.min(min), b.max(max)),
@@ -693,15 +770,34 @@ impl<'a> Visitor<'a> for Builder<'a> {
         shapes::draw(node, state, self);
     }
 
-    fn node(&mut self, node: NodeRef<'a>, role: Role) {
-        let Some(class) = node.known_class() else {
-            return;
-        };
-        self.scene.census.see(class.name);
-        if role == Role::Kept && class.name.ends_with("Background") && !self.background_set {
-            self.background_set = true;
-            self.scene.background = Background::of(node);
+    fn node(&mut self, node: NodeRef<'a>, _role: Role) {
+        if let Some(class) = node.known_class() {
+            self.scene.census.see(class.name);
+            if class.name.ends_with("Dragger") || class.name.ends_with("Manip") {
+                self.scene
+                    .census
+                    .ignore(class.name, "handles are not drawn");
+            }
         }
+    }
+
+    fn bindable(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        let is_fog = node.known_class().is_some_and(|c| c.name.ends_with("Fog"));
+        if is_fog {
+            self.fog.get_or_insert_with(|| fog97(node, state));
+        } else if !self.background_set && !self.surveying {
+            self.background_set = true;
+            let pictures = self.needs.textures.then_some(&*self.texture_folders);
+            let (background, troubles) = Background::of(node, state, pictures);
+            self.scene.background = background;
+            self.troubles.extend(troubles);
+        }
+    }
+
+    fn screen_area(&mut self, node: NodeRef<'a>, state: &State<'a>) -> Option<f64> {
+        self.camera.as_ref()?;
+        let bounds = survey::bounds_below(node, state)?;
+        Some(self.screen()?.area(bounds))
     }
 
     fn trouble(&mut self, trouble: Box<Diagnostic>) {

@@ -12,6 +12,7 @@ pub mod mesh;
 pub mod normals;
 pub mod nurbs;
 pub mod quadric;
+pub mod screen;
 pub mod shapes;
 pub mod surface;
 pub mod survey;
@@ -28,7 +29,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use crate::diag::{Diagnostic, Result};
 use crate::graph::{self, WalkOptions};
-use crate::iv::Document;
+use crate::iv::{Document, Limits};
 use crate::pose::CameraPose;
 
 pub use builder::Builder;
@@ -76,6 +77,9 @@ pub struct CompileOptions {
     pub pixel_rows: u32,
     /// Primitives kept before the rest is left out. Default: 16 million, below 3 GB.
     pub max_primitives: usize,
+    /// Nodes met before the rest is left out. Default: 1 million, or twice the
+    /// document's nodes if that is more.
+    pub max_visits: u64,
     /// Compiles what `DrawStyle` hides or shows as lines like everything else. Default: no.
     pub ignore_draw_style: bool,
     /// Folders besides the scene's own in which textures are looked for. Default: none.
@@ -90,7 +94,8 @@ impl Default for CompileOptions {
             needs: Needs::ALL,
             time: 0.0,
             pixel_rows: 240,
-            max_primitives: 16_000_000,
+            max_primitives: Limits::default().primitives,
+            max_visits: Limits::default().visits as u64,
             ignore_draw_style: false,
             texture_folders: Vec::new(),
         }
@@ -167,6 +172,8 @@ pub struct RenderScene {
     tree: Wide,
     /// Whether any surface is see-through in places or seen from one side only.
     special: bool,
+    /// Whether any surface is seen before everything else.
+    annotated: bool,
     /// Where the camera looks.
     forward: Vec3,
     /// How wide a pixel is: in meters, and in meters a meter of distance.
@@ -198,6 +205,7 @@ impl RenderScene {
         let walk_options = WalkOptions {
             time: options.time,
             camera: options.camera.clone(),
+            max_visits: options.max_visits,
             ..WalkOptions::default()
         };
         let mut builder = Builder::new(document, options);
@@ -261,6 +269,12 @@ impl RenderScene {
     pub fn hit(&self, ray: &Ray) -> Option<Hit> {
         if !self.special {
             return self.hit_any_side(ray);
+        }
+        if self.annotated {
+            let over = |hit: &Hit| self.surface(hit).on_top && self.is_seen(ray, hit);
+            if let Some(hit) = self.nearest(ray, over) {
+                return Some(hit);
+            }
         }
         self.nearest(ray, |hit| self.is_seen(ray, hit))
     }

@@ -27,6 +27,8 @@ pub struct TextureUse {
     pub blend_color: Vec3,
     pub repeat_s: bool,
     pub repeat_t: bool,
+    /// Into the depth, for several pictures behind one another.
+    pub repeat_r: bool,
     pub matrix: Mat4,
     pub mapping: Mapping,
 }
@@ -54,6 +56,8 @@ pub struct Surface {
     /// Who wins in a plane: the higher one, then what is drawn later.
     pub layer: u8,
     pub casts_shadow: bool,
+    /// Under an `Annotation`: seen before everything else, however far away.
+    pub on_top: bool,
     pub environment: EnvironmentElement,
     pub lights: u32,
     pub texture: Option<TextureUse>,
@@ -66,6 +70,8 @@ pub struct Surface {
     /// Materials of each triangle's corners; empty where all are the first.
     pub materials: Vec<[u32; 3]>,
     pub coordinates: Vec<[Vec2; 3]>,
+    /// Third texture coordinates; empty but for pictures in depth.
+    pub thirds: Vec<[f32; 3]>,
 }
 
 impl Surface {
@@ -180,7 +186,7 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
         out.error = 4.0 * f32::EPSILON * (out.position.abs().max_element() + reach as f32);
         out.diffuse = surface.diffuse_at(quadric.material);
         out.transparency = surface.transparency_at(quadric.material);
-        quadric.texture_coordinates(settled).as_vec2()
+        quadric.texture_coordinates(settled).as_vec2().extend(0.0)
     } else {
         let stroke = &scene.strokes[index - scene.triangles.len() - scene.quadrics.len()];
         out.geometric = -ray.direction.normalize_or(Vec3::Z);
@@ -191,7 +197,7 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
         let clear = [a, b].map(|m| surface.transparency_at(m));
         out.transparency = clear[0] + (clear[1] - clear[0]) * share;
         out.error = 1e-5 * out.position.abs().max_element();
-        Vec2::ZERO
+        Vec3::ZERO
     };
     if surface.two_sided && !front {
         out.normal = -out.normal;
@@ -200,9 +206,8 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
     if let Some(texture) = &surface.texture {
         let at = texture.at(&out, ray, coordinates);
         let wide = scene.texels_across(&out, ray, hit, texture);
-        let texel = texture
-            .texture
-            .sample_wide(at, wide, texture.repeat_s, texture.repeat_t);
+        let repeat = [texture.repeat_s, texture.repeat_t, texture.repeat_r];
+        let texel = texture.texture.sample_deep(at, wide, repeat);
         if texture.model != TextureModel::Decal {
             out.transparency = 1.0 - (1.0 - out.transparency) * texel.w;
         }
@@ -213,7 +218,7 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
 
 /// Position from the corners, not from the distance: its error is a few ulps of the corners'
 /// size, whatever the ray's length (Pharr, Jakob and Humphreys, 6.8).
-fn on_triangle(out: &mut Point<'_>, corners: &[Vec3; 3], index: usize, hit: &Hit) -> Vec2 {
+fn on_triangle(out: &mut Point<'_>, corners: &[Vec3; 3], index: usize, hit: &Hit) -> Vec3 {
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     let blend = |v: [Vec3; 3]| v[0] * weights[0] + v[1] * weights[1] + v[2] * weights[2];
     out.position = blend(*corners);
@@ -236,23 +241,29 @@ fn on_triangle(out: &mut Point<'_>, corners: &[Vec3; 3], index: usize, hit: &Hit
         let t = materials.map(|m| surface.transparency_at(m));
         out.transparency = t[0] * weights[0] + t[1] * weights[1] + t[2] * weights[2];
     }
-    surface.coordinates.get(local).map_or(Vec2::ZERO, |c| {
+    let plain = surface.coordinates.get(local).map_or(Vec2::ZERO, |c| {
         c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2]
-    })
+    });
+    let third = surface.thirds.get(local).map_or(0.0, |c| {
+        c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2]
+    });
+    plain.extend(third)
 }
 
 impl TextureUse {
     /// Where in the texture a point lies.
-    fn at(&self, point: &Point<'_>, ray: &Ray, stored: Vec2) -> Vec2 {
+    fn at(&self, point: &Point<'_>, ray: &Ray, stored: Vec3) -> Vec3 {
         let plain = match self.mapping {
             Mapping::Stored => stored,
             Mapping::Plane { s, t } => {
                 let p = point.position.extend(1.0);
-                Vec2::new(s.dot(p), t.dot(p))
+                Vec3::new(s.dot(p), t.dot(p), 0.0)
             }
-            Mapping::Environment { right, up } => sphere_map(point.normal, ray, right, up),
+            Mapping::Environment { right, up } => {
+                sphere_map(point.normal, ray, right, up).extend(0.0)
+            }
         };
-        self.matrix.transform_point3(plain.extend(0.0)).truncate()
+        self.matrix.transform_point3(plain)
     }
 }
 

@@ -70,10 +70,21 @@ pub fn at_time(document: &Document, options: &CompileOptions) -> Option<Document
 }
 
 fn as_it_is(document: &Document, options: &CompileOptions) -> Survey {
+    let mut survey = walked(document, options, false);
+    // The box of what switches by itself or by the distance is around all it may show (Coin, SGI).
+    let switches = ["Blinker", "LOD", "LevelOfDetail"];
+    if switches.iter().any(|c| survey.census.seen.contains_key(c)) {
+        survey.inventor_bounds = walked(document, options, true).inventor_bounds;
+    }
+    survey
+}
+
+fn walked(document: &Document, options: &CompileOptions, all_levels: bool) -> Survey {
     let walk_options = WalkOptions {
         time: options.time,
         camera: options.camera.clone(),
-        ..WalkOptions::default()
+        max_visits: options.max_visits,
+        all_levels,
     };
     let mut surveyor = Surveyor {
         builder: Builder::surveyor(document, options),
@@ -91,6 +102,35 @@ fn as_it_is(document: &Document, options: &CompileOptions) -> Survey {
     survey.census = builder.census().clone();
     survey.troubles = builder.troubles;
     survey
+}
+
+/// The exact box around what is below a node, in the world.
+pub(super) fn bounds_below<'a>(node: NodeRef<'a>, state: &State<'a>) -> Option<(DVec3, DVec3)> {
+    struct Bounds<'a>(Builder<'a>, Option<(DVec3, DVec3)>);
+    impl<'a> Visitor<'a> for Bounds<'a> {
+        fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+            self.0.shape(node, state);
+            if let Some((min, max)) = self.0.bounds.take() {
+                super::builder::grow(&mut self.1, min, max);
+            }
+        }
+    }
+    let options = WalkOptions {
+        all_levels: true,
+        max_visits: 100_000,
+        ..WalkOptions::default()
+    };
+    let builder = Builder::surveyor(node.document, &CompileOptions::default());
+    let mut bounds = Bounds(builder, None);
+    let children = &node.data().children;
+    graph::walk_list(
+        node.document,
+        children,
+        state.clone(),
+        &options,
+        &mut bounds,
+    );
+    bounds.1
 }
 
 impl<'a> Visitor<'a> for Surveyor<'a> {
@@ -142,6 +182,10 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
 
     fn node(&mut self, node: NodeRef<'a>, role: Role) {
         self.builder.node(node, role);
+    }
+
+    fn screen_area(&mut self, node: NodeRef<'a>, state: &State<'a>) -> Option<f64> {
+        self.builder.screen_area(node, state)
     }
 
     fn trouble(&mut self, trouble: Box<Diagnostic>) {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{Vec2, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 use crate::diag::Result;
 use crate::grammar::value::{Image, Text};
@@ -19,6 +19,8 @@ pub struct Texture {
     texels: Vec<[u8; 4]>,
     /// Smaller and smaller versions, each half as wide and high.
     smaller: Vec<Texture>,
+    /// A `Texture3`'s pictures behind this one.
+    deeper: Vec<Texture>,
     /// 1 gray, 2 gray and alpha, 3 color, 4 color and alpha.
     pub components: usize,
 }
@@ -38,6 +40,25 @@ impl Texture {
         let low = self.texel(x0, y0).lerp(self.texel(x1, y0), fx);
         let high = self.texel(x0, y1).lerp(self.texel(x1, y1), fx);
         low.lerp(high, fy)
+    }
+
+    /// Whether it is one of several pictures behind one another.
+    pub fn is_deep(&self) -> bool {
+        !self.deeper.is_empty()
+    }
+
+    /// The color at (s, t, r), between two pictures of those behind one another.
+    pub fn sample_deep(&self, at: Vec3, texels: f32, repeat: [bool; 3]) -> Vec4 {
+        let slice = |i: usize| match i {
+            0 => self,
+            _ => &self.deeper[i - 1],
+        };
+        let flat = |i| slice(i).sample_wide(at.truncate(), texels, repeat[0], repeat[1]);
+        if !self.is_deep() || !at.is_finite() {
+            return flat(0);
+        }
+        let (near, far, share) = between(at.z, self.deeper.len() + 1, repeat[2]);
+        flat(near).lerp(flat(far), share)
     }
 
     /// The color where a pixel covers `texels` texels across: between the two versions whose
@@ -90,6 +111,7 @@ impl Texture {
             height,
             texels,
             smaller: Vec::new(),
+            deeper: Vec::new(),
             components: self.components,
         }
     }
@@ -120,22 +142,39 @@ fn between(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
     (wrap(low as i64), wrap(low as i64 + 1), x - low)
 }
 
+/// The fields of a VRML 97 `Background` that name pictures.
+pub const PANORAMA: [&[&str]; 6] = [
+    &["backUrl"],
+    &["bottomUrl"],
+    &["frontUrl"],
+    &["leftUrl"],
+    &["rightUrl"],
+    &["topUrl"],
+];
+
 /// The texture of a node: its file, or the image in it. `None` where it has neither.
 ///
 /// # Errors
 /// A file that cannot be found or read; the message names it and where it was looked for.
 pub fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>> {
-    let mut names: Vec<&str> = node.read::<Text>("filename").into_iter().collect();
-    for field in ["url", "filenames"] {
-        names.extend(
-            node.read::<[String]>(field)
-                .unwrap_or(&[])
-                .iter()
-                .map(String::as_str),
-        );
+    decode_named(node, &["filename", "url", "filenames"], folders)
+}
+
+/// The same, with the file named by one of some fields.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_named(
+    node: NodeRef<'_>,
+    fields: &[&str],
+    folders: &[PathBuf],
+) -> Result<Option<Texture>> {
+    if node.known_class().is_some_and(|c| c.is_a("Texture3")) {
+        return decode_deep(node, folders);
     }
+    let names = fields.iter().flat_map(|field| files_named(node, field));
     let mut trouble = None;
-    for name in names.into_iter().filter(|n| !n.is_empty()) {
+    for name in names {
         match open(node, name, folders) {
             Ok(texture) => return Ok(Some(texture)),
             Err(error) => trouble = trouble.or(Some(error)),
@@ -154,6 +193,44 @@ pub fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>>
         }),
         None => Ok(None),
     }
+}
+
+/// The pictures of a `Texture3` one behind the other: its files, or the image in it.
+fn decode_deep(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>> {
+    let mut slices = Vec::new();
+    for name in files_named(node, "filenames") {
+        slices.push(open(node, name, folders)?);
+    }
+    if let Some(image) = node.read::<Image>("images").filter(|_| slices.is_empty()) {
+        let depth = usize::try_from(image.depth).unwrap_or(0).max(1);
+        let each = (image.bytes.len() / depth).max(1);
+        slices.extend(
+            image
+                .bytes
+                .chunks_exact(each)
+                .take(depth)
+                .filter_map(|bytes| {
+                    from_image(&Image {
+                        bytes: bytes.into(),
+                        ..image.clone()
+                    })
+                }),
+        );
+    }
+    if slices.is_empty() {
+        return Ok(None);
+    }
+    let mut first = slices.remove(0);
+    first.deeper = slices;
+    Ok(Some(first))
+}
+
+/// The files that a field of one string or of many names.
+pub fn files_named<'a>(node: NodeRef<'a>, field: &str) -> impl Iterator<Item = &'a str> {
+    let many = node.read::<[String]>(field).unwrap_or(&[]);
+    let one = node.read::<Text>(field);
+    let all = one.into_iter().chain(many.iter().map(String::as_str));
+    all.filter(|name| !name.is_empty())
 }
 
 fn open(node: NodeRef<'_>, name: &str, folders: &[PathBuf]) -> Result<Texture> {
@@ -189,6 +266,7 @@ fn from_raster(raster: &Raster) -> Texture {
         height,
         texels,
         smaller: Vec::new(),
+        deeper: Vec::new(),
         components: raster.channels,
     }
     .with_smaller()
@@ -217,6 +295,7 @@ fn from_image(image: &Image) -> Option<Texture> {
         height,
         texels,
         smaller: Vec::new(),
+        deeper: Vec::new(),
         components,
     };
     Some(texture.with_smaller())
@@ -232,6 +311,7 @@ mod tests {
             height: 1,
             texels: vec![[0, 0, 0, 255], [255, 255, 255, 255]],
             smaller: Vec::new(),
+            deeper: Vec::new(),
             components: 3,
         }
     }

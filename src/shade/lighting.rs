@@ -45,10 +45,15 @@ pub fn fogged(color: Vec3, point: &Point<'_>, eye: Vec3, backward: Vec3) -> Vec3
     if environment.fog == FogKind::None || environment.visibility <= 0.0 {
         return color;
     }
-    // By depth, not by distance, as OpenGL does.
-    let depth = (eye - point.position).dot(backward) / environment.visibility;
+    // By depth, not by distance, as OpenGL does; VRML 97 asks for the distance (4.10).
+    let depth = match environment.fog {
+        FogKind::Linear | FogKind::Exponential => eye.distance(point.position),
+        _ => (eye - point.position).dot(backward),
+    } / environment.visibility;
     let clear = match environment.fog {
-        FogKind::Haze => 1.0 - depth,
+        FogKind::Haze | FogKind::Linear => 1.0 - depth,
+        FogKind::Exponential if depth >= 1.0 => 0.0,
+        FogKind::Exponential => libm::expf(-depth / (1.0 - depth)),
         FogKind::Fog => libm::expf(-5.545 * depth),
         _ => libm::expf(-(2.35 * depth) * (2.35 * depth)),
     };

@@ -196,3 +196,105 @@ fn a_clocks_rounds_trigger_other_engines() {
     let toggle = "DEF X Cube { width = OnOff { toggle = TimeCounter { } . syncOut } . isOn }";
     assert_eq!(x(toggle, "width", 3.5), Value::Float(1.0));
 }
+
+#[test]
+fn interpolating_goes_a_share_of_the_way() {
+    let floats = "DEF X LOD { range = InterpolateFloat { input0 [ 1, 2 ] input1 [ 3, 10 ] alpha 0.25 } . output }";
+    assert_eq!(x(floats, "range", 0.0), Value::Floats(vec![1.5, 4.0]));
+    let vectors = "DEF X Translation { translation = InterpolateVec3f { input0 0 0 0 input1 4 8 12
+        alpha = ElapsedTime { } . timeOut } . output }";
+    assert_eq!(
+        x(vectors, "translation", 0.75),
+        Value::Vec3(Vec3::new(3.0, 6.0, 9.0))
+    );
+    let turns = "DEF X Rotation { rotation = InterpolateRotation { input0 0 0 1 0 input1 0 0 1 2 alpha 0.5 } . output }";
+    let Value::Rotation(turn) = x(turns, "rotation", 0.0) else {
+        panic!()
+    };
+    assert!((turn.angle - 1.0).abs() < 1e-6 && (turn.axis - Vec3::Z).length() < 1e-6);
+}
+
+#[test]
+fn a_matrix_moves_points_and_turns_directions() {
+    // A quarter turn about z, then a step of (1, 2, 3): rows of Inventor's matrix.
+    let matrix = "0 1 0 0  -1 0 0 0  0 0 1 0  1 2 3 1";
+    let transformed = |output: &str| {
+        let scene = format!(
+            "DEF X Translation {{ translation = TransformVec3f {{ vector 1 0 0 matrix {matrix} }} . {output} }}"
+        );
+        x(&scene, "translation", 0.0)
+    };
+    assert_eq!(transformed("point"), Value::Vec3(Vec3::new(1.0, 3.0, 3.0)));
+    assert_eq!(transformed("direction"), Value::Vec3(Vec3::Y));
+}
+
+#[test]
+fn decomposing_gives_the_parts_that_were_put_in() {
+    let parts = |output: &str, field: &str, class: &str| {
+        let scene = format!(
+            "DEF X {class} {{ {field} = DecomposeMatrix {{ matrix = ComposeMatrix {{
+               translation 1 2 3 rotation 0 1 0 0.5 scaleFactor 2 3 4 }} . matrix }} . {output} }}"
+        );
+        x(&scene, field, 0.0)
+    };
+    assert_eq!(
+        parts("translation", "translation", "Translation"),
+        Value::Vec3(Vec3::new(1.0, 2.0, 3.0))
+    );
+    let Value::Rotation(turn) = parts("rotation", "rotation", "Rotation") else {
+        panic!()
+    };
+    assert!((turn.axis * turn.angle - Vec3::new(0.0, 0.5, 0.0)).length() < 1e-5);
+    let axis =
+        "DEF X Translation { translation = DecomposeRotation { rotation 0 0 2 1.5 } . axis }";
+    assert_eq!(x(axis, "translation", 0.0), Value::Vec3(Vec3::Z));
+    let angle = "DEF X Cube { width = DecomposeRotation { rotation 0 0 2 1.5 } . angle }";
+    assert_eq!(x(angle, "width", 0.0), Value::Float(1.5));
+}
+
+#[test]
+fn the_sixteen_operations_have_their_truth_tables() {
+    // For (a, b) = (F, F), (F, T), (T, F), (T, T).
+    let tables = [
+        ("CLEAR", "FFFF"),
+        ("SET", "TTTT"),
+        ("A", "FFTT"),
+        ("NOT_A", "TTFF"),
+        ("B", "FTFT"),
+        ("NOT_B", "TFTF"),
+        ("A_OR_B", "FTTT"),
+        ("NOT_A_OR_B", "TTFT"),
+        ("A_OR_NOT_B", "TFTT"),
+        ("NOT_A_OR_NOT_B", "TTTF"),
+        ("A_AND_B", "FFFT"),
+        ("NOT_A_AND_B", "FTFF"),
+        ("A_AND_NOT_B", "FFTF"),
+        ("NOT_A_AND_NOT_B", "TFFF"),
+        ("A_EQUALS_B", "TFFT"),
+        ("A_NOT_EQUALS_B", "FTTF"),
+    ];
+    for (operation, table) in tables {
+        let scene = format!(
+            "DEF X LOD {{ range = BoolOperation {{ a [ FALSE, FALSE, TRUE, TRUE ] b [ FALSE, TRUE, FALSE, TRUE ]
+               operation {operation} }} . output }}"
+        );
+        let wanted = table.chars().map(|c| if c == 'T' { 1.0 } else { 0.0 });
+        assert_eq!(
+            x(&scene, "range", 0.0),
+            Value::Floats(wanted.collect()),
+            "{operation}"
+        );
+    }
+}
+
+#[test]
+fn a_gate_opens_and_a_global_clock_ticks() {
+    let gate = r#"DEF X Cube { width 7 = Gate { type "MFFloat" input 3 enable TRUE } . output }"#;
+    assert_eq!(x(gate, "width", 0.0), Value::Float(3.0));
+    let pulse = r#"DEF X Cube { width 7 = Gate { type "MFFloat" input 3
+        trigger = TimeCounter { } . syncOut } . output }"#;
+    assert_eq!(x(pulse, "width", 0.5), Value::Float(7.0));
+    assert_eq!(x(pulse, "width", 1.5), Value::Float(3.0));
+    let clock = r#"DEF X Cube { width = GlobalField { type "SFTime" realTime 0 } . realTime }"#;
+    assert_eq!(x(clock, "width", 2.5), Value::Float(2.5));
+}

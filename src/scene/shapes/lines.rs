@@ -1,11 +1,15 @@
 //! Lines and points: strokes with a width in pixels.
 
+use glam::DMat4;
+
 use super::faces::runs;
+use super::screen;
 use super::vertices::{Normals, Place, Vertices, indices, without_index};
 use crate::graph::read::Fields;
 use crate::graph::state::{Binding, DrawStyle, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
+use crate::scene::builder::Corner;
 
 fn vertices<'a, 's>(
     state: &'s State<'a>,
@@ -57,6 +61,10 @@ pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>)
         .enumerate()
     {
         let line: Vec<(usize, usize)> = (first..first + n).map(|c| (c, c - start)).collect();
+        // A line of one point draws nothing and is in the box.
+        for p in (first..first + n).filter_map(|c| state.coordinates.get(c)) {
+            out.bound(p);
+        }
         polyline(&line, &vertices, (count, segment, part), out);
         count += n;
         segment += n.saturating_sub(1);
@@ -116,6 +124,7 @@ fn polyline(
     out: &mut Builder<'_>,
 ) {
     let drawing = &vertices.state.drawing;
+    let mut dashes = Dashes::new(vertices.state);
     for (i, pair) in line.windows(2).enumerate() {
         let corner = |k: usize| {
             vertices.corner(Place {
@@ -132,8 +141,11 @@ fn polyline(
                     out.dot(a, drawing.point_size);
                 }
                 out.dot(b, drawing.point_size);
-            } else {
-                out.line([a, b], drawing.line_width);
+                continue;
+            }
+            match &mut dashes {
+                Some(dashes) => dashes.line([a, b], drawing.line_width, out),
+                None => out.line([a, b], drawing.line_width),
             }
         }
     }
@@ -155,13 +167,11 @@ pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
     }
 }
 
-/// Markers as dots of their size: 5, 7 or 9 pixels by Coin's numbering, whose shapes come in
-/// thirties; the bitmaps themselves are not drawn.
+/// Signs of 5, 7 or 9 pixels at points, facing the camera.
 pub fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     out.set_unlit();
     let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
     let count = node.read::<i32>("numPoints").unwrap_or(-1);
-    let markers = node.read::<[i32]>("markerIndex").unwrap_or(&[]);
     let binding = match without_index(state.material_binding) {
         Binding::Overall => Binding::Overall,
         _ => Binding::PerVertex,
@@ -170,13 +180,33 @@ pub fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
     let left = state.coordinates.len().saturating_sub(start);
     let n = usize::try_from(count).unwrap_or(left).min(left);
     for i in 0..n {
-        let marker = markers.get(i).or(markers.last()).copied().unwrap_or(0);
-        let size = match marker {
-            ..=29 => 5.0,
-            30..=59 => 7.0,
-            _ => 9.0,
-        };
-        dot(&vertices, start + i, i, size, out);
+        marker(&vertices, start + i, i, node, out);
+    }
+}
+
+pub fn indexed_marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    out.set_unlit();
+    let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
+    let materials = indices(node, "materialIndex");
+    let vertices = vertices(state, state.material_binding, materials, Some(index));
+    for (i, &c) in index.iter().enumerate() {
+        if let Ok(c) = usize::try_from(c) {
+            marker(&vertices, c, i, node, out);
+        }
+    }
+}
+
+fn marker<'a>(
+    vertices: &Vertices<'a, '_>,
+    coordinate: usize,
+    i: usize,
+    node: NodeRef<'a>,
+    out: &mut Builder<'a>,
+) {
+    let markers = node.read::<[i32]>("markerIndex").unwrap_or(&[]);
+    let index = markers.get(i).or(markers.last()).copied().unwrap_or(0);
+    if let Some(corner) = vertices.corner(place_of(coordinate, i)) {
+        screen::marker(corner, index, vertices.state.world_from_object, out);
     }
 }
 
@@ -197,14 +227,99 @@ pub fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Bui
 }
 
 fn dot(vertices: &Vertices<'_, '_>, coordinate: usize, i: usize, size: f32, out: &mut Builder<'_>) {
-    let place = Place {
+    if let Some(corner) = vertices.corner(place_of(coordinate, i)) {
+        out.dot(corner, size);
+    }
+}
+
+/// The place of the point that comes `i`th.
+fn place_of(coordinate: usize, i: usize) -> Place {
+    Place {
         coordinate,
         position: i,
         count: i,
         face: i,
         part: i,
-    };
-    if let Some(corner) = vertices.corner(place) {
-        out.dot(corner, size);
+    }
+}
+
+/// `linePattern`: sixteen bits, a pixel of the picture each along the line, the lowest first, from
+/// one segment of a line on to the next.
+struct Dashes {
+    pattern: u16,
+    world_from_object: DMat4,
+    /// Pixels drawn of the line so far.
+    at: f64,
+}
+
+/// Pixels of a segment that are cut up; a longer one leaves the picture anyhow.
+const LONGEST: f64 = 20_000.0;
+
+impl Dashes {
+    fn new(state: &State<'_>) -> Option<Self> {
+        let pattern = state.drawing.line_pattern;
+        (pattern != u16::MAX).then_some(Self {
+            pattern,
+            world_from_object: state.world_from_object,
+            at: 0.0,
+        })
+    }
+
+    fn line(&mut self, ends: [Corner; 2], width: f32, out: &mut Builder<'_>) {
+        let place = |c: &Corner| {
+            self.world_from_object
+                .transform_point3(c.position.as_dvec3())
+        };
+        let measured = out.screen().and_then(|screen| {
+            let [a, b] = [place(&ends[0]), place(&ends[1])];
+            let across = (screen.project(b)? - screen.project(a)?).abs();
+            // OpenGL counts pixels along the longer axis.
+            let ratio = screen.pixel_at(b)? / screen.pixel_at(a)?;
+            Some((across.max_element(), ratio))
+        });
+        let Some((length, ratio)) = measured.filter(|m| m.0 < LONGEST) else {
+            return out.line(ends, width);
+        };
+        // A share of the way over the picture as a share of the way in space: nearer parts of the
+        // line are larger.
+        let along = |pixels: f64| {
+            let s = (pixels / length).clamp(0.0, 1.0);
+            (s / (s + (1.0 - s) * ratio)) as f32
+        };
+        let cut = |t: f32| Corner {
+            position: ends[0].position.lerp(ends[1].position, t),
+            normal: ends[0].normal.lerp(ends[1].normal, t),
+            ..ends[0]
+        };
+        // The ends of a stroke are round and stand out by half its width.
+        let round = 0.5 * f64::from(width.max(1.0));
+        let dash = |from: f64, to: f64, out: &mut Builder<'_>| {
+            let half = (0.5 * (to - from) - round).max(0.0);
+            let middle = 0.5 * (from + to);
+            let ends = [middle - half, middle + half].map(|x| cut(along(x)));
+            out.line(ends, width);
+        };
+        let mut begun: Option<f64> = None;
+        let mut x = 0.0;
+        while x < length {
+            let next = ((self.at + x).floor() + 1.0 - self.at)
+                .min(length)
+                .max(x + 1e-6);
+            let bit = (self.at + x).floor().rem_euclid(16.0) as u32;
+            let drawn = self.pattern >> bit & 1 == 1;
+            match (drawn, begun) {
+                (true, None) => begun = Some(x),
+                (false, Some(from)) => {
+                    dash(from, x, out);
+                    begun = None;
+                }
+                _ => {}
+            }
+            x = next;
+        }
+        if let Some(from) = begun {
+            dash(from, length, out);
+        }
+        self.at += length;
     }
 }

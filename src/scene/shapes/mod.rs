@@ -4,6 +4,7 @@ mod faces;
 mod lines;
 mod mesh;
 pub mod nurbs;
+mod screen;
 pub(super) mod solids;
 mod strips;
 mod stroke;
@@ -11,7 +12,7 @@ pub mod text;
 mod vertices;
 mod vrml97;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use super::Builder;
 use super::builder::Corner;
@@ -37,6 +38,10 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'
     let state = if is_vrml97(class) {
         inner = state.clone();
         vrml97::prepare(class.name, &mut inner, node);
+        &inner
+    } else if class.is_a("Image") {
+        inner = state.clone();
+        screen::prepare_image(&mut inner, node);
         &inner
     } else if let Some(property) = node.node_in("vertexProperty") {
         inner = state.clone();
@@ -85,10 +90,13 @@ fn draw_class<'a>(
             "QuadMesh" => mesh::quad_mesh(node, state, out),
             "LineSet" => lines::line_set(node, state, out),
             "IndexedLineSet" => lines::indexed_line_set(node, state, out),
+            "Image" => screen::image(node, state, out),
+            "IndexedMarkerSet" => lines::indexed_marker_set(node, state, out),
             "MarkerSet" => lines::marker_set(node, state, out),
             "PointSet" => lines::point_set(node, state, out),
             "IndexedPointSet" => lines::indexed_point_set(node, state, out),
             "Text2" => text::text2(node, state, out),
+            "Text2Set" => text::text2_set(node, state, out),
             "Text3" => text::text3(node, state, out),
             "AsciiText" => text::ascii_text(node, state, out),
             "NurbsSurface" => nurbs::nurbs_surface(node, state, out),
@@ -128,7 +136,7 @@ fn quad(corners: [Corner; 4], out: &mut Builder<'_>) {
 pub(super) struct BoxCoordinates {
     origin: Vec3,
     scale: f32,
-    axes: [usize; 2],
+    axes: [usize; 3],
 }
 
 impl BoxCoordinates {
@@ -147,12 +155,106 @@ impl BoxCoordinates {
         Self {
             origin: min,
             scale: if longest > 0.0 { 1.0 / longest } else { 0.0 },
-            axes: [order[0], order[1]],
+            axes: order,
         }
     }
 
-    pub fn at(&self, p: Vec3) -> Vec2 {
+    pub fn at(&self, p: Vec3) -> Vec3 {
         let q = (p - self.origin) * self.scale;
-        Vec2::new(q[self.axes[0]], q[self.axes[1]])
+        Vec3::from_array(self.axes.map(|axis| q[axis]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grammar::{CLASSES, Treatment};
+    use crate::graph::role::{Role, role_of};
+    use crate::iv::{ClassRef, Document, Node};
+    use crate::scene::CompileOptions;
+
+    /// A document with one node of every class, everything by default.
+    fn one_of_each() -> Document {
+        let mut document = Document::default();
+        for class in CLASSES {
+            document.add(Node {
+                class: ClassRef::Known(class.id),
+                name: None,
+                fields: Vec::new(),
+                children: Vec::new(),
+                span: crate::diag::Span::default(),
+                source: 0,
+            });
+        }
+        document
+    }
+
+    /// VRML 97's nodes that stand in fields of shapes, which read them there.
+    const IN_FIELDS: [&str; 16] = [
+        "Appearance",
+        "Color",
+        "Contour2D",
+        "Coordinate",
+        "FontStyle",
+        "ImageTexture",
+        "Material",
+        "MovieTexture",
+        "Normal",
+        "NurbsCurve2D",
+        "PixelTexture",
+        "Polyline2D",
+        "TextureCoordinate",
+        "TextureTransform",
+        "GeoCoordinate",
+        "NurbsTextureSurface",
+    ];
+
+    #[test]
+    fn whatever_the_catalogue_calls_rendered_is_drawn() {
+        let document = one_of_each();
+        let options = CompileOptions::default();
+        for (class, node) in CLASSES.iter().zip(0..) {
+            if class.treatment != Treatment::Rendered {
+                continue;
+            }
+            let node = document.node(crate::iv::NodeId(node));
+            let role = role_of(class);
+            assert!(
+                matches!(role, Role::Shape | Role::AppearanceAndGeometry),
+                "{}: {role:?}",
+                class.name
+            );
+            let mut out = Builder::surveyor(&document, &options);
+            draw(node, &State::new(false, false), &mut out);
+            let ignored = &out.census().ignored;
+            assert!(
+                role != Role::Shape || class.name == "Shape" || ignored.is_empty(),
+                "{ignored:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn whatever_the_catalogue_says_changes_the_state_has_a_part_in_the_walk() {
+        let document = one_of_each();
+        for (class, node) in CLASSES.iter().zip(0..) {
+            let role = role_of(class);
+            match class.treatment {
+                Treatment::Group => assert!(role != Role::Kept, "{}", class.name),
+                Treatment::State if is_vrml97(class) && IN_FIELDS.contains(&class.name) => {}
+                Treatment::State => {
+                    assert!(role != Role::Kept, "{}", class.name);
+                    let node = document.node(crate::iv::NodeId(node));
+                    let mut state = State::new(false, false);
+                    assert!(
+                        role != Role::Property
+                            || crate::graph::property::apply(&mut state, node, 0.0),
+                        "{}",
+                        class.name
+                    );
+                }
+                _ => {}
+            }
+        }
     }
 }

@@ -1,12 +1,12 @@
 //! NURBS shapes: control points and profiles from the state, cut by `scene::nurbs`.
 
-use glam::{DVec2, DVec3, DVec4, Vec3};
+use glam::{DVec2, DVec3, DVec4, Vec2, Vec3};
 
 use crate::grammar::value::Choice;
 use crate::graph::State;
-use crate::graph::read::Fields;
+use crate::graph::read::{Fields, nodes_in};
 use crate::graph::state::{Coordinates, ProfileCoordinates, TextureCoordinates};
-use crate::iv::NodeRef;
+use crate::iv::{NodeId, NodeRef};
 use crate::scene::Builder;
 use crate::scene::builder::Corner;
 use crate::scene::nurbs::{Curve, Surface, trim_curve};
@@ -148,14 +148,23 @@ fn trims<'a>(state: &State<'a>, out: &mut Builder<'a>, shape: NodeRef<'a>) -> Ve
 }
 
 fn curve<'a>(node: NodeRef<'a>, state: &State<'a>, points: Vec<DVec4>, out: &mut Builder<'a>) {
-    out.set_unlit();
     for p in &points {
         out.bound((p.truncate() / if p.w == 0.0 { 1.0 } else { p.w }).as_vec3());
     }
     let count = size(node, "numControlPoints").min(points.len());
     let knots = node.read::<[f32]>("knotVector").unwrap_or(&[]);
-    let made = Curve::new(points[..count].to_vec(), knots)
-        .and_then(|c| c.polyline(state.complexity.value));
+    curve_through(node, state, points[..count].to_vec(), knots, out);
+}
+
+fn curve_through<'a>(
+    node: NodeRef<'a>,
+    state: &State<'a>,
+    points: Vec<DVec4>,
+    knots: &[f32],
+    out: &mut Builder<'a>,
+) {
+    out.set_unlit();
+    let made = Curve::new(points, knots).and_then(|c| c.polyline(state.complexity.value));
     match made {
         Ok(line) => {
             let corner = |p: &DVec3| Corner {
@@ -163,6 +172,7 @@ fn curve<'a>(node: NodeRef<'a>, state: &State<'a>, points: Vec<DVec4>, out: &mut
                 normal: Vec3::Z,
                 material: 0,
                 coordinates: glam::Vec2::ZERO,
+                third: 0.0,
             };
             for pair in line.windows(2) {
                 out.line(
@@ -173,4 +183,87 @@ fn curve<'a>(node: NodeRef<'a>, state: &State<'a>, points: Vec<DVec4>, out: &mut
         }
         Err(why) => out.complain(node, &why),
     }
+}
+
+/// Control points of VRML 97's Amendment 1, each times its weight.
+fn weighted(node: NodeRef<'_>) -> Vec<DVec4> {
+    let points = node.read::<[Vec3]>("controlPoint").unwrap_or(&[]);
+    let weights = node.read::<[f32]>("weight").unwrap_or(&[]);
+    let weight = |i: usize| f64::from(weights.get(i).copied().unwrap_or(1.0));
+    let place = |(i, p): (usize, &Vec3)| (p.as_dvec3() * weight(i)).extend(weight(i));
+    points.iter().enumerate().map(place).collect()
+}
+
+/// The knots that a node states, or even ones from end to end where they are not as many as its
+/// order asks for.
+fn knots97(node: NodeRef<'_>, knots: &str, order: &str, points: usize) -> Vec<f32> {
+    let order = usize::try_from(node.read::<i32>(order).unwrap_or(3)).unwrap_or(3);
+    let order = order.clamp(2, points.max(2));
+    let stated = node.read::<[f32]>(knots).unwrap_or(&[]);
+    if stated.len() == points + order {
+        return stated.to_vec();
+    }
+    let inner = points.saturating_sub(order) + 1;
+    let even = |i: usize| (i + 1).saturating_sub(order).min(inner) as f32;
+    (0..points + order).map(even).collect()
+}
+
+/// VRML 97's `NurbsSurface`, cut by loops in its parameters.
+pub fn surface97<'a>(
+    node: NodeRef<'a>,
+    trims: &[Vec<DVec2>],
+    state: &State<'a>,
+    out: &mut Builder<'a>,
+) {
+    let points = weighted(node);
+    for p in &points {
+        out.bound((p.truncate() / if p.w == 0.0 { 1.0 } else { p.w }).as_vec3());
+    }
+    let (u, v) = (size(node, "uDimension"), size(node, "vDimension"));
+    if u.saturating_mul(v) > points.len() {
+        return out.complain(node, "it has fewer control points than its dimensions say");
+    }
+    let made = Surface::new(
+        u,
+        v,
+        &knots97(node, "uKnot", "uOrder", u),
+        &knots97(node, "vKnot", "vOrder", v),
+        points,
+    )
+    .and_then(|s| s.tessellate(state.complexity.value, trims, None));
+    match made {
+        Ok(mesh) => out.without_counting(|out| out.mesh(&mesh, false)),
+        Err(why) => out.complain(node, &why),
+    }
+}
+
+/// The loops of a `TrimmedSurface`: each `Contour2D` is one.
+pub fn contours97(node: NodeRef<'_>, state: &State<'_>) -> Vec<Vec<DVec2>> {
+    let contours = nodes_in(node, "trimmingContour");
+    let contour = |&id: &NodeId| {
+        let parts = nodes_in(node.document.node(id), "children");
+        let line = |&id: &NodeId| contour_part(node.document.node(id), state);
+        parts.iter().flat_map(line).collect()
+    };
+    contours.iter().map(contour).collect()
+}
+
+fn contour_part(node: NodeRef<'_>, state: &State<'_>) -> Vec<DVec2> {
+    if let Some(line) = node.read::<[Vec2]>("point") {
+        return line.iter().map(|p| p.as_dvec2()).collect();
+    }
+    let points = node.read::<[Vec2]>("controlPoint").unwrap_or(&[]);
+    let weights = node.read::<[f32]>("weight").unwrap_or(&[]);
+    let weight = |i: usize| f64::from(weights.get(i).copied().unwrap_or(1.0));
+    let place = |(i, p): (usize, &Vec2)| (p.as_dvec2() * weight(i)).extend(weight(i));
+    let points: Vec<DVec3> = points.iter().enumerate().map(place).collect();
+    let knots = knots97(node, "knot", "order", points.len());
+    trim_curve(&points, &knots, state.complexity.value).unwrap_or_default()
+}
+
+/// VRML 97's `NurbsCurve`.
+pub fn curve97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    let points = weighted(node);
+    let knots = knots97(node, "knot", "order", points.len());
+    curve_through(node, state, points, &knots, out);
 }

@@ -62,6 +62,7 @@ pub fn block(half: Vec3, by_part: bool, out: &mut Builder<'_>) {
             normal,
             material: if by_part { index as u32 } else { 0 },
             coordinates: Vec2::new(s, t),
+            third: 0.0,
         };
         // The top right corner first: that is where Coin cuts a side in two.
         quad(

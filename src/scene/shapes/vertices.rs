@@ -1,6 +1,6 @@
 //! Corners of vertex shapes: which normal, material and texture coordinate each has.
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use super::BoxCoordinates;
 use crate::graph::read::Fields;
@@ -62,7 +62,8 @@ impl Vertices<'_, '_> {
             position,
             normal: self.normal(place),
             material: self.material(place),
-            coordinates: self.texture(place, position),
+            coordinates: self.texture(place, position).truncate(),
+            third: self.texture(place, position).z,
         })
     }
 
@@ -107,7 +108,7 @@ impl Vertices<'_, '_> {
         }
     }
 
-    fn texture(&self, place: Place, position: Vec3) -> Vec2 {
+    fn texture(&self, place: Place, position: Vec3) -> Vec3 {
         let index = if self.state.texture_indexed && self.coord_index.is_some() {
             self.texture_index
                 .or(self.coord_index)
@@ -118,14 +119,14 @@ impl Vertices<'_, '_> {
             place.count
         };
         match self.state.texture_coordinates {
-            TextureCoordinates::Two(list) => list.get(index).copied().unwrap_or_default(),
-            TextureCoordinates::Three(list) => {
-                list.get(index).map(|c| c.truncate()).unwrap_or_default()
+            TextureCoordinates::Two(list) => {
+                list.get(index).copied().unwrap_or_default().extend(0.0)
             }
+            TextureCoordinates::Three(list) => list.get(index).copied().unwrap_or_default(),
             _ => self
                 .boxed
                 .as_ref()
-                .map_or(Vec2::ZERO, |boxed| boxed.at(position)),
+                .map_or(Vec3::ZERO, |boxed| boxed.at(position)),
         }
     }
 }

@@ -2,10 +2,10 @@
 //!
 //! They are put into the state, so that Inventor's functions draw them.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec2, Vec2, Vec3};
 
 use super::faces::{Indices, indexed_faces};
-use super::{lines, solids, text, vertices};
+use super::{lines, nurbs, solids, text, vertices};
 use crate::grammar::value::Rotation;
 use crate::graph::read::Fields;
 use crate::graph::state::{
@@ -50,7 +50,7 @@ pub fn prepare<'a>(class: &str, state: &mut State<'a>, node: NodeRef<'a>) {
         .node_in("color")
         .and_then(|c| c.read::<[Vec3]>("color"))
         .filter(|c| !c.is_empty());
-    let is_line = matches!(class, "IndexedLineSet" | "PointSet");
+    let is_line = matches!(class, "IndexedLineSet" | "PointSet" | "NurbsCurve");
     if let Some(colors) = colors {
         state.material.diffuse = Diffuse::Colors(List::Many(colors));
         let indexed = vertices::indices(node, "colorIndex").is_some();
@@ -123,9 +123,28 @@ pub fn draw<'a>(class: &str, node: NodeRef<'a>, state: &State<'a>, out: &mut Bui
         "Extrusion" => extrusion(node, out),
         "ElevationGrid" => elevation_grid(node, state, out),
         "Text" => text::text97(node, state, out),
+        "NurbsCurve" => nurbs::curve97(node, state, out),
+        "NurbsSurface" => nurbs_surface(node, &[], state, out),
+        "TrimmedSurface" => {
+            let trims = nurbs::contours97(node, state);
+            if let Some(surface) = node.node_in("surface") {
+                nurbs_surface(surface, &trims, state, out);
+            }
+        }
         _ => return false,
     }
     true
+}
+
+fn nurbs_surface<'a>(
+    node: NodeRef<'a>,
+    trims: &[Vec<DVec2>],
+    state: &State<'a>,
+    out: &mut Builder<'a>,
+) {
+    let flag = |name: &str| node.read::<bool>(name).unwrap_or(true);
+    out.set_sides(flag("ccw"), !flag("solid"), flag("solid"));
+    nurbs::surface97(node, trims, state, out);
 }
 
 fn extrusion<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {

@@ -1,0 +1,117 @@
+//! Nodes that pick among children, and nodes that move by themselves.
+
+use std::sync::Arc;
+
+use super::*;
+use crate::iv::{Limits, Nowhere};
+
+/// Shapes with their places, and an area that every box is said to take up on the screen.
+struct Seen {
+    shapes: Vec<String>,
+    area: Option<f64>,
+}
+
+impl<'a> Visitor<'a> for Seen {
+    fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        let at = state.world_from_object.transform_point3(DVec3::ZERO);
+        let at = (at * 1e4).round() / 1e4 + DVec3::ZERO;
+        self.shapes
+            .push(format!("{} {} {}", node.class_name(), at.x, at.y));
+    }
+
+    fn screen_area(&mut self, _: NodeRef<'a>, _: &State<'a>) -> Option<f64> {
+        self.area
+    }
+}
+
+fn seen_as(scene: &str, options: &WalkOptions, area: Option<f64>) -> Vec<String> {
+    let text = format!("#Inventor V2.1 ascii\n{scene}").into_bytes();
+    let document = Document::read("test.iv", text, Arc::new(Nowhere), &Limits::default());
+    let mut seen = Seen {
+        shapes: Vec::new(),
+        area,
+    };
+    walk(&document.expect("reads"), options, &mut seen);
+    seen.shapes
+}
+
+fn seen(scene: &str, time: f64) -> Vec<String> {
+    let options = WalkOptions {
+        time,
+        ..WalkOptions::default()
+    };
+    seen_as(scene, &options, None)
+}
+
+#[test]
+fn a_blinker_shows_one_child_after_the_other() {
+    let three = "Blinker { speed 0.5 Cube { } Sphere { } Cone { } }";
+    let names = [0.1, 0.7, 1.5, 2.1].map(|t| seen(three, t).concat());
+    assert_eq!(names, ["Cube 0 0", "Sphere 0 0", "Cone 0 0", "Cube 0 0"]);
+    let one = "Blinker { Cube { } }";
+    assert_eq!([0.25, 0.75, 1.25].map(|t| seen(one, t).len()), [0, 1, 0]);
+    assert_eq!(
+        seen("Blinker { on FALSE Cube { } Cone { } }", 9.7),
+        ["Cube 0 0"]
+    );
+}
+
+#[test]
+fn a_path_switch_shows_its_children_below_its_path_only() {
+    let scene = "DEF A Separator { Switch { DEF S Separator { PathSwitch { path Path { USE S 0 } Cube { } } } } }
+        Separator { Translation { translation 3 0 0 } USE S }
+        PathSwitch { path Path { USE A 0 } Sphere { } } PathSwitch { Cone { } }";
+    assert_eq!(seen(scene, 0.0), ["Cube 3 0"]);
+}
+
+#[test]
+fn movers_are_where_the_clock_has_them() {
+    let shuttle = "Shuttle { translation0 0 0 0 translation1 8 0 0 speed 0.25 } Cube { }";
+    let places = [0.0, 1.0, 2.0, 4.0].map(|t| seen(shuttle, t).concat());
+    assert_eq!(places, ["Cube 0 0", "Cube 4 0", "Cube 8 0", "Cube 0 0"]);
+    let rotor = "Rotor { rotation 0 0 1 0 speed 0.5 } Translation { translation 1 0 0 } Cube { }";
+    let places = [0.0, 0.5, 1.0].map(|t| seen(rotor, t).concat());
+    assert_eq!(places, ["Cube 1 0", "Cube 0 1", "Cube -1 0"]);
+    let pendulum = "Pendulum { rotation0 0 0 1 0 rotation1 0 0 1 1.5707963 } Translation { translation 1 0 0 } Cube { }";
+    assert_eq!(seen(pendulum, 0.5), ["Cube 0 1"]);
+}
+
+#[test]
+fn a_level_of_detail_goes_by_its_pixels() {
+    let scene = |complexity: &str| {
+        format!(
+            "Complexity {{ value {complexity} }} LevelOfDetail {{ screenArea [ 100, 10 ] Cube {{ }} Sphere {{ }} Cone {{ }} }}"
+        )
+    };
+    let at = |complexity: &str, area| {
+        seen_as(&scene(complexity), &WalkOptions::default(), area).concat()
+    };
+    assert_eq!(at("0.5", Some(101.0)), "Cube 0 0");
+    assert_eq!(at("0.5", Some(99.0)), "Sphere 0 0");
+    assert_eq!(at("0.5", Some(9.0)), "Cone 0 0");
+    assert_eq!(at("0.8", Some(99.0)), "Cube 0 0");
+    assert_eq!(at("0", Some(1e9)), "Cone 0 0");
+    assert_eq!(at("1", Some(0.0)), "Cube 0 0");
+    assert_eq!(at("0.5", None), "Cube 0 0");
+}
+
+#[test]
+fn resetting_and_squishing_change_the_matrix_alone() {
+    let reset = "Separator { Translation { translation 5 0 0 } BaseColor { } ResetTransform { } Cube { } } Cone { }";
+    assert_eq!(seen(reset, 0.0), ["Cube 0 0", "Cone 0 0"]);
+    // Scales 1, 4 and 1 have the average 2.
+    let squish =
+        "Scale { scaleFactor 1 4 1 } AntiSquish { } Translation { translation 1 1 0 } Cube { }";
+    assert_eq!(seen(squish, 0.0), ["Cube 2 2"]);
+    let around = "SurroundScale { } Translation { translation 1 1 0 } Cube { }";
+    assert_eq!(seen(around, 0.0), ["Cube 1 1"]);
+}
+
+#[test]
+fn shadow_groups_and_annotations_are_separators() {
+    for class in ["ShadowGroup", "Annotation", "Selection", "LocateHighlight"] {
+        let scene =
+            format!("{class} {{ Translation {{ translation 1 0 0 }} Cube {{ }} }} Cone {{ }}");
+        assert_eq!(seen(&scene, 0.0), ["Cube 1 0", "Cone 0 0"], "{class}");
+    }
+}

@@ -1,0 +1,99 @@
+//! How much a scene may ask for.
+
+/// Bounds on what reading and compiling a scene may take. Whatever passes one is told and left
+/// out, or ends reading with a message that names the limit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of one file, after unpacking. Default: 512 MiB.
+    pub bytes: usize,
+    /// Nodes of a document, included files with it. Default: 10 million.
+    pub nodes: usize,
+    /// Nodes made by expanding protos. Default: 1 million.
+    pub copies: usize,
+    /// Nodes inside nodes. Default: 1 million.
+    pub depth: usize,
+    /// Files in files. Default: 32.
+    pub include_depth: usize,
+    /// Files that a document includes. Default: 1,000.
+    pub files: usize,
+    /// Nodes met on the way through the scene, each as often as it is used. Default: 1 million, or twice the
+    /// nodes of the document if that is more.
+    pub visits: usize,
+    /// Triangles, exact solids and strokes. Default: 16 million, below 3 GB.
+    pub primitives: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            bytes: 512 << 20,
+            nodes: 10_000_000,
+            copies: 1_000_000,
+            depth: 1_000_000,
+            include_depth: 32,
+            files: 1_000,
+            visits: 1_000_000,
+            primitives: 16_000_000,
+        }
+    }
+}
+
+impl Limits {
+    /// The names that [`Self::set`] knows.
+    pub const NAMES: [&'static str; 8] = [
+        "bytes",
+        "nodes",
+        "copies",
+        "depth",
+        "include-depth",
+        "files",
+        "visits",
+        "primitives",
+    ];
+
+    /// Sets a limit by a word such as `bytes=2G` or `visits=100000`; k, M and G are powers of
+    /// 1024. `None` if the word is not one.
+    pub fn set(&mut self, word: &str) -> Option<()> {
+        let (name, value) = word.split_once('=')?;
+        let (digits, power) = match value.trim_end_matches(|c: char| c.is_ascii_alphabetic()) {
+            digits if digits.len() == value.len() => (digits, 0),
+            digits => match &value[digits.len()..] {
+                "k" | "K" | "KiB" => (digits, 10),
+                "M" | "MiB" => (digits, 20),
+                "G" | "GiB" => (digits, 30),
+                _ => return None,
+            },
+        };
+        let value = digits.parse::<usize>().ok()?.checked_mul(1 << power)?;
+        let limit = match name {
+            "bytes" => &mut self.bytes,
+            "nodes" => &mut self.nodes,
+            "copies" => &mut self.copies,
+            "depth" => &mut self.depth,
+            "include-depth" => &mut self.include_depth,
+            "files" => &mut self.files,
+            "visits" => &mut self.visits,
+            "primitives" => &mut self.primitives,
+            _ => return None,
+        };
+        *limit = value;
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_limit_can_be_set_by_its_name() {
+        let mut limits = Limits::default();
+        for name in Limits::NAMES {
+            assert_eq!(limits.set(&format!("{name}=7")), Some(()), "{name}");
+        }
+        assert_eq!(limits.set("bytes=2M"), Some(()));
+        assert_eq!((limits.bytes, limits.visits), (2 << 20, 7));
+        assert_eq!(limits.set("bytes=lots"), None);
+        assert_eq!(limits.set("bites=1"), None);
+    }
+}

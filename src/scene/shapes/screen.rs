@@ -1,0 +1,208 @@
+//! Shapes with a size in pixels that face the camera: markers and pictures.
+
+use glam::{DMat4, DVec3, Vec2, Vec3};
+
+use super::quad;
+use crate::grammar::value::{Choice, Image};
+use crate::graph::read::Fields;
+use crate::graph::state::{State, TextureCoordinates, TextureElement, TextureModel};
+use crate::iv::NodeRef;
+use crate::scene::Builder;
+use crate::scene::builder::Corner;
+
+/// Draws with a unit of a pixel, facing the camera, around a point of the world. Nothing where
+/// nobody looks or the point is behind the camera.
+pub fn facing<'a>(at: DVec3, out: &mut Builder<'a>, draw: impl FnOnce(&mut Builder<'a>)) {
+    let placed = out.screen().and_then(|screen| {
+        let scale = DVec3::splat(screen.pixel_at(at)?);
+        let turn = screen.camera.orientation;
+        Some(DMat4::from_scale_rotation_translation(scale, turn, at))
+    });
+    if let Some(world) = placed {
+        out.with_world(world, draw);
+    }
+}
+
+/// Lines of markers, on a square from −1 to 1, by Coin's numbering: ten signs, then ten outlines.
+/// The same ten filled follow. Drawn after their names; the bitmaps' pixels may differ.
+const MARKERS: [&[&[(f32, f32)]]; 20] = {
+    const CIRCLE: &[(f32, f32)] = &[
+        (1.0, 0.0),
+        (0.71, 0.71),
+        (0.0, 1.0),
+        (-0.71, 0.71),
+        (-1.0, 0.0),
+        (-0.71, -0.71),
+        (0.0, -1.0),
+        (0.71, -0.71),
+        (1.0, 0.0),
+    ];
+    const SQUARE: &[(f32, f32)] = &[
+        (-1.0, -1.0),
+        (1.0, -1.0),
+        (1.0, 1.0),
+        (-1.0, 1.0),
+        (-1.0, -1.0),
+    ];
+    const DIAMOND: &[(f32, f32)] = &[
+        (0.0, -1.0),
+        (1.0, 0.0),
+        (0.0, 1.0),
+        (-1.0, 0.0),
+        (0.0, -1.0),
+    ];
+    const TRIANGLE: &[(f32, f32)] = &[(-1.0, -1.0), (1.0, -1.0), (0.0, 1.0), (-1.0, -1.0)];
+    const RHOMBUS: &[(f32, f32)] = &[
+        (-1.0, -0.5),
+        (0.5, -0.5),
+        (1.0, 0.5),
+        (-0.5, 0.5),
+        (-1.0, -0.5),
+    ];
+    const DOWN: &[(f32, f32)] = &[(-1.0, 1.0), (0.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    const SLASH: &[(f32, f32)] = &[(-1.0, -1.0), (1.0, 1.0)];
+    const BACKSLASH: &[(f32, f32)] = &[(-1.0, 1.0), (1.0, -1.0)];
+    const MINUS: &[(f32, f32)] = &[(-1.0, 0.0), (1.0, 0.0)];
+    const BAR: &[(f32, f32)] = &[(0.0, -1.0), (0.0, 1.0)];
+    [
+        &[SLASH, BACKSLASH],
+        &[MINUS, BAR],
+        &[MINUS],
+        &[SLASH],
+        &[BACKSLASH],
+        &[BAR],
+        &[SLASH, BACKSLASH, MINUS, BAR],
+        &[
+            &[(-1.0, 1.0), (0.0, 0.0), (1.0, 1.0)],
+            &[(0.0, 0.0), (0.0, -1.0)],
+        ],
+        &[&[(0.5, 1.0), (-0.5, 0.0), (0.5, 0.0), (-0.5, -1.0)]],
+        &[
+            &[(-0.4, -1.0), (-0.4, 1.0)],
+            &[(0.4, -1.0), (0.4, 1.0)],
+            &[(-1.0, -0.4), (1.0, -0.4)],
+            &[(-1.0, 0.4), (1.0, 0.4)],
+        ],
+        &[CIRCLE],
+        &[SQUARE],
+        &[DIAMOND],
+        &[TRIANGLE],
+        &[RHOMBUS],
+        &[
+            &[(-1.0, 1.0), (0.0, 0.0), (1.0, 1.0), (-1.0, 1.0)],
+            &[(-1.0, -1.0), (1.0, -1.0), (0.0, 0.0), (-1.0, -1.0)],
+        ],
+        &[
+            &[
+                (-0.5, -0.5),
+                (0.5, -0.5),
+                (0.5, 0.5),
+                (-0.5, 0.5),
+                (-0.5, -0.5),
+            ],
+            SLASH,
+            BACKSLASH,
+        ],
+        &[&[(-1.0, -0.5), (1.0, -0.5), (0.0, 1.0), (-1.0, -0.5)], BAR],
+        &[DOWN],
+        &[
+            &[
+                (-0.5, -1.0),
+                (0.5, -1.0),
+                (1.0, 0.0),
+                (-1.0, 0.0),
+                (-0.5, -1.0),
+            ],
+            BAR,
+        ],
+    ]
+};
+
+/// A marker at a corner: 5, 7 or 9 pixels wide (90 shapes, 30 a size), none for a negative index.
+pub fn marker(corner: Corner, index: i32, world_from_object: DMat4, out: &mut Builder<'_>) {
+    let Ok(index) = usize::try_from(index) else {
+        return;
+    };
+    let size = 5.0 + 2.0 * (index / 30).min(2) as f32;
+    let kind = index % 30;
+    let (kind, filled) = (if kind < 20 { kind } else { kind - 10 }, kind >= 20);
+    // From the middle of the first pixel to the middle of the last.
+    let half = 0.5 * (size - 1.0);
+    let at = world_from_object.transform_point3(corner.position.as_dvec3());
+    if out.screen().is_none() {
+        return out.dot(corner, size);
+    }
+    facing(at, out, |out| {
+        let place = |&(x, y): &(f32, f32)| Corner {
+            position: Vec3::new(half * x, half * y, 0.0),
+            normal: Vec3::Z,
+            ..corner
+        };
+        for line in MARKERS[kind] {
+            let corners: Vec<Corner> = line.iter().map(place).collect();
+            for pair in corners.windows(2) {
+                out.line([pair[0], pair[1]], 1.0);
+            }
+            if filled && line.len() > 3 {
+                for i in 2..corners.len() - 1 {
+                    out.triangle([corners[0], corners[i - 1], corners[i]]);
+                }
+            }
+        }
+    });
+}
+
+/// Puts an `Image`'s own picture into the state, unlit.
+pub fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    state.texture = Some(TextureElement {
+        node,
+        model: TextureModel::Replace,
+        blend_color: Vec3::ZERO,
+        repeat_s: false,
+        repeat_t: false,
+    });
+    state.texture_matrix = glam::Mat4::IDENTITY;
+    state.texture_coordinates = TextureCoordinates::Default;
+    state.base_color = true;
+}
+
+/// An `Image`: a picture facing the camera at the origin of its space, pixel for pixel unless the
+/// node states another size.
+pub fn image<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    out.bound(Vec3::ZERO);
+    let inline = node.read::<Image>("image");
+    let size = out.texture_size().or_else(|| {
+        let image = inline.filter(|i| i.width > 0 && i.height > 0)?;
+        Some((
+            f64::from(image.width) as f32,
+            f64::from(image.height) as f32,
+        ))
+    });
+    let Some((width, height)) = size else {
+        return;
+    };
+    let stated = |name: &str, own: f32| match node.read::<i32>(name) {
+        Some(n) if n > 0 => n as f32,
+        _ => own,
+    };
+    let size = Vec2::new(stated("width", width), stated("height", height));
+    let share = |name: &str| 0.5 * node.read::<Choice>(name).unwrap_or(0).clamp(0, 2) as f32;
+    let low = -size * Vec2::new(share("horAlignment"), share("vertAlignment"));
+    let at = state.world_from_object.transform_point3(DVec3::ZERO);
+    facing(at, out, |out| {
+        let corner = |x: f32, y: f32| Corner {
+            position: (low + size * Vec2::new(x, y)).extend(0.0),
+            normal: Vec3::Z,
+            material: 0,
+            coordinates: Vec2::new(x, y),
+            third: 0.0,
+        };
+        let corners = [
+            corner(0.0, 0.0),
+            corner(1.0, 0.0),
+            corner(1.0, 1.0),
+            corner(0.0, 1.0),
+        ];
+        quad(corners, out);
+    });
+}
