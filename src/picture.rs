@@ -156,12 +156,12 @@ impl Picture {
 
     /// Big-endian levels, as both PNG and PPM want them.
     pub fn levels(&self, depth: Depth) -> Vec<u8> {
-        let channels = self.pixels.iter().flatten();
-        let level = |x: &f32| self.response.level(f64::from(*x));
+        let channels = self.pixels.iter().flatten().enumerate();
+        let levels = channels.map(|(i, x)| self.response.level(f64::from(*x), i % 3));
         match depth {
-            Depth::Eight => channels.map(|x| (level(x) * 255.0).round() as u8).collect(),
-            Depth::Sixteen => channels
-                .flat_map(|x| ((level(x) * 65_535.0).round() as u16).to_be_bytes())
+            Depth::Eight => levels.map(|x| (x * 255.0).round() as u8).collect(),
+            Depth::Sixteen => levels
+                .flat_map(|x| ((x * 65_535.0).round() as u16).to_be_bytes())
                 .collect(),
         }
     }

@@ -14,7 +14,7 @@ use indexmap::IndexMap;
 
 use crate::camera::{Aim, Camera, LensCamera, Pinhole, pixel_aspect};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
-use crate::film::{FilmFormat, Resolution, Response};
+use crate::film::{FilmFormat, Metering, Resolution, Response};
 use crate::grammar::{class, directional_light};
 use crate::graph::state::State;
 use crate::graph::{self, Visitor, WalkOptions};
@@ -152,6 +152,8 @@ pub struct Plan {
     pub resolution: Resolution,
     /// Multiplies the exposure; 1 renders white on the axis as white.
     pub exposure: f64,
+    /// Shutter and ISO, instead of the paper's constant; `exposure` then multiplies what they give.
+    pub metering: Option<Metering>,
     pub response: Response,
     pub depth: Depth,
     /// The scene's own time in seconds.
@@ -190,6 +192,7 @@ impl Plan {
             movements: Movements::default(),
             resolution: Resolution::VINTAGE,
             exposure: 1.0,
+            metering: None,
             response: Response::Linear,
             depth: Depth::Eight,
             time: 0.0,
@@ -220,6 +223,7 @@ impl Plan {
             ),
             ("size", format!("{width}x{height}")),
             ("exposure", self.exposure.to_string()),
+            ("response", self.response.name()),
         ]
         .into_iter()
         .map(|(k, v)| (k.to_owned(), v))
@@ -372,7 +376,7 @@ impl Session {
             camera: &self.camera,
             sampler,
             resolution: self.plan.resolution,
-            exposure: self.plan.exposure,
+            exposure: self.exposure_factor(),
             stop,
         }
         .run(progress)
@@ -388,9 +392,20 @@ impl Session {
         Shader::new(&self.scene, self.plan.shading, options)
     }
 
+    /// What exposures are multiplied by.
+    pub fn exposure_factor(&self) -> f64 {
+        let metered = match (&self.plan.metering, &self.camera) {
+            (Some(metering), Camera::Lens(camera)) => {
+                metering.level_of_white(camera.axial_irradiance())
+            }
+            _ => 1.0,
+        };
+        metered * self.plan.exposure
+    }
+
     /// The picture of an exposure, with how it was made.
     pub fn develop(&self, exposure: &Exposure, command: &str) -> Picture {
-        let mut picture = Picture::develop(&exposure.film, self.plan.response);
+        let mut picture = Picture::develop(&exposure.film, self.plan.response.clone());
         let mut say = |key: &str, value: &str| {
             picture.provenance.insert(key.to_owned(), value.to_owned());
         };
@@ -636,6 +651,12 @@ fn camera(
         said.insert(key.to_owned(), value);
     };
     let Optics::Lens(choice) = &plan.optics else {
+        if plan.metering.is_some() {
+            return Err(
+                Diagnostic::error("a pinhole has no aperture to expose a film through")
+                    .with_help("give a lens, or leave `--shutter` and `--iso` out"),
+            );
+        }
         say("lens", "none (pinhole)".into());
         return Ok((
             Camera::Pinhole(Pinhole::new(pose, plan.resolution.aspect())),
@@ -660,6 +681,14 @@ fn camera(
     }
     if let Some(t) = lens.t_number().filter(|_| lens.reflects()) {
         say("t-number", format!("T/{t:.2}"));
+    }
+    if let Some(metering) = &plan.metering {
+        say("shutter", metering.dial());
+        say("iso", metering.iso.to_string());
+        say("white", format!("{:.0} cd/m2", metering.white));
+        if let Some(n) = lens.first_order().f_number() {
+            say("ev", format!("{:.1}", metering.exposure_value(n)));
+        }
     }
     // Five digits after the point: hundredths of a millimeter.
     say("focus", format!("{} m", (distance.0 * 1e5).round() / 1e5));

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Arg, ArgMatches, Command};
 
-use super::render::{Talk, plan};
+use super::render::{Frame, Shutter, Talk, plan_of};
 use super::{flags, parsed, scene_argument, tell, tell_all, text};
 use crate::anim::{Ease, Moment, Timeline, Travel};
 use crate::diag::{Diagnostic, Result, Source};
@@ -50,11 +50,6 @@ pub fn command() -> Command {
         ))
         .arg(value("rate", "N", "frames a second [24]"))
         .arg(value(
-            "shutter",
-            "PART",
-            "part of a frame's time that the shutter is open, for motion blur [0]",
-        ))
-        .arg(value(
             "folder",
             "FOLDER",
             "where the frames go [the film's name with -frames]",
@@ -75,8 +70,12 @@ struct Shoot {
 
 /// Runs the command; the number is the exit code.
 pub fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
-    let mut plan = plan(m, Era::Modern)?;
     let timeline = timeline(m)?;
+    let frame = Frame {
+        seconds: 1.0 / timeline.rate,
+        open: timeline.shutter,
+    };
+    let mut plan = plan_of(m, Era::Modern, Some(frame))?;
     let films = films(m)?;
     let talk = Talk::of_film(m)?;
     let folder = text(m, "folder").map_or_else(
@@ -131,9 +130,19 @@ fn timeline(m: &ArgMatches) -> Result<Timeline> {
     if let Some(rate) = parsed(m, "rate", "frames a second, from 0.1 to 1000", rate)? {
         timeline.rate = rate;
     }
-    let part = |w: &str| w.parse().ok().filter(|p| (0.0..=1.0).contains(p));
-    if let Some(part) = parsed(m, "shutter", "a part from 0 to 1", part)? {
-        timeline.shutter = part;
+    match Shutter::of(m)? {
+        None => {}
+        Some(Shutter::Part(part)) => timeline.shutter = part,
+        Some(Shutter::Seconds(time)) if time * timeline.rate <= 1.0 + 1e-9 => {
+            timeline.shutter = (time * timeline.rate).min(1.0);
+        }
+        Some(Shutter::Seconds(time)) => {
+            return Err(Diagnostic::error(format!(
+                "a shutter can't be open for {time} s of a frame of 1/{} s",
+                timeline.rate
+            ))
+            .with_help("give a shorter time, or fewer frames a second"));
+        }
     }
     Ok(timeline)
 }
@@ -225,11 +234,10 @@ impl Shoot {
             text += &format!("{key} {value}\n");
         }
         text += &format!(
-            "scene {}\ncamera {:?}\noptics {:?}\nresponse {:?}\n{:?}\n",
+            "scene {}\ncamera {:?}\noptics {:?}\n{:?}\n",
             self.plan.scene.display(),
             self.plan.camera,
             self.plan.optics,
-            self.plan.response,
             self.timeline
         );
         match std::fs::read_to_string(&label) {

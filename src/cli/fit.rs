@@ -116,7 +116,7 @@ fn plate(exposure: &Exposure, session: &Session) -> Plate {
     let level = |c: usize| {
         Plane::from_fn(width as usize, height as usize, |x, y| {
             let exposed = &exposure.film.pixels[y * width as usize + x];
-            session.plan.response.level(exposed.mean[c]) as f32
+            session.plan.response.level(exposed.mean[c], c) as f32
         })
     };
     Plate::from_planes([level(0), level(1), level(2)])

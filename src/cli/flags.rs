@@ -218,9 +218,24 @@ pub const RENDER: &[Flag] = &[
         "multiplies the exposure; 1 renders white on the axis as white [1]",
     ),
     flag(
+        "shutter",
+        Takes::One("TIME"),
+        "exposes by the lens's light instead: open for 1/60, 0.5s …; of a film's frame also 0.5 or 180deg, for its blur",
+    ),
+    flag(
+        "iso",
+        Takes::One("N"),
+        "speed of the film, with --shutter [100]",
+    ),
+    flag(
+        "white",
+        Takes::One("CD/M2"),
+        "luminance of Inventor's white, with --shutter [25424: sunny 16]",
+    ),
+    flag(
         "response",
-        Takes::One("linear|srgb"),
-        "how exposure becomes levels [linear]",
+        Takes::One("FILM"),
+        "how exposure becomes levels: linear, srgb, reversal, negative,paper, or files of density curves [linear]",
     ),
     flag(
         "depth",

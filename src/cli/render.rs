@@ -10,7 +10,7 @@ use clap::ArgMatches;
 use super::{parsed, tell, tell_all, text};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result, Sink};
-use crate::film::{FilmFormat, Resolution, Response};
+use crate::film::{FilmFormat, Metering, Resolution, Response};
 use crate::lens::{Coating, FocusMethod, Iris, Movements};
 use crate::math::{LengthUnit, Meters, Mm, parse_length};
 use crate::picture::{Depth, PictureFormat, write_whole};
@@ -109,6 +109,11 @@ fn writable(path: &Path) -> Result<()> {
 
 /// The plan that the words ask for.
 pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
+    plan_of(m, era, None)
+}
+
+/// The same for pictures that are frames of a film.
+pub fn plan_of(m: &ArgMatches, era: Era, frame: Option<Frame>) -> Result<Plan> {
     let eras = [
         ("1999", Era::Vintage),
         ("vintage", Era::Vintage),
@@ -186,8 +191,10 @@ pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
         &mut plan.exposure,
         parsed(m, "exposure", POSITIVE, positive)?,
     );
-    let responses = [("linear", Response::Linear), ("srgb", Response::Srgb)];
-    set(&mut plan.response, named(m, "response", &responses)?);
+    plan.metering = metering(m, frame)?;
+    if let Some(words) = text(m, "response") {
+        plan.response = Response::open(words)?;
+    }
     set(
         &mut plan.depth,
         named(m, "depth", &[("8", Depth::Eight), ("16", Depth::Sixteen)])?,
@@ -197,6 +204,78 @@ pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
         parsed(m, "scene-time", "a time in seconds", finite)?,
     );
     Ok(plan)
+}
+
+/// A film's frame: its time, and the part of it that the shutter is open.
+#[derive(Clone, Copy)]
+pub struct Frame {
+    pub seconds: f64,
+    pub open: f64,
+}
+
+/// How long a shutter is open: a time, or a part of a film's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shutter {
+    Seconds(f64),
+    Part(f64),
+}
+
+impl Shutter {
+    /// `1/60`, `0.5s`, `20ms`; `0.5` of a frame, or `180deg` of a film camera's turning shutter.
+    fn parse(word: &str) -> Option<Self> {
+        let part = |part: f64| (0.0..=1.0).contains(&part).then_some(Self::Part(part));
+        let bare = word.trim_end_matches('s');
+        if let Some((over, under)) = bare.split_once('/') {
+            return Some(Self::Seconds(positive(over)? / positive(under)?));
+        }
+        if let Some(degrees) = word.strip_suffix("deg") {
+            return part(finite(degrees)? / 360.0);
+        }
+        match lasting(word) {
+            Some(time) => Some(Self::Seconds(time.as_secs_f64())),
+            None => part(finite(word)?),
+        }
+    }
+
+    pub fn of(m: &ArgMatches) -> Result<Option<Self>> {
+        let known = "a time such as 1/60 or 0.5s, nor a part of a frame such as 0.5 or 180deg";
+        parsed(m, "shutter", known, Self::parse)
+    }
+}
+
+/// Shutter and ISO, where a time or an ISO is given; a part of a frame alone is for the blur.
+fn metering(m: &ArgMatches, frame: Option<Frame>) -> Result<Option<Metering>> {
+    let iso = parsed(m, "iso", POSITIVE, positive)?;
+    let white = parsed(m, "white", "a luminance in cd/m2 greater than 0", positive)?;
+    let shutter = Shutter::of(m)?;
+    let seconds = match (shutter, frame) {
+        (Some(Shutter::Seconds(seconds)), _) => Some(seconds),
+        (Some(Shutter::Part(_)), None) => {
+            return Err(
+                Diagnostic::error("only a film has frames to open a shutter in part of")
+                    .with_help("give a time, such as `--shutter 1/60` or `--shutter 0.5s`"),
+            );
+        }
+        (_, Some(frame)) if iso.is_some() => Some(frame.open * frame.seconds),
+        _ => None,
+    };
+    let asked = iso.is_some() || white.is_some();
+    let Some(seconds) = seconds.filter(|s| *s > 0.0) else {
+        return if asked {
+            Err(
+                Diagnostic::error("`--iso` and `--white` need an open shutter")
+                    .with_help("give its time, such as `--shutter 1/60`"),
+            )
+        } else {
+            Ok(None)
+        };
+    };
+    let plain = Metering::new(seconds);
+    Ok(Some(Metering {
+        iso: iso.unwrap_or(plain.iso),
+        white: white.unwrap_or(plain.white),
+        ..plain
+    }))
 }
 
 fn set<T>(slot: &mut T, value: Option<T>) {
@@ -476,5 +555,59 @@ impl Meter {
 
     fn clear(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::flags;
+
+    fn planned(line: &str, frame: Option<Frame>) -> Result<Plan> {
+        let words = line.split_whitespace().chain(["scene.iv"]);
+        let command = clap::Command::new("ivcam").no_binary_name(true);
+        let matches = command
+            .args(flags::arguments(flags::RENDER))
+            .arg(clap::Arg::new("scene"))
+            .get_matches_from(words);
+        plan_of(&matches, Era::Modern, frame)
+    }
+
+    #[test]
+    fn a_shutter_is_a_time_or_a_part_of_a_frame() {
+        let shutter = |word: &str| Shutter::parse(word);
+        assert_eq!(shutter("1/60"), Some(Shutter::Seconds(1.0 / 60.0)));
+        assert_eq!(shutter("1/60s"), Some(Shutter::Seconds(1.0 / 60.0)));
+        assert_eq!(shutter("2s"), Some(Shutter::Seconds(2.0)));
+        assert_eq!(shutter("20ms"), Some(Shutter::Seconds(0.02)));
+        assert_eq!(shutter("0.5"), Some(Shutter::Part(0.5)));
+        assert_eq!(shutter("180deg"), Some(Shutter::Part(0.5)));
+        for wrong in ["1/0", "-1/60", "2", "400deg", "soon", "0/0", ""] {
+            assert_eq!(shutter(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_time_or_an_iso_exposes_by_light_and_a_part_of_a_frame_alone_does_not() {
+        let frame = Frame {
+            seconds: 1.0 / 24.0,
+            open: 0.5,
+        };
+        let metering = |line: &str, frame| planned(line, frame).unwrap().metering;
+        assert_eq!(metering("", None), None);
+        let still = metering("--shutter 1/60 --iso 400", None).unwrap();
+        assert_eq!((still.shutter, still.iso), (1.0 / 60.0, 400.0));
+        assert_eq!(metering("--shutter 1/60", None).unwrap().iso, 100.0);
+        assert_eq!(metering("--shutter 0.5", Some(frame)), None);
+        let film = metering("--shutter 180deg --iso 50", Some(frame)).unwrap();
+        assert_eq!((film.shutter, film.iso), (1.0 / 48.0, 50.0));
+        for wrong in [
+            "--iso 100",
+            "--shutter 0.5",
+            "--shutter 1/60 --iso 0",
+            "--white 5",
+        ] {
+            assert!(planned(wrong, None).is_err(), "{wrong}");
+        }
     }
 }
