@@ -394,6 +394,33 @@ impl LensCamera {
         )
     }
 
+    /// The pixel that a ray behind the lens falls on, and how much of its area the film has there:
+    /// bent film has more than what it is bent from. `None` beside the film.
+    pub fn pixel(&self, out: &LensRay, resolution: Resolution) -> Option<(u32, f64)> {
+        let film = self.place.meet(out)?;
+        let x = (0.5 - film.x / self.format.width) * f64::from(resolution.width);
+        let y = (film.y / self.format.height + 0.5) * f64::from(resolution.height);
+        let inside = (0.0..f64::from(resolution.width)).contains(&x)
+            && (0.0..f64::from(resolution.height)).contains(&y);
+        let slant = self.place.normal(film).dot(self.place.normal(DVec2::ZERO));
+        inside.then(|| (y as u32 * resolution.width + x as u32, slant))
+    }
+
+    /// A point of the scene, from its origin, in lens space.
+    pub fn lens_point(&self, world: DVec3) -> DVec3 {
+        self.lens_direction(world - self.eye) / METERS_FROM_MM
+    }
+
+    /// A direction of the scene in lens space.
+    pub fn lens_direction(&self, world: DVec3) -> DVec3 {
+        self.world_from_lens.inverse() * world
+    }
+
+    /// A point of lens space in the scene, from its origin.
+    pub fn world_point(&self, lens: DVec3) -> DVec3 {
+        self.eye + self.world_from_lens * (lens * METERS_FROM_MM)
+    }
+
     /// The ray from a film point (millimeters) through a lens point of its window.
     pub fn ray(&self, film: DVec2, window: &PupilWindow, pupil: [f64; 2]) -> Option<CameraRay> {
         self.ray_through(&self.lens, film, window, pupil)
@@ -437,7 +464,7 @@ impl LensCamera {
 
     fn outside(&self, out: &LensRay, weight: f64) -> CameraRay {
         CameraRay {
-            origin: self.eye + self.world_from_lens * (out.origin * METERS_FROM_MM),
+            origin: self.world_point(out.origin),
             direction: self.world_from_lens * out.direction,
             weight,
         }
@@ -539,6 +566,28 @@ pub fn pixel_aspect(format: FilmFormat, resolution: Resolution) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_ray_falls_on_the_pixel_that_sees_along_it() {
+        let camera = camera(Lens::named("double-gauss").unwrap(), Aim::ExitPupil);
+        let size = Resolution {
+            width: 36,
+            height: 24,
+        };
+        for (column, row) in [(0, 0), (35, 0), (7, 20), (35, 23)] {
+            let place = |cell: u32, of: u32| (f64::from(cell) + 0.5) / f64::from(of);
+            let film = camera.film_point(place(column, 36), place(row, 24));
+            let origin = DVec3::new(0.0, 0.0, camera.rear_z);
+            let direction = film.extend(camera.focus.film_z) - origin;
+            let pixel = camera.pixel(&LensRay { origin, direction }, size);
+            assert_eq!(pixel, Some((row * 36 + column, 1.0)));
+        }
+        let aside = LensRay {
+            origin: DVec3::ZERO,
+            direction: DVec3::new(1.0, 0.0, 1.0),
+        };
+        assert_eq!(camera.pixel(&aside, size), None);
+    }
     use crate::lens::{Coating, FocusMethod};
     use crate::math::Meters;
     use crate::sampling::{Sampler, SamplerKind};

@@ -144,6 +144,45 @@ pub struct Film {
     pub pixels: Vec<Exposed>,
     /// In order of pixels.
     twins: Vec<Twin>,
+    /// Light that comes another way than through the samples.
+    pub glare: Option<Glare>,
+}
+
+/// Ghosts of lights, apart from the exposures: they have no twins, and no share in the error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Glare {
+    /// Row by row, as levels.
+    pub pixels: Vec<DVec3>,
+    /// What the lights' own images would bring, as levels summed over pixels and channels.
+    pub of_lights: f64,
+}
+
+impl Glare {
+    pub fn new(resolution: Resolution) -> Self {
+        Self {
+            pixels: vec![DVec3::ZERO; resolution.pixels()],
+            of_lights: 0.0,
+        }
+    }
+
+    /// Levels summed over pixels and channels.
+    pub fn sum(&self) -> f64 {
+        self.pixels.iter().map(|p| p.element_sum()).sum()
+    }
+
+    fn scaled(&self, part: f64) -> Self {
+        Self {
+            pixels: self.pixels.iter().map(|p| part * *p).collect(),
+            of_lights: part * self.of_lights,
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        for (pixel, more) in self.pixels.iter_mut().zip(&other.pixels) {
+            *pixel += more;
+        }
+        self.of_lights += other.of_lights;
+    }
 }
 
 impl Film {
@@ -152,11 +191,23 @@ impl Film {
             resolution,
             pixels: vec![Exposed::default(); resolution.pixels()],
             twins: Vec::new(),
+            glare: None,
         }
     }
 
     /// Adds what another film of the same size has received.
     pub fn join(&mut self, other: &Self) {
+        let count = |film: &Self| film.pixels.first().map_or(0.0, |p| f64::from(p.count));
+        let (ours, theirs) = (count(self), count(other));
+        let part = theirs / (ours + theirs).max(1.0);
+        self.glare = match (&self.glare, &other.glare) {
+            (Some(a), Some(b)) => {
+                let mut sum = a.scaled(1.0 - part);
+                sum.add(&b.scaled(part));
+                Some(sum)
+            }
+            (a, b) => a.clone().or(b.clone()),
+        };
         for (pixel, more) in self.pixels.iter_mut().zip(&other.pixels) {
             pixel.join(more);
         }
@@ -169,7 +220,13 @@ impl Film {
         }
     }
 
-    /// Mean of all channels of all pixels.
+    /// What a pixel has received in all.
+    pub fn level(&self, pixel: usize) -> DVec3 {
+        let glare = self.glare.as_ref().map_or(DVec3::ZERO, |g| g.pixels[pixel]);
+        self.pixels[pixel].mean + glare
+    }
+
+    /// Mean of all channels of all pixels, without glare.
     pub fn mean(&self) -> f64 {
         let sum: f64 = self.pixels.iter().map(|p| p.mean.element_sum()).sum();
         sum / (3.0 * self.pixels.len() as f64)

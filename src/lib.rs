@@ -14,6 +14,7 @@ pub mod compare;
 pub mod diag;
 pub mod diagram;
 pub mod film;
+pub mod flare;
 pub mod grammar;
 pub mod graph;
 pub mod iv;

@@ -98,10 +98,8 @@ impl Picture {
     }
 
     pub fn develop(film: &Film, response: Response) -> Self {
-        let pixels = film
-            .pixels
-            .iter()
-            .map(|p| p.mean.as_vec3().to_array())
+        let pixels = (0..film.pixels.len())
+            .map(|i| film.level(i).as_vec3().to_array())
             .collect();
         let (width, height) = (film.resolution.width, film.resolution.height);
         Self {

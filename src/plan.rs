@@ -14,7 +14,8 @@ use indexmap::IndexMap;
 
 use crate::camera::{Aim, Camera, LensCamera, Pinhole, pixel_aspect};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
-use crate::film::{FilmFormat, Metering, Resolution, Response};
+use crate::film::{FilmFormat, Glare, Metering, Resolution, Response};
+use crate::flare::Flare;
 use crate::grammar::{class, directional_light};
 use crate::graph::state::State;
 use crate::graph::{self, Visitor, WalkOptions};
@@ -28,6 +29,9 @@ use crate::report::{RenderReport, Seconds};
 use crate::sampling::{DiscMap, Sampler, SamplerKind};
 use crate::scene::{CompileOptions, Light, RenderScene};
 use crate::shade::{ShadeOptions, Shader, Shading};
+
+/// Rays in the ghosts of a light, for each sample of a pixel.
+const GHOST_RAYS: u32 = 1 << 17;
 
 /// Whose choices a plan starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -154,6 +158,8 @@ pub struct Plan {
     pub exposure: f64,
     /// Shutter and ISO, instead of the paper's constant; `exposure` then multiplies what they give.
     pub metering: Option<Metering>,
+    /// Two reflections inside the lens, of the scene's lights. Default: no; 1999 had none.
+    pub ghosts: bool,
     pub response: Response,
     pub depth: Depth,
     /// The scene's own time in seconds.
@@ -193,6 +199,7 @@ impl Plan {
             resolution: Resolution::VINTAGE,
             exposure: 1.0,
             metering: None,
+            ghosts: false,
             response: Response::Linear,
             depth: Depth::Eight,
             time: 0.0,
@@ -371,7 +378,7 @@ impl Session {
         stop: Stop,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
-        Render {
+        let mut exposure = Render {
             shader: &self.shader(),
             camera: &self.camera,
             sampler,
@@ -379,7 +386,11 @@ impl Session {
             exposure: self.exposure_factor(),
             stop,
         }
-        .run(progress)
+        .run(progress);
+        let clock = Instant::now();
+        exposure.film.glare = self.glare(sampler);
+        exposure.seconds += clock.elapsed().as_secs_f64();
+        exposure
     }
 
     /// What turns the plan's rays into radiance.
@@ -390,6 +401,24 @@ impl Session {
             ..ShadeOptions::default()
         };
         Shader::new(&self.scene, self.plan.shading, options)
+    }
+
+    /// The ghosts of the scene's lights, if they are asked for.
+    fn glare(&self, sampler: Sampler) -> Option<Glare> {
+        let Camera::Lens(camera) = &self.camera else {
+            return None;
+        };
+        self.plan.ghosts.then(|| {
+            let flare = Flare {
+                scene: &self.scene,
+                camera,
+                resolution: self.plan.resolution,
+                exposure: self.exposure_factor(),
+                rays: sampler.samples.saturating_mul(GHOST_RAYS).min(1 << 26),
+                seed: sampler.seed,
+            };
+            flare.expose(&self.scene.lights())
+        })
     }
 
     /// What exposures are multiplied by.
@@ -438,11 +467,14 @@ impl Session {
             relative_rmse: None,
             relative_rmse_low: None,
             relative_rmse_high: None,
+            ghosts_of_picture: None,
+            ghosts_of_lights: None,
             primitives: (triangles + quadrics + strokes) as u64,
             left_out: self.left_out(),
         };
         report.set_counts(&exposure.counts);
         report.set_error(exposure.film.error());
+        report.set_glare(&exposure.film);
         report
     }
 
@@ -681,6 +713,16 @@ fn camera(
     }
     if let Some(t) = lens.t_number().filter(|_| lens.reflects()) {
         say("t-number", format!("T/{t:.2}"));
+    }
+    if plan.ghosts {
+        say(
+            "ghosts",
+            format!("{} pairs of surfaces", lens.ghost_pairs().len()),
+        );
+        if !lens.reflects() {
+            let none = "there are no ghosts: the lens is ideal, and its surfaces reflect nothing";
+            sink.add(*Diagnostic::warning(none).with_help("give `--coating mgf2` or none"));
+        }
     }
     if let Some(metering) = &plan.metering {
         say("shutter", metering.dial());

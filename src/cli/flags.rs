@@ -141,6 +141,11 @@ pub const RENDER: &[Flag] = &[
         "on every glass surface: none (Fresnel's loss), a quarter wave of MgF2, or ideal [the prescription's, else ideal]",
     ),
     flag(
+        "ghosts",
+        Takes::One("on|off"),
+        "reflections of the scene's lights inside the lens, by its coatings [off]",
+    ),
+    flag(
         "focus-method",
         Takes::One("METHOD"),
         "what moves: film (distance from the front vertex), lens (from the film), group, or best: the film to the least spot [film]",

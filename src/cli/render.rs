@@ -191,6 +191,7 @@ pub fn plan_of(m: &ArgMatches, era: Era, frame: Option<Frame>) -> Result<Plan> {
         &mut plan.exposure,
         parsed(m, "exposure", POSITIVE, positive)?,
     );
+    plan.ghosts = named(m, "ghosts", &[("on", true), ("off", false)])?.unwrap_or(false);
     plan.metering = metering(m, frame)?;
     if let Some(words) = text(m, "response") {
         plan.response = Response::open(words)?;

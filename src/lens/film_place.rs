@@ -11,6 +11,7 @@ use thiserror::Error;
 use crate::diag::Diagnostic;
 use crate::film::FilmFormat;
 
+use super::trace::{LensRay, meet_sphere};
 use super::{Focus, Lens};
 
 /// How the lens is moved against the film, and how the film is bent. Nothing by default.
@@ -148,6 +149,14 @@ impl FilmPlace {
         let [x, y, z] = self.axes;
         let c = self.curvature;
         c * film.x * x + c * film.y * y - (1.0 - c * self.sag(film)) * z
+    }
+
+    /// The film point that a ray from the lens falls on.
+    pub fn meet(&self, ray: &LensRay) -> Option<DVec2> {
+        let seen = |v: DVec3| DVec3::from_array(self.axes.map(|axis| axis.dot(v)));
+        let (from, d) = (seen(ray.origin - self.center), seen(ray.direction));
+        let hit = meet_sphere(self.curvature, from, d, 1.0).filter(|_| d.z > 0.0)?;
+        Some(hit.point.truncate())
     }
 
     /// The directions of the film's x and y where it is flat.

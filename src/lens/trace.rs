@@ -271,7 +271,7 @@ pub(crate) struct Hit {
 /// (c = 0), and the sag is right to 2e-13 mm at R = 3e15 mm, where the center-and-radius form is
 /// 0.4 mm off. The shift to the point nearest the vertex keeps origins 1e12 mm away good to
 /// their own rounding.
-fn meet_sphere(c: f64, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
+pub(super) fn meet_sphere(c: f64, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
     let nearest = -p.dot(d);
     let q = p + nearest * d;
     let f = c * q.dot(q) - 2.0 * q.z;

@@ -50,6 +50,9 @@ pub struct RenderReport {
     /// Where the true one lies 95 times in 100.
     pub relative_rmse_low: Option<f64>,
     pub relative_rmse_high: Option<f64>,
+    /// The light of ghosts over that of the picture, and over that of the lights' own images.
+    pub ghosts_of_picture: Option<f64>,
+    pub ghosts_of_lights: Option<f64>,
     pub primitives: u64,
     /// What was not read, built or traced, and why.
     pub left_out: Vec<String>,
@@ -60,6 +63,14 @@ impl RenderReport {
         self.relative_rmse = error.map(|e| e.relative_rmse);
         self.relative_rmse_low = error.map(|e| e.low);
         self.relative_rmse_high = error.map(|e| e.high);
+    }
+
+    pub fn set_glare(&mut self, film: &Film) {
+        let Some(glare) = &film.glare else { return };
+        let picture = 3.0 * film.mean() * film.pixels.len() as f64;
+        let over = |whole: f64| Some(glare.sum() / whole).filter(|share| share.is_finite());
+        self.ghosts_of_picture = over(picture);
+        self.ghosts_of_lights = over(glare.of_lights);
     }
 
     pub fn set_counts(&mut self, counts: &Counts) {
@@ -94,6 +105,16 @@ impl RenderReport {
                 let _ = write!(line, "  relRMSE {e:.2e} ({low:.1e} to {high:.1e})");
             }
             None => line.push_str("  relRMSE unknown (black)"),
+        }
+        if let Some(share) = self.ghosts_of_picture {
+            let _ = write!(
+                line,
+                "  ghosts {:.3}% of the picture's light",
+                100.0 * share
+            );
+        }
+        if let Some(share) = self.ghosts_of_lights {
+            let _ = write!(line, ", {:.3}% of the lights'", 100.0 * share);
         }
         if !self.left_out.is_empty() {
             let _ = write!(line, "  left out: {}", self.left_out.join(", "));
