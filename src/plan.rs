@@ -111,7 +111,9 @@ impl LensChoice {
         }
         let mut lens = Lens::open_as(&self.name, &reading, sink)?;
         if let Some(position) = self.zoom_position {
-            lens = lens.at_zoom(position)?;
+            lens = lens
+                .at_zoom(position)
+                .map_err(|e| crate::lens::at_zoom_list(e, &self.name))?;
         }
         if let Some(length) = self.efl {
             lens = lens.scaled_to(length)?;

@@ -130,7 +130,9 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let mut lens = opened?;
     if let Some(position) = text("zoom-position") {
         let position = parse(position, "zoom-position", "a number from 0")?;
-        lens = lens.at_zoom(position).map_err(|e| e.in_file(name))?;
+        lens = lens
+            .at_zoom(position)
+            .map_err(|e| crate::lens::at_zoom_list(e, name))?;
     }
     if let Some(factor) = text("scale") {
         lens = lens.scaled(positive(factor, "scale")?);

@@ -325,7 +325,7 @@ mod tests {
             surfaces[surfaces.len() - 1].semi_diameter,
         );
         let random = |i: u64, k: u64| (mix(mix(i) ^ (k << 40)) >> 11) as f64 / (1u64 << 53) as f64;
-        let count = 400_000u64;
+        let count = 100_000u64;
         for pair in [
             GhostPair { front: 0, rear: 1 },
             GhostPair { front: 3, rear: 8 },

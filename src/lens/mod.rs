@@ -113,40 +113,13 @@ impl Lens {
 
     /// The same, with glass catalogues and habits of reading of one's own.
     pub fn open_as(name_or_path: impl AsRef<Path>, how: &Reading, sink: &mut Sink) -> Result<Self> {
-        let path = name_or_path.as_ref();
-        let word = path.to_string_lossy();
-        let is_word = !word.contains(['/', '\\']);
-        let is_shipped = (is_word || word.starts_with("lenses/")) && shipped_text(&word).is_some();
-        if !path.exists() && (is_shipped || (is_word && !word.contains('.'))) {
-            return Self::named_with(&word, sink);
-        }
-        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
-        let source = Arc::new(Source::new(word.into_owned(), bytes));
+        let source = source(name_or_path.as_ref())?;
         formats::read_with(&source, how, sink).map(Self::new)
     }
 
     /// A shipped lens by name, wherever the program runs.
     pub fn named(name: &str) -> Result<Self> {
-        Self::named_with(name, &mut Sink::new())
-    }
-
-    fn named_with(name: &str, sink: &mut Sink) -> Result<Self> {
-        let Some((file, text)) = shipped_text(name) else {
-            let error = Diagnostic::error(format!("there is no lens named `{name}`"));
-            let help = match nearest(name, shipped_names()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!(
-                    "there are {}",
-                    shipped_names().collect::<Vec<_>>().join(", ")
-                ),
-            };
-            return Err(error.with_help(help));
-        };
-        let source = Arc::new(Source::new(
-            format!("lenses/{file}"),
-            text.as_bytes().to_vec(),
-        ));
-        formats::read(&source, sink).map(Self::new)
+        formats::read(&shipped_source(name)?, &mut Sink::new()).map(Self::new)
     }
 
     pub fn name(&self) -> &str {
@@ -320,6 +293,43 @@ impl Lens {
             toward,
             apertures,
         }
+    }
+}
+
+/// The text of a shipped lens, or of a file.
+fn source(path: &Path) -> Result<Arc<Source>> {
+    let word = path.to_string_lossy();
+    let is_word = !word.contains(['/', '\\']);
+    let is_shipped = (is_word || word.starts_with("lenses/")) && shipped_text(&word).is_some();
+    if !path.exists() && (is_shipped || (is_word && !word.contains('.'))) {
+        return shipped_source(&word);
+    }
+    let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+    Ok(Arc::new(Source::new(word.into_owned(), bytes)))
+}
+
+fn shipped_source(name: &str) -> Result<Arc<Source>> {
+    let Some((file, text)) = shipped_text(name) else {
+        let error = Diagnostic::error(format!("there is no lens named `{name}`"));
+        let help = match nearest(name, shipped_names()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!(
+                "there are {}",
+                shipped_names().collect::<Vec<_>>().join(", ")
+            ),
+        };
+        return Err(error.with_help(help));
+    };
+    let bytes = text.as_bytes().to_vec();
+    Ok(Arc::new(Source::new(format!("lenses/{file}"), bytes)))
+}
+
+/// Says where the file of a lens lists its zoom positions, if it does, or begins: for a message
+/// about one that is not there.
+pub fn at_zoom_list(error: Box<Diagnostic>, name_or_path: impl AsRef<Path>) -> Box<Diagnostic> {
+    match source(name_or_path.as_ref()) {
+        Ok(source) => formats::at_zoom_list(error, &source),
+        Err(_) => error,
     }
 }
 

@@ -350,25 +350,28 @@ fn check_gaps(
     place: &impl Fn(usize, Column) -> Span,
 ) -> Result<()> {
     let surfaces = &prescription.surfaces;
-    for (i, pair) in surfaces.windows(2).enumerate() {
-        let [front, rear] = pair else { continue };
+    let bends: Vec<usize> = (0..surfaces.len())
+        .filter(|i| !surfaces[*i].is_stop)
+        .collect();
+    for pair in bends.windows(2) {
+        let &[i, j] = pair else { continue };
+        let (front, rear) = (&surfaces[i], &surfaces[j]);
+        // Past a stop between them, which may stand anywhere.
+        let gap: f64 = surfaces[i..j].iter().map(|s| s.thickness).sum();
         let span = place(i, Column::Thickness);
-        let in_glass = front.medium.n_d > 1.2 && !front.is_stop && !rear.is_stop;
-        if front.thickness < 0.0 && in_glass {
-            let message = format!(
-                "the thickness behind surface {i} runs backwards through glass: {}",
-                front.thickness
-            );
+        if gap < 0.0 && front.medium.n_d > 1.2 {
+            let message =
+                format!("the thickness behind surface {i} runs backwards through glass: {gap}");
             return Err(fail(span, message)
                 .with_help("a thickness is the distance to the next vertex, toward the film"));
         }
-        if let Some(height) = crossing(front, rear) {
+        // Past a stop the rims are often drawn wider than the light that it lets through.
+        if j == i + 1
+            && let Some(height) = crossing(front, rear, gap)
+        {
             sink.warn(
                 span,
-                format!(
-                    "surfaces {i} and {} cross {height:.3} mm from the axis",
-                    i + 1
-                ),
+                format!("surfaces {i} and {j} cross {height:.3} mm from the axis"),
             )
             .help("inside both their apertures: check the thickness and the two radii");
         }
@@ -377,17 +380,17 @@ fn check_gaps(
 }
 
 /// Where two neighbours cross inside the smaller of their semi-diameters, by more than rounding.
-fn crossing(front: &Surface, rear: &Surface) -> Option<f64> {
+fn crossing(front: &Surface, rear: &Surface, thickness: f64) -> Option<f64> {
     let height = front.semi_diameter.min(rear.semi_diameter);
-    let sphere = |s: &Surface| s.shape == Shape::Sphere && !s.is_stop;
-    if !(height.is_finite() && sphere(front) && sphere(rear)) || front.thickness < 0.0 {
+    let sphere = |s: &Surface| s.shape == Shape::Sphere;
+    if !(height.is_finite() && sphere(front) && sphere(rear)) || thickness < 0.0 {
         return None;
     }
     let sag = |s: &Surface, r: f64| {
         let c = s.curvature.per_mm();
         c * r * r / (1.0 + (1.0 - c * c * r * r).max(0.0).sqrt())
     };
-    let gap = |r: f64| front.thickness + sag(rear, r) - sag(front, r);
+    let gap = |r: f64| thickness + sag(rear, r) - sag(front, r);
     if gap(height) >= -1e-3 * height {
         return None;
     }

@@ -58,12 +58,31 @@ pub fn read_with(source: &Arc<Source>, how: &Reading, sink: &mut Sink) -> Result
     result
 }
 
+/// Puts a message at the list of zoom positions: JSON's `zoom`, Zemax's `MNUM`, CODE V's `ZOO`;
+/// without one, at the beginning.
+pub fn at_zoom_list(error: Box<Diagnostic>, source: &Arc<Source>) -> Box<Diagnostic> {
+    let source = text::decoded(source);
+    let text = text::text(&source);
+    let keys = ["\"zoom\"", "\nMNUM", "\nZOO"];
+    let found = keys.iter().find_map(|key| Some((text.find(key)?, key)));
+    let span = found.map_or(Span::at(0), |(at, key)| {
+        let skip = usize::from(key.starts_with('\n'));
+        Span::new(at + skip, at + key.len())
+    });
+    error.at(&source, span)
+}
+
 /// Recognizes a format by the first words that say anything.
 fn format(source: &Arc<Source>) -> Result<Format> {
     let text = text::text(source);
     if text.trim_start().starts_with('{') {
         let iset = iset::is_iset(text);
         return Ok(if iset { Format::IsetJson } else { Format::Json });
+    }
+    if is_catalogue(text) {
+        let message = "this is a glass catalogue, not a lens";
+        let error = Diagnostic::error(message).at(source, Span::at(0));
+        return Err(error.with_help("give it as --glass-catalogue FILE.agf"));
     }
     for (start, line) in text::lines(text) {
         let words = text::words(line.split(['#', '!']).next().unwrap_or(""), start);
@@ -77,15 +96,17 @@ fn format(source: &Arc<Source>) -> Result<Format> {
         return Ok(match name.as_str() {
             "VERS" | "MODE" | "SURF" | "UNIT" => Format::Zemax,
             "RDM" | "LEN" | "TIT" | "TITLE" | "SO" | "DIM" | "EPD" | "FNO" => Format::CodeV,
-            "NM" | "CC" if text.contains("\nCD ") => {
-                let message = "this is a glass catalogue, not a lens";
-                let error = Diagnostic::error(message).at(source, Span::at(start));
-                return Err(error.with_help("give it as --glass-catalogue FILE.agf"));
-            }
             _ => Format::Columns,
         });
     }
     Ok(Format::Columns)
+}
+
+/// Whether a text is an `.agf` file, whose first line may say anything: it names glasses and has
+/// their coefficients.
+fn is_catalogue(text: &str) -> bool {
+    let begins = |key: &str| text.lines().any(|line| line.starts_with(key));
+    begins("NM ") && begins("CD ")
 }
 
 /// `wide-angle` of `some/folder/wide-angle.dat`.
@@ -118,13 +139,14 @@ mod tests {
             let source = Arc::new(Source::new("any.name", text.as_bytes().to_vec()));
             assert_eq!(format(&source).unwrap(), format_, "{text}");
         }
-        let agf = Source::new("a.agf", b"CC a\nNM A 2\nCD 1 2\n".to_vec());
-        assert!(
-            format(&Arc::new(agf))
-                .unwrap_err()
-                .message
-                .contains("glass catalogue")
-        );
+        for text in [
+            "CC a\nNM A 2\nCD 1 2\n",
+            "Copied by leave.\r\nCC a\nNM A 2\nCD 1 2\n",
+        ] {
+            let agf = Source::new("a.agf", text.as_bytes().to_vec());
+            let error = format(&Arc::new(agf)).unwrap_err();
+            assert!(error.message.contains("glass catalogue"));
+        }
     }
 
     /// Files with bytes lost, doubled and changed: each is a lens or a message.
