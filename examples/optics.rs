@@ -402,7 +402,8 @@ fn illumination(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f6
 fn count(lens: &Lens, film: DVec2, film_z: f64) -> (f64, f64) {
     const SIDE: u64 = 1000;
     const GRIDS: u64 = 9;
-    let radius = RearElement::of(lens, DiscMap::Concentric).radius;
+    // Rays cross the plane of the rear vertex beside the element too, where it is curved.
+    let radius = 1.5 * RearElement::of(lens, DiscMap::Concentric).radius;
     let cell = 2.0 * radius / SIDE as f64;
     let random = |key: u64| (mix(key) >> 11) as f64 / (1u64 << 53) as f64;
     let origin = film.extend(film_z);

@@ -63,12 +63,15 @@ pub fn read_with(source: &Arc<Source>, how: &Reading, sink: &mut Sink) -> Result
 pub fn at_zoom_list(error: Box<Diagnostic>, source: &Arc<Source>) -> Box<Diagnostic> {
     let source = text::decoded(source);
     let text = text::text(&source);
-    let keys = ["\"zoom\"", "\nMNUM", "\nZOO"];
-    let found = keys.iter().find_map(|key| Some((text.find(key)?, key)));
-    let span = found.map_or(Span::at(0), |(at, key)| {
-        let skip = usize::from(key.starts_with('\n'));
-        Span::new(at + skip, at + key.len())
-    });
+    let is_key = |at: &usize| text[at + 6..].trim_start().starts_with(':');
+    let mut words = text.match_indices("\"zoom\"").map(|(at, _)| at);
+    let lines = |key: &str| text.find(key).map(|at| Span::new(at + 1, at + key.len()));
+    let span = words
+        .find(is_key)
+        .map(|at| Span::new(at, at + 6))
+        .or_else(|| lines("\nMNUM"))
+        .or_else(|| lines("\nZOO"))
+        .unwrap_or(Span::at(0));
     error.at(&source, span)
 }
 
@@ -147,6 +150,21 @@ mod tests {
             let error = format(&Arc::new(agf)).unwrap_err();
             assert!(error.message.contains("glass catalogue"));
         }
+    }
+
+    #[test]
+    fn a_zoom_position_that_is_not_there_is_told_at_the_list_of_those_that_are() {
+        let place = |name: &str| {
+            let lens = crate::lens::Lens::named(name).unwrap();
+            let error = lens.at_zoom(9).unwrap_err();
+            let error = crate::lens::at_zoom_list(error, name);
+            let (file, at) = error.location();
+            (file.unwrap().to_owned(), at.unwrap())
+        };
+        let (file, (line, column)) = place("canon-70-200");
+        assert_eq!(file, "lenses/zoom/canon-70-200.json");
+        assert!(line > 5 && column == 2, "{line}:{column}");
+        assert_eq!(place("double-gauss").1, (1, 1));
     }
 
     /// Files with bytes lost, doubled and changed: each is a lens or a message.
