@@ -55,13 +55,14 @@ impl Response {
         Ok(Self::Film(films.collect::<Result<_>>()?))
     }
 
+    /// The words that it is opened by.
     pub fn name(&self) -> String {
         match self {
             Self::Linear => "linear".into(),
             Self::Srgb => "srgb".into(),
             Self::Film(films) => {
                 let names: Vec<&str> = films.iter().map(|f| f.name.as_str()).collect();
-                names.join(", ")
+                names.join(",")
             }
         }
     }
@@ -105,7 +106,7 @@ impl Emulsion {
     pub fn open(word: &str) -> Result<Self> {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == word) {
             let source = Source::new(format!("films/{name}.txt"), text.as_bytes().to_vec());
-            return Self::read(&Arc::new(source));
+            return Self::read(&Arc::new(source)).map(|film| film.named(word));
         }
         let is_word = !word.contains(['/', '\\', '.']);
         let bytes = match std::fs::read(Path::new(word)) {
@@ -115,6 +116,11 @@ impl Emulsion {
         Self::read(&Arc::new(Source::new(word, bytes)))
     }
 
+    fn named(mut self, name: &str) -> Self {
+        self.name = name.to_owned();
+        self
+    }
+
     /// Reads a table: `white LOG`, `sense positive` or `negative`, then rows of the logarithm
     /// of exposure and one density, or one for each of red, green and blue. `#` begins a comment.
     ///
@@ -122,7 +128,7 @@ impl Emulsion {
     /// Anything else, with its line.
     pub fn read(source: &Arc<Source>) -> Result<Self> {
         let mut film = Self {
-            name: short_name(&source.name),
+            name: source.name.clone(),
             white: 0.0,
             rows: Vec::new(),
         };
@@ -208,11 +214,6 @@ fn unknown(word: &str) -> Box<Diagnostic> {
         ),
     };
     Diagnostic::error(format!("there is no response named `{word}`")).with_help(help)
-}
-
-fn short_name(name: &str) -> String {
-    let stem = Path::new(name).file_stem().unwrap_or_default();
-    stem.to_string_lossy().into_owned()
 }
 
 fn number(word: &str) -> Option<f64> {
@@ -301,6 +302,10 @@ mod tests {
             let gray = response.level(0.18, 1);
             assert!((0.3..0.65).contains(&gray), "{words}: {gray}");
         }
+        assert_eq!(
+            Response::open("negative, paper").unwrap().name(),
+            "negative,paper"
+        );
         let negative = Response::open("negative").unwrap();
         assert!(negative.level(0.01, 0) > negative.level(1.0, 0));
     }

@@ -22,9 +22,10 @@ pub struct Histogram {
 }
 
 /// A frame's levels, 8 bits of red, green and blue, as the saved picture has them.
-pub fn levels(frame: &Frame, exposure: f64, response: Response) -> Vec<u8> {
-    let level = |x: f32| (255.0 * response.level(f64::from(x) * exposure)).round() as u8;
-    frame.pixels.iter().flat_map(|p| p.map(level)).collect()
+pub fn levels(frame: &Frame, exposure: f64, response: &Response) -> Vec<u8> {
+    let channels = frame.pixels.iter().flatten().enumerate();
+    let level = |(i, x): (usize, &f32)| response.level(f64::from(*x) * exposure, i % 3);
+    channels.map(|c| (255.0 * level(c)).round() as u8).collect()
 }
 
 pub fn histogram(levels: &[u8]) -> Histogram {
@@ -128,7 +129,7 @@ fn peak(levels: &mut [u8], [width, height]: [usize; 2]) {
 
 /// Whether a plan's exposures are shown as they will be saved.
 pub fn as_saved(plan: &Plan, frame: &Frame) -> Vec<u8> {
-    levels(frame, plan.exposure, plan.response)
+    levels(frame, plan.exposure, &plan.response)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use std::path::Path;
 use glam::{DQuat, DVec3};
 
 use crate::camera::Aim;
-use crate::film::{FilmFormat, Resolution, Response};
+use crate::film::{FilmFormat, Resolution};
 use crate::grammar::value::Rotation;
 use crate::lens::{FocusMethod, Iris, Movements};
 use crate::math::{Meters, Mm};
@@ -245,10 +245,7 @@ impl Words {
             format!("{}x{}", size.width, size.height),
         );
         self.put_if(plan.exposure != own.exposure, "exposure", plan.exposure);
-        let response = match plan.response {
-            Response::Linear => "linear",
-            Response::Srgb => "srgb",
-        };
+        let response = plan.response.name();
         self.put_if(plan.response != own.response, "response", response);
         self.put_if(
             plan.depth != own.depth,

@@ -66,7 +66,7 @@ fn refresh(ctx: &Context, model: &Model, kit: &mut Kit) {
         samples: frame.samples,
         width: frame.resolution.width,
         exposure: plan.exposure,
-        response: plan.response,
+        response: plan.response.clone(),
         marks: model.marks,
         focus: model.setup.focus(),
         depths: model
@@ -81,7 +81,7 @@ fn refresh(ctx: &Context, model: &Model, kit: &mut Kit) {
         frame.resolution.width as usize,
         frame.resolution.height as usize,
     ];
-    let mut pixels = levels(frame, plan.exposure, plan.response);
+    let mut pixels = levels(frame, plan.exposure, &plan.response);
     kit.histogram = Some(histogram(&pixels));
     let marking = Marking {
         marks: model.marks,
