@@ -56,7 +56,7 @@ const fn vintage(name: &'static str, old: &'static str, value: Takes, help: &'st
 pub const LIMIT: Flag = flag(
     "limit",
     Takes::Many("NAME=N"),
-    "raises or lowers a limit on the scene: bytes of a file [512M], nodes [10000000], copies by protos [1000000], depth [1000000], files it names [1000], include-depth [32], visits on the way through it [1000000, or twice its nodes], primitives [16000000]",
+    "raises or lowers a limit on the scene: bytes of a file [512M], nodes [10000000], copies by protos [1000000], depth [1000000], files it names [1000], include-depth [32], visits on the way through it [300000, or twice its nodes], primitives [16000000]",
 );
 
 /// What a render takes, in either spelling.

@@ -30,7 +30,7 @@ pub struct WalkOptions {
     pub time: f64,
     /// The camera that levels of detail and billboards go by. Default: none, the finest level.
     pub camera: Option<CameraPose>,
-    /// Nodes met before the walk gives up. Default: 1 million, or twice the
+    /// Nodes met before the walk gives up. Default: 300,000, or twice the
     /// document's nodes if that is more.
     pub max_visits: u64,
     /// Walks every child of an LOD or a Blinker, as Inventor's bounding boxes do. Default: no.
@@ -42,7 +42,7 @@ impl Default for WalkOptions {
         Self {
             time: 0.0,
             camera: None,
-            max_visits: 1_000_000,
+            max_visits: 300_000,
             all_levels: false,
         }
     }

@@ -16,7 +16,7 @@ pub struct Limits {
     pub include_depth: usize,
     /// Files that a document includes. Default: 1,000.
     pub files: usize,
-    /// Nodes met on the way through the scene, each as often as it is used. Default: 1 million, or twice the
+    /// Nodes met on the way through the scene, each as often as it is used. Default: 300,000, or twice the
     /// nodes of the document if that is more.
     pub visits: usize,
     /// Triangles, exact solids and strokes. Default: 16 million, below 3 GB.
@@ -32,7 +32,7 @@ impl Default for Limits {
             depth: 1_000_000,
             include_depth: 32,
             files: 1_000,
-            visits: 1_000_000,
+            visits: 300_000,
             primitives: 16_000_000,
         }
     }

@@ -77,7 +77,7 @@ pub struct CompileOptions {
     pub pixel_rows: u32,
     /// Primitives kept before the rest is left out. Default: 16 million, below 3 GB.
     pub max_primitives: usize,
-    /// Nodes met before the rest is left out. Default: 1 million, or twice the
+    /// Nodes met before the rest is left out. Default: 300,000, or twice the
     /// document's nodes if that is more.
     pub max_visits: u64,
     /// Compiles what `DrawStyle` hides or shows as lines like everything else. Default: no.
