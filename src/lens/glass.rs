@@ -341,7 +341,10 @@ mod tests {
             let mut k = [0.0; 10];
             k[..coefficients.len()].copy_from_slice(coefficients);
             let n = formula.index(&k, um);
-            assert!((n - published).abs() < 1e-5, "{formula:?} at {um} µm: {n}");
+            // Silicon's is published to four places, the others to five.
+            let half_a_place = if formula == Herzberger { 5e-5 } else { 1e-5 };
+            let off = (n - published).abs();
+            assert!(off < half_a_place, "{formula:?} at {um} µm: {n}");
         }
     }
 
