@@ -9,7 +9,8 @@ use glam::{DQuat, DVec2, DVec3};
 
 use crate::film::{FilmFormat, Resolution};
 use crate::lens::{
-    Bundle, FilmPlace, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, RayPath, Toward,
+    Bundle, ExitPupil, FilmPlace, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, RayPath,
+    Toward,
 };
 use crate::pose::{CameraPose, Projection, ViewportMapping};
 use crate::sampling::DiscMap;
@@ -176,7 +177,10 @@ impl FilmPoint<'_> {
                 let Some(waves) = &camera.waves else {
                     return vec![camera.ray(*point, window, asked.pupil)];
                 };
-                let ray = |lens: &Lens| camera.ray_through(lens, *point, window, asked.pupil);
+                let ray = |lens: &Lens| {
+                    let window = waves.window(lens, *point).unwrap_or(*window);
+                    camera.ray_through(lens, *point, &window, asked.pupil)
+                };
                 waves.lenses[asked.set()].iter().map(ray).collect()
             }
         }
@@ -294,21 +298,42 @@ pub struct LensCamera {
 struct Waves {
     sets: [[Line; HERO]; SETS],
     lenses: [[Lens; HERO]; SETS],
+    /// The exit pupil at the bluest, at the lens's own and at the reddest wavelength, where that
+    /// is what is aimed at. Between them it moves with 1/λ², as the indices of glass do.
+    pupils: Option<[(f64, ExitPupil); 3]>,
 }
 
 impl Waves {
-    fn of(lens: &Lens) -> Self {
+    fn of(lens: &Lens, pupil: impl Fn(&Lens) -> Option<ExitPupil>) -> Self {
         let sets = Spectrum::default().hero_sets();
         let lenses = sets
             .each_ref()
             .map(|lines| lines.each_ref().map(|line| lens.at_wavelength(line.nm)));
-        Self { sets, lenses }
+        let at = |lens: &Lens| Some((square_wavenumber(lens), pupil(lens)?));
+        let ends = [&lenses[0][0], &lenses[SETS - 1][HERO - 1]].map(at);
+        let pupils = match (ends, at(lens)) {
+            ([Some(blue), Some(red)], Some(own)) => Some([blue, own, red]),
+            _ => None,
+        };
+        Self {
+            sets,
+            lenses,
+            pupils,
+        }
     }
 
-    /// The bluest, and the reddest.
-    fn extremes(&self) -> [&Lens; 2] {
-        [&self.lenses[0][0], &self.lenses[SETS - 1][HERO - 1]]
+    /// What a film point aims at by one of the lenses.
+    fn window(&self, lens: &Lens, film: DVec2) -> Option<PupilWindow> {
+        let [blue, own, red] = self.pupils.as_ref()?;
+        let x = square_wavenumber(lens);
+        let end = if x > own.0 { blue } else { red };
+        let share = (x - own.0) / (end.0 - own.0);
+        Some(own.1.window_between(&end.1, share, film))
     }
+}
+
+fn square_wavenumber(lens: &Lens) -> f64 {
+    1.0 / (lens.wavelength() * lens.wavelength())
 }
 
 impl LensCamera {
@@ -328,7 +353,7 @@ impl LensCamera {
     ) -> Self {
         let target = match aim {
             Aim::RearElement(map) => PupilTarget::rear_element(&lens, map),
-            Aim::ExitPupil => PupilTarget::exit_pupil_of(&[&lens], &place, format.half_diagonal()),
+            Aim::ExitPupil => PupilTarget::exit_pupil_of(&lens, &place, format.half_diagonal()),
         };
         let at_infinity = lens
             .first_order()
@@ -358,13 +383,14 @@ impl LensCamera {
     /// take the same way, and it goes on to see one.
     pub fn dispersing(mut self) -> Self {
         if self.lens.prescription().is_dispersive() {
-            let waves = Waves::of(&self.lens);
-            if let PupilTarget::ExitPupil(_) = self.target {
-                let [blue, red] = waves.extremes();
-                let seen = [&self.lens, blue, red];
-                let radius = self.format.half_diagonal();
-                self.target = PupilTarget::exit_pupil_of(&seen, &self.place, radius);
-            }
+            let radius = self.format.half_diagonal();
+            let waves = Waves::of(&self.lens, |lens| match &self.target {
+                PupilTarget::RearElement(_) => None,
+                PupilTarget::ExitPupil(own) if lens.wavelength() == self.lens.wavelength() => {
+                    Some(ExitPupil::clone(own))
+                }
+                PupilTarget::ExitPupil(_) => Some(ExitPupil::new(lens, &self.place, radius)),
+            });
             self.waves = Some(Box::new(waves));
         }
         self
@@ -470,12 +496,6 @@ impl LensCamera {
         }
     }
 
-    /// Of what is asked for, the ray behind the lens and its weight.
-    fn inside(&self, asked: &Asked) -> Option<(LensRay, f64)> {
-        let film = self.film_point(asked.x, asked.y);
-        self.aim(film, &self.target.window(film), asked.pupil)
-    }
-
     /// Requests of one set share its lenses, so they are traced together, however far apart they
     /// were asked for.
     fn rays_by_wavelength(
@@ -485,13 +505,18 @@ impl LensCamera {
         bundle: &mut Bundle,
         rays: &mut [Option<CameraRay>],
     ) {
-        let inside: Vec<_> = asked.iter().map(|a| self.inside(a)).collect();
         for (set, lenses) in waves.lenses.iter().enumerate() {
             let of_set = |i: &usize| asked[*i].set() == set;
             let members: Vec<usize> = (0..asked.len()).filter(of_set).collect();
             for members in members.chunks(LANES) {
                 for (number, lens) in lenses.iter().enumerate() {
-                    let inside = |lane: usize| members.get(lane).and_then(|i| inside[*i]);
+                    let inside = |lane: usize| {
+                        let a = &asked[*members.get(lane)?];
+                        let film = self.film_point(a.x, a.y);
+                        let window = waves.window(lens, film);
+                        let window = window.unwrap_or_else(|| self.target.window(film));
+                        self.aim(film, &window, a.pupil)
+                    };
                     self.trace(lens, bundle, inside, |lane, ray| {
                         if let Some(i) = members.get(lane) {
                             rays[i * HERO + number] = ray;
@@ -503,7 +528,11 @@ impl LensCamera {
     }
 
     fn rays(&self, asked: &[Asked], bundle: &mut Bundle, rays: &mut [Option<CameraRay>]) {
-        let inside = |lane: usize| asked.get(lane).and_then(|a| self.inside(a));
+        let inside = |lane: usize| {
+            let a = asked.get(lane)?;
+            let film = self.film_point(a.x, a.y);
+            self.aim(film, &self.target.window(film), a.pupil)
+        };
         self.trace(&self.lens, bundle, inside, |lane, ray| {
             if lane < asked.len() {
                 rays[lane] = ray;

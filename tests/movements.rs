@@ -191,7 +191,7 @@ fn the_pupil_of_a_moved_or_bent_film_cuts_no_ray() {
             let Ok(place) = FilmPlace::new(&lens, &focus, &moved, FILM) else {
                 panic!("{name} {moved:?}");
             };
-            let target = PupilTarget::exit_pupil_of(&[&lens], &place, FILM.half_diagonal());
+            let target = PupilTarget::exit_pupil_of(&lens, &place, FILM.half_diagonal());
             let reach = lens.prescription().surfaces.last().unwrap().semi_diameter;
             let (mut passed, mut inside) = (0, 0);
             for i in 0..16_000 {
@@ -247,7 +247,7 @@ fn film_bent_to_the_focal_sphere_of_a_ball_is_sharp_everywhere() {
             ..Movements::default()
         };
         let place = FilmPlace::new(&lens, &focus, &moved, film).unwrap();
-        let target = PupilTarget::exit_pupil_of(&[&lens], &place, film.half_diagonal());
+        let target = PupilTarget::exit_pupil_of(&lens, &place, film.half_diagonal());
         let at = DVec2::new(0.0, height);
         let (window, origin) = (target.window(at), place.point(at));
         let aims = (0..64).map(|i| window.point(f64::from(i) / 64.0, 0.9));

@@ -48,13 +48,12 @@ impl PupilTarget {
 
     /// The exit pupil for a film at `film_z` whose points are at most `film_radius` from the axis.
     pub fn exit_pupil(lens: &Lens, film_z: f64, film_radius: f64) -> Self {
-        Self::exit_pupil_of(&[lens], &FilmPlace::flat(film_z), film_radius)
+        Self::exit_pupil_of(lens, &FilmPlace::flat(film_z), film_radius)
     }
 
-    /// The same for a film that is moved or bent, around what each of several lenses lets through
-    /// (one lens at several wavelengths); `film_radius` is from the film's middle.
-    pub fn exit_pupil_of(lenses: &[&Lens], place: &FilmPlace, film_radius: f64) -> Self {
-        Self::ExitPupil(Box::new(ExitPupil::new(lenses, place, film_radius)))
+    /// The same for a film that is moved or bent; `film_radius` is from the film's middle.
+    pub fn exit_pupil_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
+        Self::ExitPupil(Box::new(ExitPupil::new(lens, place, film_radius)))
     }
 
     /// What a film point, in millimeters from the film's middle, aims at.
@@ -169,21 +168,25 @@ enum Table {
 
 impl ExitPupil {
     /// Measures the pupil for film points up to `film_radius` from the film's middle.
-    pub fn new(lenses: &[&Lens], place: &FilmPlace, film_radius: f64) -> Self {
+    pub fn new(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
         let sides = std::array::from_fn(side);
-        let mut surfaces = lenses.iter().flat_map(|l| &l.prescription().surfaces);
-        let rotational = surfaces.all(|s| s.shape.is_rotational());
+        let sight = Sight::new(lens);
+        let rotational = lens
+            .prescription()
+            .surfaces
+            .iter()
+            .all(|s| s.shape.is_rotational());
         let mut look = Look {
-            sights: lenses.iter().map(|l| (Sight::new(l), None)).collect(),
+            sight: &sight,
             place,
             sides: &sides,
+            hint: None,
         };
-        let reach = look.reach();
         let table = match (place.is_centered(), rotational) {
             (true, true) => Table::Radial(radial_table(
                 &mut |r| look.at(place.point(DVec2::new(r, 0.0))),
                 film_radius.abs(),
-                reach,
+                sight.reach(),
             )),
             (false, true) => Table::Levels(Levels::new(&mut look, film_radius.abs())),
             (centered, false) => Table::Grid(Grid::new(&mut look, film_radius.abs(), centered)),
@@ -193,40 +196,61 @@ impl ExitPupil {
 
     /// What a film point, in millimeters from the film's middle, aims at.
     pub fn window(&self, film: DVec2) -> PupilWindow {
+        self.figure(film)
+            .map_or(PupilWindow::Closed, |figure| self.placed(&figure))
+    }
+
+    /// The same between this pupil (`share` 0) and another of the same lens and film (1): the
+    /// pupil at a wavelength between two.
+    pub fn window_between(&self, other: &Self, share: f64, film: DVec2) -> PupilWindow {
+        match (self.figure(film), other.figure(film)) {
+            (Some(a), Some(b)) => self.placed(&Figure {
+                support: mix(&a.support, &b.support, share),
+                ..a
+            }),
+            (a, b) => a
+                .or(b)
+                .map_or(PupilWindow::Closed, |figure| self.placed(&figure)),
+        }
+    }
+
+    /// What a film point sees; none where it sees nothing.
+    fn figure(&self, film: DVec2) -> Option<Figure> {
+        let turned = |support, point: DVec2| Figure {
+            support,
+            turn: point.try_normalize().unwrap_or(DVec2::X),
+            mirror: DVec2::ONE,
+        };
         match &self.table {
-            Table::Radial(nodes) => self.turned(radial_at(nodes, film.length()), film),
+            Table::Radial(nodes) => Some(turned(radial_at(nodes, film.length())?, film)),
             Table::Levels(levels) => {
                 let point = levels.place.point(film);
-                self.turned(levels.at(point), point.truncate())
+                Some(turned(levels.at(point)?, point.truncate()))
             }
             Table::Grid(grid) => {
                 let mirror = match grid.mirrored {
                     true => DVec2::new(1f64.copysign(film.x), 1f64.copysign(film.y)),
                     false => DVec2::ONE,
                 };
-                match grid.at(mirror * film) {
-                    Some(support) => Polygon::window(&support, &self.sides, DVec2::X, mirror),
-                    None => PupilWindow::Closed,
-                }
+                Some(Figure {
+                    support: grid.at(mirror * film)?,
+                    turn: DVec2::X,
+                    mirror,
+                })
             }
         }
     }
+
+    fn placed(&self, figure: &Figure) -> PupilWindow {
+        Polygon::window(&figure.support, &self.sides, figure.turn, figure.mirror)
+    }
 }
 
-impl ExitPupil {
-    /// The window of a support as seen from (radius, 0), turned to a point in lens space.
-    fn turned(&self, support: Option<Support>, point: DVec2) -> PupilWindow {
-        let radius = point.length();
-        let turn = if radius > 0.0 {
-            point / radius
-        } else {
-            DVec2::X
-        };
-        match support {
-            Some(support) => Polygon::window(&support, &self.sides, turn, DVec2::ONE),
-            None => PupilWindow::Closed,
-        }
-    }
+/// A support and where it goes: +x becomes `turn`, then it is mirrored.
+struct Figure {
+    support: Support,
+    turn: DVec2,
+    mirror: DVec2,
 }
 
 fn radial_at(nodes: &Radial, radius: f64) -> Option<Support> {
@@ -238,29 +262,17 @@ fn radial_at(nodes: &Radial, radius: f64) -> Option<Support> {
     })
 }
 
-/// Measures what points of a film see, through one lens or through all of several together.
+/// Measures what points of a film see.
 struct Look<'a> {
-    sights: Vec<(Sight<'a>, Option<Hint>)>,
+    sight: &'a Sight<'a>,
     place: &'a FilmPlace,
     sides: &'a [DVec2; SIDES],
+    hint: Option<Hint>,
 }
 
 impl Look<'_> {
     fn at(&mut self, point: DVec3) -> Option<Support> {
-        let each = self.sights.iter_mut();
-        each.filter_map(|(sight, hint)| sight.support(point, self.sides, hint))
-            .reduce(|a, b| hull(&a, &b))
-    }
-
-    fn forget(&mut self) {
-        self.sights.iter_mut().for_each(|(_, hint)| *hint = None);
-    }
-
-    fn reach(&self) -> f64 {
-        self.sights
-            .iter()
-            .map(|(s, _)| s.reach())
-            .fold(0.0, f64::max)
+        self.sight.support(point, self.sides, &mut self.hint)
     }
 }
 
@@ -398,9 +410,9 @@ impl Levels {
             far = far.max(point.truncate().length());
         }
         let step = ((high - low) / (LEVELS - 1) as f64).max(1e-9 * film_radius);
-        let reach = look.reach();
+        let reach = look.sight.reach();
         let mut table = |z: f64| {
-            look.forget();
+            look.hint = None;
             radial_table(&mut |r| look.at(DVec3::new(r, 0.0, z)), far, reach)
         };
         let tables: Vec<Radial> = (0..LEVELS).map(|k| table(low + k as f64 * step)).collect();
@@ -433,7 +445,7 @@ impl Levels {
         const RADII: usize = 24;
         let mut worst: f64 = 0.0;
         for k in 0..LEVELS - 1 {
-            look.forget();
+            look.hint = None;
             for i in 0..=RADII {
                 let r = far * i as f64 / RADII as f64;
                 let point = DVec3::new(r, 0.0, self.low + (k as f64 + 0.5) * self.step);
@@ -485,7 +497,7 @@ impl Grid {
         }
         this.widen(at);
         if !mirrored {
-            this.open_borders(look.reach());
+            this.open_borders(look.sight.reach());
         }
         this
     }
