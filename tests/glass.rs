@@ -276,13 +276,14 @@ fn a_picture_taken_under_water_is_magnified_by_the_window() {
 }
 
 /// A stop in water behind a thin lens, in front of a flat window: seen from the film it is of its
-/// own size and at d/n from the window, and that is how wide a point out of focus is.
+/// own size and at d/n from the window, and that is how wide a point out of focus is. At f/60 the
+/// lens's own aberration widens it by less than the test's 1%.
 #[test]
 fn a_stop_in_a_fluid_blurs_by_its_image() {
     let lens = r#"{"schema": "ivlens-1", "name": "chamber", "surfaces": [
         {"kind": "sphere", "R": 60, "t": 0.001, "n_d": 1.5, "semi_diameter": 8},
         {"kind": "sphere", "R": 0, "t": 10, "n_d": 1.333, "semi_diameter": 8},
-        {"kind": "stop", "t": 20, "n_d": 1.333, "semi_diameter": 2},
+        {"kind": "stop", "t": 20, "n_d": 1.333, "semi_diameter": 1},
         {"kind": "sphere", "R": 0, "t": 90, "n_d": 1, "semi_diameter": 8}]}"#;
     let mut session = session("chamber", lens, &slit(0.0, 0.004));
     let mut plan = session.plan.clone();
@@ -298,7 +299,7 @@ fn a_stop_in_a_fluid_blurs_by_its_image() {
         .film_z;
     // The exit pupil: 20 mm of water look like 20/n.
     let pupil = 30.001 - 20.0 / 1.333;
-    let radius = 2.0 * (z - image).abs() / (image - pupil);
+    let radius = (z - image).abs() / (image - pupil);
     let variance = moments(&made, height).1.y - slit_variance(&opened, z, 0.004);
     let known = 0.25 * radius * radius;
     assert!(

@@ -123,6 +123,9 @@ const MARGIN: f64 = 0.004;
 /// half width in its middle, and adds less than the other. What is cut is within the margin.
 const MAY_CUT: f64 = 0.0025;
 const MAY_ADD: f64 = 0.008;
+/// Pupils of two wavelengths may differ by this share of the half width and still be mixed for
+/// one between them.
+const MAY_DIFFER: f64 = 0.1;
 const FIRST_NODES: usize = 8;
 /// Intervals this short, as a share of the film's radius, are not halved again.
 const NARROW: f64 = 1e-3;
@@ -203,15 +206,26 @@ impl ExitPupil {
     /// The same between this pupil (`share` 0) and another of the same lens and film (1): the
     /// pupil at a wavelength between two.
     pub fn window_between(&self, other: &Self, share: f64, film: DVec2) -> PupilWindow {
-        match (self.figure(film), other.figure(film)) {
-            (Some(a), Some(b)) => self.placed(&Figure {
-                support: mix(&a.support, &b.support, share),
-                ..a
-            }),
-            (a, b) => a
-                .or(b)
-                .map_or(PupilWindow::Closed, |figure| self.placed(&figure)),
-        }
+        let (a, b) = match (self.figure(film), other.figure(film)) {
+            (Some(a), Some(b)) => (a, b.support),
+            (None, None) => return PupilWindow::Closed,
+            // Light ends between the two: what one sees, with room to move.
+            (a, b) => {
+                let Some(figure) = a.or(b) else {
+                    return PupilWindow::Closed;
+                };
+                let support = widened(&figure.support, MAY_DIFFER);
+                return self.placed(&Figure { support, ..figure });
+            }
+        };
+        // Where a pupil closes it moves like a square root, which a mixture would cut.
+        let apart = excess(&a.support, &b).max(excess(&b, &a.support));
+        let support = if apart > MAY_DIFFER {
+            widened(&hull(&a.support, &b), MARGIN)
+        } else {
+            mix(&a.support, &b, share)
+        };
+        self.placed(&Figure { support, ..a })
     }
 
     /// What a film point sees; none where it sees nothing.
