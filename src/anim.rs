@@ -276,12 +276,15 @@ fn focus_between(from: f64, to: f64, t: f64, scale: Scale, travel: &Travel<'_>) 
         return if t < 0.5 { from } else { to };
     }
     let even = from + t * (to - from);
+    let diopters = 1.0 / (1.0 / from + t * (1.0 / to - 1.0 / from));
     match scale {
+        // No part of the way to infinity is a distance.
+        Scale::Distance if even.is_infinite() => diopters,
         Scale::Distance => even,
-        Scale::Diopters => 1.0 / (1.0 / from + t * (1.0 / to - 1.0 / from)),
+        Scale::Diopters => diopters,
         Scale::Travel => {
             let (Some(a), Some(b)) = (travel(from), travel(to)) else {
-                return even;
+                return if even.is_infinite() { diopters } else { even };
             };
             distance_of_travel(a + t * (b - a), (from, a), (to, b), travel)
         }
@@ -699,6 +702,20 @@ mod tests {
                 place
             };
             assert_eq!(at, Some(place), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_pull_to_infinity_is_even_in_diopters_and_never_jumps() {
+        for ease in ["distance", "diopters", "travel"] {
+            let ease = Ease::parse(ease).unwrap();
+            let timeline = Timeline::pull_focus(1.0, f64::INFINITY, 5, ease).unwrap();
+            let at = |frame| timeline.at(frame, NO_TRAVEL).focus.unwrap();
+            assert_eq!(
+                [at(0.0), at(1.0), at(2.0), at(3.0)],
+                [1.0, 4.0 / 3.0, 2.0, 4.0]
+            );
+            assert_eq!(at(4.0), f64::INFINITY);
         }
     }
 

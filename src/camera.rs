@@ -10,9 +10,9 @@ use glam::{DQuat, DVec2, DVec3};
 use crate::film::{FilmFormat, Resolution};
 use crate::lens::{
     Bundle, ExitPupil, FilmPlace, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, RayPath,
-    Toward,
+    RearElement, Toward,
 };
-use crate::pose::{CameraPose, Projection, ViewportMapping};
+use crate::pose::{CameraPose, FilmPlane, Projection, ViewportMapping};
 use crate::sampling::DiscMap;
 use crate::spectrum::{HERO, Line, SETS, Spectrum};
 
@@ -34,6 +34,8 @@ pub struct CameraRay {
 pub enum Camera {
     Pinhole(Pinhole),
     Lens(Box<LensCamera>),
+    /// The lens stands in the scene: the paper's first approach.
+    Film(BareFilm),
 }
 
 impl Camera {
@@ -42,6 +44,10 @@ impl Camera {
     pub fn at(&self, x: f64, y: f64) -> FilmPoint<'_> {
         match self {
             Self::Pinhole(pinhole) => FilmPoint::Pinhole(pinhole.ray(x, y)),
+            Self::Film(film) => FilmPoint::Bare {
+                film,
+                point: film_point(film.format, x, y),
+            },
             Self::Lens(camera) => {
                 let point = camera.film_point(x, y);
                 FilmPoint::Lens {
@@ -66,12 +72,17 @@ impl Camera {
                 None => camera.rays(asked, bundle, rays),
                 Some(waves) => camera.rays_by_wavelength(waves, asked, bundle, rays),
             },
+            Self::Film(film) => {
+                for (ray, a) in rays.iter_mut().zip(asked) {
+                    *ray = film.ray(film_point(film.format, a.x, a.y), a.pupil);
+                }
+            }
         }
     }
 
     fn waves(&self) -> Option<&Waves> {
         match self {
-            Self::Pinhole(_) => None,
+            Self::Pinhole(_) | Self::Film(_) => None,
             Self::Lens(camera) => camera.waves.as_deref(),
         }
     }
@@ -117,6 +128,7 @@ impl Camera {
                 (pinhole.world_from_camera, pinhole.eye) = (pose.orientation, eye)
             }
             Self::Lens(lens) => lens.stand(pose.orientation, eye),
+            Self::Film(film) => (film.world_from_camera, film.eye) = (pose.orientation, eye),
         }
         self
     }
@@ -144,6 +156,10 @@ impl Asked {
 #[allow(clippy::large_enum_variant)]
 pub enum FilmPoint<'a> {
     Pinhole(Option<CameraRay>),
+    Bare {
+        film: &'a BareFilm,
+        point: DVec2,
+    },
     Lens {
         camera: &'a LensCamera,
         point: DVec2,
@@ -157,6 +173,7 @@ impl FilmPoint<'_> {
     pub fn ray(&self, pupil: [f64; 2]) -> Option<CameraRay> {
         match self {
             Self::Pinhole(ray) => *ray,
+            Self::Bare { film, point } => film.ray(*point, pupil),
             Self::Lens {
                 camera,
                 point,
@@ -169,6 +186,7 @@ impl FilmPoint<'_> {
     pub fn rays(&self, asked: &Asked) -> Vec<Option<CameraRay>> {
         match self {
             Self::Pinhole(ray) => vec![*ray],
+            Self::Bare { film, point } => vec![film.ray(*point, asked.pupil)],
             Self::Lens {
                 camera,
                 point,
@@ -355,19 +373,11 @@ impl LensCamera {
             Aim::RearElement(map) => PupilTarget::rear_element(&lens, map),
             Aim::ExitPupil => PupilTarget::exit_pupil_of(&lens, &place, format.half_diagonal()),
         };
-        let at_infinity = lens
-            .first_order()
-            .focal
-            .map_or(f64::NAN, |f| f.rear_focal_point);
-        let mut axial = lens.irradiance(DVec2::ZERO, at_infinity);
-        if !(axial.is_normal() && axial > 0.0) {
-            axial = lens.irradiance(DVec2::ZERO, focus.film_z);
-        }
         let mut this = Self {
             rear_z: lens.length(),
             world_from_lens: DQuat::IDENTITY,
             eye: DVec3::ZERO,
-            axial_irradiance: if axial > 0.0 { axial } else { 1.0 },
+            axial_irradiance: white_irradiance(&lens, focus.film_z),
             lens,
             focus,
             format,
@@ -414,10 +424,7 @@ impl LensCamera {
 
     /// Millimeters on the film of a point of the upright picture.
     pub fn film_point(&self, x: f64, y: f64) -> DVec2 {
-        DVec2::new(
-            (0.5 - x) * self.format.width,
-            (y - 0.5) * self.format.height,
-        )
+        film_point(self.format, x, y)
     }
 
     /// The pixel that a ray behind the lens falls on, and how much of its area the film has there:
@@ -474,18 +481,9 @@ impl LensCamera {
     }
 
     /// The ray behind the lens, and its weight.
-    fn aim(&self, film: DVec2, window: &PupilWindow, [u, v]: [f64; 2]) -> Option<(LensRay, f64)> {
-        let density = window.density();
-        if density <= 0.0 {
-            return None;
-        }
-        let origin = self.place.point(film);
-        let aim = window.point(u, v).extend(self.rear_z);
-        let across = aim - origin;
-        let direction = across.normalize();
-        let weight =
-            equation_1(across, self.place.normal(film)) / (density * self.axial_irradiance);
-        Some((LensRay { origin, direction }, weight))
+    fn aim(&self, film: DVec2, window: &PupilWindow, pupil: [f64; 2]) -> Option<(LensRay, f64)> {
+        let (inside, weight) = aimed(&self.place, film, self.rear_z, window, pupil)?;
+        Some((inside, weight / self.axial_irradiance))
     }
 
     fn outside(&self, out: &LensRay, weight: f64) -> CameraRay {
@@ -577,6 +575,120 @@ fn kept(lens: &Lens, inside: &LensRay) -> f64 {
     } else {
         1.0
     }
+}
+
+/// A film in the dark, and no lens that the camera knows of: it stands in the scene as solids,
+/// which send on what the film sees of its rear element, or do not.
+#[derive(Clone, Copy, Debug)]
+pub struct BareFilm {
+    pub format: FilmFormat,
+    plane: FilmPlane,
+    map: DiscMap,
+    world_from_camera: DQuat,
+    /// Where the front vertex is, from the scene's origin, in meters.
+    eye: DVec3,
+}
+
+impl BareFilm {
+    pub fn new(plane: FilmPlane, format: FilmFormat, aim: Aim, pose: &CameraPose) -> Self {
+        Self {
+            format,
+            plane,
+            map: match aim {
+                Aim::RearElement(map) => map,
+                Aim::ExitPupil => DiscMap::Concentric,
+            },
+            world_from_camera: pose.orientation,
+            eye: DVec3::ZERO,
+        }
+    }
+
+    /// The ray from a film point (millimeters) to a point of the rear element.
+    fn ray(&self, film: DVec2, pupil: [f64; 2]) -> Option<CameraRay> {
+        let [film_z, rear_z, radius] =
+            [self.plane.film_z, self.plane.rear_z, self.plane.rear_radius]
+                .map(|meters| meters / METERS_FROM_MM);
+        let window = PupilWindow::Disc {
+            radius,
+            map: self.map,
+        };
+        let place = FilmPlace::flat(film_z);
+        let (ray, weight) = aimed(&place, film, rear_z, &window, pupil)?;
+        Some(CameraRay {
+            origin: self.eye + self.world_from_camera * (ray.origin * METERS_FROM_MM),
+            direction: self.world_from_camera * ray.direction,
+            weight: weight / self.plane.irradiance,
+        })
+    }
+}
+
+/// Millimeters on the film of a point of the upright picture, which is upside down on the film.
+fn film_point(format: FilmFormat, x: f64, y: f64) -> DVec2 {
+    DVec2::new((0.5 - x) * format.width, (y - 0.5) * format.height)
+}
+
+/// The ray from a film point to a point of the rear vertex plane, and equation 1 over the density
+/// of such points.
+fn aimed(
+    place: &FilmPlace,
+    film: DVec2,
+    rear_z: f64,
+    window: &PupilWindow,
+    [u, v]: [f64; 2],
+) -> Option<(LensRay, f64)> {
+    let density = window.density();
+    if density <= 0.0 {
+        return None;
+    }
+    let origin = place.point(film);
+    let across = window.point(u, v).extend(rear_z) - origin;
+    let direction = across.normalize();
+    let weight = equation_1(across, place.normal(film)) / density;
+    Some((LensRay { origin, direction }, weight))
+}
+
+/// Half of the angle (radians) that a lens sees on a film's shorter side, focused at infinity: that
+/// of the real ray through the middle of the exit pupil, or what the focal length says.
+pub fn half_field(lens: &Lens, format: FilmFormat) -> Option<f64> {
+    let optics = lens.first_order();
+    let focal = optics.focal?;
+    let height = 0.5 * format.width.min(format.height);
+    let origin = DVec3::new(0.0, height, focal.rear_focal_point);
+    let real = optics.exit_pupil.and_then(|pupil| {
+        let across = DVec3::Z * pupil.z - origin;
+        let direction = -across.normalize() * across.z.signum();
+        let ray = LensRay { origin, direction };
+        let out = lens.trace_from_film(&ray).ok()?.direction;
+        Some(libm::atan2(out.y.abs(), -out.z))
+    });
+    let angle = real.unwrap_or_else(|| libm::atan(height / focal.efl.abs()));
+    // A fish-eye sees behind itself; so near nobody wants to stand.
+    Some(angle.min(1.2)).filter(|a| *a > 0.0)
+}
+
+/// The film behind a lens that stands in the scene as solids, to write into that scene.
+pub fn film_plane(lens: &Lens, film_z: f64) -> FilmPlane {
+    FilmPlane {
+        film_z: film_z * METERS_FROM_MM,
+        rear_z: lens.length() * METERS_FROM_MM,
+        rear_radius: RearElement::of(lens, DiscMap::Concentric).radius * METERS_FROM_MM,
+        irradiance: white_irradiance(lens, film_z),
+    }
+}
+
+/// What exposure 1 means: the irradiance on the axis with the lens focused at infinity, or at its
+/// own film where it has no focus there.
+fn white_irradiance(lens: &Lens, film_z: f64) -> f64 {
+    let at_infinity = lens
+        .first_order()
+        .focal
+        .map_or(f64::NAN, |f| f.rear_focal_point);
+    let usable = |e: &f64| e.is_normal() && *e > 0.0;
+    [at_infinity, film_z]
+        .map(|z| lens.irradiance(DVec2::ZERO, z))
+        .into_iter()
+        .find(usable)
+        .unwrap_or(1.0)
 }
 
 /// cos θ cos θ′/‖x′ − x‖² of the paper's equation 1, with the film's normal at x. Where film and

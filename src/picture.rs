@@ -203,6 +203,10 @@ pub fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<()> {
+    // A link stays one: what it points to is replaced.
+    let linked = path.is_symlink().then(|| std::fs::canonicalize(path).ok());
+    let whole = linked.flatten();
+    let path = whole.as_deref().unwrap_or(path);
     let beside = beside(path);
     let attempt = || {
         let mut file = BufWriter::new(std::fs::File::create(&beside)?);

@@ -12,7 +12,9 @@ use std::time::Instant;
 use glam::{DMat4, DVec3, Vec3};
 use indexmap::IndexMap;
 
-use crate::camera::{Aim, Camera, LensCamera, Pinhole, pixel_aspect};
+use crate::camera::{
+    Aim, BareFilm, Camera, LensCamera, Pinhole, film_plane, half_field, pixel_aspect,
+};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::film::{FilmFormat, Glare, Metering, Resolution, Response};
 use crate::flare::Flare;
@@ -20,7 +22,7 @@ use crate::grammar::{class, directional_light};
 use crate::graph::state::State;
 use crate::graph::{self, Visitor, WalkOptions};
 use crate::iv::{Document, Limits, NodeId, NodeRef};
-use crate::lens::{Coating, FilmPlace, FocusMethod, Iris, Lens, Movements, Reading};
+use crate::lens::{Coating, FilmPlace, Focus, FocusMethod, Iris, Lens, Movements, Reading};
 use crate::math::{Meters, Mm};
 use crate::picture::{Depth, Picture};
 use crate::pose::CameraPose;
@@ -134,6 +136,18 @@ impl LensChoice {
     }
 }
 
+impl LensChoice {
+    /// The lens focused at a distance, and where the film is then.
+    ///
+    /// # Errors
+    /// A lens that can't be opened, or can't focus there.
+    pub fn open_focused(&self, distance: Meters, sink: &mut Sink) -> Result<(Lens, Focus)> {
+        let lens = self.open(sink)?;
+        lens.focused(self.method, distance)
+            .map_err(|f| f.diagnostic(lens.name()))
+    }
+}
+
 /// Every choice of a photograph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
@@ -164,6 +178,10 @@ pub struct Plan {
     pub ghosts: bool,
     pub response: Response,
     pub depth: Depth,
+    /// Reflections and refractions in a row. Default: 5, through a lens of solids 64.
+    pub max_depth: Option<u32>,
+    /// The lens stands in the scene as solids, the film behind it: the paper's first approach.
+    pub solids: bool,
     /// The scene's own time in seconds.
     pub time: f64,
     pub stop: Stop,
@@ -204,6 +222,8 @@ impl Plan {
             ghosts: false,
             response: Response::Linear,
             depth: Depth::Eight,
+            max_depth: None,
+            solids: false,
             time: 0.0,
             stop: Stop::after(samples),
             search: Vec::new(),
@@ -271,18 +291,21 @@ impl Session {
             None => Environment::default(),
         };
         let read = clock.elapsed().as_secs_f64();
-        let mut session = Self::of_document(plan, Arc::new(document), &environment)?;
+        let mut session = Self::of_document(plan, document, &environment)?;
         session.seconds.read = read;
         Ok(session)
     }
 
-    fn of_document(plan: Plan, document: Arc<Document>, environment: &Environment) -> Result<Self> {
+    fn of_document(plan: Plan, mut document: Document, environment: &Environment) -> Result<Self> {
         let mut seconds = Seconds::default();
         let mut sink = Sink::new();
         sink.extend_from(&document.sink);
 
         let clock = Instant::now();
-        let pose = standing(&plan, &document, environment)?;
+        let mut pose = standing(&plan, &document, environment)?;
+        if plan.solids {
+            pose = lens_into_scene(&plan, pose, &mut document, &mut sink)?;
+        }
         let scene = RenderScene::compile(&document, &options(&plan, &pose))?;
         // A picture is made all the same, so none of these is an error.
         for trouble in &scene.census().troubles {
@@ -305,7 +328,7 @@ impl Session {
             headlight: headlight(plan.flash, environment.headlight, &pose),
             lamp: environment.headlight,
             plan,
-            document,
+            document: Arc::new(document),
             scene: Arc::new(scene),
             pose,
             camera,
@@ -400,6 +423,7 @@ impl Session {
         let options = ShadeOptions {
             headlight: self.headlight,
             backward: (self.pose.orientation * DVec3::Z).as_vec3(),
+            max_depth: self.max_depth(),
             ..ShadeOptions::default()
         };
         Shader::new(&self.scene, self.plan.shading, options)
@@ -432,6 +456,15 @@ impl Session {
             _ => 1.0,
         };
         metered * self.plan.exposure
+    }
+
+    /// A ray through solid glass is bent at every surface, and may be mirrored in between.
+    fn max_depth(&self) -> u32 {
+        let usual = match self.camera {
+            Camera::Film(_) => 64,
+            _ => ShadeOptions::default().max_depth,
+        };
+        self.plan.max_depth.unwrap_or(usual)
     }
 
     /// The picture of an exposure, with how it was made.
@@ -547,6 +580,33 @@ fn headlight(flash: Flash, lamp: Option<Light>, pose: &CameraPose) -> Option<Lig
         })
 }
 
+/// Puts the lens into the scene as solids where the camera stands, and a film behind it, which is
+/// the camera then.
+fn lens_into_scene(
+    plan: &Plan,
+    pose: CameraPose,
+    document: &mut Document,
+    sink: &mut Sink,
+) -> Result<CameraPose> {
+    let Optics::Lens(choice) = &plan.optics else {
+        return Err(Diagnostic::error("there is no lens to put into the scene")
+            .with_help("leave out `--lens none`, or `--solids`"));
+    };
+    if plan.movements != Movements::default() {
+        return Err(Diagnostic::error(
+            "a film that is moved or bent can't be used with `--solids`",
+        )
+        .with_help("leave out `--tilt`, `--swing`, `--rise`, `--shift` and `--film-radius`"));
+    }
+    let distance = plan.focus.unwrap_or_else(|| own_focus(&pose));
+    let (lens, focus) = choice.open_focused(distance, sink)?;
+    let text = lens.as_scene(&film_plane(&lens, focus.film_z), Some(&pose))?;
+    let roots = document.read_more("the lens", text.into_bytes())?;
+    // In front of the scene, so that its film is the first camera.
+    document.roots.splice(..0, roots);
+    Ok(first_camera(document, plan.time).unwrap_or(pose))
+}
+
 /// The camera of a file, or of the node itself (see [`Plan::camera`]).
 ///
 /// # Errors
@@ -576,8 +636,30 @@ fn camera_of_scene(document: &Document, plan: &Plan) -> CameraPose {
             ..CompileOptions::default()
         };
         let bounds = RenderScene::survey(document, &options).inventor_bounds;
-        CameraPose::view_all(bounds.unwrap_or_default(), plan.resolution.aspect())
+        let bounds = bounds.unwrap_or_default();
+        view_through_lens(bounds, plan)
+            .unwrap_or_else(|| CameraPose::view_all(bounds, plan.resolution.aspect()))
     })
+}
+
+/// A view of everything from as far as the lens needs, and can focus; none without a lens.
+fn view_through_lens(bounds: (DVec3, DVec3), plan: &Plan) -> Option<CameraPose> {
+    let Optics::Lens(choice) = &plan.optics else {
+        return None;
+    };
+    // What is wrong with the lens is said when it is opened for the picture.
+    let lens = choice.open(&mut Sink::new()).ok()?;
+    let mut half_angle = half_field(&lens, plan.film)?;
+    let mut pose = CameraPose::view_all_within(bounds, half_angle);
+    for _ in 0..16 {
+        if lens.focused(choice.method, own_focus(&pose)).is_ok() {
+            break;
+        }
+        half_angle *= 0.7;
+        pose = CameraPose::view_all_within(bounds, half_angle);
+    }
+    pose.source = format!("{}, {:.3} m away", pose.source, pose.focal_distance);
+    Some(pose)
 }
 
 /// The first camera that a walk meets.
@@ -684,6 +766,11 @@ fn camera(
     let mut say = |key: &str, value: String| {
         said.insert(key.to_owned(), value);
     };
+    if let Some(plane) = pose.film {
+        say("lens", "in the scene, as solids".into());
+        let film = BareFilm::new(plane, plan.film, plan.aim, pose);
+        return Ok((Camera::Film(film), said));
+    }
     let Optics::Lens(choice) = &plan.optics else {
         if plan.metering.is_some() {
             return Err(
@@ -697,11 +784,8 @@ fn camera(
             said,
         ));
     };
-    let lens = choice.open(sink)?;
     let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
-    let (lens, focus) = lens
-        .focused(choice.method, distance)
-        .map_err(|f| f.diagnostic(lens.name()))?;
+    let (lens, focus) = choice.open_focused(distance, sink)?;
     if (pixel_aspect(plan.film, plan.resolution) - 1.0).abs() > 1e-2 {
         sink.add(*Diagnostic::warning(format!(
             "pixels are not square: {}x{} mm of film on {}x{} pixels",

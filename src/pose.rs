@@ -29,6 +29,17 @@ pub enum ViewportMapping {
     LeaveAlone,
 }
 
+/// A film behind a lens of solids, in the camera's frame: meters, the front vertex at the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmPlane {
+    /// The film's z, and that of the disc that its rays aim at.
+    pub film_z: f64,
+    pub rear_z: f64,
+    pub rear_radius: f64,
+    /// On the axis from radiance 1, in steradians: what renders as white.
+    pub irradiance: f64,
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraPose {
     pub position: DVec3,
@@ -40,6 +51,8 @@ pub struct CameraPose {
     pub focal_distance: f64,
     pub aspect_ratio: f64,
     pub viewport_mapping: ViewportMapping,
+    /// Of a `FilmCamera`: the film, behind a lens that stands in the scene.
+    pub film: Option<FilmPlane>,
     /// Where the pose is from, for messages: `PerspectiveCamera`, `viewAll`, ….
     pub source: String,
 }
@@ -82,6 +95,12 @@ impl CameraPose {
             focal_distance: number("focalDistance", 5.0),
             aspect_ratio: number("aspectRatio", 1.0),
             viewport_mapping: mapping(read::<Choice>(node, "viewportMapping")),
+            film: class.is_a("FilmCamera").then(|| FilmPlane {
+                film_z: number("filmDistance", 0.1),
+                rear_z: number("rearDistance", 0.05),
+                rear_radius: number("rearRadius", 0.02),
+                irradiance: number("irradiance", 0.2),
+            }),
             source: class.name.to_owned(),
         })
     }
@@ -90,9 +109,26 @@ impl CameraPose {
     /// box's circumscribed sphere touching the frustum on the narrower side.
     pub fn view_all(bounds: (DVec3, DVec3), aspect: f64) -> Self {
         let height_angle = std::f64::consts::FRAC_PI_4;
-        let center = 0.5 * (bounds.0 + bounds.1);
         let radius = 0.5 * (bounds.1 - bounds.0).length();
         let distance = radius / aspect.min(1.0) / libm::tan(0.5 * height_angle);
+        Self::in_front_of(bounds, distance, height_angle)
+    }
+
+    /// The same through a lens that sees this half angle (radians) on the film's shorter side: the
+    /// sphere lies within it.
+    pub fn view_all_within(bounds: (DVec3, DVec3), half_angle: f64) -> Self {
+        let radius = 0.5 * (bounds.1 - bounds.0).length();
+        let distance = radius / libm::sin(half_angle);
+        Self {
+            source: "viewAll through the lens".into(),
+            ..Self::in_front_of(bounds, distance, 2.0 * half_angle)
+        }
+    }
+
+    /// Looks down −z at the middle of a box from a distance.
+    fn in_front_of(bounds: (DVec3, DVec3), distance: f64, height_angle: f64) -> Self {
+        let center = 0.5 * (bounds.0 + bounds.1);
+        let radius = 0.5 * (bounds.1 - bounds.0).length();
         Self {
             position: center + DVec3::Z * distance,
             orientation: DQuat::IDENTITY,
@@ -102,6 +138,7 @@ impl CameraPose {
             focal_distance: distance,
             aspect_ratio: 1.0,
             viewport_mapping: ViewportMapping::AdjustCamera,
+            film: None,
             source: "viewAll".into(),
         }
     }
@@ -143,6 +180,13 @@ pub fn quat(rotation: Rotation) -> DQuat {
     }
 }
 
+/// A turn's axis, of length 1, and its angle in radians.
+pub fn axis_angle(turn: DQuat) -> (DVec3, f64) {
+    let v = DVec3::new(turn.x, turn.y, turn.z);
+    let angle = 2.0 * libm::atan2(v.length(), turn.w);
+    (v.try_normalize().unwrap_or(DVec3::Z), angle)
+}
+
 /// The rotation in a matrix: its orthogonal polar factor, by Higham's iteration, which a shear
 /// or a scale does not disturb. A mirror or a flat matrix gives the nearest rotation or none.
 pub fn rotation_of(matrix: DMat4) -> DQuat {
@@ -179,6 +223,12 @@ mod tests {
         // A ray at half the height angle passes the center at the sphere's projected radius.
         assert!((distance * (std::f64::consts::PI / 8.0).tan() - radius).abs() < 1e-12);
         assert_eq!(pose.direction(), DVec3::NEG_Z);
+    }
+
+    #[test]
+    fn a_view_through_a_lens_has_the_sphere_within_its_angle() {
+        let pose = CameraPose::view_all_within((DVec3::splat(-1.0), DVec3::splat(1.0)), 0.9);
+        assert!((pose.position.z * 0.9f64.sin() - 3f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]

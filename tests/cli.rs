@@ -255,3 +255,101 @@ fn the_same_seed_gives_the_same_bits_at_any_number_of_threads() {
     }
     assert!(pictures.iter().all(|p| *p == pictures[0]));
 }
+
+#[test]
+fn a_slip_of_one_dash_is_named_and_attached_values_are_not() {
+    let scratch = Scratch::new("slips");
+    scratch.file("a.iv", "#Inventor V2.1 ascii\nCube { }\n");
+    for (slip, parts) in [
+        ("-foo", &["no flag `-foo`"][..]),
+        ("-samples", &["no flag `-samples`", "--samples"]),
+        ("-bach", &["no flag `-bach`", "-batch"]),
+    ] {
+        must_fail(&scratch, &format!("{slip} 3 DIR/a.iv"), parts);
+        must_fail(&scratch, &format!("render {slip} 3 DIR/a.iv"), parts);
+    }
+    let line = format!(
+        "-f3.5 -j2 -sp -z.5 --size 6x4 -o {0}/a.png {0}/a.iv",
+        scratch.0.display()
+    );
+    let run = ivcam(&line).output().unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    for part in ["samples 2", "phong", "focus 3.5 m", "efl 50."] {
+        assert!(stderr(&run).contains(part), "{part}: {}", stderr(&run));
+    }
+}
+
+#[test]
+fn flags_that_do_nothing_and_flags_that_add_up_are_told() {
+    let scratch = Scratch::new("idle");
+    scratch.file("a.iv", "#Inventor V2.1 ascii\nCube { }\n");
+    let folder = scratch.0.display().to_string();
+    let said = |flags: &str| {
+        let line = format!("render {flags} --quiet --size 6x4 -o {folder}/a.png {folder}/a.iv");
+        let run = ivcam(&line).output().unwrap();
+        assert!(run.status.success(), "{}", stderr(&run));
+        stderr(&run)
+    };
+    let idle = said("--lens none --efl 20mm --focus 3 --aperture f/8");
+    assert!(
+        idle.contains("`--focus`, `--efl` and `--aperture` do nothing"),
+        "{idle}"
+    );
+    assert!(said("--efl 20mm --zoom 2").contains("40 mm"));
+    assert_eq!(said("--f-number f/8 --focus-by lens --headlight on"), "");
+    for flag in ["--aperture f/8", "--f-number 8"] {
+        let sheet = ivcam(&format!("lens double-gauss {flag}"))
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&sheet.stdout).into_owned();
+        let line = said.lines().find(|l| l.contains("f-number"));
+        assert!(line.is_some_and(|l| l.contains("8.0000")), "{flag}: {said}");
+    }
+}
+
+/// A long lens has to stand farther off than a pinhole of 45 degrees.
+#[test]
+fn a_scene_without_a_camera_is_seen_whole_through_the_lens_it_is_seen_through() {
+    let scratch = Scratch::new("whole");
+    scratch.file(
+        "a.iv",
+        "#Inventor V2.1 ascii\nLightModel { model BASE_COLOR }\nSphere { }\n",
+    );
+    let folder = scratch.0.display().to_string();
+    for lens in [
+        "double-gauss --efl 35mm",
+        "double-gauss",
+        "telephoto --efl 300mm",
+        "fisheye",
+    ] {
+        let line = format!(
+            "render --lens {lens} --quiet --size 36x24 --samples 4 -o {folder}/a.png {folder}/a.iv"
+        );
+        let run = ivcam(&line).output().unwrap();
+        assert!(run.status.success(), "{lens}: {}", stderr(&run));
+        let picture = image::open(scratch.0.join("a.png")).unwrap().to_luma8();
+        let lit = |x: u32, y: u32| u32::from(picture.get_pixel(x, y).0[0] > 20);
+        let border = (0..36).map(|x| lit(x, 0) + lit(x, 23)).sum::<u32>()
+            + (0..24).map(|y| lit(0, y) + lit(35, y)).sum::<u32>();
+        let middle = lit(18, 12) + lit(18, 6) + lit(18, 17);
+        assert!(middle == 3 && border <= 8, "{lens}: {middle} {border}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_picture_written_through_a_link_leaves_the_link() {
+    let scratch = Scratch::new("link");
+    scratch.file("a.iv", "#Inventor V2.1 ascii\nCube { }\n");
+    let target = scratch.file("real.png", "");
+    let link = scratch.0.join("link.png");
+    std::os::unix::fs::symlink(&target, &link).unwrap();
+    let line = format!(
+        "render --lens none --quiet --size 6x4 -o {} {}/a.iv",
+        link.display(),
+        scratch.0.display()
+    );
+    assert!(ivcam(&line).status().unwrap().success());
+    assert!(link.is_symlink());
+    assert_eq!(image::image_dimensions(target).unwrap(), (6, 4));
+}

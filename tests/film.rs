@@ -1,8 +1,10 @@
 //! Films: motion blur is the average of its moments, and a film that was stopped goes on.
 
-use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+mod common;
 
+use std::path::Path;
+
+use common::{Folder, ivcam};
 use ivcam::raster::Raster;
 
 const SCENE: &str = r#"#Inventor V2.1 ascii
@@ -15,32 +17,6 @@ Separator {
   Sphere { radius 0.5 }
 }
 "#;
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("ivcam-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        std::fs::write(path.join("room.iv"), SCENE).unwrap();
-        Self(path)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-fn ivcam(words: &[&str]) -> i32 {
-    let all = std::iter::once("ivcam").chain(words.iter().copied());
-    ivcam::cli::run(all.map(OsString::from))
-}
 
 /// Sums of brightness over the blocks of a picture, each with its pixels.
 fn blocks(a: &Raster, b: &Raster) -> Vec<Vec<f64>> {
@@ -66,54 +42,33 @@ fn t_value(differences: &[f64]) -> f64 {
 #[test]
 fn an_open_shutter_gives_the_average_of_exposures_at_its_moments() {
     let folder = Folder::new("shutter");
-    let scene = folder.path("room.iv");
-    let timeline = folder.path("move.film");
+    let scene = folder.file("room.iv", SCENE);
     let keys = "frames 1\nshutter 1\nposition 0 0 0.3 2\nposition 1 0.3 0.3 2\n";
-    std::fs::write(&timeline, keys).unwrap();
-    let common = ["--lens", "none", "--size", "72x48", "--quiet"];
+    let timeline = folder.file("move.film", keys);
+    let common = "--lens none --size 72x48 --quiet";
     let (film, frames) = (folder.path("film.png"), folder.path("frames"));
-    let shoot = [
-        "pull-focus",
-        &scene,
-        "--animate",
-        &timeline,
-        "--samples",
-        "16",
-        "--depth",
-        "16",
-        "-o",
-        &film,
-        "--folder",
-        &frames,
-    ];
-    assert_eq!(ivcam(&[&shoot[..], &common].concat()), 0);
+    let shoot = format!(
+        "pull-focus {scene} --animate {timeline} --samples 16 --depth 16 -o {film} \
+         --folder {frames} {common}"
+    );
+    assert_eq!(ivcam(&shoot, &[]), 0);
 
     let mut exposures = Vec::new();
     for k in 0..16 {
         let x = 0.3 * (f64::from(k) + 0.5) / 16.0;
-        let (camera, picture) = (folder.path("at.dat"), folder.path(&format!("{k}.exr")));
         let text = format!("#Inventor V2.1 ascii\nPerspectiveCamera {{ position {x} 0.3 2 }}\n");
-        std::fs::write(&camera, text).unwrap();
-        let seed = (1000 + k).to_string();
-        let render = [
-            "render",
-            &scene,
-            "--camera",
-            &camera,
-            "--samples",
-            "1",
-            "--seed",
-            &seed,
-            "-o",
-            &picture,
-        ];
-        assert_eq!(ivcam(&[&render[..], &common].concat()), 0);
+        let camera = folder.file("at.dat", &text);
+        let picture = folder.path(&format!("{k}.exr"));
+        let seed = 1000 + k;
+        let render = format!(
+            "render {scene} --camera {camera} --samples 1 --seed {seed} -o {picture} {common}"
+        );
+        assert_eq!(ivcam(&render, &[]), 0);
         exposures.push(picture);
     }
     let sum = folder.path("sum.exr");
-    let mut words = vec!["expose", "--average", "-o", &sum];
-    words.extend(exposures.iter().map(String::as_str));
-    assert_eq!(ivcam(&words), 0);
+    let words = exposures.join(" ");
+    assert_eq!(ivcam(&format!("expose --average -o {sum} {words}"), &[]), 0);
 
     let open = |path: &str| Raster::open(Path::new(path)).unwrap();
     let (blurred, added) = (open(&folder.path("frames/00000.png")), open(&sum));
@@ -135,28 +90,11 @@ fn an_open_shutter_gives_the_average_of_exposures_at_its_moments() {
 #[test]
 fn a_film_that_was_stopped_makes_only_the_frames_that_are_missing() {
     let folder = Folder::new("resume");
-    let (scene, film) = (folder.path("room.iv"), folder.path("film.png"));
-    let shoot = |to: &str| {
-        ivcam(&[
-            "pull-focus",
-            &scene,
-            "--from",
-            "1",
-            "--to",
-            to,
-            "--frames",
-            "3",
-            "--ease",
-            "travel smooth",
-            "--size",
-            "24x16",
-            "--samples",
-            "2",
-            "-o",
-            &film,
-            "--quiet",
-        ])
-    };
+    let (scene, film) = (folder.file("room.iv", SCENE), folder.path("film.png"));
+    let line = format!(
+        "pull-focus {scene} --from 1 --frames 3 --size 24x16 --samples 2 -o {film} --quiet --to"
+    );
+    let shoot = |to: &str| ivcam(&line, &[to, "--ease", "travel smooth"]);
     assert_eq!(shoot("3"), 0);
     let frame = |n: u32| folder.0.join(format!("film-frames/{n:05}.png"));
     let whole = std::fs::read(frame(1)).unwrap();

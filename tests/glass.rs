@@ -130,7 +130,7 @@ fn slit_variance(lens: &Lens, film_z: f64, width: f64) -> f64 {
 fn film_z(session: &Session) -> f64 {
     match &session.camera {
         ivcam::camera::Camera::Lens(camera) => camera.focus.film_z,
-        ivcam::camera::Camera::Pinhole(_) => f64::NAN,
+        _ => f64::NAN,
     }
 }
 

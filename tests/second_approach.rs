@@ -1,10 +1,17 @@
 //! The paper's first approach, a lens made of solids in the scene, against its second, a lens in
 //! the camera: the same film, the same lens, two programs for the light in it.
 
+mod common;
+
+use std::path::Path;
+
+use common::{Folder, ivcam};
 use glam::{DVec2, DVec3};
+use ivcam::camera::film_plane;
 use ivcam::iv::Document;
 use ivcam::lens::{FocusMethod, Lens, LensRay, RearElement};
 use ivcam::math::{Meters, Mm};
+use ivcam::raster::Raster;
 use ivcam::sampling::{DiscMap, Sampler, SamplerKind};
 use ivcam::scene::{CompileOptions, Ray, RenderScene};
 use ivcam::shade::{ShadeOptions, Shader, Shading};
@@ -33,7 +40,9 @@ impl Bench {
         let lens = Lens::named("double-gauss").expect("it is shipped");
         let lens = lens.scaled_to(Mm(50.0)).expect("it has a focal length");
         let focus = lens.focus(FocusMethod::Film, Meters(2.0));
-        let solids = lens.as_scene().expect("its surfaces are spheres");
+        let film = film_plane(&lens, 0.0);
+        let solids = lens.as_scene(&film, None);
+        let solids = solids.expect("its surfaces are spheres");
         let body = solids.split_once('\n').expect("a header").1;
         let header = "#Inventor V2.1 ascii\n";
         Self {
@@ -153,4 +162,75 @@ fn the_same_rays_bring_the_same_light_but_for_edges() {
     }
     assert!(through > 2000, "{through} of {rays} rays got through");
     assert!(unlike * 1000 < rays, "{unlike} of {rays} rays differ");
+}
+
+/// Brightness of each block of 6 by 6 pixels.
+fn blocks(path: &str) -> Vec<f64> {
+    let picture = Raster::open(Path::new(path)).expect("it was just rendered");
+    let (across, down) = (picture.width as usize / 6, picture.height as usize / 6);
+    let mut sums = vec![0.0; across * down];
+    for i in 0..picture.pixels() {
+        let (x, y) = (i % picture.width as usize, i / picture.width as usize);
+        let level = f64::from(picture.color(i).iter().sum::<f32>());
+        sums[y / 6 * across + x / 6] += level / 108.0;
+    }
+    sums
+}
+
+fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|v| (v - mean) * (v - mean)).sum();
+    (mean, squares / (n * (n - 1.0)))
+}
+
+/// The command a user types, with and without `--solids`: four pictures each, with random numbers
+/// of their own, tell the error.
+#[test]
+fn the_picture_rendered_with_solids_is_the_camera_s_within_the_statistical_error() {
+    let folder = Folder::new("solids");
+    let camera = "PerspectiveCamera { position 0.1 0.2 0.3 orientation 0 1 0 0.1 }\n";
+    let lamp = "PointLight { location 1 2 2 }\n";
+    let lit = BOARDS
+        .split_once('\n')
+        .expect("its first line is the light model")
+        .1;
+    let scene = folder.file(
+        "a.iv",
+        &format!("#Inventor V2.1 ascii\n{camera}{lamp}{lit}"),
+    );
+    let shoot = |solids: &str, seed: u32| {
+        let picture = folder.path(&format!("{seed}{solids}.exr"));
+        let line = format!(
+            "render {scene} --lens double-gauss --efl 50mm --focus 2 --pupil rear --size 36x24 \
+             --samples 32 --quiet --seed {seed} -o {picture} {solids}"
+        );
+        assert_eq!(ivcam(&line, &[]), 0);
+        blocks(&picture)
+    };
+    let camera: Vec<_> = (0..4).map(|seed| shoot("", seed)).collect();
+    let solids: Vec<_> = (4..8).map(|seed| shoot("--solids", seed)).collect();
+    let of =
+        |all: &[Vec<f64>], i: usize| mean_and_error(&all.iter().map(|b| b[i]).collect::<Vec<_>>());
+    let (mut squares, mut bright) = (0.0, 0.0);
+    let count = camera[0].len();
+    for i in 0..count {
+        let ((a, va), (b, vb)) = (of(&camera, i), of(&solids, i));
+        bright += a / count as f64;
+        // t of 6 degrees of freedom: its square is 6/4 in the mean,
+        squares += (a - b) * (a - b) / (va + vb).max(1e-12) / count as f64;
+    }
+    assert!(bright > 0.05, "a black picture tests nothing: {bright}");
+    // and its fourth power 3·36/(4·2).
+    let spread = ((13.5 - 2.25) / count as f64).sqrt();
+    assert!(
+        squares < 1.5 + 3.7 * spread,
+        "mean t² {squares}, of {count} blocks"
+    );
+
+    // With the same numbers nothing is left but rounding, which decides at edges.
+    let (same, solid) = (shoot("", 9), shoot("--solids", 9));
+    let apart = same.iter().zip(&solid).map(|(a, b)| (a - b).abs());
+    let apart = apart.fold(0.0, f64::max);
+    assert!(apart < 0.002, "a block differs by {apart}");
 }

@@ -22,6 +22,7 @@ pub fn command() -> Command {
     Command::new("converge")
         .about("Measures error against samples and run time, for a list of methods")
         .args(flags::arguments(flags::RENDER))
+        .mut_arg("output", |arg| arg.hide(true))
         .arg(value(
             "methods",
             "LIST",
@@ -53,6 +54,12 @@ pub fn command() -> Command {
 }
 
 pub fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+    if let Some(output) = text(m, "output") {
+        return Err(
+            Diagnostic::error(format!("there is no picture to write to `{output}`"))
+                .with_help("a convergence run makes tables: give `--csv`, `--json` or `--svg`"),
+        );
+    }
     let talk = Talk::of(m)?;
     let plan = plan(m, Era::Modern)?;
     let most = plan.sampler.samples;

@@ -9,7 +9,7 @@ use indexmap::IndexMap;
 use super::{parsed, switch, text, written};
 use crate::diag::{Diagnostic, Result};
 use crate::film::Response;
-use crate::picture::{Depth, Picture};
+use crate::picture::{Depth, Picture, PictureFormat};
 use crate::raster::Raster;
 
 pub fn command() -> Command {
@@ -49,6 +49,17 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let names: Vec<&String> = matches.get_many("pictures").into_iter().flatten().collect();
     let weights = weights(matches, names.len())?;
     let output = Path::new(text(matches, "output").unwrap_or_default());
+    PictureFormat::of(output)?;
+    let whole = |path: &Path| std::fs::canonicalize(path).ok();
+    if let Some(there) = whole(output)
+        && names
+            .iter()
+            .any(|name| whole(Path::new(name)).as_ref() == Some(&there))
+    {
+        return Err(Diagnostic::error("the output is one of the exposures")
+            .in_file(output.display().to_string())
+            .with_help("give `-o` another name: an exposure can't be taken twice"));
+    }
     let mut film: Option<Picture> = None;
     for (name, weight) in names.iter().zip(&weights) {
         let raster = Raster::open(Path::new(name))?;
@@ -93,6 +104,9 @@ fn weights(matches: &ArgMatches, count: usize) -> Result<Vec<f32>> {
     })?;
     match list {
         None => Ok(vec![1.0; count]),
+        Some(list) if list.iter().all(|w| *w == 0.0) => {
+            Err(Diagnostic::error("with weights of 0 nothing is exposed"))
+        }
         Some(list) if list.len() == count => Ok(list),
         Some(list) => Err(Diagnostic::error(format!(
             "`--weights` has {} numbers for {count} pictures",
@@ -158,6 +172,10 @@ mod tests {
         assert_eq!(read(), [0.625, 0.0, 1.0]);
         let error = run_words(&[&a, &b, "-o", &sum, "--weights", "1"]).unwrap_err();
         assert!(error.message.contains("2 pictures"));
+        let error = run_words(&[&a, &b, "-o", &sum, "--weights", "0,0"]).unwrap_err();
+        assert!(error.message.contains("nothing is exposed"));
+        let error = run_words(&[&a, &b, "-o", &a]).unwrap_err();
+        assert!(error.message.contains("one of the exposures"));
         std::fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use clap::{Arg, ArgMatches, Command};
 
 use super::render::{Frame, Shutter, Talk, plan_of};
-use super::{flags, parsed, scene_argument, tell, tell_all, text};
+use super::{flags, parsed, scene_argument, tell_all, text};
 use crate::anim::{Ease, Moment, Timeline, Travel};
 use crate::diag::{Diagnostic, Result, Source};
 use crate::math::{LengthUnit, Meters, parse_length};
@@ -35,13 +35,17 @@ pub fn command() -> Command {
     Command::new("pull-focus")
         .about("Makes a film that pulls focus, or follows a timeline")
         .args(flags::arguments(flags::RENDER))
+        .mut_arg("output", |arg| {
+            arg.value_name("FILM")
+                .help("film to write: .mov, .mp4 or .png (animated) [the scene's name, .mov and .mp4; .png without ffmpeg]")
+        })
         .arg(value("from", "DISTANCE", "focus of the first frame").conflicts_with("animate"))
         .arg(value("to", "DISTANCE", "focus of the last frame").conflicts_with("animate"))
         .arg(value("frames", "N", "how many [200]").conflicts_with("animate"))
         .arg(value(
             "ease",
             "WORDS",
-            "even in distance, diopters or travel; linear or smooth [distance linear]",
+            "even in distance, diopters or travel; linear or smooth [distance linear; to or from infinity, diopters]",
         ))
         .arg(value(
             "animate",
@@ -76,6 +80,10 @@ pub fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
         open: timeline.shutter,
     };
     let mut plan = plan_of(m, Era::Modern, Some(frame))?;
+    if plan.solids {
+        return Err(Diagnostic::error("a film can't be made with `--solids`")
+            .with_help("leave it out: the pictures are the same without"));
+    }
     let films = films(m)?;
     let talk = Talk::of_film(m)?;
     let folder = text(m, "folder").map_or_else(
@@ -156,8 +164,18 @@ fn films(m: &ArgMatches) -> Result<Vec<PathBuf>> {
     if let Some(output) = text(m, "output") {
         let film = PathBuf::from(output);
         let end = film.extension().unwrap_or_default().to_ascii_lowercase();
-        return if ["mov", "mp4", "png"].iter().any(|e| end == *e) {
+        return if end == "png" || ((end == "mov" || end == "mp4") && has_ffmpeg()) {
             Ok(vec![film])
+        } else if end == "mov" || end == "mp4" {
+            Err(
+                Diagnostic::error(format!("there is no ffmpeg to write `{output}`")).with_help(
+                    format!(
+                        "install ffmpeg, or give `-o {}` for an animated PNG: it has the same \
+                         frames, and a film can be made of them later",
+                        film.with_extension("png").display()
+                    ),
+                ),
+            )
         } else {
             Err(
                 Diagnostic::error(format!("cannot tell the film's format from `{output}`"))
@@ -325,27 +343,12 @@ impl Shoot {
             .unwrap_or_default()
             .to_string_lossy()
             .to_lowercase();
-        let made = match end.as_str() {
-            "mov" | "mp4" if has_ffmpeg() => self.by_ffmpeg(film, &end).map(|()| film.to_owned()),
-            "mov" | "mp4" => {
-                tell(
-                    &Diagnostic::warning(format!(
-                        "there is no ffmpeg to write `{}`: an animated PNG is written",
-                        film.display()
-                    ))
-                    .with_help(format!(
-                        "the frames stay in `{}`; run the same command again with ffmpeg \
-                         installed, and only the film is made",
-                        self.folder.display()
-                    )),
-                );
-                let png = film.with_extension("png");
-                self.animated_png(&png).map(|()| png)
-            }
-            _ => self.animated_png(film).map(|()| film.to_owned()),
-        }?;
+        match end.as_str() {
+            "png" => self.animated_png(film)?,
+            _ => self.by_ffmpeg(film, &end)?,
+        }
         if !self.talk.quiet {
-            super::say!("{} frames in {}", self.timeline.frames, made.display());
+            super::say!("{} frames in {}", self.timeline.frames, film.display());
         }
         Ok(())
     }
@@ -406,17 +409,30 @@ fn animated_png(film: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_animated(frames.len() as u32, 0)?;
         encoder.set_frame_delay(over, under)?;
-        let mut writer = encoder.write_header()?;
+        let mut writer = encoder.write_header().map_err(of_the_file)?;
         let size = (first.width, first.height);
-        writer.write_image_data(&levels(&first))?;
+        let mut write = |raster: &Raster| {
+            writer
+                .write_image_data(&levels(raster))
+                .map_err(of_the_file)
+        };
+        write(&first)?;
         for raster in rasters {
             if (raster.width, raster.height) != size {
                 return Err(std::io::Error::other("the frames differ in size"));
             }
-            writer.write_image_data(&levels(&raster))?;
+            write(&raster)?;
         }
-        Ok(writer.finish()?)
+        writer.finish().map_err(of_the_file)
     })
+}
+
+/// What went wrong with the file itself, such as a full disk, as it is.
+fn of_the_file(error: png::EncodingError) -> std::io::Error {
+    match error {
+        png::EncodingError::IoError(error) => error,
+        other => other.into(),
+    }
 }
 
 /// Red, green and blue in 8 bits.

@@ -59,6 +59,11 @@ pub const LIMIT: Flag = flag(
     "raises or lowers a limit on the scene: bytes of a file [512M], nodes [10000000], copies by protos [1000000], depth [1000000], files it names [1000], include-depth [32], visits on the way through it [300000, or twice its nodes], primitives [16000000]",
 );
 
+/// The same flag under one more modern name.
+const fn also(aliases: &'static [&'static str], flag: Flag) -> Flag {
+    Flag { aliases, ..flag }
+}
+
 /// What a render takes, in either spelling.
 pub const RENDER: &[Flag] = &[
     vintage(
@@ -76,7 +81,7 @@ pub const RENDER: &[Flag] = &[
     flag(
         "efl",
         Takes::One("LENGTH"),
-        "scales the lens to this focal length, such as 20mm",
+        "scales the lens to this focal length, such as 20mm; --zoom then scales on from there",
     ),
     vintage(
         "output",
@@ -88,7 +93,7 @@ pub const RENDER: &[Flag] = &[
         "headlight",
         "headlight",
         Takes::Maybe("on|off"),
-        "flips the headlight on the camera, as a flash; it is off unless asked for",
+        "flips the headlight on the camera, as a flash, or sets it; it is off unless asked for",
     ),
     vintage("batch", "batch", Takes::Nothing, "renders without a window"),
     vintage(
@@ -120,10 +125,13 @@ pub const RENDER: &[Flag] = &[
         Takes::One("LENS"),
         "lens by name or prescription file; none is the scene's own pinhole [wide-angle]",
     ),
-    flag(
-        "aperture",
-        Takes::One("F-NUMBER"),
-        "stops the lens down, such as f/8 [full aperture]",
+    also(
+        &["f-number"],
+        flag(
+            "aperture",
+            Takes::One("F-NUMBER"),
+            "stops the lens down, such as f/8 or 8 [full aperture]",
+        ),
     ),
     flag(
         "zoom-position",
@@ -133,7 +141,7 @@ pub const RENDER: &[Flag] = &[
     flag(
         "blades",
         Takes::One("N[@DEGREES]"),
-        "iris of so many straight blades, turned by an angle [round]",
+        "iris of 3 to 64 straight blades, turned by an angle [round]",
     ),
     flag(
         "coating",
@@ -145,10 +153,13 @@ pub const RENDER: &[Flag] = &[
         Takes::One("on|off"),
         "reflections of the scene's lights inside the lens, by its coatings [off]",
     ),
-    flag(
-        "focus-method",
-        Takes::One("METHOD"),
-        "what moves: film (distance from the front vertex), lens (from the film), group, or best: the film to the least spot [film]",
+    also(
+        &["focus-by"],
+        flag(
+            "focus-method",
+            Takes::One("METHOD"),
+            "what moves: film (distance from the front vertex), lens (from the film), group, or best: the film to the least spot [film]",
+        ),
     ),
     flag(
         "era",
@@ -248,6 +259,16 @@ pub const RENDER: &[Flag] = &[
         "bits a channel in PNG and PPM [8]",
     ),
     flag(
+        "max-depth",
+        Takes::One("N"),
+        "reflections and refractions in a row, for model r [5; with --solids: 64]",
+    ),
+    flag(
+        "solids",
+        Takes::Nothing,
+        "puts the lens into the scene as solid glass, as the paper first meant to, and exposes the film behind it",
+    ),
+    flag(
         "target-error",
         Takes::One("SHARE"),
         "stops when the estimated relative error is at most this, such as 1%; --samples is then a limit [65536]",
@@ -308,9 +329,71 @@ pub fn arguments(table: &'static [Flag]) -> impl Iterator<Item = Arg> {
     })
 }
 
+/// A word of one dash that clap would take apart into a letter and its value, though it is no such
+/// thing: `-foo` is not a focus of `oo`. Values that look like one may hang on: `-f1.2`, `-j16`.
+pub fn unknown(words: &[OsString]) -> Option<&str> {
+    let takes_next = |word: &OsString| {
+        let name = word.to_str().and_then(|w| w.strip_prefix("--"));
+        let one = |f: &&Flag| matches!(f.value, Takes::One(_) | Takes::Many(_));
+        let named = |f: &&Flag| name.is_some_and(|n| n == f.name || f.aliases.contains(&n));
+        RENDER.iter().filter(one).any(|f| named(&f))
+    };
+    let open = words.iter().position(|w| w == "--").unwrap_or(words.len());
+    let mut last: Option<&OsString> = None;
+    for word in &words[..open] {
+        if !last.is_some_and(takes_next)
+            && let Some(text) = word.to_str()
+            && slurred(text)
+        {
+            return Some(text);
+        }
+        last = Some(word);
+    }
+    None
+}
+
+/// Whether a word is a known letter with something behind it that is no value of it.
+fn slurred(word: &str) -> bool {
+    let Some(letters) = word.strip_prefix('-').filter(|w| w.len() > 1) else {
+        return false;
+    };
+    let (letter, rest) = letters.split_at(letters.chars().next().map_or(0, char::len_utf8));
+    match letter {
+        "f" | "z" | "j" => {
+            !rest.starts_with(|c: char| c.is_ascii_digit() || ".=+".contains(c)) && rest != "inf"
+        }
+        "s" => crate::shade::Shading::named(rest.trim_start_matches('=')).is_none(),
+        "o" | "e" => !rest.contains(['.', '/', '\\', '=']),
+        _ => letter.starts_with(|c: char| c.is_ascii_alphabetic()),
+    }
+}
+
+/// Every spelling of every flag, with its dashes.
+pub fn spellings() -> impl Iterator<Item = String> {
+    RENDER.iter().flat_map(|f| {
+        let modern = std::iter::once(f.name).chain(f.aliases.iter().copied());
+        let modern = modern.map(|name| format!("--{name}"));
+        modern.chain(f.vintage.map(|old| format!("-{old}")))
+    })
+}
+
 /// Rewrites the 1999 program's one-dash words (`-batch`) to the modern spelling (`--batch`).
-/// Words after `--` and everything unknown stay as they are.
+/// Words after `--` and everything unknown stay as they are. `-headlight on` becomes one word.
 pub fn modernize(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut out: Vec<OsString> = Vec::new();
+    for word in modern_spellings(words) {
+        match out.last_mut() {
+            Some(last) if *last == "--headlight" && (word == "on" || word == "off") => {
+                last.push("=");
+                last.push(word);
+            }
+            _ => out.push(word),
+        }
+    }
+    out
+}
+
+fn modern_spellings(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut literal = false;
     words
         .into_iter()
@@ -398,5 +481,38 @@ mod tests {
                 .unwrap(),
             "off"
         );
+    }
+
+    #[test]
+    fn a_slip_is_not_taken_apart_but_a_value_may_hang_on_its_letter() {
+        let unknown_in = |line: &str| {
+            let words = modernize(line.split_whitespace().map(OsString::from));
+            unknown(&words).map(str::to_owned)
+        };
+        for slip in [
+            "-foo", "-samples", "-output", "-zoom", "-jitter", "-quiet", "-efl",
+        ] {
+            assert_eq!(unknown_in(&format!("{slip} a.iv")).as_deref(), Some(slip));
+        }
+        for good in [
+            "-f1.2 -j16 -z.2 -sr -s n -oa.png -finf",
+            "-batch -camread a.dat -headlight",
+            "--focus -1 -o -x -- -foo",
+        ] {
+            assert_eq!(unknown_in(good), None, "{good}");
+        }
+    }
+
+    #[test]
+    fn the_headlight_takes_its_word_as_the_next_one_too() {
+        for line in [
+            "--headlight on a.iv",
+            "-headlight on a.iv",
+            "--headlight=on a.iv",
+        ] {
+            let m = parse(line);
+            assert_eq!(m.get_one::<String>("headlight").unwrap(), "on");
+            assert_eq!(m.get_one::<String>("scene").unwrap(), "a.iv");
+        }
     }
 }

@@ -4,13 +4,16 @@
 //! that reading them back gives the same double.
 
 use std::io::Write;
+use std::path::Path;
 use std::sync::Arc;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::render::f_number;
 use super::sheet::{AboutRow, SurfaceRow};
+use crate::camera::film_plane;
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::lens::sheet::LensSheet;
 use crate::lens::{
@@ -18,6 +21,7 @@ use crate::lens::{
     Toward, glass, trace,
 };
 use crate::math::{LengthUnit, Meters, parse_length};
+use crate::picture::write_whole;
 
 /// Half of the film's height in equation 7, in millimeters.
 const HALF_HEIGHT: f64 = 12.0;
@@ -43,14 +47,17 @@ pub fn command() -> Command {
                 .help("answer as JSON")
                 .action(ArgAction::SetTrue),
         )
-        .arg(value("scale", "FACTOR", "multiply every length"))
+        .arg(value("scale", "FACTOR", "multiply every length").visible_alias("zoom"))
         .arg(value("efl", "LENGTH", "scale to this focal length").conflicts_with("scale"))
         .arg(value(
             "zoom-position",
             "N",
             "a tabulated position of a zoom lens, from 0",
         ))
-        .arg(value("f-number", "N", "close the stop to this f-number"))
+        .arg(
+            value("f-number", "N", "close the stop to this f-number, such as f/8 or 8")
+                .visible_alias("aperture"),
+        )
         .arg(value(
             "coating",
             "none|mgf2|ideal",
@@ -67,6 +74,7 @@ pub fn command() -> Command {
                 "PART",
                 "what moves: the film, the whole lens by equation 5, the focusing group; or the film to the best spot",
             )
+            .visible_alias("focus-method")
             .value_parser(["film", "lens", "group", "best"])
             .default_value("film"),
         )
@@ -109,7 +117,7 @@ pub fn command() -> Command {
         .arg(value(
             "as-scene",
             "FILE.iv",
-            "write the lens as solids of a scene, in meters",
+            "write the lens as solids of a scene, with the film behind it (--focus), in meters",
         ))
         .arg(value(
             "trace",
@@ -142,20 +150,14 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         lens = lens.scaled_to(length.ok_or_else(|| wrong("efl", efl, "a length such as 20mm"))?)?;
     }
     if let Some(number) = text("f-number") {
-        lens = lens.at_f_number(positive(number, "f-number")?)?;
+        let wanted = || wrong("f-number", number, "an f-number such as f/8 or 8");
+        lens = lens.at_f_number(f_number(number).ok_or_else(wanted)?)?;
     }
     if let Some(coating) = super::render::named(matches, "coating", &Coating::ALL)? {
         lens = lens.with_coating(coating);
     }
     if let Some(nm) = text("wavelength") {
         lens = lens.at_wavelength(wavelength(positive(nm, "wavelength")?)?);
-    }
-    if let Some(file) = text("as-scene") {
-        let scene = lens.as_scene()?;
-        crate::picture::write_whole(std::path::Path::new(file), |to| {
-            to.write_all(scene.as_bytes())
-        })?;
-        return Ok(0);
     }
     if let Some(file) = text("trace") {
         return trace_file(&lens, file, out);
@@ -170,6 +172,9 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .map(|distance| focus(&lens, method, distance))
         .transpose()?;
     let film_z = focus.as_ref().map(|f| f.film_z);
+    if let Some(file) = text("as-scene") {
+        return save_scene(&lens, film_z, file);
+    }
     let files = ["write", "diagram", "sheet"].map(text);
     if let [Some(file), _, _] = files {
         super::sheet::save_prescription(&lens, file)?;
@@ -183,7 +188,7 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     if files.iter().any(Option::is_some) && !matches.get_flag("json") {
         return Ok(0);
     }
-    if matches.get_flag("json") {
+    let told = if matches.get_flag("json") {
         let mut sheet = Sheet::of(&lens, focus.as_ref());
         if matches.get_flag("curves") {
             sheet.curves = LensSheet::of(&lens);
@@ -197,9 +202,21 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
                 Some(sheet) => super::sheet::curves(&sheet, out),
                 None => Ok(()),
             })
-    }
-    .and_then(|()| writeln!(out))
-    .map_err(|e| Diagnostic::io("standard output", &e))?;
+    };
+    super::written(told.and_then(|()| writeln!(out)))
+}
+
+/// Writes the lens as solids, its film where the focus wants it: at infinity without a distance.
+fn save_scene(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<i32> {
+    let at_infinity = || lens.first_order().focal.map(|f| f.rear_focal_point);
+    let Some(film_z) = film_z.or_else(at_infinity) else {
+        return Err(Diagnostic::error(format!(
+            "`{}` has no focal point to put a film at",
+            lens.name()
+        )));
+    };
+    let scene = lens.as_scene(&film_plane(lens, film_z), None)?;
+    write_whole(Path::new(file), |to| to.write_all(scene.as_bytes()))?;
     Ok(0)
 }
 

@@ -58,6 +58,9 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
     if !is_command {
         known_or_scene(named)?;
     }
+    if !is_command || RENDERING.contains(&named) {
+        known_flags(words)?;
+    }
     let parsed = if is_command {
         commands().try_get_matches_from(words)
     } else {
@@ -90,6 +93,27 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
     }
 }
 
+/// Commands that take the flags of a render.
+const RENDERING: [&str; 4] = ["render", "compare", "converge", "pull-focus"];
+
+fn known_flags(words: &[OsString]) -> Result<()> {
+    let Some(word) = flags::unknown(words.get(1..).unwrap_or_default()) else {
+        return Ok(());
+    };
+    let error = Diagnostic::error(format!("there is no flag `{word}`"));
+    let doubled = format!("-{word}");
+    let known: Vec<String> = flags::spellings().collect();
+    let known = known.iter().map(String::as_str);
+    let near = known
+        .clone()
+        .find(|k| *k == doubled)
+        .or_else(|| crate::diag::nearest(word, known));
+    Err(match near {
+        Some(near) => error.with_help(format!("did you mean `{near}`?")),
+        None => error.with_help("`ivcam render --help` lists the flags"),
+    })
+}
+
 /// A first word that is no flag, no command and no file is most likely a slip.
 fn known_or_scene(word: &str) -> Result<()> {
     let scene_like = word.starts_with('-') || word.contains(['.', '/', '\\']);
@@ -112,7 +136,8 @@ pub fn commands() -> Command {
         .about("Photographs Open Inventor and VRML scenes through real lenses")
         .after_help(
             "As in 1999, without a command:\n  \
-             ivcam -batch -j 16 -s r -f 1.2 -z 0.2 -camread camera/cam-1.dat scene.iv",
+             ivcam -batch -j 16 -s r -f 1.2 -z 0.2 -camread camera/cam-1.dat scene.iv\n\n\
+             Exit code 0: done; 1: pictures differ, or a limit was passed; 2: an error.",
         )
         .subcommand_required(true)
         .arg_required_else_help(true)

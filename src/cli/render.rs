@@ -87,7 +87,7 @@ pub fn threads(m: &ArgMatches) -> Result<usize> {
 }
 
 /// Whether a file can come to be there, asked before hours of work and not after.
-fn writable(path: &Path) -> Result<()> {
+pub fn writable(path: &Path) -> Result<()> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -200,6 +200,9 @@ pub fn plan_of(m: &ArgMatches, era: Era, frame: Option<Frame>) -> Result<Plan> {
         &mut plan.depth,
         named(m, "depth", &[("8", Depth::Eight), ("16", Depth::Sixteen)])?,
     );
+    let depth = |w: &str| w.parse().ok().filter(|n| *n <= 10_000);
+    plan.max_depth = parsed(m, "max-depth", "a number from 0 to 10000", depth)?;
+    plan.solids = m.get_flag("solids");
     set(
         &mut plan.time,
         parsed(m, "scene-time", "a time in seconds", finite)?,
@@ -326,12 +329,20 @@ fn lasting(word: &str) -> Option<Duration> {
 fn optics(m: &ArgMatches) -> Result<Optics> {
     let name = text(m, "lens").unwrap_or("wide-angle");
     if name == "none" {
+        tell_idle(m, &OF_A_LENS, "without a lens");
         return Ok(Optics::Pinhole);
     }
     let mut lens = LensChoice::named(name);
     set(&mut lens.zoom, parsed(m, "zoom", POSITIVE, positive)?);
     lens.efl = parsed(m, "efl", "a focal length such as 20mm", focal_length)?;
-    let f_number = |w: &str| positive(w.trim_start_matches("f/"));
+    if let (Some(efl), true) = (lens.efl, text(m, "zoom").is_some()) {
+        let whole = efl.0 * lens.zoom;
+        let both = format!(
+            "`--efl` and `--zoom` both scale the lens: it becomes {} mm",
+            (whole * 1e3).round() / 1e3
+        );
+        tell(&Diagnostic::warning(both));
+    }
     let position = |w: &str| w.parse().ok();
     lens.zoom_position = parsed(
         m,
@@ -341,7 +352,7 @@ fn optics(m: &ArgMatches) -> Result<Optics> {
     )?;
     set(
         &mut lens.iris,
-        parsed(m, "blades", "a number of blades such as 6 or 6@15", blades)?,
+        parsed(m, "blades", "3 to 64 blades, such as 6 or 6@15", blades)?,
     );
     lens.coating = named(m, "coating", &Coating::ALL)?;
     lens.f_number = parsed(m, "aperture", "an f-number such as f/8", f_number)?;
@@ -383,6 +394,44 @@ fn movements(m: &ArgMatches) -> Result<Movements> {
         parsed(m, "film-radius", a_radius, radius)?,
     );
     Ok(moved)
+}
+
+/// Flags that say something about a lens.
+const OF_A_LENS: [&str; 9] = [
+    "focus",
+    "zoom",
+    "efl",
+    "aperture",
+    "zoom-position",
+    "blades",
+    "focus-method",
+    "pupil",
+    "disc",
+];
+
+/// Says which of the flags given do nothing.
+pub fn tell_idle(m: &ArgMatches, flags: &[&str], where_: &str) {
+    let given = |f: &&&str| text(m, f).is_some();
+    let idle: Vec<String> = flags
+        .iter()
+        .filter(given)
+        .map(|f| format!("`--{f}`"))
+        .collect();
+    if let Some((last, rest)) = idle.split_last() {
+        let (list, verb) = match rest {
+            [] => (last.clone(), "does"),
+            _ => (format!("{} and {last}", rest.join(", ")), "do"),
+        };
+        tell(&Diagnostic::warning(format!(
+            "{where_}, {list} {verb} nothing"
+        )));
+    }
+}
+
+/// `f/8`, `F8` or `8`.
+pub fn f_number(word: &str) -> Option<f64> {
+    let bare = word.trim_start_matches(['f', 'F']).trim_start_matches('/');
+    positive(bare)
 }
 
 /// The scene's name with `.png`, in the current folder: where the 1999 program put it is unknown.
@@ -458,6 +507,10 @@ pub fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
     let talk = Talk::of(matches)?;
     let session = Session::open(plan(matches, era)?)?;
     tell_all(&session.sink);
+    if session.pose.film.is_some() && !session.plan.solids {
+        let of_a_camera = [&["lens"], &OF_A_LENS[..7]].concat();
+        tell_idle(matches, &of_a_camera, "with the lens in the scene");
+    }
     if !talk.quiet {
         let choices: Vec<String> = session
             .described

@@ -1,23 +1,25 @@
 //! A lens as scene geometry: the approach that the 1999 paper proposed first and gave up, because
 //! Inventor could not say a part of a sphere exactly. `LensSurface`, an extension node, can.
 //!
-//! Meters, in the camera's own space: the front vertex is the origin, the scene lies at -z, the
-//! film at +z. Only spherical and plane surfaces without tilt.
+//! Meters, in the camera's own space or where a camera stands: the front vertex is the camera's
+//! place, the scene lies at its -z, the film, a `FilmCamera`, at its +z. Only spherical and plane surfaces without tilt.
 
 use std::fmt::Write as _;
 
 use super::{Lens, Shape, Surface};
 use crate::diag::{Diagnostic, Result};
+use crate::pose::{CameraPose, FilmPlane, axis_angle};
 
 const METERS: f64 = 1e-3;
 
 impl Lens {
-    /// The lens as an Inventor file: glass as clear surfaces with the ratio of the indices, and
-    /// everything outside the semi-diameters as black rims in a black barrel.
+    /// The lens as an Inventor file: glass as clear surfaces with the ratio of the indices,
+    /// everything outside the semi-diameters as black rims in a black barrel, and the film behind.
+    /// At the origin, or where a camera stands.
     ///
     /// # Errors
     /// A surface that is not a sphere or a plane about the axis.
-    pub fn as_scene(&self) -> Result<String> {
+    pub fn as_scene(&self, film: &FilmPlane, place: Option<&CameraPose>) -> Result<String> {
         let surfaces = &self.prescription().surfaces;
         let indices = self.prescription().indices(self.wavelength());
         let widest = surfaces.iter().map(|s| s.semi_diameter);
@@ -44,6 +46,10 @@ impl Lens {
             z += surface.thickness;
         }
         let mut out = opening(self.name());
+        if let Some(pose) = place {
+            add_place(&mut out, pose);
+        }
+        add_film(&mut out, film);
         for (i, profile) in profiles.iter().enumerate() {
             let before = i.checked_sub(1).map(|b| &profiles[b]);
             let end = profile.end(before, profiles.get(i + 1), barrel);
@@ -139,6 +145,33 @@ fn opening(name: &str) -> String {
     )
 }
 
+fn add_place(out: &mut String, pose: &CameraPose) {
+    let p = pose.position;
+    let (axis, angle) = axis_angle(pose.orientation);
+    let _ = writeln!(
+        out,
+        "  Translation {{ translation {} {} {} }}\n  Rotation {{ rotation {} {} {}  {angle} }}",
+        p.x, p.y, p.z, axis.x, axis.y, axis.z
+    );
+}
+
+/// A camera for other programs too: with the height angle of a film 24 mm high.
+fn add_film(out: &mut String, film: &FilmPlane) {
+    let FilmPlane {
+        film_z,
+        rear_z,
+        rear_radius,
+        irradiance,
+    } = film;
+    let height_angle = 2.0 * libm::atan(0.012 / film_z);
+    let _ = writeln!(
+        out,
+        "  FilmCamera {{\n    {FILM_FIELDS}\n    position 0 0 0 heightAngle {height_angle}\n    \
+         filmDistance {film_z} rearDistance {rear_z} rearRadius {rear_radius} irradiance {irradiance}\n  }}"
+    );
+}
+
+const FILM_FIELDS: &str = "fields [ SFVec3f position, SFFloat heightAngle, SFFloat filmDistance, SFFloat rearDistance, SFFloat rearRadius, SFFloat irradiance ]";
 const BLACK: &str = "Material { ambientColor 0 0 0  diffuseColor 0 0 0  specularColor 0 0 0 }";
 const CLEAR: &str =
     "Material { ambientColor 0 0 0  diffuseColor 0 0 0  specularColor 0 0 0  transparency 1 }";
