@@ -305,7 +305,7 @@ mod tests {
         };
         match Camera::Lens(Box::new(camera)).posed(&level, DVec3::ZERO) {
             Camera::Lens(camera) => *camera,
-            Camera::Pinhole(_) => unreachable!("it was a lens"),
+            Camera::Pinhole(_) | Camera::Film(_) => unreachable!("it was a lens"),
         }
     }
 

@@ -1,9 +1,11 @@
 //! An archival picture's camera is found again: disturbed by 5 cm, 2 degrees and 5% of focal
 //! length, from a JPEG of 8 bits with noise.
 
-use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+mod common;
 
+use std::path::Path;
+
+use common::{Folder, ivcam};
 use ivcam::iv::Document;
 use ivcam::pose::{CameraPose, Projection};
 
@@ -53,25 +55,6 @@ PerspectiveCamera {
   heightAngle 0.76536 focalDistance 2
 }";
 
-struct Folder(PathBuf);
-
-impl Folder {
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-fn ivcam(words: &[&str]) -> i32 {
-    let all = std::iter::once("ivcam").chain(words.iter().copied());
-    ivcam::cli::run(all.map(OsString::from))
-}
-
 fn pose(path: &str) -> CameraPose {
     let document = Document::open(Path::new(path)).unwrap();
     let node = document.node(document.roots[0]);
@@ -115,57 +98,54 @@ fn archive(png: &str, jpeg: &str) {
         .unwrap();
 }
 
+/// A camera found again by `compare --fit`, and what it said.
+struct Found {
+    /// Of the start and of the end: meters, degrees, and parts of the focal length off.
+    start: [f64; 3],
+    end: [f64; 3],
+    camera: CameraPose,
+    /// The focal length of the lens, from the file's comment.
+    efl: Option<f64>,
+}
+
+/// Photographs the room, makes an archive's JPEG of it, and looks for its camera.
+fn found_again(name: &str, true_optics: &str, start_optics: &str, common: &str) -> Found {
+    let folder = Folder::new(name);
+    let scene = folder.file("room.iv", SCENE);
+    let truth = folder.file("true.dat", TRUTH);
+    let start = folder.file("start.dat", DISTURBED);
+    let [png, jpeg, found] = ["true.png", "old.jpg", "found.dat"].map(|n| folder.path(n));
+    let render = format!(
+        "render {scene} --camera {truth} {true_optics} -o {png} --samples 64 --seed 7 {common}"
+    );
+    assert_eq!(ivcam(&render, &[]), 0);
+    archive(&png, &jpeg);
+    let fit =
+        format!("compare {scene} {jpeg} --camera {start} {start_optics} --fit {found} {common}");
+    assert_eq!(ivcam(&fit, &[]), 0);
+    let [truth, start, camera] = [truth, start, found.clone()].map(|path| pose(&path));
+    let text = std::fs::read_to_string(found).unwrap();
+    let efl = text
+        .split_once("--efl ")
+        .and_then(|(_, rest)| rest.split_once("mm"));
+    Found {
+        start: apart(&start, &truth),
+        end: apart(&camera, &truth),
+        camera,
+        efl: efl.map(|(number, _)| number.parse().unwrap()),
+    }
+}
+
 #[test]
 fn a_disturbed_camera_is_found_again_from_a_noisy_jpeg() {
-    let name = format!("ivcam-fit-{}", std::process::id());
-    let folder = Folder(std::env::temp_dir().join(name));
-    std::fs::create_dir_all(&folder.0).unwrap();
-    let [scene, truth, start, png, jpeg, found] = [
-        "room.iv",
-        "true.dat",
-        "start.dat",
-        "true.png",
-        "old.jpg",
-        "found.dat",
-    ]
-    .map(|n| folder.path(n));
-    for (path, text) in [(&scene, SCENE), (&truth, TRUTH), (&start, DISTURBED)] {
-        std::fs::write(path, text).unwrap();
-    }
-    let common = ["--lens", "none", "--size", "192x128", "--quiet"];
-    let render = [
-        "render",
-        &scene,
-        "--camera",
-        &truth,
-        "-o",
-        &png,
-        "--samples",
-        "16",
-        "--seed",
-        "7",
-    ];
-    assert_eq!(ivcam(&[&render[..], &common].concat()), 0);
-    archive(&png, &jpeg);
-    let fit = [
-        "compare",
-        &scene,
-        &jpeg,
-        "--camera",
-        &start,
-        "--fit",
-        &found,
-        "--samples",
-        "4",
-    ];
-    assert_eq!(ivcam(&[&fit[..], &common].concat()), 0);
-
-    let [shift, turn, length] = apart(&pose(&start), &pose(&truth));
+    let common = "--lens none --size 192x128 --quiet";
+    let found = found_again("fit", "", "--samples 4", common);
+    let [shift, turn, length] = found.start;
     assert!(
         shift > 0.049 && turn > 2.0 && length > 0.048,
         "{shift} {turn} {length}"
     );
-    let [shift, turn, length] = apart(&pose(&found), &pose(&truth));
+    let [shift, turn, length] = found.end;
     eprintln!(
         "{:.2} mm, {turn:.4} degrees, {:.3}% left",
         1000.0 * shift,
@@ -175,4 +155,29 @@ fn a_disturbed_camera_is_found_again_from_a_noisy_jpeg() {
     assert!(shift < 0.005, "{shift} m left");
     assert!(turn < 0.2, "{turn} degrees left");
     assert!(length < 0.005, "{length} of the focal length left");
+}
+
+/// A fast lens focused on the cone, found from a start that is focused far behind it.
+#[test]
+fn a_disturbed_lens_is_found_again_with_its_focus() {
+    let common = "--lens double-gauss --size 144x96 --quiet --response srgb";
+    let found = found_again(
+        "fit-focus",
+        "--efl 60mm --focus 1.9",
+        "--efl 63mm --focus 2.6 --samples 8",
+        common,
+    );
+    let [shift, turn, _] = found.end;
+    let length = (found.efl.unwrap() / 60.0).ln().abs();
+    let focus = (found.camera.focal_distance / 1.9).ln().abs();
+    eprintln!(
+        "{:.2} mm, {turn:.4} degrees, {:.3}% of the focal length, {:.2}% of the focus left",
+        1000.0 * shift,
+        100.0 * length,
+        100.0 * focus
+    );
+    assert!(shift < 0.01, "{shift} m left");
+    assert!(turn < 0.2, "{turn} degrees left");
+    assert!(length < 0.005, "{length} of the focal length left");
+    assert!(focus < 0.05, "{focus} of the focus left");
 }

@@ -66,8 +66,8 @@ pub fn command() -> Command {
         ))
         .arg(value(
             "sheet",
-            "FILE.png",
-            "writes new, old and difference side by side",
+            "FILE",
+            "writes new, old and difference side by side: .png, .jpg, .tiff or .bmp",
         ))
         .arg(switch("json", "answers as JSON"))
         .arg(value(
@@ -91,6 +91,13 @@ pub fn command() -> Command {
 pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let name = |which: &str| text(matches, which).unwrap_or_default();
     let limits = limits(matches)?;
+    let outputs = ["sheet", "fit"].map(|name| text(matches, name).map(Path::new));
+    if let Some(sheet) = outputs[0] {
+        compare::sheet::format_of(sheet)?;
+    }
+    for output in outputs.into_iter().flatten() {
+        super::render::writable(output)?;
+    }
     let ppd = |w: &str| w.parse().ok().filter(|p: &f64| (1.0..=1000.0).contains(p));
     let open = |path: &str| Raster::open(Path::new(path)).map(|r| Plate::from_raster(&r));
     let old = open(name("old"))?;
@@ -124,7 +131,8 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let comparison = compare::compare(&new, &old, &options)?;
     if let Some(path) = text(matches, "sheet") {
         let sheet = compare::sheet::Sheet::draw(&comparison, name("new"), name("old"));
-        write_whole(Path::new(path), |file| file.write_all(&sheet.png()?))?;
+        let bytes = sheet.encode(Path::new(path))?;
+        write_whole(Path::new(path), |file| file.write_all(&bytes))?;
     }
     let passed: Vec<Passed> = limits
         .iter()

@@ -11,22 +11,19 @@ use glam::{DQuat, DVec3};
 
 use super::{render, tell_all, text, written};
 use crate::compare::align;
-use crate::compare::fit::{Fit, Fitted};
+use crate::compare::fit::{Fit, Fitted, Half};
 use crate::compare::{Plane, Plate};
 use crate::diag::{Diagnostic, Result};
 use crate::film::Resolution;
 use crate::math::{Meters, Mm};
 use crate::picture::write_whole;
 use crate::plan::{Era, Optics, Plan, Session};
-use crate::pose::{CameraPose, Projection};
+use crate::pose::{CameraPose, Projection, axis_angle};
 use crate::render::Exposure;
 
-/// Changes that move a picture of some hundred pixels by about half of one: meters, radians,
-/// and parts of focal length and focus distance.
-const STEPS: [f64; 8] = [0.004, 0.004, 0.004, 0.002, 0.002, 0.002, 0.004, 0.05];
-
-/// The parameters of a camera: shift and turn in the start's own frame, then logarithms of focal
-/// length and focus distance.
+/// The parameters of a camera: shift and turn in the start's own frame, then logarithms of the
+/// film's distance from a thin lens and of the focus distance. With the film's distance held, focus
+/// only blurs; a longer focal length and a nearer focus would enlarge the picture alike.
 struct Start {
     plan: Plan,
     pose: CameraPose,
@@ -34,6 +31,8 @@ struct Start {
     efl: f64,
     /// In meters.
     focus: f64,
+    /// Of the lens's opening, in millimeters; a pinhole has none.
+    opening: Option<f64>,
 }
 
 /// Fits, writes the camera, and gives the best rendering.
@@ -45,6 +44,12 @@ pub fn run(
 ) -> Result<Plate> {
     let mut plan = render::plan(matches, Era::Modern)?;
     plan.scene = text(matches, "new").unwrap_or_default().into();
+    if plan.solids {
+        return Err(
+            Diagnostic::error("a camera can't be fitted with `--solids`")
+                .with_help("leave it out: the picture is the same without"),
+        );
+    }
     let size = plan.resolution;
     let height = target.height as f64 * f64::from(size.width) / target.width as f64;
     if (height - f64::from(size.height)).abs() > 1.0 {
@@ -66,9 +71,12 @@ pub fn run(
     let fit = Fit {
         target,
         sizes: Fit::pyramid((size.width as usize, size.height as usize)),
-        steps: STEPS[..count].to_vec(),
+        steps: start.steps(),
+        blur: (count > FOCUS).then_some(FOCUS),
     };
-    let mut draw = |values: &[f64], size: (usize, usize)| draw(&mut session, &start, values, size);
+    let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
+        draw(&mut session, &start, values, size, half)
+    };
     let still = vec![0.0; count];
     let before = fit.cost_of(&still, &mut draw)?;
     let mut first = still;
@@ -83,12 +91,16 @@ pub fn run(
         }
     };
     let fitted = fit.run(&first, &mut draw, &mut tell)?;
-    let best = draw(&fitted.values, (size.width as usize, size.height as usize))?;
+    let whole = (size.width as usize, size.height as usize);
+    let best = draw(&fitted.values, whole, Half::First)?;
     let text = start.camera_text(&fitted);
     write_whole(file, |f| f.write_all(text.as_bytes()))?;
     written(start.report(&fitted, file, out))?;
     Ok(best)
 }
+
+/// Where among the parameters the focus is.
+const FOCUS: usize = 7;
 
 /// Renders parameters: small pictures with as many samples as large ones.
 fn draw(
@@ -96,8 +108,12 @@ fn draw(
     start: &Start,
     values: &[f64],
     (width, height): (usize, usize),
+    half: Half,
 ) -> Result<Plate> {
     let mut plan = start.plan.clone();
+    if half == Half::Second {
+        plan.sampler.seed = plan.sampler.seed.wrapping_add(0x9e37_79b9);
+    }
     plan.resolution = Resolution::new(width as u32, height as u32)?;
     let (efl, focus) = start.optics(values);
     if let Optics::Lens(lens) = &mut plan.optics {
@@ -126,10 +142,13 @@ impl Start {
     fn of(session: &Session) -> Result<Self> {
         let (plan, pose) = (session.plan.clone(), session.pose.clone());
         let focus = plan.focus.map_or(pose.focal_distance, |d| d.0);
+        let mut opening = None;
         let efl = match (&plan.optics, pose.projection) {
             (Optics::Lens(choice), _) => {
                 let lens = choice.open(&mut crate::diag::Sink::new())?;
-                lens.first_order().efl()
+                let efl = lens.first_order().efl();
+                opening = lens.first_order().f_number().map(|n| efl / n);
+                efl
             }
             (Optics::Pinhole, Projection::Perspective { height_angle }) => {
                 0.5 * plan.film.height / libm::tan(0.5 * height_angle)
@@ -151,24 +170,57 @@ impl Start {
             pose,
             efl,
             focus,
+            opening,
         })
     }
 
-    /// A pinhole has no focus.
+    /// A pinhole has no focus, and a lens at infinity none that could be a little more.
     fn count(&self) -> usize {
-        match self.plan.optics {
-            Optics::Pinhole => 7,
-            Optics::Lens(_) => 8,
+        if self.opening.is_some() && self.focus.is_finite() && self.focus > 0.0 {
+            FOCUS + 1
+        } else {
+            FOCUS
         }
+    }
+
+    /// Changes that move the picture by half a pixel, or blur it by one.
+    fn steps(&self) -> Vec<f64> {
+        let across = f64::from(self.plan.resolution.width);
+        let pixel = self.plan.film.width / across;
+        let turn = 0.5 * pixel / self.efl;
+        let far = if self.focus.is_finite() {
+            self.focus.max(0.01)
+        } else {
+            10.0
+        };
+        let shift = turn * far;
+        let roll = 1.0 / across;
+        let blur = self
+            .opening
+            .map_or(1.0, |opening| pixel * 1e3 * far / (self.efl * opening));
+        let mut steps = vec![shift, shift, 2.0 * shift, turn, turn, roll, roll];
+        steps.extend((self.count() > FOCUS).then_some(blur.clamp(0.02, 0.25)));
+        steps
     }
 
     /// Focal length in millimeters, focus distance in meters.
     fn optics(&self, values: &[f64]) -> (f64, f64) {
-        let focus = values.get(7).map_or(0.0, |v| *v);
-        (
-            self.efl * libm::exp(values[6]),
-            self.focus * libm::exp(focus),
-        )
+        let Some(focus) = values.get(FOCUS) else {
+            return (self.efl * libm::exp(values[6]), self.focus);
+        };
+        let focus = self.focus * libm::exp(*focus);
+        let film = libm::exp(values[6]) / (1.0 / self.efl - 1e-3 / self.focus);
+        (1.0 / (1.0 / film + 1e-3 / focus), focus)
+    }
+
+    /// How much the logarithm of the focal length changes with the parameters.
+    fn of_focal_length(&self, values: &[f64]) -> Vec<(usize, f64)> {
+        let (efl, focus) = self.optics(values);
+        let near = 1e-3 * efl / focus;
+        match values.get(FOCUS) {
+            Some(_) => vec![(6, 1.0 - near), (FOCUS, near)],
+            None => vec![(6, 1.0)],
+        }
     }
 
     fn pose_at(&self, values: &[f64]) -> CameraPose {
@@ -189,14 +241,14 @@ impl Start {
     fn guess(
         &self,
         target: &Plate,
-        draw: &mut impl FnMut(&[f64], (usize, usize)) -> Result<Plate>,
+        draw: &mut impl FnMut(&[f64], (usize, usize), Half) -> Result<Plate>,
     ) -> Option<Vec<f64>> {
         let Resolution { width, height } = self.plan.resolution;
         let shrink = (f64::from(width.max(height)) / 180.0).max(1.0);
         let small = |n: u32| (f64::from(n) / shrink).round().max(1.0) as usize;
         let size = (small(width), small(height));
         let mut values = vec![0.0; self.count()];
-        let new = draw(&values, size).ok()?;
+        let new = draw(&values, size, Half::First).ok()?;
         let old = target.map(|p| p.resized(size.0, size.1));
         let (_, found) = align::align(&new, &old).ok()?;
         let pixels = self.efl / self.plan.film.width * size.0 as f64;
@@ -231,7 +283,7 @@ impl Start {
 
     fn report(&self, fitted: &Fitted, file: &Path, out: &mut dyn Write) -> std::io::Result<()> {
         let v = &fitted.values;
-        let error = |i: usize| fitted.errors.get(i).copied().unwrap_or(f64::INFINITY);
+        let error = |i: usize| fitted.error(i);
         let length = |a: f64, b: f64, c: f64| (a * a + b * b + c * c).sqrt();
         let (efl, focus) = self.optics(v);
         writeln!(
@@ -249,14 +301,14 @@ impl Start {
         writeln!(
             out,
             "focal      {efl:.3} mm (± {:.3}), was {:.3} mm",
-            efl * error(6),
+            efl * fitted.error_of(&self.of_focal_length(v)),
             self.efl
         )?;
-        if v.len() > 7 {
+        if v.len() > FOCUS {
             writeln!(
                 out,
                 "focus      {focus:.3} m (± {:.3}), was {:.3} m",
-                focus * error(7),
+                focus * error(FOCUS),
                 self.focus
             )?;
         }
@@ -275,12 +327,6 @@ fn turned(vector: DVec3) -> DQuat {
         }
         None => DQuat::IDENTITY,
     }
-}
-
-fn axis_angle(turn: DQuat) -> (DVec3, f64) {
-    let v = DVec3::new(turn.x, turn.y, turn.z);
-    let angle = 2.0 * libm::atan2(v.length(), turn.w);
-    (v.try_normalize().unwrap_or(DVec3::Z), angle)
 }
 
 #[cfg(test)]

@@ -218,11 +218,17 @@ fn directions(picture: &Plane, angle: f64) -> Spectrum {
 /// Brightness less its surroundings, over the spread around it: much the same under any gain,
 /// offset, gamma or slow shading.
 pub(super) fn contrast(luma: &Plane, sigma: f64) -> Plane {
+    let (off, spread) = detail(luma, sigma);
+    off.zip(&spread, |v, s| v / (s + 0.02))
+}
+
+/// Brightness less its surroundings, and the spread around it.
+pub(super) fn detail(luma: &Plane, sigma: f64) -> (Plane, Plane) {
     let smooth = luma.blurred(sigma);
     let around = smooth.blurred(6.0);
     let off = smooth.zip(&around, |v, a| v - a);
-    let spread = off.map(|v| v * v).blurred(6.0);
-    off.zip(&spread, |v, s| v / (s.max(0.0).sqrt() + 0.02))
+    let squares = off.map(|v| v * v).blurred(6.0);
+    (off, squares.map(|s| s.max(0.0).sqrt()))
 }
 
 /// A smaller picture: its center stays, one pixel becomes `ratio` old ones wide.

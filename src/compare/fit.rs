@@ -1,24 +1,48 @@
 //! Finds the parameters of a picture: those whose rendering looks most like an archival one.
 //!
 //! Knows nothing of cameras: a caller gives numbers, how large a step of each is felt, and a
-//! function that renders. From small pictures to large ones, Levenberg and Marquardt on the
-//! robust difference of local contrast, which another gain, gamma or lamp hardly changes.
+//! function that renders. Levenberg and Marquardt, first from small pictures to large ones on the
+//! robust difference of local contrast, which another gain, gamma or lamp hardly changes; then at
+//! full size on the difference of detail, which also tells how blurred things are.
+//!
+//! A rendering is noisy, and noisier where it is blurred, so that squares of differences prefer
+//! what is sharp. At full size every place is therefore rendered twice, with other random numbers,
+//! and the difference of the one is multiplied with that of the other: their noise averages out.
 //! Derivatives are differences of renderings that share their random numbers.
 
-use super::align::contrast;
+use super::align::{contrast, detail};
 use super::metric::Mask;
 use super::plane::{Plane, Plate};
 use super::tone::{self, Matching};
 use crate::diag::Result;
 
-/// Renders parameters at a size in pixels.
-pub type Renderer<'r> = dyn FnMut(&[f64], (usize, usize)) -> Result<Plate> + 'r;
+/// Renders parameters at a size in pixels; the last number says with which random numbers.
+pub type Renderer<'r> = dyn FnMut(&[f64], (usize, usize), Half) -> Result<Plate> + 'r;
+
+/// Which of two renderings of the same place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Half {
+    First,
+    Second,
+}
 
 /// Iterations at each size, at most.
 const MOST: usize = 12;
-/// Blur before contrast is taken, and the border that is left out, in pixels.
+/// Blur before contrast is taken, before detail is, and the border that is left out, in pixels.
 const SIGMA: f64 = 1.0;
+const SIGMA_FINE: f64 = 0.5;
 const MARGIN: usize = 2;
+/// Differences are weighed by their size over so many pixels: by their own they would be weighed
+/// by their noise, and what is noisy would look like a good match.
+const NEIGHBORS: f64 = 3.0;
+/// What stands behind the parameters at full size, and is nobody's business: the logarithm of the
+/// target's gain, because tones were matched at another blur, and by how much more than a rendering
+/// a scan or a JPEG blurred it all over (the variance in pixels). Steps of the two.
+const ASIDE: [f64; 2] = [0.05, 0.1];
+/// Side of the squares, in pixels, whose differences are taken to be independent of each other.
+const BLOCK: usize = 12;
+/// Steps to either side over which a blind parameter is searched.
+const SEARCH: i32 = 6;
 
 /// What is to be matched, and how.
 pub struct Fit<'a> {
@@ -27,27 +51,106 @@ pub struct Fit<'a> {
     pub sizes: Vec<(usize, usize)>,
     /// Of each parameter, a change that moves the largest rendering by about half a pixel.
     pub steps: Vec<f64>,
+    /// The parameter that only blurs, which small pictures and local contrast do not tell.
+    pub blur: Option<usize>,
 }
 
 /// Where the search ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitted {
     pub values: Vec<f64>,
-    /// Standard error of each if the differences left are noise; infinite where the picture does
-    /// not tell. Errors that pixels share (another lens, an edge's stairs) come on top.
-    pub errors: Vec<f64>,
+    /// Covariance of the values, row by row, from the differences left, taken to be independent
+    /// only between squares of 12 pixels; infinite where the picture does not tell.
+    pub covariance: Vec<f64>,
     /// Robust mean square of the differences left, at the largest size.
     pub cost: f64,
     pub renders: usize,
+}
+
+impl Fitted {
+    /// Standard error of a sum of the values with these factors.
+    pub fn error_of(&self, factors: &[(usize, f64)]) -> f64 {
+        let n = self.values.len();
+        let term = |(i, a): (usize, f64), (j, b): (usize, f64)| a * b * self.covariance[i * n + j];
+        let all = factors.iter();
+        let sum: f64 = all.flat_map(|x| factors.iter().map(|y| term(*x, *y))).sum();
+        if sum.is_nan() {
+            f64::INFINITY
+        } else {
+            sum.max(0.0).sqrt()
+        }
+    }
+
+    /// Standard error of one value.
+    pub fn error(&self, i: usize) -> f64 {
+        self.error_of(&[(i, 1.0)])
+    }
+}
+
+/// What of two pictures is held against each other.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Measure {
+    /// Detail over the spread around it in the same picture: no gain, gamma or lamp changes it.
+    Contrast,
+    /// Detail over the spread around it in the target: linear in the rendering, so that its noise
+    /// averages out and its blur shows.
+    Detail,
+}
+
+/// Differences of the two renderings of a place from the target.
+struct Off {
+    first: Vec<f64>,
+    second: Vec<f64>,
+}
+
+impl Off {
+    fn mean(&self, i: usize) -> f64 {
+        0.5 * (self.first[i] + self.second[i])
+    }
+
+    fn means(&self) -> Vec<f64> {
+        (0..self.first.len()).map(|i| self.mean(i)).collect()
+    }
+
+    /// Weighted mean of the products, in which the renderings' noise averages out.
+    fn cost(&self, weights: &[f64]) -> f64 {
+        let products = self.first.iter().zip(&self.second).zip(weights);
+        let sum: f64 = products.map(|((a, b), w)| w * a * b).sum();
+        sum / weights.len().max(1) as f64
+    }
+
+    /// `self` less `other` over a step.
+    fn slope(&self, other: &Self, run: f64) -> Self {
+        let one = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) / run).collect();
+        Self {
+            first: one(&self.first, &other.first),
+            second: one(&self.second, &other.second),
+        }
+    }
 }
 
 /// One size: the target in it, and the count of renderings so far.
 struct Level<'f, 'r> {
     fit: &'f Fit<'f>,
     size: (usize, usize),
+    measure: Measure,
+    /// Parameters that may change.
+    free: Vec<usize>,
     target: Plane,
+    /// One over the spread of the target, for [`Measure::Detail`].
+    scale: Plane,
     render: &'f mut Renderer<'r>,
     renders: usize,
+}
+
+/// The normal equations at a place, over the free parameters, row by row.
+struct System {
+    /// From the mean of both renderings: too large by their noise, and safe to solve.
+    matrix: Vec<f64>,
+    /// From the products of the two: right in the mean.
+    unbiased: Vec<f64>,
+    right: Vec<f64>,
+    columns: Vec<Off>,
 }
 
 impl Fit<'_> {
@@ -69,9 +172,9 @@ impl Fit<'_> {
     /// # Errors
     /// What rendering says.
     pub fn cost_of(&self, values: &[f64], render: &mut Renderer<'_>) -> Result<f64> {
-        let mut level = Level::new(self, self.sizes[0], render);
+        let mut level = Level::new(self, self.sizes[0], Measure::Contrast, render);
         let off = level.off(values)?;
-        Ok(cost(&off, 1.0))
+        Ok(off.cost(&vec![1.0; off.first.len()]))
     }
 
     /// Refines the parameters; `told` hears of every size that is done.
@@ -84,14 +187,23 @@ impl Fit<'_> {
         render: &mut Renderer<'_>,
         told: &mut dyn FnMut((usize, usize), f64),
     ) -> Result<Fitted> {
+        let count = start.len();
         let mut fitted = Fitted {
             values: start.to_vec(),
-            errors: vec![f64::INFINITY; start.len()],
+            covariance: vec![f64::INFINITY; count * count],
             cost: f64::INFINITY,
             renders: 0,
         };
-        for &size in &self.sizes {
-            let mut level = Level::new(self, size, render);
+        let coarse = self.sizes.iter().map(|s| (*s, Measure::Contrast));
+        let fine = self.sizes.last().map(|s| (*s, Measure::Detail));
+        for (size, measure) in coarse.chain(fine) {
+            let mut level = Level::new(self, size, measure, render);
+            if measure == Measure::Contrast {
+                level.free.retain(|i| Some(*i) != self.blur);
+            } else if let Some(blur) = self.blur {
+                level.match_tones(&fitted.values)?;
+                level.search(&mut fitted.values, blur);
+            }
             let done = level.refine(&fitted.values)?;
             let renders = fitted.renders + level.renders;
             fitted = Fitted { renders, ..done };
@@ -102,171 +214,288 @@ impl Fit<'_> {
 }
 
 impl<'f, 'r> Level<'f, 'r> {
-    fn new(fit: &'f Fit<'f>, size: (usize, usize), render: &'f mut Renderer<'r>) -> Self {
+    fn new(
+        fit: &'f Fit<'f>,
+        size: (usize, usize),
+        measure: Measure,
+        render: &'f mut Renderer<'r>,
+    ) -> Self {
         let luma = fit.target.luma().resized(size.0, size.1);
-        Self {
+        let mut this = Self {
             fit,
             size,
-            target: contrast(&luma, SIGMA),
+            measure,
+            free: (0..fit.steps.len()).collect(),
+            scale: luma.clone(),
+            target: luma.clone(),
             render,
             renders: 0,
+        };
+        this.aim(&luma);
+        this
+    }
+
+    /// Takes a picture of the target's brightness as what is to be matched.
+    fn aim(&mut self, luma: &Plane) {
+        match self.measure {
+            Measure::Contrast => self.target = contrast(luma, SIGMA),
+            Measure::Detail => {
+                let (off, spread) = detail(luma, SIGMA_FINE);
+                self.scale = spread.map(|s| 1.0 / (s + 0.02));
+                self.target = off.zip(&self.scale, |v, s| v * s);
+            }
         }
     }
 
-    /// Differences from the target, without the border.
-    fn off(&mut self, values: &[f64]) -> Result<Vec<f64>> {
+    fn draw(&mut self, values: &[f64], half: Half) -> Result<Plane> {
         self.renders += 1;
-        let plate = (self.render)(values, self.size)?;
-        let seen = contrast(&plate.luma(), SIGMA);
+        let parameters = &values[..self.fit.steps.len()];
+        Ok((self.render)(parameters, self.size, half)?.luma())
+    }
+
+    /// Differences from the target, without the border.
+    fn off(&mut self, values: &[f64]) -> Result<Off> {
+        let first = self.off_by(values, Half::First)?;
+        let second = match self.measure {
+            Measure::Contrast => first.clone(),
+            Measure::Detail => self.off_by(values, Half::Second)?,
+        };
+        Ok(Off { first, second })
+    }
+
+    fn off_by(&mut self, values: &[f64], half: Half) -> Result<Vec<f64>> {
+        let luma = self.draw(values, half)?;
+        let aside = values.get(self.fit.steps.len()..).unwrap_or_default();
+        let [gain, softer] = aside.try_into().unwrap_or_default();
+        let seen = match self.measure {
+            Measure::Contrast => contrast(&luma, SIGMA),
+            Measure::Detail => {
+                let sigma = (SIGMA_FINE * SIGMA_FINE + softer).max(0.04).sqrt();
+                detail(&luma, sigma).0.zip(&self.scale, |v, s| v * s)
+            }
+        };
+        let gain = libm::exp(gain);
+        let off = |i: usize| f64::from(seen.values[i]) - gain * f64::from(self.target.values[i]);
+        Ok(self.inner().map(off).collect())
+    }
+
+    /// The pixels that count, by number.
+    fn inner(&self) -> impl Iterator<Item = usize> + use<> {
         let (width, height) = self.size;
         let inner = |n: usize| MARGIN.min(n / 4)..n - MARGIN.min(n / 4);
-        Ok(inner(height)
-            .flat_map(|y| inner(width).map(move |x| y * width + x))
-            .map(|i| f64::from(seen.values[i]) - f64::from(self.target.values[i]))
-            .collect())
+        let columns = inner(width);
+        inner(height).flat_map(move |y| columns.clone().map(move |x| y * width + x))
     }
 
     /// Gives the target the tones of a rendering: contrast near the noise depends on the gain.
     fn match_tones(&mut self, values: &[f64]) -> Result<()> {
-        self.renders += 1;
-        let seen = (self.render)(values, self.size)?.luma();
+        let seen = self.draw(values, Half::First)?;
         let old = self.fit.target.luma().resized(self.size.0, self.size.1);
         let gray = |p: &Plane| Plate::from_planes([p.clone(), p.clone(), p.clone()]);
         let mask = Mask::all(self.size.0, self.size.1);
         let [tone, ..] = tone::fit(&gray(&seen), &gray(&old), &mask, Matching::Channel);
-        self.target = contrast(&old.map(|v| tone.apply(v)), SIGMA);
+        self.aim(&old.map(|v| tone.apply(v)));
         Ok(())
+    }
+
+    /// Tries one parameter far to both sides, and keeps what costs least.
+    fn search(&mut self, values: &mut [f64], which: usize) {
+        let Ok(here) = self.off(values) else { return };
+        let weights = self.weights(&here);
+        let mut best = (here.cost(&weights), values[which]);
+        for step in -SEARCH..=SEARCH {
+            let mut moved = values.to_vec();
+            moved[which] += f64::from(step) * self.fit.steps[which];
+            let cost = self.off(&moved).map(|off| off.cost(&weights));
+            if let Ok(cost) = cost
+                && cost < best.0
+            {
+                best = (cost, moved[which]);
+            }
+        }
+        values[which] = best.1;
     }
 
     fn refine(&mut self, start: &[f64]) -> Result<Fitted> {
         self.match_tones(start)?;
         let mut values = start.to_vec();
+        if self.measure == Measure::Detail {
+            for _ in ASIDE {
+                self.free.push(values.len());
+                values.push(0.0);
+            }
+        }
         let mut off = self.off(&values)?;
         let mut damping = 1e-2;
-        let mut normal = None;
         for _ in 0..MOST {
-            let width = huber_width(&off);
-            let system = self.linearized(&values, &off, width);
-            let before = cost(&off, width);
+            let weights = self.weights(&off);
+            let system = self.linearized(&values, &off, &weights);
+            let before = off.cost(&weights);
             let mut better = None;
             while better.is_none() && damping < 1e5 {
-                let Some(step) = solve(&system.0, &system.1, damping) else {
+                let Some(step) = solve(&system.matrix, &system.right, damping) else {
                     break;
                 };
-                let next: Vec<f64> = values.iter().zip(&step).map(|(v, s)| v + s).collect();
+                let next = self.moved(&values, &step);
                 // A place that can't be rendered (too near to focus) is no better.
                 better = self
                     .off(&next)
                     .ok()
-                    .filter(|o| cost(o, width) < before)
+                    .filter(|o| o.cost(&weights) < before)
                     .map(|o| (next, o, step));
                 damping *= if better.is_some() { 0.2 } else { 8.0 };
             }
-            normal = Some(system.0);
             let Some((next, next_off, step)) = better else {
                 break;
             };
             let small = step
                 .iter()
-                .zip(&self.fit.steps)
-                .all(|(s, h)| s.abs() < 0.02 * h);
-            let gained = 1.0 - cost(&next_off, width) / before;
+                .zip(&self.free)
+                .all(|(s, i)| s.abs() < 0.02 * self.step(*i));
+            let gained = (before - next_off.cost(&weights)) / before.abs().max(1e-12);
             (values, off) = (next, next_off);
             damping = damping.max(1e-6);
             if small || gained < 1e-4 {
                 break;
             }
         }
-        let cost = cost(&off, huber_width(&off));
-        // A blur of σ makes 4πσ² pixels say the same.
-        let variance = cost * 4.0 * std::f64::consts::PI * SIGMA * SIGMA;
-        let errors = normal.map_or(Vec::new(), |n| standard_errors(&n, values.len(), variance));
+        let weights = self.weights(&off);
+        let system = self.linearized(&values, &off, &weights);
+        values.truncate(start.len());
         Ok(Fitted {
+            cost: off.cost(&weights),
+            covariance: self.covariance(&system, &off, &weights),
             values,
-            errors,
-            cost,
             renders: 0,
         })
     }
 
-    /// The normal equations at a place: matrix (row by row) and right side.
-    fn linearized(&mut self, values: &[f64], off: &[f64], width: f64) -> (Vec<f64>, Vec<f64>) {
-        let n = values.len();
+    fn step(&self, i: usize) -> f64 {
         // At a smaller size a step has to be larger to be felt as much.
         let largest = self.fit.sizes.last().map_or(1, |s| s.0);
         let coarse = largest as f64 / self.size.0 as f64;
-        let columns: Vec<Vec<f64>> = (0..n)
-            .map(|i| self.derivative(values, off, i, coarse * self.fit.steps[i]))
-            .collect();
-        let weights: Vec<f64> = off.iter().map(|r| huber_weight(*r, width)).collect();
+        match i.checked_sub(self.fit.steps.len()) {
+            Some(aside) => ASIDE[aside],
+            None => coarse * self.fit.steps[i],
+        }
+    }
+
+    /// Huber's weights: 1 up to 1.345 standard deviations, told by the median, falling beyond.
+    fn weights(&self, off: &Off) -> Vec<f64> {
+        let means = off.means();
+        let mut squares = self.target.map(|_| 0.0);
+        for (i, r) in self.inner().zip(&means) {
+            squares.values[i] = (r * r) as f32;
+        }
+        let around = squares.blurred(NEIGHBORS);
+        let local = |i: usize| f64::from(around.values[i]).max(0.0).sqrt();
+        let sizes: Vec<f64> = self.inner().map(local).collect();
+        let mut sorted = sizes.clone();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0);
+        let width = (1.345 * median).clamp(0.02, 2.0);
+        sizes
+            .iter()
+            .map(|r| (width / r.max(width)).min(1.0))
+            .collect()
+    }
+
+    fn moved(&self, values: &[f64], step: &[f64]) -> Vec<f64> {
+        let mut moved = values.to_vec();
+        for (i, s) in self.free.iter().zip(step) {
+            moved[*i] += s;
+        }
+        moved
+    }
+
+    fn linearized(&mut self, values: &[f64], off: &Off, weights: &[f64]) -> System {
+        let free = self.free.clone();
+        let columns = free.iter().map(|&i| self.derivative(values, off, i));
+        let columns: Vec<Off> = columns.collect();
         let dot = |a: &[f64], b: &[f64]| -> f64 {
-            let terms = a.iter().zip(b).zip(&weights);
+            let terms = a.iter().zip(b).zip(weights);
             terms.map(|((a, b), w)| w * a * b).sum()
         };
+        // The first rendering's slope on the second's difference, and the other way around.
+        let crossed =
+            |a: &Off, b: &Off| 0.5 * (dot(&a.first, &b.second) + dot(&a.second, &b.first));
+        let n = columns.len();
         let mut matrix = vec![0.0; n * n];
+        let mut unbiased = matrix.clone();
+        let means: Vec<Vec<f64>> = columns.iter().map(Off::means).collect();
         for i in 0..n {
             for j in 0..=i {
-                matrix[i * n + j] = dot(&columns[i], &columns[j]);
+                matrix[i * n + j] = dot(&means[i], &means[j]);
+                unbiased[i * n + j] = crossed(&columns[i], &columns[j]);
             }
         }
-        let right = columns.iter().map(|c| -dot(c, off)).collect();
-        (matrix, right)
+        System {
+            right: columns.iter().map(|c| -crossed(c, off)).collect(),
+            matrix,
+            unbiased,
+            columns,
+        }
     }
 
     /// Change of the differences with one parameter, by a step to both sides, or to the one that
     /// can be rendered.
-    fn derivative(&mut self, values: &[f64], off: &[f64], i: usize, step: f64) -> Vec<f64> {
+    fn derivative(&mut self, values: &[f64], off: &Off, i: usize) -> Off {
+        let step = self.step(i);
         let mut side = |by: f64| {
             let mut moved = values.to_vec();
             moved[i] += by;
             self.off(&moved).ok()
         };
-        let slope = |high: &[f64], low: &[f64], run: f64| -> Vec<f64> {
-            high.iter().zip(low).map(|(h, l)| (h - l) / run).collect()
-        };
         match (side(step), side(-step)) {
-            (Some(high), Some(low)) => slope(&high, &low, 2.0 * step),
-            (Some(high), None) => slope(&high, off, step),
-            (None, Some(low)) => slope(off, &low, step),
-            (None, None) => vec![0.0; off.len()],
+            (Some(high), Some(low)) => high.slope(&low, 2.0 * step),
+            (Some(high), None) => high.slope(off, step),
+            (None, Some(low)) => off.slope(&low, step),
+            (None, None) => off.slope(off, step),
         }
     }
-}
 
-/// Huber's mean: square near zero, straight beyond the width.
-fn cost(off: &[f64], width: f64) -> f64 {
-    let term = |r: &f64| {
-        let r = r.abs();
-        if r <= width {
-            r * r
-        } else {
-            width * (2.0 * r - width)
+    /// H⁻¹ S H⁻¹, where S adds up what squares of the picture pull at the parameters: whatever is
+    /// correlated within a square, be it blur, grain of a JPEG or a wrong model, is in it.
+    fn covariance(&self, system: &System, off: &Off, weights: &[f64]) -> Vec<f64> {
+        let n = self.free.len();
+        let across = self.size.0.div_ceil(BLOCK);
+        let mut pulls = vec![vec![0.0; n]; across * self.size.1.div_ceil(BLOCK)];
+        for (k, pixel) in self.inner().enumerate() {
+            let (x, y) = (pixel % self.size.0, pixel / self.size.0);
+            let pull = &mut pulls[y / BLOCK * across + x / BLOCK];
+            for (p, column) in pull.iter_mut().zip(&system.columns) {
+                *p += weights[k] * column.mean(k) * off.mean(k);
+            }
         }
-    };
-    off.iter().map(term).sum::<f64>() / off.len().max(1) as f64
-}
-
-fn huber_weight(off: f64, width: f64) -> f64 {
-    let off = off.abs();
-    if off <= width { 1.0 } else { width / off }
-}
-
-/// 1.345 standard deviations, told by the median.
-fn huber_width(off: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> = off.iter().map(|r| r.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(1.0);
-    (1.345 * 1.4826 * median).clamp(0.02, 2.0)
-}
-
-/// Square roots of the diagonal of the inverse, times the variance left.
-fn standard_errors(matrix: &[f64], n: usize, variance: f64) -> Vec<f64> {
-    let one = |i: usize| {
-        let unit: Vec<f64> = (0..n).map(|j| f64::from(u8::from(i == j))).collect();
-        let column = solve(matrix, &unit, 0.0)?;
-        Some((column[i] * variance).sqrt())
-    };
-    (0..n).map(|i| one(i).unwrap_or(f64::INFINITY)).collect()
+        let unit = |i: usize| (0..n).map(move |j| f64::from(u8::from(i == j))).collect();
+        let inverse: Option<Vec<Vec<f64>>> = (0..n)
+            .map(|i| {
+                let unit: Vec<f64> = unit(i);
+                solve(&system.unbiased, &unit, 0.0)
+            })
+            .collect();
+        let all = self.fit.steps.len();
+        let mut out = vec![f64::INFINITY; all * all];
+        let Some(inverse) = inverse else { return out };
+        // What each square moves each parameter by.
+        let shifts: Vec<Vec<f64>> = pulls
+            .iter()
+            .map(|pull| {
+                let shift = |row: &Vec<f64>| row.iter().zip(pull).map(|(a, b)| a * b).sum();
+                inverse.iter().map(shift).collect()
+            })
+            .collect();
+        let blocks = shifts.len() as f64;
+        let few = blocks / (blocks - n as f64).max(1.0);
+        let told = || self.free.iter().enumerate().filter(|(_, a)| **a < all);
+        for (i, a) in told() {
+            for (j, b) in told() {
+                let sum: f64 = shifts.iter().map(|s| s[i] * s[j]).sum();
+                out[a * all + b] = few * sum;
+            }
+        }
+        out
+    }
 }
 
 /// Solves a symmetric system of which the lower half is given, row by row, with its diagonal
@@ -345,15 +574,17 @@ mod tests {
             target: &target,
             sizes: Fit::pyramid((192, 128)),
             steps: vec![0.003; 3],
+            blur: None,
         };
         assert_eq!(fit.sizes, [(48, 32), (96, 64), (192, 128)]);
-        let mut render = |v: &[f64], size: (usize, usize)| Ok(blobs(v, size));
+        let mut render = |v: &[f64], size: (usize, usize), _| Ok(blobs(v, size));
         let found = fit
             .run(&[0.45, 0.36, 1.0], &mut render, &mut |_, _| ())
             .unwrap();
         // Three values: beyond four standard errors by chance once in 5000 runs.
-        for ((v, t), error) in found.values.iter().zip(truth).zip(&found.errors) {
-            assert!((v - t).abs() < 4.0 * error && *error < 5e-3, "{found:?}");
+        for (i, (v, t)) in found.values.iter().zip(truth).enumerate() {
+            let error = found.error(i);
+            assert!((v - t).abs() < 4.0 * error && error < 5e-3, "{found:?}");
         }
     }
 }

@@ -1,10 +1,17 @@
 //! The sheet: new, old and difference side by side, with a scale and the numbers.
 
+use std::io::Cursor;
+use std::path::Path;
+
+use image::ImageFormat;
+use image::codecs::jpeg::JpegEncoder;
+
 use super::{Comparison, Plate};
+use crate::diag::{Diagnostic, Result};
 
 /// The width of the border around the panels, in pixels.
 const BORDER: usize = 10;
-/// A line of text: seven rows of dots and the room around them.
+/// A line of text: eight rows of dots and the room around them.
 const LINE: usize = 11;
 /// Panels are enlarged until they are at least this wide, so that the text fits.
 const NARROWEST: usize = 240;
@@ -98,10 +105,10 @@ impl Sheet {
         self.write(left + wide - 6 * whole.len(), top, &whole);
     }
 
-    /// Writes a line in capitals, six pixels a character.
+    /// Writes a line, six pixels a character.
     fn write(&mut self, left: usize, top: usize, line: &str) {
         for (i, c) in line.chars().enumerate() {
-            for (y, row) in glyph(c.to_ascii_uppercase()).into_iter().enumerate() {
+            for (y, row) in glyph(c).into_iter().enumerate() {
                 for x in (0..5).filter(|x| row & (16 >> x) != 0) {
                     self.set(left + 6 * i + x, top + y, INK);
                 }
@@ -109,19 +116,51 @@ impl Sheet {
         }
     }
 
-    /// The sheet as a PNG file's bytes.
+    /// The sheet as a file's bytes, in the format that the file's name asks for.
     ///
     /// # Errors
-    /// What the encoder says.
-    pub fn png(&self) -> std::io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(self.pixels.as_flattened())?;
-        writer.finish()?;
-        Ok(bytes)
+    /// An ending that is not of a format of 8 bits a channel, or what the encoder says.
+    pub fn encode(&self, name: &Path) -> Result<Vec<u8>> {
+        let format = format_of(name)?;
+        let levels = self.pixels.as_flattened().to_vec();
+        let picture = image::RgbImage::from_raw(self.width as u32, self.height as u32, levels)
+            .unwrap_or_default();
+        let mut bytes = Cursor::new(Vec::new());
+        let written = match format {
+            ImageFormat::Jpeg => {
+                picture.write_with_encoder(JpegEncoder::new_with_quality(&mut bytes, 92))
+            }
+            _ => picture.write_to(&mut bytes, format),
+        };
+        written.map_err(|e| {
+            Diagnostic::error(format!("the sheet can't be written: {e}"))
+                .in_file(name.display().to_string())
+        })?;
+        Ok(bytes.into_inner())
     }
+}
+
+/// What a sheet's name asks for.
+///
+/// # Errors
+/// An ending that is of no format that sheets are written in.
+pub fn format_of(name: &Path) -> Result<ImageFormat> {
+    const KNOWN: [ImageFormat; 4] = [
+        ImageFormat::Png,
+        ImageFormat::Jpeg,
+        ImageFormat::Tiff,
+        ImageFormat::Bmp,
+    ];
+    ImageFormat::from_path(name)
+        .ok()
+        .filter(|format| KNOWN.contains(format))
+        .ok_or_else(|| {
+            Diagnostic::error(format!(
+                "cannot tell the sheet's format from `{}`",
+                name.display()
+            ))
+            .with_help("end its name in .png, .jpg, .tiff or .bmp")
+        })
 }
 
 /// The largest difference of the three channels.
@@ -176,8 +215,8 @@ fn number(value: f64) -> String {
 pub fn words(comparison: &Comparison) -> Vec<String> {
     let m = &comparison.measures;
     let mut lines = vec![
-        format!("mse {:.6}  psnr {:.2} db", m.mse, m.psnr),
-        format!("ssim {:.4}  flip {:.4}", m.ssim, m.flip),
+        format!("MSE {:.6}  PSNR {:.2} dB", m.mse, m.psnr),
+        format!("SSIM {:.4}  FLIP {:.4}", m.ssim, m.flip),
     ];
     lines.push(match m.edges {
         Some(e) => format!(
@@ -212,9 +251,53 @@ fn tone_words(tone: super::Tone) -> String {
     )
 }
 
-/// Seven rows of five dots, the leftmost dot 16.
-fn glyph(c: char) -> [u8; 7] {
+/// Eight rows of five dots, the leftmost dot 16; the last is for what hangs below the line.
+fn glyph(c: char) -> [u8; 8] {
+    let [a, b, c, d, e, f, g] = match c {
+        'g' | 'j' | 'p' | 'q' | 'y' => return hanging(c),
+        _ => upright(c),
+    };
+    [a, b, c, d, e, f, g, 0]
+}
+
+fn hanging(c: char) -> [u8; 8] {
     match c {
+        'g' => [0, 0, 15, 17, 17, 15, 1, 14],
+        'j' => [2, 0, 6, 2, 2, 2, 18, 12],
+        'p' => [0, 0, 30, 17, 17, 30, 16, 16],
+        'q' => [0, 0, 15, 17, 17, 15, 1, 1],
+        _ => [0, 0, 17, 17, 17, 15, 1, 14],
+    }
+}
+
+fn upright(c: char) -> [u8; 7] {
+    match c {
+        'a' => [0, 0, 14, 1, 15, 17, 15],
+        'b' => [16, 16, 22, 25, 17, 17, 30],
+        'c' => [0, 0, 14, 16, 16, 17, 14],
+        'd' => [1, 1, 13, 19, 17, 17, 15],
+        'e' => [0, 0, 14, 17, 31, 16, 14],
+        'f' => [6, 9, 8, 28, 8, 8, 8],
+        'h' => [16, 16, 22, 25, 17, 17, 17],
+        'i' => [4, 0, 12, 4, 4, 4, 14],
+        'k' => [16, 16, 18, 20, 24, 20, 18],
+        'l' => [12, 4, 4, 4, 4, 4, 14],
+        'm' => [0, 0, 26, 21, 21, 17, 17],
+        'n' => [0, 0, 22, 25, 17, 17, 17],
+        'o' => [0, 0, 14, 17, 17, 17, 14],
+        'r' => [0, 0, 22, 25, 16, 16, 16],
+        's' => [0, 0, 14, 16, 14, 1, 30],
+        't' => [8, 8, 28, 8, 8, 9, 6],
+        'u' => [0, 0, 17, 17, 17, 19, 13],
+        'v' => [0, 0, 17, 17, 17, 10, 4],
+        'w' => [0, 0, 17, 17, 21, 21, 10],
+        'x' => [0, 0, 17, 10, 4, 10, 17],
+        'z' => [0, 0, 31, 2, 4, 8, 31],
+        '=' => [0, 0, 31, 0, 31, 0, 0],
+        '(' => [2, 4, 8, 8, 8, 4, 2],
+        ')' => [8, 4, 2, 2, 2, 4, 8],
+        '~' => [0, 0, 8, 21, 2, 0, 0],
+        '@' => [14, 17, 1, 13, 21, 21, 14],
         '0' => [14, 17, 19, 21, 25, 17, 14],
         '1' => [4, 12, 4, 4, 4, 4, 14],
         '2' => [14, 17, 1, 2, 4, 8, 31],
@@ -270,7 +353,7 @@ mod tests {
     use crate::compare::{Options, Plane, compare};
 
     #[test]
-    fn equal_pictures_make_a_dark_difference_and_the_sheet_is_a_png() {
+    fn equal_pictures_make_a_dark_difference_and_the_sheet_is_what_its_name_says() {
         let plane = Plane::from_fn(60, 40, |x, y| (x + y) as f32 / 100.0);
         let plate = Plate::from_planes([plane.clone(), plane.clone(), plane]);
         let comparison = compare(&plate, &plate, &Options::default()).unwrap();
@@ -281,11 +364,39 @@ mod tests {
         );
         let middle = sheet.pixels[(BORDER + LINE + 50) * sheet.width + 3 * BORDER + 2 * 240 + 100];
         assert_eq!(middle, ramp(0.0));
-        let raster = crate::raster::Raster::decode(&sheet.png().unwrap(), "sheet").unwrap();
-        assert_eq!(
-            (raster.width as usize, raster.height as usize),
-            (sheet.width, sheet.height)
+        for (name, magic) in [
+            ("a.png", &b"\x89PNG"[..]),
+            ("a.JPG", b"\xff\xd8"),
+            ("a.bmp", b"BM"),
+        ] {
+            let bytes = sheet.encode(Path::new(name)).unwrap();
+            assert!(bytes.starts_with(magic), "{name}");
+            let raster = crate::raster::Raster::decode(&bytes, name).unwrap();
+            assert_eq!(
+                (raster.width as usize, raster.height as usize),
+                (sheet.width, sheet.height)
+            );
+        }
+        assert!(
+            sheet
+                .encode(Path::new("a.xyz"))
+                .unwrap_err()
+                .message
+                .contains("a.xyz")
         );
+    }
+
+    #[test]
+    fn every_character_of_the_numbers_has_a_shape_of_its_own() {
+        let text = ('a'..='z')
+            .chain('A'..='Z')
+            .chain('0'..='9')
+            .chain("+-.,:%/_()=".chars());
+        let shapes: Vec<_> = text.map(glyph).collect();
+        for (i, shape) in shapes.iter().enumerate() {
+            assert_ne!(*shape, glyph('\u{1}'));
+            assert!(!shapes[..i].contains(shape), "number {i}");
+        }
     }
 
     #[test]
