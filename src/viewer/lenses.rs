@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use crate::diagram::{Drawing, LensDiagram, SectionOptions};
+use crate::diagram::{Drawing, Item, LensDiagram, SectionOptions};
 use crate::lens::{About, Lens, shipped_names};
 
 /// A lens of the menu.
@@ -21,13 +21,18 @@ impl Entry {
     fn of(name: &'static str) -> Option<Self> {
         let lens = Lens::named(name).ok()?;
         let about = About::of(lens.prescription());
+        let mut section = LensDiagram::of(&lens, thumbnail()).drawing();
+        // No letters at this size.
+        section
+            .items
+            .retain(|item| !matches!(item, Item::Text { .. }));
         Some(Self {
             name,
             title: about.title.unwrap_or_else(|| name.to_owned()),
             kind: about.kind.unwrap_or_default(),
             efl: lens.first_order().efl(),
             f_number: lens.first_order().f_number(),
-            section: LensDiagram::of(&lens, thumbnail()).drawing(),
+            section,
         })
     }
 

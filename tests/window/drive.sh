@@ -6,7 +6,7 @@
 #   cargo build --release --features viewer
 #   tests/window/drive.sh target/release/ivcam FOLDER
 #
-# Needs Xvfb, xdotool, ImageMagick's import (for the screenshots) and Mesa's software OpenGL. Places
+# Needs Xvfb, xdotool, strings, ImageMagick's import (for the screenshots) and Mesa's software OpenGL. Places
 # are those of a window of 1360x860 with egui's own font.
 set -euo pipefail
 ivcam=$(realpath "$1") out=$(realpath -m "${2:-/tmp/ivcam-window}")
@@ -23,32 +23,33 @@ for _ in $(seq 100); do
   kill -0 "$window" || { cat "$out/window.txt"; exit 1; }
   sleep 0.3
 done
-sleep "${PATIENCE:-8}"
+sleep "${PATIENCE:-12}"
 shot() { command -v import >/dev/null && import -window root "$out/$1.png" || true; }
 click() { xdotool mousemove "$1" "$2"; sleep 0.4; xdotool click 1; sleep "${3:-1.5}"; }
 shot 1-open
 
-# The lens menu: scrolled to its own place by the wheel, then a click.
-click ${LENS:-100 330}
+# A lens of the menu.
+click ${LENS:-100 520}
 shot 2-lens
 # A click on the picture focuses there.
-click ${FOCUS:-640 470} 5
+click ${FOCUS:-700 480} 5
 shot 3-focus
 # The focus wheel, dragged.
-xdotool mousemove ${WHEEL:-1180 60} mousedown 1; sleep 0.2
+xdotool mousemove ${WHEEL:-1180 61} mousedown 1; sleep 0.2
 for step in 1 2 3 4; do xdotool mousemove_relative 4 0; sleep 0.1; done
 xdotool mouseup 1; sleep 2
 shot 4-wheel
-# Two stops down.
-click ${STOP:-1180 420}
+# Stops down.
+click ${STOP:-1190 323}
 shot 5-stop
-click ${SAVE:-1260 650} 1
+click ${SAVE:-1276 725} 1
 for _ in $(seq 200); do [ -s "$out/window.png" ] && break; sleep 0.3; done
 shot 6-saved
 
 # The batch command is in the picture itself.
-command=$(identify -format '%[Command]' "$out/window.png" 2>/dev/null || strings -n 8 "$out/window.png" | grep -m1 -o 'ivcam render.*')
+command=$(strings -n 8 "$out/window.png" | grep -m1 '^ivcam render' || true)
+[ -n "$command" ] || { echo "no command in the picture"; exit 1; }
 echo "$command" | tee "$out/command.txt"
-cp "$out/window.png" "$out/saved.png"
-eval "${command/#ivcam/\"$ivcam\"}"
+mv "$out/window.png" "$out/saved.png"
+eval "\"$ivcam\" ${command#ivcam }"
 cmp "$out/saved.png" "$out/window.png" && echo "the saved picture is the batch picture, bit for bit"

@@ -73,6 +73,8 @@ pub fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool) {
                     Anchor::Middle => Align2::CENTER_BOTTOM,
                     Anchor::End => Align2::RIGHT_BOTTOM,
                 };
+                // The window's font has no prime.
+                let text = text.replace('\u{2032}', "'");
                 painter.text(
                     place(at),
                     align,

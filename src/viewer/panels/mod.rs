@@ -117,8 +117,7 @@ impl Window {
                 });
             });
         egui::TopBottomPanel::bottom("lens")
-            .resizable(true)
-            .default_height(170.0)
+            .exact_height(180.0)
             .show(ctx, |ui| rays::show(ui, model, &mut kit.rays));
         egui::CentralPanel::default().show(ctx, |ui| picture::show(ui, model, kit));
         save
