@@ -610,6 +610,8 @@ fn appearance97<'a>(state: &mut State<'a>, appearance: Option<NodeRef<'a>>) {
             blend_color: Vec3::ZERO,
             repeat_s: texture.read::<bool>("repeatS").unwrap_or(true),
             repeat_t: texture.read::<bool>("repeatT").unwrap_or(true),
+            repeat_r: true,
+            quality: 0.5,
         });
     }
     if let Some(transform) = appearance.node_in("textureTransform") {

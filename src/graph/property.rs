@@ -505,6 +505,8 @@ fn texture2<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         blend_color: node.acting::<Vec3>("blendColor").unwrap_or(Vec3::ZERO),
         repeat_s: repeats("wrapS"),
         repeat_t: repeats("wrapT"),
+        repeat_r: repeats("wrapR"),
+        quality: state.complexity.texture_quality,
     });
 }
 

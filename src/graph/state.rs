@@ -343,6 +343,10 @@ pub enum TextureModel {
 /// The texture in force: the node that holds it, decoded only if a picture needs it.
 #[derive(Clone, Copy)]
 pub struct TextureElement<'a> {
+    /// `Complexity`'s `textureQuality` where the texture is, not where the shape is.
+    pub quality: f32,
+    /// Along the depth of a `Texture3`.
+    pub repeat_r: bool,
     pub node: NodeRef<'a>,
     pub model: TextureModel,
     pub blend_color: Vec3,

@@ -10,15 +10,15 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3, Vec4};
 
 use super::background::Background;
+use super::facets::facets;
 use super::mesh::Mesh;
 use super::quadric::{Quadric, QuadricKind, exact_bounds};
 use super::screen::Screen;
-use super::shapes::{self, Stroke};
+use super::shapes::{self, Stroke, View};
 use super::surface::{Mapping, TextureUse};
-use super::texture::{self, Texture};
+use super::texture::{self, Filter, Texture};
 use super::{Census, CompileOptions, Light, Needs, RenderScene, Surface, survey};
 use crate::diag::{Diagnostic, Result};
-use crate::grammar::value::Choice;
 use crate::graph::Visitor;
 use crate::graph::property::fog97;
 use crate::graph::read::Fields;
@@ -54,6 +54,11 @@ pub struct Builder<'a> {
     /// Counts and bounds only; nothing is kept.
     surveying: bool,
     ignore_draw_style: bool,
+    faceted: bool,
+    /// The current shape's.
+    complexity: f32,
+    /// Pixels of the line pattern used so far.
+    pattern_at: f32,
     scene_from_object: DAffine3,
     normal_matrix: DMat3,
     scene: RenderScene,
@@ -91,14 +96,14 @@ impl<'a> Builder<'a> {
             texture_folders: options.texture_folders.clone(),
             surveying: false,
             ignore_draw_style: options.ignore_draw_style,
+            faceted: options.faceted,
+            complexity: 0.5,
+            pattern_at: 0.0,
             scene_from_object: DAffine3::IDENTITY,
             normal_matrix: DMat3::IDENTITY,
             scene: RenderScene {
                 origin: options.origin,
-                forward: options
-                    .camera
-                    .as_ref()
-                    .map_or(Vec3::NEG_Z, |c| c.direction().as_vec3()),
+                view: view(options.camera.as_ref(), options.pixel_rows),
                 ..RenderScene::default()
             },
             owners: Default::default(),
@@ -145,6 +150,12 @@ impl<'a> Builder<'a> {
         self.uses_coordinates
     }
 
+    /// Whether the current shape has a `Texture3`.
+    pub fn has_volume_texture(&self) -> bool {
+        let texture = self.scene.surfaces.last().and_then(|s| s.texture.as_ref());
+        texture.is_some_and(|t| t.texture.is_deep())
+    }
+
     /// Begins the surface of a shape: everything drawn from here on belongs to it.
     pub(super) fn begin(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         self.place(state.world_from_object);
@@ -159,6 +170,7 @@ impl<'a> Builder<'a> {
         } else {
             state.drawing
         };
+        self.complexity = state.complexity.value;
         let surface = self.surface(node, state);
         self.scene.special |= surface.culls || surface.on_top || !surface.clip.is_empty();
         self.scene.annotated |= surface.on_top;
@@ -324,6 +336,7 @@ impl<'a> Builder<'a> {
             materials: Vec::new(),
             coordinates: Vec::new(),
             thirds: Vec::new(),
+            center: Vec3::ZERO,
         }
     }
 
@@ -350,6 +363,9 @@ impl<'a> Builder<'a> {
             self.scene.census.textures_left_out += 1;
             return None;
         }
+        if element.quality <= 0.0 {
+            return None; // Inventor's way to switch textures off
+        }
         let id = element.node.id;
         if !self.decoded.contains_key(&id) {
             let decoded = match texture::decode(element.node, &self.texture_folders) {
@@ -370,7 +386,8 @@ impl<'a> Builder<'a> {
             blend_color: element.blend_color,
             repeat_s: element.repeat_s,
             repeat_t: element.repeat_t,
-            repeat_r: element.node.read::<Choice>("wrapR") != Some(0x2900),
+            repeat_r: element.repeat_r,
+            filter: Filter::of(element.quality),
             matrix: state.texture_matrix,
             mapping: self.mapping(state),
         })
@@ -440,6 +457,7 @@ impl<'a> Builder<'a> {
 
     /// The edges of a face, or its corners, as the draw style says.
     pub fn outline(&mut self, corners: &[Corner]) {
+        self.begin_line();
         for (i, &corner) in corners.iter().enumerate() {
             if self.drawing.style == DrawStyle::Points {
                 self.dot(corner, self.drawing.point_size);
@@ -569,18 +587,8 @@ impl<'a> Builder<'a> {
             grow(&mut self.object_bounds, min, max);
             return;
         }
-        if self.outlines() {
-            for line in super::quadric::wires(kind) {
-                let corner = |p: DVec3| Corner {
-                    position: p.as_vec3(),
-                    normal: super::quadric::wire_normal(kind, p).as_vec3(),
-                    material,
-                    coordinates: Vec2::ZERO,
-                    third: 0.0,
-                };
-                let corners: Vec<Corner> = line.into_iter().map(corner).collect();
-                self.outline(&corners);
-            }
+        if self.faceted || self.outlines() {
+            self.facets(kind, material);
             return;
         }
         if self.has_no_room() {
@@ -596,16 +604,31 @@ impl<'a> Builder<'a> {
         }
     }
 
+    fn facets(&mut self, kind: QuadricKind, material: u32) {
+        for polygon in facets(kind, self.complexity, material) {
+            if self.outlines() {
+                self.outline(&polygon);
+                continue;
+            }
+            for pair in polygon[1..].windows(2) {
+                self.triangle([polygon[0], pair[0], pair[1]]);
+            }
+        }
+    }
+
+    /// From here the line pattern begins anew.
+    pub fn begin_line(&mut self) {
+        self.pattern_at = 0.0;
+    }
+
     /// A line between two points, as wide as `width` pixels.
     pub fn line(&mut self, ends: [Corner; 2], width: f32) {
         self.stroke(ends, width);
     }
 
-    /// A point as large as `size` pixels.
+    /// A square of `size` pixels.
     pub fn dot(&mut self, corner: Corner, size: f32) {
-        // A square of pixels and a disc of the same area.
-        let size = if size > 0.0 { size } else { 1.0 };
-        self.stroke([corner, corner], size * std::f32::consts::FRAC_2_SQRT_PI);
+        self.stroke([corner, corner], size);
     }
 
     fn stroke(&mut self, ends: [Corner; 2], width: f32) {
@@ -632,21 +655,18 @@ impl<'a> Builder<'a> {
             self.scene.census.bad_corners += 1;
             return;
         }
-        let width = if width > 0.0 { width } else { 1.0 };
-        let half = 0.5 * width.min(WIDEST);
-        let (fixed, per_depth) = self.pixel_size();
-        let stroke = Stroke {
-            a,
-            b,
-            fixed: half * fixed,
-            per_distance: half * per_depth,
-            materials: ends.map(|e| e.material),
-            normals: ends.map(|e| {
-                (self.normal_matrix * e.normal.as_dvec3())
-                    .normalize_or_zero()
-                    .as_vec3()
-            }),
-        };
+        let width = if width > 0.0 { width } else { 1.0 }.min(WIDEST);
+        let view = self.scene.view;
+        let mut stroke = Stroke::new([a, b], width, &view)
+            .with_pattern(self.drawing.line_pattern, self.pattern_at);
+        self.pattern_at = stroke.pattern_end(&view);
+        stroke.materials = ends.map(|e| e.material);
+        stroke.normals = ends.map(|e| {
+            (self.normal_matrix * e.normal.as_dvec3())
+                .normalize_or_zero()
+                .as_vec3()
+        });
+        stroke.coordinates = ends.map(|e| e.coordinates);
         if self.drawing.style == DrawStyle::Filled
             && let Some(surface) = self.scene.surfaces.last_mut()
         {
@@ -655,21 +675,6 @@ impl<'a> Builder<'a> {
         self.scene.census.strokes += 1;
         self.scene.strokes.push(stroke);
         self.owners[2].push(self.scene.surfaces.len() as u32 - 1);
-    }
-
-    /// How large a pixel is: in meters, and in meters a meter of distance from the camera.
-    fn pixel_size(&self) -> (f32, f32) {
-        let rows = f64::from(self.pixel_rows.max(1));
-        match self.camera.as_ref().map(|c| c.projection) {
-            Some(Projection::Orthographic { height }) => ((height / rows) as f32, 0.0),
-            Some(Projection::Perspective { height_angle }) => {
-                (0.0, (2.0 * libm::tan(0.5 * height_angle) / rows) as f32)
-            }
-            None => (
-                0.0,
-                (2.0 * libm::tan(std::f64::consts::PI / 8.0) / rows) as f32,
-            ),
-        }
     }
 
     fn has_no_room(&mut self) -> bool {
@@ -691,7 +696,6 @@ impl<'a> Builder<'a> {
     }
 
     pub(super) fn finish(mut self) -> Result<RenderScene> {
-        self.scene.pixel = self.pixel_size();
         if let Some(Some(fog)) = self.fog {
             let clear = |s: &&mut Surface| s.environment.fog == FogKind::None;
             for surface in self.scene.surfaces.iter_mut().filter(clear) {
@@ -726,6 +730,26 @@ impl<'a> Builder<'a> {
     /// The camera that the scene is compiled for.
     pub fn camera(&self) -> Option<&CameraPose> {
         self.camera.as_ref()
+    }
+}
+
+/// The camera as lines and points know it; without one, at the origin and a quarter turn wide.
+fn view(camera: Option<&CameraPose>, pixel_rows: u32) -> View {
+    let rows = f64::from(pixel_rows.max(1));
+    let turn = camera.map_or(glam::DQuat::IDENTITY, |c| c.orientation);
+    let (fixed, per_depth) = match camera.map(|c| c.projection) {
+        Some(Projection::Orthographic { height }) => (height / rows, 0.0),
+        Some(Projection::Perspective { height_angle }) => {
+            (0.0, 2.0 * libm::tan(0.5 * height_angle) / rows)
+        }
+        None => (0.0, 2.0 * libm::tan(std::f64::consts::PI / 8.0) / rows),
+    };
+    View {
+        right: (turn * DVec3::X).as_vec3(),
+        up: (turn * DVec3::Y).as_vec3(),
+        forward: camera.map_or(DVec3::NEG_Z, CameraPose::direction).as_vec3(),
+        fixed: fixed as f32,
+        per_depth: per_depth as f32,
     }
 }
 

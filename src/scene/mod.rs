@@ -6,6 +6,7 @@
 pub mod background;
 pub mod builder;
 pub mod census;
+pub mod facets;
 pub mod inventor_box;
 pub mod light;
 pub mod mesh;
@@ -82,6 +83,9 @@ pub struct CompileOptions {
     pub max_visits: u64,
     /// Compiles what `DrawStyle` hides or shows as lines like everything else. Default: no.
     pub ignore_draw_style: bool,
+    /// Spheres, cylinders and cones as the meshes that Inventor programs cut them into. For holding
+    /// against their pictures. Default: no.
+    pub faceted: bool,
     /// Folders besides the scene's own in which textures are looked for. Default: none.
     pub texture_folders: Vec<std::path::PathBuf>,
 }
@@ -97,6 +101,7 @@ impl Default for CompileOptions {
             max_primitives: Limits::default().primitives,
             max_visits: Limits::default().visits as u64,
             ignore_draw_style: false,
+            faceted: false,
             texture_folders: Vec::new(),
         }
     }
@@ -174,10 +179,8 @@ pub struct RenderScene {
     special: bool,
     /// Whether any surface is seen before everything else.
     annotated: bool,
-    /// Where the camera looks.
-    forward: Vec3,
-    /// How wide a pixel is: in meters, and in meters a meter of distance.
-    pixel: (f32, f32),
+    /// The camera, for what is measured in pixels.
+    view: shapes::View,
     pub(crate) background: background::Background,
     census: Census,
     bounds: Option<(Vec3, Vec3)>,
@@ -230,16 +233,31 @@ impl RenderScene {
             let (min, max) = q.bounds();
             widen(min, max)
         }));
-        boxes.extend(self.strokes.iter().map(shapes::Stroke::bounds));
+        boxes.extend(self.strokes.iter().map(|s| s.bounds(&self.view)));
         self.bounds = boxes
             .iter()
             .copied()
             .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         self.settle_fog();
+        if self.census.transparent {
+            self.settle_centers(&boxes);
+        }
         let (binary, order) = Bvh::build(&boxes);
         let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
         self.tree = Wide::collapse(&binary, &order, corners);
         Ok(())
+    }
+
+    /// Where the box of each surface has its center.
+    fn settle_centers(&mut self, boxes: &[(Vec3, Vec3)]) {
+        let mut around: Vec<Option<(Vec3, Vec3)>> = vec![None; self.surfaces.len()];
+        for (owner, (min, max)) in self.owners.iter().zip(boxes) {
+            let all = &mut around[*owner as usize];
+            *all = Some(all.map_or((*min, *max), |(a, b)| (a.min(*min), b.max(*max))));
+        }
+        for (surface, around) in self.surfaces.iter_mut().zip(around) {
+            surface.center = around.map_or(Vec3::ZERO, |(min, max)| 0.5 * (min + max));
+        }
     }
 
     /// Fog without a visibility reaches to the far end of what the camera sees (Coin).
@@ -255,7 +273,7 @@ impl RenderScene {
             )
         };
         let far = (0..8)
-            .map(|i| corner(i).dot(self.forward))
+            .map(|i| corner(i).dot(self.view.forward))
             .fold(0.0, f32::max);
         for surface in &mut self.surfaces {
             if surface.environment.visibility <= 0.0 {
@@ -302,7 +320,7 @@ impl RenderScene {
     }
 
     /// Where a primitive stands in the order of drawing: the blended ones after the others.
-    fn rank(&self, hit: &Hit) -> u64 {
+    pub fn rank(&self, hit: &Hit) -> u64 {
         let owner = self.owners[hit.primitive as usize];
         let surface = &self.surfaces[owner as usize];
         let first = u64::from(surface.layer) << 1 | u64::from(!surface.is_opaque());
@@ -380,7 +398,7 @@ impl RenderScene {
             });
         }
         let stroke = self.strokes.get(index - self.quadrics.len())?;
-        let t = stroke.meet(ray.origin, ray.direction)?;
+        let t = stroke.meet(ray.origin, ray.direction, &self.view)?;
         (t > t_min && t < t_max).then_some(Hit {
             t,
             primitive,
@@ -510,11 +528,10 @@ impl RenderScene {
             .perp_dot((uv[2] - uv[0]) * size)
             .abs();
         let meters = (b - a).cross(c - a).length();
-        let (fixed, per_distance) = self.pixel;
         let along = hit.t * ray.direction.length();
         let facing = (point.geometric.dot(ray.direction) / ray.direction.length()).abs();
         // The pixel's ellipse on the surface is longer than wide; OpenGL takes the longer side.
-        let pixel = (fixed + per_distance * along) / facing.max(1e-3);
+        let pixel = (self.view.fixed + self.view.per_depth * along) / facing.max(1e-3);
         let wide = pixel * (texels / meters).sqrt();
         if wide.is_finite() { wide } else { 1.0 }
     }

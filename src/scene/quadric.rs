@@ -175,6 +175,25 @@ impl Quadric {
         }
     }
 
+    /// Coordinates in a texture with depth: from 0 to 1 along each side of the shape's box.
+    pub fn volume_coordinates(&self, p: DVec3) -> DVec3 {
+        let (radius, half_height) = match self.kind {
+            QuadricKind::Sphere { radius } => (radius, radius),
+            QuadricKind::CylinderSide {
+                radius,
+                half_height,
+            }
+            | QuadricKind::ConeSide {
+                radius,
+                half_height,
+            } => (radius, half_height),
+            QuadricKind::Zone { outer, .. } => (outer, outer),
+            QuadricKind::Disc { radius, y, .. } => (radius, y.abs()),
+        };
+        let half = DVec3::new(radius, half_height, radius).max(DVec3::splat(1e-300));
+        0.5 * p / half + 0.5
+    }
+
     /// The exact box around the surface after its matrix: for each axis the support of an ellipse
     /// or an ellipsoid, and the cone's tip.
     pub fn bounds(&self) -> (DVec3, DVec3) {
@@ -222,90 +241,6 @@ fn sag(curvature: f64, off: f64) -> f64 {
 
 fn join(a: (DVec3, DVec3), b: (DVec3, DVec3)) -> (DVec3, DVec3) {
     (a.0.min(b.0), a.1.max(b.1))
-}
-
-/// The outward normal at a point of the surface's wires.
-pub fn wire_normal(kind: QuadricKind, p: DVec3) -> DVec3 {
-    let around = DVec3::new(p.x, 0.0, p.z).normalize_or_zero();
-    match kind {
-        QuadricKind::Sphere { .. } => p.normalize_or_zero(),
-        QuadricKind::CylinderSide { .. } => around,
-        QuadricKind::ConeSide {
-            radius,
-            half_height,
-        } => (around * 2.0 * half_height + DVec3::Y * radius).normalize_or_zero(),
-        QuadricKind::Zone { curvature, .. } => (DVec3::Y - curvature * p).normalize_or_zero(),
-        QuadricKind::Disc { up, .. } => {
-            if up {
-                DVec3::Y
-            } else {
-                DVec3::NEG_Y
-            }
-        }
-    }
-}
-
-/// Closed lines that show a surface where it is drawn as lines: rings and meridians, about as
-/// many as Inventor's tessellation at complexity 0.5 has.
-pub fn wires(kind: QuadricKind) -> Vec<Vec<DVec3>> {
-    const AROUND: usize = 16;
-    let at = |radius: f64, y: f64, i: usize| {
-        let angle = std::f64::consts::TAU * i as f64 / AROUND as f64;
-        DVec3::new(radius * libm::sin(angle), y, radius * libm::cos(angle))
-    };
-    let ring = |radius: f64, y: f64| (0..AROUND).map(|i| at(radius, y, i)).collect::<Vec<_>>();
-    match kind {
-        QuadricKind::Sphere { radius } => {
-            let level = |j: usize| {
-                let angle = std::f64::consts::PI * j as f64 / AROUND as f64;
-                (radius * libm::sin(angle), radius * libm::cos(angle))
-            };
-            let mut lines: Vec<Vec<DVec3>> =
-                (1..AROUND).map(|j| ring(level(j).0, level(j).1)).collect();
-            // A meridian and the one opposite close to a ring.
-            lines.extend((0..AROUND / 2).map(|i| {
-                let down = (0..AROUND).map(|j| at(level(j).0, level(j).1, i));
-                let up = (1..=AROUND)
-                    .rev()
-                    .map(|j| at(level(j).0, level(j).1, i + AROUND / 2));
-                down.chain(up).collect()
-            }));
-            lines
-        }
-        QuadricKind::CylinderSide {
-            radius,
-            half_height,
-        } => {
-            let mut lines = vec![ring(radius, half_height), ring(radius, -half_height)];
-            lines.extend(
-                (0..AROUND).map(|i| vec![at(radius, half_height, i), at(radius, -half_height, i)]),
-            );
-            lines
-        }
-        QuadricKind::ConeSide {
-            radius,
-            half_height,
-        } => {
-            let mut lines = vec![ring(radius, -half_height)];
-            lines.extend(
-                (0..AROUND).map(|i| vec![DVec3::Y * half_height, at(radius, -half_height, i)]),
-            );
-            lines
-        }
-        QuadricKind::Zone {
-            curvature,
-            inner,
-            outer,
-        } => {
-            let at_rim = |off: f64| ring(off, sag(curvature, off));
-            vec![at_rim(outer), at_rim(inner)]
-        }
-        QuadricKind::Disc { radius, y, .. } => {
-            let mut lines = vec![ring(radius, y)];
-            lines.extend((0..AROUND).map(|i| vec![DVec3::Y * y, at(radius, y, i)]));
-            lines
-        }
-    }
 }
 
 /// The sphere's discriminant from the foot of the perpendicular, not from b² − ac: far away the

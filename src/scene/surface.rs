@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
-use super::texture::Texture;
+use super::texture::{Filter, Texture};
 use super::{Hit, Ray, RenderScene};
 use crate::graph::state::{EnvironmentElement, TextureModel};
 
@@ -29,6 +29,7 @@ pub struct TextureUse {
     pub repeat_t: bool,
     /// Into the depth, for several pictures behind one another.
     pub repeat_r: bool,
+    pub filter: Filter,
     pub matrix: Mat4,
     pub mapping: Mapping,
 }
@@ -72,6 +73,8 @@ pub struct Surface {
     pub coordinates: Vec<[Vec2; 3]>,
     /// Third texture coordinates; empty but for pictures in depth.
     pub thirds: Vec<[f32; 3]>,
+    /// The center of its box, by which blended surfaces are sorted.
+    pub center: Vec3,
 }
 
 impl Surface {
@@ -186,7 +189,10 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
         out.error = 4.0 * f32::EPSILON * (out.position.abs().max_element() + reach as f32);
         out.diffuse = surface.diffuse_at(quadric.material);
         out.transparency = surface.transparency_at(quadric.material);
-        quadric.texture_coordinates(settled).as_vec2().extend(0.0)
+        match &surface.texture {
+            Some(t) if t.texture.is_deep() => quadric.volume_coordinates(settled).as_vec3(),
+            _ => quadric.texture_coordinates(settled).as_vec2().extend(0.0),
+        }
     } else {
         let stroke = &scene.strokes[index - scene.triangles.len() - scene.quadrics.len()];
         out.geometric = -ray.direction.normalize_or(Vec3::Z);
@@ -197,7 +203,9 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
         let clear = [a, b].map(|m| surface.transparency_at(m));
         out.transparency = clear[0] + (clear[1] - clear[0]) * share;
         out.error = 1e-5 * out.position.abs().max_element();
-        Vec3::ZERO
+        stroke.coordinates[0]
+            .lerp(stroke.coordinates[1], share)
+            .extend(0.0)
     };
     if surface.two_sided && !front {
         out.normal = -out.normal;
@@ -207,7 +215,9 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
         let at = texture.at(&out, ray, coordinates);
         let wide = scene.texels_across(&out, ray, hit, texture);
         let repeat = [texture.repeat_s, texture.repeat_t, texture.repeat_r];
-        let texel = texture.texture.sample_deep(at, wide, repeat);
+        let texel = texture
+            .texture
+            .sample_deep(at, wide, texture.filter, repeat);
         if texture.model != TextureModel::Decal {
             out.transparency = 1.0 - (1.0 - out.transparency) * texel.w;
         }

@@ -10,6 +10,27 @@ use crate::graph::read::Fields;
 use crate::iv::NodeRef;
 use crate::raster::Raster;
 
+/// How a texture is read, by `Complexity`'s `textureQuality`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// The texel's own color: below 0.2 (Coin's limits).
+    Nearest,
+    /// Between texels: below 0.5.
+    Linear,
+    /// And between smaller versions where a pixel covers several texels.
+    Smooth,
+}
+
+impl Filter {
+    pub fn of(quality: f32) -> Self {
+        match quality {
+            q if q < 0.2 => Self::Nearest,
+            q if q < 0.5 => Self::Linear,
+            _ => Self::Smooth,
+        }
+    }
+}
+
 /// Rows from the bottom up, as Inventor has them.
 #[derive(Debug, Default)]
 pub struct Texture {
@@ -31,12 +52,16 @@ impl Texture {
     }
 
     /// The color at (s, t), each texel's center at half its width; edges repeat or continue.
-    pub fn sample(&self, at: Vec2, repeat_s: bool, repeat_t: bool) -> Vec4 {
+    pub fn sample(&self, at: Vec2, filter: Filter, repeat_s: bool, repeat_t: bool) -> Vec4 {
         if self.texels.is_empty() || !at.is_finite() {
             return Vec4::ONE;
         }
-        let (x0, x1, fx) = between(at.x, self.width, repeat_s);
-        let (y0, y1, fy) = between(at.y, self.height, repeat_t);
+        let side = match filter {
+            Filter::Nearest => nearest,
+            _ => between,
+        };
+        let (x0, x1, fx) = side(at.x, self.width, repeat_s);
+        let (y0, y1, fy) = side(at.y, self.height, repeat_t);
         let low = self.texel(x0, y0).lerp(self.texel(x1, y0), fx);
         let high = self.texel(x0, y1).lerp(self.texel(x1, y1), fx);
         low.lerp(high, fy)
@@ -48,24 +73,35 @@ impl Texture {
     }
 
     /// The color at (s, t, r), between two pictures of those behind one another.
-    pub fn sample_deep(&self, at: Vec3, texels: f32, repeat: [bool; 3]) -> Vec4 {
+    pub fn sample_deep(&self, at: Vec3, texels: f32, filter: Filter, repeat: [bool; 3]) -> Vec4 {
         let slice = |i: usize| match i {
             0 => self,
             _ => &self.deeper[i - 1],
         };
-        let flat = |i| slice(i).sample_wide(at.truncate(), texels, repeat[0], repeat[1]);
+        let flat = |i| slice(i).sample_wide(at.truncate(), texels, filter, repeat[0], repeat[1]);
         if !self.is_deep() || !at.is_finite() {
             return flat(0);
         }
-        let (near, far, share) = between(at.z, self.deeper.len() + 1, repeat[2]);
+        let side = match filter {
+            Filter::Nearest => nearest,
+            _ => between,
+        };
+        let (near, far, share) = side(at.z, self.deeper.len() + 1, repeat[2]);
         flat(near).lerp(flat(far), share)
     }
 
     /// The color where a pixel covers `texels` texels across: between the two versions whose
     /// texels are just smaller and just larger than the pixel, as OpenGL's trilinear filter.
-    pub fn sample_wide(&self, at: Vec2, texels: f32, repeat_s: bool, repeat_t: bool) -> Vec4 {
-        if !(texels > 1.0) || self.smaller.is_empty() {
-            return self.sample(at, repeat_s, repeat_t);
+    pub fn sample_wide(
+        &self,
+        at: Vec2,
+        texels: f32,
+        filter: Filter,
+        repeat_s: bool,
+        repeat_t: bool,
+    ) -> Vec4 {
+        if filter != Filter::Smooth || !(texels > 1.0) || self.smaller.is_empty() {
+            return self.sample(at, filter, repeat_s, repeat_t);
         }
         let level = libm::log2f(texels).min(self.smaller.len() as f32);
         let below = level.floor();
@@ -73,9 +109,12 @@ impl Texture {
             0 => self,
             _ => &self.smaller[i - 1],
         };
-        let fine = version(below as usize).sample(at, repeat_s, repeat_t);
+        let fine = version(below as usize).sample(at, filter, repeat_s, repeat_t);
         let next = (below as usize + 1).min(self.smaller.len());
-        fine.lerp(version(next).sample(at, repeat_s, repeat_t), level - below)
+        fine.lerp(
+            version(next).sample(at, filter, repeat_s, repeat_t),
+            level - below,
+        )
     }
 
     fn with_smaller(mut self) -> Self {
@@ -120,6 +159,17 @@ impl Texture {
         let t = self.texels[y * self.width + x];
         Vec4::from_array(t.map(|c| f32::from(c) / 255.0))
     }
+}
+
+/// The texel that a coordinate lies in, as two between which nothing is.
+fn nearest(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
+    let at = if repeat {
+        at - at.floor()
+    } else {
+        at.clamp(0.0, 1.0)
+    };
+    let x = ((at * size as f32) as usize).min(size - 1);
+    (x, x, 0.0)
 }
 
 /// The two texels around a coordinate, and how far it is from the first to the second.
@@ -319,15 +369,58 @@ mod tests {
     #[test]
     fn a_texture_is_exact_at_texel_centers_and_even_between() {
         let t = two_by_one();
-        let at = |s: f32| t.sample(Vec2::new(s, 0.5), false, false).x;
+        let at = |s: f32| t.sample(Vec2::new(s, 0.5), Filter::Linear, false, false).x;
         assert_eq!((at(0.25), at(0.5), at(0.75)), (0.0, 0.5, 1.0));
     }
 
     #[test]
     fn edges_repeat_or_continue() {
         let t = two_by_one();
-        assert_eq!(t.sample(Vec2::new(1.0, 0.5), true, true).x, 0.5);
-        assert_eq!(t.sample(Vec2::new(1.0, 0.5), false, false).x, 1.0);
-        assert_eq!(t.sample(Vec2::new(-3.0, 0.5), false, false).x, 0.0);
+        assert_eq!(
+            t.sample(Vec2::new(1.0, 0.5), Filter::Linear, true, true).x,
+            0.5
+        );
+        assert_eq!(
+            t.sample(Vec2::new(1.0, 0.5), Filter::Linear, false, false)
+                .x,
+            1.0
+        );
+        assert_eq!(
+            t.sample(Vec2::new(-3.0, 0.5), Filter::Linear, false, false)
+                .x,
+            0.0
+        );
+    }
+
+    #[test]
+    fn the_lowest_quality_shows_each_texel_as_a_square() {
+        let t = two_by_one();
+        let at = |s: f32| {
+            let at = Vec3::new(s, 0.5, 0.0);
+            t.sample_deep(at, 9.0, Filter::of(0.1), [true; 3]).x
+        };
+        let seen = [0.0, 0.49, 0.51, 0.99, 1.0, -0.2].map(at);
+        assert_eq!(seen, [0.0, 0.0, 1.0, 1.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn a_texture_with_depth_goes_from_layer_to_layer() {
+        let layer = |level: u8| Texture {
+            width: 1,
+            height: 1,
+            texels: vec![[level, level, level, 255]],
+            ..Texture::default()
+        };
+        let t = Texture {
+            deeper: [51, 102, 255].map(layer).into(),
+            ..layer(0)
+        };
+        let at = |r: f32, repeat: bool| {
+            let at = Vec3::new(0.5, 0.5, r);
+            t.sample_deep(at, 0.0, Filter::Linear, [repeat; 3]).x
+        };
+        assert_eq!(at(0.375, true), 0.2);
+        assert!((at(0.5, true) - 0.3).abs() < 1e-6);
+        assert_eq!((at(1.0, true), at(1.0, false)), (0.5, 1.0));
     }
 }

@@ -95,9 +95,11 @@ pub struct ShadeOptions {
     pub headlight: Option<Light>,
     /// The camera's backward direction, for highlights. Default: +z.
     pub backward: Vec3,
-    /// Lights the corners and blends their colors, as OpenGL did, instead of lighting the point
-    /// itself. For holding against its pictures. Default: no.
-    pub at_vertices: bool,
+    /// As Inventor programs do it through OpenGL: the corners are lit and their colors blended,
+    /// instead of the point itself; what is see-through is blended in the order of drawing, from
+    /// the object with the farthest center on, instead of by depth. For holding against their
+    /// pictures; models `r` and `n` have no part in it. Default: no.
+    pub as_opengl: bool,
     /// Reflections and refractions in a row. Default: 5.
     pub max_depth: u32,
     /// Rays that carry less than this share of the picture's light end. Default: 1/1024.
@@ -109,7 +111,7 @@ impl Default for ShadeOptions {
         Self {
             headlight: None,
             backward: Vec3::Z,
-            at_vertices: false,
+            as_opengl: false,
             max_depth: 5,
             least_share: 1.0 / 1024.0,
         }
@@ -178,6 +180,9 @@ impl<'a> Shader<'a> {
         let Some(hit) = hit else {
             return self.scene.background().color(ray.direction);
         };
+        if self.options.as_opengl && !matches!(self.shading, Shading::Recursive) {
+            return self.blended(ray, hit);
+        }
         let mut color = Vec3::ZERO;
         let first = Pending {
             ray: *ray,
@@ -215,14 +220,7 @@ impl<'a> Shader<'a> {
             self.recurse(ray, &hit, &point, path, color, work);
             return;
         }
-        let local = match self.scene.corner_points(ray, &hit) {
-            Some(corners) if self.options.at_vertices && self.shading != Shading::Normal => {
-                let lit = corners.map(|(corner, weight)| weight * self.lit(&corner));
-                let color = point.textured(lit[0] + lit[1] + lit[2]);
-                lighting::fogged(color, &point, ray.origin, self.options.backward)
-            }
-            _ => self.local(ray, &point),
-        };
+        let local = self.local(ray, &point);
         let through = point.transparency;
         *color += path.share * (1.0 - through) * local;
         // What a blended face lets through is what lies behind it; sorted blending in Coin.
@@ -234,6 +232,43 @@ impl<'a> Shader<'a> {
                 depth: path.depth + 1,
                 any_side: path.any_side,
             });
+        }
+    }
+
+    /// What OpenGL's frame buffer holds after opaque things were drawn and see-through ones blended.
+    fn blended(&self, ray: &Ray, first: Hit) -> Vec3 {
+        let mut ray = *ray;
+        let mut layers: Vec<(f32, u64, Vec3, f32)> = Vec::new();
+        let mut next = Some(first);
+        let mut color = self.scene.background().color(ray.direction);
+        while let Some(hit) = next {
+            let point = self.scene.point(&ray, &hit);
+            let local = self.interpolated(&ray, &hit, &point);
+            if point.surface.is_opaque() {
+                color = local;
+                break;
+            }
+            let away = (ray.origin - point.surface.center).dot(self.options.backward);
+            let rank = self.scene.rank(&hit);
+            layers.push((away, rank, local, point.transparency));
+            ray = self.scene.past(&ray, &hit);
+            next = self.scene.hit(&ray).filter(|_| layers.len() < 1000);
+        }
+        layers.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        layers.iter().fold(color, |below, (_, _, own, through)| {
+            own.lerp(below, *through)
+        })
+    }
+
+    /// The color that the corners' colors give between them.
+    fn interpolated(&self, ray: &Ray, hit: &Hit, point: &Point<'_>) -> Vec3 {
+        match self.scene.corner_points(ray, hit) {
+            Some(corners) if self.shading != Shading::Normal => {
+                let lit = corners.map(|(corner, weight)| weight * self.lit(&corner));
+                let color = point.textured(lit[0] + lit[1] + lit[2]);
+                lighting::fogged(color, point, ray.origin, self.options.backward)
+            }
+            _ => self.local(ray, point),
         }
     }
 

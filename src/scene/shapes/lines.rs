@@ -1,7 +1,6 @@
 //! Lines and points: strokes with a width in pixels.
 
-use glam::DMat4;
-
+use super::BoxCoordinates;
 use super::faces::runs;
 use super::screen;
 use super::vertices::{Normals, Place, Vertices, indices, without_index};
@@ -9,14 +8,16 @@ use crate::graph::read::Fields;
 use crate::graph::state::{Binding, DrawStyle, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::builder::Corner;
 
 fn vertices<'a, 's>(
     state: &'s State<'a>,
     material_binding: Binding,
     material_index: Option<&'a [i32]>,
     coord_index: Option<&'a [i32]>,
+    out: &Builder<'_>,
 ) -> Vertices<'a, 's> {
+    let all = 0..state.coordinates.len();
+    let points = all.filter_map(|c| state.coordinates.get(c));
     Vertices {
         state,
         coordinates: state.coordinates,
@@ -34,7 +35,7 @@ fn vertices<'a, 's>(
         material_index,
         texture_index: None,
         coord_index,
-        boxed: None,
+        boxed: out.wants_coordinates().then(|| BoxCoordinates::of(points)),
     }
 }
 
@@ -54,7 +55,7 @@ pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>)
     let counts = node.read::<[i32]>("numVertices").unwrap_or(&[-1]);
     let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
     let binding = without_index(segments_and_lines(state.material_binding));
-    let vertices = vertices(state, binding, None, None);
+    let vertices = vertices(state, binding, None, None, out);
     let (mut count, mut segment) = (0, 0);
     for (part, (first, n)) in runs(counts, start, state.coordinates.len())
         .into_iter()
@@ -95,7 +96,7 @@ pub fn indexed_lines<'a>(
     if state.vrml1 && binding == Binding::PerVertex {
         binding = Binding::PerVertexIndexed;
     }
-    let vertices = vertices(state, binding, materials, Some(index));
+    let vertices = vertices(state, binding, materials, Some(index), out);
     let (mut count, mut segment, mut part, mut start) = (0, 0, 0, 0);
     while start < index.len() {
         let end = index[start..]
@@ -124,29 +125,24 @@ fn polyline(
     out: &mut Builder<'_>,
 ) {
     let drawing = &vertices.state.drawing;
-    let mut dashes = Dashes::new(vertices.state);
-    for (i, pair) in line.windows(2).enumerate() {
-        let corner = |k: usize| {
-            vertices.corner(Place {
-                coordinate: pair[k].0,
-                position: pair[k].1,
-                count: before.0 + i + k,
-                face: before.1 + i,
-                part: before.2,
-            })
-        };
-        if let (Some(a), Some(b)) = (corner(0), corner(1)) {
-            if drawing.style == DrawStyle::Points {
-                if i == 0 {
-                    out.dot(a, drawing.point_size);
-                }
-                out.dot(b, drawing.point_size);
-                continue;
-            }
-            match &mut dashes {
-                Some(dashes) => dashes.line([a, b], drawing.line_width, out),
-                None => out.line([a, b], drawing.line_width),
-            }
+    let corner = |i: usize, k: usize| {
+        vertices.corner(Place {
+            coordinate: line[i + k].0,
+            position: line[i + k].1,
+            count: before.0 + i + k,
+            face: before.1 + i,
+            part: before.2,
+        })
+    };
+    if out.outlines() && drawing.style == DrawStyle::Points {
+        let corners = (0..line.len()).filter_map(|i| corner(i, 0));
+        corners.for_each(|c| out.dot(c, drawing.point_size));
+        return;
+    }
+    out.begin_line();
+    for i in 0..line.len().saturating_sub(1) {
+        if let (Some(a), Some(b)) = (corner(i, 0), corner(i, 1)) {
+            out.line([a, b], drawing.line_width);
         }
     }
 }
@@ -159,7 +155,7 @@ pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
         Binding::Overall => Binding::Overall,
         _ => Binding::PerVertex,
     };
-    let vertices = vertices(state, binding, None, None);
+    let vertices = vertices(state, binding, None, None, out);
     let left = state.coordinates.len().saturating_sub(start);
     let n = usize::try_from(count).unwrap_or(left).min(left);
     for i in 0..n {
@@ -176,7 +172,7 @@ pub fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
         Binding::Overall => Binding::Overall,
         _ => Binding::PerVertex,
     };
-    let vertices = vertices(state, binding, None, None);
+    let vertices = vertices(state, binding, None, None, out);
     let left = state.coordinates.len().saturating_sub(start);
     let n = usize::try_from(count).unwrap_or(left).min(left);
     for i in 0..n {
@@ -188,7 +184,7 @@ pub fn indexed_marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Bu
     out.set_unlit();
     let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
     let materials = indices(node, "materialIndex");
-    let vertices = vertices(state, state.material_binding, materials, Some(index));
+    let vertices = vertices(state, state.material_binding, materials, Some(index), out);
     for (i, &c) in index.iter().enumerate() {
         if let Ok(c) = usize::try_from(c) {
             marker(&vertices, c, i, node, out);
@@ -218,6 +214,7 @@ pub fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Bui
         state.material_binding,
         indices(node, "materialIndex"),
         Some(index),
+        out,
     );
     for (i, &c) in index.iter().enumerate() {
         if let Ok(c) = usize::try_from(c) {
@@ -240,86 +237,5 @@ fn place_of(coordinate: usize, i: usize) -> Place {
         count: i,
         face: i,
         part: i,
-    }
-}
-
-/// `linePattern`: sixteen bits, a pixel of the picture each along the line, the lowest first, from
-/// one segment of a line on to the next.
-struct Dashes {
-    pattern: u16,
-    world_from_object: DMat4,
-    /// Pixels drawn of the line so far.
-    at: f64,
-}
-
-/// Pixels of a segment that are cut up; a longer one leaves the picture anyhow.
-const LONGEST: f64 = 20_000.0;
-
-impl Dashes {
-    fn new(state: &State<'_>) -> Option<Self> {
-        let pattern = state.drawing.line_pattern;
-        (pattern != u16::MAX).then_some(Self {
-            pattern,
-            world_from_object: state.world_from_object,
-            at: 0.0,
-        })
-    }
-
-    fn line(&mut self, ends: [Corner; 2], width: f32, out: &mut Builder<'_>) {
-        let place = |c: &Corner| {
-            self.world_from_object
-                .transform_point3(c.position.as_dvec3())
-        };
-        let measured = out.screen().and_then(|screen| {
-            let [a, b] = [place(&ends[0]), place(&ends[1])];
-            let across = (screen.project(b)? - screen.project(a)?).abs();
-            // OpenGL counts pixels along the longer axis.
-            let ratio = screen.pixel_at(b)? / screen.pixel_at(a)?;
-            Some((across.max_element(), ratio))
-        });
-        let Some((length, ratio)) = measured.filter(|m| m.0 < LONGEST) else {
-            return out.line(ends, width);
-        };
-        // A share of the way over the picture as a share of the way in space: nearer parts of the
-        // line are larger.
-        let along = |pixels: f64| {
-            let s = (pixels / length).clamp(0.0, 1.0);
-            (s / (s + (1.0 - s) * ratio)) as f32
-        };
-        let cut = |t: f32| Corner {
-            position: ends[0].position.lerp(ends[1].position, t),
-            normal: ends[0].normal.lerp(ends[1].normal, t),
-            ..ends[0]
-        };
-        // The ends of a stroke are round and stand out by half its width.
-        let round = 0.5 * f64::from(width.max(1.0));
-        let dash = |from: f64, to: f64, out: &mut Builder<'_>| {
-            let half = (0.5 * (to - from) - round).max(0.0);
-            let middle = 0.5 * (from + to);
-            let ends = [middle - half, middle + half].map(|x| cut(along(x)));
-            out.line(ends, width);
-        };
-        let mut begun: Option<f64> = None;
-        let mut x = 0.0;
-        while x < length {
-            let next = ((self.at + x).floor() + 1.0 - self.at)
-                .min(length)
-                .max(x + 1e-6);
-            let bit = (self.at + x).floor().rem_euclid(16.0) as u32;
-            let drawn = self.pattern >> bit & 1 == 1;
-            match (drawn, begun) {
-                (true, None) => begun = Some(x),
-                (false, Some(from)) => {
-                    dash(from, x, out);
-                    begun = None;
-                }
-                _ => {}
-            }
-            x = next;
-        }
-        if let Some(from) = begun {
-            dash(from, length, out);
-        }
-        self.at += length;
     }
 }

@@ -22,7 +22,7 @@ use crate::graph::role::is_vrml97;
 use crate::graph::state::{DrawStyle, State};
 use crate::iv::NodeRef;
 
-pub use stroke::Stroke;
+pub use stroke::{Stroke, View};
 
 /// Draws a shape node with the state it was met in.
 pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {

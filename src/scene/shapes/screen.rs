@@ -160,6 +160,8 @@ pub fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         blend_color: Vec3::ZERO,
         repeat_s: false,
         repeat_t: false,
+        repeat_r: false,
+        quality: 0.5,
     });
     state.texture_matrix = glam::Mat4::IDENTITY;
     state.texture_coordinates = TextureCoordinates::Default;

@@ -55,14 +55,23 @@ pub fn block(half: Vec3, by_part: bool, out: &mut Builder<'_>) {
         (Vec3::Y, Vec3::X),
         (Vec3::NEG_Y, Vec3::X),
     ];
+    let volume = out.has_volume_texture();
     for (index, (normal, right)) in SIDES.into_iter().enumerate() {
         let up = normal.cross(right);
+        let place =
+            |s: f32, t: f32| (normal + right * (2.0 * s - 1.0) + up * (2.0 * t - 1.0)) * half;
+        let inside =
+            |s: f32, t: f32| place(s, t) / (2.0 * half).max(Vec3::splat(f32::MIN_POSITIVE)) + 0.5;
         let corner = |s: f32, t: f32| Corner {
-            position: (normal + right * (2.0 * s - 1.0) + up * (2.0 * t - 1.0)) * half,
+            position: place(s, t),
             normal,
             material: if by_part { index as u32 } else { 0 },
-            coordinates: Vec2::new(s, t),
-            third: 0.0,
+            coordinates: if volume {
+                inside(s, t).truncate()
+            } else {
+                Vec2::new(s, t)
+            },
+            third: inside(s, t).z,
         };
         // The top right corner first: that is where Coin cuts a side in two.
         quad(

@@ -1,33 +1,130 @@
-//! Lines and points as a camera's picture has them: a width in pixels, so a thickness that grows
-//! with the distance from the camera, which is the scene's origin.
+//! Lines and points as a camera's picture has them: a width in pixels, so one that grows with the
+//! depth from the camera, which is the scene's origin.
+//!
+//! A line is a ribbon. Its width is measured along the picture's rows or columns, whichever the
+//! line crosses more squarely, and it ends where the line does: that is OpenGL's rule for lines
+//! that are not smoothed, so a picture through a pinhole shows the same pixels. A point is a square.
 
-use glam::Vec3;
+use glam::{DVec3, Vec2, Vec3};
 
-/// A tube with round ends between two points, or a ball where they are one.
+/// Pixels. A line whose edges run exactly through the middles of pixels, as those along an axis
+/// through the picture's center do, has the lower or the left ones, whatever the rounding.
+const TO_ONE_SIDE: f64 = 1.0 / 256.0;
+
+/// The camera as strokes know it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct View {
+    pub right: Vec3,
+    pub up: Vec3,
+    pub forward: Vec3,
+    /// A pixel's size in meters, and what is added a meter of depth.
+    pub fixed: f32,
+    pub per_depth: f32,
+}
+
+impl View {
+    fn depth(&self, p: Vec3) -> f32 {
+        p.dot(self.forward)
+    }
+
+    fn pixel(&self, p: Vec3) -> f32 {
+        self.fixed + self.per_depth * self.depth(p)
+    }
+
+    /// Whether the picture of a line runs more along the rows than along the columns.
+    fn runs_across(&self, a: Vec3, b: Vec3) -> bool {
+        let along = b - a;
+        let from = if self.depth(a) > self.depth(b) { a } else { b };
+        let slope = |axis: Vec3| {
+            if self.per_depth > 0.0 {
+                along.dot(axis) * self.depth(from) - from.dot(axis) * self.depth(along)
+            } else {
+                along.dot(axis)
+            }
+        };
+        slope(self.right).abs() >= slope(self.up).abs()
+    }
+}
+
+/// A ribbon between two points, or a square where they are one.
 #[derive(Clone, Copy, Debug)]
 pub struct Stroke {
     pub a: Vec3,
     pub b: Vec3,
-    /// Radius in meters, and what is added a meter of distance from the origin.
-    pub fixed: f32,
-    pub per_distance: f32,
+    /// The direction of the width, of length 1.
+    across: Vec3,
+    /// The direction of the picture along which the line runs, of length 1.
+    major: Vec3,
+    /// Half the width in pixels.
+    half: f32,
     /// Materials at the ends; in between they mix.
     pub materials: [u32; 2],
     /// Normals at the ends, to be lit with; zero faces the camera.
     pub normals: [Vec3; 2],
+    pub coordinates: [Vec2; 2],
+    /// Sixteen dashes and gaps from the lowest bit on, each a pixel long.
+    pattern: u16,
+    /// How many pixels of the pattern the line before this one used.
+    start: f32,
 }
 
 impl Stroke {
-    fn radius_at(&self, p: Vec3) -> f32 {
-        self.fixed + self.per_distance * p.length()
+    pub fn new(ends: [Vec3; 2], width: f32, view: &View) -> Self {
+        let [a, b] = ends;
+        let (across, major) = if view.runs_across(a, b) {
+            (view.up, view.right)
+        } else {
+            (view.right, view.up)
+        };
+        Self {
+            a,
+            b,
+            across,
+            major,
+            half: 0.5 * width,
+            materials: [0; 2],
+            normals: [Vec3::ZERO; 2],
+            coordinates: [Vec2::ZERO; 2],
+            pattern: 0xffff,
+            start: 0.0,
+        }
     }
 
-    pub fn bounds(&self) -> (Vec3, Vec3) {
-        let (ra, rb) = (self.radius_at(self.a), self.radius_at(self.b));
-        (
-            (self.a - ra).min(self.b - rb),
-            (self.a + ra).max(self.b + rb),
-        )
+    pub fn with_pattern(self, pattern: u16, start: f32) -> Self {
+        Self {
+            pattern,
+            start,
+            ..self
+        }
+    }
+
+    /// Where the pattern goes on behind this line.
+    pub fn pattern_end(&self, view: &View) -> f32 {
+        self.start + self.pixels_to(self.b, view)
+    }
+
+    /// Pixels along the picture's axis from the beginning.
+    fn pixels_to(&self, p: Vec3, view: &View) -> f32 {
+        let at = |p: Vec3| p.dot(self.major) / view.pixel(p);
+        let pixels = (at(p) - at(self.a)).abs();
+        if pixels.is_finite() { pixels } else { 0.0 }
+    }
+
+    fn is_point(&self) -> bool {
+        self.a == self.b
+    }
+
+    pub fn bounds(&self, view: &View) -> (Vec3, Vec3) {
+        let around = |p: Vec3| {
+            let reach = self.half * view.pixel(p).max(0.0);
+            let mut size = self.across.abs();
+            if self.is_point() {
+                size += self.major.abs();
+            }
+            (p - size * reach, p + size * reach)
+        };
+        let (a, b) = (around(self.a), around(self.b));
+        (a.0.min(b.0), a.1.max(b.1))
     }
 
     /// How far from `a` to `b` a point lies, 0 to 1.
@@ -46,26 +143,45 @@ impl Stroke {
         self.normals[0].lerp(self.normals[1], share).try_normalize()
     }
 
-    /// Where a ray passes nearest to the line, if that is within the radius there.
-    pub fn meet(&self, origin: Vec3, direction: Vec3) -> Option<f32> {
-        let (o, d) = (origin.as_dvec3(), direction.as_dvec3());
-        let (a, along) = (self.a.as_dvec3(), (self.b - self.a).as_dvec3());
-        let w = o - a;
-        let (dd, de, ee) = (d.dot(d), d.dot(along), along.dot(along));
-        let (dw, ew) = (d.dot(w), along.dot(w));
-        let disc = dd * ee - de * de;
-        // The foot on the segment, clamped to its ends, then the ray's nearest point to it.
-        let s = if disc > 1e-12 * dd * ee {
-            ((dd * ew - de * dw) / disc).clamp(0.0, 1.0)
-        } else if ee > 0.0 {
-            (ew / ee).clamp(0.0, 1.0)
+    /// Where a ray meets the ribbon or the square.
+    pub fn meet(&self, origin: Vec3, direction: Vec3, view: &View) -> Option<f32> {
+        let (a, d) = (self.a.as_dvec3(), direction.as_dvec3());
+        let across = self.across.as_dvec3();
+        let along = if self.is_point() {
+            self.major.as_dvec3()
         } else {
-            0.0
+            (self.b - self.a).as_dvec3()
         };
-        let foot = a + s * along;
-        let t = (foot - o).dot(d) / dd;
-        let gap = (o + t * d - foot).length();
-        (gap <= f64::from(self.radius_at(foot.as_vec3()))).then_some(t as f32)
+        let normal = along.cross(across);
+        let t = (a - origin.as_dvec3()).dot(normal) / d.dot(normal);
+        if !t.is_finite() {
+            return None; // in the ribbon's plane
+        }
+        let p = origin.as_dvec3() + t * d - a;
+        let square = normal.length_squared();
+        let beside = p.dot(normal.cross(along)) / square;
+        let forth = p.dot(across.cross(normal)) / square;
+        self.holds(a, along, forth, beside, view)
+            .then_some(t as f32)
+    }
+
+    fn holds(&self, a: DVec3, along: DVec3, forth: f64, beside: f64, view: &View) -> bool {
+        let within = |v: f64, foot: Vec3| {
+            let pixels = v / f64::from(view.pixel(foot)) + TO_ONE_SIDE;
+            pixels.abs() <= f64::from(self.half)
+        };
+        if self.is_point() {
+            return within(forth, self.a) && within(beside, self.a);
+        }
+        let foot = (a + forth * along).as_vec3();
+        (0.0..=1.0).contains(&forth) && within(beside, foot) && self.is_inked(foot, view)
+    }
+
+    fn is_inked(&self, foot: Vec3, view: &View) -> bool {
+        self.pattern == 0xffff || {
+            let pixel = (self.start + self.pixels_to(foot, view)) as u64;
+            self.pattern >> (pixel % 16) & 1 == 1
+        }
     }
 }
 
@@ -73,21 +189,56 @@ impl Stroke {
 mod tests {
     use super::*;
 
+    const VIEW: View = View {
+        right: Vec3::X,
+        up: Vec3::Y,
+        forward: Vec3::NEG_Z,
+        fixed: 0.0,
+        per_depth: 0.01,
+    };
+
+    fn meets(stroke: &Stroke, x: f32, y: f32) -> bool {
+        let direction = Vec3::new(x * 0.01, y * 0.01, -1.0); // in pixels
+        stroke.meet(Vec3::ZERO, direction, &VIEW).is_some()
+    }
+
     #[test]
     fn a_line_is_as_wide_as_its_pixels_wherever_it_is() {
-        let line = |z: f32| Stroke {
-            a: Vec3::new(-1e3, 0.0, z),
-            b: Vec3::new(1e3, 0.0, z),
-            fixed: 0.0,
-            per_distance: 0.01,
-            materials: [0; 2],
-            normals: [Vec3::ZERO; 2],
-        };
         for z in [-1.0, -10.0, -1000.0] {
-            let inside = Vec3::new(0.0, 0.0099, -1.0);
-            let outside = Vec3::new(0.0, 0.0101, -1.0);
-            assert!(line(z).meet(Vec3::ZERO, inside).is_some());
-            assert!(line(z).meet(Vec3::ZERO, outside).is_none());
+            let ends = [Vec3::new(-1e3, 0.0, z), Vec3::new(1e3, 0.0, z)];
+            let line = Stroke::new(ends, 2.0, &VIEW);
+            assert!(meets(&line, 0.0, 0.99));
+            assert!(!meets(&line, 0.0, 1.01));
         }
+    }
+
+    #[test]
+    fn a_line_one_pixel_wide_shows_one_pixel_a_column() {
+        // From far and left to near and right, rising by half a pixel a column.
+        let ends = [Vec3::new(-2.0, -1.0, -10.0), Vec3::new(0.3, 0.15, -1.0)];
+        let line = Stroke::new(ends, 1.0, &VIEW);
+        for column in -19..29 {
+            let x = column as f32 + 0.4;
+            let count = (-30..30).filter(|&row| meets(&line, x, row as f32)).count();
+            assert_eq!(count, 1, "column {column}");
+        }
+        assert!(!meets(&line, 30.5, 15.25), "past its end");
+    }
+
+    #[test]
+    fn a_pattern_s_lowest_bit_is_its_first_pixel() {
+        let ends = [Vec3::new(0.0, 0.0, -1.0), Vec3::new(0.4, 0.0, -1.0)];
+        let line = Stroke::new(ends, 1.0, &VIEW).with_pattern(0x0003, 0.0);
+        let seen: Vec<usize> = (0..40)
+            .filter(|&i| meets(&line, i as f32 + 0.5, 0.0))
+            .collect();
+        assert_eq!(seen, [0, 1, 16, 17, 32, 33]);
+        assert!((line.pattern_end(&VIEW) - 40.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_point_is_a_square_of_its_pixels() {
+        let point = Stroke::new([Vec3::new(0.0, 0.0, -7.0); 2], 3.0, &VIEW);
+        assert!(meets(&point, 1.49, -1.49) && !meets(&point, 1.51, 0.0));
     }
 }

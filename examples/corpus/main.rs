@@ -1,0 +1,238 @@
+//! Holds the reader and the compiler against another program's answers for a folder of scenes.
+//!
+//! `cargo run --release --example corpus -- FOLDER [--only TEXT] [--verbose] [--pictures FOLDER]`.
+//! The folder has `scenes/`, `reference/*.json` (bounding box, counts), `reference/*.tri.gz`
+//! (triangles in the world), `reference/*.png` and `oracle_class.tsv`; its README says what they
+//! are. Prints a row for each file that differs, the sums, and with `--pictures` the tables of
+//! `docs/accuracy.md`; what differs is put there side by side: lit at points, as OpenGL, theirs.
+
+mod pictures;
+mod sets;
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use glam::DVec3;
+use ivcam::iv::{Document, Limits};
+use ivcam::scene::{CompileOptions, RenderScene};
+use pictures::Pictures;
+use serde_json::Value;
+
+#[derive(Default)]
+struct Sums {
+    files: usize,
+    read: usize,
+    boxes: usize,
+    boxes_equal: usize,
+    exact: usize,
+    counts_equal: usize,
+    sets_equal: usize,
+    colors_equal: usize,
+    pictures: Vec<Pictures>,
+}
+
+struct Options {
+    folder: PathBuf,
+    only: Option<String>,
+    verbose: bool,
+    pictures: Option<PathBuf>,
+}
+
+fn main() {
+    let options = arguments();
+    let classes = tsv(&options.folder.join("oracle_class.tsv"));
+    let mut paths: Vec<&String> = classes.keys().collect();
+    paths.sort();
+    let mut sums = Sums::default();
+    println!("box: equal to 1e-4 of the diagonal; tri: count, then set, then colors");
+    for path in paths {
+        if options.only.as_ref().is_some_and(|o| !path.contains(o)) {
+            continue;
+        }
+        row(&options, path, &classes[path], &mut sums);
+    }
+    if options.pictures.is_some() {
+        pictures::table(&mut sums.pictures, |path| cause(path).to_owned());
+    }
+    println!(
+        "\nread {}/{}  boxes {}/{}  exact files: counts {}/{} sets {}/{} with colors {}/{}",
+        sums.read,
+        sums.files,
+        sums.boxes_equal,
+        sums.boxes,
+        sums.counts_equal,
+        sums.exact,
+        sums.sets_equal,
+        sums.exact,
+        sums.colors_equal,
+        sums.exact,
+    );
+}
+
+fn arguments() -> Options {
+    let mut options = Options {
+        folder: PathBuf::from("corpus"),
+        only: None,
+        verbose: false,
+        pictures: None,
+    };
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "--only" => options.only = arguments.next(),
+            "--verbose" => options.verbose = true,
+            "--pictures" => options.pictures = arguments.next().map(PathBuf::from),
+            _ => options.folder = PathBuf::from(argument),
+        }
+    }
+    options
+}
+
+/// First column to second, the heading left out.
+fn tsv(path: &Path) -> HashMap<String, String> {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    text.lines()
+        .skip(1)
+        .filter_map(|line| {
+            let mut columns = line.split('\t');
+            Some((columns.next()?.to_owned(), columns.next()?.to_owned()))
+        })
+        .collect()
+}
+
+/// Why a file's picture differs, by the list beside this program: what its path ends with, a tab,
+/// and a cause of `docs/accuracy.md`.
+fn cause(path: &str) -> &'static str {
+    include_str!("causes.tsv")
+        .lines()
+        .filter_map(|line| line.split_once('\t'))
+        .find(|(end, _)| path.ends_with(end))
+        .map_or("unexplained", |(_, cause)| cause)
+}
+
+fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
+    sums.files += 1;
+    let start = Instant::now();
+    let scenes = options.folder.join("scenes");
+    let file = scenes.join(path);
+    let document = match Document::open_with(file, &[&scenes], &Limits::default()) {
+        Ok(document) => document,
+        Err(error) => {
+            println!("UNREAD {class:12} {path}: {}", error.message);
+            return;
+        }
+    };
+    sums.read += 1;
+    let read = start.elapsed();
+    let reference = options
+        .folder
+        .join("reference")
+        .join(format!("{path}.json"));
+    let reference: Value = std::fs::read(&reference)
+        .ok()
+        .and_then(|bytes| serde_json::from_slice(&bytes).ok())
+        .unwrap_or(Value::Null);
+    let compile_options = CompileOptions::default();
+    let start = Instant::now();
+    let survey = RenderScene::survey(&document, &compile_options);
+    let surveyed = start.elapsed();
+    let mut notes = Vec::new();
+    let diagonal = compare_boxes(&reference, &survey, sums, &mut notes);
+    if reference["ok"] == true {
+        let theirs = reference["triangles"].as_u64().unwrap_or(0);
+        let exact = class == "exact" || class == "exact+lines/text";
+        if exact {
+            sums.exact += 1;
+            if theirs == survey.triangles {
+                sums.counts_equal += 1;
+            } else {
+                notes.push(format!("tri {} for {theirs}", survey.triangles));
+            }
+            let file = options
+                .folder
+                .join("reference")
+                .join(format!("{path}.tri.gz"));
+            sets::compare_sets(&document, &file, diagonal, sums, &mut notes);
+        }
+        compare_shapes(&reference, &survey, &mut notes);
+        if let Some(folder) = &options.pictures {
+            let theirs = options.folder.join("reference").join(format!("{path}.png"));
+            sums.pictures.extend(pictures::compare(
+                &document, &reference, path, &theirs, folder,
+            ));
+        }
+    }
+    let ignored = survey.census.left_out();
+    if options.verbose || !notes.is_empty() {
+        println!(
+            "{} {class:12} {path} [{:.1?} {:.1?}] {} {}",
+            if notes.is_empty() { "ok    " } else { "DIFFER" },
+            read,
+            surveyed,
+            notes.join("; "),
+            ignored.join(", ")
+        );
+    }
+}
+
+fn point(value: &Value) -> Option<DVec3> {
+    let list = value.as_array()?;
+    Some(DVec3::new(
+        list.first()?.as_f64()?,
+        list.get(1)?.as_f64()?,
+        list.get(2)?.as_f64()?,
+    ))
+}
+
+fn compare_boxes(
+    reference: &Value,
+    survey: &ivcam::scene::Survey,
+    sums: &mut Sums,
+    notes: &mut Vec<String>,
+) -> f64 {
+    let theirs = &reference["bbox"];
+    let (Some(min), Some(max)) = (point(&theirs["min"]), point(&theirs["max"])) else {
+        return 1.0;
+    };
+    let diagonal = (max - min).length();
+    sums.boxes += 1;
+    let Some((our_min, our_max)) = survey.inventor_bounds else {
+        notes.push("box: nothing".into());
+        return diagonal;
+    };
+    let off = (our_min - min)
+        .abs()
+        .max((our_max - max).abs())
+        .max_element()
+        / diagonal.max(1e-30);
+    if off <= 1e-4 {
+        sums.boxes_equal += 1;
+    } else {
+        let exact = survey.bounds.map_or(f64::INFINITY, |(a, b)| {
+            (a - min).abs().max((b - max).abs()).max_element() / diagonal.max(1e-30)
+        });
+        notes.push(format!("box off by {off:.1e} (exact box {exact:.1e})"));
+    }
+    diagonal
+}
+
+fn compare_shapes(reference: &Value, survey: &ivcam::scene::Survey, notes: &mut Vec<String>) {
+    let Some(theirs) = reference["shapes"].as_object() else {
+        return;
+    };
+    let mut all: Vec<(&str, u64, u64)> = Vec::new();
+    for (name, count) in theirs {
+        let name = name.strip_prefix("VRML").unwrap_or(name);
+        let ours = survey.shapes.get(name).copied().unwrap_or(0);
+        all.push((name, ours, count.as_u64().unwrap_or(0)));
+    }
+    let differ: Vec<String> = all
+        .iter()
+        .filter(|(_, a, b)| a != b)
+        .map(|(n, a, b)| format!("{n} {a} for {b}"))
+        .collect();
+    if !differ.is_empty() {
+        notes.push(format!("shapes {}", differ.join(" ")));
+    }
+}

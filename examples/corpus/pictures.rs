@@ -1,0 +1,202 @@
+//! Pictures through the reference's camera, held against the reference's picture two ways: lit at
+//! every point, as ivcam draws, and lit at the corners of meshes, as an OpenGL program draws.
+
+use std::path::Path;
+
+use glam::{DQuat, DVec3, Vec3};
+use image::{Rgb, RgbImage};
+use ivcam::iv::Document;
+use ivcam::pose::{CameraPose, Projection};
+use ivcam::scene::{CompileOptions, Light, Ray, RenderScene};
+use ivcam::shade::{ShadeOptions, Shader, Shading, Work};
+use serde_json::Value;
+
+use crate::point;
+
+const WIDTH: u32 = 320;
+const HEIGHT: u32 = 240;
+
+/// How a picture of ours compares with theirs.
+#[derive(Clone, Copy)]
+pub struct Likeness {
+    /// Share of the pixels that either shows which both show.
+    pub overlap: f64,
+    /// Mean difference in levels where both show something.
+    pub difference: f64,
+}
+
+impl Likeness {
+    pub fn is_alike(self) -> bool {
+        self.overlap >= 0.98 && self.difference <= 4.0
+    }
+
+    fn of(ours: &RgbImage, theirs: &RgbImage) -> Self {
+        let (mut both, mut either, mut sum) = (0u32, 0u32, 0u64);
+        for (a, b) in ours.pixels().zip(theirs.pixels()) {
+            let shown = |p: &Rgb<u8>| p.0.iter().any(|&c| c > 0);
+            either += u32::from(shown(a) || shown(b));
+            if shown(a) && shown(b) {
+                both += 1;
+                let off = (0..3).map(|i| u64::from(a.0[i].abs_diff(b.0[i])));
+                sum += off.sum::<u64>();
+            }
+        }
+        Self {
+            overlap: if either == 0 {
+                1.0
+            } else {
+                f64::from(both) / f64::from(either)
+            },
+            difference: sum as f64 / f64::from(3 * both.max(1)),
+        }
+    }
+}
+
+/// A file's two pictures.
+pub struct Pictures {
+    pub path: String,
+    pub by_point: Likeness,
+    pub as_opengl: Likeness,
+}
+
+/// `None` where the reference has no picture or no camera that we could take.
+pub fn compare(
+    document: &Document,
+    reference: &Value,
+    path: &str,
+    theirs: &Path,
+    folder: &Path,
+) -> Option<Pictures> {
+    let theirs = image::open(theirs).ok()?.to_rgb8();
+    let by_point = draw(document, reference, false)?;
+    let as_opengl = draw(document, reference, true)?;
+    let pictures = Pictures {
+        path: path.to_owned(),
+        by_point: Likeness::of(&by_point, &theirs),
+        as_opengl: Likeness::of(&as_opengl, &theirs),
+    };
+    if !pictures.by_point.is_alike() || !pictures.as_opengl.is_alike() {
+        let mut beside = RgbImage::new(3 * WIDTH, HEIGHT);
+        for (i, picture) in [&by_point, &as_opengl, &theirs].into_iter().enumerate() {
+            image::imageops::replace(&mut beside, picture, i as i64 * i64::from(WIDTH), 0);
+        }
+        let name = path.replace('/', "_");
+        let _ = std::fs::create_dir_all(folder);
+        let _ = beside.save(folder.join(format!("{name}.png")));
+    }
+    Some(pictures)
+}
+
+fn draw(document: &Document, reference: &Value, as_opengl: bool) -> Option<RgbImage> {
+    let pose = camera(reference)?;
+    let options = CompileOptions {
+        origin: pose.position,
+        camera: Some(pose.clone()),
+        needs: Shading::Phong.needs(),
+        pixel_rows: HEIGHT,
+        faceted: as_opengl,
+        ..CompileOptions::default()
+    };
+    let scene = RenderScene::compile(document, &options).ok()?;
+    let headlight = reference["lights"]
+        .as_array()?
+        .iter()
+        .find(|l| l["headlight"] == true)
+        .and_then(|l| point(&l["direction"]))
+        .map(|d| Light::headlight(d.as_vec3()));
+    let options = ShadeOptions {
+        headlight,
+        backward: (pose.orientation * DVec3::Z).as_vec3(),
+        as_opengl,
+        ..ShadeOptions::default()
+    };
+    let shader = Shader::new(&scene, Shading::Phong, options);
+    let mut picture = RgbImage::new(WIDTH, HEIGHT);
+    let mut work = Work::default();
+    for (x, y, pixel) in picture.enumerate_pixels_mut() {
+        let color = shader.radiance(&ray(&pose, x, y), &mut work);
+        let level = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        *pixel = Rgb([level(color.x), level(color.y), level(color.z)]);
+    }
+    Some(picture)
+}
+
+/// Through the middle of a pixel.
+fn ray(pose: &CameraPose, x: u32, y: u32) -> Ray {
+    let aspect = f64::from(WIDTH) / f64::from(HEIGHT);
+    let sx = (2.0 * (f64::from(x) + 0.5) / f64::from(WIDTH) - 1.0) * aspect;
+    let sy = 1.0 - 2.0 * (f64::from(y) + 0.5) / f64::from(HEIGHT);
+    match pose.projection {
+        Projection::Perspective { height_angle } => {
+            let t = libm::tan(0.5 * height_angle);
+            let d = pose.orientation * DVec3::new(sx * t, sy * t, -1.0);
+            Ray::new(Vec3::ZERO, d.as_vec3())
+        }
+        Projection::Orthographic { height } => {
+            let o = pose.orientation * (0.5 * height * DVec3::new(sx, sy, 0.0));
+            let mut ray = Ray::new(o.as_vec3(), pose.direction().as_vec3());
+            ray.t_min = f32::NEG_INFINITY;
+            ray
+        }
+    }
+}
+
+/// The camera that the other program used.
+fn camera(reference: &Value) -> Option<CameraPose> {
+    let c = &reference["camera"];
+    let turn = &c["orientation"];
+    let axis = point(&turn["axis"])?;
+    let projection = match c["heightAngle"].as_f64() {
+        Some(height_angle) => Projection::Perspective { height_angle },
+        None => Projection::Orthographic {
+            height: c["height"].as_f64()?,
+        },
+    };
+    Some(CameraPose {
+        position: point(&c["position"])?,
+        orientation: DQuat::from_axis_angle(axis.normalize_or(DVec3::Z), turn["angle"].as_f64()?),
+        projection,
+        ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
+    })
+}
+
+/// The sums, and a row for each file whose picture as OpenGL draws is not alike, by cause.
+pub fn table(pictures: &mut [Pictures], cause: impl Fn(&str) -> String) {
+    let good = |of: fn(&Pictures) -> Likeness| pictures.iter().filter(|p| of(p).is_alike()).count();
+    let median = |of: fn(&Pictures) -> Likeness| {
+        let mut overlaps: Vec<f64> = pictures.iter().map(|p| of(p).overlap).collect();
+        overlaps.sort_by(f64::total_cmp);
+        overlaps.get(overlaps.len() / 2).copied().unwrap_or(1.0)
+    };
+    let (point, opengl): (fn(&Pictures) -> _, fn(&Pictures) -> _) =
+        (|p| p.by_point, |p| p.as_opengl);
+    println!(
+        "\n| pictures of {} | lit at points | as OpenGL |\n|---|---|---|",
+        pictures.len()
+    );
+    println!("| alike | {} | {} |", good(point), good(opengl));
+    println!(
+        "| median overlap | {:.4} | {:.4} |",
+        median(point),
+        median(opengl)
+    );
+    let only = |p: &&Pictures| !p.by_point.is_alike() && p.as_opengl.is_alike();
+    println!(
+        "| alike as OpenGL only | | {} |",
+        pictures.iter().filter(only).count()
+    );
+    pictures.sort_by_cached_key(|p| (cause(&p.path), p.path.clone()));
+    println!("\n| file | lit at points | as OpenGL | cause |\n|---|---|---|---|");
+    for p in pictures.iter().filter(|p| !p.as_opengl.is_alike()) {
+        let show = |l: Likeness| format!("{:.3} {:.1}", l.overlap, l.difference);
+        let (point, opengl) = (show(p.by_point), show(p.as_opengl));
+        println!("| {} | {point} | {opengl} | {} |", p.path, cause(&p.path));
+    }
+    println!("\nalike when lit at corners, not when lit at points:");
+    for p in pictures.iter().filter(only) {
+        println!(
+            "  {:.3} {:6.2}  {}",
+            p.by_point.overlap, p.by_point.difference, p.path
+        );
+    }
+}

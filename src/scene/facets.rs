@@ -1,0 +1,195 @@
+//! Round shapes as the meshes that Inventor programs cut them into: where their edges or corners
+//! are to be drawn, and for holding pictures against such a program's.
+//!
+//! The numbers are Coin's: 30 slices and a stack less for a sphere at complexity 1, 40 sides for
+//! cylinders and cones, at least 4 and 2. A mesh begins at the back and goes round by the left.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec3, Vec2};
+
+use super::builder::Corner;
+use super::quadric::QuadricKind;
+
+/// A circle about the axis: its radius and height, its normal's parts away from the axis and
+/// along it, and the texture's t.
+struct Ring {
+    radius: f64,
+    y: f64,
+    normal: [f64; 2],
+    t: f64,
+}
+
+/// The polygons of a surface at a `Complexity`, each counterclockwise from outside.
+pub fn facets(kind: QuadricKind, complexity: f32, material: u32) -> Vec<Vec<Corner>> {
+    let steps = |most: f32, least: usize| ((most * complexity.clamp(0.0, 1.0)) as usize).max(least);
+    let sides = steps(40.0, 4);
+    let corner = |ring: &Ring, i: f64, sides: usize| corner(ring, i / sides as f64, material);
+    match kind {
+        QuadricKind::Sphere { radius } => {
+            let (slices, stacks) = (steps(30.0, 4), steps(30.0, 3) - 1);
+            let ring = |j: usize| {
+                let angle = PI * j as f64 / stacks as f64;
+                let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+                Ring {
+                    radius: if j == stacks { 0.0 } else { radius * sin },
+                    y: radius * cos,
+                    normal: [sin, cos],
+                    t: 1.0 - j as f64 / stacks as f64,
+                }
+            };
+            let rings: Vec<Ring> = (0..=stacks).map(ring).collect();
+            between(&rings, slices, &corner)
+        }
+        QuadricKind::CylinderSide {
+            radius,
+            half_height,
+        } => {
+            let ring = |t: f64| Ring {
+                radius,
+                y: half_height * (2.0 * t - 1.0),
+                normal: [1.0, 0.0],
+                t,
+            };
+            between(&[ring(1.0), ring(0.0)], sides, &corner)
+        }
+        QuadricKind::ConeSide {
+            radius,
+            half_height,
+        } => {
+            let normal = [2.0 * half_height, radius];
+            let ring = |radius: f64, t: f64| Ring {
+                radius,
+                y: half_height * (2.0 * t - 1.0),
+                normal,
+                t,
+            };
+            between(&[ring(0.0, 1.0), ring(radius, 0.0)], sides, &corner)
+        }
+        QuadricKind::Zone {
+            curvature,
+            inner,
+            outer,
+        } => {
+            let ring = |j: usize| zone_ring(curvature, inner + (outer - inner) * j as f64 / 8.0);
+            let rings: Vec<Ring> = (0..=8).map(ring).collect();
+            between(&rings, sides, &corner)
+        }
+        QuadricKind::Disc { radius, y, up } => disc(radius, y, up, sides, material),
+    }
+}
+
+fn zone_ring(curvature: f64, off: f64) -> Ring {
+    let square = (1.0 - (curvature * off) * (curvature * off)).max(0.0);
+    Ring {
+        radius: off,
+        y: curvature * off * off / (1.0 + square.sqrt()),
+        normal: [-curvature * off, square.sqrt()],
+        t: 0.5,
+    }
+}
+
+/// A fan about its first corner; the texture lies on it as the picture is seen from outside.
+fn disc(radius: f64, y: f64, up: bool, sides: usize, material: u32) -> Vec<Vec<Corner>> {
+    let ring = Ring {
+        radius,
+        y,
+        normal: [0.0, if up { 1.0 } else { -1.0 }],
+        t: 0.0,
+    };
+    let rim = |i: usize| {
+        let i = if up { i } else { sides - 1 - i };
+        let mut corner = corner(&ring, i as f64 / sides as f64, material);
+        let p = corner.position / radius as f32;
+        corner.coordinates = 0.5 + 0.5 * Vec2::new(p.x, if up { -p.z } else { p.z });
+        corner
+    };
+    (2..sides)
+        .map(|i| vec![rim(0), rim(i - 1), rim(i)])
+        .collect()
+}
+
+/// At a share of the turn.
+fn corner(ring: &Ring, turn: f64, material: u32) -> Corner {
+    let out = DVec3::new(-libm::sin(TAU * turn), 0.0, -libm::cos(TAU * turn));
+    let normal = out * ring.normal[0] + DVec3::Y * ring.normal[1];
+    Corner {
+        position: (out * ring.radius + DVec3::Y * ring.y).as_vec3(),
+        normal: normal.normalize_or_zero().as_vec3(),
+        material,
+        coordinates: Vec2::new(turn as f32, ring.t as f32),
+        third: 0.0,
+    }
+}
+
+/// Quadrilaterals between rings from above, triangles at a tip.
+fn between(
+    rings: &[Ring],
+    sides: usize,
+    corner: &impl Fn(&Ring, f64, usize) -> Corner,
+) -> Vec<Vec<Corner>> {
+    let mut out = Vec::with_capacity((rings.len() - 1) * sides);
+    for pair in rings.windows(2) {
+        for i in 0..sides {
+            let at = |ring: usize, turn: f64| corner(&pair[ring], i as f64 + turn, sides);
+            out.push(if pair[0].radius == 0.0 {
+                vec![at(0, 0.5), at(1, 0.0), at(1, 1.0)]
+            } else if pair[1].radius == 0.0 {
+                vec![at(0, 0.0), at(1, 0.5), at(0, 1.0)]
+            } else {
+                vec![at(0, 0.0), at(1, 0.0), at(1, 1.0), at(0, 1.0)]
+            });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Six times the volume behind the polygons, fans from their first corners.
+    fn volume(polygons: &[Vec<Corner>]) -> f32 {
+        let fan = |p: &Vec<Corner>| -> f32 {
+            (2..p.len())
+                .map(|i| {
+                    let (a, b, c) = (p[0].position, p[i - 1].position, p[i].position);
+                    a.dot(b.cross(c))
+                })
+                .sum()
+        };
+        polygons.iter().map(fan).sum()
+    }
+
+    #[test]
+    fn a_sphere_has_coin_s_triangles_and_its_volume_from_below() {
+        for (complexity, triangles) in [(0.5, 390), (1.0, 1680), (0.3, 126), (0.0, 8)] {
+            let mesh = facets(QuadricKind::Sphere { radius: 1.0 }, complexity, 0);
+            let count: usize = mesh.iter().map(|p| p.len() - 2).sum();
+            assert_eq!(count, triangles);
+            let full = 8.0 * std::f32::consts::PI;
+            assert!(volume(&mesh) > 0.0 && volume(&mesh) < full);
+        }
+    }
+
+    #[test]
+    fn a_cylinder_closes_with_its_two_discs() {
+        let (radius, half_height) = (1.0, 1.0);
+        let side = QuadricKind::CylinderSide {
+            radius,
+            half_height,
+        };
+        let disc = |y: f64| QuadricKind::Disc {
+            radius,
+            y,
+            up: y > 0.0,
+        };
+        let volume: f32 = [side, disc(1.0), disc(-1.0)]
+            .map(|kind| volume(&facets(kind, 0.5, 0)))
+            .iter()
+            .sum();
+        // A prism over a regular polygon of 20 sides.
+        let prism = 20.0 * (TAU / 20.0).sin() as f32;
+        assert!((volume / 6.0 - prism).abs() < 1e-4);
+    }
+}
