@@ -417,6 +417,16 @@ impl LensCamera {
         self.eye = eye + orientation * (self.place.offset * METERS_FROM_MM);
     }
 
+    /// Where the film stands.
+    pub fn place(&self) -> &FilmPlace {
+        &self.place
+    }
+
+    /// What a film point aims at.
+    pub fn window(&self, film: DVec2) -> PupilWindow {
+        self.target.window(film)
+    }
+
     /// Irradiance on the axis from radiance 1, in steradians: π/(4 N²) for an ideal lens.
     pub fn axial_irradiance(&self) -> f64 {
         self.axial_irradiance

@@ -13,6 +13,7 @@ pub mod cli;
 pub mod compare;
 pub mod diag;
 pub mod diagram;
+pub mod diffraction;
 pub mod film;
 pub mod flare;
 pub mod grammar;

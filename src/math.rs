@@ -3,6 +3,8 @@
 //! Inside the crate a length is an `f64` in the unit its module states: millimeters in `lens`,
 //! meters in scenes. The types here stand at the borders, where the two meet.
 
+pub mod fourier;
+
 /// A length in millimeters, the unit of lens prescriptions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub struct Mm(pub f64);

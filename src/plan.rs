@@ -4,6 +4,7 @@
 //! line, the window, convergence runs and films all make a `Plan` and open a [`Session`] of it, so
 //! they render by the same code.
 
+use std::borrow::Cow;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,7 +17,8 @@ use crate::camera::{
     Aim, BareFilm, Camera, LensCamera, Pinhole, film_plane, half_field, pixel_aspect,
 };
 use crate::diag::{Diagnostic, Result, Severity, Sink};
-use crate::film::{FilmFormat, Glare, Metering, Resolution, Response};
+use crate::diffraction::diffract;
+use crate::film::{Film, FilmFormat, Glare, Metering, Resolution, Response};
 use crate::flare::Flare;
 use crate::grammar::{class, directional_light};
 use crate::graph::state::State;
@@ -176,6 +178,8 @@ pub struct Plan {
     pub metering: Option<Metering>,
     /// Two reflections inside the lens, of the scene's lights. Default: no; 1999 had none.
     pub ghosts: bool,
+    /// Spread the film's light by the pupil's diffraction, see [`crate::diffraction`].
+    pub diffraction: bool,
     pub response: Response,
     pub depth: Depth,
     /// Reflections and refractions in a row. Default: 5, through a lens of solids 64.
@@ -220,6 +224,7 @@ impl Plan {
             exposure: 1.0,
             metering: None,
             ghosts: false,
+            diffraction: false,
             response: Response::Linear,
             depth: Depth::Eight,
             max_depth: None,
@@ -467,9 +472,18 @@ impl Session {
         self.plan.max_depth.unwrap_or(usual)
     }
 
+    /// The film with diffraction, where the plan has it and there is a pupil.
+    fn left_by_waves<'a>(&self, film: &'a Film) -> Cow<'a, Film> {
+        match &self.camera {
+            Camera::Lens(camera) if self.plan.diffraction => Cow::Owned(diffract(film, camera)),
+            _ => Cow::Borrowed(film),
+        }
+    }
+
     /// The picture of an exposure, with how it was made.
     pub fn develop(&self, exposure: &Exposure, command: &str) -> Picture {
-        let mut picture = Picture::develop(&exposure.film, self.plan.response.clone());
+        let film = self.left_by_waves(&exposure.film);
+        let mut picture = Picture::develop(&film, self.plan.response.clone());
         let mut say = |key: &str, value: &str| {
             picture.provenance.insert(key.to_owned(), value.to_owned());
         };
@@ -824,6 +838,9 @@ fn camera(
     say("film position", format!("{:.4} mm", focus.film_z));
     for (name, value) in plan.movements.said() {
         say(name, value);
+    }
+    if plan.diffraction {
+        say("diffraction", "on".into());
     }
     let place = FilmPlace::new(&lens, &focus, &plan.movements, plan.film);
     let place = place.map_err(|fault| fault.diagnostic(lens.name()))?;

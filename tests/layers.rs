@@ -3,10 +3,34 @@
 use std::path::{Path, PathBuf};
 
 /// From the ground up. `cli` is last: nothing imports it.
-const ORDER: [&str; 26] = [
-    "diag", "math", "raster", "grammar", "iv", "pose", "graph", "scene", "sampling", "spectrum",
-    "film", "lens", "camera", "shade", "picture", "render", "flare", "compare", "report", "plan",
-    "diagram", "anim", "viewer", "cli", "main", "lib",
+const ORDER: [&str; 27] = [
+    "diag",
+    "math",
+    "raster",
+    "grammar",
+    "iv",
+    "pose",
+    "graph",
+    "scene",
+    "sampling",
+    "spectrum",
+    "film",
+    "lens",
+    "camera",
+    "diffraction",
+    "shade",
+    "picture",
+    "render",
+    "flare",
+    "compare",
+    "report",
+    "plan",
+    "diagram",
+    "anim",
+    "viewer",
+    "cli",
+    "main",
+    "lib",
 ];
 
 fn rank(module: &str) -> usize {

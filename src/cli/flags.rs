@@ -249,6 +249,11 @@ pub const RENDER: &[Flag] = &[
         "luminance of Inventor's white, with --shutter [25424: sunny 16]",
     ),
     flag(
+        "diffraction",
+        Takes::One("on|off"),
+        "spreads the light by the diffraction of the pupil, blades and all [off]",
+    ),
+    flag(
         "response",
         Takes::One("FILM"),
         "how exposure becomes levels: linear, srgb, reversal, negative,paper, or files of density curves [linear]",

@@ -98,6 +98,11 @@ pub fn command() -> Command {
             "FILE",
             "write the data sheet as one page: .html or .svg",
         ))
+        .arg(value(
+            "psf",
+            "FILE",
+            "draw the images of points by light as a wave: .png, .exr or .ppm",
+        ))
         .arg(super::switch(
             "curves",
             "with --json: the data sheet's curves too",
@@ -175,15 +180,18 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     if let Some(file) = text("as-scene") {
         return save_scene(&lens, film_z, file);
     }
-    let files = ["write", "diagram", "sheet"].map(text);
-    if let [Some(file), _, _] = files {
+    let files = ["write", "diagram", "sheet", "psf"].map(text);
+    if let [Some(file), ..] = files {
         super::sheet::save_prescription(&lens, file)?;
     }
-    if let [_, Some(file), _] = files {
+    if let [_, Some(file), ..] = files {
         super::sheet::save_diagram(&lens, film_z, file)?;
     }
-    if let [_, _, Some(file)] = files {
+    if let [_, _, Some(file), _] = files {
         super::sheet::save_sheet(&lens, file)?;
+    }
+    if let [.., Some(file)] = files {
+        super::psf::save(&lens, focus.as_ref(), file)?;
     }
     if files.iter().any(Option::is_some) && !matches.get_flag("json") {
         return Ok(0);
@@ -401,7 +409,11 @@ fn write_text(lens: &Lens, focus: Option<&Focus>, out: &mut dyn Write) -> std::i
         }
     }
     match optics.focal {
-        None => writeln!(out, "  afocal: parallel light leaves parallel")?,
+        None => {
+            writeln!(out, "  afocal: parallel light leaves parallel")?;
+            let turned = optics.matrix[3] * optics.n_object / optics.n_image;
+            writeln!(out, "  angular magnification  {turned:>12.4}")?;
+        }
         Some(focal) => {
             writeln!(out, "  focal length           {:>12.4} mm", focal.efl)?;
             writeln!(out, "  back focal length      {:>12.4} mm", focal.bfl)?;

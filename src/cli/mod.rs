@@ -22,6 +22,7 @@ pub mod fit;
 pub mod flags;
 pub mod lens;
 pub mod nodes;
+pub mod psf;
 pub mod render;
 pub mod sheet;
 pub mod view;

@@ -191,6 +191,10 @@ pub fn plan_of(m: &ArgMatches, era: Era, frame: Option<Frame>) -> Result<Plan> {
         &mut plan.exposure,
         parsed(m, "exposure", POSITIVE, positive)?,
     );
+    set(
+        &mut plan.diffraction,
+        named(m, "diffraction", &[("on", true), ("off", false)])?,
+    );
     plan.ghosts = named(m, "ghosts", &[("on", true), ("off", false)])?.unwrap_or(false);
     plan.metering = metering(m, frame)?;
     if let Some(words) = text(m, "response") {

@@ -206,7 +206,7 @@ pub fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
         "mm", "deg", "%", "", "mm", "mm", "\u{b5}m", "\u{b5}m"
     )?;
     let number = |v: Option<f64>, places: usize| v.map_or("-".into(), |v| format!("{v:.places$}"));
-    for row in sheet.fields.iter().step_by(4) {
+    for row in sheet.fields.iter().step_by(8) {
         writeln!(
             out,
             "  {:>8.3} {:>7.2} {:>11} {:>8.3} {:>10} {:>10} {:>9} {:>9}",
@@ -220,6 +220,7 @@ pub fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
             number(row.lateral_c.map(|v| 1000.0 * v), 2),
         )?;
     }
+    breathing(sheet, out)?;
     let shown: Vec<usize> = (0..sheet.frequencies.len()).step_by(10).skip(1).collect();
     let heads: Vec<String> = shown
         .iter()
@@ -255,8 +256,36 @@ pub fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
     }
     writeln!(
         out,
-        "  modulation tangential/sagittal, with the wave at the d line"
+        "  modulation tangential/sagittal, with the wave, in white light"
     )
+}
+
+/// What focusing nearer does to the field.
+fn breathing(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
+    if sheet.breathing.is_empty() {
+        return Ok(());
+    }
+    writeln!(
+        out,
+        "\n  {:>10} {:>13} {:>8} {:>9} {:>9} {:>8}",
+        "focused at", "magnification", "field", "change", "moved", "f-number"
+    )?;
+    let number = |v: Option<f64>, places: usize| v.map_or("-".into(), |v| format!("{v:.places$}"));
+    for row in &sheet.breathing {
+        let distance = row.distance.map_or("infinity".into(), |mm| {
+            format!("{:.3} m", (mm / 1000.0 * 1e3).round() / 1e3)
+        });
+        writeln!(
+            out,
+            "  {distance:>10} {:>13.4} {:>7}\u{b0} {:>7} % {:>6.3} mm {:>8}",
+            row.magnification,
+            number(row.field_degrees, 2),
+            number(row.field_change_percent, 2),
+            row.extension,
+            number(row.working_f_number, 2),
+        )?;
+    }
+    Ok(())
 }
 
 /// Writes the prescription, in the format of the file's ending; says what it leaves out.

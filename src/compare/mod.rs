@@ -8,7 +8,6 @@ pub mod align;
 pub mod edges;
 pub mod fit;
 pub mod flip;
-mod fourier;
 pub mod metric;
 pub mod plane;
 pub mod sheet;

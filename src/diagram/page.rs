@@ -35,7 +35,7 @@ fn page(lens: &Lens, sheet: Option<&LensSheet>) -> Drawing {
     let mut page = Drawing::new(WIDTH, 0.0);
     let mut y = header(&mut page, lens, sheet);
     y = section(&mut page, lens, sheet, y);
-    y = tables(&mut page, lens, y);
+    y = tables(&mut page, lens, sheet, y);
     if let Some(sheet) = sheet {
         y = charts(&mut page, sheet, y);
         y = spots(&mut page, lens, sheet, y);
@@ -127,7 +127,7 @@ fn section(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>, y: f64) -
 }
 
 /// First-order data to the left, surfaces to the right.
-fn tables(page: &mut Drawing, lens: &Lens, top: f64) -> f64 {
+fn tables(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>, top: f64) -> f64 {
     let optics = lens.first_order();
     page.heading([MARGIN, top], 11.5, "First order");
     let mut rows: Vec<(&str, Option<f64>)> = Vec::new();
@@ -164,8 +164,40 @@ fn tables(page: &mut Drawing, lens: &Lens, top: f64) -> f64 {
         let value = value.map_or("\u{221e}".into(), |v| tidy(v, 0.001));
         page.text([edge, y], Anchor::End, 10.0, value);
     }
+    if let Some(sheet) = sheet.filter(|s| s.breathing.len() > 1) {
+        y = breathing(page, sheet, edge, y + 30.0);
+    }
     let bottom = surfaces(page, lens, edge + 48.0, top);
     y.max(bottom) + 34.0
+}
+
+/// Field and magnification by distance.
+fn breathing(page: &mut Drawing, sheet: &LensSheet, edge: f64, top: f64) -> f64 {
+    page.heading([MARGIN, top], 11.5, "Focused nearer");
+    let columns = [edge - 100.0, edge - 52.0, edge];
+    let mut y = top + 16.0;
+    for (x, head) in columns.iter().zip(["field", "change", "scale"]) {
+        page.note([*x, y], Anchor::End, 9.0, head);
+    }
+    for row in &sheet.breathing {
+        y += 14.0;
+        let far = row
+            .distance
+            .map_or("\u{221e}".into(), |mm| format!("{} m", brief(mm / 1000.0)));
+        page.note([MARGIN, y], Anchor::Start, 10.0, far);
+        let degrees = |v: f64| format!("{}\u{b0}", tidy(v, 0.1));
+        let cells = [
+            row.field_degrees.map(degrees),
+            row.field_change_percent
+                .map(|v| format!("{} %", tidy(v, 0.1))),
+            Some(tidy(row.magnification, 0.001)),
+        ];
+        for (x, cell) in columns.iter().zip(cells) {
+            let cell = cell.unwrap_or_else(|| "\u{2014}".into());
+            page.text([*x, y], Anchor::End, 10.0, cell);
+        }
+    }
+    y
 }
 
 fn surfaces(page: &mut Drawing, lens: &Lens, left: f64, top: f64) -> f64 {
@@ -259,8 +291,8 @@ fn charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
         y += CHART_HEIGHT + 22.0;
     }
     let modulations = [
-        modulation(sheet, "Modulation, rays", |p| &p.geometric),
-        modulation(sheet, "Modulation, waves", |p| &p.diffraction),
+        modulation(sheet, "Modulation, rays, d line", |p| &p.geometric),
+        modulation(sheet, "Modulation, waves, white light", |p| &p.diffraction),
     ];
     for (i, chart) in modulations.into_iter().enumerate() {
         let x = MARGIN + i as f64 * (width + GUTTER);

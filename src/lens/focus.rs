@@ -120,14 +120,22 @@ impl FocusFault {
                 nearest: Some(near),
                 ..
             } => {
-                format!("distances up to {} focus behind the lens", meters(near))
+                format!(
+                    "distances up to {} focus behind the lens",
+                    meters(near, f64::floor)
+                )
             }
             Self::FilmInsideLens { nearest: None, .. } => {
                 "no real object is imaged behind this lens".to_owned()
             }
             _ => match self.nearest() {
                 Some(near) if near.is_infinite() => "only infinity works".to_owned(),
-                Some(near) => format!("the nearest distance that works is {}", meters(near)),
+                Some(near) => {
+                    format!(
+                        "the nearest distance that works is {}",
+                        meters(near, f64::ceil)
+                    )
+                }
                 None => String::new(),
             },
         };
@@ -135,12 +143,12 @@ impl FocusFault {
     }
 }
 
-/// Millimeters as meters with four digits, rounded up so that the printed distance works.
-fn meters(length: f64) -> String {
+/// Millimeters as meters with four digits, rounded to the side on which the printed distance works.
+fn meters(length: f64, round: fn(f64) -> f64) -> String {
     let unit = libm::pow(10.0, libm::floor(libm::log10(length.abs().max(1e-9))) - 3.0);
     format!(
         "{} m",
-        ((length / unit).ceil() * unit / 1000.0 * 1e9).round() / 1e9
+        (round(length / unit) * unit / 1000.0 * 1e9).round() / 1e9
     )
 }
 

@@ -7,6 +7,8 @@
 pub mod about;
 pub mod analysis;
 pub mod as_scene;
+mod beam;
+pub mod breathing;
 pub mod catalogue;
 pub mod coating;
 pub mod film_place;
@@ -22,6 +24,7 @@ pub mod sheet;
 mod sight;
 pub mod surface;
 pub mod trace;
+pub mod wave;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -33,6 +36,8 @@ use crate::math::{Meters, Mm};
 
 pub use about::About;
 pub use analysis::{AxialBeam, Distortion, Spot};
+pub use beam::Beam;
+pub use breathing::Breath;
 pub use catalogue::Catalogue;
 pub use coating::Coating;
 pub use film_place::{FilmPlace, Movements, PlaceFault};
@@ -46,6 +51,7 @@ pub use prescription::{Iris, Prescription};
 pub use pupil::{ExitPupil, PupilTarget, PupilWindow, RearElement};
 pub use surface::{Curvature, Shape, Surface};
 pub use trace::{LensRay, Loss, LossKind, Toward};
+pub use wave::{Openings, Wavefront};
 
 use trace::{Course, Element};
 

@@ -438,6 +438,50 @@ mod focusing {
         );
     }
 
+    /// The distance that a message names is one that works: the printed one, four digits.
+    #[test]
+    fn the_nearest_distance_that_a_message_names_works_for_every_lens() {
+        // By real rays nothing need be sharp at the paraxial limit, which is what `Best` names.
+        let methods = [FocusMethod::Film, FocusMethod::Lens, FocusMethod::Group];
+        let mut named = 0;
+        for name in ivcam::lens::shipped_names() {
+            let lens = Lens::named(name).unwrap();
+            for method in methods {
+                for distance in [1e-4, 0.01, 0.05, 0.2] {
+                    let Err(fault) = lens.focus(method, Meters(distance)) else {
+                        continue;
+                    };
+                    let text = fault.diagnostic(name).render(false);
+                    assert!(text.contains(name) && text.contains("help"), "{text}");
+                    let mut digits = text.split_whitespace().filter_map(|word| word.parse().ok());
+                    let Some(told) = digits.next_back().filter(|_| fault.nearest().is_some())
+                    else {
+                        continue;
+                    };
+                    named += 1;
+                    let there = lens.focus(method, Meters(told));
+                    assert!(there.is_ok(), "{name} {method:?}: {text} {there:?}");
+                }
+            }
+        }
+        assert!(named > 100, "{named}");
+    }
+
+    #[test]
+    fn a_telescope_is_afocal_and_says_so_to_whatever_needs_a_focus() {
+        // Both foci at 150 mm in glass of 1.5: R n / (n - 1).
+        let telescope = lens(&[(50.0, 300.0, 1.5, 10.0), (-50.0, 0.0, 1.0, 10.0)]);
+        assert!(telescope.first_order().focal.is_none());
+        assert!((telescope.first_order().matrix[3] + 1.0).abs() < 1e-12);
+        for method in [FocusMethod::Film, FocusMethod::Lens, FocusMethod::Best] {
+            let fault = telescope.focus(method, Meters(1.0));
+            assert_eq!(fault, Err(FocusFault::Afocal), "{method:?}");
+        }
+        assert!(telescope.scaled_to(Mm(50.0)).is_err() && telescope.at_f_number(8.0).is_err());
+        assert!(ivcam::lens::sheet::LensSheet::of(&telescope).is_none());
+        assert!(telescope.breathing(FocusMethod::Film, 10.0).is_empty());
+    }
+
     #[test]
     fn a_ball_of_index_2_has_its_focus_on_itself_and_one_of_4_inside() {
         let ball = |n| lens(&[(5.0, 10.0, n, 5.0), (-5.0, 0.0, 1.0, 5.0)]);

@@ -1,4 +1,4 @@
-//! Where one small picture lies in another: cross-correlation by Fourier transforms.
+//! Fourier transforms of squares: where one small picture lies in another, and convolution.
 
 use glam::DVec2;
 
@@ -35,7 +35,7 @@ impl Spectrum {
 }
 
 /// Rows, then columns; not divided by the number of points.
-fn transform_square(values: &mut [DVec2], side: usize, sign: f64) {
+pub fn transform_square(values: &mut [DVec2], side: usize, sign: f64) {
     let turns: Vec<DVec2> = (0..side / 2)
         .map(|k| {
             let angle = sign * std::f64::consts::TAU * k as f64 / side as f64;
@@ -81,7 +81,8 @@ fn transform(line: &mut [DVec2], turns: &[DVec2]) {
     }
 }
 
-fn times(a: DVec2, b: DVec2) -> DVec2 {
+/// The product of two complex numbers.
+pub fn times(a: DVec2, b: DVec2) -> DVec2 {
     DVec2::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x)
 }
 
