@@ -83,7 +83,7 @@ pub fn focus_at(live: &mut Live, x: f64, y: f64) -> Option<Focused> {
 fn blur_of(session: &Session) -> Option<Blur> {
     match &session.camera {
         crate::camera::Camera::Lens(camera) => Blur::of(&camera.lens, camera.focus.film_z),
-        crate::camera::Camera::Pinhole(_) => None,
+        _ => None,
     }
 }
 

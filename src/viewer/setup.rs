@@ -175,6 +175,7 @@ pub fn node(pose: &CameraPose) -> (String, CameraPose) {
         focal_distance: float(pose.focal_distance),
         aspect_ratio: float(pose.aspect_ratio),
         viewport_mapping: pose.viewport_mapping,
+        film: None,
         source: class.into(),
     };
     (text, said)

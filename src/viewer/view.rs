@@ -52,7 +52,7 @@ impl View {
     pub fn lens_camera(&self) -> Option<&LensCamera> {
         match &self.camera {
             Camera::Lens(camera) => Some(camera),
-            Camera::Pinhole(_) => None,
+            _ => None,
         }
     }
 
