@@ -269,7 +269,7 @@ fn a_slip_of_one_dash_is_named_and_attached_values_are_not() {
         must_fail(&scratch, &format!("render {slip} 3 DIR/a.iv"), parts);
     }
     let line = format!(
-        "-f3.5 -j2 -sp -z.5 --size 6x4 -o {0}/a.png {0}/a.iv",
+        "-batch -f3.5 -j2 -sp -z.5 --size 6x4 -o {0}/a.png {0}/a.iv",
         scratch.0.display()
     );
     let run = ivcam(&line).output().unwrap();
