@@ -163,7 +163,7 @@ pub enum FilmPoint<'a> {
     Lens {
         camera: &'a LensCamera,
         point: DVec2,
-        window: PupilWindow,
+        window: PupilWindow<'a>,
     },
 }
 
@@ -341,7 +341,7 @@ impl Waves {
     }
 
     /// What a film point aims at by one of the lenses.
-    fn window(&self, lens: &Lens, film: DVec2) -> Option<PupilWindow> {
+    fn window(&self, lens: &Lens, film: DVec2) -> Option<PupilWindow<'_>> {
         let [blue, own, red] = self.pupils.as_ref()?;
         let x = square_wavenumber(lens);
         let end = if x > own.0 { blue } else { red };
@@ -465,7 +465,7 @@ impl LensCamera {
     }
 
     /// The ray from a film point (millimeters) through a lens point of its window.
-    pub fn ray(&self, film: DVec2, window: &PupilWindow, pupil: [f64; 2]) -> Option<CameraRay> {
+    pub fn ray(&self, film: DVec2, window: &PupilWindow<'_>, pupil: [f64; 2]) -> Option<CameraRay> {
         self.ray_through(&self.lens, film, window, pupil)
     }
 
@@ -474,7 +474,7 @@ impl LensCamera {
         &self,
         lens: &Lens,
         film: DVec2,
-        window: &PupilWindow,
+        window: &PupilWindow<'_>,
         pupil: [f64; 2],
     ) -> Option<CameraRay> {
         let (inside, weight) = self.aim(film, window, pupil)?;
@@ -491,7 +491,12 @@ impl LensCamera {
     }
 
     /// The ray behind the lens, and its weight.
-    fn aim(&self, film: DVec2, window: &PupilWindow, pupil: [f64; 2]) -> Option<(LensRay, f64)> {
+    fn aim(
+        &self,
+        film: DVec2,
+        window: &PupilWindow<'_>,
+        pupil: [f64; 2],
+    ) -> Option<(LensRay, f64)> {
         let (inside, weight) = aimed(&self.place, film, self.rear_z, window, pupil)?;
         Some((inside, weight / self.axial_irradiance))
     }
@@ -539,7 +544,9 @@ impl LensCamera {
         let inside = |lane: usize| {
             let a = asked.get(lane)?;
             let film = self.film_point(a.x, a.y);
-            self.aim(film, &self.target.window(film), a.pupil)
+            let (aim, density) = self.target.aim(film, a.pupil)?;
+            let (ray, weight) = toward(&self.place, film, aim.extend(self.rear_z), density);
+            Some((ray, weight / self.axial_irradiance))
         };
         self.trace(&self.lens, bundle, inside, |lane, ray| {
             if lane < asked.len() {
@@ -643,18 +650,20 @@ fn aimed(
     place: &FilmPlace,
     film: DVec2,
     rear_z: f64,
-    window: &PupilWindow,
+    window: &PupilWindow<'_>,
     [u, v]: [f64; 2],
 ) -> Option<(LensRay, f64)> {
     let density = window.density();
-    if density <= 0.0 {
-        return None;
-    }
+    (density > 0.0).then(|| toward(place, film, window.point(u, v).extend(rear_z), density))
+}
+
+/// The ray to a point that was drawn with a density, and its weight.
+fn toward(place: &FilmPlace, film: DVec2, aim: DVec3, density: f64) -> (LensRay, f64) {
     let origin = place.point(film);
-    let across = window.point(u, v).extend(rear_z) - origin;
+    let across = aim - origin;
     let direction = across.normalize();
     let weight = equation_1(across, place.normal(film)) / density;
-    Some((LensRay { origin, direction }, weight))
+    (LensRay { origin, direction }, weight)
 }
 
 /// Half of the angle (radians) that a lens sees on a film's shorter side, focused at infinity: that

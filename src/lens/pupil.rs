@@ -5,6 +5,8 @@
 //! no light in it, as in the paper, so a target that is too large is slow but never wrong. One
 //! that is too small is wrong, so [`ExitPupil`] keeps a margin and checks itself.
 
+mod polygon;
+
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
@@ -13,6 +15,9 @@ use crate::sampling::DiscMap;
 
 use super::sight::{Hint, Sight};
 use super::{FilmPlace, Lens};
+use polygon::{Outline, Span, directions};
+
+pub use polygon::{Polygon, SIDES, Support};
 
 /// Where to aim. The 1999 program: `RearElement`. Default now: `ExitPupil`.
 #[derive(Clone, Debug)]
@@ -31,12 +36,12 @@ pub struct RearElement {
 /// What one film point aims at. It lives on the stack for one pixel; a box would cost more.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug)]
-pub enum PupilWindow {
+pub enum PupilWindow<'a> {
     Disc {
         radius: f64,
         map: DiscMap,
     },
-    Polygon(Polygon),
+    Polygon(Polygon<'a>),
     /// Nothing gets through from here.
     Closed,
 }
@@ -57,7 +62,7 @@ impl PupilTarget {
     }
 
     /// What a film point, in millimeters from the film's middle, aims at.
-    pub fn window(&self, film: DVec2) -> PupilWindow {
+    pub fn window(&self, film: DVec2) -> PupilWindow<'_> {
         match self {
             Self::RearElement(rear) => PupilWindow::Disc {
                 radius: rear.radius,
@@ -65,6 +70,23 @@ impl PupilTarget {
             },
             Self::ExitPupil(pupil) => pupil.window(film),
         }
+    }
+}
+
+impl PupilTarget {
+    /// A point to aim at from a film point, for a pair of numbers in the unit square, and the
+    /// density of such points; none where there is nothing to aim at. The same as by its
+    /// [`PupilTarget::window`], without making one.
+    #[inline]
+    pub fn aim(&self, film: DVec2, [u, v]: [f64; 2]) -> Option<(DVec2, f64)> {
+        if let Self::ExitPupil(pupil) = self
+            && let Table::Radial(_, spans) = &pupil.table
+        {
+            return spans.aim(film, u, v);
+        }
+        let window = self.window(film);
+        let density = window.density();
+        (density > 0.0).then(|| (window.point(u, v), density))
     }
 }
 
@@ -86,7 +108,7 @@ impl RearElement {
     }
 }
 
-impl PupilWindow {
+impl PupilWindow<'_> {
     /// A point of the rear vertex plane for a pair of numbers in the unit square.
     pub fn point(&self, u: f64, v: f64) -> DVec2 {
         match self {
@@ -115,8 +137,6 @@ impl PupilWindow {
     }
 }
 
-/// The sides of every pupil polygon.
-pub const SIDES: usize = 32;
 /// How much wider than measured, on each side, as a share of the pupil's own half width.
 const MARGIN: f64 = 0.004;
 /// An interval of film radii is halved until interpolation cuts less than this share of the
@@ -135,17 +155,6 @@ const LEVELS: usize = 9;
 /// Cells along each axis of the film's quadrant, for lenses without rotational symmetry.
 const GRID: usize = 16;
 
-/// How far a convex figure reaches in each of [`SIDES`] directions from the axis. Any mixture
-/// of two such lists is the list of a figure again (of their Minkowski mixture), which is why
-/// pupils interpolate so well in this form.
-pub type Support = [f64; SIDES];
-
-/// Directions of the sides; the first is +x.
-fn side(j: usize) -> DVec2 {
-    let (sin, cos) = libm::sincos(TAU * j as f64 / SIDES as f64);
-    DVec2::new(cos, sin)
-}
-
 /// The part of the rear vertex plane that each film point sees light through, and a little more.
 ///
 /// The figure that gets through is measured from a row of film points, as the reach of its
@@ -157,22 +166,98 @@ pub struct ExitPupil {
     sides: [DVec2; SIDES],
 }
 
+/// By film radius, ascending; the pupil as seen from (radius, 0). None beyond the last.
 type Radial = Vec<(f64, Support)>;
 
 #[derive(Clone, Debug)]
 enum Table {
-    /// By film radius, ascending; the pupil as seen from (radius, 0). None beyond the last.
-    Radial(Radial),
+    Radial(Radial, Spans),
     /// The same at several places of the film along the axis.
     Levels(Levels),
     /// By film position, in rows of x.
     Grid(Grid),
 }
 
+/// The same, ready to aim by.
+#[derive(Clone, Debug, Default)]
+struct Spans {
+    /// Where the spans end, ascending; the first begins at 0.
+    ends: Vec<f64>,
+    spans: Vec<Span>,
+    /// A span at or before the first that each of [`CELLS`] equal parts of the radius meets.
+    starts: Vec<u32>,
+}
+
+/// Parts of the film's radius, to find a span in.
+const CELLS: usize = 256;
+
+impl Spans {
+    fn new(nodes: &Radial, sides: &[DVec2; SIDES]) -> Self {
+        let outline = |i: usize| Outline::of(&nodes[i].1, sides);
+        let mut this = Self::default();
+        for i in 1..nodes.len() {
+            this.ends.push(nodes[i].0);
+            this.spans.push(Span::new(outline(i - 1), outline(i)));
+        }
+        let reach = this.ends.last().copied().unwrap_or(0.0);
+        for cell in 0..CELLS {
+            let radius = reach * cell as f64 / CELLS as f64;
+            let first = this.ends.partition_point(|end| *end < radius);
+            this.starts.push(first as u32);
+        }
+        this
+    }
+
+    fn window(&self, film: DVec2) -> Option<Polygon<'_>> {
+        let (span, t, turn) = self.find(film)?;
+        Polygon::between(span, t, turn)
+    }
+
+    #[inline]
+    fn aim(&self, film: DVec2, u: f64, v: f64) -> Option<(DVec2, f64)> {
+        let (span, t, turn) = self.find(film)?;
+        let area = span.area(t);
+        (area > 0.0).then(|| (turn.rotate(span.point(t, u, v)), 1.0 / area))
+    }
+
+    /// The span of a film point, how far into it, and the turn from +x.
+    #[inline]
+    fn find(&self, film: DVec2) -> Option<(&Span, f64, DVec2)> {
+        let radius = film.length();
+        let reach = *self.ends.last()?;
+        if !(radius <= reach) {
+            return None;
+        }
+        let cell = (radius / reach * CELLS as f64) as usize;
+        // Rounding may have put the radius into the next cell: one span back.
+        let mut i = (self.starts[cell.min(CELLS - 1)] as usize).saturating_sub(1);
+        while self.ends[i] < radius {
+            i += 1;
+        }
+        let start = if i > 0 { self.ends[i - 1] } else { 0.0 };
+        let length = self.ends[i] - start;
+        let t = if length > 0.0 {
+            (radius - start) / length
+        } else {
+            0.0
+        };
+        Some((&self.spans[i], t, turn(film, radius)))
+    }
+}
+
+/// Turns +x to a film point.
+fn turn(film: DVec2, radius: f64) -> DVec2 {
+    if radius > 0.0 {
+        film / radius
+    } else {
+        DVec2::X
+    }
+}
+
 impl ExitPupil {
     /// Measures the pupil for film points up to `film_radius` from the film's middle.
     pub fn new(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
-        let sides = std::array::from_fn(side);
+        let sides = directions();
         let sight = Sight::new(lens);
         let rotational = lens
             .prescription()
@@ -186,11 +271,12 @@ impl ExitPupil {
             hint: None,
         };
         let table = match (place.is_centered(), rotational) {
-            (true, true) => Table::Radial(radial_table(
-                &mut |r| look.at(place.point(DVec2::new(r, 0.0))),
-                film_radius.abs(),
-                sight.reach(),
-            )),
+            (true, true) => {
+                let mut measure = |r| look.at(place.point(DVec2::new(r, 0.0)));
+                let nodes = radial_table(&mut measure, film_radius.abs(), sight.reach());
+                let spans = Spans::new(&nodes, &sides);
+                Table::Radial(nodes, spans)
+            }
             (false, true) => Table::Levels(Levels::new(&mut look, film_radius.abs())),
             (centered, false) => Table::Grid(Grid::new(&mut look, film_radius.abs(), centered)),
         };
@@ -198,14 +284,18 @@ impl ExitPupil {
     }
 
     /// What a film point, in millimeters from the film's middle, aims at.
-    pub fn window(&self, film: DVec2) -> PupilWindow {
+    pub fn window(&self, film: DVec2) -> PupilWindow<'_> {
+        if let Table::Radial(_, spans) = &self.table {
+            let polygon = spans.window(film);
+            return polygon.map_or(PupilWindow::Closed, PupilWindow::Polygon);
+        }
         self.figure(film)
             .map_or(PupilWindow::Closed, |figure| self.placed(&figure))
     }
 
     /// The same between this pupil (`share` 0) and another of the same lens and film (1): the
     /// pupil at a wavelength between two.
-    pub fn window_between(&self, other: &Self, share: f64, film: DVec2) -> PupilWindow {
+    pub fn window_between(&self, other: &Self, share: f64, film: DVec2) -> PupilWindow<'static> {
         let (a, b) = match (self.figure(film), other.figure(film)) {
             (Some(a), Some(b)) => (a, b.support),
             (None, None) => return PupilWindow::Closed,
@@ -236,7 +326,7 @@ impl ExitPupil {
             mirror: DVec2::ONE,
         };
         match &self.table {
-            Table::Radial(nodes) => Some(turned(radial_at(nodes, film.length())?, film)),
+            Table::Radial(nodes, _) => Some(turned(radial_at(nodes, film.length())?, film)),
             Table::Levels(levels) => {
                 let point = levels.place.point(film);
                 Some(turned(levels.at(point)?, point.truncate()))
@@ -255,8 +345,10 @@ impl ExitPupil {
         }
     }
 
-    fn placed(&self, figure: &Figure) -> PupilWindow {
-        Polygon::window(&figure.support, &self.sides, figure.turn, figure.mirror)
+    fn placed(&self, figure: &Figure) -> PupilWindow<'static> {
+        let outline = Outline::of(&figure.support, &self.sides);
+        let polygon = Polygon::whole(outline, figure.turn, figure.mirror);
+        polygon.map_or(PupilWindow::Closed, PupilWindow::Polygon)
     }
 }
 
@@ -574,153 +666,6 @@ impl Grid {
             if node.is_none() && near_light {
                 *node = Some([reach; SIDES]);
             }
-        }
-    }
-}
-
-/// A convex polygon by its corners, cut into triangles around a point inside.
-#[derive(Clone, Copy, Debug)]
-pub struct Polygon {
-    center: DVec2,
-    /// Corners from the center, counterclockwise; the last is the first again.
-    corners: [DVec2; SIDES + 1],
-    /// Twice the area of the triangles before each corner.
-    before: [f64; SIDES + 1],
-}
-
-impl Polygon {
-    /// The polygon of a support, turned so that +x becomes `turn`, then mirrored.
-    fn window(
-        support: &Support,
-        sides: &[DVec2; SIDES],
-        turn: DVec2,
-        mirror: DVec2,
-    ) -> PupilWindow {
-        let (sin, cos) = (sides[1].y, sides[1].x);
-        // Where side j meets side j + 1.
-        let mut corners = [DVec2::ZERO; SIDES + 1];
-        let mut center = DVec2::ZERO;
-        for j in 0..SIDES {
-            let along = (support[(j + 1) % SIDES] - support[j] * cos) / sin;
-            let corner = support[j] * sides[j] + along * sides[j].perp();
-            corners[j] = mirror * turn.rotate(corner);
-            center += corners[j];
-        }
-        corners[SIDES] = corners[0];
-        center /= SIDES as f64;
-        let mut before = [0.0; SIDES + 1];
-        let sense = mirror.x * mirror.y;
-        for corner in &mut corners {
-            *corner -= center;
-        }
-        for j in 0..SIDES {
-            // A side of no length may come out with a rounding error's worth of it.
-            let twice = (sense * corners[j].perp_dot(corners[j + 1])).max(0.0);
-            before[j + 1] = before[j] + twice;
-        }
-        let polygon = Self {
-            center,
-            corners,
-            before,
-        };
-        if polygon.area() > 0.0 {
-            PupilWindow::Polygon(polygon)
-        } else {
-            PupilWindow::Closed
-        }
-    }
-
-    pub fn area(&self) -> f64 {
-        0.5 * self.before[SIDES]
-    }
-
-    pub fn center(&self) -> DVec2 {
-        self.center
-    }
-
-    /// The corners, for drawing.
-    pub fn corners(&self) -> impl Iterator<Item = DVec2> {
-        self.corners[..SIDES]
-            .iter()
-            .map(|corner| self.center + corner)
-    }
-
-    /// Evenly over the area: `u` goes around, √`v` outward.
-    fn point(&self, u: f64, v: f64) -> DVec2 {
-        let target = u * self.before[SIDES];
-        // The last triangle that begins at or before the target and is not empty.
-        let j = (self.before[1..SIDES].partition_point(|b| *b <= target)).min(SIDES - 1);
-        let area = self.before[j + 1] - self.before[j];
-        let t = if area > 0.0 {
-            ((target - self.before[j]) / area).clamp(0.0, 1.0)
-        } else {
-            0.5
-        };
-        let rim = self.corners[j] + t * (self.corners[j + 1] - self.corners[j]);
-        self.center + v.sqrt() * rim
-    }
-
-    fn contains(&self, point: DVec2) -> bool {
-        let p = point - self.center;
-        let sense = self.corners[0].perp_dot(self.corners[SIDES / 4]);
-        (0..SIDES).all(|j| {
-            let edge = self.corners[j + 1] - self.corners[j];
-            let inside = edge.perp_dot(p - self.corners[j]);
-            // Edges shorter than rounding have no side.
-            inside * sense >= 0.0 || edge.length() < 1e-12 * self.corners[j].length()
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The mean of x² over a polygon: from the integral over its triangles.
-    fn mean_square(polygon: &Polygon) -> f64 {
-        let c = polygon.center;
-        let mut sum = 0.0;
-        for j in 0..SIDES {
-            let (a, b) = (c + polygon.corners[j], c + polygon.corners[j + 1]);
-            let twice = polygon.before[j + 1] - polygon.before[j];
-            sum += twice / 12.0
-                * (a.x * a.x + b.x * b.x + c.x * c.x + a.x * b.x + b.x * c.x + c.x * a.x);
-        }
-        sum / polygon.area()
-    }
-
-    #[test]
-    fn points_of_a_polygon_are_even_and_inside_and_its_area_is_right() {
-        let sides = std::array::from_fn(side);
-        // A disc of radius 2 about (1, 0).
-        let support: Support = std::array::from_fn(|j| 2.0 + side(j).x);
-        let turn = DVec2::new(0.6, 0.8);
-        for mirror in [DVec2::ONE, DVec2::new(-1.0, 1.0), DVec2::new(-1.0, -1.0)] {
-            let window = Polygon::window(&support, &sides, turn, mirror);
-            let PupilWindow::Polygon(polygon) = window else {
-                panic!("closed")
-            };
-            let circumscribed = 4.0 * SIDES as f64 * libm::tan(PI / SIDES as f64);
-            assert!((polygon.area() - circumscribed).abs() < 1e-12);
-            assert!((polygon.center - mirror * turn).length() < 1e-12);
-            let n = 200;
-            let mut mean = DVec2::ZERO;
-            let mut square = 0.0;
-            for i in 0..n * n {
-                let (u, v) = (
-                    ((i % n) as f64 + 0.5) / n as f64,
-                    ((i / n) as f64 + 0.5) / n as f64,
-                );
-                let p = window.point(u, v);
-                assert!(window.contains(p), "{p}");
-                mean += p / (n * n) as f64;
-                square += p.x * p.x / (n * n) as f64;
-            }
-            assert!((mean - polygon.center).length() < 1e-3, "{mean}");
-            assert!(
-                (square / mean_square(&polygon) - 1.0).abs() < 1e-3,
-                "{square}"
-            );
         }
     }
 }

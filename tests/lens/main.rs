@@ -317,7 +317,8 @@ fn an_iris_of_six_blades_passes_the_area_of_its_hexagon() {
         rotation: 0.3,
     });
     let film_z = lens.first_order().focal.unwrap().rear_focal_point;
-    let window = PupilTarget::exit_pupil(&lens, film_z, 20.0).window(DVec2::ZERO);
+    let target = PupilTarget::exit_pupil(&lens, film_z, 20.0);
+    let window = target.window(DVec2::ZERO);
     let (mut round, mut six) = (0, 0);
     for i in 0..200 * 200 {
         let (u, v) = (f64::from(i % 200) / 200.0, f64::from(i / 200) / 200.0);

@@ -1,0 +1,330 @@
+//! Convex polygons to aim at, and the pupils between two that were measured.
+//!
+//! All polygons have their sides in the same directions. Then a mixture of two has the mixtures
+//! of their corners for corners, and every area in it is a quadratic of the mixture, worked out
+//! once: to aim from between two measured film points costs one search among the triangles.
+
+use std::f64::consts::TAU;
+
+use glam::DVec2;
+
+/// The sides of every pupil polygon.
+pub const SIDES: usize = 32;
+
+/// How far a convex figure reaches in each of [`SIDES`] directions from the axis. Any mixture
+/// of two such lists is the list of a figure again (of their Minkowski mixture), which is why
+/// pupils interpolate so well in this form.
+pub type Support = [f64; SIDES];
+
+/// Directions of the sides; the first is +x.
+pub fn directions() -> [DVec2; SIDES] {
+    std::array::from_fn(|j| {
+        let (sin, cos) = libm::sincos(TAU * j as f64 / SIDES as f64);
+        DVec2::new(cos, sin)
+    })
+}
+
+/// A polygon by its corners, cut into triangles around a point inside.
+#[derive(Clone, Copy, Debug)]
+pub struct Outline {
+    center: DVec2,
+    /// Counterclockwise; the last is the first again.
+    corners: [DVec2; SIDES + 1],
+}
+
+impl Outline {
+    pub fn of(support: &Support, sides: &[DVec2; SIDES]) -> Self {
+        let (sin, cos) = (sides[1].y, sides[1].x);
+        let mut corners = [DVec2::ZERO; SIDES + 1];
+        let mut center = DVec2::ZERO;
+        for j in 0..SIDES {
+            // Where side j meets side j + 1.
+            let along = (support[(j + 1) % SIDES] - support[j] * cos) / sin;
+            corners[j] = support[j] * sides[j] + along * sides[j].perp();
+            center += corners[j];
+        }
+        corners[SIDES] = corners[0];
+        center /= SIDES as f64;
+        Self { center, corners }
+    }
+
+    fn mix(&self, other: &Self, t: f64) -> Self {
+        Self {
+            center: self.center.lerp(other.center, t),
+            corners: std::array::from_fn(|j| self.corners[j].lerp(other.corners[j], t)),
+        }
+    }
+}
+
+/// Entries of a span's table of where to begin to search.
+const STARTS: usize = 64;
+
+/// The pupils of all film points between two that were measured.
+#[derive(Clone, Debug)]
+pub struct Span {
+    low: Outline,
+    high: Outline,
+    /// Twice the area of the triangles before each corner: a quadratic of the mixture.
+    before: [[f64; 3]; SIDES + 1],
+    /// A triangle at or a little before the one where each share of the area ends.
+    starts: [u8; STARTS],
+}
+
+impl Span {
+    pub fn new(low: Outline, high: Outline) -> Self {
+        let mut before = [[0.0; 3]; SIDES + 1];
+        let from_center = |j: usize| {
+            let start = low.corners[j] - low.center;
+            (start, high.corners[j] - high.center - start)
+        };
+        for j in 0..SIDES {
+            let ((p, dp), (q, dq)) = (from_center(j), from_center(j + 1));
+            let twice = [
+                p.perp_dot(q),
+                p.perp_dot(dq) + dp.perp_dot(q),
+                dp.perp_dot(dq),
+            ];
+            before[j + 1] = std::array::from_fn(|i| before[j][i] + twice[i]);
+        }
+        let mut this = Self {
+            low,
+            high,
+            before,
+            starts: [0; STARTS],
+        };
+        for (i, start) in (0..STARTS).zip(0..) {
+            let share = f64::from(start) / STARTS as f64;
+            let first = |t: f64| this.search(t, share * this.before(SIDES, t), 0);
+            this.starts[i] = first(0.0).min(first(0.5)).min(first(1.0)) as u8;
+        }
+        this
+    }
+
+    #[inline]
+    fn before(&self, j: usize, t: f64) -> f64 {
+        let [a, b, c] = self.before[j];
+        a + t * (b + t * c)
+    }
+
+    /// The last triangle that begins at or before a place and ends behind it.
+    #[inline]
+    fn search(&self, t: f64, place: f64, start: usize) -> usize {
+        let mut j = start;
+        while j > 0 && self.before(j, t) > place {
+            j -= 1;
+        }
+        while j < SIDES - 1 && self.before(j + 1, t) <= place {
+            j += 1;
+        }
+        j
+    }
+
+    #[inline]
+    pub fn area(&self, t: f64) -> f64 {
+        0.5 * self.before(SIDES, t)
+    }
+
+    #[inline]
+    pub fn point(&self, t: f64, u: f64, v: f64) -> DVec2 {
+        let place = u * self.before(SIDES, t);
+        let start = self.starts[((u * STARTS as f64) as usize).min(STARTS - 1)];
+        let j = self.search(t, place, usize::from(start));
+        let at = share(place, self.before(j, t), self.before(j + 1, t));
+        let corner = |j: usize| self.low.corners[j].lerp(self.high.corners[j], t);
+        let (center, a, b) = (
+            self.low.center.lerp(self.high.center, t),
+            corner(j),
+            corner(j + 1),
+        );
+        center.lerp(a.lerp(b, at), v.sqrt())
+    }
+}
+
+/// Where a place lies between two; a triangle of no area has its middle.
+fn share(place: f64, before: f64, behind: f64) -> f64 {
+    if behind > before {
+        ((place - before) / (behind - before)).clamp(0.0, 1.0)
+    } else {
+        0.5
+    }
+}
+
+/// What a film point aims at.
+#[derive(Clone, Copy, Debug)]
+pub struct Polygon<'a> {
+    figure: Figure<'a>,
+    /// Turned so that +x becomes this,
+    turn: DVec2,
+    /// then mirrored.
+    mirror: DVec2,
+    area: f64,
+}
+
+/// It lives on the stack for one sample; a box would cost more.
+#[allow(clippy::large_enum_variant)]
+#[derive(Clone, Copy, Debug)]
+enum Figure<'a> {
+    Between(&'a Span, f64),
+    Whole(Outline, [f64; SIDES + 1]),
+}
+
+impl<'a> Polygon<'a> {
+    /// None where nothing is left of it.
+    #[inline]
+    pub fn between(span: &'a Span, t: f64, turn: DVec2) -> Option<Self> {
+        let area = span.area(t);
+        (area > 0.0).then_some(Self {
+            figure: Figure::Between(span, t),
+            turn,
+            mirror: DVec2::ONE,
+            area,
+        })
+    }
+
+    pub fn whole(outline: Outline, turn: DVec2, mirror: DVec2) -> Option<Self> {
+        let mut before = [0.0; SIDES + 1];
+        for j in 0..SIDES {
+            let from_center = |j: usize| outline.corners[j] - outline.center;
+            // A side of no length may come out with a rounding error's worth of it.
+            before[j + 1] = before[j] + from_center(j).perp_dot(from_center(j + 1)).max(0.0);
+        }
+        let area = 0.5 * before[SIDES];
+        (area > 0.0).then_some(Self {
+            figure: Figure::Whole(outline, before),
+            turn,
+            mirror,
+            area,
+        })
+    }
+
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    fn outline(&self) -> Outline {
+        match &self.figure {
+            Figure::Between(span, t) => span.low.mix(&span.high, *t),
+            Figure::Whole(outline, _) => *outline,
+        }
+    }
+
+    fn place(&self, point: DVec2) -> DVec2 {
+        self.mirror * self.turn.rotate(point)
+    }
+
+    pub fn center(&self) -> DVec2 {
+        self.place(self.outline().center)
+    }
+
+    /// The corners, for drawing.
+    pub fn corners(&self) -> impl Iterator<Item = DVec2> {
+        let corners = self.outline().corners.map(|corner| self.place(corner));
+        corners.into_iter().take(SIDES)
+    }
+
+    /// Evenly over the area: `u` goes around, √`v` outward.
+    #[inline]
+    pub fn point(&self, u: f64, v: f64) -> DVec2 {
+        let point = match &self.figure {
+            Figure::Between(span, t) => span.point(*t, u, v),
+            Figure::Whole(outline, before) => {
+                let place = u * before[SIDES];
+                let j = before[1..SIDES].partition_point(|b| *b <= place);
+                let at = share(place, before[j], before[j + 1]);
+                let rim = outline.corners[j].lerp(outline.corners[j + 1], at);
+                outline.center.lerp(rim, v.sqrt())
+            }
+        };
+        self.place(point)
+    }
+
+    pub fn contains(&self, point: DVec2) -> bool {
+        let outline = self.outline();
+        let back = DVec2::new(self.turn.x, -self.turn.y);
+        let p = back.rotate(self.mirror * point);
+        let size = self.area.sqrt();
+        (0..SIDES).all(|j| {
+            let (a, b) = (outline.corners[j], outline.corners[j + 1]);
+            // Edges shorter than rounding have no side.
+            (b - a).perp_dot(p - a) >= 0.0 || (b - a).length() < 1e-12 * size
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    /// The mean of x² over a polygon: from the integral over its triangles.
+    fn mean_square(polygon: &Polygon<'_>) -> f64 {
+        let c = polygon.center();
+        let corners: Vec<DVec2> = polygon.corners().collect();
+        let mut sum = 0.0;
+        for j in 0..SIDES {
+            let (a, b) = (corners[j], corners[(j + 1) % SIDES]);
+            let twice = (a - c).perp_dot(b - c).abs();
+            sum += twice / 12.0
+                * (a.x * a.x + b.x * b.x + c.x * c.x + a.x * b.x + b.x * c.x + c.x * a.x);
+        }
+        sum / polygon.area()
+    }
+
+    fn check(polygon: &Polygon<'_>) {
+        let n = 200;
+        let mut mean = DVec2::ZERO;
+        let mut square = 0.0;
+        for i in 0..n * n {
+            let (u, v) = (
+                (f64::from(i % n) + 0.5) / f64::from(n),
+                (f64::from(i / n) + 0.5) / f64::from(n),
+            );
+            let p = polygon.point(u, v);
+            assert!(polygon.contains(p), "{p}");
+            mean += p / f64::from(n * n);
+            square += p.x * p.x / f64::from(n * n);
+        }
+        assert!((mean - polygon.center()).length() < 1e-3, "{mean}");
+        let exact = mean_square(polygon);
+        assert!((square / exact - 1.0).abs() < 1e-3, "{square} {exact}");
+    }
+
+    #[test]
+    fn points_of_a_polygon_are_even_and_inside_and_its_area_is_right() {
+        let sides = directions();
+        // Discs about (1, 0): of radius 1 to 3, so of 2 in their middle.
+        let disc = |radius: f64| Outline::of(&std::array::from_fn(|j| radius + sides[j].x), &sides);
+        let turn = DVec2::new(0.6, 0.8);
+        let circumscribed = 4.0 * SIDES as f64 * libm::tan(PI / SIDES as f64);
+        let span = Span::new(disc(1.0), disc(3.0));
+        let mut all = vec![Polygon::between(&span, 0.5, turn).unwrap()];
+        for mirror in [DVec2::ONE, DVec2::new(-1.0, 1.0), DVec2::new(-1.0, -1.0)] {
+            all.push(Polygon::whole(disc(2.0), turn, mirror).unwrap());
+        }
+        for polygon in all {
+            assert!((polygon.area() - circumscribed).abs() < 1e-12);
+            assert!((polygon.center() - polygon.mirror * turn).length() < 1e-12);
+            check(&polygon);
+        }
+    }
+
+    /// A pupil that is cut from one side as it goes: corners run together.
+    #[test]
+    fn points_between_two_different_pupils_are_even_and_inside() {
+        let sides = directions();
+        let round: Support = std::array::from_fn(|j| 1.5 + sides[j].x);
+        let cut: Support = std::array::from_fn(|j| (1.5 + sides[j].x).min(1.5 - 0.5 * sides[j].x));
+        let outline = |s: &Support| Outline::of(s, &sides);
+        // A minimum of two is no support yet: take that of its corners.
+        let lens = outline(&cut);
+        let cut = std::array::from_fn(|j| {
+            let reach = lens.corners.iter().map(|c| c.dot(sides[j]));
+            reach.fold(f64::NEG_INFINITY, f64::max)
+        });
+        let span = Span::new(outline(&round), outline(&cut));
+        for t in [0.0, 0.3, 1.0] {
+            check(&Polygon::between(&span, t, DVec2::X).unwrap());
+        }
+    }
+}
