@@ -5,6 +5,7 @@
 
 pub mod background;
 pub mod builder;
+pub mod bundle;
 pub mod census;
 pub mod facets;
 pub mod inventor_box;
@@ -34,6 +35,7 @@ use crate::iv::{Document, Limits};
 use crate::pose::CameraPose;
 
 pub use builder::Builder;
+pub use bundle::BUNDLE;
 pub use census::Census;
 pub use light::Light;
 pub use surface::{Point, Surface};
@@ -179,6 +181,8 @@ pub struct RenderScene {
     special: bool,
     /// Whether any surface is seen before everything else.
     annotated: bool,
+    /// Whether everything stops all light.
+    solid: bool,
     /// The camera, for what is measured in pixels.
     view: shapes::View,
     pub(crate) background: background::Background,
@@ -242,6 +246,10 @@ impl RenderScene {
         if self.census.transparent {
             self.settle_centers(&boxes);
         }
+        self.solid = self
+            .surfaces
+            .iter()
+            .all(|s| s.casts_shadow && s.clip.is_empty() && s.is_opaque());
         let (binary, order) = Bvh::build(&boxes);
         let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
         self.tree = Wide::collapse(&binary, &order, corners);

@@ -162,7 +162,7 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
     let surface = scene.surface(hit);
     let index = hit.primitive as usize;
     let outward = scene.geometric_normal(ray, hit);
-    let front = scene.is_front(ray, hit, surface);
+    let front = (outward.dot(ray.direction) < 0.0) == surface.counterclockwise;
     let mut out = Point {
         position: ray.at(hit.t),
         geometric: if outward.dot(ray.direction) > 0.0 {

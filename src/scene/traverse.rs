@@ -120,11 +120,13 @@ impl PreparedRay {
     }
 }
 
-fn invert(component: f32) -> f32 {
+#[inline(always)]
+pub(super) fn invert(component: f32) -> f32 {
+    let inverse = 1.0 / component;
     if component.abs() <= 1.0 / LARGEST_INVERSE {
         LARGEST_INVERSE.copysign(component)
     } else {
-        1.0 / component
+        inverse
     }
 }
 

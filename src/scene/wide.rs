@@ -5,9 +5,13 @@
 //! whatever instructions the processor has. What is not a triangle keeps its place in a leaf and is
 //! met by whoever knows what it is.
 
+mod packet;
+
 use std::mem::MaybeUninit;
 
 use glam::Vec3;
+
+pub use packet::{Others, PACKET, Packet, course};
 
 use super::traverse::{Bvh, PreparedRay};
 
@@ -216,31 +220,6 @@ impl<'a> Slabs<'a> {
         }
         mask
     }
-
-    /// The same with AVX.
-    #[cfg(target_arch = "x86_64")]
-    #[inline]
-    #[target_feature(enable = "avx")]
-    fn enters_avx(&self, node: &Node, t_min: f32, t_max: f32, near: &mut [f32; WIDTH]) -> u32 {
-        use std::arch::x86_64::*;
-        let at = |plane: usize, axis: usize| {
-            // SAFETY: a plane is eight floats, aligned to 32 by the node's layout.
-            let plane = unsafe { _mm256_load_ps(node.planes[plane].as_ptr()) };
-            let from = _mm256_sub_ps(plane, _mm256_set1_ps(self.ray.origin[axis]));
-            _mm256_mul_ps(from, _mm256_set1_ps(self.ray.inverse[axis]))
-        };
-        let first = |axis: usize| at(self.near[axis], axis);
-        let last = |axis: usize| at(self.far[axis], axis);
-        let n = _mm256_max_ps(_mm256_max_ps(first(0), first(1)), first(2));
-        let n = _mm256_max_ps(n, _mm256_set1_ps(t_min));
-        let f = _mm256_min_ps(_mm256_min_ps(last(0), last(1)), last(2));
-        let f = _mm256_min_ps(f, _mm256_set1_ps(t_max));
-        let size = _mm256_andnot_ps(_mm256_set1_ps(-0.0), f);
-        let wide = _mm256_add_ps(f, _mm256_mul_ps(size, _mm256_set1_ps(WIDENING)));
-        // SAFETY: the array is eight floats, and the store needs no alignment.
-        unsafe { _mm256_storeu_ps(near.as_mut_ptr(), n) };
-        _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(n, wide)) as u32
-    }
 }
 
 const WIDENING: f32 = 4.0 * f32::EPSILON;
@@ -251,6 +230,17 @@ struct Waiting {
     near: f32,
     first: u32,
     blocks: u32,
+    /// Which rays of a packet enter it; not used for one ray.
+    lanes: u32,
+}
+
+impl Waiting {
+    const ROOT: Self = Self {
+        near: f32::NEG_INFINITY,
+        first: 0,
+        blocks: 0,
+        lanes: 0,
+    };
 }
 
 const DEEP: usize = 160;
@@ -305,37 +295,72 @@ impl Wide {
         t_max: f32,
         visit: impl FnMut(&Block, f32) -> f32,
     ) {
-        if self.nodes.is_empty() {
-            return;
+        if !self.nodes.is_empty() {
+            self.walk_from(Waiting::ROOT, ray, t_min, t_max, visit);
         }
+    }
+
+    #[inline]
+    fn walk_from(
+        &self,
+        start: Waiting,
+        ray: &PreparedRay,
+        t_min: f32,
+        t_max: f32,
+        visit: impl FnMut(&Block, f32) -> f32,
+    ) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx") {
             // SAFETY: the processor was just asked.
-            unsafe { self.walk_avx(&Slabs::new(ray), t_min, t_max, visit) };
+            unsafe { self.walk_avx(start, &Slabs::new(ray), t_min, t_max, visit) };
             return;
         }
         let slabs = Slabs::new(ray);
         let enters = |n: &Node, t: f32, near: &mut [f32; WIDTH]| slabs.enters(n, t_min, t, near);
-        self.walk_with(t_min, t_max, enters, visit);
+        self.walk_with(start, t_min, t_max, enters, visit);
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx")]
     fn walk_avx(
         &self,
+        start: Waiting,
         slabs: &Slabs<'_>,
         t_min: f32,
         t_max: f32,
         visit: impl FnMut(&Block, f32) -> f32,
     ) {
-        let enters =
-            |n: &Node, t: f32, near: &mut [f32; WIDTH]| slabs.enters_avx(n, t_min, t, near);
-        self.walk_with(t_min, t_max, enters, visit);
+        use std::arch::x86_64::*;
+        // [`Slabs::enters`] eight at a time. A closure, for a function would not be inlined.
+        let (origin, inverse) = (slabs.ray.origin, slabs.ray.inverse);
+        let origin = [origin.x, origin.y, origin.z].map(|x| _mm256_set1_ps(x));
+        let inverse = [inverse.x, inverse.y, inverse.z].map(|x| _mm256_set1_ps(x));
+        let least = _mm256_set1_ps(t_min);
+        let enters = |node: &Node, t_max: f32, near: &mut [f32; WIDTH]| {
+            let at = |plane: usize, axis: usize| {
+                // SAFETY: a plane is eight floats, aligned to 32 by the node's layout.
+                let plane = unsafe { _mm256_load_ps(node.planes[plane].as_ptr()) };
+                _mm256_mul_ps(_mm256_sub_ps(plane, origin[axis]), inverse[axis])
+            };
+            let first = |axis: usize| at(slabs.near[axis], axis);
+            let last = |axis: usize| at(slabs.far[axis], axis);
+            let n = _mm256_max_ps(_mm256_max_ps(first(0), first(1)), first(2));
+            let n = _mm256_max_ps(n, least);
+            let f = _mm256_min_ps(_mm256_min_ps(last(0), last(1)), last(2));
+            let f = _mm256_min_ps(f, _mm256_set1_ps(t_max));
+            let size = _mm256_andnot_ps(_mm256_set1_ps(-0.0), f);
+            let wide = _mm256_add_ps(f, _mm256_mul_ps(size, _mm256_set1_ps(WIDENING)));
+            // SAFETY: the array is eight floats, and the store needs no alignment.
+            unsafe { _mm256_storeu_ps(near.as_mut_ptr(), n) };
+            _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(n, wide)) as u32
+        };
+        self.walk_with(start, t_min, t_max, enters, visit);
     }
 
     #[inline(always)]
     fn walk_with(
         &self,
+        start: Waiting,
         t_min: f32,
         mut t_max: f32,
         enters: impl Fn(&Node, f32, &mut [f32; WIDTH]) -> u32,
@@ -343,11 +368,7 @@ impl Wide {
     ) {
         let mut stack = Stack::new();
         let mut near = [0.0; WIDTH];
-        let mut current = Waiting {
-            near: t_min,
-            first: 0,
-            blocks: 0,
-        };
+        let mut current = start;
         loop {
             if current.blocks > 0 {
                 let first = current.first as usize;
@@ -389,6 +410,7 @@ fn push_sorted(
         near: near[i],
         first: node.first[i],
         blocks: node.blocks[i],
+        lanes: 0,
     };
     let count = mask.count_ones() as usize;
     match count {
@@ -592,7 +614,7 @@ mod tests {
         if plain {
             let slabs = Slabs::new(&prepared);
             let enters = |n: &Node, t: f32, near: &mut [f32; WIDTH]| slabs.enters(n, 0.0, t, near);
-            tree.walk_with(0.0, f32::INFINITY, enters, visit);
+            tree.walk_with(Waiting::ROOT, 0.0, f32::INFINITY, enters, visit);
         } else {
             tree.walk(&prepared, 0.0, f32::INFINITY, visit);
         }

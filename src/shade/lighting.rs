@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use crate::graph::state::FogKind;
-use crate::scene::{Light, Point};
+use crate::scene::Point;
+use crate::scene::light::Reaching;
 
 /// What shines by itself and what the surroundings give.
 pub fn ambient(point: &Point<'_>) -> Vec3 {
@@ -11,16 +12,15 @@ pub fn ambient(point: &Point<'_>) -> Vec3 {
     surface.emissive + surface.ambient * surface.environment.ambient
 }
 
-/// What a light gives, times the share of it that is not in shadow.
+/// What a light that reaches a point gives, times the share of it that is not in shadow.
 pub fn direct(
     point: &Point<'_>,
-    light: &Light,
+    reaching: &Reaching,
     backward: Vec3,
     specular: bool,
     shadow: f32,
 ) -> Vec3 {
     let surface = point.surface;
-    let reaching = light.reach(point.position);
     let mut sum = surface.ambient * reaching.ambient;
     let facing = point.normal.dot(reaching.toward);
     if facing > 0.0 && shadow > 0.0 {
@@ -29,7 +29,13 @@ pub fn direct(
             let half = (reaching.toward + backward).normalize_or_zero();
             let aligned = point.normal.dot(half).max(0.0);
             let exponent = 128.0 * surface.shininess.clamp(0.0, 1.0);
-            lit += surface.specular * libm::powf(aligned, exponent);
+            // x^0 is 1, even of 0.
+            let share = if exponent == 0.0 {
+                1.0
+            } else {
+                libm::powf(aligned, exponent)
+            };
+            lit += surface.specular * share;
         }
         sum += reaching.color * lit * shadow;
     }

@@ -18,7 +18,8 @@ mod lighting;
 
 use glam::Vec3;
 
-use crate::scene::{Hit, Light, Needs, Point, Ray, RenderScene};
+use crate::scene::light::Reaching;
+use crate::scene::{BUNDLE, Hit, Light, Needs, Point, Ray, RenderScene};
 
 /// What a picture shows of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -154,6 +155,17 @@ struct Pending {
     any_side: bool,
 }
 
+impl Pending {
+    fn first(ray: &Ray) -> Self {
+        Self {
+            ray: *ray,
+            share: Vec3::ONE,
+            depth: 0,
+            any_side: false,
+        }
+    }
+}
+
 impl<'a> Shader<'a> {
     pub fn new(scene: &'a RenderScene, shading: Shading, options: ShadeOptions) -> Self {
         let headlight = options.headlight;
@@ -184,13 +196,103 @@ impl<'a> Shader<'a> {
             return self.blended(ray, hit);
         }
         let mut color = Vec3::ZERO;
-        let first = Pending {
-            ray: *ray,
-            share: Vec3::ONE,
-            depth: 0,
-            any_side: false,
-        };
-        self.shade(ray, hit, &first, &mut color, work);
+        self.shade(ray, hit, &Pending::first(ray), &mut color, work);
+        self.follow_pending(color, work)
+    }
+
+    /// [`Shader::radiance`] along up to [`BUNDLE`] rays: the same bits, in less time.
+    pub fn radiances(&self, rays: &[Ray], radiances: &mut [Vec3], work: &mut Work) {
+        work.counts.scene += rays.len() as u64;
+        let mut hits = [None; BUNDLE];
+        self.scene.hits(rays, &mut hits);
+        if self.shading != Shading::Recursive {
+            for ((ray, hit), radiance) in rays.iter().zip(hits).zip(radiances) {
+                *radiance = self.radiance_of(ray, hit, work);
+            }
+            return;
+        }
+        let points: [Option<Point<'_>>; BUNDLE] = std::array::from_fn(|i| {
+            let hit = hits[i].as_ref()?;
+            Some(self.scene.point(&rays[i], hit))
+        });
+        let lit = self.lit_in_shadow(&points, &mut work.counts);
+        for (i, (ray, radiance)) in rays.iter().zip(radiances).enumerate() {
+            *radiance = match (&hits[i], &points[i]) {
+                (Some(hit), Some(point)) => {
+                    let mut color = Vec3::ZERO;
+                    let first = Pending::first(ray);
+                    self.recurse(ray, hit, point, lit[i], &first, &mut color, work);
+                    self.follow_pending(color, work)
+                }
+                _ => self.scene.background().color(ray.direction),
+            };
+        }
+    }
+
+    /// The light that points give off, shadows traced light by light.
+    fn lit_in_shadow(
+        &self,
+        points: &[Option<Point<'_>>; BUNDLE],
+        counts: &mut RayCounts,
+    ) -> [Vec3; BUNDLE] {
+        let mut lit = [Vec3::ZERO; BUNDLE];
+        let mut most = 0;
+        for (lit, point) in lit.iter_mut().zip(points) {
+            let Some(point) = point else { continue };
+            if point.surface.base_color {
+                *lit = point.diffuse;
+            } else {
+                *lit = lighting::ambient(point);
+                most = most.max(self.lights(point).count());
+            }
+        }
+        for light in 0..most {
+            self.add_light(light, points, &mut lit, counts);
+        }
+        lit
+    }
+
+    /// Adds the light of one number of every point.
+    fn add_light(
+        &self,
+        number: usize,
+        points: &[Option<Point<'_>>; BUNDLE],
+        lit: &mut [Vec3; BUNDLE],
+        counts: &mut RayCounts,
+    ) {
+        // Of each shadow ray: the point it is from and the light it goes to.
+        let mut from = [(0, None); BUNDLE];
+        let mut rays = [Ray::new(Vec3::ZERO, Vec3::Z); BUNDLE];
+        let mut count = 0;
+        for (i, point) in points.iter().enumerate() {
+            let Some(point) = point.as_ref().filter(|p| !p.surface.base_color) else {
+                continue;
+            };
+            let Some(light) = self.lights(point).nth(number) else {
+                continue;
+            };
+            let reaching = light.reach(point.position);
+            if let Some(ray) = shadow_ray(point, &reaching) {
+                from[count] = (i, Some(reaching));
+                rays[count] = ray;
+                count += 1;
+            } else {
+                lit[i] += lighting::direct(point, &reaching, self.options.backward, true, 1.0);
+            }
+        }
+        counts.shadow += count as u64;
+        let mut through = [1.0; BUNDLE];
+        self.scene
+            .transmittances(&rays[..count], &mut through[..count]);
+        for (&(i, reaching), shadow) in from[..count].iter().zip(through) {
+            if let (Some(point), Some(reaching)) = (&points[i], &reaching) {
+                lit[i] += lighting::direct(point, reaching, self.options.backward, true, shadow);
+            }
+        }
+    }
+
+    /// Adds what the rays that are still to be followed bring.
+    fn follow_pending(&self, mut color: Vec3, work: &mut Work) -> Vec3 {
         while let Some(next) = work.pending.pop() {
             work.counts.scene += 1;
             let hit = if next.any_side {
@@ -217,7 +319,8 @@ impl<'a> Shader<'a> {
     fn shade(&self, ray: &Ray, hit: Hit, path: &Pending, color: &mut Vec3, work: &mut Work) {
         let point = self.scene.point(ray, &hit);
         if self.shading == Shading::Recursive {
-            self.recurse(ray, &hit, &point, path, color, work);
+            let lit = self.lit_one_by_one(&point, &mut work.counts);
+            self.recurse(ray, &hit, &point, lit, path, color, work);
             return;
         }
         let local = self.local(ray, &point);
@@ -293,7 +396,8 @@ impl<'a> Shader<'a> {
         if self.shading != Shading::Ambient {
             let specular = self.shading != Shading::Diffuse;
             for light in self.lights(point) {
-                sum += lighting::direct(point, light, self.options.backward, specular, 1.0);
+                let reaching = light.reach(point.position);
+                sum += lighting::direct(point, &reaching, self.options.backward, specular, 1.0);
             }
         }
         sum.clamp(Vec3::ZERO, Vec3::ONE)
@@ -304,6 +408,23 @@ impl<'a> Shader<'a> {
             .lights_of(point.surface)
             .iter()
             .chain(self.headlight.as_ref())
+    }
+
+    /// The light that a point gives off in model `r`.
+    fn lit_one_by_one(&self, point: &Point<'_>, counts: &mut RayCounts) -> Vec3 {
+        if point.surface.base_color {
+            return point.diffuse;
+        }
+        let mut sum = lighting::ambient(point);
+        for light in self.lights(point) {
+            let reaching = light.reach(point.position);
+            let shadow = shadow_ray(point, &reaching).map_or(1.0, |ray| {
+                counts.shadow += 1;
+                self.scene.transmittance(&ray, ray.t_max)
+            });
+            sum += lighting::direct(point, &reaching, self.options.backward, true, shadow);
+        }
+        sum
     }
 
     /// Model `r`. Direct light as in `p` times what the shadow ray brings, then two rays more:
@@ -317,23 +438,13 @@ impl<'a> Shader<'a> {
         ray: &Ray,
         hit: &Hit,
         point: &Point<'_>,
+        lit: Vec3,
         path: &Pending,
         color: &mut Vec3,
         work: &mut Work,
     ) {
         let surface = point.surface;
         let opaque = 1.0 - point.transparency;
-        let lit = if surface.base_color {
-            point.diffuse
-        } else {
-            let mut sum = lighting::ambient(point);
-            for light in self.lights(point) {
-                let shadow = self.shadow(point, light, &mut work.counts);
-                let view = self.options.backward;
-                sum += lighting::direct(point, light, view, true, shadow);
-            }
-            sum
-        };
         let local = lighting::fogged(
             point.textured(lit),
             point,
@@ -344,6 +455,14 @@ impl<'a> Shader<'a> {
         if path.depth >= self.options.max_depth {
             return;
         }
+        let mut mirror = if surface.base_color {
+            Vec3::ZERO
+        } else {
+            surface.specular * surface.shininess.clamp(0.0, 1.0) * opaque
+        };
+        if point.transparency <= 0.0 && mirror.max_element() <= 0.0 {
+            return;
+        }
         let d = ray.direction.normalize_or(Vec3::NEG_Z);
         let facing = if point.normal.dot(d) > 0.0 {
             -point.normal
@@ -351,11 +470,6 @@ impl<'a> Shader<'a> {
             point.normal
         };
         let normal = facing.normalize_or(point.geometric);
-        let mut mirror = if surface.base_color {
-            Vec3::ZERO
-        } else {
-            surface.specular * surface.shininess.clamp(0.0, 1.0) * opaque
-        };
         if point.transparency > 0.0 {
             let share = path.share * point.transparency;
             match refract(d, normal, surface.refraction, point.front) {
@@ -386,23 +500,19 @@ impl<'a> Shader<'a> {
             });
         }
     }
+}
 
-    /// The share of a light that is not in shadow.
-    fn shadow(&self, point: &Point<'_>, light: &Light, counts: &mut RayCounts) -> f32 {
-        let reaching = light.reach(point.position);
-        if reaching.color == Vec3::ZERO || point.normal.dot(reaching.toward) <= 0.0 {
-            return 1.0; // adds nothing anyway
-        }
-        counts.shadow += 1;
-        let ray = point.leave(reaching.toward);
-        // Up to the light itself, not to what lies behind it.
-        let t_max = if reaching.distance.is_finite() {
-            reaching.distance * (1.0 - 1e-5)
-        } else {
-            f32::INFINITY
-        };
-        self.scene.transmittance(&ray, t_max)
+/// The ray from a point to a light, up to the light itself and not to what lies behind it; none
+/// where the light adds nothing anyway.
+fn shadow_ray(point: &Point<'_>, reaching: &Reaching) -> Option<Ray> {
+    if reaching.color == Vec3::ZERO || point.normal.dot(reaching.toward) <= 0.0 {
+        return None;
     }
+    let mut ray = point.leave(reaching.toward);
+    if reaching.distance.is_finite() {
+        ray.t_max = reaching.distance * (1.0 - 1e-5);
+    }
+    Some(ray)
 }
 
 /// Snell's law; `None` beyond the critical angle. The index is of the inside against the outside.
