@@ -9,7 +9,7 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 use ivcam::camera::Aim;
 use ivcam::film::Resolution;
@@ -17,10 +17,12 @@ use ivcam::lens::lanes::Width;
 use ivcam::lens::{Bundle, LANES, Lens, LensRay, PupilTarget, Toward};
 use ivcam::plan::{Era, LensChoice, Optics, Plan, Session};
 use ivcam::render::Stop;
-use ivcam::sampling::{DiscMap, Sampler, SamplerKind, mix};
-use ivcam::scene::wide::{Block, Wide, bits};
-use ivcam::scene::{Bvh, PreparedRay, Ray};
+use ivcam::sampling::{DiscMap, Sampler, SamplerKind};
+use ivcam::scene::wide::Wide;
 use ivcam::shade::Shading;
+
+#[path = "shared/mesh.rs"]
+mod mesh;
 
 /// A part of the tables, by name.
 type Part<'a> = (&'a str, &'a dyn Fn(&mut String));
@@ -165,16 +167,16 @@ fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64) -> Vec<LensRay> {
         seed: 1,
     };
     (0..4096)
-        .map(|i| {
+        .filter_map(|i| {
             let at = sampler.sample(0, i);
             let film = glam::DVec2::new(36.0 * (at.film[0] - 0.5), 24.0 * (at.film[1] - 0.5));
-            let [u, v] = at.pupil;
-            let aim = target.window(film).point(u, v).extend(lens.length());
+            // Where the film sees nothing no ray is sent.
+            let (aim, _) = target.aim(film, at.pupil)?;
             let origin = film.extend(film_z);
-            LensRay {
+            Some(LensRay {
                 origin,
-                direction: (aim - origin).normalize_or(DVec3::NEG_Z),
-            }
+                direction: (aim.extend(lens.length()) - origin).normalize_or(DVec3::NEG_Z),
+            })
         })
         .collect()
 }
@@ -205,152 +207,63 @@ fn in_lanes(lens: &Lens, rays: &[LensRay], width: Width) -> f64 {
     (both - copy) / rays.len() as f64
 }
 
-/// A bumpy ball of about `count` triangles inside a box.
-fn mesh(count: usize) -> Vec<[Vec3; 3]> {
-    let rows = ((count / 4) as f64).sqrt() as usize;
-    let columns = 2 * rows;
-    let point = |i: usize, j: usize| {
-        let (a, b) = (
-            std::f64::consts::PI * i as f64 / rows as f64,
-            std::f64::consts::TAU * j as f64 / columns as f64,
-        );
-        let r = 1.0 + 0.1 * libm::sin(9.0 * a) * libm::cos(7.0 * b);
-        let p = DVec3::new(
-            libm::sin(a) * libm::cos(b),
-            libm::cos(a),
-            libm::sin(a) * libm::sin(b),
-        );
-        (r * p).as_vec3()
-    };
-    let mut triangles = Vec::with_capacity(2 * rows * columns);
-    for i in 0..rows {
-        for j in 0..columns {
-            let [a, b, c, d] = [
-                point(i, j),
-                point(i + 1, j),
-                point(i + 1, j + 1),
-                point(i, j + 1),
-            ];
-            triangles.push([a, b, c]);
-            triangles.push([a, c, d]);
-        }
-    }
-    triangles
-}
-
 fn meshes(report: &mut String, large: bool) {
     report.push_str(
-        "## Triangles\n\nA bumpy ball. Millions of rays a second, one thread: from a point outside \
-         (rows of a picture), from there to a light, and from points on the ball in any \
-         direction. Memory is the tree's, with its triangles.\n\n\
+        "## Triangles\n\nA bumpy ball. Millions of rays a second, one thread, one by one / in packets of 16: \
+         from a point outside (rows of a picture), from there to a light, and from points on the \
+         ball in any direction. Memory is the tree's, with its triangles.\n\n\
          | triangles | build, s | primary | shadow | incoherent | MB |\n|---|---|---|---|---|---|\n",
     );
     let mut points = Vec::new();
     let sizes = [10_000, 100_000, 1_000_000, 10_000_000];
     for count in sizes.iter().take(if large { 4 } else { 3 }) {
-        let triangles = mesh(*count);
+        let triangles = mesh::ball(*count);
         let start = thread_seconds();
-        let boxes: Vec<(Vec3, Vec3)> = triangles
-            .iter()
-            .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)))
-            .collect();
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(1)
             .use_current_thread();
-        let pool = pool.build();
-        let build = || {
-            let (binary, order) = Bvh::build(&boxes);
-            Wide::collapse(&binary, &order, |p| Some(triangles[p as usize]))
-        };
-        let tree = match &pool {
-            Ok(pool) => pool.install(build),
-            Err(_) => build(),
+        let tree = match &pool.build() {
+            Ok(pool) => pool.install(|| mesh::tree(&triangles)),
+            Err(_) => mesh::tree(&triangles),
         };
         let seconds = thread_seconds() - start;
-        let [primary, shadow, incoherent] = rays_through(&tree);
-        points.push(((triangles.len() as f64).ln(), -primary.ln()));
+        let sets = mesh::rays(&tree);
+        let of = |name: &str| {
+            let set = sets.iter().find(|set| set.name == name);
+            set.map_or([f64::NAN; 2], |set| rates(&tree, set))
+        };
+        let [primary, shadow, incoherent] = ["primary", "shadow", "incoherent"].map(of);
+        points.push(((triangles.len() as f64).ln(), -primary[1].ln()));
+        let two = |[a, b]: [f64; 2]| format!("{:.2} / {:.2}", 1e-6 * a, 1e-6 * b);
         let _ = writeln!(
             report,
-            "| {} | {seconds:.2} | {:.2} | {:.2} | {:.2} | {:.0} |",
+            "| {} | {seconds:.2} | {} | {} | {} | {:.0} |",
             triangles.len(),
-            1e-6 * primary,
-            1e-6 * shadow,
-            1e-6 * incoherent,
+            two(primary),
+            two(shadow),
+            two(incoherent),
             tree.bytes() as f64 / 1e6
         );
     }
     let _ = writeln!(
         report,
-        "\nTime of a primary ray grows as triangles^{:.2}.\n",
+        "\nTime of a primary ray in packets grows as triangles^{:.2}.\n",
         slope(&points)
     );
 }
 
-/// Rays a second: primary, shadow, incoherent.
-fn rays_through(tree: &Wide) -> [f64; 3] {
-    let eye = Vec3::new(0.3, 0.4, 4.0);
-    let side = 256;
-    let primary: Vec<Ray> = (0..side * side)
-        .map(|i| {
-            let (x, y) = (
-                (i % side) as f32 / side as f32,
-                (i / side) as f32 / side as f32,
-            );
-            Ray::new(eye, Vec3::new(2.0 * x - 1.0, 2.0 * y - 1.0, -3.0))
-        })
-        .collect();
-    let hits: Vec<Vec3> = primary
-        .iter()
-        .filter_map(|r| nearest(tree, r).map(|t| r.at(t * (1.0 - 1e-4))))
-        .collect();
-    let light = Vec3::new(3.0, 5.0, 3.0);
-    let shadow: Vec<Ray> = hits.iter().map(|p| Ray::new(*p, light - *p)).collect();
-    let mut state = 1;
-    let mut unit = || {
-        state = mix(state);
-        (state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
-    };
-    let incoherent: Vec<Ray> = hits
-        .iter()
-        .map(|p| Ray::new(*p, Vec3::new(unit(), unit(), unit())))
-        .collect();
-    let rate = |rays: &[Ray], work: &dyn Fn(&Ray) -> bool| {
-        let mut found = 0usize;
-        let seconds = time(|| found += rays.iter().filter(|r| work(r)).count());
+/// Rays a second, one by one and in packets.
+fn rates(tree: &Wide, rays: &mesh::Rays) -> [f64; 2] {
+    let rate = |work: &dyn Fn() -> usize| {
+        let mut found = 0;
+        let seconds = time(|| found += work());
         black_box(found);
-        rays.len() as f64 / seconds
+        rays.rays.len() as f64 / seconds
     };
     [
-        rate(&primary, &|r| nearest(tree, r).is_some()),
-        rate(&shadow, &|r| blocked(tree, r)),
-        rate(&incoherent, &|r| nearest(tree, r).is_some()),
+        rate(&|| mesh::one_by_one(tree, rays)),
+        rate(&|| mesh::in_packets(tree, rays)),
     ]
-}
-
-fn nearest(tree: &Wide, ray: &Ray) -> Option<f32> {
-    let prepared = PreparedRay::new(ray);
-    let mut best = None;
-    tree.walk(&prepared, 0.0, f32::INFINITY, |block: &Block, mut t_max| {
-        let met = block.meet(&prepared, 0.0, t_max);
-        for lane in bits(met.mask) {
-            if met.t[lane] < t_max {
-                t_max = met.t[lane];
-                best = Some(t_max);
-            }
-        }
-        t_max
-    });
-    best
-}
-
-fn blocked(tree: &Wide, ray: &Ray) -> bool {
-    let prepared = PreparedRay::new(ray);
-    let mut found = false;
-    tree.walk(&prepared, 0.0, 1.0, |block: &Block, t_max| {
-        found |= block.meet(&prepared, 0.0, t_max).mask != 0;
-        if found { -1.0 } else { t_max }
-    });
-    found
 }
 
 fn living_room() -> Plan {

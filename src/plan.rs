@@ -30,7 +30,7 @@ use crate::picture::{Depth, Picture};
 use crate::pose::CameraPose;
 use crate::render::{Exposure, Progress, Render, Stop};
 use crate::report::{RenderReport, Seconds};
-use crate::sampling::{DiscMap, Sampler, SamplerKind};
+use crate::sampling::{DiscMap, Filter, FilterTable, Sampler, SamplerKind};
 use crate::scene::{CompileOptions, Light, RenderScene};
 use crate::shade::{ShadeOptions, Shader, Shading};
 
@@ -165,6 +165,10 @@ pub struct Plan {
     pub shading: Shading,
     pub flash: Flash,
     pub sampler: Sampler,
+    /// How a pixel weighs the light around its middle.
+    pub filter: Filter,
+    /// Whether samples go where a first look finds noise.
+    pub adaptive: bool,
     pub aim: Aim,
     /// Whether glass with dispersion parts colors. The 1999 program: no. Default: yes.
     pub dispersion: bool,
@@ -216,6 +220,8 @@ impl Plan {
                 samples,
                 seed: 0,
             },
+            filter: Filter::Box,
+            adaptive: false,
             aim,
             dispersion: era == Era::Modern,
             film: FilmFormat::STANDARD,
@@ -260,6 +266,8 @@ impl Plan {
             ("response", self.response.name()),
         ]
         .into_iter()
+        .chain((self.filter != Filter::Box).then(|| ("filter", self.filter.name().to_owned())))
+        .chain(self.adaptive.then(|| ("adaptive", "yes".to_owned())))
         .map(|(k, v)| (k.to_owned(), v))
         .collect()
     }
@@ -415,6 +423,8 @@ impl Session {
             resolution: self.plan.resolution,
             exposure: self.exposure_factor(),
             stop,
+            filter: &FilterTable::new(self.plan.filter),
+            adaptive: self.plan.adaptive,
         }
         .run(progress);
         let clock = Instant::now();

@@ -3,7 +3,13 @@
 //! A sample is a function of (seed, pixel, index) alone, so tiles, threads and ranks agree on it.
 //! No state is carried from one sample to the next.
 
+mod filter;
+mod sobol;
+
 use libm::{cos, sin};
+
+pub use filter::{Filter, FilterTable};
+use sobol::Sobol;
 
 /// Where on the pixel and where on the lens a ray goes, each in the unit square.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,13 +29,22 @@ pub enum SamplerKind {
     /// Owen-scrambled Sobol' points in the four dimensions of film and pupil together, scrambled
     /// anew for each pixel. Default.
     Sobol,
+    /// One scrambled Sobol' sequence over all pixels along Morton's curve: the errors of
+    /// neighbors differ, and so look finer (Ahmed and Wonka, "Screen-space blue-noise diffusion
+    /// of Monte Carlo sampling error via hierarchical ordering of pixels", 2020).
+    Blue,
+    /// Multiples of the generalized golden ratio (Roberts's R sequence), shifted anew for each
+    /// pixel.
+    Golden,
 }
 
 impl SamplerKind {
-    pub const ALL: [(&'static str, Self); 3] = [
+    pub const ALL: [(&'static str, Self); 5] = [
         ("jittered", Self::Jittered),
         ("random", Self::Random),
         ("sobol", Self::Sobol),
+        ("blue", Self::Blue),
+        ("golden", Self::Golden),
     ];
 
     pub fn name(self) -> &'static str {
@@ -52,57 +67,159 @@ pub struct Sampler {
 impl Sampler {
     /// The sample `index` (from 0) of a pixel, given as its number in the picture.
     pub fn sample(&self, pixel: u64, index: u32) -> LensSample {
-        let key = mix(self.seed ^ mix(pixel.wrapping_add(0x9e37_79b9_7f4a_7c15)));
+        self.pixel(pixel, [pixel as u32, 0]).sample(index)
+    }
+
+    /// The samples of the pixel of a number, and of a place in the picture.
+    pub fn pixel(&self, number: u64, [x, y]: [u32; 2]) -> PixelSampler {
+        let key = mix(self.seed ^ mix(number.wrapping_add(0x9e37_79b9_7f4a_7c15)));
+        let layout = match self.kind {
+            SamplerKind::Jittered => Layout::Jittered(self.samples),
+            SamplerKind::Random => Layout::Random,
+            SamplerKind::Sobol => Layout::Sobol(Sobol::new(key)),
+            SamplerKind::Golden => {
+                Layout::Golden(std::array::from_fn(|d| unit(mix(key ^ mix(d as u64)))))
+            }
+            SamplerKind::Blue => {
+                let bits = self.samples.max(1).next_power_of_two().trailing_zeros();
+                let block = u64::from(x >> BLOCK_BITS) << 32 | u64::from(y >> BLOCK_BITS);
+                let seed = mix(self.seed ^ mix(block));
+                Layout::Blue {
+                    sequence: Sobol::new(seed),
+                    start: u64::from(shuffled_morton(x, y, seed)) << bits,
+                    bits,
+                    key,
+                }
+            }
+        };
+        PixelSampler { key, layout }
+    }
+
+    /// Which wavelengths the sample sees, in [0, 1): see [`PixelSampler::wavelength`].
+    pub fn wavelength(&self, pixel: u64, index: u32) -> f64 {
+        self.pixel(pixel, [pixel as u32, 0]).wavelength(index)
+    }
+
+    /// Samples must come in wholes of so many, for a beginning by itself is uneven.
+    pub fn period(&self) -> u32 {
         match self.kind {
-            SamplerKind::Random => {
-                let n = |d| unit(mix(key ^ mix((u64::from(index) << 3) | d)));
-                LensSample {
-                    film: [n(0), n(1)],
-                    pupil: [n(2), n(3)],
-                }
-            }
-            SamplerKind::Jittered => self.jittered(key, index),
-            SamplerKind::Sobol => {
-                // The generator's sequence ends at 2^16; further samples are another scrambling.
-                let key = mix(key ^ u64::from(index >> 16));
-                let point = sobol_burley::sample_4d(index & 0xffff, 0, (key >> 32) as u32);
-                let [a, b, c, d] = point.map(|x| f64::from(x).min(ONE_MINUS));
-                LensSample {
-                    film: [a, b],
-                    pupil: [c, d],
-                }
-            }
+            SamplerKind::Jittered => self.samples.max(1),
+            _ => 1,
         }
     }
+}
 
-    /// Samples past the number laid out start a new layout with other jitter.
-    fn jittered(&self, key: u64, index: u32) -> LensSample {
-        let (on_pixel, on_pupil) = split(self.samples);
-        let (round, index) = (index / self.samples.max(1), index % self.samples.max(1));
-        let key = mix(key ^ u64::from(round) << 40);
-        let (i, j) = (index / on_pupil, index % on_pupil);
-        let jitter = |d: u64, n: u32| unit(mix(key ^ mix((u64::from(n) << 3) | d)));
-        // One jitter a pixel stratum: the pupil samples in it start from the same film point.
-        let film = stratum(i, on_pixel, jitter(0, i), jitter(1, i));
-        let pupil = stratum(j, on_pupil, jitter(2, index), jitter(3, index));
-        LensSample { film, pupil }
-    }
+/// The samples of one pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelSampler {
+    key: u64,
+    layout: Layout,
+}
 
+#[derive(Clone, Copy, Debug)]
+enum Layout {
+    Jittered(u32),
+    Random,
+    Sobol(Sobol),
+    Blue {
+        sequence: Sobol,
+        start: u64,
+        bits: u32,
+        key: u64,
+    },
+    Golden([f64; 4]),
+}
+
+impl PixelSampler {
     /// Which wavelengths the sample sees, in [0, 1): even over a pixel's samples, and shuffled
     /// against its other dimensions.
-    pub fn wavelength(&self, pixel: u64, index: u32) -> f64 {
-        let key = mix(self.seed ^ mix(pixel.wrapping_add(0x9e37_79b9_7f4a_7c15)));
-        match self.kind {
-            SamplerKind::Random => unit(mix(key ^ mix((u64::from(index) << 3) | 4))),
-            SamplerKind::Jittered | SamplerKind::Sobol => {
-                let key = mix(key ^ u64::from(index >> 16));
-                // The first dimension of the second shuffled set of four.
-                let x = sobol_burley::sample(index & 0xffff, 4, (key >> 32) as u32);
-                f64::from(x).min(ONE_MINUS)
-            }
+    pub fn wavelength(&self, index: u32) -> f64 {
+        match self.layout {
+            Layout::Random => unit(mix(self.key ^ mix((u64::from(index) << 3) | 4))),
+            _ => Sobol::new(mix(self.key ^ 0x7761_7665)).shuffled(index),
         }
     }
 
+    #[inline]
+    pub fn sample(&self, index: u32) -> LensSample {
+        let [a, b, c, d] = match self.layout {
+            Layout::Jittered(samples) => return jittered(self.key, samples, index),
+            Layout::Random => {
+                let n = |d| unit(mix(self.key ^ mix((u64::from(index) << 3) | d)));
+                [n(0), n(1), n(2), n(3)]
+            }
+            Layout::Sobol(sobol) => sobol.point(index),
+            Layout::Blue {
+                sequence,
+                start,
+                bits,
+                key,
+            } => {
+                let place = start + u64::from(index);
+                // Past the end of the pixel's part, or of the sequence: the pixel's own.
+                match u32::try_from(place) {
+                    Ok(place) if index >> bits == 0 => sequence.point(place),
+                    _ => Sobol::new(key).point(index),
+                }
+            }
+            Layout::Golden(shift) => {
+                let n = f64::from(index) + 1.0;
+                std::array::from_fn(|d| (shift[d] + n * GOLDEN[d]).fract())
+            }
+        };
+        LensSample {
+            film: [a, b],
+            pupil: [c, d],
+        }
+    }
+}
+
+/// 1/g, 1/g², … with g⁵ = g + 1 (Roberts, "The unreasonable effectiveness of quasirandom
+/// sequences").
+const GOLDEN: [f64; 4] = [
+    0.856_674_883_854_502_9,
+    0.733_891_856_627_126,
+    0.628_706_721_037_808_6,
+    0.538_597_257_223_601_1,
+];
+
+/// Bits of a side of the squares that share a sequence of [`SamplerKind::Blue`]: of its 2^32
+/// points each pixel has up to 2^14.
+const BLOCK_BITS: u32 = 9;
+
+/// The place of a pixel along Morton's curve through its square, the four parts of a part in an
+/// order drawn anew.
+fn shuffled_morton(x: u32, y: u32, seed: u64) -> u32 {
+    let mut place = 0u32;
+    for level in (0..BLOCK_BITS).rev() {
+        let quadrant = (x >> level & 1) | (y >> level & 1) << 1;
+        let draw = mix(seed ^ mix(u64::from(place) << 5 | u64::from(level)));
+        // One of the 24 orders of four, digit by digit (Fisher and Yates).
+        let mut order = [0, 1, 2, 3];
+        let mut rest = draw;
+        for i in (1..4).rev() {
+            order.swap(i, (rest % (i as u64 + 1)) as usize);
+            rest /= i as u64 + 1;
+        }
+        place = place << 2 | order[quadrant as usize];
+    }
+    place
+}
+
+/// Samples past the number laid out start a new layout with other jitter.
+fn jittered(key: u64, samples: u32, index: u32) -> LensSample {
+    let (on_pixel, on_pupil) = split(samples);
+    let (round, index) = (index / samples.max(1), index % samples.max(1));
+    let key = mix(key ^ u64::from(round) << 40);
+    let (i, j) = (index / on_pupil, index % on_pupil);
+    let jitter = |d: u64, n: u32| unit(mix(key ^ mix((u64::from(n) << 3) | d)));
+    // One jitter a pixel stratum: the pupil samples in it start from the same film point.
+    let film = stratum(i, on_pixel, jitter(0, i), jitter(1, i));
+    let pupil = stratum(j, on_pupil, jitter(2, index), jitter(3, index));
+    LensSample { film, pupil }
+}
+
+impl Sampler {
     /// Further uniform numbers of the same sample, for shading: dimension 0, 1, 2, …
     pub fn extra(&self, pixel: u64, index: u32, dimension: u32) -> f64 {
         let key = mix(self.seed ^ mix(pixel.wrapping_add(0x9e37_79b9_7f4a_7c15)));
@@ -111,8 +228,6 @@ impl Sampler {
         ))
     }
 }
-
-const ONE_MINUS: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// How `n` samples are shared out: pixel samples, and pupil samples for each. The pupil gets the
 /// larger factor, for it makes more of the noise. 16 is 4 and 4.
@@ -251,8 +366,29 @@ mod tests {
     }
 
     #[test]
+    fn the_pixels_of_a_square_share_one_sequence_without_gaps() {
+        let mut seen = vec![false; 1 << 18];
+        for y in 0..512 {
+            for x in 0..512 {
+                let place = shuffled_morton(x, y, 3) as usize;
+                assert!(!seen[place]);
+                seen[place] = true;
+            }
+        }
+        // Four neighbors of one sample each are four points of a net.
+        let s = sampler(SamplerKind::Blue, 1);
+        let quarter = |x: u32, y: u32| {
+            let u = s.pixel(0, [x, y]).sample(0).pupil;
+            (u[0] * 4.0) as usize
+        };
+        let mut parts = [quarter(6, 8), quarter(7, 8), quarter(6, 9), quarter(7, 9)];
+        parts.sort_unstable();
+        assert_eq!(parts, [0, 1, 2, 3]);
+    }
+
+    #[test]
     fn every_eight_samples_see_every_eighth_of_the_wavelengths_once() {
-        for kind in [SamplerKind::Jittered, SamplerKind::Sobol] {
+        for kind in [SamplerKind::Jittered, SamplerKind::Sobol, SamplerKind::Blue] {
             let s = sampler(kind, 16);
             for pixel in 0..50 {
                 let mut seen = [[0; 8]; 2];

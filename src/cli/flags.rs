@@ -204,7 +204,17 @@ pub const RENDER: &[Flag] = &[
     flag(
         "sampler",
         Takes::One("NAME"),
-        "jittered, random or sobol [1999: jittered, now: sobol]",
+        "jittered, random, sobol, blue or golden [1999: jittered, now: sobol]",
+    ),
+    flag(
+        "filter",
+        Takes::One("NAME"),
+        "how a pixel weighs the light around it: box, gaussian, blackman-harris or mitchell [box]",
+    ),
+    flag(
+        "adaptive",
+        Takes::Nothing,
+        "sends the samples where a first look, an eighth of them, finds noise; the picture stays unbiased",
     ),
     flag(
         "disc",

@@ -18,7 +18,7 @@ pub use crate::plan::command_line;
 use crate::plan::{Era, Flash, LensChoice, Optics, Plan, Session};
 use crate::render::{Exposure, Progress, Stop};
 use crate::report::RenderReport;
-use crate::sampling::{DiscMap, SamplerKind};
+use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 use crate::shade::Shading;
 
 /// What a render says and where it goes, beside the plan.
@@ -163,6 +163,11 @@ pub fn plan_of(m: &ArgMatches, era: Era, frame: Option<Frame>) -> Result<Plan> {
         &mut plan.sampler.kind,
         named(m, "sampler", &SamplerKind::ALL)?,
     );
+    set(&mut plan.filter, named(m, "filter", &Filter::ALL)?);
+    plan.adaptive = m.get_flag("adaptive");
+    if plan.adaptive {
+        can_adapt(&plan.sampler)?;
+    }
     let count = |w: &str| w.parse().ok().filter(|n| (1..=1 << 24).contains(n));
     set(
         &mut plan.sampler.samples,
@@ -284,6 +289,18 @@ fn metering(m: &ArgMatches, frame: Option<Frame>) -> Result<Option<Metering>> {
         white: white.unwrap_or(plain.white),
         ..plain
     }))
+}
+
+/// Fewer jittered samples than were laid out leave parts of pixel and pupil out.
+fn can_adapt(sampler: &Sampler) -> Result<()> {
+    if sampler.kind != SamplerKind::Jittered {
+        return Ok(());
+    }
+    let name = sampler.kind.name();
+    Err(Diagnostic::error(format!(
+        "`--adaptive` does not go with the sampler `{name}`"
+    ))
+    .with_help("choose one whose every beginning is even: `--sampler sobol`"))
 }
 
 fn set<T>(slot: &mut T, value: Option<T>) {

@@ -40,7 +40,7 @@ pub fn packets(rays: &[Ray], mut packet: impl FnMut(&[u8])) {
 impl RenderScene {
     /// [`RenderScene::hit`] for up to [`BUNDLE`] rays.
     pub fn hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        if !Packet::is_worth_while() {
+        if self.annotated || !Packet::is_worth_while() {
             for (hit, ray) in hits.iter_mut().zip(rays) {
                 *hit = self.hit(ray);
             }

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use crate::plan::{Optics, Session};
 use crate::render::{Render, Stop};
+use crate::sampling::FilterTable;
 use crate::shade::Work;
 
 use super::live::Live;
@@ -104,6 +105,8 @@ fn contrast(session: &Session, x: f64, y: f64) -> f64 {
         resolution: size,
         exposure: 1.0,
         stop: Stop::after(2 * SAMPLES),
+        filter: &FilterTable::new(session.plan.filter),
+        adaptive: false,
     };
     let half = |at: (u32, u32), from: u32, work: &mut Work| -> f64 {
         (from..from + SAMPLES)

@@ -12,6 +12,7 @@ use crate::diag::Result;
 use crate::film::{ErrorEstimate, Film, Resolution};
 use crate::plan::{Optics, Plan, Session};
 use crate::render::{Counts, Render, Stop, Tile};
+use crate::sampling::FilterTable;
 use crate::shade::Shading;
 
 use super::draft::{self, Preview};
@@ -190,6 +191,8 @@ impl Live {
             resolution: exposing.resolution,
             exposure: 1.0,
             stop: Stop::after(end),
+            filter: &FilterTable::new(self.session.plan.filter),
+            adaptive: false,
         };
         let counts = render.pass(&exposing.tiles, &mut exposing.film, done..end, &|_| {
             goes_on()

@@ -1,0 +1,162 @@
+//! Owen-scrambled Sobol' points in four dimensions.
+//!
+//! Any power of two of consecutive points is a net, and each pixel scrambles anew, so that
+//! pixels know nothing of each other. Points are kept with their bits reversed, where Owen's
+//! scrambling is a hash that moves bits only upward.
+
+/// Direction numbers of the first four dimensions (Joe and Kuo, 2008): degree and coefficients
+/// of the primitive polynomial, and the first numbers.
+const POLYNOMIALS: [(usize, u32, [u32; 3]); 4] = [
+    (0, 0, [1, 1, 1]),
+    (1, 0, [1, 0, 0]),
+    (2, 1, [1, 3, 0]),
+    (3, 1, [1, 3, 1]),
+];
+
+/// For each byte of an index: what its values add to each dimension, bits reversed.
+static TABLES: [[[u32; 4]; 256]; 4] = tables();
+
+const fn directions(dimension: usize) -> [u32; 32] {
+    let (degree, coefficients, first) = POLYNOMIALS[dimension];
+    let mut v = [0u32; 32];
+    let mut k = 0;
+    while k < 32 {
+        v[k] = if degree == 0 {
+            1 << (31 - k)
+        } else if k < degree {
+            first[k] << (31 - k)
+        } else {
+            let mut x = v[k - degree] ^ (v[k - degree] >> degree);
+            let mut j = 1;
+            while j < degree {
+                if (coefficients >> (degree - 1 - j)) & 1 == 1 {
+                    x ^= v[k - j];
+                }
+                j += 1;
+            }
+            x
+        };
+        k += 1;
+    }
+    v
+}
+
+const fn tables() -> [[[u32; 4]; 256]; 4] {
+    let mut tables = [[[0; 4]; 256]; 4];
+    let mut dimension = 0;
+    while dimension < 4 {
+        let v = directions(dimension);
+        let mut byte = 0;
+        while byte < 4 {
+            let mut value = 0;
+            while value < 256 {
+                let mut bit = 0;
+                let mut x = 0;
+                while bit < 8 {
+                    if (value >> bit) & 1 == 1 {
+                        x ^= v[8 * byte + bit].reverse_bits();
+                    }
+                    bit += 1;
+                }
+                tables[byte][value][dimension] = x;
+                value += 1;
+            }
+            byte += 1;
+        }
+        dimension += 1;
+    }
+    tables
+}
+
+/// Points of one scrambling.
+#[derive(Clone, Copy, Debug)]
+pub struct Sobol {
+    seeds: [u32; 4],
+}
+
+impl Sobol {
+    pub fn new(key: u64) -> Self {
+        let (a, b) = (super::mix(key), super::mix(!key));
+        Self {
+            seeds: [a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32],
+        }
+    }
+
+    #[inline]
+    pub fn point(&self, index: u32) -> [f64; 4] {
+        let byte = |i: u32| &TABLES[i as usize][(index >> (8 * i)) as usize & 255];
+        let mut x = *byte(0);
+        for i in 1..4 {
+            if index >> (8 * i) != 0 {
+                let more = byte(i);
+                (0..4).for_each(|d| x[d] ^= more[d]);
+            }
+        }
+        std::array::from_fn(|d| {
+            f64::from(scramble(x[d], self.seeds[d]).reverse_bits()) * (1.0 / (1u64 << 32) as f64)
+        })
+    }
+}
+
+impl Sobol {
+    /// The first dimension in an order of its own: every aligned 2^k indices are shuffled among
+    /// themselves, so that it goes with the dimensions of another scrambling.
+    pub fn shuffled(&self, index: u32) -> f64 {
+        let shuffled = scramble(index.reverse_bits(), self.seeds[1]).reverse_bits();
+        self.point(shuffled)[0]
+    }
+}
+
+/// Laine and Karras's scrambling by a hash, with Vegdahl's constants ("Building a better LK
+/// hash", 2021).
+#[inline]
+fn scramble(mut x: u32, seed: u32) -> u32 {
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x ^ x.wrapping_mul(0x53a2_2864)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_dimension_has_one_point_in_each_of_n_equal_parts() {
+        for key in 0..20 {
+            let sobol = Sobol::new(key);
+            for n in [2u32, 16, 256, 4096] {
+                for d in 0..4 {
+                    let mut seen = vec![false; n as usize];
+                    for i in 0..n {
+                        let part = (sobol.point(i)[d] * f64::from(n)) as usize;
+                        assert!(!seen[part], "key {key}, dimension {d}, {n} points");
+                        seen[part] = true;
+                    }
+                }
+            }
+        }
+    }
+
+    /// A (0, m, 2)-net: one point in every box of area 1/n, whatever its shape.
+    #[test]
+    fn the_film_dimensions_are_a_net() {
+        for key in 0..20 {
+            let sobol = Sobol::new(key);
+            for start in [0u32, 64, 960] {
+                for bits in 0..=6 {
+                    let (columns, rows) = (1u32 << bits, 64u32 >> bits);
+                    let mut seen = [false; 64];
+                    for i in start..start + 64 {
+                        let [x, y, ..] = sobol.point(i);
+                        let cell = (x * f64::from(columns)) as usize * rows as usize
+                            + (y * f64::from(rows)) as usize;
+                        assert!(!seen[cell], "key {key}, from {start}, {columns} by {rows}");
+                        seen[cell] = true;
+                    }
+                }
+            }
+        }
+    }
+}
