@@ -423,7 +423,7 @@ impl LensCamera {
     }
 
     /// What a film point aims at.
-    pub fn window(&self, film: DVec2) -> PupilWindow {
+    pub fn window(&self, film: DVec2) -> PupilWindow<'_> {
         self.target.window(film)
     }
 
