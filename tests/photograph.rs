@@ -14,7 +14,7 @@ use ivcam::lens::{Focus, FocusMethod, Lens, LensRay};
 use ivcam::math::{Meters, Mm};
 use ivcam::pose::CameraPose;
 use ivcam::render::{Render, Stop};
-use ivcam::sampling::{Sampler, SamplerKind};
+use ivcam::sampling::{Filter, FilterTable, Sampler, SamplerKind};
 use ivcam::scene::{CompileOptions, RenderScene};
 use ivcam::shade::{ShadeOptions, Shader, Shading};
 
@@ -60,6 +60,8 @@ impl Bench {
             resolution: self.size,
             exposure: 1.0,
             stop: Stop::after(sampler.samples),
+            filter: &FilterTable::new(Filter::Box),
+            adaptive: false,
         };
         render.run(&|_| ()).film
     }
