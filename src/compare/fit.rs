@@ -266,7 +266,8 @@ impl<'f, 'r> Level<'f, 'r> {
     fn off_by(&mut self, values: &[f64], half: Half) -> Result<Vec<f64>> {
         let luma = self.draw(values, half)?;
         let aside = values.get(self.fit.steps.len()..).unwrap_or_default();
-        let [gain, softer] = aside.try_into().unwrap_or_default();
+        let gain = aside.first().copied().unwrap_or_default();
+        let softer = aside.get(1).copied().unwrap_or_default();
         let seen = match self.measure {
             Measure::Contrast => contrast(&luma, SIGMA),
             Measure::Detail => {
@@ -320,7 +321,9 @@ impl<'f, 'r> Level<'f, 'r> {
         self.match_tones(start)?;
         let mut values = start.to_vec();
         if self.measure == Measure::Detail {
-            for _ in ASIDE {
+            // Without a focus to be told from it, softness would pass for size.
+            let aside = if self.fit.blur.is_some() { 2 } else { 1 };
+            for _ in 0..aside {
                 self.free.push(values.len());
                 values.push(0.0);
             }
