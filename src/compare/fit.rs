@@ -35,8 +35,8 @@ const MARGIN: usize = 2;
 /// Differences are weighed by their size over so many pixels: by their own they would be weighed
 /// by their noise, and what is noisy would look like a good match.
 const NEIGHBORS: f64 = 3.0;
-/// What stands behind the parameters at full size, and is nobody's business: the logarithm of the
-/// target's gain, because tones were matched at another blur, and by how much more than a rendering
+/// What stands behind the parameters at full size, and is nobody's business: the logarithm of a
+/// gain (on the rendering: on the target, its grain would make it too small), because tones were matched at another blur, and by how much more than a rendering
 /// a scan or a JPEG blurred it all over (the variance in pixels). Steps of the two.
 const ASIDE: [f64; 2] = [0.05, 0.1];
 /// Side of the squares, in pixels, whose differences are taken to be independent of each other.
@@ -276,7 +276,7 @@ impl<'f, 'r> Level<'f, 'r> {
             }
         };
         let gain = libm::exp(gain);
-        let off = |i: usize| f64::from(seen.values[i]) - gain * f64::from(self.target.values[i]);
+        let off = |i: usize| gain * f64::from(seen.values[i]) - f64::from(self.target.values[i]);
         Ok(self.inner().map(off).collect())
     }
 
