@@ -624,9 +624,12 @@ impl Grid {
         mix_corners(corners, part.x, part.y)
     }
 
-    /// Widens the corners of every cell by what its middle sticks out.
+    /// Widens the corners of every cell by what its middle sticks out. Along a line through a
+    /// cell, what bulges out concavely bulges at most twice as far as in the middle; the quadrant
+    /// of a film that is not moved is smooth enough not to need that.
     fn widen(&mut self, mut at: impl FnMut(f64, f64) -> Option<Support>) {
         let mut share = vec![0.0f64; self.nodes.len()];
+        let bulge = if self.mirrored { 1.0 } else { 2.0 };
         for j in 0..self.count - 1 {
             for i in 0..self.count - 1 {
                 let corners = self.corners(i, j);
@@ -635,7 +638,7 @@ impl Grid {
                 };
                 match mix_corners(corners.map(|c| self.nodes[c].as_ref()), 0.5, 0.5) {
                     Some(straight) => {
-                        let excess = excess(&middle, &straight).max(0.0);
+                        let excess = bulge * excess(&middle, &straight).max(0.0);
                         corners
                             .iter()
                             .for_each(|&c| share[c] = share[c].max(excess));
