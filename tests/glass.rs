@@ -43,7 +43,7 @@ fn session(name: &str, lens: &str, scene: &str) -> Session {
 }
 
 /// A strip of film with one column of pixels.
-fn strip(session: &mut Session, height: f64, rows: u32, samples: u32) -> Exposure {
+fn strip(session: &mut Session, height: f64, rows: u32, samples: u32, seed: u64) -> Exposure {
     let mut plan = session.plan.clone();
     plan.film = FilmFormat {
         width: 0.01,
@@ -54,10 +54,27 @@ fn strip(session: &mut Session, height: f64, rows: u32, samples: u32) -> Exposur
         height: rows,
     };
     plan.sampler.samples = samples;
+    plan.sampler.seed = seed;
     plan.stop = Stop::after(samples);
     let pose = session.pose.clone();
     session.change(plan, pose).expect("the strip is film");
     session.expose(&|_| ())
+}
+
+/// How many times a strip is exposed, each with a seed of its own.
+const TIMES: u64 = 6;
+/// Student's t with `TIMES` - 1 degrees of freedom, passed by chance once in 190.
+const T: f64 = 4.6;
+
+/// Mean and standard error of something measured on a strip exposed again and again.
+fn repeated(measure: impl FnMut(u64) -> DVec3) -> (DVec3, DVec3) {
+    let values: Vec<DVec3> = (0..TIMES).map(measure).collect();
+    let n = TIMES as f64;
+    let mean = values.iter().sum::<DVec3>() / n;
+    let squares: DVec3 = values.iter().map(|v| (*v - mean) * (*v - mean)).sum();
+    let variance = squares / (n - 1.0) / n;
+    let error = DVec3::new(variance.x.sqrt(), variance.y.sqrt(), variance.z.sqrt());
+    (mean, error)
 }
 
 /// Mean and variance of where a strip is exposed, for each channel; millimeters from the middle,
@@ -139,20 +156,21 @@ fn red_and_blue_images_of_a_point_off_the_axis_lie_where_the_rays_say() {
     let up = 2.0;
     let mut session = session("lateral", &singlet(5.0), &slit(up, 0.004));
     let height = 44.0;
-    let made = strip(&mut session, height, 1760, 512);
+    let (mean, error) =
+        repeated(|seed| moments(&strip(&mut session, height, 1760, 256, seed), height).0);
     let lens = Lens::open(lens_file(&session)).unwrap();
-    let (mean, _) = moments(&made, height);
     let (rays, _) = expected(&lens, film_z(&session), 1000.0 * up);
     let (shift, known) = (mean.x - mean.z, rays.x - rays.z);
-    println!("lateral: {shift} mm, by rays {known} mm; {mean} {rays}");
-    assert!(known.abs() > 0.02, "{known} mm tests nothing");
+    println!("lateral: {shift} mm, by rays {known} mm; {mean} ± {error}, by rays {rays}");
     assert!(
-        (shift / known - 1.0).abs() < 0.03,
-        "{shift} mm, by rays {known} mm"
+        known > 0.05 && error.max_element() < 0.02 * known,
+        "{error}"
     );
+    // Thirty-two wavelengths stand for the spectrum: 1% of the shift.
+    let allowed = T * error + DVec3::splat(0.01 * known);
     assert!(
-        (mean - rays).abs().max_element() < 2e-3,
-        "{mean}, by rays {rays}"
+        (mean - rays).abs().cmple(allowed).all(),
+        "{mean} ± {error}, by rays {rays}"
     );
 }
 
@@ -161,19 +179,23 @@ fn red_and_blue_images_of_a_point_on_the_axis_are_as_wide_as_the_rays_say() {
     let width = 0.001;
     let mut session = session("axial", &singlet(8.0), &slit(0.0, width));
     let height = 0.4;
-    let made = strip(&mut session, height, 200, 8192);
+    let (variance, error) =
+        repeated(|seed| moments(&strip(&mut session, height, 200, 4096, seed), height).1);
     let lens = Lens::open(lens_file(&session)).unwrap();
     let film_z = film_z(&session);
-    let (_, variance) = moments(&made, height);
     let (_, rays) = expected(&lens, film_z, 0.0);
     let own = slit_variance(&lens, film_z, width);
     let measured = variance - DVec3::splat(own);
+    println!("axial: {measured} ± {error} mm², by rays {rays} mm²");
     assert!(rays.z > 4.0 * rays.y, "blue is not out of focus: {rays}");
+    assert!(error.max_element() < 0.01 * rays.z, "{error}");
     // Thirty-two wavelengths stand for the spectrum: their sum errs by 1% of the widest image.
     // Red's own is small, and less than nothing for the part of it that the eye sees as not red.
-    let off = (measured - rays).abs().max_element() / rays.z;
-    println!("axial: {measured} mm², by rays {rays} mm²");
-    assert!(off < 0.015, "{measured} mm², by rays {rays} mm²");
+    let allowed = T * error + DVec3::splat(0.01 * rays.z);
+    assert!(
+        (measured - rays).abs().cmple(allowed).all(),
+        "{measured} ± {error} mm², by rays {rays} mm²"
+    );
 }
 
 fn lens_file(session: &Session) -> String {
@@ -241,7 +263,7 @@ fn a_lens_of_one_index_or_of_1999_traces_one_wavelength() {
 /// Where a slit at a height lies on the picture of a lens, in millimeters above its middle.
 fn slit_position(name: &str, lens: &str, up: f64, height: f64) -> (f64, f64) {
     let mut session = session(name, lens, &slit(up, 0.004));
-    let made = strip(&mut session, height, 800, 256);
+    let made = strip(&mut session, height, 800, 256, 0);
     (moments(&made, height).0.y, film_z(&session))
 }
 
@@ -290,7 +312,7 @@ fn a_stop_in_a_fluid_blurs_by_its_image() {
     plan.focus = Some(Meters(2.0));
     session.plan = plan;
     let height = 0.5;
-    let made = strip(&mut session, height, 100, 16_384);
+    let made = strip(&mut session, height, 100, 16_384, 0);
     let opened = Lens::open(lens_file(&session)).unwrap();
     let z = film_z(&session);
     let image = opened
