@@ -54,7 +54,7 @@ const fn vintage(name: &'static str, old: &'static str, value: Takes, help: &'st
 
 /// How much a scene may ask for; every command that reads scenes takes it.
 pub const LIMIT: Flag = flag(
-    "limit",
+    "scene-limit",
     Takes::Many("NAME=N"),
     "raises or lowers a limit on the scene: bytes of a file [512M], nodes [10000000], copies by protos [1000000], depth [1000000], files it names [1000], include-depth [32], visits on the way through it [300000, or twice its nodes], primitives [16000000]",
 );

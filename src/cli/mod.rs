@@ -192,19 +192,20 @@ pub fn tell_all(sink: &Sink) {
         .for_each(tell);
 }
 
-/// The limits on scenes, as `--limit` changes them.
+/// The limits on scenes, as `--scene-limit` changes them.
 pub fn limits(matches: &ArgMatches) -> Result<Limits> {
     let mut limits = Limits::default();
-    let words = matches.get_many::<std::path::PathBuf>("limit");
+    let words = matches.get_many::<std::path::PathBuf>("scene-limit");
     for word in words.into_iter().flatten() {
         let word = word.to_string_lossy();
         limits.set(&word).ok_or_else(|| {
-            Diagnostic::error(format!("`--limit {word}` is not a limit and a number")).with_help(
-                format!(
-                    "such as `bytes=2G`; the limits are {}",
-                    Limits::NAMES.join(", ")
-                ),
-            )
+            Diagnostic::error(format!(
+                "`--scene-limit {word}` is not a limit and a number"
+            ))
+            .with_help(format!(
+                "such as `bytes=2G`; the limits are {}",
+                Limits::NAMES.join(", ")
+            ))
         })?;
     }
     Ok(limits)

@@ -152,7 +152,7 @@ pub fn walk_list<'a, V: Visitor<'a>>(
                 "the scene has more than {most} nodes to walk; the rest is left out"
             ));
             walk.visitor.trouble(trouble.with_help(
-                "a subtree used by subtrees used again grows fast; `--limit visits=N` raises this",
+                "a subtree used by subtrees used again grows fast; `--scene-limit visits=N` raises this",
             ));
             break;
         }

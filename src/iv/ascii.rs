@@ -309,7 +309,7 @@ impl<'s> Reader<'_, '_, 's> {
                 .document
                 .sink
                 .error(span, message)
-                .with_help("`--limit depth=N` raises this"));
+                .with_help("`--scene-limit depth=N` raises this"));
         }
         let start = self.offset(start);
         if known.is_none() && !declares && self.peek() != Some(b'}') {

@@ -103,7 +103,7 @@ impl<'d> Assembler<'d> {
         if self.document.nodes.len() >= self.limits.nodes {
             let message = format!("more than {} nodes", self.limits.nodes);
             let mut error = self.document.sink.error(span, message);
-            error.help("`--limit nodes=N` raises this, if the scene is meant to be that big");
+            error.help("`--scene-limit nodes=N` raises this, if the scene is meant to be that big");
             return Err(error);
         }
         Ok(self.document.add(Node {

@@ -280,7 +280,7 @@ impl Reader<'_, '_, '_> {
         if self.stack.len() >= self.asm.limits.depth {
             let message = format!("nodes are nested more than {} deep", self.asm.limits.depth);
             let error = self.asm.document.sink.error(Span::at(start), message);
-            return self.limit(error.with_help("`--limit depth=N` raises this"));
+            return self.limit(error.with_help("`--scene-limit depth=N` raises this"));
         }
         if let Some(defined) = defined {
             self.asm.define(defined.as_bytes(), node);

@@ -110,7 +110,7 @@ pub fn unpack(bytes: Vec<u8>, name: &str, limits: &Limits) -> Result<Vec<u8>> {
     let too_big = |n: usize| {
         Diagnostic::error(format!("`{name}` is larger than {n} bytes"))
             .in_file(name)
-            .with_help("`--limit bytes=N` raises this, if the file is meant to be that big")
+            .with_help("`--scene-limit bytes=N` raises this, if the file is meant to be that big")
     };
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return if bytes.len() > limits.bytes {

@@ -265,10 +265,9 @@ pub fn include(document: &mut Document, limits: &Limits) -> Result<()> {
                     );
                 } else if own_depth > limits.include_depth || read.len() >= limits.files {
                     let message = format!("`{name}` is left out: too many files in files");
-                    document
-                        .sink
-                        .warn(span, message)
-                        .help("`--limit files=N` and `--limit include-depth=N` raise this");
+                    document.sink.warn(span, message).help(
+                        "`--scene-limit files=N` and `--scene-limit include-depth=N` raise this",
+                    );
                 } else {
                     let (target, roots) = match known {
                         Some(found) => found,

@@ -153,7 +153,7 @@ fn copy(
             let span = document.nodes[id.0 as usize].span;
             let error = document.sink.error(span, message);
             return Err(error.with_help(
-                "`--limit copies=N` raises this, if the scene is meant to be that big",
+                "`--scene-limit copies=N` raises this, if the scene is meant to be that big",
             ));
         }
         let node = document.nodes[id.0 as usize].clone();

@@ -689,7 +689,7 @@ impl<'a> Builder<'a> {
                 "the scene has more than {} primitives; the rest is left out",
                 self.max_primitives
             ));
-            let help = "`--limit primitives=N` raises this";
+            let help = "`--scene-limit primitives=N` raises this";
             self.troubles.push(trouble.with_help(help));
         }
         true
