@@ -168,8 +168,8 @@ pub fn table(pictures: &mut [Pictures], cause: impl Fn(&str) -> String) {
         overlaps.sort_by(f64::total_cmp);
         overlaps.get(overlaps.len() / 2).copied().unwrap_or(1.0)
     };
-    let (point, opengl): (fn(&Pictures) -> _, fn(&Pictures) -> _) =
-        (|p| p.by_point, |p| p.as_opengl);
+    let point = |p: &Pictures| p.by_point;
+    let opengl = |p: &Pictures| p.as_opengl;
     println!(
         "\n| pictures of {} | lit at points | as OpenGL |\n|---|---|---|",
         pictures.len()

@@ -193,11 +193,12 @@ const CELLS: usize = 256;
 
 impl Spans {
     fn new(nodes: &Radial, sides: &[DVec2; SIDES]) -> Self {
-        let outline = |i: usize| Outline::of(&nodes[i].1, sides);
+        let outline = |node: &(f64, Support)| Outline::of(&node.1, sides);
         let mut this = Self::default();
-        for i in 1..nodes.len() {
-            this.ends.push(nodes[i].0);
-            this.spans.push(Span::new(outline(i - 1), outline(i)));
+        for pair in nodes.windows(2) {
+            this.ends.push(pair[1].0);
+            this.spans
+                .push(Span::new(outline(&pair[0]), outline(&pair[1])));
         }
         let reach = this.ends.last().copied().unwrap_or(0.0);
         for cell in 0..CELLS {

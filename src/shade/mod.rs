@@ -221,7 +221,7 @@ impl<'a> Shader<'a> {
                 (Some(hit), Some(point)) => {
                     let mut color = Vec3::ZERO;
                     let first = Pending::first(ray);
-                    self.recurse(ray, hit, point, lit[i], &first, &mut color, work);
+                    self.recurse((ray, hit), point, lit[i], &first, &mut color, work);
                     self.follow_pending(color, work)
                 }
                 _ => self.scene.background().color(ray.direction),
@@ -320,7 +320,7 @@ impl<'a> Shader<'a> {
         let point = self.scene.point(ray, &hit);
         if self.shading == Shading::Recursive {
             let lit = self.lit_one_by_one(&point, &mut work.counts);
-            self.recurse(ray, &hit, &point, lit, path, color, work);
+            self.recurse((ray, &hit), &point, lit, path, color, work);
             return;
         }
         let local = self.local(ray, &point);
@@ -435,8 +435,7 @@ impl<'a> Shader<'a> {
     ///   beyond the critical angle. The opaque part keeps 1 − transparency.
     fn recurse(
         &self,
-        ray: &Ray,
-        hit: &Hit,
+        (ray, hit): (&Ray, &Hit),
         point: &Point<'_>,
         lit: Vec3,
         path: &Pending,
