@@ -92,6 +92,21 @@ pub struct Drawing {
     pub items: Vec<Item>,
 }
 
+impl Item {
+    fn shift(&mut self, [x, y]: [f64; 2]) {
+        let places = match self {
+            Item::Path { points, .. } => points.as_mut_slice(),
+            Item::Dots { places, .. } => places.as_mut_slice(),
+            Item::Dot { at, .. } | Item::Cross { at, .. } | Item::Text { at, .. } => {
+                std::slice::from_mut(at)
+            }
+        };
+        for place in places {
+            *place = [place[0] + x, place[1] + y];
+        }
+    }
+}
+
 impl Drawing {
     pub fn new(width: f64, height: f64) -> Self {
         Self {
@@ -183,58 +198,11 @@ impl Drawing {
     }
 
     /// Puts another drawing into this one, its corner at a place.
-    pub fn put(&mut self, other: Drawing, [x, y]: [f64; 2]) {
-        let shift = |p: [f64; 2]| [p[0] + x, p[1] + y];
-        self.items
-            .extend(other.items.into_iter().map(|item| match item {
-                Item::Path {
-                    points,
-                    closed,
-                    ink,
-                    dashed,
-                } => Item::Path {
-                    points: points.into_iter().map(shift).collect(),
-                    closed,
-                    ink,
-                    dashed,
-                },
-                Item::Dot { at, radius, ink } => Item::Dot {
-                    at: shift(at),
-                    radius,
-                    ink,
-                },
-                Item::Dots {
-                    places,
-                    radius,
-                    ink,
-                } => Item::Dots {
-                    places: places.into_iter().map(shift).collect(),
-                    radius,
-                    ink,
-                },
-                Item::Cross { at, size, ink } => Item::Cross {
-                    at: shift(at),
-                    size,
-                    ink,
-                },
-                Item::Text {
-                    at,
-                    anchor,
-                    size,
-                    italic,
-                    bold,
-                    ink,
-                    text,
-                } => Item::Text {
-                    at: shift(at),
-                    anchor,
-                    size,
-                    italic,
-                    bold,
-                    ink,
-                    text,
-                },
-            }));
+    pub fn put(&mut self, other: Drawing, by: [f64; 2]) {
+        for mut item in other.items {
+            item.shift(by);
+            self.items.push(item);
+        }
     }
 
     pub fn to_svg(&self) -> String {
