@@ -198,10 +198,11 @@ fn padding(boxes: &[(Vec3, Vec3)]) -> Vec3 {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
 
-    fn brute(triangles: &[[Vec3; 3]], ray: &Ray) -> Option<f32> {
+    /// The nearest hit by asking every triangle.
+    pub fn brute(triangles: &[[Vec3; 3]], ray: &Ray) -> Option<f32> {
         let prepared = PreparedRay::new(ray);
         triangles
             .iter()

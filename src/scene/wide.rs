@@ -588,14 +588,7 @@ mod tests {
     use super::*;
     use crate::sampling::mix;
     use crate::scene::Ray;
-
-    fn brute(triangles: &[[Vec3; 3]], ray: &Ray) -> Option<f32> {
-        let prepared = PreparedRay::new(ray);
-        triangles
-            .iter()
-            .filter_map(|c| prepared.triangle(c, 0.0, f32::INFINITY).map(|h| h.0))
-            .min_by(f32::total_cmp)
-    }
+    use crate::scene::traverse::tests::brute;
 
     /// The nearest hit, by the instructions of the processor or without them.
     fn led(tree: &Wide, ray: &Ray, plain: bool) -> Option<f32> {
