@@ -170,14 +170,17 @@ pub fn compare(new: &Plate, old: &Plate, options: &Options) -> Result<Comparison
     }
     let tones = tone::fit(new, &old, &mask, options.matching);
     let mut matched = old.clone();
+    // The new picture ends at black and white, and so does what is held against it; one of light
+    // (EXR) ends where its light does.
+    let brightest = new.channels.iter().flat_map(|c| c.values.iter());
+    let white = brightest.fold(1.0_f32, |a, &b| a.max(b));
     for (channel, tone) in matched.channels.iter_mut().zip(tones) {
-        // The new picture ends at black and white, and so does what is held against it.
         let ended = |v: f32| {
             let v = tone.apply(v);
             if tone == Tone::IDENTITY {
                 v
             } else {
-                v.clamp(0.0, 1.0)
+                v.clamp(0.0, white)
             }
         };
         *channel = channel.map(ended);
@@ -376,5 +379,13 @@ mod tests {
         let old = new.map(|p| p.map(|v| libm::powf((v - 0.05) / 0.95, 1.7)));
         let m = compare(&new, &old, &Options::default()).unwrap().measures;
         assert!(m.psnr > 70.0 && m.unmatched_psnr < 20.0, "{m:?}");
+    }
+
+    #[test]
+    fn light_brighter_than_white_is_matched_too() {
+        let new = picture(false).map(|p| p.map(|v| 3.0 * v));
+        let old = new.map(|p| p.map(|v| 0.5 * v));
+        let m = compare(&new, &old, &Options::default()).unwrap().measures;
+        assert!(m.psnr > 60.0 && m.unmatched_psnr < 10.0, "{m:?}");
     }
 }
