@@ -119,6 +119,17 @@ impl Camera {
 }
 
 impl Camera {
+    /// How a pinhole in the lens's place would see: the height angle of the film by the paper's
+    /// equation 7, or what the pose says where there is no lens.
+    pub fn projection(&self, pose: &CameraPose) -> Projection {
+        match self {
+            Self::Lens(lens) => Projection::Perspective {
+                height_angle: lens.focus.height_angle(0.5 * lens.format.height),
+            },
+            _ => pose.projection,
+        }
+    }
+
     /// The same camera standing and looking as the pose says, for a scene compiled around
     /// `origin`: what is seen from elsewhere without compiling again.
     pub fn posed(mut self, pose: &CameraPose, origin: DVec3) -> Self {
@@ -685,10 +696,16 @@ pub fn half_field(lens: &Lens, format: FilmFormat) -> Option<f64> {
     Some(angle.min(1.2)).filter(|a| *a > 0.0)
 }
 
+/// Half the height of 35 mm film, in millimeters.
+const FILM_HALF_HEIGHT: f64 = 12.0;
+
 /// The film behind a lens that stands in the scene as solids, to write into that scene.
 pub fn film_plane(lens: &Lens, film_z: f64) -> FilmPlane {
+    let focal = lens.first_order().focal;
+    let image_distance = film_z - focal.map_or(0.0, |f| f.rear_principal_plane);
     FilmPlane {
         film_z: film_z * METERS_FROM_MM,
+        height_angle: 2.0 * libm::atan(FILM_HALF_HEIGHT / image_distance.abs()),
         rear_z: lens.length() * METERS_FROM_MM,
         rear_radius: RearElement::of(lens, DiscMap::Concentric).radius * METERS_FROM_MM,
         irradiance: white_irradiance(lens, film_z),

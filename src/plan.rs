@@ -27,7 +27,7 @@ use crate::iv::{Document, Limits, NodeId, NodeRef};
 use crate::lens::{Coating, FilmPlace, Focus, FocusMethod, Iris, Lens, Movements, Reading};
 use crate::math::{Meters, Mm};
 use crate::picture::{Depth, Picture};
-use crate::pose::CameraPose;
+use crate::pose::{CameraPose, Projection};
 use crate::render::{Exposure, Progress, Render, Stop};
 use crate::report::{RenderReport, Seconds};
 use crate::sampling::{DiscMap, Filter, FilterTable, Sampler, SamplerKind};
@@ -278,6 +278,8 @@ pub struct Session {
     pub plan: Plan,
     pub document: Arc<Document>,
     pub scene: Arc<RenderScene>,
+    /// What the scene was compiled for (see [`Camera::projection`]).
+    seen: Projection,
     pub pose: CameraPose,
     pub camera: Camera,
     pub headlight: Option<Light>,
@@ -319,7 +321,15 @@ impl Session {
         if plan.solids {
             pose = lens_into_scene(&plan, pose, &mut document, &mut sink)?;
         }
-        let scene = RenderScene::compile(&document, &options(&plan, &pose))?;
+        seconds.compile = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        let (camera, optics) = camera(&plan, &pose, &mut sink)?;
+        seconds.pupil = clock.elapsed().as_secs_f64();
+
+        let clock = Instant::now();
+        let seen = camera.projection(&pose);
+        let scene = RenderScene::compile(&document, &options(&plan, plan.shading, &pose, seen))?;
         // A picture is made all the same, so none of these is an error.
         for trouble in &scene.census().troubles {
             let severity = trouble.severity.min(Severity::Warning);
@@ -328,11 +338,7 @@ impl Session {
                 ..(**trouble).clone()
             });
         }
-        seconds.compile = clock.elapsed().as_secs_f64();
-
-        let clock = Instant::now();
-        let (camera, optics) = camera(&plan, &pose, &mut sink)?;
-        seconds.pupil = clock.elapsed().as_secs_f64();
+        seconds.compile += clock.elapsed().as_secs_f64();
 
         let mut described = plan.describe();
         described.insert("camera".into(), pose.source.clone());
@@ -343,6 +349,7 @@ impl Session {
             plan,
             document: Arc::new(document),
             scene: Arc::new(scene),
+            seen,
             pose,
             camera,
             seconds,
@@ -356,24 +363,34 @@ impl Session {
     /// # Errors
     /// A lens that can't focus there, or a scene that does not compile.
     pub fn change(&mut self, plan: Plan, pose: CameraPose) -> Result<()> {
-        let stands = pose.position == self.pose.position
-            && pose.orientation == self.pose.orientation
+        let stands = pose.orientation == self.pose.orientation
             && plan.time == self.plan.time
             && plan.shading == self.plan.shading
             && plan.resolution == self.plan.resolution;
-        if !stands || pose.position != self.scene.origin {
-            self.compile(&plan, &pose)?;
+        self.aim(plan, pose)?;
+        if stands && self.is_compiled_from_here() {
+            return Ok(());
         }
-        self.aim(plan, pose)
+        self.compile(self.plan.shading)
     }
 
-    /// Compiles the scene anew, around the pose.
+    /// Whether the scene was compiled around where the camera stands, for what it sees.
+    pub fn is_compiled_from_here(&self) -> bool {
+        self.scene.origin == self.pose.position && self.seen == self.camera.projection(&self.pose)
+    }
+
+    /// Compiles the scene anew, around where the camera stands.
     ///
     /// # Errors
-    /// A scene that does not compile.
-    pub fn compile(&mut self, plan: &Plan, pose: &CameraPose) -> Result<()> {
-        let scene = RenderScene::compile(&self.document, &options(plan, pose))?;
+    /// A scene that does not compile. Nothing has changed then.
+    pub fn compile(&mut self, shading: Shading) -> Result<()> {
+        let seen = self.camera.projection(&self.pose);
+        let options = options(&self.plan, shading, &self.pose, seen);
+        let scene = RenderScene::compile(&self.document, &options)?;
+        let camera = self.camera.clone();
+        self.camera = camera.posed(&self.pose, scene.origin);
         self.scene = Arc::new(scene);
+        self.seen = seen;
         Ok(())
     }
 
@@ -564,11 +581,16 @@ impl Session {
     }
 }
 
-fn options(plan: &Plan, pose: &CameraPose) -> CompileOptions {
+/// What looks at the camera (levels of detail, lines, how finely textures are read) sees it with
+/// its lens: not with the angle that its node has for a pinhole.
+fn options(plan: &Plan, shading: Shading, pose: &CameraPose, seen: Projection) -> CompileOptions {
     CompileOptions {
         origin: pose.position,
-        camera: Some(pose.clone()),
-        needs: plan.shading.needs(),
+        camera: Some(CameraPose {
+            projection: seen,
+            ..pose.clone()
+        }),
+        needs: shading.needs(),
         time: plan.time,
         pixel_rows: plan.resolution.height,
         texture_folders: plan.search.clone(),
@@ -908,6 +930,36 @@ mod tests {
             .filter(|p| apart(*p));
         assert!(off.count() < 8);
         assert!(compiled.mean() > 0.01);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    /// Textures and lines are as fine as the lens makes them, also where it stands as solids.
+    #[test]
+    fn the_scene_is_compiled_for_what_the_lens_sees() {
+        let folder = std::env::temp_dir().join(format!("ivcam-seen-{}", std::process::id()));
+        let mut session = Session::open(plan(&folder)).expect("the scene is whole");
+        let tangent = |session: &Session| match session.seen {
+            Projection::Perspective { height_angle } => libm::tan(0.5 * height_angle),
+            Projection::Orthographic { .. } => f64::NAN,
+        };
+        let Camera::Lens(lens) = &session.camera else {
+            panic!("the plan has a lens")
+        };
+        let sees = 12.0 / lens.focus.image_distance;
+        assert!((tangent(&session) / sees - 1.0).abs() < 1e-12);
+
+        let mut solid = session.plan.clone();
+        solid.solids = true;
+        let solid = Session::open(solid).expect("its surfaces are spheres");
+        // The angle goes through a file, as a float.
+        assert!((tangent(&solid) / sees - 1.0).abs() < 1e-6);
+
+        let mut nearer = session.plan.clone();
+        nearer.focus = Some(Meters(0.8));
+        let pose = session.pose.clone();
+        session.change(nearer, pose).unwrap();
+        assert!(session.is_compiled_from_here());
+        assert!(tangent(&session) < sees);
         std::fs::remove_dir_all(folder).unwrap();
     }
 

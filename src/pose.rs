@@ -32,6 +32,8 @@ pub enum ViewportMapping {
 /// A film behind a lens of solids, in the camera's frame: meters, the front vertex at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilmPlane {
+    /// Of a film 24 mm high, by the paper's equation 7, in radians.
+    pub height_angle: f64,
     /// The film's z, and that of the disc that its rays aim at.
     pub film_z: f64,
     pub rear_z: f64,
@@ -96,6 +98,7 @@ impl CameraPose {
             aspect_ratio: number("aspectRatio", 1.0),
             viewport_mapping: mapping(read::<Choice>(node, "viewportMapping")),
             film: class.is_a("FilmCamera").then(|| FilmPlane {
+                height_angle: number("heightAngle", std::f64::consts::FRAC_PI_4),
                 film_z: number("filmDistance", 0.1),
                 rear_z: number("rearDistance", 0.05),
                 rear_radius: number("rearRadius", 0.02),

@@ -155,15 +155,15 @@ fn add_place(out: &mut String, pose: &CameraPose) {
     );
 }
 
-/// A camera for other programs too: with the height angle of a film 24 mm high.
+/// A camera for other programs too: they see with its height angle.
 fn add_film(out: &mut String, film: &FilmPlane) {
     let FilmPlane {
+        height_angle,
         film_z,
         rear_z,
         rear_radius,
         irradiance,
     } = film;
-    let height_angle = 2.0 * libm::atan(0.012 / film_z);
     let _ = writeln!(
         out,
         "  FilmCamera {{\n    {FILM_FIELDS}\n    position 0 0 0 heightAngle {height_angle}\n    \

@@ -151,15 +151,14 @@ impl Live {
     /// A lens that can't be opened or can't focus there.
     pub fn show(&mut self, asked: Asked) -> Result<()> {
         let plan = &asked.setup.plan;
-        let before = &self.asked.setup.plan;
-        if plan.time != before.time || plan.resolution != before.resolution {
-            let compiled = Plan {
-                shading: Shading::Recursive,
-                ..plan.clone()
-            };
-            self.session.compile(&compiled, &asked.setup.pose)?;
-        }
+        let before = self.asked.setup.clone();
         self.session.aim(as_shown(plan), asked.setup.pose.clone())?;
+        if (plan.time, plan.resolution) != (before.plan.time, before.plan.resolution)
+            && let Err(fault) = self.session.compile(Shading::Recursive)
+        {
+            let _ = self.session.aim(as_shown(&before.plan), before.pose);
+            return Err(fault);
+        }
         self.view = Arc::new(view(&self.session, &asked));
         self.exposing = Exposing::new(plan.resolution, self.first_divisor(plan.resolution));
         self.asked = asked;
@@ -212,22 +211,13 @@ impl Live {
     /// Once the camera stands still, the scene is compiled around it, as a batch render does, if
     /// that was quick before: levels of detail and billboards then look at this camera.
     fn compile_where_it_stands(&mut self) {
-        let setup = &self.asked.setup;
-        let away = self.session.scene.origin != setup.pose.position;
+        let away = !self.session.is_compiled_from_here();
         let quick = self.session.seconds.compile < 0.3;
         if !(away && quick && self.exposing.divisor == 1 && self.asked.at.elapsed() > STANDING) {
             return;
         }
-        let plan = Plan {
-            shading: Shading::Recursive,
-            ..setup.plan.clone()
-        };
-        let again = self
-            .session
-            .compile(&plan, &setup.pose)
-            .and_then(|()| self.session.aim(as_shown(&setup.plan), setup.pose.clone()));
         // What compiled before from elsewhere and does not now stays as it was.
-        if again.is_ok() {
+        if self.session.compile(Shading::Recursive).is_ok() {
             self.view = Arc::new(view(&self.session, &self.asked));
             self.exposing = Exposing::new(self.view.resolution, 1);
         }
