@@ -239,16 +239,22 @@ impl Timeline {
             .collect()
     }
 
-    /// Whether the lens can follow the focus of every frame.
+    /// Whether the lens can follow the focus of every frame; `reaches` tells it of one, where the
+    /// lens may be zoomed.
     ///
     /// # Errors
     /// The first frame at which it can't, and the distance.
-    pub fn check_focus(&self, travel: &Travel<'_>) -> Result<()> {
+    pub fn check_focus(
+        &self,
+        travel: &Travel<'_>,
+        reaches: &dyn Fn(&Moment) -> bool,
+    ) -> Result<()> {
         for frame in 0..self.frames {
-            let Some(distance) = self.at(f64::from(frame), travel).focus else {
+            let moment = self.at(f64::from(frame), travel);
+            let Some(distance) = moment.focus else {
                 return Ok(());
             };
-            if !(distance > 0.0) || travel(distance).is_none() {
+            if !(distance > 0.0) || !reaches(&moment) {
                 return Err(Diagnostic::error(format!(
                     "frame {frame} focuses at {distance:.4} m, nearer than the lens can"
                 ))
@@ -722,11 +728,12 @@ mod tests {
     #[test]
     fn focus_nearer_than_the_lens_can_is_refused_with_its_frame() {
         let timeline = Timeline::pull_focus(1.0, 0.02, 50, Ease::default()).unwrap();
-        let error = timeline.check_focus(&thin).unwrap_err();
+        let reaches = |moment: &Moment| moment.focus.is_some_and(|d| thin(d).is_some());
+        let error = timeline.check_focus(&thin, &reaches).unwrap_err();
         // 1 - 0.02·f reaches 50 mm at frame 47.5.
         assert!(error.message.contains("frame 48"), "{}", error.message);
         let good = Timeline::pull_focus(1.0, 0.06, 50, Ease::default()).unwrap();
-        assert!(good.check_focus(&thin).is_ok());
+        assert!(good.check_focus(&thin, &reaches).is_ok());
     }
 
     #[test]

@@ -96,7 +96,7 @@ pub fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
     let lens = lens_travel(&plan)?;
     let travel = |distance: f64| lens.as_ref().and_then(|l| l(distance));
     if lens.is_some() {
-        timeline.check_focus(&travel)?;
+        timeline.check_focus(&travel, &|moment| reaches(&plan, moment))?;
     }
     apply(&mut plan, &timeline.at(0.0, &travel));
     let shoot = Shoot {
@@ -206,6 +206,17 @@ fn lens_travel(plan: &Plan) -> Result<Option<Box<Travel<'static>>>> {
         let (_, focus) = lens.focused(method, Meters(distance)).ok()?;
         Some(focus.extension)
     })))
+}
+
+/// Whether the lens, zoomed as it is at a moment, can focus there.
+fn reaches(plan: &Plan, moment: &Moment) -> bool {
+    let mut then = plan.clone();
+    apply(&mut then, moment);
+    match (lens_travel(&then), moment.focus) {
+        (Ok(Some(travel)), Some(distance)) => travel(distance).is_some(),
+        // What else is wrong is told when the frame is made.
+        _ => true,
+    }
 }
 
 /// Puts a moment's values into a plan.
