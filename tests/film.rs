@@ -114,7 +114,10 @@ fn a_film_that_was_stopped_makes_only_the_frames_that_are_missing() {
 fn a_zoom_that_leaves_the_focus_too_near_is_refused_before_any_frame() {
     let folder = Folder::new("zoom");
     let scene = folder.file("room.iv", SCENE);
-    let timeline = folder.file("zoom.film", "frames 10\nfocus 0 0.6\nzoom 0 0.5\nzoom 9 3\n");
+    let timeline = folder.file(
+        "zoom.film",
+        "frames 10\nfocus 0 0.6\nzoom 0 0.5\nzoom 9 3\n",
+    );
     let [film, frames] = ["film.png", "frames"].map(|n| folder.path(n));
     let shoot = format!(
         "pull-focus {scene} --animate {timeline} -o {film} --folder {frames} --quiet \

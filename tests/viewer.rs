@@ -11,13 +11,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use egui::accesskit::{Action, ActionData, ActionRequest, Role};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use glam::DVec3;
 
 use ivcam::film::{Resolution, Response};
 use ivcam::lens::{FocusMethod, Iris};
+use ivcam::math::Mm;
 use ivcam::plan::{Era, Flash, Optics, Plan};
 use ivcam::sampling::SamplerKind;
 use ivcam::shade::Shading;
@@ -173,6 +175,19 @@ impl Bench {
         self.harness.run_steps(2);
     }
 
+    /// Puts a number into a field or slider, as a reader of screens does.
+    fn put(&mut self, role: Role, label: &str, value: f64) {
+        let node = self.harness.get_by_role_and_label(role, label);
+        let target = node.accesskit_node().id();
+        self.harness
+            .event(Event::AccessKitActionRequest(ActionRequest {
+                action: Action::SetValue,
+                target,
+                data: Some(ActionData::NumericValue(value)),
+            }));
+        self.harness.run_steps(3);
+    }
+
     fn scroll(&mut self, at: Pos2, by: f32, modifiers: Modifiers) {
         self.harness.event(Event::PointerMoved(at));
         self.harness.step();
@@ -293,6 +308,89 @@ fn stops_and_blades_change_the_hole_and_the_depth_of_field() {
 }
 
 #[test]
+fn the_lens_is_as_long_and_its_iris_as_cornered_as_the_fields_say() {
+    let scratch = Scratch::new("fields");
+    let mut bench = Bench::open(&scratch);
+    bench.put(Role::Slider, "Zoom", 0.5);
+    assert_eq!(bench.setup().lens().unwrap().zoom, 0.5);
+    bench.click("Focal length");
+    bench.put(Role::SpinButton, "Focal length", 35.0);
+    assert_eq!(bench.setup().lens().unwrap().efl, Some(Mm(35.0)));
+    let shown = |m: &Model| {
+        let lens = m.frame.as_ref().and_then(|f| f.view.lens_camera());
+        // Half of 35 mm: the zoom still scales it.
+        lens.is_some_and(|c| (c.lens.first_order().efl() - 17.5).abs() < 1e-9)
+    };
+    bench.until("a lens of that length", shown);
+    bench.put(Role::SpinButton, "Blades", 7.0);
+    bench.put(Role::SpinButton, "turned", 15.0);
+    let iris = bench.setup().lens().unwrap().iris.clone();
+    let Iris::Blades { count, rotation } = iris else {
+        panic!("{iris:?}");
+    };
+    assert!(count == 7 && (rotation.to_degrees() - 15.0).abs() < 1e-9);
+    bench.put(Role::SpinButton, "Blades", 2.0);
+    assert_eq!(bench.setup().lens().unwrap().iris, Iris::Round);
+}
+
+#[test]
+fn the_focus_is_where_its_field_says_by_what_the_menu_says() {
+    let scratch = Scratch::new("distance");
+    let mut bench = Bench::open(&scratch);
+    bench.put(Role::SpinButton, "Focus 3.000 m", 1.75);
+    assert_eq!(bench.setup().focus(), 1.75);
+    bench.click("moves to focus");
+    bench.click("lens");
+    assert_eq!(bench.setup().lens().unwrap().method, FocusMethod::Lens);
+    let shown = |m: &Model| {
+        let lens = m.frame.as_ref().and_then(|f| f.view.lens_camera());
+        lens.is_some_and(|c| (c.focus.method, c.focus.distance) == (FocusMethod::Lens, 1750.0))
+    };
+    bench.until("a picture so focused", shown);
+}
+
+#[test]
+fn the_lens_moves_against_the_film_as_the_sliders_say() {
+    let scratch = Scratch::new("movements");
+    let mut bench = Bench::open(&scratch);
+    bench.click("Movements");
+    bench.harness.run_steps(8);
+    for (name, value) in [
+        ("tilt", 4.0),
+        ("swing", -2.5),
+        ("rise", 3.0),
+        ("shift", -1.5),
+    ] {
+        bench.put(Role::Slider, name, value);
+    }
+    let moved = bench.setup().plan.movements;
+    let angles = [moved.tilt, moved.swing].map(|a| (a.to_degrees() * 10.0).round() / 10.0);
+    assert_eq!(angles, [4.0, -2.5]);
+    assert_eq!((moved.rise, moved.shift), (3.0, -1.5));
+    bench.click("Undo");
+    assert_eq!(bench.setup().plan.movements.shift, 0.0);
+}
+
+#[test]
+fn the_picture_to_save_has_the_size_and_samples_of_its_fields() {
+    let scratch = Scratch::new("size");
+    let mut bench = Bench::open(&scratch);
+    bench.put(Role::SpinButton, "Size", 120.0);
+    let size = bench.setup().plan.resolution;
+    assert_eq!((size.width, size.height), (120, 80));
+    bench.put(Role::SpinButton, "samples", 9.0);
+    let plan = &bench.setup().plan;
+    assert_eq!((plan.sampler.samples, plan.stop.samples), (9, 9));
+    bench.until("a picture of that size", |m| {
+        m.frame
+            .as_ref()
+            .is_some_and(|f| f.whole && f.resolution.width == 120)
+    });
+    bench.click("Refine");
+    assert!(!bench.model().refine);
+}
+
+#[test]
 fn light_and_shading_are_what_their_controls_say() {
     let scratch = Scratch::new("light");
     let mut bench = Bench::open(&scratch);
@@ -307,7 +405,7 @@ fn light_and_shading_are_what_their_controls_say() {
     assert_eq!(bench.setup().plan.shading, Shading::Normal);
     let slider = bench
         .harness
-        .get_by_role_and_label(egui::accesskit::Role::Slider, "Exposure")
+        .get_by_role_and_label(Role::Slider, "Exposure")
         .rect();
     bench.click_at(slider.left_center() + vec2(0.75 * slider.width(), 0.0));
     assert!(
@@ -654,7 +752,15 @@ fn an_old_picture_is_blinked_wiped_and_shines_through() {
     for (way, name) in Way::ALL {
         bench.click(name);
         assert_eq!(bench.model().archive.way, way);
+        match way {
+            Way::Wipe => bench.put(Role::Slider, "line", 0.25),
+            Way::Onion => bench.put(Role::Slider, "opacity", 0.75),
+            Way::Off | Way::Blink => {}
+        }
     }
+    let archive = &bench.model().archive;
+    assert_eq!((archive.line, archive.opacity), (0.25, 0.75));
+    bench.click("Onion skin");
     // Through the onion skin, the picture's red rises where it was dark.
     let middle = bench.at(0.1, 0.1);
     let red = |bench: &Bench| {

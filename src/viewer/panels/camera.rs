@@ -135,24 +135,25 @@ pub fn zoom(ui: &mut Ui, model: &mut Model) {
     };
     let mut next = lens.clone();
     ui.horizontal(|ui| {
-        ui.label("Zoom");
+        let name = ui.label("Zoom");
         ui.add(
             egui::Slider::new(&mut next.zoom, 0.05..=5.0)
                 .logarithmic(true)
                 .max_decimals(3)
                 .clamping(egui::SliderClamping::Never),
         )
+        .labelled_by(name.id)
         .on_hover_text("scales the lens, as -z does");
     });
     ui.horizontal(|ui| {
         let mut set = next.efl.is_some();
-        ui.checkbox(&mut set, "Focal length");
+        let name = ui.checkbox(&mut set, "Focal length");
         let mut efl = next.efl.map_or(50.0, |l| l.0);
         let field = egui::DragValue::new(&mut efl)
             .range(0.5..=5000.0)
             .max_decimals(2)
             .suffix(" mm");
-        ui.add_enabled(set, field);
+        ui.add_enabled(set, field).labelled_by(name.id);
         next.efl = set.then_some(Mm(efl));
     });
     method(ui, &mut next.method);

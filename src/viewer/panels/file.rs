@@ -12,24 +12,19 @@ pub fn show(ui: &mut Ui, model: &mut Model) -> bool {
     let mut next = model.setup.clone();
     ui.horizontal(|ui| {
         let size = &mut next.plan.resolution;
-        ui.label("Size");
+        let name = ui.label("Size");
         let aspect = next.plan.film.width / next.plan.film.height;
         let field = egui::DragValue::new(&mut size.width)
             .range(16..=8192)
             .suffix(" px");
-        if ui.add(field).changed() {
+        if ui.add(field).labelled_by(name.id).changed() {
             size.height = ((f64::from(size.width) / aspect).round() as u32).max(1);
         }
         ui.label(format!("x {}", size.height));
         let samples = &mut next.plan.sampler.samples;
-        if ui
-            .add(
-                egui::DragValue::new(samples)
-                    .range(1..=65_536)
-                    .suffix(" samples"),
-            )
-            .changed()
-        {
+        let field = ui.add(egui::DragValue::new(samples).range(1..=65_536));
+        let name = ui.label("samples");
+        if field.labelled_by(name.id).changed() {
             next.plan.stop.samples = *samples;
         }
     });

@@ -25,7 +25,7 @@ pub fn meters(distance: f64) -> String {
 }
 
 pub fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
-    ui.heading(format!("Focus {}", meters(model.setup.focus())));
+    let heading = ui.heading(format!("Focus {}", meters(model.setup.focus())));
     let (_, turn) = wheel(ui, "Focus wheel", &mut kit.wheel);
     if turn != Turn::default() && turn.radians != 0.0 {
         let there = sharpness::wheel(model.setup.focus(), turn.radians, turn.speed);
@@ -39,6 +39,7 @@ pub fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
             .suffix(" m");
         if ui
             .add(field.speed(0.01))
+            .labelled_by(heading.id)
             .on_hover_text("the distance in focus")
             .changed()
         {
@@ -155,7 +156,7 @@ fn blades(ui: &mut Ui, iris: &mut Iris) {
     };
     let before = (count, turn);
     ui.horizontal(|ui| {
-        ui.label("Blades");
+        let name = ui.label("Blades");
         ui.add(
             egui::DragValue::new(&mut count)
                 .range(0..=32)
@@ -168,14 +169,17 @@ fn blades(ui: &mut Ui, iris: &mut Iris) {
                     }
                 }),
         )
+        .labelled_by(name.id)
         .on_hover_text("straight blades of the iris; fewer than three: a round hole");
+        let name = ui.label("turned");
         ui.add_enabled(
             count >= 3,
             egui::DragValue::new(&mut turn)
                 .range(0.0..=360.0)
                 .suffix("°")
                 .max_decimals(0),
-        );
+        )
+        .labelled_by(name.id);
     });
     if (count, turn) != before {
         *iris = if count < 3 {
