@@ -546,20 +546,22 @@ mod tests {
         let spine = [(0, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0), (2, 2, 1)]
             .map(|(x, y, z)| Vec3::new(x as f32, y as f32, z as f32));
         let mesh = extrusion(&plain(&cross, &spine)).unwrap();
-        for expected in [
+        let expected = [
             (-0.5, 0.0, 0.0),
             (0.0, 1.0, 0.5),
             (1.0, 1.5, 0.0),
             (1.592, 1.204, 0.204),
             (1.5, 2.0, 1.0),
-        ] {
-            let expected = Vec3::from(expected);
-            let near = mesh
-                .positions
-                .iter()
-                .map(|p| p.distance(expected))
-                .fold(9.0, f32::min);
-            assert!(near < 1e-3, "{expected} is {near} off");
+        ];
+        has_corners(&mesh, &expected);
+    }
+
+    fn has_corners(mesh: &Mesh, expected: &[(f32, f32, f32)]) {
+        for corner in expected {
+            let corner = Vec3::from(*corner);
+            let distances = mesh.positions.iter().map(|p| p.distance(corner));
+            let near = distances.fold(9.0, f32::min);
+            assert!(near < 1e-3, "{corner} is {near} off");
         }
     }
 
@@ -573,20 +575,13 @@ mod tests {
             ..plain(&cross, &[Vec3::ZERO, Vec3::X])
         };
         let mesh = extrusion(&node).unwrap();
-        for expected in [
+        let expected = [
             (0.0, -0.439, -0.24),
             (0.0, 0.479, -0.878),
             (1.841, 0.0, -0.54),
             (1.0, -1.0, 0.0),
-        ] {
-            let expected = Vec3::from(expected);
-            let near = mesh
-                .positions
-                .iter()
-                .map(|p| p.distance(expected))
-                .fold(9.0, f32::min);
-            assert!(near < 1e-3, "{expected} is {near} off");
-        }
+        ];
+        has_corners(&mesh, &expected);
     }
 
     #[test]

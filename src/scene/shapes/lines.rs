@@ -147,8 +147,12 @@ fn polyline(
     }
 }
 
-pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    unlit_without_normals(state, out);
+/// The corners of a set of points, which of them is its first, and how many it has.
+fn points<'a, 's>(
+    node: NodeRef<'a>,
+    state: &'s State<'a>,
+    out: &Builder<'a>,
+) -> (Vertices<'a, 's>, usize, usize) {
     let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
     let count = node.read::<i32>("numPoints").unwrap_or(-1);
     let binding = match without_index(state.material_binding) {
@@ -157,8 +161,14 @@ pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
     };
     let vertices = vertices(state, binding, None, None, out);
     let left = state.coordinates.len().saturating_sub(start);
-    let n = usize::try_from(count).unwrap_or(left).min(left);
-    for i in 0..n {
+    let count = usize::try_from(count).unwrap_or(left).min(left);
+    (vertices, start, count)
+}
+
+pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    unlit_without_normals(state, out);
+    let (vertices, start, count) = points(node, state, out);
+    for i in 0..count {
         dot(&vertices, start + i, i, state.drawing.point_size, out);
     }
 }
@@ -166,16 +176,8 @@ pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
 /// Signs of 5, 7 or 9 pixels at points, facing the camera.
 pub fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     out.set_unlit();
-    let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
-    let count = node.read::<i32>("numPoints").unwrap_or(-1);
-    let binding = match without_index(state.material_binding) {
-        Binding::Overall => Binding::Overall,
-        _ => Binding::PerVertex,
-    };
-    let vertices = vertices(state, binding, None, None, out);
-    let left = state.coordinates.len().saturating_sub(start);
-    let n = usize::try_from(count).unwrap_or(left).min(left);
-    for i in 0..n {
+    let (vertices, start, count) = points(node, state, out);
+    for i in 0..count {
         marker(&vertices, start + i, i, node, out);
     }
 }
