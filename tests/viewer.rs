@@ -313,7 +313,11 @@ fn the_lens_is_as_long_and_its_iris_as_cornered_as_the_fields_say() {
     let mut bench = Bench::open(&scratch);
     bench.put(Role::Slider, "Zoom", 0.5);
     assert_eq!(bench.setup().lens().unwrap().zoom, 0.5);
-    bench.click("Focal length");
+    bench
+        .harness
+        .get_by_role_and_label(Role::CheckBox, "Focal length")
+        .click();
+    bench.harness.run_steps(3);
     bench.put(Role::SpinButton, "Focal length", 35.0);
     assert_eq!(bench.setup().lens().unwrap().efl, Some(Mm(35.0)));
     let shown = |m: &Model| {
