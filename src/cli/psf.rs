@@ -20,8 +20,9 @@ const GAP: usize = 4;
 /// Wavelengths, every 30 nm.
 const FIRST: i32 = 400;
 const LAST: i32 = 700;
-/// Plane waves across a beam, each way.
-const GRID: (usize, usize) = (64, 224);
+/// Plane waves across a beam, each way: as fine as the pupil's shape is drawn, and as many as a
+/// minute of work pays for.
+const GRID: (usize, usize) = (64, 512);
 
 /// Writes the images of points on the film's diagonal, side by side and at one scale, as they
 /// lie in an upright picture above its middle. EXR holds the light per mm² of a point of light 1;
@@ -51,7 +52,10 @@ pub fn save(lens: &Lens, focus: Option<&Focus>, file: &str) -> Result<()> {
     let half = points.iter().map(Point::half).fold(0.0, f64::max);
     let pitch = 2.0 * half / SIDE as f64;
     let colors = colors();
-    let openings: Vec<Openings> = points.par_iter().map(|p| p.openings(lens, half)).collect();
+    let openings: Vec<Openings> = points
+        .par_iter()
+        .map(|p| p.openings(lens))
+        .collect::<Result<_>>()?;
     let jobs: Vec<(usize, usize)> = (0..points.len())
         .flat_map(|p| (0..colors.len()).map(move |c| (p, c)))
         .collect();
@@ -125,9 +129,7 @@ impl<'a> Point<'a> {
         let rays: Vec<(DVec2, DVec2)> = grid
             .filter_map(|at| {
                 let out = beam.trace(lens, low + step * (at + 0.5))?;
-                let reach = (film_z - out.origin.z) / out.direction.z;
-                let place = (out.origin + reach * out.direction).truncate();
-                Some((place, out.direction.truncate()))
+                Some((out.at_z(film_z).truncate(), out.direction.truncate()))
             })
             .collect();
         let count = rays.len() as f64;
@@ -154,10 +156,19 @@ impl<'a> Point<'a> {
         (5.0 * airy).max(3.0 * self.rms)
     }
 
-    fn openings(&self, lens: &Lens, half: f64) -> Openings {
-        // The grid repeats the picture after λ over its step: beyond the frame.
-        let grid = (2.6 * half * self.span / (f64::from(FIRST) * 1e-6)) as usize;
-        Openings::of(lens, self.beam, grid.clamp(GRID.0, GRID.1))
+    fn openings(&self, lens: &Lens) -> Result<Openings> {
+        let violet = lens.at_wavelength(f64::from(FIRST));
+        let grid = Wavefront::cells_needed(&violet, self.beam, self.middle.z);
+        if grid > GRID.1 {
+            return Err(Diagnostic::error(format!(
+                "the image {:.2} mm from the axis is too unsharp to be drawn as a wave: it takes {grid} \
+                 plane waves across the pupil, and {} is the most",
+                self.middle.truncate().length(),
+                GRID.1
+            ))
+            .with_help("stop the lens down, or focus nearer to the point"));
+        }
+        Ok(Openings::of(lens, self.beam, grid.max(GRID.0)))
     }
 
     fn spread(&self, lens: &Lens, nm: f64, openings: &Openings, pitch: f64) -> Vec<f64> {

@@ -243,9 +243,7 @@ impl LensDiagram {
         match path.outcome {
             Ok(out) => {
                 if out.direction.z > 1e-6 {
-                    let end =
-                        out.origin + (film_z - out.origin.z) / out.direction.z * out.direction;
-                    points.push(flat(end));
+                    points.push(flat(out.at_z(film_z)));
                 }
                 self.stroke(points, Ink::Ray(number));
             }

@@ -48,7 +48,8 @@ impl<'a> Beam<'a> {
             low: DVec2::INFINITY,
             high: DVec2::NEG_INFINITY,
         };
-        // Coarsely over the whole front, then again over the box that was found.
+        // Coarsely over the whole front, then again over the box that was found, until nothing that
+        // gets through touches it: a coarse grid steps over the tips of a narrow figure.
         let surfaces = &lens.prescription().surfaces;
         let reach = surfaces
             .iter()
@@ -56,7 +57,7 @@ impl<'a> Beam<'a> {
             .filter(|r| r.is_finite());
         let reach = DVec2::splat(1.6 * reach.fold(0.0, f64::max));
         let (mut from, mut to) = (-reach, reach);
-        for _ in 0..4 {
+        for round in 0..16 {
             let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
             let step = (to - from) / 48.0;
             for j in 0..=48 {
@@ -72,8 +73,12 @@ impl<'a> Beam<'a> {
                 (from, to) = (0.15 * from, 0.15 * to);
                 continue;
             }
+            let touches = low.cmplt(from + 0.5 * step).any() || high.cmpgt(to - 0.5 * step).any();
             (from, to) = (low - step, high + step);
             (this.low, this.high) = (from, to);
+            if round >= 3 && !touches {
+                break;
+            }
         }
         (this.low.x < this.high.x).then_some(this)
     }
@@ -106,15 +111,15 @@ impl<'a> Beam<'a> {
         (out.direction.z > 1e-3).then_some(out)
     }
 
-    /// The direction of the ray through a place as it leaves the lens, and its optical path to
-    /// the foot of the perpendicular from a point on the film. Rims do not block it.
+    /// The ray through a place as it leaves the lens, and its optical path to the foot of the
+    /// perpendicular from a point on the film. Rims do not block it.
     pub fn arrival(
         &self,
         lens: &Lens,
         place: DVec2,
         indices: &[f64],
         image: DVec3,
-    ) -> Option<(DVec3, f64)> {
+    ) -> Option<(LensRay, f64)> {
         let ray = self.ray(place);
         let path = lens.trace_path(&ray, Toward::Film, false);
         let out = path.outcome.ok().filter(|out| out.direction.z > 1e-3)?;
@@ -127,7 +132,7 @@ impl<'a> Beam<'a> {
         }
         let n = indices[indices.len() - 1];
         let rest = n * (image - out.origin).dot(out.direction);
-        Some((out.direction, optical + rest))
+        Some((out, optical + rest))
     }
 
     /// The box around what gets through.

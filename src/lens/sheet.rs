@@ -400,8 +400,7 @@ fn arrivals(beam: &Beam<'_>, lens: &Lens, film_z: f64) -> Vec<DVec2> {
     let grid = (0..GRID).flat_map(|j| (0..GRID).map(move |i| DVec2::new(i as f64, j as f64)));
     grid.filter_map(|at| {
         let out = beam.trace(lens, low + step * (at + 0.5))?;
-        let reach = (film_z - out.origin.z) / out.direction.z;
-        Some((out.origin + reach * out.direction).truncate())
+        Some(out.at_z(film_z).truncate())
     })
     .collect()
 }

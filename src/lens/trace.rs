@@ -19,6 +19,13 @@ pub struct LensRay {
     pub direction: DVec3,
 }
 
+impl LensRay {
+    /// Where it crosses a plane across the axis.
+    pub fn at_z(&self, z: f64) -> DVec3 {
+        self.origin + (z - self.origin.z) / self.direction.z * self.direction
+    }
+}
+
 /// Why a ray did not get through. That is not an error: vignetting is made of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Loss {
