@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::lens::{Lens, LensRay, Prescription, RayPath, Shape, Surface, Toward};
+use crate::lens::{Lens, LensRay, Prescription, RayPath, Surface, Toward};
 
 use super::{Anchor, Drawing, Ink, round_number, tidy};
 
@@ -181,7 +181,7 @@ impl LensDiagram {
         };
         let z: f64 = surfaces[..stop].iter().map(|s| s.thickness).sum();
         let a = radius(&surfaces[stop], reach);
-        let z = z + sag(&surfaces[stop], a);
+        let z = z + surfaces[stop].sag(a);
         for sign in [1.0, -1.0] {
             let ends = [a, a + 0.13 * reach].map(|y| DVec2::new(z, sign * y));
             self.stroke(ends.to_vec(), Ink::Stop);
@@ -392,27 +392,6 @@ fn radius(surface: &Surface, reach: f64) -> f64 {
     surface.semi_diameter.min(reach)
 }
 
-/// The sag of a surface at a height y over the axis, in the plane of the drawing.
-fn sag(surface: &Surface, y: f64) -> f64 {
-    let c = match surface.shape {
-        Shape::CylinderY => 0.0,
-        _ => surface.curvature.per_mm(),
-    };
-    let (k, terms) = match &surface.shape {
-        Shape::Conic { k } => (*k, None),
-        Shape::Asphere { k, terms } | Shape::Toroid { k, terms, .. } => (*k, Some(terms)),
-        _ => (0.0, None),
-    };
-    let inside = (1.0 - (1.0 + k) * c * c * y * y).max(0.0);
-    let polynomial = terms.map_or(0.0, |terms| {
-        terms
-            .iter()
-            .rev()
-            .fold(0.0, |sum, term| sum * y.abs() + term)
-    });
-    c * y * y / (1.0 + inside.sqrt()) + polynomial
-}
-
 /// Points of a surface from its lower rim to its upper.
 fn profile(surface: &Surface, vertex: f64, reach: f64) -> Vec<DVec2> {
     let a = radius(surface, reach);
@@ -422,7 +401,7 @@ fn profile(surface: &Surface, vertex: f64, reach: f64) -> Vec<DVec2> {
             // Denser toward the rim, where a strong curve is steep.
             let t = 2.0 * f64::from(i) / f64::from(steps) - 1.0;
             let y = a * libm::sin(0.5 * std::f64::consts::PI * t);
-            DVec2::new(vertex + sag(surface, y), y)
+            DVec2::new(vertex + surface.sag(y), y)
         })
         .collect()
 }

@@ -365,36 +365,38 @@ fn check_gaps(
             return Err(fail(span, message)
                 .with_help("a thickness is the distance to the next vertex, toward the film"));
         }
-        // Past a stop the rims are often drawn wider than the light that it lets through.
-        if j == i + 1
-            && let Some(height) = crossing(front, rear, gap)
-        {
+        if gap < 0.0 {
+            sink.warn(
+                span,
+                format!("surface {j} stands {:.3} mm in front of surface {i}", -gap),
+            )
+            .help("light has to run backwards between them: check the sign of the thickness");
+        }
+        // Past a stop the rims are often drawn wider than the light that it lets through; a hole
+        // of its size must fit.
+        let between = surfaces[i + 1..j].iter().map(|s| s.semi_diameter);
+        let reach = between.fold(front.semi_diameter.min(rear.semi_diameter), f64::min);
+        if let Some(height) = crossing(front, rear, gap, reach) {
             sink.warn(
                 span,
                 format!("surfaces {i} and {j} cross {height:.3} mm from the axis"),
             )
-            .help("inside both their apertures: check the thickness and the two radii");
+            .help("where light goes: check the thickness and the two radii");
         }
     }
     Ok(())
 }
 
-/// Where two neighbours cross inside the smaller of their semi-diameters, by more than rounding.
-fn crossing(front: &Surface, rear: &Surface, thickness: f64) -> Option<f64> {
-    let height = front.semi_diameter.min(rear.semi_diameter);
-    let sphere = |s: &Surface| s.shape == Shape::Sphere;
-    if !(height.is_finite() && sphere(front) && sphere(rear)) || thickness < 0.0 {
+/// Where two neighbors cross nearer to the axis than `reach`, by more than rounding.
+fn crossing(front: &Surface, rear: &Surface, thickness: f64, reach: f64) -> Option<f64> {
+    const STEPS: u32 = 64;
+    if !reach.is_finite() || thickness < 0.0 {
         return None;
     }
-    let sag = |s: &Surface, r: f64| {
-        let c = s.curvature.per_mm();
-        c * r * r / (1.0 + (1.0 - c * c * r * r).max(0.0).sqrt())
-    };
-    let gap = |r: f64| thickness + sag(rear, r) - sag(front, r);
-    if gap(height) >= -1e-3 * height {
-        return None;
-    }
-    let (mut inside, mut outside) = (0.0, height);
+    let gap = |r: f64| thickness + rear.sag(r) - front.sag(r);
+    let steps = (1..=STEPS).map(|i| reach * f64::from(i) / f64::from(STEPS));
+    let mut outside = steps.into_iter().find(|r| gap(*r) < -1e-3 * reach)?;
+    let mut inside = 0.0;
     for _ in 0..50 {
         let middle = 0.5 * (inside + outside);
         if gap(middle) < 0.0 {

@@ -189,6 +189,26 @@ impl Surface {
         }
     }
 
+    /// How far the surface is behind its vertex at a height in the plane of the axis and y, in
+    /// millimeters; past the edge of a conic, as far as there.
+    pub fn sag(&self, y: f64) -> f64 {
+        let c = match self.shape {
+            Shape::CylinderY => 0.0,
+            _ => self.curvature.per_mm(),
+        };
+        let (k, terms) = match &self.shape {
+            Shape::Conic { k } => (*k, None),
+            Shape::Asphere { k, terms } | Shape::Toroid { k, terms, .. } => (*k, Some(terms)),
+            _ => (0.0, None),
+        };
+        let inside = (1.0 - (1.0 + k) * c * c * y * y).max(0.0);
+        let polynomial = terms.map_or(0.0, |terms| {
+            let terms = terms.iter().rev();
+            terms.fold(0.0, |sum, term| sum * y.abs() + term)
+        });
+        c * y * y / (1.0 + inside.sqrt()) + polynomial
+    }
+
     /// The same surface with every length multiplied.
     pub fn scaled(&self, factor: f64) -> Self {
         let mut shape = self.shape.map_terms(|power, term| match power {
