@@ -281,6 +281,8 @@ fn follow<const STOPS: bool>(course: &Course<'_>, bundle: &mut Bundle) {
         }
         if STOPS && element.hole.is_some() {
             iris(&step, bundle);
+        } else if !STOPS && !element.edges.is_empty() {
+            iris_fill(&step, bundle);
         }
     }
     for z in &mut bundle.z {
@@ -575,6 +577,16 @@ fn iris(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
         if b.lost[i] == 0 && !step.element.is_open_at(DVec3::new(b.x[i], b.y[i], b.z[i])) {
             b.lost[i] = step.number | BLOCKED;
+        }
+    }
+}
+
+/// How much of a hole that is not round each ray uses; every edge is a limit of its own.
+fn iris_fill(step: &Step<'_>, b: &mut Bundle) {
+    for i in 0..LANES {
+        for (edge, number) in step.element.edges.iter().zip(1u64..) {
+            let share = (edge.x * b.x[i] + edge.y * b.y[i]).max(0.0);
+            b.note_fill(i, share * share, step.number | number << 32);
         }
     }
 }

@@ -29,7 +29,7 @@ pub mod wave;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::diag::{Diagnostic, Result, Sink, Source, nearest};
 use crate::math::{Meters, Mm};
@@ -91,7 +91,7 @@ impl Lens {
         for (i, surface) in prescription.surfaces.iter().enumerate() {
             let mut element = Element::new(surface, z, indices[i], indices[i + 1]);
             if surface.is_stop {
-                element.hole = prescription.iris.outline(surface.semi_diameter);
+                element.set_hole(prescription.iris.outline(surface.semi_diameter));
             }
             elements.push(element);
             z += surface.thickness;
@@ -259,6 +259,18 @@ impl Lens {
     /// The same lens at one of its tabulated zoom positions, from 0.
     pub fn at_zoom(&self, position: usize) -> Result<Self> {
         Ok(self.with(self.prescription.at_zoom(position)?))
+    }
+
+    /// The edges of the stop's hole, if it is not round; see [`trace::Element::edges`].
+    pub(crate) fn iris_edges(&self) -> &[DVec2] {
+        let mut edges = self.elements.iter().map(|element| &*element.edges);
+        edges.find(|edges| !edges.is_empty()).unwrap_or(&[])
+    }
+
+    /// Whether light finds the same in every plane through the axis.
+    pub(crate) fn is_rotational(&self) -> bool {
+        let mut surfaces = self.prescription.surfaces.iter();
+        self.iris_edges().is_empty() && surfaces.all(|s| s.shape.is_rotational())
     }
 
     /// The same lens with another hole in its stop.

@@ -15,7 +15,7 @@ use crate::sampling::DiscMap;
 
 use super::sight::{Hint, Sight};
 use super::{FilmPlace, Lens};
-use polygon::{Outline, Span, directions};
+use polygon::{Outline, Span, directions_along};
 
 pub use polygon::{Polygon, SIDES, Support};
 
@@ -258,20 +258,15 @@ fn turn(film: DVec2, radius: f64) -> DVec2 {
 impl ExitPupil {
     /// Measures the pupil for film points up to `film_radius` from the film's middle.
     pub fn new(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
-        let sides = directions();
+        let sides = directions_along(lens.iris_edges());
         let sight = Sight::new(lens);
-        let rotational = lens
-            .prescription()
-            .surfaces
-            .iter()
-            .all(|s| s.shape.is_rotational());
         let mut look = Look {
             sight: &sight,
             place,
             sides: &sides,
             hint: None,
         };
-        let table = match (place.is_centered(), rotational) {
+        let table = match (place.is_centered(), lens.is_rotational()) {
             (true, true) => {
                 let mut measure = |r| look.at(place.point(DVec2::new(r, 0.0)));
                 let nodes = radial_table(&mut measure, film_radius.abs(), sight.reach());
@@ -279,7 +274,10 @@ impl ExitPupil {
                 Table::Radial(nodes, spans)
             }
             (false, true) => Table::Levels(Levels::new(&mut look, film_radius.abs())),
-            (centered, false) => Table::Grid(Grid::new(&mut look, film_radius.abs(), centered)),
+            (centered, false) => {
+                let mirrored = centered && is_mirrored(lens.iris_edges());
+                Table::Grid(Grid::new(&mut look, film_radius.abs(), mirrored))
+            }
         };
         Self { table, sides }
     }
@@ -351,6 +349,16 @@ impl ExitPupil {
         let polygon = Polygon::whole(outline, figure.turn, figure.mirror);
         polygon.map_or(PupilWindow::Closed, PupilWindow::Polygon)
     }
+}
+
+/// Whether a row of edges is its own mirror image in both axes.
+fn is_mirrored(edges: &[DVec2]) -> bool {
+    let has = |wanted: DVec2| {
+        let near = |e: &DVec2| (*e - wanted).length() < 1e-6 * wanted.length();
+        edges.iter().any(near)
+    };
+    let mirrors = [DVec2::new(-1.0, 1.0), DVec2::new(1.0, -1.0)];
+    mirrors.iter().all(|m| edges.iter().all(|e| has(*m * *e)))
 }
 
 /// A support and where it goes: +x becomes `turn`, then it is mirrored.

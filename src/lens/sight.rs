@@ -41,7 +41,7 @@ struct Rim {
     angle: f64,
     distance: f64,
     point: DVec2,
-    /// The surface whose rim it is.
+    /// The surface whose rim it is, or the edge of an iris.
     limit: usize,
 }
 
@@ -51,15 +51,10 @@ type Fills = [(f64, usize); LANES];
 impl<'a> Sight<'a> {
     pub fn new(lens: &'a Lens) -> Self {
         let rear = RearElement::of(lens, crate::sampling::DiscMap::Concentric).radius;
-        let rotational = lens
-            .prescription()
-            .surfaces
-            .iter()
-            .all(|s| s.shape.is_rotational());
         Self {
             lens,
             reach: 1.5 * rear,
-            rotational,
+            rotational: lens.is_rotational(),
         }
     }
 
@@ -102,7 +97,7 @@ impl<'a> Sight<'a> {
         }
         let meridian = film.truncate().try_normalize().unwrap_or(DVec2::X);
         let mut aim = self.best_along(film, DVec2::ZERO, meridian);
-        if !self.rotational {
+        if !self.rotational && !(fill(aim) < 0.6) {
             for _ in 0..8 {
                 aim = self.best_along(film, aim, DVec2::Y);
                 aim = self.best_along(film, aim, DVec2::X);
@@ -203,10 +198,9 @@ impl<'a> Sight<'a> {
         }
         // The next starts in the middle of this one.
         let span = |j: usize| 0.5 * (support[j] - support[(j + SIDES / 2) % SIDES]);
-        *hint = Some(Hint {
-            center: DVec2::new(span(0), span(SIDES / 4)),
-            radius,
-        });
+        let (a, b) = (sides[0], sides[SIDES / 4]);
+        let center = (span(SIDES / 4) * a - span(0) * b).perp() / a.perp_dot(b);
+        *hint = Some(Hint { center, radius });
         Some(support)
     }
 

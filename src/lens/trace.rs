@@ -93,6 +93,10 @@ pub(crate) struct Element {
     pub coating: Coating,
     /// The corners of a hole that is not round; it is inside the semi-diameter.
     pub hole: Option<Box<[DVec2]>>,
+    /// The edges of the convex figure around that hole: the way to each over the square of its
+    /// distance, so that a place inside is less than 1 along all. None where it is not around
+    /// the axis.
+    pub edges: Box<[DVec2]>,
 }
 
 /// The shapes as the tracer meets them. The first three are quadrics, met in closed form.
@@ -206,7 +210,14 @@ impl Element {
             indices: [before, behind],
             coating: surface.coating,
             hole: None,
+            edges: Box::default(),
         }
+    }
+
+    /// Gives the surface a hole with these corners.
+    pub fn set_hole(&mut self, corners: Option<Box<[DVec2]>>) {
+        self.edges = corners.as_deref().map(edges_around).unwrap_or_default();
+        self.hole = corners;
     }
 
     /// Whether a hit is inside the hole of the iris; always, if that is round.
@@ -248,6 +259,33 @@ impl Element {
             }
         }
     }
+}
+
+/// The edges of the convex hull of a few corners, each as the foot of the perpendicular on it over
+/// the square of its length.
+fn edges_around(corners: &[DVec2]) -> Box<[DVec2]> {
+    let size = corners.iter().map(|c| c.length()).fold(0.0, f64::max);
+    let is_edge = |a: DVec2, b: DVec2| {
+        let side = |c: &DVec2| (b - a).perp_dot(*c - a) >= -1e-9 * size * (b - a).length();
+        (b - a).length() > 1e-9 * size && corners.iter().all(side)
+    };
+    let pairs = corners
+        .iter()
+        .flat_map(|a| corners.iter().map(|b| (*a, *b)));
+    let hull = pairs.filter(|(a, b)| is_edge(*a, *b));
+    let edges: Vec<(DVec2, f64)> = hull
+        .map(|(a, b)| {
+            let outward = -(b - a).perp().normalize();
+            (outward, outward.dot(a))
+        })
+        .collect();
+    if edges.iter().any(|(_, distance)| *distance <= 1e-3 * size) {
+        return Box::default();
+    }
+    edges
+        .iter()
+        .map(|(way, distance)| *way / *distance)
+        .collect()
 }
 
 /// Whether a point is inside a polygon, by counting the edges to its right.

@@ -24,6 +24,25 @@ pub fn directions() -> [DVec2; SIDES] {
     })
 }
 
+/// The same, turned a little so that some of them are along (or against) the edges of an iris; a
+/// side across from another stays so.
+pub fn directions_along(edges: &[DVec2]) -> [DVec2; SIDES] {
+    const HALF: usize = SIDES / 2;
+    let mut sides = directions();
+    for edge in edges {
+        let way = edge.normalize();
+        let angle = libm::atan2(way.y, way.x) / TAU * SIDES as f64;
+        let slot = (angle.round() as isize).rem_euclid(HALF as isize) as usize;
+        let way = way * way.dot(sides[slot]).signum();
+        let [before, after] = [slot + SIDES - 1, slot + 1].map(|j| sides[j % SIDES]);
+        // Two sides in nearly one direction have no corner between them.
+        if before.perp_dot(way) > 0.02 && way.perp_dot(after) > 0.02 {
+            (sides[slot], sides[slot + HALF]) = (way, -way);
+        }
+    }
+    sides
+}
+
 /// A polygon by its corners, cut into triangles around a point inside.
 #[derive(Clone, Copy, Debug)]
 pub struct Outline {
@@ -34,13 +53,14 @@ pub struct Outline {
 
 impl Outline {
     pub fn of(support: &Support, sides: &[DVec2; SIDES]) -> Self {
-        let (sin, cos) = (sides[1].y, sides[1].x);
         let mut corners = [DVec2::ZERO; SIDES + 1];
         let mut center = DVec2::ZERO;
         for j in 0..SIDES {
             // Where side j meets side j + 1.
+            let (side, next) = (sides[j], sides[(j + 1) % SIDES]);
+            let (sin, cos) = (side.perp_dot(next), side.dot(next));
             let along = (support[(j + 1) % SIDES] - support[j] * cos) / sin;
-            corners[j] = support[j] * sides[j] + along * sides[j].perp();
+            corners[j] = support[j] * side + along * side.perp();
             center += corners[j];
         }
         corners[SIDES] = corners[0];
