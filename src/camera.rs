@@ -400,10 +400,10 @@ impl LensCamera {
         this
     }
 
-    /// The same camera seeing colors by their wavelengths. Through a lens without dispersion they
-    /// take the same way, and it goes on to see one.
+    /// The same camera seeing colors by their wavelengths. Through a lens without dispersion and
+    /// without coatings they take the same way, and it goes on to see one.
     pub fn dispersing(mut self) -> Self {
-        if self.lens.prescription().is_dispersive() {
+        if self.lens.prescription().is_chromatic() {
             let radius = self.format.half_diagonal();
             let waves = Waves::of(&self.lens, |lens| match &self.target {
                 PupilTarget::RearElement(_) => None,
@@ -848,6 +848,46 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// The Tessar's last surface is hollow toward the scene: seen from the side, a part of its rim
+    /// stands outside of the disc about its vertex. What the rear element brings is what passes
+    /// through the disc, on a grid; the exit pupil brings all.
+    #[test]
+    fn the_disc_of_the_rear_element_misses_what_passes_beside_it() {
+        let lens = Lens::named("tessar").unwrap();
+        let [pupil, rear] = [Aim::ExitPupil, Aim::RearElement(DiscMap::Concentric)]
+            .map(|aim| camera(lens.clone(), aim));
+        let film = DVec2::new(0.0, 21.0);
+        let (origin, rear_z) = (film.extend(pupil.focus.film_z), lens.length());
+        let radius = RearElement::of(&lens, DiscMap::Concentric).radius;
+        let (mut inside, mut all) = (0.0, 0.0);
+        const SIDE: i32 = 1200;
+        for k in 0..SIDE * SIDE {
+            let place = |i: i32| 1.1 * radius * (2.0 * f64::from(i) + 1.0 - f64::from(SIDE));
+            let aim = DVec2::new(place(k % SIDE), place(k / SIDE)) / f64::from(SIDE);
+            let across = aim.extend(rear_z) - origin;
+            let ray = LensRay {
+                origin,
+                direction: across,
+            };
+            if lens.trace_from_film(&ray).is_ok() {
+                let light = equation_1(across, -DVec3::Z);
+                all += light;
+                inside += if aim.length() < radius { light } else { 0.0 };
+            }
+        }
+        let missed = 1.0 - inside / all;
+        assert!(missed > 2e-3, "{missed}");
+        let known = lens.irradiance(film, pupil.focus.film_z);
+        let (whole, error) = by_rays(&pupil, film);
+        assert!((whole - known).abs() < 4.0 * error, "{whole} {known}");
+        let (part, error) = by_rays(&rear, film);
+        let expected = known * (1.0 - missed);
+        assert!(
+            (part - expected).abs() < 4.0 * error,
+            "{part} {expected} {known}"
+        );
     }
 
     #[test]

@@ -243,6 +243,45 @@ fn wavelengths_that_take_the_same_way_give_the_colors_of_one() {
     assert!(far.count() <= 2);
 }
 
+/// Glass of one index under magnesium fluoride, which does most for green: a white wall turns the
+/// color of the light that gets through at every fifth nanometer.
+#[test]
+fn a_coating_tints_what_glass_of_one_index_leaves_white() {
+    let lens = r#"{"schema": "ivlens-1", "name": "tinted", "units": "mm", "coating": "mgf2", "surfaces": [
+        {"kind": "stop", "t": 12, "n_d": 1.0, "semi_diameter": 4},
+        {"kind": "sphere", "R": 200, "t": 4, "n_d": 1.9, "semi_diameter": 20},
+        {"kind": "sphere", "R": -300, "t": 2, "n_d": 1.0, "semi_diameter": 20},
+        {"kind": "sphere", "R": 300, "t": 4, "n_d": 1.9, "semi_diameter": 20},
+        {"kind": "sphere", "R": -200, "t": 60, "n_d": 1.0, "semi_diameter": 20}]}"#;
+    let wall = "BaseColor { rgb 1 1 1 } Cube { width 9 height 9 depth .1 }";
+    let mut session = session("tinted", lens, wall);
+    assert!(
+        !Lens::open(lens_file(&session))
+            .unwrap()
+            .prescription()
+            .is_dispersive()
+    );
+    let (mean, error) =
+        repeated(|seed| strip(&mut session, 0.01, 1, 256, seed).film.pixels[0].mean);
+    let lens = Lens::open(lens_file(&session)).unwrap();
+    let spectrum = Spectrum::default();
+    let (mut seen, mut white) = (DVec3::ZERO, DVec3::ZERO);
+    for nm in (390..=750).step_by(5).map(f64::from) {
+        let color = spectrum.color(nm) * DVec3::ONE;
+        seen += color * lens.at_wavelength(nm).axial_transmittance().unwrap();
+        white += color;
+    }
+    let tint = seen / white;
+    assert!(tint.y - tint.z.max(tint.x) > 0.01, "{tint}");
+    // Thirty-two wavelengths stand for all of them to some thousandths.
+    // The film is a little farther away than for infinity, where white is 1.
+    let off = (mean / mean.y - tint / tint.y).abs();
+    assert!(
+        off.cmplt(T * error + 0.002).all(),
+        "{mean} \u{b1} {error}, by rays {tint}"
+    );
+}
+
 #[test]
 fn a_lens_of_one_index_or_of_1999_traces_one_wavelength() {
     let plain = "# radius thickness n_d aperture\n0 12 0 5\n103.4 4 1.5168 30\n-103.4 95 1 30\n";

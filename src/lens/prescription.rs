@@ -6,6 +6,7 @@ use glam::DVec2;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 
+use super::coating::Coating;
 use super::glass::Medium;
 use super::surface::{Shape, Surface};
 
@@ -100,6 +101,12 @@ impl Prescription {
 
     pub fn is_dispersive(&self) -> bool {
         self.surfaces.iter().any(|s| s.medium.is_dispersive()) || self.object_medium.is_dispersive()
+    }
+
+    /// Whether light of some wavelengths takes another way through it, or gets through better.
+    pub fn is_chromatic(&self) -> bool {
+        let tints = |s: &Surface| s.coating == Coating::MagnesiumFluoride;
+        self.is_dispersive() || self.surfaces.iter().any(tints)
     }
 
     /// Every length multiplied: the paper's `-z`.
