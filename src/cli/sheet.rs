@@ -62,11 +62,14 @@ fn list_text(lenses: &[Listed], out: &mut dyn Write) -> std::io::Result<()> {
             kind = Some(&lens.kind);
         }
         let said = |text: &Option<String>| text.clone().unwrap_or_else(|| "-".into());
-        let f_number = lens.f_number.map_or("-".into(), |n| format!("f/{n:.1}"));
+        let f_number = lens.f_number.map_or("-".into(), |n| {
+            let digits = if n < 1.0 { 2 } else { 1 };
+            format!("f/{n:.digits$}")
+        });
         let field = said(&lens.field).replace(" degrees", "\u{b0}");
         writeln!(
             out,
-            "  {:<19} {:>6.1} mm  {f_number:<6} {field:<12} {}  {} \u{b7} {}",
+            "  {:<19} {:>6.1} mm  {f_number:<6} {field:<12} {:<4}  {} \u{b7} {}",
             lens.name,
             lens.efl,
             said(&lens.year),
