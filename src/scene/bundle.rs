@@ -22,7 +22,14 @@ pub fn packets(rays: &[Ray], mut packet: impl FnMut(&[u8])) {
     for (course_of, ray) in courses.iter_mut().zip(rays) {
         *course_of = course(ray);
     }
-    let mut left = ((1u64 << rays.len().min(BUNDLE)) - 1) as u32;
+    let count = rays.len().min(BUNDLE);
+    // Most bundles are of one course.
+    if courses[..count].iter().all(|course| *course == courses[0]) {
+        const NUMBERS: [u8; BUNDLE] = numbers();
+        NUMBERS[..count].chunks(PACKET).for_each(packet);
+        return;
+    }
+    let mut left = ((1u64 << count) - 1) as u32;
     while left != 0 {
         let first = courses[left.trailing_zeros() as usize];
         let (mut numbers, mut count) = ([0; PACKET], 0);
@@ -35,6 +42,16 @@ pub fn packets(rays: &[Ray], mut packet: impl FnMut(&[u8])) {
         }
         packet(&numbers[..count]);
     }
+}
+
+const fn numbers() -> [u8; BUNDLE] {
+    let mut numbers = [0; BUNDLE];
+    let mut i = 0;
+    while i < BUNDLE {
+        numbers[i] = i as u8;
+        i += 1;
+    }
+    numbers
 }
 
 impl RenderScene {

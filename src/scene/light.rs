@@ -78,20 +78,27 @@ impl Light {
         if distance > self.radius {
             factor = 0.0;
         }
+        let spot = self.cone(toward);
+        Reaching {
+            toward,
+            distance,
+            color: self.color * (factor * spot),
+            ambient: self.ambient * (factor * spot),
+        }
+    }
+}
+
+impl Light {
+    /// The share of the light that a cone lets out towards a point, given the way back.
+    pub fn cone(&self, toward: Vec3) -> f32 {
         let along = -toward.dot(self.direction);
-        let spot = match self.kind {
+        match self.kind {
             LightKind::Spot { drop_off, cut_off } => spot(along, drop_off, cut_off),
             LightKind::Beam {
                 beam_width,
                 cut_off,
             } => beam(along, beam_width, cut_off),
             _ => 1.0,
-        };
-        Reaching {
-            toward,
-            distance,
-            color: self.color * (factor * spot),
-            ambient: self.ambient * (factor * spot),
         }
     }
 }

@@ -13,6 +13,7 @@ pub mod light;
 pub mod mesh;
 pub mod normals;
 pub mod nurbs;
+pub mod plain;
 pub mod quadric;
 pub mod screen;
 pub mod shapes;
@@ -38,10 +39,12 @@ pub use builder::Builder;
 pub use bundle::BUNDLE;
 pub use census::Census;
 pub use light::Light;
+pub use plain::PlainPoints;
 pub use surface::{Point, Surface};
 pub use survey::Survey;
 pub use traverse::{Bvh, PreparedRay, Ray};
 
+use plain::PlainSurface;
 use quadric::Quadric;
 use texture::Texture;
 use wide::{Block, Wide};
@@ -174,6 +177,8 @@ pub struct RenderScene {
     /// Surface of each triangle, quadric and stroke.
     owners: Vec<u32>,
     surfaces: Vec<Surface>,
+    /// The same in short.
+    plain: Vec<PlainSurface>,
     light_sets: Vec<Arc<Vec<Light>>>,
     textures: Vec<Arc<Texture>>,
     tree: Wide,
@@ -246,6 +251,7 @@ impl RenderScene {
         if self.census.transparent {
             self.settle_centers(&boxes);
         }
+        self.plain = self.surfaces.iter().map(PlainSurface::of).collect();
         self.solid = self
             .surfaces
             .iter()
@@ -564,7 +570,12 @@ impl RenderScene {
 
     /// The lights of a surface.
     pub fn lights_of(&self, surface: &Surface) -> &[Light] {
-        &self.light_sets[surface.lights as usize]
+        self.lights_of_set(surface.lights)
+    }
+
+    /// The lights of a number that surfaces have.
+    pub fn lights_of_set(&self, set: u32) -> &[Light] {
+        &self.light_sets[set as usize]
     }
 
     /// All lights, each once.

@@ -164,7 +164,7 @@ impl Bvh {
             .iter()
             .map(|(min, max)| Bounded(Aabb::new(Vec3A::from(*min), Vec3A::from(*max))))
             .collect();
-        let mut params = if boxes.len() < 200_000 {
+        let mut params = if boxes.len() < 20_000 {
             BvhBuildParams::medium_build()
         } else {
             BvhBuildParams::fast_build()

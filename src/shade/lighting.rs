@@ -8,8 +8,7 @@ use crate::scene::light::Reaching;
 
 /// What shines by itself and what the surroundings give.
 pub fn ambient(point: &Point<'_>) -> Vec3 {
-    let surface = point.surface;
-    surface.emissive + surface.ambient * surface.environment.ambient
+    point.surface.glow()
 }
 
 /// What a light that reaches a point gives, times the share of it that is not in shadow.

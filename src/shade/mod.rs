@@ -15,6 +15,7 @@
 //! camera's backward direction: OpenGL's viewer at infinity, which Inventor leaves as it is.
 
 mod lighting;
+mod plain;
 
 use glam::Vec3;
 
@@ -200,14 +201,34 @@ impl<'a> Shader<'a> {
         self.follow_pending(color, work)
     }
 
-    /// [`Shader::radiance`] along up to [`BUNDLE`] rays: the same bits, in less time.
+    /// [`Shader::radiance`] along up to [`BUNDLE`] rays: the same to rounding, in less time.
     pub fn radiances(&self, rays: &[Ray], radiances: &mut [Vec3], work: &mut Work) {
         work.counts.scene += rays.len() as u64;
         let mut hits = [None; BUNDLE];
         self.scene.hits(rays, &mut hits);
+        let done = self.plain(rays, &hits, radiances, &mut work.counts);
+        let left = |i: &usize| done >> i & 1 == 0;
+        if (0..rays.len()).any(|i| left(&i)) {
+            (0..rays.len())
+                .filter(|i| !left(i))
+                .for_each(|i| hits[i] = None);
+            self.special(rays, &hits, radiances, work);
+        }
+    }
+
+    /// The radiances of rays that meet something, by all that shading can do.
+    fn special(
+        &self,
+        rays: &[Ray],
+        hits: &[Option<Hit>; BUNDLE],
+        radiances: &mut [Vec3],
+        work: &mut Work,
+    ) {
         if self.shading != Shading::Recursive {
             for ((ray, hit), radiance) in rays.iter().zip(hits).zip(radiances) {
-                *radiance = self.radiance_of(ray, hit, work);
+                if hit.is_some() {
+                    *radiance = self.radiance_of(ray, *hit, work);
+                }
             }
             return;
         }
@@ -217,15 +238,12 @@ impl<'a> Shader<'a> {
         });
         let lit = self.lit_in_shadow(&points, &mut work.counts);
         for (i, (ray, radiance)) in rays.iter().zip(radiances).enumerate() {
-            *radiance = match (&hits[i], &points[i]) {
-                (Some(hit), Some(point)) => {
-                    let mut color = Vec3::ZERO;
-                    let first = Pending::first(ray);
-                    self.recurse((ray, hit), point, lit[i], &first, &mut color, work);
-                    self.follow_pending(color, work)
-                }
-                _ => self.scene.background().color(ray.direction),
-            };
+            if let (Some(hit), Some(point)) = (&hits[i], &points[i]) {
+                let mut color = Vec3::ZERO;
+                let first = Pending::first(ray);
+                self.recurse((ray, hit), point, lit[i], &first, &mut color, work);
+                *radiance = self.follow_pending(color, work);
+            }
         }
     }
 

@@ -139,12 +139,12 @@ impl Packet {
             unsafe { self.prepare_avx512() };
             return;
         }
-        self.prepare();
+        self.prepare(bounds);
     }
 
     /// What the tests of boxes and triangles need, as [`PreparedRay::new`] makes it for one ray.
     #[inline(always)]
-    fn prepare(&mut self) {
+    fn prepare(&mut self, bounds: impl Fn(&Lanes) -> (f32, f32)) {
         let first = PreparedRay::new(&Ray::new(
             self.origin.map(|lanes| lanes[0]).into(),
             self.direction.map(|lanes| lanes[0]).into(),
@@ -222,25 +222,11 @@ impl Packet {
     }
 }
 
-/// Least and greatest, by halves so that all lanes are compared at once.
-#[inline(always)]
+/// Least and greatest.
 fn bounds(lanes: &Lanes) -> (f32, f32) {
-    let (mut low, mut high) = (*lanes, *lanes);
-    for half in [8, 4, 2, 1] {
-        for i in 0..half {
-            low[i] = if low[i + half] < low[i] {
-                low[i + half]
-            } else {
-                low[i]
-            };
-            high[i] = if high[i + half] > high[i] {
-                high[i + half]
-            } else {
-                high[i]
-            };
-        }
-    }
-    (low[0], high[0])
+    let least = lanes.iter().copied().fold(f32::INFINITY, f32::min);
+    let greatest = lanes.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    (least, greatest)
 }
 
 /// Where a ray meets what is not a triangle.
@@ -359,7 +345,11 @@ mod avx512 {
     impl Packet {
         #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2")]
         pub(super) fn prepare_avx512(&mut self) {
-            self.prepare();
+            self.prepare(|of| {
+                // SAFETY: sixteen floats; the load needs no alignment.
+                let of = unsafe { _mm512_loadu_ps(of.as_ptr()) };
+                (_mm512_reduce_min_ps(of), _mm512_reduce_max_ps(of))
+            });
         }
 
         #[inline]
