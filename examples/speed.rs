@@ -13,8 +13,8 @@ use glam::DVec3;
 
 use ivcam::camera::Aim;
 use ivcam::film::Resolution;
-use ivcam::lens::lanes::Width;
 use ivcam::lens::{Bundle, LANES, Lens, LensRay, PupilTarget, Toward};
+use ivcam::math::lanes::Width;
 use ivcam::plan::{Era, LensChoice, Optics, Plan, Session};
 use ivcam::render::Stop;
 use ivcam::sampling::{DiscMap, Sampler, SamplerKind};
@@ -171,7 +171,8 @@ fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64) -> Vec<LensRay> {
             let at = sampler.sample(0, i);
             let film = glam::DVec2::new(36.0 * (at.film[0] - 0.5), 24.0 * (at.film[1] - 0.5));
             // Where the film sees nothing no ray is sent.
-            let (aim, _) = target.aim(film, at.pupil)?;
+            let window = target.window(film);
+            let aim = (window.density() > 0.0).then(|| window.point(at.pupil[0], at.pupil[1]))?;
             let origin = film.extend(film_z);
             Some(LensRay {
                 origin,

@@ -5,16 +5,23 @@
 //! camera looks down its −z with +y up, so the two share their axes and differ by a factor of
 //! 1000. The image on the film is upside down; a picture is the film turned upright.
 
-use glam::{DQuat, DVec2, DVec3};
+mod ideal;
+mod lanes;
+
+use glam::{DQuat, DVec2, DVec3, Vec3};
 
 use crate::film::{FilmFormat, Resolution};
 use crate::lens::{
-    Bundle, ExitPupil, FilmPlace, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, RayPath,
-    RearElement, Toward,
+    Aims, Bundle, ExitPupil, FilmPlace, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow,
+    RayPath, RearElement, Toward,
 };
 use crate::pose::{CameraPose, FilmPlane, Projection, ViewportMapping};
-use crate::sampling::DiscMap;
+use crate::sampling::{DiscMap, Samples};
 use crate::spectrum::{HERO, Line, SETS, Spectrum};
+
+pub use ideal::IdealLens;
+
+use lanes::Sheaf;
 
 /// Meters in a millimeter.
 const METERS_FROM_MM: f64 = 1e-3;
@@ -29,11 +36,37 @@ pub struct CameraRay {
     pub weight: f64,
 }
 
+/// A ray into the scene that answers a sample: meters, from the scene's origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shot {
+    /// The sample's number.
+    pub sample: u32,
+    pub origin: Vec3,
+    pub direction: Vec3,
+    /// As [`CameraRay::weight`].
+    pub weight: f64,
+    /// Which of all wavelengths, where there is more than one.
+    line: u32,
+}
+
+impl Shot {
+    fn of(sample: usize, ray: &CameraRay) -> Self {
+        Self {
+            sample: sample as u32,
+            origin: ray.origin.as_vec3(),
+            direction: ray.direction.as_vec3(),
+            weight: ray.weight,
+            line: 0,
+        }
+    }
+}
+
 /// What makes the picture.
 #[derive(Clone, Debug)]
 pub enum Camera {
     Pinhole(Pinhole),
     Lens(Box<LensCamera>),
+    Ideal(IdealLens),
     /// The lens stands in the scene: the paper's first approach.
     Film(BareFilm),
 }
@@ -44,6 +77,10 @@ impl Camera {
     pub fn at(&self, x: f64, y: f64) -> FilmPoint<'_> {
         match self {
             Self::Pinhole(pinhole) => FilmPoint::Pinhole(pinhole.ray(x, y)),
+            Self::Ideal(lens) => FilmPoint::Ideal {
+                lens,
+                place: [x, y],
+            },
             Self::Film(film) => FilmPoint::Bare {
                 film,
                 point: film_point(film.format, x, y),
@@ -59,62 +96,54 @@ impl Camera {
         }
     }
 
-    /// Rays for up to [`Camera::batch`] requests, [`Camera::rays_each`] for every one; those
-    /// through a lens are traced together. The same bits as one by one from [`Camera::at`].
-    pub fn rays(&self, asked: &[Asked], bundle: &mut Bundle, rays: &mut [Option<CameraRay>]) {
+    /// The rays of samples whose places are given over the picture from 0 to 1: those that get
+    /// through, for any sample in the order of its wavelengths.
+    pub fn shoot(&self, samples: &Samples, bundle: &mut Bundle, shots: &mut Vec<Shot>) {
+        shots.clear();
+        let mut each = |ray: &dyn Fn([f64; 2], [f64; 2]) -> Option<CameraRay>| {
+            for i in 0..samples.len() {
+                let [film, pupil] = [&samples.film, &samples.pupil].map(|at| [at[0][i], at[1][i]]);
+                shots.extend(ray(film, pupil).map(|ray| Shot::of(i, &ray)));
+            }
+        };
         match self {
-            Self::Pinhole(pinhole) => {
-                for (ray, a) in rays.iter_mut().zip(asked) {
-                    *ray = pinhole.ray(a.x, a.y);
-                }
+            Self::Pinhole(pinhole) => each(&|[x, y], _| pinhole.ray(x, y)),
+            Self::Ideal(lens) => lens.shoot(samples, shots),
+            Self::Film(film) => {
+                each(&|[x, y], pupil| film.ray(film_point(film.format, x, y), pupil))
             }
             Self::Lens(camera) => match &camera.waves {
-                None => camera.rays(asked, bundle, rays),
-                Some(waves) => camera.rays_by_wavelength(waves, asked, bundle, rays),
+                None => camera.shoot(samples, bundle, shots),
+                Some(waves) => camera.shoot_by_wavelength(waves, samples, bundle, shots),
             },
-            Self::Film(film) => {
-                for (ray, a) in rays.iter_mut().zip(asked) {
-                    *ray = film.ray(film_point(film.format, a.x, a.y), a.pupil);
-                }
-            }
         }
     }
 
     fn waves(&self) -> Option<&Waves> {
         match self {
-            Self::Pinhole(_) | Self::Film(_) => None,
+            Self::Pinhole(_) | Self::Ideal(_) | Self::Film(_) => None,
             Self::Lens(camera) => camera.waves.as_deref(),
         }
     }
 
-    /// How many requests are best made together.
+    /// How many samples are best taken together.
     pub fn batch(&self) -> usize {
         self.waves().map_or(LANES, |_| SETS * LANES)
     }
 
-    /// The rays of one request: one, or one for each wavelength of a hero set.
-    pub fn rays_each(&self) -> usize {
-        self.waves().map_or(1, |_| HERO)
+    /// What radiance along a ray adds to its sample's exposure.
+    #[inline]
+    pub fn exposure(&self, shot: &Shot, radiance: Vec3) -> DVec3 {
+        let light = radiance.as_dvec3() * shot.weight;
+        match self.waves() {
+            None => light,
+            Some(waves) => waves.sets.as_flattened()[shot.line as usize].color * light,
+        }
     }
 
-    /// The exposure of a request's rays: their radiances by weight and by color.
-    pub fn exposure(
-        &self,
-        asked: &Asked,
-        rays: &[Option<CameraRay>],
-        mut radiance: impl FnMut(&CameraRay) -> DVec3,
-    ) -> DVec3 {
-        let Some(waves) = self.waves() else {
-            let one = rays.iter().flatten().next();
-            return one.map_or(DVec3::ZERO, |ray| radiance(ray) * ray.weight);
-        };
-        let mut sum = DVec3::ZERO;
-        for (line, ray) in waves.sets[asked.set()].iter().zip(rays) {
-            if let Some(ray) = ray {
-                sum += line.color * (radiance(ray) * ray.weight);
-            }
-        }
-        sum
+    /// The rays of one sample: one, or one for each wavelength of a hero set.
+    pub fn rays_each(&self) -> usize {
+        self.waves().map_or(1, |_| HERO)
     }
 }
 
@@ -139,27 +168,18 @@ impl Camera {
                 (pinhole.world_from_camera, pinhole.eye) = (pose.orientation, eye)
             }
             Self::Lens(lens) => lens.stand(pose.orientation, eye),
+            Self::Ideal(lens) => {
+                (lens.world_from_camera, lens.eye) = (pose.orientation, eye);
+            }
             Self::Film(film) => (film.world_from_camera, film.eye) = (pose.orientation, eye),
         }
         self
     }
 }
 
-/// A ray asked for: a place on the picture, a point of the lens in the unit square, and which
-/// wavelengths, as a number in [0, 1) that only a lens with dispersion looks at.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Asked {
-    pub x: f64,
-    pub y: f64,
-    pub pupil: [f64; 2],
-    pub wavelength: f64,
-}
-
-impl Asked {
-    /// The hero set.
-    fn set(&self) -> usize {
-        ((self.wavelength * SETS as f64) as usize).min(SETS - 1)
-    }
+/// The hero set of a number in [0, 1).
+fn set_of(wavelength: f64) -> usize {
+    ((wavelength * SETS as f64) as usize).min(SETS - 1)
 }
 
 /// A point of the film, ready to look through any point of the lens. It lives on the stack for
@@ -167,6 +187,11 @@ impl Asked {
 #[allow(clippy::large_enum_variant)]
 pub enum FilmPoint<'a> {
     Pinhole(Option<CameraRay>),
+    Ideal {
+        lens: &'a IdealLens,
+        /// Over the picture from 0 to 1.
+        place: [f64; 2],
+    },
     Bare {
         film: &'a BareFilm,
         point: DVec2,
@@ -184,34 +209,13 @@ impl FilmPoint<'_> {
     pub fn ray(&self, pupil: [f64; 2]) -> Option<CameraRay> {
         match self {
             Self::Pinhole(ray) => *ray,
+            Self::Ideal { lens, place } => Some(lens.ray(*place, pupil)),
             Self::Bare { film, point } => film.ray(*point, pupil),
             Self::Lens {
                 camera,
                 point,
                 window,
             } => camera.ray(*point, window, pupil),
-        }
-    }
-
-    /// The rays through the point of the lens that is asked for; `None` is a lost ray.
-    pub fn rays(&self, asked: &Asked) -> Vec<Option<CameraRay>> {
-        match self {
-            Self::Pinhole(ray) => vec![*ray],
-            Self::Bare { film, point } => vec![film.ray(*point, asked.pupil)],
-            Self::Lens {
-                camera,
-                point,
-                window,
-            } => {
-                let Some(waves) = &camera.waves else {
-                    return vec![camera.ray(*point, window, asked.pupil)];
-                };
-                let ray = |lens: &Lens| {
-                    let window = waves.window(lens, *point).unwrap_or(*window);
-                    camera.ray_through(lens, *point, &window, asked.pupil)
-                };
-                waves.lenses[asked.set()].iter().map(ray).collect()
-            }
         }
     }
 }
@@ -520,78 +524,51 @@ impl LensCamera {
         }
     }
 
-    /// Requests of one set share its lenses, so they are traced together, however far apart they
-    /// were asked for.
-    fn rays_by_wavelength(
+    /// Samples of one set share its lenses, so they are traced together, however far apart they
+    /// are.
+    fn shoot_by_wavelength(
         &self,
         waves: &Waves,
-        asked: &[Asked],
+        samples: &Samples,
         bundle: &mut Bundle,
-        rays: &mut [Option<CameraRay>],
+        shots: &mut Vec<Shot>,
     ) {
         for (set, lenses) in waves.lenses.iter().enumerate() {
-            let of_set = |i: &usize| asked[*i].set() == set;
-            let members: Vec<usize> = (0..asked.len()).filter(of_set).collect();
+            let of_set = |i: &usize| set_of(samples.wavelength[*i]) == set;
+            let members: Vec<usize> = (0..samples.len()).filter(of_set).collect();
             for members in members.chunks(LANES) {
+                let sheaf = Sheaf::of(self.format, samples, members);
                 for (number, lens) in lenses.iter().enumerate() {
-                    let inside = |lane: usize| {
-                        let a = &asked[*members.get(lane)?];
-                        let film = self.film_point(a.x, a.y);
+                    let mut aims = Aims::default();
+                    for lane in 0..sheaf.count {
+                        let film = sheaf.film_point(lane);
                         let window = waves.window(lens, film);
                         let window = window.unwrap_or_else(|| self.target.window(film));
-                        self.aim(film, &window, a.pupil)
-                    };
-                    self.trace(lens, bundle, inside, |lane, ray| {
-                        if let Some(i) = members.get(lane) {
-                            rays[i * HERO + number] = ray;
+                        aims.set(lane, &window, sheaf.pupil.each_ref().map(|p| p[lane]));
+                    }
+                    let out = self.trace(lens, &sheaf, &aims, bundle);
+                    for (lane, &sample) in members.iter().enumerate() {
+                        if bundle.passed(lane) {
+                            shots.push(Shot {
+                                line: (set * HERO + number) as u32,
+                                ..out.shot(lane, sample)
+                            });
                         }
-                    });
+                    }
                 }
             }
         }
     }
 
-    fn rays(&self, asked: &[Asked], bundle: &mut Bundle, rays: &mut [Option<CameraRay>]) {
-        let inside = |lane: usize| {
-            let a = asked.get(lane)?;
-            let film = self.film_point(a.x, a.y);
-            let (aim, density) = self.target.aim(film, a.pupil)?;
-            let (ray, weight) = toward(&self.place, film, aim.extend(self.rear_z), density);
-            Some((ray, weight / self.axial_irradiance))
-        };
-        self.trace(&self.lens, bundle, inside, |lane, ray| {
-            if lane < asked.len() {
-                rays[lane] = ray;
+    fn shoot(&self, samples: &Samples, bundle: &mut Bundle, shots: &mut Vec<Shot>) {
+        let mut aims = Aims::default();
+        for first in (0..samples.len()).step_by(LANES) {
+            let sheaf = Sheaf::from(self.format, samples, first);
+            self.target.aims(&sheaf.film, &sheaf.pupil, &mut aims);
+            let out = self.trace(&self.lens, &sheaf, &aims, bundle);
+            for lane in (0..sheaf.count).filter(|lane| bundle.passed(*lane)) {
+                shots.push(out.shot(lane, first + lane));
             }
-        });
-    }
-
-    /// Traces a bundle: `inside` gives every lane's ray behind the lens and its weight, `done`
-    /// takes the ray in front.
-    fn trace(
-        &self,
-        lens: &Lens,
-        bundle: &mut Bundle,
-        inside: impl Fn(usize) -> Option<(LensRay, f64)>,
-        mut done: impl FnMut(usize, Option<CameraRay>),
-    ) {
-        let mut weights = [0.0; LANES];
-        for (lane, slot) in weights.iter_mut().enumerate() {
-            match inside(lane) {
-                Some((ray, weight)) => {
-                    bundle.set(lane, &ray);
-                    *slot = weight * kept(lens, &ray);
-                }
-                None => bundle.clear(lane),
-            }
-        }
-        lens.trace_bundle_from_film(bundle);
-        for (lane, weight) in weights.into_iter().enumerate() {
-            let passed = bundle.passed(lane);
-            done(
-                lane,
-                passed.then(|| self.outside(&bundle.ray(lane), weight)),
-            );
         }
     }
 }
@@ -730,6 +707,7 @@ fn white_irradiance(lens: &Lens, film_z: f64) -> f64 {
 /// cos θ cos θ′/‖x′ − x‖² of the paper's equation 1, with the film's normal at x. Where film and
 /// rear plane are parallel this is cos⁴θ/Z²; Z is the same for every ray of a picture, which is
 /// why equation 2 can drop it.
+#[inline(always)]
 fn equation_1(across: DVec3, normal: DVec3) -> f64 {
     let squared = across.length_squared();
     (normal.dot(across) * -across.z).max(0.0) / (squared * squared)

@@ -89,7 +89,7 @@ impl Exposed {
     pub fn add(&mut self, value: DVec3) {
         self.count += 1;
         let off = value - self.mean;
-        self.mean += off / f64::from(self.count);
+        self.mean += off * (1.0 / f64::from(self.count));
         self.squares += off * (value - self.mean);
     }
 

@@ -305,7 +305,9 @@ mod tests {
         };
         match Camera::Lens(Box::new(camera)).posed(&level, DVec3::ZERO) {
             Camera::Lens(camera) => *camera,
-            Camera::Pinhole(_) | Camera::Film(_) => unreachable!("it was a lens"),
+            Camera::Pinhole(_) | Camera::Ideal(_) | Camera::Film(_) => {
+                unreachable!("it was a lens")
+            }
         }
     }
 

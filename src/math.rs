@@ -4,6 +4,7 @@
 //! meters in scenes. The types here stand at the borders, where the two meet.
 
 pub mod fourier;
+pub mod lanes;
 
 /// A length in millimeters, the unit of lens prescriptions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]

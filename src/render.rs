@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::camera::{Asked, Camera, CameraRay};
+use crate::camera::{Camera, Shot};
 use crate::film::{Exposed, Film, Resolution, Twin};
 use crate::lens::Bundle;
-use crate::sampling::{FilterTable, LensSample, PixelSampler, Sampler, mix};
+use crate::sampling::{FilterTable, PixelSampler, Sampler, Samples, mix};
 use crate::scene::{BUNDLE, Ray};
 use crate::shade::{Shader, Work};
 
@@ -386,32 +386,16 @@ impl Render<'_> {
         sampler.pixel(number, [x, y])
     }
 
-    /// The ray to ask for, and what its light counts by the filter.
-    #[inline]
-    fn ask(&self, (x, y): (u32, u32), pixel: &PixelSampler, index: u32) -> (Asked, f64) {
-        let at: LensSample = pixel.sample(index);
-        let wavelength = match self.camera.rays_each() {
-            1 => 0.0,
-            _ => pixel.wavelength(index),
-        };
-        let (across, a) = self.filter.sample(at.film[0]);
-        let (down, b) = self.filter.sample(at.film[1]);
-        let asked = Asked {
-            x: inside((f64::from(x) + across) / f64::from(self.resolution.width)),
-            y: inside((f64::from(y) + down) / f64::from(self.resolution.height)),
-            pupil: at.pupil,
-            wavelength,
-        };
-        (asked, a * b * self.exposure)
-    }
-
     /// The exposure that one sample of a pixel brings, by itself: what a tile must give too. A
     /// lost ray brings none and counts all the same.
     pub fn sample(&self, pixel: (u32, u32), index: u32, work: &mut Work) -> DVec3 {
-        let (asked, weight) = self.ask(pixel, &self.pixel(self.sampler, pixel), index);
-        let rays = self.camera.at(asked.x, asked.y).rays(&asked);
-        let radiance = |ray: &CameraRay| self.shader.radiance(&scene_ray(ray), work).as_dvec3();
-        self.camera.exposure(&asked, &rays, radiance) * weight
+        let mut batch = Batch::new(self);
+        let mut sums = [Exposed::default()];
+        std::mem::swap(&mut batch.work, work);
+        batch.add(pixel, self.sampler, index..index + 1, &mut sums);
+        batch.flush(&mut sums);
+        std::mem::swap(&mut batch.work, work);
+        sums[0].mean
     }
 }
 
@@ -437,8 +421,9 @@ struct Part {
 /// Samples of a tile on their way, a batch at a time.
 struct Batch<'a> {
     render: &'a Render<'a>,
-    /// What is asked for, what its light counts, and the sum that it adds to.
-    asked: Vec<Asked>,
+    samples: Samples,
+    /// Of each sample: its pixel, what its light counts, and the sum that it adds to.
+    pixels: [Vec<f64>; 2],
     weights: Vec<f64>,
     slots: Vec<usize>,
     /// As many as fit.
@@ -446,26 +431,28 @@ struct Batch<'a> {
     /// Rays of a sample.
     each: usize,
     bundle: Bundle,
-    rays: Vec<Option<CameraRay>>,
-    /// Of the rays that got through, in order.
+    /// The rays that got through, and the radiances along them.
+    shots: Vec<Shot>,
     radiances: Vec<Vec3>,
+    exposures: Vec<DVec3>,
     work: Work,
     counts: Counts,
 }
 
 impl<'a> Batch<'a> {
     fn new(render: &'a Render<'a>) -> Self {
-        let (size, each) = (render.camera.batch(), render.camera.rays_each());
         Self {
             render,
-            asked: Vec::with_capacity(size),
-            weights: Vec::with_capacity(size),
-            slots: Vec::with_capacity(size),
-            size,
-            each,
+            samples: Samples::default(),
+            pixels: Default::default(),
+            weights: Vec::new(),
+            slots: Vec::new(),
+            size: render.camera.batch(),
+            each: render.camera.rays_each(),
             bundle: Bundle::default(),
-            rays: vec![None; size * each],
-            radiances: Vec::with_capacity(size * each),
+            shots: Vec::new(),
+            radiances: Vec::new(),
+            exposures: Vec::new(),
             work: Work::default(),
             counts: Counts::default(),
         }
@@ -476,11 +463,14 @@ impl<'a> Batch<'a> {
         let pixel = self.render.pixel(sampler, at);
         self.counts.film_rays += u64::from(samples.end - samples.start) * self.each as u64;
         for index in samples {
-            let (asked, weight) = self.render.ask(at, &pixel, index);
-            self.asked.push(asked);
-            self.weights.push(weight);
+            self.samples.ask(&pixel, index);
+            if self.each > 1 {
+                self.samples.wavelength.push(pixel.wavelength(index));
+            }
+            self.pixels[0].push(f64::from(at.0));
+            self.pixels[1].push(f64::from(at.1));
             self.slots.push(sums.len() - 1);
-            if self.asked.len() == self.size {
+            if self.slots.len() == self.size {
                 self.flush(sums);
             }
         }
@@ -488,46 +478,61 @@ impl<'a> Batch<'a> {
 
     /// Traces what was asked for, in order.
     fn flush(&mut self, sums: &mut [Exposed]) {
+        self.samples.draw();
+        self.place();
         let camera = self.render.camera;
-        camera.rays(&self.asked, &mut self.bundle, &mut self.rays);
+        camera.shoot(&self.samples, &mut self.bundle, &mut self.shots);
         self.look();
-        self.counts.passed += self.radiances.len() as u64;
-        let mut radiances = self.radiances.iter();
-        let samples = self.asked.iter().zip(self.rays.chunks(self.each));
-        for ((slot, weight), (asked, rays)) in self.slots.iter().zip(&self.weights).zip(samples) {
-            let radiance = |_: &CameraRay| radiances.next().map_or(DVec3::ZERO, |r| r.as_dvec3());
-            sums[*slot].add(camera.exposure(asked, rays, radiance) * *weight);
+        self.counts.passed += self.shots.len() as u64;
+        self.exposures.clear();
+        self.exposures.resize(self.slots.len(), DVec3::ZERO);
+        for (shot, radiance) in self.shots.iter().zip(&self.radiances) {
+            self.exposures[shot.sample as usize] += camera.exposure(shot, *radiance);
         }
-        self.asked.clear();
-        self.weights.clear();
+        let mut samples = self.exposures.iter().zip(&self.weights);
+        for of_one in self.slots.chunk_by(|a, b| a == b) {
+            // A sum of its own: in the list each would wait for the one before.
+            let mut sum = sums[of_one[0]];
+            for (exposure, weight) in samples.by_ref().take(of_one.len()) {
+                sum.add(*exposure * *weight);
+            }
+            sums[of_one[0]] = sum;
+        }
+        self.samples.clear();
+        self.pixels.iter_mut().for_each(Vec::clear);
         self.slots.clear();
+    }
+
+    /// Takes the samples from their pixels to the picture, by the filter.
+    fn place(&mut self) {
+        let render = self.render;
+        let Resolution { width, height } = render.resolution;
+        let size = [1.0 / f64::from(width), 1.0 / f64::from(height)];
+        self.weights.clear();
+        self.weights.resize(self.slots.len(), render.exposure);
+        for (axis, size) in size.into_iter().enumerate() {
+            let places = &mut self.samples.film[axis];
+            render.filter.spread(places, &mut self.weights);
+            for (place, pixel) in places.iter_mut().zip(&self.pixels[axis]) {
+                *place = inside((pixel + *place) * size);
+            }
+        }
     }
 
     /// The radiances along all rays that got through, a bundle at a time.
     fn look(&mut self) {
         self.radiances.clear();
-        let count = self.asked.len() * self.each;
-        let mut through = self.rays[..count].iter().flatten();
-        let mut bundle = [Ray::new(Vec3::ZERO, Vec3::Z); BUNDLE];
-        loop {
-            let mut filled = 0;
-            for (slot, ray) in bundle.iter_mut().zip(through.by_ref()) {
-                *slot = scene_ray(ray);
-                filled += 1;
+        self.radiances.resize(self.shots.len(), Vec3::ZERO);
+        let bundles = self.shots.chunks(BUNDLE);
+        for (shots, radiances) in bundles.zip(self.radiances.chunks_mut(BUNDLE)) {
+            let mut rays = [Ray::new(Vec3::ZERO, Vec3::Z); BUNDLE];
+            for (ray, shot) in rays.iter_mut().zip(shots) {
+                *ray = Ray::new(shot.origin, shot.direction);
             }
-            if filled == 0 {
-                return;
-            }
-            let mut radiances = [Vec3::ZERO; BUNDLE];
             let shader = self.render.shader;
-            shader.radiances(&bundle[..filled], &mut radiances[..filled], &mut self.work);
-            self.radiances.extend_from_slice(&radiances[..filled]);
+            shader.radiances(&rays[..shots.len()], radiances, &mut self.work);
         }
     }
-}
-
-fn scene_ray(ray: &CameraRay) -> Ray {
-    Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3())
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ mod sobol;
 use libm::{cos, sin};
 
 pub use filter::{Filter, FilterTable};
-use sobol::Sobol;
+use sobol::{Sobol, Waiting};
 
 /// Where on the pixel and where on the lens a ray goes, each in the unit square.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -140,6 +140,25 @@ impl PixelSampler {
         }
     }
 
+    /// The scrambled sequence and the place in it, for layouts that have one.
+    #[inline]
+    fn net(&self, index: u32) -> Option<(Sobol, u32)> {
+        match self.layout {
+            Layout::Sobol(sobol) => Some((sobol, index)),
+            Layout::Blue {
+                sequence,
+                start,
+                bits,
+                key,
+            } => Some(match u32::try_from(start + u64::from(index)) {
+                Ok(place) if index >> bits == 0 => (sequence, place),
+                // Past the end of the pixel's part, or of the sequence: the pixel's own.
+                _ => (Sobol::new(key), index),
+            }),
+            _ => None,
+        }
+    }
+
     #[inline]
     pub fn sample(&self, index: u32) -> LensSample {
         let [a, b, c, d] = match self.layout {
@@ -148,20 +167,10 @@ impl PixelSampler {
                 let n = |d| unit(mix(self.key ^ mix((u64::from(index) << 3) | d)));
                 [n(0), n(1), n(2), n(3)]
             }
-            Layout::Sobol(sobol) => sobol.point(index),
-            Layout::Blue {
-                sequence,
-                start,
-                bits,
-                key,
-            } => {
-                let place = start + u64::from(index);
-                // Past the end of the pixel's part, or of the sequence: the pixel's own.
-                match u32::try_from(place) {
-                    Ok(place) if index >> bits == 0 => sequence.point(place),
-                    _ => Sobol::new(key).point(index),
-                }
-            }
+            Layout::Sobol(_) | Layout::Blue { .. } => match self.net(index) {
+                Some((sobol, place)) => sobol.point(place),
+                None => [0.0; 4],
+            },
             Layout::Golden(shift) => {
                 let n = f64::from(index) + 1.0;
                 std::array::from_fn(|d| (shift[d] + n * GOLDEN[d]).fract())
@@ -171,6 +180,58 @@ impl PixelSampler {
             film: [a, b],
             pupil: [c, d],
         }
+    }
+}
+
+/// Samples side by side, in the order in which they were asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Samples {
+    /// Where on the pixel, or whatever the caller makes of it.
+    pub film: [Vec<f64>; 2],
+    pub pupil: [Vec<f64>; 2],
+    /// Which wavelengths, where they were asked for.
+    pub wavelength: Vec<f64>,
+    waiting: Waiting,
+}
+
+impl Samples {
+    /// Ready to use after [`Samples::draw`].
+    pub fn len(&self) -> usize {
+        self.film[0].len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    pub fn clear(&mut self) {
+        let [a, b] = &mut self.film;
+        let [c, d] = &mut self.pupil;
+        for all in [a, b, c, d, &mut self.wavelength] {
+            all.clear();
+        }
+    }
+
+    /// Asks for a sample of a pixel: the same as [`PixelSampler::sample`], to the bit.
+    #[inline]
+    pub fn ask(&mut self, pixel: &PixelSampler, index: u32) {
+        match pixel.net(index) {
+            Some((sobol, place)) => self.waiting.push(&sobol, place),
+            None => {
+                let LensSample { film, pupil } = pixel.sample(index);
+                for d in 0..2 {
+                    self.film[d].push(film[d]);
+                    self.pupil[d].push(pupil[d]);
+                }
+            }
+        }
+    }
+
+    /// Draws what was asked for.
+    pub fn draw(&mut self) {
+        let [a, b] = &mut self.film;
+        let [c, d] = &mut self.pupil;
+        self.waiting.draw([a, b, c, d]);
     }
 }
 

@@ -139,12 +139,14 @@ impl FilmPlace {
     }
 
     /// The place of a film point.
+    #[inline(always)]
     pub fn point(&self, film: DVec2) -> DVec3 {
         let [x, y, z] = self.axes;
         self.center + film.x * x + film.y * y + self.sag(film) * z
     }
 
     /// The unit normal of the film there, toward the lens.
+    #[inline(always)]
     pub fn normal(&self, film: DVec2) -> DVec3 {
         let [x, y, z] = self.axes;
         let c = self.curvature;
@@ -169,6 +171,7 @@ impl FilmPlace {
         self.axes[2] == DVec3::Z && self.center.truncate() == DVec2::ZERO
     }
 
+    #[inline(always)]
     fn sag(&self, film: DVec2) -> f64 {
         let c = self.curvature;
         let r2 = film.length_squared();

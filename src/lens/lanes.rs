@@ -1,21 +1,20 @@
 //! Traces many rays at once: the arithmetic of `trace`, a lane a ray.
 //!
-//! The loops are plain arrays without branches, which the compiler turns into vectors of
-//! whatever width the processor has; the width is chosen when the program runs. No operation is
-//! fused or reordered, so a lane gives the same bits as [`Lens::trace_from_film`], and a picture
-//! is the same on every machine.
+//! The arithmetic is that of `trace` in fewer steps: the cosine comes from the discriminant, and
+//! products are summed in one step where the processor can. A lane's ray is that of
+//! [`Lens::trace_from_film`] to 1e-13 of the lens's size, away from grazing
+//! (docs/decisions/0002-fused-arithmetic.md).
 
 use glam::DVec3;
+
+use crate::math::lanes::{Lane, Lanewise, fused, widely};
 
 use super::Lens;
 use super::trace::{
     Bend, Course, Element, Form, LensRay, Loss, LossKind, Profile, Toward, refract,
 };
 
-/// Rays in a bundle.
-pub const LANES: usize = 32;
-
-type Lane = [f64; LANES];
+pub use crate::math::lanes::{LANES, Width};
 
 /// A bundle of rays, component by component. Directions must be of unit length.
 #[derive(Clone, Debug)]
@@ -76,6 +75,13 @@ impl Bundle {
         }
     }
 
+    /// Takes the lanes' rays, with directions of unit length, to be on their way.
+    #[inline(always)]
+    pub fn start(&mut self) {
+        self.lost = [0; LANES];
+        self.fill = [0.0; LANES];
+    }
+
     fn put(&mut self, lane: usize, ray: &LensRay) {
         [self.x[lane], self.y[lane], self.z[lane]] = ray.origin.to_array();
         [self.dx[lane], self.dy[lane], self.dz[lane]] = ray.direction.to_array();
@@ -133,32 +139,6 @@ struct Step<'a> {
     sign: f64,
 }
 
-/// The width of the vectors, found once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Width {
-    Plain,
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
-
-impl Width {
-    /// The widest that this processor has.
-    pub fn detect() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
-                return Self::Avx512;
-            }
-            if is_x86_feature_detected!("avx2") {
-                return Self::Avx2;
-            }
-        }
-        Self::Plain
-    }
-}
-
 impl Lens {
     /// Traces a bundle from the film side into the scene. Rays that get through end on the front
     /// surface; of the others only [`Bundle::loss`] means anything.
@@ -171,77 +151,40 @@ impl Lens {
         self.trace_bundle(bundle, Toward::Film, Width::detect());
     }
 
-    /// Traces with vectors of a given width, for measuring; it must be one the processor has.
+    /// Traces with vectors of a given width, for measuring.
     pub fn trace_bundle(&self, bundle: &mut Bundle, toward: Toward, width: Width) {
-        self.course(toward, true)
-            .follow_bundle(bundle, width.min_with_detected());
+        let course = &self.course(toward, true);
+        width.run(Follow { course, bundle });
     }
 
     /// Traces from the film side without blocking, for [`Bundle::fill`].
     pub(super) fn fill_bundle(&self, bundle: &mut Bundle) {
-        self.course(Toward::Scene, false)
-            .follow_bundle(bundle, Width::detect());
+        let course = &self.course(Toward::Scene, false);
+        widely(Follow { course, bundle });
     }
 }
 
-impl Course<'_> {
-    fn follow_bundle(&self, bundle: &mut Bundle, width: Width) {
-        match width {
-            Width::Plain => follow_any(self, bundle),
-            // SAFETY: callers give a width bounded by what this processor has.
-            #[cfg(target_arch = "x86_64")]
-            Width::Avx2 => unsafe { follow_avx2(self, bundle) },
-            // SAFETY: as above.
-            #[cfg(target_arch = "x86_64")]
-            Width::Avx512 => unsafe { follow_avx512(self, bundle) },
-        }
-    }
+/// A bundle on its way through a lens.
+struct Follow<'a, 'b> {
+    course: &'a Course<'a>,
+    bundle: &'b mut Bundle,
 }
 
-impl Width {
-    fn rank(self) -> u8 {
-        match self {
-            Self::Plain => 0,
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => 1,
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => 2,
-        }
-    }
+impl Lanewise for Follow<'_, '_> {
+    type Output = ();
 
-    fn min_with_detected(self) -> Self {
-        let detected = Self::detect();
-        if self.rank() <= detected.rank() {
-            self
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        if self.course.apertures {
+            follow::<true, FUSED>(self.course, self.bundle);
         } else {
-            detected
+            follow::<false, FUSED>(self.course, self.bundle);
         }
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn follow_avx2(course: &Course<'_>, bundle: &mut Bundle) {
-    follow_any(course, bundle);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq")]
-fn follow_avx512(course: &Course<'_>, bundle: &mut Bundle) {
-    follow_any(course, bundle);
-}
-
 #[inline(always)]
-fn follow_any(course: &Course<'_>, bundle: &mut Bundle) {
-    if course.apertures {
-        follow::<true>(course, bundle)
-    } else {
-        follow::<false>(course, bundle)
-    }
-}
-
-#[inline(always)]
-fn follow<const STOPS: bool>(course: &Course<'_>, bundle: &mut Bundle) {
+fn follow<const STOPS: bool, const FUSED: bool>(course: &Course<'_>, bundle: &mut Bundle) {
     let count = course.elements.len();
     let sign = if course.toward == Toward::Film {
         1.0
@@ -271,12 +214,22 @@ fn follow<const STOPS: bool>(course: &Course<'_>, bundle: &mut Bundle) {
             sign,
         };
         match &element.form {
-            Form::Sphere if bend.step == 0.0 => sphere::<NO_BEND, STOPS>(&step, bundle),
-            Form::Sphere if bend.is_slight() => sphere::<SLIGHT_BEND, STOPS>(&step, bundle),
-            Form::Sphere => sphere::<BEND, STOPS>(&step, bundle),
+            Form::Sphere => {
+                // From far away a ray is first followed to where it is near the vertex.
+                if i == 0 || (element.curvature * shift).abs() > 4.0 {
+                    approach::<FUSED>(&step, bundle);
+                } else {
+                    bundle.z.iter_mut().for_each(|z| *z += shift);
+                }
+                match kind_of(bend) {
+                    NO_BEND => sphere::<NO_BEND, STOPS, FUSED>(&step, bundle),
+                    SLIGHT_BEND => sphere::<SLIGHT_BEND, STOPS, FUSED>(&step, bundle),
+                    _ => sphere::<BEND, STOPS, FUSED>(&step, bundle),
+                }
+            }
             Form::Conic { k } => quadric::<STOPS>(&step, DVec3::new(1.0, 1.0, 1.0 + k), bundle),
             Form::Cylinder { x, y } => quadric::<STOPS>(&step, DVec3::new(*x, *y, 1.0), bundle),
-            Form::Asphere(profile) => asphere::<STOPS>(&step, profile, bundle),
+            Form::Asphere(profile) => asphere::<STOPS, FUSED>(&step, profile, bundle),
             Form::Toroid { .. } => one_by_one::<STOPS>(&step, bundle),
         }
         if STOPS && element.hole.is_some() {
@@ -303,31 +256,46 @@ fn kind_of(bend: Bend) -> u8 {
     }
 }
 
-/// Spheres and planes.
+/// Follows rays to where they are nearest to the vertex, so that origins 1e12 mm away are good to
+/// their own rounding. Within a lens they are near enough.
 #[inline(always)]
-fn sphere<const KIND: u8, const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
-    let (c, clear, sign) = (step.element.curvature, step.element.clear, step.sign);
-    let (mu, bend) = (step.bend.mu, step.bend.step);
+fn approach<const FUSED: bool>(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
         let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
-        let pz = b.z[i] + step.shift;
-        let nearest = -(b.x[i] * dx + b.y[i] * dy + pz * dz);
-        let (qx, qy, qz) = (
-            b.x[i] + nearest * dx,
-            b.y[i] + nearest * dy,
-            pz + nearest * dz,
-        );
-        let f = c * (qx * qx + qy * qy + qz * qz) - 2.0 * qz;
-        let g = dz - c * (qx * dx + qy * dy + qz * dz);
-        let discriminant = g * g - c * f;
+        let (x, y, z) = (b.x[i], b.y[i], b.z[i] + step.shift);
+        let nearest = -fused::<FUSED>(x, dx, fused::<FUSED>(y, dy, z * dz));
+        b.x[i] = fused::<FUSED>(nearest, dx, x);
+        b.y[i] = fused::<FUSED>(nearest, dy, y);
+        b.z[i] = fused::<FUSED>(nearest, dz, z);
+    }
+}
+
+/// Spheres and planes, from points counted from the vertex: see [`super::trace::meet_sphere`].
+/// The cosine of incidence is the root of the discriminant, and k that of refraction squared.
+#[inline(always)]
+fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(step: &Step<'_>, b: &mut Bundle) {
+    let (c, clear, sign) = (step.element.curvature, step.element.clear, step.sign);
+    let (mu, bend) = (step.bend.mu, step.bend.step);
+    let mu_squared = mu * mu;
+    for i in 0..LANES {
+        let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
+        let (x, y, z) = (b.x[i], b.y[i], b.z[i]);
+        let square = fused::<FUSED>(x, x, fused::<FUSED>(y, y, z * z));
+        let along = fused::<FUSED>(x, dx, fused::<FUSED>(y, dy, z * dz));
+        let f = fused::<FUSED>(c, square, -2.0 * z);
+        let g = fused::<FUSED>(-c, along, dz);
+        let discriminant = fused::<FUSED>(g, g, -c * f);
         let cos = discriminant.sqrt();
         let s = sign * cos;
         let ahead = sign * g >= 0.0;
         let t = (if ahead { f } else { g - s }) / (if ahead { g + s } else { c });
-        let (px, py, pz) = (qx + t * dx, qy + t * dy, qz + t * dz);
-        let (nx, ny, nz) = (-c * px, -c * py, 1.0 - c * pz);
-        let r2 = px * px + py * py;
-        let met = (discriminant >= 0.0) & (nz > 0.0) & (r2 + pz * pz < f64::INFINITY);
+        let px = fused::<FUSED>(t, dx, x);
+        let py = fused::<FUSED>(t, dy, y);
+        let pz = fused::<FUSED>(t, dz, z);
+        let r2 = fused::<FUSED>(px, px, py * py);
+        let up = fused::<FUSED>(-c, pz, 1.0);
+        // What met nothing is not a number here, or infinite.
+        let met = (up > 0.0) & (fused::<FUSED>(pz, pz, r2) < f64::INFINITY);
         if !STOPS {
             b.note_fill(i, r2 / clear, step.number);
         }
@@ -337,20 +305,21 @@ fn sphere<const KIND: u8, const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
             step.number | BLOCKED
         };
         if KIND != NO_BEND {
-            let k = 1.0 - mu * mu * (1.0 - cos * cos);
+            let k = fused::<FUSED>(mu_squared, discriminant, bend);
             let turn = if KIND == SLIGHT_BEND {
-                sign * bend / (k.sqrt() + mu * cos)
+                sign * bend / fused::<FUSED>(mu, cos, k.sqrt())
             } else {
-                sign * (k.sqrt() - mu * cos)
+                sign * fused::<FUSED>(-mu, cos, k.sqrt())
             };
             code = if (code == 0) & !(k >= 0.0) {
                 step.number | REFLECTED
             } else {
                 code
             };
-            b.dx[i] = mu * dx + turn * nx;
-            b.dy[i] = mu * dy + turn * ny;
-            b.dz[i] = mu * dz + turn * nz;
+            let across = -c * turn;
+            b.dx[i] = fused::<FUSED>(mu, dx, across * px);
+            b.dy[i] = fused::<FUSED>(mu, dy, across * py);
+            b.dz[i] = fused::<FUSED>(mu, dz, turn * up);
         }
         code = if met { code } else { step.number | MISSED };
         b.lost[i] = if b.lost[i] == 0 { code } else { b.lost[i] };
@@ -417,9 +386,15 @@ fn quadric<const STOPS: bool>(step: &Step<'_>, w: DVec3, b: &mut Bundle) {
 }
 
 /// The sag of a profile and its slope over the radius, at the squared radii `r2`; `inside` is
-/// not positive beyond the conic. The same operations as [`Profile::sag`].
+/// not positive beyond the conic: [`Profile::sag`].
 #[inline(always)]
-fn sags(profile: &Profile, r2: &Lane, sag: &mut Lane, slope: &mut Lane, inside: &mut Lane) {
+fn sags<const FUSED: bool>(
+    profile: &Profile,
+    r2: &Lane,
+    sag: &mut Lane,
+    slope: &mut Lane,
+    inside: &mut Lane,
+) {
     let (c, k) = (profile.c, profile.k);
     let (mut p, mut dp, mut r) = ([0.0; LANES], [0.0; LANES], *r2);
     if !profile.even {
@@ -429,8 +404,8 @@ fn sags(profile: &Profile, r2: &Lane, sag: &mut Lane, slope: &mut Lane, inside: 
     }
     for &a in profile.terms.iter().rev() {
         for i in 0..LANES {
-            dp[i] = dp[i] * r[i] + p[i];
-            p[i] = p[i] * r[i] + a;
+            dp[i] = fused::<FUSED>(dp[i], r[i], p[i]);
+            p[i] = fused::<FUSED>(p[i], r[i], a);
         }
     }
     for i in 0..LANES {
@@ -450,7 +425,11 @@ fn sags(profile: &Profile, r2: &Lane, sag: &mut Lane, slope: &mut Lane, inside: 
 
 /// Newton's iteration in all lanes at once, until the last has stopped; see `trace`.
 #[inline(always)]
-fn asphere<const STOPS: bool>(step: &Step<'_>, profile: &Profile, b: &mut Bundle) {
+fn asphere<const STOPS: bool, const FUSED: bool>(
+    step: &Step<'_>,
+    profile: &Profile,
+    b: &mut Bundle,
+) {
     let (c, k, sign) = (profile.c, profile.k, step.sign);
     let (mut qx, mut qy, mut qz) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     for i in 0..LANES {
@@ -488,7 +467,7 @@ fn asphere<const STOPS: bool>(step: &Step<'_>, profile: &Profile, b: &mut Bundle
         for i in 0..LANES {
             r2[i] = qx[i] * qx[i] + qy[i] * qy[i];
         }
-        sags(profile, &r2, &mut sag, &mut slope, &mut inside);
+        sags::<FUSED>(profile, &r2, &mut sag, &mut slope, &mut inside);
         let mut left = 0.0;
         for i in 0..LANES {
             let on = going[i] > 0.0;

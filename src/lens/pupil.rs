@@ -11,6 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
+use crate::math::lanes::{LANES, Lane, Lanewise, widely};
 use crate::sampling::DiscMap;
 
 use super::sight::{Hint, Sight};
@@ -73,20 +74,52 @@ impl PupilTarget {
     }
 }
 
-impl PupilTarget {
-    /// A point to aim at from a film point, for a pair of numbers in the unit square, and the
-    /// density of such points; none where there is nothing to aim at. The same as by its
-    /// [`PupilTarget::window`], without making one.
-    #[inline]
-    pub fn aim(&self, film: DVec2, [u, v]: [f64; 2]) -> Option<(DVec2, f64)> {
-        if let Self::ExitPupil(pupil) = self
-            && let Table::Radial(_, spans) = &pupil.table
-        {
-            return spans.aim(film, u, v);
-        }
-        let window = self.window(film);
+/// Points of the rear vertex plane to aim at, side by side.
+#[derive(Clone, Debug)]
+pub struct Aims {
+    pub x: Lane,
+    pub y: Lane,
+    /// The area that a point stands for, in square millimeters; 0 where there is nothing to aim at.
+    pub area: Lane,
+}
+
+impl Default for Aims {
+    fn default() -> Self {
+        let [x, y, area] = [[0.0; LANES]; 3];
+        Self { x, y, area }
+    }
+}
+
+impl Aims {
+    /// Aims through a window with a pair of numbers in the unit square.
+    pub fn set(&mut self, lane: usize, window: &PupilWindow<'_>, [u, v]: [f64; 2]) {
         let density = window.density();
-        (density > 0.0).then(|| (window.point(u, v), density))
+        self.area[lane] = 0.0;
+        if density > 0.0 {
+            [self.x[lane], self.y[lane]] = window.point(u, v).to_array();
+            self.area[lane] = 1.0 / density;
+        }
+    }
+}
+
+impl PupilTarget {
+    /// Aims from film points by pairs of numbers in the unit square, side by side: points of their
+    /// windows, but not the same as these give.
+    pub fn aims(&self, film: &[Lane; 2], pupil: &[Lane; 2], aims: &mut Aims) {
+        if let Self::ExitPupil(target) = self
+            && let Table::Radial(_, spans) = &target.table
+        {
+            return widely(SpanAims {
+                spans,
+                film,
+                pupil,
+                aims,
+            });
+        }
+        for lane in 0..LANES {
+            let window = self.window(DVec2::new(film[0][lane], film[1][lane]));
+            aims.set(lane, &window, [pupil[0][lane], pupil[1][lane]]);
+        }
     }
 }
 
@@ -184,6 +217,10 @@ struct Spans {
     /// Where the spans end, ascending; the first begins at 0.
     ends: Vec<f64>,
     spans: Vec<Span>,
+    /// One over the length of each; 0 for one of no length.
+    steepness: Vec<f64>,
+    /// Parts of the radius a millimeter.
+    cells_per_mm: f64,
     /// A span at or before the first that each of [`CELLS`] equal parts of the radius meets.
     starts: Vec<u32>,
 }
@@ -196,11 +233,15 @@ impl Spans {
         let outline = |node: &(f64, Support)| Outline::of(&node.1, sides);
         let mut this = Self::default();
         for pair in nodes.windows(2) {
+            let length = pair[1].0 - pair[0].0;
             this.ends.push(pair[1].0);
+            this.steepness
+                .push(if length > 0.0 { 1.0 / length } else { 0.0 });
             this.spans
                 .push(Span::new(outline(&pair[0]), outline(&pair[1])));
         }
         let reach = this.ends.last().copied().unwrap_or(0.0);
+        this.cells_per_mm = CELLS as f64 / reach.max(f64::MIN_POSITIVE);
         for cell in 0..CELLS {
             let radius = reach * cell as f64 / CELLS as f64;
             let first = this.ends.partition_point(|end| *end < radius);
@@ -214,35 +255,68 @@ impl Spans {
         Polygon::between(span, t, turn)
     }
 
-    #[inline]
-    fn aim(&self, film: DVec2, u: f64, v: f64) -> Option<(DVec2, f64)> {
-        let (span, t, turn) = self.find(film)?;
-        let area = span.area(t);
-        (area > 0.0).then(|| (turn.rotate(span.point(t, u, v)), 1.0 / area))
-    }
-
     /// The span of a film point, how far into it, and the turn from +x.
-    #[inline]
     fn find(&self, film: DVec2) -> Option<(&Span, f64, DVec2)> {
         let radius = film.length();
+        let (span, t) = self.at(radius)?;
+        Some((span, t, turn(film, radius)))
+    }
+
+    /// The span of a film radius, and how far into it.
+    #[inline(always)]
+    fn at(&self, radius: f64) -> Option<(&Span, f64)> {
         let reach = *self.ends.last()?;
         if !(radius <= reach) {
             return None;
         }
-        let cell = (radius / reach * CELLS as f64) as usize;
+        let cell = (radius * self.cells_per_mm) as usize;
         // Rounding may have put the radius into the next cell: one span back.
         let mut i = (self.starts[cell.min(CELLS - 1)] as usize).saturating_sub(1);
         while self.ends[i] < radius {
             i += 1;
         }
         let start = if i > 0 { self.ends[i - 1] } else { 0.0 };
-        let length = self.ends[i] - start;
-        let t = if length > 0.0 {
-            (radius - start) / length
-        } else {
-            0.0
-        };
-        Some((&self.spans[i], t, turn(film, radius)))
+        Some((&self.spans[i], (radius - start) * self.steepness[i]))
+    }
+}
+
+/// [`PupilTarget::aims`] by a table over the film's radius.
+struct SpanAims<'a> {
+    spans: &'a Spans,
+    film: &'a [Lane; 2],
+    pupil: &'a [Lane; 2],
+    aims: &'a mut Aims,
+}
+
+impl Lanewise for SpanAims<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let [[fx, fy], [u, v]] = [self.film, self.pupil];
+        let Aims { x, y, area } = self.aims;
+        let [mut radius, mut out] = [[0.0; LANES]; 2];
+        for i in 0..LANES {
+            radius[i] = (fx[i] * fx[i] + fy[i] * fy[i]).sqrt();
+            out[i] = v[i].sqrt();
+        }
+        // Every lane its own row of the table: one by one.
+        for i in 0..LANES {
+            area[i] = 0.0;
+            if let Some((span, t)) = self.spans.at(radius[i]) {
+                let (point, stands_for) = span.aim(t, u[i], out[i]);
+                [x[i], y[i]] = point.to_array();
+                area[i] = stands_for;
+            }
+        }
+        for i in 0..LANES {
+            let some = radius[i] > 0.0;
+            let scale = 1.0 / (if some { radius[i] } else { 1.0 });
+            let (cos, sin) = (if some { fx[i] * scale } else { 1.0 }, fy[i] * scale);
+            let (across, along) = (x[i], y[i]);
+            x[i] = across * cos - along * sin;
+            y[i] = across * sin + along * cos;
+        }
     }
 }
 

@@ -91,7 +91,7 @@ impl<'a> Sight<'a> {
     fn inside(&self, film: DVec3, hint: Option<Hint>) -> Option<DVec2> {
         let fill = |aim: DVec2| self.fills(film, &[aim])[0].0;
         if let Some(hint) = hint
-            && fill(hint.center) < 0.85
+            && fill(hint.center) < 0.99
         {
             return Some(hint.center);
         }
@@ -172,7 +172,26 @@ impl<'a> Sight<'a> {
         sides: &[DVec2; SIDES],
         hint: &mut Option<Hint>,
     ) -> Option<Support> {
-        let center = self.inside(film, *hint)?;
+        let found = self.support_around(self.inside(film, *hint)?, film, sides, hint);
+        match found {
+            Some(support) => Some(support),
+            // A neighbor's middle is too near the rim here.
+            None => {
+                *hint = None;
+                let center = self.inside(film, None)?;
+                self.support_around(center, film, sides, hint)
+            }
+        }
+    }
+
+    /// The same from a point inside the light; none where a hint has led too near its rim.
+    fn support_around(
+        &self,
+        center: DVec2,
+        film: DVec3,
+        sides: &[DVec2; SIDES],
+        hint: &mut Option<Hint>,
+    ) -> Option<Support> {
         // Mirror symmetry about the meridian through the film point, which is y = 0 here.
         let mirrored = self.rotational && film.y == 0.0;
         let (last, turn) = if mirrored {
@@ -185,6 +204,11 @@ impl<'a> Sight<'a> {
             .collect();
         let guess = hint.map(|hint| hint.radius);
         let rims = self.outline(film, center, &angles, !mirrored, guess, COARSE);
+        let distances = rims.iter().map(|rim| rim.distance);
+        let nearest = distances.clone().fold(f64::INFINITY, f64::min);
+        if hint.is_some() && nearest < 0.2 * distances.sum::<f64>() / rims.len() as f64 {
+            return None;
+        }
         let mut support: Support = std::array::from_fn(|j| center.dot(sides[j]));
         let mut radius = 0.0;
         for rim in &rims {

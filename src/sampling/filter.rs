@@ -103,9 +103,21 @@ impl FilterTable {
         self.filter
     }
 
+    /// Takes places along one axis from the unit interval to the filter's, and multiplies the
+    /// weights by what each counts.
+    pub fn spread(&self, places: &mut [f64], weights: &mut [f64]) {
+        if self.filter == Filter::Box {
+            return;
+        }
+        for (place, weight) in places.iter_mut().zip(weights) {
+            let (across, share) = self.sample(*place);
+            *place = across;
+            *weight *= share;
+        }
+    }
+
     /// Where from the pixel's corner, and what the sample counts: 1 for most. `u` goes over the
     /// filter from one side to the other, so that what is even in it stays so.
-    #[inline]
     pub fn sample(&self, u: f64) -> (f64, f64) {
         if self.filter == Filter::Box {
             return (u, 1.0);

@@ -4,6 +4,8 @@
 //! pixels know nothing of each other. Points are kept with their bits reversed, where Owen's
 //! scrambling is a hash that moves bits only upward.
 
+use crate::math::lanes::{LANES, Lane, Lanewise, widely};
+
 /// Direction numbers of the first four dimensions (Joe and Kuo, 2008): degree and coefficients
 /// of the primitive polynomial, and the first numbers.
 const POLYNOMIALS: [(usize, u32, [u32; 3]); 4] = [
@@ -12,6 +14,24 @@ const POLYNOMIALS: [(usize, u32, [u32; 3]); 4] = [
     (2, 1, [1, 3, 0]),
     (3, 1, [1, 3, 1]),
 ];
+
+/// What each bit of an index adds to each dimension, bits reversed.
+static BITS: [[u32; 32]; 4] = bits();
+
+const fn bits() -> [[u32; 32]; 4] {
+    let mut bits = [[0; 32]; 4];
+    let mut dimension = 0;
+    while dimension < 4 {
+        let v = directions(dimension);
+        let mut bit = 0;
+        while bit < 32 {
+            bits[dimension][bit] = v[bit].reverse_bits();
+            bit += 1;
+        }
+        dimension += 1;
+    }
+    bits
+}
 
 /// For each byte of an index: what its values add to each dimension, bits reversed.
 static TABLES: [[[u32; 4]; 256]; 4] = tables();
@@ -107,9 +127,77 @@ impl Sobol {
     }
 }
 
+/// Points of many scramblings, to be drawn together.
+#[derive(Clone, Debug, Default)]
+pub struct Waiting {
+    places: Vec<u32>,
+    seeds: [Vec<u32>; 4],
+}
+
+impl Waiting {
+    #[inline]
+    pub fn push(&mut self, sobol: &Sobol, place: u32) {
+        self.places.push(place);
+        for (all, seed) in self.seeds.iter_mut().zip(sobol.seeds) {
+            all.push(seed);
+        }
+    }
+
+    /// Adds the points' coordinates to `out`, and nothing waits any more.
+    pub fn draw(&mut self, mut out: [&mut Vec<f64>; 4]) {
+        for first in (0..self.places.len()).step_by(LANES) {
+            let count = (self.places.len() - first).min(LANES);
+            let of = |all: &[u32]| {
+                let mut lanes = [0; LANES];
+                lanes[..count].copy_from_slice(&all[first..first + count]);
+                lanes
+            };
+            let points = widely(Draw {
+                places: of(&self.places),
+                seeds: self.seeds.each_ref().map(|seeds| of(seeds)),
+            });
+            for (to, from) in out.iter_mut().zip(points) {
+                to.extend_from_slice(&from[..count]);
+            }
+        }
+        self.places.clear();
+        self.seeds.iter_mut().for_each(Vec::clear);
+    }
+}
+
+/// [`Sobol::point`] side by side.
+struct Draw {
+    places: [u32; LANES],
+    seeds: [[u32; LANES]; 4],
+}
+
+impl Lanewise for Draw {
+    type Output = [Lane; 4];
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> [Lane; 4] {
+        let most = self.places.iter().fold(0, |all, place| all | place);
+        let mut points = [[0.0; LANES]; 4];
+        for d in 0..4 {
+            let mut x = [0u32; LANES];
+            for bit in 0..32 - most.leading_zeros() as usize {
+                let v = BITS[d][bit];
+                for i in 0..LANES {
+                    x[i] ^= v & 0u32.wrapping_sub(self.places[i] >> bit & 1);
+                }
+            }
+            for i in 0..LANES {
+                let x = scramble(x[i], self.seeds[d][i]).reverse_bits();
+                points[d][i] = f64::from(x) * (1.0 / (1u64 << 32) as f64);
+            }
+        }
+        points
+    }
+}
+
 /// Laine and Karras's scrambling by a hash, with Vegdahl's constants ("Building a better LK
 /// hash", 2021).
-#[inline]
+#[inline(always)]
 fn scramble(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);

@@ -71,8 +71,10 @@ proptest! {
         prop_assert!((home.outcome.unwrap().direction + d).length() < 1e-8);
     }
 
+    /// Rays may part where they graze or touch a rim: then a ray a millionth of a millimeter
+    /// beside, or turned by a millionth, does too.
     #[test]
-    fn lanes_give_the_bits_of_single_rays(
+    fn lanes_give_the_rays_of_single_rays(
         rows in rows(), seed in 0u64..1000, spread in 0.0..1.0f64,
     ) {
         let lens = lens_of(&rows);
@@ -89,9 +91,27 @@ proptest! {
         }
         lens.trace_bundle_from_scene(&mut bundle);
         for lane in 0..LANES {
-            match lens.trace_from_scene(&ray(lane)) {
-                Ok(out) => prop_assert_eq!(bundle.ray(lane), out),
-                Err(loss) => prop_assert_eq!(bundle.loss(lane), Some(loss)),
+            let ray = ray(lane);
+            let neighbors = [DVec3::X, DVec3::Y, -DVec3::X, -DVec3::Y].map(|way| {
+                let direction = unit(ray.direction + 1e-6 * way).unwrap();
+                let beside = LensRay { origin: ray.origin + 1e-6 * way, direction };
+                lens.trace_from_scene(&beside)
+            });
+            match (lens.trace_from_scene(&ray), bundle.loss(lane)) {
+                (Ok(out), None) => {
+                    let near = bundle.ray(lane);
+                    let apart = (near.origin - out.origin).length()
+                        .max((near.direction - out.direction).length());
+                    // Rounding is carried on as a move of the ray is, which is 1e-6 here.
+                    let steep = neighbors.iter().flatten().map(|n| {
+                        (n.origin - out.origin).length()
+                            .max((n.direction - out.direction).length())
+                    }).fold(1e-6, f64::max) / 1e-6;
+                    prop_assert!(apart < 1e-12 * steep, "{apart} {steep}");
+                }
+                (Err(loss), Some(other)) if loss == other => {}
+                (one, _) => prop_assert!(neighbors.iter().any(|n| n.is_ok() != one.is_ok()
+                    || n.as_ref().err() != one.as_ref().err())),
             }
         }
     }
