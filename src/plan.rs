@@ -14,7 +14,7 @@ use glam::{DMat4, DVec3, Vec3};
 use indexmap::IndexMap;
 
 use crate::camera::{
-    Aim, BareFilm, Camera, LensCamera, Pinhole, film_plane, half_field, pixel_aspect,
+    Aim, BareFilm, Camera, IdealLens, LensCamera, Pinhole, film_plane, half_field, pixel_aspect,
 };
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::diffraction::diffract;
@@ -68,7 +68,25 @@ pub enum Flash {
 pub enum Optics {
     /// The scene's own camera, without an aperture.
     Pinhole,
+    Ideal(IdealChoice),
     Lens(LensChoice),
+}
+
+/// A lens without thickness or faults.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IdealChoice {
+    pub efl: Mm,
+    pub f_number: f64,
+}
+
+impl Default for IdealChoice {
+    /// 50 mm, f/2.
+    fn default() -> Self {
+        Self {
+            efl: Mm(50.0),
+            f_number: 2.0,
+        }
+    }
 }
 
 /// A lens with its changes, in the order in which they are made.
@@ -485,6 +503,7 @@ impl Session {
             (Some(metering), Camera::Lens(camera)) => {
                 metering.level_of_white(camera.axial_irradiance())
             }
+            (Some(metering), Camera::Ideal(lens)) => metering.level_of_white(lens.axial_irradiance),
             _ => 1.0,
         };
         metered * self.plan.exposure
@@ -816,6 +835,23 @@ fn camera(
         say("lens", "in the scene, as solids".into());
         let film = BareFilm::new(plane, plan.film, plan.aim, pose);
         return Ok((Camera::Film(film), said));
+    }
+    if let Optics::Ideal(choice) = &plan.optics {
+        let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
+        let lens = IdealLens::new(choice.efl, choice.f_number, distance, plan.film, pose);
+        let lens = lens.ok_or_else(|| {
+            Diagnostic::error(format!(
+                "an ideal lens of {} mm can't focus at {} m",
+                choice.efl.0, distance.0
+            ))
+            .with_help("focus farther away than the focal length")
+        })?;
+        say("lens", "ideal".into());
+        say("efl", format!("{:.3} mm", choice.efl.0));
+        say("f-number", format!("f/{:.2}", choice.f_number));
+        say("focus", format!("{} m", (distance.0 * 1e5).round() / 1e5));
+        say("film position", format!("{:.4} mm", lens.film_distance));
+        return Ok((Camera::Ideal(lens), said));
     }
     let Optics::Lens(choice) = &plan.optics else {
         if plan.metering.is_some() {

@@ -201,7 +201,7 @@ fn red_and_blue_images_of_a_point_on_the_axis_are_as_wide_as_the_rays_say() {
 fn lens_file(session: &Session) -> String {
     match &session.plan.optics {
         Optics::Lens(choice) => choice.name.clone(),
-        Optics::Pinhole => String::new(),
+        Optics::Pinhole | Optics::Ideal(_) => String::new(),
     }
 }
 

@@ -150,6 +150,10 @@ impl Start {
                 opening = lens.first_order().f_number().map(|n| efl / n);
                 efl
             }
+            (Optics::Ideal(_), _) => {
+                return Err(Diagnostic::error("an ideal lens can't be fitted")
+                    .with_help("give a real lens, or `--lens none`"));
+            }
             (Optics::Pinhole, Projection::Perspective { height_angle }) => {
                 0.5 * plan.film.height / libm::tan(0.5 * height_angle)
             }
@@ -268,7 +272,7 @@ impl Start {
             return String::new(); // `pose_at` makes no other
         };
         let lens = match &self.plan.optics {
-            Optics::Pinhole => "--lens none".to_owned(),
+            Optics::Pinhole | Optics::Ideal(_) => "--lens none".to_owned(),
             Optics::Lens(lens) => format!("--lens {} --efl {efl:.4}mm", lens.name),
         };
         let p = pose.position;

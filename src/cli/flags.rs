@@ -123,7 +123,7 @@ pub const RENDER: &[Flag] = &[
     flag(
         "lens",
         Takes::One("LENS"),
-        "lens by name or prescription file; none is the scene's own pinhole [wide-angle]",
+        "lens by name or prescription file; ideal has no faults, none is the scene's own pinhole [wide-angle]",
     ),
     also(
         &["f-number"],

@@ -15,7 +15,7 @@ use crate::lens::{Coating, FocusMethod, Iris, Movements};
 use crate::math::{LengthUnit, Meters, Mm, parse_length};
 use crate::picture::{Depth, PictureFormat, write_whole};
 pub use crate::plan::command_line;
-use crate::plan::{Era, Flash, LensChoice, Optics, Plan, Session};
+use crate::plan::{Era, Flash, IdealChoice, LensChoice, Optics, Plan, Session};
 use crate::render::{Exposure, Progress, Stop};
 use crate::report::RenderReport;
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
@@ -353,6 +353,9 @@ fn optics(m: &ArgMatches) -> Result<Optics> {
         tell_idle(m, &OF_A_LENS, "without a lens");
         return Ok(Optics::Pinhole);
     }
+    if name == "ideal" {
+        return ideal(m);
+    }
     let mut lens = LensChoice::named(name);
     set(&mut lens.zoom, parsed(m, "zoom", POSITIVE, positive)?);
     lens.efl = parsed(m, "efl", "a focal length such as 20mm", focal_length)?;
@@ -387,6 +390,22 @@ fn optics(m: &ArgMatches) -> Result<Optics> {
     let files = m.get_many("glass-catalogue");
     lens.catalogues = files.into_iter().flatten().cloned().collect();
     Ok(Optics::Lens(lens))
+}
+
+/// A lens without faults, wide open at f/2 and of 50 mm unless said otherwise.
+fn ideal(m: &ArgMatches) -> Result<Optics> {
+    let heard = ["efl", "aperture", "focus"];
+    let idle: Vec<&str> = OF_A_LENS
+        .into_iter()
+        .filter(|f| !heard.contains(f))
+        .collect();
+    tell_idle(m, &idle, "with an ideal lens");
+    let mut choice = IdealChoice::default();
+    let efl = parsed(m, "efl", "a focal length such as 20mm", focal_length)?;
+    set(&mut choice.efl, efl);
+    let number = parsed(m, "aperture", "an f-number such as f/8", f_number)?;
+    set(&mut choice.f_number, number);
+    Ok(Optics::Ideal(choice))
 }
 
 fn movements(m: &ArgMatches) -> Result<Movements> {

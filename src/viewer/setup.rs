@@ -30,14 +30,14 @@ impl Setup {
     pub fn lens(&self) -> Option<&LensChoice> {
         match &self.plan.optics {
             Optics::Lens(choice) => Some(choice),
-            Optics::Pinhole => None,
+            Optics::Pinhole | Optics::Ideal(_) => None,
         }
     }
 
     pub fn lens_mut(&mut self) -> Option<&mut LensChoice> {
         match &mut self.plan.optics {
             Optics::Lens(choice) => Some(choice),
-            Optics::Pinhole => None,
+            Optics::Pinhole | Optics::Ideal(_) => None,
         }
     }
 
@@ -265,8 +265,14 @@ impl Words {
     }
 
     fn optics(&mut self, optics: &Optics) {
-        let Optics::Lens(lens) = optics else {
-            return self.put("lens", "none");
+        let lens = match optics {
+            Optics::Lens(lens) => lens,
+            Optics::Ideal(ideal) => {
+                self.put("lens", "ideal");
+                self.put("efl", format!("{}mm", ideal.efl.0));
+                return self.put("aperture", ideal.f_number);
+            }
+            Optics::Pinhole => return self.put("lens", "none"),
         };
         self.put_if(lens.name != "wide-angle", "lens", &lens.name);
         if let Some(position) = lens.zoom_position {
