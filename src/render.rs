@@ -433,6 +433,7 @@ struct Batch<'a> {
     bundle: Bundle,
     /// The rays that got through, and the radiances along them.
     shots: Vec<Shot>,
+    rays: Vec<Ray>,
     radiances: Vec<Vec3>,
     exposures: Vec<DVec3>,
     work: Work,
@@ -451,6 +452,7 @@ impl<'a> Batch<'a> {
             each: render.camera.rays_each(),
             bundle: Bundle::default(),
             shots: Vec::new(),
+            rays: Vec::new(),
             radiances: Vec::new(),
             exposures: Vec::new(),
             work: Work::default(),
@@ -523,14 +525,14 @@ impl<'a> Batch<'a> {
     fn look(&mut self) {
         self.radiances.clear();
         self.radiances.resize(self.shots.len(), Vec3::ZERO);
-        let bundles = self.shots.chunks(BUNDLE);
-        for (shots, radiances) in bundles.zip(self.radiances.chunks_mut(BUNDLE)) {
-            let mut rays = [Ray::new(Vec3::ZERO, Vec3::Z); BUNDLE];
-            for (ray, shot) in rays.iter_mut().zip(shots) {
-                *ray = Ray::new(shot.origin, shot.direction);
-            }
+        self.rays.clear();
+        let shots = self.shots.iter();
+        self.rays
+            .extend(shots.map(|shot| Ray::new(shot.origin, shot.direction)));
+        let bundles = self.rays.chunks(BUNDLE);
+        for (rays, radiances) in bundles.zip(self.radiances.chunks_mut(BUNDLE)) {
             let shader = self.render.shader;
-            shader.radiances(&rays[..shots.len()], radiances, &mut self.work);
+            shader.radiances(rays, radiances, &mut self.work);
         }
     }
 }

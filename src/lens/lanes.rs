@@ -489,7 +489,8 @@ fn asphere<const STOPS: bool, const FUSED: bool>(
             let full = -height / toward;
             let back = 0.5 * last[i];
             let ends = if known {
-                settled | (height == 0.0) | !(full.abs() < f64::INFINITY)
+                // A few roundings from the surface, or no nearer than before.
+                settled | (best[i] <= 4e-16 * size) | !(full.abs() < f64::INFINITY)
             } else {
                 back == 0.0
             };

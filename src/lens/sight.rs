@@ -18,7 +18,7 @@ use super::{Lens, RearElement};
 const DIRECTIONS: usize = 2 * LANES;
 
 /// The width within which an outline of a pupil table is known, relative.
-const COARSE: f64 = 1e-4;
+const COARSE: f64 = 4e-4;
 /// The same for areas and light.
 const FINE: f64 = 1e-10;
 

@@ -143,6 +143,8 @@ pub struct RayCounts {
 pub struct Work {
     pub counts: RayCounts,
     pending: Vec<Pending>,
+    /// Rays towards a light.
+    to_light: Vec<Ray>,
 }
 
 /// A ray still to be followed, and how much of it reaches the film.
@@ -206,7 +208,7 @@ impl<'a> Shader<'a> {
         work.counts.scene += rays.len() as u64;
         let mut hits = [None; BUNDLE];
         self.scene.hits(rays, &mut hits);
-        let done = self.plain(rays, &hits, radiances, &mut work.counts);
+        let done = self.plain(rays, &hits, radiances, work);
         let left = |i: &usize| done >> i & 1 == 0;
         if (0..rays.len()).any(|i| left(&i)) {
             (0..rays.len())

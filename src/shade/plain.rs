@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::scene::wide::bits;
 use crate::scene::{BUNDLE, Hit, Light, PlainPoints, Ray};
 
-use super::{RayCounts, Shader, Shading};
+use super::{Shader, Shading, Work};
 
 impl Shader<'_> {
     /// The radiances of rays that meet plain surfaces or nothing at all, and which those are:
@@ -15,7 +15,7 @@ impl Shader<'_> {
         rays: &[Ray],
         hits: &[Option<Hit>; BUNDLE],
         radiances: &mut [Vec3],
-        counts: &mut RayCounts,
+        work: &mut Work,
     ) -> u32 {
         let mut done = 0;
         for (i, (ray, radiance)) in rays.iter().zip(&mut *radiances).enumerate() {
@@ -38,7 +38,7 @@ impl Shader<'_> {
             points.mask = left;
             points.mask = points.with_lights(set);
             left &= !points.mask;
-            if self.lit_by_set(set, &points, radiances, counts) {
+            if self.lit_by_set(set, &points, radiances, work) {
                 done |= points.mask;
             }
         }
@@ -51,7 +51,7 @@ impl Shader<'_> {
         set: u32,
         points: &PlainPoints,
         radiances: &mut [Vec3],
-        counts: &mut RayCounts,
+        work: &mut Work,
     ) -> bool {
         let lights = self.scene.lights_of_set(set).iter().chain(&self.headlight);
         // A light of VRML 97 may have a share that comes from everywhere.
@@ -62,7 +62,7 @@ impl Shader<'_> {
             radiances[lane] = of_lane(&points.glow, lane);
         }
         for light in lights.filter(|light| light.color != Vec3::ZERO) {
-            self.add_plain_light(light, points, radiances, counts);
+            self.add_plain_light(light, points, radiances, work);
         }
         if self.shading != Shading::Recursive {
             for lane in bits(points.mask) {
@@ -77,7 +77,7 @@ impl Shader<'_> {
         light: &Light,
         points: &PlainPoints,
         radiances: &mut [Vec3],
-        counts: &mut RayCounts,
+        work: &mut Work,
     ) {
         let lit = points.lit_by(light);
         let mut from = [0; BUNDLE];
@@ -89,15 +89,16 @@ impl Shader<'_> {
         let from = &from[..count];
         let mut through = [1.0; BUNDLE];
         if self.shading == Shading::Recursive {
-            let mut rays = [Ray::new(Vec3::ZERO, Vec3::Z); BUNDLE];
-            for (ray, &lane) in rays.iter_mut().zip(from) {
-                *ray = Ray::new(of_lane(&lit.origin, lane), of_lane(&lit.toward, lane));
+            work.to_light.clear();
+            work.to_light.extend(from.iter().map(|&lane| {
+                let mut ray = Ray::new(of_lane(&lit.origin, lane), of_lane(&lit.toward, lane));
                 // Up to the light itself and not to what lies behind it.
                 ray.t_max = lit.distance[lane] * (1.0 - 1e-5);
-            }
-            counts.shadow += count as u64;
+                ray
+            }));
+            work.counts.shadow += count as u64;
             self.scene
-                .transmittances(&rays[..count], &mut through[..count]);
+                .transmittances(&work.to_light, &mut through[..count]);
         }
         for (&lane, through) in from.iter().zip(through) {
             let diffuse = of_lane(&points.diffuse, lane);
