@@ -1,8 +1,14 @@
 //! Measures speed and writes the tables of docs/performance.md.
 //!
-//! `cargo run --release --example speed -- [--out FILE.md] [--large] [--only NAME]`; with
-//! `--large` also a mesh of ten million triangles. Times are of the processor, not of the clock,
-//! so that a machine that does other things too gives the same numbers, but for its caches.
+//! `cargo run --release --example speed -- [--out FILE.md] [--only NAME] [--large]
+//! [--room SCENE.iv] [--peer COMMAND] [--rays MESH.tri PREFIX]`
+//!
+//! In FILE the tables stand between lines `<!-- speed: NAME -->` and `<!-- end -->`, and only they
+//! are written anew. `--large` adds a mesh of ten million triangles; `--room` a scene to photograph
+//! by a real lens and an ideal one, `--peer` a program that does the same (`shared/room.rs`), and
+//! `--rays` a mesh and rays that another program has traced (`shared/files.rs`). Times are of the
+//! processor, not of the clock, so that a machine that does other things too gives the same
+//! numbers, but for its caches.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -21,48 +27,92 @@ use ivcam::sampling::{DiscMap, Sampler, SamplerKind};
 use ivcam::scene::wide::Wide;
 use ivcam::shade::Shading;
 
+#[path = "shared/files.rs"]
+mod files;
 #[path = "shared/mesh.rs"]
 mod mesh;
+
+#[path = "shared/room.rs"]
+mod room;
 
 /// A part of the tables, by name.
 type Part<'a> = (&'a str, &'a dyn Fn(&mut String));
 
+/// The words behind a flag.
+fn after<'a>(words: &'a [String], flag: &str, number: usize) -> Option<&'a str> {
+    let at = words.iter().position(|w| w == flag)?;
+    words.get(at + number).map(String::as_str)
+}
+
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let large = words.iter().any(|w| w == "--large");
-    let out = words
-        .iter()
-        .position(|w| w == "--out")
-        .and_then(|i| words.get(i + 1));
-    let mut report = String::from("# Performance\n\n");
-    let _ = writeln!(
-        report,
-        "Written by `cargo run --release --example speed -- --out docs/performance.md`. {}.\n\
-         Seconds are of one processor (user time) unless said otherwise; the machine did other\n\
-         work at the same time, which slows memory and caches but not this clock.\n",
-        machine()
-    );
-    let only = words
-        .iter()
-        .position(|w| w == "--only")
-        .and_then(|i| words.get(i + 1));
-    let parts: [Part; 5] = [
+    let only = after(&words, "--only", 1);
+    let scene = after(&words, "--room", 1);
+    let peer = after(&words, "--peer", 1);
+    let parts: [Part; 9] = [
         ("lenses", &lenses),
         ("meshes", &|report| meshes(report, large)),
+        ("rays", &|report| {
+            if let Some((mesh, rays)) = after(&words, "--rays", 1).zip(after(&words, "--rays", 2)) {
+                others_rays(report, mesh, rays);
+            }
+        }),
+        ("room", &|report| {
+            if let Some(scene) = scene {
+                one_thread(|| room::table(report, Path::new(scene), peer, &thread_seconds));
+            }
+        }),
         ("pictures", &pictures),
+        ("left-out", &left_out),
         ("dispersion", &dispersion),
         ("growth", &growth),
+        ("threads", &threads),
     ];
+    let mut tables = Vec::new();
     for (name, part) in parts {
         if only.is_none_or(|o| o == name) {
-            part(&mut report);
+            let mut table = String::new();
+            part(&mut table);
+            print!("{table}");
+            if !table.is_empty() {
+                tables.push((name, format!("{}.\n\n{table}", machine())));
+            }
         }
     }
-    print!("{report}");
-    if let Some(file) = out
-        && let Err(error) = std::fs::write(Path::new(file), &report)
+    if let Some(file) = after(&words, "--out", 1)
+        && let Err(error) = write(Path::new(file), &tables)
     {
         eprintln!("{file}: {error}");
+    }
+}
+
+/// Puts tables where a file has a place for them, and others at its end.
+fn write(file: &Path, tables: &[(&str, String)]) -> std::io::Result<()> {
+    let mut text = std::fs::read_to_string(file).unwrap_or_else(|_| "# Performance\n".to_owned());
+    for (name, table) in tables {
+        let (start, end) = (format!("<!-- speed: {name} -->\n"), "<!-- end -->");
+        let body = format!("{start}{}\n{end}", table.trim_end());
+        let place = text.find(&start).and_then(|from| {
+            let length = text[from..].find(end)? + end.len();
+            Some(from..from + length)
+        });
+        match place {
+            Some(place) => text.replace_range(place, &body),
+            None => text.push_str(&format!("\n{body}\n")),
+        }
+    }
+    std::fs::write(file, text)
+}
+
+/// Does work on this thread and no other.
+fn one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .use_current_thread();
+    match pool.build() {
+        Ok(pool) => pool.install(work),
+        Err(_) => work(),
     }
 }
 
@@ -108,24 +158,29 @@ fn time(mut work: impl FnMut()) -> f64 {
 
 fn lenses(report: &mut String) {
     report.push_str(
-        "## Lenses\n\nNanoseconds a ray that gets through or not, 36x24 mm of film, focused at 5 m, \
-         aimed at the exit pupil; 4096 rays. `pupil` is the set-up of its table.\n\n\
-         | lens | surfaces | one by one | SSE2 | AVX2 | AVX-512 | through | pupil, ms |\n\
-         |---|---|---|---|---|---|---|---|\n",
+        "## Lenses\n\nNanoseconds a ray that gets through or not, focused at 100 times its focal \
+         length, on film as large as the lens is made for (`radius`, mm), aimed at the exit pupil; \
+         4096 rays. `pupil` is the set-up of its table.\n\n\
+         | lens | surfaces | radius | one by one | SSE2 | AVX2 | AVX-512 | through | pupil, ms |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
     );
     for name in ivcam::lens::shipped_names() {
         let Ok(lens) = Lens::named(name) else {
             continue;
         };
         let method = ivcam::lens::FocusMethod::Film;
-        let Ok(focus) = lens.focus(method, ivcam::math::Meters(5.0)) else {
+        let away = ivcam::math::Meters(0.1 * lens.first_order().efl().abs());
+        let Ok(focus) = lens.focus(method, away) else {
             continue;
         };
-        let pupil = |()| PupilTarget::exit_pupil(&lens, focus.film_z, 21.6);
-        let start = thread_seconds();
-        let target = pupil(());
-        let set_up = thread_seconds() - start;
-        let rays = rays_of(&lens, &target, focus.film_z);
+        let own = lens.prescription().image_height;
+        let radius = own.unwrap_or(0.43 * lens.first_order().efl().abs());
+        let pupil = || PupilTarget::exit_pupil(&lens, focus.film_z, radius);
+        let set_up = time(|| {
+            black_box(pupil());
+        });
+        let target = pupil();
+        let rays = rays_of(&lens, &target, focus.film_z, radius);
         let through = rays
             .iter()
             .filter(|r| lens.trace_from_film(r).is_ok())
@@ -137,7 +192,7 @@ fn lenses(report: &mut String) {
         }) / rays.len() as f64;
         let _ = write!(
             report,
-            "| {name} | {} | {:.1}",
+            "| {name} | {} | {radius:.1} | {:.1}",
             lens.prescription().surfaces.len(),
             1e9 * single
         );
@@ -160,7 +215,8 @@ fn widths() -> [Width; 1] {
     [Width::Plain]
 }
 
-fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64) -> Vec<LensRay> {
+/// Rays from a film of three to two within the radius.
+fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64, radius: f64) -> Vec<LensRay> {
     let sampler = Sampler {
         kind: SamplerKind::Sobol,
         samples: 4096,
@@ -169,7 +225,10 @@ fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64) -> Vec<LensRay> {
     (0..4096)
         .filter_map(|i| {
             let at = sampler.sample(0, i);
-            let film = glam::DVec2::new(36.0 * (at.film[0] - 0.5), 24.0 * (at.film[1] - 0.5));
+            let [x, y] = at
+                .film
+                .map(|f| radius / 1.8_f64.hypot(1.2) * 1.2 * 2.0 * (f - 0.5));
+            let film = glam::DVec2::new(1.5 * x, y);
             // Where the film sees nothing no ray is sent.
             let window = target.window(film);
             let aim = (window.density() > 0.0).then(|| window.point(at.pupil[0], at.pupil[1]))?;
@@ -220,13 +279,7 @@ fn meshes(report: &mut String, large: bool) {
     for count in sizes.iter().take(if large { 4 } else { 3 }) {
         let triangles = mesh::ball(*count);
         let start = thread_seconds();
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(1)
-            .use_current_thread();
-        let tree = match &pool.build() {
-            Ok(pool) => pool.install(|| mesh::tree(&triangles)),
-            Err(_) => mesh::tree(&triangles),
-        };
+        let tree = one_thread(|| mesh::tree(&triangles));
         let seconds = thread_seconds() - start;
         let sets = mesh::rays(&tree);
         let of = |name: &str| {
@@ -251,6 +304,28 @@ fn meshes(report: &mut String, large: bool) {
         "\nTime of a primary ray in packets grows as triangles^{:.2}.\n",
         slope(&points)
     );
+}
+
+/// A mesh and rays that another program traces too.
+fn others_rays(report: &mut String, file: &str, prefix: &str) {
+    let (Ok(triangles), Ok(sets)) = (files::read(Path::new(file)), files::read_rays(prefix)) else {
+        return eprintln!("{file} or {prefix}.*.rays can't be read");
+    };
+    let start = thread_seconds();
+    let tree = one_thread(|| mesh::tree(&triangles));
+    let _ = writeln!(
+        report,
+        "## Rays that another program traces\n\n{} triangles, built in {:.0} ms, {:.0} MB. Millions \
+         of rays a second, one thread.\n\n| rays | one by one | packets of 16 |\n|---|---|---|",
+        triangles.len(),
+        1e3 * (thread_seconds() - start),
+        tree.bytes() as f64 / 1e6
+    );
+    for set in &sets {
+        let [single, packets] = rates(&tree, set).map(|rate| 1e-6 * rate);
+        let _ = writeln!(report, "| {} | {single:.2} | {packets:.2} |", set.name);
+    }
+    report.push('\n');
 }
 
 /// Rays a second, one by one and in packets.
@@ -287,18 +362,11 @@ fn render(session: &Session, samples: u32) -> (f64, ivcam::render::Exposure) {
         samples,
         ..session.plan.sampler
     };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .use_current_thread();
-    let expose = || {
+    one_thread(|| {
         let start = thread_seconds();
         let made = session.expose_with(sampler, Stop::after(samples), &|_| ());
         (thread_seconds() - start, made)
-    };
-    match pool.build() {
-        Ok(pool) => pool.install(expose),
-        Err(_) => expose(),
-    }
+    })
 }
 
 fn pictures(report: &mut String) {
@@ -385,33 +453,211 @@ fn dispersion(report: &mut String) {
     report.push('\n');
 }
 
+/// What shadings leave out of the same picture, and the time that it saves.
+fn left_out(report: &mut String) {
+    report.push_str(
+        "## Leaving out\n\nThe living room at 360x240, 16 samples, one thread: what was not read, \
+         built or traced (as `--report` has it), and seconds against everything (recursive, through \
+         glass with dispersion).\n\n\
+         | shading | optics | left out | compile | pupil | render | saved |\n|---|---|---|---|---|---|---|\n",
+    );
+    let glass = |dispersion: bool| {
+        let mut plan = living_room();
+        let mut lens = LensChoice::named("flektogon");
+        lens.efl = Some(ivcam::math::Mm(20.0));
+        (plan.optics, plan.dispersion) = (Optics::Lens(lens), dispersion);
+        plan
+    };
+    let mut cases = vec![
+        (glass(true), "glass"),
+        (glass(false), "glass, one wavelength"),
+    ];
+    for shading in [
+        Shading::Phong,
+        Shading::Ambient,
+        Shading::Normal,
+        Shading::Flat,
+    ] {
+        let mut plan = glass(false);
+        plan.shading = shading;
+        cases.push((plan, "glass, one wavelength"));
+    }
+    let mut plan = glass(false);
+    (plan.optics, plan.shading) = (Optics::Pinhole, Shading::Flat);
+    cases.push((plan, "pinhole"));
+    let mut everything = None;
+    for (plan, optics) in cases {
+        let shading = plan.shading.name();
+        let session = match Session::open(plan) {
+            Ok(session) => session,
+            Err(error) => return eprintln!("{}", error.message),
+        };
+        let (seconds, made) = render(&session, 16);
+        let own = session.seconds;
+        let total = own.compile + own.pupil + seconds;
+        let all = *everything.get_or_insert(total);
+        let _ = writeln!(
+            report,
+            "| {shading} | {optics} | {} | {:.3} | {:.4} | {seconds:.2} | {:.0}% |",
+            session.report(&made).left_out.join(", "),
+            own.compile,
+            own.pupil,
+            100.0 * (1.0 - total / all)
+        );
+    }
+    report.push('\n');
+}
+
+/// A plan of a scene that is written for it.
+fn written(name: &str, nodes: &str) -> Option<Plan> {
+    let folder = std::env::temp_dir().join(format!("ivcam-speed-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).ok()?;
+    let file = folder.join(name);
+    let text = format!(
+        "#Inventor V2.1 ascii\nPerspectiveCamera {{ position 0 0 4 focalDistance 4 }}\n{nodes}"
+    );
+    std::fs::write(&file, text).ok()?;
+    let mut plan = Plan::of_era(Era::Modern, file);
+    plan.optics = living_room().optics;
+    plan.resolution = Resolution {
+        width: 180,
+        height: 120,
+    };
+    Some(plan)
+}
+
+/// A bumpy ball as a file would have it.
+fn ball_nodes(count: usize) -> String {
+    let mut points = String::new();
+    let triangles = mesh::ball(count);
+    for corner in triangles.iter().flatten() {
+        let _ = writeln!(points, "{} {} {},", corner.x, corner.y, corner.z);
+    }
+    let mut faces = String::new();
+    for i in 0..triangles.len() {
+        let _ = writeln!(faces, "{},{},{},-1,", 3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    format!(
+        "PointLight {{ location 3 5 3 }} Coordinate3 {{ point [ {points} ] }}\n\
+         IndexedFaceSet {{ coordIndex [ {faces} ] }}\n"
+    )
+}
+
+/// Slope of log seconds of rendering over log number.
+fn slope_of(plans: impl Iterator<Item = (f64, Plan)>, samples: u32) -> f64 {
+    let point = |(number, plan): (f64, Plan)| {
+        let session = Session::open(plan).ok()?;
+        let least = (0..3).map(|_| render(&session, samples).0);
+        Some((number.ln(), least.fold(f64::INFINITY, f64::min).ln()))
+    };
+    slope(&plans.filter_map(point).collect::<Vec<_>>())
+}
+
 fn growth(report: &mut String) {
     report.push_str(
-        "## Growth\n\nThe living room, Phong, one thread: slopes of log time over log number.\n\n",
+        "## Growth\n\nSlopes of log time of rendering over log number, one thread; 1 is linear. \
+         The living room by samples and pixels; elsewhere a ball with the lights and triangles \
+         in question, 180x120 pixels.\n\n",
     );
-    let mut by_samples = Vec::new();
-    let mut by_pixels = Vec::new();
     let mut plan = living_room();
     plan.shading = Shading::Phong;
-    for (width, height) in [(90, 60), (180, 120), (360, 240)] {
+    let sized = |(width, height): (u32, u32)| {
+        let mut plan = plan.clone();
         plan.resolution = Resolution { width, height };
-        let Ok(session) = Session::open(plan.clone()) else {
-            return;
-        };
-        let (seconds, _) = render(&session, 16);
-        by_pixels.push((f64::from(width * height).ln(), seconds.ln()));
-        if width == 180 {
-            for samples in [4, 8, 16, 32, 64] {
-                let (seconds, _) = render(&session, samples);
-                by_samples.push((f64::from(samples).ln(), seconds.ln()));
-            }
+        (f64::from(width * height), plan)
+    };
+    let sizes = [(90, 60), (180, 120), (360, 240), (720, 480)];
+    let by_pixels = slope_of(sizes.into_iter().map(sized), 4);
+    let mut by_samples = Vec::new();
+    if let Ok(session) = Session::open(sized((180, 120)).1) {
+        for samples in [4, 8, 16, 32, 64] {
+            let (seconds, _) = render(&session, samples);
+            by_samples.push((f64::from(samples).ln(), seconds.ln()));
         }
     }
+    let lit = |count: usize| {
+        let light = |i: usize| {
+            let turn = i as f64 * 2.4;
+            let (sin, cos) = libm::sincos(turn);
+            format!(
+                "PointLight {{ intensity .1 location {:.3} 3 {:.3} }}\n",
+                4.0 * cos,
+                4.0 * sin
+            )
+        };
+        let lights: String = (0..count).map(light).collect();
+        let nodes = format!(
+            "{lights}Sphere {{ }} Translation {{ translation 0 -1 0 }} Cube {{ width 9 depth 9 height .1 }}"
+        );
+        Some((
+            count as f64,
+            written(&format!("lights-{count}.iv"), &nodes)?,
+        ))
+    };
+    let by_lights = slope_of([4, 16, 64].into_iter().filter_map(lit), 16);
+    let meshed = |count: usize| {
+        let nodes = ball_nodes(count);
+        Some((count as f64, written(&format!("ball-{count}.iv"), &nodes)?))
+    };
+    let by_triangles = slope_of(
+        [10_000, 100_000, 1_000_000].into_iter().filter_map(meshed),
+        16,
+    );
     let _ = writeln!(
         report,
-        "* samples, 4 to 64: {:.2}\n* pixels, 90x60 to 360x240: {:.2}",
+        "* samples, 4 to 64: {:.2}\n* pixels, 90x60 to 720x480: {by_pixels:.2}\n\
+         * lights, 4 to 64: {by_lights:.2}\n* triangles, 10,000 to 1,000,000: {by_triangles:.2}\n\
+         * surfaces of a lens, as rays in lanes (all shipped of spheres): {:.2}\n",
         slope(&by_samples),
-        slope(&by_pixels)
+        by_surfaces()
+    );
+}
+
+/// Slope of the time of a ray in lanes over the number of surfaces.
+fn by_surfaces() -> f64 {
+    let mut points = Vec::new();
+    for name in ivcam::lens::shipped_names() {
+        let Ok(lens) = Lens::named(name) else {
+            continue;
+        };
+        let surfaces = &lens.prescription().surfaces;
+        let spheres = surfaces
+            .iter()
+            .all(|s| s.shape == ivcam::lens::Shape::Sphere);
+        let Some(focal) = lens.first_order().focal.filter(|_| spheres) else {
+            continue;
+        };
+        let radius = 0.4 * focal.efl.abs();
+        let target = PupilTarget::exit_pupil(&lens, focal.rear_focal_point, radius);
+        let rays = rays_of(&lens, &target, focal.rear_focal_point, radius);
+        let seconds = in_lanes(&lens, &rays, Width::detect());
+        points.push(((surfaces.len() as f64).ln(), seconds.ln()));
+    }
+    slope(&points)
+}
+
+/// Seconds of the clock on one thread and on two.
+fn threads(report: &mut String) {
+    let Ok(session) = Session::open(living_room()) else {
+        return;
+    };
+    let clock = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let Ok(pool) = pool else { return f64::NAN };
+        let once = || {
+            let start = Instant::now();
+            let sampler = session.plan.sampler;
+            pool.install(|| black_box(session.expose_with(sampler, Stop::after(16), &|_| ())));
+            start.elapsed().as_secs_f64()
+        };
+        (0..5).map(|_| once()).fold(f64::INFINITY, f64::min)
+    };
+    let (one, two) = (clock(1), clock(2));
+    let _ = writeln!(
+        report,
+        "## Threads\n\nThe living room at 360x240, 16 samples, seconds of the clock: {one:.2} on one \
+         thread, {two:.2} on two: {:.2} times as fast. Only a machine without other work shows this.\n",
+        one / two
     );
 }
 
