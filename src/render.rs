@@ -229,9 +229,10 @@ impl Render<'_> {
             if let Some(pass) = self.shared_pass(&tiles, &mut film, done..end, &shares, &tell) {
                 counts.add(&pass);
             }
+            let last = pass_start.elapsed() / (end - done).max(1);
             done = end;
             error = film.error().map(|e| e.relative_rmse);
-            if self.stops(start, pass_start.elapsed(), error) {
+            if self.stops(start, last * (self.pass_end(done) - done), error) {
                 break;
             }
         }
@@ -322,7 +323,8 @@ impl Render<'_> {
         )
     }
 
-    fn stops(&self, start: Instant, last_pass: Duration, error: Option<f64>) -> bool {
+    /// `next` is how long the next pass will be, as the last one was.
+    fn stops(&self, start: Instant, next: Duration, error: Option<f64>) -> bool {
         let good = self
             .stop
             .error
@@ -331,7 +333,7 @@ impl Render<'_> {
         let late = self
             .stop
             .time
-            .is_some_and(|limit| start.elapsed() + last_pass > limit);
+            .is_some_and(|limit| start.elapsed() + next > limit);
         good || late
     }
 

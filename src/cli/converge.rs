@@ -13,7 +13,7 @@ use crate::picture::write_whole;
 use crate::plan::{Era, Plan, Session};
 use crate::render::Stop;
 use crate::report::{Convergence, Row};
-use crate::sampling::{DiscMap, Sampler, SamplerKind};
+use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 
 pub fn command() -> Command {
     let value = |name: &'static str, value: &'static str, help: &'static str| {
@@ -26,7 +26,8 @@ pub fn command() -> Command {
         .arg(value(
             "methods",
             "LIST",
-            "of 1999, random, jittered, sobol, each also with +rear [sobol,jittered,1999]",
+            "of 1999, random, jittered, sobol, blue, golden, each also with +rear, +adaptive or +FILTER \
+             [sobol,jittered,1999]",
         ))
         .arg(value(
             "from",
@@ -137,47 +138,56 @@ fn write(m: &ArgMatches, table: &Convergence) -> Result<()> {
     save("svg", &|| table.svg())
 }
 
-/// A sampler and a pupil, by name.
+const METHODS: &str = "methods are 1999, random, jittered, sobol, blue and golden, each also with +rear, +adaptive \
+     or +FILTER: sobol+adaptive+mitchell";
+
+/// What a plan is changed to, by name.
 struct Method {
     name: String,
     kind: SamplerKind,
     aim: Aim,
+    adaptive: bool,
+    /// The plan's own without.
+    filter: Option<Filter>,
 }
 
 impl Method {
     fn parse(word: &str) -> Result<Self> {
         let name = word.trim().to_owned();
-        if name == "1999" {
-            let aim = Aim::RearElement(DiscMap::Polar);
-            return Ok(Self {
-                name,
-                kind: SamplerKind::Jittered,
-                aim,
-            });
-        }
-        let (sampler, aim) = match name.split_once('+') {
-            None => (name.as_str(), Aim::ExitPupil),
-            Some((sampler, "rear")) => (sampler, Aim::RearElement(DiscMap::Concentric)),
-            Some((_, other)) => {
-                return Err(Diagnostic::error(format!("there is no pupil `{other}`"))
-                    .with_help("write `+rear`, or nothing for the exit pupil"));
-            }
+        let mut words = name.split('+');
+        let sampler = words.next().unwrap_or_default();
+        let unknown =
+            |what: &str| Diagnostic::error(format!("there is no {what}")).with_help(METHODS);
+        let kind = SamplerKind::ALL.iter().find(|(n, _)| *n == sampler);
+        let (kind, aim) = match (sampler, kind) {
+            ("1999", _) => (SamplerKind::Jittered, Aim::RearElement(DiscMap::Polar)),
+            (_, Some((_, kind))) => (*kind, Aim::ExitPupil),
+            _ => return Err(unknown(&format!("method `{sampler}`"))),
         };
-        match SamplerKind::ALL.iter().find(|(n, _)| *n == sampler) {
-            Some((_, kind)) => Ok(Self {
-                kind: *kind,
-                aim,
-                name,
-            }),
-            None => Err(Diagnostic::error(format!("there is no method `{sampler}`"))
-                .with_help("methods are 1999, random, jittered, sobol, each also with +rear")),
+        let mut method = Self {
+            name: name.clone(),
+            kind,
+            aim,
+            adaptive: false,
+            filter: None,
+        };
+        for word in words {
+            match (word, Filter::ALL.iter().find(|(n, _)| *n == word)) {
+                ("rear", _) => method.aim = Aim::RearElement(DiscMap::Concentric),
+                ("adaptive", _) => method.adaptive = true,
+                (_, Some((_, filter))) => method.filter = Some(*filter),
+                _ => return Err(unknown(&format!("`+{word}`"))),
+            }
         }
+        Ok(method)
     }
 
     fn of(&self, plan: &Plan) -> Plan {
         let mut plan = plan.clone();
         plan.sampler.kind = self.kind;
         plan.aim = self.aim;
+        plan.adaptive |= self.adaptive;
+        plan.filter = self.filter.unwrap_or(plan.filter);
         plan
     }
 }

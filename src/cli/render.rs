@@ -83,6 +83,10 @@ pub fn threads(m: &ArgMatches) -> Result<usize> {
     let here = std::thread::available_parallelism().map_or(1, usize::from);
     let count = |w: &str| w.parse().ok().filter(|n| (1..=1024).contains(n));
     let threads = parsed(m, "threads", "a number of threads from 1 to 1024", count)?;
+    if let Some(many) = threads.filter(|many| *many > here) {
+        let text = format!("`--threads {many}`: there are {here} cores, and more do not go faster");
+        tell(&Diagnostic::warning(text));
+    }
     Ok(threads.unwrap_or(here))
 }
 
