@@ -98,12 +98,15 @@ impl<'a> Sight<'a> {
         let meridian = film.truncate().try_normalize().unwrap_or(DVec2::X);
         let mut aim = self.best_along(film, DVec2::ZERO, meridian);
         if !self.rotational && !(fill(aim) < 0.6) {
+            let mut last = f64::INFINITY;
             for _ in 0..8 {
                 aim = self.best_along(film, aim, DVec2::Y);
                 aim = self.best_along(film, aim, DVec2::X);
-                if fill(aim) < 0.6 {
+                let now = fill(aim);
+                if now < 0.6 || !(now < 0.98 * last) {
                     break;
                 }
+                last = now;
             }
             if !(fill(aim) < 1.0) {
                 aim = self.best_of_grid(film);
@@ -137,7 +140,7 @@ impl<'a> Sight<'a> {
         }
         // Each time 15 times nearer: 12 times is rounding.
         for _ in 0..12 {
-            if best.1 < 0.1 || best.1.is_infinite() {
+            if best.1 < 0.6 || best.1.is_infinite() {
                 break;
             }
             let low = best.0 - step;
