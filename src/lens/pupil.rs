@@ -103,8 +103,8 @@ impl Aims {
 }
 
 impl PupilTarget {
-    /// Aims from film points by pairs of numbers in the unit square, side by side: points of their
-    /// windows, but not the same as these give.
+    /// Aims from film points by pairs of numbers in the unit square, side by side: what their
+    /// windows give, but for rounding.
     pub fn aims(&self, film: &[Lane; 2], pupil: &[Lane; 2], aims: &mut Aims) {
         if let Self::ExitPupil(target) = self
             && let Table::Radial(_, spans) = &target.table
@@ -304,9 +304,8 @@ impl Lanewise for SpanAims<'_> {
         for i in 0..LANES {
             area[i] = 0.0;
             if let Some((span, t)) = self.spans.at(radius[i]) {
-                let (point, stands_for) = span.aim(t, u[i], out[i]);
-                [x[i], y[i]] = point.to_array();
-                area[i] = stands_for;
+                area[i] = span.area(t).max(0.0);
+                [x[i], y[i]] = span.point(t, u[i], out[i]).to_array();
             }
         }
         for i in 0..LANES {

@@ -86,45 +86,34 @@ pub struct Span {
     high: Outline,
     /// Twice the area of the triangles before each corner: a quadratic of the mixture.
     before: [[f64; 3]; SIDES + 1],
-    /// A triangle at or a little before the one where each share of the area ends.
-    starts: [u8; STARTS],
-    /// The same for shares of the area as they are on average over the span.
     mean: Mean,
 }
 
-/// Shares of the triangles on average over a span: what is drawn from without a search.
+/// Shares of the triangles on average over a span: where a search begins, and mostly ends.
 #[derive(Clone, Debug)]
 struct Mean {
-    /// The share of the triangles before each.
+    /// The share of the area in the triangles before each.
     before: [f64; SIDES + 1],
-    /// One over each triangle's own share; 0 for one of no area.
-    over: [f64; SIDES],
+    /// The triangle in which each share begins.
     starts: [u8; STARTS],
 }
 
 impl Mean {
     /// `area` gives the mean area up to each corner.
     fn new(area: impl Fn(usize) -> f64) -> Self {
-        let all = area(SIDES);
-        let share = |j: usize| if all > 0.0 { area(j) / all } else { 0.0 };
-        let mut this = Self {
-            before: std::array::from_fn(share),
-            over: [0.0; SIDES],
-            starts: [0; STARTS],
-        };
-        this.before[SIDES] = 1.0;
-        for j in 0..SIDES {
-            let own = this.before[j + 1] - this.before[j];
-            this.over[j] = if own > 0.0 { 1.0 / own } else { 0.0 };
-        }
-        for (i, start) in this.starts.iter_mut().enumerate() {
+        let all = area(SIDES).max(f64::MIN_POSITIVE);
+        let before: [f64; SIDES + 1] = std::array::from_fn(|j| area(j) / all);
+        let start = |i: usize| {
             let share = i as f64 / STARTS as f64;
-            *start = this.before[1..SIDES].partition_point(|b| *b <= share) as u8;
+            before[1..SIDES].partition_point(|b| *b <= share) as u8
+        };
+        Self {
+            before,
+            starts: std::array::from_fn(start),
         }
-        this
     }
 
-    /// The triangle where a share of the area ends.
+    /// The triangle in which a share of the area ends.
     #[inline(always)]
     fn triangle(&self, share: f64) -> usize {
         let cell = (share * STARTS as f64) as usize & (STARTS - 1);
@@ -152,40 +141,22 @@ impl Span {
             ];
             before[j + 1] = std::array::from_fn(|i| before[j][i] + twice[i]);
         }
-        let mut this = Self {
+        let mean = Mean::new(|j| {
+            let [a, b, c] = before[j];
+            a + b / 2.0 + c / 3.0
+        });
+        Self {
             low,
             high,
             before,
-            starts: [0; STARTS],
-            mean: Mean::new(|j| {
-                let [a, b, c] = before[j];
-                a + b / 2.0 + c / 3.0
-            }),
-        };
-        for (i, start) in (0..STARTS).zip(0..) {
-            let share = f64::from(start) / STARTS as f64;
-            let first = |t: f64| this.search(t, share * this.before(SIDES, t), 0);
-            this.starts[i] = first(0.0).min(first(0.5)).min(first(1.0)) as u8;
+            mean,
         }
-        this
     }
 
     #[inline(always)]
     fn before(&self, j: usize, t: f64) -> f64 {
         let [a, b, c] = self.before[j];
         a + t * (b + t * c)
-    }
-
-    /// The last triangle that begins at or before a place and ends behind it.
-    fn search(&self, t: f64, place: f64, start: usize) -> usize {
-        let mut j = start;
-        while j > 0 && self.before(j, t) > place {
-            j -= 1;
-        }
-        while j < SIDES - 1 && self.before(j + 1, t) <= place {
-            j += 1;
-        }
-        j
     }
 
     #[inline(always)]
@@ -197,39 +168,22 @@ impl Span {
     #[inline(always)]
     pub fn point(&self, t: f64, u: f64, out: f64) -> DVec2 {
         let place = u * self.before(SIDES, t);
-        let start = self.starts[((u * STARTS as f64) as usize).min(STARTS - 1)];
-        let j = self.search(t, place, usize::from(start));
-        let at = share(place, self.before(j, t), self.before(j + 1, t));
+        let mut j = self.mean.triangle(u);
+        let (mut start, mut end) = (self.before(j, t), self.before(j + 1, t));
+        // Nearly always it is this one.
+        while j > 0 && start > place {
+            j -= 1;
+            (start, end) = (self.before(j, t), start);
+        }
+        while j < SIDES - 1 && end <= place {
+            j += 1;
+            (start, end) = (end, self.before(j + 1, t));
+        }
+        let at = share(place, start, end);
         let corner = |j: usize| self.low.corners[j].lerp(self.high.corners[j], t);
-        let (center, a, b) = (
-            self.low.center.lerp(self.high.center, t),
-            corner(j),
-            corner(j + 1),
-        );
-        center.lerp(a.lerp(b, at), out)
+        let center = self.low.center.lerp(self.high.center, t);
+        center.lerp(corner(j).lerp(corner(j + 1), at), out)
     }
-}
-
-impl Span {
-    /// A point of the figure and the area it stands for. Triangles are drawn by their mean areas
-    /// over the span, so points are a little less even than by [`Span::point`], and the areas say
-    /// by how much.
-    #[inline(always)]
-    pub fn aim(&self, t: f64, u: f64, out: f64) -> (DVec2, f64) {
-        let j = self.mean.triangle(u);
-        let over = self.mean.over[j];
-        let at = (u - self.mean.before[j]) * over;
-        let corner = |j: usize| mixed(self.low.corners[j], self.high.corners[j], t);
-        let center = mixed(self.low.center, self.high.center, t);
-        let rim = mixed(corner(j), corner(j + 1), at);
-        let area = 0.5 * (self.before(j + 1, t) - self.before(j, t)) * over;
-        (mixed(center, rim, out), area.max(0.0))
-    }
-}
-
-#[inline(always)]
-fn mixed(a: DVec2, b: DVec2, t: f64) -> DVec2 {
-    a + t * (b - a)
 }
 
 /// Where a place lies between two; a triangle of no area has its middle.
@@ -381,33 +335,6 @@ mod tests {
         assert!((mean - polygon.center()).length() < 1e-3, "{mean}");
         let exact = mean_square(polygon);
         assert!((square / exact - 1.0).abs() < 1e-3, "{square} {exact}");
-    }
-
-    /// The integrals of 1, x, y and x² over a figure between two, by aims and by even points.
-    #[test]
-    fn aims_and_their_areas_give_the_integrals_of_even_points() {
-        let sides = directions();
-        let disc = |radius: f64, off: f64| {
-            Outline::of(&std::array::from_fn(|j| radius + off * sides[j].x), &sides)
-        };
-        let span = Span::new(disc(1.0, 0.2), disc(2.0, -1.5));
-        for t in [0.0, 0.4, 1.0] {
-            let n = 400;
-            let (mut aimed, mut even) = ([0.0; 4], [0.0; 4]);
-            for i in 0..n * n {
-                let [u, v] = [i % n, i / n].map(|k| (f64::from(k) + 0.5) / f64::from(n));
-                let (p, area) = span.aim(t, u, v.sqrt());
-                let q = span.point(t, u, v.sqrt());
-                for (sum, p, area) in [(&mut aimed, p, area), (&mut even, q, span.area(t))] {
-                    for (sum, f) in sum.iter_mut().zip([1.0, p.x, p.y, p.x * p.x]) {
-                        *sum += f * area / f64::from(n * n);
-                    }
-                }
-            }
-            for (a, b) in aimed.into_iter().zip(even) {
-                assert!((a - b).abs() < 2e-3 * even[0], "{t}: {a} {b}");
-            }
-        }
     }
 
     #[test]
