@@ -112,11 +112,11 @@ impl LensCamera {
             bundle: &mut *bundle,
             weight: &mut weight,
         });
-        for lane in 0..LANES {
+        for (lane, weight) in weight.iter_mut().enumerate() {
             if lane >= sheaf.count || !(aims.area[lane] > 0.0) {
                 bundle.clear(lane);
             } else if lens.reflects() {
-                weight[lane] *= kept(lens, &bundle.ray(lane));
+                *weight *= kept(lens, &bundle.ray(lane));
             }
         }
         lens.trace_bundle_from_film(bundle);

@@ -180,10 +180,10 @@ impl Lanewise for Draw {
         let mut points = [[0.0; LANES]; 4];
         for d in 0..4 {
             let mut x = [0u32; LANES];
-            for bit in 0..32 - most.leading_zeros() as usize {
-                let v = BITS[d][bit];
-                for i in 0..LANES {
-                    x[i] ^= v & 0u32.wrapping_sub(self.places[i] >> bit & 1);
+            let bits = 32 - most.leading_zeros() as usize;
+            for (bit, v) in BITS[d][..bits].iter().enumerate() {
+                for (x, place) in x.iter_mut().zip(&self.places) {
+                    *x ^= v & 0u32.wrapping_sub(place >> bit & 1);
                 }
             }
             for i in 0..LANES {

@@ -272,11 +272,11 @@ impl Lanewise for Settle<'_> {
                 0.0
             };
         }
-        for k in 0..3 {
+        for (normal, flat) in to.normal.iter_mut().zip(&flat) {
             for i in 0..BUNDLE {
-                let smooth = size[i] * to.normal[k][i];
-                let own = from.turn[i] * flat[k][i];
-                to.normal[k][i] = lit[i] * if from.smooth[i] > 0.0 { smooth } else { own };
+                let smooth = size[i] * normal[i];
+                let own = from.turn[i] * flat[i];
+                normal[i] = lit[i] * if from.smooth[i] > 0.0 { smooth } else { own };
             }
         }
         to
