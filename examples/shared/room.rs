@@ -49,6 +49,7 @@ pub fn table(report: &mut String, scene: &Path, peer: Option<&str>, seconds: &dy
     let mut all = Vec::new();
     let mut beside = String::new();
     for (name, optics) in optics() {
+        let mut truth = Vec::new();
         for adaptive in [false, true] {
             let mut plan = plan(scene, optics.clone());
             plan.adaptive = adaptive;
@@ -56,15 +57,15 @@ pub fn table(report: &mut String, scene: &Path, peer: Option<&str>, seconds: &dy
                 Ok(session) => session,
                 Err(error) => return eprintln!("{}", error.message),
             };
-            let own = session.seconds;
-            if !adaptive {
+            if truth.is_empty() {
+                truth = reference(&session);
+                let own = session.seconds;
                 let _ = writeln!(
                     beside,
                     "\n{name}: reading {:.3} s, compiling {:.3} s, pupil {:.4} s of the clock.",
                     own.read, own.compile, own.pupil
                 );
             }
-            let truth = reference(&session);
             for samples in [4, 16, 64, 256] {
                 all.push(made(&session, samples, &truth, name, adaptive, seconds));
             }

@@ -411,7 +411,9 @@ fn sags<const FUSED: bool>(
     for i in 0..LANES {
         inside[i] = 1.0 - (1.0 + k) * c * c * r2[i];
         let root = inside[i].sqrt();
-        sag[i] = c * r2[i] / (1.0 + root) + p[i];
+        // One quotient for c r²/(1 + root) and c/root.
+        let over = c / (root * (1.0 + root));
+        sag[i] = fused::<FUSED>(r2[i] * root, over, p[i]);
         let more = if profile.even {
             2.0 * dp[i]
         } else if r[i] > 0.0 {
@@ -419,7 +421,7 @@ fn sags<const FUSED: bool>(
         } else {
             0.0
         };
-        slope[i] = c / root + more;
+        slope[i] = fused::<FUSED>(1.0 + root, over, more);
     }
 }
 
@@ -462,13 +464,12 @@ fn asphere<const STOPS: bool, const FUSED: bool>(
     let (mut r2, mut sag, mut slope, mut inside) =
         ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
     // 1 while a lane goes on, 0 when it has stopped; a number, so that it stays in vectors.
-    let mut going = b.lost.map(|lost| if lost == 0 { 1.0 } else { 0.0 });
+    let mut going: Lane = b.lost.map(|lost| if lost == 0 { 1.0 } else { 0.0 });
     for _ in 0..60 {
         for i in 0..LANES {
             r2[i] = qx[i] * qx[i] + qy[i] * qy[i];
         }
         sags::<FUSED>(profile, &r2, &mut sag, &mut slope, &mut inside);
-        let mut left = 0.0;
         for i in 0..LANES {
             let on = going[i] > 0.0;
             let known = inside[i] > 0.0;
@@ -476,8 +477,8 @@ fn asphere<const STOPS: bool, const FUSED: bool>(
             let (nx, ny) = (-slope[i] * qx[i], -slope[i] * qy[i]);
             let toward = nx * b.dx[i] + ny * b.dy[i] + b.dz[i];
             let better = on & known & (height.abs() < best[i]);
-            let size = (r2[i] + qz[i] * qz[i]).sqrt();
-            let settled = known & !better & (best[i] <= 1e-13 * size);
+            let (square, size) = (best[i] * best[i], r2[i] + qz[i] * qz[i]);
+            let settled = known & !better & (square <= 1e-26 * size);
             best[i] = if better { height.abs() } else { best[i] };
             (x[i], y[i], z[i]) = if better {
                 (qx[i], qy[i], qz[i])
@@ -486,11 +487,12 @@ fn asphere<const STOPS: bool, const FUSED: bool>(
             };
             (gx[i], gy[i]) = if better { (nx, ny) } else { (gx[i], gy[i]) };
             rate[i] = if better { toward } else { rate[i] };
+            let near = best[i] * best[i] <= 1.6e-31 * size;
             let full = -height / toward;
             let back = 0.5 * last[i];
             let ends = if known {
                 // A few roundings from the surface, or no nearer than before.
-                settled | (best[i] <= 4e-16 * size) | !(full.abs() < f64::INFINITY)
+                settled | near | !(full.abs() < f64::INFINITY)
             } else {
                 back == 0.0
             };
@@ -507,9 +509,9 @@ fn asphere<const STOPS: bool, const FUSED: bool>(
             qy[i] += go * b.dy[i];
             qz[i] += go * b.dz[i];
             going[i] = if on { 1.0 } else { 0.0 };
-            left += going[i];
         }
-        if left == 0.0 {
+        // By bits: a sum of these would have to be made in order.
+        if going.iter().fold(0, |all, on| all | on.to_bits()) == 0 {
             break;
         }
     }
