@@ -140,14 +140,14 @@ fn thread_seconds() -> f64 {
     )
 }
 
-/// Seconds for one call: the least of several rounds of at least 20 ms.
+/// Seconds for one call: the least of several rounds of at least 60 ms.
 fn time(mut work: impl FnMut()) -> f64 {
     let mut best = f64::INFINITY;
     for _ in 0..3 {
         let start = thread_seconds();
         let mut calls = 0;
         let clock = Instant::now();
-        while clock.elapsed() < Duration::from_millis(20) {
+        while clock.elapsed() < Duration::from_millis(60) {
             work();
             calls += 1;
         }
