@@ -449,6 +449,12 @@ fn write_text(lens: &Lens, focus: Option<&Focus>, out: &mut dyn Write) -> std::i
         t_numbers(lens, out)?;
     }
     write!(out, "  length                 {:>12.4} mm", optics.length)?;
+    if !lens.prescription().is_dispersive() {
+        write!(
+            out,
+            "\n  colour                 none: the source gives indices at the d line alone"
+        )?;
+    }
     if let Some(focus) = focus {
         let angle = focus.height_angle(HALF_HEIGHT).to_degrees();
         writeln!(
