@@ -42,6 +42,23 @@ pub struct Corner {
     pub third: f32,
 }
 
+/// A corner, and where it lies in the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    pub corner: Corner,
+    position: Vec3,
+    normal: Vec3,
+    /// Whether it can be drawn: numbers that are numbers, not too far away.
+    sound: bool,
+}
+
+impl Placed {
+    /// Takes over another's normal.
+    pub fn face_as(&mut self, other: &Self) {
+        (self.corner.normal, self.normal) = (other.corner.normal, other.normal);
+    }
+}
+
 /// What a shape draws into: keeps primitives, or only counts and bounds them.
 pub struct Builder<'a> {
     pub document: &'a Document,
@@ -158,7 +175,7 @@ impl<'a> Builder<'a> {
 
     /// Begins the surface of a shape: everything drawn from here on belongs to it.
     pub(super) fn begin(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-        self.place(state.world_from_object);
+        self.put(state.world_from_object);
         self.bounds = None;
         self.object_bounds = None;
         self.shape_count += 1;
@@ -184,11 +201,39 @@ impl<'a> Builder<'a> {
             .texture
             .as_ref()
             .is_some_and(|t| t.texture.is_deep());
+        self.own();
         self.scene.surfaces.push(surface);
     }
 
-    /// Ends the shape.
-    pub(super) fn end(&mut self, _class: &'static str) {}
+    /// The triangles since the last time belong to the last surface.
+    fn own(&mut self) {
+        let owner = self.scene.surfaces.len().saturating_sub(1) as u32;
+        self.owners[0].resize(self.scene.triangles.len(), owner);
+    }
+
+    /// Makes room for as many triangles of the current shape as are to come at most.
+    pub fn expect(&mut self, triangles: usize) {
+        if self.surveying || self.outlines() {
+            return;
+        }
+        let room = self
+            .max_primitives
+            .saturating_sub(self.scene.triangles.len());
+        let triangles = triangles.min(room);
+        self.scene.triangles.reserve(triangles);
+        let Some(surface) = self.scene.surfaces.last_mut() else {
+            return;
+        };
+        if self.uses_normals {
+            surface.normals.reserve_exact(triangles);
+        }
+        if self.uses_materials {
+            surface.materials.reserve_exact(triangles);
+        }
+        if self.uses_coordinates {
+            surface.coordinates.reserve_exact(triangles);
+        }
+    }
 
     /// Whether invisible shapes still count: for bounds they do, as in Inventor.
     pub(super) fn ignores_draw_style(&self) -> bool {
@@ -196,7 +241,7 @@ impl<'a> Builder<'a> {
     }
 
     /// The matrix for what follows, from the world's.
-    fn place(&mut self, world_from_object: DMat4) {
+    fn put(&mut self, world_from_object: DMat4) {
         let mut affine = DAffine3::from_mat4(world_from_object);
         affine.translation -= self.origin;
         self.scene_from_object = affine;
@@ -213,7 +258,7 @@ impl<'a> Builder<'a> {
         let kept = (self.scene_from_object, self.normal_matrix);
         let mut world = self.scene_from_object;
         world.translation += self.origin;
-        self.place(DMat4::from(world) * matrix);
+        self.put(DMat4::from(world) * matrix);
         draw(self);
         (self.scene_from_object, self.normal_matrix) = kept;
     }
@@ -238,7 +283,7 @@ impl<'a> Builder<'a> {
     /// Draws what follows under a matrix of its own.
     pub fn with_world(&mut self, world: DMat4, draw: impl FnOnce(&mut Self)) {
         let kept = (self.scene_from_object, self.normal_matrix);
-        self.place(world);
+        self.put(world);
         draw(self);
         (self.scene_from_object, self.normal_matrix) = kept;
     }
@@ -442,6 +487,13 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// The same for many; where nobody asks for boxes the points are not looked at.
+    pub fn bound_all(&mut self, points: impl Iterator<Item = Vec3>) {
+        if self.surveying {
+            points.for_each(|p| self.bound(p));
+        }
+    }
+
     /// What Inventor takes for the current shape's box, where it is not the box around what is
     /// drawn. The exact box stays.
     pub fn set_inventor_box(&mut self, object: Option<(DVec3, DVec3)>) {
@@ -468,13 +520,50 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Moves a corner into the scene, once for all the triangles that it is part of.
+    pub fn place(&self, corner: Corner) -> Placed {
+        self.place_beside(corner, None)
+    }
+
+    /// The same; neighbors of a flat face share the work on their normal.
+    pub fn place_beside(&self, corner: Corner, neighbor: Option<&Placed>) -> Placed {
+        let mut placed = Placed {
+            corner,
+            position: corner.position,
+            normal: corner.normal,
+            sound: corner.position.is_finite(),
+        };
+        if !placed.sound || self.surveying || self.outlines() {
+            return placed;
+        }
+        let matrix = &self.scene_from_object;
+        placed.position = matrix
+            .transform_point3(corner.position.as_dvec3())
+            .as_vec3();
+        placed.sound = in_reach(placed.position);
+        if self.uses_normals {
+            placed.normal = match neighbor {
+                Some(n) if n.sound && n.corner.normal == corner.normal => n.normal,
+                _ => (self.normal_matrix * corner.normal.as_dvec3())
+                    .normalize_or_zero()
+                    .as_vec3(),
+            };
+        }
+        placed
+    }
+
     pub fn triangle(&mut self, corners: [Corner; 3]) {
+        let [a, b, c] = corners.map(|c| self.place(c));
+        self.triangle_of([&a, &b, &c]);
+    }
+
+    pub fn triangle_of(&mut self, corners: [&Placed; 3]) {
         self.triangle_count += 1;
         if self.outlines() {
-            self.outline(&corners);
+            self.outline(&corners.map(|c| c.corner));
             return;
         }
-        if corners.iter().any(|c| !c.position.is_finite()) {
+        if corners.iter().any(|c| !c.sound) {
             self.scene.census.bad_corners += 1;
             return;
         }
@@ -487,35 +576,23 @@ impl<'a> Builder<'a> {
         if self.has_no_room() {
             return;
         }
-        let matrix = &self.scene_from_object;
-        let positions = corners.map(|c| matrix.transform_point3(c.position.as_dvec3()).as_vec3());
-        if positions.iter().any(|p| !in_reach(*p)) {
-            self.scene.census.bad_corners += 1;
-            return;
-        }
         self.scene.census.triangles += 1;
-        self.scene.triangles.push(positions);
-        let owner = self.scene.surfaces.len() as u32 - 1;
-        self.owners[0].push(owner);
-        let normal_matrix = self.normal_matrix;
+        self.scene.triangles.push(corners.map(|c| c.position));
         let Some(surface) = self.scene.surfaces.last_mut() else {
             return;
         };
         if self.uses_normals {
-            surface.normals.push(corners.map(|c| {
-                (normal_matrix * c.normal.as_dvec3())
-                    .normalize_or_zero()
-                    .as_vec3()
-            }));
+            surface.normals.push(corners.map(|c| c.normal));
         }
         if self.uses_materials {
-            surface.materials.push(corners.map(|c| c.material));
+            surface.materials.push(corners.map(|c| c.corner.material));
         }
         if self.uses_coordinates {
-            surface.coordinates.push(corners.map(|c| c.coordinates));
+            let coordinates = corners.map(|c| c.corner.coordinates);
+            surface.coordinates.push(coordinates);
         }
         if self.uses_thirds {
-            surface.thirds.push(corners.map(|c| c.third));
+            surface.thirds.push(corners.map(|c| c.corner.third));
         }
     }
 
@@ -525,22 +602,27 @@ impl<'a> Builder<'a> {
             self.scene.census.bad_corners += 1;
             return;
         }
+        let mut vertices: Vec<Placed> = Vec::with_capacity(mesh.positions.len());
+        for (v, &position) in mesh.positions.iter().enumerate() {
+            let corner = Corner {
+                position,
+                normal: mesh.normals[v],
+                material: mesh.colors.get(v).copied().unwrap_or(0),
+                coordinates: mesh.texcoords[v],
+                third: 0.0,
+            };
+            vertices.push(self.place_beside(corner, vertices.last()));
+        }
+        self.expect(mesh.triangles.len());
+        let by_part = by_part && mesh.colors.is_empty();
         for (i, triangle) in mesh.triangles.iter().enumerate() {
-            let part = mesh.parts.get(i).map_or(0, |&p| u32::from(p));
-            self.triangle(triangle.map(|v| {
-                let v = v as usize;
-                Corner {
-                    position: mesh.positions[v],
-                    normal: mesh.normals[v],
-                    material: match mesh.colors.get(v) {
-                        Some(&color) => color,
-                        None if by_part => part,
-                        None => 0,
-                    },
-                    coordinates: mesh.texcoords[v],
-                    third: 0.0,
-                }
-            }));
+            let mut corners = triangle.map(|v| vertices[v as usize]);
+            if by_part {
+                let part = mesh.parts.get(i).map_or(0, |&p| u32::from(p));
+                corners.iter_mut().for_each(|c| c.corner.material = part);
+            }
+            let [a, b, c] = &corners;
+            self.triangle_of([a, b, c]);
         }
     }
 
@@ -708,6 +790,7 @@ impl<'a> Builder<'a> {
                 };
             }
         }
+        self.own();
         let mut owners = std::mem::take(&mut self.owners[0]);
         owners.append(&mut self.owners[1]);
         owners.append(&mut self.owners[2]);

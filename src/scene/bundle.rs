@@ -66,7 +66,7 @@ impl RenderScene {
         let mut packet = Packet::empty();
         packets(rays, |numbers| {
             packet.fill(numbers.iter().map(|&i| &rays[usize::from(i)]));
-            self.tree.meet_packet::<false>(&mut packet, self);
+            self.tree().meet_packet::<false>(&mut packet, self);
             for (lane, &i) in numbers.iter().enumerate() {
                 let i = usize::from(i);
                 let hit = packet.hit(lane);
@@ -94,7 +94,7 @@ impl RenderScene {
         let mut packet = Packet::empty();
         packets(rays, |numbers| {
             packet.fill(numbers.iter().map(|&i| &rays[usize::from(i)]));
-            self.tree.meet_packet::<true>(&mut packet, self);
+            self.tree().meet_packet::<true>(&mut packet, self);
             for (lane, &i) in numbers.iter().enumerate() {
                 let blocked = packet.found >> lane & 1 == 1;
                 through[usize::from(i)] = f32::from(u8::from(!blocked));

@@ -26,7 +26,7 @@ pub mod traverse;
 pub mod vrml97_shapes;
 pub mod wide;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -181,7 +181,8 @@ pub struct RenderScene {
     plain: Vec<PlainSurface>,
     light_sets: Vec<Arc<Vec<Light>>>,
     textures: Vec<Arc<Texture>>,
-    tree: Wide,
+    /// Built when the first ray asks for it.
+    tree: OnceLock<Wide>,
     /// Whether any surface is see-through in places or seen from one side only.
     special: bool,
     /// Whether any surface is seen before everything else.
@@ -223,51 +224,62 @@ impl RenderScene {
         let mut builder = Builder::new(document, options);
         graph::walk(document, &walk_options, &mut builder);
         let mut scene = builder.finish()?;
-        scene.build_hierarchy()?;
+        scene.settle()?;
         Ok(scene)
     }
 
-    fn build_hierarchy(&mut self) -> Result<()> {
-        let count = self.triangles.len() + self.quadrics.len() + self.strokes.len();
-        if u32::try_from(count).is_err() {
+    /// What is known once everything is collected: the box around it, fog, what lets light through.
+    fn settle(&mut self) -> Result<()> {
+        if u32::try_from(self.owners.len()).is_err() {
             return Err(Diagnostic::error("the scene has more than 2^32 primitives"));
         }
-        let mut boxes: Vec<(Vec3, Vec3)> = Vec::with_capacity(count);
-        boxes.extend(
-            self.triangles
-                .iter()
-                .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c))),
-        );
-        boxes.extend(self.quadrics.iter().map(|q| {
-            let (min, max) = q.bounds();
-            widen(min, max)
-        }));
-        boxes.extend(self.strokes.iter().map(|s| s.bounds(&self.view)));
-        self.bounds = boxes
-            .iter()
-            .copied()
-            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        self.bounds = self.boxes().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         self.settle_fog();
         if self.census.transparent {
-            self.settle_centers(&boxes);
+            self.settle_centers();
         }
         self.plain = self.surfaces.iter().map(PlainSurface::of).collect();
         self.solid = self
             .surfaces
             .iter()
             .all(|s| s.casts_shadow && s.clip.is_empty() && s.is_opaque());
-        let (binary, order) = Bvh::build(&boxes);
-        let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
-        self.tree = Wide::collapse(&binary, &order, corners);
         Ok(())
     }
 
+    /// The box around each primitive.
+    fn boxes(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
+        let triangles = self.triangles.iter();
+        let triangles = triangles.map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)));
+        let quadrics = self.quadrics.iter().map(|q| {
+            let (min, max) = q.bounds();
+            widen(min, max)
+        });
+        let strokes = self.strokes.iter().map(|s| s.bounds(&self.view));
+        triangles.chain(quadrics).chain(strokes)
+    }
+
+    /// The tree that rays go through, built when it is first asked for: what needs no ray (bounds,
+    /// counts, triangles) does not wait for it. The same tree whoever asks.
+    fn tree(&self) -> &Wide {
+        self.tree.get_or_init(|| {
+            let boxes: Vec<(Vec3, Vec3)> = self.boxes().collect();
+            let (binary, order) = Bvh::build(&boxes);
+            let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
+            Wide::collapse(&binary, &order, corners)
+        })
+    }
+
+    /// Builds what rays need now, so that the first ray does not wait.
+    pub fn prepare(&self) {
+        self.tree();
+    }
+
     /// Where the box of each surface has its center.
-    fn settle_centers(&mut self, boxes: &[(Vec3, Vec3)]) {
+    fn settle_centers(&mut self) {
         let mut around: Vec<Option<(Vec3, Vec3)>> = vec![None; self.surfaces.len()];
-        for (owner, (min, max)) in self.owners.iter().zip(boxes) {
+        for (owner, (min, max)) in self.owners.iter().zip(self.boxes()) {
             let all = &mut around[*owner as usize];
-            *all = Some(all.map_or((*min, *max), |(a, b)| (a.min(*min), b.max(*max))));
+            *all = Some(all.map_or((min, max), |(a, b)| (a.min(min), b.max(max))));
         }
         for (surface, around) in self.surfaces.iter_mut().zip(around) {
             surface.center = around.map_or(Vec3::ZERO, |(min, max)| 0.5 * (min + max));
@@ -320,7 +332,7 @@ impl RenderScene {
     fn nearest(&self, ray: &Ray, is_seen: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let prepared = PreparedRay::new(ray);
         let mut front = Front::new(ray);
-        self.tree
+        self.tree()
             .walk(&prepared, ray.t_min, ray.t_max, |block, t_max| {
                 self.visit(&prepared, block, ray.t_min, t_max, |hit| {
                     let passed = hit.t <= ray.plane_end && self.rank(&hit) >= ray.passed;
@@ -455,16 +467,17 @@ impl RenderScene {
     pub fn transmittance(&self, ray: &Ray, t_max: f32) -> f32 {
         let prepared = PreparedRay::new(ray);
         let mut through = 1.0;
-        self.tree.walk(&prepared, ray.t_min, t_max, |block, t_max| {
-            self.visit(&prepared, block, ray.t_min, t_max, |hit| {
-                through *= self.lets_through(ray, &hit);
-                if through > 0.0 {
-                    t_max
-                } else {
-                    f32::NEG_INFINITY
-                }
-            })
-        });
+        self.tree()
+            .walk(&prepared, ray.t_min, t_max, |block, t_max| {
+                self.visit(&prepared, block, ray.t_min, t_max, |hit| {
+                    through *= self.lets_through(ray, &hit);
+                    if through > 0.0 {
+                        t_max
+                    } else {
+                        f32::NEG_INFINITY
+                    }
+                })
+            });
         through
     }
 

@@ -55,6 +55,11 @@ pub struct Faces {
 const CROWD: usize = 4096;
 
 impl Faces {
+    /// The normal at each corner.
+    pub fn smooth_corners(&self, crease_angle: f32) -> Vec<Vec3> {
+        self.smooth(&self.corners, crease_angle)
+    }
+
     /// The normal at a vertex as seen from a face, for each of the asked pairs.
     pub fn smooth(&self, asked: &[(u32, u32)], crease_angle: f32) -> Vec<Vec3> {
         let threshold = libm::cosf(crease_angle.clamp(0.0, std::f32::consts::PI));

@@ -3,22 +3,17 @@
 use glam::Vec3;
 
 use super::BoxCoordinates;
+use super::runs::{Broken, Runs};
 use super::vertices::{
     Normals, Place, Vertices, faces_are_parts, indices, is_per_vertex, without_index,
 };
 use crate::graph::read::Fields;
-use crate::graph::state::{Binding, Coordinates, State};
+use crate::graph::state::{Binding, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::builder::Corner;
+use crate::scene::builder::{Corner, Placed};
 use crate::scene::normals::{Faces, face_normal, merge_equal};
 use crate::scene::tessellate::tessellate;
-
-/// Corners of one face: range of positions, and where each points.
-struct Face {
-    start: usize,
-    coordinates: Vec<usize>,
-}
 
 /// The index fields of an indexed shape.
 pub struct Indices<'a> {
@@ -49,7 +44,8 @@ pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut Bui
         Binding::PerVertex if state.vrml1 => Binding::PerVertexIndexed,
         other => faces_are_parts(other),
     };
-    let faces = split(index, state.coordinates, out);
+    // A face with a coordinate that does not exist is left out.
+    let faces = Runs::by_index(index, state.coordinates, Broken::Empty, out);
     let normal_binding = per_vertex_is_indexed(state.normal_binding);
     let mut vertices = Vertices {
         state,
@@ -64,13 +60,11 @@ pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut Bui
         boxed: None,
     };
     if out.wants_coordinates() {
-        let used = faces.iter().flat_map(|f| &f.coordinates);
-        vertices.boxed = Some(BoxCoordinates::of(
-            used.filter_map(|&c| state.coordinates.get(c)),
-        ));
+        let used = faces.all().filter_map(|c| state.coordinates.get(c));
+        vertices.boxed = Some(BoxCoordinates::of(used));
     }
     if out.wants_normals() {
-        vertices.normals = normals(&faces, index.len(), state, normal_binding, false);
+        vertices.normals = normals(&faces, state, normal_binding, false);
     }
     draw(&faces, &vertices, state.hints.convex, out);
 }
@@ -78,14 +72,7 @@ pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut Bui
 pub fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let counts = node.read::<[i32]>("numVertices").unwrap_or(&[-1]);
     let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
-    let faces: Vec<Face> = runs(counts, start, state.coordinates.len())
-        .into_iter()
-        .filter(|(_, n)| *n >= 3)
-        .map(|(first, n)| Face {
-            start: first - start,
-            coordinates: (first..first + n).collect(),
-        })
-        .collect();
+    let faces = Runs::by_count(counts, start, state.coordinates.len());
     let normal_binding = without_index(faces_are_parts(state.normal_binding));
     let mut vertices = Vertices {
         state,
@@ -100,67 +87,17 @@ pub fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>)
         boxed: None,
     };
     if out.wants_coordinates() {
-        let used = faces.iter().flat_map(|f| &f.coordinates);
-        vertices.boxed = Some(BoxCoordinates::of(
-            used.filter_map(|&c| state.coordinates.get(c)),
-        ));
+        let used = faces.all().filter_map(|c| state.coordinates.get(c));
+        vertices.boxed = Some(BoxCoordinates::of(used));
     }
     if out.wants_normals() {
-        let positions = faces.last().map_or(0, |f| f.start + f.coordinates.len());
-        vertices.normals = normals(&faces, positions, state, normal_binding, true);
+        vertices.normals = normals(&faces, state, normal_binding, true);
     }
     draw(&faces, &vertices, state.hints.convex, out);
 }
 
-/// First coordinate and number of each run; −1 takes all that are left. Runs past the end are
-/// cut off.
-pub fn runs(counts: &[i32], start: usize, available: usize) -> Vec<(usize, usize)> {
-    let mut at = start;
-    let mut out = Vec::new();
-    for &count in counts {
-        let left = available.saturating_sub(at);
-        let n = usize::try_from(count).unwrap_or(left);
-        if n > left {
-            break;
-        }
-        out.push((at, n));
-        at += n;
-    }
-    out
-}
-
-/// Faces of a `coordIndex`: at −1 one ends. A face with fewer than three corners or a coordinate
-/// that does not exist is left out; Coin gives up on the rest of the shape there.
-fn split(index: &[i32], coordinates: Coordinates<'_>, out: &mut Builder<'_>) -> Vec<Face> {
-    let mut faces = Vec::new();
-    let mut start = 0;
-    while start < index.len() {
-        let end = index[start..]
-            .iter()
-            .position(|&i| i < 0)
-            .map_or(index.len(), |n| start + n);
-        let corners: Vec<usize> = index[start..end].iter().map(|&i| i as usize).collect();
-        let bad = corners.iter().filter(|&&c| c >= coordinates.len()).count();
-        out.census_mut().bad_corners += bad as u64;
-        for &c in &corners {
-            if let Some(p) = coordinates.get(c) {
-                out.bound(p);
-            }
-        }
-        if corners.len() >= 3 {
-            faces.push(Face {
-                start,
-                coordinates: if bad == 0 { corners } else { Vec::new() },
-            });
-        }
-        start = end + 1;
-    }
-    faces
-}
-
 fn normals<'a>(
-    faces: &[Face],
-    positions: usize,
+    faces: &Runs<'_>,
     state: &State<'a>,
     binding: Binding,
     by_position: bool,
@@ -171,20 +108,18 @@ fn normals<'a>(
     if binding == Binding::Overall && !by_position {
         return Normals::None;
     }
-    let points = |face: &Face| -> Vec<Vec3> {
-        face.coordinates
-            .iter()
-            .filter_map(|&c| state.coordinates.get(c))
-            .collect()
-    };
+    let mut points: Vec<Vec3> = Vec::new();
+    let normals = faces.runs.iter().map(|face| {
+        points.clear();
+        let coordinates = faces.coordinates(face);
+        points.extend(coordinates.filter_map(|c| state.coordinates.get(c)));
+        face_normal(&points, state.hints.counterclockwise())
+    });
     let mut all = Faces {
-        normals: faces
-            .iter()
-            .map(|f| face_normal(&points(f), state.hints.counterclockwise()))
-            .collect(),
+        normals: normals.collect(),
         ..Faces::default()
     };
-    let mut made = vec![Vec3::ZERO; positions];
+    let mut made = vec![Vec3::ZERO; faces.positions()];
     if binding == Binding::Overall {
         let mean: Vec3 = all.normals.iter().sum();
         made.fill(crate::scene::normals::unit(mean));
@@ -192,92 +127,93 @@ fn normals<'a>(
     }
     let smooth = is_per_vertex(binding) && state.hints.crease_angle > 0.0;
     if smooth {
-        let mut asked: Vec<(u32, u32)> = Vec::new();
-        for (f, face) in faces.iter().enumerate() {
-            asked.extend(face.coordinates.iter().map(|&c| (c as u32, f as u32)));
-        }
-        if by_position {
-            let points = asked
-                .iter()
-                .map(|a| state.coordinates.get(a.0 as usize).unwrap_or_default());
-            let merged = merge_equal(points);
-            for (a, m) in asked.iter_mut().zip(merged) {
-                a.0 = m;
-            }
-        }
-        all.corners = asked.clone();
-        let smoothed = all.smooth(&asked, state.hints.crease_angle);
-        let mut k = 0;
-        for face in faces {
-            for i in 0..face.coordinates.len() {
-                made[face.start + i] = smoothed[k];
-                k += 1;
-            }
+        all.corners = corners(faces, state, by_position);
+        let mut smoothed = all.smooth_corners(state.hints.crease_angle).into_iter();
+        for face in &faces.runs {
+            made[face.0.clone()].fill_with(|| smoothed.next().unwrap_or_default());
         }
     } else {
-        for (f, face) in faces.iter().enumerate() {
-            let n = face.coordinates.len();
-            made[face.start..face.start + n].fill(all.normals[f]);
+        for (normal, face) in all.normals.iter().zip(&faces.runs) {
+            made[face.0.clone()].fill(*normal);
         }
     }
     Normals::Made(made)
 }
 
-fn draw(faces: &[Face], vertices: &Vertices<'_, '_>, convex: bool, out: &mut Builder<'_>) {
+/// Vertex and face of each corner; without an index equal points are one vertex.
+fn corners(faces: &Runs<'_>, state: &State<'_>, by_position: bool) -> Vec<(u32, u32)> {
+    let numbered = faces.runs.iter().zip(0..);
+    let mut corners: Vec<(u32, u32)> = numbered
+        .flat_map(|(face, f)| faces.coordinates(face).map(move |c| (c as u32, f)))
+        .collect();
+    if by_position {
+        let point = |c: &(u32, u32)| state.coordinates.get(c.0 as usize).unwrap_or_default();
+        let merged = merge_equal(corners.iter().map(point));
+        for (corner, vertex) in corners.iter_mut().zip(merged) {
+            corner.0 = vertex;
+        }
+    }
+    corners
+}
+
+fn draw(faces: &Runs<'_>, vertices: &Vertices<'_, '_>, convex: bool, out: &mut Builder<'_>) {
     let mut count = 0;
-    let mut corners: Vec<Corner> = Vec::new();
-    for (number, face) in faces.iter().enumerate() {
+    let mut corners: Vec<Placed> = Vec::new();
+    out.expect(faces.triangles());
+    for (number, face) in faces.runs.iter().enumerate() {
         corners.clear();
-        for (i, &coordinate) in face.coordinates.iter().enumerate() {
-            corners.extend(vertices.corner(Place {
-                coordinate,
-                position: face.start + i,
+        for (i, position) in face.0.clone().enumerate() {
+            let corner = vertices.corner(Place {
+                coordinate: faces.coordinate(position),
+                position,
                 count: count + i,
                 face: number,
                 part: number,
-            }));
+            });
+            corners.extend(corner.map(|c| out.place_beside(c, corners.last())));
         }
-        count += face.coordinates.len();
+        count += face.len();
         polygon(&corners, convex, out);
     }
 }
 
 /// Cuts a polygon as Coin does: a triangle is one, a quadrilateral goes along its first diagonal
 /// (along the other where only that lies inside), a convex one is a fan, others are tessellated.
-pub fn polygon(corners: &[Corner], convex: bool, out: &mut Builder<'_>) {
+fn polygon(corners: &[Placed], convex: bool, out: &mut Builder<'_>) {
     if out.outlines() {
-        out.outline(corners);
+        let corners: Vec<Corner> = corners.iter().map(|c| c.corner).collect();
+        out.outline(&corners);
         return;
     }
     match corners {
         [] | [_] | [_, _] => {}
-        [a, b, c] => out.triangle([*a, *b, *c]),
+        [a, b, c] => out.triangle_of([a, b, c]),
         [a, b, c, d] => {
             if !convex && is_cut_outside(corners) {
-                out.triangle([*b, *c, *d]);
-                out.triangle([*b, *d, *a]);
+                out.triangle_of([b, c, d]);
+                out.triangle_of([b, d, a]);
             } else {
-                out.triangle([*a, *b, *c]);
-                out.triangle([*a, *c, *d]);
+                out.triangle_of([a, b, c]);
+                out.triangle_of([a, c, d]);
             }
         }
         _ if convex => {
             for pair in corners[1..].windows(2) {
-                out.triangle([corners[0], pair[0], pair[1]]);
+                out.triangle_of([&corners[0], &pair[0], &pair[1]]);
             }
         }
         _ => {
-            let points: Vec<Vec3> = corners.iter().map(|c| c.position).collect();
+            let points: Vec<Vec3> = corners.iter().map(|c| c.corner.position).collect();
             for [a, b, c] in tessellate(&points) {
-                out.triangle([corners[a], corners[b], corners[c]]);
+                out.triangle_of([&corners[a], &corners[b], &corners[c]]);
             }
         }
     }
 }
 
 /// Whether the first diagonal of a quadrilateral leaves it: its two triangles face apart.
-fn is_cut_outside(q: &[Corner]) -> bool {
-    let p = |i: usize| q[i].position.as_dvec3();
+fn is_cut_outside(q: &[Placed]) -> bool {
+    let p = |i: usize| q[i].corner.position.as_dvec3();
     let first = (p(1) - p(0)).cross(p(2) - p(0));
     let second = (p(2) - p(0)).cross(p(3) - p(0));
     first.dot(second) < 0.0

@@ -1,7 +1,7 @@
 //! Lines and points: strokes with a width in pixels.
 
 use super::BoxCoordinates;
-use super::faces::runs;
+use super::runs::counted;
 use super::screen;
 use super::vertices::{Normals, Place, Vertices, indices, without_index};
 use crate::graph::read::Fields;
@@ -57,7 +57,7 @@ pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>)
     let binding = without_index(segments_and_lines(state.material_binding));
     let vertices = vertices(state, binding, None, None, out);
     let (mut count, mut segment) = (0, 0);
-    for (part, (first, n)) in runs(counts, start, state.coordinates.len())
+    for (part, (first, n)) in counted(counts, start, state.coordinates.len())
         .into_iter()
         .enumerate()
     {

@@ -8,7 +8,7 @@ use crate::graph::read::Fields;
 use crate::graph::state::{Binding, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::builder::Corner;
+use crate::scene::builder::Placed;
 use crate::scene::normals::unit;
 
 pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
@@ -22,11 +22,7 @@ pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
         out.census_mut().bad_corners += 1;
         return;
     }
-    for i in 0..rows * columns {
-        if let Some(p) = state.coordinates.get(start + i) {
-            out.bound(p);
-        }
-    }
+    out.bound_all((start..start + rows * columns).filter_map(|c| state.coordinates.get(c)));
     if rows < 2 || columns < 2 {
         return;
     }
@@ -70,34 +66,44 @@ pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
         }
         _ => None,
     };
-    for r in 0..rows - 1 {
-        for c in 0..columns - 1 {
-            let face = r * (columns - 1) + c;
-            let corner = |r2: usize, c2: usize| -> Option<Corner> {
-                let index = r2 * columns + c2;
-                let mut corner = vertices.corner(Place {
-                    coordinate: start + index,
-                    position: index,
-                    count: index,
-                    face,
-                    part: r,
-                })?;
-                if let Some(normal) = flat(r, c) {
-                    corner.normal = normal;
-                }
-                Some(corner)
-            };
-            let (Some(a), Some(b), Some(d), Some(e)) = (
-                corner(r, c),
-                corner(r + 1, c),
-                corner(r, c + 1),
-                corner(r + 1, c + 1),
-            ) else {
-                continue;
-            };
-            out.triangle([a, b, e]);
-            out.triangle([a, e, d]);
+    // The corner of a vertex, as the face in row `r` and column `c` has it.
+    let corner = |(r, c): (usize, usize), index: usize, out: &Builder<'a>| -> Option<Placed> {
+        let mut corner = vertices.corner(Place {
+            coordinate: start + index,
+            position: index,
+            count: index,
+            face: r * (columns - 1) + c,
+            part: r,
+        })?;
+        if let Some(normal) = flat(r, c) {
+            corner.normal = normal;
         }
+        Some(out.place(corner))
+    };
+    let by_vertex = |b: Binding| is_per_vertex(b) || b == Binding::Overall;
+    let shared = by_vertex(normal_binding) && by_vertex(vertices.material_binding);
+    let row = |r: usize, out: &Builder<'a>| -> Vec<Option<Placed>> {
+        let vertices = r * columns..(r + 1) * columns;
+        vertices.map(|i| corner((0, 0), i, out)).collect()
+    };
+    let mut above = if shared { row(0, out) } else { Vec::new() };
+    out.expect(2 * (rows - 1) * (columns - 1));
+    for r in 0..rows - 1 {
+        let below = if shared { row(r + 1, out) } else { Vec::new() };
+        for c in 0..columns - 1 {
+            let four = if shared {
+                [above[c], below[c], above[c + 1], below[c + 1]]
+            } else {
+                let first = r * columns + c;
+                [first, first + columns, first + 1, first + columns + 1]
+                    .map(|index| corner((r, c), index, out))
+            };
+            if let [Some(a), Some(b), Some(d), Some(e)] = &four {
+                out.triangle_of([a, b, e]);
+                out.triangle_of([a, e, d]);
+            }
+        }
+        above = below;
     }
 }
 

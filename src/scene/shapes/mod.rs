@@ -4,6 +4,7 @@ mod faces;
 mod lines;
 mod mesh;
 pub mod nurbs;
+mod runs;
 mod screen;
 pub(super) mod solids;
 mod strips;
@@ -66,7 +67,6 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'
         out.census_mut()
             .ignore(class.name, "this version does not draw it");
     }
-    out.end(class.name);
 }
 
 fn draw_class<'a>(

@@ -51,6 +51,7 @@ pub struct Vertices<'a, 's> {
     pub material_index: Option<&'a [i32]>,
     pub texture_index: Option<&'a [i32]>,
     pub coord_index: Option<&'a [i32]>,
+    /// Coordinates for a texture where the shape has none of its own; `None` without a texture.
     pub boxed: Option<BoxCoordinates>,
 }
 
@@ -58,12 +59,16 @@ impl Vertices<'_, '_> {
     /// The corner; `None` where the coordinate does not exist.
     pub fn corner(&self, place: Place) -> Option<Corner> {
         let position = self.coordinates.get(place.coordinate)?;
+        let texture = match &self.boxed {
+            Some(boxed) => self.texture(place, position, boxed),
+            None => Vec3::ZERO,
+        };
         Some(Corner {
             position,
             normal: self.normal(place),
             material: self.material(place),
-            coordinates: self.texture(place, position).truncate(),
-            third: self.texture(place, position).z,
+            coordinates: texture.truncate(),
+            third: texture.z,
         })
     }
 
@@ -108,7 +113,7 @@ impl Vertices<'_, '_> {
         }
     }
 
-    fn texture(&self, place: Place, position: Vec3) -> Vec3 {
+    fn texture(&self, place: Place, position: Vec3, boxed: &BoxCoordinates) -> Vec3 {
         let index = if self.state.texture_indexed && self.coord_index.is_some() {
             self.texture_index
                 .or(self.coord_index)
@@ -123,10 +128,7 @@ impl Vertices<'_, '_> {
                 list.get(index).copied().unwrap_or_default().extend(0.0)
             }
             TextureCoordinates::Three(list) => list.get(index).copied().unwrap_or_default(),
-            _ => self
-                .boxed
-                .as_ref()
-                .map_or(Vec3::ZERO, |boxed| boxed.at(position)),
+            _ => boxed.at(position),
         }
     }
 }
