@@ -348,6 +348,7 @@ impl Session {
         let clock = Instant::now();
         let seen = camera.projection(&pose);
         let scene = RenderScene::compile(&document, &options(&plan, plan.shading, &pose, seen))?;
+        scene.prepare();
         // A picture is made all the same, so none of these is an error.
         for trouble in &scene.census().troubles {
             let severity = trouble.severity.min(Severity::Warning);
@@ -405,6 +406,7 @@ impl Session {
         let seen = self.camera.projection(&self.pose);
         let options = options(&self.plan, shading, &self.pose, seen);
         let scene = RenderScene::compile(&self.document, &options)?;
+        scene.prepare();
         let camera = self.camera.clone();
         self.camera = camera.posed(&self.pose, scene.origin);
         self.scene = Arc::new(scene);

@@ -264,6 +264,7 @@ impl RenderScene {
         self.tree.get_or_init(|| {
             let boxes: Vec<(Vec3, Vec3)> = self.boxes().collect();
             let (binary, order) = Bvh::build(&boxes);
+            drop(boxes);
             let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
             Wide::collapse(&binary, &order, corners)
         })

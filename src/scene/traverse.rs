@@ -10,6 +10,10 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 
+mod parts;
+
+use parts::{Alike, Item};
+
 /// A ray in the scene's space: meters, the compile origin at zero.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
@@ -140,17 +144,28 @@ pub(super) struct BvhNode {
     pub count: u32,
 }
 
+impl BvhNode {
+    const NONE: Self = Self {
+        min: Vec3::ZERO,
+        first: 0,
+        max: Vec3::ZERO,
+        count: 0,
+    };
+}
+
 /// Boxes around primitives, two in each.
 #[derive(Clone, Debug, Default)]
 pub struct Bvh {
     pub(super) nodes: Vec<BvhNode>,
 }
 
-struct Bounded(Aabb);
+/// More boxes than this are parted before obvhs gets them.
+const PART: usize = 2048;
 
-impl Boundable for Bounded {
+impl Boundable for Item {
     fn aabb(&self) -> Aabb {
-        self.0
+        let (min, max) = self.around;
+        Aabb::new(Vec3A::from(min), Vec3A::from(max))
     }
 }
 
@@ -160,30 +175,82 @@ impl Bvh {
         if boxes.is_empty() {
             return (Self::default(), Vec::new());
         }
-        let bounded: Vec<Bounded> = boxes
-            .iter()
-            .map(|(min, max)| Bounded(Aabb::new(Vec3A::from(*min), Vec3A::from(*max))))
-            .collect();
+        let alike = match boxes.len() {
+            ..=PART => Alike::none(boxes.len()),
+            _ => Alike::of(boxes),
+        };
+        let item = |&i: &u32| Item {
+            around: boxes[i as usize],
+            primitive: i,
+        };
+        let mut items: Vec<Item> = alike.firsts.iter().map(item).collect();
+        let above = parts::part(&mut items, PART);
         let mut params = if boxes.len() < 20_000 {
             BvhBuildParams::medium_build()
         } else {
             BvhBuildParams::fast_build()
         };
         params.pre_split = false;
+        let mut tree = Grafted {
+            nodes: Vec::with_capacity(2 * items.len()),
+            order: Vec::with_capacity(boxes.len()),
+            pad: padding(boxes),
+        };
+        tree.nodes.resize(above.len(), BvhNode::NONE);
+        for (at, node) in above.iter().enumerate() {
+            match node {
+                parts::Above::Inner { first, around } => {
+                    tree.nodes[at] = tree.node(*around, *first as u32, 0);
+                }
+                parts::Above::Part(range) => tree.graft(at, &items[range.clone()], params, &alike),
+            }
+        }
+        (Self { nodes: tree.nodes }, tree.order)
+    }
+}
+
+/// The tree of several trees.
+struct Grafted {
+    nodes: Vec<BvhNode>,
+    order: Vec<u32>,
+    pad: Vec3,
+}
+
+impl Grafted {
+    fn node(&self, (min, max): (Vec3, Vec3), first: u32, count: u32) -> BvhNode {
+        BvhNode {
+            min: (min - self.pad).map(f32::next_down),
+            first,
+            max: (max + self.pad).map(f32::next_up),
+            count,
+        }
+    }
+
+    /// Has obvhs build over some items and puts the root at a place that is kept for it, the
+    /// other nodes behind the last.
+    fn graft(&mut self, root: usize, items: &[Item], params: BvhBuildParams, alike: &Alike) {
         let mut time = std::time::Duration::ZERO;
-        let built = build_bvh2(&bounded, params, &mut time);
-        let pad = padding(boxes);
-        let nodes = built
-            .nodes
-            .iter()
-            .map(|n| BvhNode {
-                min: (Vec3::from(n.aabb.min) - pad).map(f32::next_down),
-                first: n.first_index,
-                max: (Vec3::from(n.aabb.max) + pad).map(f32::next_up),
-                count: n.prim_count,
-            })
-            .collect();
-        (Self { nodes }, built.primitive_indices)
+        let built = build_bvh2(items, params, &mut time);
+        let base = self.nodes.len() as u32;
+        for (i, n) in built.nodes.iter().enumerate() {
+            let around = (Vec3::from(n.aabb.min), Vec3::from(n.aabb.max));
+            let node = if n.prim_count > 0 {
+                let held = n.first_index as usize..(n.first_index + n.prim_count) as usize;
+                let first = self.order.len();
+                for &place in &built.primitive_indices[held] {
+                    let primitive = items[place as usize].primitive;
+                    self.order.extend(alike.from(primitive));
+                }
+                self.node(around, first as u32, (self.order.len() - first) as u32)
+            } else {
+                // The root is not among the nodes behind.
+                self.node(around, base + n.first_index - 1, 0)
+            };
+            match i {
+                0 => self.nodes[root] = node,
+                _ => self.nodes.push(node),
+            }
+        }
     }
 }
 
@@ -208,6 +275,39 @@ pub mod tests {
             .iter()
             .filter_map(|c| prepared.triangle(c, 0.0, f32::INFINITY).map(|h| h.0))
             .min_by(f32::total_cmp)
+    }
+
+    /// Every box in a leaf of its own place, every leaf in the boxes above it.
+    fn check(boxes: &[(Vec3, Vec3)]) {
+        let (tree, order) = Bvh::build(boxes);
+        let mut held = vec![false; boxes.len()];
+        let mut ahead = vec![(0, Vec3::NEG_INFINITY, Vec3::INFINITY)];
+        while let Some((at, min, max)) = ahead.pop() {
+            let node: &BvhNode = &tree.nodes[at as usize];
+            assert!(node.min.cmpge(min).all() && node.max.cmple(max).all());
+            if node.count == 0 {
+                let children = [node.first, node.first + 1];
+                ahead.extend(children.map(|c| (c, node.min, node.max)));
+                continue;
+            }
+            for &i in &order[node.first as usize..(node.first + node.count) as usize] {
+                let (min, max) = boxes[i as usize];
+                assert!(node.min.cmple(min).all() && node.max.cmpge(max).all());
+                assert!(!std::mem::replace(&mut held[i as usize], true));
+            }
+        }
+        assert!(held.iter().all(|h| *h));
+    }
+
+    #[test]
+    fn boxes_in_one_place_in_each_other_and_in_a_row_take_no_longer() {
+        let start = std::time::Instant::now();
+        let n = 40_000;
+        let size = |i: usize| Vec3::splat(1.0 + i as f32);
+        check(&(0..n).map(|_| (Vec3::ZERO, Vec3::ONE)).collect::<Vec<_>>());
+        check(&(0..n).map(|i| (-size(i), size(i))).collect::<Vec<_>>());
+        check(&(0..n).map(|i| (size(i), size(i) + 2.5)).collect::<Vec<_>>());
+        assert!(start.elapsed().as_secs_f64() < 60.0, "minutes without care");
     }
 
     #[test]
