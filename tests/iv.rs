@@ -322,6 +322,51 @@ fn an_externproto_takes_its_body_from_another_file() {
     assert_eq!(geometry.class_name(), "Box");
 }
 
+/// Radius of the one shape's sphere in a file beside which there is a library, and the messages.
+fn ball_beside_a_library(text: &str) -> (Option<f32>, Vec<String>) {
+    let lib = "#VRML V2.0 utf8\nPROTO Ball [ field SFFloat r 1 ] { Sphere { radius IS r } }";
+    let shelf: &'static [_] = Box::leak(Box::new([("lib.wrl", lib), ("lib.wrl#Ball", lib)]));
+    let text = format!("#VRML V2.0 utf8\n{text}");
+    let limits = Limits::default();
+    let document = Document::read("a.wrl", text.into_bytes(), Arc::new(Shelf(shelf)), &limits);
+    let document = document.expect("reads");
+    let shape = document.roots().last().expect("a root");
+    let geometry = document.node(shape.get(vrml97_shape::GEOMETRY).expect("has one"));
+    let is_sphere = geometry.class_name() == "Sphere";
+    let radius = is_sphere.then(|| geometry.get(vrml97_sphere::RADIUS));
+    (radius, messages(&document))
+}
+
+#[test]
+fn of_several_urls_the_first_that_has_the_definition_counts() {
+    let (radius, told) = ball_beside_a_library(
+        "EXTERNPROTO Ball [ field SFFloat r ] [ \"gone.wrl#Ball\" \"urn:none:x\" \"lib.wrl#Ball\" ]
+         Shape { geometry Ball { r 4 } }",
+    );
+    assert_eq!((radius, told), (Some(4.0), Vec::new()));
+}
+
+#[test]
+fn without_a_definition_the_proto_before_it_serves_or_nothing_is_drawn() {
+    let gone = "EXTERNPROTO Ball [ field SFFloat r ] \"gone.wrl#Ball\"";
+    let ball = "Shape { geometry Ball { r 4 } }";
+    let local = "PROTO Ball [ field SFFloat r 1 ] { Sphere { radius IS r } }";
+    let (radius, told) = ball_beside_a_library(&format!("{local}\n{gone}\n{ball}"));
+    assert_eq!(radius, Some(4.0));
+    assert_eq!(
+        told,
+        [
+            "a.wrl:3:38: warning: the definition of `Ball` was not found; the `PROTO` before it serves"
+        ]
+    );
+    let (radius, told) = ball_beside_a_library(&format!("{gone}\n{ball}"));
+    assert_eq!(radius, None);
+    assert_eq!(
+        told,
+        ["a.wrl:2:38: warning: the definition of `Ball` was not found; its nodes are not drawn"]
+    );
+}
+
 #[test]
 fn a_script_has_the_fields_it_declares() {
     let document = read97(
@@ -350,6 +395,20 @@ fn a_binary_file_that_promises_more_than_it_holds_is_told_so() {
         messages(&document)[0].contains("4294967295 values are promised"),
         "{:?}",
         messages(&document)
+    );
+}
+
+#[test]
+fn numbers_that_are_none_are_told_by_field_and_kept() {
+    let document = read(
+        "#Inventor V2.1 ascii\nCone { height nan }\nCoordinate3 { point [ 0 0 0, 1 -inf 2 ] }",
+    );
+    assert_eq!(
+        messages(&document),
+        [
+            "test.iv:2:8: warning: `Cone.height` has a number that is none, or too large",
+            "test.iv:3:15: warning: `Coordinate3.point` has a number that is none, or too large"
+        ]
     );
 }
 
@@ -409,7 +468,8 @@ fn numbers_are_read_to_the_nearest_float() {
         "2.2250738585072011e-308",
     ];
     for text in texts {
-        let document = clean(&format!("#Inventor V2.1 ascii\nCone {{ height {text} }}"));
+        let document = read(&format!("#Inventor V2.1 ascii\nCone {{ height {text} }}"));
+        assert_eq!(messages(&document).is_empty(), text != "1e39", "{text}");
         let read = document.roots().next().map(|c| c.get(cone::HEIGHT));
         assert_eq!(read, text.parse().ok(), "{text}");
     }

@@ -110,6 +110,26 @@ pub enum Value {
 }
 
 impl Value {
+    /// Whether all numbers in it are numbers, none without end.
+    pub fn is_finite(&self) -> bool {
+        match self {
+            Self::Float(v) => v.is_finite(),
+            Self::Double(v) => v.is_finite(),
+            Self::Vec2(v) => v.is_finite(),
+            Self::Vec3(v) => v.is_finite(),
+            Self::Vec4(v) => v.is_finite(),
+            Self::Matrix(v) => v.is_finite(),
+            // Sums need no branch for each: what is not finite stays so.
+            Self::Floats(v) => v.iter().map(|v| 0.0 * v).sum::<f32>() == 0.0,
+            Self::Doubles(v) => v.iter().map(|v| 0.0 * v).sum::<f64>() == 0.0,
+            Self::Vec2s(v) => v.iter().map(|v| 0.0 * *v).sum::<Vec2>() == Vec2::ZERO,
+            Self::Vec3s(v) => v.iter().map(|v| 0.0 * *v).sum::<Vec3>() == Vec3::ZERO,
+            Self::Vec4s(v) => v.iter().map(|v| 0.0 * *v).sum::<Vec4>() == Vec4::ZERO,
+            Self::Matrices(v) => v.iter().all(|v| v.is_finite()),
+            _ => true,
+        }
+    }
+
     /// The default that the catalogue states.
     pub fn default_of(decl: &FieldDecl) -> Self {
         Self::from_default(decl.kind, &decl.default)

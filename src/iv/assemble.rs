@@ -149,6 +149,13 @@ impl<'d> Assembler<'d> {
         self.shadowed.push((name, before));
     }
 
+    /// The class of a proto that has a body, by name.
+    pub fn proto_named(&self, name: &str) -> Option<u32> {
+        let &class = self.declared.get(name)?;
+        let proto = &self.document.protos[self.document.proto_of_extension(class)?];
+        (!proto.external || !proto.body.is_empty()).then_some(class)
+    }
+
     /// Takes back what was declared since there were so many shadowed classes.
     pub fn end_scope(&mut self, shadowed: usize) {
         for (name, before) in self
@@ -252,6 +259,9 @@ impl<'d> Assembler<'d> {
 
     /// States a field; one stated before is replaced. Returns its place among the node's fields.
     pub fn set(&mut self, node: NodeId, index: u16, value: Value, span: Span) -> usize {
+        if !value.is_finite() {
+            self.tell_of_numbers(node, index, span);
+        }
         let entry = FieldEntry {
             index,
             value,
@@ -266,6 +276,21 @@ impl<'d> Assembler<'d> {
         }
         fields.push(entry);
         fields.len() - 1
+    }
+
+    /// Says that a field has numbers that are none, which stay what they are.
+    fn tell_of_numbers(&mut self, node: NodeId, index: u16, span: Span) {
+        let node = self.document.node(node);
+        let class = node.class_name();
+        let field = match node.class() {
+            Some(class) => class.fields.get(usize::from(index)).map(|f| f.name),
+            None => None,
+        };
+        let message = format!(
+            "`{class}.{}` has a number that is none, or too large",
+            field.unwrap_or("a field")
+        );
+        self.document.sink.warn(span, message);
     }
 
     /// The index of an extension equal to this one, new or not.
@@ -288,8 +313,8 @@ impl<'d> Assembler<'d> {
     }
 
     /// Makes a node one of a class that the file declares with `fields [ … ]` and `isA [ … ]`.
-    /// A class that is in the catalogue stays what it is, unless it is merely kept and the file
-    /// gives it more fields.
+    /// A class that is in the catalogue stays what it is, unless it draws nothing itself and the
+    /// file gives it more fields.
     pub fn declare(
         &mut self,
         node: NodeId,
@@ -306,7 +331,9 @@ impl<'d> Assembler<'d> {
                     .collect();
                 let known = all.len();
                 all.extend(fields.into_iter().filter(|(n, _)| class.field(n).is_none()));
-                if all.len() == known || class.treatment != Treatment::Kept {
+                if all.len() == known
+                    || !matches!(class.treatment, Treatment::Kept | Treatment::State)
+                {
                     return;
                 }
                 Extension {

@@ -258,12 +258,18 @@ impl<'a> NodeRef<'a> {
                 Some(stated.unwrap_or_else(|| default_value(id, index)))
             }
             ClassRef::Extension(i) => {
-                let fields = &self.document.extensions[i as usize].fields;
-                let index = fields.iter().position(|(n, _)| **n == *name)? as u16;
-                data.fields
-                    .iter()
-                    .find(|f| f.index == index)
-                    .map(|f| &f.value)
+                let extension = &self.document.extensions[i as usize];
+                let stated = extension.fields.iter().position(|(n, _)| **n == *name);
+                let stated = stated.and_then(|index| {
+                    let entry = data.fields.iter().find(|f| usize::from(f.index) == index);
+                    entry.map(|f| &f.value)
+                });
+                // What the file is silent about is as in the class that it says this is.
+                stated.or_else(|| {
+                    let known = extension.is_a.iter().find_map(|n| crate::grammar::any(n))?;
+                    let (index, _) = known.field(name)?;
+                    Some(default_value(known.id, index as u16))
+                })
             }
         }
     }

@@ -499,7 +499,11 @@ fn image(input: &[u8], solid: bool) -> Parsed<'_, Image> {
     if pixels * 2 > rest.len() as u64 + 1 && components > 0 {
         return bad(
             input,
-            format!("a picture of {pixels} pixels does not fit in the rest of the file"),
+            format!(
+                "a picture of {}x{} pixels does not fit in the rest of the file",
+                width.cast_signed(),
+                height.cast_signed()
+            ),
         );
     }
     let count = if components == 0 { 0 } else { pixels as usize };

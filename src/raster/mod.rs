@@ -120,6 +120,10 @@ fn decode_other(bytes: &[u8], name: &str) -> Result<Raster> {
         return Err(Diagnostic::error("this is no picture that can be read")
             .with_help("png, jpeg, tiff, gif, bmp, pnm, tga, sgi (rgb, rgba, bw) and exr are"));
     };
+    let sized = image::ImageReader::with_format(Cursor::new(bytes), format);
+    if let Ok((width, height)) = sized.into_dimensions() {
+        check_size(width as usize, height as usize)?;
+    }
     let mut reader = image::ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(1 << 16);

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::{Level, Reader};
-use crate::diag::{Diagnostic, Result};
+use crate::diag::{Diagnostic, Result, Span};
 use crate::grammar::{FieldType, class};
 use crate::iv::document::{ClassRef, Extension, Route};
 use crate::iv::field::{self, skip, word};
@@ -232,6 +232,7 @@ impl<'s> Reader<'_, '_, 's> {
         scope.names = std::mem::take(&mut self.asm.names);
         if self.asm.document.protos[proto].external {
             self.rest = skip(self.rest);
+            let start = self.rest;
             let names = field::Names {
                 names: &[],
                 old: |_| None,
@@ -242,9 +243,10 @@ impl<'s> Reader<'_, '_, 's> {
                 }
                 self.rest = read.rest;
             }
+            let span = self.span(start, self.rest);
             self.stack.push(Level::Proto { proto, scope });
             self.proto_done();
-            return self.external(proto);
+            return self.external(proto, span);
         }
         if !self.take(b'{') {
             let span = self.here();
@@ -275,16 +277,22 @@ impl<'s> Reader<'_, '_, 's> {
         }
         self.asm.names = scope.names;
         self.asm.end_scope(scope.shadowed);
-        self.asm.declare_class(scope.name, Some(extension));
+        if !self.asm.document.protos[proto].external {
+            self.asm.declare_class(scope.name, Some(extension));
+        }
     }
 
-    /// Finds the definition of an `EXTERNPROTO`, in the first of its files that has it.
-    fn external(&mut self, proto: usize) -> Result<()> {
+    /// Finds the definition of an `EXTERNPROTO`, in the first of its files that has it. Without
+    /// one, what the name meant before (a `PROTO` of the file, a class that we know) serves;
+    /// without that, nothing is drawn (VRML97, 4.9.1).
+    fn external(&mut self, proto: usize, span: Span) -> Result<()> {
         let data = &self.asm.document.protos[proto];
         let (urls, extension) = (data.urls.clone(), data.extension);
         let name = self.asm.document.extensions[extension as usize]
             .name
             .clone();
+        let before = self.asm.proto_named(&name);
+        self.asm.declare_class(name.clone(), Some(extension));
         let mut reason = None;
         for url in &urls {
             match self.library(url) {
@@ -300,12 +308,19 @@ impl<'s> Reader<'_, '_, 's> {
             }
         }
         // A class that we know by ourselves needs no definition.
-        if self.asm.known_class(&name).is_some() {
-            self.asm.declare_class(name, None);
-            return Ok(());
+        let known = self.asm.known_class(&name).is_some();
+        let instead = match before {
+            Some(_) => "the `PROTO` before it serves",
+            None if known => {
+                self.asm.declare_class(name, None);
+                return Ok(());
+            }
+            None => "its nodes are not drawn",
+        };
+        if before.is_some() {
+            self.asm.declare_class(name.clone(), before);
         }
-        let span = self.here();
-        let message = format!("the definition of `{name}` was not found; its nodes are not drawn");
+        let message = format!("the definition of `{name}` was not found; {instead}");
         let warning = self.warn(span, message);
         if let Some(error) = reason {
             warning.help(error.message.clone());
