@@ -88,6 +88,37 @@ fn corners_that_are_no_numbers_are_left_out_and_the_rest_is_drawn() {
     );
     assert_eq!(distance(&scene), Some(10.0));
     assert_eq!(scene.primitives().0, 1);
+    let told: Vec<&str> = scene
+        .census()
+        .troubles
+        .iter()
+        .map(|t| &*t.message)
+        .collect();
+    assert_eq!(told, ["parts of this `IndexedFaceSet` are left out"]);
+}
+
+#[test]
+fn what_is_not_drawn_whole_is_told_once_a_node_and_with_its_place() {
+    let text = "DEF a Separator { Scale { scaleFactor 0 0 0 } Sphere { } }\nUSE a USE a
+        Cone { }\nCoordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] }
+        IndexedTriangleStripSet { coordIndex [ 0 1 2 99 -1 ] } Sphere { }";
+    let document = read(text);
+    let options = CompileOptions::default();
+    let survey = RenderScene::survey(&document, &options);
+    let scene = RenderScene::compile(&document, &options).expect("compiles");
+    for troubles in [&survey.troubles, &scene.census().troubles] {
+        let told: Vec<_> = troubles
+            .iter()
+            .map(|t| (&*t.message, t.location().1))
+            .collect();
+        let part = |class: &str| format!("parts of this `{class}` are left out");
+        let expected = [("Sphere", 2), ("IndexedTriangleStripSet", 6)];
+        assert_eq!(told.len(), expected.len(), "{told:?}");
+        for ((message, place), (class, line)) in told.iter().zip(expected) {
+            assert_eq!(**message, part(class));
+            assert_eq!(place.map(|p| p.0), Some(line));
+        }
+    }
 }
 
 #[test]
@@ -204,5 +235,32 @@ fn whatever_number_stands_in_whatever_field_the_scene_compiles() {
             RenderScene::survey(&document, &options);
             RenderScene::compile(&document, &options).expect("compiles");
         }
+    }
+}
+
+/// The material of the last shape.
+#[derive(Default)]
+struct LastMaterial(Option<(f32, f32, Vec3)>);
+
+impl<'a> Visitor<'a> for LastMaterial {
+    fn shape(&mut self, _: NodeRef<'a>, state: &ivcam::graph::State<'a>) {
+        let m = &state.material;
+        self.0 = Some((m.refraction, m.shininess, m.diffuse_at(0)));
+    }
+}
+
+#[test]
+fn a_refractive_index_reaches_the_material_through_fields_of_the_file_s_own() {
+    let own = "Material { fields [ SFColor diffuseColor, SFFloat refractionIndex ]
+        diffuseColor 1 0 0 refractionIndex 1.5 } Cube { }";
+    let derived = "Glass { fields [ SFFloat refractionIndex, MFColor diffuseColor ]
+        isA [ \"Material\" ] refractionIndex 1.5 diffuseColor [ 1 0 0 ] } Cube { }";
+    for text in [own, derived] {
+        let document = read(text);
+        assert!(document.sink.items().is_empty(), "{text}");
+        let mut last = LastMaterial::default();
+        walk(&document, &WalkOptions::default(), &mut last);
+        // The shininess is the catalogue's: the file does not speak of it.
+        assert_eq!(last.0, Some((1.5, 0.2, Vec3::X)), "{text}");
     }
 }

@@ -3,7 +3,7 @@
 //! A shape's function draws in the shape's own space through a [`Builder`]; the builder moves it
 //! into the scene, keeps what the picture needs, and counts.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -98,6 +98,8 @@ pub struct Builder<'a> {
     background_set: bool,
     /// The first VRML 97 `Fog`, with the environment it stands in.
     fog: Option<Option<EnvironmentElement>>,
+    /// Shapes of which was told that parts are left out.
+    told: HashSet<NodeId>,
     pub troubles: Vec<Box<Diagnostic>>,
 }
 
@@ -138,6 +140,7 @@ impl<'a> Builder<'a> {
             over_limit: false,
             background_set: false,
             fog: None,
+            told: HashSet::new(),
             troubles: Vec::new(),
         }
     }
@@ -639,6 +642,21 @@ impl<'a> Builder<'a> {
         self.troubles.push(trouble);
     }
 
+    /// Says that a shape is not drawn whole, once a node.
+    pub(super) fn tell_of_bad_parts(&mut self, node: NodeRef<'_>) {
+        if !self.told.insert(node.id) {
+            return;
+        }
+        let class = node.class_name();
+        let mut trouble = Diagnostic::warning(format!("parts of this `{class}` are left out"));
+        if let Some(source) = node.source() {
+            trouble = trouble.at(source, node.span());
+        }
+        self.troubles.push(trouble.with_help(
+            "an index without a coordinate, a number that is none or far too large, or a scale of 0",
+        ));
+    }
+
     /// Draws the current shape in its diffuse colors, whatever the lights.
     pub fn set_unlit(&mut self) {
         if let Some(surface) = self.scene.surfaces.last_mut() {
@@ -665,6 +683,8 @@ impl<'a> Builder<'a> {
             if min.is_finite() && max.is_finite() {
                 grow(&mut self.bounds, min + self.origin, max + self.origin);
             }
+            let flat = Quadric::new(kind, self.scene_from_object, material).is_none();
+            self.scene.census.bad_corners += u64::from(flat);
             let (min, max) = exact_bounds(kind, &DAffine3::IDENTITY);
             grow(&mut self.object_bounds, min, max);
             return;
@@ -795,7 +815,7 @@ impl<'a> Builder<'a> {
         owners.append(&mut self.owners[1]);
         owners.append(&mut self.owners[2]);
         self.scene.owners = owners;
-        let lights: std::collections::HashSet<NodeId> = self
+        let lights: HashSet<NodeId> = self
             .light_sets
             .values()
             .flat_map(|(_, set)| set.iter().map(|l| l.node))

@@ -52,20 +52,33 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'
         state
     };
     out.begin(node, state);
-    if state.complexity.kind == 2 && !out.ignores_draw_style() && out.draw_box(node, state) {
-        out.census_mut().draw(class.name);
-        return;
-    }
-    let drawn = if is_vrml97(class) {
-        vrml97::draw(class.name, node, state, out)
-    } else {
-        draw_class(class, node, state, out)
-    };
+    let bad = out.census_mut().bad_corners;
+    let drawn = draw_whole(class, node, state, out);
     if drawn {
         out.census_mut().draw(class.name);
     } else {
-        out.census_mut()
-            .ignore(class.name, "this version does not draw it");
+        let why = "this version does not draw it";
+        out.census_mut().ignore(class.name, why);
+    }
+    if out.census_mut().bad_corners > bad {
+        out.tell_of_bad_parts(node);
+    }
+}
+
+/// Draws a shape or the box around it; `false` if its class has no picture here.
+fn draw_whole<'a>(
+    class: &'static crate::grammar::Class,
+    node: NodeRef<'a>,
+    state: &State<'a>,
+    out: &mut Builder<'a>,
+) -> bool {
+    if state.complexity.kind == 2 && !out.ignores_draw_style() && out.draw_box(node, state) {
+        return true;
+    }
+    if is_vrml97(class) {
+        vrml97::draw(class.name, node, state, out)
+    } else {
+        draw_class(class, node, state, out)
     }
 }
 
