@@ -232,6 +232,44 @@ fn a_missing_part_is_a_warning_and_a_picture() {
 }
 
 #[test]
+fn of_many_files_each_has_a_line_with_its_first_problem_and_all_have_a_sum() {
+    let scratch = Scratch::new("check-many");
+    let write = |name: &str, text: &str| {
+        let text = format!("#Inventor V2.1 ascii\n{text}");
+        std::fs::write(scratch.0.join(name), text).expect("writes");
+    };
+    write("a.iv", "Cube { }");
+    write("b.iv", "Cube { depth 1\n hight 2 }");
+    write("c.iv", "Texture2 { filename \"gone.png\" } Whatsit { a 1 }");
+    std::fs::write(scratch.0.join("d.iv"), "no scene").expect("writes");
+    let folder = scratch.0.display();
+    let output = ivcam(&format!("check {folder}")).output().expect("runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 5, "{text}");
+    assert!(lines[0].ends_with("0 problems"), "{text}");
+    assert!(
+        lines[1].contains("b.iv:3:2: warning: `Cube` has no field `hight`"),
+        "{text}"
+    );
+    assert!(lines[2].contains("1 file missing, 2 problems"), "{text}");
+    assert_eq!(
+        lines[4],
+        "4 files: 1 not read, 2 with problems, 1 with unknown classes, 1 with missing files"
+    );
+    assert_eq!(output.status.code(), Some(2));
+    let output = ivcam(&format!("check --full {folder}"))
+        .output()
+        .expect("runs");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("  missing    gone.png"));
+    assert!(
+        stderr(&output).contains("did you mean `height`?"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bits_at_any_number_of_threads() {
     let scratch = Scratch::new("threads");
     let scene = scratch.file(

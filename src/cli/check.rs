@@ -33,6 +33,10 @@ pub fn command() -> Command {
                 .help("scene files, or folders to walk"),
         )
         .arg(switch("json", "answer as JSON, one object a file"))
+        .arg(switch(
+            "full",
+            "of many files, the whole report of each, not a line",
+        ))
         .arg(
             path("search")
                 .long("search")
@@ -57,16 +61,17 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let files = expand(&named)?;
     let json = matches.get_flag("json");
     let several = files.len() > 1 || named.iter().any(|p| p.is_dir());
+    let lines = several && !matches.get_flag("full");
     let bar = progress(files.len(), several);
-    let mut code = 0;
+    let mut total = Total::default();
     for file in &files {
         let checked = Checked::read(file, &search, &limits);
-        code = code.max(if checked.document.is_ok() { 0 } else { ERROR });
-        let written = match (json, several) {
-            (true, true) => writeln!(out, "{}", checked.json()),
-            (true, false) => writeln!(out, "{:#}", checked.json()),
+        total.add(&checked);
+        let written = match (json, lines) {
+            (true, _) if several => writeln!(out, "{}", checked.json()),
+            (true, _) => writeln!(out, "{:#}", checked.json()),
             (false, true) => bar.suspend(|| writeln!(out, "{}", checked.summary())),
-            (false, false) => checked.report(out),
+            (false, false) => bar.suspend(|| checked.report(out)),
         };
         super::written(written)?;
         if json && !several {
@@ -75,7 +80,52 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    Ok(code)
+    if several && !json {
+        super::written(writeln!(out, "{}", total.line()))?;
+    }
+    Ok(if total.unread > 0 { ERROR } else { 0 })
+}
+
+/// What many files come to.
+#[derive(Default)]
+struct Total {
+    files: usize,
+    unread: usize,
+    with_problems: usize,
+    with_unknown: usize,
+    with_missing: usize,
+}
+
+impl Total {
+    fn add(&mut self, checked: &Checked) {
+        self.files += 1;
+        self.unread += usize::from(checked.document.is_err());
+        self.with_missing += usize::from(!checked.missing.is_empty());
+        if let Ok((document, _)) = &checked.document {
+            self.with_problems += usize::from(checked.problems().next().is_some());
+            self.with_unknown += usize::from(!classes(document)[3].1.is_empty());
+        }
+    }
+
+    /// `3 files: 1 not read, 1 with problems, …`; what there is none of is left out.
+    fn line(&self) -> String {
+        let parts = [
+            (self.unread, "not read"),
+            (self.with_problems, "with problems"),
+            (self.with_unknown, "with unknown classes"),
+            (self.with_missing, "with missing files"),
+        ];
+        let told: Vec<String> = parts
+            .iter()
+            .filter(|(n, _)| *n > 0)
+            .map(|(n, what)| format!("{n} {what}"))
+            .collect();
+        let told = match told.is_empty() {
+            true => "nothing to tell".to_owned(),
+            false => told.join(", "),
+        };
+        format!("{}: {told}", counted(self.files, "file"))
+    }
 }
 
 fn progress(files: usize, several: bool) -> indicatif::ProgressBar {
@@ -221,7 +271,11 @@ impl Checked {
                     line += &format!(", {} missing", counted(self.missing.len(), "file"));
                 }
                 let problems: usize = self.problems().map(|d| d.count).sum();
-                line + &format!(", {}", counted(problems, "problem"))
+                line += &format!(", {}", counted(problems, "problem"));
+                match self.problems().next() {
+                    Some(first) => line + &format!(": {first}"),
+                    None => line,
+                }
             }
         }
     }
@@ -304,7 +358,9 @@ fn missing(document: &Document, folders: &[PathBuf]) -> Vec<Missing> {
             "Background" => &texture::PANORAMA,
             "File" | "WWWInline" | "Inline" if !document.included.contains_key(&id) => {
                 for field in ["name", "url"] {
-                    let names = texture::files_named(node, field).filter(|n| !n.starts_with('<'));
+                    // What is there and not included includes itself, or is no scene.
+                    let names = texture::files_named(node, field)
+                        .filter(|n| !n.starts_with('<') && document.load_beside(id, n).is_err());
                     missing.extend(names.map(|name| Missing {
                         name: name.to_owned(),
                         trouble: None,
@@ -351,8 +407,12 @@ fn plain(value: f32) -> Json {
 fn classes(document: &Document) -> [(&'static str, Vec<(String, usize)>); 4] {
     let mut counts: IndexMap<(&str, usize), usize> = IndexMap::new();
     for id in 0..document.nodes.len() {
-        let node = document.node(crate::iv::NodeId(id as u32));
-        let column = match node.class().map(|c| c.treatment) {
+        let id = NodeId(id as u32);
+        if document.is_template(id) || document.stands_for.contains_key(&id) {
+            continue; // a proto's body is counted where it is used, by its own nodes
+        }
+        let node = document.node(id);
+        let column = match node.known_class().map(|c| c.treatment) {
             Some(Treatment::Rendered) => 0,
             Some(Treatment::State | Treatment::Group) => 1,
             Some(Treatment::Kept | Treatment::Abstract) => 2,
