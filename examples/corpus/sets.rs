@@ -44,18 +44,21 @@ pub fn compare_sets(
     let mut first = None;
     for t in &ours {
         let at = cell(center(t));
-        let mut best: Option<(u64, [i64; 3], usize, usize)> = None;
+        let mut best: Option<(f64, [i64; 3], usize)> = None;
         for dx in -1..=1 {
             for dy in -1..=1 {
                 for dz in -1..=1 {
                     let key = [at.x + dx, at.y + dy, at.z + dz];
                     for (k, &i) in cells.get(&key).map_or(&[][..], |v| v).iter().enumerate() {
                         let other = &theirs[i as usize];
-                        if let Some(turn) = same_corners(t, other, tolerance) {
-                            let score = u64::from(!same_colors(t, other, turn)) * 2
-                                + u64::from(!same_normals(t, other, turn));
+                        if let Some((turn, apart)) = same_corners(t, other, tolerance) {
+                            // Of those that are alike the nearest: triangles smaller than the
+                            // tolerance would take each other's partners.
+                            let score = 2.0 * f64::from(!same_colors(t, other, turn))
+                                + f64::from(!same_normals(t, other, turn))
+                                + 0.5 * apart / tolerance;
                             if best.is_none_or(|b| score < b.0) {
-                                best = Some((score, key, k, turn));
+                                best = Some((score, key, k));
                             }
                         }
                     }
@@ -63,9 +66,9 @@ pub fn compare_sets(
             }
         }
         match best {
-            Some((score, key, k, _)) => {
-                colors += usize::from(score >= 2);
-                normals += usize::from(score % 2 == 1);
+            Some((score, key, k)) => {
+                colors += usize::from(score >= 2.0);
+                normals += usize::from(score % 2.0 >= 1.0);
                 if let Some(list) = cells.get_mut(&key) {
                     list.swap_remove(k);
                 }
@@ -98,14 +101,18 @@ fn center(t: &OracleTriangle) -> DVec3 {
     (t.position[0] + t.position[1] + t.position[2]) / 3.0
 }
 
-/// Which of the six orders of corners makes the triangles one.
-fn same_corners(a: &OracleTriangle, b: &OracleTriangle, tolerance: f64) -> Option<usize> {
-    (0..6).find(|&turn| {
-        (0..3).all(|i| {
-            let d = a.position[i] - b.position[ORDERS[turn][i]];
-            d.abs().max_element() <= tolerance
-        })
-    })
+/// Which of the six orders of corners brings the triangles nearest to each other, and how far their
+/// corners are apart then, if that is within the tolerance.
+fn same_corners(a: &OracleTriangle, b: &OracleTriangle, tolerance: f64) -> Option<(usize, f64)> {
+    let apart = |turn: usize| {
+        let corner = |i: usize| a.position[i] - b.position[ORDERS[turn][i]];
+        let each = [0, 1, 2].map(|i| corner(i).abs().max_element());
+        each.into_iter().fold(0.0, f64::max)
+    };
+    let turns = (0..6).map(|turn| (turn, apart(turn)));
+    turns
+        .filter(|(_, apart)| *apart <= tolerance)
+        .min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 const ORDERS: [[usize; 3]; 6] = [
