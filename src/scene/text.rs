@@ -69,6 +69,8 @@ pub struct Layout {
     /// What the lines take up in x: advances, not ink. Coin's bounding boxes are these in x.
     pub left: f32,
     pub right: f32,
+    /// Where Coin's box of a VRML 97 text ends below.
+    pub bottom: f32,
 }
 
 /// Where the glyphs of an Inventor text stand: line n's baseline is at y = −n · spacing · size.

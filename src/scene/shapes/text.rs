@@ -179,6 +179,7 @@ pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
         // As of an `AsciiText`: the lines' own ends, and as high as the font.
         (min.x, max.x) = (f64::from(laid.left), f64::from(laid.right));
         max.y = max.y.max(f64::from(style.size));
+        min.y = f64::from(laid.bottom);
         out.set_inventor_box(Some((min, max)));
     }
 }

@@ -24,8 +24,8 @@ pub(super) struct Cut {
 }
 
 impl Cut {
-    /// Fills outlines by the nonzero rule. Works in 1/2048 of the size, the grid of the fonts:
-    /// the tessellator rounds to a fixed grid of its own.
+    /// Fills outlines by the nonzero rule. Works in 1/2048 of the size: the tessellator rounds to
+    /// a fixed grid of its own.
     pub fn fill(outlines: Vec<Vec<Vec2>>) -> Self {
         const GRID: f32 = 2048.0;
         let mut builder = Path::builder();
@@ -107,16 +107,34 @@ impl Glyphs {
 /// A shipped typeface, opened.
 pub(super) struct Typeface {
     font: Option<FontRef<'static>>,
-    stretch: Vec2,
-    builtin: bool,
+    scale: f32,
+    built_in: bool,
 }
+
+/// Advances of the built-in font that are not a letter's ink and a gap (measured in Coin).
+const ODD_ADVANCES: [(char, f32); 14] = [
+    (' ', 1.0 / 3.0),
+    ('"', 0.29),
+    ('$', 0.47),
+    ('&', 0.7867),
+    (')', 0.295),
+    ('*', 0.41),
+    ('3', 0.441),
+    ('9', 0.4866),
+    ('A', 0.787),
+    ('D', 0.7433),
+    ('G', 0.76),
+    ('H', 0.76),
+    (']', 0.2344),
+    ('j', 0.303),
+];
 
 impl Typeface {
     pub fn open(face: Face) -> Self {
         Self {
             font: FontRef::new(face.bytes()).ok(),
-            stretch: face.stretch,
-            builtin: face.stretch != Vec2::ONE,
+            scale: face.scale(),
+            built_in: face.built_in,
         }
     }
 
@@ -127,19 +145,38 @@ impl Typeface {
     /// The characters with their advances. FreeType in Coin cuts glyphs at 40 pixels to the
     /// size and so has advances in whole fortieths; ours are the same, so that lines are as long.
     pub fn advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
-        let round = |pixels: f32| {
-            if self.builtin {
-                pixels
-            } else {
-                (pixels + 0.5).floor()
-            }
-        };
-        let scale = size / 40.0;
         let mut advances = self.advances_at(text, 40.0);
-        for (_, advance) in &mut advances {
-            *advance = round(*advance) * scale;
+        for (character, advance) in &mut advances {
+            *advance = size
+                * if self.built_in {
+                    self.built_in_advance(*character)
+                } else {
+                    (*advance + 0.5).floor() / 40.0
+                };
         }
         advances
+    }
+
+    /// The ink in whole thousandths, and a gap of ten.
+    fn built_in_advance(&self, character: char) -> f32 {
+        let odd = ODD_ADVANCES.iter().find(|(c, _)| *c == character);
+        odd.map_or_else(
+            || {
+                let (left, right) = self.ink(character).unwrap_or((0.0, 0.0));
+                (1000.0 * (right - left) + 0.01).floor() / 1000.0 + 0.01
+            },
+            |(_, advance)| *advance,
+        )
+    }
+
+    /// Where a letter's ink begins and ends; none for a space.
+    fn ink(&self, character: char) -> Option<(f32, f32)> {
+        let outlines = self.outlines(character, 1e-3);
+        let xs = outlines.iter().flatten().map(|p| p.x);
+        xs.fold(None, |all, x| {
+            let (left, right) = all.unwrap_or((x, x));
+            Some((x.min(left), x.max(right)))
+        })
     }
 
     /// Advances in whole pixels, of a font that is so many pixels high.
@@ -156,7 +193,7 @@ impl Typeface {
             return Vec::new();
         };
         let metrics = font.glyph_metrics(Size::unscaled(), LocationRef::default());
-        let scale = size * self.stretch.x / f32::from(metrics_units(font));
+        let scale = size * self.scale / f32::from(metrics_units(font));
         text.chars()
             .filter(|c| !c.is_control() || *c == '\t')
             .take(MAX_GLYPHS)
@@ -171,13 +208,12 @@ impl Typeface {
     /// The length of a line up to the last letter's ink.
     pub fn ink_width(&self, advances: &[(char, f32)], size: f32) -> f32 {
         let full: f32 = advances.iter().map(|a| a.1).sum();
-        let (Some(font), Some(&(last, advance))) = (&self.font, advances.last()) else {
+        let Some(&(last, advance)) = advances.last() else {
             return full;
         };
-        let metrics = font.glyph_metrics(Size::new(1.0), LocationRef::default());
-        match metrics.bounds(self.glyph(font, last)) {
-            Some(b) if b.x_max > b.x_min => full - advance + b.x_max * self.stretch.x * size,
-            _ => full,
+        match self.ink(last) {
+            Some((_, right)) => full - advance + right * size,
+            None => full,
         }
     }
 
@@ -186,24 +222,33 @@ impl Typeface {
             return Vec::new();
         };
         let mut pen = Flattener {
-            stretch: self.stretch,
+            scale: self.scale / f32::from(metrics_units(font)),
             tolerance,
             outlines: Vec::new(),
         };
         if let Some(glyph) = font.outline_glyphs().get(self.glyph(font, character)) {
-            let settings = DrawSettings::unhinted(Size::new(1.0), LocationRef::default());
+            // In the font's own units: at a size of 1 the outlines come in 64ths.
+            let settings = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
             if glyph.draw(settings, &mut pen).is_err() {
                 return Vec::new();
             }
         }
         pen.outlines.retain(|o| o.len() > 2);
+        let all = pen.outlines.iter().flatten();
+        let left = all.map(|p| p.x).fold(f32::INFINITY, f32::min);
+        for outline in &mut pen.outlines {
+            outline.reverse(); // PostScript fills on the left
+            if self.built_in {
+                outline.iter_mut().for_each(|p| p.x -= left);
+            }
+        }
         pen.outlines
     }
 }
 
 /// Cuts a glyph's curves into lines.
 struct Flattener {
-    stretch: Vec2,
+    scale: f32,
     tolerance: f32,
     outlines: Vec<Vec<Vec2>>,
 }
@@ -231,16 +276,16 @@ impl Flattener {
 
 impl OutlinePen for Flattener {
     fn move_to(&mut self, x: f32, y: f32) {
-        self.outlines.push(vec![Vec2::new(x, y) * self.stretch]);
+        self.outlines.push(vec![Vec2::new(x, y) * self.scale]);
     }
 
     fn line_to(&mut self, x: f32, y: f32) {
-        self.add(Vec2::new(x, y) * self.stretch);
+        self.add(Vec2::new(x, y) * self.scale);
     }
 
     fn quad_to(&mut self, cx: f32, cy: f32, x: f32, y: f32) {
-        let (a, b) = (self.last(), Vec2::new(cx, cy) * self.stretch);
-        let c = Vec2::new(x, y) * self.stretch;
+        let (a, b) = (self.last(), Vec2::new(cx, cy) * self.scale);
+        let c = Vec2::new(x, y) * self.scale;
         let pieces = self.pieces(0.25 * (a - 2.0 * b + c).length());
         for i in 1..=pieces {
             let t = i as f32 / pieces as f32;
@@ -250,7 +295,7 @@ impl OutlinePen for Flattener {
 
     fn curve_to(&mut self, bx: f32, by: f32, cx: f32, cy: f32, x: f32, y: f32) {
         let a = self.last();
-        let [b, c, d] = [(bx, by), (cx, cy), (x, y)].map(|(x, y)| Vec2::new(x, y) * self.stretch);
+        let [b, c, d] = [(bx, by), (cx, cy), (x, y)].map(|(x, y)| Vec2::new(x, y) * self.scale);
         let bend = (a - 2.0 * b + c).length().max((b - 2.0 * c + d).length());
         let pieces = self.pieces(0.75 * bend);
         for i in 1..=pieces {

@@ -3,7 +3,7 @@
 use glam::Vec2;
 
 use super::face::Face;
-use super::glyph::Typeface;
+use super::glyph::{Glyphs, Typeface};
 use super::{Layout, fit, flat};
 use crate::scene::mesh::Mesh;
 
@@ -44,10 +44,7 @@ pub struct Vrml97Style {
 
 impl Vrml97Style {
     pub const DEFAULT: Self = Self {
-        face: Face {
-            stretch: Vec2::ONE,
-            ..Face::DEFAULT
-        },
+        face: Face::DEFAULT,
         size: 1.0,
         spacing: 1.0,
         horizontal: true,
@@ -205,6 +202,10 @@ fn column(across: f32, block: f32, style: &Vrml97Style) -> f32 {
     }
 }
 
+/// In Coin's boxes letters reach below the last line by their share of this, not of the font's size:
+/// it is the size that Inventor gives a text without a `Font`.
+const COIN_FONT_SIZE: f32 = 12.0;
+
 /// A VRML97 `Text`: flat, in z = 0.
 pub fn vrml97_text<S: AsRef<str>>(
     strings: &[S],
@@ -212,6 +213,14 @@ pub fn vrml97_text<S: AsRef<str>>(
     lengths: &[f32],
     max_extent: f32,
 ) -> (Mesh, Layout) {
-    let laid = vrml97_layout(strings, style, lengths, max_extent);
+    let mut laid = vrml97_layout(strings, style, lengths, max_extent);
+    let mut glyphs = Glyphs::new(style.face, style.complexity);
+    let last = laid.glyphs.last().map_or(0.0, |g| g.origin.y);
+    let lowest = laid.glyphs.iter().filter(|g| g.origin.y == last);
+    laid.bottom = lowest.fold(last, |bottom, glyph| {
+        let ink = glyphs.get(glyph.character).points.iter();
+        let depth = ink.map(|p| p.y).fold(0.0, f32::min);
+        bottom.min(last + COIN_FONT_SIZE * depth)
+    });
     (flat(&laid, style.face, style.size, style.complexity), laid)
 }
