@@ -96,7 +96,8 @@ impl CameraPose {
             far: number("farDistance", 10.0),
             focal_distance: number("focalDistance", 5.0),
             aspect_ratio: number("aspectRatio", 1.0),
-            viewport_mapping: mapping(read::<Choice>(node, "viewportMapping")),
+            viewport_mapping: read::<Choice>(node, "viewportMapping")
+                .map_or(ViewportMapping::AdjustCamera, ViewportMapping::of),
             film: class.is_a("FilmCamera").then(|| FilmPlane {
                 height_angle: number("heightAngle", std::f64::consts::FRAC_PI_4),
                 film_z: number("filmDistance", 0.1),
@@ -161,13 +162,16 @@ fn read<'a, T: Get>(node: NodeRef<'a>, name: &str) -> Option<T::Out<'a>> {
     T::from_value(node.value(name)?)
 }
 
-fn mapping(value: Option<i32>) -> ViewportMapping {
-    match value {
-        Some(0) => ViewportMapping::CropViewportFillFrame,
-        Some(1) => ViewportMapping::CropViewportLineFrame,
-        Some(2) => ViewportMapping::CropViewportNoFrame,
-        Some(4) => ViewportMapping::LeaveAlone,
-        _ => ViewportMapping::AdjustCamera,
+impl ViewportMapping {
+    /// From the field's value in files.
+    pub fn of(value: i32) -> Self {
+        match value {
+            0 => Self::CropViewportFillFrame,
+            1 => Self::CropViewportLineFrame,
+            2 => Self::CropViewportNoFrame,
+            4 => Self::LeaveAlone,
+            _ => Self::AdjustCamera,
+        }
     }
 }
 
