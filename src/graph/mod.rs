@@ -260,6 +260,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             Role::Separator | Role::Collision => {
                 self.open_separator();
                 self.state.on_top |= node.known_class().is_some_and(|c| c.is_a("Annotation"));
+                self.state.highlight = property::highlight(node).or(self.state.highlight);
                 self.children(node);
             }
             Role::TransformSeparator => {

@@ -7,8 +7,8 @@ use glam::{DMat4, DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
 use super::read::Fields;
 use super::state::{
     Binding, Complexity, Coordinates, Diffuse, DrawStyle, EnvironmentElement, FogKind, FontElement,
-    LightElement, LightKind, List, Profile, ProfileCoordinates, State, TextureCoordinates,
-    TextureElement, TextureModel, VertexOrdering,
+    Highlight, LightElement, LightKind, List, Profile, ProfileCoordinates, State,
+    TextureCoordinates, TextureElement, TextureModel, VertexOrdering,
 };
 use crate::grammar::value::{Choice, Plane, Rotation, Text};
 use crate::iv::NodeRef;
@@ -453,6 +453,15 @@ fn clip_plane<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(n) = turned.try_normalize() {
         Arc::make_mut(&mut state.clip_planes).push((n, n.dot(on_plane)));
     }
+}
+
+/// The highlight of a `LocateHighlight` whose mode is `ON`: others wait for a cursor.
+pub fn highlight(node: NodeRef<'_>) -> Option<Highlight> {
+    let class = node.known_class()?;
+    (class.is_a("LocateHighlight") && node.read::<Choice>("mode") == Some(1)).then(|| Highlight {
+        color: node.read::<Vec3>("color").unwrap_or(Vec3::splat(0.3)),
+        diffuse_too: node.read::<Choice>("style") == Some(1),
+    })
 }
 
 fn font<'a>(state: &mut State<'a>, node: NodeRef<'a>) {

@@ -385,6 +385,15 @@ pub struct Complexity {
     pub texture_quality: f32,
 }
 
+/// What a `LocateHighlight` puts over the materials below it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Highlight {
+    /// Given off, whatever the materials say.
+    pub color: Vec3,
+    /// Whether it is the diffuse color too.
+    pub diffuse_too: bool,
+}
+
 /// Everything a shape inherits.
 #[derive(Clone)]
 pub struct State<'a> {
@@ -408,6 +417,8 @@ pub struct State<'a> {
     pub casts_shadow: bool,
     /// Under an `Annotation`, which is drawn over everything else.
     pub on_top: bool,
+    /// Inside a `LocateHighlight` that is on.
+    pub highlight: Option<Highlight>,
     /// `TextureUnit`: textures of units other than 0 are not drawn.
     pub texture_unit: i32,
     pub complexity: Complexity,
@@ -451,6 +462,7 @@ impl State<'_> {
             drawing: Drawing::DEFAULT,
             casts_shadow: true,
             on_top: false,
+            highlight: None,
             texture_unit: 0,
             complexity: Complexity {
                 value: 0.5,
