@@ -210,6 +210,8 @@ pub struct Plan {
     pub solids: bool,
     /// The scene's own time in seconds.
     pub time: f64,
+    /// Draws the handles of draggers and manipulators. Default: no.
+    pub handles: bool,
     pub stop: Stop,
     /// Folders besides the scene's own in which files that it names are looked for.
     pub search: Vec<PathBuf>,
@@ -254,6 +256,7 @@ impl Plan {
             max_depth: None,
             solids: false,
             time: 0.0,
+            handles: false,
             stop: Stop::after(samples),
             search: Vec::new(),
             limits: Limits::default(),
@@ -613,6 +616,7 @@ fn options(plan: &Plan, shading: Shading, pose: &CameraPose, seen: Projection) -
         }),
         needs: shading.needs(),
         time: plan.time,
+        handles: plan.handles,
         pixel_rows: plan.resolution.height,
         texture_folders: plan.search.clone(),
         max_primitives: plan.limits.primitives,
@@ -700,6 +704,7 @@ fn camera_of_scene(document: &Document, plan: &Plan) -> CameraPose {
     first_camera(document, plan.time).unwrap_or_else(|| {
         let options = CompileOptions {
             time: plan.time,
+            handles: plan.handles,
             ..CompileOptions::default()
         };
         let bounds = RenderScene::survey(document, &options).inventor_bounds;

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3, Vec3};
 use image::{Rgb, RgbImage};
+use ivcam::camera::{Camera, Pinhole};
 use ivcam::iv::Document;
-use ivcam::pose::{CameraPose, Projection};
+use ivcam::pose::{CameraPose, Projection, ViewportMapping};
 use ivcam::scene::{CompileOptions, Light, Ray, RenderScene};
 use ivcam::shade::{ShadeOptions, Shader, Shading, Work};
 use serde_json::Value;
@@ -15,6 +16,9 @@ use crate::point;
 
 const WIDTH: u32 = 320;
 const HEIGHT: u32 = 240;
+
+/// What Coin fills the frame around a cropped view with.
+const FRAME_GRAY: Vec3 = Vec3::splat(0.8);
 
 /// How a picture of ours compares with theirs.
 #[derive(Clone, Copy)]
@@ -88,13 +92,14 @@ pub fn compare(
 }
 
 fn draw(document: &Document, reference: &Value, as_opengl: bool) -> Option<RgbImage> {
-    let pose = camera(reference)?;
+    let pose = pose(reference)?;
     let options = CompileOptions {
         origin: pose.position,
         camera: Some(pose.clone()),
         needs: Shading::Phong.needs(),
         pixel_rows: HEIGHT,
-        faceted: as_opengl,
+        as_coin: as_opengl,
+        handles: as_opengl,
         ..CompileOptions::default()
     };
     let scene = RenderScene::compile(document, &options).ok()?;
@@ -111,39 +116,31 @@ fn draw(document: &Document, reference: &Value, as_opengl: bool) -> Option<RgbIm
         ..ShadeOptions::default()
     };
     let shader = Shader::new(&scene, Shading::Phong, options);
+    let aspect = f64::from(WIDTH) / f64::from(HEIGHT);
+    let camera = Camera::Pinhole(Pinhole::new(&pose, aspect)).posed(&pose, pose.position);
     let mut picture = RgbImage::new(WIDTH, HEIGHT);
     let mut work = Work::default();
     for (x, y, pixel) in picture.enumerate_pixels_mut() {
-        let color = shader.radiance(&ray(&pose, x, y), &mut work);
+        let along = |x: u32, size: u32| (f64::from(x) + 0.5) / f64::from(size);
+        let ray = camera.at(along(x, WIDTH), along(y, HEIGHT)).ray([0.5; 2]);
+        let color = match ray {
+            Some(ray) => {
+                let ray = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
+                shader.radiance(&ray, &mut work)
+            }
+            None if pose.viewport_mapping == ViewportMapping::CropViewportFillFrame => FRAME_GRAY,
+            None => Vec3::ZERO,
+        };
         let level = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
         *pixel = Rgb([level(color.x), level(color.y), level(color.z)]);
     }
     Some(picture)
 }
 
-/// Through the middle of a pixel.
-fn ray(pose: &CameraPose, x: u32, y: u32) -> Ray {
-    let aspect = f64::from(WIDTH) / f64::from(HEIGHT);
-    let sx = (2.0 * (f64::from(x) + 0.5) / f64::from(WIDTH) - 1.0) * aspect;
-    let sy = 1.0 - 2.0 * (f64::from(y) + 0.5) / f64::from(HEIGHT);
-    match pose.projection {
-        Projection::Perspective { height_angle } => {
-            let t = libm::tan(0.5 * height_angle);
-            let d = pose.orientation * DVec3::new(sx * t, sy * t, -1.0);
-            Ray::new(Vec3::ZERO, d.as_vec3())
-        }
-        Projection::Orthographic { height } => {
-            let o = pose.orientation * (0.5 * height * DVec3::new(sx, sy, 0.0));
-            let mut ray = Ray::new(o.as_vec3(), pose.direction().as_vec3());
-            ray.t_min = f32::NEG_INFINITY;
-            ray
-        }
-    }
-}
-
 /// The camera that the other program used.
-fn camera(reference: &Value) -> Option<CameraPose> {
+fn pose(reference: &Value) -> Option<CameraPose> {
     let c = &reference["camera"];
+    let number = |name: &str, silent: f64| c[name].as_f64().unwrap_or(silent);
     let turn = &c["orientation"];
     let axis = point(&turn["axis"])?;
     let projection = match c["heightAngle"].as_f64() {
@@ -156,6 +153,9 @@ fn camera(reference: &Value) -> Option<CameraPose> {
         position: point(&c["position"])?,
         orientation: DQuat::from_axis_angle(axis.normalize_or(DVec3::Z), turn["angle"].as_f64()?),
         projection,
+        near: number("near", 0.0),
+        aspect_ratio: number("aspectRatio", 1.0),
+        viewport_mapping: ViewportMapping::of(c["viewportMapping"].as_i64().unwrap_or(3) as i32),
         ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
     })
 }

@@ -37,6 +37,10 @@ pub fn command() -> Command {
             "full",
             "of many files, the whole report of each, not a line",
         ))
+        .arg(switch(
+            "handles",
+            "count the handles of draggers and manipulators in",
+        ))
         .arg(
             path("search")
                 .long("search")
@@ -65,7 +69,7 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let bar = progress(files.len(), several);
     let mut total = Total::default();
     for file in &files {
-        let checked = Checked::read(file, &search, &limits);
+        let checked = Checked::read(file, &search, &limits, matches.get_flag("handles"));
         total.add(&checked);
         let written = match (json, lines) {
             (true, _) if several => writeln!(out, "{}", checked.json()),
@@ -184,11 +188,12 @@ struct Missing {
 }
 
 impl Checked {
-    fn read(path: &Path, search: &[&Path], limits: &Limits) -> Self {
+    fn read(path: &Path, search: &[&Path], limits: &Limits, handles: bool) -> Self {
         let options = CompileOptions {
             texture_folders: search.iter().map(|p| p.to_path_buf()).collect(),
             max_primitives: limits.primitives,
             max_visits: limits.visits as u64,
+            handles,
             ..CompileOptions::default()
         };
         let document = Document::open_with(path, search, limits).map(|document| {

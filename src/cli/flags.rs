@@ -299,6 +299,11 @@ pub const RENDER: &[Flag] = &[
         "the scene's own time, for engines and sensors [0]",
     ),
     flag(
+        "handles",
+        Takes::Nothing,
+        "draws the handles of draggers and manipulators: the parts that the file gives them, or plain ones",
+    ),
+    flag(
         "search",
         Takes::Many("FOLDER"),
         "also look here for files that the scene names",

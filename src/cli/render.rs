@@ -216,6 +216,7 @@ pub fn plan_of(m: &ArgMatches, era: Era, frame: Option<Frame>) -> Result<Plan> {
     let depth = |w: &str| w.parse().ok().filter(|n| *n <= 10_000);
     plan.max_depth = parsed(m, "max-depth", "a number from 0 to 10000", depth)?;
     plan.solids = m.get_flag("solids");
+    plan.handles = m.get_flag("handles");
     set(
         &mut plan.time,
         parsed(m, "scene-time", "a time in seconds", finite)?,

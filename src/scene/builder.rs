@@ -12,6 +12,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3, Vec4};
 use super::background::Background;
 use super::facets::facets;
 use super::mesh::Mesh;
+use super::powers::in_powers_of_two;
 use super::quadric::{Quadric, QuadricKind, exact_bounds};
 use super::screen::Screen;
 use super::shapes::{self, Stroke, View};
@@ -71,11 +72,14 @@ pub struct Builder<'a> {
     /// Counts and bounds only; nothing is kept.
     surveying: bool,
     ignore_draw_style: bool,
-    faceted: bool,
+    as_coin: bool,
+    handles: bool,
     /// The current shape's.
     complexity: f32,
     /// Pixels of the line pattern used so far.
     pattern_at: f32,
+    /// Of the face whose edges or corners are being drawn; zero for lines of their own.
+    face_normal: Vec3,
     scene_from_object: DAffine3,
     normal_matrix: DMat3,
     scene: RenderScene,
@@ -115,9 +119,11 @@ impl<'a> Builder<'a> {
             texture_folders: options.texture_folders.clone(),
             surveying: false,
             ignore_draw_style: options.ignore_draw_style,
-            faceted: options.faceted,
+            as_coin: options.as_coin,
+            handles: options.handles,
             complexity: 0.5,
             pattern_at: 0.0,
+            face_normal: Vec3::ZERO,
             scene_from_object: DAffine3::IDENTITY,
             normal_matrix: DMat3::IDENTITY,
             scene: RenderScene {
@@ -351,6 +357,13 @@ impl<'a> Builder<'a> {
                 0.0
             };
         }
+        let mut emissive = m.emissive;
+        if let Some(highlight) = state.highlight {
+            emissive = highlight.color;
+            if highlight.diffuse_too {
+                diffuse = vec![highlight.color];
+            }
+        }
         let texture = self.texture_use(state);
         self.scene.census.transparent |= transparency.iter().any(|&t| t > 0.0)
             || texture.as_ref().is_some_and(|t| t.texture.has_alpha());
@@ -360,7 +373,7 @@ impl<'a> Builder<'a> {
             ambient: m.ambient,
             diffuse,
             specular: m.specular,
-            emissive: m.emissive,
+            emissive,
             shininess: m.shininess,
             transparency,
             refraction: m.refraction,
@@ -416,8 +429,9 @@ impl<'a> Builder<'a> {
         }
         let id = element.node.id;
         if !self.decoded.contains_key(&id) {
+            let fit = |t| if self.as_coin { in_powers_of_two(t) } else { t };
             let decoded = match texture::decode(element.node, &self.texture_folders) {
-                Ok(t) => t.map(Arc::new),
+                Ok(t) => t.map(fit).map(Arc::new),
                 Err(trouble) => {
                     self.troubles.push(trouble);
                     None
@@ -435,7 +449,10 @@ impl<'a> Builder<'a> {
             repeat_s: element.repeat_s,
             repeat_t: element.repeat_t,
             repeat_r: element.repeat_r,
-            filter: Filter::of(element.quality),
+            filter: match Filter::of(element.quality) {
+                Filter::Smooth if self.as_coin && element.quality < 0.8 => Filter::Rough,
+                filter => filter,
+            },
             matrix: state.texture_matrix,
             mapping: self.mapping(state),
         })
@@ -513,14 +530,33 @@ impl<'a> Builder<'a> {
     /// The edges of a face, or its corners, as the draw style says.
     pub fn outline(&mut self, corners: &[Corner]) {
         self.begin_line();
-        for (i, &corner) in corners.iter().enumerate() {
+        self.face_normal = self.outward(corners);
+        // OpenGL begins the pattern of three or four edges with the last one (Mesa).
+        let n = corners.len();
+        let first = if n <= 4 { n.saturating_sub(1) } else { 0 };
+        for i in first..first + n {
+            let (corner, next) = (corners[i % n], corners[(i + 1) % n]);
             if self.drawing.style == DrawStyle::Points {
                 self.dot(corner, self.drawing.point_size);
             } else {
-                let next = corners[(i + 1) % corners.len()];
                 self.line([corner, next], self.drawing.line_width);
             }
         }
+        self.face_normal = Vec3::ZERO;
+    }
+
+    /// The normal of a face in the scene, as long as its area, by Newell's sum.
+    fn outward(&self, corners: &[Corner]) -> Vec3 {
+        let at = |i: usize| {
+            let p = corners[i % corners.len()].position.as_dvec3();
+            self.scene_from_object.transform_point3(p)
+        };
+        let from = at(0);
+        (1..corners.len())
+            .fold(DVec3::ZERO, |sum, i| {
+                sum + (at(i) - from).cross(at(i + 1) - from)
+            })
+            .as_vec3()
     }
 
     /// Moves a corner into the scene, once for all the triangles that it is part of.
@@ -689,7 +725,7 @@ impl<'a> Builder<'a> {
             grow(&mut self.object_bounds, min, max);
             return;
         }
-        if self.faceted || self.outlines() {
+        if self.as_coin || self.outlines() {
             self.facets(kind, material);
             return;
         }
@@ -762,6 +798,7 @@ impl<'a> Builder<'a> {
         let mut stroke = Stroke::new([a, b], width, &view)
             .with_pattern(self.drawing.line_pattern, self.pattern_at);
         self.pattern_at = stroke.pattern_end(&view);
+        stroke.face = self.face_normal;
         stroke.materials = ends.map(|e| e.material);
         stroke.normals = ends.map(|e| {
             (self.normal_matrix * e.normal.as_dvec3())
@@ -900,10 +937,11 @@ impl<'a> Visitor<'a> for Builder<'a> {
     fn node(&mut self, node: NodeRef<'a>, _role: Role) {
         if let Some(class) = node.known_class() {
             self.scene.census.see(class.name);
-            if class.name.ends_with("Dragger") || class.name.ends_with("Manip") {
+            let dragged = class.name.ends_with("Dragger") || class.name.ends_with("Manip");
+            if dragged && !self.handles {
                 self.scene
                     .census
-                    .ignore(class.name, "handles are not drawn");
+                    .ignore(class.name, "handles are not drawn without `--handles`");
             }
         }
     }
@@ -917,6 +955,7 @@ impl<'a> Visitor<'a> for Builder<'a> {
             let pictures = self.needs.textures.then_some(&*self.texture_folders);
             let (background, troubles) = Background::of(node, state, pictures);
             self.scene.background = background;
+            self.scene.background.set_on_rings(self.as_coin);
             self.troubles.extend(troubles);
         }
     }

@@ -7,13 +7,16 @@ pub mod background;
 pub mod builder;
 pub mod bundle;
 pub mod census;
+pub mod coin;
 pub mod facets;
+pub mod handles;
 pub mod inventor_box;
 pub mod light;
 pub mod mesh;
 pub mod normals;
 pub mod nurbs;
 pub mod plain;
+pub mod powers;
 pub mod quadric;
 pub mod screen;
 pub mod shapes;
@@ -88,9 +91,12 @@ pub struct CompileOptions {
     pub max_visits: u64,
     /// Compiles what `DrawStyle` hides or shows as lines like everything else. Default: no.
     pub ignore_draw_style: bool,
-    /// Spheres, cylinders and cones as the meshes that Inventor programs cut them into. For holding
-    /// against their pictures. Default: no.
-    pub faceted: bool,
+    /// As Coin draws it: spheres, cylinders and cones as its meshes, textures in powers of two, skies
+    /// of flat rings, and what the file says as `scene::coin` has it. For holding against its
+    /// pictures. Default: no.
+    pub as_coin: bool,
+    /// Draws the handles of draggers and manipulators. Default: no.
+    pub handles: bool,
     /// Folders besides the scene's own in which textures are looked for. Default: none.
     pub texture_folders: Vec<std::path::PathBuf>,
 }
@@ -106,7 +112,8 @@ impl Default for CompileOptions {
             max_primitives: Limits::default().primitives,
             max_visits: Limits::default().visits as u64,
             ignore_draw_style: false,
-            faceted: false,
+            as_coin: false,
+            handles: false,
             texture_folders: Vec::new(),
         }
     }
@@ -213,7 +220,7 @@ impl RenderScene {
 
     /// Walks the document and compiles what it draws.
     pub fn compile(document: &Document, options: &CompileOptions) -> Result<Self> {
-        let patched = survey::at_time(document, options);
+        let patched = survey::prepared(document, options);
         let document = patched.as_ref().unwrap_or(document);
         let walk_options = WalkOptions {
             time: options.time,
@@ -524,7 +531,10 @@ impl RenderScene {
                 let m = quadric.object_from_scene.matrix3.transpose();
                 (m * n).normalize_or(DVec3::Y).as_vec3()
             }
-            None => -ray.direction.normalize_or(Vec3::Z),
+            None => self.strokes[index - self.quadrics.len()]
+                .face
+                .try_normalize()
+                .unwrap_or(-ray.direction.normalize_or(Vec3::Z)),
         }
     }
 
@@ -533,8 +543,9 @@ impl RenderScene {
         surface::point(self, ray, hit)
     }
 
-    /// How many texels a pixel covers where a ray meets a triangle: its width there, by the
-    /// texels a meter that the triangle's corners give. 1 where nothing says.
+    /// How many texels a pixel covers where a ray meets a surface: its width there, by the texels a
+    /// meter that a triangle's corners or a round shape's mapping give, or a line's ends by pixel.
+    /// 1 where nothing says.
     fn texels_across(
         &self,
         point: &Point<'_>,
@@ -543,24 +554,43 @@ impl RenderScene {
         texture: &surface::TextureUse,
     ) -> f32 {
         let index = hit.primitive as usize;
-        let Some([a, b, c]) = self.triangles.get(index) else {
+        if texture.texture.is_deep() && index >= self.triangles.len() {
             return 1.0;
-        };
-        let local = index - point.surface.first as usize;
-        let Some(uv) = point.surface.coordinates.get(local) else {
-            return 1.0;
-        };
-        let uv = uv.map(|t| texture.matrix.transform_point3(t.extend(0.0)).truncate());
+        }
         let size = Vec2::new(texture.texture.width as f32, texture.texture.height as f32);
-        let texels = ((uv[1] - uv[0]) * size)
-            .perp_dot((uv[2] - uv[0]) * size)
-            .abs();
-        let meters = (b - a).cross(c - a).length();
+        let texel = |t: Vec2| texture.matrix.transform_point3(t.extend(0.0)).truncate() * size;
         let along = hit.t * ray.direction.length();
         let facing = (point.geometric.dot(ray.direction) / ray.direction.length()).abs();
+        let pixel = self.view.fixed + self.view.per_depth * along;
         // The pixel's ellipse on the surface is longer than wide; OpenGL takes the longer side.
-        let pixel = (self.view.fixed + self.view.per_depth * along) / facing.max(1e-3);
-        let wide = pixel * (texels / meters).sqrt();
+        let longer = pixel / facing.max(1e-3);
+        let wide = if let Some([a, b, c]) = self.triangles.get(index) {
+            let local = index - point.surface.first as usize;
+            let Some(uv) = point.surface.coordinates.get(local) else {
+                return 1.0;
+            };
+            let [a_at, b_at, c_at] = uv.map(texel);
+            let texels = (b_at - a_at).perp_dot(c_at - a_at).abs();
+            longer * (texels / (b - a).cross(c - a).length()).sqrt()
+        } else if let Some(quadric) = self.quadrics.get(index - self.triangles.len()) {
+            let at = |p: Vec3| {
+                quadric
+                    .texture_coordinates(quadric.settle(p.as_dvec3()).0)
+                    .as_vec2()
+            };
+            let (middle, (right, up)) =
+                (at(point.position), point.geometric.any_orthonormal_pair());
+            // A step across the seam of a round texture is a short one too.
+            let step = |way: Vec3| {
+                let change = at(point.position + pixel * way) - middle;
+                texel(change - change.round()) - texel(Vec2::ZERO)
+            };
+            longer / pixel * step(right).perp_dot(step(up)).abs().sqrt()
+        } else {
+            let stroke = &self.strokes[index - self.triangles.len() - self.quadrics.len()];
+            let [from, to] = stroke.coordinates.map(texel);
+            (to - from).length() / stroke.pixels(&self.view)
+        };
         if wide.is_finite() { wide } else { 1.0 }
     }
 

@@ -3,14 +3,17 @@
 use glam::{DMat4, DVec3};
 use indexmap::IndexMap;
 
+use super::coin::as_coin_reads;
+use super::handles::with_handles;
 use super::inventor_box::InventorBox;
 use super::{Builder, Census, CompileOptions};
 use crate::diag::Diagnostic;
+use crate::grammar::value::Choice;
 use crate::graph::read::Fields;
 use crate::graph::role::Role;
 use crate::graph::state::{LightElement, State};
 use crate::graph::{self, Visitor, WalkOptions};
-use crate::iv::{Document, NodeRef};
+use crate::iv::{Document, NodeId, NodeRef};
 use crate::pose::CameraPose;
 
 #[derive(Clone, Debug, Default)]
@@ -49,7 +52,7 @@ impl Surveyor<'_> {
 }
 
 pub fn survey(document: &Document, options: &CompileOptions) -> Survey {
-    let patched = at_time(document, options);
+    let patched = prepared(document, options);
     let mut survey = as_it_is(patched.as_ref().unwrap_or(document), options);
     if let Some(patched) = &patched {
         let news = patched
@@ -60,6 +63,18 @@ pub fn survey(document: &Document, options: &CompileOptions) -> Survey {
         survey.troubles.extend(news.cloned().map(Box::new));
     }
     survey
+}
+
+/// The document as the options want it drawn; `None` where that is as it is.
+pub fn prepared(document: &Document, options: &CompileOptions) -> Option<Document> {
+    let mut out = at_time(document, options);
+    if options.handles {
+        out = Some(with_handles(out.as_ref().unwrap_or(document)));
+    }
+    if options.as_coin {
+        out = Some(as_coin_reads(out.as_ref().unwrap_or(document)));
+    }
+    out
 }
 
 /// The document with its engines worked out, if it has any; a box that an engine asks for is
@@ -106,6 +121,15 @@ fn walked(document: &Document, options: &CompileOptions, all_levels: bool) -> Su
 
 /// The exact box around what is below a node, in the world.
 pub(super) fn bounds_below<'a>(node: NodeRef<'a>, state: &State<'a>) -> Option<(DVec3, DVec3)> {
+    bounds_of(node.document, &node.data().children, state.clone())
+}
+
+/// The exact box around some nodes, met in this state, in the world.
+pub(super) fn bounds_of<'a>(
+    document: &'a Document,
+    list: &'a [NodeId],
+    state: State<'a>,
+) -> Option<(DVec3, DVec3)> {
     struct Bounds<'a>(Builder<'a>, Option<(DVec3, DVec3)>);
     impl<'a> Visitor<'a> for Bounds<'a> {
         fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
@@ -120,17 +144,17 @@ pub(super) fn bounds_below<'a>(node: NodeRef<'a>, state: &State<'a>) -> Option<(
         max_visits: 100_000,
         ..WalkOptions::default()
     };
-    let builder = Builder::surveyor(node.document, &CompileOptions::default());
+    let builder = Builder::surveyor(document, &CompileOptions::default());
     let mut bounds = Bounds(builder, None);
-    let children = &node.data().children;
-    graph::walk_list(
-        node.document,
-        children,
-        state.clone(),
-        &options,
-        &mut bounds,
-    );
+    graph::walk_list(document, list, state, &options, &mut bounds);
     bounds.1
+}
+
+/// Whether a node asks Inventor to forget the box of what its separator held so far.
+fn resets_box(node: NodeRef<'_>) -> bool {
+    let class = node.known_class();
+    class.is_some_and(|c| c.name == "ResetTransform")
+        && node.acting::<Choice>("whatToReset").unwrap_or(0) & 2 != 0
 }
 
 impl<'a> Visitor<'a> for Surveyor<'a> {
@@ -181,6 +205,11 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
     }
 
     fn node(&mut self, node: NodeRef<'a>, role: Role) {
+        if resets_box(node)
+            && let Some((_, all)) = self.open.last_mut()
+        {
+            *all = None;
+        }
         self.builder.node(node, role);
     }
 

@@ -19,6 +19,8 @@ pub enum Filter {
     Linear,
     /// And between smaller versions where a pixel covers several texels.
     Smooth,
+    /// Between smaller versions too, but of each only the nearest texel: below 0.8 in Coin.
+    Rough,
 }
 
 impl Filter {
@@ -100,7 +102,13 @@ impl Texture {
         repeat_s: bool,
         repeat_t: bool,
     ) -> Vec4 {
-        if filter != Filter::Smooth || !(texels > 1.0) || self.smaller.is_empty() {
+        // OpenGL lets a rough smaller version wait for half a level more.
+        let (each, from) = match filter {
+            Filter::Smooth => (Filter::Linear, 1.0),
+            Filter::Rough => (Filter::Nearest, std::f32::consts::SQRT_2),
+            _ => (filter, f32::INFINITY),
+        };
+        if !(texels > from) || self.smaller.is_empty() {
             return self.sample(at, filter, repeat_s, repeat_t);
         }
         let level = libm::log2f(texels).min(self.smaller.len() as f32);
@@ -109,12 +117,29 @@ impl Texture {
             0 => self,
             _ => &self.smaller[i - 1],
         };
-        let fine = version(below as usize).sample(at, filter, repeat_s, repeat_t);
+        let fine = version(below as usize).sample(at, each, repeat_s, repeat_t);
         let next = (below as usize + 1).min(self.smaller.len());
         fine.lerp(
-            version(next).sample(at, filter, repeat_s, repeat_t),
+            version(next).sample(at, each, repeat_s, repeat_t),
             level - below,
         )
+    }
+
+    /// Row by row from the bottom up.
+    pub(super) fn texels(&self) -> &[[u8; 4]] {
+        &self.texels
+    }
+
+    /// The same with other texels, as many as the new sides ask for. Pictures behind it stay.
+    pub(super) fn resized(self, width: usize, height: usize, texels: Vec<[u8; 4]>) -> Self {
+        Self {
+            width,
+            height,
+            texels,
+            smaller: Vec::new(),
+            ..self
+        }
+        .with_smaller()
     }
 
     fn with_smaller(mut self) -> Self {

@@ -202,6 +202,31 @@ mod tests {
         document
     }
 
+    /// A ray to the edge of a cube's back, through the middle of its front.
+    fn sees_the_back_edge(hints: &str) -> bool {
+        let text = format!(
+            "#Inventor V2.1 ascii\n{hints} DrawStyle {{ style LINES lineWidth 3 }} Cube {{ }}"
+        );
+        let files = std::sync::Arc::new(crate::scene::handles::NoFiles);
+        let limits = crate::iv::Limits::default();
+        let document = Document::read("a.iv", text.into_bytes(), files, &limits).expect("reads");
+        let options = CompileOptions {
+            origin: glam::DVec3::new(0.0, 0.0, 5.0),
+            ..CompileOptions::default()
+        };
+        let scene = crate::scene::RenderScene::compile(&document, &options).expect("compiles");
+        let ray = crate::scene::Ray::new(Vec3::ZERO, Vec3::new(1.0, 0.1, -6.0));
+        scene.hit(&ray).is_some()
+    }
+
+    #[test]
+    fn a_closed_shape_drawn_in_lines_hides_the_edges_of_faces_turned_away() {
+        assert!(sees_the_back_edge(""));
+        assert!(!sees_the_back_edge(
+            "ShapeHints { vertexOrdering COUNTERCLOCKWISE shapeType SOLID }"
+        ));
+    }
+
     /// VRML 97's nodes that stand in fields of shapes, which read them there.
     const IN_FIELDS: [&str; 16] = [
         "Appearance",

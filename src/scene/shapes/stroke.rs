@@ -62,6 +62,9 @@ pub struct Stroke {
     /// Normals at the ends, to be lit with; zero faces the camera.
     pub normals: [Vec3; 2],
     pub coordinates: [Vec2; 2],
+    /// The outward normal of the face that it is an edge or a corner of, of any length; zero
+    /// for a line or a point of its own.
+    pub face: Vec3,
     /// Sixteen dashes and gaps from the lowest bit on, each a pixel long.
     pattern: u16,
     /// How many pixels of the pattern the line before this one used.
@@ -85,6 +88,7 @@ impl Stroke {
             materials: [0; 2],
             normals: [Vec3::ZERO; 2],
             coordinates: [Vec2::ZERO; 2],
+            face: Vec3::ZERO,
             pattern: 0xffff,
             start: 0.0,
         }
@@ -98,9 +102,14 @@ impl Stroke {
         }
     }
 
-    /// Where the pattern goes on behind this line.
+    /// Where the pattern goes on behind this line: after whole pixels, as OpenGL counts them.
     pub fn pattern_end(&self, view: &View) -> f32 {
-        self.start + self.pixels_to(self.b, view)
+        self.start + self.pixels(view).ceil()
+    }
+
+    /// The line's length in pixels along the picture's axis.
+    pub fn pixels(&self, view: &View) -> f32 {
+        self.pixels_to(self.b, view)
     }
 
     /// Pixels along the picture's axis from the beginning.
