@@ -800,7 +800,7 @@ fn still(scratch: &Scratch) -> Bench {
     frame.rate = 1e6;
     let mut model = Model::new(Plan::of_era(Era::Modern, ""));
     model.setup = setup;
-    model.depths = Some(Arc::new(frame.view.depths()));
+    model.depths = Some(Arc::new(frame.view.depths(&|| true).unwrap()));
     model.frame = Some(frame);
     model.scenes = vec![model.setup.plan.scene.clone()];
     model.open = true;

@@ -313,15 +313,19 @@ impl Worker {
 
     fn refine(&mut self) {
         let Some(live) = &mut self.live else { return };
-        if self.mapped != live.asked().serial {
-            self.mapped = live.asked().serial;
-            let view = live.view().clone();
-            let surface = view.lens_camera().map(FocalSurface::of);
-            let depths = self.pool.install(|| view.depths());
-            return self.tell(News::Depths(Arc::new(depths), surface));
-        }
         let shared = self.shared.clone();
         let goes_on = move || !shared.hurry.load(Ordering::Relaxed);
+        if self.mapped != live.asked().serial {
+            let view = live.view().clone();
+            let depths = self.pool.install(|| view.depths(&goes_on));
+            // What is asked for meanwhile has a map of its own.
+            let Some(depths) = depths.filter(|_| goes_on()) else {
+                return;
+            };
+            let surface = view.lens_camera().map(FocalSurface::of);
+            self.mapped = live.asked().serial;
+            return self.tell(News::Depths(Arc::new(depths), surface));
+        }
         if let Some(frame) = self.pool.install(|| live.step(&goes_on)) {
             self.tell(News::Frame(Box::new(frame)));
         }

@@ -63,8 +63,8 @@ impl View {
         Some((world(min), world(max)))
     }
 
-    /// Distances over the whole picture. Uses rayon's current pool.
-    pub fn depths(&self) -> DepthMap {
+    /// Distances over the whole picture, unless `goes_on` says no. Uses rayon's current pool.
+    pub fn depths(&self, goes_on: &(dyn Fn() -> bool + Sync)) -> Option<DepthMap> {
         let Resolution { width, height } = reduced(self.resolution);
         let distance = |i: u32| {
             let x = (f64::from(i % width) + 0.5) / f64::from(width);
@@ -72,12 +72,16 @@ impl View {
             self.look(x, y)
                 .map_or(f32::INFINITY, |seen| seen.distance as f32)
         };
-        let meters = (0..width * height).into_par_iter().map(distance).collect();
-        DepthMap {
+        let rows = (0..height).into_par_iter().map(|y| {
+            let row = y * width..(y + 1) * width;
+            goes_on().then(|| row.map(distance).collect::<Vec<f32>>())
+        });
+        let rows: Option<Vec<Vec<f32>>> = rows.collect();
+        Some(DepthMap {
             width,
             height,
-            meters,
-        }
+            meters: rows?.concat(),
+        })
     }
 }
 
