@@ -46,8 +46,8 @@ click ${SAVE:-1276 725} 1
 for _ in $(seq 200); do [ -s "$out/window.png" ] && break; sleep 0.3; done
 shot 6-saved
 
-# The batch command is in the picture itself.
-command=$(strings -n 8 "$out/window.png" | grep -m1 '^ivcam render' || true)
+# The batch command is in the picture itself, up to the scene: what follows is the chunk's checksum.
+command=$(strings -n 8 "$out/window.png" | grep -o -m1 '^ivcam render .*/livroom\.iv' || true)
 [ -n "$command" ] || { echo "no command in the picture"; exit 1; }
 echo "$command" | tee "$out/command.txt"
 mv "$out/window.png" "$out/saved.png"
