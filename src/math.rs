@@ -5,6 +5,7 @@
 
 pub mod fourier;
 pub mod lanes;
+pub mod symmetric;
 
 /// A length in millimeters, the unit of lens prescriptions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]

@@ -10,12 +10,12 @@ use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::fit::solve;
 use super::metric::Mask;
 use super::plane::{Plane, Plate};
 use super::tone::{self, Matching};
 use crate::diag::{Diagnostic, Result};
 use crate::math::fourier::Spectrum;
+use crate::math::symmetric::solve;
 
 /// Longer side of the pictures that are searched, and of the square they are correlated in.
 const SMALL: f64 = 48.0;
