@@ -8,6 +8,7 @@
 mod calculator;
 mod compute;
 mod convert;
+mod lists;
 mod matrix;
 mod sensors;
 

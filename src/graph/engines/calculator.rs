@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::Outputs;
-use super::compute::{MAX_VALUES, floats, vectors};
+use super::lists::{MAX_VALUES, floats, vectors};
 use crate::grammar::value::Value;
 use crate::graph::read::Fields;
 use crate::iv::NodeRef;

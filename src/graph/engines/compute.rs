@@ -7,16 +7,14 @@ use glam::{DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
 
 use super::calculator;
 use super::convert::rotation_of;
+use super::lists::{at, at_or, floats, list, run, vectors};
 use super::matrix::{self, Parts};
 use super::sensors::between;
 use super::{Outputs, Pulses};
-use crate::grammar::value::{Choice, Get, Seconds, Value};
+use crate::grammar::value::{Choice, Seconds, Value};
 use crate::graph::read::Fields;
 use crate::iv::NodeRef;
 use crate::iv::value::Rotation;
-
-/// Values of one engine run; more are cut off.
-pub const MAX_VALUES: usize = 1 << 22;
 
 /// Outputs of an engine; none for a node that is not one. `Err`: what is wrong with it.
 /// `fired` tells of the triggers among its fields.
@@ -162,36 +160,6 @@ pub fn outputs(
         }
         _ => Vec::new(),
     })
-}
-
-/// One value for each of the longest input.
-fn run<T, const N: usize>(lengths: [usize; N], make: impl Fn(usize) -> T) -> Vec<T> {
-    let count = lengths.into_iter().max().unwrap_or(0).min(MAX_VALUES);
-    (0..count).map(make).collect()
-}
-
-fn at<T: Copy + Default>(values: &[T], i: usize) -> T {
-    at_or(values, i, T::default())
-}
-
-fn at_or<T: Copy>(values: &[T], i: usize, silent: T) -> T {
-    values.get(i).or(values.last()).copied().unwrap_or(silent)
-}
-
-fn list<'a, T, U>(node: NodeRef<'a>, name: &str) -> &'a [U]
-where
-    T: Get<Out<'a> = &'a [U]> + ?Sized,
-    U: 'a,
-{
-    node.read::<T>(name).unwrap_or(&[])
-}
-
-pub fn floats<'a>(node: NodeRef<'a>, name: &str) -> &'a [f32] {
-    list::<[f32], _>(node, name)
-}
-
-pub fn vectors<'a>(node: NodeRef<'a>, name: &str) -> &'a [Vec3] {
-    list::<[Vec3], _>(node, name)
 }
 
 fn flag(node: NodeRef<'_>, name: &str, silent: bool) -> bool {

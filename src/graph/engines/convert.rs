@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use glam::{DMat3, DMat4, DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
+use glam::{DMat4, DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
 
 use super::matrix;
 use crate::grammar::FieldType as F;
@@ -156,11 +156,6 @@ pub fn rotation_of(q: DQuat) -> Rotation {
         },
         None => Rotation::IDENTITY,
     }
-}
-
-/// A unit quaternion from a matrix that only turns.
-pub fn quaternion(turn: DMat3) -> DQuat {
-    DQuat::from_mat3(&turn).normalize()
 }
 
 /// A value from its numbers; `None` if a single value is wanted and there is none.

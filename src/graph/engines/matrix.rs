@@ -2,8 +2,6 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
-use super::convert::quaternion;
-
 /// Move, about a center turn, and scale along the axes that `scale_orientation` turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parts {
@@ -101,6 +99,11 @@ fn diagonal(mut s: DMat3) -> (DVec3, DMat3) {
         }
     }
     (DVec3::new(s.x_axis.x, s.y_axis.y, s.z_axis.z), axes)
+}
+
+/// A unit quaternion from a matrix that only turns.
+pub fn quaternion(turn: DMat3) -> DQuat {
+    DQuat::from_mat3(&turn).normalize()
 }
 
 #[cfg(test)]
