@@ -6,7 +6,6 @@
 mod ascii;
 mod assemble;
 mod binary;
-mod binary_writer;
 pub mod document;
 mod field;
 mod header;

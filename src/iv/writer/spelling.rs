@@ -1,0 +1,140 @@
+//! How a document's things are spelled in every form: classes, fields, enumerations, and the tokens of nodes that
+//! are used again.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::grammar::{Dialect, FieldType};
+use crate::iv::document::{ClassRef, Document};
+use crate::iv::value::NodeId;
+
+/// The name to write for a class: one of VRML97's in an Inventor file is `VRML…`, as Coin has it.
+pub fn class_name(document: &Document, class: ClassRef, vrml97: bool) -> String {
+    match class {
+        ClassRef::Known(id) if id.get().dialects == Dialect::VRML97 && !vrml97 => {
+            format!("VRML{}", id.get().name)
+        }
+        ClassRef::Known(id) => id.get().name.into(),
+        ClassRef::Extension(i) => {
+            let extension = &document.extensions[i as usize];
+            let script = !vrml97 && extension.is_a.first().is_some_and(|n| **n == *"Script");
+            if script {
+                "VRMLScript".into()
+            } else {
+                extension.name.to_string()
+            }
+        }
+    }
+}
+
+/// A field's name, type and the names of its values.
+pub type Described<'d> = (&'d str, FieldType, &'static [(&'static str, i64)]);
+
+pub fn described(document: &Document, class: ClassRef, index: u16) -> Described<'_> {
+    match class {
+        ClassRef::Known(id) => {
+            let decl = &id.get().fields[usize::from(index)];
+            (decl.name, decl.kind, decl.names)
+        }
+        ClassRef::Extension(i) => {
+            let extension = &document.extensions[i as usize];
+            let (name, kind) = &extension.fields[usize::from(index)];
+            let of = |is_a: &str| Some(crate::grammar::any(is_a)?.field(name)?.1.names);
+            (
+                name,
+                *kind,
+                extension.is_a.iter().find_map(|n| of(n)).unwrap_or(&[]),
+            )
+        }
+    }
+}
+
+/// An engine or global field whose other fields follow from its type, which comes first.
+pub fn has_type_first(document: &Document, class: ClassRef) -> bool {
+    let name = match class {
+        ClassRef::Known(id) => id.get().name,
+        ClassRef::Extension(i) => &document.extensions[i as usize].name,
+    };
+    matches!(name, "Gate" | "SelectOne" | "Concatenate" | "GlobalField")
+}
+
+/// The order in which to write fields: as they are, but a type that others follow first.
+pub fn field_order(document: &Document, id: NodeId) -> Vec<usize> {
+    let node = &document.nodes[id.0 as usize];
+    let mut order: Vec<usize> = (0..node.fields.len()).collect();
+    if has_type_first(document, node.class) {
+        order.sort_by_key(|&i| node.fields[i].index != 0);
+    }
+    order
+}
+
+/// What nodes are called in the file: the tokens after `DEF` and `USE`.
+#[derive(Default)]
+pub struct Tokens {
+    tokens: HashMap<NodeId, String>,
+}
+
+impl Tokens {
+    /// From the order in which nodes are met: the first time a node is written, after that used.
+    /// A name that means another node by the time it is used gets a number.
+    pub fn new(document: &Document, met: &[NodeId]) -> Self {
+        let name = |id: NodeId| document.nodes[id.0 as usize].name.as_deref();
+        let mut latest: HashMap<&str, NodeId> = HashMap::new();
+        let mut seen = HashSet::new();
+        let mut numbered: Vec<NodeId> = Vec::new();
+        for &id in met {
+            let used = !seen.insert(id);
+            match (name(id), used) {
+                (Some(name), false) => {
+                    latest.insert(name, id);
+                }
+                (Some(name), true) if latest.get(name) == Some(&id) => {}
+                (_, true) => numbered.push(id),
+                (None, false) => {}
+            }
+        }
+        let mut tokens: HashMap<NodeId, String> = HashMap::new();
+        for &id in met {
+            if let Some(name) = name(id) {
+                tokens.insert(id, name.to_owned());
+            }
+        }
+        let mut done = HashSet::new();
+        for (number, id) in numbered.into_iter().enumerate() {
+            if done.insert(id) {
+                let token = tokens.entry(id).or_default();
+                *token = format!("{token}+{number}");
+            }
+        }
+        Self { tokens }
+    }
+
+    pub fn get(&self, id: NodeId) -> Option<&str> {
+        self.tokens.get(&id).map(String::as_str)
+    }
+}
+
+pub fn enumeration(n: i32, names: &[(&str, i64)]) -> String {
+    let name = names
+        .iter()
+        .find(|(_, v)| *v == i64::from(n))
+        .map(|(name, _)| *name);
+    name.map_or_else(|| n.to_string(), str::to_owned)
+}
+
+/// The names whose bits make up a value, and what no name covers as a number.
+pub fn bit_names(n: i32, names: &[(&str, i64)]) -> Vec<String> {
+    if let Some((name, _)) = names.iter().find(|(_, v)| *v == i64::from(n)) {
+        return vec![(*name).to_owned()];
+    }
+    let (mut left, mut out) = (n, Vec::new());
+    for (name, v) in names.iter().map(|(name, v)| (name, *v as i32)) {
+        if v != 0 && left & v == v {
+            left &= !v;
+            out.push((*name).to_owned());
+        }
+    }
+    if left != 0 {
+        out.push(left.to_string());
+    }
+    out
+}
