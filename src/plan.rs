@@ -4,27 +4,30 @@
 //! line, the window, convergence runs and films all make a `Plan` and open a [`Session`] of it, so
 //! they render by the same code.
 
+mod optics;
+mod standing;
+
+pub use standing::camera_of_file;
+
 use std::borrow::Cow;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use glam::{DMat4, DVec3, Vec3};
+use glam::DVec3;
 use indexmap::IndexMap;
 
-use crate::camera::{
-    Aim, BareFilm, Camera, IdealLens, LensCamera, Pinhole, film_plane, half_field, pixel_aspect,
-};
+use optics::camera;
+use standing::{Environment, first_camera, headlight, own_focus, standing};
+
+use crate::camera::{Aim, Camera, film_plane};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::diffraction::diffract;
 use crate::film::{Film, FilmFormat, Glare, Metering, Resolution, Response};
 use crate::flare::Flare;
-use crate::grammar::{class, directional_light};
-use crate::graph::state::State;
-use crate::graph::{self, Visitor, WalkOptions};
-use crate::iv::{Document, Limits, NodeId, NodeRef};
-use crate::lens::{Coating, FilmPlace, Focus, FocusMethod, Iris, Lens, Movements, Reading};
+use crate::iv::{Document, Limits};
+use crate::lens::{Coating, Focus, FocusMethod, Iris, Lens, Movements, Reading};
 use crate::math::{Meters, Mm};
 use crate::picture::{Depth, Picture};
 use crate::pose::{CameraPose, Projection};
@@ -625,32 +628,6 @@ fn options(plan: &Plan, shading: Shading, pose: &CameraPose, seen: Projection) -
     }
 }
 
-/// Where the camera stands: the `-camread` file's, else the environment's, else the scene's first,
-/// else a view of everything.
-fn standing(plan: &Plan, document: &Document, environment: &Environment) -> Result<CameraPose> {
-    match plan.camera.as_deref() {
-        Some(path) => camera_of_file(path),
-        None => Ok(match &environment.pose {
-            Some(pose) => pose.clone(),
-            None => camera_of_scene(document, plan),
-        }),
-    }
-}
-
-/// The light on the camera. It hangs there: its direction is in camera space.
-fn headlight(flash: Flash, lamp: Option<Light>, pose: &CameraPose) -> Option<Light> {
-    let on = match flash {
-        Flash::Unchanged => lamp.is_some(),
-        Flash::Flipped => lamp.is_none(),
-        Flash::Set(on) => on,
-    };
-    on.then(|| lamp.unwrap_or(Light::headlight(Vec3::NEG_Z)))
-        .map(|mut light| {
-            light.direction = (pose.orientation * light.direction.as_dvec3()).as_vec3();
-            light
-        })
-}
-
 /// Puts the lens into the scene as solids where the camera stands, and a film behind it, which is
 /// the camera then.
 fn lens_into_scene(
@@ -678,82 +655,6 @@ fn lens_into_scene(
     Ok(first_camera(document, plan.time).unwrap_or(pose))
 }
 
-/// The camera of a file, or of the node itself (see [`Plan::camera`]).
-///
-/// # Errors
-/// A file that can't be read, or without a camera.
-pub fn camera_of_file(path: &Path) -> Result<CameraPose> {
-    let text = path.to_string_lossy();
-    let document = if text.contains('{') {
-        Document::read_headerless("the camera", text.into_owned().into_bytes())?
-    } else {
-        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
-        Document::read_headerless(&path.display().to_string(), bytes)?
-    };
-    first_camera(&document, 0.0).ok_or_else(|| {
-        let example = "`PerspectiveCamera { position 0 0 5 }`";
-        Diagnostic::error("there is no camera in the file")
-            .in_file(path.display().to_string())
-            .with_help(format!(
-                "a camera file holds a camera node, such as {example}"
-            ))
-    })
-}
-
-fn camera_of_scene(document: &Document, plan: &Plan) -> CameraPose {
-    first_camera(document, plan.time).unwrap_or_else(|| {
-        let options = CompileOptions {
-            time: plan.time,
-            handles: plan.handles,
-            ..CompileOptions::default()
-        };
-        let bounds = RenderScene::survey(document, &options).inventor_bounds;
-        let bounds = bounds.unwrap_or_default();
-        view_through_lens(bounds, plan)
-            .unwrap_or_else(|| CameraPose::view_all(bounds, plan.resolution.aspect()))
-    })
-}
-
-/// A view of everything from as far as the lens needs, and can focus; none without a lens.
-fn view_through_lens(bounds: (DVec3, DVec3), plan: &Plan) -> Option<CameraPose> {
-    let Optics::Lens(choice) = &plan.optics else {
-        return None;
-    };
-    // What is wrong with the lens is said when it is opened for the picture.
-    let lens = choice.open(&mut Sink::new()).ok()?;
-    let mut half_angle = half_field(&lens, plan.film)?;
-    let mut pose = CameraPose::view_all_within(bounds, half_angle);
-    for _ in 0..16 {
-        if lens.focused(choice.method, own_focus(&pose)).is_ok() {
-            break;
-        }
-        half_angle *= 0.7;
-        pose = CameraPose::view_all_within(bounds, half_angle);
-    }
-    pose.source = format!("{}, {:.3} m away", pose.source, pose.focal_distance);
-    Some(pose)
-}
-
-/// The first camera that a walk meets.
-fn first_camera(document: &Document, time: f64) -> Option<CameraPose> {
-    struct First(Option<CameraPose>);
-    impl<'a> Visitor<'a> for First {
-        fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
-        fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-            if self.0.is_none() {
-                self.0 = CameraPose::from_node(node, state.world_from_object);
-            }
-        }
-    }
-    let mut first = First(None);
-    let options = WalkOptions {
-        time,
-        ..WalkOptions::default()
-    };
-    graph::walk(document, &options, &mut first);
-    first.0
-}
-
 /// The line that was typed, quoted where a shell would need it.
 pub fn command_line<W: AsRef<OsStr>>(words: &[W]) -> String {
     let quote = |w: &W| {
@@ -770,162 +671,6 @@ pub fn command_line<W: AsRef<OsStr>>(words: &[W]) -> String {
         .chain(rest)
         .collect::<Vec<_>>()
         .join(" ")
-}
-
-/// What a SceneViewer environment file brings: its lights and fog go in front of the scene's own
-/// nodes, its camera and headlight are kept apart.
-#[derive(Default)]
-struct Environment {
-    pose: Option<CameraPose>,
-    headlight: Option<Light>,
-}
-
-impl Environment {
-    /// Reads the file into the scene's document: `Label`, a camera, `Environment`, a `Group` of
-    /// lights, and at the end, if the headlight is on, a `DirectionalLight` in camera space.
-    fn join(document: &mut Document, path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
-        let roots = document.read_more(&path.display().to_string(), bytes)?;
-        let mut this = Self::default();
-        let mut around = Vec::new();
-        for root in roots {
-            let node = document.node(root);
-            if let Some(pose) = CameraPose::from_node(node, DMat4::IDENTITY) {
-                this.pose = Some(pose);
-            } else if node.class_id() == Some(class::DIRECTIONAL_LIGHT) {
-                this.headlight = lamp(node);
-            } else {
-                around.push(root);
-            }
-        }
-        let speaks = |id: &NodeId| document.node(*id).class().is_some();
-        if this.pose.is_none() && this.headlight.is_none() && !around.iter().any(speaks) {
-            return Err(
-                Diagnostic::error("there is no camera and no light in the file")
-                    .in_file(path.display().to_string())
-                    .with_help("an environment file is what SceneViewer saves"),
-            );
-        }
-        around.append(&mut document.roots);
-        document.roots = around;
-        Ok(this)
-    }
-}
-
-fn lamp(node: NodeRef<'_>) -> Option<Light> {
-    let mut light = Light::headlight(node.get(directional_light::DIRECTION));
-    light.color = node.get(directional_light::COLOR) * node.get(directional_light::INTENSITY);
-    node.get(directional_light::ON).then_some(light)
-}
-
-/// The distance that the scene's camera says is in focus; infinity where it says nothing of use.
-fn own_focus(pose: &CameraPose) -> Meters {
-    let distance = pose.focal_distance;
-    Meters(if distance > 0.0 {
-        distance
-    } else {
-        f64::INFINITY
-    })
-}
-
-/// The camera, and the choices that its lens brought with it.
-fn camera(
-    plan: &Plan,
-    pose: &CameraPose,
-    sink: &mut Sink,
-) -> Result<(Camera, IndexMap<String, String>)> {
-    let mut said = IndexMap::new();
-    let mut say = |key: &str, value: String| {
-        said.insert(key.to_owned(), value);
-    };
-    if let Some(plane) = pose.film {
-        say("lens", "in the scene, as solids".into());
-        let film = BareFilm::new(plane, plan.film, plan.aim, pose);
-        return Ok((Camera::Film(film), said));
-    }
-    if let Optics::Ideal(choice) = &plan.optics {
-        let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
-        let lens = IdealLens::new(choice.efl, choice.f_number, distance, plan.film, pose);
-        let lens = lens.ok_or_else(|| {
-            Diagnostic::error(format!(
-                "an ideal lens of {} mm can't focus at {} m",
-                choice.efl.0, distance.0
-            ))
-            .with_help("focus farther away than the focal length")
-        })?;
-        say("lens", "ideal".into());
-        say("efl", format!("{:.3} mm", choice.efl.0));
-        say("f-number", format!("f/{:.2}", choice.f_number));
-        say("focus", format!("{} m", (distance.0 * 1e5).round() / 1e5));
-        say("film position", format!("{:.4} mm", lens.film_distance));
-        return Ok((Camera::Ideal(lens), said));
-    }
-    let Optics::Lens(choice) = &plan.optics else {
-        if plan.metering.is_some() {
-            return Err(
-                Diagnostic::error("a pinhole has no aperture to expose a film through")
-                    .with_help("give a lens, or leave `--shutter` and `--iso` out"),
-            );
-        }
-        say("lens", "none (pinhole)".into());
-        return Ok((
-            Camera::Pinhole(Pinhole::new(pose, plan.resolution.aspect())),
-            said,
-        ));
-    };
-    let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
-    let (lens, focus) = choice.open_focused(distance, sink)?;
-    if (pixel_aspect(plan.film, plan.resolution) - 1.0).abs() > 1e-2 {
-        sink.add(*Diagnostic::warning(format!(
-            "pixels are not square: {}x{} mm of film on {}x{} pixels",
-            plan.film.width, plan.film.height, plan.resolution.width, plan.resolution.height
-        )));
-    }
-    say("lens", choice.name.clone());
-    say("efl", format!("{:.3} mm", lens.first_order().efl()));
-    if let Some(n) = lens.first_order().f_number() {
-        say("f-number", format!("f/{n:.2}"));
-    }
-    if let Some(t) = lens.t_number().filter(|_| lens.reflects()) {
-        say("t-number", format!("T/{t:.2}"));
-    }
-    if plan.ghosts {
-        say(
-            "ghosts",
-            format!("{} pairs of surfaces", lens.ghost_pairs().len()),
-        );
-        if !lens.reflects() {
-            let none = "there are no ghosts: the lens is ideal, and its surfaces reflect nothing";
-            sink.add(*Diagnostic::warning(none).with_help("give `--coating mgf2` or none"));
-        }
-    }
-    if let Some(metering) = &plan.metering {
-        say("shutter", metering.dial());
-        say("iso", metering.iso.to_string());
-        say("white", format!("{:.0} cd/m2", metering.white));
-        if let Some(n) = lens.first_order().f_number() {
-            say("ev", format!("{:.1}", metering.exposure_value(n)));
-        }
-    }
-    // Five digits after the point: hundredths of a millimeter.
-    say("focus", format!("{} m", (distance.0 * 1e5).round() / 1e5));
-    say("focus method", choice.method.name().into());
-    say("film position", format!("{:.4} mm", focus.film_z));
-    for (name, value) in plan.movements.said() {
-        say(name, value);
-    }
-    if plan.diffraction {
-        say("diffraction", "on".into());
-    }
-    let place = FilmPlace::new(&lens, &focus, &plan.movements, plan.film);
-    let place = place.map_err(|fault| fault.diagnostic(lens.name()))?;
-    let mut camera = LensCamera::with_film(lens, focus, place, plan.film, plan.aim, pose);
-    if plan.dispersion {
-        camera = camera.dispersing();
-    }
-    let waves = if camera.is_dispersing() { "on" } else { "off" };
-    say("dispersion", waves.into());
-    Ok((Camera::Lens(Box::new(camera)), said))
 }
 
 #[cfg(test)]

@@ -1,0 +1,161 @@
+//! The camera that a plan asks for, and what its lens has to say of itself.
+
+use indexmap::IndexMap;
+
+use super::standing::own_focus;
+use super::{IdealChoice, LensChoice, Optics, Plan};
+use crate::camera::{BareFilm, Camera, IdealLens, LensCamera, Pinhole, pixel_aspect};
+use crate::diag::{Diagnostic, Result, Sink};
+use crate::lens::{FilmPlace, Focus, Lens};
+use crate::math::Meters;
+use crate::pose::{CameraPose, FilmPlane};
+
+/// What a report tells of the camera, by name, in the order said.
+type Said = IndexMap<String, String>;
+
+/// The camera, and the choices that its lens brought with it.
+pub fn camera(plan: &Plan, pose: &CameraPose, sink: &mut Sink) -> Result<(Camera, Said)> {
+    if let Some(plane) = pose.film {
+        return Ok(film_alone(plan, plane, pose));
+    }
+    match &plan.optics {
+        Optics::Pinhole => pinhole(plan, pose),
+        Optics::Ideal(choice) => ideal(choice, plan, pose),
+        Optics::Lens(choice) => through_lens(choice, plan, pose, sink),
+    }
+}
+
+fn film_alone(plan: &Plan, plane: FilmPlane, pose: &CameraPose) -> (Camera, Said) {
+    let film = BareFilm::new(plane, plan.film, plan.aim, pose);
+    let said = [("lens", "in the scene, as solids".into())];
+    (Camera::Film(film), all(said))
+}
+
+fn pinhole(plan: &Plan, pose: &CameraPose) -> Result<(Camera, Said)> {
+    if plan.metering.is_some() {
+        return Err(
+            Diagnostic::error("a pinhole has no aperture to expose a film through")
+                .with_help("give a lens, or leave `--shutter` and `--iso` out"),
+        );
+    }
+    let pinhole = Pinhole::new(pose, plan.resolution.aspect());
+    let said = [("lens", "none (pinhole)".into())];
+    Ok((Camera::Pinhole(pinhole), all(said)))
+}
+
+fn ideal(choice: &IdealChoice, plan: &Plan, pose: &CameraPose) -> Result<(Camera, Said)> {
+    let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
+    let lens = IdealLens::new(choice.efl, choice.f_number, distance, plan.film, pose);
+    let lens = lens.ok_or_else(|| {
+        Diagnostic::error(format!(
+            "an ideal lens of {} mm can't focus at {} m",
+            choice.efl.0, distance.0
+        ))
+        .with_help("focus farther away than the focal length")
+    })?;
+    let said = [
+        ("lens", "ideal".into()),
+        ("efl", format!("{:.3} mm", choice.efl.0)),
+        ("f-number", format!("f/{:.2}", choice.f_number)),
+        ("focus", in_meters(distance)),
+        ("film position", format!("{:.4} mm", lens.film_distance)),
+    ];
+    Ok((Camera::Ideal(lens), all(said)))
+}
+
+fn through_lens(
+    choice: &LensChoice,
+    plan: &Plan,
+    pose: &CameraPose,
+    sink: &mut Sink,
+) -> Result<(Camera, Said)> {
+    let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
+    let (lens, focus) = choice.open_focused(distance, sink)?;
+    warn(plan, &lens, sink);
+    let mut said = of_lens(choice, plan, &lens);
+    said.extend(of_exposure(plan, &lens));
+    said.extend(of_focus(choice, plan, distance, &focus));
+    let place = FilmPlace::new(&lens, &focus, &plan.movements, plan.film);
+    let place = place.map_err(|fault| fault.diagnostic(lens.name()))?;
+    let mut camera = LensCamera::with_film(lens, focus, place, plan.film, plan.aim, pose);
+    if plan.dispersion {
+        camera = camera.dispersing();
+    }
+    let waves = if camera.is_dispersing() { "on" } else { "off" };
+    said.insert("dispersion".into(), waves.into());
+    Ok((Camera::Lens(Box::new(camera)), said))
+}
+
+fn warn(plan: &Plan, lens: &Lens, sink: &mut Sink) {
+    if (pixel_aspect(plan.film, plan.resolution) - 1.0).abs() > 1e-2 {
+        sink.add(*Diagnostic::warning(format!(
+            "pixels are not square: {}x{} mm of film on {}x{} pixels",
+            plan.film.width, plan.film.height, plan.resolution.width, plan.resolution.height
+        )));
+    }
+    if plan.ghosts && !lens.reflects() {
+        let none = "there are no ghosts: the lens is ideal, and its surfaces reflect nothing";
+        sink.add(*Diagnostic::warning(none).with_help("give `--coating mgf2` or none"));
+    }
+}
+
+fn of_lens(choice: &LensChoice, plan: &Plan, lens: &Lens) -> Said {
+    let mut said = all([
+        ("lens", choice.name.clone()),
+        ("efl", format!("{:.3} mm", lens.first_order().efl())),
+    ]);
+    if let Some(n) = lens.first_order().f_number() {
+        said.insert("f-number".into(), format!("f/{n:.2}"));
+    }
+    if let Some(t) = lens.t_number().filter(|_| lens.reflects()) {
+        said.insert("t-number".into(), format!("T/{t:.2}"));
+    }
+    if plan.ghosts {
+        let pairs = lens.ghost_pairs().len();
+        said.insert("ghosts".into(), format!("{pairs} pairs of surfaces"));
+    }
+    said
+}
+
+fn of_exposure(plan: &Plan, lens: &Lens) -> Said {
+    let Some(metering) = &plan.metering else {
+        return Said::new();
+    };
+    let mut said = all([
+        ("shutter", metering.dial()),
+        ("iso", metering.iso.to_string()),
+        ("white", format!("{:.0} cd/m2", metering.white)),
+    ]);
+    if let Some(n) = lens.first_order().f_number() {
+        let value = metering.exposure_value(n);
+        said.insert("ev".into(), format!("{value:.1}"));
+    }
+    said
+}
+
+fn of_focus(choice: &LensChoice, plan: &Plan, distance: Meters, focus: &Focus) -> Said {
+    let mut said = all([
+        ("focus", in_meters(distance)),
+        ("focus method", choice.method.name().into()),
+        ("film position", format!("{:.4} mm", focus.film_z)),
+    ]);
+    let moved = plan.movements.said();
+    said.extend(
+        moved
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), value)),
+    );
+    if plan.diffraction {
+        said.insert("diffraction".into(), "on".into());
+    }
+    said
+}
+
+/// Five digits after the point: hundredths of a millimeter.
+fn in_meters(distance: Meters) -> String {
+    format!("{} m", (distance.0 * 1e5).round() / 1e5)
+}
+
+fn all<const N: usize>(said: [(&str, String); N]) -> Said {
+    said.map(|(key, value)| (key.to_owned(), value)).into()
+}

@@ -1,0 +1,174 @@
+//! Where the camera stands, and the light it carries.
+
+use std::path::Path;
+
+use glam::{DMat4, DVec3, Vec3};
+
+use super::{Flash, Optics, Plan};
+use crate::camera::half_field;
+use crate::diag::{Diagnostic, Result, Sink};
+use crate::grammar::{class, directional_light};
+use crate::graph::state::State;
+use crate::graph::{self, Visitor, WalkOptions};
+use crate::iv::{Document, NodeId, NodeRef};
+use crate::math::Meters;
+use crate::pose::CameraPose;
+use crate::scene::{CompileOptions, Light, RenderScene};
+
+/// Where the camera stands: the `-camread` file's, else the environment's, else the scene's first,
+/// else a view of everything.
+pub fn standing(plan: &Plan, document: &Document, environment: &Environment) -> Result<CameraPose> {
+    match plan.camera.as_deref() {
+        Some(path) => camera_of_file(path),
+        None => Ok(match &environment.pose {
+            Some(pose) => pose.clone(),
+            None => camera_of_scene(document, plan),
+        }),
+    }
+}
+
+/// The light on the camera. It hangs there: its direction is in camera space.
+pub fn headlight(flash: Flash, lamp: Option<Light>, pose: &CameraPose) -> Option<Light> {
+    let on = match flash {
+        Flash::Unchanged => lamp.is_some(),
+        Flash::Flipped => lamp.is_none(),
+        Flash::Set(on) => on,
+    };
+    on.then(|| lamp.unwrap_or(Light::headlight(Vec3::NEG_Z)))
+        .map(|mut light| {
+            light.direction = (pose.orientation * light.direction.as_dvec3()).as_vec3();
+            light
+        })
+}
+
+/// The camera of a file, or of the node itself (see [`Plan::camera`]).
+///
+/// # Errors
+/// A file that can't be read, or without a camera.
+pub fn camera_of_file(path: &Path) -> Result<CameraPose> {
+    let text = path.to_string_lossy();
+    let document = if text.contains('{') {
+        Document::read_headerless("the camera", text.into_owned().into_bytes())?
+    } else {
+        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+        Document::read_headerless(&path.display().to_string(), bytes)?
+    };
+    first_camera(&document, 0.0).ok_or_else(|| {
+        let example = "`PerspectiveCamera { position 0 0 5 }`";
+        Diagnostic::error("there is no camera in the file")
+            .in_file(path.display().to_string())
+            .with_help(format!(
+                "a camera file holds a camera node, such as {example}"
+            ))
+    })
+}
+
+fn camera_of_scene(document: &Document, plan: &Plan) -> CameraPose {
+    first_camera(document, plan.time).unwrap_or_else(|| {
+        let options = CompileOptions {
+            time: plan.time,
+            handles: plan.handles,
+            ..CompileOptions::default()
+        };
+        let bounds = RenderScene::survey(document, &options).inventor_bounds;
+        let bounds = bounds.unwrap_or_default();
+        view_through_lens(bounds, plan)
+            .unwrap_or_else(|| CameraPose::view_all(bounds, plan.resolution.aspect()))
+    })
+}
+
+/// A view of everything from as far as the lens needs, and can focus; none without a lens.
+fn view_through_lens(bounds: (DVec3, DVec3), plan: &Plan) -> Option<CameraPose> {
+    let Optics::Lens(choice) = &plan.optics else {
+        return None;
+    };
+    // What is wrong with the lens is said when it is opened for the picture.
+    let lens = choice.open(&mut Sink::new()).ok()?;
+    let mut half_angle = half_field(&lens, plan.film)?;
+    let mut pose = CameraPose::view_all_within(bounds, half_angle);
+    for _ in 0..16 {
+        if lens.focused(choice.method, own_focus(&pose)).is_ok() {
+            break;
+        }
+        half_angle *= 0.7;
+        pose = CameraPose::view_all_within(bounds, half_angle);
+    }
+    pose.source = format!("{}, {:.3} m away", pose.source, pose.focal_distance);
+    Some(pose)
+}
+
+/// The first camera that a walk meets.
+pub fn first_camera(document: &Document, time: f64) -> Option<CameraPose> {
+    struct First(Option<CameraPose>);
+    impl<'a> Visitor<'a> for First {
+        fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
+        fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+            if self.0.is_none() {
+                self.0 = CameraPose::from_node(node, state.world_from_object);
+            }
+        }
+    }
+    let mut first = First(None);
+    let options = WalkOptions {
+        time,
+        ..WalkOptions::default()
+    };
+    graph::walk(document, &options, &mut first);
+    first.0
+}
+
+/// What a SceneViewer environment file brings: its lights and fog go in front of the scene's own
+/// nodes, its camera and headlight are kept apart.
+#[derive(Default)]
+pub struct Environment {
+    pub pose: Option<CameraPose>,
+    pub headlight: Option<Light>,
+}
+
+impl Environment {
+    /// Reads the file into the scene's document: `Label`, a camera, `Environment`, a `Group` of
+    /// lights, and at the end, if the headlight is on, a `DirectionalLight` in camera space.
+    pub fn join(document: &mut Document, path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+        let roots = document.read_more(&path.display().to_string(), bytes)?;
+        let mut this = Self::default();
+        let mut around = Vec::new();
+        for root in roots {
+            let node = document.node(root);
+            if let Some(pose) = CameraPose::from_node(node, DMat4::IDENTITY) {
+                this.pose = Some(pose);
+            } else if node.class_id() == Some(class::DIRECTIONAL_LIGHT) {
+                this.headlight = lamp(node);
+            } else {
+                around.push(root);
+            }
+        }
+        let speaks = |id: &NodeId| document.node(*id).class().is_some();
+        if this.pose.is_none() && this.headlight.is_none() && !around.iter().any(speaks) {
+            return Err(
+                Diagnostic::error("there is no camera and no light in the file")
+                    .in_file(path.display().to_string())
+                    .with_help("an environment file is what SceneViewer saves"),
+            );
+        }
+        around.append(&mut document.roots);
+        document.roots = around;
+        Ok(this)
+    }
+}
+
+fn lamp(node: NodeRef<'_>) -> Option<Light> {
+    let mut light = Light::headlight(node.get(directional_light::DIRECTION));
+    light.color = node.get(directional_light::COLOR) * node.get(directional_light::INTENSITY);
+    node.get(directional_light::ON).then_some(light)
+}
+
+/// The distance that the scene's camera says is in focus; infinity where it says nothing of use.
+pub fn own_focus(pose: &CameraPose) -> Meters {
+    let distance = pose.focal_distance;
+    Meters(if distance > 0.0 {
+        distance
+    } else {
+        f64::INFINITY
+    })
+}
