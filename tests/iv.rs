@@ -513,6 +513,32 @@ fn binary_of_the_first_version_has_no_flags_on_its_nodes() {
 }
 
 #[test]
+fn a_field_of_a_binary_file_that_holds_its_default_may_be_connected() {
+    let mut bytes = b"#Inventor V2.1 binary  \n".to_vec();
+    let word = |bytes: &mut Vec<u8>, n: u32| bytes.extend(n.to_be_bytes());
+    packed(&mut bytes, "Cone");
+    word(&mut bytes, 0); // a node without children
+    word(&mut bytes, 1); // one field
+    packed(&mut bytes, "height");
+    bytes.extend(2.0f32.to_be_bytes());
+    word(&mut bytes, 6); // connected, and at its default
+    packed(&mut bytes, "ElapsedTime");
+    word(&mut bytes, 1); // an engine
+    word(&mut bytes, 0); // no fields
+    packed(&mut bytes, "timeOut");
+    let document =
+        Document::read("b.iv", bytes, Arc::new(Nowhere), &Limits::default()).expect("reads");
+    assert_eq!(messages(&document), Vec::<String>::new());
+    let text = String::from_utf8(document.write(ivcam::iv::Format::Ascii)).expect("text");
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let words = words.join(" ");
+    assert!(
+        words.contains("height 2 = ElapsedTime { } . timeOut"),
+        "{text}"
+    );
+}
+
+#[test]
 fn old_texture_planes_become_directions() {
     use ivcam::grammar::{texture_coordinate_plane as plane, texture2_transform};
     let document = clean(

@@ -469,7 +469,8 @@ impl Reader<'_, '_, '_> {
     fn tail(&mut self, node: NodeId, entry: usize) -> Step<()> {
         let flags = self.word()?;
         self.asm.data(node).fields[entry].ignored = flags & IGNORED != 0;
-        if flags & DEFAULT != 0 && self.is_default(node, entry) {
+        // A connected field may hold its default, and still be connected.
+        if flags == DEFAULT && self.is_default(node, entry) {
             self.asm.data(node).fields.remove(entry);
             return Ok(());
         }
