@@ -8,7 +8,7 @@
 mod ideal;
 mod lanes;
 
-use glam::{DQuat, DVec2, DVec3, Vec3};
+use glam::{DQuat, DVec2, DVec3};
 
 use crate::film::{FilmFormat, Resolution};
 use crate::lens::{
@@ -17,11 +17,13 @@ use crate::lens::{
 };
 use crate::pose::{CameraPose, FilmPlane, Projection, ViewportMapping};
 use crate::sampling::{DiscMap, Samples};
+use crate::scene::wide::bits;
+use crate::scene::{BUNDLE, RayLanes, Sides, of_lane};
 use crate::spectrum::{HERO, Line, SETS, Spectrum};
 
 pub use ideal::IdealLens;
 
-use lanes::Sheaf;
+use lanes::{Outside, Sheaf};
 
 /// Meters in a millimeter.
 const METERS_FROM_MM: f64 = 1e-3;
@@ -36,27 +38,68 @@ pub struct CameraRay {
     pub weight: f64,
 }
 
-/// A ray into the scene that answers a sample: meters, from the scene's origin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shot {
-    /// The sample's number.
-    pub sample: u32,
-    pub origin: Vec3,
-    pub direction: Vec3,
-    /// As [`CameraRay::weight`].
-    pub weight: f64,
-    /// Which of all wavelengths, where there is more than one.
-    line: u32,
+/// Rays into the scene that answer samples: meters, from the scene's origin. They lie in bundles
+/// without gaps, but for the last.
+#[derive(Clone, Debug, Default)]
+pub struct Shots {
+    bundles: Vec<RayLanes>,
+    /// The number of each ray's sample,
+    pub samples: Vec<u32>,
+    /// what radiance counts for, as [`CameraRay::weight`],
+    pub weights: Vec<f64>,
+    /// and which of all wavelengths, where there is more than one.
+    pub lines: Vec<u32>,
 }
 
-impl Shot {
-    fn of(sample: usize, ray: &CameraRay) -> Self {
-        Self {
-            sample: sample as u32,
-            origin: ray.origin.as_vec3(),
-            direction: ray.direction.as_vec3(),
-            weight: ray.weight,
-            line: 0,
+impl Shots {
+    pub fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.samples.is_empty()
+    }
+
+    pub fn bundles(&self) -> &[RayLanes] {
+        &self.bundles[..self.len().div_ceil(BUNDLE)]
+    }
+
+    fn clear(&mut self) {
+        self.samples.clear();
+        self.weights.clear();
+        self.lines.clear();
+    }
+
+    fn push(&mut self, sample: usize, ray: &CameraRay) {
+        let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
+        self.put(o.to_array(), d.to_array());
+        self.samples.push(sample as u32);
+        self.weights.push(ray.weight);
+        self.lines.push(0);
+    }
+
+    #[inline(always)]
+    fn put(&mut self, origin: [f32; 3], direction: [f32; 3]) {
+        let (bundle, lane) = (self.len() / BUNDLE, self.len() % BUNDLE);
+        if bundle == self.bundles.len() {
+            self.bundles.push(RayLanes::default());
+        }
+        let to = &mut self.bundles[bundle];
+        for axis in 0..3 {
+            to.origin[axis][lane] = origin[axis];
+            to.direction[axis][lane] = direction[axis];
+        }
+        to.mask = u32::MAX >> (BUNDLE - 1 - lane);
+    }
+
+    /// Takes the rays of some lanes, of a wavelength.
+    fn take(&mut self, out: &Outside, lanes: u32, line: u32, sample: impl Fn(usize) -> usize) {
+        for lane in bits(lanes) {
+            let of = |v: &[[f32; LANES]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
+            self.put(of(&out.origin), of(&out.direction));
+            self.samples.push(sample(lane) as u32);
+            self.weights.push(out.weight[lane]);
+            self.lines.push(line);
         }
     }
 }
@@ -98,12 +141,14 @@ impl Camera {
 
     /// The rays of samples whose places are given over the picture from 0 to 1: those that get
     /// through, for any sample in the order of its wavelengths.
-    pub fn shoot(&self, samples: &Samples, bundle: &mut Bundle, shots: &mut Vec<Shot>) {
+    pub fn shoot(&self, samples: &Samples, bundle: &mut Bundle, shots: &mut Shots) {
         shots.clear();
         let mut each = |ray: &dyn Fn([f64; 2], [f64; 2]) -> Option<CameraRay>| {
             for i in 0..samples.len() {
                 let [film, pupil] = [&samples.film, &samples.pupil].map(|at| [at[0][i], at[1][i]]);
-                shots.extend(ray(film, pupil).map(|ray| Shot::of(i, &ray)));
+                if let Some(ray) = ray(film, pupil) {
+                    shots.push(i, &ray);
+                }
             }
         };
         match self {
@@ -128,16 +173,24 @@ impl Camera {
 
     /// How many samples are best taken together.
     pub fn batch(&self) -> usize {
-        self.waves().map_or(LANES, |_| SETS * LANES)
+        self.waves().map_or(4 * LANES, |_| SETS * LANES)
     }
 
-    /// What radiance along a ray adds to its sample's exposure.
-    #[inline]
-    pub fn exposure(&self, shot: &Shot, radiance: Vec3) -> DVec3 {
-        let light = radiance.as_dvec3() * shot.weight;
-        match self.waves() {
-            None => light,
-            Some(waves) => waves.sets.as_flattened()[shot.line as usize].color * light,
+    /// Adds what the radiances along shots, bundle by bundle, bring to their samples' exposures.
+    pub fn expose(&self, shots: &Shots, radiances: &[Sides], exposures: &mut [DVec3]) {
+        let lines = self.waves().map(|waves| waves.sets.as_flattened());
+        let bundles = shots
+            .samples
+            .chunks(BUNDLE)
+            .zip(shots.weights.chunks(BUNDLE));
+        for (number, ((samples, weights), light)) in bundles.zip(radiances).enumerate() {
+            for (lane, (sample, weight)) in samples.iter().zip(weights).enumerate() {
+                let mut light = of_lane(light, lane).as_dvec3() * *weight;
+                if let Some(lines) = lines {
+                    light = lines[shots.lines[number * BUNDLE + lane] as usize].color * light;
+                }
+                exposures[*sample as usize] += light;
+            }
         }
     }
 
@@ -531,7 +584,7 @@ impl LensCamera {
         waves: &Waves,
         samples: &Samples,
         bundle: &mut Bundle,
-        shots: &mut Vec<Shot>,
+        shots: &mut Shots,
     ) {
         for (set, lenses) in waves.lenses.iter().enumerate() {
             let of_set = |i: &usize| set_of(samples.wavelength[*i]) == set;
@@ -547,28 +600,20 @@ impl LensCamera {
                         aims.set(lane, &window, sheaf.pupil.each_ref().map(|p| p[lane]));
                     }
                     let out = self.trace(lens, &sheaf, &aims, bundle);
-                    for (lane, &sample) in members.iter().enumerate() {
-                        if bundle.passed(lane) {
-                            shots.push(Shot {
-                                line: (set * HERO + number) as u32,
-                                ..out.shot(lane, sample)
-                            });
-                        }
-                    }
+                    let line = (set * HERO + number) as u32;
+                    shots.take(&out, bundle.through(), line, |lane| members[lane]);
                 }
             }
         }
     }
 
-    fn shoot(&self, samples: &Samples, bundle: &mut Bundle, shots: &mut Vec<Shot>) {
+    fn shoot(&self, samples: &Samples, bundle: &mut Bundle, shots: &mut Shots) {
         let mut aims = Aims::default();
         for first in (0..samples.len()).step_by(LANES) {
             let sheaf = Sheaf::from(self.format, samples, first);
             self.target.aims(&sheaf.film, &sheaf.pupil, &mut aims);
             let out = self.trace(&self.lens, &sheaf, &aims, bundle);
-            for lane in (0..sheaf.count).filter(|lane| bundle.passed(*lane)) {
-                shots.push(out.shot(lane, first + lane));
-            }
+            shots.take(&out, bundle.through(), 0, |lane| first + lane);
         }
     }
 }

@@ -9,14 +9,14 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::camera::{Camera, Shot};
+use crate::camera::{Camera, Shots};
 use crate::film::{Exposed, Film, Resolution, Twin};
 use crate::lens::Bundle;
 use crate::sampling::{FilterTable, PixelSampler, Sampler, Samples, mix};
-use crate::scene::{BUNDLE, Ray};
+use crate::scene::{BUNDLE, Sides};
 use crate::shade::{Shader, Work};
 
 /// Pixels on a side of a tile: enough to share out, few enough to stay in the cache.
@@ -434,9 +434,8 @@ struct Batch<'a> {
     each: usize,
     bundle: Bundle,
     /// The rays that got through, and the radiances along them.
-    shots: Vec<Shot>,
-    rays: Vec<Ray>,
-    radiances: Vec<Vec3>,
+    shots: Shots,
+    radiances: Vec<Sides>,
     exposures: Vec<DVec3>,
     work: Work,
     counts: Counts,
@@ -453,8 +452,7 @@ impl<'a> Batch<'a> {
             size: render.camera.batch(),
             each: render.camera.rays_each(),
             bundle: Bundle::default(),
-            shots: Vec::new(),
-            rays: Vec::new(),
+            shots: Shots::default(),
             radiances: Vec::new(),
             exposures: Vec::new(),
             work: Work::default(),
@@ -466,15 +464,21 @@ impl<'a> Batch<'a> {
     fn add(&mut self, at: (u32, u32), sampler: Sampler, samples: Range<u32>, sums: &mut [Exposed]) {
         let pixel = self.render.pixel(sampler, at);
         self.counts.film_rays += u64::from(samples.end - samples.start) * self.each as u64;
-        for index in samples {
-            self.samples.ask(&pixel, index);
+        let mut samples = samples;
+        while !samples.is_empty() {
+            let filled = self.slots.len();
+            let count = samples.len().min(self.size - filled);
+            let now = samples.start..samples.start + count as u32;
+            samples.start = now.end;
             if self.each > 1 {
-                self.samples.wavelength.push(pixel.wavelength(index));
+                let wavelengths = now.clone().map(|index| pixel.wavelength(index));
+                self.samples.wavelength.extend(wavelengths);
             }
-            self.pixels[0].push(f64::from(at.0));
-            self.pixels[1].push(f64::from(at.1));
-            self.slots.push(sums.len() - 1);
-            if self.slots.len() == self.size {
+            self.samples.ask(&pixel, now);
+            self.pixels[0].resize(filled + count, f64::from(at.0));
+            self.pixels[1].resize(filled + count, f64::from(at.1));
+            self.slots.resize(filled + count, sums.len() - 1);
+            if filled + count == self.size {
                 self.flush(sums);
             }
         }
@@ -490,9 +494,7 @@ impl<'a> Batch<'a> {
         self.counts.passed += self.shots.len() as u64;
         self.exposures.clear();
         self.exposures.resize(self.slots.len(), DVec3::ZERO);
-        for (shot, radiance) in self.shots.iter().zip(&self.radiances) {
-            self.exposures[shot.sample as usize] += camera.exposure(shot, *radiance);
-        }
+        camera.expose(&self.shots, &self.radiances, &mut self.exposures);
         let mut samples = self.exposures.iter().zip(&self.weights);
         for of_one in self.slots.chunk_by(|a, b| a == b) {
             // A sum of its own: in the list each would wait for the one before.
@@ -525,14 +527,9 @@ impl<'a> Batch<'a> {
 
     /// The radiances along all rays that got through, a bundle at a time.
     fn look(&mut self) {
-        self.radiances.clear();
-        self.radiances.resize(self.shots.len(), Vec3::ZERO);
-        self.rays.clear();
-        let shots = self.shots.iter();
-        self.rays
-            .extend(shots.map(|shot| Ray::new(shot.origin, shot.direction)));
-        let bundles = self.rays.chunks(BUNDLE);
-        for (rays, radiances) in bundles.zip(self.radiances.chunks_mut(BUNDLE)) {
+        let bundles = self.shots.bundles();
+        self.radiances.resize(bundles.len(), [[0.0; BUNDLE]; 3]);
+        for (rays, radiances) in bundles.iter().zip(&mut self.radiances) {
             let shader = self.render.shader;
             shader.radiances(rays, radiances, &mut self.work);
         }

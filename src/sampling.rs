@@ -6,6 +6,8 @@
 mod filter;
 mod sobol;
 
+use std::ops::Range;
+
 use libm::{cos, sin};
 
 pub use filter::{Filter, FilterTable};
@@ -212,16 +214,20 @@ impl Samples {
         }
     }
 
-    /// Asks for a sample of a pixel: the same as [`PixelSampler::sample`], to the bit.
-    #[inline]
-    pub fn ask(&mut self, pixel: &PixelSampler, index: u32) {
-        match pixel.net(index) {
-            Some((sobol, place)) => self.waiting.push(&sobol, place),
-            None => {
-                let LensSample { film, pupil } = pixel.sample(index);
-                for d in 0..2 {
-                    self.film[d].push(film[d]);
-                    self.pupil[d].push(pupil[d]);
+    /// Asks for samples of a pixel: the same as [`PixelSampler::sample`], to the bit.
+    pub fn ask(&mut self, pixel: &PixelSampler, indices: Range<u32>) {
+        if let Layout::Sobol(sobol) = pixel.layout {
+            return self.waiting.push_all(&sobol, indices);
+        }
+        for index in indices {
+            match pixel.net(index) {
+                Some((sobol, place)) => self.waiting.push(&sobol, place),
+                None => {
+                    let LensSample { film, pupil } = pixel.sample(index);
+                    for d in 0..2 {
+                        self.film[d].push(film[d]);
+                        self.pupil[d].push(pupil[d]);
+                    }
                 }
             }
         }

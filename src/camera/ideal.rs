@@ -15,7 +15,7 @@ use crate::pose::CameraPose;
 use crate::sampling::Samples;
 
 use super::lanes::{Outside, Sheaf};
-use super::{CameraRay, METERS_FROM_MM, Shot};
+use super::{CameraRay, METERS_FROM_MM, Shots};
 
 /// See the module.
 #[derive(Clone, Copy, Debug)]
@@ -60,23 +60,25 @@ impl IdealLens {
         let one = |[a, b]: [f64; 2]| [vec![a], vec![b]];
         let mut samples = Samples::default();
         (samples.film, samples.pupil) = (one(place), one(pupil));
-        let mut shots = Vec::new();
+        let mut shots = Shots::default();
         self.shoot(&samples, &mut shots);
+        let ray = shots.bundles()[0].ray(0);
         CameraRay {
-            origin: shots[0].origin.as_dvec3(),
-            direction: shots[0].direction.as_dvec3(),
-            weight: shots[0].weight,
+            origin: ray.origin.as_dvec3(),
+            direction: ray.direction.as_dvec3(),
+            weight: shots.weights[0],
         }
     }
 
-    pub(super) fn shoot(&self, samples: &Samples, shots: &mut Vec<Shot>) {
+    pub(super) fn shoot(&self, samples: &Samples, shots: &mut Shots) {
         for first in (0..samples.len()).step_by(LANES) {
             let sheaf = Sheaf::from(self.format, samples, first);
             let out = widely(Through {
                 lens: self,
                 sheaf: &sheaf,
             });
-            shots.extend((0..sheaf.count).map(|lane| out.shot(lane, first + lane)));
+            let all = u32::MAX >> (LANES - sheaf.count);
+            shots.take(&out, all, 0, |lane| first + lane);
         }
     }
 }
@@ -191,7 +193,7 @@ mod tests {
                 samples.pupil[0].push((f64::from(k % 16) + 0.5) / 16.0);
                 samples.pupil[1].push((f64::from(k / 16) + 0.5) / 16.0);
             }
-            let mut shots = Vec::new();
+            let mut shots = Shots::default();
             lens.shoot(&samples, &mut shots);
             let film = [
                 (0.5 - place[0]) * format.width,
@@ -201,14 +203,15 @@ mod tests {
             let image = DVec3::new(-film[0] * d / v, -film[1] * d / v, -d);
             let back = lens.world_from_camera.inverse();
             let mut exposure = 0.0;
-            for shot in &shots {
+            for (i, weight) in shots.weights.iter().enumerate() {
+                let ray = shots.bundles()[i / LANES].ray(i % LANES);
                 let (o, w) = (
-                    back * shot.origin.as_dvec3(),
-                    back * shot.direction.as_dvec3(),
+                    back * ray.origin.as_dvec3(),
+                    back * ray.direction.as_dvec3(),
                 );
                 let off = (image - o).cross(w).length() / w.length();
                 assert!(off < 1e-6, "{off} m beside the image");
-                exposure += shot.weight / shots.len() as f64;
+                exposure += weight / shots.len() as f64;
             }
             let r2 = film[0] * film[0] + film[1] * film[1];
             let cosine = v * v / (v * v + r2);

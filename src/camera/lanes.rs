@@ -1,13 +1,14 @@
 //! Rays through a lens side by side: aimed, traced, and brought into the scene.
 
-use glam::{DMat3, DQuat, DVec2, DVec3, Vec3};
+use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use crate::film::FilmFormat;
 use crate::lens::{Aims, Bundle, FilmPlace, LANES, Lens};
 use crate::math::lanes::{Lane, Lanewise, fused, widely};
 use crate::sampling::Samples;
+use crate::scene::wide::bits;
 
-use super::{LensCamera, METERS_FROM_MM, Shot, equation_1, kept};
+use super::{LensCamera, METERS_FROM_MM, equation_1, kept};
 
 /// Film points in millimeters from the film's middle, and lens points in the unit square.
 pub(super) struct Sheaf {
@@ -78,21 +79,6 @@ impl Default for Outside {
     }
 }
 
-impl Outside {
-    /// The ray of a lane, for a sample.
-    #[inline]
-    pub fn shot(&self, lane: usize, sample: usize) -> Shot {
-        let of = |v: &[[f32; LANES]; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
-        Shot {
-            sample: sample as u32,
-            origin: of(&self.origin),
-            direction: of(&self.direction),
-            weight: self.weight[lane],
-            line: 0,
-        }
-    }
-}
-
 impl LensCamera {
     /// Traces the rays from film points to what is aimed at. The bundle says which get through.
     pub(super) fn trace(
@@ -112,11 +98,14 @@ impl LensCamera {
             bundle: &mut *bundle,
             weight: &mut weight,
         });
-        for (lane, weight) in weight.iter_mut().enumerate() {
-            if lane >= sheaf.count || !(aims.area[lane] > 0.0) {
+        for (lane, area) in aims.area.iter().enumerate() {
+            if lane >= sheaf.count || !(*area > 0.0) {
                 bundle.clear(lane);
-            } else if lens.reflects() {
-                *weight *= kept(lens, &bundle.ray(lane));
+            }
+        }
+        if lens.reflects() {
+            for lane in bits(bundle.through()) {
+                weight[lane] *= kept(lens, &bundle.ray(lane));
             }
         }
         lens.trace_bundle_from_film(bundle);

@@ -107,6 +107,12 @@ impl Bundle {
         }
     }
 
+    /// The lanes that hold a ray that was not lost: bits.
+    pub fn through(&self) -> u32 {
+        let lanes = self.lost.iter().enumerate();
+        lanes.fold(0, |all, (lane, lost)| all | u32::from(*lost == 0) << lane)
+    }
+
     /// Whether the lane holds a ray that was not lost.
     pub fn passed(&self, lane: usize) -> bool {
         self.lost[lane] == 0

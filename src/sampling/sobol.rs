@@ -4,6 +4,8 @@
 //! pixels know nothing of each other. Points are kept with their bits reversed, where Owen's
 //! scrambling is a hash that moves bits only upward.
 
+use std::ops::Range;
+
 use crate::math::lanes::{LANES, Lane, Lanewise, widely};
 
 /// Direction numbers of the first four dimensions (Joe and Kuo, 2008): degree and coefficients
@@ -140,6 +142,15 @@ impl Waiting {
         self.places.push(place);
         for (all, seed) in self.seeds.iter_mut().zip(sobol.seeds) {
             all.push(seed);
+        }
+    }
+
+    /// Consecutive points of one scrambling.
+    pub fn push_all(&mut self, sobol: &Sobol, places: Range<u32>) {
+        let count = self.places.len() + places.len();
+        self.places.extend(places);
+        for (all, seed) in self.seeds.iter_mut().zip(sobol.seeds) {
+            all.resize(count, seed);
         }
     }
 

@@ -3,11 +3,112 @@
 //! Rays of one course go through the tree as packets; the answers are those of one ray by itself,
 //! bit by bit.
 
+use glam::Vec3;
+
 use super::wide::{Others, PACKET, Packet, bits, course};
 use super::{Hit, PreparedRay, Ray, RenderScene};
+use crate::math::lanes::{Lanewise, widely};
 
 /// Rays in a bundle, at most.
 pub const BUNDLE: usize = 32;
+
+/// A number of every ray of a bundle.
+pub type Side = [f32; BUNDLE];
+
+/// A point or direction of every ray, axis by axis.
+pub type Sides = [Side; 3];
+
+/// A bundle of rays side by side.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct RayLanes {
+    pub origin: Sides,
+    /// Need not be of length 1; distances are in its lengths.
+    pub direction: Sides,
+    pub t_max: Side,
+    /// Which lanes hold a ray: bits. The others' numbers mean nothing.
+    pub mask: u32,
+}
+
+impl Default for RayLanes {
+    fn default() -> Self {
+        Self {
+            origin: [[0.0; BUNDLE]; 3],
+            direction: [[1.0; BUNDLE]; 3],
+            t_max: [f32::INFINITY; BUNDLE],
+            mask: 0,
+        }
+    }
+}
+
+impl RayLanes {
+    pub fn ray(&self, lane: usize) -> Ray {
+        Ray {
+            t_max: self.t_max[lane],
+            ..Ray::new(of_lane(&self.origin, lane), of_lane(&self.direction, lane))
+        }
+    }
+
+    /// Takes a ray that begins at once.
+    pub fn set(&mut self, lane: usize, ray: &Ray) {
+        for axis in 0..3 {
+            self.origin[axis][lane] = ray.origin[axis];
+            self.direction[axis][lane] = ray.direction[axis];
+        }
+        self.t_max[lane] = ray.t_max;
+        self.mask |= 1 << lane;
+    }
+}
+
+/// The point or direction of one ray.
+#[inline(always)]
+pub fn of_lane(all: &Sides, lane: usize) -> Vec3 {
+    Vec3::new(all[0][lane], all[1][lane], all[2][lane])
+}
+
+/// What the rays of a bundle meet, side by side.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct HitLanes {
+    pub t: Side,
+    pub u: Side,
+    pub v: Side,
+    pub primitive: [u32; BUNDLE],
+    /// Which rays meet something: bits.
+    pub mask: u32,
+}
+
+impl Default for HitLanes {
+    fn default() -> Self {
+        Self {
+            t: [0.0; BUNDLE],
+            u: [0.0; BUNDLE],
+            v: [0.0; BUNDLE],
+            primitive: [0; BUNDLE],
+            mask: 0,
+        }
+    }
+}
+
+impl HitLanes {
+    pub fn hit(&self, lane: usize) -> Option<Hit> {
+        (self.mask >> lane & 1 == 1).then(|| Hit {
+            t: self.t[lane],
+            primitive: self.primitive[lane],
+            u: self.u[lane],
+            v: self.v[lane],
+        })
+    }
+
+    fn set(&mut self, lane: usize, hit: Option<Hit>) {
+        self.mask &= !(1 << lane);
+        if let Some(hit) = hit {
+            (self.t[lane], self.u[lane], self.v[lane]) = (hit.t, hit.u, hit.v);
+            self.primitive[lane] = hit.primitive;
+            self.mask |= 1 << lane;
+        }
+    }
+}
 
 impl Others for RenderScene {
     fn meet(&self, ray: &PreparedRay, primitive: u32, t_min: f32, t_max: f32) -> Option<f32> {
@@ -54,59 +155,154 @@ const fn numbers() -> [u8; BUNDLE] {
     numbers
 }
 
-impl RenderScene {
-    /// [`RenderScene::hit`] for up to [`BUNDLE`] rays.
-    pub fn hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        if self.annotated || !Packet::is_worth_while() {
-            for (hit, ray) in hits.iter_mut().zip(rays) {
-                *hit = self.hit(ray);
+/// Whether all rays that a bundle holds are of one course: see [`course`].
+struct OneCourse<'a>(&'a RayLanes);
+
+impl Lanewise for OneCourse<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> bool {
+        let Self(rays) = self;
+        let [x, y, z] = &rays.direction;
+        let mut courses = [0u32; BUNDLE];
+        for i in 0..BUNDLE {
+            let [a, b, c] = [x[i].abs(), y[i].abs(), z[i].abs()];
+            let axis = if b > c { 8 } else { 16 };
+            let axis = if (a > b) & (a > c) { 0 } else { axis };
+            let negative = |d: f32, bit: u32| if d < 0.0 { bit } else { 0 };
+            courses[i] = axis | negative(x[i], 1) | negative(y[i], 2) | negative(z[i], 4);
+        }
+        let first = courses[rays.mask.trailing_zeros() as usize & (BUNDLE - 1)];
+        let mut differ = 0;
+        for (i, course) in courses.iter().enumerate() {
+            differ |= if rays.mask >> i & 1 == 1 {
+                course ^ first
+            } else {
+                0
+            };
+        }
+        differ == 0
+    }
+}
+
+/// Has `work` done on packets of the rays of a bundle. It gets a packet and the lanes that its
+/// rays are from.
+fn in_packets(rays: &RayLanes, mut work: impl FnMut(&mut Packet, Lanes<'_>)) {
+    let mut packet = Packet::empty();
+    let halves = [rays.mask & 0xffff, rays.mask >> PACKET];
+    let few = rays.mask.count_ones() as usize <= PACKET && halves.iter().all(|half| *half != 0);
+    if !few && widely(OneCourse(rays)) {
+        for (half, live) in halves.into_iter().enumerate() {
+            if live != 0 {
+                packet.load(rays, half * PACKET);
+                work(&mut packet, Lanes::From(half * PACKET));
             }
+        }
+        return;
+    }
+    let mut gathered = [Ray::new(Vec3::ZERO, Vec3::Z); BUNDLE];
+    let mut from = [0; BUNDLE];
+    let mut count = 0;
+    for lane in bits(rays.mask) {
+        gathered[count] = rays.ray(lane);
+        from[count] = lane as u8;
+        count += 1;
+    }
+    packets(&gathered[..count], |numbers| {
+        packet.fill(numbers.iter().map(|&i| &gathered[usize::from(i)]));
+        let mut lanes = [0; PACKET];
+        for (lane, &number) in lanes.iter_mut().zip(numbers) {
+            *lane = from[usize::from(number)];
+        }
+        work(&mut packet, Lanes::Of(&lanes[..numbers.len()]));
+    });
+}
+
+/// The lanes of a bundle that are in a packet.
+#[derive(Clone, Copy)]
+enum Lanes<'a> {
+    /// A row of [`PACKET`] from here on.
+    From(usize),
+    Of(&'a [u8]),
+}
+
+impl Lanes<'_> {
+    /// Bits of a packet as bits of the bundle.
+    fn spread(self, packet: u32) -> u32 {
+        match self {
+            Self::From(first) => packet << first,
+            Self::Of(lanes) => bits(packet).fold(0, |mask, i| mask | 1 << lanes[i]),
+        }
+    }
+}
+
+impl RenderScene {
+    /// [`RenderScene::hit`] for a bundle of rays.
+    pub fn hits(&self, rays: &RayLanes, hits: &mut HitLanes) {
+        hits.mask = 0;
+        if self.annotated || !Packet::is_worth_while() {
+            bits(rays.mask).for_each(|lane| hits.set(lane, self.hit(&rays.ray(lane))));
             return;
         }
-        let mut packet = Packet::empty();
-        packets(rays, |numbers| {
-            packet.fill(numbers.iter().map(|&i| &rays[usize::from(i)]));
-            self.tree().meet_packet::<false>(&mut packet, self);
-            for (lane, &i) in numbers.iter().enumerate() {
-                let i = usize::from(i);
-                let hit = packet.hit(lane);
-                let hit = hit.map(|(t, primitive, u, v)| Hit { t, primitive, u, v });
-                let sure = packet.close >> lane & 1 == 0 && rays[i].plane_end <= 0.0;
-                hits[i] = match hit {
-                    Some(hit) if sure && (!self.special || self.is_seen(&rays[i], &hit)) => {
-                        Some(hit)
-                    }
-                    Some(_) => self.hit(&rays[i]),
-                    None => None,
-                };
-            }
+        let mut doubtful = 0;
+        in_packets(rays, |packet, lanes| {
+            self.tree().meet_packet::<false>(packet, self);
+            packet.write(hits, lanes);
+            hits.mask |= lanes.spread(packet.found);
+            doubtful |= lanes.spread(packet.found & packet.close);
         });
+        if self.special {
+            for lane in bits(hits.mask & !doubtful) {
+                let seen = |hit: Hit| self.is_seen(&rays.ray(lane), &hit);
+                doubtful |= u32::from(!hits.hit(lane).is_none_or(seen)) << lane;
+            }
+        }
+        bits(doubtful).for_each(|lane| hits.set(lane, self.hit(&rays.ray(lane))));
     }
 
-    /// [`RenderScene::transmittance`] for up to [`BUNDLE`] rays, each up to its own `t_max`.
-    pub fn transmittances(&self, rays: &[Ray], through: &mut [f32]) {
+    /// [`RenderScene::transmittance`] for a bundle of rays, each up to its own `t_max`.
+    pub fn transmittances(&self, rays: &RayLanes, through: &mut Side) {
         if !self.solid || !Packet::is_worth_while() {
-            for (through, ray) in through.iter_mut().zip(rays) {
-                *through = self.transmittance(ray, ray.t_max);
+            for lane in bits(rays.mask) {
+                through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
             }
             return;
         }
-        let mut packet = Packet::empty();
-        packets(rays, |numbers| {
-            packet.fill(numbers.iter().map(|&i| &rays[usize::from(i)]));
-            self.tree().meet_packet::<true>(&mut packet, self);
-            for (lane, &i) in numbers.iter().enumerate() {
-                let blocked = packet.found >> lane & 1 == 1;
-                through[usize::from(i)] = f32::from(u8::from(!blocked));
-            }
+        let mut blocked = 0;
+        in_packets(rays, |packet, lanes| {
+            self.tree().meet_packet::<true>(packet, self);
+            blocked |= lanes.spread(packet.found);
         });
+        for (lane, through) in through.iter_mut().enumerate() {
+            *through = if blocked >> lane & 1 == 1 { 0.0 } else { 1.0 };
+        }
+    }
+}
+
+impl Packet {
+    /// Writes what its rays have met to their lanes.
+    fn write(&self, hits: &mut HitLanes, lanes: Lanes<'_>) {
+        let found = self.hits();
+        match lanes {
+            Lanes::From(first) => {
+                hits.t[first..first + PACKET].copy_from_slice(found.t);
+                hits.u[first..first + PACKET].copy_from_slice(found.u);
+                hits.v[first..first + PACKET].copy_from_slice(found.v);
+                hits.primitive[first..first + PACKET].copy_from_slice(found.primitive);
+            }
+            Lanes::Of(lanes) => {
+                for (i, lane) in lanes.iter().map(|lane| usize::from(*lane)).enumerate() {
+                    (hits.t[lane], hits.u[lane]) = (found.t[i], found.u[i]);
+                    (hits.v[lane], hits.primitive[lane]) = (found.v[i], found.primitive[i]);
+                }
+            }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
     use crate::iv::Document;
     use crate::scene::CompileOptions;
@@ -137,15 +333,21 @@ mod tests {
                     t_max: 1.0,
                     ..Ray::new(eye + 0.01 * at, aim + at - eye)
                 };
-                let rays: Vec<Ray> = (0..count).map(|_| ray(any())).collect();
-                let mut hits = [None; BUNDLE];
-                let mut through = [0.0; BUNDLE];
+                // Lanes without a ray hold what is none.
+                let mut rays = RayLanes::default();
+                rays.origin[0] = [f32::NAN; BUNDLE];
+                let every = 1 + count % 3;
+                (0..count).for_each(|i| rays.set(i * every % BUNDLE, &ray(any())));
+                let mut hits = HitLanes::default();
+                let mut through = [0.5; BUNDLE];
                 scene.hits(&rays, &mut hits);
                 scene.transmittances(&rays, &mut through);
-                for (i, ray) in rays.iter().enumerate() {
-                    assert_eq!(hits[i], scene.hit(ray), "{ray:?}");
-                    assert_eq!(through[i], scene.transmittance(ray, 1.0), "{ray:?}");
-                    met += usize::from(hits[i].is_some());
+                assert_eq!(hits.mask & !rays.mask, 0);
+                for i in bits(rays.mask) {
+                    let ray = rays.ray(i);
+                    assert_eq!(hits.hit(i), scene.hit(&ray), "{ray:?}");
+                    assert_eq!(through[i], scene.transmittance(&ray, 1.0), "{ray:?}");
+                    met += usize::from(hits.hit(i).is_some());
                     blocked += usize::from(through[i] == 0.0);
                 }
             }

@@ -39,7 +39,7 @@ use crate::iv::{Document, Limits};
 use crate::pose::CameraPose;
 
 pub use builder::Builder;
-pub use bundle::BUNDLE;
+pub use bundle::{BUNDLE, HitLanes, RayLanes, Side, Sides, of_lane};
 pub use census::Census;
 pub use light::Light;
 pub use plain::PlainPoints;

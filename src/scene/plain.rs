@@ -6,30 +6,24 @@
 
 use glam::Vec3;
 
+use super::bundle::{HitLanes, RayLanes, Side, Sides, of_lane};
 use super::wide::bits;
-use super::{BUNDLE, Hit, Light, Ray, RenderScene, Surface};
+use super::{BUNDLE, Light, RenderScene, Surface};
 use crate::graph::state::{FogKind, LightKind};
 use crate::math::lanes::{Lanewise, widely};
 
-/// A number of every ray of a bundle.
-pub type Side = [f32; BUNDLE];
-
-/// A point or direction of every ray, axis by axis.
-pub type Sides = [Side; 3];
-
 const ZERO: Sides = [[0.0; BUNDLE]; 3];
 
-/// What lighting needs of the points that a bundle of rays meets.
-#[derive(Clone, Debug)]
+/// What lighting needs of the points that a bundle of rays meets, one light after another. It is
+/// filled again and again; what a lane holds that is not asked for means nothing.
+#[derive(Clone, Debug, Default)]
 pub struct PlainPoints {
-    /// Which rays meet a plain surface: bits. The others' lanes mean nothing.
+    /// Which rays meet a plain surface: bits.
     pub mask: u32,
+    gathered: Gathered,
     placed: Placed,
-    pub diffuse: Sides,
-    /// What the surface gives off without any light.
-    pub glow: Sides,
-    /// The surface's set of lights.
-    pub lights: [u32; BUNDLE],
+    /// What a light brings: see [`PlainPoints::reach`].
+    pub lit: PlainLight,
 }
 
 #[derive(Clone, Debug)]
@@ -44,14 +38,16 @@ struct Placed {
     area: Side,
 }
 
-impl Placed {
-    const NOWHERE: Self = Self {
-        position: ZERO,
-        geometric: ZERO,
-        normal: ZERO,
-        error: [0.0; BUNDLE],
-        area: [0.0; BUNDLE],
-    };
+impl Default for Placed {
+    fn default() -> Self {
+        Self {
+            position: ZERO,
+            geometric: ZERO,
+            normal: ZERO,
+            error: [0.0; BUNDLE],
+            area: [0.0; BUNDLE],
+        }
+    }
 }
 
 /// What a bundle asks of a surface, apart from its many other things.
@@ -91,69 +87,61 @@ impl PlainSurface {
     }
 }
 
-/// Corners, weights and normals, gathered from all over the scene.
+/// Corners, normals and colors, gathered from all over the scene.
+#[derive(Clone, Debug)]
 struct Gathered {
     corners: [Sides; 3],
     normals: [Sides; 3],
-    direction: Sides,
-    u: Side,
-    v: Side,
     /// 1 where the corners run counterclockwise seen from outside, else −1.
     turn: Side,
     /// 1 where the back is lit like the front, else 0.
     two_sided: Side,
     /// 1 where the corners have normals, else 0.
     smooth: Side,
+    diffuse: Sides,
+    /// What the surface gives off without any light.
+    glow: Sides,
+    /// The surface's set of lights.
+    lights: [u32; BUNDLE],
+}
+
+impl Default for Gathered {
+    fn default() -> Self {
+        Self {
+            corners: [ZERO; 3],
+            normals: [ZERO; 3],
+            turn: [1.0; BUNDLE],
+            two_sided: [0.0; BUNDLE],
+            smooth: [0.0; BUNDLE],
+            diffuse: ZERO,
+            glow: ZERO,
+            lights: [0; BUNDLE],
+        }
+    }
 }
 
 impl RenderScene {
     /// The points of a bundle's hits on plain surfaces.
-    pub fn plain_points(&self, rays: &[Ray], hits: &[Option<Hit>; BUNDLE]) -> PlainPoints {
-        let mut points = PlainPoints {
-            mask: 0,
-            placed: Placed::NOWHERE,
-            diffuse: ZERO,
-            glow: ZERO,
-            lights: [0; BUNDLE],
-        };
-        let mut gathered = Gathered {
-            corners: [ZERO; 3],
-            normals: [ZERO; 3],
-            direction: ZERO,
-            u: [0.0; BUNDLE],
-            v: [0.0; BUNDLE],
-            turn: [1.0; BUNDLE],
-            two_sided: [0.0; BUNDLE],
-            smooth: [0.0; BUNDLE],
-        };
-        for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            if let Some(hit) = hit
-                && self.gather(lane, ray, hit, &mut gathered, &mut points)
-            {
-                points.mask |= 1 << lane;
-            }
+    pub fn plain_points(&self, rays: &RayLanes, hits: &HitLanes, points: &mut PlainPoints) {
+        points.mask = 0;
+        for lane in bits(hits.mask) {
+            points.mask |= u32::from(self.gather(lane, hits, &mut points.gathered)) << lane;
         }
         if points.mask != 0 {
-            points.placed = widely(Settle(&gathered));
-            for lane in bits(points.mask) {
-                // Triangles of a millionth of a meter square to nothing.
-                points.mask &= !(u32::from(!(points.placed.area[lane] > 1e-30)) << lane);
-            }
+            let whole = widely(Settle {
+                from: &points.gathered,
+                rays,
+                hits,
+                to: &mut points.placed,
+            });
+            points.mask &= whole;
         }
-        points
     }
 
     /// Whether the hit is on a triangle of a plain surface; its lane is filled then.
     #[inline(always)]
-    fn gather(
-        &self,
-        lane: usize,
-        ray: &Ray,
-        hit: &Hit,
-        into: &mut Gathered,
-        points: &mut PlainPoints,
-    ) -> bool {
-        let index = hit.primitive as usize;
+    fn gather(&self, lane: usize, hits: &HitLanes, into: &mut Gathered) -> bool {
+        let index = hits.primitive[lane] as usize;
         let Some(corners) = self.triangles.get(index) else {
             return false;
         };
@@ -162,11 +150,14 @@ impl RenderScene {
         if !plain.is_plain {
             return false;
         }
-        let put = |to: &mut Sides, v: Vec3| (0..3).for_each(|axis| to[axis][lane] = v[axis]);
+        let put = |to: &mut Sides, v: Vec3| {
+            (to[0][lane], to[1][lane], to[2][lane]) = (v.x, v.y, v.z);
+        };
         for (to, corner) in into.corners.iter_mut().zip(corners) {
             put(to, *corner);
         }
         let local = index - plain.first as usize;
+        into.smooth[lane] = 0.0;
         if plain.has_normals
             && let Some(normals) = self.surfaces[owner].normals.get(local)
         {
@@ -175,18 +166,16 @@ impl RenderScene {
             }
             into.smooth[lane] = 1.0;
         }
-        put(&mut into.direction, ray.direction);
-        (into.u[lane], into.v[lane]) = (hit.u, hit.v);
         (into.turn[lane], into.two_sided[lane]) = (plain.turn, plain.two_sided);
         let diffuse = if plain.has_materials {
-            let blend = self.surfaces[owner].diffuse_between(local, hit);
+            let blend = self.surfaces[owner].diffuse_between(local, hits.u[lane], hits.v[lane]);
             blend.clamp(Vec3::ZERO, Vec3::ONE)
         } else {
             plain.diffuse
         };
-        put(&mut points.diffuse, diffuse);
-        put(&mut points.glow, plain.glow);
-        points.lights[lane] = plain.lights;
+        put(&mut into.diffuse, diffuse);
+        put(&mut into.glow, plain.glow);
+        into.lights[lane] = plain.lights;
         true
     }
 }
@@ -199,26 +188,36 @@ impl Surface {
 
     /// The diffuse color of one of the surface's triangles where it is hit.
     #[inline(always)]
-    fn diffuse_between(&self, triangle: usize, hit: &Hit) -> Vec3 {
+    fn diffuse_between(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
         let [a, b, c] = self.materials_of(triangle);
         let first = self.diffuse_at(a);
         if a == b && b == c {
             return first;
         }
-        first * (1.0 - hit.u - hit.v) + self.diffuse_at(b) * hit.u + self.diffuse_at(c) * hit.v
+        first * (1.0 - u - v) + self.diffuse_at(b) * u + self.diffuse_at(c) * v
     }
 }
 
 /// Normals, positions and their errors.
-struct Settle<'a>(&'a Gathered);
+struct Settle<'a> {
+    from: &'a Gathered,
+    rays: &'a RayLanes,
+    hits: &'a HitLanes,
+    to: &'a mut Placed,
+}
 
 impl Lanewise for Settle<'_> {
-    type Output = Placed;
+    /// The triangles that are large enough: those of a millionth of a meter square to nothing.
+    type Output = u32;
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Placed {
-        let from = self.0;
-        let mut to = Placed::NOWHERE;
+    fn run<const FUSED: bool>(self) -> u32 {
+        let Self {
+            from,
+            rays,
+            hits,
+            to,
+        } = self;
         let mut flat = ZERO;
         let [a, b, c] = &from.corners;
         for i in 0..BUNDLE {
@@ -233,7 +232,7 @@ impl Lanewise for Settle<'_> {
         }
         // What the normals are multiplied by: the geometric one, and the one to light with.
         let [mut away, mut lit, mut toward] = [[0.0f32; BUNDLE]; 3];
-        for (flat, direction) in flat.iter().zip(&from.direction) {
+        for (flat, direction) in flat.iter().zip(&rays.direction) {
             for i in 0..BUNDLE {
                 toward[i] += flat[i] * direction[i];
             }
@@ -249,11 +248,11 @@ impl Lanewise for Settle<'_> {
         let [mut size, mut error] = [[0.0f32; BUNDLE]; 2];
         for k in 0..3 {
             let blend = |x: &[Sides; 3], i: usize| {
-                let (u, v) = (from.u[i], from.v[i]);
+                let (u, v) = (hits.u[i], hits.v[i]);
                 x[0][k][i] * (1.0 - u - v) + x[1][k][i] * u + x[2][k][i] * v
             };
             for i in 0..BUNDLE {
-                let (u, v) = (from.u[i], from.v[i]);
+                let (u, v) = (hits.u[i], hits.v[i]);
                 let reach = a[k][i].abs() * (1.0 - u - v) + b[k][i].abs() * u + c[k][i].abs() * v;
                 error[i] += reach * flat[k][i].abs();
                 to.position[k][i] = blend(&from.corners, i);
@@ -279,92 +278,171 @@ impl Lanewise for Settle<'_> {
                 normal[i] = lit[i] * if from.smooth[i] > 0.0 { smooth } else { own };
             }
         }
-        to
+        let whole = |i: usize| u32::from(to.area[i] > 1e-30) << i;
+        (0..BUNDLE).fold(0, |all, i| all | whole(i))
     }
 }
 
 /// What of a light reaches the points of a bundle, as [`Light::reach`] has it for one.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct PlainLight {
-    /// Towards the light, of length 1.
-    pub toward: Sides,
-    pub distance: Side,
-    /// What the light's color is multiplied by, the angle to the normal included; 0 where nothing
-    /// comes.
-    pub share: Side,
-    /// Where a ray to the light starts, clear of the surface.
-    pub origin: Sides,
+    /// From the points, clear of their surfaces, to the light; those that it could light.
+    pub rays: RayLanes,
+    /// What the light's color is multiplied by, the angle to the normal included.
+    share: Side,
 }
 
 impl PlainPoints {
-    /// What of a light reaches the points.
-    pub fn lit_by(&self, light: &Light) -> PlainLight {
-        let mut lit = widely(Reach {
-            points: self,
-            light,
+    /// Starts with what the points of some lanes give off by themselves.
+    pub fn glow(&self, lanes: u32, radiances: &mut Sides) {
+        widely(Glow {
+            glow: &self.gathered.glow,
+            lanes,
+            radiances,
         });
+    }
+
+    /// What of a light reaches the points of some lanes.
+    pub fn reach(&mut self, light: &Light, lanes: u32) {
+        let facing = widely(Reach {
+            points: &self.placed,
+            light,
+            lit: &mut self.lit,
+        });
+        self.lit.rays.mask = facing & lanes;
         if matches!(light.kind, LightKind::Spot { .. } | LightKind::Beam { .. }) {
-            for lane in bits(self.mask) {
-                let toward = Vec3::from([0, 1, 2].map(|k| lit.toward[k][lane]));
-                lit.share[lane] *= light.cone(toward);
+            for lane in bits(self.lit.rays.mask) {
+                let cone = light.cone(of_lane(&self.lit.rays.direction, lane));
+                self.lit.share[lane] *= cone;
+                self.lit.rays.mask &= !(u32::from(!(cone > 0.0)) << lane);
             }
         }
-        lit
+    }
+
+    /// Adds the light that was reached for, as much of it as comes through.
+    pub fn add(&self, color: Vec3, through: &Side, radiances: &mut Sides) {
+        widely(Add {
+            diffuse: &self.gathered.diffuse,
+            lit: &self.lit,
+            color,
+            through,
+            radiances,
+        });
+    }
+
+    /// A lane's set of lights.
+    pub fn lights(&self, lane: usize) -> u32 {
+        self.gathered.lights[lane]
     }
 
     /// The points whose surfaces have a set of lights: bits.
     pub fn with_lights(&self, set: u32) -> u32 {
-        let mut mask = 0;
-        for lane in bits(self.mask) {
-            mask |= u32::from(self.lights[lane] == set) << lane;
+        let lights = self.gathered.lights.iter().enumerate();
+        self.mask & lights.fold(0, |all, (i, of)| all | u32::from(*of == set) << i)
+    }
+}
+
+struct Glow<'a> {
+    glow: &'a Sides,
+    lanes: u32,
+    radiances: &'a mut Sides,
+}
+
+impl Lanewise for Glow<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        for (radiance, glow) in self.radiances.iter_mut().zip(self.glow) {
+            for i in 0..BUNDLE {
+                let on = self.lanes >> i & 1 == 1;
+                radiance[i] = if on { glow[i] } else { radiance[i] };
+            }
         }
-        mask
+    }
+}
+
+struct Add<'a> {
+    diffuse: &'a Sides,
+    lit: &'a PlainLight,
+    color: Vec3,
+    through: &'a Side,
+    radiances: &'a mut Sides,
+}
+
+impl Lanewise for Add<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let (mask, share) = (self.lit.rays.mask, &self.lit.share);
+        for k in 0..3 {
+            let (diffuse, radiance) = (&self.diffuse[k], &mut self.radiances[k]);
+            for i in 0..BUNDLE {
+                let more = self.color[k] * diffuse[i] * (share[i] * self.through[i]);
+                radiance[i] += if mask >> i & 1 == 1 { more } else { 0.0 };
+            }
+        }
     }
 }
 
 struct Reach<'a> {
-    points: &'a PlainPoints,
+    points: &'a Placed,
     light: &'a Light,
+    lit: &'a mut PlainLight,
 }
 
 impl Lanewise for Reach<'_> {
-    type Output = PlainLight;
+    /// The points that the light comes to from the front: bits.
+    type Output = u32;
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> PlainLight {
-        let (points, light) = (&self.points.placed, self.light);
-        let mut out = PlainLight {
-            toward: ZERO,
-            distance: [f32::INFINITY; BUNDLE],
-            share: [1.0; BUNDLE],
-            origin: ZERO,
-        };
+    fn run<const FUSED: bool>(self) -> u32 {
+        let (points, light) = (self.points, self.light);
+        let PlainLight { rays: out, share } = self.lit;
         if light.kind == LightKind::Directional {
-            out.toward = [0, 1, 2].map(|k| [-light.direction[k]; BUNDLE]);
+            for k in 0..3 {
+                out.direction[k] = [-light.direction[k]; BUNDLE];
+            }
+            out.t_max = [f32::INFINITY; BUNDLE];
+            *share = [1.0; BUNDLE];
         } else {
             let [kq, kl, kc] = light.attenuation.to_array();
+            let [px, py, pz] = &points.position;
             for i in 0..BUNDLE {
-                let to = [0, 1, 2].map(|k| light.position[k] - points.position[k][i]);
-                let distance = (to[0] * to[0] + to[1] * to[1] + to[2] * to[2]).sqrt();
+                let (x, y, z) = (
+                    light.position.x - px[i],
+                    light.position.y - py[i],
+                    light.position.z - pz[i],
+                );
+                let distance = (x * x + y * y + z * z).sqrt();
                 let scale = 1.0 / distance.max(f32::MIN_POSITIVE);
-                (0..3).for_each(|k| out.toward[k][i] = to[k] * scale);
+                out.direction[0][i] = x * scale;
+                out.direction[1][i] = y * scale;
+                out.direction[2][i] = z * scale;
                 let falloff = kc + distance * (kl + distance * kq);
-                let share = if falloff > 0.0 { 1.0 / falloff } else { 1.0 };
-                out.share[i] = if distance > light.radius { 0.0 } else { share };
-                out.distance[i] = distance;
+                let part = if falloff > 0.0 { 1.0 / falloff } else { 1.0 };
+                share[i] = if distance > light.radius { 0.0 } else { part };
+                // Up to the light itself and not to what lies behind it.
+                out.t_max[i] = distance * (1.0 - 1e-5);
             }
         }
+        let mut side = [0.0f32; BUNDLE];
         for i in 0..BUNDLE {
             let along = |v: &Sides| {
-                v[0][i] * out.toward[0][i] + v[1][i] * out.toward[1][i] + v[2][i] * out.toward[2][i]
+                v[0][i] * out.direction[0][i]
+                    + v[1][i] * out.direction[1][i]
+                    + v[2][i] * out.direction[2][i]
             };
-            out.share[i] *= along(&points.normal).max(0.0);
-            let side = if along(&points.geometric) < 0.0 {
+            share[i] *= along(&points.normal).max(0.0);
+            side[i] = if along(&points.geometric) < 0.0 {
                 -1.0
             } else {
                 1.0
             };
-            for k in 0..3 {
+        }
+        for k in 0..3 {
+            for (i, side) in side.iter().enumerate() {
                 let off = side * points.geometric[k][i];
                 let origin = points.position[k][i] + off * points.error[i];
                 // The sum rounds too: one step farther.
@@ -372,6 +450,6 @@ impl Lanewise for Reach<'_> {
                 out.origin[k][i] = origin + if off == 0.0 { 0.0 } else { step };
             }
         }
-        out
+        (0..BUNDLE).fold(0, |all, i| all | u32::from(share[i] > 0.0) << i)
     }
 }

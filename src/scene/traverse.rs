@@ -60,6 +60,7 @@ pub struct PreparedRay {
 }
 
 impl PreparedRay {
+    #[inline]
     pub fn new(ray: &Ray) -> Self {
         let d = ray.direction + Vec3::ZERO; // turns −0.0 into +0.0
         let inverse = Vec3::new(invert(d.x), invert(d.y), invert(d.z));

@@ -20,7 +20,12 @@ mod plain;
 use glam::Vec3;
 
 use crate::scene::light::Reaching;
-use crate::scene::{BUNDLE, Hit, Light, Needs, Point, Ray, RenderScene};
+use crate::scene::wide::bits;
+use crate::scene::{
+    BUNDLE, Hit, HitLanes, Light, Needs, PlainPoints, Point, Ray, RayLanes, RenderScene, Sides,
+};
+
+use plain::set_lane;
 
 /// What a picture shows of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -143,8 +148,9 @@ pub struct RayCounts {
 pub struct Work {
     pub counts: RayCounts,
     pending: Vec<Pending>,
-    /// Rays towards a light.
-    to_light: Vec<Ray>,
+    /// What a bundle of rays meets, and what of it is plain.
+    hits: HitLanes,
+    points: Box<PlainPoints>,
 }
 
 /// A ray still to be followed, and how much of it reaches the film.
@@ -203,48 +209,46 @@ impl<'a> Shader<'a> {
         self.follow_pending(color, work)
     }
 
-    /// [`Shader::radiance`] along up to [`BUNDLE`] rays: the same to rounding, in less time.
-    pub fn radiances(&self, rays: &[Ray], radiances: &mut [Vec3], work: &mut Work) {
-        work.counts.scene += rays.len() as u64;
-        let mut hits = [None; BUNDLE];
+    /// [`Shader::radiance`] along a bundle of rays: the same to rounding, in less time.
+    pub fn radiances(&self, rays: &RayLanes, radiances: &mut Sides, work: &mut Work) {
+        work.counts.scene += u64::from(rays.mask.count_ones());
+        let mut hits = std::mem::take(&mut work.hits);
         self.scene.hits(rays, &mut hits);
         let done = self.plain(rays, &hits, radiances, work);
-        let left = |i: &usize| done >> i & 1 == 0;
-        if (0..rays.len()).any(|i| left(&i)) {
-            (0..rays.len())
-                .filter(|i| !left(i))
-                .for_each(|i| hits[i] = None);
-            self.special(rays, &hits, radiances, work);
+        if rays.mask & !done != 0 {
+            self.special(rays, &hits, rays.mask & !done, radiances, work);
         }
+        work.hits = hits;
     }
 
-    /// The radiances of rays that meet something, by all that shading can do.
+    /// The radiances of some lanes' rays, which meet something, by all that shading can do.
     fn special(
         &self,
-        rays: &[Ray],
-        hits: &[Option<Hit>; BUNDLE],
-        radiances: &mut [Vec3],
+        rays: &RayLanes,
+        hits: &HitLanes,
+        lanes: u32,
+        radiances: &mut Sides,
         work: &mut Work,
     ) {
         if self.shading != Shading::Recursive {
-            for ((ray, hit), radiance) in rays.iter().zip(hits).zip(radiances) {
-                if hit.is_some() {
-                    *radiance = self.radiance_of(ray, *hit, work);
-                }
+            for lane in bits(lanes) {
+                let color = self.radiance_of(&rays.ray(lane), hits.hit(lane), work);
+                set_lane(radiances, lane, color);
             }
             return;
         }
         let points: [Option<Point<'_>>; BUNDLE] = std::array::from_fn(|i| {
-            let hit = hits[i].as_ref()?;
-            Some(self.scene.point(&rays[i], hit))
+            let hit = hits.hit(i).filter(|_| lanes >> i & 1 == 1)?;
+            Some(self.scene.point(&rays.ray(i), &hit))
         });
         let lit = self.lit_in_shadow(&points, &mut work.counts);
-        for (i, (ray, radiance)) in rays.iter().zip(radiances).enumerate() {
-            if let (Some(hit), Some(point)) = (&hits[i], &points[i]) {
+        for lane in bits(lanes) {
+            if let (Some(hit), Some(point)) = (&hits.hit(lane), &points[lane]) {
+                let ray = rays.ray(lane);
                 let mut color = Vec3::ZERO;
-                let first = Pending::first(ray);
-                self.recurse((ray, hit), point, lit[i], &first, &mut color, work);
-                *radiance = self.follow_pending(color, work);
+                let first = Pending::first(&ray);
+                self.recurse((&ray, hit), point, lit[lane], &first, &mut color, work);
+                set_lane(radiances, lane, self.follow_pending(color, work));
             }
         }
     }
@@ -280,10 +284,8 @@ impl<'a> Shader<'a> {
         lit: &mut [Vec3; BUNDLE],
         counts: &mut RayCounts,
     ) {
-        // Of each shadow ray: the point it is from and the light it goes to.
-        let mut from = [(0, None); BUNDLE];
-        let mut rays = [Ray::new(Vec3::ZERO, Vec3::Z); BUNDLE];
-        let mut count = 0;
+        let mut reaching = [None; BUNDLE];
+        let mut rays = RayLanes::default();
         for (i, point) in points.iter().enumerate() {
             let Some(point) = point.as_ref().filter(|p| !p.surface.base_color) else {
                 continue;
@@ -291,22 +293,19 @@ impl<'a> Shader<'a> {
             let Some(light) = self.lights(point).nth(number) else {
                 continue;
             };
-            let reaching = light.reach(point.position);
-            if let Some(ray) = shadow_ray(point, &reaching) {
-                from[count] = (i, Some(reaching));
-                rays[count] = ray;
-                count += 1;
-            } else {
-                lit[i] += lighting::direct(point, &reaching, self.options.backward, true, 1.0);
+            let reach = light.reach(point.position);
+            if let Some(ray) = shadow_ray(point, &reach) {
+                rays.set(i, &ray);
             }
+            reaching[i] = Some(reach);
         }
-        counts.shadow += count as u64;
+        counts.shadow += u64::from(rays.mask.count_ones());
         let mut through = [1.0; BUNDLE];
-        self.scene
-            .transmittances(&rays[..count], &mut through[..count]);
-        for (&(i, reaching), shadow) in from[..count].iter().zip(through) {
-            if let (Some(point), Some(reaching)) = (&points[i], &reaching) {
-                lit[i] += lighting::direct(point, reaching, self.options.backward, true, shadow);
+        self.scene.transmittances(&rays, &mut through);
+        for i in 0..BUNDLE {
+            if let (Some(point), Some(reaching)) = (&points[i], &reaching[i]) {
+                let backward = self.options.backward;
+                lit[i] += lighting::direct(point, reaching, backward, true, through[i]);
             }
         }
     }

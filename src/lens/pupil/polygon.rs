@@ -86,7 +86,27 @@ pub struct Span {
     high: Outline,
     /// Twice the area of the triangles before each corner: a quadratic of the mixture.
     before: [[f64; 3]; SIDES + 1],
+    wedges: [Wedge; SIDES],
     mean: Mean,
+}
+
+/// All that a point in one of the triangles asks, as quadratics of the mixture side by side:
+/// from the center to the corners before and behind, the center, and twice the areas before
+/// those corners.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Wedge([[f64; 8]; 3]);
+
+impl Wedge {
+    #[inline(always)]
+    fn at(&self, t: f64) -> [f64; 8] {
+        let Self([a, b, c]) = self;
+        let mut all = [0.0; 8];
+        for i in 0..8 {
+            all[i] = a[i] + t * (b[i] + t * c[i]);
+        }
+        all
+    }
 }
 
 /// Shares of the triangles on average over a span: where a search begins, and mostly ends.
@@ -141,6 +161,16 @@ impl Span {
             ];
             before[j + 1] = std::array::from_fn(|i| before[j][i] + twice[i]);
         }
+        let (center, moved) = (low.center, high.center - low.center);
+        let wedges = std::array::from_fn(|j| {
+            let ((p, dp), (q, dq)) = (from_center(j), from_center(j + 1));
+            let (from, to) = (before[j], before[j + 1]);
+            Wedge([
+                [p.x, p.y, q.x, q.y, center.x, center.y, from[0], to[0]],
+                [dp.x, dp.y, dq.x, dq.y, moved.x, moved.y, from[1], to[1]],
+                [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, from[2], to[2]],
+            ])
+        });
         let mean = Mean::new(|j| {
             let [a, b, c] = before[j];
             a + b / 2.0 + c / 3.0
@@ -149,6 +179,7 @@ impl Span {
             low,
             high,
             before,
+            wedges,
             mean,
         }
     }
@@ -168,21 +199,32 @@ impl Span {
     #[inline(always)]
     pub fn point(&self, t: f64, u: f64, out: f64) -> DVec2 {
         let place = u * self.before(SIDES, t);
-        let mut j = self.mean.triangle(u);
-        let (mut start, mut end) = (self.before(j, t), self.before(j + 1, t));
+        let guess = self.mean.triangle(u);
+        let mut wedge = self.wedges[guess].at(t);
         // Nearly always it is this one.
-        while j > 0 && start > place {
-            j -= 1;
-            (start, end) = (self.before(j, t), start);
+        if !(wedge[6] <= place && place < wedge[7]) {
+            wedge = self.wedges[self.search(guess, t, place)].at(t);
         }
-        while j < SIDES - 1 && end <= place {
-            j += 1;
-            (start, end) = (end, self.before(j + 1, t));
-        }
+        let [px, py, qx, qy, x, y, start, end] = wedge;
         let at = share(place, start, end);
-        let corner = |j: usize| self.low.corners[j].lerp(self.high.corners[j], t);
-        let center = self.low.center.lerp(self.high.center, t);
-        center.lerp(corner(j).lerp(corner(j + 1), at), out)
+        DVec2::new(
+            x + out * (px + at * (qx - px)),
+            y + out * (py + at * (qy - py)),
+        )
+    }
+
+    /// The triangle in which a place lies, searched from one on.
+    #[cold]
+    #[inline(never)]
+    fn search(&self, from: usize, t: f64, place: f64) -> usize {
+        let mut j = from;
+        while j > 0 && self.before(j, t) > place {
+            j -= 1;
+        }
+        while j < SIDES - 1 && self.before(j + 1, t) <= place {
+            j += 1;
+        }
+        j
     }
 }
 

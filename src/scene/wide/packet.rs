@@ -7,6 +7,7 @@
 
 use glam::Vec3;
 
+use super::super::bundle::RayLanes;
 use super::super::traverse::{PreparedRay, Ray, invert};
 #[cfg(target_arch = "x86_64")]
 use super::{BLOCK, Block, Node, Stack, WIDENING, WIDTH};
@@ -55,6 +56,14 @@ struct Interval {
     /// The origin from which the first plane is nearest, and the last farthest.
     origin: [f32; 2],
     inverse: [f32; 2],
+}
+
+/// Distances, the weights of a triangle's second and third corner, and primitives.
+pub struct Found<'a> {
+    pub t: &'a Lanes,
+    pub u: &'a Lanes,
+    pub v: &'a Lanes,
+    pub primitive: &'a [u32; PACKET],
 }
 
 /// What the rays of a packet must agree on: three signs and the longest axis.
@@ -142,13 +151,49 @@ impl Packet {
         self.prepare(bounds);
     }
 
+    /// Takes the rays of a bundle's lanes from one on, [`PACKET`] of them, that are of one course;
+    /// at least one lane holds a ray.
+    pub fn load(&mut self, rays: &RayLanes, first: usize) {
+        #[cfg(target_arch = "x86_64")]
+        if Packet::is_worth_while() {
+            // SAFETY: the processor was just asked.
+            unsafe { self.load_avx512(rays, first) };
+            return;
+        }
+        self.take_lanes(rays, first);
+        self.prepare(bounds);
+    }
+
+    #[inline(always)]
+    fn take_lanes(&mut self, rays: &RayLanes, first: usize) {
+        let live = rays.mask >> first & 0xffff;
+        // What holds no ray is another ray again, and never asked for.
+        let some = first + live.trailing_zeros() as usize;
+        let on = |lane: usize| live >> lane & 1 == 1;
+        for axis in 0..3 {
+            let (from, to) = (&rays.origin[axis], &rays.direction[axis]);
+            for lane in 0..PACKET {
+                let held = on(lane);
+                self.origin[axis][lane] = if held { from[first + lane] } else { from[some] };
+                let d = if held { to[first + lane] } else { to[some] };
+                self.direction[axis][lane] = d + 0.0; // turns −0.0 into +0.0
+            }
+        }
+        for lane in 0..PACKET {
+            let t_max = rays.t_max[first + lane];
+            let end = if t_max < f32::MAX { t_max } else { f32::MAX };
+            self.t[lane] = if on(lane) { end } else { f32::NEG_INFINITY };
+        }
+        self.t_min = [0.0; PACKET];
+        self.live = live;
+        (self.found, self.close) = (0, 0);
+    }
+
     /// What the tests of boxes and triangles need, as [`PreparedRay::new`] makes it for one ray.
     #[inline(always)]
     fn prepare(&mut self, bounds: impl Fn(&Lanes) -> (f32, f32)) {
-        let first = PreparedRay::new(&Ray::new(
-            self.origin.map(|lanes| lanes[0]).into(),
-            self.direction.map(|lanes| lanes[0]).into(),
-        ));
+        let of = |all: &[Lanes; 3]| Vec3::new(all[0][0], all[1][0], all[2][0]);
+        let first = PreparedRay::new(&Ray::new(of(&self.origin), of(&self.direction)));
         let [kx, ky, kz] = first.axes;
         self.axes = first.axes;
         for axis in 0..3 {
@@ -185,15 +230,14 @@ impl Packet {
         }
     }
 
-    /// What a ray has met: distance, primitive, and the weights of a triangle's corners.
-    pub fn hit(&self, lane: usize) -> Option<(f32, u32, f32, f32)> {
-        let hit = (
-            self.t[lane],
-            self.primitive[lane],
-            self.u[lane],
-            self.v[lane],
-        );
-        (self.found >> lane & 1 == 1).then_some(hit)
+    /// What the rays that have `found` something have met.
+    pub fn hits(&self) -> Found<'_> {
+        Found {
+            t: &self.t,
+            u: &self.u,
+            v: &self.v,
+            primitive: &self.primitive,
+        }
     }
 
     /// Takes a hit if it is nearer, and notes if it is no farther than the nearest can tell.
@@ -343,6 +387,12 @@ mod avx512 {
     }
 
     impl Packet {
+        #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2")]
+        pub(super) fn load_avx512(&mut self, rays: &RayLanes, first: usize) {
+            self.take_lanes(rays, first);
+            self.prepare_avx512();
+        }
+
         #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2")]
         pub(super) fn prepare_avx512(&mut self) {
             self.prepare(|of| {
