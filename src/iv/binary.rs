@@ -639,10 +639,8 @@ impl Reader<'_, '_, '_> {
     fn bulk<const N: usize, T>(&mut self, one: impl Fn([u32; N]) -> T) -> Step<Vec<T>> {
         let count = self.count(4 * N)?;
         let tuple = |bytes: &[u8]| {
-            let mut words = bytes
-                .chunks_exact(4)
-                .map(|w| u32::from_be_bytes([w[0], w[1], w[2], w[3]]));
-            one(std::array::from_fn(|_| words.next().unwrap_or(0)))
+            let word = |i: usize| u32::from_be_bytes(std::array::from_fn(|k| bytes[4 * i + k]));
+            one(std::array::from_fn(word))
         };
         Ok(self
             .take(4 * N * count)?

@@ -15,6 +15,7 @@ use super::mesh::Mesh;
 use super::powers::in_powers_of_two;
 use super::quadric::{Quadric, QuadricKind, exact_bounds};
 use super::screen::Screen;
+use super::shapes::cut::Scratch;
 use super::shapes::{self, Stroke, View};
 use super::surface::{Mapping, TextureUse};
 use super::texture::{self, Filter, Texture};
@@ -45,19 +46,21 @@ pub struct Corner {
 
 /// A corner, and where it lies in the scene.
 #[derive(Clone, Copy, Debug)]
-pub struct Placed {
-    pub corner: Corner,
+struct Placed {
+    corner: Corner,
     position: Vec3,
     normal: Vec3,
     /// Whether it can be drawn: numbers that are numbers, not too far away.
     sound: bool,
 }
 
-impl Placed {
-    /// Takes over another's normal.
-    pub fn face_as(&mut self, other: &Self) {
-        (self.corner.normal, self.normal) = (other.corner.normal, other.normal);
-    }
+/// What the triangles of the current shape are kept in; `None` for what the picture does not need.
+pub struct Lists<'b> {
+    pub triangles: &'b mut Vec<[Vec3; 3]>,
+    pub normals: Option<&'b mut Vec<[Vec3; 3]>>,
+    pub materials: Option<&'b mut Vec<[u32; 3]>>,
+    pub coordinates: Option<&'b mut Vec<[Vec2; 3]>>,
+    pub thirds: Option<&'b mut Vec<[f32; 3]>>,
 }
 
 /// What a shape draws into: keeps primitives, or only counts and bounds them.
@@ -104,6 +107,7 @@ pub struct Builder<'a> {
     fog: Option<Option<EnvironmentElement>>,
     /// Shapes of which was told that parts are left out.
     told: HashSet<NodeId>,
+    scratch: Scratch,
     pub troubles: Vec<Box<Diagnostic>>,
 }
 
@@ -147,6 +151,7 @@ impl<'a> Builder<'a> {
             background_set: false,
             fog: None,
             told: HashSet::new(),
+            scratch: Scratch::default(),
             troubles: Vec::new(),
         }
     }
@@ -559,13 +564,89 @@ impl<'a> Builder<'a> {
             .as_vec3()
     }
 
-    /// Moves a corner into the scene, once for all the triangles that it is part of.
-    pub fn place(&self, corner: Corner) -> Placed {
+    pub fn is_surveying(&self) -> bool {
+        self.surveying
+    }
+
+    pub(super) fn scratch(&mut self) -> &mut Scratch {
+        &mut self.scratch
+    }
+
+    /// Whether triangles of the current shape are kept with their normals.
+    pub fn keeps_normals(&self) -> bool {
+        !self.surveying && !self.outlines() && self.uses_normals
+    }
+
+    /// Whether triangles of the current shape are kept with their materials.
+    pub fn keeps_materials(&self) -> bool {
+        !self.surveying && !self.outlines() && self.uses_materials
+    }
+
+    /// Whether a moved point can be drawn: numbers that are numbers, not too far away.
+    pub fn is_drawable(&self, moved: Vec3) -> bool {
+        if self.surveying {
+            moved.is_finite()
+        } else {
+            in_reach(moved)
+        }
+    }
+
+    /// Moves points into the scene, unless only boxes are asked for. Returns whether all of them
+    /// can be drawn.
+    pub fn move_points(&self, points: impl Iterator<Item = Vec3>, moved: &mut Vec<Vec3>) -> bool {
+        if self.surveying {
+            moved.extend(points);
+        } else {
+            let matrix = self.scene_from_object;
+            moved.extend(points.map(|p| matrix.transform_point3(p.as_dvec3()).as_vec3()));
+        }
+        moved.iter().fold(true, |all, p| all & self.is_drawable(*p))
+    }
+
+    /// Turns normals of the shape into the scene's, of length 1 or 0.
+    pub fn turn_normals(&self, normals: impl Iterator<Item = Vec3>, turned: &mut Vec<Vec3>) {
+        let matrix = self.normal_matrix;
+        turned.extend(normals.map(|n| turn(&matrix, n)));
+    }
+
+    /// How many of so many triangles more can be kept.
+    pub fn room(&mut self, triangles: usize) -> usize {
+        let kept = self.scene.triangles.len() + self.scene.quadrics.len();
+        let left = self
+            .max_primitives
+            .saturating_sub(kept + self.scene.strokes.len());
+        if triangles > left {
+            self.tell_of_the_limit();
+        }
+        let room = triangles.min(left);
+        self.scene.census.triangles += room as u64;
+        room
+    }
+
+    /// What triangles of the current shape are kept in.
+    pub fn lists(&mut self) -> Lists<'_> {
+        let mut lists = Lists {
+            triangles: &mut self.scene.triangles,
+            normals: None,
+            materials: None,
+            coordinates: None,
+            thirds: None,
+        };
+        if let Some(surface) = self.scene.surfaces.last_mut() {
+            lists.normals = self.uses_normals.then_some(&mut surface.normals);
+            lists.materials = self.uses_materials.then_some(&mut surface.materials);
+            lists.coordinates = self.uses_coordinates.then_some(&mut surface.coordinates);
+            lists.thirds = self.uses_thirds.then_some(&mut surface.thirds);
+        }
+        lists
+    }
+
+    fn place(&self, corner: Corner) -> Placed {
         self.place_beside(corner, None)
     }
 
-    /// The same; neighbors of a flat face share the work on their normal.
-    pub fn place_beside(&self, corner: Corner, neighbor: Option<&Placed>) -> Placed {
+    /// Moves a corner into the scene; neighbors of a flat face share the work on their normal.
+    fn place_beside(&self, corner: Corner, neighbor: Option<&Placed>) -> Placed {
         let mut placed = Placed {
             corner,
             position: corner.position,
@@ -583,9 +664,7 @@ impl<'a> Builder<'a> {
         if self.uses_normals {
             placed.normal = match neighbor {
                 Some(n) if n.sound && n.corner.normal == corner.normal => n.normal,
-                _ => (self.normal_matrix * corner.normal.as_dvec3())
-                    .normalize_or_zero()
-                    .as_vec3(),
+                _ => turn(&self.normal_matrix, corner.normal),
             };
         }
         placed
@@ -596,7 +675,7 @@ impl<'a> Builder<'a> {
         self.triangle_of([&a, &b, &c]);
     }
 
-    pub fn triangle_of(&mut self, corners: [&Placed; 3]) {
+    fn triangle_of(&mut self, corners: [&Placed; 3]) {
         self.triangle_count += 1;
         if self.outlines() {
             self.outline(&corners.map(|c| c.corner));
@@ -800,11 +879,7 @@ impl<'a> Builder<'a> {
         self.pattern_at = stroke.pattern_end(&view);
         stroke.face = self.face_normal;
         stroke.materials = ends.map(|e| e.material);
-        stroke.normals = ends.map(|e| {
-            (self.normal_matrix * e.normal.as_dvec3())
-                .normalize_or_zero()
-                .as_vec3()
-        });
+        stroke.normals = ends.map(|e| turn(&self.normal_matrix, e.normal));
         stroke.coordinates = ends.map(|e| e.coordinates);
         if self.drawing.style == DrawStyle::Filled
             && let Some(surface) = self.scene.surfaces.last_mut()
@@ -822,6 +897,11 @@ impl<'a> Builder<'a> {
         if count < self.max_primitives {
             return false;
         }
+        self.tell_of_the_limit();
+        true
+    }
+
+    fn tell_of_the_limit(&mut self) {
         if !self.over_limit {
             self.over_limit = true;
             let trouble = Diagnostic::warning(format!(
@@ -831,7 +911,6 @@ impl<'a> Builder<'a> {
             let help = "`--scene-limit primitives=N` raises this";
             self.troubles.push(trouble.with_help(help));
         }
-        true
     }
 
     pub(super) fn finish(mut self) -> Result<RenderScene> {
@@ -914,8 +993,17 @@ const FARTHEST: f32 = 1e18;
 /// Pixels of a line's width that make a difference.
 const WIDEST: f32 = 1e5;
 
+#[inline]
 fn in_reach(p: Vec3) -> bool {
-    p.abs().max_element() < FARTHEST && !p.is_nan()
+    let reaches = |v: f32| v.abs() < FARTHEST; // not so for NaN
+    reaches(p.x) & reaches(p.y) & reaches(p.z)
+}
+
+/// A shape's normal in the scene, of length 1 or 0.
+#[inline]
+fn turn(normal_matrix: &DMat3, normal: Vec3) -> Vec3 {
+    let turned = *normal_matrix * normal.as_dvec3();
+    turned.normalize_or_zero().as_vec3()
 }
 
 fn is_box_in_reach((min, max): (DVec3, DVec3)) -> bool {

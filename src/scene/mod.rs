@@ -240,7 +240,9 @@ impl RenderScene {
         if u32::try_from(self.owners.len()).is_err() {
             return Err(Diagnostic::error("the scene has more than 2^32 primitives"));
         }
-        self.bounds = self.boxes().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let triangles = around(self.triangles.as_flattened());
+        let others = self.boxes_of_others().chain(triangles);
+        self.bounds = others.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         self.settle_fog();
         if self.census.transparent {
             self.settle_centers();
@@ -257,12 +259,16 @@ impl RenderScene {
     fn boxes(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
         let triangles = self.triangles.iter();
         let triangles = triangles.map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)));
+        triangles.chain(self.boxes_of_others())
+    }
+
+    fn boxes_of_others(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
         let quadrics = self.quadrics.iter().map(|q| {
             let (min, max) = q.bounds();
             widen(min, max)
         });
         let strokes = self.strokes.iter().map(|s| s.bounds(&self.view));
-        triangles.chain(quadrics).chain(strokes)
+        quadrics.chain(strokes)
     }
 
     /// The tree that rays go through, built when it is first asked for: what needs no ray (bounds,
@@ -669,6 +675,24 @@ impl RenderScene {
             }
         })
     }
+}
+
+/// The box around points, none of them NaN.
+fn around(points: &[Vec3]) -> Option<(Vec3, Vec3)> {
+    // Four at a time, as processors do it.
+    let mut low = [*points.first()?; 4];
+    let mut high = low;
+    let fours = points.chunks_exact(4);
+    for (i, &p) in fours.remainder().iter().enumerate() {
+        (low[i], high[i]) = (low[i].min(p), high[i].max(p));
+    }
+    for four in fours {
+        for (i, &p) in four.iter().enumerate() {
+            (low[i], high[i]) = (low[i].min(p), high[i].max(p));
+        }
+    }
+    let low = low.into_iter().reduce(Vec3::min)?;
+    Some((low, high.into_iter().reduce(Vec3::max)?))
 }
 
 /// An f64 box as an f32 box that holds it.

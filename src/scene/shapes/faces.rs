@@ -1,18 +1,21 @@
 //! Face sets: polygons by index or by count, concave ones included.
 
+use std::ops::Range;
+
 use glam::Vec3;
 
 use super::BoxCoordinates;
+use super::cut::Cutter;
 use super::runs::{Broken, Runs};
 use super::vertices::{
-    Normals, Place, Vertices, faces_are_parts, indices, is_per_vertex, without_index,
+    By, Normals, Place, Vertices, faces_are_parts, indices, is_per_vertex, without_index,
 };
 use crate::graph::read::Fields;
 use crate::graph::state::{Binding, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::builder::{Corner, Placed};
-use crate::scene::normals::{Faces, face_normal, merge_equal};
+use crate::scene::builder::Corner;
+use crate::scene::normals::{Faces, face_normal, merge_equal, unit};
 use crate::scene::tessellate::tessellate;
 
 /// The index fields of an indexed shape.
@@ -119,25 +122,20 @@ fn normals<'a>(
         normals: normals.collect(),
         ..Faces::default()
     };
-    let mut made = vec![Vec3::ZERO; faces.positions()];
     if binding == Binding::Overall {
         let mean: Vec3 = all.normals.iter().sum();
-        made.fill(crate::scene::normals::unit(mean));
-        return Normals::Made(made);
+        return Normals::Made(vec![unit(mean)], By::All);
     }
-    let smooth = is_per_vertex(binding) && state.hints.crease_angle > 0.0;
-    if smooth {
-        all.corners = corners(faces, state, by_position);
-        let mut smoothed = all.smooth_corners(state.hints.crease_angle).into_iter();
-        for face in &faces.runs {
-            made[face.0.clone()].fill_with(|| smoothed.next().unwrap_or_default());
-        }
-    } else {
-        for (normal, face) in all.normals.iter().zip(&faces.runs) {
-            made[face.0.clone()].fill(*normal);
-        }
+    if !is_per_vertex(binding) || state.hints.crease_angle <= 0.0 {
+        return Normals::Made(all.normals, By::Face);
     }
-    Normals::Made(made)
+    all.corners = corners(faces, state, by_position);
+    let mut smoothed = all.smooth_corners(state.hints.crease_angle).into_iter();
+    let mut made = vec![Vec3::ZERO; faces.positions()];
+    for face in &faces.runs {
+        made[face.0.clone()].fill_with(|| smoothed.next().unwrap_or_default());
+    }
+    Normals::Made(made, By::Position)
 }
 
 /// Vertex and face of each corner; without an index equal points are one vertex.
@@ -156,65 +154,73 @@ fn corners(faces: &Runs<'_>, state: &State<'_>, by_position: bool) -> Vec<(u32, 
     corners
 }
 
-fn draw(faces: &Runs<'_>, vertices: &Vertices<'_, '_>, convex: bool, out: &mut Builder<'_>) {
+fn draw<'a>(faces: &Runs<'_>, vertices: &Vertices<'a, '_>, convex: bool, out: &mut Builder<'a>) {
+    if out.outlines() {
+        return outlines(faces, vertices, out);
+    }
+    let mut cutter = Cutter::new(faces, vertices, faces.triangles(), out);
+    for (number, face) in faces.runs.iter().enumerate() {
+        polygon(face.0.clone(), number, faces, vertices, convex, &mut cutter);
+    }
+    cutter.finish();
+}
+
+fn outlines(faces: &Runs<'_>, vertices: &Vertices<'_, '_>, out: &mut Builder<'_>) {
     let mut count = 0;
-    let mut corners: Vec<Placed> = Vec::new();
-    out.expect(faces.triangles());
+    let mut corners: Vec<Corner> = Vec::new();
     for (number, face) in faces.runs.iter().enumerate() {
         corners.clear();
         for (i, position) in face.0.clone().enumerate() {
-            let corner = vertices.corner(Place {
+            corners.extend(vertices.corner(Place {
                 coordinate: faces.coordinate(position),
                 position,
                 count: count + i,
                 face: number,
                 part: number,
-            });
-            corners.extend(corner.map(|c| out.place_beside(c, corners.last())));
+            }));
         }
         count += face.len();
-        polygon(&corners, convex, out);
+        out.outline(&corners);
     }
 }
 
 /// Cuts a polygon as Coin does: a triangle is one, a quadrilateral goes along its first diagonal
 /// (along the other where only that lies inside), a convex one is a fan, others are tessellated.
-fn polygon(corners: &[Placed], convex: bool, out: &mut Builder<'_>) {
-    if out.outlines() {
-        let corners: Vec<Corner> = corners.iter().map(|c| c.corner).collect();
-        out.outline(&corners);
-        return;
-    }
-    match corners {
-        [] | [_] | [_, _] => {}
-        [a, b, c] => out.triangle_of([a, b, c]),
-        [a, b, c, d] => {
-            if !convex && is_cut_outside(corners) {
-                out.triangle_of([b, c, d]);
-                out.triangle_of([b, d, a]);
-            } else {
-                out.triangle_of([a, b, c]);
-                out.triangle_of([a, c, d]);
-            }
+fn polygon(
+    positions: Range<usize>,
+    face: usize,
+    faces: &Runs<'_>,
+    vertices: &Vertices<'_, '_>,
+    convex: bool,
+    cutter: &mut Cutter<'_, '_, '_, '_>,
+) {
+    let (first, n) = (positions.start, positions.len());
+    let mut cut = |[a, b, c]: [usize; 3]| {
+        cutter.cut([first + a, first + b, first + c], face, face);
+    };
+    let point = |position: usize| {
+        let point = vertices.coordinates.get(faces.coordinate(position));
+        point.unwrap_or_default()
+    };
+    match n {
+        0..=2 => {}
+        3 => cut([0, 1, 2]),
+        4 if !convex && is_cut_outside([0, 1, 2, 3].map(|i| point(first + i))) => {
+            cut([1, 2, 3]);
+            cut([1, 3, 0]);
         }
-        _ if convex => {
-            for pair in corners[1..].windows(2) {
-                out.triangle_of([&corners[0], &pair[0], &pair[1]]);
-            }
-        }
+        _ if convex || n == 4 => (2..n).for_each(|i| cut([0, i - 1, i])),
         _ => {
-            let points: Vec<Vec3> = corners.iter().map(|c| c.corner.position).collect();
-            for [a, b, c] in tessellate(&points) {
-                out.triangle_of([&corners[a], &corners[b], &corners[c]]);
-            }
+            let points: Vec<Vec3> = positions.map(point).collect();
+            tessellate(&points).into_iter().for_each(cut);
         }
     }
 }
 
 /// Whether the first diagonal of a quadrilateral leaves it: its two triangles face apart.
-fn is_cut_outside(q: &[Placed]) -> bool {
-    let p = |i: usize| q[i].corner.position.as_dvec3();
-    let first = (p(1) - p(0)).cross(p(2) - p(0));
-    let second = (p(2) - p(0)).cross(p(3) - p(0));
+fn is_cut_outside(q: [Vec3; 4]) -> bool {
+    let [a, b, c, d] = q.map(|p| p.as_dvec3());
+    let first = (b - a).cross(c - a);
+    let second = (c - a).cross(d - a);
     first.dot(second) < 0.0
 }

@@ -3,12 +3,13 @@
 use glam::Vec3;
 
 use super::BoxCoordinates;
-use super::vertices::{Normals, Place, Vertices, is_per_vertex, without_index};
+use super::cut::Cutter;
+use super::runs::Runs;
+use super::vertices::{By, Normals, Vertices, is_per_vertex, without_index};
 use crate::graph::read::Fields;
 use crate::graph::state::{Binding, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::builder::Placed;
 use crate::scene::normals::unit;
 
 pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
@@ -43,67 +44,42 @@ pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
         let used = (start..start + rows * columns).filter_map(|c| state.coordinates.get(c));
         vertices.boxed = Some(BoxCoordinates::of(used));
     }
-    let faces = if out.wants_normals() && state.normals.is_empty() {
-        face_normals(state, start, rows, columns)
-    } else {
-        Vec::new()
-    };
     if out.wants_normals() {
-        vertices.normals = if !state.normals.is_empty() {
-            Normals::Given(state.normals)
-        } else if is_per_vertex(normal_binding) {
-            Normals::Made(smooth(&faces, rows, columns))
-        } else {
-            Normals::None
-        };
+        vertices.normals = normals(state, normal_binding, start, rows, columns);
     }
-    let flat = |r: usize, c: usize| match normal_binding {
-        _ if faces.is_empty() || is_per_vertex(normal_binding) => None,
-        Binding::PerFace => Some(faces[r * (columns - 1) + c]),
-        Binding::PerPart => {
-            let row = &faces[r * (columns - 1)..(r + 1) * (columns - 1)];
-            Some(unit(row.iter().sum()))
-        }
-        _ => None,
-    };
-    // The corner of a vertex, as the face in row `r` and column `c` has it.
-    let corner = |(r, c): (usize, usize), index: usize, out: &Builder<'a>| -> Option<Placed> {
-        let mut corner = vertices.corner(Place {
-            coordinate: start + index,
-            position: index,
-            count: index,
-            face: r * (columns - 1) + c,
-            part: r,
-        })?;
-        if let Some(normal) = flat(r, c) {
-            corner.normal = normal;
-        }
-        Some(out.place(corner))
-    };
-    let by_vertex = |b: Binding| is_per_vertex(b) || b == Binding::Overall;
-    let shared = by_vertex(normal_binding) && by_vertex(vertices.material_binding);
-    let row = |r: usize, out: &Builder<'a>| -> Vec<Option<Placed>> {
-        let vertices = r * columns..(r + 1) * columns;
-        vertices.map(|i| corner((0, 0), i, out)).collect()
-    };
-    let mut above = if shared { row(0, out) } else { Vec::new() };
-    out.expect(2 * (rows - 1) * (columns - 1));
+    let whole = Runs::whole(start, rows * columns);
+    let triangles = 2 * (rows - 1) * (columns - 1);
+    let mut cutter = Cutter::new(&whole, &vertices, triangles, out);
     for r in 0..rows - 1 {
-        let below = if shared { row(r + 1, out) } else { Vec::new() };
         for c in 0..columns - 1 {
-            let four = if shared {
-                [above[c], below[c], above[c + 1], below[c + 1]]
-            } else {
-                let first = r * columns + c;
-                [first, first + columns, first + 1, first + columns + 1]
-                    .map(|index| corner((r, c), index, out))
-            };
-            if let [Some(a), Some(b), Some(d), Some(e)] = &four {
-                out.triangle_of([a, b, e]);
-                out.triangle_of([a, e, d]);
-            }
+            let (first, face) = (r * columns + c, r * (columns - 1) + c);
+            let below = first + columns;
+            cutter.cut([first, below, below + 1], face, r);
+            cutter.cut([first, below + 1, first + 1], face, r);
         }
-        above = below;
+    }
+    cutter.finish();
+}
+
+fn normals<'a>(
+    state: &State<'a>,
+    binding: Binding,
+    start: usize,
+    rows: usize,
+    columns: usize,
+) -> Normals<'a> {
+    if !state.normals.is_empty() {
+        return Normals::Given(state.normals);
+    }
+    let faces = face_normals(state, start, rows, columns);
+    match binding {
+        _ if is_per_vertex(binding) => Normals::Made(smooth(&faces, rows, columns), By::Position),
+        Binding::PerFace => Normals::Made(faces, By::Face),
+        Binding::PerPart => {
+            let of_rows = faces.chunks(columns - 1).map(|row| unit(row.iter().sum()));
+            Normals::Made(of_rows.collect(), By::Part)
+        }
+        _ => Normals::None,
     }
 }
 

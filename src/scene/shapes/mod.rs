@@ -1,5 +1,6 @@
 //! What each shape class draws, one function a class.
 
+pub(super) mod cut;
 mod faces;
 mod lines;
 mod mesh;

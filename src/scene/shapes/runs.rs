@@ -33,6 +33,10 @@ pub struct Runs<'a> {
     /// The coordinate at position 0, where there is no index.
     first: usize,
     pub runs: Vec<Run>,
+    /// The lowest coordinate of an index, and one more than the highest.
+    used: Range<usize>,
+    /// Some coordinate of the index does not exist.
+    missing: bool,
 }
 
 impl<'a> Runs<'a> {
@@ -45,24 +49,46 @@ impl<'a> Runs<'a> {
         out: &mut Builder<'_>,
     ) -> Self {
         let mut runs = Vec::with_capacity(index.len() / 4);
-        let mut start = 0;
+        let (mut start, mut bad) = (0, 0);
+        let (mut lowest, mut highest) = (usize::MAX, 0);
         while start < index.len() {
             let rest = &index[start..];
-            let len = rest.iter().position(|&i| i < 0).unwrap_or(rest.len());
+            let (mut len, mut bad_here) = (0, 0);
+            for c in rest.iter().take_while(|&&i| i >= 0).map(|&i| i as usize) {
+                len += 1;
+                if c < coordinates.len() {
+                    (lowest, highest) = (lowest.min(c), highest.max(c));
+                } else {
+                    bad_here += 1;
+                }
+            }
             let corners = rest[..len].iter().map(|&i| i as usize);
-            let bad = corners.clone().filter(|&c| c >= coordinates.len()).count();
-            out.census_mut().bad_corners += bad as u64;
             out.bound_all(corners.filter_map(|c| coordinates.get(c)));
             if len >= 3 {
-                let whole = bad == 0 || broken == Broken::Kept;
+                let whole = bad_here == 0 || broken == Broken::Kept;
                 runs.push(Run(start..if whole { start + len } else { start }));
             }
+            bad += bad_here;
             start += len + 1;
         }
+        out.census_mut().bad_corners += bad;
         Self {
             index: Some(index),
             first: 0,
             runs,
+            used: lowest.min(highest)..if lowest <= highest { highest + 1 } else { 0 },
+            missing: bad > 0,
+        }
+    }
+
+    /// One run of all the coordinates from one on.
+    pub fn whole(first: usize, count: usize) -> Self {
+        Self {
+            index: None,
+            first,
+            runs: vec![Run(0..count)],
+            used: 0..0,
+            missing: false,
         }
     }
 
@@ -76,6 +102,8 @@ impl<'a> Runs<'a> {
                 .filter(|(_, n)| *n >= 3)
                 .map(|(at, n)| Run(at - first..at - first + n))
                 .collect(),
+            used: 0..0,
+            missing: false,
         }
     }
 
@@ -84,6 +112,23 @@ impl<'a> Runs<'a> {
             Some(index) => index[position] as usize,
             None => self.first + position,
         }
+    }
+
+    pub fn index(&self) -> Option<&'a [i32]> {
+        self.index
+    }
+
+    /// The coordinates among which are all that are used and exist.
+    pub fn used(&self) -> Range<usize> {
+        match self.index {
+            Some(_) => self.used.clone(),
+            None => self.first..self.first + self.positions(),
+        }
+    }
+
+    /// Whether some corner has no coordinate.
+    pub fn is_missing(&self) -> bool {
+        self.missing
     }
 
     pub fn coordinates(&self, run: &Run) -> impl ExactSizeIterator<Item = usize> + '_ {

@@ -3,13 +3,13 @@
 use glam::Vec3;
 
 use super::BoxCoordinates;
+use super::cut::Cutter;
 use super::runs::{Broken, Runs};
-use super::vertices::{Normals, Place, Vertices, indices, is_per_vertex, without_index};
+use super::vertices::{By, Normals, Vertices, indices, is_per_vertex, without_index};
 use crate::graph::read::Fields;
 use crate::graph::state::{Binding, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::builder::Placed;
 use crate::scene::normals::{Faces, face_normal, merge_equal, unit};
 
 pub fn indexed_triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
@@ -62,53 +62,22 @@ fn finish<'a>(
     if out.wants_normals() {
         vertices.normals = normals(strips, vertices, by_position);
     }
-    let (mut count, mut face) = (0, 0);
-    let mut corners: Vec<Option<Placed>> = Vec::new();
-    out.expect(strips.triangles());
+    let mut cutter = Cutter::new(strips, vertices, strips.triangles(), out);
+    let mut face = 0;
     for (part, strip) in strips.runs.iter().enumerate() {
-        corners.clear();
-        for (i, position) in strip.0.clone().enumerate() {
-            let corner = vertices.corner(Place {
-                coordinate: strips.coordinate(position),
-                position,
-                count: count + i,
-                face: face + i.saturating_sub(2),
-                part,
-            });
-            let before = corners.last().and_then(Option::as_ref);
-            corners.push(corner.map(|c| out.place_beside(c, before)));
+        // Every other triangle is turned over, so that all face alike.
+        for i in 0..strip.len() - 2 {
+            let at = strip.start() + i;
+            let (a, b) = if i % 2 == 0 {
+                (at, at + 1)
+            } else {
+                (at + 1, at)
+            };
+            cutter.cut([a, b, at + 2], face, part);
+            face += 1;
         }
-        draw(&corners, vertices, out);
-        count += strip.len();
-        face += strip.len() - 2;
     }
-}
-
-/// Every other triangle is turned over, by keeping one corner back, so that all face alike.
-fn draw(corners: &[Option<Placed>], vertices: &Vertices<'_, '_>, out: &mut Builder<'_>) {
-    let by_face = |b: Binding| matches!(b, Binding::PerFace | Binding::PerFaceIndexed);
-    let colored = by_face(vertices.material_binding);
-    let flat = by_face(vertices.normal_binding);
-    for i in 2..corners.len() {
-        let [Some(a), Some(b), Some(last)] = &corners[i - 2..=i] else {
-            continue;
-        };
-        let (a, b) = if i % 2 == 0 { (a, b) } else { (b, a) };
-        if !colored && !flat {
-            out.triangle_of([a, b, last]);
-            continue;
-        }
-        let (mut a, mut b) = (*a, *b);
-        for corner in [&mut a, &mut b] {
-            if colored {
-                corner.corner.material = last.corner.material;
-            }
-            if flat {
-                corner.face_as(last);
-            }
-        }
-        out.triangle_of([&a, &b, last]);
-    }
+    cutter.finish();
 }
 
 fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool) -> Normals<'a> {
@@ -142,7 +111,7 @@ fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool
     match binding {
         Binding::Overall => {
             let mean = unit(all.normals.iter().sum());
-            made.fill(mean);
+            return Normals::Made(vec![mean], By::All);
         }
         Binding::PerPart | Binding::PerPartIndexed => {
             let mut means = vec![Vec3::ZERO; strips.runs.len()];
@@ -153,9 +122,8 @@ fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool
                     seen = Some(face);
                 }
             }
-            for &(position, _, part) in &owners {
-                made[position] = unit(means[part as usize]);
-            }
+            means.iter_mut().for_each(|mean| *mean = unit(*mean));
+            return Normals::Made(means, By::Part);
         }
         _ if is_per_vertex(binding) && state.hints.crease_angle > 0.0 => {
             let ids: Vec<u32> = if by_position {
@@ -181,11 +149,12 @@ fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool
                 made[o.0] = n;
             }
         }
+        Binding::PerFace | Binding::PerFaceIndexed => return Normals::Made(all.normals, By::Face),
         _ => {
             for &(position, face, _) in &owners {
                 made[position] = all.normals[face as usize];
             }
         }
     }
-    Normals::Made(made)
+    Normals::Made(made, By::Position)
 }

@@ -32,12 +32,21 @@ pub struct Place {
 /// Normals as the shape uses them.
 pub enum Normals<'a> {
     Given(&'a [Vec3]),
-    /// One for every `Place::position`.
-    Made(Vec<Vec3>),
+    Made(Vec<Vec3>, By),
     /// None to be had: +z, as in Inventor.
     None,
     /// None needed: lines and points that face the camera.
     Zero,
+}
+
+/// What made normals are one each of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum By {
+    /// `Place::position`.
+    Position,
+    Face,
+    Part,
+    All,
 }
 
 /// Hands out corners by the bindings in force.
@@ -76,7 +85,15 @@ impl Vertices<'_, '_> {
         let given = match &self.normals {
             Normals::None => return Vec3::Z,
             Normals::Zero => return Vec3::ZERO,
-            Normals::Made(made) => return made.get(place.position).copied().unwrap_or(Vec3::Z),
+            Normals::Made(made, by) => {
+                let index = match by {
+                    By::Position => place.position,
+                    By::Face => place.face,
+                    By::Part => place.part,
+                    By::All => 0,
+                };
+                return made.get(index).copied().unwrap_or(Vec3::Z);
+            }
             Normals::Given(given) => given,
         };
         let index = self.pick(self.normal_binding, self.normal_index, place);
