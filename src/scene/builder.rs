@@ -309,6 +309,11 @@ impl<'a> Builder<'a> {
         Some(Screen { camera, rows })
     }
 
+    /// Whether shapes are drawn as Coin draws them.
+    pub fn as_coin(&self) -> bool {
+        self.as_coin
+    }
+
     pub fn pixel_rows(&self) -> u32 {
         self.pixel_rows.max(1)
     }
@@ -777,6 +782,31 @@ impl<'a> Builder<'a> {
         if let Some(surface) = self.scene.surfaces.last_mut() {
             surface.base_color = true;
         }
+    }
+
+    /// Gives the current shape letters for a texture, texel for texel.
+    pub fn set_letters(&mut self, letters: Texture) {
+        let Some(surface) = self.scene.surfaces.last_mut() else {
+            return;
+        };
+        surface.texture = Some(TextureUse {
+            texture: Arc::new(letters),
+            model: crate::graph::state::TextureModel::Modulate,
+            blend_color: Vec3::ZERO,
+            repeat_s: false,
+            repeat_t: false,
+            repeat_r: false,
+            filter: Filter::Nearest,
+            matrix: glam::Mat4::IDENTITY,
+            mapping: Mapping::Stored,
+        });
+        self.uses_coordinates = true;
+        self.scene.census.transparent = true;
+    }
+
+    /// Stands the camera that later shapes are measured by.
+    pub fn set_camera(&mut self, camera: CameraPose) {
+        self.camera = Some(camera);
     }
 
     /// Width and height of the current shape's texture, in texels.

@@ -38,6 +38,8 @@ struct Surveyor<'a> {
     survey: Survey,
     /// Each open separator's matrix and the box of what it holds so far; the root's first.
     open: Vec<(DMat4, Option<InventorBox>)>,
+    /// Nobody else looks: what is measured in pixels is so by the camera before it.
+    by_own_cameras: bool,
 }
 
 impl Surveyor<'_> {
@@ -105,12 +107,14 @@ fn walked(document: &Document, options: &CompileOptions, all_levels: bool) -> Su
         builder: Builder::surveyor(document, options),
         survey: Survey::default(),
         open: vec![(DMat4::IDENTITY, None)],
+        by_own_cameras: options.camera.is_none(),
     };
     graph::walk(document, &walk_options, &mut surveyor);
     let Surveyor {
         builder,
         mut survey,
         open,
+        ..
     } = surveyor;
     survey.inventor_bounds = open[0].1.map(|b| b.project());
     survey.triangles = builder.triangle_count;
@@ -199,9 +203,16 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
     }
 
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-        self.survey
-            .cameras
-            .extend(CameraPose::from_node(node, state.world_from_object));
+        let Some(pose) = CameraPose::from_node(node, state.world_from_object) else {
+            return;
+        };
+        let is_viewpoint = node
+            .known_class()
+            .is_some_and(|c| c.name.ends_with("Viewpoint"));
+        if self.by_own_cameras && !is_viewpoint {
+            self.builder.set_camera(pose.clone());
+        }
+        self.survey.cameras.push(pose);
     }
 
     fn node(&mut self, node: NodeRef<'a>, role: Role) {

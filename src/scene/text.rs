@@ -7,14 +7,18 @@
 //!
 //! Not done: kerning, ligatures, right-to-left scripts, anything past Latin-1.
 
+mod coin97;
 mod face;
 mod glyph;
+mod pixels;
 mod solid;
 mod vrml97;
 
 use glam::{Vec2, Vec3};
 
+pub use coin97::rectangle as coin97_rectangle;
 pub use face::{Face, Family};
+pub use pixels::{PixelText, pixel_text};
 pub use solid::{BACK, FRONT, SIDES, text3};
 pub use vrml97::{Align, Vrml97Style, vrml97_layout, vrml97_text};
 
@@ -69,47 +73,96 @@ pub struct Layout {
     /// What the lines take up in x: advances, not ink. Coin's bounding boxes are these in x.
     pub left: f32,
     pub right: f32,
-    /// Where Coin's box of a VRML 97 text ends below.
+    /// Where Coin's box ends below, and of solid text above.
     pub bottom: f32,
+    pub top: f32,
 }
 
 /// Where the glyphs of an Inventor text stand: line n's baseline is at y = −n · spacing · size.
 pub fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle) -> Layout {
     let font = Typeface::open(style.face);
     let mut out = Layout::default();
+    let (mut low, mut high) = (0.0f32, 0.0f32);
     for (i, line) in strings.iter().enumerate() {
         let advances = font.advances(line.as_ref(), style.size);
-        let width: f32 = advances.iter().map(|a| a.1).sum();
+        let full: f32 = advances.iter().map(|a| a.1).sum();
+        // A slanted last letter may reach past its advance.
+        let width = full.max(font.ink_width(&advances, style.size));
         let left = start(style.justify, width);
         let y = -(i as f32) * style.spacing * style.size;
-        out.set(&advances, Vec2::new(left, y), 0.0, 1.0);
+        out.set(&advances, Vec2::new(left, y));
         out.extend(left, left + width);
+        (low, high) = (0.0, 0.0);
+        for &(character, _) in &advances {
+            let reach = font.reach(character);
+            low = low.min(style.size * reach.0.y);
+            high = high.max(style.size * reach.1.y);
+        }
     }
+    // Coin's box: the last line's letters, from the first line and from the last as if lines had no
+    // spacing.
+    let before = strings.len().saturating_sub(1) as f32 * style.size;
+    out.bottom = (-before * style.spacing).min(low - before).min(low);
+    out.top = high;
     out
 }
 
-/// Where the glyphs of an `AsciiText` stand. A line with a positive width is spread out to it
-/// by space between its characters, as Coin does, or pressed together in its letters. A line
-/// ends where its last letter's ink ends (Coin), so that `RIGHT` is flush.
+/// Where the glyphs of an `AsciiText` stand. A line with a positive width is spread out or pressed
+/// together to it by the steps between its letters, never by the letters themselves (Coin); a width
+/// below that of a letter puts them all in one place. A line ends where its last letter's ink
+/// ends, so that `RIGHT` is flush.
 pub fn ascii_layout<S: AsRef<str>>(strings: &[S], style: &TextStyle, widths: &[f32]) -> Layout {
     let font = Typeface::open(style.face);
     let mut out = Layout::default();
+    let mut low = 0.0f32;
     for (i, line) in strings.iter().enumerate() {
         let advances = font.advances(line.as_ref(), style.size);
-        let natural = font.ink_width(&advances, style.size);
-        let wanted = widths.get(i).copied().unwrap_or(0.0);
-        let (gap, stretch) = fit(natural, wanted, advances.len());
-        let width = if wanted > 0.0 && natural > 0.0 {
-            wanted
-        } else {
-            natural
-        };
+        let wanted = widths.get(i).copied().filter(|w| *w > 0.0 && w.is_finite());
+        let (stretch, width) = stretch(&font, &advances, style.size, wanted);
         let left = start(style.justify, width);
-        let y = -(i as f32) * style.spacing * style.size;
-        out.set(&advances, Vec2::new(left, y), gap, stretch);
+        let mut at = Vec2::new(left, -(i as f32) * style.spacing * style.size);
+        for &(character, advance) in &advances {
+            out.push(character, at, 1.0);
+            at.x += advance * stretch;
+            let (reach, _) = font.reach(character);
+            low = low.min(style.size * reach.min_element());
+        }
         out.extend(left, left + width);
     }
+    // Coin lets letters reach below the last line as if lines had no spacing, and takes what is
+    // left of a letter's origin for what is below it.
+    let below = strings.len().saturating_sub(1) as f32 * style.size;
+    out.bottom = (-below * style.spacing).min(low - below);
     out
+}
+
+/// How much longer the steps between letters get, and how long the line is then. The letter that
+/// ends last keeps its width (Coin).
+fn stretch(
+    font: &Typeface,
+    advances: &[(char, f32)],
+    size: f32,
+    wanted: Option<f32>,
+) -> (f32, f32) {
+    let natural = font.ink_width(advances, size);
+    let Some(wanted) = wanted.filter(|_| natural > 0.0) else {
+        return (1.0, natural);
+    };
+    let (mut from, mut last, mut width) = (0.0, 0.0, 0.0);
+    let mut end = 0.0;
+    for &(character, advance) in advances {
+        let own = size * font.width(character);
+        let ends = from * wanted / natural + own;
+        if ends > end {
+            (end, last, width) = (ends, from, own);
+        }
+        from += advance;
+    }
+    if natural <= width || wanted <= width {
+        return (0.0, width);
+    }
+    let stretch = (wanted - width) / (natural - width);
+    (stretch, stretch * last + width)
 }
 
 /// Space to add between characters and a scale of their widths that bring a line to a width.
@@ -132,11 +185,11 @@ fn start(justify: Justify, width: f32) -> f32 {
 }
 
 impl Layout {
-    fn set(&mut self, advances: &[(char, f32)], origin: Vec2, gap: f32, stretch: f32) {
+    fn set(&mut self, advances: &[(char, f32)], origin: Vec2) {
         let mut x = origin.x;
         for &(character, advance) in advances {
-            self.push(character, Vec2::new(x, origin.y), stretch);
-            x += advance * stretch + gap;
+            self.push(character, Vec2::new(x, origin.y), 1.0);
+            x += advance;
         }
     }
 
@@ -164,22 +217,6 @@ pub fn ascii_text<S: AsRef<str>>(
 ) -> (Mesh, Layout) {
     let laid = ascii_layout(strings, style, widths);
     (flat(&laid, style.face, style.size, style.complexity), laid)
-}
-
-/// A `Text2`, in pixels: to be set up facing the camera, its origin at the text's point, and
-/// scaled so that a unit is a pixel there. The size of the font is in pixels too. Characters
-/// are whole pixels wide, as the bitmaps of the old libraries were: Times at 24 has an H of 17.
-pub fn text2<S: AsRef<str>>(strings: &[S], style: &TextStyle) -> Mesh {
-    let font = Typeface::open(style.face);
-    let mut laid = Layout::default();
-    for (i, line) in strings.iter().enumerate() {
-        let advances = font.pixel_advances(line.as_ref(), style.size);
-        let width: f32 = advances.iter().map(|a| a.1).sum();
-        let left = start(style.justify, width).floor();
-        let y = -(i as f32) * style.spacing * style.size;
-        laid.set(&advances, Vec2::new(left, (y + 0.5).floor()), 0.0, 1.0);
-    }
-    flat(&laid, style.face, style.size, style.complexity)
 }
 
 fn flat(laid: &Layout, face: Face, size: f32, complexity: f32) -> Mesh {

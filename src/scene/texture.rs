@@ -49,6 +49,17 @@ pub struct Texture {
 }
 
 impl Texture {
+    /// White letters, as opaque as they cover each pixel; rows from the bottom up.
+    pub fn of_letters(width: usize, height: usize, coverage: &[u8]) -> Self {
+        Self {
+            width,
+            height,
+            texels: coverage.iter().map(|&c| [255, 255, 255, c]).collect(),
+            components: 2,
+            ..Self::default()
+        }
+    }
+
     pub fn has_alpha(&self) -> bool {
         matches!(self.components, 2 | 4)
     }

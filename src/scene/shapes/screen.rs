@@ -1,6 +1,6 @@
 //! Shapes with a size in pixels that face the camera: markers and pictures.
 
-use glam::{DMat4, DVec3, Vec2, Vec3};
+use glam::{DMat4, DVec2, DVec3, Vec2, Vec3};
 
 use super::quad;
 use crate::grammar::value::{Choice, Image};
@@ -9,6 +9,8 @@ use crate::graph::state::{State, TextureCoordinates, TextureElement, TextureMode
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::scene::builder::Corner;
+use crate::scene::text::PixelText;
+use crate::scene::texture::Texture;
 
 /// Draws with a unit of a pixel, facing the camera, around a point of the world. Nothing where
 /// nobody looks or the point is behind the camera.
@@ -152,6 +154,90 @@ pub fn marker(corner: Corner, index: i32, world_from_object: DMat4, out: &mut Bu
     });
 }
 
+/// Columns of the picture that Coin measures a `Text2` on; its rows are the builder's.
+const ASPECT: f64 = 4.0 / 3.0;
+
+/// The corners of the rectangle that Inventor takes for a text at a point of the world, or nothing
+/// where the camera does not see it. Without a camera it is Inventor's default view: the cube from
+/// −1 to 1.
+pub fn seen_around(at: DVec3, text: &PixelText, out: &Builder<'_>) -> Option<[DVec3; 4]> {
+    let (low, high) = text.rectangle;
+    if low.x > high.x {
+        return None;
+    }
+    let rows = f64::from(out.pixel_rows());
+    let window = DVec2::new(ASPECT * rows, rows);
+    let (pixel, from_middle, right, up) = match out.screen() {
+        Some(screen) => {
+            let turn = screen.camera.orientation;
+            let pixel = DVec2::splat(screen.pixel_at(at)?);
+            (pixel, screen.project(at)?, turn * DVec3::X, turn * DVec3::Y)
+        }
+        None => {
+            let pixel = 2.0 / window;
+            (pixel, at.truncate() / pixel, DVec3::X, DVec3::Y)
+        }
+    };
+    let point = 0.5 * window + from_middle;
+    let shift = if text.anchor == 0.0 {
+        0.0
+    } else if text.is_centered {
+        -0.5 * f64::from(high.x - low.x)
+    } else {
+        -f64::from(high.x - low.x)
+    };
+    let corner = point.trunc() + DVec2::new(shift, 0.0);
+    let (low, high) = (corner + low.as_dvec2(), corner + high.as_dvec2());
+    let outside = low.cmpgt(window).any() || high.cmplt(DVec2::ZERO).any();
+    let beyond = out.screen().is_none() && at.z.abs() > 1.0;
+    if outside || beyond {
+        return None;
+    }
+    let place = |x: f64, y: f64| {
+        let off = (DVec2::new(x, y) - point) * pixel;
+        at + off.x * right + off.y * up
+    };
+    Some([
+        place(low.x, low.y),
+        place(high.x, low.y),
+        place(high.x, high.y),
+        place(low.x, high.y),
+    ])
+}
+
+/// Letters as pixels, on whole ones of a picture with an even number of columns.
+pub fn pixels(at: DVec3, text: &PixelText, out: &mut Builder<'_>) {
+    let shown = out.screen().and_then(|screen| screen.project(at));
+    let (Some(point), false) = (shown, text.coverage.is_empty()) else {
+        return;
+    };
+    let middle = DVec2::new(0.0, 0.5 * f64::from(out.pixel_rows() % 2));
+    let anchor = DVec2::new(f64::from(text.anchor), 0.0);
+    let corner = (point + middle - anchor + 0.5).floor() - middle - point;
+    let low = corner.as_vec2() + Vec2::new(text.left as f32, text.bottom as f32);
+    let size = Vec2::new(text.width as f32, text.height as f32);
+    out.set_letters(Texture::of_letters(text.width, text.height, &text.coverage));
+    facing(at, out, |out| rectangle(low, size, out));
+}
+
+/// A rectangle with the texture once, in pixels.
+fn rectangle(low: Vec2, size: Vec2, out: &mut Builder<'_>) {
+    let corner = |x: f32, y: f32| Corner {
+        position: (low + size * Vec2::new(x, y)).extend(0.0),
+        normal: Vec3::Z,
+        material: 0,
+        coordinates: Vec2::new(x, y),
+        third: 0.0,
+    };
+    let corners = [
+        corner(0.0, 0.0),
+        corner(1.0, 0.0),
+        corner(1.0, 1.0),
+        corner(0.0, 1.0),
+    ];
+    quad(corners, out);
+}
+
 /// Puts an `Image`'s own picture into the state, unlit.
 pub fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.texture = Some(TextureElement {
@@ -191,20 +277,5 @@ pub fn image<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let share = |name: &str| 0.5 * node.read::<Choice>(name).unwrap_or(0).clamp(0, 2) as f32;
     let low = -size * Vec2::new(share("horAlignment"), share("vertAlignment"));
     let at = state.world_from_object.transform_point3(DVec3::ZERO);
-    facing(at, out, |out| {
-        let corner = |x: f32, y: f32| Corner {
-            position: (low + size * Vec2::new(x, y)).extend(0.0),
-            normal: Vec3::Z,
-            material: 0,
-            coordinates: Vec2::new(x, y),
-            third: 0.0,
-        };
-        let corners = [
-            corner(0.0, 0.0),
-            corner(1.0, 0.0),
-            corner(1.0, 1.0),
-            corner(0.0, 1.0),
-        ];
-        quad(corners, out);
-    });
+    facing(at, out, |out| rectangle(low, size, out));
 }

@@ -9,7 +9,7 @@ use crate::graph::read::Fields;
 use crate::graph::state::{Binding, ProfileCoordinates};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::text::{self as typeset, Face, Justify, TextStyle, Vrml97Style};
+use crate::scene::text::{self as typeset, Face, Justify, Layout, TextStyle, Vrml97Style};
 
 fn strings<'a>(node: NodeRef<'a>) -> &'a [String] {
     node.read::<[String]>("string").unwrap_or(&[])
@@ -37,18 +37,23 @@ fn style(node: NodeRef<'_>, state: &State<'_>) -> TextStyle {
 
 /// Letters facing the camera, as many pixels high as the font's size says, at the text's origin.
 pub fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    out.set_unlit();
-    if out.screen().is_none() {
-        return text2_box(node, state, out);
-    }
+    let text = typeset::pixel_text(strings(node), &style(node, state));
     let at = state.world_from_object.transform_point3(DVec3::ZERO);
-    let mesh = typeset::text2(strings(node), &style(node, state));
-    screen::facing(at, out, |out| out.mesh(&mesh, false));
+    out.set_unlit();
+    screen::pixels(at, &text, out);
+    out.bound(Vec3::ZERO);
+    let object_from_world = state.world_from_object.inverse();
+    let around = screen::seen_around(at, &text, out);
+    let corners = around.iter().flatten();
+    let corners = corners.map(|&p| object_from_world.transform_point3(p));
+    out.set_inventor_box(corners.fold(None, |all: Option<(DVec3, DVec3)>, p| {
+        let (min, max) = all.unwrap_or((p, p));
+        Some((min.min(p), max.max(p)))
+    }));
 }
 
 /// A `Text2` at each of several points.
 pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    out.set_unlit();
     let places = node.read::<[Vec3]>("position").unwrap_or(&[]);
     let sides = node.read::<[Choice]>("justification").unwrap_or(&[]);
     let plain = style(node, state);
@@ -56,48 +61,26 @@ pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
         let Some(&place) = places.get(i).or(places.last()) else {
             return;
         };
-        out.bound(place);
         let side = sides.get(i).or(sides.last()).copied().unwrap_or(1);
         let style = TextStyle {
             justify: Justify::from_value(side),
             ..plain
         };
+        let text = typeset::pixel_text(&[line], &style);
         let at = state.world_from_object.transform_point3(place.as_dvec3());
-        let mesh = typeset::text2(&[line], &style);
-        screen::facing(at, out, |out| out.mesh(&mesh, false));
+        out.bound(place);
+        out.set_unlit();
+        screen::pixels(at, &text, out);
     }
-}
-
-/// Without a camera the box of a `Text2` is what Inventor's default view shows of it: the cube
-/// from −1 to 1, and nothing of a text that begins outside.
-fn text2_box<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    out.bound(Vec3::ZERO);
-    let at = state.world_from_object.transform_point3(DVec3::ZERO);
-    if at.abs().max_element() >= 1.0 {
-        out.set_inventor_box(None);
-        return;
-    }
-    let pixel = 2.0 / f64::from(out.pixel_rows());
-    let mesh = typeset::text2(strings(node), &style(node, state));
-    let object_from_world = state.world_from_object.inverse();
-    let corners = mesh.positions.iter().map(|p| {
-        // The reference's view is a third wider than high.
-        let p = at + pixel * DVec3::new(0.75 * f64::from(p.x), f64::from(p.y), 0.0);
-        object_from_world.transform_point3(p)
-    });
-    let around = corners.fold(None, |all: Option<(DVec3, DVec3)>, p| {
-        let (min, max) = all.unwrap_or((p, p));
-        Some((min.min(p), max.max(p)))
-    });
-    out.set_inventor_box(around);
 }
 
 pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let parts = node.read::<Choice>("parts").unwrap_or(1);
     let profile = profile(state);
+    let style = style(node, state);
     let (mesh, laid) = typeset::text3(
         strings(node),
-        &style(node, state),
+        &style,
         parts,
         profile.as_deref(),
         state.hints.crease_angle,
@@ -108,31 +91,23 @@ pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     );
     out.set_sides(true, false, false);
     out.mesh(&mesh, by_part);
-    let lines = Vec2::new(laid.left, laid.right);
-    widen_text3_box(lines, parts, profile.as_deref(), out);
+    if out.object_bounds.is_some() {
+        out.set_inventor_box(Some(text3_box(&laid, parts, profile.as_deref())));
+    }
 }
 
-/// Inventor's box of a `Text3` has the lines' advances, not their ink, is one unit deep at least
-/// where it is solid, and has a profile all round it whatever its parts (measured in Coin).
-fn widen_text3_box(lines: Vec2, parts: i32, profile: Option<&[Vec2]>, out: &mut Builder<'_>) {
-    let Some((mut min, mut max)) = out.object_bounds else {
-        return;
-    };
+/// Inventor's box of a `Text3`: the lines' advances, not their ink, one unit deep where it is solid,
+/// and a profile all round whatever its parts (Coin).
+fn text3_box(laid: &Layout, parts: i32, profile: Option<&[Vec2]>) -> (DVec3, DVec3) {
     let points = profile.unwrap_or(&[]);
     let out_by = points.iter().map(|p| p.y).fold(0.0, f32::max);
-    min.x = f64::from(lines.x - out_by);
-    max.x = f64::from(lines.y + out_by);
-    if parts & typeset::SIDES == 0 {
-        min.y -= f64::from(out_by);
-        max.y += f64::from(out_by);
-    }
-    if profile.is_some() || parts & (typeset::SIDES | typeset::BACK) != 0 {
-        let deep = points.iter().map(|p| -p.x).fold(-1.0, f32::min);
-        let fore = points.iter().map(|p| -p.x).fold(0.0, f32::max);
-        min.z = min.z.min(f64::from(deep));
-        max.z = max.z.max(f64::from(fore));
-    }
-    out.set_inventor_box(Some((min, max)));
+    let depths = points.iter().map(|p| -p.x);
+    let fore = depths.clone().fold(0.0, f32::max);
+    let flat = profile.is_none() && parts == typeset::FRONT;
+    let deep = depths.fold(if flat { 0.0 } else { -1.0 }, f32::min);
+    let low = Vec3::new(laid.left - out_by, laid.bottom - out_by, deep);
+    let high = Vec3::new(laid.right + out_by, laid.top + out_by, fore);
+    (low.as_dvec3(), high.as_dvec3())
 }
 
 /// The profiles in force, one behind the other, as one polyline.
@@ -160,7 +135,7 @@ pub fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
     if let Some((mut min, mut max)) = out.object_bounds {
         // Inventor's box begins where the line does and is as high as the font (Coin).
         (min.x, max.x) = (f64::from(laid.left), f64::from(laid.right));
-        max.y = f64::from(style.size).max(max.y);
+        (min.y, max.y) = (f64::from(laid.bottom), f64::from(style.size));
         out.set_inventor_box(Some((min, max)));
     }
 }
@@ -172,15 +147,14 @@ pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
         .map_or(Vrml97Style::DEFAULT, |f| style97(f, state));
     let lengths = node.read::<[f32]>("length").unwrap_or(&[]);
     let most = node.read::<f32>("maxExtent").unwrap_or(0.0);
-    let (mesh, laid) = typeset::vrml97_text(strings(node), &style, lengths, most);
+    let strings = strings(node);
+    let mesh = typeset::vrml97_text(strings, &style, lengths, most, out.as_coin());
     out.set_sides(true, true, false);
     out.mesh(&mesh, false);
-    if let Some((mut min, mut max)) = out.object_bounds.filter(|_| style.horizontal) {
-        // As of an `AsciiText`: the lines' own ends, and as high as the font.
-        (min.x, max.x) = (f64::from(laid.left), f64::from(laid.right));
-        max.y = max.y.max(f64::from(style.size));
-        min.y = f64::from(laid.bottom);
-        out.set_inventor_box(Some((min, max)));
+    if out.object_bounds.is_some() {
+        let around = typeset::coin97_rectangle(strings, &style, lengths);
+        let flat = |p: Vec2| p.extend(0.0).as_dvec3();
+        out.set_inventor_box(around.map(|(low, high)| (flat(low), flat(high))));
     }
 }
 

@@ -7,7 +7,7 @@ use lyon_tessellation::{
     BuffersBuilder, FillOptions, FillTessellator, FillVertex, VertexBuffers, math::point,
     path::Path,
 };
-use skrifa::outline::{DrawSettings, OutlinePen};
+use skrifa::outline::{DrawSettings, HintingInstance, HintingOptions, OutlinePen};
 use skrifa::prelude::{FontRef, LocationRef, Size};
 use skrifa::{GlyphId, MetadataProvider};
 
@@ -104,11 +104,19 @@ impl Glyphs {
     }
 }
 
+/// Pixels to the size at which FreeType in Coin cuts the glyphs of solid and flat text: it moves
+/// their stems to whole ones.
+const CUT_AT: f32 = 40.0;
+
 /// A shipped typeface, opened.
 pub(super) struct Typeface {
     font: Option<FontRef<'static>>,
     scale: f32,
     built_in: bool,
+    /// Moves stems to whole pixels; none for the built-in font.
+    hinting: Option<HintingInstance>,
+    /// Pixels to the size of the font.
+    pixels: f32,
 }
 
 /// Advances of the built-in font that are not a letter's ink and a gap (measured in Coin).
@@ -131,10 +139,23 @@ const ODD_ADVANCES: [(char, f32); 14] = [
 
 impl Typeface {
     pub fn open(face: Face) -> Self {
+        Self::open_at(face, CUT_AT)
+    }
+
+    /// For glyphs so many pixels high.
+    pub fn open_at(face: Face, pixels: f32) -> Self {
+        let font = FontRef::new(face.bytes()).ok();
+        let hinting = font.as_ref().filter(|_| !face.built_in).and_then(|font| {
+            let (size, place) = (Size::new(pixels), LocationRef::default());
+            let options = HintingOptions::default();
+            HintingInstance::new(&font.outline_glyphs(), size, place, options).ok()
+        });
         Self {
-            font: FontRef::new(face.bytes()).ok(),
+            font,
             scale: face.scale(),
             built_in: face.built_in,
+            hinting,
+            pixels,
         }
     }
 
@@ -145,13 +166,13 @@ impl Typeface {
     /// The characters with their advances. FreeType in Coin cuts glyphs at 40 pixels to the
     /// size and so has advances in whole fortieths; ours are the same, so that lines are as long.
     pub fn advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
-        let mut advances = self.advances_at(text, 40.0);
+        let mut advances = self.advances_at(text, CUT_AT);
         for (character, advance) in &mut advances {
             *advance = size
                 * if self.built_in {
                     self.built_in_advance(*character)
                 } else {
-                    (*advance + 0.5).floor() / 40.0
+                    (*advance + 0.5).floor() / CUT_AT
                 };
         }
         advances
@@ -205,30 +226,48 @@ impl Typeface {
             .collect()
     }
 
-    /// The length of a line up to the last letter's ink.
-    pub fn ink_width(&self, advances: &[(char, f32)], size: f32) -> f32 {
-        let full: f32 = advances.iter().map(|a| a.1).sum();
-        let Some(&(last, advance)) = advances.last() else {
-            return full;
-        };
-        match self.ink(last) {
-            Some((_, right)) => full - advance + right * size,
-            None => full,
-        }
+    /// The box around a letter's ink and its origin, of size 1.
+    pub fn reach(&self, character: char) -> (Vec2, Vec2) {
+        let outlines = self.outlines(character, 1e-3);
+        let points = outlines.iter().flatten();
+        points.fold((Vec2::ZERO, Vec2::ZERO), |(low, high), &p| {
+            (low.min(p), high.max(p))
+        })
     }
 
-    fn outlines(&self, character: char, tolerance: f32) -> Vec<Vec<Vec2>> {
+    /// How wide a letter is, from its origin or its ink, whichever begins first.
+    pub fn width(&self, character: char) -> f32 {
+        let (low, high) = self.reach(character);
+        high.x - low.x
+    }
+
+    /// The length of a line, its last letter's width in place of the advance.
+    pub fn ink_width(&self, advances: &[(char, f32)], size: f32) -> f32 {
+        let full: f32 = advances.iter().map(|a| a.1).sum();
+        advances.last().map_or(full, |&(last, advance)| {
+            full - advance + self.width(last) * size
+        })
+    }
+
+    pub fn outlines(&self, character: char, tolerance: f32) -> Vec<Vec<Vec2>> {
         let Some(font) = &self.font else {
             return Vec::new();
         };
+        let per_unit = match &self.hinting {
+            Some(_) => 1.0 / self.pixels,
+            None => self.scale / f32::from(metrics_units(font)),
+        };
         let mut pen = Flattener {
-            scale: self.scale / f32::from(metrics_units(font)),
+            scale: per_unit,
             tolerance,
             outlines: Vec::new(),
         };
         if let Some(glyph) = font.outline_glyphs().get(self.glyph(font, character)) {
             // In the font's own units: at a size of 1 the outlines come in 64ths.
-            let settings = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
+            let settings = match &self.hinting {
+                Some(hinting) => DrawSettings::hinted(hinting, false),
+                None => DrawSettings::unhinted(Size::unscaled(), LocationRef::default()),
+            };
             if glyph.draw(settings, &mut pen).is_err() {
                 return Vec::new();
             }

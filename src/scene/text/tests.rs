@@ -125,17 +125,18 @@ fn lines_go_down_by_size_and_spacing_and_justify() {
     assert_eq!(places, [(-12.0, 0.0), (-6.0, 0.0), (-6.0, -40.0)]);
 }
 
+/// As in Coin: the letters keep their shapes, and their steps make up the width.
 #[test]
 fn a_width_spreads_a_line_or_presses_it() {
     let sans = style("Helvetica", 1.0);
-    for wanted in [4.0_f32, 0.5] {
-        let (mesh, _) = ascii_text(&["HH"], &sans, &[wanted]);
-        let (lo, hi) = mesh.bounds().unwrap();
-        let bearing = if wanted > 1.0 { lo.x } else { 0.0 };
-        assert!(
-            (hi.x - bearing - wanted + lo.x.min(bearing)).abs() < 0.01,
-            "{lo} {hi}"
-        );
+    let (alone, _) = ascii_text(&["H"], &sans, &[]);
+    let widest = alone.bounds().unwrap().1.x;
+    for wanted in [4.0_f32, 0.9, 0.5] {
+        let (mesh, laid) = ascii_text(&["HH"], &sans, &[wanted]);
+        let (_, hi) = mesh.bounds().unwrap();
+        let width = wanted.max(widest);
+        assert!((hi.x - width).abs() < 1e-5, "{wanted}: {hi}");
+        assert!((laid.right - width).abs() < 1e-5);
     }
 }
 

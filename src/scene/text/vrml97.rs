@@ -3,8 +3,8 @@
 use glam::Vec2;
 
 use super::face::Face;
-use super::glyph::{Glyphs, Typeface};
-use super::{Layout, fit, flat};
+use super::glyph::Typeface;
+use super::{Layout, coin97, fit, flat};
 use crate::scene::mesh::Mesh;
 
 /// VRML97's justification along one axis.
@@ -202,25 +202,18 @@ fn column(across: f32, block: f32, style: &Vrml97Style) -> f32 {
     }
 }
 
-/// In Coin's boxes letters reach below the last line by their share of this, not of the font's size:
-/// it is the size that Inventor gives a text without a `Font`.
-const COIN_FONT_SIZE: f32 = 12.0;
-
-/// A VRML97 `Text`: flat, in z = 0.
+/// A VRML97 `Text`: flat, in z = 0; set as the standard says or as Coin does.
 pub fn vrml97_text<S: AsRef<str>>(
     strings: &[S],
     style: &Vrml97Style,
     lengths: &[f32],
     max_extent: f32,
-) -> (Mesh, Layout) {
-    let mut laid = vrml97_layout(strings, style, lengths, max_extent);
-    let mut glyphs = Glyphs::new(style.face, style.complexity);
-    let last = laid.glyphs.last().map_or(0.0, |g| g.origin.y);
-    let lowest = laid.glyphs.iter().filter(|g| g.origin.y == last);
-    laid.bottom = lowest.fold(last, |bottom, glyph| {
-        let ink = glyphs.get(glyph.character).points.iter();
-        let depth = ink.map(|p| p.y).fold(0.0, f32::min);
-        bottom.min(last + COIN_FONT_SIZE * depth)
-    });
-    (flat(&laid, style.face, style.size, style.complexity), laid)
+    as_coin: bool,
+) -> Mesh {
+    let laid = if as_coin {
+        coin97::layout(strings, style, lengths, max_extent)
+    } else {
+        vrml97_layout(strings, style, lengths, max_extent)
+    };
+    flat(&laid, style.face, style.size, style.complexity)
 }
