@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::Debug;
 use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use super::document::Document;
 use super::value::{NodeId, Value};
@@ -34,6 +35,8 @@ impl Loader for Nowhere {
 pub struct Folder {
     allowed: Vec<PathBuf>,
     bytes: usize,
+    /// Where folders really are, as far as they were asked for.
+    real: Mutex<HashMap<PathBuf, Option<PathBuf>>>,
 }
 
 impl Folder {
@@ -47,12 +50,41 @@ impl Folder {
                 .filter_map(|p| p.canonicalize().ok())
                 .collect(),
             bytes,
+            real: Mutex::default(),
         }
     }
 
-    /// The file at a path, if it is there and below an allowed folder; `Err` if it is elsewhere.
-    fn permitted(&self, path: &Path) -> std::result::Result<Option<PathBuf>, ()> {
-        let Some(real) = path.canonicalize().ok().or_else(|| other_case(path)) else {
+    /// Where a folder really is; asked once.
+    fn real_folder(&self, folder: &Path) -> Option<PathBuf> {
+        let mut real = self.real.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = real.get(folder).cloned();
+        known.unwrap_or_else(|| {
+            let found = folder.canonicalize().ok();
+            real.insert(folder.to_path_buf(), found.clone());
+            found
+        })
+    }
+
+    /// Where a file below a folder really is. Without links on the way that is where its name
+    /// says, and the way to the folder need not be gone again.
+    fn real(&self, base: &Path, tail: &Path) -> Option<PathBuf> {
+        let mut path = self.real_folder(base)?;
+        for part in tail.components() {
+            let Component::Normal(part) = part else {
+                return base.join(tail).canonicalize().ok();
+            };
+            path.push(part);
+            if path.symlink_metadata().ok()?.is_symlink() {
+                return base.join(tail).canonicalize().ok();
+            }
+        }
+        Some(path)
+    }
+
+    /// The file below a folder, if it is there and below an allowed one; `Err` if it is elsewhere.
+    fn permitted(&self, base: &Path, tail: &Path) -> std::result::Result<Option<PathBuf>, ()> {
+        let real = self.real(base, tail);
+        let Some(real) = real.or_else(|| other_case(&base.join(tail))) else {
             return Ok(None);
         };
         if !real.is_file() {
@@ -111,7 +143,7 @@ impl Loader for Folder {
         let mut refused = is_absolute(&plain) && Path::new(&plain).is_file();
         for tail in tails(&plain) {
             for base in &bases {
-                match self.permitted(&base.join(&tail)) {
+                match self.permitted(base, &tail) {
                     Ok(Some(path)) => return self.read(from, &path),
                     Ok(None) => {}
                     Err(()) => refused = true,
@@ -133,7 +165,7 @@ impl Loader for Folder {
 
 impl Folder {
     fn read(&self, from: &str, path: &Path) -> Result<(String, Vec<u8>)> {
-        let name = shown(from, path);
+        let name = self.shown(from, path);
         let size = path
             .metadata()
             .map_err(|e| Diagnostic::io(&name, &e))?
@@ -147,21 +179,20 @@ impl Folder {
         let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(&name, &e))?;
         Ok((name, bytes))
     }
-}
 
-/// A path as the user would write it, where it is below the folder that `from` is in.
-fn shown(from: &str, path: &Path) -> String {
-    let base = folder_of(Path::new(from));
-    let short = base
-        .canonicalize()
-        .ok()
-        .and_then(|real| path.strip_prefix(real).ok().map(|p| base.join(p)));
-    let short = short.unwrap_or_else(|| path.to_path_buf());
-    short
-        .strip_prefix(".")
-        .unwrap_or(&short)
-        .display()
-        .to_string()
+    /// A path as the user would write it, where it is below the folder that `from` is in.
+    fn shown(&self, from: &str, path: &Path) -> String {
+        let base = folder_of(Path::new(from));
+        let short = self
+            .real_folder(&base)
+            .and_then(|real| path.strip_prefix(real).ok().map(|p| base.join(p)));
+        let short = short.unwrap_or_else(|| path.to_path_buf());
+        short
+            .strip_prefix(".")
+            .unwrap_or(&short)
+            .display()
+            .to_string()
+    }
 }
 
 /// The path itself, then its last parts: all but the first, and so on to the file's name alone.

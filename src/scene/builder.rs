@@ -646,12 +646,8 @@ impl<'a> Builder<'a> {
         lists
     }
 
+    /// Moves a corner into the scene.
     fn place(&self, corner: Corner) -> Placed {
-        self.place_beside(corner, None)
-    }
-
-    /// Moves a corner into the scene; neighbors of a flat face share the work on their normal.
-    fn place_beside(&self, corner: Corner, neighbor: Option<&Placed>) -> Placed {
         let mut placed = Placed {
             corner,
             position: corner.position,
@@ -667,10 +663,7 @@ impl<'a> Builder<'a> {
             .as_vec3();
         placed.sound = in_reach(placed.position);
         if self.uses_normals {
-            placed.normal = match neighbor {
-                Some(n) if n.sound && n.corner.normal == corner.normal => n.normal,
-                _ => turn(&self.normal_matrix, corner.normal),
-            };
+            placed.normal = turn(&self.normal_matrix, corner.normal);
         }
         placed
     }
@@ -725,27 +718,57 @@ impl<'a> Builder<'a> {
             self.scene.census.bad_corners += 1;
             return;
         }
-        let mut vertices: Vec<Placed> = Vec::with_capacity(mesh.positions.len());
-        for (v, &position) in mesh.positions.iter().enumerate() {
-            let corner = Corner {
-                position,
-                normal: mesh.normals[v],
-                material: mesh.colors.get(v).copied().unwrap_or(0),
-                coordinates: mesh.texcoords[v],
-                third: 0.0,
-            };
-            vertices.push(self.place_beside(corner, vertices.last()));
-        }
         self.expect(mesh.triangles.len());
         let by_part = by_part && mesh.colors.is_empty();
+        let mut points = Vec::with_capacity(mesh.positions.len());
+        let sound = self.move_points(mesh.positions.iter().copied(), &mut points);
+        if self.surveying || self.outlines() || !sound {
+            return self.mesh_one_by_one(mesh, by_part);
+        }
+        let mut normals = Vec::new();
+        if self.uses_normals {
+            self.turn_normals(mesh.normals.iter().copied(), &mut normals);
+        }
+        self.triangle_count += mesh.triangles.len() as u64;
+        let room = self.room(mesh.triangles.len());
+        let triangles = &mesh.triangles[..room];
+        let lists = self.lists();
+        let all = |list: &[Vec3], t: &[u32; 3]| t.map(|v| list[v as usize]);
+        lists
+            .triangles
+            .extend(triangles.iter().map(|t| all(&points, t)));
+        if let Some(list) = lists.normals {
+            list.extend(triangles.iter().map(|t| all(&normals, t)));
+        }
+        if let Some(list) = lists.materials {
+            list.extend((0..room).map(|i| mesh.materials(i, by_part)));
+        }
+        if let Some(list) = lists.coordinates {
+            list.extend(
+                triangles
+                    .iter()
+                    .map(|t| t.map(|v| mesh.texcoords[v as usize])),
+            );
+        }
+        if let Some(list) = lists.thirds {
+            list.extend(triangles.iter().map(|_| [0.0; 3]));
+        }
+    }
+
+    fn mesh_one_by_one(&mut self, mesh: &Mesh, by_part: bool) {
         for (i, triangle) in mesh.triangles.iter().enumerate() {
-            let mut corners = triangle.map(|v| vertices[v as usize]);
-            if by_part {
-                let part = mesh.parts.get(i).map_or(0, |&p| u32::from(p));
-                corners.iter_mut().for_each(|c| c.corner.material = part);
-            }
-            let [a, b, c] = &corners;
-            self.triangle_of([a, b, c]);
+            let materials = mesh.materials(i, by_part);
+            let corner = |k: usize| {
+                let v = triangle[k] as usize;
+                Corner {
+                    position: mesh.positions[v],
+                    normal: mesh.normals[v],
+                    material: materials[k],
+                    coordinates: mesh.texcoords[v],
+                    third: 0.0,
+                }
+            };
+            self.triangle([0, 1, 2].map(corner));
         }
     }
 
@@ -906,10 +929,15 @@ impl<'a> Builder<'a> {
         let view = self.scene.view;
         let mut stroke = Stroke::new([a, b], width, &view)
             .with_pattern(self.drawing.line_pattern, self.pattern_at);
-        self.pattern_at = stroke.pattern_end(&view);
+        if stroke.has_gaps() {
+            self.pattern_at = stroke.pattern_end(&view);
+        }
         stroke.face = self.face_normal;
         stroke.materials = ends.map(|e| e.material);
-        stroke.normals = ends.map(|e| turn(&self.normal_matrix, e.normal));
+        stroke.normals = ends.map(|e| match e.normal {
+            Vec3::ZERO => Vec3::ZERO,
+            normal => turn(&self.normal_matrix, normal),
+        });
         stroke.coordinates = ends.map(|e| e.coordinates);
         if self.drawing.style == DrawStyle::Filled
             && let Some(surface) = self.scene.surfaces.last_mut()

@@ -25,6 +25,14 @@ impl Mesh {
         index
     }
 
+    /// The materials of a triangle's corners: its part's, or those that the vertices have.
+    pub fn materials(&self, triangle: usize, by_part: bool) -> [u32; 3] {
+        if by_part {
+            return [self.parts.get(triangle).map_or(0, |&p| u32::from(p)); 3];
+        }
+        self.triangles[triangle].map(|v| self.colors.get(v as usize).copied().unwrap_or(0))
+    }
+
     /// The smallest and largest corner; `None` for no vertices.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let first = *self.positions.first()?;

@@ -55,22 +55,10 @@ pub struct Faces {
 const CROWD: usize = 4096;
 
 impl Faces {
-    /// The normal at each corner.
-    pub fn smooth_corners(&self, crease_angle: f32) -> Vec<Vec3> {
-        self.smooth(&self.corners, crease_angle)
-    }
-
-    /// The normal at a vertex as seen from a face, for each of the asked pairs.
-    pub fn smooth(&self, asked: &[(u32, u32)], crease_angle: f32) -> Vec<Vec3> {
-        let threshold = libm::cosf(crease_angle.clamp(0.0, std::f32::consts::PI));
-        let count = self
-            .corners
-            .iter()
-            .chain(asked)
-            .map(|c| c.0 as usize + 1)
-            .max()
-            .unwrap_or(0);
-        // Faces at each vertex, one list behind the other.
+    /// The faces at each vertex, whose normals are to be made smooth.
+    pub fn around(&self, crease_angle: f32) -> Around<'_> {
+        let count = self.corners.iter().map(|c| c.0 as usize + 1).max();
+        let count = count.unwrap_or(0);
         let mut starts = vec![0u32; count + 1];
         for (vertex, _) in &self.corners {
             starts[*vertex as usize + 1] += 1;
@@ -85,22 +73,43 @@ impl Faces {
             at_vertex[*slot as usize] = *face;
             *slot += 1;
         }
-        asked
-            .iter()
-            .map(|&(vertex, face)| {
-                let own = self.normals[face as usize];
-                let range = starts[vertex as usize] as usize..starts[vertex as usize + 1] as usize;
-                let around = &at_vertex[range];
-                let mut sum = own;
-                for &other in around.iter().take(CROWD).filter(|&&other| other != face) {
-                    let normal = self.normals[other as usize];
-                    if normal.dot(own) > threshold {
-                        sum += normal;
-                    }
-                }
-                unit(sum)
-            })
-            .collect()
+        Around {
+            normals: &self.normals,
+            starts,
+            at_vertex,
+            threshold: libm::cosf(crease_angle.clamp(0.0, std::f32::consts::PI)),
+        }
+    }
+}
+
+/// The faces around vertices.
+pub struct Around<'f> {
+    normals: &'f [Vec3],
+    /// Where the faces of each vertex begin: one list behind the other.
+    starts: Vec<u32>,
+    at_vertex: Vec<u32>,
+    /// Cosine of the crease angle.
+    threshold: f32,
+}
+
+impl Around<'_> {
+    /// The normal at a vertex as seen from a face.
+    pub fn normal(&self, vertex: u32, face: u32) -> Vec3 {
+        let own = self.normals[face as usize];
+        let start = |v: usize| {
+            self.starts
+                .get(v)
+                .map_or(self.at_vertex.len(), |&s| s as usize)
+        };
+        let around = &self.at_vertex[start(vertex as usize)..start(vertex as usize + 1)];
+        let mut sum = own;
+        for &other in around.iter().take(CROWD).filter(|&&other| other != face) {
+            let normal = self.normals[other as usize];
+            if normal.dot(own) > self.threshold {
+                sum += normal;
+            }
+        }
+        unit(sum)
     }
 }
 
@@ -126,10 +135,10 @@ mod tests {
             normals: vec![Vec3::X, Vec3::Y],
             corners: vec![(0, 0), (0, 1)],
         };
-        let sharp = faces.smooth(&[(0, 0)], 1.5);
-        let smooth = faces.smooth(&[(0, 0)], 1.6);
-        assert_eq!(sharp[0], Vec3::X);
-        assert!((smooth[0] - Vec3::new(1.0, 1.0, 0.0).normalize()).length() < 1e-6);
+        let sharp = faces.around(1.5).normal(0, 0);
+        let smooth = faces.around(1.6).normal(0, 0);
+        assert_eq!(sharp, Vec3::X);
+        assert!((smooth - Vec3::new(1.0, 1.0, 0.0).normalize()).length() < 1e-6);
     }
 
     #[test]

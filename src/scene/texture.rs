@@ -1,6 +1,7 @@
 //! Textures: decoded once, read with bilinear filtering.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use glam::{Vec2, Vec3, Vec4};
 
@@ -40,8 +41,8 @@ pub struct Texture {
     pub height: usize,
     /// Red, green, blue, alpha.
     texels: Vec<[u8; 4]>,
-    /// Smaller and smaller versions, each half as wide and high.
-    smaller: Vec<Texture>,
+    /// Smaller and smaller versions, each half as wide and high: made when one is first read.
+    smaller: OnceLock<Vec<Texture>>,
     /// A `Texture3`'s pictures behind this one.
     deeper: Vec<Texture>,
     /// 1 gray, 2 gray and alpha, 3 color, 4 color and alpha.
@@ -119,17 +120,21 @@ impl Texture {
             Filter::Rough => (Filter::Nearest, std::f32::consts::SQRT_2),
             _ => (filter, f32::INFINITY),
         };
-        if !(texels > from) || self.smaller.is_empty() {
+        if !(texels > from) {
             return self.sample(at, filter, repeat_s, repeat_t);
         }
-        let level = libm::log2f(texels).min(self.smaller.len() as f32);
+        let smaller = self.smaller();
+        if smaller.is_empty() {
+            return self.sample(at, filter, repeat_s, repeat_t);
+        }
+        let level = libm::log2f(texels).min(smaller.len() as f32);
         let below = level.floor();
         let version = |i: usize| match i {
             0 => self,
-            _ => &self.smaller[i - 1],
+            _ => &smaller[i - 1],
         };
         let fine = version(below as usize).sample(at, each, repeat_s, repeat_t);
-        let next = (below as usize + 1).min(self.smaller.len());
+        let next = (below as usize + 1).min(smaller.len());
         fine.lerp(
             version(next).sample(at, each, repeat_s, repeat_t),
             level - below,
@@ -147,45 +152,46 @@ impl Texture {
             width,
             height,
             texels,
-            smaller: Vec::new(),
+            smaller: OnceLock::new(),
             ..self
         }
-        .with_smaller()
     }
 
-    fn with_smaller(mut self) -> Self {
-        loop {
-            let last = self.smaller.last().unwrap_or(&self);
-            if last.width <= 1 && last.height <= 1 {
-                return self;
+    fn smaller(&self) -> &[Self] {
+        self.smaller.get_or_init(|| {
+            let mut smaller: Vec<Self> = Vec::new();
+            loop {
+                let last = smaller.last().unwrap_or(self);
+                if last.width <= 1 && last.height <= 1 || last.texels.is_empty() {
+                    return smaller;
+                }
+                let next = last.halved();
+                smaller.push(next);
             }
-            let next = last.halved();
-            self.smaller.push(next);
-        }
+        })
     }
 
     fn halved(&self) -> Self {
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
         let mut texels = Vec::with_capacity(width * height);
+        let row = |y: usize| {
+            let y = y.min(self.height - 1);
+            &self.texels[y * self.width..(y + 1) * self.width]
+        };
         for y in 0..height {
-            for x in 0..width {
-                let (x1, y1) = (
-                    (2 * x + 1).min(self.width - 1),
-                    (2 * y + 1).min(self.height - 1),
-                );
-                let four = [(2 * x, 2 * y), (x1, 2 * y), (2 * x, y1), (x1, y1)]
-                    .map(|(x, y)| self.texels[y * self.width + x]);
-                texels.push(std::array::from_fn(|c| {
-                    let sum: u32 = four.iter().map(|t| u32::from(t[c])).sum();
-                    ((sum + 2) / 4) as u8
-                }));
-            }
+            let pairs = row(2 * y).chunks(2).zip(row(2 * y + 1).chunks(2));
+            texels.extend(pairs.map(|(low, high)| {
+                // The last of an odd row stands for two.
+                let (c, d) = (low[low.len() - 1], high[high.len() - 1]);
+                let sum = |i: usize| [low[0], high[0], c, d].map(|t| u32::from(t[i]));
+                std::array::from_fn(|i| ((sum(i).iter().sum::<u32>() + 2) / 4) as u8)
+            }));
         }
         Self {
             width,
             height,
             texels,
-            smaller: Vec::new(),
+            smaller: OnceLock::new(),
             deeper: Vec::new(),
             components: self.components,
         }
@@ -351,11 +357,10 @@ fn from_raster(raster: &Raster) -> Texture {
         width,
         height,
         texels,
-        smaller: Vec::new(),
+        smaller: OnceLock::new(),
         deeper: Vec::new(),
         components: raster.channels,
     }
-    .with_smaller()
 }
 
 fn from_image(image: &Image) -> Option<Texture> {
@@ -376,15 +381,14 @@ fn from_image(image: &Image) -> Option<Texture> {
             _ => [c[0], c[1], c[2], c[3]],
         })
         .collect();
-    let texture = Texture {
+    Some(Texture {
         width,
         height,
         texels,
-        smaller: Vec::new(),
+        smaller: OnceLock::new(),
         deeper: Vec::new(),
         components,
-    };
-    Some(texture.with_smaller())
+    })
 }
 
 #[cfg(test)]
@@ -396,7 +400,7 @@ mod tests {
             width: 2,
             height: 1,
             texels: vec![[0, 0, 0, 255], [255, 255, 255, 255]],
-            smaller: Vec::new(),
+            smaller: OnceLock::new(),
             deeper: Vec::new(),
             components: 3,
         }

@@ -130,10 +130,13 @@ fn normals<'a>(
         return Normals::Made(all.normals, By::Face);
     }
     all.corners = corners(faces, state, by_position);
-    let mut smoothed = all.smooth_corners(state.hints.crease_angle).into_iter();
+    let around = all.around(state.hints.crease_angle);
     let mut made = vec![Vec3::ZERO; faces.positions()];
-    for face in &faces.runs {
-        made[face.0.clone()].fill_with(|| smoothed.next().unwrap_or_default());
+    let mut corners = all.corners.iter();
+    for position in faces.runs.iter().flat_map(|face| face.0.clone()) {
+        if let Some(&(vertex, face)) = corners.next() {
+            made[position] = around.normal(vertex, face);
+        }
     }
     Normals::Made(made, By::Position)
 }

@@ -142,11 +142,9 @@ fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool
                 }
                 k += strip.len();
             }
-            let asked: Vec<(u32, u32)> =
-                owners.iter().zip(&ids).map(|(o, &id)| (id, o.1)).collect();
-            let smoothed = all.smooth(&asked, state.hints.crease_angle);
-            for (o, n) in owners.iter().zip(smoothed) {
-                made[o.0] = n;
+            let around = all.around(state.hints.crease_angle);
+            for (&(position, face, _), &id) in owners.iter().zip(&ids) {
+                made[position] = around.normal(id, face);
             }
         }
         Binding::PerFace | Binding::PerFaceIndexed => return Normals::Made(all.normals, By::Face),

@@ -102,6 +102,11 @@ impl Stroke {
         }
     }
 
+    /// Whether its pattern leaves anything out.
+    pub fn has_gaps(&self) -> bool {
+        self.pattern != 0xffff
+    }
+
     /// Where the pattern goes on behind this line: after whole pixels, as OpenGL counts them.
     pub fn pattern_end(&self, view: &View) -> f32 {
         self.start + self.pixels(view).ceil()
@@ -187,7 +192,7 @@ impl Stroke {
     }
 
     fn is_inked(&self, foot: Vec3, view: &View) -> bool {
-        self.pattern == 0xffff || {
+        !self.has_gaps() || {
             let pixel = (self.start + self.pixels_to(foot, view)) as u64;
             self.pattern >> (pixel % 16) & 1 == 1
         }
