@@ -17,7 +17,7 @@ use super::quadric::{Quadric, QuadricKind, exact_bounds};
 use super::screen::Screen;
 use super::shapes::cut::Scratch;
 use super::shapes::{self, Stroke, View};
-use super::surface::{Mapping, TextureUse};
+use super::surface::{CornerNormals, Mapping, TextureUse};
 use super::texture::{self, Filter, Texture};
 use super::{Census, CompileOptions, Light, Needs, RenderScene, Surface, survey};
 use crate::diag::{Diagnostic, Result};
@@ -29,7 +29,7 @@ use crate::graph::state::{
     Diffuse, DrawStyle, Drawing, EnvironmentElement, FogKind, LightElement, State,
     TextureCoordinates,
 };
-use crate::iv::{Document, NodeId, NodeRef};
+use crate::iv::{Document, NodeId, NodeRef, Value};
 use crate::pose::{CameraPose, Projection};
 
 /// A triangle's corner in the shape's own space.
@@ -57,7 +57,7 @@ struct Placed {
 /// What the triangles of the current shape are kept in; `None` for what the picture does not need.
 pub struct Lists<'b> {
     pub triangles: &'b mut Vec<[Vec3; 3]>,
-    pub normals: Option<&'b mut Vec<[Vec3; 3]>>,
+    pub normals: Option<&'b mut CornerNormals>,
     pub materials: Option<&'b mut Vec<[u32; 3]>>,
     pub coordinates: Option<&'b mut Vec<[Vec2; 3]>>,
     pub thirds: Option<&'b mut Vec<[f32; 3]>>,
@@ -156,6 +156,21 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Makes room for as many triangles as the document's lists can give, used once: memory that
+    /// is not written to costs nothing, and lists that grow are copied.
+    pub(super) fn expect_all(&mut self) {
+        let fields = self.document.nodes.iter().flat_map(|n| &n.fields);
+        let entries = fields.map(|f| match &f.value {
+            Value::Ints(list) => list.len(),
+            Value::Vec3s(list) => list.len(),
+            _ => 0,
+        });
+        let most = entries.sum::<usize>().min(MOST_EXPECTED);
+        let most = most.min(self.max_primitives);
+        self.scene.triangles.reserve(most);
+        self.owners[0].reserve(most);
+    }
+
     pub(super) fn surveyor(document: &'a Document, options: &CompileOptions) -> Self {
         Self {
             surveying: true,
@@ -239,7 +254,7 @@ impl<'a> Builder<'a> {
             return;
         };
         if self.uses_normals {
-            surface.normals.reserve_exact(triangles);
+            surface.normals.reserve(triangles);
         }
         if self.uses_materials {
             surface.materials.reserve_exact(triangles);
@@ -403,7 +418,7 @@ impl<'a> Builder<'a> {
                 .map(|(n, d)| (n.as_vec3(), (d - n.dot(self.origin)) as f32))
                 .collect(),
             first: self.scene.triangles.len() as u32,
-            normals: Vec::new(),
+            normals: CornerNormals::default(),
             materials: Vec::new(),
             coordinates: Vec::new(),
             thirds: Vec::new(),
@@ -614,6 +629,12 @@ impl<'a> Builder<'a> {
         turned.extend(normals.map(|n| turn(&matrix, n)));
     }
 
+    /// Keeps turned normals with the current shape, and gives the number of the first.
+    pub fn keep_normals(&mut self, turned: Vec<Vec3>) -> u32 {
+        let surface = self.scene.surfaces.last_mut();
+        surface.map_or(0, |surface| surface.normals.append(turned))
+    }
+
     /// How many of so many triangles more can be kept.
     pub fn room(&mut self, triangles: usize) -> usize {
         let kept = self.scene.triangles.len() + self.scene.quadrics.len();
@@ -738,7 +759,9 @@ impl<'a> Builder<'a> {
             .triangles
             .extend(triangles.iter().map(|t| all(&points, t)));
         if let Some(list) = lists.normals {
-            list.extend(triangles.iter().map(|t| all(&normals, t)));
+            let first = list.append(normals);
+            let numbers = triangles.iter().map(|t| t.map(|v| first + v));
+            list.corners().extend(numbers);
         }
         if let Some(list) = lists.materials {
             list.extend((0..room).map(|i| mesh.materials(i, by_part)));
@@ -1047,6 +1070,9 @@ fn layer(drawing: &Drawing) -> u8 {
 
 /// Points farther away than this are left out: the squares of distances are no `f32` any more.
 const FARTHEST: f32 = 1e18;
+
+/// Room for more triangles is made as they come.
+const MOST_EXPECTED: usize = 1 << 18;
 
 /// Pixels of a line's width that make a difference.
 const WIDEST: f32 = 1e5;

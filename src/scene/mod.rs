@@ -229,6 +229,7 @@ impl RenderScene {
             ..WalkOptions::default()
         };
         let mut builder = Builder::new(document, options);
+        builder.expect_all();
         graph::walk(document, &walk_options, &mut builder);
         let mut scene = builder.finish()?;
         scene.settle()?;
@@ -668,7 +669,7 @@ impl RenderScene {
                 .normalize_or_zero();
             OracleTriangle {
                 position: corners.map(|p| p.as_dvec3() + self.origin),
-                normal: surface.normals.get(local).copied().unwrap_or([flat; 3]),
+                normal: surface.normals.get(local).unwrap_or([flat; 3]),
                 diffuse: materials.map(|m| surface.diffuse_at(m)),
                 transparency: surface.transparency_at(materials[0]),
                 shape: surface.shape,

@@ -162,7 +162,7 @@ impl RenderScene {
             && let Some(normals) = self.surfaces[owner].normals.get(local)
         {
             for (to, normal) in into.normals.iter_mut().zip(normals) {
-                put(to, *normal);
+                put(to, normal);
             }
             into.smooth[lane] = 1.0;
         }

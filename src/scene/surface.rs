@@ -34,6 +34,59 @@ pub struct TextureUse {
     pub mapping: Mapping,
 }
 
+/// Normals of triangles' corners. Corners share them, so each triangle has the numbers of three:
+/// a third of the memory, which is what compiling a large scene waits for.
+#[derive(Clone, Debug, Default)]
+pub struct CornerNormals {
+    list: Vec<Vec3>,
+    corners: Vec<[u32; 3]>,
+}
+
+impl CornerNormals {
+    pub fn is_empty(&self) -> bool {
+        self.corners.is_empty()
+    }
+
+    /// The normals of a triangle; `None` where it has none of its own.
+    #[inline]
+    pub fn get(&self, triangle: usize) -> Option<[Vec3; 3]> {
+        let numbers = self.corners.get(triangle)?;
+        Some(numbers.map(|n| self.list[n as usize]))
+    }
+
+    pub(super) fn reserve(&mut self, triangles: usize) {
+        self.corners.reserve_exact(triangles);
+    }
+
+    /// Appends a triangle's.
+    pub(super) fn push(&mut self, normals: [Vec3; 3]) {
+        let numbers = normals.map(|normal| {
+            // Neighbors of a flat face are alike.
+            if self.list.last() != Some(&normal) {
+                self.list.push(normal);
+            }
+            self.list.len() as u32 - 1
+        });
+        self.corners.push(numbers);
+    }
+
+    /// Appends a list, and gives the number of its first.
+    pub(super) fn append(&mut self, list: Vec<Vec3>) -> u32 {
+        let first = self.list.len() as u32;
+        if first == 0 {
+            self.list = list;
+        } else {
+            self.list.extend_from_slice(&list);
+        }
+        first
+    }
+
+    /// Which entries the triangles so far have.
+    pub(super) fn corners(&mut self) -> &mut Vec<[u32; 3]> {
+        &mut self.corners
+    }
+}
+
 /// What all primitives of a shape share, and what they have each.
 #[derive(Clone, Debug)]
 pub struct Surface {
@@ -67,7 +120,7 @@ pub struct Surface {
     /// The first of the surface's triangles.
     pub first: u32,
     /// Normals of each triangle's corners; empty where every face is flat.
-    pub normals: Vec<[Vec3; 3]>,
+    pub normals: CornerNormals,
     /// Materials of each triangle's corners; empty where all are the first.
     pub materials: Vec<[u32; 3]>,
     pub coordinates: Vec<[Vec2; 3]>,
@@ -238,7 +291,7 @@ fn on_triangle(out: &mut Point<'_>, corners: &[Vec3; 3], index: usize, hit: &Hit
     let local = index - surface.first as usize;
     if let Some(normals) = surface.normals.get(local) {
         // A face without area or normal leaves zero: unlit, as in OpenGL.
-        out.normal = blend(*normals).normalize_or_zero();
+        out.normal = blend(normals).normalize_or_zero();
     } else if !surface.counterclockwise {
         out.normal = -out.normal;
     }

@@ -25,7 +25,6 @@ pub struct Cut {
 #[derive(Default)]
 pub struct Scratch {
     points: Vec<Vec3>,
-    normals: Vec<Vec3>,
     cuts: Vec<Cut>,
     /// Points that a triangle has, where only boxes are asked for.
     met: Vec<bool>,
@@ -44,6 +43,10 @@ pub struct Cutter<'a, 's, 'v, 'b> {
     out: &'b mut Builder<'a>,
     points: Points<'v>,
     normal_numbers: Numbers<'v>,
+    /// Where normal 0 would be among the surface's, and the last, which stands for those that
+    /// are missing.
+    first_normal: u32,
+    last_normal: u32,
     material_numbers: Numbers<'v>,
     texture_numbers: Numbers<'v>,
     scratch: Scratch,
@@ -181,11 +184,15 @@ impl<'a, 's, 'v, 'b> Cutter<'a, 's, 'v, 'b> {
             scratch.met.resize(scratch.points.len(), false);
         }
         let coord = vertices.coord_index;
-        let normal_numbers = if out.keeps_normals() {
-            normals(runs, vertices, out, &mut scratch.normals)
-        } else {
-            Numbers::Same
-        };
+        let mut normal_numbers = Numbers::Same;
+        let (mut first_normal, mut last_normal) = (0, 0);
+        if out.keeps_normals() {
+            let turned = normals(runs, vertices, out);
+            normal_numbers = turned.numbers;
+            last_normal = turned.last;
+            // Numbers begin at the lowest that is used.
+            first_normal = out.keep_normals(turned.list).wrapping_sub(turned.lowest);
+        }
         let indexed = vertices.state.texture_indexed && coord.is_some();
         let texture_binding = if indexed {
             Binding::PerVertexIndexed
@@ -202,6 +209,8 @@ impl<'a, 's, 'v, 'b> Cutter<'a, 's, 'v, 'b> {
             vertices,
             points,
             normal_numbers,
+            first_normal,
+            last_normal,
             material_numbers: if out.keeps_materials() {
                 Numbers::of(
                     vertices.material_binding,
@@ -320,10 +329,9 @@ impl<'a, 's, 'v, 'b> Cutter<'a, 's, 'v, 'b> {
             }
         }
         if let Some(normals) = lists.normals {
-            let all = &*self.scratch.normals;
-            let last = all.len() as u32 - 1;
-            let normal = |number: u32| all[number.min(last) as usize];
-            self.normal_numbers.each(cuts, normals, normal);
+            let (first, last) = (self.first_normal, self.last_normal);
+            let number = |number: u32| first.wrapping_add(number.min(last));
+            self.normal_numbers.each(cuts, normals.corners(), number);
         }
         if let Some(materials) = lists.materials {
             self.material_numbers.each(cuts, materials, |number| number);
@@ -402,14 +410,16 @@ fn points<'v>(
     }
 }
 
-/// Turns the normals that a shape uses into the scene.
-fn normals<'v>(
-    runs: &Runs<'_>,
-    vertices: &'v Vertices<'_, '_>,
-    out: &Builder<'_>,
-    turned: &mut Vec<Vec3>,
-) -> Numbers<'v> {
-    turned.clear();
+/// The normals that a shape uses, turned into the scene's.
+struct Turned<'v> {
+    list: Vec<Vec3>,
+    numbers: Numbers<'v>,
+    /// The number of the first, and the last that there is.
+    lowest: u32,
+    last: u32,
+}
+
+fn normals<'v>(runs: &Runs<'_>, vertices: &'v Vertices<'_, '_>, out: &Builder<'_>) -> Turned<'v> {
     let (list, numbers): (&[Vec3], _) = match &vertices.normals {
         Normals::None => (&[Vec3::Z], Numbers::Same),
         Normals::Zero => (&[Vec3::ZERO], Numbers::Same),
@@ -424,35 +434,41 @@ fn normals<'v>(
         }
         Normals::Given(list) => {
             let (binding, coord) = (vertices.normal_binding, vertices.coord_index);
-            (
-                list,
-                Numbers::of(binding, vertices.normal_index, coord, runs),
-            )
+            let numbers = Numbers::of(binding, vertices.normal_index, coord, runs);
+            (list, numbers)
         }
     };
-    let corners = runs.positions();
-    if list.len() <= FAR_MORE * corners {
-        out.turn_normals(list.iter().copied(), turned);
-        if turned.is_empty() {
-            out.turn_normals(std::iter::once(Vec3::Z), turned);
-        }
-        return numbers;
-    }
-    let last = list.len() as u32 - 1;
-    let at = |number: u32| list[number.min(last) as usize];
-    match numbers {
+    let list = if list.is_empty() { &[Vec3::Z] } else { list };
+    let (positions, last) = (runs.positions(), list.len() - 1);
+    let used = match numbers {
         Numbers::Listed(index) => {
-            out.turn_normals((0..corners as u32).map(|p| at(listed(index, p))), turned);
-            Numbers::Position
+            let all = runs.runs.iter().flat_map(|run| run.0.clone());
+            let all = all.map(|p| (listed(index, p as u32) as usize).min(last));
+            let (lowest, highest) = all.fold((last, 0), |(l, h), n| (l.min(n), h.max(n)));
+            lowest.min(highest)..highest + 1
         }
+        Numbers::FaceListed(_) | Numbers::PartListed(_) => 0..last + 1,
         // No others reach beyond the number of corners.
-        Numbers::FaceListed(_) | Numbers::PartListed(_) => {
-            out.turn_normals(list.iter().copied(), turned);
-            numbers
-        }
-        _ => {
-            out.turn_normals(list[..corners.max(1)].iter().copied(), turned);
-            numbers
-        }
+        _ => 0..(last + 1).min(positions.max(1)),
+    };
+    let mut turned = Vec::new();
+    if let Numbers::Listed(index) = numbers
+        && used.len() > FAR_MORE * positions
+    {
+        let at = |p: u32| list[(listed(index, p) as usize).min(last)];
+        out.turn_normals((0..positions as u32).map(at), &mut turned);
+        return Turned {
+            list: turned,
+            numbers: Numbers::Position,
+            lowest: 0,
+            last: u32::MAX,
+        };
+    }
+    out.turn_normals(list[used.clone()].iter().copied(), &mut turned);
+    Turned {
+        list: turned,
+        numbers,
+        lowest: used.start as u32,
+        last: last as u32,
     }
 }
