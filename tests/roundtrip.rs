@@ -273,6 +273,26 @@ fn protos_scripts_and_routes_are_written_as_they_were_read() {
 }
 
 #[test]
+fn a_script_in_a_proto_whose_field_has_no_value_is_written_without_stray_ones() {
+    let document = read(
+        "#VRML V2.0 utf8
+PROTO P [ field MFVec2f point [ ] ] { Group { children Script { field MFVec2f points IS gone eventOut SFBool b } } }
+P { }"
+            .into(),
+    );
+    let bytes = document.write(Format::Ascii);
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let words = words.join(" ");
+    assert!(words.contains("] { Group {"), "{text}");
+    assert!(
+        words.contains("Script { field MFVec2f points [ ] "),
+        "{text}"
+    );
+    assert!(read(bytes).sink.items().is_empty(), "{text}");
+}
+
+#[test]
 fn paths_declared_classes_and_engines_of_any_type_are_written_as_they_were_read() {
     let document = read(ODDITIES.into());
     for format in [Format::Ascii, Format::Binary] {

@@ -357,9 +357,7 @@ impl<'d> Ascii<'d> {
             }
             value => {
                 let (_, kind, names) = described(self.document, node.class, entry.index);
-                if !self.dry {
-                    self.plain(value, kind, names);
-                }
+                self.plain(value, kind, names);
             }
         }
     }
@@ -380,6 +378,9 @@ impl<'d> Ascii<'d> {
 
     /// A value that holds no nodes.
     fn plain(&mut self, value: &Value, kind: FieldType, names: &[(&str, i64)]) {
+        if self.dry {
+            return;
+        }
         let indent = self.indent.min(DEEPEST_INDENT);
         let out = &mut self.out;
         match value {
