@@ -273,6 +273,24 @@ fn protos_scripts_and_routes_are_written_as_they_were_read() {
 }
 
 #[test]
+fn protos_of_one_name_in_the_bodies_of_others_stay_there() {
+    let document = read(
+        "#VRML V2.0 utf8
+PROTO A [ field SFFloat r 1 ] { PROTO Part [ field SFFloat q 1 ] { Sphere { radius IS q } } Shape { geometry Part { q IS r } } }
+PROTO B [ ] { PROTO Part [ ] { Cone { } } Shape { geometry Part { } } }
+EXTERNPROTO NurbsSurface [ field SFInt32 uOrder ] [ \"urn:one\" ]
+EXTERNPROTO NurbsSurface [ field SFInt32 uOrder field SFInt32 vOrder ] [ \"urn:two\" ]
+A { r 2 } B { }
+DEF s Script { directOutput TRUE eventIn SFTime now field SFFloat k 3 url \"javascript:\" eventOut SFBool on field SFBool b TRUE }"
+            .into(),
+    );
+    assert!(document.sink.items().is_empty());
+    let again = read(document.write(Format::Ascii));
+    assert_eq!(document.difference(&again), None);
+    assert!(again.sink.items().is_empty());
+}
+
+#[test]
 fn a_script_in_a_proto_whose_field_has_no_value_is_written_without_stray_ones() {
     let document = read(
         "#VRML V2.0 utf8

@@ -77,6 +77,8 @@ pub struct Proto {
     pub urls: Vec<String>,
     /// Is defined in another file, which `urls` names.
     pub external: bool,
+    /// The proto in whose body it is declared, in [`Document::protos`]; only there is it known.
+    pub within: Option<usize>,
 }
 
 /// An event of an instance, and the node of the body that has it.

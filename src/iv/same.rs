@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::document::{ClassRef, Document, FieldEntry, Route};
+use super::proto::Proto;
 use super::value::{NodeId, Value};
 
 impl Document {
@@ -21,6 +22,18 @@ impl Document {
     }
 }
 
+impl Document {
+    /// Of the protos of a name that the document defines, the one with so many before it.
+    fn proto_called(&self, name: &str, rank: usize) -> Option<&Proto> {
+        let named = |p: &&Proto| !p.external && self.proto_name(p) == name;
+        self.protos.iter().filter(named).nth(rank)
+    }
+
+    fn proto_name(&self, proto: &Proto) -> &str {
+        &self.extensions[proto.extension as usize].name
+    }
+}
+
 struct Comparison<'d> {
     a: &'d Document,
     b: &'d Document,
@@ -35,38 +48,54 @@ impl Comparison<'_> {
         self.lists(&self.a.roots, &self.b.roots, "roots")?;
         self.drain()?;
         self.routes(&self.a.stated_routes, &self.b.stated_routes)?;
+        let mut ranks = HashMap::new();
         for proto in &self.a.protos {
-            let a = &self.a.extensions[proto.extension as usize];
-            if self.a.nodes[proto.defaults.0 as usize].source != 0 && !proto.external {
-                continue;
-            }
-            let named =
-                |p: &&super::proto::Proto| self.b.extensions[p.extension as usize].name == a.name;
-            let Some(other) = self.b.protos.iter().find(named) else {
-                return Err(format!("no proto `{}`", a.name));
-            };
-            if proto.interface != other.interface || proto.external != other.external {
-                return Err(format!("the interface of `{}`", a.name));
-            }
             if proto.external {
-                continue;
-            }
-            // Names do not cross a proto's border: a node used on both sides is written twice.
-            let outside = std::mem::take(&mut self.pairs);
-            self.pair(proto.defaults, other.defaults)?;
-            self.lists(&proto.body, &other.body, "a proto's body")?;
-            self.drain()?;
-            self.routes(&proto.routes, &other.routes)?;
-            self.pairs = outside;
-            if proto.links.len() != other.links.len() {
-                return Err(format!(
-                    "{} links, not {}",
-                    other.links.len(),
-                    proto.links.len()
-                ));
+                self.declared(proto)?;
+            } else if self.a.nodes[proto.defaults.0 as usize].source == 0 {
+                let rank = ranks.entry(self.a.proto_name(proto)).or_insert(0);
+                self.defined(proto, *rank)?;
+                *rank += 1;
             }
         }
         Ok(())
+    }
+
+    /// An `EXTERNPROTO`; the same one again is written once.
+    fn declared(&self, proto: &Proto) -> Same {
+        if self.b.protos.iter().any(|o| self.declares(proto, o)) {
+            return Ok(());
+        }
+        let name = self.a.proto_name(proto);
+        Err(format!("no `EXTERNPROTO` like that of `{name}`"))
+    }
+
+    fn defined(&mut self, proto: &Proto, rank: usize) -> Same {
+        let name = self.a.proto_name(proto);
+        let Some(other) = self.b.proto_called(name, rank) else {
+            return Err(format!("no proto `{name}`"));
+        };
+        if proto.interface != other.interface {
+            return Err(format!("the interface of `{name}`"));
+        }
+        // Names do not cross a proto's border: a node used on both sides is written twice.
+        let outside = std::mem::take(&mut self.pairs);
+        self.pair(proto.defaults, other.defaults)?;
+        self.lists(&proto.body, &other.body, "a proto's body")?;
+        self.drain()?;
+        self.routes(&proto.routes, &other.routes)?;
+        self.pairs = outside;
+        let (links, found) = (proto.links.len(), other.links.len());
+        if links != found {
+            return Err(format!("{found} links, not {links}"));
+        }
+        Ok(())
+    }
+
+    /// Whether two `EXTERNPROTO`s say the same.
+    fn declares(&self, x: &Proto, y: &Proto) -> bool {
+        let names = self.a.proto_name(x) == self.b.proto_name(y);
+        names && x.external == y.external && x.interface == y.interface && x.urls == y.urls
     }
 
     fn drain(&mut self) -> Same {

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::{Level, Reader};
 use crate::diag::{Diagnostic, Result, Span};
 use crate::grammar::{FieldType, class};
+use crate::iv::assemble::Slot;
 use crate::iv::document::{ClassRef, Extension, Route};
 use crate::iv::field::{self, skip, word};
 use crate::iv::proto::{self, Access, Interface, Link, Proto, proto_of};
@@ -64,10 +65,21 @@ impl<'s> Reader<'_, '_, 's> {
         self.asm.document.extensions[index as usize]
             .interface
             .push(interface.clone());
+        self.set_empty(node, &interface);
         if word(skip(self.rest)).is_ok_and(|(_, w)| w == b"IS") {
             return self.is_link(node, &interface.name);
         }
         self.interface_value(node, &interface)
+    }
+
+    /// A field that a node declares has a value, also where none can be read.
+    fn set_empty(&mut self, node: NodeId, interface: &Interface) {
+        if interface.access.has_value()
+            && let Some(Slot::Field { index, kind }) = self.asm.slot(node, &interface.name)
+        {
+            let span = self.here();
+            self.asm.set(node, index, Value::empty(kind), span);
+        }
     }
 
     /// Adds a field of an interface to its class's fields.
@@ -123,11 +135,9 @@ impl<'s> Reader<'_, '_, 's> {
         };
         self.rest = rest;
         let interface = field::text(interface);
-        let proto = self.stack.iter().rev().find_map(|level| match level {
-            Level::Proto { proto, .. } => Some(*proto),
-            _ => None,
-        });
-        let Some(proto) = proto else { return Ok(()) };
+        let Some(proto) = self.proto_around() else {
+            return Ok(());
+        };
         let proto = &mut self.asm.document.protos[proto];
         if !proto.interface.iter().any(|i| *i.name == *interface) {
             let names: Vec<&str> = proto.interface.iter().map(|i| &*i.name).collect();
@@ -148,6 +158,14 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
+    /// The proto whose body is being read.
+    fn proto_around(&self) -> Option<usize> {
+        self.stack.iter().rev().find_map(|level| match level {
+            Level::Proto { proto, .. } => Some(*proto),
+            _ => None,
+        })
+    }
+
     /// `PROTO Name [`, the keyword having been read.
     pub(super) fn proto(&mut self, external: bool) -> Result<()> {
         let Ok((rest, name)) = word(self.rest) else {
@@ -160,6 +178,7 @@ impl<'s> Reader<'_, '_, 's> {
             self.warn(span, format!("expected `[` after `PROTO {name}`"));
             return Ok(());
         }
+        let within = self.proto_around();
         let document = &mut *self.asm.document;
         let first = document.nodes.len() as u32;
         document.extensions.push(Extension {
@@ -180,6 +199,7 @@ impl<'s> Reader<'_, '_, 's> {
             routes: Vec::new(),
             urls: Vec::new(),
             external,
+            within,
         });
         let scope = Scope {
             names: HashMap::new(),
@@ -220,6 +240,7 @@ impl<'s> Reader<'_, '_, 's> {
         if external {
             return Ok(());
         }
+        self.set_empty(defaults, &interface);
         self.interface_value(defaults, &interface)
     }
 
@@ -342,6 +363,7 @@ impl<'s> Reader<'_, '_, 's> {
             extension,
             urls,
             external: true,
+            within: own.within,
             ..other
         };
         document.extensions[extension as usize].fields = fields;

@@ -48,6 +48,10 @@ struct Ascii<'d> {
     /// `IS` of the proto being written.
     links: HashMap<NodeId, Vec<(&'d str, &'d str)>>,
     proto_names: HashMap<u32, String>,
+    /// The protos to write, each after those that it needs.
+    order: Vec<usize>,
+    /// The classes of protos that some node has.
+    instanced: HashSet<u32>,
 }
 
 impl<'d> Ascii<'d> {
@@ -63,6 +67,8 @@ impl<'d> Ascii<'d> {
             tokens: Tokens::default(),
             links: HashMap::new(),
             proto_names: HashMap::new(),
+            order: Vec::new(),
+            instanced: instanced(document),
         }
     }
 
@@ -72,9 +78,8 @@ impl<'d> Ascii<'d> {
         } else {
             "#Inventor V2.1 ascii\n\n"
         });
-        for proto in proto_order(self.document) {
-            self.proto(&self.document.protos[proto]);
-        }
+        self.order = proto_order(self.document);
+        self.protos_within(None);
         let roots = &self.document.roots;
         self.scope(roots, &self.document.stated_routes);
         self.out.into_bytes()
@@ -215,23 +220,37 @@ impl<'d> Ascii<'d> {
             }
             ClassRef::Known(_) => &[],
         };
-        let in_interface = |field: &FieldEntry| {
-            let name = described(document, node.class, field.index).0;
-            interface.iter().any(|i| *i.name == *name)
-        };
-        let order = field_order(document, id);
-        let fields = order
-            .into_iter()
-            .rev()
-            .filter(|&i| !in_interface(&node.fields[i]));
-        tasks.extend(fields.flat_map(|i| [Task::Line, Task::Field(id, i), Task::Indent(0)]));
-        tasks.extend(interface.iter().rev().map(|i| Task::Interface(id, i)));
+        self.body(id, interface, tasks);
         for (name, of) in self.links.get(&id).cloned().unwrap_or_default() {
             if !interface.iter().any(|i| *i.name == *name) {
                 self.start_line();
                 self.put(&format!("{name} IS {of}\n"));
             }
         }
+    }
+
+    /// Fields in their order, and with each that the node declares its place in the interface,
+    /// events before it included.
+    fn body(&mut self, id: NodeId, interface: &'d [Interface], tasks: &mut Vec<Task<'d>>) {
+        let document = self.document;
+        let node = &document.nodes[id.0 as usize];
+        let mut out = Vec::new();
+        let mut told = 0;
+        for i in field_order(document, id) {
+            let name = described(document, node.class, node.fields[i].index).0;
+            match interface.iter().position(|item| *item.name == *name) {
+                Some(place) => {
+                    let until = told.max(place + 1);
+                    let items = &interface[told..until];
+                    out.extend(items.iter().map(|item| Task::Interface(id, item)));
+                    told = until;
+                }
+                None => out.extend([Task::Indent(0), Task::Field(id, i), Task::Line]),
+            }
+        }
+        let rest = &interface[told..];
+        out.extend(rest.iter().map(|item| Task::Interface(id, item)));
+        tasks.extend(out.into_iter().rev());
     }
 
     /// The braces, as the file has them, of a node whose class nothing declares.
@@ -448,13 +467,62 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    fn proto(&mut self, proto: &'d Proto) {
-        let extension = &self.document.extensions[proto.extension as usize];
-        let taken = |n: &str| self.proto_names.values().any(|t| t == n);
-        let mut name = extension.name.to_string();
-        while taken(&name) {
+    /// The protos that are declared in the body of another, or in none.
+    fn protos_within(&mut self, within: Option<usize>) {
+        let document = self.document;
+        for place in self.order.clone() {
+            let proto = &document.protos[place];
+            let around = proto.within.filter(|p| self.order.contains(p));
+            if around == within && !self.is_declared(proto) {
+                self.proto(place, proto);
+            }
+        }
+    }
+
+    /// Whether this is an `EXTERNPROTO` once more, which then goes by the name of the first.
+    fn is_declared(&mut self, proto: &Proto) -> bool {
+        let named = |p: &Proto| &self.document.extensions[p.extension as usize].name;
+        let same = |p: &&Proto| {
+            p.external
+                && (named(p), &p.interface, &p.urls)
+                    == (named(proto), &proto.interface, &proto.urls)
+        };
+        let first = self.document.protos.iter().find(same);
+        let Some(first) = first.filter(|_| proto.external) else {
+            return false;
+        };
+        let name = self.proto_names.get(&first.extension).cloned();
+        let is_declared = name.is_some();
+        self.proto_names
+            .extend(name.map(|name| (proto.extension, name)));
+        is_declared
+    }
+
+    /// A name that means nothing else where the proto is declared: neither one declared beside
+    /// it nor one that the body around it has instances of. Those without instances may share it,
+    /// as an `EXTERNPROTO` in several forms of which a class known to us serves.
+    fn name_for(&self, proto: &Proto) -> String {
+        let protos = &self.document.protos;
+        let beside = protos.iter().filter(|p| p.within == proto.within);
+        let around = proto.within.map(|p| instances_in(self.document, p));
+        let used = around.iter().flatten().map(|&p| &protos[p]);
+        let served = |p: &Proto| !self.instanced.contains(&p.extension);
+        let written = |p: &Proto| match self.proto_names.get(&p.extension) {
+            Some(_) if served(p) && served(proto) => None,
+            name => name,
+        };
+        let taken: Vec<&String> = beside.chain(used).filter_map(written).collect();
+        let mut name = self.document.extensions[proto.extension as usize]
+            .name
+            .to_string();
+        while taken.contains(&&name) {
             name.push('_');
         }
+        name
+    }
+
+    fn proto(&mut self, place: usize, proto: &'d Proto) {
+        let name = self.name_for(proto);
         self.proto_names.insert(proto.extension, name.clone());
         let keyword = if proto.external {
             "EXTERNPROTO"
@@ -484,6 +552,7 @@ impl<'d> Ascii<'d> {
             return;
         }
         self.out.push_str("] {\n");
+        self.protos_within(Some(place));
         for link in &proto.links {
             self.links
                 .entry(link.node)
@@ -520,6 +589,19 @@ fn proto_order(document: &Document) -> Vec<usize> {
         }
     }
     order
+}
+
+/// The classes of protos that nodes have, those that hold a proto's defaults left out.
+fn instanced(document: &Document) -> HashSet<u32> {
+    let defaults: HashSet<NodeId> = document.protos.iter().map(|p| p.defaults).collect();
+    let ids = (0..document.nodes.len()).map(|i| NodeId(i as u32));
+    let nodes = ids.filter(|id| !defaults.contains(id));
+    nodes
+        .filter_map(|id| match document.nodes[id.0 as usize].class {
+            ClassRef::Extension(i) if document.proto_of_extension(i).is_some() => Some(i),
+            _ => None,
+        })
+        .collect()
 }
 
 /// The protos of which a proto's body and defaults have instances.
