@@ -71,16 +71,17 @@ impl Shots {
     }
 
     fn push(&mut self, sample: usize, ray: &CameraRay) {
+        let at = self.len();
         let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
-        self.put(o.to_array(), d.to_array());
+        self.put(at, o.to_array(), d.to_array());
         self.samples.push(sample as u32);
         self.weights.push(ray.weight);
         self.lines.push(0);
     }
 
     #[inline(always)]
-    fn put(&mut self, origin: [f32; 3], direction: [f32; 3]) {
-        let (bundle, lane) = (self.len() / BUNDLE, self.len() % BUNDLE);
+    fn put(&mut self, at: usize, origin: [f32; 3], direction: [f32; 3]) {
+        let (bundle, lane) = (at / BUNDLE, at % BUNDLE);
         if bundle == self.bundles.len() {
             self.bundles.push(RayLanes::default());
         }
@@ -94,13 +95,17 @@ impl Shots {
 
     /// Takes the rays of some lanes, of a wavelength.
     fn take(&mut self, out: &Outside, lanes: u32, line: u32, sample: impl Fn(usize) -> usize) {
-        for lane in bits(lanes) {
+        let first = self.len();
+        for (i, lane) in bits(lanes).enumerate() {
             let of = |v: &[[f32; LANES]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
-            self.put(of(&out.origin), of(&out.direction));
-            self.samples.push(sample(lane) as u32);
-            self.weights.push(out.weight[lane]);
-            self.lines.push(line);
+            self.put(first + i, of(&out.origin), of(&out.direction));
         }
+        let count = first + lanes.count_ones() as usize;
+        self.samples
+            .extend(bits(lanes).map(|lane| sample(lane) as u32));
+        self.weights
+            .extend(bits(lanes).map(|lane| out.weight[lane]));
+        self.lines.resize(count, line);
     }
 }
 

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use crate::camera::{Camera, Shots};
 use crate::film::{Exposed, Film, Resolution, Twin};
 use crate::lens::Bundle;
+use crate::math::lanes::{Lanewise, widely};
 use crate::sampling::{FilterTable, PixelSampler, Sampler, Samples, mix};
 use crate::scene::{BUNDLE, Sides};
 use crate::shade::{Shader, Work};
@@ -401,14 +402,25 @@ impl Render<'_> {
     }
 }
 
-/// There is no film beyond its edges: a filter that reaches over looks back from there.
-fn inside(place: f64) -> f64 {
-    if place < 0.0 {
-        (-place).min(1.0)
-    } else if place > 1.0 {
-        (2.0 - place).max(0.0)
-    } else {
-        place
+/// Takes places in pixels to the picture along one axis. There is no film beyond its edges: a
+/// filter that reaches over looks back from there.
+struct Place<'a> {
+    places: &'a mut [f64],
+    pixels: &'a [f64],
+    /// Of a pixel.
+    size: f64,
+}
+
+impl Lanewise for Place<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        for (place, pixel) in self.places.iter_mut().zip(self.pixels) {
+            let inside = ((pixel + *place) * self.size).abs();
+            let inside = if inside > 1.0 { 2.0 - inside } else { inside };
+            *place = inside.clamp(0.0, 1.0);
+        }
     }
 }
 
@@ -519,9 +531,11 @@ impl<'a> Batch<'a> {
         for (axis, size) in size.into_iter().enumerate() {
             let places = &mut self.samples.film[axis];
             render.filter.spread(places, &mut self.weights);
-            for (place, pixel) in places.iter_mut().zip(&self.pixels[axis]) {
-                *place = inside((pixel + *place) * size);
-            }
+            widely(Place {
+                places,
+                pixels: &self.pixels[axis],
+                size,
+            });
         }
     }
 

@@ -27,7 +27,8 @@ pub struct Bundle {
     pub dy: Lane,
     pub dz: Lane,
     /// 0 for a ray that is on its way or through; else what became of it, see [`Bundle::loss`].
-    lost: [u64; LANES],
+    /// (As a number among numbers, which every width of vectors can compare.)
+    lost: Lane,
     /// Without apertures: the square of the largest share of a semi-diameter used so far, and
     /// the surface it is used at.
     fill: Lane,
@@ -56,13 +57,13 @@ const MISSED: u64 = 1;
 const BLOCKED: u64 = 2;
 const REFLECTED: u64 = 3;
 /// A lane that never held a ray.
-const EMPTY: u64 = u64::MAX;
+const EMPTY: f64 = -1.0;
 
 impl Bundle {
     /// Puts a ray, with a direction of unit length, into a lane.
     pub fn set(&mut self, lane: usize, ray: &LensRay) {
         self.put(lane, ray);
-        self.lost[lane] = 0;
+        self.lost[lane] = 0.0;
         self.fill[lane] = 0.0;
     }
 
@@ -78,7 +79,7 @@ impl Bundle {
     /// Takes the lanes' rays, with directions of unit length, to be on their way.
     #[inline(always)]
     pub fn start(&mut self) {
-        self.lost = [0; LANES];
+        self.lost = [0.0; LANES];
         self.fill = [0.0; LANES];
     }
 
@@ -90,7 +91,7 @@ impl Bundle {
     /// Keeps the largest fill of a lane that is on its way.
     #[inline(always)]
     fn note_fill(&mut self, lane: usize, fill: f64, number: u64) {
-        let more = (fill > self.fill[lane]) & (self.lost[lane] == 0);
+        let more = (fill > self.fill[lane]) & (self.lost[lane] == 0.0);
         self.fill[lane] = if more { fill } else { self.fill[lane] };
         self.limit[lane] = if more { number } else { self.limit[lane] };
     }
@@ -110,19 +111,21 @@ impl Bundle {
     /// The lanes that hold a ray that was not lost: bits.
     pub fn through(&self) -> u32 {
         let lanes = self.lost.iter().enumerate();
-        lanes.fold(0, |all, (lane, lost)| all | u32::from(*lost == 0) << lane)
+        lanes.fold(0, |all, (lane, lost)| all | u32::from(*lost == 0.0) << lane)
     }
 
     /// Whether the lane holds a ray that was not lost.
     pub fn passed(&self, lane: usize) -> bool {
-        self.lost[lane] == 0
+        self.lost[lane] == 0.0
     }
 
     /// Why the lane's ray was lost; none if it was not, or if the lane is empty.
     pub fn loss(&self, lane: usize) -> Option<Loss> {
-        let code = self.lost[lane];
+        if self.lost[lane] == EMPTY {
+            return None;
+        }
+        let code = self.lost[lane] as u64;
         let kind = match code & 3 {
-            _ if code == EMPTY => return None,
             MISSED => LossKind::Missed,
             BLOCKED => LossKind::Blocked,
             REFLECTED => LossKind::TotalReflection,
@@ -143,6 +146,17 @@ struct Step<'a> {
     shift: f64,
     bend: Bend,
     sign: f64,
+}
+
+impl Step<'_> {
+    /// What becomes of a ray that was on its way: see [`Bundle::loss`].
+    #[inline(always)]
+    fn outcome(&self, met: bool, clear: bool, bends: bool) -> f64 {
+        let of = |kind: u64| (self.number | kind) as f64;
+        let code = if bends { 0.0 } else { of(REFLECTED) };
+        let code = if clear { code } else { of(BLOCKED) };
+        if met { code } else { of(MISSED) }
+    }
 }
 
 impl Lens {
@@ -305,11 +319,7 @@ fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(step: &Step<'_>,
         if !STOPS {
             b.note_fill(i, r2 / clear, step.number);
         }
-        let mut code = if !STOPS | (r2 <= clear) {
-            0
-        } else {
-            step.number | BLOCKED
-        };
+        let mut bends = true;
         if KIND != NO_BEND {
             let k = fused::<FUSED>(mu_squared, discriminant, bend);
             let turn = if KIND == SLIGHT_BEND {
@@ -317,18 +327,14 @@ fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(step: &Step<'_>,
             } else {
                 sign * fused::<FUSED>(-mu, cos, k.sqrt())
             };
-            code = if (code == 0) & !(k >= 0.0) {
-                step.number | REFLECTED
-            } else {
-                code
-            };
+            bends = k >= 0.0;
             let across = -c * turn;
             b.dx[i] = fused::<FUSED>(mu, dx, across * px);
             b.dy[i] = fused::<FUSED>(mu, dy, across * py);
             b.dz[i] = fused::<FUSED>(mu, dz, turn * up);
         }
-        code = if met { code } else { step.number | MISSED };
-        b.lost[i] = if b.lost[i] == 0 { code } else { b.lost[i] };
+        let code = step.outcome(met, !STOPS | (r2 <= clear), bends);
+        b.lost[i] = if b.lost[i] == 0.0 { code } else { b.lost[i] };
         (b.x[i], b.y[i], b.z[i]) = (px, py, pz);
     }
 }
@@ -372,18 +378,8 @@ fn quadric<const STOPS: bool>(step: &Step<'_>, w: DVec3, b: &mut Bundle) {
         if !STOPS {
             b.note_fill(i, r2 / clear, step.number);
         }
-        let mut code = if !STOPS | (r2 <= clear) {
-            0
-        } else {
-            step.number | BLOCKED
-        };
-        code = if (code == 0) & !(k >= 0.0) & (bend != 0.0) {
-            step.number | REFLECTED
-        } else {
-            code
-        };
-        code = if met { code } else { step.number | MISSED };
-        b.lost[i] = if b.lost[i] == 0 { code } else { b.lost[i] };
+        let code = step.outcome(met, !STOPS | (r2 <= clear), (k >= 0.0) | (bend == 0.0));
+        b.lost[i] = if b.lost[i] == 0.0 { code } else { b.lost[i] };
         b.dx[i] = mu * dx + turn * nx;
         b.dy[i] = mu * dy + turn * ny;
         b.dz[i] = mu * dz + turn * nz;
@@ -470,7 +466,7 @@ fn asphere<const STOPS: bool, const FUSED: bool>(
     let (mut r2, mut sag, mut slope, mut inside) =
         ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
     // 1 while a lane goes on, 0 when it has stopped; a number, so that it stays in vectors.
-    let mut going: Lane = b.lost.map(|lost| if lost == 0 { 1.0 } else { 0.0 });
+    let mut going: Lane = b.lost.map(|lost| if lost == 0.0 { 1.0 } else { 0.0 });
     for _ in 0..60 {
         for i in 0..LANES {
             r2[i] = qx[i] * qx[i] + qy[i] * qy[i];
@@ -540,19 +536,8 @@ fn asphere<const STOPS: bool, const FUSED: bool>(
         if !STOPS {
             b.note_fill(i, r2 / clear, step.number);
         }
-        let mut code = if !STOPS | (r2 <= clear) {
-            0
-        } else {
-            step.number | BLOCKED
-        };
-        let reflected = (code == 0) & !(k >= 0.0) & (kind != NO_BEND);
-        code = if reflected {
-            step.number | REFLECTED
-        } else {
-            code
-        };
-        code = if met { code } else { step.number | MISSED };
-        b.lost[i] = if b.lost[i] == 0 { code } else { b.lost[i] };
+        let code = step.outcome(met, !STOPS | (r2 <= clear), (k >= 0.0) | (kind == NO_BEND));
+        b.lost[i] = if b.lost[i] == 0.0 { code } else { b.lost[i] };
         b.dx[i] = mu * b.dx[i] + turn * nx;
         b.dy[i] = mu * b.dy[i] + turn * ny;
         b.dz[i] = mu * b.dz[i] + turn * nz;
@@ -563,8 +548,8 @@ fn asphere<const STOPS: bool, const FUSED: bool>(
 /// A hole that is not round, ray by ray.
 fn iris(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
-        if b.lost[i] == 0 && !step.element.is_open_at(DVec3::new(b.x[i], b.y[i], b.z[i])) {
-            b.lost[i] = step.number | BLOCKED;
+        if b.lost[i] == 0.0 && !step.element.is_open_at(DVec3::new(b.x[i], b.y[i], b.z[i])) {
+            b.lost[i] = step.outcome(true, false, true);
         }
     }
 }
@@ -583,13 +568,13 @@ fn iris_fill(step: &Step<'_>, b: &mut Bundle) {
 #[inline(always)]
 fn one_by_one<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
-        if b.lost[i] != 0 {
+        if b.lost[i] != 0.0 {
             continue;
         }
         let mut ray = b.ray(i);
         ray.origin.z += step.shift;
         b.lost[i] = match step.element.meet(ray.origin, ray.direction, step.sign) {
-            None => step.number | MISSED,
+            None => step.outcome(false, true, true),
             Some(hit) => {
                 ray.origin = hit.point;
                 let r2 = hit.point.x * hit.point.x + hit.point.y * hit.point.y;
@@ -597,12 +582,12 @@ fn one_by_one<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
                     b.note_fill(i, r2 / step.element.clear, step.number);
                 }
                 match refract(ray.direction, &hit, step.bend, step.sign) {
-                    _ if STOPS && !(r2 <= step.element.clear) => step.number | BLOCKED,
-                    None => step.number | REFLECTED,
+                    _ if STOPS && !(r2 <= step.element.clear) => step.outcome(true, false, true),
+                    None => step.outcome(true, true, false),
                     Some(direction) => {
                         ray.direction = direction;
                         b.put(i, &ray);
-                        0
+                        0.0
                     }
                 }
             }

@@ -221,7 +221,7 @@ struct Spans {
     steepness: Vec<f64>,
     /// Parts of the radius a millimeter.
     cells_per_mm: f64,
-    /// A span at or before the first that each of [`CELLS`] equal parts of the radius meets.
+    /// The first span that each of [`CELLS`] equal parts of the radius meets.
     starts: Vec<u32>,
 }
 
@@ -265,18 +265,50 @@ impl Spans {
     /// The span of a film radius, and how far into it.
     #[inline(always)]
     fn at(&self, radius: f64) -> Option<(&Span, f64)> {
+        let i = self.number(radius)?;
+        let start = self.start(i);
+        Some((&self.spans[i], (radius - start) * self.steepness[i]))
+    }
+
+    /// The number of the span of a film radius.
+    #[inline(always)]
+    fn number(&self, radius: f64) -> Option<usize> {
         let reach = *self.ends.last()?;
         if !(radius <= reach) {
             return None;
         }
         let cell = (radius * self.cells_per_mm) as usize;
-        // Rounding may have put the radius into the next cell: one span back.
-        let mut i = (self.starts[cell.min(CELLS - 1)] as usize).saturating_sub(1);
+        let mut i = self.starts[cell.min(CELLS - 1)] as usize;
+        // Rounding may have put the radius into the next cell.
+        while i > 0 && radius <= self.ends[i - 1] {
+            i -= 1;
+        }
         while self.ends[i] < radius {
             i += 1;
         }
-        let start = if i > 0 { self.ends[i - 1] } else { 0.0 };
-        Some((&self.spans[i], (radius - start) * self.steepness[i]))
+        Some(i)
+    }
+
+    /// The span that all radii are in, as those of a pixel mostly are.
+    #[inline(always)]
+    fn all_in_one(&self, radii: &Lane) -> Option<usize> {
+        let number = self.number(radii[0])?;
+        let (start, end) = (self.start(number), self.ends[number]);
+        let mut inside = true;
+        for radius in radii {
+            inside &= (*radius >= start) & (*radius <= end);
+        }
+        inside.then_some(number)
+    }
+
+    /// The film radius where a span begins.
+    #[inline(always)]
+    fn start(&self, number: usize) -> f64 {
+        if number > 0 {
+            self.ends[number - 1]
+        } else {
+            0.0
+        }
     }
 }
 
@@ -300,12 +332,23 @@ impl Lanewise for SpanAims<'_> {
             radius[i] = (fx[i] * fx[i] + fy[i] * fy[i]).sqrt();
             out[i] = v[i].sqrt();
         }
-        // Every lane its own row of the table: one by one.
-        for i in 0..LANES {
-            area[i] = 0.0;
-            if let Some((span, t)) = self.spans.at(radius[i]) {
-                area[i] = span.area(t).max(0.0);
-                [x[i], y[i]] = span.point(t, u[i], out[i]).to_array();
+        if let Some(number) = self.spans.all_in_one(&radius) {
+            let (span, start) = (&self.spans.spans[number], self.spans.start(number));
+            let mut t = [0.0; LANES];
+            for i in 0..LANES {
+                t[i] = (radius[i] - start) * self.spans.steepness[number];
+                area[i] = span.area(t[i]).max(0.0);
+            }
+            for i in 0..LANES {
+                [x[i], y[i]] = span.point(t[i], u[i], out[i]).to_array();
+            }
+        } else {
+            for i in 0..LANES {
+                area[i] = 0.0;
+                if let Some((span, t)) = self.spans.at(radius[i]) {
+                    area[i] = span.area(t).max(0.0);
+                    [x[i], y[i]] = span.point(t, u[i], out[i]).to_array();
+                }
             }
         }
         for i in 0..LANES {

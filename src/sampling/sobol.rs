@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::math::lanes::{LANES, Lane, Lanewise, widely};
+use crate::math::lanes::{LANES, Lanewise, widely};
 
 /// Direction numbers of the first four dimensions (Joe and Kuo, 2008): degree and coefficients
 /// of the primitive polynomial, and the first numbers.
@@ -155,55 +155,110 @@ impl Waiting {
     }
 
     /// Adds the points' coordinates to `out`, and nothing waits any more.
-    pub fn draw(&mut self, mut out: [&mut Vec<f64>; 4]) {
-        for first in (0..self.places.len()).step_by(LANES) {
-            let count = (self.places.len() - first).min(LANES);
-            let of = |all: &[u32]| {
-                let mut lanes = [0; LANES];
-                lanes[..count].copy_from_slice(&all[first..first + count]);
-                lanes
-            };
-            let points = widely(Draw {
-                places: of(&self.places),
-                seeds: self.seeds.each_ref().map(|seeds| of(seeds)),
+    pub fn draw(&mut self, out: [&mut Vec<f64>; 4]) {
+        let count = self.places.len();
+        let [a, b, c, d] = out;
+        let filled = a.len();
+        for all in [&mut *a, b, c, d] {
+            all.resize(filled + count, 0.0);
+        }
+        for first in (0..count).step_by(LANES) {
+            let now = first..(first + LANES).min(count);
+            let seeds = [0, 1, 2, 3].map(|d| &self.seeds[d][now.clone()]);
+            let to = filled + now.start..filled + now.end;
+            widely(Draw {
+                places: &self.places[now],
+                seeds,
+                out: [
+                    &mut a[to.clone()],
+                    &mut b[to.clone()],
+                    &mut c[to.clone()],
+                    &mut d[to],
+                ],
             });
-            for (to, from) in out.iter_mut().zip(points) {
-                to.extend_from_slice(&from[..count]);
-            }
         }
         self.places.clear();
         self.seeds.iter_mut().for_each(Vec::clear);
     }
 }
 
-/// [`Sobol::point`] side by side.
-struct Draw {
-    places: [u32; LANES],
-    seeds: [[u32; LANES]; 4],
+/// What the places of a row that begins at a multiple of [`LANES`] add to its first point.
+static ROW: [[u32; LANES]; 4] = row();
+
+const fn row() -> [[u32; LANES]; 4] {
+    let mut row = [[0; LANES]; 4];
+    let mut dimension = 0;
+    while dimension < 4 {
+        let mut place = 0;
+        while place < LANES {
+            row[dimension][place] = TABLES[0][place][dimension];
+            place += 1;
+        }
+        dimension += 1;
+    }
+    row
 }
 
-impl Lanewise for Draw {
-    type Output = [Lane; 4];
+/// [`Sobol::point`] side by side, for at most [`LANES`].
+struct Draw<'a> {
+    places: &'a [u32],
+    seeds: [&'a [u32]; 4],
+    out: [&'a mut [f64]; 4],
+}
+
+impl Lanewise for Draw<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> [Lane; 4] {
-        let most = self.places.iter().fold(0, |all, place| all | place);
-        let mut points = [[0.0; LANES]; 4];
-        for d in 0..4 {
+    fn run<const FUSED: bool>(self) {
+        let places = whole(self.places);
+        let first = places[0];
+        let most = places.iter().fold(0, |all, place| all | place);
+        let mut astray = first % LANES as u32;
+        for (i, place) in places.iter().enumerate() {
+            astray |= place ^ (first | i as u32);
+        }
+        let bits = 32 - most.leading_zeros() as usize;
+        for (d, out) in self.out.into_iter().enumerate() {
+            let seeds = whole(self.seeds[d]);
             let mut x = [0u32; LANES];
-            let bits = 32 - most.leading_zeros() as usize;
-            for (bit, v) in BITS[d][..bits].iter().enumerate() {
-                for (x, place) in x.iter_mut().zip(&self.places) {
-                    *x ^= v & 0u32.wrapping_sub(place >> bit & 1);
+            if astray == 0 {
+                let before = before(d, first);
+                for (x, more) in x.iter_mut().zip(&ROW[d]) {
+                    *x = before ^ more;
+                }
+            } else {
+                for (bit, v) in BITS[d][..bits].iter().enumerate() {
+                    for (x, place) in x.iter_mut().zip(&places) {
+                        *x ^= v & 0u32.wrapping_sub(place >> bit & 1);
+                    }
                 }
             }
+            let mut points = [0.0; LANES];
             for i in 0..LANES {
-                let x = scramble(x[i], self.seeds[d][i]).reverse_bits();
-                points[d][i] = f64::from(x) * (1.0 / (1u64 << 32) as f64);
+                let x = scramble(x[i], seeds[i]).reverse_bits();
+                points[i] = f64::from(x) * (1.0 / (1u64 << 32) as f64);
             }
+            out.copy_from_slice(&points[..out.len()]);
         }
-        points
     }
+}
+
+/// The point of a place before it is scrambled, bits reversed.
+fn before(dimension: usize, place: u32) -> u32 {
+    let table = |byte: usize| TABLES[byte][(place >> (8 * byte)) as usize & 255][dimension];
+    table(0) ^ table(1) ^ table(2) ^ table(3)
+}
+
+/// A row, with zeros where it ends early.
+#[inline(always)]
+fn whole(part: &[u32]) -> [u32; LANES] {
+    let mut row = [0; LANES];
+    match part.first_chunk() {
+        Some(all) => row = *all,
+        None => row[..part.len()].copy_from_slice(part),
+    }
+    row
 }
 
 /// Laine and Karras's scrambling by a hash, with Vegdahl's constants ("Building a better LK

@@ -193,11 +193,12 @@ struct Slabs<'a> {
 
 impl<'a> Slabs<'a> {
     fn new(ray: &'a PreparedRay) -> Self {
-        let back = |axis: usize| ray.inverse[axis] < 0.0;
+        let back = |axis: usize| if ray.inverse[axis] < 0.0 { 3 } else { 0 };
+        let [x, y, z] = [back(0), back(1), back(2)];
         Self {
             ray,
-            near: [0, 1, 2].map(|a| if back(a) { a + 3 } else { a }),
-            far: [0, 1, 2].map(|a| if back(a) { a } else { a + 3 }),
+            near: [x, 1 + y, 2 + z],
+            far: [3 - x, 4 - y, 5 - z],
         }
     }
 
@@ -333,8 +334,16 @@ impl Wide {
         use std::arch::x86_64::*;
         // [`Slabs::enters`] eight at a time. A closure, for a function would not be inlined.
         let (origin, inverse) = (slabs.ray.origin, slabs.ray.inverse);
-        let origin = [origin.x, origin.y, origin.z].map(|x| _mm256_set1_ps(x));
-        let inverse = [inverse.x, inverse.y, inverse.z].map(|x| _mm256_set1_ps(x));
+        let origin = [
+            _mm256_set1_ps(origin.x),
+            _mm256_set1_ps(origin.y),
+            _mm256_set1_ps(origin.z),
+        ];
+        let inverse = [
+            _mm256_set1_ps(inverse.x),
+            _mm256_set1_ps(inverse.y),
+            _mm256_set1_ps(inverse.z),
+        ];
         let least = _mm256_set1_ps(t_min);
         let enters = |node: &Node, t_max: f32, near: &mut [f32; WIDTH]| {
             let at = |plane: usize, axis: usize| {

@@ -76,8 +76,8 @@ impl Outline {
     }
 }
 
-/// Entries of a span's table of where to begin to search.
-const STARTS: usize = 256;
+/// Entries of a span's table of which triangle a share lies in.
+const STARTS: usize = 1024;
 
 /// The pupils of all film points between two that were measured.
 #[derive(Clone, Debug)]
@@ -112,9 +112,7 @@ impl Wedge {
 /// Shares of the triangles on average over a span: where a search begins, and mostly ends.
 #[derive(Clone, Debug)]
 struct Mean {
-    /// The share of the area in the triangles before each.
-    before: [f64; SIDES + 1],
-    /// The triangle in which each share begins.
+    /// The triangle in which the middle of each part of the area lies.
     starts: [u8; STARTS],
 }
 
@@ -123,25 +121,22 @@ impl Mean {
     fn new(area: impl Fn(usize) -> f64) -> Self {
         let all = area(SIDES).max(f64::MIN_POSITIVE);
         let before: [f64; SIDES + 1] = std::array::from_fn(|j| area(j) / all);
-        let start = |i: usize| {
-            let share = i as f64 / STARTS as f64;
-            before[1..SIDES].partition_point(|b| *b <= share) as u8
-        };
-        Self {
-            before,
-            starts: std::array::from_fn(start),
+        let mut starts = [0; STARTS];
+        let mut j = 0;
+        for (i, start) in starts.iter_mut().enumerate() {
+            let share = (i as f64 + 0.5) / STARTS as f64;
+            while j < SIDES - 1 && before[j + 1] <= share {
+                j += 1;
+            }
+            *start = j as u8;
         }
+        Self { starts }
     }
 
-    /// The triangle in which a share of the area ends.
+    /// The triangle in which a share of the area ends, but for one beside it.
     #[inline(always)]
     fn triangle(&self, share: f64) -> usize {
-        let cell = (share * STARTS as f64) as usize & (STARTS - 1);
-        let mut j = usize::from(self.starts[cell]);
-        while j < SIDES - 1 && self.before[j + 1] <= share {
-            j += 1;
-        }
-        j
+        usize::from(self.starts[(share * STARTS as f64) as usize & (STARTS - 1)])
     }
 }
 

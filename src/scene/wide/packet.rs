@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 
-use super::super::bundle::RayLanes;
+use super::super::bundle::{RayLanes, Side};
 use super::super::traverse::{PreparedRay, Ray, invert};
 #[cfg(target_arch = "x86_64")]
 use super::{BLOCK, Block, Node, Stack, WIDENING, WIDTH};
@@ -168,21 +168,25 @@ impl Packet {
     fn take_lanes(&mut self, rays: &RayLanes, first: usize) {
         let live = rays.mask >> first & 0xffff;
         // What holds no ray is another ray again, and never asked for.
-        let some = first + live.trailing_zeros() as usize;
-        let on = |lane: usize| live >> lane & 1 == 1;
+        let some = live.trailing_zeros() as usize;
         for axis in 0..3 {
-            let (from, to) = (&rays.origin[axis], &rays.direction[axis]);
+            let (from, to) = (
+                part(&rays.origin[axis], first),
+                part(&rays.direction[axis], first),
+            );
+            let (other_from, other_to) = (from[some], to[some]);
             for lane in 0..PACKET {
-                let held = on(lane);
-                self.origin[axis][lane] = if held { from[first + lane] } else { from[some] };
-                let d = if held { to[first + lane] } else { to[some] };
+                let on = live >> lane & 1 == 1;
+                self.origin[axis][lane] = if on { from[lane] } else { other_from };
+                let d = if on { to[lane] } else { other_to };
                 self.direction[axis][lane] = d + 0.0; // turns −0.0 into +0.0
             }
         }
-        for lane in 0..PACKET {
-            let t_max = rays.t_max[first + lane];
-            let end = if t_max < f32::MAX { t_max } else { f32::MAX };
-            self.t[lane] = if on(lane) { end } else { f32::NEG_INFINITY };
+        let t_max = part(&rays.t_max, first);
+        for (lane, t_max) in t_max.iter().enumerate() {
+            let end = if *t_max < f32::MAX { *t_max } else { f32::MAX };
+            let on = live >> lane & 1 == 1;
+            self.t[lane] = if on { end } else { f32::NEG_INFINITY };
         }
         self.t_min = [0.0; PACKET];
         self.live = live;
@@ -264,6 +268,14 @@ impl Packet {
             t
         }
     }
+}
+
+/// A packet's part of a bundle.
+#[inline(always)]
+fn part(of: &Side, first: usize) -> Lanes {
+    let mut lanes = [0.0; PACKET];
+    lanes.copy_from_slice(&of[first..first + PACKET]);
+    lanes
 }
 
 /// Least and greatest.
@@ -409,12 +421,13 @@ mod avx512 {
             unsafe { _mm512_loadu_ps(of.as_ptr()) }
         }
 
-        /// The farthest distance that still counts for any of the rays, widened.
+        /// The farthest distance that still counts for any of the rays, widened, but finite: an
+        /// empty box is farther.
         #[inline]
         #[target_feature(enable = "avx512f")]
         fn limit(&self, lanes: u32) -> f32 {
             let t = _mm512_mask_reduce_max_ps(lanes as u16, Self::lanes(&self.t));
-            t + t.abs() * (WIDENING + CLOSE)
+            (t + t.abs() * (WIDENING + CLOSE)).min(f32::MAX)
         }
 
         /// The boxes of a node that some ray may enter, and how near: an interval around all
@@ -483,8 +496,14 @@ mod avx512 {
             // Sorted by insertion, farthest first.
             let mut sorted = [Waiting::ROOT; WIDTH];
             let mut count = 0;
+            // A node that stands alone is opened without asking who enters: that is seen in it.
+            let alone = candidates.is_power_of_two();
             for i in bits(candidates) {
-                let lanes = self.enter_box(node, i, current.lanes);
+                let lanes = if alone && node.blocks[i] == 0 {
+                    current.lanes
+                } else {
+                    self.enter_box(node, i, current.lanes)
+                };
                 if lanes == 0 {
                     continue;
                 }
