@@ -119,12 +119,11 @@ impl Value {
             Self::Vec3(v) => v.is_finite(),
             Self::Vec4(v) => v.is_finite(),
             Self::Matrix(v) => v.is_finite(),
-            // Sums need no branch for each: what is not finite stays so.
-            Self::Floats(v) => v.iter().map(|v| 0.0 * v).sum::<f32>() == 0.0,
-            Self::Doubles(v) => v.iter().map(|v| 0.0 * v).sum::<f64>() == 0.0,
-            Self::Vec2s(v) => v.iter().map(|v| 0.0 * *v).sum::<Vec2>() == Vec2::ZERO,
-            Self::Vec3s(v) => v.iter().map(|v| 0.0 * *v).sum::<Vec3>() == Vec3::ZERO,
-            Self::Vec4s(v) => v.iter().map(|v| 0.0 * *v).sum::<Vec4>() == Vec4::ZERO,
+            Self::Floats(v) => all_finite(v, |v| [*v]),
+            Self::Doubles(v) => v.iter().fold(true, |all, v| all & v.is_finite()),
+            Self::Vec2s(v) => all_finite(v, Vec2::to_array),
+            Self::Vec3s(v) => all_finite(v, Vec3::to_array),
+            Self::Vec4s(v) => all_finite(v, Vec4::to_array),
             Self::Matrices(v) => v.iter().all(|v| v.is_finite()),
             _ => true,
         }
@@ -332,4 +331,10 @@ impl Get for Trigger {
     fn from_value(_: &Value) -> Option<()> {
         Some(())
     }
+}
+
+/// Whether no number is infinite or NaN: without a branch or a sum that waits for the one before.
+fn all_finite<T, const N: usize>(values: &[T], numbers: impl Fn(&T) -> [f32; N]) -> bool {
+    let each = |v: &T| numbers(v).iter().fold(true, |all, n| all & n.is_finite());
+    values.iter().fold(true, |all, v| all & each(v))
 }

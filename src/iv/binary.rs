@@ -614,12 +614,12 @@ impl Reader<'_, '_, '_> {
             // A word a pixel, as in ASCII.
             let words = pixels.and_then(|n| n.checked_mul(4)).unwrap_or(u64::MAX);
             let words = self.take(usize::try_from(words).unwrap_or(usize::MAX))?;
-            let skip = 4 - components as usize;
-            words
-                .chunks_exact(4)
-                .flat_map(|w| &w[skip..])
-                .copied()
-                .collect()
+            match components {
+                1 => pixels_of::<1>(words),
+                2 => pixels_of::<2>(words),
+                3 => pixels_of::<3>(words),
+                _ => pixels_of::<4>(words),
+            }
         };
         Ok(Image {
             width,
@@ -712,6 +712,13 @@ impl Reader<'_, '_, '_> {
             F::MFPlane => Value::Planes(self.many(16, Self::plane)?),
         })
     }
+}
+
+/// The last bytes of words, so many of each.
+fn pixels_of<const N: usize>(words: &[u8]) -> Arc<[u8]> {
+    let words = words.chunks_exact(4);
+    let pixels = words.map(|w| std::array::from_fn(|i| w[4 - N + i]));
+    pixels.collect::<Vec<[u8; N]>>().into_flattened().into()
 }
 
 /// Whether a string can be the name of a class: garbage after a mistake is not.

@@ -287,6 +287,9 @@ impl RenderScene {
     /// Builds what rays need now, so that the first ray does not wait.
     pub fn prepare(&self) {
         self.tree();
+        for texture in &self.textures {
+            texture.texels();
+        }
     }
 
     /// Where the box of each surface has its center.

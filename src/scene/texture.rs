@@ -39,8 +39,9 @@ impl Filter {
 pub struct Texture {
     pub width: usize,
     pub height: usize,
-    /// Red, green, blue, alpha.
-    texels: Vec<[u8; 4]>,
+    /// Red, green, blue, alpha; those of a picture in the scene are unpacked when first read.
+    texels: OnceLock<Vec<[u8; 4]>>,
+    image: Option<Image>,
     /// Smaller and smaller versions, each half as wide and high: made when one is first read.
     smaller: OnceLock<Vec<Texture>>,
     /// A `Texture3`'s pictures behind this one.
@@ -55,7 +56,12 @@ impl Texture {
         Self {
             width,
             height,
-            texels: coverage.iter().map(|&c| [255, 255, 255, c]).collect(),
+            texels: OnceLock::from(
+                coverage
+                    .iter()
+                    .map(|&c| [255, 255, 255, c])
+                    .collect::<Vec<_>>(),
+            ),
             components: 2,
             ..Self::default()
         }
@@ -67,7 +73,8 @@ impl Texture {
 
     /// The color at (s, t), each texel's center at half its width; edges repeat or continue.
     pub fn sample(&self, at: Vec2, filter: Filter, repeat_s: bool, repeat_t: bool) -> Vec4 {
-        if self.texels.is_empty() || !at.is_finite() {
+        let texels = self.texels();
+        if texels.is_empty() || !at.is_finite() {
             return Vec4::ONE;
         }
         let side = match filter {
@@ -76,8 +83,11 @@ impl Texture {
         };
         let (x0, x1, fx) = side(at.x, self.width, repeat_s);
         let (y0, y1, fy) = side(at.y, self.height, repeat_t);
-        let low = self.texel(x0, y0).lerp(self.texel(x1, y0), fx);
-        let high = self.texel(x0, y1).lerp(self.texel(x1, y1), fx);
+        let texel = |x: usize, y: usize| {
+            Vec4::from_array(texels[y * self.width + x].map(|c| f32::from(c) / 255.0))
+        };
+        let low = texel(x0, y0).lerp(texel(x1, y0), fx);
+        let high = texel(x0, y1).lerp(texel(x1, y1), fx);
         low.lerp(high, fy)
     }
 
@@ -143,7 +153,8 @@ impl Texture {
 
     /// Row by row from the bottom up.
     pub(super) fn texels(&self) -> &[[u8; 4]] {
-        &self.texels
+        let unpacked = || self.image.as_ref().map_or_else(Vec::new, unpack);
+        self.texels.get_or_init(unpacked)
     }
 
     /// The same with other texels, as many as the new sides ask for. Pictures behind it stay.
@@ -151,7 +162,7 @@ impl Texture {
         Self {
             width,
             height,
-            texels,
+            texels: texels.into(),
             smaller: OnceLock::new(),
             ..self
         }
@@ -162,7 +173,7 @@ impl Texture {
             let mut smaller: Vec<Self> = Vec::new();
             loop {
                 let last = smaller.last().unwrap_or(self);
-                if last.width <= 1 && last.height <= 1 || last.texels.is_empty() {
+                if last.width <= 1 && last.height <= 1 || last.texels().is_empty() {
                     return smaller;
                 }
                 let next = last.halved();
@@ -174,9 +185,10 @@ impl Texture {
     fn halved(&self) -> Self {
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
         let mut texels = Vec::with_capacity(width * height);
+        let all = self.texels();
         let row = |y: usize| {
             let y = y.min(self.height - 1);
-            &self.texels[y * self.width..(y + 1) * self.width]
+            &all[y * self.width..(y + 1) * self.width]
         };
         for y in 0..height {
             let pairs = row(2 * y).chunks(2).zip(row(2 * y + 1).chunks(2));
@@ -190,16 +202,10 @@ impl Texture {
         Self {
             width,
             height,
-            texels,
-            smaller: OnceLock::new(),
-            deeper: Vec::new(),
+            texels: texels.into(),
             components: self.components,
+            ..Self::default()
         }
-    }
-
-    fn texel(&self, x: usize, y: usize) -> Vec4 {
-        let t = self.texels[y * self.width + x];
-        Vec4::from_array(t.map(|c| f32::from(c) / 255.0))
     }
 }
 
@@ -356,10 +362,9 @@ fn from_raster(raster: &Raster) -> Texture {
     Texture {
         width,
         height,
-        texels,
-        smaller: OnceLock::new(),
-        deeper: Vec::new(),
+        texels: texels.into(),
         components: raster.channels,
+        ..Texture::default()
     }
 }
 
@@ -370,25 +375,26 @@ fn from_image(image: &Image) -> Option<Texture> {
     if image.bytes.len() < count.checked_mul(components)? || components == 0 {
         return None;
     }
-    let texels = image
-        .bytes
-        .chunks_exact(components)
-        .take(count)
-        .map(|c| match components {
-            1 => [c[0], c[0], c[0], 255],
-            2 => [c[0], c[0], c[0], c[1]],
-            3 => [c[0], c[1], c[2], 255],
-            _ => [c[0], c[1], c[2], c[3]],
-        })
-        .collect();
     Some(Texture {
         width,
         height,
-        texels,
-        smaller: OnceLock::new(),
-        deeper: Vec::new(),
+        image: Some(image.clone()),
         components,
+        ..Texture::default()
     })
+}
+
+/// The texels of a picture in the scene, which has as many bytes as it says.
+fn unpack(image: &Image) -> Vec<[u8; 4]> {
+    let components = usize::from(image.components).max(1);
+    let count = image.width as usize * image.height as usize;
+    let all = image.bytes.chunks_exact(components).take(count);
+    match components {
+        1 => all.map(|c| [c[0], c[0], c[0], 255]).collect(),
+        2 => all.map(|c| [c[0], c[0], c[0], c[1]]).collect(),
+        3 => all.map(|c| [c[0], c[1], c[2], 255]).collect(),
+        _ => all.map(|c| [c[0], c[1], c[2], c[3]]).collect(),
+    }
 }
 
 #[cfg(test)]
@@ -399,10 +405,9 @@ mod tests {
         Texture {
             width: 2,
             height: 1,
-            texels: vec![[0, 0, 0, 255], [255, 255, 255, 255]],
-            smaller: OnceLock::new(),
-            deeper: Vec::new(),
+            texels: vec![[0, 0, 0, 255], [255, 255, 255, 255]].into(),
             components: 3,
+            ..Texture::default()
         }
     }
 
@@ -448,7 +453,7 @@ mod tests {
         let layer = |level: u8| Texture {
             width: 1,
             height: 1,
-            texels: vec![[level, level, level, 255]],
+            texels: vec![[level, level, level, 255]].into(),
             ..Texture::default()
         };
         let t = Texture {

@@ -1,5 +1,7 @@
 //! `QuadMesh`: rows of quadrilaterals.
 
+use std::borrow::Cow;
+
 use glam::Vec3;
 
 use super::BoxCoordinates;
@@ -7,7 +9,7 @@ use super::cut::Cutter;
 use super::runs::Runs;
 use super::vertices::{By, Normals, Vertices, is_per_vertex, without_index};
 use crate::graph::read::Fields;
-use crate::graph::state::{Binding, State};
+use crate::graph::state::{Binding, Coordinates, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::scene::normals::unit;
@@ -84,17 +86,17 @@ fn normals<'a>(
 }
 
 fn face_normals(state: &State<'_>, start: usize, rows: usize, columns: usize) -> Vec<Vec3> {
-    let at = |r: usize, c: usize| {
-        state
-            .coordinates
-            .get(start + r * columns + c)
-            .unwrap_or_default()
+    let used = start..start + rows * columns;
+    let points: Cow<'_, [Vec3]> = match state.coordinates {
+        Coordinates::Three(all) => all[used].into(),
+        all => used.map(|c| all.get(c).unwrap_or_default()).collect(),
     };
     let mut out = Vec::with_capacity((rows - 1) * (columns - 1));
-    for r in 0..rows - 1 {
-        for c in 0..columns - 1 {
+    let rows: Vec<&[Vec3]> = points.chunks_exact(columns).collect();
+    for pair in rows.windows(2) {
+        for (corners, &below) in pair[0].windows(2).zip(pair[1]) {
             // Coin's choice: the plane at the first corner, not the mean of the four.
-            let normal = unit((at(r + 1, c) - at(r, c)).cross(at(r, c + 1) - at(r, c)));
+            let normal = unit((below - corners[0]).cross(corners[1] - corners[0]));
             out.push(if state.hints.counterclockwise() {
                 normal
             } else {
