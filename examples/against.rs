@@ -8,8 +8,9 @@
 //! the kB that the process had used after the first (`coin_read.cpp` does it with Coin).
 //!
 //! *Compiled* is everything but the tree that rays go through: triangles, normals, materials,
-//! textures, lights, bounds. *Ready* is with the tree, which is built when the first ray asks for
-//! it. Memory is with the tree. Exit 1 if reading and compiling is not 5 times faster than their
+//! textures of files, lights, bounds. *Ready* is with the tree, which is built when the first ray
+//! asks for it, and with the pictures that stand in the scene itself unpacked, which else waits for
+//! the first texel. Memory is with the tree. Exit 1 if reading and compiling is not 5 times faster than their
 //! reading (median), or any file takes more memory.
 
 use std::path::{Path, PathBuf};
