@@ -263,19 +263,29 @@ impl RenderScene {
 
     /// [`RenderScene::transmittance`] for a bundle of rays, each up to its own `t_max`.
     pub fn transmittances(&self, rays: &RayLanes, through: &mut Side) {
-        if !self.solid || !Packet::is_worth_while() {
+        if !Packet::is_worth_while() {
             for lane in bits(rays.mask) {
                 through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
             }
             return;
         }
-        let mut blocked = 0;
+        let (mut met, mut unsure) = (0, 0);
         in_packets(rays, |packet, lanes| {
             self.tree().meet_packet::<true>(packet, self);
-            blocked |= lanes.spread(packet.found);
+            met |= lanes.spread(packet.found);
+            if !self.solid {
+                let primitives = packet.hits().primitive;
+                let open = |lane: &usize| !self.stops_light(primitives[*lane]);
+                let open = bits(packet.found).filter(open);
+                unsure |= lanes.spread(open.fold(0, |all, lane| all | 1 << lane));
+            }
         });
         for (lane, through) in through.iter_mut().enumerate() {
-            *through = if blocked >> lane & 1 == 1 { 0.0 } else { 1.0 };
+            *through = if met >> lane & 1 == 1 { 0.0 } else { 1.0 };
+        }
+        // What was met lets some light through, and there may be more behind it.
+        for lane in bits(unsure) {
+            through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
         }
     }
 }
@@ -316,6 +326,7 @@ mod tests {
         for hints in [
             "",
             "ShapeHints { vertexOrdering CLOCKWISE shapeType SOLID }\n",
+            "Separator { Material { transparency .4 } Cube { width 4 depth 1 } }\n",
         ] {
             let text = text.replacen('\n', &format!("\n{hints}"), 1);
             let document = Document::read_headerless("bundle.iv", text.into_bytes()).unwrap();

@@ -499,13 +499,19 @@ impl RenderScene {
         through
     }
 
+    /// Whether a primitive lets no light through anywhere.
+    fn stops_light(&self, primitive: u32) -> bool {
+        let surface = &self.surfaces[self.owners[primitive as usize] as usize];
+        surface.casts_shadow && surface.clip.is_empty() && surface.is_opaque()
+    }
+
     /// The share of light that a primitive lets through where a ray meets it.
     fn lets_through(&self, ray: &Ray, hit: &Hit) -> f32 {
         let surface = self.surface(hit);
         if !surface.casts_shadow {
             return 1.0;
         }
-        if surface.clip.is_empty() && surface.is_opaque() {
+        if self.stops_light(hit.primitive) {
             return 0.0;
         }
         if surface.clip.is_empty() || self.is_seen(ray, hit) {
