@@ -249,10 +249,11 @@ fn of_many_files_each_has_a_line_with_its_first_problem_and_all_have_a_sum() {
     assert_eq!(lines.len(), 5, "{text}");
     assert!(lines[0].ends_with("0 problems"), "{text}");
     assert!(
-        lines[1].contains("b.iv:3:2: warning: `Cube` has no field `hight`"),
+        lines[1].contains("1 problem: line 3, column 2: warning: `Cube` has no field `hight`"),
         "{text}"
     );
     assert!(lines[2].contains("1 file missing, 2 problems"), "{text}");
+    assert_eq!(lines[3].matches("d.iv").count(), 1, "{text}");
     assert_eq!(
         lines[4],
         "4 files: 1 not read, 2 with problems, 1 with unknown classes, 1 with missing files"

@@ -254,7 +254,7 @@ impl Checked {
     /// One line: file, format, nodes and what becomes of them, triangles, problems.
     fn summary(&self) -> String {
         match &self.document {
-            Err(error) => format!("{}: {error}", self.file),
+            Err(error) => format!("{}: {}", self.file, self.beside_its_name(error)),
             Ok((document, survey)) => {
                 let becomes: Vec<String> = classes(document)
                     .into_iter()
@@ -278,10 +278,23 @@ impl Checked {
                 let problems: usize = self.problems().map(|d| d.count).sum();
                 line += &format!(", {}", counted(problems, "problem"));
                 match self.problems().next() {
-                    Some(first) => line + &format!(": {first}"),
+                    Some(first) => line + ": " + &self.beside_its_name(first),
                     None => line,
                 }
             }
+        }
+    }
+
+    /// What is wrong, for a line that begins with the file's name.
+    fn beside_its_name(&self, trouble: &Diagnostic) -> String {
+        let what = trouble.message.replace(&format!("`{}`", self.file), "this");
+        let kind = trouble.severity.name();
+        match trouble.location() {
+            (Some(file), Some((line, column))) if file == self.file => {
+                format!("line {line}, column {column}: {kind}: {what}")
+            }
+            (Some(file), _) if file != self.file => trouble.to_string(),
+            _ => format!("{kind}: {what}"),
         }
     }
 
@@ -459,12 +472,26 @@ fn light(document: &Document, light: &LightElement) -> Json {
         "on": true,
         "intensity": plain(light.intensity),
         "color": light.color.to_array().map(plain),
-        "location": light.position.to_array(),
-        "direction": light.direction.to_array(),
     });
-    if let LightKind::Spot { drop_off, cut_off } = light.kind {
-        object["dropOffRate"] = plain(drop_off);
-        object["cutOffAngle"] = plain(cut_off);
+    if light.kind != LightKind::Directional {
+        object["location"] = json!(light.position.to_array());
+    }
+    if light.kind != LightKind::Point {
+        object["direction"] = json!(light.direction.to_array());
+    }
+    match light.kind {
+        LightKind::Spot { drop_off, cut_off } => {
+            object["dropOffRate"] = plain(drop_off);
+            object["cutOffAngle"] = plain(cut_off);
+        }
+        LightKind::Beam {
+            beam_width,
+            cut_off,
+        } => {
+            object["beamWidth"] = plain(beam_width);
+            object["cutOffAngle"] = plain(cut_off);
+        }
+        LightKind::Directional | LightKind::Point => {}
     }
     object
 }
