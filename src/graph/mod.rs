@@ -502,7 +502,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                     let area = area * (f64::from(complexity) + 0.5);
                     let limits = node.read::<[f32]>("screenArea").unwrap_or(&[0.0]);
                     let level = limits.iter().position(|&limit| area > f64::from(limit));
-                    level.unwrap_or(last).min(last)
+                    let none = if limits.is_empty() { 0 } else { last };
+                    level.unwrap_or(none).min(last)
                 }
                 None => 0,
             }

@@ -8,7 +8,7 @@ use super::read::Fields;
 use super::state::{
     Binding, Complexity, Coordinates, Diffuse, DrawStyle, EnvironmentElement, FogKind, FontElement,
     Highlight, LightElement, LightKind, List, Profile, ProfileCoordinates, State,
-    TextureCoordinates, TextureElement, TextureModel, VertexOrdering,
+    TextureCoordinates, TextureElement, TextureModel, VertexOrdering, Wrapping,
 };
 use crate::grammar::value::{Choice, Plane, Rotation, Text};
 use crate::iv::NodeRef;
@@ -103,6 +103,22 @@ fn apply_as<'a>(state: &mut State<'a>, node: NodeRef<'a>, class: &str, time: f64
         "TextureCoordinateDefault" => state.texture_coordinates = TextureCoordinates::Default,
         "TextureCoordinateEnvironment" => {
             state.texture_coordinates = TextureCoordinates::Environment;
+        }
+        "TextureCoordinateObject" => {
+            let factor = |name: &str, silent| node.acting::<Vec4>(name).unwrap_or(silent);
+            state.texture_coordinates = TextureCoordinates::Object {
+                s: factor("factorS", Vec4::X),
+                t: factor("factorT", Vec4::Y),
+            };
+        }
+        "TextureCoordinateSphere" => {
+            state.texture_coordinates = TextureCoordinates::Wrapped(Wrapping::Sphere);
+        }
+        "TextureCoordinateCylinder" => {
+            state.texture_coordinates = TextureCoordinates::Wrapped(Wrapping::Cylinder);
+        }
+        "TextureCoordinateCube" => {
+            state.texture_coordinates = TextureCoordinates::Wrapped(Wrapping::Cube);
         }
         "TextureCoordinatePlane" => {
             state.texture_coordinates = TextureCoordinates::Plane {

@@ -194,6 +194,25 @@ pub enum TextureCoordinates<'a> {
     },
     /// `TextureCoordinateEnvironment`: a sphere map seen by the camera.
     Environment,
+    /// `TextureCoordinateObject`: products with the point (x, y, z, 1) of object space.
+    Object {
+        s: Vec4,
+        t: Vec4,
+    },
+    /// Wrapped around the shape's box, for shapes of corners; others have their own.
+    Wrapped(Wrapping),
+}
+
+/// What a texture is wrapped around a shape as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrapping {
+    /// `TextureCoordinateSphere`: by the angles about the origin.
+    Sphere,
+    /// `TextureCoordinateCylinder`: by the angle about y and the height, flat where a face looks
+    /// up or down.
+    Cylinder,
+    /// `TextureCoordinateCube`: flat on the side that a face looks to.
+    Cube,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DMat4, DVec3, Vec2, Vec3, Vec4};
+use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4, Vec2, Vec3, Vec4};
 
 use super::background::Background;
 use super::facets::facets;
@@ -486,24 +486,20 @@ impl<'a> Builder<'a> {
     fn mapping(&self, state: &State<'a>) -> Mapping {
         match state.texture_coordinates {
             TextureCoordinates::Plane { s, t } => {
-                let object = self.scene_from_object.inverse();
                 // The two are length-scaled: a direction of length 2 repeats every 2 units.
                 let row = |v: Vec3| {
                     let v = v.as_dvec3();
-                    let v = v / v.length_squared().max(1e-30);
-                    let normal = object.matrix3.transpose() * v;
-                    Vec4::new(
-                        normal.x as f32,
-                        normal.y as f32,
-                        normal.z as f32,
-                        v.dot(object.translation) as f32,
-                    )
+                    self.plane((v / v.length_squared().max(1e-30)).extend(0.0))
                 };
                 Mapping::Plane {
                     s: row(s),
                     t: row(t),
                 }
             }
+            TextureCoordinates::Object { s, t } => Mapping::Plane {
+                s: self.plane(s.as_dvec4()),
+                t: self.plane(t.as_dvec4()),
+            },
             TextureCoordinates::Environment => {
                 let turn = self
                     .camera
@@ -516,6 +512,14 @@ impl<'a> Builder<'a> {
             }
             _ => Mapping::Stored,
         }
+    }
+
+    /// A linear function of the shape's own space as one of the scene.
+    fn plane(&self, v: DVec4) -> Vec4 {
+        let object = self.scene_from_object.inverse();
+        let normal = object.matrix3.transpose() * v.truncate();
+        let distance = v.truncate().dot(object.translation) + v.w;
+        normal.extend(distance).as_vec4()
     }
 
     fn extend(&mut self, point: Vec3) {

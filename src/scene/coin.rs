@@ -5,15 +5,20 @@
 //! node (`docs/accuracy.md`): `~` after the fields of transformations, clip planes and texture
 //! transforms changes nothing; a VRML 97 shape without a material is gray, not white; diffuse colors
 //! above 1 wrap around in a byte; `TextureCoordinatePlane` multiplies by its directions' lengths,
-//! not divides; VRML 97 text has one typeface.
+//! not divides; the style in the name of a `Font` counts after a colon only. Of VRML 97, text has one
+//! typeface, pictures in files come too late to be drawn, lines and points have the sum of the
+//! diffuse and the emissive color, a `TextureTransform` scales before it turns and moves, and
+//! lights reach without end and have no soft edge.
 
-use glam::Vec3;
+use std::collections::HashMap;
+
+use glam::{Vec2, Vec3};
 
 use crate::diag::Span;
 use crate::grammar::{self, Dialect};
 use crate::graph::read::Fields;
 use crate::iv::document::ClassRef;
-use crate::iv::{Document, FieldEntry, Node, NodeId, Value};
+use crate::iv::{Document, FieldEntry, Node, NodeId, NodeRef, Value};
 
 /// Classes of which Coin takes every field, marked to be ignored or not; but for the `on` of a
 /// `ClipPlane`.
@@ -33,6 +38,7 @@ const HEEDLESS: [&str; 9] = [
 pub fn as_coin_reads(document: &Document) -> Document {
     let mut out = document.clone();
     let plain = plain_appearance(&mut out);
+    let mut lines = HashMap::new();
     for index in 0..document.nodes.len() {
         let id = NodeId(index as u32);
         let Some(class) = document.node(id).known_class() else {
@@ -46,13 +52,22 @@ pub fn as_coin_reads(document: &Document) -> Document {
         match class.name {
             "Material" | "BaseColor" => wrap_colors(node, class),
             "TextureCoordinatePlane" => invert_lengths(node),
+            "Font" => plain_name(node, class),
+            "ImageTexture" | "MovieTexture" => drop_fields(node, class, &["url"]),
+            "PointLight" | "SpotLight" if class.dialects & Dialect::VRML97 != 0 => {
+                set(node, class, "radius", Value::Float(f32::MAX));
+                if class.name == "SpotLight" {
+                    set(node, class, "beamWidth", Value::Float(std::f32::consts::PI));
+                }
+            }
+            "TextureTransform" if class.dialects & Dialect::VRML97 != 0 => {
+                reorder(document.node(id), node, class);
+            }
             "FontStyle" if class.dialects & Dialect::VRML97 != 0 => {
-                let kept = |f: &FieldEntry| {
-                    !["family", "style"].contains(&class.fields[usize::from(f.index)].name)
-                };
-                node.fields.retain(kept);
+                drop_fields(node, class, &["family", "style"]);
             }
             "Shape" if class.dialects & Dialect::VRML97 != 0 => {
+                color_lines(document.node(id), &mut out, &mut lines);
                 if let Some(plain) = plain {
                     clothe(&mut out, id, plain);
                 }
@@ -61,6 +76,99 @@ pub fn as_coin_reads(document: &Document) -> Document {
         }
     }
     out
+}
+
+fn drop_fields(node: &mut Node, class: &grammar::Class, names: &[&str]) {
+    node.fields
+        .retain(|f| !names.contains(&class.fields[usize::from(f.index)].name));
+}
+
+fn set(node: &mut Node, class: &grammar::Class, name: &str, value: Value) {
+    if let Some(entry) = entry_of(class.name, name, value) {
+        node.fields.retain(|f| f.index != entry.index);
+        node.fields.push(entry);
+    }
+}
+
+/// Of `Times-Italic` the family alone; a style counts after a colon only.
+fn plain_name(node: &mut Node, class: &grammar::Class) {
+    for entry in &mut node.fields {
+        if class.fields[usize::from(entry.index)].name == "name"
+            && let Value::String(name) = &mut entry.value
+            && let Some(dash) = name.find('-').filter(|_| !name.contains(':'))
+        {
+            *name = name[..dash].into();
+        }
+    }
+}
+
+/// The same picture from fields that are taken in the standard's order, where there are such: for a
+/// scale that is even or is not turned.
+fn reorder(from: NodeRef<'_>, node: &mut Node, class: &grammar::Class) {
+    let pair = |name: &str, silent: f32| from.read::<Vec2>(name).unwrap_or(Vec2::splat(silent));
+    let angle = from.read::<f32>("rotation").unwrap_or(0.0);
+    let (scale, center) = (pair("scale", 1.0), pair("center", 0.0));
+    if scale.x * scale.y == 0.0 || (angle != 0.0 && scale.x != scale.y) {
+        return;
+    }
+    // R S (p - c) + c + t is R S (p + u).
+    let turned = Vec2::from_angle(-angle).rotate(center + pair("translation", 0.0));
+    set(node, class, "center", Value::Vec2(Vec2::ZERO));
+    set(
+        node,
+        class,
+        "translation",
+        Value::Vec2(turned / scale - center),
+    );
+}
+
+/// Gives a shape of lines or points without colors its material's two colors in one.
+fn color_lines(
+    shape: NodeRef<'_>,
+    out: &mut Document,
+    known: &mut HashMap<NodeId, Option<NodeId>>,
+) {
+    let geometry = shape.node_in("geometry");
+    let is_line = |g: &NodeRef<'_>| {
+        let class = g.known_class().map_or("", |c| c.name);
+        ["IndexedLineSet", "PointSet"].contains(&class) && g.node_in("color").is_none()
+    };
+    let appearance = shape
+        .node_in("appearance")
+        .filter(|_| geometry.is_some_and(|g| is_line(&g)));
+    let Some(material) = appearance.and_then(|a| a.node_in("material")) else {
+        return;
+    };
+    let colored = *known.entry(material.id).or_insert_with(|| {
+        let color =
+            |name: &str, silent: f32| material.read::<Vec3>(name).unwrap_or(Vec3::splat(silent));
+        let sum = color("diffuseColor", 0.8) + color("emissiveColor", 0.0);
+        let entry = entry_of("Material", "emissiveColor", Value::Vec3(wrapped(sum)))?;
+        let material = out.add(node_of("Material", vec![entry])?);
+        let entry = entry_of("Appearance", "material", Value::Node(Some(material)))?;
+        Some(out.add(node_of("Appearance", vec![entry])?))
+    });
+    let class = shape.known_class();
+    if let (Some(colored), Some(class)) = (colored, class) {
+        let value = Value::Node(Some(colored));
+        set(
+            &mut out.nodes[shape.id.0 as usize],
+            class,
+            "appearance",
+            value,
+        );
+    }
+}
+
+fn node_of(class: &str, fields: Vec<FieldEntry>) -> Option<Node> {
+    Some(Node {
+        class: ClassRef::Known(grammar::by_name(class, Dialect::VRML97)?.id),
+        name: None,
+        fields,
+        children: Vec::new(),
+        span: Span::default(),
+        source: 0,
+    })
 }
 
 /// An `Appearance` with a `Material` that is gray whatever the light, where the document has
@@ -74,21 +182,13 @@ fn plain_appearance(document: &mut Document) -> Option<(NodeId, NodeId)> {
     {
         return None;
     }
-    let node = |class, fields| Node {
-        class,
-        name: None,
-        fields,
-        children: Vec::new(),
-        span: Span::default(),
-        source: 0,
-    };
     let gray = vec![
         entry_of("Material", "diffuseColor", Value::Vec3(Vec3::ZERO))?,
         entry_of("Material", "emissiveColor", Value::Vec3(Vec3::splat(0.8)))?,
     ];
-    let material = document.add(node(class("Material")?, gray));
+    let material = document.add(node_of("Material", gray)?);
     let entry = entry_of("Appearance", "material", Value::Node(Some(material)))?;
-    let appearance = document.add(node(class("Appearance")?, vec![entry]));
+    let appearance = document.add(node_of("Appearance", vec![entry])?);
     Some((appearance, material))
 }
 
@@ -186,6 +286,34 @@ mod tests {
                 surface.diffuse[0] + surface.emissive
             };
             assert_eq!(seen, color);
+        }
+    }
+
+    #[test]
+    fn lines_have_both_colors_of_their_material_in_coin() {
+        let text = "#VRML V2.0 utf8\nShape { appearance Appearance { material Material { diffuseColor 0 .2 0 emissiveColor .5 .2 0 } }\n  geometry IndexedLineSet { coord Coordinate { point [0 -1 -1, 0 1 -1] } coordIndex [0 1] } }";
+        for (as_coin, color) in [
+            (false, Vec3::new(0.5, 0.2, 0.0)),
+            (true, Vec3::new(0.5, 0.4, 0.0)),
+        ] {
+            let scene = compiled(text, as_coin);
+            let hit = scene.hit(&crate::scene::Ray::new(Vec3::ZERO, Vec3::NEG_Z));
+            let surface = scene.surface(&hit.expect("the line"));
+            assert!((surface.diffuse[0] - color).length() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_texture_transform_is_taken_in_inventor_s_order_in_coin() {
+        let text = "#VRML V2.0 utf8\nShape { appearance Appearance { material Material { } texture PixelTexture { image 1 1 1 0xff }\n  textureTransform TextureTransform { scale 2 2 center .5 0 translation .25 0 rotation 1.5707963 } } geometry Box { } }";
+        // (1, 0): by the standard moved to 1.25, turned about the center, doubled from 0 and moved back.
+        for (as_coin, at) in [(false, Vec2::new(-0.5, 3.5)), (true, Vec2::new(0.75, 1.0))] {
+            let scene = compiled(text, as_coin);
+            let hit = scene.hit_any_side(&crate::scene::Ray::new(Vec3::ZERO, Vec3::NEG_Z));
+            let surface = scene.surface(&hit.expect("inside the box"));
+            let matrix = surface.texture.as_ref().expect("a texture").matrix;
+            let seen = matrix.transform_point3(Vec3::X).truncate();
+            assert!((seen - at).length() < 1e-5, "{seen} for {at}");
         }
     }
 

@@ -64,7 +64,12 @@ pub fn facets(kind: QuadricKind, complexity: f32, material: u32) -> Vec<Vec<Corn
                 normal,
                 t,
             };
-            between(&[ring(0.0, 1.0), ring(radius, 0.0)], sides, &corner)
+            let mut side = between(&[ring(0.0, 1.0), ring(radius, 0.0)], sides, &corner);
+            // Coin's texture lies on a cone as seen from inside.
+            for corner in side.iter_mut().flatten() {
+                corner.coordinates.x = 1.0 - corner.coordinates.x;
+            }
+            side
         }
         QuadricKind::Zone {
             curvature,

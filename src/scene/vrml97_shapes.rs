@@ -1,13 +1,15 @@
 //! VRML97's `Extrusion` (6.18) and `ElevationGrid` (6.17) as triangles.
 //!
 //! Both are a patch of quadrilaterals; normals follow the crease angle, quadrilateral by
-//! quadrilateral. Quadrilaterals are halved and caps fanned as Coin does it. Front faces come
+//! quadrilateral, or triangle by triangle where an extrusion is not `convex`. Quadrilaterals are
+//! halved and caps fanned as Coin does it. Front faces come
 //! out counterclockwise whatever the field `ccw` says.
 
 use earcut::Earcut;
 use glam::{DQuat, DVec3, Vec2, Vec3};
 
 use super::mesh::Mesh;
+use super::normals::{Faces, face_normal, merge_equal};
 
 /// Quadrilaterals of one extrusion.
 pub const MAX_QUADS: usize = 1 << 22;
@@ -77,42 +79,78 @@ pub fn extrusion(node: &Extrusion<'_>) -> Result<Mesh, String> {
     }
     let n = cross.len();
     let rows = spine.len();
-    let patch = Patch {
-        wrap: n > 3 && cross[0] == cross[n - 1],
-        wrap_rows: rows > 3 && points[..n] == points[n * (rows - 1)..],
-        columns: n,
-        points,
-    };
     let (s, t) = (along(cross, |p| p.extend(0.0)), along(spine, |p| p));
-    let normals = patch.normals();
-    let mut mesh = Mesh::default();
-    let smooth = libm::cosf(node.crease_angle.clamp(0.0, std::f32::consts::PI));
+    let mut skin = Skin::default();
     for row in 0..rows - 1 {
         for column in 0..n - 1 {
-            let corners = CORNERS.map(|(dx, dy)| {
+            let quad = CORNERS.map(|(dx, dy)| {
                 let (x, y) = (column + dx, row + dy);
-                let normal = patch.corner(&normals, (column, row), (dx, dy), f64::from(smooth));
-                mesh.vertex(
-                    patch.points[y * n + x].as_vec3(),
-                    normal.as_vec3(),
-                    Vec2::new(s[x], t[y]),
-                )
+                (points[y * n + x].as_vec3(), Vec2::new(s[x], t[y]))
             });
-            let [a, b, c, d] = corners;
-            push(&mut mesh, [a, b, c], 0);
-            push(&mut mesh, [a, c, d], 0);
+            let [a, b, c, d] = quad;
+            if node.convex {
+                skin.face(&quad, 0);
+            } else {
+                skin.face(&[a, b, c], 0);
+                skin.face(&[a, c, d], 0);
+            }
         }
     }
+    // A closed spine has no ends (Coin).
+    let closed = spine[0] == spine[rows - 1];
     for (wanted, row, part) in [(node.begin_cap, 0, 1), (node.end_cap, rows - 1, 2)] {
-        if wanted {
-            let rim = &patch.points[row * n..(row + 1) * n];
-            cap(&mut mesh, rim, cross, node.convex, part);
+        if wanted && !closed {
+            let rim = &points[row * n..(row + 1) * n];
+            cap(&mut skin, rim, cross, node.convex, part);
         }
     }
+    let mut mesh = skin.smoothed(node.crease_angle);
     if !node.ccw {
         turn_over(&mut mesh);
     }
     Ok(mesh)
+}
+
+/// Faces with corners of their own, until their normals are known.
+#[derive(Default)]
+struct Skin {
+    mesh: Mesh,
+    normals: Vec<Vec3>,
+    /// The face of each corner.
+    faces: Vec<u32>,
+}
+
+impl Skin {
+    /// A triangle or a quadrilateral, which is cut from its first corner to its third.
+    fn face(&mut self, corners: &[(Vec3, Vec2)], part: u8) {
+        let points: Vec<Vec3> = corners.iter().map(|c| c.0).collect();
+        let normal = face_normal(&points, true);
+        let first = self.mesh.positions.len() as u32;
+        for &(position, texcoord) in corners {
+            self.mesh.vertex(position, normal, texcoord);
+            self.faces.push(self.normals.len() as u32);
+        }
+        self.normals.push(normal);
+        for i in 2..corners.len() as u32 {
+            self.mesh.triangles.push([first, first + i - 1, first + i]);
+            self.mesh.parts.push(part);
+        }
+    }
+
+    /// With normals by the crease angle; the caps are faces like all others (Coin).
+    fn smoothed(mut self, crease_angle: f32) -> Mesh {
+        if crease_angle > 0.0 {
+            let vertices = merge_equal(self.mesh.positions.iter().copied());
+            let faces = Faces {
+                normals: self.normals,
+                corners: vertices.into_iter().zip(self.faces).collect(),
+            };
+            let around = faces.around(crease_angle);
+            let corners = faces.corners.iter();
+            self.mesh.normals = corners.map(|&(v, f)| around.normal(v, f)).collect();
+        }
+        self.mesh
+    }
 }
 
 /// The corners of a quadrilateral: steps along the columns and the rows.
@@ -138,14 +176,6 @@ fn along<T: Copy>(line: &[T], point: impl Fn(T) -> Vec3) -> Vec<f32> {
     sums.into_iter().map(|d| (d * scale) as f32).collect()
 }
 
-fn push(mesh: &mut Mesh, triangle: [u32; 3], part: u8) {
-    let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
-    if a != b && b != c && c != a {
-        mesh.triangles.push(triangle);
-        mesh.parts.push(part);
-    }
-}
-
 fn turn_over(mesh: &mut Mesh) {
     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     mesh.normals.iter_mut().for_each(|n| *n = -*n);
@@ -153,7 +183,7 @@ fn turn_over(mesh: &mut Mesh) {
 
 /// Closes one end. Textures lie on a cap in the cross section's own x and z, its larger extent
 /// from 0 to 1.
-fn cap(mesh: &mut Mesh, rim: &[DVec3], cross: &[Vec2], convex: bool, part: u8) {
+fn cap(skin: &mut Skin, rim: &[DVec3], cross: &[Vec2], convex: bool, part: u8) {
     let count = if cross.first() == cross.last() {
         rim.len() - 1
     } else {
@@ -162,22 +192,19 @@ fn cap(mesh: &mut Mesh, rim: &[DVec3], cross: &[Vec2], convex: bool, part: u8) {
     if count < 3 {
         return;
     }
-    let rim = &rim[..count];
-    let outward = if part == 1 { -newell(rim) } else { newell(rim) };
-    let normal = outward.normalize_or_zero().as_vec3();
     let (lo, hi) = cross
         .iter()
         .fold((cross[0], cross[0]), |(l, h), p| (l.min(*p), h.max(*p)));
     let extent = (hi - lo).max_element();
     let scale = if extent > 0.0 { 1.0 / extent } else { 0.0 };
-    let first = mesh.positions.len() as u32;
-    for (p, c) in rim.iter().zip(cross) {
-        mesh.vertex(p.as_vec3(), normal, (*c - lo) * scale);
-    }
+    let corner = |i: u32| {
+        let i = i as usize;
+        (rim[i].as_vec3(), (cross[i] - lo) * scale)
+    };
     for [a, b, c] in polygon(&cross[..count], convex) {
         // Seen along y the plane of x and z is mirrored.
         let triangle = if part == 1 { [a, c, b] } else { [a, b, c] };
-        push(mesh, triangle.map(|i| first + i), part);
+        skin.face(&triangle.map(corner), part);
     }
 }
 
@@ -221,9 +248,6 @@ fn newell(points: &[DVec3]) -> DVec3 {
 struct Patch {
     points: Vec<DVec3>,
     columns: usize,
-    /// The last column is the first again, so that normals may be smooth across.
-    wrap: bool,
-    wrap_rows: bool,
 }
 
 impl Patch {
@@ -252,8 +276,8 @@ impl Patch {
     ) -> DVec3 {
         let (across, down) = (self.columns - 1, self.rows() - 1);
         let own = normals[y * across + x];
-        let beside = step(x, dx, across, self.wrap);
-        let below = step(y, dy, down, self.wrap_rows);
+        let beside = step(x, dx, across);
+        let below = step(y, dy, down);
         let neighbors = [
             beside.map(|x| (x, y)),
             below.map(|y| (x, y)),
@@ -272,12 +296,10 @@ impl Patch {
 }
 
 /// The neighbor before (`side` 0) or after (1) in a row of `count`.
-fn step(at: usize, side: usize, count: usize, wrap: bool) -> Option<usize> {
-    match (side, at) {
-        (0, 0) => wrap.then(|| count - 1),
-        (0, _) => Some(at - 1),
-        (_, _) if at + 1 == count => wrap.then_some(0),
-        _ => Some(at + 1),
+fn step(at: usize, side: usize, count: usize) -> Option<usize> {
+    match side {
+        0 => at.checked_sub(1),
+        _ => (at + 1 < count).then_some(at + 1),
     }
 }
 
@@ -418,8 +440,6 @@ pub fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
     let patch = Patch {
         points,
         columns: nx,
-        wrap: false,
-        wrap_rows: false,
     };
     Ok(drape(&patch, node))
 }

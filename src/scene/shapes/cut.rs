@@ -10,6 +10,7 @@ use super::runs::Runs;
 use super::vertices::{By, Normals, Place, Vertices};
 use crate::graph::state::{Binding, TextureCoordinates};
 use crate::scene::Builder;
+use crate::scene::normals::face_normal;
 
 /// A triangle by the places of its corners.
 #[derive(Clone, Copy, Debug)]
@@ -357,6 +358,21 @@ impl<'a, 's, 'v, 'b> Cutter<'a, 's, 'v, 'b> {
                 numbers.each(cuts, coordinates, |number| at(number).truncate());
                 if let Some(thirds) = thirds {
                     numbers.each(cuts, thirds, |number| at(number).z);
+                }
+            }
+            (TextureCoordinates::Wrapped(as_what), Some(boxed)) => {
+                let (runs, known) = (self.runs, self.vertices.coordinates);
+                let point = |position: u32| {
+                    let point = known.get(runs.coordinate(position as usize));
+                    point.unwrap_or_default()
+                };
+                coordinates.extend(cuts.iter().map(|cut| {
+                    let corners = cut.corners.map(point);
+                    let normal = face_normal(&corners, true);
+                    corners.map(|p| boxed.wrapped(as_what, (p, normal)))
+                }));
+                if let Some(thirds) = thirds {
+                    Numbers::Same.each(cuts, thirds, |_| 0.0);
                 }
             }
             (_, Some(boxed)) => {

@@ -64,7 +64,7 @@ pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut Bui
     };
     if out.wants_coordinates() {
         let used = faces.all().filter_map(|c| state.coordinates.get(c));
-        vertices.boxed = Some(BoxCoordinates::of(used));
+        vertices.boxed = Some(BoxCoordinates::of(used, out.as_coin()));
     }
     if out.wants_normals() {
         vertices.normals = normals(&faces, state, normal_binding, false);
@@ -91,7 +91,7 @@ pub fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>)
     };
     if out.wants_coordinates() {
         let used = faces.all().filter_map(|c| state.coordinates.get(c));
-        vertices.boxed = Some(BoxCoordinates::of(used));
+        vertices.boxed = Some(BoxCoordinates::of(used, out.as_coin()));
     }
     if out.wants_normals() {
         vertices.normals = normals(&faces, state, normal_binding, true);

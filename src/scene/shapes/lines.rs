@@ -35,7 +35,9 @@ fn vertices<'a, 's>(
         material_index,
         texture_index: None,
         coord_index,
-        boxed: out.wants_coordinates().then(|| BoxCoordinates::of(points)),
+        boxed: out
+            .wants_coordinates()
+            .then(|| BoxCoordinates::of(points, out.as_coin())),
     }
 }
 
@@ -75,7 +77,8 @@ pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>)
 pub fn indexed_line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     unlit_without_normals(state, out);
     let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
-    indexed_lines(index, indices(node, "materialIndex"), state, out);
+    let others = [indices(node, "materialIndex"), indices(node, "normalIndex")];
+    indexed_lines(index, others, state, out);
 }
 
 /// Lines and points without normals are drawn in their color, as by Coin and SGI.
@@ -86,9 +89,10 @@ fn unlit_without_normals(state: &State<'_>, out: &mut Builder<'_>) {
 }
 
 /// Lines by index, of Inventor's shape and of VRML 97's.
+/// `others` are the indices of materials and of normals.
 pub fn indexed_lines<'a>(
     index: &'a [i32],
-    materials: Option<&'a [i32]>,
+    [materials, normals]: [Option<&'a [i32]>; 2],
     state: &State<'a>,
     out: &mut Builder<'a>,
 ) {
@@ -96,7 +100,8 @@ pub fn indexed_lines<'a>(
     if state.vrml1 && binding == Binding::PerVertex {
         binding = Binding::PerVertexIndexed;
     }
-    let vertices = vertices(state, binding, materials, Some(index), out);
+    let mut vertices = vertices(state, binding, materials, Some(index), out);
+    vertices.normal_index = normals;
     let (mut count, mut segment, mut part, mut start) = (0, 0, 0, 0);
     while start < index.len() {
         let end = index[start..]

@@ -14,14 +14,14 @@ pub mod text;
 mod vertices;
 mod vrml97;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::Builder;
 use super::builder::Corner;
 use crate::graph::property::vertex_property;
 use crate::graph::read::Fields;
 use crate::graph::role::is_vrml97;
-use crate::graph::state::{DrawStyle, State};
+use crate::graph::state::{DrawStyle, State, Wrapping};
 use crate::iv::NodeRef;
 
 pub use stroke::{Stroke, View};
@@ -149,12 +149,15 @@ fn quad(corners: [Corner; 4], out: &mut Builder<'_>) {
 /// s along the longest from 0 to 1, t at the same scale.
 pub(super) struct BoxCoordinates {
     origin: Vec3,
-    scale: f32,
+    size: Vec3,
+    /// Along s and the rest, and along t.
+    scales: [f32; 2],
     axes: [usize; 3],
 }
 
 impl BoxCoordinates {
-    pub fn of(points: impl Iterator<Item = Vec3>) -> Self {
+    /// In Coin t goes from 0 to 1 as well.
+    pub fn of(points: impl Iterator<Item = Vec3>, as_coin: bool) -> Self {
         let mut min = Vec3::splat(f32::INFINITY);
         let mut max = Vec3::splat(f32::NEG_INFINITY);
         for p in points.filter(|p| p.is_finite()) {
@@ -165,17 +168,64 @@ impl BoxCoordinates {
         // The longest side first; of equal sides the later axis (Coin).
         let mut order = [2usize, 1, 0];
         order.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
+        let scale = |length: f32| if length > 0.0 { 1.0 / length } else { 0.0 };
         let longest = size[order[0]];
         Self {
             origin: min,
-            scale: if longest > 0.0 { 1.0 / longest } else { 0.0 },
+            size,
+            scales: [
+                scale(longest),
+                scale(if as_coin { size[order[1]] } else { longest }),
+            ],
             axes: order,
         }
     }
 
     pub fn at(&self, p: Vec3) -> Vec3 {
-        let q = (p - self.origin) * self.scale;
-        Vec3::from_array(self.axes.map(|axis| q[axis]))
+        let [s, t, r] = self.axes.map(|axis| p[axis] - self.origin[axis]);
+        let [along, across] = self.scales;
+        Vec3::new(s * along, t * across, r * along)
+    }
+
+    /// Coordinates of a point and its normal, wrapped around the box; angles are about the origin
+    /// of the shape's space and begin behind it (Coin).
+    pub fn wrapped(&self, as_what: Wrapping, (p, normal): (Vec3, Vec3)) -> Vec2 {
+        use std::f32::consts::{PI, TAU};
+        let around = libm::atan2f(p.x, p.z) / TAU + 0.5;
+        let share = |size: Vec3, origin: Vec3| {
+            (p - origin) / Vec3::select(size.cmpeq(Vec3::ZERO), Vec3::ONE, size)
+        };
+        let steep = normal.abs();
+        let side = [1, 2]
+            .into_iter()
+            .fold(0, |most, i| if steep[i] > steep[most] { i } else { most });
+        let ahead = normal[side] >= 0.0;
+        match as_what {
+            Wrapping::Sphere => {
+                let up = libm::atan2f(p.y, libm::hypotf(p.x, p.z)) / PI + 0.5;
+                Vec2::new(around, up)
+            }
+            Wrapping::Cylinder => {
+                let q = share(self.size, self.origin);
+                match side {
+                    1 if normal.y > 0.0 => Vec2::new(q.x, 1.0 - q.z),
+                    1 => Vec2::new(q.x, q.z),
+                    _ => Vec2::new(around, q.y),
+                }
+            }
+            Wrapping::Cube => {
+                let size = Vec3::splat(self.size.max_element());
+                let q = share(size, self.origin + 0.5 * (self.size - size));
+                match (side, ahead) {
+                    (0, true) => Vec2::new(1.0 - q.z, q.y),
+                    (0, false) => Vec2::new(q.z, q.y),
+                    (1, true) => Vec2::new(q.x, 1.0 - q.z),
+                    (1, false) => Vec2::new(q.x, q.z),
+                    (_, true) => Vec2::new(q.x, q.y),
+                    (_, false) => Vec2::new(1.0 - q.x, q.y),
+                }
+            }
+        }
     }
 }
 
@@ -186,6 +236,26 @@ mod tests {
     use crate::graph::role::{Role, role_of};
     use crate::iv::{ClassRef, Document, Node};
     use crate::scene::CompileOptions;
+
+    /// Corners of a block 4 by 2 by 2, seen by the side they are on: Coin's values.
+    #[test]
+    fn textures_are_wrapped_around_a_box() {
+        let corners = [Vec3::new(-2.0, -1.0, -1.0), Vec3::new(2.0, 1.0, 1.0)];
+        let boxed = BoxCoordinates::of(corners.into_iter(), false);
+        let p = Vec3::new(2.0, 1.0, 1.0);
+        for (as_what, normal, at) in [
+            (Wrapping::Cube, Vec3::Z, [1.0, 0.75]),
+            (Wrapping::Cube, Vec3::X, [0.25, 0.75]),
+            (Wrapping::Cube, Vec3::Y, [1.0, 0.25]),
+            (Wrapping::Cylinder, Vec3::Y, [1.0, 0.0]),
+            (Wrapping::Cylinder, Vec3::Z, [0.676_208_2, 1.0]),
+            (Wrapping::Sphere, Vec3::Z, [0.676_208_2, 0.633_859]),
+        ] {
+            let seen = boxed.wrapped(as_what, (p, normal));
+            let off = (seen - Vec2::from_array(at)).length();
+            assert!(off < 1e-5, "{as_what:?}: {seen}");
+        }
+    }
 
     /// A document with one node of every class, everything by default.
     fn one_of_each() -> Document {

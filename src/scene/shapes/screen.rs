@@ -188,7 +188,8 @@ pub fn seen_around(at: DVec3, text: &PixelText, out: &Builder<'_>) -> Option<[DV
     };
     let corner = point.trunc() + DVec2::new(shift, 0.0);
     let (low, high) = (corner + low.as_dvec2(), corner + high.as_dvec2());
-    let outside = low.cmpgt(window).any() || high.cmplt(DVec2::ZERO).any();
+    // What touches the right edge is outside, what touches another is not (Coin).
+    let outside = low.x >= window.x || low.y > window.y || high.cmplt(DVec2::ZERO).any();
     let beyond = out.screen().is_none() && at.z.abs() > 1.0;
     if outside || beyond {
         return None;
@@ -207,7 +208,13 @@ pub fn seen_around(at: DVec3, text: &PixelText, out: &Builder<'_>) -> Option<[DV
 
 /// Letters as pixels, on whole ones of a picture with an even number of columns.
 pub fn pixels(at: DVec3, text: &PixelText, out: &mut Builder<'_>) {
-    let shown = out.screen().and_then(|screen| screen.project(at));
+    let shown = out.screen().and_then(|screen| {
+        // OpenGL draws no pixels for a point before its near plane.
+        let camera = screen.camera;
+        let depth = (at - camera.position).dot(camera.direction());
+        let cut = out.as_coin() && depth < camera.near;
+        screen.project(at).filter(|_| !cut)
+    });
     let (Some(point), false) = (shown, text.coverage.is_empty()) else {
         return;
     };
@@ -247,7 +254,7 @@ pub fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         repeat_s: false,
         repeat_t: false,
         repeat_r: false,
-        quality: 0.5,
+        quality: 0.1, // pixels are squares, whatever size the node states
     });
     state.texture_matrix = glam::Mat4::IDENTITY;
     state.texture_coordinates = TextureCoordinates::Default;

@@ -21,21 +21,20 @@ fn part(state: &State<'_>, index: u32) -> u32 {
     }
 }
 
-/// Sizes are taken without their sign, as Coin does.
-fn size(node: NodeRef<'_>, name: &str, default: f32) -> f32 {
-    node.read::<f32>(name)
-        .filter(|v| v.is_finite())
-        .unwrap_or(default)
-        .abs()
+/// Sizes are taken without their sign; Coin turns a part over and leaves its normals.
+pub(super) fn size(node: NodeRef<'_>, name: &str, default: f32, out: &Builder<'_>) -> f32 {
+    let size = node.read::<f32>(name).filter(|v| v.is_finite());
+    let size = size.unwrap_or(default);
+    if out.as_coin() { size } else { size.abs() }
 }
 
 /// Parts in Inventor's order: front, back, left, right, top, bottom. `PER_FACE` is by part too.
 pub fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let half = 0.5
         * Vec3::new(
-            size(node, "width", 2.0),
-            size(node, "height", 2.0),
-            size(node, "depth", 2.0),
+            size(node, "width", 2.0, out),
+            size(node, "height", 2.0, out),
+            size(node, "depth", 2.0, out),
         );
     let by_part = matches!(
         state.material_binding,
@@ -87,7 +86,7 @@ pub fn block(half: Vec3, by_part: bool, out: &mut Builder<'_>) {
 }
 
 pub fn sphere<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
-    let radius = f64::from(size(node, "radius", 1.0));
+    let radius = f64::from(size(node, "radius", 1.0, out));
     out.quadric(QuadricKind::Sphere { radius }, 0);
 }
 
@@ -119,8 +118,8 @@ pub fn lens_surface<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
 /// Parts: sides 1, top 2, bottom 4.
 pub fn cylinder<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let parts = node.read::<Choice>("parts").unwrap_or(7);
-    let radius = f64::from(size(node, "radius", 1.0));
-    let half_height = 0.5 * f64::from(size(node, "height", 2.0));
+    let radius = f64::from(size(node, "radius", 1.0, out));
+    let half_height = 0.5 * f64::from(size(node, "height", 2.0, out));
     cylinder_of(
         radius,
         half_height,
@@ -139,7 +138,7 @@ pub fn cylinder_of(
     out: &mut Builder<'_>,
 ) {
     // A cylinder without height is a ring where it is drawn as lines (draggers have such).
-    if parts[0] && radius > 0.0 && (half_height > 0.0 || out.outlines()) {
+    if parts[0] && radius != 0.0 && (half_height != 0.0 || out.outlines()) {
         out.quadric(
             QuadricKind::CylinderSide {
                 radius,
@@ -149,7 +148,7 @@ pub fn cylinder_of(
         );
     }
     for (i, up) in [(1, true), (2, false)] {
-        if parts[i] && radius > 0.0 {
+        if parts[i] && radius != 0.0 {
             let y = if up { half_height } else { -half_height };
             out.quadric(QuadricKind::Disc { radius, y, up }, materials[i]);
         }
@@ -159,8 +158,8 @@ pub fn cylinder_of(
 /// Parts: sides 1, bottom 2.
 pub fn cone<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let parts = node.read::<Choice>("parts").unwrap_or(3);
-    let radius = f64::from(size(node, "bottomRadius", 1.0));
-    let half_height = 0.5 * f64::from(size(node, "height", 2.0));
+    let radius = f64::from(size(node, "bottomRadius", 1.0, out));
+    let half_height = 0.5 * f64::from(size(node, "height", 2.0, out));
     cone_of(
         radius,
         half_height,
@@ -178,7 +177,7 @@ pub fn cone_of(
     materials: [u32; 2],
     out: &mut Builder<'_>,
 ) {
-    if parts[0] && half_height > 0.0 {
+    if parts[0] && half_height != 0.0 {
         out.quadric(
             QuadricKind::ConeSide {
                 radius,
@@ -187,7 +186,7 @@ pub fn cone_of(
             materials[0],
         );
     }
-    if parts[1] && radius > 0.0 {
+    if parts[1] && radius != 0.0 {
         out.quadric(
             QuadricKind::Disc {
                 radius,

@@ -8,7 +8,8 @@
 use glam::{DVec3, Vec2, Vec3};
 
 /// Pixels. A line whose edges run exactly through the middles of pixels, as those along an axis
-/// through the picture's center do, has the lower or the left ones, whatever the rounding.
+/// through the picture's center do, has the lower or the left ones, whatever the rounding; a point
+/// between pixels has the upper and the right ones, as in OpenGL.
 const TO_ONE_SIDE: f64 = 1.0 / 256.0;
 
 /// The camera as strokes know it.
@@ -180,15 +181,18 @@ impl Stroke {
     }
 
     fn holds(&self, a: DVec3, along: DVec3, forth: f64, beside: f64, view: &View) -> bool {
-        let within = |v: f64, foot: Vec3| {
-            let pixels = v / f64::from(view.pixel(foot)) + TO_ONE_SIDE;
+        let within = |v: f64, foot: Vec3, aside: f64| {
+            let pixels = v / f64::from(view.pixel(foot)) + aside;
             pixels.abs() <= f64::from(self.half)
         };
         if self.is_point() {
-            return within(forth, self.a) && within(beside, self.a);
+            let inside = |v| within(v, self.a, -TO_ONE_SIDE);
+            return inside(forth) && inside(beside);
         }
         let foot = (a + forth * along).as_vec3();
-        (0.0..=1.0).contains(&forth) && within(beside, foot) && self.is_inked(foot, view)
+        (0.0..=1.0).contains(&forth)
+            && within(beside, foot, TO_ONE_SIDE)
+            && self.is_inked(foot, view)
     }
 
     fn is_inked(&self, foot: Vec3, view: &View) -> bool {
@@ -248,6 +252,12 @@ mod tests {
             .collect();
         assert_eq!(seen, [0, 1, 16, 17, 32, 33]);
         assert!((line.pattern_end(&VIEW) - 40.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_point_between_pixels_has_the_upper_right_one() {
+        let point = Stroke::new([Vec3::new(0.0, 0.0, -7.0); 2], 1.0, &VIEW);
+        assert!(meets(&point, 0.5, 0.5) && !meets(&point, -0.5, 0.5) && !meets(&point, 0.5, -0.5));
     }
 
     #[test]

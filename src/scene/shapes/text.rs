@@ -84,6 +84,7 @@ pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
         parts,
         profile.as_deref(),
         state.hints.crease_angle,
+        out.as_coin(),
     );
     let by_part = matches!(
         state.material_binding,

@@ -68,13 +68,14 @@ impl Vertices<'_, '_> {
     /// The corner; `None` where the coordinate does not exist.
     pub fn corner(&self, place: Place) -> Option<Corner> {
         let position = self.coordinates.get(place.coordinate)?;
+        let normal = self.normal(place);
         let texture = match &self.boxed {
-            Some(boxed) => self.texture(place, position, boxed),
+            Some(boxed) => self.texture(place, (position, normal), boxed),
             None => Vec3::ZERO,
         };
         Some(Corner {
             position,
-            normal: self.normal(place),
+            normal,
             material: self.material(place),
             coordinates: texture.truncate(),
             third: texture.z,
@@ -130,7 +131,7 @@ impl Vertices<'_, '_> {
         }
     }
 
-    fn texture(&self, place: Place, position: Vec3, boxed: &BoxCoordinates) -> Vec3 {
+    fn texture(&self, place: Place, at: (Vec3, Vec3), boxed: &BoxCoordinates) -> Vec3 {
         let index = if self.state.texture_indexed && self.coord_index.is_some() {
             self.texture_index
                 .or(self.coord_index)
@@ -145,7 +146,8 @@ impl Vertices<'_, '_> {
                 list.get(index).copied().unwrap_or_default().extend(0.0)
             }
             TextureCoordinates::Three(list) => list.get(index).copied().unwrap_or_default(),
-            _ => boxed.at(position),
+            TextureCoordinates::Wrapped(as_what) => boxed.wrapped(as_what, at).extend(0.0),
+            _ => boxed.at(at.0),
         }
     }
 }

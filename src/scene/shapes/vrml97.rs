@@ -79,15 +79,18 @@ pub fn prepare<'a>(class: &str, state: &mut State<'a>, node: NodeRef<'a>) {
 
 /// Draws a geometry node; `false` if its class has no picture here.
 pub fn draw<'a>(class: &str, node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) -> bool {
+    let as_coin = out.as_coin();
     let number = |name: &str, default: f32| {
         let value = node.read::<f32>(name).filter(|v| v.is_finite());
-        f64::from(value.unwrap_or(default).abs())
+        let value = f64::from(value.unwrap_or(default));
+        if as_coin { value } else { value.abs() }
     };
     let flag = |name: &str| node.read::<bool>(name).unwrap_or(true);
     match class {
         "Box" => {
             let size = node.read::<Vec3>("size").unwrap_or(Vec3::splat(2.0));
-            solids::block(0.5 * size.abs(), false, out);
+            let size = if as_coin { size } else { size.abs() };
+            solids::block(0.5 * size, false, out);
         }
         "Sphere" => solids::sphere(node, out),
         "Cone" => solids::cone_of(
@@ -115,7 +118,7 @@ pub fn draw<'a>(class: &str, node: NodeRef<'a>, state: &State<'a>, out: &mut Bui
         }
         "IndexedLineSet" => lines::indexed_lines(
             node.read::<[i32]>("coordIndex").unwrap_or(&[]),
-            vertices::indices(node, "colorIndex"),
+            [vertices::indices(node, "colorIndex"), None],
             state,
             out,
         ),
@@ -199,6 +202,16 @@ fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
         Ok(mesh) => {
             out.set_sides(true, !flag("solid"), flag("solid"));
             out.mesh(&mesh, false);
+            if let Some((min, mut max)) = out.object_bounds {
+                // Coin counts a row and a column too many.
+                let side = |count: &str, step: &str| {
+                    let count = node.read::<i32>(count).unwrap_or(0);
+                    f64::from(count) * f64::from(node.read::<f32>(step).unwrap_or(1.0))
+                };
+                max.x = side("xDimension", "xSpacing");
+                max.z = side("zDimension", "zSpacing");
+                out.set_inventor_box(Some((min, max)));
+            }
         }
         Err(why) => out.complain(node, &why),
     }

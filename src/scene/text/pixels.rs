@@ -53,7 +53,11 @@ const BUILT_IN: [(f32, i32, usize); 4] = [
 /// Sets strings as a `Text2` does; lines are as far apart as the font's size says, in whole pixels.
 pub fn pixel_text<S: AsRef<str>>(strings: &[S], style: &TextStyle) -> PixelText {
     let font = PixelFont::open(style);
-    let lines: Vec<Vec<Letter>> = strings.iter().map(|s| font.letters(s.as_ref())).collect();
+    let mut room = MOST_PIXELS;
+    let lines: Vec<Vec<Letter>> = strings
+        .iter()
+        .map(|s| font.letters(s.as_ref(), &mut room))
+        .collect();
     let width = |line: &Vec<Letter>| line.iter().map(|l| l.advance).sum::<i32>();
     let longest = lines.iter().map(width).max().unwrap_or(0);
     let step = (style.size.floor() * style.spacing) as i32;
@@ -189,7 +193,11 @@ impl PixelFont {
         }
     }
 
-    fn letters(&self, line: &str) -> Vec<Letter> {
+    /// The letters of a line, as long as there is room for their pixels.
+    fn letters(&self, line: &str, room: &mut usize) -> Vec<Letter> {
+        if self.pixels < 1.0 {
+            return Vec::new();
+        }
         let advances = self.typeface.pixel_advances(line, self.pixels);
         let letter = |(character, advance): (char, f32)| {
             let tolerance = 1.0 / 64.0 / self.pixels.max(1.0);
@@ -206,7 +214,12 @@ impl PixelFont {
             }
             Letter { picture, advance }
         };
-        advances.into_iter().map(letter).collect()
+        let fits = |letter: &Letter| {
+            let pixels = letter.picture.coverage.len();
+            *room = room.saturating_sub(pixels);
+            *room > 0
+        };
+        advances.into_iter().map(letter).take_while(fits).collect()
     }
 
     /// The rectangle that Inventor takes for a text's: whole cells, of 32 pixels each, for letters
@@ -226,6 +239,9 @@ fn filled(outlines: &[Vec<Vec2>], pixels: f32) -> PixelText {
     let (low, high) = points().fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p)));
     let (low, high) = (low.floor(), high.ceil());
     let (width, height) = ((high.x - low.x) as usize, (high.y - low.y) as usize);
+    if width == 0 || height == 0 {
+        return PixelText::default();
+    }
     let mut areas = Areas::new(width, height);
     for outline in outlines {
         for (i, &a) in outline.iter().enumerate() {
@@ -331,6 +347,21 @@ mod tests {
         let sum: f32 = picture.coverage.iter().map(|&c| f32::from(c) / 256.0).sum();
         let area = 0.5 * Vec2::new(6.4, 0.7).perp_dot(Vec2::new(1.8, 3.2));
         assert!((sum - area).abs() < 0.06, "{sum} for {area}");
+    }
+
+    #[test]
+    fn a_page_of_huge_letters_is_cut_off() {
+        let style = TextStyle {
+            face: Face::named("Courier"),
+            size: 1e9,
+            spacing: 1.0,
+            justify: Justify::Left,
+            complexity: 0.5,
+        };
+        let text = pixel_text(&["M".repeat(1000)], &style);
+        assert!(text.coverage.len() <= 2 * MOST_PIXELS);
+        let none = pixel_text(&["M"], &TextStyle { size: 0.0, ..style });
+        assert!(none.coverage.is_empty());
     }
 
     #[test]

@@ -19,22 +19,35 @@ pub const BACK: i32 = 4;
 /// height a unit, from the first baseline's start (SGI's reference page of SoText3).
 ///
 /// Coin leaves the front face at the outline where the profile does not start at 0; the faces
-/// here follow the profile, which closes the gap.
+/// here follow the profile, which closes the gap. Coin also takes the outlines of named fonts to turn
+/// the other way than they do, and so has their sides inside out.
 pub fn text3<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle,
     parts: i32,
     profile: Option<&[Vec2]>,
     crease_angle: f32,
+    as_coin: bool,
 ) -> (Mesh, Layout) {
     let straight = [Vec2::ZERO, Vec2::X];
     let profile = profile
         .filter(|p| p.len() > 1 && p.iter().all(|v| v.is_finite()))
         .unwrap_or(&straight);
+    let inside_out = as_coin && !style.face.built_in;
+    let inward: Vec<Vec2>;
+    let outward = profile;
+    let profile = if inside_out {
+        inward = profile.iter().map(|p| Vec2::new(p.x, -p.y)).collect();
+        &inward
+    } else {
+        outward
+    };
     let laid = layout(strings, style);
     let mut pen = Solid {
         mesh: Mesh::default(),
         size: style.size,
+        as_coin,
+        inside_out,
         profile,
         smooth: libm::cosf(crease_angle.clamp(0.0, std::f32::consts::PI)),
         per_unit: if style.size > 0.0 {
@@ -63,6 +76,10 @@ pub fn text3<S: AsRef<str>>(
 struct Solid<'a> {
     mesh: Mesh,
     size: f32,
+    /// The faces keep the outlines.
+    as_coin: bool,
+    /// The sides are seen from inside.
+    inside_out: bool,
     profile: &'a [Vec2],
     /// Cosine of the crease angle.
     smooth: f32,
@@ -73,7 +90,7 @@ impl Solid<'_> {
     fn face(&mut self, cut: &Cut, origin: Vec2, front: bool) {
         let end = self.profile[if front { 0 } else { self.profile.len() - 1 }];
         let swollen;
-        let cut = if end.y == 0.0 || self.size == 0.0 {
+        let cut = if end.y == 0.0 || self.size == 0.0 || self.as_coin {
             cut
         } else {
             let by = end.y / self.size;
@@ -135,8 +152,13 @@ impl Solid<'_> {
 
     /// Corners run clockwise seen from outside for an outline with its fill on the right.
     fn quad(&mut self, corners: [(Vec3, Vec3, Vec2); 4]) {
-        let [a, b, c, d] = corners.map(|(p, n, t)| self.mesh.vertex(p, n, t));
-        self.mesh.triangles.extend([[a, c, b], [a, d, c]]);
+        let sign = if self.inside_out { -1.0 } else { 1.0 };
+        let [a, b, c, d] = corners.map(|(p, n, t)| self.mesh.vertex(p, sign * n, t));
+        self.mesh.triangles.extend(if self.inside_out {
+            [[a, b, c], [a, c, d]]
+        } else {
+            [[a, c, b], [a, d, c]]
+        });
         self.mesh.parts.extend([1, 1]);
     }
 }
