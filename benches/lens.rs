@@ -37,7 +37,7 @@ fn rays(lens: &Lens) -> Option<(Vec<Bundle>, f64)> {
         let aim = window.point(at.pupil[0], at.pupil[1]);
         let origin = film.extend(film_z);
         let direction = (aim.extend(lens.length()) - origin).normalize();
-        (window.density() > 0.0).then_some(LensRay { origin, direction })
+        (!window.is_closed()).then_some(LensRay { origin, direction })
     };
     let all: Vec<LensRay> = (0..BUNDLES * LANES as u32).filter_map(ray).collect();
     let passed = all.iter().filter(|ray| lens.trace_from_film(ray).is_ok());

@@ -711,7 +711,7 @@ fn pass_share(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) 
         let [a, b, c, d] = spread(i);
         let film = on_disc(film_radius, a, b);
         let window = target.window(film);
-        if window.density() > 0.0 {
+        if !window.is_closed() {
             aimed += 1;
             passed += usize::from(through(lens, film, film_z, window.point(c, d)));
         }

@@ -231,7 +231,7 @@ fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64, radius: f64) -> Vec<L
             let film = glam::DVec2::new(1.5 * x, y);
             // Where the film sees nothing no ray is sent.
             let window = target.window(film);
-            let aim = (window.density() > 0.0).then(|| window.point(at.pupil[0], at.pupil[1]))?;
+            let aim = (!window.is_closed()).then(|| window.point(at.pupil[0], at.pupil[1]))?;
             let origin = film.extend(film_z);
             Some(LensRay {
                 origin,

@@ -691,8 +691,10 @@ fn aimed(
     window: &PupilWindow<'_>,
     [u, v]: [f64; 2],
 ) -> Option<(LensRay, f64)> {
-    let density = window.density();
-    (density > 0.0).then(|| toward(place, film, window.point(u, v).extend(rear_z), density))
+    (!window.is_closed()).then(|| {
+        let aim = window.point(u, v);
+        toward(place, film, aim.extend(rear_z), window.density(aim))
+    })
 }
 
 /// The ray to a point that was drawn with a density, and its weight.

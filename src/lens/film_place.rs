@@ -161,6 +161,15 @@ impl FilmPlace {
         Some(hit.point.truncate())
     }
 
+    /// The point of the film behind a point across the axis. None beside a film that is bent.
+    pub fn over(&self, across: DVec2) -> Option<DVec3> {
+        let ray = LensRay {
+            origin: across.extend(self.center.z),
+            direction: DVec3::Z,
+        };
+        Some(self.point(self.meet(&ray)?))
+    }
+
     /// The directions of the film's x and y where it is flat.
     pub fn across(&self) -> [DVec3; 2] {
         [self.axes[0], self.axes[1]]

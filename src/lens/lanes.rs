@@ -53,6 +53,12 @@ impl Default for Bundle {
     }
 }
 
+/// How much of the tightest semi-diameter rays use, and a number for the surface or edge.
+pub(super) struct Fills {
+    pub fill: Lane,
+    pub limit: [u64; LANES],
+}
+
 const MISSED: u64 = 1;
 const BLOCKED: u64 = 2;
 const REFLECTED: u64 = 3;
@@ -67,12 +73,23 @@ impl Bundle {
         self.fill[lane] = 0.0;
     }
 
-    /// Of a bundle traced without apertures: how much of the tightest semi-diameter the lane's
-    /// ray uses, and where; infinite for a ray lost for another reason.
-    pub(super) fn fill(&self, lane: usize) -> (f64, usize) {
-        match self.loss(lane) {
-            Some(loss) => (f64::INFINITY, loss.surface),
-            None => (self.fill[lane].sqrt(), (self.limit[lane] >> 2) as usize),
+    /// Of a bundle traced without apertures: how much of the tightest semi-diameter each ray
+    /// uses, and where; infinite for a ray lost for another reason.
+    fn fills(&self) -> Fills {
+        let lost = |lane: usize| self.lost[lane] != 0.0;
+        let by = |lane: usize| {
+            if lost(lane) {
+                self.lost[lane] as u64
+            } else {
+                self.limit[lane]
+            }
+        };
+        Fills {
+            fill: std::array::from_fn(|lane| match lost(lane) {
+                true => f64::INFINITY,
+                false => self.fill[lane].sqrt(),
+            }),
+            limit: std::array::from_fn(|lane| by(lane) >> 2),
         }
     }
 
@@ -177,10 +194,53 @@ impl Lens {
         width.run(Follow { course, bundle });
     }
 
-    /// Traces from the film side without blocking, for [`Bundle::fill`].
-    pub(super) fn fill_bundle(&self, bundle: &mut Bundle) {
+    /// Traces from a film point to points of the rear vertex plane and on, without blocking.
+    pub(super) fn fills(&self, film: DVec3, x: &Lane, y: &Lane) -> Fills {
+        let course = &self.course(Toward::Scene, false);
+        let toward = self.length();
+        widely(FromFilm {
+            course,
+            film,
+            toward,
+            x,
+            y,
+        })
+    }
+
+    /// Traces a bundle from the film side without blocking; a lane without a ray is lost.
+    pub(super) fn fills_of(&self, bundle: &mut Bundle) -> Lane {
         let course = &self.course(Toward::Scene, false);
         widely(Follow { course, bundle });
+        bundle.fills().fill
+    }
+}
+
+/// Rays of one film point.
+struct FromFilm<'a> {
+    course: &'a Course<'a>,
+    film: DVec3,
+    /// The z of the plane that is aimed at.
+    toward: f64,
+    x: &'a Lane,
+    y: &'a Lane,
+}
+
+impl Lanewise for FromFilm<'_> {
+    type Output = Fills;
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> Fills {
+        let mut bundle = Bundle::default();
+        let dz = self.toward - self.film.z;
+        for i in 0..LANES {
+            let (dx, dy) = (self.x[i] - self.film.x, self.y[i] - self.film.y);
+            let scale = 1.0 / (dx * dx + dy * dy + dz * dz).sqrt();
+            (bundle.x[i], bundle.y[i], bundle.z[i]) = (self.film.x, self.film.y, self.film.z);
+            (bundle.dx[i], bundle.dy[i], bundle.dz[i]) = (scale * dx, scale * dy, scale * dz);
+        }
+        bundle.start();
+        follow::<false, FUSED>(self.course, &mut bundle);
+        bundle.fills()
     }
 }
 
@@ -489,7 +549,7 @@ fn asphere<const STOPS: bool, const FUSED: bool>(
             };
             (gx[i], gy[i]) = if better { (nx, ny) } else { (gx[i], gy[i]) };
             rate[i] = if better { toward } else { rate[i] };
-            let near = best[i] * best[i] <= 1.6e-31 * size;
+            let near = best[i] * best[i] <= 4e-30 * size;
             let full = -height / toward;
             let back = 0.5 * last[i];
             let ends = if known {

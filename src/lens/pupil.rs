@@ -5,8 +5,11 @@
 //! no light in it, as in the paper, so a target that is too large is slow but never wrong. One
 //! that is too small is wrong, so [`ExitPupil`] keeps a margin and checks itself.
 
+mod polar;
 mod polygon;
+mod support;
 
+use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
@@ -14,9 +17,11 @@ use glam::{DVec2, DVec3};
 use crate::math::lanes::{LANES, Lane, Lanewise, widely};
 use crate::sampling::DiscMap;
 
-use super::sight::{Hint, Sight};
+use super::sight::{Hint, Seen, Sight, is_outside};
 use super::{FilmPlace, Lens};
+use polar::Cells;
 use polygon::{Outline, Span, directions_along};
+use support::{excess, hull, mix, widened};
 
 pub use polygon::{Polygon, SIDES, Support};
 
@@ -43,6 +48,9 @@ pub enum PupilWindow<'a> {
         map: DiscMap,
     },
     Polygon(Polygon<'a>),
+    /// The polygon, but for a share [`ASIDE`] of the aims that go anywhere in a disc: light may come
+    /// from beside the polygon.
+    Beside(Polygon<'a>, f64),
     /// Nothing gets through from here.
     Closed,
 }
@@ -93,11 +101,11 @@ impl Default for Aims {
 impl Aims {
     /// Aims through a window with a pair of numbers in the unit square.
     pub fn set(&mut self, lane: usize, window: &PupilWindow<'_>, [u, v]: [f64; 2]) {
-        let density = window.density();
         self.area[lane] = 0.0;
-        if density > 0.0 {
-            [self.x[lane], self.y[lane]] = window.point(u, v).to_array();
-            self.area[lane] = 1.0 / density;
+        if !window.is_closed() {
+            let aim = window.point(u, v);
+            [self.x[lane], self.y[lane]] = aim.to_array();
+            self.area[lane] = 1.0 / window.density(aim);
         }
     }
 }
@@ -108,6 +116,7 @@ impl PupilTarget {
     pub fn aims(&self, film: &[Lane; 2], pupil: &[Lane; 2], aims: &mut Aims) {
         if let Self::ExitPupil(target) = self
             && let Table::Radial(_, spans) = &target.table
+            && target.beside.is_none()
         {
             return widely(SpanAims {
                 spans,
@@ -147,17 +156,33 @@ impl PupilWindow<'_> {
         match self {
             Self::Disc { radius, map } => *radius * DVec2::from_array(map.point([u, v])),
             Self::Polygon(polygon) => polygon.point(u, v),
+            Self::Beside(_, radius) if u < ASIDE => disc(*radius).point(u / ASIDE, v),
+            Self::Beside(polygon, _) => polygon.point((u - ASIDE) / (1.0 - ASIDE), v),
             Self::Closed => DVec2::ZERO,
         }
     }
 
-    /// Points per square millimeter, the same all over; 0 where there is nothing to aim at.
-    pub fn density(&self) -> f64 {
+    /// How many of the points of [`Self::point`] fall on a square millimeter there.
+    pub fn density(&self, point: DVec2) -> f64 {
         match self {
             Self::Disc { radius, .. } => 1.0 / (PI * radius * radius),
             Self::Polygon(polygon) => 1.0 / polygon.area(),
+            Self::Beside(polygon, radius) => {
+                let share = |inside: bool, of: f64, area: f64| match inside {
+                    true => of / area,
+                    false => 0.0,
+                };
+                let disc = PI * radius * radius;
+                share(point.length_squared() <= radius * radius, ASIDE, disc)
+                    + share(polygon.contains(point), 1.0 - ASIDE, polygon.area())
+            }
             Self::Closed => 0.0,
         }
+    }
+
+    /// Whether there is nothing to aim at.
+    pub fn is_closed(&self) -> bool {
+        matches!(self, Self::Closed)
     }
 
     /// Whether a point of the rear vertex plane can come out of [`Self::point`].
@@ -165,11 +190,24 @@ impl PupilWindow<'_> {
         match self {
             Self::Disc { radius, .. } => point.length_squared() <= radius * radius,
             Self::Polygon(polygon) => polygon.contains(point),
+            Self::Beside(polygon, radius) => {
+                polygon.contains(point) || disc(*radius).contains(point)
+            }
             Self::Closed => false,
         }
     }
 }
 
+/// All of a disc.
+fn disc(radius: f64) -> PupilWindow<'static> {
+    PupilWindow::Disc {
+        radius,
+        map: DiscMap::Concentric,
+    }
+}
+
+/// The share of the aims that go anywhere where light may come from beside the pupil.
+const ASIDE: f64 = 0.025;
 /// How much wider than measured, on each side, as a share of the pupil's own half width.
 const MARGIN: f64 = 0.004;
 /// An interval of film radii is halved until interpolation cuts less than this share of the
@@ -183,20 +221,38 @@ const FIRST_NODES: usize = 8;
 /// Intervals this short, as a share of the film's radius, are not halved again.
 const NARROW: f64 = 1e-3;
 const MAX_NODES: usize = 192;
-/// Places along the axis at which the pupil is measured for a film that is moved.
-const LEVELS: usize = 9;
-/// Cells along each axis of the film's quadrant, for lenses without rotational symmetry.
-const GRID: usize = 16;
+/// Film points from the middle outward at which light is sought beside the pupil.
+const SEARCHES: usize = 16;
+/// Film points past the end of the light from which it is sought again.
+const CLOSER: usize = 32;
+/// Rays that use less of the tightest semi-diameter than this may get through from a film point
+/// beside; less than that does, but for rounding of a search.
+const NEARLY_THROUGH: f64 = 1.2;
+const THROUGH: f64 = 1.01;
 
 /// The part of the rear vertex plane that each film point sees light through, and a little more.
 ///
 /// The figure that gets through is measured from a row of film points, as the reach of its
 /// outline in 32 directions, and interpolated between them. Rows are put closer until the
-/// interpolation holds. Without rotational symmetry the rows are a grid over a film quadrant.
+/// interpolation holds. Without rotational symmetry they are cells around the axis ([`Cells`]).
+///
+/// Where a beam is folded inside the lens light may come in several pieces, which open and close
+/// as the film point moves. With a lens where that is seen the figure is that of the largest, and
+/// a few rays go all over the rear element, so that none that gets through is never sent.
 #[derive(Clone, Debug)]
 pub struct ExitPupil {
     table: Table,
     sides: [DVec2; SIDES],
+    beside: Option<Beside>,
+}
+
+/// Where light may come from beside the figure.
+#[derive(Clone, Copy, Debug)]
+struct Beside {
+    /// The radius of the disc on the rear vertex plane.
+    radius: f64,
+    /// Film radii that see some, also where they see nothing else.
+    range: [f64; 2],
 }
 
 /// By film radius, ascending; the pupil as seen from (radius, 0). None beyond the last.
@@ -205,10 +261,15 @@ type Radial = Vec<(f64, Support)>;
 #[derive(Clone, Debug)]
 enum Table {
     Radial(Radial, Spans),
-    /// The same at several places of the film along the axis.
-    Levels(Levels),
-    /// By film position, in rows of x.
-    Grid(Grid),
+    /// By film position.
+    Cells(Cells),
+}
+
+impl Table {
+    fn radial(nodes: Radial, sides: &[DVec2; SIDES]) -> Self {
+        let spans = Spans::new(&nodes, sides);
+        Self::Radial(nodes, spans)
+    }
 }
 
 /// The same, ready to aim by.
@@ -375,37 +436,49 @@ impl ExitPupil {
     /// Measures the pupil for film points up to `film_radius` from the film's middle.
     pub fn new(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
         let sides = directions_along(lens.iris_edges());
+        let film_radius = film_radius.abs();
         let sight = Sight::new(lens);
-        let mut look = Look {
+        let look = Look {
             sight: &sight,
             place,
             sides: &sides,
-            hint: None,
+            outward: RefCell::default(),
         };
-        let table = match (place.is_centered(), lens.is_rotational()) {
-            (true, true) => {
-                let mut measure = |r| look.at(place.point(DVec2::new(r, 0.0)));
-                let nodes = radial_table(&mut measure, film_radius.abs(), sight.reach());
-                let spans = Spans::new(&nodes, &sides);
-                Table::Radial(nodes, spans)
-            }
-            (false, true) => Table::Levels(Levels::new(&mut look, film_radius.abs())),
-            (centered, false) => {
-                let mirrored = centered && is_mirrored(lens.iris_edges());
-                Table::Grid(Grid::new(&mut look, film_radius.abs(), mirrored))
-            }
+        let everything = || reach_of(lens, place, film_radius);
+        let is_even = place.is_centered() && lens.is_rotational();
+        let mut again = None;
+        let table = if is_even {
+            let mut measure = |r, hint: Option<&Hint>| look.at_radius(r, hint);
+            let nodes = radial_table(&mut measure, film_radius, everything);
+            again = look.opens_again(&nodes, film_radius);
+            Table::radial(nodes, &sides)
+        } else {
+            Table::Cells(Cells::new(lens, &look, film_radius))
         };
-        Self { table, sides }
+        let mut this = Self {
+            table,
+            sides,
+            beside: None,
+        };
+        let is_aimed_at = |radius, aim| this.window(DVec2::new(radius, 0.0)).contains(aim);
+        let strays = look.strays(film_radius, is_aimed_at);
+        let both = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a.min(c), b.max(d)];
+        let range = [strays, again].into_iter().flatten().reduce(both);
+        this.beside = range.map(|range| Beside {
+            radius: everything(),
+            // Elsewhere only one row of film points was looked at.
+            range: if is_even { range } else { [0.0, f64::INFINITY] },
+        });
+        this
     }
 
     /// What a film point, in millimeters from the film's middle, aims at.
     pub fn window(&self, film: DVec2) -> PupilWindow<'_> {
         if let Table::Radial(_, spans) = &self.table {
-            let polygon = spans.window(film);
-            return polygon.map_or(PupilWindow::Closed, PupilWindow::Polygon);
+            return self.opened(spans.window(film), film);
         }
         self.figure(film)
-            .map_or(PupilWindow::Closed, |figure| self.placed(&figure))
+            .map_or(self.opened(None, film), |figure| self.placed(&figure, film))
     }
 
     /// The same between this pupil (`share` 0) and another of the same lens and film (1): the
@@ -413,14 +486,14 @@ impl ExitPupil {
     pub fn window_between(&self, other: &Self, share: f64, film: DVec2) -> PupilWindow<'static> {
         let (a, b) = match (self.figure(film), other.figure(film)) {
             (Some(a), Some(b)) => (a, b.support),
-            (None, None) => return PupilWindow::Closed,
+            (None, None) => return self.opened(None, film),
             // Light ends between the two: what one sees, with room to move.
             (a, b) => {
                 let Some(figure) = a.or(b) else {
                     return PupilWindow::Closed;
                 };
                 let support = widened(&figure.support, MAY_DIFFER);
-                return self.placed(&Figure { support, ..figure });
+                return self.placed(&Figure { support, ..figure }, film);
             }
         };
         // Where a pupil closes it moves like a square root, which a mixture would cut.
@@ -430,7 +503,7 @@ impl ExitPupil {
         } else {
             mix(&a.support, &b, share)
         };
-        self.placed(&Figure { support, ..a })
+        self.placed(&Figure { support, ..a }, film)
     }
 
     /// What a film point sees; none where it sees nothing.
@@ -442,39 +515,28 @@ impl ExitPupil {
         };
         match &self.table {
             Table::Radial(nodes, _) => Some(turned(radial_at(nodes, film.length())?, film)),
-            Table::Levels(levels) => {
-                let point = levels.place.point(film);
-                Some(turned(levels.at(point)?, point.truncate()))
-            }
-            Table::Grid(grid) => {
-                let mirror = match grid.mirrored {
-                    true => DVec2::new(1f64.copysign(film.x), 1f64.copysign(film.y)),
-                    false => DVec2::ONE,
-                };
-                Some(Figure {
-                    support: grid.at(mirror * film)?,
-                    turn: DVec2::X,
-                    mirror,
-                })
-            }
+            Table::Cells(cells) => cells.figure(film),
         }
     }
 
-    fn placed(&self, figure: &Figure) -> PupilWindow<'static> {
+    fn placed(&self, figure: &Figure, film: DVec2) -> PupilWindow<'static> {
         let outline = Outline::of(&figure.support, &self.sides);
         let polygon = Polygon::whole(outline, figure.turn, figure.mirror);
-        polygon.map_or(PupilWindow::Closed, PupilWindow::Polygon)
+        self.opened(polygon, film)
     }
-}
 
-/// Whether a row of edges is its own mirror image in both axes.
-fn is_mirrored(edges: &[DVec2]) -> bool {
-    let has = |wanted: DVec2| {
-        let near = |e: &DVec2| (*e - wanted).length() < 1e-6 * wanted.length();
-        edges.iter().any(near)
-    };
-    let mirrors = [DVec2::new(-1.0, 1.0), DVec2::new(1.0, -1.0)];
-    mirrors.iter().all(|m| edges.iter().all(|e| has(*m * *e)))
+    fn opened<'a>(&self, polygon: Option<Polygon<'a>>, film: DVec2) -> PupilWindow<'a> {
+        let near = |beside: &Beside| {
+            let [from, to] = beside.range;
+            (from..=to).contains(&film.length())
+        };
+        match (polygon, self.beside) {
+            (Some(polygon), Some(beside)) => PupilWindow::Beside(polygon, beside.radius),
+            (None, Some(beside)) if near(&beside) => disc(beside.radius),
+            (Some(polygon), None) => PupilWindow::Polygon(polygon),
+            (None, _) => PupilWindow::Closed,
+        }
+    }
 }
 
 /// A support and where it goes: +x becomes `turn`, then it is mirrored.
@@ -498,302 +560,193 @@ struct Look<'a> {
     sight: &'a Sight<'a>,
     place: &'a FilmPlace,
     sides: &'a [DVec2; SIDES],
-    hint: Option<Hint>,
+    /// What was seen from film points of (radius, 0).
+    outward: RefCell<Vec<(f64, Option<Seen>)>>,
 }
 
 impl Look<'_> {
-    fn at(&mut self, point: DVec3) -> Option<Support> {
-        self.sight.support(point, self.sides, &mut self.hint)
+    fn at(&self, point: DVec3, hint: Option<&Hint>) -> Option<Seen> {
+        self.sight.seen(point, self.sides, hint)
+    }
+
+    fn at_radius(&self, radius: f64, hint: Option<&Hint>) -> Option<Seen> {
+        let known = |(r, seen): &(f64, Option<Seen>)| (*r == radius).then_some(*seen);
+        if let Some(seen) = self.outward.borrow().iter().find_map(known) {
+            return seen;
+        }
+        let seen = self.at(self.place.point(DVec2::new(radius, 0.0)), hint);
+        self.outward.borrow_mut().push((radius, seen));
+        seen
+    }
+
+    /// The film radii beyond those of a table, if there is light again.
+    fn opens_again(&self, nodes: &Radial, film_radius: f64) -> Option<[f64; 2]> {
+        let end = nodes.last().map_or(0.0, |(radius, _)| *radius);
+        let known = |r: &f64, seen: &Option<Seen>| *r > end && seen.is_some();
+        let mut again = self.outward.borrow().iter().any(|(r, s)| known(r, s));
+        let step = (film_radius - end) / CLOSER as f64;
+        again |= step > 0.0
+            && (1..=CLOSER).any(|i| {
+                let point = DVec2::new(end + i as f64 * step, 0.0);
+                self.at(self.place.point(point), None).is_some()
+            });
+        again.then_some([end, film_radius])
+    }
+
+    /// Whether there is light beside the pupil, from film points in a row from the middle outward.
+    /// Where there nearly is any, the film point is moved until there is, or can't be. If there
+    /// is, the film radii that see any.
+    fn strays(
+        &self,
+        film_radius: f64,
+        is_aimed_at: impl Fn(f64, DVec2) -> bool,
+    ) -> Option<[f64; 2]> {
+        let searches = SEARCHES * self.sight.grid;
+        let step = film_radius / searches as f64;
+        let mut hint = None;
+        let row: Vec<Option<Seen>> = (0..=searches)
+            .map(|i| {
+                let seen = self.at_radius(film_radius * i as f64 / searches as f64, hint.as_ref());
+                hint = seen.map(|seen| seen.hint);
+                seen.map(|seen| Seen {
+                    support: widened(&seen.support, MARGIN),
+                    ..seen
+                })
+            })
+            .collect();
+        let point = |radius: f64| {
+            let on_film = (0.0..=film_radius).contains(&radius);
+            on_film.then(|| self.place.point(DVec2::new(radius, 0.0)))
+        };
+        let outside = |radius: f64, aim: DVec2| {
+            let i = ((radius / step) as usize).min(searches - 1);
+            let mut near = row[i..i + 2].iter().flatten();
+            near.all(|seen| is_outside(aim, &seen.support, self.sides))
+        };
+        let (mut from, mut to, mut is_light) = (f64::INFINITY, f64::NEG_INFINITY, false);
+        for (i, seen) in row.iter().enumerate() {
+            let radius = film_radius * i as f64 / searches as f64;
+            let film = self.place.point(DVec2::new(radius, 0.0));
+            let found = self
+                .sight
+                .strays(film, seen.as_ref(), self.sides, NEARLY_THROUGH);
+            for (aim, fill) in found {
+                (from, to) = (from.min(radius), to.max(radius));
+                let is_there = || {
+                    let start = (radius, aim);
+                    let ((radius, aim), least) =
+                        self.sight.least_around(start, step, &point, &outside);
+                    // Behind a ridge it is not the pupil; past its end it may be.
+                    least < THROUGH && (seen.is_some() || least < 1.0 && !is_aimed_at(radius, aim))
+                };
+                is_light = is_light || fill < 1.0 || is_there();
+            }
+        }
+        let around = 2.0 * film_radius / SEARCHES as f64;
+        is_light.then_some([from - around, to + around])
     }
 }
 
-fn mix(a: &Support, b: &Support, t: f64) -> Support {
-    std::array::from_fn(|j| a[j] + t * (b[j] - a[j]))
-}
-
-/// The support of the smallest convex figure around two.
-fn hull(a: &Support, b: &Support) -> Support {
-    std::array::from_fn(|j| a[j].max(b[j]))
-}
-
-/// Bilinear; a corner that sees nothing is taken as the hull of those that do.
-fn mix_corners(corners: [Option<&Support>; 4], x: f64, y: f64) -> Option<Support> {
-    let mut all: Option<Support> = None;
-    for corner in corners.into_iter().flatten() {
-        all = Some(match all {
-            None => *corner,
-            Some(so_far) => hull(&so_far, corner),
-        });
+/// How far from the axis a ray through the rear surface may cross the rear vertex plane: through
+/// the rim, from the farthest film point.
+fn reach_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> f64 {
+    let rear = RearElement::of(lens, DiscMap::Concentric).radius;
+    let film = |k: i32| place.point(film_radius * DVec2::from_angle(TAU * f64::from(k) / 64.0));
+    let (mut near, mut far) = (place.point(DVec2::ZERO).z, 0.0f64);
+    for point in (0..64).map(film) {
+        (near, far) = (near.min(point.z), far.max(point.truncate().length()));
     }
-    let all = all?;
-    let [a, b, c, d] = corners.map(|corner| corner.unwrap_or(&all));
-    Some(mix(&mix(a, b, x), &mix(c, d, x), y))
-}
-
-/// A support widened by a share of the figure's own half width in each direction.
-fn widened(support: &Support, share: f64) -> Support {
-    std::array::from_fn(|j| {
-        let opposite = support[(j + SIDES / 2) % SIDES];
-        support[j] + share * 0.5 * (support[j] + opposite)
-    })
-}
-
-/// How far `inner` sticks out of `outer`, as a share of `outer`'s half width; negative if inside.
-fn excess(inner: &Support, outer: &Support) -> f64 {
-    (0..SIDES)
-        .map(|j| {
-            let half = 0.5 * (outer[j] + outer[(j + SIDES / 2) % SIDES]);
-            (inner[j] - outer[j]) / half.max(f64::MIN_POSITIVE)
-        })
-        .fold(f64::NEG_INFINITY, f64::max)
+    // The part of the way from the rim to the film point at which the vertex plane is crossed.
+    let sag = lens
+        .prescription()
+        .surfaces
+        .last()
+        .map_or(0.0, |s| s.sag(rear));
+    let t = sag / (sag - (near - lens.length()));
+    let reach = match t < 1.0 {
+        true => (1.0 - t).abs() * rear + t.abs() * far,
+        false => rear,
+    };
+    reach.clamp(rear, 100.0 * rear) * (1.0 + MARGIN)
 }
 
 /// Measured supports by film radius: halved where interpolation errs, ended where light ends.
 fn radial_table(
-    measure: &mut dyn FnMut(f64) -> Option<Support>,
+    measure: &mut dyn FnMut(f64, Option<&Hint>) -> Option<Seen>,
     film_radius: f64,
-    reach: f64,
+    everything: impl Fn() -> f64,
 ) -> Radial {
-    let mut done: Radial = Vec::new();
-    let Some(first) = measure(0.0) else {
-        return radial_fallback(measure, film_radius, reach);
+    let mut done: Vec<(f64, Seen)> = Vec::new();
+    let Some(first) = measure(0.0, None) else {
+        return radial_fallback(measure, film_radius, everything);
     };
     done.push((0.0, first));
     // Radii still to be reached, the nearest last.
-    let mut ahead: Vec<(f64, Option<Support>)> = (1..=FIRST_NODES)
-        .rev()
-        .map(|i| film_radius * i as f64 / FIRST_NODES as f64)
-        .map(|radius| (radius, measure(radius)))
-        .collect();
-    while let Some((radius, support)) = ahead.pop() {
+    let mut ahead: Vec<(f64, Option<Seen>)> = Vec::new();
+    let mut hint = Some(first.hint);
+    for i in 1..=FIRST_NODES {
+        let radius = film_radius * i as f64 / FIRST_NODES as f64;
+        let seen = measure(radius, hint.as_ref());
+        hint = seen.map(|seen| seen.hint);
+        ahead.push((radius, seen));
+    }
+    ahead.reverse();
+    while let Some((radius, seen)) = ahead.pop() {
         let (last_radius, last) = done[done.len() - 1];
         let middle = 0.5 * (last_radius + radius);
         let narrow = radius - last_radius <= NARROW * film_radius;
-        let Some(support) = support else {
+        let Some(seen) = seen else {
             // Light ends between the two.
             if narrow {
                 done.push((radius, last));
                 break;
             }
             ahead.push((radius, None));
-            ahead.push((middle, measure(middle)));
+            ahead.push((middle, measure(middle, Some(&last.hint))));
             continue;
         };
-        let between = measure(middle);
-        let straight = mix(&last, &support, 0.5);
-        let bad = match &between {
-            None => true,
-            Some(m) => excess(m, &straight) > MAY_CUT || excess(&straight, m) > MAY_ADD,
-        };
-        if bad && !narrow && done.len() + ahead.len() < MAX_NODES {
-            ahead.push((radius, Some(support)));
-            ahead.push((middle, between));
-            continue;
+        let between = measure(middle, Some(&Hint::between(&last, &seen)));
+        let straight = mix(&last.support, &seen.support, 0.5);
+        // What is cut and what is added too much, in parts of what may be.
+        let bad = between.map_or(f64::INFINITY, |m| {
+            let cut = excess(&m.support, &straight) / MAY_CUT;
+            cut.max(excess(&straight, &m.support) / MAY_ADD)
+        });
+        let may_halve = !narrow && done.len() + ahead.len() < MAX_NODES;
+        match between {
+            _ if bad <= 1.0 => done.push((radius, seen)),
+            // With the middle itself in the table less errs, and that is within the margin.
+            Some(between) if bad <= 1.25 => done.extend([(middle, between), (radius, seen)]),
+            _ if may_halve => {
+                ahead.push((radius, Some(seen)));
+                ahead.push((middle, between));
+            }
+            // A pupil closes like a square root: where that is not resolved take all of it.
+            _ => {
+                let between = between.unwrap_or(last).support;
+                let support = hull(&hull(&last.support, &seen.support), &between);
+                let all = Seen { support, ..seen };
+                done.extend([(last_radius, all), (radius, all), (radius, seen)]);
+            }
         }
-        // A pupil closes like a square root: where that is not resolved take all of it.
-        let support = if bad {
-            hull(&hull(&last, &support), &between.unwrap_or(last))
-        } else {
-            support
-        };
-        done.push((radius, support));
     }
     done.iter()
-        .map(|(radius, support)| (*radius, widened(support, MARGIN)))
+        .map(|(radius, seen)| (*radius, widened(&seen.support, MARGIN)))
         .collect()
 }
 
 /// Nothing gets through on the axis: start where something does, with the disc before it.
 fn radial_fallback(
-    measure: &mut dyn FnMut(f64) -> Option<Support>,
+    measure: &mut dyn FnMut(f64, Option<&Hint>) -> Option<Seen>,
     film_radius: f64,
-    reach: f64,
+    everything: impl Fn() -> f64,
 ) -> Radial {
     let steps = 4 * FIRST_NODES;
-    let everything = [reach; SIDES];
     for i in 0..=steps {
-        if measure(film_radius * i as f64 / steps as f64).is_some() {
+        if measure(film_radius * i as f64 / steps as f64, None).is_some() {
+            let everything = [everything(); SIDES];
             return vec![(0.0, everything), (film_radius, everything)];
         }
     }
     Vec::new()
-}
-
-/// Radial tables at several places along the axis, for a film that is moved.
-#[derive(Clone, Debug)]
-struct Levels {
-    place: FilmPlace,
-    low: f64,
-    step: f64,
-    tables: Vec<Radial>,
-}
-
-impl Levels {
-    fn new(look: &mut Look<'_>, film_radius: f64) -> Self {
-        // The places of the film, with a little to spare.
-        let (mut low, mut high, mut far) = (f64::INFINITY, f64::NEG_INFINITY, 0.0f64);
-        for k in 0..=64 {
-            let turn = TAU * f64::from(k) / 64.0;
-            let out = film_radius * if k == 64 { 0.0 } else { 1.01 };
-            let (sin, cos) = libm::sincos(turn);
-            let point = look.place.point(out * DVec2::new(cos, sin));
-            (low, high) = (low.min(point.z), high.max(point.z));
-            far = far.max(point.truncate().length());
-        }
-        let step = ((high - low) / (LEVELS - 1) as f64).max(1e-9 * film_radius);
-        let reach = look.sight.reach();
-        let mut table = |z: f64| {
-            look.hint = None;
-            radial_table(&mut |r| look.at(DVec3::new(r, 0.0, z)), far, reach)
-        };
-        let tables: Vec<Radial> = (0..LEVELS).map(|k| table(low + k as f64 * step)).collect();
-        let mut this = Self {
-            place: *look.place,
-            low,
-            step,
-            tables,
-        };
-        let share = this.excess(look, far);
-        for (_, support) in this.tables.iter_mut().flatten() {
-            *support = widened(support, share);
-        }
-        this
-    }
-
-    fn at(&self, point: DVec3) -> Option<Support> {
-        let level = (point.z - self.low) / self.step;
-        let k = (level.floor().max(0.0) as usize).min(LEVELS - 2);
-        let radius = point.truncate().length();
-        let [a, b] = [k, k + 1].map(|k| radial_at(&self.tables[k], radius));
-        match (a, b) {
-            (Some(a), Some(b)) => Some(mix(&a, &b, (level - k as f64).clamp(0.0, 1.0))),
-            (a, b) => a.or(b),
-        }
-    }
-
-    /// The most that a figure between two levels sticks out of what is interpolated.
-    fn excess(&self, look: &mut Look<'_>, far: f64) -> f64 {
-        const RADII: usize = 24;
-        let mut worst: f64 = 0.0;
-        for k in 0..LEVELS - 1 {
-            look.hint = None;
-            for i in 0..=RADII {
-                let r = far * i as f64 / RADII as f64;
-                let point = DVec3::new(r, 0.0, self.low + (k as f64 + 0.5) * self.step);
-                if let (Some(inner), Some(outer)) = (look.at(point), self.at(point)) {
-                    worst = worst.max(excess(&inner, &outer));
-                }
-            }
-        }
-        worst
-    }
-}
-
-/// Measured supports over the film, square cell by square cell.
-#[derive(Clone, Debug)]
-struct Grid {
-    low: DVec2,
-    cell: f64,
-    /// Nodes along each side.
-    count: usize,
-    nodes: Vec<Option<Support>>,
-    /// The grid is the quadrant x, y ≥ 0, and the others are its mirror images.
-    mirrored: bool,
-}
-
-impl Grid {
-    fn new(look: &mut Look<'_>, film_radius: f64, mirrored: bool) -> Self {
-        let cell = film_radius.max(f64::MIN_POSITIVE) / GRID as f64;
-        let (low, cells) = match mirrored {
-            true => (DVec2::ZERO, GRID),
-            false => (DVec2::splat(-film_radius), 2 * GRID),
-        };
-        let mut this = Self {
-            low,
-            cell,
-            count: cells + 1,
-            nodes: Vec::new(),
-            mirrored,
-        };
-        // Only where there is film, and the corners of cells that reach it.
-        let mut at = |x: f64, y: f64| {
-            let film = low + cell * DVec2::new(x, y);
-            let near = film.length() <= film_radius + 1.5 * cell;
-            near.then(|| look.at(look.place.point(film))).flatten()
-        };
-        for j in 0..this.count {
-            for i in 0..this.count {
-                this.nodes.push(at(i as f64, j as f64));
-            }
-        }
-        this.widen(at);
-        if !mirrored {
-            this.open_borders(look.sight.reach());
-        }
-        this
-    }
-
-    /// The corners of the cell at a column and a row.
-    fn corners(&self, i: usize, j: usize) -> [usize; 4] {
-        let first = j * self.count + i;
-        [first, first + 1, first + self.count, first + self.count + 1]
-    }
-
-    /// The support at a film point.
-    fn at(&self, film: DVec2) -> Option<Support> {
-        let place = (film - self.low) / self.cell;
-        let at = |v: f64| (v.floor().max(0.0) as usize).min(self.count - 2);
-        let (i, j) = (at(place.x), at(place.y));
-        let corners = self.corners(i, j).map(|c| self.nodes[c].as_ref());
-        let part = (place - DVec2::new(i as f64, j as f64)).clamp(DVec2::ZERO, DVec2::ONE);
-        mix_corners(corners, part.x, part.y)
-    }
-
-    /// Widens the corners of every cell by what its middle sticks out. Along a line through a
-    /// cell, what bulges out concavely bulges at most twice as far as in the middle; the quadrant
-    /// of a film that is not moved is smooth enough not to need that.
-    fn widen(&mut self, mut at: impl FnMut(f64, f64) -> Option<Support>) {
-        let mut share = vec![0.0f64; self.nodes.len()];
-        let bulge = if self.mirrored { 1.0 } else { 2.0 };
-        for j in 0..self.count - 1 {
-            for i in 0..self.count - 1 {
-                let corners = self.corners(i, j);
-                let Some(middle) = at(i as f64 + 0.5, j as f64 + 0.5) else {
-                    continue;
-                };
-                match mix_corners(corners.map(|c| self.nodes[c].as_ref()), 0.5, 0.5) {
-                    Some(straight) => {
-                        let excess = bulge * excess(&middle, &straight).max(0.0);
-                        corners
-                            .iter()
-                            .for_each(|&c| share[c] = share[c].max(excess));
-                    }
-                    None => corners.iter().for_each(|&c| self.nodes[c] = Some(middle)),
-                }
-            }
-        }
-        for (node, share) in self.nodes.iter_mut().zip(share) {
-            *node = node
-                .as_ref()
-                .map(|support| widened(support, MARGIN + share));
-        }
-    }
-
-    /// Dark nodes next to light ones aim at everything: a film moved aside ends the image circle
-    /// in the midst of cells.
-    fn open_borders(&mut self, reach: f64) {
-        let count = self.count as isize;
-        let lit = |nodes: &[Option<Support>], i: isize, j: isize| {
-            let inside = (0..count).contains(&i) && (0..count).contains(&j);
-            inside && nodes[(j * count + i) as usize].is_some()
-        };
-        let before = self.nodes.clone();
-        for (k, node) in self.nodes.iter_mut().enumerate() {
-            let (i, j) = (k as isize % count, k as isize / count);
-            let near_light = (-1..=1).any(|y| (-1..=1).any(|x| lit(&before, i + x, j + y)));
-            if node.is_none() && near_light {
-                *node = Some([reach; SIDES]);
-            }
-        }
-    }
 }

@@ -13,6 +13,7 @@ use super::lanes::{Bundle, LANES};
 use super::pupil::{SIDES, Support};
 use super::trace::{LensRay, unit};
 use super::{Lens, RearElement};
+use crate::math::lanes::Lane;
 
 /// Directions in which an outline is sought: over half a turn where the other half mirrors it.
 const DIRECTIONS: usize = 2 * LANES;
@@ -26,75 +27,103 @@ pub(crate) struct Sight<'a> {
     lens: &'a Lens,
     reach: f64,
     rotational: bool,
+    /// Bundles along a side of the grid on which light is sought beside the pupil.
+    pub grid: usize,
+    half_turn: [Way; DIRECTIONS],
+    full_turn: [Way; DIRECTIONS],
 }
 
-/// What was found from a neighboring film point, to start from.
+/// A direction, and its angle.
+#[derive(Clone, Copy)]
+struct Way {
+    angle: f64,
+    way: DVec2,
+}
+
+impl Way {
+    fn at(angle: f64) -> Self {
+        let (sin, cos) = libm::sincos(angle);
+        Self {
+            angle,
+            way: DVec2::new(cos, sin),
+        }
+    }
+}
+
+/// What a film point sees: how far the light reaches in each of the directions asked for, and
+/// where to begin from a neighboring point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    pub support: Support,
+    pub hint: Hint,
+}
+
+/// A point inside the light, and how far from it the rim is in every direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hint {
     center: DVec2,
-    radius: f64,
+    distances: [f64; DIRECTIONS],
+}
+
+impl Hint {
+    /// In the middle between two.
+    pub fn between(a: &Seen, b: &Seen) -> Self {
+        Self {
+            center: a.hint.center.midpoint(b.hint.center),
+            distances: std::array::from_fn(|i| 0.5 * (a.hint.distances[i] + b.hint.distances[i])),
+        }
+    }
+}
+
+/// A point inside the light and how much of the tightest semi-diameter its ray uses.
+#[derive(Clone, Copy)]
+struct Inside {
+    center: DVec2,
+    fill: f64,
 }
 
 /// A point of the outline.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Rim {
     angle: f64,
     distance: f64,
     point: DVec2,
     /// The surface whose rim it is, or the edge of an iris.
-    limit: usize,
+    limit: u64,
 }
-
-/// Shares and surfaces for up to a bundle of aims.
-type Fills = [(f64, usize); LANES];
 
 impl<'a> Sight<'a> {
     pub fn new(lens: &'a Lens) -> Self {
         let rear = RearElement::of(lens, crate::sampling::DiscMap::Concentric).radius;
+        let ways = |step: f64| std::array::from_fn(|i| Way::at(step * i as f64));
         Self {
             lens,
             reach: 1.5 * rear,
             rotational: lens.is_rotational(),
+            // The more surfaces, the more often a beam can be folded.
+            grid: 1 + lens.prescription().surfaces.len() / 28,
+            half_turn: ways(PI / (DIRECTIONS - 1) as f64),
+            full_turn: ways(TAU / DIRECTIONS as f64),
         }
     }
 
-    /// The farthest from the axis that aims are tried.
-    pub fn reach(&self) -> f64 {
-        self.reach
+    /// The fill of a bundle of aims.
+    fn fills(&self, film: DVec3, aim: impl Fn(usize) -> DVec2) -> (Lane, [u64; LANES]) {
+        let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            [x[lane], y[lane]] = aim(lane).to_array();
+        }
+        let fills = self.lens.fills(film, &x, &y);
+        (fills.fill, fills.limit)
     }
 
-    /// The fill of every aim of `aims`, at most a bundle of them.
-    fn fills(&self, film: DVec3, aims: &[DVec2]) -> Fills {
-        let rear_z = self.lens.length();
-        let mut bundle = Bundle::default();
-        for (lane, aim) in aims.iter().take(LANES).enumerate() {
-            let direction = aim.extend(rear_z) - film;
-            if let Some(direction) = unit(direction) {
-                let ray = LensRay {
-                    origin: film,
-                    direction,
-                };
-                bundle.set(lane, &ray);
-            }
-        }
-        self.lens.fill_bundle(&mut bundle);
-        std::array::from_fn(|lane| {
-            if lane < aims.len() {
-                bundle.fill(lane)
-            } else {
-                (f64::INFINITY, 0)
-            }
-        })
+    fn fill(&self, film: DVec3, aim: DVec2) -> f64 {
+        self.fills(film, |_| aim).0[0]
     }
 
     /// An aim well inside the light, or none where there is no light.
-    fn inside(&self, film: DVec3, hint: Option<Hint>) -> Option<DVec2> {
-        let fill = |aim: DVec2| self.fills(film, &[aim])[0].0;
-        if let Some(hint) = hint
-            && fill(hint.center) < 0.99
-        {
-            return Some(hint.center);
-        }
+    fn inside(&self, film: DVec3) -> Option<Inside> {
+        let fill = |aim: DVec2| self.fill(film, aim);
         let meridian = film.truncate().try_normalize().unwrap_or(DVec2::X);
         let mut aim = self.best_along(film, DVec2::ZERO, meridian);
         if !self.rotational && !(fill(aim) < 0.6) {
@@ -112,7 +141,8 @@ impl<'a> Sight<'a> {
                 aim = self.best_of_grid(film);
             }
         }
-        (fill(aim) < 1.0).then_some(aim)
+        let (center, fill) = (aim, fill(aim));
+        (fill < 1.0).then_some(Inside { center, fill })
     }
 
     /// The aim of least fill on a line: the best of three bundles in a row, then a bundle in the
@@ -122,8 +152,8 @@ impl<'a> Sight<'a> {
         let mut best = (middle, f64::INFINITY);
         let look = |low: f64, step: f64, best: &mut (f64, f64)| {
             let place = |lane: usize| low + lane as f64 * step;
-            let aims: [DVec2; LANES] = std::array::from_fn(|lane| from + place(lane) * direction);
-            for (lane, (fill, _)) in self.fills(film, &aims).into_iter().enumerate() {
+            let (fills, _) = self.fills(film, |lane| from + place(lane) * direction);
+            for (lane, fill) in fills.into_iter().enumerate() {
                 if fill < best.1 {
                     *best = (place(lane), fill);
                 }
@@ -155,11 +185,11 @@ impl<'a> Sight<'a> {
         let place = |i: usize| self.reach * (2.0 * i as f64 / (2 * LANES - 1) as f64 - 1.0);
         for j in 0..2 * LANES {
             for half in 0..2 {
-                let aims: [DVec2; LANES] =
-                    std::array::from_fn(|i| DVec2::new(place(half * LANES + i), place(j)));
-                for (aim, (fill, _)) in aims.iter().zip(self.fills(film, &aims)) {
+                let aim = |i: usize| DVec2::new(place(half * LANES + i), place(j));
+                let (fills, _) = self.fills(film, aim);
+                for (lane, fill) in fills.into_iter().enumerate() {
                     if fill < best.1 {
-                        best = (*aim, fill);
+                        best = (aim(lane), fill);
                     }
                 }
             }
@@ -168,225 +198,500 @@ impl<'a> Sight<'a> {
     }
 
     /// How far the light reaches in each direction, or none where there is none. `hint` is from
-    /// a neighbor, and for the next.
-    pub fn support(
-        &self,
-        film: DVec3,
-        sides: &[DVec2; SIDES],
-        hint: &mut Option<Hint>,
-    ) -> Option<Support> {
-        let found = self.support_around(self.inside(film, *hint)?, film, sides, hint);
-        match found {
-            Some(support) => Some(support),
-            // A neighbor's middle is too near the rim here.
-            None => {
-                *hint = None;
-                let center = self.inside(film, None)?;
-                self.support_around(center, film, sides, hint)
+    /// a neighbor.
+    pub fn seen(&self, film: DVec3, sides: &[DVec2; SIDES], hint: Option<&Hint>) -> Option<Seen> {
+        if let Some(hint) = hint {
+            let center = hint.center;
+            let fill = self.fill(film, center);
+            let found = (fill < 0.99)
+                .then(|| self.seen_around(Inside { center, fill }, film, sides, Some(hint)));
+            if let Some(Some(seen)) = found {
+                return Some(seen);
             }
+            // A neighbor's middle is too near the rim here.
         }
+        self.seen_around(self.inside(film)?, film, sides, None)
     }
 
     /// The same from a point inside the light; none where a hint has led too near its rim.
-    fn support_around(
+    fn seen_around(
         &self,
-        center: DVec2,
+        inside: Inside,
         film: DVec3,
         sides: &[DVec2; SIDES],
-        hint: &mut Option<Hint>,
-    ) -> Option<Support> {
+        hint: Option<&Hint>,
+    ) -> Option<Seen> {
         // Mirror symmetry about the meridian through the film point, which is y = 0 here.
         let mirrored = self.rotational && film.y == 0.0;
-        let (last, turn) = if mirrored {
-            (DIRECTIONS - 1, PI)
-        } else {
-            (DIRECTIONS, TAU)
+        let ways = match mirrored {
+            true => &self.half_turn,
+            false => &self.full_turn,
         };
-        let angles: Vec<f64> = (0..DIRECTIONS)
-            .map(|i| turn * i as f64 / last as f64)
-            .collect();
-        let guess = hint.map(|hint| hint.radius);
-        let rims = self.outline(film, center, &angles, !mirrored, guess, COARSE);
-        let distances = rims.iter().map(|rim| rim.distance);
-        let nearest = distances.clone().fold(f64::INFINITY, f64::min);
-        if hint.is_some() && nearest < 0.2 * distances.sum::<f64>() / rims.len() as f64 {
+        let mut rims = vec![Rim::default(); DIRECTIONS];
+        let mut mean = None;
+        for (bundle, rims) in rims.chunks_mut(LANES).enumerate() {
+            let first = bundle * LANES;
+            let guess = |lane: usize| hint.map(|h| h.distances[first + lane]).or(mean);
+            self.rims(
+                film,
+                inside,
+                &ways[first..first + LANES],
+                &guess,
+                COARSE,
+                rims,
+            );
+            mean = Some(rims[LANES - 1].distance);
+        }
+        let distances: [f64; DIRECTIONS] = std::array::from_fn(|i| rims[i].distance);
+        let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
+        let mean = distances.iter().sum::<f64>() / DIRECTIONS as f64;
+        if hint.is_some() && nearest < 0.2 * mean {
             return None;
         }
-        let mut support: Support = std::array::from_fn(|j| center.dot(sides[j]));
-        let mut radius = 0.0;
-        for rim in &rims {
-            radius += rim.distance / rims.len() as f64;
+        let corners = self.corners(film, inside, !mirrored, &mut rims);
+        let mut support: Support = std::array::from_fn(|j| inside.center.dot(sides[j]));
+        let mut add = |point: DVec2| {
             for (support, side) in support.iter_mut().zip(sides) {
-                *support = support.max(rim.point.dot(*side));
-                if mirrored {
-                    *support = support.max(rim.point.x * side.x - rim.point.y * side.y);
-                }
+                *support = support.max(point.dot(*side));
             }
+        };
+        let points = rims.iter().map(|rim| rim.point).chain(corners);
+        points.for_each(&mut add);
+        if mirrored {
+            support = mirror(&support);
         }
         // The next starts in the middle of this one.
         let span = |j: usize| 0.5 * (support[j] - support[(j + SIDES / 2) % SIDES]);
         let (a, b) = (sides[0], sides[SIDES / 4]);
         let center = (span(SIDES / 4) * a - span(0) * b).perp() / a.perp_dot(b);
-        *hint = Some(Hint { center, radius });
-        Some(support)
+        let moved = center - inside.center;
+        let distances =
+            std::array::from_fn(|i| (distances[i] - moved.dot(ways[i].way)).max(0.1 * nearest));
+        let hint = Hint { center, distances };
+        Some(Seen { support, hint })
+    }
+
+    /// Aims at which light comes through, or nearly does, outside of the figure that is `seen`,
+    /// with their fill: a beam that is folded inside the lens may come in several pieces. The
+    /// fill is looked at on a grid over all that is in reach, and followed downhill from wherever
+    /// it is less than all around.
+    pub fn strays(
+        &self,
+        film: DVec3,
+        seen: Option<&Seen>,
+        sides: &[DVec2; SIDES],
+        nearly: f64,
+    ) -> Vec<(DVec2, f64)> {
+        let mirrored = self.rotational && film.y == 0.0;
+        let side = self.grid * LANES;
+        let rows = if mirrored { side / 2 } else { side };
+        let step = self.stride();
+        let place = |i: usize, j: usize| {
+            let from = |k: usize| (k as f64 + 0.5) * step;
+            let y = if mirrored {
+                from(j)
+            } else {
+                from(j) - self.reach
+            };
+            DVec2::new(from(i) - self.reach, y)
+        };
+        let outside = |p: DVec2| seen.is_none_or(|seen| is_outside(p, &seen.support, sides));
+        let mut fills = Vec::with_capacity(rows * side);
+        for (j, first) in (0..rows).flat_map(|j| (0..self.grid).map(move |k| (j, k * LANES))) {
+            fills.extend(self.fills(film, |i| place(first + i, j)).0);
+        }
+        let fill = |i: usize, j: usize, di: usize, dj: usize| {
+            // One more than the step, so that nothing is negative.
+            let (i, j) = ((i + di).wrapping_sub(1), (j + dj).wrapping_sub(1));
+            match i < side && j < rows {
+                true => fills[j * side + i],
+                false => f64::INFINITY,
+            }
+        };
+        let is_lowest = |i: usize, j: usize| {
+            let own = fill(i, j, 1, 1);
+            own.is_finite() && (0..9).all(|k| own <= fill(i, j, k % 3, k / 3))
+        };
+        let lowest = (0..rows * side).map(|k| (k % side, k / side));
+        lowest
+            .filter(|(i, j)| is_lowest(*i, *j) && outside(place(*i, *j)))
+            .map(|(i, j)| self.downhill(film, place(i, j), step, nearly, &outside))
+            .filter(|(aim, fill)| {
+                // Not the slope to the figure itself.
+                let apart = |seen: &Seen| self.is_behind_a_ridge(film, *aim, *fill, seen);
+                *fill < 1.0 || *fill < nearly && seen.is_none_or(apart)
+            })
+            .collect()
+    }
+
+    /// The distance of the grid's aims.
+    fn stride(&self) -> f64 {
+        2.0 * self.reach / (self.grid * LANES) as f64
+    }
+
+    /// The least fill of rays near one of a film point at a radius, when the film point moves as
+    /// well, up to `step` at once at first; `point` makes a film point of a radius. Only rays that
+    /// are `outside` count.
+    pub fn least_around(
+        &self,
+        (radius, aim): (f64, DVec2),
+        step: f64,
+        point: &dyn Fn(f64) -> Option<DVec3>,
+        outside: &dyn Fn(f64, DVec2) -> bool,
+    ) -> ((f64, DVec2), f64) {
+        let rear_z = self.lens.length();
+        let (mut best, mut least) = ((radius, aim), f64::INFINITY);
+        let mut size = 1.0;
+        for round in 0..64 {
+            let from = best;
+            let near = |lane: usize| {
+                // Evenly in a cube: the generalized golden ratios.
+                let k = (round * LANES + lane) as f64;
+                let at = [0.819_172_513, 0.671_043_607, 0.549_700_478];
+                let [a, b, c] = at.map(|g| size * (2.0 * (0.5 + g * k).fract() - 1.0));
+                (from.0 + step * a, from.1 + self.stride() * DVec2::new(b, c))
+            };
+            let mut bundle = Bundle::default();
+            for lane in 0..LANES {
+                let (radius, aim) = near(lane);
+                if let Some(origin) = point(radius)
+                    && let Some(direction) = unit(aim.extend(rear_z) - origin)
+                    && outside(radius, aim)
+                {
+                    bundle.set(lane, &LensRay { origin, direction });
+                }
+            }
+            let before = least;
+            for (lane, fill) in self.lens.fills_of(&mut bundle).into_iter().enumerate() {
+                if fill < least {
+                    (best, least) = (near(lane), fill);
+                }
+            }
+            if least < 1.0 || size < 1e-4 {
+                break;
+            }
+            if !(least < before - 1e-3 * size) {
+                size *= 0.7;
+            }
+        }
+        (best, least)
+    }
+
+    /// Whether the fill rises on the straight way from an aim to the figure.
+    fn is_behind_a_ridge(&self, film: DVec3, aim: DVec2, fill: f64, seen: &Seen) -> bool {
+        let part = |lane: usize| lane as f64 / (LANES - 1) as f64;
+        let (fills, _) = self.fills(film, |lane| aim.lerp(seen.hint.center, part(lane)));
+        fills.iter().any(|f| !(*f <= fill + 1e-3))
+    }
+
+    /// The aim of least fill downhill of one; infinite where that leads into the figure.
+    fn downhill(
+        &self,
+        film: DVec3,
+        from: DVec2,
+        step: f64,
+        nearly: f64,
+        outside: &dyn Fn(DVec2) -> bool,
+    ) -> (DVec2, f64) {
+        let (mut best, mut least) = (from, f64::INFINITY);
+        let mut radius = step;
+        for round in 0..12 {
+            let (center, before) = (best, least);
+            let aim = |lane: usize| {
+                let part = lane as f64 / (LANES - 1) as f64;
+                let (sin, cos) = libm::sincos(TAU * 0.381966 * lane as f64);
+                center + radius * part.sqrt() * DVec2::new(cos, sin)
+            };
+            let (fills, _) = self.fills(film, aim);
+            for (lane, fill) in fills.into_iter().enumerate() {
+                if fill < least {
+                    (best, least) = (aim(lane), fill);
+                }
+            }
+            if !outside(best) {
+                return (best, f64::INFINITY);
+            }
+            // Each step gains less than the one before.
+            let hopeless = round > 2 && least - 3.0 * (before - least) > nearly;
+            if least < 1.0 || hopeless {
+                break;
+            }
+            radius *= 0.6;
+        }
+        (best, least)
+    }
+
+    /// The corners of an outline. Its points are put closer where one comes out too far from its
+    /// neighbors to be known.
+    fn corners(
+        &self,
+        film: DVec3,
+        inside: Inside,
+        closed: bool,
+        rims: &mut Vec<Rim>,
+    ) -> Vec<DVec2> {
+        const PARTS: usize = 8;
+        let mut corners = Vec::new();
+        for round in 0..3 {
+            corners.clear();
+            let mut more: Vec<(Way, f64)> = Vec::new();
+            let count = if closed { rims.len() } else { rims.len() - 1 };
+            for third in 0..count {
+                let at = |k: usize| {
+                    let i = third + k + rims.len() - 2;
+                    let turns = (i / rims.len()) as f64 - 1.0;
+                    let rim = rims[i % rims.len()];
+                    Rim {
+                        angle: rim.angle + turns * TAU,
+                        ..rim
+                    }
+                };
+                let row: [Rim; 6] = std::array::from_fn(at);
+                let [_, _, b, c, _, _] = row;
+                let ends = !closed && (third < 2 || third + 3 >= rims.len());
+                if b.limit == c.limit || ends {
+                    continue;
+                }
+                let room = round < 2 && more.len() + PARTS <= LANES;
+                let found = corner(row, if room { 1.5 } else { f64::INFINITY });
+                if found.is_none() && room && c.angle - b.angle > 1e-6 {
+                    more.extend((1..PARTS).map(|j| {
+                        let t = j as f64 / PARTS as f64;
+                        let way = Way::at(b.angle + t * (c.angle - b.angle));
+                        (way, b.distance + t * (c.distance - b.distance))
+                    }));
+                }
+                corners.extend(found);
+                if found.is_none() && !room {
+                    // Nearly the same way: as far again as the points are apart.
+                    let beyond = |near: Rim, next: Rim| 2.0 * near.point - next.point;
+                    corners.extend([beyond(b, row[1]), beyond(c, row[4])]);
+                }
+            }
+            if more.is_empty() {
+                break;
+            }
+            let first = rims.len();
+            let ways: Vec<Way> = more.iter().map(|(way, _)| *way).collect();
+            rims.resize(first + more.len(), Rim::default());
+            let guess = |lane: usize| Some(more[lane].1);
+            self.rims(film, inside, &ways, &guess, COARSE, &mut rims[first..]);
+            rims.sort_by(|a, b| a.angle.total_cmp(&b.angle));
+        }
+        corners
     }
 
     /// A point inside the light and the outline around it, counted from that point.
     pub fn outline_points(&self, film: DVec3, count: usize) -> Option<(DVec2, Vec<DVec2>)> {
-        let center = self.inside(film, None)?;
-        let angles: Vec<f64> = (0..count).map(|i| TAU * i as f64 / count as f64).collect();
-        let rims = self.outline(film, center, &angles, true, None, FINE);
-        Some((center, rims.iter().map(|rim| rim.point - center).collect()))
+        let inside = self.inside(film)?;
+        let rims = self.outline(film, inside, count);
+        let around = |rim: &Rim| rim.point - inside.center;
+        Some((inside.center, rims.iter().map(around).collect()))
     }
 
-    /// The outline in a row of directions. Where one surface's shadow meets another's it has a
-    /// corner, which a row steps over: between two directions of different surfaces eight more
+    /// The outline in evenly spaced directions. Where one surface's shadow meets another's it has
+    /// a corner, which a row steps over: between two directions of different surfaces eight more
     /// are sought, and eight between two of those.
-    fn outline(
-        &self,
-        film: DVec3,
-        center: DVec2,
-        angles: &[f64],
-        closed: bool,
-        guess: Option<f64>,
-        width: f64,
-    ) -> Vec<Rim> {
-        let mut rims = Vec::with_capacity(angles.len() + 64);
-        let mut guess = guess;
-        for chunk in angles.chunks(LANES) {
-            rims.extend(self.rims(film, center, chunk, guess, width));
-            guess = rims.last().map(|rim| rim.distance);
-        }
+    fn outline(&self, film: DVec3, inside: Inside, count: usize) -> Vec<Rim> {
+        let mut rims = Vec::with_capacity(count + 64);
+        let mut guess = None;
+        let mut seek = |angles: &[f64], rims: &mut Vec<Rim>| {
+            for chunk in angles.chunks(LANES) {
+                let ways: Vec<Way> = chunk.iter().map(|angle| Way::at(*angle)).collect();
+                let first = rims.len();
+                rims.resize(first + ways.len(), Rim::default());
+                self.rims(film, inside, &ways, &|_| guess, FINE, &mut rims[first..]);
+                guess = rims.last().map(|rim| rim.distance);
+            }
+        };
+        let all: Vec<f64> = (0..count).map(|i| TAU * i as f64 / count as f64).collect();
+        seek(&all, &mut rims);
         for _ in 0..2 {
             let mut more = Vec::new();
-            let next = |i: usize| match rims.get(i + 1) {
-                Some(rim) => Some(*rim),
-                None if closed => Some(Rim {
+            for (i, rim) in rims.iter().enumerate() {
+                let next = rims.get(i + 1).copied().unwrap_or(Rim {
                     angle: rims[0].angle + TAU,
                     ..rims[0]
-                }),
-                None => None,
-            };
-            for (i, rim) in rims.iter().enumerate() {
-                let Some(next) = next(i) else { continue };
+                });
                 if next.limit != rim.limit && next.angle - rim.angle > 1e-6 {
                     let part = (next.angle - rim.angle) / 9.0;
                     more.extend((1..9).map(|j| rim.angle + f64::from(j) * part));
                 }
             }
-            for chunk in more.chunks(LANES) {
-                rims.extend(self.rims(film, center, chunk, guess, width));
-            }
+            seek(&more, &mut rims);
             rims.sort_by(|a, b| a.angle.total_cmp(&b.angle));
         }
         rims
     }
 
-    /// Where the fill becomes 1, from just outside, in up to a bundle of directions.
+    /// Where the fill becomes 1, from just outside and within a relative width, in up to a bundle
+    /// of directions.
     fn rims(
         &self,
         film: DVec3,
-        center: DVec2,
-        angles: &[f64],
-        guess: Option<f64>,
+        inside: Inside,
+        ways: &[Way],
+        guess: &dyn Fn(usize) -> Option<f64>,
         width: f64,
-    ) -> Vec<Rim> {
-        let directions: Vec<DVec2> = angles
-            .iter()
-            .map(|angle| {
-                let (sin, cos) = libm::sincos(*angle);
-                DVec2::new(cos, sin)
-            })
-            .collect();
-        let at = |distances: &[f64; LANES]| {
-            let aims: Vec<DVec2> = directions
-                .iter()
-                .zip(distances)
-                .map(|(d, s)| center + *s * *d)
-                .collect();
-            self.fills(film, &aims)
-        };
-        let count = directions.len();
-        let start = self.fills(film, &[center])[0].0 - 1.0;
-        // Inside at `low`, outside at `high`.
-        let (mut low, mut f_low) = ([0.0; LANES], [start; LANES]);
-        let mut high = [guess
-            .filter(|g| *g > 0.0)
-            .map_or(1e-3 * self.reach, |g| 1.02 * g); LANES];
-        let mut f_high = [f64::NEG_INFINITY; LANES];
-        let mut limit = [0; LANES];
-        // Outward until outside.
-        for _ in 0..80 {
-            let fills = at(&high);
-            let mut found = 0;
-            for lane in 0..count {
-                if f_high[lane] > 0.0 {
-                    found += 1;
-                    continue;
-                }
-                let over = fills[lane].0 - 1.0;
-                if over <= 0.0 && high[lane] < 4.0 * self.reach {
-                    (low[lane], f_low[lane]) = (high[lane], over);
-                    high[lane] *= 1.5;
-                } else {
-                    (f_high[lane], limit[lane]) = (over.max(f64::MIN_POSITIVE), fills[lane].1);
-                    found += 1;
-                }
+        rims: &mut [Rim],
+    ) {
+        let count = ways.len();
+        let start = 1e-3 * self.reach;
+        let mut brackets: [Bracket; LANES] = std::array::from_fn(|lane| {
+            let guess = guess(lane.min(count - 1)).filter(|g| *g > 0.0);
+            let guess = guess.unwrap_or(start);
+            Bracket::new(inside.fill - 1.0, guess)
+        });
+        let way = |lane: usize| ways[lane.min(count - 1)].way;
+        for round in 0..160 {
+            let mut open = 0;
+            for bracket in &mut brackets[..count] {
+                open += usize::from(bracket.is_open(width));
+                bracket.choose(width, round, 4.0 * self.reach);
             }
-            if found == count {
+            if open == 0 {
                 break;
             }
-        }
-        // False position, kept honest by halving; a lost ray has no slope to use.
-        let mut moved_low = [None; LANES];
-        for round in 0..80 {
-            let mut next = high;
-            let mut wide = 0;
-            for lane in 0..count {
-                let span = high[lane] - low[lane];
-                if span <= width * high[lane] {
-                    continue;
+            let aim = |lane: usize| inside.center + brackets[lane.min(count - 1)].next * way(lane);
+            let (fills, limits) = self.fills(film, aim);
+            for (lane, bracket) in brackets[..count].iter_mut().enumerate() {
+                if bracket.is_open(width) {
+                    bracket.learn(fills[lane] - 1.0, limits[lane], 4.0 * self.reach);
                 }
-                wide += 1;
-                next[lane] = if f_high[lane].is_finite() && round % 4 != 3 {
-                    let slope = span / (f_high[lane] - f_low[lane]);
-                    (low[lane] - f_low[lane] * slope)
-                        .clamp(low[lane] + 1e-3 * span, high[lane] - 1e-3 * span)
-                } else {
-                    0.5 * (low[lane] + high[lane])
-                };
-            }
-            if wide == 0 {
-                break;
-            }
-            let fills = at(&next);
-            for lane in 0..count {
-                if high[lane] - low[lane] <= width * high[lane] {
-                    continue;
-                }
-                let over = fills[lane].0 - 1.0;
-                if over <= 0.0 {
-                    (low[lane], f_low[lane]) = (next[lane], over);
-                    if moved_low[lane] == Some(true) {
-                        f_high[lane] *= 0.5;
-                    }
-                } else {
-                    (high[lane], f_high[lane]) = (next[lane], over);
-                    limit[lane] = fills[lane].1;
-                    if moved_low[lane] == Some(false) {
-                        f_low[lane] *= 0.5;
-                    }
-                }
-                moved_low[lane] = Some(over <= 0.0);
             }
         }
-        (0..count)
-            .map(|lane| Rim {
-                angle: angles[lane],
-                distance: high[lane],
-                point: center + high[lane] * directions[lane],
-                limit: limit[lane],
-            })
-            .collect()
+        for (lane, rim) in rims.iter_mut().enumerate() {
+            let distance = brackets[lane].high;
+            *rim = Rim {
+                angle: ways[lane].angle,
+                distance,
+                point: inside.center + distance * way(lane),
+                limit: brackets[lane].limit,
+            };
+        }
     }
+}
+
+pub(crate) fn is_outside(p: DVec2, support: &Support, sides: &[DVec2; SIDES]) -> bool {
+    let mut sides = sides.iter().zip(support);
+    sides.any(|(side, reach)| p.dot(*side) > *reach)
+}
+
+/// What is known of the rim in one direction: inside at `low`, outside at `high`.
+#[derive(Clone, Copy)]
+struct Bracket {
+    low: f64,
+    high: f64,
+    /// The fill less 1 at both; not above 0 at `high` while nothing outside is known.
+    f_low: f64,
+    f_high: f64,
+    /// The last two places tried, with the fill less 1.
+    tried: [(f64, f64); 2],
+    next: f64,
+    limit: u64,
+}
+
+impl Bracket {
+    fn new(f_center: f64, guess: f64) -> Self {
+        Self {
+            low: 0.0,
+            high: guess,
+            f_low: f_center,
+            f_high: f64::NEG_INFINITY,
+            tried: [(0.0, f_center); 2],
+            next: guess,
+            limit: 0,
+        }
+    }
+
+    fn is_open(&self, width: f64) -> bool {
+        !(self.f_high > 0.0) || self.high - self.low > width * self.high
+    }
+
+    /// Where the fill would be 1 if it were linear in the last two places.
+    fn secant(&self) -> Option<f64> {
+        let [(a, f), (b, g)] = self.tried;
+        let root = b - g * (b - a) / (g - f);
+        root.is_finite().then_some(root)
+    }
+
+    /// The next place to try. The root's own neighborhood is closed in from both sides, half of
+    /// the width apart, so that two rays end a search that has come near.
+    fn choose(&mut self, width: f64, round: usize, reach: f64) {
+        if round == 0 {
+            return;
+        }
+        let near = 0.45 * width * self.high;
+        if !(self.f_high > 0.0) {
+            let outward = 1.5 * self.low;
+            let far = 4.0 * self.low;
+            let root = self.secant().filter(|root| *root >= self.low && round < 6);
+            self.next = root
+                .map_or(outward, |root| (root + near).min(far))
+                .min(reach);
+            return;
+        }
+        let span = self.high - self.low;
+        let inside = |x: &f64| *x > self.low && *x < self.high;
+        let line = || self.low - self.f_low * span / (self.f_high - self.f_low);
+        let root = match self.f_high.is_finite() && (round < 6 || !round.is_multiple_of(3)) {
+            true => self.secant().filter(inside).unwrap_or_else(line),
+            false => 0.5 * (self.low + self.high),
+        };
+        self.next = if root - self.low < 2.0 * near {
+            self.low + 2.1 * near
+        } else if self.high - root < 2.0 * near {
+            self.high - 2.1 * near
+        } else {
+            root - near
+        };
+        if !inside(&self.next) {
+            self.next = 0.5 * (self.low + self.high);
+        }
+    }
+
+    fn learn(&mut self, over: f64, limit: u64, reach: f64) {
+        self.tried = [self.tried[1], (self.next, over)];
+        if over <= 0.0 && self.next < reach {
+            (self.low, self.f_low) = (self.next, over);
+        } else {
+            (self.high, self.f_high) = (self.next, over.max(f64::MIN_POSITIVE));
+            self.limit = limit;
+        }
+    }
+}
+
+/// The support of a figure and its mirror image in y = 0; the sides come in mirrored pairs.
+fn mirror(support: &Support) -> Support {
+    std::array::from_fn(|j| support[j].max(support[(SIDES - j) % SIDES]))
+}
+
+/// A corner of an outline, where one surface's shadow meets another's between the third and the
+/// fourth of six points: on either side the line through the nearer two, bent as the farthest of
+/// the three is from it, nearly. None where that is far from both, or farther out than so many
+/// times the way between those two.
+fn corner([a, b, c, d, e, f]: [Rim; 6], times: f64) -> Option<DVec2> {
+    let cross = |p: DVec2, along: DVec2, q: DVec2, other: DVec2| {
+        let t = (q - p).perp_dot(other) / along.perp_dot(other);
+        (t > 0.0).then(|| p + t * along)
+    };
+    let (along, other) = (c.point - b.point, d.point - e.point);
+    let straight = cross(c.point, along, d.point, other)?;
+    let bent = |far: &Rim, next: &Rim, last: &Rim| {
+        if far.limit != last.limit || next.limit != last.limit {
+            return DVec2::ZERO;
+        }
+        let step = last.point - next.point;
+        let (side, length) = (step.perp().normalize_or_zero(), step.length());
+        let out = (straight - last.point).length();
+        // Points need not be evenly spaced: the parabola through all three.
+        let before = (next.point - far.point).dot(step) / length;
+        let off = (far.point - next.point).dot(side);
+        0.5 * off * out * (out + length) / (before * (before + length)) * side
+    };
+    let (p, q) = (bent(&a, &b, &c), bent(&f, &e, &d));
+    let corner = cross(c.point + p, along, d.point + q, other).unwrap_or(straight);
+    let gap = 2.0 * (d.point - c.point).length();
+    let near = |p: DVec2, step: DVec2| (corner - p).length() <= gap.min(times * step.length());
+    (near(c.point, along) && near(d.point, other)).then_some(corner)
 }

@@ -512,7 +512,7 @@ mod stops {
                 let share = f64::from(i) / 400.0;
                 let film = DVec2::new(36.0 * share, 10.0 * share);
                 let window = target.window(film);
-                if window.density() == 0.0 {
+                if window.is_closed() {
                     continue; // beyond the field of the lens
                 }
                 aimed += 1;

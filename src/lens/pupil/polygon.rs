@@ -330,7 +330,7 @@ impl<'a> Polygon<'a> {
         (0..SIDES).all(|j| {
             let (a, b) = (outline.corners[j], outline.corners[j + 1]);
             // Edges shorter than rounding have no side.
-            (b - a).perp_dot(p - a) >= 0.0 || (b - a).length() < 1e-12 * size
+            (b - a).perp_dot(p - a) >= 0.0 || (b - a).length() < 1e-12 * (size + a.length())
         })
     }
 }
