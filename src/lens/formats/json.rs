@@ -29,6 +29,36 @@ const KINDS: [&str; 8] = [
     "sphere", "plane", "stop", "conic", "asphere", "cyl_x", "cyl_y", "toroid",
 ];
 
+/// Fields of a surface, beside lists that begin with `A4`.
+const FIELDS: [&str; 26] = [
+    "i",
+    "kind",
+    "R",
+    "radius",
+    "c",
+    "curvature",
+    "t",
+    "thickness",
+    "n_d",
+    "n",
+    "V_d",
+    "n_F",
+    "n_C",
+    "glass",
+    "cauchy",
+    "sellmeier",
+    "formula",
+    "coefficients",
+    "semi_diameter",
+    "a",
+    "stop",
+    "k",
+    "radial_poly",
+    "R_x",
+    "c_x",
+    "coating",
+];
+
 /// Reads a prescription of schema `ivlens-1`.
 pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
     let root = parse(source)?;
@@ -116,6 +146,7 @@ impl Reader<'_> {
         let mut surfaces = Vec::with_capacity(rows.len());
         for (i, row) in rows.iter().enumerate() {
             let surface = self.surface(i, row, &medium, coating)?;
+            self.warn_of_unknown_fields(i, row, sink);
             medium = surface.medium.clone();
             surfaces.push(surface);
         }
@@ -130,7 +161,6 @@ impl Reader<'_> {
         lens.iris = self.iris(root)?;
         lens.zoom = zoom(root);
         lens.focus_group = focus_group(root, lens.surfaces.len());
-        let _ = sink;
         Ok(if unit == 1.0 { lens } else { lens.scaled(unit) })
     }
 
@@ -175,6 +205,24 @@ impl Reader<'_> {
             coating: self.coating(row, Some(i))?.unwrap_or(coating),
             span: self.places.object(i),
         })
+    }
+
+    /// A field that nothing reads is more likely misspelt than meant for others.
+    fn warn_of_unknown_fields(&self, i: usize, row: &Value, sink: &mut Sink) {
+        let names = row.as_object().into_iter().flatten().map(|(name, _)| name);
+        for name in names {
+            if FIELDS.contains(&name.as_str()) || name.starts_with("A4") {
+                continue;
+            }
+            let span = self.places.value(i, &[&format!("\"{name}\"")]);
+            let message = format!("surface {i}: there is no field `{name}`; it is not read");
+            let help = match nearest(name, FIELDS) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("the fields are {}", FIELDS.join(", ")),
+            };
+            let told = Diagnostic::warning(message).at(self.source, span);
+            sink.add(*told.with_help(help));
+        }
     }
 
     /// A stop without an index, or with 0, keeps the medium in front of it.
