@@ -61,7 +61,8 @@ struct Places {
 struct Reader<'a> {
     source: &'a Arc<Source>,
     glasses: Catalogue,
-    radii: bool,
+    /// Whether bends are radii; none while the file has not said so.
+    radii: Option<bool>,
     unit: f64,
     title: Option<String>,
     beam: Beam,
@@ -79,7 +80,7 @@ pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Resul
     let mut reader = Reader {
         source,
         glasses: glasses.clone(),
-        radii: true,
+        radii: None,
         unit: 1.0,
         title: None,
         beam: Beam {
@@ -211,7 +212,7 @@ impl<'a> Reader<'a> {
                 .with_help("ivcam traces lenses on one straight axis, without gratings"));
         }
         match name.as_str() {
-            "RDM" => self.radii = !command.get(1).is_some_and(|w| w.is("N") || w.is("NO")),
+            "RDM" => self.radii = Some(!command.get(1).is_some_and(|w| w.is("N") || w.is("NO"))),
             "TIT" | "TITLE" => self.title = command.get(1).map(|w| w.text.to_owned()),
             "DIM" => self.unit = self.dimension(command)?,
             "EPD" => self.beam.entrance_diameter = Some(self.value(command)?),
@@ -220,10 +221,10 @@ impl<'a> Reader<'a> {
             "VUY" => self.upper_vignetting = self.list(command)?,
             "SO" => self.object_medium = self.glass(command.get(3))?,
             "SI" => self.in_image = true,
-            "S" => self.surface(command)?,
+            "S" => self.surface(command, sink)?,
             "ZOO" => self.zoom(command)?,
             _ if name.starts_with('S') && name[1..].parse::<u32>().is_ok() => {
-                self.surface(command)?;
+                self.surface(command, sink)?;
             }
             _ if self.in_image => {}
             _ => self.of_surface(&name, command, sink)?,
@@ -249,7 +250,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn surface(&mut self, command: &[Word<'_>]) -> Result<()> {
+    fn surface(&mut self, command: &[Word<'_>], sink: &mut Sink) -> Result<()> {
         if command.len() < 3 {
             let last = command[command.len() - 1].span;
             let message = "too few numbers in this surface".to_owned();
@@ -258,13 +259,20 @@ impl<'a> Reader<'a> {
                 .with_help("a surface is: S radius thickness glass"));
         }
         let bend = command[1].number(self.source)?;
-        let curvature = if self.radii {
+        let curvature = if self.radii != Some(false) {
             Curvature::from_radius(bend)
         } else {
             Curvature::from_curvature(bend)
         };
         let medium = self.glass(command.get(3))?;
         let thickness = command[2].number(self.source)?;
+        if self.radii.is_none() && bend != 0.0 {
+            let message =
+                "nothing says whether bends are radii or curvatures: they are read as radii";
+            sink.warn(command[1].span, message)
+                .help("begin the file with `RDM` for radii or `RDM N` for curvatures");
+            self.radii = Some(true);
+        }
         self.places.push(Places {
             command: command[0].span,
             columns: [
@@ -559,6 +567,21 @@ mod tests {
             assert!(matches!(&third.shape, Shape::Asphere { k, terms }
                 if *k == -1.0 && (terms[6] * 25.4_f64.powi(5) - 0.25).abs() < 1e-12));
             assert_eq!(third.thickness, 50.8);
+        }
+    }
+
+    #[test]
+    fn a_file_that_does_not_say_what_its_bends_are_is_told() {
+        let text = "SO 0 1e9\nS .2 3 NBK7\n STO\n CIR 1\nS -.2 5\nSI 0 0\n";
+        for (mode, told) in [("", 1), ("RDM\n", 0), ("RDM N\n", 0)] {
+            let source = Arc::new(Source::new("a.seq", format!("{mode}{text}").into_bytes()));
+            let mut sink = Sink::new();
+            read(&source, &Catalogue::builtin(), &mut sink).unwrap();
+            let said = sink
+                .items()
+                .iter()
+                .filter(|d| d.message.contains("radii or curvatures"));
+            assert_eq!(said.count(), told, "{mode}");
         }
     }
 
