@@ -558,6 +558,9 @@ impl<'a> Builder<'a> {
 
     /// The edges of a face, or its corners, as the draw style says.
     pub fn outline(&mut self, corners: &[Corner]) {
+        if corners.is_empty() {
+            return; // a face with an index that has no coordinate
+        }
         self.begin_line();
         self.face_normal = self.outward(corners);
         // OpenGL begins the pattern of three or four edges with the last one (Mesa).
