@@ -122,6 +122,23 @@ fn what_is_not_drawn_whole_is_told_once_a_node_and_with_its_place() {
 }
 
 #[test]
+fn a_face_without_a_corner_left_is_no_face_in_any_style() {
+    for style in ["FILLED", "LINES", "POINTS"] {
+        let scene = compile(&format!(
+            "DrawStyle {{ style {style} }}
+             Coordinate3 {{ point [ 0 0 0, 1 0 0, 0 1 0 ] }}
+             IndexedFaceSet {{ coordIndex [ 7, 8, 9, -1, 0, 1, 2, -1, 5, -1 ] }}"
+        ));
+        let face = (style == "FILLED").then_some(10.0);
+        assert_eq!(
+            distance(&scene),
+            face,
+            "{style}: only the face in the middle"
+        );
+    }
+}
+
+#[test]
 fn a_scale_of_zero_draws_nothing_and_hides_nothing() {
     let scene = compile(
         "Separator { Scale { scaleFactor 0 0 0 } Cube { } Sphere { } Cone { } }
