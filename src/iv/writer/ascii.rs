@@ -48,8 +48,8 @@ struct Ascii<'d> {
     /// `IS` of the proto being written.
     links: HashMap<NodeId, Vec<(&'d str, &'d str)>>,
     proto_names: HashMap<u32, String>,
-    /// The protos to write, each after those that it needs.
-    order: Vec<usize>,
+    /// The protos to write, by the one in whose body they are.
+    within: HashMap<Option<usize>, Vec<usize>>,
     /// The classes of protos that some node has.
     instanced: HashSet<u32>,
 }
@@ -67,7 +67,7 @@ impl<'d> Ascii<'d> {
             tokens: Tokens::default(),
             links: HashMap::new(),
             proto_names: HashMap::new(),
-            order: Vec::new(),
+            within: HashMap::new(),
             instanced: instanced(document),
         }
     }
@@ -78,7 +78,7 @@ impl<'d> Ascii<'d> {
         } else {
             "#Inventor V2.1 ascii\n\n"
         });
-        self.order = proto_order(self.document);
+        self.within = protos_by_body(self.document);
         self.protos_within(None);
         let roots = &self.document.roots;
         self.scope(roots, &self.document.stated_routes);
@@ -469,11 +469,9 @@ impl<'d> Ascii<'d> {
 
     /// The protos that are declared in the body of another, or in none.
     fn protos_within(&mut self, within: Option<usize>) {
-        let document = self.document;
-        for place in self.order.clone() {
-            let proto = &document.protos[place];
-            let around = proto.within.filter(|p| self.order.contains(p));
-            if around == within && !self.is_declared(proto) {
+        for place in self.within.remove(&within).unwrap_or_default() {
+            let proto = &self.document.protos[place];
+            if !self.is_declared(proto) {
                 self.proto(place, proto);
             }
         }
@@ -563,6 +561,19 @@ impl<'d> Ascii<'d> {
         self.links.clear();
         self.out.push_str("}\n\n");
     }
+}
+
+/// The file's own protos by the one in whose body they are, each after those that it needs.
+fn protos_by_body(document: &Document) -> HashMap<Option<usize>, Vec<usize>> {
+    let order = proto_order(document);
+    let written: HashSet<usize> = order.iter().copied().collect();
+    let mut within: HashMap<Option<usize>, Vec<usize>> = HashMap::new();
+    for place in order {
+        let around = document.protos[place].within;
+        let around = around.filter(|p| written.contains(p));
+        within.entry(around).or_default().push(place);
+    }
+    within
 }
 
 /// The file's own protos, each after those whose instances its body has.
