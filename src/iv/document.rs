@@ -66,6 +66,20 @@ pub struct FieldEntry {
     pub span: Span,
 }
 
+impl FieldEntry {
+    /// A field of a class that no file states; `None` where the class has none of that name.
+    pub fn made(class: &Class, field: &str, value: Value) -> Option<Self> {
+        let (index, _) = class.field(field)?;
+        Some(Self {
+            index: index as u16,
+            value,
+            ignored: false,
+            connection: None,
+            span: Span::default(),
+        })
+    }
+}
+
 #[derive(Clone, Debug)]
 pub struct Node {
     pub class: ClassRef,
@@ -75,6 +89,20 @@ pub struct Node {
     pub span: Span,
     /// Index into [`Document::sources`].
     pub source: u16,
+}
+
+impl Node {
+    /// A node without a name that no file has.
+    pub fn made(class: &Class, fields: Vec<FieldEntry>, children: Vec<NodeId>) -> Self {
+        Self {
+            class: ClassRef::Known(class.id),
+            name: None,
+            fields,
+            children,
+            span: Span::default(),
+            source: 0,
+        }
+    }
 }
 
 /// A file, with the files that it names read in.

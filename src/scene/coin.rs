@@ -14,7 +14,6 @@ use std::collections::HashMap;
 
 use glam::{Vec2, Vec3};
 
-use crate::diag::Span;
 use crate::grammar::{self, Dialect};
 use crate::graph::read::Fields;
 use crate::iv::document::ClassRef;
@@ -161,14 +160,8 @@ fn color_lines(
 }
 
 fn node_of(class: &str, fields: Vec<FieldEntry>) -> Option<Node> {
-    Some(Node {
-        class: ClassRef::Known(grammar::by_name(class, Dialect::VRML97)?.id),
-        name: None,
-        fields,
-        children: Vec::new(),
-        span: Span::default(),
-        source: 0,
-    })
+    let class = grammar::by_name(class, Dialect::VRML97)?;
+    Some(Node::made(class, fields, Vec::new()))
 }
 
 /// An `Appearance` with a `Material` that is gray whatever the light, where the document has
@@ -193,14 +186,7 @@ fn plain_appearance(document: &mut Document) -> Option<(NodeId, NodeId)> {
 }
 
 fn entry_of(class: &str, field: &str, value: Value) -> Option<FieldEntry> {
-    let (index, _) = grammar::by_name(class, Dialect::VRML97)?.field(field)?;
-    Some(FieldEntry {
-        index: index as u16,
-        value,
-        ignored: false,
-        connection: None,
-        span: Span::default(),
-    })
+    FieldEntry::made(grammar::by_name(class, Dialect::VRML97)?, field, value)
 }
 
 /// Gives a shape an appearance, and its appearance a material, unless it has colors of its own.

@@ -16,7 +16,6 @@ use crate::grammar::value::Rotation;
 use crate::grammar::{self, Class, Dialect};
 use crate::graph::State;
 use crate::graph::read::{Fields, nodes_in};
-use crate::iv::document::ClassRef;
 use crate::iv::{Document, FieldEntry, Limits, Loader, Node, NodeId, NodeRef, Value};
 
 /// The document with handles beside its draggers and manipulators.
@@ -181,25 +180,12 @@ fn surround(node: NodeRef<'_>, kind: &str) -> Option<Node> {
 }
 
 fn entry(field: &str, value: Value) -> Option<FieldEntry> {
-    let (index, _) = grammar::by_name("Transform", Dialect::IV2)?.field(field)?;
-    Some(FieldEntry {
-        index: index as u16,
-        value,
-        ignored: false,
-        connection: None,
-        span: Span::default(),
-    })
+    FieldEntry::made(grammar::by_name("Transform", Dialect::IV2)?, field, value)
 }
 
 fn node_of(class: &str, fields: Vec<FieldEntry>, children: Vec<NodeId>) -> Option<Node> {
-    Some(Node {
-        class: ClassRef::Known(grammar::by_name(class, Dialect::IV2)?.id),
-        name: None,
-        fields,
-        children,
-        span: Span::default(),
-        source: 0,
-    })
+    let class = grammar::by_name(class, Dialect::IV2)?;
+    Some(Node::made(class, fields, children))
 }
 
 #[cfg(test)]
