@@ -7,7 +7,7 @@
 //! has the process use more than M megabytes (default 3,500). The same damage at every run.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
@@ -16,6 +16,9 @@ use glam::Vec3;
 use ivcam::iv::{Document, Folder, Format, Limits};
 use ivcam::sampling::mix;
 use ivcam::scene::{CompileOptions, Ray, RenderScene};
+
+#[path = "shared/scenes.rs"]
+mod scenes;
 
 /// Numbers that follow from a seed.
 struct Dice(u64);
@@ -40,9 +43,7 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     let (seconds, megabytes) = (number("--seconds", 10.0), number("--mb", 3500.0));
-    let mut files = Vec::new();
-    collect(Path::new(folder), &mut files);
-    files.sort();
+    let mut files = scenes::below(Path::new(folder));
     if let Some(only) = option("--only") {
         files.retain(|f| f.to_string_lossy().contains(only.as_str()));
     }
@@ -233,20 +234,4 @@ fn peak_megabytes() -> f64 {
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
     let kilobytes = line.and_then(|l| l.split_whitespace().next()?.parse::<f64>().ok());
     kilobytes.unwrap_or(0.0) / 1e3
-}
-
-fn collect(path: &Path, files: &mut Vec<PathBuf>) {
-    if path.is_dir() {
-        let entries = std::fs::read_dir(path).into_iter().flatten();
-        entries.flatten().for_each(|e| collect(&e.path(), files));
-        return;
-    }
-    let name = path.to_string_lossy().to_lowercase();
-    let name = name.trim_end_matches(".gz");
-    if [".iv", ".wrl", ".env", ".vrml"]
-        .iter()
-        .any(|e| name.ends_with(e))
-    {
-        files.push(path.to_path_buf());
-    }
 }

@@ -8,13 +8,14 @@ use std::time::Instant;
 
 use ivcam::iv::{Document, Limits};
 
+#[path = "shared/scenes.rs"]
+mod scenes;
+
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let quiet = arguments.iter().any(|a| a == "-q");
-    let mut files = Vec::new();
-    for path in arguments.iter().filter(|a| !a.starts_with('-')) {
-        collect(Path::new(path), &mut files);
-    }
+    let folders = arguments.iter().filter(|a| !a.starts_with('-'));
+    let mut files: Vec<PathBuf> = folders.flat_map(|f| scenes::below(Path::new(f))).collect();
     files.sort();
     let (mut read, mut bytes, mut nodes) = (0, 0, 0);
     let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
@@ -54,24 +55,6 @@ fn main() {
         "{read} of {} files, {nodes} nodes, {bytes} bytes, {seconds:.3} s, {rate:.0} MB/s",
         files.len()
     );
-}
-
-fn collect(path: &Path, files: &mut Vec<PathBuf>) {
-    if path.is_dir() {
-        let entries = std::fs::read_dir(path).into_iter().flatten();
-        for entry in entries.flatten() {
-            collect(&entry.path(), files);
-        }
-    } else {
-        let name = path.to_string_lossy().to_lowercase();
-        let name = name.trim_end_matches(".gz");
-        if [".iv", ".wrl", ".env", ".vrml"]
-            .iter()
-            .any(|e| name.ends_with(e))
-        {
-            files.push(path.to_path_buf());
-        }
-    }
 }
 
 /// A message with the names in it left out, so that kinds can be counted.

@@ -3,20 +3,21 @@
 //! `cargo run --release --example roundtrip -- FOLDER [--only TEXT] [--keep FOLDER]`. Exit 1 if one is
 //! not, or if reading it back has something to complain about that reading the scene had not. `--keep` leaves what was written in a folder, for other programs to read.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use ivcam::iv::{Document, Folder, Format, Limits};
+
+#[path = "shared/scenes.rs"]
+mod scenes;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let folder = arguments.first().cloned().unwrap_or_else(|| ".".into());
     let option = |name| arguments.iter().skip_while(|a| *a != name).nth(1);
     let (only, keep) = (option("--only"), option("--keep"));
-    let mut files = Vec::new();
-    collect(Path::new(&folder), &mut files);
-    files.sort();
+    let mut files = scenes::below(Path::new(&folder));
     files.retain(|f| {
         only.as_ref()
             .is_none_or(|o| f.to_string_lossy().contains(o.as_str()))
@@ -74,23 +75,5 @@ fn again(document: &Document, file: &Path, format: Format) -> Option<String> {
             Some(format!("{difference} {}", more.unwrap_or_default()))
         }
         Err(error) => Some(error.to_string()),
-    }
-}
-
-fn collect(path: &Path, files: &mut Vec<PathBuf>) {
-    if path.is_dir() {
-        let entries = std::fs::read_dir(path).into_iter().flatten();
-        entries
-            .flatten()
-            .for_each(|entry| collect(&entry.path(), files));
-    } else {
-        let name = path.to_string_lossy().to_lowercase();
-        let name = name.trim_end_matches(".gz");
-        if [".iv", ".wrl", ".env", ".vrml"]
-            .iter()
-            .any(|e| name.ends_with(e))
-        {
-            files.push(path.to_path_buf());
-        }
     }
 }
