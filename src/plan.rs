@@ -34,6 +34,7 @@ use crate::pose::{CameraPose, Projection};
 use crate::render::{Exposure, Progress, Render, Stop};
 use crate::report::{RenderReport, Seconds};
 use crate::sampling::{DiscMap, Filter, FilterTable, Sampler, SamplerKind};
+use crate::scene::text::Fonts;
 use crate::scene::{CompileOptions, Light, RenderScene};
 use crate::shade::{ShadeOptions, Shader, Shading};
 
@@ -218,6 +219,8 @@ pub struct Plan {
     pub stop: Stop,
     /// Folders besides the scene's own in which files that it names are looked for.
     pub search: Vec<PathBuf>,
+    /// Typefaces to draw text with before the shipped ones. Default: none.
+    pub fonts: Arc<Fonts>,
     /// How much the scene may ask for.
     pub limits: Limits,
 }
@@ -262,6 +265,7 @@ impl Plan {
             handles: false,
             stop: Stop::after(samples),
             search: Vec::new(),
+            fonts: Arc::default(),
             limits: Limits::default(),
         }
     }
@@ -339,6 +343,9 @@ impl Session {
         let mut seconds = Seconds::default();
         let mut sink = Sink::new();
         sink.extend_from(&document.sink);
+        for trouble in &plan.fonts.troubles {
+            sink.add((**trouble).clone());
+        }
 
         let clock = Instant::now();
         let mut pose = standing(&plan, &document, environment)?;
@@ -622,6 +629,7 @@ fn options(plan: &Plan, shading: Shading, pose: &CameraPose, seen: Projection) -
         handles: plan.handles,
         pixel_rows: plan.resolution.height,
         texture_folders: plan.search.clone(),
+        fonts: plan.fonts.clone(),
         max_primitives: plan.limits.primitives,
         max_visits: plan.limits.visits as u64,
         ..CompileOptions::default()

@@ -1,6 +1,7 @@
 //! Holds the reader and the compiler against another program's answers for a folder of scenes.
 //!
-//! `cargo run --release --example corpus -- FOLDER [--only TEXT] [--verbose] [--pictures FOLDER]`.
+//! `cargo run --release --example corpus -- FOLDER [--only TEXT] [--verbose] [--pictures FOLDER]
+//! [--fonts FOLDER]`.
 //! The folder has `scenes/`, `reference/*.json` (bounding box, counts), `reference/*.tri.gz`
 //! (triangles in the world), `reference/*.png` and `oracle_class.tsv`; its README says what they
 //! are. Prints a row for each file that differs, the sums, and with `--pictures` the tables of
@@ -11,10 +12,12 @@ mod sets;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use glam::DVec3;
 use ivcam::iv::{Document, Limits};
+use ivcam::scene::text::Fonts;
 use ivcam::scene::{CompileOptions, RenderScene};
 use pictures::Pictures;
 use serde_json::Value;
@@ -37,6 +40,7 @@ struct Options {
     only: Option<String>,
     verbose: bool,
     pictures: Option<PathBuf>,
+    fonts: Arc<Fonts>,
 }
 
 fn main() {
@@ -76,15 +80,22 @@ fn arguments() -> Options {
         only: None,
         verbose: false,
         pictures: None,
+        fonts: Arc::default(),
     };
+    let mut fonts = Vec::new();
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
             "--only" => options.only = arguments.next(),
             "--verbose" => options.verbose = true,
             "--pictures" => options.pictures = arguments.next().map(PathBuf::from),
+            "--fonts" => fonts.extend(arguments.next()),
             _ => options.folder = PathBuf::from(argument),
         }
+    }
+    match Fonts::open(&fonts) {
+        Ok(found) => options.fonts = Arc::new(found),
+        Err(error) => eprintln!("{}", error.render(false)),
     }
     options
 }
@@ -133,7 +144,10 @@ fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
         .ok()
         .and_then(|bytes| serde_json::from_slice(&bytes).ok())
         .unwrap_or(Value::Null);
-    let compile_options = CompileOptions::default();
+    let compile_options = CompileOptions {
+        fonts: options.fonts.clone(),
+        ..CompileOptions::default()
+    };
     let start = Instant::now();
     let survey = RenderScene::survey(&document, &compile_options);
     let surveyed = start.elapsed();
@@ -153,13 +167,25 @@ fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
                 .folder
                 .join("reference")
                 .join(format!("{path}.tri.gz"));
-            sets::compare_sets(&document, &file, diagonal, sums, &mut notes);
+            sets::compare_sets(
+                &document,
+                &compile_options,
+                &file,
+                diagonal,
+                sums,
+                &mut notes,
+            );
         }
         compare_shapes(&reference, &survey, &mut notes);
         if let Some(folder) = &options.pictures {
             let theirs = options.folder.join("reference").join(format!("{path}.png"));
             sums.pictures.extend(pictures::compare(
-                &document, &reference, path, &theirs, folder,
+                &document,
+                &compile_options,
+                &reference,
+                path,
+                &theirs,
+                folder,
             ));
         }
     }

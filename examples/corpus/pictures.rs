@@ -66,14 +66,15 @@ pub struct Pictures {
 /// `None` where the reference has no picture or no camera that we could take.
 pub fn compare(
     document: &Document,
+    options: &CompileOptions,
     reference: &Value,
     path: &str,
     theirs: &Path,
     folder: &Path,
 ) -> Option<Pictures> {
     let theirs = image::open(theirs).ok()?.to_rgb8();
-    let by_point = draw(document, reference, false)?;
-    let as_opengl = draw(document, reference, true)?;
+    let by_point = draw(document, options, reference, false)?;
+    let as_opengl = draw(document, options, reference, true)?;
     let pictures = Pictures {
         path: path.to_owned(),
         by_point: Likeness::of(&by_point, &theirs),
@@ -91,7 +92,12 @@ pub fn compare(
     Some(pictures)
 }
 
-fn draw(document: &Document, reference: &Value, as_opengl: bool) -> Option<RgbImage> {
+fn draw(
+    document: &Document,
+    options: &CompileOptions,
+    reference: &Value,
+    as_opengl: bool,
+) -> Option<RgbImage> {
     let pose = pose(reference)?;
     let options = CompileOptions {
         origin: pose.position,
@@ -100,7 +106,7 @@ fn draw(document: &Document, reference: &Value, as_opengl: bool) -> Option<RgbIm
         pixel_rows: HEIGHT,
         as_coin: as_opengl,
         handles: as_opengl,
-        ..CompileOptions::default()
+        ..options.clone()
     };
     let scene = RenderScene::compile(document, &options).ok()?;
     let headlight = reference["lights"]

@@ -12,6 +12,7 @@ use crate::Sums;
 
 pub fn compare_sets(
     document: &Document,
+    options: &CompileOptions,
     file: &Path,
     diagonal: f64,
     sums: &mut Sums,
@@ -23,7 +24,7 @@ pub fn compare_sets(
     let options = CompileOptions {
         origin: theirs.first().map_or(DVec3::ZERO, |t| t.position[0]),
         ignore_draw_style: true,
-        ..CompileOptions::default()
+        ..options.clone()
     };
     let scene = match RenderScene::compile(document, &options) {
         Ok(scene) => scene,

@@ -9,6 +9,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use indexmap::IndexMap;
 use serde_json::{Value as Json, json};
 
+use super::flags::{FONTS, LIMIT};
 use super::{ERROR, switch, tell};
 use crate::diag::{Diagnostic, Result, Severity};
 use crate::grammar::Treatment;
@@ -48,9 +49,7 @@ pub fn command() -> Command {
                 .action(ArgAction::Append)
                 .help("also look here for files that a scene names"),
         )
-        .args(super::flags::arguments(std::slice::from_ref(
-            &super::flags::LIMIT,
-        )))
+        .args(super::flags::arguments(&[FONTS, LIMIT]))
 }
 
 pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
@@ -62,6 +61,16 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .map(PathBuf::as_path)
         .collect();
     let limits = super::limits(matches)?;
+    let fonts = super::fonts(matches)?;
+    fonts.troubles.iter().for_each(|t| tell(t));
+    let options = CompileOptions {
+        texture_folders: search.iter().map(|p| p.to_path_buf()).collect(),
+        fonts,
+        max_primitives: limits.primitives,
+        max_visits: limits.visits as u64,
+        handles: matches.get_flag("handles"),
+        ..CompileOptions::default()
+    };
     let files = expand(&named)?;
     let json = matches.get_flag("json");
     let several = files.len() > 1 || named.iter().any(|p| p.is_dir());
@@ -69,7 +78,7 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let bar = progress(files.len(), several);
     let mut total = Total::default();
     for file in &files {
-        let checked = Checked::read(file, &search, &limits, matches.get_flag("handles"));
+        let checked = Checked::read(file, &search, &limits, &options);
         total.add(&checked);
         let written = match (json, lines) {
             (true, _) if several => writeln!(out, "{}", checked.json()),
@@ -188,16 +197,9 @@ struct Missing {
 }
 
 impl Checked {
-    fn read(path: &Path, search: &[&Path], limits: &Limits, handles: bool) -> Self {
-        let options = CompileOptions {
-            texture_folders: search.iter().map(|p| p.to_path_buf()).collect(),
-            max_primitives: limits.primitives,
-            max_visits: limits.visits as u64,
-            handles,
-            ..CompileOptions::default()
-        };
+    fn read(path: &Path, search: &[&Path], limits: &Limits, options: &CompileOptions) -> Self {
         let document = Document::open_with(path, search, limits).map(|document| {
-            let survey = RenderScene::survey(&document, &options);
+            let survey = RenderScene::survey(&document, options);
             (document, survey)
         });
         let missing = match &document {

@@ -59,6 +59,13 @@ pub const LIMIT: Flag = flag(
     "raises or lowers a limit on the scene: bytes of a file [512M], nodes [10000000], copies by protos [1000000], depth [1000000], files it names [1000], include-depth [32], visits on the way through it [300000, or twice its nodes], primitives [16000000]",
 );
 
+/// Typefaces of the user's own; every command that sets text takes it.
+pub const FONTS: Flag = flag(
+    "fonts",
+    Takes::Many("FOLDER"),
+    "typefaces (.otf, .ttf, .ttc) below this folder go before the shipped ones, by name or as the usual stand-in: Nimbus Roman for Times",
+);
+
 /// The same flag under one more modern name.
 const fn also(aliases: &'static [&'static str], flag: Flag) -> Flag {
     Flag { aliases, ..flag }
@@ -308,6 +315,7 @@ pub const RENDER: &[Flag] = &[
         Takes::Many("FOLDER"),
         "also look here for files that the scene names",
     ),
+    FONTS,
     LIMIT,
     flag(
         "report",

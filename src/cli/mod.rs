@@ -29,12 +29,14 @@ pub mod view;
 
 use std::ffi::OsString;
 use std::io::IsTerminal;
+use std::sync::Arc;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
 
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::iv::Limits;
 use crate::plan::Era;
+use crate::scene::text::Fonts;
 
 /// Exit code: what was asked for could not be done.
 pub const ERROR: i32 = 2;
@@ -209,6 +211,13 @@ pub fn limits(matches: &ArgMatches) -> Result<Limits> {
         })?;
     }
     Ok(limits)
+}
+
+/// The typefaces below the folders of `--fonts`.
+pub fn fonts(matches: &ArgMatches) -> Result<Arc<Fonts>> {
+    let folders = matches.get_many::<std::path::PathBuf>("fonts");
+    let folders: Vec<_> = folders.into_iter().flatten().collect();
+    Fonts::open(&folders).map(Arc::new)
 }
 
 /// A flag that does nothing but switch on.

@@ -140,6 +140,7 @@ pub fn plan_of(m: &ArgMatches, era: Era, frame: Option<Frame>) -> Result<Plan> {
         .flatten()
         .cloned()
         .collect();
+    plan.fonts = super::fonts(m)?;
     plan.limits = super::limits(m)?;
     let maps = [
         ("polar", DiscMap::Polar),

@@ -68,6 +68,7 @@ fn camera_of_scene(document: &Document, plan: &Plan) -> CameraPose {
         let options = CompileOptions {
             time: plan.time,
             handles: plan.handles,
+            fonts: plan.fonts.clone(),
             ..CompileOptions::default()
         };
         let bounds = RenderScene::survey(document, &options).inventor_bounds;

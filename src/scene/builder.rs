@@ -18,6 +18,7 @@ use super::screen::Screen;
 use super::shapes::cut::Scratch;
 use super::shapes::{self, Stroke, View};
 use super::surface::{CornerNormals, Mapping, TextureUse};
+use super::text::Fonts;
 use super::texture::{self, Filter, Texture};
 use super::{Census, CompileOptions, Light, Needs, RenderScene, Surface, survey};
 use crate::diag::{Diagnostic, Result};
@@ -72,6 +73,7 @@ pub struct Builder<'a> {
     pixel_rows: u32,
     max_primitives: usize,
     texture_folders: Vec<PathBuf>,
+    fonts: Arc<Fonts>,
     /// Counts and bounds only; nothing is kept.
     surveying: bool,
     ignore_draw_style: bool,
@@ -121,6 +123,7 @@ impl<'a> Builder<'a> {
             pixel_rows: options.pixel_rows,
             max_primitives: options.max_primitives,
             texture_folders: options.texture_folders.clone(),
+            fonts: options.fonts.clone(),
             surveying: false,
             ignore_draw_style: options.ignore_draw_style,
             as_coin: options.as_coin,
@@ -322,6 +325,11 @@ impl<'a> Builder<'a> {
         let rows = f64::from(self.pixel_rows());
         let camera = self.camera.as_ref()?;
         Some(Screen { camera, rows })
+    }
+
+    /// The user's own typefaces.
+    pub fn fonts(&self) -> Arc<Fonts> {
+        self.fonts.clone()
     }
 
     /// Whether shapes are drawn as Coin draws them.

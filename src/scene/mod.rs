@@ -99,6 +99,8 @@ pub struct CompileOptions {
     pub handles: bool,
     /// Folders besides the scene's own in which textures are looked for. Default: none.
     pub texture_folders: Vec<std::path::PathBuf>,
+    /// Typefaces to draw text with before the shipped ones. Default: none.
+    pub fonts: Arc<text::Fonts>,
 }
 
 impl Default for CompileOptions {
@@ -115,6 +117,7 @@ impl Default for CompileOptions {
             as_coin: false,
             handles: false,
             texture_folders: Vec::new(),
+            fonts: Arc::default(),
         }
     }
 }

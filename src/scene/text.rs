@@ -1,7 +1,8 @@
 //! Strings to triangles: `Text3`, `AsciiText`, VRML97's `Text`, and `Text2` in pixels.
 //!
 //! Twelve typefaces stand for every font a file may name (`fonts/LICENSE.txt`), so that a picture
-//! is the same on every machine. They have the metrics of Times, Helvetica and Courier, which is
+//! is the same on every machine; folders of the user's own go first where they are given
+//! (`library`). The twelve have the metrics of Times, Helvetica and Courier, which is
 //! what SGI's and Coin's libraries draw for those names. Glyph outlines are cut into lines once a
 //! call; nothing here is touched by a scene without text.
 //!
@@ -10,6 +11,7 @@
 mod coin97;
 mod face;
 mod glyph;
+mod library;
 mod pixels;
 mod solid;
 mod vrml97;
@@ -18,6 +20,7 @@ use glam::{Vec2, Vec3};
 
 pub use coin97::rectangle as coin97_rectangle;
 pub use face::{Face, Family};
+pub use library::{Fonts, Own};
 pub use pixels::{PixelText, pixel_text};
 pub use solid::{BACK, FRONT, SIDES, text3};
 pub use vrml97::{Align, Vrml97Style, vrml97_layout, vrml97_text};
@@ -48,8 +51,8 @@ impl Justify {
 
 /// How Inventor and VRML 1.0 set a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TextStyle {
-    pub face: Face,
+pub struct TextStyle<'a> {
+    pub face: Face<'a>,
     /// Distance between baselines at spacing 1: the font's size.
     pub size: f32,
     pub spacing: f32,
@@ -79,7 +82,7 @@ pub struct Layout {
 }
 
 /// Where the glyphs of an Inventor text stand: line n's baseline is at y = −n · spacing · size.
-pub fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle) -> Layout {
+pub fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Layout {
     let font = Typeface::open(style.face);
     let mut out = Layout::default();
     let (mut low, mut high) = (0.0f32, 0.0f32);
@@ -111,7 +114,7 @@ pub fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle) -> Layout {
 /// together to it by the steps between its letters, never by the letters themselves (Coin); a width
 /// below that of a letter puts them all in one place. A line ends where its last letter's ink
 /// ends, so that `RIGHT` is flush.
-pub fn ascii_layout<S: AsRef<str>>(strings: &[S], style: &TextStyle, widths: &[f32]) -> Layout {
+pub fn ascii_layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>, widths: &[f32]) -> Layout {
     let font = Typeface::open(style.face);
     let mut out = Layout::default();
     let mut low = 0.0f32;
@@ -139,7 +142,7 @@ pub fn ascii_layout<S: AsRef<str>>(strings: &[S], style: &TextStyle, widths: &[f
 /// How much longer the steps between letters get, and how long the line is then. The letter that
 /// ends last keeps its width (Coin).
 fn stretch(
-    font: &Typeface,
+    font: &Typeface<'_>,
     advances: &[(char, f32)],
     size: f32,
     wanted: Option<f32>,
@@ -212,14 +215,14 @@ impl Layout {
 /// An `AsciiText`: flat, in z = 0.
 pub fn ascii_text<S: AsRef<str>>(
     strings: &[S],
-    style: &TextStyle,
+    style: &TextStyle<'_>,
     widths: &[f32],
 ) -> (Mesh, Layout) {
     let laid = ascii_layout(strings, style, widths);
     (flat(&laid, style.face, style.size, style.complexity), laid)
 }
 
-fn flat(laid: &Layout, face: Face, size: f32, complexity: f32) -> Mesh {
+fn flat(laid: &Layout, face: Face<'_>, size: f32, complexity: f32) -> Mesh {
     let mut glyphs = Glyphs::new(face, complexity);
     let mut mesh = Mesh::default();
     let per_unit = if size > 0.0 { 1.0 / size } else { 0.0 };

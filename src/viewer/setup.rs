@@ -262,6 +262,9 @@ impl Words {
         for folder in &plan.search {
             self.put("search", folder.display());
         }
+        for folder in plan.fonts.folders() {
+            self.put("fonts", folder.display());
+        }
     }
 
     fn optics(&mut self, optics: &Optics) {

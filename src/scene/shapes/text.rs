@@ -9,18 +9,18 @@ use crate::graph::read::Fields;
 use crate::graph::state::{Binding, ProfileCoordinates};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::text::{self as typeset, Face, Justify, Layout, TextStyle, Vrml97Style};
+use crate::scene::text::{self as typeset, Face, Fonts, Justify, Layout, TextStyle, Vrml97Style};
 
 fn strings<'a>(node: NodeRef<'a>) -> &'a [String] {
     node.read::<[String]>("string").unwrap_or(&[])
 }
 
-fn style(node: NodeRef<'_>, state: &State<'_>) -> TextStyle {
+fn style<'f>(node: NodeRef<'_>, state: &State<'_>, fonts: &'f Fonts) -> TextStyle<'f> {
     let font = state.font;
     let face = if font.is_style {
-        Face::of_font_style(font.family, font.style)
+        Face::of_font_style(font.family, font.style, fonts)
     } else {
-        Face::named(font.name)
+        Face::named_of(font.name, fonts)
     };
     TextStyle {
         face,
@@ -37,7 +37,8 @@ fn style(node: NodeRef<'_>, state: &State<'_>) -> TextStyle {
 
 /// Letters facing the camera, as many pixels high as the font's size says, at the text's origin.
 pub fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let text = typeset::pixel_text(strings(node), &style(node, state));
+    let fonts = out.fonts();
+    let text = typeset::pixel_text(strings(node), &style(node, state, &fonts));
     let at = state.world_from_object.transform_point3(DVec3::ZERO);
     out.set_unlit();
     screen::pixels(at, &text, out);
@@ -56,7 +57,8 @@ pub fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
 pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let places = node.read::<[Vec3]>("position").unwrap_or(&[]);
     let sides = node.read::<[Choice]>("justification").unwrap_or(&[]);
-    let plain = style(node, state);
+    let fonts = out.fonts();
+    let plain = style(node, state, &fonts);
     for (i, line) in strings(node).iter().enumerate() {
         let Some(&place) = places.get(i).or(places.last()) else {
             return;
@@ -77,7 +79,8 @@ pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
 pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let parts = node.read::<Choice>("parts").unwrap_or(1);
     let profile = profile(state);
-    let style = style(node, state);
+    let fonts = out.fonts();
+    let style = style(node, state, &fonts);
     let (mesh, laid) = typeset::text3(
         strings(node),
         &style,
@@ -130,7 +133,8 @@ fn profile(state: &State<'_>) -> Option<Vec<Vec2>> {
 
 pub fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let widths = node.read::<[f32]>("width").unwrap_or(&[]);
-    let style = style(node, state);
+    let fonts = out.fonts();
+    let style = style(node, state, &fonts);
     let (mesh, laid) = typeset::ascii_text(strings(node), &style, widths);
     out.mesh(&mesh, false);
     if let Some((mut min, mut max)) = out.object_bounds {
@@ -143,9 +147,10 @@ pub fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
 
 /// VRML 97's `Text`.
 pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+    let fonts = out.fonts();
     let style = node
         .node_in("fontStyle")
-        .map_or(Vrml97Style::DEFAULT, |f| style97(f, state));
+        .map_or(Vrml97Style::DEFAULT, |f| style97(f, state, &fonts));
     let lengths = node.read::<[f32]>("length").unwrap_or(&[]);
     let most = node.read::<f32>("maxExtent").unwrap_or(0.0);
     let strings = strings(node);
@@ -159,11 +164,12 @@ pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     }
 }
 
-fn style97(node: NodeRef<'_>, state: &State<'_>) -> Vrml97Style {
+fn style97<'f>(node: NodeRef<'_>, state: &State<'_>, fonts: &'f Fonts) -> Vrml97Style<'f> {
     let flag = |name: &str| node.read::<bool>(name).unwrap_or(true);
     let families = node.read::<[String]>("family").unwrap_or(&[]);
+    let style = node.read::<Text>("style").unwrap_or("PLAIN");
     Vrml97Style {
-        face: Face::of_vrml97(families, node.read::<Text>("style").unwrap_or("PLAIN")),
+        face: Face::of_vrml97(families, style, fonts),
         size: node.read::<f32>("size").unwrap_or(1.0),
         spacing: node.read::<f32>("spacing").unwrap_or(1.0),
         horizontal: flag("horizontal"),

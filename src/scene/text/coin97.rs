@@ -19,7 +19,7 @@ struct Lines {
 }
 
 impl Lines {
-    fn of<S: AsRef<str>>(strings: &[S], font: &Typeface) -> Self {
+    fn of<S: AsRef<str>>(strings: &[S], font: &Typeface<'_>) -> Self {
         let letters: Vec<_> = strings
             .iter()
             .map(|s| font.advances(s.as_ref(), 1.0))
@@ -36,7 +36,7 @@ impl Lines {
 /// Where Coin stands the letters.
 pub fn layout<S: AsRef<str>>(
     strings: &[S],
-    style: &Vrml97Style,
+    style: &Vrml97Style<'_>,
     lengths: &[f32],
     max_extent: f32,
 ) -> Layout {
@@ -79,7 +79,7 @@ pub fn layout<S: AsRef<str>>(
 }
 
 /// Where a row begins.
-fn begin(i: usize, count: usize, width: f32, row: f32, style: &Vrml97Style) -> Vec2 {
+fn begin(i: usize, count: usize, width: f32, row: f32, style: &Vrml97Style<'_>) -> Vec2 {
     let sign = if style.left_to_right { -1.0 } else { 1.0 };
     let x = match style.major {
         Align::Begin | Align::First => 0.0,
@@ -100,7 +100,7 @@ fn across(
     letters: &[(char, f32)],
     mut at: Vec2,
     step: impl Fn(f32) -> f32,
-    style: &Vrml97Style,
+    style: &Vrml97Style<'_>,
     out: &mut Layout,
 ) {
     for &(character, advance) in letters {
@@ -115,7 +115,7 @@ fn across(
 }
 
 /// Where the letters of a column begin.
-fn top(i: usize, count: usize, letters: usize, style: &Vrml97Style) -> Vec2 {
+fn top(i: usize, count: usize, letters: usize, style: &Vrml97Style<'_>) -> Vec2 {
     let line = style.spacing * style.size;
     let (i, n, letters) = (i as f32, count as f32, letters as f32);
     let sign = if style.top_to_bottom { 1.0 } else { -1.0 };
@@ -137,7 +137,7 @@ fn top(i: usize, count: usize, letters: usize, style: &Vrml97Style) -> Vec2 {
     Vec2::new(x - back, y)
 }
 
-fn down(letters: &[(char, f32)], mut at: Vec2, style: &Vrml97Style, out: &mut Layout) {
+fn down(letters: &[(char, f32)], mut at: Vec2, style: &Vrml97Style<'_>, out: &mut Layout) {
     for &(character, _) in letters {
         out.push(character, at, 1.0);
         at.y += if style.top_to_bottom {
@@ -155,7 +155,7 @@ const FONT_SIZE: f32 = 12.0;
 /// The lower left and upper right corner of Coin's box, by lines and sizes rather than ink.
 pub fn rectangle<S: AsRef<str>>(
     strings: &[S],
-    style: &Vrml97Style,
+    style: &Vrml97Style<'_>,
     lengths: &[f32],
 ) -> Option<(Vec2, Vec2)> {
     let font = Typeface::open(style.face);
@@ -185,7 +185,7 @@ pub fn rectangle<S: AsRef<str>>(
     Some((low, high))
 }
 
-fn across_rectangle(widest: f32, added: f32, before: f32, style: &Vrml97Style) -> (Vec2, Vec2) {
+fn across_rectangle(widest: f32, added: f32, before: f32, style: &Vrml97Style<'_>) -> (Vec2, Vec2) {
     let (size, line) = (style.size, style.spacing * style.size);
     let (full, own) = ((widest + added) * size, widest * size);
     let (left, right) = match (style.major, style.left_to_right) {
@@ -210,7 +210,7 @@ fn across_rectangle(widest: f32, added: f32, before: f32, style: &Vrml97Style) -
     (Vec2::new(left, bottom + up), Vec2::new(right, top + up))
 }
 
-fn down_rectangle(most: f32, added: f32, before: f32, style: &Vrml97Style) -> (Vec2, Vec2) {
+fn down_rectangle(most: f32, added: f32, before: f32, style: &Vrml97Style<'_>) -> (Vec2, Vec2) {
     let (size, spacing) = (style.size, style.spacing);
     let (left, right) = if style.left_to_right {
         (0.0, before * spacing + size)

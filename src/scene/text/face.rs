@@ -1,5 +1,9 @@
 //! The shipped typefaces and the names that stand for them.
 
+use skrifa::FontRef;
+
+use super::library::{Fonts, Own};
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     Serif,
@@ -7,9 +11,14 @@ pub enum Family {
     Mono,
 }
 
+/// The names that the families without one have.
+const SERIF_NAME: &str = "Times";
+const SANS_NAME: &str = "Helvetica";
+const MONO_NAME: &str = "Courier";
+
 /// Which of the typefaces to draw with.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face {
+pub struct Face<'a> {
     pub family: Family,
     pub bold: bool,
     pub italic: bool,
@@ -17,14 +26,17 @@ pub struct Face {
     /// tenths of its size taken for the size, each letter set off from the next by its ink
     /// (measured).
     pub built_in: bool,
+    /// A typeface of the user's in place of ours.
+    pub own: Option<Own<'a>>,
 }
 
-impl Face {
+impl<'a> Face<'a> {
     pub const DEFAULT: Self = Self {
         family: Family::Serif,
         bold: false,
         italic: false,
         built_in: true,
+        own: None,
     };
 
     /// Size of the letters beside the font's.
@@ -38,6 +50,7 @@ impl Face {
             bold,
             italic,
             built_in: false,
+            own: None,
         }
     }
 
@@ -88,36 +101,63 @@ impl Face {
         Self::plain(family, bold, has(&["italic", "oblique", "slanted"]))
     }
 
-    /// For the values of an Inventor or VRML 1.0 `FontStyle`.
-    pub fn of_font_style(family: i32, style: i32) -> Self {
-        let family = match family {
-            1 => Family::Sans,
-            2 => Family::Mono,
-            _ => Family::Serif,
-        };
-        Self::plain(family, style & 1 != 0, style & 2 != 0)
+    /// For the name in an Inventor `Font`: the user's typeface, or what [`Face::named`] has for it.
+    pub fn named_of(name: &str, fonts: &'a Fonts) -> Self {
+        let shipped = Self::named(name);
+        if shipped.built_in {
+            return shipped;
+        }
+        shipped.or_own(name, fonts)
     }
 
-    /// For a VRML97 `FontStyle`: the first family that is known counts. Serifs, which a silent
-    /// file gets too, are set as the built-in font is.
-    pub fn of_vrml97<S: AsRef<str>>(families: &[S], style: &str) -> Self {
+    fn or_own(self, name: &str, fonts: &'a Fonts) -> Self {
+        let own = fonts.find(name, self.bold, self.italic);
+        Self { own, ..self }
+    }
+
+    /// For the values of an Inventor or VRML 1.0 `FontStyle`.
+    pub fn of_font_style(family: i32, style: i32, fonts: &'a Fonts) -> Self {
+        let (family, name) = match family {
+            1 => (Family::Sans, SANS_NAME),
+            2 => (Family::Mono, MONO_NAME),
+            _ => (Family::Serif, SERIF_NAME),
+        };
+        Self::plain(family, style & 1 != 0, style & 2 != 0).or_own(name, fonts)
+    }
+
+    /// For a VRML97 `FontStyle`: the first family that is known counts, or that the user has.
+    /// Serifs, which a silent file gets too, are set as the built-in font is.
+    pub fn of_vrml97<S: AsRef<str>>(families: &[S], style: &str, fonts: &'a Fonts) -> Self {
+        let (bold, italic) = (style.contains("BOLD"), style.contains("ITALIC"));
+        let of = |family: Family, own: Option<Own<'a>>| Self {
+            built_in: family == Family::Serif && own.is_none(),
+            own,
+            ..Self::plain(family, bold, italic)
+        };
         let known = families.iter().find_map(|f| match f.as_ref() {
-            "SERIF" => Some(Family::Serif),
-            "SANS" => Some(Family::Sans),
-            "TYPEWRITER" => Some(Family::Mono),
-            _ => None,
+            "SERIF" => Some(of(Family::Serif, None)),
+            "SANS" => Some(of(Family::Sans, fonts.find(SANS_NAME, bold, italic))),
+            "TYPEWRITER" => Some(of(Family::Mono, fonts.find(MONO_NAME, bold, italic))),
+            name => {
+                let own = fonts.find(name, bold, italic);
+                own.map(|own| of(Self::named(name).family, Some(own)))
+            }
         });
-        let family = known.unwrap_or_else(|| match families.first() {
-            Some(name) => Self::named(name.as_ref()).family,
-            None => Family::Serif,
-        });
-        Self {
-            built_in: family == Family::Serif,
-            ..Self::plain(family, style.contains("BOLD"), style.contains("ITALIC"))
+        known.unwrap_or_else(|| match families.first() {
+            Some(name) => of(Self::named(name.as_ref()).family, None),
+            None => of(Family::Serif, None),
+        })
+    }
+
+    /// The typeface to draw with.
+    pub(super) fn font(self) -> Option<FontRef<'a>> {
+        match self.own {
+            Some(own) => own.open(),
+            None => FontRef::new(self.bytes()).ok(),
         }
     }
 
-    pub(super) fn bytes(self) -> &'static [u8] {
+    fn bytes(self) -> &'static [u8] {
         macro_rules! font {
             ($name:literal) => {
                 include_bytes!(concat!("../fonts/", $name, ".otf"))

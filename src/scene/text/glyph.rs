@@ -1,4 +1,4 @@
-//! Glyphs of the shipped typefaces as polylines and triangles.
+//! Glyphs of a typeface as polylines and triangles.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,9 @@ use lyon_tessellation::{
     BuffersBuilder, FillOptions, FillTessellator, FillVertex, VertexBuffers, math::point,
     path::Path,
 };
-use skrifa::outline::{DrawSettings, HintingInstance, HintingOptions, OutlinePen};
+use skrifa::outline::{
+    DrawSettings, HintingInstance, HintingOptions, OutlineGlyphFormat, OutlinePen,
+};
 use skrifa::prelude::{FontRef, LocationRef, Size};
 use skrifa::{GlyphId, MetadataProvider};
 
@@ -74,16 +76,16 @@ fn counterclockwise(points: &[Vec2], [a, b, c]: [u32; 3]) -> [u32; 3] {
 }
 
 /// The glyphs a text has used so far.
-pub(super) struct Glyphs {
-    font: Typeface,
+pub(super) struct Glyphs<'a> {
+    font: Typeface<'a>,
     tolerance: f32,
     cuts: BTreeMap<char, Cut>,
 }
 
-impl Glyphs {
+impl<'a> Glyphs<'a> {
     /// Curves stay within this much of the size: 0.01 at complexity 0, 0.0007 at 0.5 (32 lines
     /// for Helvetica's o are 0.0012 in Coin), 0.00005 at 1.
-    pub fn new(face: Face, complexity: f32) -> Self {
+    pub fn new(face: Face<'a>, complexity: f32) -> Self {
         let c = complexity.clamp(0.0, 1.0);
         Self {
             font: Typeface::open(face),
@@ -108,9 +110,9 @@ impl Glyphs {
 /// their stems to whole ones.
 const CUT_AT: f32 = 40.0;
 
-/// A shipped typeface, opened.
-pub(super) struct Typeface {
-    font: Option<FontRef<'static>>,
+/// A typeface, opened.
+pub(super) struct Typeface<'a> {
+    font: Option<FontRef<'a>>,
     scale: f32,
     built_in: bool,
     /// Moves stems to whole pixels; none for the built-in font.
@@ -137,14 +139,14 @@ const ODD_ADVANCES: [(char, f32); 14] = [
     ('j', 0.303),
 ];
 
-impl Typeface {
-    pub fn open(face: Face) -> Self {
+impl<'a> Typeface<'a> {
+    pub fn open(face: Face<'a>) -> Self {
         Self::open_at(face, CUT_AT)
     }
 
     /// For glyphs so many pixels high.
-    pub fn open_at(face: Face, pixels: f32) -> Self {
-        let font = FontRef::new(face.bytes()).ok();
+    pub fn open_at(face: Face<'a>, pixels: f32) -> Self {
+        let font = face.font();
         let hinting = font.as_ref().filter(|_| !face.built_in).and_then(|font| {
             let (size, place) = (Size::new(pixels), LocationRef::default());
             let options = HintingOptions::default();
@@ -159,7 +161,7 @@ impl Typeface {
         }
     }
 
-    fn glyph(&self, font: &FontRef<'static>, character: char) -> GlyphId {
+    fn glyph(&self, font: &FontRef<'_>, character: char) -> GlyphId {
         font.charmap().map(character).unwrap_or_default()
     }
 
@@ -275,8 +277,11 @@ impl Typeface {
         pen.outlines.retain(|o| o.len() > 2);
         let all = pen.outlines.iter().flatten();
         let left = all.map(|p| p.x).fold(f32::INFINITY, f32::min);
+        let is_truetype = font.outline_glyphs().format() == Some(OutlineGlyphFormat::Glyf);
         for outline in &mut pen.outlines {
-            outline.reverse(); // PostScript fills on the left
+            if !is_truetype {
+                outline.reverse(); // PostScript fills on the left
+            }
             if self.built_in {
                 outline.iter_mut().for_each(|p| p.x -= left);
             }

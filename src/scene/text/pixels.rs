@@ -51,7 +51,7 @@ const BUILT_IN: [(f32, i32, usize); 4] = [
 ];
 
 /// Sets strings as a `Text2` does; lines are as far apart as the font's size says, in whole pixels.
-pub fn pixel_text<S: AsRef<str>>(strings: &[S], style: &TextStyle) -> PixelText {
+pub fn pixel_text<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> PixelText {
     let font = PixelFont::open(style);
     let mut room = MOST_PIXELS;
     let lines: Vec<Vec<Letter>> = strings
@@ -165,15 +165,15 @@ impl PixelText {
 }
 
 /// A typeface at a size in pixels.
-struct PixelFont {
-    typeface: Typeface,
+struct PixelFont<'a> {
+    typeface: Typeface<'a>,
     pixels: f32,
     /// Width, height and baseline of letters that are all alike.
     cell: Option<(i32, usize, i32)>,
 }
 
-impl PixelFont {
-    fn open(style: &TextStyle) -> Self {
+impl<'a> PixelFont<'a> {
+    fn open(style: &TextStyle<'a>) -> Self {
         let size = style.size.clamp(0.0, TALLEST).floor();
         if !style.face.built_in {
             return Self {

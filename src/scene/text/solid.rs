@@ -23,7 +23,7 @@ pub const BACK: i32 = 4;
 /// the other way than they do, and so has their sides inside out.
 pub fn text3<S: AsRef<str>>(
     strings: &[S],
-    style: &TextStyle,
+    style: &TextStyle<'_>,
     parts: i32,
     profile: Option<&[Vec2]>,
     crease_angle: f32,

@@ -1,7 +1,7 @@
 use super::vrml97::ABOVE;
 use super::*;
 
-fn style(name: &str, size: f32) -> TextStyle {
+fn style(name: &str, size: f32) -> TextStyle<'_> {
     TextStyle {
         face: Face::named(name),
         size,
@@ -11,7 +11,7 @@ fn style(name: &str, size: f32) -> TextStyle {
     }
 }
 
-fn every_face() -> impl Iterator<Item = Face> {
+fn every_face() -> impl Iterator<Item = Face<'static>> {
     [Family::Serif, Family::Sans, Family::Mono]
         .into_iter()
         .flat_map(|f| (0..4).map(move |s| Face::plain(f, s & 1 != 0, s & 2 != 0)))

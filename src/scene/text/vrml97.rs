@@ -30,8 +30,8 @@ impl Align {
 
 /// How VRML97 sets a text: `FontStyle`'s fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vrml97Style {
-    pub face: Face,
+pub struct Vrml97Style<'a> {
+    pub face: Face<'a>,
     pub size: f32,
     pub spacing: f32,
     pub horizontal: bool,
@@ -42,7 +42,7 @@ pub struct Vrml97Style {
     pub complexity: f32,
 }
 
-impl Vrml97Style {
+impl Vrml97Style<'_> {
     pub const DEFAULT: Self = Self {
         face: Face::DEFAULT,
         size: 1.0,
@@ -71,7 +71,7 @@ pub(super) const ABOVE: f32 = 0.8;
 /// height of a line open; here it is the size, four fifths of it above the baseline.
 pub fn vrml97_layout<S: AsRef<str>>(
     strings: &[S],
-    style: &Vrml97Style,
+    style: &Vrml97Style<'_>,
     lengths: &[f32],
     max_extent: f32,
 ) -> Layout {
@@ -103,7 +103,7 @@ struct Line {
 }
 
 impl Line {
-    fn new(font: &Typeface, text: &str, style: &Vrml97Style, wanted: Option<f32>) -> Self {
+    fn new(font: &Typeface<'_>, text: &str, style: &Vrml97Style<'_>, wanted: Option<f32>) -> Self {
         let advances = font.advances(text, style.size);
         let natural: f32 = if style.horizontal {
             advances.iter().map(|a| a.1).sum()
@@ -121,7 +121,14 @@ impl Line {
         }
     }
 
-    fn place(&self, i: usize, count: usize, squeeze: f32, style: &Vrml97Style, out: &mut Layout) {
+    fn place(
+        &self,
+        i: usize,
+        count: usize,
+        squeeze: f32,
+        style: &Vrml97Style<'_>,
+        out: &mut Layout,
+    ) {
         let step = style.spacing * style.size;
         let length = self.length * squeeze;
         let begin = match style.major {
@@ -166,7 +173,7 @@ impl Line {
 }
 
 /// The baseline of the line that is `across` past the first, in a block of that height.
-fn row(across: f32, block: f32, style: &Vrml97Style) -> f32 {
+fn row(across: f32, block: f32, style: &Vrml97Style<'_>) -> f32 {
     let below = (1.0 - ABOVE) * style.size;
     let above = ABOVE * style.size;
     if style.top_to_bottom {
@@ -189,7 +196,7 @@ fn row(across: f32, block: f32, style: &Vrml97Style) -> f32 {
 }
 
 /// The left edge of the column that is `across` past the first.
-fn column(across: f32, block: f32, style: &Vrml97Style) -> f32 {
+fn column(across: f32, block: f32, style: &Vrml97Style<'_>) -> f32 {
     let begin = match style.minor {
         Align::First | Align::Begin => 0.0,
         Align::Middle => -0.5 * block,
@@ -205,7 +212,7 @@ fn column(across: f32, block: f32, style: &Vrml97Style) -> f32 {
 /// A VRML97 `Text`: flat, in z = 0; set as the standard says or as Coin does.
 pub fn vrml97_text<S: AsRef<str>>(
     strings: &[S],
-    style: &Vrml97Style,
+    style: &Vrml97Style<'_>,
     lengths: &[f32],
     max_extent: f32,
     as_coin: bool,

@@ -1,0 +1,459 @@
+//! Typefaces of the user's own, found by the names that files use.
+//!
+//! A picture is the same on every machine only with the shipped typefaces, so that nothing is
+//! looked for where no folder is given. A name is looked for as it stands, then as a family with a
+//! style, then by the typefaces that stand in for the old ones (`STAND_INS`). The folders are read
+//! once for their fonts' names; letters are read from the files that a scene needs.
+//!
+//! Not done: bitmap fonts, PostScript Type 1 (`.pfb`), variable fonts other than as they come.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use skrifa::attribute::Style;
+use skrifa::raw::FileRef;
+use skrifa::string::StringId;
+use skrifa::{FontRef, MetadataProvider};
+
+use crate::diag::{Diagnostic, Result};
+
+/// Endings of the files that a folder is searched for.
+const ENDINGS: [&str; 4] = ["otf", "ttf", "ttc", "otc"];
+
+/// Files read at most, how large, and how many folders deep.
+const MOST_FILES: usize = 10_000;
+const LARGEST: u64 = 256 << 20;
+const DEEPEST: usize = 16;
+
+/// Names of typefaces, in lower case without spaces and signs, and whose metrics are theirs: of
+/// URW's fonts of today, URW's of old, TeX Gyre's and Liberation's what is there first.
+const STAND_INS: [(&[&str], &[&str]); 9] = [
+    (
+        &["times", "timesroman", "timesnewroman", "timesnewromanps"],
+        &[
+            "nimbusroman",
+            "nimbusromanno9l",
+            "texgyretermes",
+            "liberationserif",
+        ],
+    ),
+    (
+        &["helvetica", "arial"],
+        &[
+            "nimbussans",
+            "nimbussansl",
+            "texgyreheros",
+            "liberationsans",
+        ],
+    ),
+    (
+        &["courier", "couriernew"],
+        &[
+            "nimbusmonops",
+            "nimbusmonol",
+            "texgyrecursor",
+            "liberationmono",
+        ],
+    ),
+    (
+        &["helveticanarrow", "arialnarrow"],
+        &["nimbussansnarrow", "nimbussanslcondensed", "texgyreheroscn"],
+    ),
+    (
+        &["palatino", "palatinoroman", "palatinolinotype"],
+        &["p052", "urwpalladiol", "texgyrepagella"],
+    ),
+    (
+        &["bookman", "itcbookman"],
+        &["urwbookman", "urwbookmanl", "texgyrebonum"],
+    ),
+    (
+        &["avantgarde", "itcavantgardegothic"],
+        &["urwgothic", "urwgothicl", "texgyreadventor"],
+    ),
+    (
+        &[
+            "newcenturyschlbk",
+            "newcenturyschoolbook",
+            "centuryschoolbook",
+        ],
+        &["c059", "centuryschoolbookl", "texgyreschola"],
+    ),
+    (
+        &["zapfchancery", "itczapfchancery"],
+        &["z003", "urwchanceryl", "texgyrechorus"],
+    ),
+];
+
+/// A typeface of the user's: the bytes of its file and which of the file's it is.
+#[derive(Clone, Copy, PartialEq)]
+pub struct Own<'a> {
+    bytes: &'a [u8],
+    index: u32,
+}
+
+impl<'a> Own<'a> {
+    pub(super) fn open(self) -> Option<FontRef<'a>> {
+        FontRef::from_index(self.bytes, self.index).ok()
+    }
+}
+
+impl fmt::Debug for Own<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Own({} bytes, {})", self.bytes.len(), self.index)
+    }
+}
+
+/// The typefaces below some folders.
+#[derive(Debug, Default)]
+pub struct Fonts {
+    folders: Vec<PathBuf>,
+    files: Vec<File>,
+    faces: Vec<Entry>,
+    /// Files that have the ending of a font and are none.
+    pub troubles: Vec<Box<Diagnostic>>,
+}
+
+/// The same folders: what is in them is not looked at again.
+impl PartialEq for Fonts {
+    fn eq(&self, other: &Self) -> bool {
+        self.folders == other.folders
+    }
+}
+
+#[derive(Debug)]
+struct File {
+    path: PathBuf,
+    /// Read when a scene first needs it; empty where that fails then.
+    bytes: OnceLock<Vec<u8>>,
+}
+
+/// A typeface's names, as [`plain`] has them, and its style.
+#[derive(Debug)]
+struct Entry {
+    file: usize,
+    index: u32,
+    /// The family by itself and with what is not bold or italic of its style.
+    families: Vec<String>,
+    /// The full name and PostScript's.
+    whole: Vec<String>,
+    weight: f32,
+    italic: bool,
+}
+
+impl Fonts {
+    /// Reads the names of all fonts below the folders; the first folder's go first.
+    ///
+    /// # Errors
+    /// A folder that is none or that can't be read. A file that is no font is a warning in
+    /// `troubles`.
+    pub fn open<P: AsRef<Path>>(folders: &[P]) -> Result<Self> {
+        let mut out = Self::default();
+        for folder in folders {
+            let folder = folder.as_ref();
+            let mut paths = Vec::new();
+            walk(folder, 0, &mut paths).map_err(|error| {
+                Diagnostic::io(folder.display(), &error)
+                    .with_help("`--fonts` takes a folder with .otf, .ttf or .ttc files below it")
+            })?;
+            let before = out.faces.len();
+            for path in paths {
+                if let Err(trouble) = out.add(path) {
+                    out.troubles.push(trouble);
+                }
+            }
+            if out.faces.len() == before {
+                let name = folder.display();
+                let told = format!("there are no fonts below `{name}`");
+                out.troubles.push(
+                    Diagnostic::warning(told).with_help("`.otf`, `.ttf` and `.ttc` files are read"),
+                );
+            }
+            out.folders.push(folder.to_path_buf());
+        }
+        Ok(out)
+    }
+
+    pub fn folders(&self) -> &[PathBuf] {
+        &self.folders
+    }
+
+    fn add(&mut self, path: PathBuf) -> Result<()> {
+        let name = path.display().to_string();
+        let warning = |why: &str| {
+            Diagnostic::warning(format!("`{name}`: {why}; it is left out")).in_file(name.clone())
+        };
+        let size = std::fs::metadata(&path).map_or(0, |m| m.len());
+        if size > LARGEST {
+            return Err(warning("is larger than 256 MB"));
+        }
+        let bytes = std::fs::read(&path).map_err(|_| warning("cannot be read"))?;
+        let file = FileRef::new(&bytes).map_err(|_| warning("is not a font, or is damaged"))?;
+        let before = self.faces.len();
+        for (index, font) in file.fonts().enumerate() {
+            let font = font.map_err(|_| warning("is damaged"))?;
+            if font.charmap().has_map() && font.outline_glyphs().format().is_some() {
+                let entry = Entry::of(&font, self.files.len(), index as u32);
+                self.faces.push(entry);
+            }
+        }
+        if self.faces.len() == before {
+            return Err(warning("has no outlines of letters"));
+        }
+        let bytes = OnceLock::new();
+        self.files.push(File { path, bytes });
+        Ok(())
+    }
+
+    /// The typeface that a file means by a name such as `Times-Roman` or `Helvetica:Bold`.
+    pub fn find(&self, name: &str, bold: bool, italic: bool) -> Option<Own<'_>> {
+        let whole = plain(name);
+        if self.faces.is_empty() || whole.is_empty() {
+            return None;
+        }
+        let exact = self.faces.iter().find(|e| e.whole.contains(&whole));
+        let entry = exact.or_else(|| {
+            let candidates = [name, part(name, ':'), part(part(name, ':'), '-')];
+            candidates
+                .into_iter()
+                .map(plain)
+                .chain([without_style(name)])
+                .find_map(|family| self.family(&family, bold, italic))
+        })?;
+        let file = &self.files[entry.file];
+        let read = || std::fs::read(&file.path).unwrap_or_default();
+        let own = Own {
+            bytes: file.bytes.get_or_init(read),
+            index: entry.index,
+        };
+        own.open().map(|_| own)
+    }
+
+    /// Of a family, or what stands in for it, the face nearest to the style.
+    fn family(&self, family: &str, bold: bool, italic: bool) -> Option<&Entry> {
+        let stand_ins = STAND_INS.iter().find(|(names, _)| names.contains(&family));
+        let stand_ins = stand_ins.map_or(&[][..], |(_, stand_ins)| stand_ins);
+        let off = |e: &&Entry| {
+            let wanted = if bold { 700.0 } else { 400.0 };
+            let turned = if e.italic == italic { 0.0 } else { 1e4 };
+            turned + (e.weight - wanted).abs()
+        };
+        [family].iter().chain(stand_ins).find_map(|name| {
+            let of_family = self.faces.iter().filter(|e| e.is_of(name));
+            of_family.min_by(|a, b| off(a).total_cmp(&off(b)))
+        })
+    }
+}
+
+impl Entry {
+    fn of(font: &FontRef<'_>, file: usize, index: u32) -> Self {
+        let names = |ids: &[StringId]| {
+            let string = |id: &StringId| {
+                let string = font.localized_strings(*id).english_or_first()?;
+                Some(plain(&string.chars().collect::<String>()))
+            };
+            let names = ids.iter().filter_map(string);
+            names.filter(|n| !n.is_empty()).collect::<Vec<_>>()
+        };
+        let attributes = font.attributes();
+        Self {
+            file,
+            index,
+            families: names(&[StringId::FAMILY_NAME, StringId::TYPOGRAPHIC_FAMILY_NAME]),
+            whole: names(&[StringId::FULL_NAME, StringId::POSTSCRIPT_NAME]),
+            weight: attributes.weight.value(),
+            italic: attributes.style != Style::Normal,
+        }
+    }
+
+    fn is_of(&self, family: &str) -> bool {
+        self.families.iter().any(|f| f == family)
+    }
+}
+
+/// In lower case, without spaces and signs.
+fn plain(name: &str) -> String {
+    let letters = name.chars().filter(|c| c.is_alphanumeric());
+    letters.flat_map(char::to_lowercase).collect()
+}
+
+fn part(name: &str, end: char) -> &str {
+    name.split(end).next().unwrap_or_default()
+}
+
+/// Of `Lucida Bright Demi Bold` the family alone.
+fn without_style(name: &str) -> String {
+    const STYLES: [&str; 9] = [
+        "bold", "demi", "italic", "oblique", "regular", "roman", "plain", "medium", "book",
+    ];
+    let words = name.split(|c: char| !c.is_alphanumeric());
+    let family = words.filter(|w| !STYLES.contains(&w.to_lowercase().as_str()));
+    plain(&family.collect::<String>())
+}
+
+/// Every font file below a folder, in the order of names.
+fn walk(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    let entries = std::fs::read_dir(folder)?;
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
+    paths.sort();
+    for path in paths {
+        let is_font = path.extension().is_some_and(|e| {
+            let ending = e.to_string_lossy().to_lowercase();
+            ENDINGS.contains(&ending.as_str())
+        });
+        if path.is_dir() {
+            if depth < DEEPEST {
+                // What is not to be read below a folder that is, is not the user's.
+                let _ = walk(&path, depth + 1, files);
+            }
+        } else if is_font && files.len() < MOST_FILES {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::text::{Face, Family};
+
+    /// A folder with shipped typefaces under it, and what is damaged or no font; gone when dropped.
+    struct Folder(PathBuf);
+
+    impl Folder {
+        fn new(name: &str) -> Self {
+            let folder = std::env::temp_dir().join(format!("ivcam-{name}-{}", std::process::id()));
+            std::fs::create_dir_all(folder.join("below")).expect("a folder");
+            Self(folder)
+        }
+
+        fn put(&self, name: &str, bytes: &[u8]) {
+            std::fs::write(self.0.join(name), bytes).expect("written");
+        }
+    }
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = std::fs::remove_dir_all(&self.0);
+        }
+    }
+
+    const SERIF: &[u8] = include_bytes!("../fonts/serif.otf");
+    const SERIF_BOLD: &[u8] = include_bytes!("../fonts/serif-bold.otf");
+    const SANS: &[u8] = include_bytes!("../fonts/sans.otf");
+
+    /// A typeface by another name that is as long.
+    fn renamed(font: &[u8], from: &str, to: &str) -> Vec<u8> {
+        let wide = |name: &str| name.bytes().flat_map(|b| [0, b]).collect::<Vec<u8>>();
+        let (from, to) = (wide(from), wide(to));
+        assert_eq!(from.len(), to.len());
+        let mut out = font.to_vec();
+        for at in 0..out.len() - from.len() {
+            if out[at..].starts_with(&from) {
+                out[at..at + to.len()].copy_from_slice(&to);
+            }
+        }
+        out
+    }
+
+    fn own_name(own: Option<Own<'_>>) -> Option<String> {
+        let font = own?.open()?;
+        let name = font
+            .localized_strings(StringId::FULL_NAME)
+            .english_or_first()?;
+        Some(name.chars().collect())
+    }
+
+    #[test]
+    fn names_of_files_find_the_family_its_style_and_its_stand_in() {
+        let folder = Folder::new("fonts-found");
+        let roman = |font| renamed(font, "ivcam serif", "NimbusRoman");
+        folder.put("a.otf", &roman(SERIF));
+        folder.put("below/b.OTF", &roman(SERIF_BOLD));
+        folder.put("below/c.txt", b"no font");
+        let fonts = Fonts::open(&[&folder.0]).expect("a folder");
+        assert!(fonts.troubles.is_empty());
+        let find = |name: &str| {
+            let face = Face::named(name);
+            own_name(fonts.find(name, face.bold, face.italic))
+        };
+        for name in ["Times", "Times-Roman", "Times New Roman", "times:Italic"] {
+            assert_eq!(find(name).as_deref(), Some("NimbusRoman"), "{name}");
+        }
+        for name in [
+            "Times-Bold",
+            "Times:Bold",
+            "Nimbus Roman Bold",
+            "NimbusRoman-Bold",
+        ] {
+            assert_eq!(find(name).as_deref(), Some("NimbusRoman-bold"), "{name}");
+        }
+        for name in ["Helvetica", "Timescale", "", "-", ":Bold"] {
+            assert_eq!(find(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_vrml97_style_takes_the_first_family_that_there_is() {
+        let folder = Folder::new("fonts-97");
+        folder.put("a.otf", &renamed(SANS, "ivcam sans", "NimbusSans"));
+        let fonts = Fonts::open(&[&folder.0]).expect("a folder");
+        let own = |families: &[&str]| Face::of_vrml97(families, "PLAIN", &fonts);
+        assert!(own(&["Nobody's", "Nimbus Sans", "SERIF"]).own.is_some());
+        assert!(own(&["SANS"]).own.is_some());
+        let serif = own(&["SERIF", "SANS"]);
+        assert!(serif.own.is_none() && serif.built_in);
+        let typewriter = own(&["TYPEWRITER"]);
+        assert_eq!((typewriter.own, typewriter.family), (None, Family::Mono));
+    }
+
+    #[test]
+    fn letters_are_the_user_s_where_the_name_finds_them() {
+        use crate::scene::text::{Justify, TextStyle, ascii_text};
+        let folder = Folder::new("fonts-drawn");
+        folder.put("a.otf", &renamed(SANS, "ivcam sans", "my letters"));
+        let fonts = Fonts::open(&[&folder.0]).expect("a folder");
+        let drawn = |face| {
+            let style = TextStyle {
+                face,
+                size: 10.0,
+                spacing: 1.0,
+                justify: Justify::Left,
+                complexity: 0.5,
+            };
+            ascii_text(&["Rays"], &style, &[]).0.positions
+        };
+        let name = "My Letters";
+        let own = drawn(Face::named_of(name, &fonts));
+        assert!(
+            own == drawn(Face::named("Helvetica")),
+            "the letters of the file"
+        );
+        assert!(own != drawn(Face::named(name)), "not the shipped ones");
+    }
+
+    #[test]
+    fn damaged_fonts_are_told_and_left_out() {
+        let folder = Folder::new("fonts-damaged");
+        folder.put("cut.otf", &SERIF[..SERIF.len() / 8]);
+        folder.put("empty.ttf", b"");
+        folder.put("sound.otf", &renamed(SANS, "ivcam sans", "NimbusSans"));
+        let fonts = Fonts::open(&[&folder.0]).expect("a folder");
+        let told: Vec<&str> = fonts.troubles.iter().map(|t| t.message.as_str()).collect();
+        assert_eq!(told.len(), 2, "{told:?}");
+        assert!(told.iter().any(|t| t.contains("empty.ttf`: is not a font")));
+        assert!(fonts.find("Times", false, false).is_none());
+        assert!(fonts.find("Arial", false, false).is_some());
+    }
+
+    #[test]
+    fn a_folder_that_is_none_is_an_error_and_one_without_fonts_a_warning() {
+        let error = Fonts::open(&["no/such/folder"]).expect_err("no folder");
+        assert!(error.message.contains("no/such/folder"));
+        let folder = Folder::new("fonts-none");
+        let fonts = Fonts::open(&[&folder.0]).expect("a folder");
+        assert!(fonts.troubles[0].message.contains("no fonts below"));
+    }
+}
