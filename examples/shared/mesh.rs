@@ -117,7 +117,7 @@ fn nearest(tree: &Wide, ray: &Ray) -> Option<f32> {
 fn is_blocked(tree: &Wide, ray: &Ray) -> bool {
     let prepared = PreparedRay::new(ray);
     let mut found = false;
-    tree.walk(&prepared, 0.0, ray.t_max, |block: &Block, t_max| {
+    tree.walk_any(&prepared, 0.0, ray.t_max, |block: &Block, t_max| {
         found |= block.meet(&prepared, 0.0, t_max).mask != 0;
         if found { -1.0 } else { t_max }
     });

@@ -489,7 +489,7 @@ impl RenderScene {
         let prepared = PreparedRay::new(ray);
         let mut through = 1.0;
         self.tree()
-            .walk(&prepared, ray.t_min, t_max, |block, t_max| {
+            .walk_any(&prepared, ray.t_min, t_max, |block, t_max| {
                 self.visit(&prepared, block, ray.t_min, t_max, |hit| {
                     through *= self.lets_through(ray, &hit);
                     if through > 0.0 {

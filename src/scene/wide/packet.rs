@@ -10,8 +10,8 @@ use glam::Vec3;
 use super::super::bundle::{RayLanes, Side};
 use super::super::traverse::{PreparedRay, Ray, invert};
 #[cfg(target_arch = "x86_64")]
-use super::{BLOCK, Block, Node, Stack, WIDENING, WIDTH};
-use super::{Waiting, Wide, bits};
+use super::{BLOCK, Node, Stack, WIDENING, WIDTH};
+use super::{Block, Child, Wide, bits};
 
 /// Rays in a packet.
 pub const PACKET: usize = 16;
@@ -23,6 +23,16 @@ const CLOSE: f32 = 2.0 * super::super::COPLANAR;
 
 type Lanes = [f32; PACKET];
 
+/// A box to come back to.
+#[derive(Clone, Copy)]
+#[cfg(target_arch = "x86_64")]
+struct Waiting {
+    near: f32,
+    child: Child,
+    /// Which rays of the packet enter it.
+    lanes: u32,
+}
+
 /// Rays of one course: the same signs in the directions, the same longest axis.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
@@ -30,6 +40,9 @@ pub struct Packet {
     origin: [Lanes; 3],
     direction: [Lanes; 3],
     inverse: [Lanes; 3],
+    /// Where the ways to planes begin: less the origin's, and what its rounding takes given back.
+    near_from: [Lanes; 3],
+    far_from: [Lanes; 3],
     shear: [Lanes; 3],
     t_min: Lanes,
     /// The nearest hit so far, or the farthest distance that counts.
@@ -86,6 +99,8 @@ impl Packet {
             origin: [[0.0; PACKET]; 3],
             direction: [[1.0; PACKET]; 3],
             inverse: [[1.0; PACKET]; 3],
+            near_from: [[0.0; PACKET]; 3],
+            far_from: [[0.0; PACKET]; 3],
             shear: [[1.0; PACKET]; 3],
             t_min: [0.0; PACKET],
             t: [f32::NEG_INFINITY; PACKET],
@@ -202,7 +217,11 @@ impl Packet {
         self.axes = first.axes;
         for axis in 0..3 {
             for lane in 0..PACKET {
-                self.inverse[axis][lane] = invert(self.direction[axis][lane]);
+                let inverse = invert(self.direction[axis][lane]);
+                let from = self.origin[axis][lane] * inverse;
+                self.inverse[axis][lane] = inverse;
+                self.near_from[axis][lane] = -from - from.abs() * f32::EPSILON;
+                self.far_from[axis][lane] = -from + from.abs() * f32::EPSILON;
             }
             let back = first.inverse[axis] < 0.0;
             self.near[axis] = if back { axis + 3 } else { axis };
@@ -304,7 +323,7 @@ impl Wide {
             return;
         }
         for lane in bits(packet.live) {
-            self.go_on::<ANY>(Waiting::ROOT, lane, packet, others);
+            self.go_on::<ANY>(Child::ROOT, lane, packet, others);
         }
     }
 
@@ -312,14 +331,14 @@ impl Wide {
     #[inline(never)]
     fn go_on<const ANY: bool>(
         &self,
-        from: Waiting,
+        from: Child,
         lane: usize,
         packet: &mut Packet,
         others: &impl Others,
     ) {
         let ray = packet.ray(lane);
         let (t_min, t_max) = (packet.t_min[lane], packet.reach(lane));
-        self.walk_from(from, &ray, t_min, t_max, |block, t_max| {
+        let visit = |block: &Block, t_max: f32| {
             let met = block.meet(&ray, t_min, t_max);
             for i in bits(met.mask) {
                 packet.take(lane, block.primitive(i), (met.t[i], met.u[i], met.v[i]));
@@ -332,7 +351,12 @@ impl Wide {
             } else {
                 packet.reach(lane)
             }
-        });
+        };
+        if ANY {
+            self.walk_from::<false>(from, &ray, t_min, t_max, visit);
+        } else {
+            self.walk_from::<true>(from, &ray, t_min, t_max, visit);
+        }
     }
 }
 
@@ -362,8 +386,9 @@ mod avx512 {
         ) {
             let mut stack = Stack::new();
             let mut current = Waiting {
+                near: 0.0,
+                child: Child::ROOT,
                 lanes: packet.live,
-                ..Waiting::ROOT
             };
             let mut limit = packet.limit(packet.live);
             loop {
@@ -372,17 +397,19 @@ mod avx512 {
                 }
                 if current.lanes.count_ones() <= FEW {
                     for lane in bits(current.lanes) {
-                        self.go_on::<ANY>(current, lane, packet, others);
+                        self.go_on::<ANY>(current.child, lane, packet, others);
                     }
                     limit = packet.limit(packet.live);
-                } else if current.blocks > 0 {
-                    let first = current.first as usize;
-                    for block in &self.blocks[first..first + current.blocks as usize] {
+                } else if current.child.is_leaf() {
+                    for block in &self.blocks[current.child.place()..] {
                         packet.meet_block::<ANY>(block, current.lanes, others);
+                        if block.last {
+                            break;
+                        }
                     }
                     limit = packet.limit(packet.live);
                 } else {
-                    let node = &self.nodes[current.first as usize];
+                    let node = &self.nodes[current.child.place()];
                     if packet.enter(node, limit, &mut current, &mut stack) {
                         continue;
                     }
@@ -469,20 +496,23 @@ mod avx512 {
         #[inline]
         #[target_feature(enable = "avx512f,avx512dq")]
         fn enter_box(&self, node: &Node, i: usize, lanes: u32) -> u32 {
-            let at = |plane: usize, axis: usize| {
+            let at = |plane: usize, axis: usize, from: &[Lanes; 3]| {
                 let plane = _mm512_set1_ps(node.planes[plane][i]);
-                let from = _mm512_sub_ps(plane, Self::lanes(&self.origin[axis]));
-                _mm512_mul_ps(from, Self::lanes(&self.inverse[axis]))
+                _mm512_fmadd_ps(
+                    plane,
+                    Self::lanes(&self.inverse[axis]),
+                    Self::lanes(&from[axis]),
+                )
             };
-            let first = |axis: usize| at(self.near[axis], axis);
-            let last = |axis: usize| at(self.far[axis], axis);
-            let n = _mm512_max_ps(_mm512_max_ps(first(0), first(1)), first(2));
-            let n = _mm512_max_ps(n, Self::lanes(&self.t_min));
-            let f = _mm512_min_ps(_mm512_min_ps(last(0), last(1)), last(2));
-            let f = _mm512_min_ps(f, Self::lanes(&self.t));
-            let size = _mm512_abs_ps(f);
+            let first = |axis: usize| at(self.near[axis], axis, &self.near_from);
+            let last = |axis: usize| at(self.far[axis], axis, &self.far_from);
+            // Of two the second is taken if one is no number, as beyond the largest.
+            let n = _mm512_max_ps(first(0), Self::lanes(&self.t_min));
+            let n = _mm512_max_ps(first(2), _mm512_max_ps(first(1), n));
+            let f = _mm512_min_ps(last(0), Self::lanes(&self.t));
+            let f = _mm512_min_ps(last(2), _mm512_min_ps(last(1), f));
             let more = _mm512_set1_ps(WIDENING + CLOSE);
-            let wide = _mm512_add_ps(f, _mm512_mul_ps(size, more));
+            let wide = _mm512_fmadd_ps(_mm512_abs_ps(f), more, f);
             u32::from(_mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(lanes as u16, n, wide))
         }
 
@@ -490,16 +520,22 @@ mod avx512 {
         /// none.
         #[inline]
         #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,bmi1,bmi2,popcnt,lzcnt")]
-        fn enter(&self, node: &Node, limit: f32, current: &mut Waiting, stack: &mut Stack) -> bool {
+        fn enter(
+            &self,
+            node: &Node,
+            limit: f32,
+            current: &mut Waiting,
+            stack: &mut Stack<Waiting>,
+        ) -> bool {
             let (candidates, near) = self.candidates(node, limit);
             let mut nearest: Option<Waiting> = None;
             // Sorted by insertion, farthest first.
-            let mut sorted = [Waiting::ROOT; WIDTH];
+            let mut sorted = [*current; WIDTH];
             let mut count = 0;
             // A node that stands alone is opened without asking who enters: that is seen in it.
             let alone = candidates.is_power_of_two();
             for i in bits(candidates) {
-                let lanes = if alone && node.blocks[i] == 0 {
+                let lanes = if alone && !node.children[i].is_leaf() {
                     current.lanes
                 } else {
                     self.enter_box(node, i, current.lanes)
@@ -509,8 +545,7 @@ mod avx512 {
                 }
                 let new = Waiting {
                     near: near[i],
-                    first: node.first[i],
-                    blocks: node.blocks[i],
+                    child: node.children[i],
                     lanes,
                 };
                 let Some(best) = nearest else {
@@ -531,6 +566,7 @@ mod avx512 {
                 sorted[at] = put;
                 count += 1;
             }
+            stack.make_room();
             for waiting in &sorted[..count] {
                 stack.push(*waiting);
             }

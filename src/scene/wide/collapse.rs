@@ -1,0 +1,315 @@
+//! Which boxes of a binary tree become boxes of wide nodes.
+//!
+//! By the surface area heuristic, exactly: of all ways to gather a binary tree into nodes of eight
+//! the one is taken that a ray is expected to test the fewest nodes and blocks of (Ylitie, Karras
+//! and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*, 2017,
+//! section 3.1).
+
+use glam::Vec3;
+
+use super::super::traverse::Bvh;
+use super::{BLOCK, Block, Child, Node, WIDTH, Wide};
+
+impl Wide {
+    /// Collapses a binary tree. `triangle` gives a primitive's corners, nothing for what is no
+    /// triangle.
+    pub fn collapse(
+        binary: &Bvh,
+        order: &[u32],
+        triangle: impl Fn(u32) -> Option<[Vec3; 3]>,
+    ) -> Self {
+        let mut this = Self::default();
+        if binary.nodes.is_empty() {
+            return this;
+        }
+        let (plans, _) = plans(binary);
+        let mut held = Vec::new();
+        // Binary nodes to open, and where the wide node goes.
+        let mut ahead = vec![(0u32, this.new_node())];
+        while let Some((from, to)) = ahead.pop() {
+            let mut children = [0; WIDTH];
+            let count = gather(binary, &plans, from, &mut children);
+            for (i, &child) in children[..count].iter().enumerate() {
+                let node = &binary.nodes[child as usize];
+                let behind = if plans[child as usize].is_leaf() {
+                    held.clear();
+                    primitives(binary, order, child, &mut held);
+                    this.add_blocks(&held, &triangle)
+                } else {
+                    let place = this.new_node();
+                    ahead.push((child, place));
+                    Child(place)
+                };
+                let wide = &mut this.nodes[to as usize];
+                for axis in 0..3 {
+                    wide.planes[axis][i] = node.min[axis];
+                    wide.planes[axis + 3][i] = node.max[axis];
+                }
+                wide.children[i] = behind;
+            }
+        }
+        this
+    }
+
+    /// Memory of nodes and blocks.
+    pub fn bytes(&self) -> usize {
+        std::mem::size_of_val(&self.nodes[..]) + std::mem::size_of_val(&self.blocks[..])
+    }
+
+    fn new_node(&mut self) -> u32 {
+        let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
+        self.nodes.push(Node {
+            planes: [low, low, low, high, high, high],
+            children: [Child::ROOT; WIDTH],
+        });
+        self.nodes.len() as u32 - 1
+    }
+
+    fn add_blocks(
+        &mut self,
+        primitives: &[u32],
+        triangle: impl Fn(u32) -> Option<[Vec3; 3]>,
+    ) -> Child {
+        let first = self.blocks.len();
+        for four in primitives.chunks(BLOCK) {
+            let mut block = Block::EMPTY;
+            for (lane, &primitive) in four.iter().enumerate() {
+                block.primitives[lane] = primitive;
+                match triangle(primitive) {
+                    None => block.others |= 1 << lane,
+                    Some(corners) => {
+                        for (to, from) in block.corners.iter_mut().zip(corners) {
+                            (0..3).for_each(|axis| to[axis][lane] = from[axis]);
+                        }
+                    }
+                }
+            }
+            block.last = false;
+            self.blocks.push(block);
+        }
+        if let Some(block) = self.blocks.last_mut() {
+            block.last = true;
+        }
+        Child::leaf(first)
+    }
+}
+
+/// What becomes of a binary node: whether it is a leaf, and how it is opened. Where it stands for
+/// `n` boxes of a wide node, three bits say how many of them, less one, are from its first child,
+/// or that one box less is as good; `n` = 1 is how it is opened as a wide node of its own.
+#[derive(Clone, Copy)]
+struct Plan(u32);
+
+impl Plan {
+    const LEAF: u32 = 1 << 31;
+    /// A leaf that the binary tree does not part either.
+    const WHOLE: u32 = 1 << 30;
+    const FEWER: u32 = 7;
+
+    fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF != 0
+    }
+
+    fn is_whole(self) -> bool {
+        self.0 & Self::WHOLE != 0
+    }
+
+    /// Of how it is gathered into `boxes` boxes.
+    fn of(self, boxes: usize) -> u32 {
+        self.0 >> (3 * (boxes - 1)) & 7
+    }
+
+    fn set(&mut self, boxes: usize, first: u32) {
+        self.0 |= first << (3 * (boxes - 1));
+    }
+}
+
+/// What is expected of a subtree.
+struct Cost {
+    primitives: u32,
+    /// Tests, times the surface of the box, if it stands for at most so many boxes, less one.
+    boxes: [f32; WIDTH],
+}
+
+/// What becomes of every binary node, and what is expected of the root. A node's boxes and a
+/// block's triangles take about the same time.
+fn plans(binary: &Bvh) -> (Vec<Plan>, Cost) {
+    let mut plans = vec![Plan(0); binary.nodes.len()];
+    // Backwards, this has the first child, then the second, then the node.
+    let mut order = Vec::with_capacity(binary.nodes.len());
+    let mut ahead = vec![0];
+    while let Some(at) = ahead.pop() {
+        order.push(at);
+        let node = &binary.nodes[at as usize];
+        if node.count == 0 {
+            ahead.extend([node.first, node.first + 1]);
+        }
+    }
+    let mut costs: Vec<Cost> = Vec::new();
+    for &at in order.iter().rev() {
+        let (node, plan) = (&binary.nodes[at as usize], &mut plans[at as usize]);
+        let d = node.max - node.min;
+        let area = d.x * d.y + d.y * d.z + d.z * d.x;
+        let cost = match (node.count, costs.pop()) {
+            (0, Some(second)) => match costs.pop() {
+                Some(first) => inner(area, &first, &second, plan),
+                None => second,
+            },
+            (_, before) => {
+                costs.extend(before);
+                plan.0 = Plan::LEAF | Plan::WHOLE;
+                Cost {
+                    primitives: node.count,
+                    boxes: [area * node.count.div_ceil(BLOCK as u32) as f32; WIDTH],
+                }
+            }
+        };
+        costs.push(cost);
+    }
+    let none = Cost {
+        primitives: 0,
+        boxes: [0.0; WIDTH],
+    };
+    (plans, costs.pop().unwrap_or(none))
+}
+
+fn inner(area: f32, first: &Cost, second: &Cost, plan: &mut Plan) -> Cost {
+    let primitives = first.primitives.saturating_add(second.primitives);
+    let mut boxes = [0.0; WIDTH];
+    let mut splits = [0; WIDTH];
+    for n in 1..WIDTH {
+        let mut best = (f32::INFINITY, 0);
+        for k in 0..n {
+            let cost = first.boxes[k] + second.boxes[n - 1 - k];
+            if cost < best.0 {
+                best = (cost, k as u32);
+            }
+        }
+        (boxes[n], splits[n]) = best;
+    }
+    plan.set(1, splits[WIDTH - 1]);
+    boxes[0] = area + boxes[WIDTH - 1];
+    if primitives <= BLOCK as u32 {
+        plan.0 = Plan::LEAF;
+        boxes[0] = area;
+    }
+    for n in 1..WIDTH {
+        if boxes[n - 1] <= boxes[n] {
+            boxes[n] = boxes[n - 1];
+            splits[n] = Plan::FEWER;
+        }
+        plan.set(n + 1, splits[n]);
+    }
+    Cost { primitives, boxes }
+}
+
+/// The up to eight descendants that stand in a node's place, and how many they are.
+fn gather(binary: &Bvh, plans: &[Plan], from: u32, children: &mut [u32; WIDTH]) -> usize {
+    let plan = plans[from as usize];
+    if plan.is_leaf() {
+        children[0] = from;
+        return 1;
+    }
+    let mut count = 0;
+    let first = binary.nodes[from as usize].first;
+    let k = plan.of(1) as usize + 1;
+    let mut ahead = [(0, 0); WIDTH];
+    ahead[..2].copy_from_slice(&[(first + 1, WIDTH - k), (first, k)]);
+    let mut left = 2;
+    while left > 0 {
+        left -= 1;
+        let (at, mut boxes) = ahead[left];
+        let plan = plans[at as usize];
+        while boxes > 1 && !plan.is_whole() && plan.of(boxes) == Plan::FEWER {
+            boxes -= 1;
+        }
+        if boxes == 1 || plan.is_whole() {
+            children[count] = at;
+            count += 1;
+            continue;
+        }
+        let first = binary.nodes[at as usize].first;
+        let k = plan.of(boxes) as usize + 1;
+        (ahead[left], ahead[left + 1]) = ((first + 1, boxes - k), (first, k));
+        left += 2;
+    }
+    count
+}
+
+/// The primitives under a node.
+fn primitives(binary: &Bvh, order: &[u32], from: u32, held: &mut Vec<u32>) {
+    let mut ahead = vec![from];
+    while let Some(at) = ahead.pop() {
+        let node = &binary.nodes[at as usize];
+        if node.count > 0 {
+            let slots = node.first as usize..(node.first + node.count) as usize;
+            held.extend_from_slice(&order[slots]);
+        } else {
+            ahead.extend([node.first + 1, node.first]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::mix;
+
+    fn surface(min: Vec3, max: Vec3) -> f64 {
+        let d = (max - min).as_dvec3();
+        d.x * d.y + d.y * d.z + d.z * d.x
+    }
+
+    /// Tests that a ray is expected to make, times the surface of the scene's box.
+    fn cost(tree: &Wide) -> f64 {
+        let mut sum = 0.0;
+        for (node, i) in tree
+            .nodes
+            .iter()
+            .flat_map(|n| (0..WIDTH).map(move |i| (n, i)))
+        {
+            let corner =
+                |from: usize| Vec3::from_array([0, 1, 2].map(|a| node.planes[from + a][i]));
+            let (min, max) = (corner(0), corner(3));
+            if min.cmple(max).all() {
+                let blocks = &tree.blocks[node.children[i].place().min(tree.blocks.len())..];
+                let tests = match node.children[i].is_leaf() {
+                    true => 1 + blocks.iter().take_while(|b| !b.last).count(),
+                    false => 1,
+                };
+                sum += surface(min, max) * tests as f64;
+            }
+        }
+        sum
+    }
+
+    #[test]
+    fn what_is_gathered_costs_what_was_planned() {
+        let mut state = 3u64;
+        let mut unit = move || {
+            state = mix(state);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        };
+        for count in [5, 9, 30, 200, 5000] {
+            let boxes: Vec<(Vec3, Vec3)> = (0..count)
+                .map(|_| {
+                    let at = Vec3::new(unit(), unit(), unit() * unit());
+                    (at, at + Vec3::new(unit(), unit(), unit()) * 0.1)
+                })
+                .collect();
+            let (binary, order) = Bvh::build(&boxes);
+            let tree = Wide::collapse(&binary, &order, |_| Some([Vec3::ZERO; 3]));
+            let (_, root) = plans(&binary);
+            let around = &binary.nodes[0];
+            let planned = f64::from(root.boxes[0]) - surface(around.min, around.max);
+            assert!((cost(&tree) / planned - 1.0).abs() < 1e-4, "{count}");
+            let held: u32 = tree.blocks.iter().map(held).sum();
+            assert_eq!(held, count);
+        }
+    }
+
+    fn held(block: &Block) -> u32 {
+        let corner = block.corners[0][0];
+        corner.iter().filter(|x| !x.is_nan()).count() as u32
+    }
+}
