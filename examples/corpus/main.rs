@@ -27,12 +27,19 @@ struct Sums {
     files: usize,
     read: usize,
     boxes: usize,
-    boxes_equal: usize,
     exact: usize,
-    counts_equal: usize,
-    sets_equal: usize,
-    colors_equal: usize,
+    /// As ivcam reads a file, and in the other program's manner.
+    readings: [Equal; 2],
     pictures: Vec<Pictures>,
+}
+
+/// Files that agree with the other program's answers.
+#[derive(Default)]
+struct Equal {
+    boxes: usize,
+    counts: usize,
+    sets: usize,
+    colors: usize,
 }
 
 struct Options {
@@ -60,18 +67,17 @@ fn main() {
         pictures::table(&mut sums.pictures, |path| cause(path).to_owned());
     }
     println!(
-        "\nread {}/{}  boxes {}/{}  exact files: counts {}/{} sets {}/{} with colors {}/{}",
-        sums.read,
-        sums.files,
-        sums.boxes_equal,
-        sums.boxes,
-        sums.counts_equal,
-        sums.exact,
-        sums.sets_equal,
-        sums.exact,
-        sums.colors_equal,
-        sums.exact,
+        "\nread {} of {}\n\n| | as ivcam reads it | in Coin's manner |\n|---|---|---|",
+        sums.read, sums.files
     );
+    let row = |name: &str, of: usize, equal: fn(&Equal) -> usize| {
+        let [own, coin] = [0, 1].map(|i| equal(&sums.readings[i]));
+        println!("| {name} of {of} | {own} | {coin} |");
+    };
+    row("boxes", sums.boxes, |e| e.boxes);
+    row("exact files: counts", sums.exact, |e| e.counts);
+    row("exact files: triangles", sums.exact, |e| e.sets);
+    row("exact files: colors too", sums.exact, |e| e.colors);
 }
 
 fn arguments() -> Options {
@@ -144,48 +150,50 @@ fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
         .ok()
         .and_then(|bytes| serde_json::from_slice(&bytes).ok())
         .unwrap_or(Value::Null);
-    let compile_options = CompileOptions {
+    let own = CompileOptions {
         fonts: options.fonts.clone(),
         ..CompileOptions::default()
     };
+    let coin = CompileOptions {
+        as_coin: true,
+        handles: true,
+        ..own.clone()
+    };
     let start = Instant::now();
-    let survey = RenderScene::survey(&document, &compile_options);
+    let survey = RenderScene::survey(&document, &own);
     let surveyed = start.elapsed();
     let mut notes = Vec::new();
-    let diagonal = compare_boxes(&reference, &survey, sums, &mut notes);
-    if reference["ok"] == true {
-        let theirs = reference["triangles"].as_u64().unwrap_or(0);
-        let exact = class == "exact" || class == "exact+lines/text";
+    let exact = reference["ok"] == true && class.starts_with("exact");
+    sums.boxes += usize::from(reference["bbox"]["max"].is_array());
+    sums.exact += usize::from(exact);
+    let readings = [
+        ("", &own, &survey),
+        ("as Coin: ", &coin, &RenderScene::survey(&document, &coin)),
+    ];
+    for ((prefix, reading, survey), equal) in readings.into_iter().zip(&mut sums.readings) {
+        let mut news = Vec::new();
+        let diagonal = compare_boxes(&reference, survey, equal, &mut news);
         if exact {
-            sums.exact += 1;
+            let theirs = reference["triangles"].as_u64().unwrap_or(0);
             if theirs == survey.triangles {
-                sums.counts_equal += 1;
+                equal.counts += 1;
             } else {
-                notes.push(format!("tri {} for {theirs}", survey.triangles));
+                news.push(format!("tri {} for {theirs}", survey.triangles));
             }
             let file = options
                 .folder
                 .join("reference")
                 .join(format!("{path}.tri.gz"));
-            sets::compare_sets(
-                &document,
-                &compile_options,
-                &file,
-                diagonal,
-                sums,
-                &mut notes,
-            );
+            sets::compare_sets(&document, reading, &file, diagonal, equal, &mut news);
         }
+        notes.extend(news.into_iter().map(|n| format!("{prefix}{n}")));
+    }
+    if reference["ok"] == true {
         compare_shapes(&reference, &survey, &mut notes);
         if let Some(folder) = &options.pictures {
             let theirs = options.folder.join("reference").join(format!("{path}.png"));
             sums.pictures.extend(pictures::compare(
-                &document,
-                &compile_options,
-                &reference,
-                path,
-                &theirs,
-                folder,
+                &document, &own, &reference, path, &theirs, folder,
             ));
         }
     }
@@ -214,7 +222,7 @@ fn point(value: &Value) -> Option<DVec3> {
 fn compare_boxes(
     reference: &Value,
     survey: &ivcam::scene::Survey,
-    sums: &mut Sums,
+    equal: &mut Equal,
     notes: &mut Vec<String>,
 ) -> f64 {
     let theirs = &reference["bbox"];
@@ -222,7 +230,6 @@ fn compare_boxes(
         return 1.0;
     };
     let diagonal = (max - min).length();
-    sums.boxes += 1;
     let Some((our_min, our_max)) = survey.inventor_bounds else {
         notes.push("box: nothing".into());
         return diagonal;
@@ -233,7 +240,7 @@ fn compare_boxes(
         .max_element()
         / diagonal.max(1e-30);
     if off <= 1e-4 {
-        sums.boxes_equal += 1;
+        equal.boxes += 1;
     } else {
         let exact = survey.bounds.map_or(f64::INFINITY, |(a, b)| {
             (a - min).abs().max((b - max).abs()).max_element() / diagonal.max(1e-30)

@@ -8,14 +8,14 @@ use glam::{DVec3, Vec3};
 use ivcam::iv::Document;
 use ivcam::scene::{CompileOptions, OracleTriangle, RenderScene};
 
-use crate::Sums;
+use crate::Equal;
 
 pub fn compare_sets(
     document: &Document,
     options: &CompileOptions,
     file: &Path,
     diagonal: f64,
-    sums: &mut Sums,
+    equal: &mut Equal,
     notes: &mut Vec<String>,
 ) {
     let Some(theirs) = triangles(file) else {
@@ -82,8 +82,8 @@ pub fn compare_sets(
     }
     let left: usize = cells.values().map(Vec::len).sum();
     if missing == 0 && left == 0 {
-        sums.sets_equal += 1;
-        sums.colors_equal += usize::from(colors == 0);
+        equal.sets += 1;
+        equal.colors += usize::from(colors == 0);
     } else {
         notes.push(format!("set: {missing} not theirs, {left} not ours"));
         if let Some(t) = first {

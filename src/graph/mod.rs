@@ -35,6 +35,8 @@ pub struct WalkOptions {
     pub max_visits: u64,
     /// Walks every child of an LOD or a Blinker, as Inventor's bounding boxes do. Default: no.
     pub all_levels: bool,
+    /// Turns billboards to the plane of the picture, as Coin does, not to the eye. Default: no.
+    pub flat_billboards: bool,
 }
 
 impl Default for WalkOptions {
@@ -44,6 +46,7 @@ impl Default for WalkOptions {
             camera: None,
             max_visits: 300_000,
             all_levels: false,
+            flat_billboards: false,
         }
     }
 }
@@ -518,8 +521,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         };
         let inverse = self.state.world_from_object.inverse();
         let eye = match camera.projection {
-            Projection::Perspective { .. } => inverse.transform_point3(camera.position),
-            Projection::Orthographic { .. } => inverse.transform_vector3(-camera.direction()),
+            Projection::Perspective { .. } if !self.options.flat_billboards => {
+                inverse.transform_point3(camera.position)
+            }
+            _ => inverse.transform_vector3(-camera.direction()),
         };
         let axis = node.read::<Vec3>("axisOfRotation").unwrap_or(Vec3::Y);
         let turn = match axis.as_dvec3().try_normalize() {

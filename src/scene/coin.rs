@@ -249,14 +249,17 @@ mod tests {
     use crate::scene::handles::NoFiles;
     use crate::scene::{CompileOptions, RenderScene};
 
-    fn compiled(text: &str, as_coin: bool) -> RenderScene {
+    fn document(text: &str) -> Document {
         let text = text.as_bytes().to_vec();
-        let document = Document::read("a", text, Arc::new(NoFiles), &Limits::default());
+        Document::read("a", text, Arc::new(NoFiles), &Limits::default()).expect("reads")
+    }
+
+    fn compiled(text: &str, as_coin: bool) -> RenderScene {
         let options = CompileOptions {
             as_coin,
             ..CompileOptions::default()
         };
-        RenderScene::compile(&document.expect("reads"), &options).expect("compiles")
+        RenderScene::compile(&document(text), &options).expect("compiles")
     }
 
     #[test]
@@ -300,6 +303,24 @@ mod tests {
             let matrix = surface.texture.as_ref().expect("a texture").matrix;
             let seen = matrix.transform_point3(Vec3::X).truncate();
             assert!((seen - at).length() < 1e-5, "{seen} for {at}");
+        }
+    }
+
+    /// Measured: the sides of a billboard seen by a camera that is turned by 0.3.
+    #[test]
+    fn a_billboard_faces_the_eye_and_in_coin_the_picture() {
+        let text = "#VRML V2.0 utf8\nViewpoint { position 6 3 0 orientation 0 1 0 .3 }\nBillboard { children Shape { geometry IndexedFaceSet { coord Coordinate { point [-1 -1 0, 1 -1 0, 1 1 0, -1 1 0] } coordIndex [0 1 2 3] } } }";
+        let document = document(text);
+        let survey = RenderScene::survey(&document, &CompileOptions::default());
+        for (as_coin, right) in [(false, 0.0), (true, 0.9553)] {
+            let options = CompileOptions {
+                camera: survey.cameras.first().cloned(),
+                as_coin,
+                ..CompileOptions::default()
+            };
+            let scene = RenderScene::compile(&document, &options).expect("compiles");
+            let (_, max) = scene.bounds().expect("something");
+            assert!((max.x - right).abs() < 1e-3, "{max} as Coin: {as_coin}");
         }
     }
 

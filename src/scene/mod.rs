@@ -226,6 +226,7 @@ impl RenderScene {
         let patched = survey::prepared(document, options);
         let document = patched.as_ref().unwrap_or(document);
         let walk_options = WalkOptions {
+            flat_billboards: options.as_coin,
             time: options.time,
             camera: options.camera.clone(),
             max_visits: options.max_visits,

@@ -18,9 +18,12 @@ fn fitting(size: usize) -> usize {
 
 /// The texture with sides that are powers of two; as it is where they are.
 pub fn in_powers_of_two(texture: Texture) -> Texture {
+    if texture.is_deep() {
+        return deep(texture);
+    }
     let (width, height) = (fitting(texture.width), fitting(texture.height));
     let fits = (width, height) == (texture.width, texture.height);
-    if fits || texture.width * texture.height == 0 || texture.is_deep() {
+    if fits || texture.width * texture.height == 0 {
         return texture;
     }
     let (across, up) = (shares(texture.width, width), shares(texture.height, height));
@@ -32,7 +35,28 @@ pub fn in_powers_of_two(texture: Texture) -> Texture {
     for rows in &up {
         texels.extend((0..width).map(|x| mixed(rows, |i| wide[i * width + x])));
     }
-    texture.resized(width, height, texels)
+    texture.resized(width, height, vec![texels])
+}
+
+/// Pictures behind one another repeat texels to fill their sides, their number too (measured).
+fn deep(texture: Texture) -> Texture {
+    let old = [texture.width, texture.height, texture.depth()];
+    let new = old.map(usize::next_power_of_two);
+    if new == old || old.contains(&0) {
+        return texture;
+    }
+    let from = |i: usize, axis: usize| i * old[axis] / new[axis];
+    let layers: Vec<&Texture> = texture.layers().collect();
+    if layers.iter().any(|l| l.texels().len() != old[0] * old[1]) {
+        return texture;
+    }
+    let layer = |z: usize| {
+        let texels = layers[from(z, 2)].texels();
+        let row = |y: usize| (0..new[0]).map(move |x| texels[from(y, 1) * old[0] + from(x, 0)]);
+        (0..new[1]).flat_map(row).collect()
+    };
+    let layers = (0..new[2]).map(layer).collect();
+    texture.resized(new[0], new[1], layers)
 }
 
 /// For every new texel the old ones that it is mixed from; what lies outside is mirrored.
@@ -86,6 +110,22 @@ mod tests {
     fn sides_become_the_power_of_two_that_coin_takes() {
         let sizes = [1, 3, 4, 200, 230, 256, 300, 500].map(fitting);
         assert_eq!(sizes, [1, 4, 4, 128, 256, 256, 256, 512]);
+    }
+
+    /// Measured: Coin draws 0x20, 0x20, 0x40, 0x60, 0x80, 0x80, 0xa0, 0xc0 of six levels.
+    #[test]
+    fn pictures_behind_one_another_repeat_texels_as_in_coin() {
+        let levels = [0x20, 0x40, 0x60, 0x80, 0xa0, 0xc0].map(|l| [l, l, l, 255]);
+        let layers = vec![levels.to_vec(); 3];
+        let deep = in_powers_of_two(Texture::default().resized(6, 1, layers));
+        assert_eq!((deep.width, deep.height, deep.depth()), (8, 1, 4));
+        let seen = [0x20, 0x20, 0x40, 0x60, 0x80, 0x80, 0xa0, 0xc0];
+        for layer in deep.layers() {
+            assert_eq!(
+                layer.texels().iter().map(|t| t[0]).collect::<Vec<_>>(),
+                seen
+            );
+        }
     }
 
     /// Measured: the four texels that Coin makes of each of three.

@@ -102,6 +102,7 @@ fn walked(document: &Document, options: &CompileOptions, all_levels: bool) -> Su
         camera: options.camera.clone(),
         max_visits: options.max_visits,
         all_levels,
+        flat_billboards: options.as_coin,
     };
     let mut surveyor = Surveyor {
         builder: Builder::surveyor(document, options),

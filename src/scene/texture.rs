@@ -110,7 +110,7 @@ impl Texture {
             Filter::Nearest => nearest,
             _ => between,
         };
-        let (near, far, share) = side(at.z, self.deeper.len() + 1, repeat[2]);
+        let (near, far, share) = side(at.z, self.depth(), repeat[2]);
         flat(near).lerp(flat(far), share)
     }
 
@@ -157,14 +157,30 @@ impl Texture {
         self.texels.get_or_init(unpacked)
     }
 
-    /// The same with other texels, as many as the new sides ask for. Pictures behind it stay.
-    pub(super) fn resized(self, width: usize, height: usize, texels: Vec<[u8; 4]>) -> Self {
-        Self {
+    /// How many pictures lie behind one another.
+    pub(super) fn depth(&self) -> usize {
+        self.deeper.len() + 1
+    }
+
+    /// The pictures from the front.
+    pub(super) fn layers(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.deeper)
+    }
+
+    /// The same with other texels, as many as the new sides ask for, picture by picture.
+    pub(super) fn resized(self, width: usize, height: usize, layers: Vec<Vec<[u8; 4]>>) -> Self {
+        let components = self.components;
+        let mut layers = layers.into_iter().map(|texels| Self {
             width,
             height,
             texels: texels.into(),
-            smaller: OnceLock::new(),
-            ..self
+            components,
+            ..Self::default()
+        });
+        let first = layers.next().unwrap_or_default();
+        Self {
+            deeper: layers.collect(),
+            ..first
         }
     }
 

@@ -198,6 +198,7 @@ fn polygon(
     cutter: &mut Cutter<'_, '_, '_, '_>,
 ) {
     let (first, n) = (positions.start, positions.len());
+    let as_coin = cutter.as_coin();
     let mut cut = |[a, b, c]: [usize; 3]| {
         cutter.cut([first + a, first + b, first + c], face, face);
     };
@@ -215,7 +216,7 @@ fn polygon(
         _ if convex || n == 4 => (2..n).for_each(|i| cut([0, i - 1, i])),
         _ => {
             let points: Vec<Vec3> = positions.map(point).collect();
-            tessellate(&points).into_iter().for_each(cut);
+            tessellate(&points, as_coin).into_iter().for_each(cut);
         }
     }
 }

@@ -40,8 +40,8 @@ pub struct Runs<'a> {
 }
 
 impl<'a> Runs<'a> {
-    /// At −1 a run ends; those of fewer than three corners are left out (Coin gives up on the rest
-    /// of the shape there).
+    /// At −1 a run ends; those of fewer than three corners are left out. Coin gives up on the rest
+    /// of a face set there when asked for its triangles, and draws it in pictures.
     pub fn by_index(
         index: &'a [i32],
         coordinates: Coordinates<'_>,
