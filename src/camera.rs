@@ -7,23 +7,25 @@
 
 mod ideal;
 mod lanes;
+mod waves;
 
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use crate::film::{FilmFormat, Resolution};
 use crate::lens::{
-    Aims, Bundle, ExitPupil, FilmPlace, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow,
-    RayPath, RearElement, Toward,
+    Aims, Bundle, FilmPlace, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, RayPath,
+    RearElement, Toward,
 };
 use crate::pose::{CameraPose, FilmPlane, Projection, ViewportMapping};
 use crate::sampling::{DiscMap, Samples};
 use crate::scene::wide::bits;
 use crate::scene::{BUNDLE, RayLanes, Sides, of_lane};
-use crate::spectrum::{HERO, Line, SETS, Spectrum};
+use crate::spectrum::{HERO, SETS};
 
 pub use ideal::IdealLens;
 
 use lanes::{Outside, Sheaf};
+use waves::Waves;
 
 /// Meters in a millimeter.
 const METERS_FROM_MM: f64 = 1e-3;
@@ -47,8 +49,10 @@ pub struct Shots {
     pub samples: Vec<u32>,
     /// what radiance counts for, as [`CameraRay::weight`],
     pub weights: Vec<f64>,
-    /// and which of all wavelengths, where there is more than one.
-    pub lines: Vec<u32>,
+    /// and what becomes of its color, where wavelengths are told apart.
+    pub colors: Vec<DMat3>,
+    /// How many rays the lens let through; of a sample's wavelengths not all go on into the scene.
+    pub passed: usize,
 }
 
 impl Shots {
@@ -67,7 +71,8 @@ impl Shots {
     fn clear(&mut self) {
         self.samples.clear();
         self.weights.clear();
-        self.lines.clear();
+        self.colors.clear();
+        self.passed = 0;
     }
 
     fn push(&mut self, sample: usize, ray: &CameraRay) {
@@ -76,7 +81,7 @@ impl Shots {
         self.put(at, o.to_array(), d.to_array());
         self.samples.push(sample as u32);
         self.weights.push(ray.weight);
-        self.lines.push(0);
+        self.passed += 1;
     }
 
     #[inline(always)]
@@ -93,19 +98,18 @@ impl Shots {
         to.mask = u32::MAX >> (BUNDLE - 1 - lane);
     }
 
-    /// Takes the rays of some lanes, of a wavelength.
-    fn take(&mut self, out: &Outside, lanes: u32, line: u32, sample: impl Fn(usize) -> usize) {
+    /// Takes the rays of some lanes.
+    fn take(&mut self, out: &Outside, lanes: u32, sample: impl Fn(usize) -> usize) {
         let first = self.len();
         for (i, lane) in bits(lanes).enumerate() {
             let of = |v: &[[f32; LANES]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
             self.put(first + i, of(&out.origin), of(&out.direction));
         }
-        let count = first + lanes.count_ones() as usize;
+        self.passed += lanes.count_ones() as usize;
         self.samples
             .extend(bits(lanes).map(|lane| sample(lane) as u32));
         self.weights
             .extend(bits(lanes).map(|lane| out.weight[lane]));
-        self.lines.resize(count, line);
     }
 }
 
@@ -145,7 +149,7 @@ impl Camera {
     }
 
     /// The rays of samples whose places are given over the picture from 0 to 1: those that get
-    /// through, for any sample in the order of its wavelengths.
+    /// through and are to be followed.
     pub fn shoot(&self, samples: &Samples, bundle: &mut Bundle, shots: &mut Shots) {
         shots.clear();
         let mut each = |ray: &dyn Fn([f64; 2], [f64; 2]) -> Option<CameraRay>| {
@@ -183,7 +187,6 @@ impl Camera {
 
     /// Adds what the radiances along shots, bundle by bundle, bring to their samples' exposures.
     pub fn expose(&self, shots: &Shots, radiances: &[Sides], exposures: &mut [DVec3]) {
-        let lines = self.waves().map(|waves| waves.sets.as_flattened());
         let bundles = shots
             .samples
             .chunks(BUNDLE)
@@ -191,15 +194,15 @@ impl Camera {
         for (number, ((samples, weights), light)) in bundles.zip(radiances).enumerate() {
             for (lane, (sample, weight)) in samples.iter().zip(weights).enumerate() {
                 let mut light = of_lane(light, lane).as_dvec3() * *weight;
-                if let Some(lines) = lines {
-                    light = lines[shots.lines[number * BUNDLE + lane] as usize].color * light;
+                if let Some(color) = shots.colors.get(number * BUNDLE + lane) {
+                    light = *color * light;
                 }
                 exposures[*sample as usize] += light;
             }
         }
     }
 
-    /// The rays of one sample: one, or one for each wavelength of a hero set.
+    /// The rays of one sample from the film: one, or one for each wavelength of a hero set.
     pub fn rays_each(&self) -> usize {
         self.waves().map_or(1, |_| HERO)
     }
@@ -233,11 +236,6 @@ impl Camera {
         }
         self
     }
-}
-
-/// The hero set of a number in [0, 1).
-fn set_of(wavelength: f64) -> usize {
-    ((wavelength * SETS as f64) as usize).min(SETS - 1)
 }
 
 /// A point of the film, ready to look through any point of the lens. It lives on the stack for
@@ -384,49 +382,6 @@ pub struct LensCamera {
     axial_irradiance: f64,
 }
 
-/// A lens at the wavelengths of every hero set.
-#[derive(Clone, Debug)]
-struct Waves {
-    sets: [[Line; HERO]; SETS],
-    lenses: [[Lens; HERO]; SETS],
-    /// The exit pupil at the bluest, at the lens's own and at the reddest wavelength, where that
-    /// is what is aimed at. Between them it moves with 1/λ², as the indices of glass do.
-    pupils: Option<[(f64, ExitPupil); 3]>,
-}
-
-impl Waves {
-    fn of(lens: &Lens, pupil: impl Fn(&Lens) -> Option<ExitPupil>) -> Self {
-        let sets = Spectrum::default().hero_sets();
-        let lenses = sets
-            .each_ref()
-            .map(|lines| lines.each_ref().map(|line| lens.at_wavelength(line.nm)));
-        let at = |lens: &Lens| Some((square_wavenumber(lens), pupil(lens)?));
-        let ends = [&lenses[0][0], &lenses[SETS - 1][HERO - 1]].map(at);
-        let pupils = match (ends, at(lens)) {
-            ([Some(blue), Some(red)], Some(own)) => Some([blue, own, red]),
-            _ => None,
-        };
-        Self {
-            sets,
-            lenses,
-            pupils,
-        }
-    }
-
-    /// What a film point aims at by one of the lenses.
-    fn window(&self, lens: &Lens, film: DVec2) -> Option<PupilWindow<'_>> {
-        let [blue, own, red] = self.pupils.as_ref()?;
-        let x = square_wavenumber(lens);
-        let end = if x > own.0 { blue } else { red };
-        let share = (x - own.0) / (end.0 - own.0);
-        Some(own.1.window_between(&end.1, share, film))
-    }
-}
-
-fn square_wavenumber(lens: &Lens) -> f64 {
-    1.0 / (lens.wavelength() * lens.wavelength())
-}
-
 impl LensCamera {
     pub fn new(lens: Lens, focus: Focus, format: FilmFormat, aim: Aim, pose: &CameraPose) -> Self {
         let place = FilmPlace::flat(focus.film_z);
@@ -466,14 +421,7 @@ impl LensCamera {
     /// without coatings they take the same way, and it goes on to see one.
     pub fn dispersing(mut self) -> Self {
         if self.lens.prescription().is_chromatic() {
-            let radius = self.format.half_diagonal();
-            let waves = Waves::of(&self.lens, |lens| match &self.target {
-                PupilTarget::RearElement(_) => None,
-                PupilTarget::ExitPupil(own) if lens.wavelength() == self.lens.wavelength() => {
-                    Some(ExitPupil::clone(own))
-                }
-                PupilTarget::ExitPupil(_) => Some(ExitPupil::new(lens, &self.place, radius)),
-            });
+            let waves = Waves::of(&self.lens, &self.target, &self.place, self.format);
             self.waves = Some(Box::new(waves));
         }
         self
@@ -582,43 +530,13 @@ impl LensCamera {
         }
     }
 
-    /// Samples of one set share its lenses, so they are traced together, however far apart they
-    /// are.
-    fn shoot_by_wavelength(
-        &self,
-        waves: &Waves,
-        samples: &Samples,
-        bundle: &mut Bundle,
-        shots: &mut Shots,
-    ) {
-        for (set, lenses) in waves.lenses.iter().enumerate() {
-            let of_set = |i: &usize| set_of(samples.wavelength[*i]) == set;
-            let members: Vec<usize> = (0..samples.len()).filter(of_set).collect();
-            for members in members.chunks(LANES) {
-                let sheaf = Sheaf::of(self.format, samples, members);
-                for (number, lens) in lenses.iter().enumerate() {
-                    let mut aims = Aims::default();
-                    for lane in 0..sheaf.count {
-                        let film = sheaf.film_point(lane);
-                        let window = waves.window(lens, film);
-                        let window = window.unwrap_or_else(|| self.target.window(film));
-                        aims.set(lane, &window, sheaf.pupil.each_ref().map(|p| p[lane]));
-                    }
-                    let out = self.trace(lens, &sheaf, &aims, bundle);
-                    let line = (set * HERO + number) as u32;
-                    shots.take(&out, bundle.through(), line, |lane| members[lane]);
-                }
-            }
-        }
-    }
-
     fn shoot(&self, samples: &Samples, bundle: &mut Bundle, shots: &mut Shots) {
         let mut aims = Aims::default();
         for first in (0..samples.len()).step_by(LANES) {
             let sheaf = Sheaf::from(self.format, samples, first);
             self.target.aims(&sheaf.film, &sheaf.pupil, &mut aims);
             let out = self.trace(&self.lens, &sheaf, &aims, bundle);
-            shots.take(&out, bundle.through(), 0, |lane| first + lane);
+            shots.take(&out, bundle.through(), |lane| first + lane);
         }
     }
 }

@@ -503,7 +503,7 @@ impl<'a> Batch<'a> {
         let camera = self.render.camera;
         camera.shoot(&self.samples, &mut self.bundle, &mut self.shots);
         self.look();
-        self.counts.passed += self.shots.len() as u64;
+        self.counts.passed += self.shots.passed as u64;
         self.exposures.clear();
         self.exposures.resize(self.slots.len(), DVec3::ZERO);
         camera.expose(&self.shots, &self.radiances, &mut self.exposures);

@@ -157,7 +157,7 @@ fn red_and_blue_images_of_a_point_off_the_axis_lie_where_the_rays_say() {
     let mut session = session("lateral", &singlet(5.0), &slit(up, 0.004));
     let height = 44.0;
     let (mean, error) =
-        repeated(|seed| moments(&strip(&mut session, height, 1760, 256, seed), height).0);
+        repeated(|seed| moments(&strip(&mut session, height, 1760, 2048, seed), height).0);
     let lens = Lens::open(lens_file(&session)).unwrap();
     let (rays, _) = expected(&lens, film_z(&session), 1000.0 * up);
     let (shift, known) = (mean.x - mean.z, rays.x - rays.z);

@@ -78,7 +78,7 @@ impl IdealLens {
                 sheaf: &sheaf,
             });
             let all = u32::MAX >> (LANES - sheaf.count);
-            shots.take(&out, all, 0, |lane| first + lane);
+            shots.take(&out, all, |lane| first + lane);
         }
     }
 }

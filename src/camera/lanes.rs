@@ -56,10 +56,6 @@ impl Sheaf {
             count,
         }
     }
-
-    pub fn film_point(&self, lane: usize) -> DVec2 {
-        DVec2::new(self.film[0][lane], self.film[1][lane])
-    }
 }
 
 /// What lanes bring: where each ray leaves the lens, which way, and what it counts for.

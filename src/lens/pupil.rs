@@ -263,9 +263,18 @@ enum Table {
     Radial(Radial, Spans),
     /// By film position.
     Cells(Cells),
+    /// Around others, which are of neighboring wavelengths.
+    Around([Box<ExitPupil>; 3]),
 }
 
 impl Table {
+    fn nodes(&self) -> Option<&Radial> {
+        match self {
+            Self::Radial(nodes, _) => Some(nodes),
+            _ => None,
+        }
+    }
+
     fn radial(nodes: Radial, sides: &[DVec2; SIDES]) -> Self {
         let spans = Spans::new(&nodes, sides);
         Self::Radial(nodes, spans)
@@ -472,6 +481,27 @@ impl ExitPupil {
         this
     }
 
+    /// The pupil that holds those of several wavelengths of one lens and film, from one end to
+    /// the other, and all between them.
+    pub fn around(pupils: &[&Self; 3]) -> Self {
+        let sides = pupils[1].sides;
+        let nodes: Option<Vec<&Radial>> = pupils.iter().map(|pupil| pupil.table.nodes()).collect();
+        let table = match nodes {
+            Some(nodes) => Table::radial(radial_around(&nodes), &sides),
+            None => Table::Around(pupils.map(|pupil| Box::new(pupil.clone()))),
+        };
+        let beside = pupils.iter().filter_map(|pupil| pupil.beside);
+        let both = |a: Beside, b: Beside| Beside {
+            radius: a.radius.max(b.radius),
+            range: [a.range[0].min(b.range[0]), a.range[1].max(b.range[1])],
+        };
+        Self {
+            table,
+            sides,
+            beside: beside.reduce(both),
+        }
+    }
+
     /// What a film point, in millimeters from the film's middle, aims at.
     pub fn window(&self, film: DVec2) -> PupilWindow<'_> {
         if let Table::Radial(_, spans) = &self.table {
@@ -479,31 +509,6 @@ impl ExitPupil {
         }
         self.figure(film)
             .map_or(self.opened(None, film), |figure| self.placed(&figure, film))
-    }
-
-    /// The same between this pupil (`share` 0) and another of the same lens and film (1): the
-    /// pupil at a wavelength between two.
-    pub fn window_between(&self, other: &Self, share: f64, film: DVec2) -> PupilWindow<'static> {
-        let (a, b) = match (self.figure(film), other.figure(film)) {
-            (Some(a), Some(b)) => (a, b.support),
-            (None, None) => return self.opened(None, film),
-            // Light ends between the two: what one sees, with room to move.
-            (a, b) => {
-                let Some(figure) = a.or(b) else {
-                    return PupilWindow::Closed;
-                };
-                let support = widened(&figure.support, MAY_DIFFER);
-                return self.placed(&Figure { support, ..figure }, film);
-            }
-        };
-        // Where a pupil closes it moves like a square root, which a mixture would cut.
-        let apart = excess(&a.support, &b).max(excess(&b, &a.support));
-        let support = if apart > MAY_DIFFER {
-            widened(&hull(&a.support, &b), MARGIN)
-        } else {
-            mix(&a.support, &b, share)
-        };
-        self.placed(&Figure { support, ..a }, film)
     }
 
     /// What a film point sees; none where it sees nothing.
@@ -516,6 +521,13 @@ impl ExitPupil {
         match &self.table {
             Table::Radial(nodes, _) => Some(turned(radial_at(nodes, film.length())?, film)),
             Table::Cells(cells) => cells.figure(film),
+            Table::Around(pupils) => {
+                let figures = pupils.each_ref().map(|pupil| pupil.figure(film));
+                let supports = figures.each_ref().map(|f| f.as_ref().map(|f| f.support));
+                let support = support_around(&supports)?;
+                let any = figures.into_iter().flatten().next()?;
+                Some(Figure { support, ..any })
+            }
         }
     }
 
@@ -553,6 +565,63 @@ fn radial_at(nodes: &Radial, radius: f64) -> Option<Support> {
         None => *b,
         Some((r0, a)) => mix(a, b, (radius - r0) / (r1 - r0)),
     })
+}
+
+/// What holds the pupils of several wavelengths as seen from one film point, and those between.
+fn support_around(supports: &[Option<Support>]) -> Option<Support> {
+    let all = supports
+        .iter()
+        .flatten()
+        .copied()
+        .reduce(|a, b| hull(&a, &b))?;
+    if supports.iter().any(Option::is_none) {
+        // Light ends between them: with room to move.
+        return Some(widened(&all, MAY_DIFFER));
+    }
+    // Where a pupil closes it moves like a square root.
+    let least = |support: &Support| excess(&all, support);
+    let apart = supports.iter().flatten().map(least).fold(0.0, f64::max);
+    Some(if apart > MAY_DIFFER {
+        widened(&all, MARGIN)
+    } else {
+        all
+    })
+}
+
+/// The table around several. Between two film radii each figure is a mixture, and the mixture of
+/// the figures around them holds it.
+fn radial_around(tables: &[&Radial]) -> Radial {
+    let ends: Vec<f64> = tables.iter().filter_map(|t| Some(t.last()?.0)).collect();
+    let mut radii: Vec<f64> = tables
+        .iter()
+        .flat_map(|t| t.iter().map(|(r, _)| *r))
+        .collect();
+    radii.sort_by(f64::total_cmp);
+    radii.dedup();
+    let mut nodes = Radial::new();
+    for radius in radii {
+        let at: Vec<Option<Support>> = tables.iter().map(|t| widest_at(t, radius)).collect();
+        let put = |nodes: &mut Radial, at: &[Option<Support>]| {
+            nodes.extend(support_around(at).map(|support| (radius, support)));
+        };
+        put(&mut nodes, &at);
+        // One that ends here is no more from here on.
+        let goes_on = |t: &&Radial| t.last().is_some_and(|(end, _)| *end > radius);
+        if ends.contains(&radius) && tables.iter().any(goes_on) {
+            let on: Vec<Option<Support>> = std::iter::zip(&at, tables)
+                .map(|(at, t)| at.filter(|_| goes_on(t)))
+                .collect();
+            put(&mut nodes, &on);
+        }
+    }
+    nodes
+}
+
+/// The figure of a film radius; of all at this radius, where there are several.
+fn widest_at(nodes: &Radial, radius: f64) -> Option<Support> {
+    let same = nodes.iter().filter(|(r, _)| *r == radius).map(|(_, s)| *s);
+    same.reduce(|a, b| hull(&a, &b))
+        .or_else(|| radial_at(nodes, radius))
 }
 
 /// Measures what points of a film see.
