@@ -86,3 +86,56 @@ fn run_avx512<W: Lanewise>(work: W) -> W::Output {
 pub fn widely<W: Lanewise>(work: W) -> W::Output {
     Width::detect().run(work)
 }
+
+/// A number from 0 to 1 to a power from 0 on, without a branch and so for lanes: to 1.2e-7 of
+/// itself, and the same on every machine. The logarithm is the series of the inverse hyperbolic
+/// tangent, for at most (√2 − 1)/(√2 + 1); the power of two is the exponential's, up to 1/2.
+#[inline(always)]
+pub fn power(base: f32, exponent: f32) -> f32 {
+    // base = m 2^k with m from √½ to √2.
+    let bits = base.max(f32::MIN_POSITIVE).to_bits() as i32;
+    let k = (bits - 0x3f35_04f3) >> 23;
+    let m = f64::from(f32::from_bits((bits - (k << 23)) as u32));
+    let s = (m - 1.0) / (m + 1.0);
+    let z = s * s;
+    let series = 1.0 / 9.0 + z * (1.0 / 11.0 + z * (1.0 / 13.0));
+    let series = 1.0 + z * (1.0 / 3.0 + z * (0.2 + z * (1.0 / 7.0 + z * series)));
+    let log = f64::from(k) + std::f64::consts::LOG2_E * 2.0 * s * series;
+    // Below 2^-126 it is nothing.
+    let y = (f64::from(exponent) * log).max(-200.0);
+    // To the nearest whole number, which is then in the lowest bits.
+    const SHIFT: f64 = 6_755_399_441_055_744.0;
+    let shifted = y + SHIFT;
+    let whole = shifted.to_bits() as i32;
+    let x = (y - (shifted - SHIFT)) * std::f64::consts::LN_2;
+    let rest = 1.0 / 120.0 + x * (1.0 / 720.0 + x * (1.0 / 5040.0 + x * (1.0 / 40320.0)));
+    let rest = 1.0 + x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0 + x * rest))));
+    let scale = f32::from_bits(((whole + 127).max(0) << 23) as u32);
+    let some = (base > 0.0) | (exponent == 0.0);
+    if some { rest as f32 * scale } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::power;
+
+    #[test]
+    fn powers_in_lanes_are_those_of_the_library() {
+        for i in 0..=4000 {
+            let base = i as f32 / 4000.0;
+            // Closer and closer to 0 and to 1 as well.
+            let near = libm::exp2f(-(i as f32) / 40.0);
+            for base in [base, near, 1.0 - near] {
+                for exponent in [0.0, 0.01, 0.5, 1.0, 2.0, 25.6, 100.0, 127.9, 128.0] {
+                    let known = libm::pow(f64::from(base), f64::from(exponent));
+                    let found = f64::from(power(base, exponent));
+                    let off = (found - known).abs();
+                    assert!(
+                        off <= 1.2e-7 * known + f64::from(f32::MIN_POSITIVE),
+                        "{base}^{exponent}: {found} {known}"
+                    );
+                }
+            }
+        }
+    }
+}

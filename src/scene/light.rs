@@ -89,11 +89,25 @@ impl Light {
 }
 
 impl Light {
+    /// Of a spot: the cosine at its edge, and the power of the cosine inside.
+    pub fn spot(&self) -> Option<(f32, f32)> {
+        match self.kind {
+            LightKind::Spot { drop_off, cut_off } => Some(spot(drop_off, cut_off)),
+            _ => None,
+        }
+    }
+
     /// The share of the light that a cone lets out towards a point, given the way back.
     pub fn cone(&self, toward: Vec3) -> f32 {
         let along = -toward.dot(self.direction);
         match self.kind {
-            LightKind::Spot { drop_off, cut_off } => spot(along, drop_off, cut_off),
+            LightKind::Spot { drop_off, cut_off } => {
+                let (least, exponent) = spot(drop_off, cut_off);
+                if along < least || along <= 0.0 {
+                    return 0.0;
+                }
+                libm::powf(along, exponent)
+            }
             LightKind::Beam {
                 beam_width,
                 cut_off,
@@ -103,12 +117,9 @@ impl Light {
     }
 }
 
-fn spot(along: f32, drop_off: f32, cut_off: f32) -> f32 {
+fn spot(drop_off: f32, cut_off: f32) -> (f32, f32) {
     let limit = cut_off.clamp(0.0, std::f32::consts::FRAC_PI_2);
-    if along < libm::cosf(limit) || along <= 0.0 {
-        return 0.0;
-    }
-    libm::powf(along, 128.0 * drop_off.clamp(0.0, 1.0))
+    (libm::cosf(limit), 128.0 * drop_off.clamp(0.0, 1.0))
 }
 
 /// VRML 97, 6.42: full inside the beam, then falling to nothing at the cut-off.
@@ -142,8 +153,15 @@ mod tests {
     #[test]
     fn a_spot_ends_at_its_cut_off_angle() {
         let angle: f32 = 0.5;
-        let inside = spot(libm::cosf(angle - 0.01), 0.0, angle);
-        let outside = spot(libm::cosf(angle + 0.01), 0.0, angle);
+        let light = Light {
+            kind: LightKind::Spot {
+                drop_off: 0.0,
+                cut_off: angle,
+            },
+            ..Light::headlight(Vec3::NEG_Z)
+        };
+        let cone = |angle: f32| light.cone(Vec3::new(libm::sinf(angle), 0.0, libm::cosf(angle)));
+        let (inside, outside) = (cone(angle - 0.01), cone(angle + 0.01));
         assert_eq!((inside, outside), (1.0, 0.0));
     }
 }

@@ -42,7 +42,7 @@ pub use builder::Builder;
 pub use bundle::{BUNDLE, HitLanes, RayLanes, Side, Sides, of_lane};
 pub use census::Census;
 pub use light::Light;
-pub use plain::PlainPoints;
+pub use plain::{LitPoints, set_lane};
 pub use surface::{Point, Surface};
 pub use survey::Survey;
 pub use traverse::{Bvh, PreparedRay, Ray};

@@ -1,29 +1,33 @@
-//! Points on triangles of plain surfaces, worked out side by side.
+//! Points of surfaces, lit side by side; those on triangles of plain surfaces are worked out side
+//! by side, too.
 //!
 //! A plain surface is lit by its diffuse color and nothing else: no texture, no highlight, no
 //! mirror, nothing see-through, no fog. That is most of most scenes. The arithmetic is that of
-//! [`super::surface::point`], to rounding.
+//! [`super::surface::point`], to rounding. Other points are worked out one by one and join them to
+//! be lit: [`LitPoints::take`].
 
 use glam::Vec3;
 
 use super::bundle::{HitLanes, RayLanes, Side, Sides, of_lane};
 use super::wide::bits;
-use super::{BUNDLE, Light, RenderScene, Surface};
+use super::{BUNDLE, Light, Point, RenderScene, Surface};
 use crate::graph::state::{FogKind, LightKind};
-use crate::math::lanes::{Lanewise, widely};
+use crate::math::lanes::{Lanewise, power, widely};
 
 const ZERO: Sides = [[0.0; BUNDLE]; 3];
 
 /// What lighting needs of the points that a bundle of rays meets, one light after another. It is
 /// filled again and again; what a lane holds that is not asked for means nothing.
 #[derive(Clone, Debug, Default)]
-pub struct PlainPoints {
-    /// Which rays meet a plain surface: bits.
+pub struct LitPoints {
+    /// Which rays meet a plain surface, or another that was taken: bits.
     pub mask: u32,
+    /// Those of them that have a highlight.
+    shiny: u32,
     gathered: Gathered,
     placed: Placed,
-    /// What a light brings: see [`PlainPoints::reach`].
-    pub lit: PlainLight,
+    /// What a light brings: see [`LitPoints::reach`].
+    pub lit: LightLanes,
 }
 
 #[derive(Clone, Debug)]
@@ -99,6 +103,9 @@ struct Gathered {
     /// 1 where the corners have normals, else 0.
     smooth: Side,
     diffuse: Sides,
+    /// Of points that are not of plain surfaces.
+    specular: Sides,
+    exponent: Side,
     /// What the surface gives off without any light.
     glow: Sides,
     /// The surface's set of lights.
@@ -114,6 +121,8 @@ impl Default for Gathered {
             two_sided: [0.0; BUNDLE],
             smooth: [0.0; BUNDLE],
             diffuse: ZERO,
+            specular: ZERO,
+            exponent: [0.0; BUNDLE],
             glow: ZERO,
             lights: [0; BUNDLE],
         }
@@ -122,8 +131,8 @@ impl Default for Gathered {
 
 impl RenderScene {
     /// The points of a bundle's hits on plain surfaces.
-    pub fn plain_points(&self, rays: &RayLanes, hits: &HitLanes, points: &mut PlainPoints) {
-        points.mask = 0;
+    pub fn plain_points(&self, rays: &RayLanes, hits: &HitLanes, points: &mut LitPoints) {
+        points.clear();
         for lane in bits(hits.mask) {
             points.mask |= u32::from(self.gather(lane, hits, &mut points.gathered)) << lane;
         }
@@ -150,9 +159,7 @@ impl RenderScene {
         if !plain.is_plain {
             return false;
         }
-        let put = |to: &mut Sides, v: Vec3| {
-            (to[0][lane], to[1][lane], to[2][lane]) = (v.x, v.y, v.z);
-        };
+        let put = |to: &mut Sides, v: Vec3| set_lane(to, lane, v);
         for (to, corner) in into.corners.iter_mut().zip(corners) {
             put(to, *corner);
         }
@@ -178,6 +185,12 @@ impl RenderScene {
         into.lights[lane] = plain.lights;
         true
     }
+}
+
+/// Sets the point or direction of one ray.
+#[inline(always)]
+pub fn set_lane(all: &mut Sides, lane: usize, value: Vec3) {
+    (all[0][lane], all[1][lane], all[2][lane]) = (value.x, value.y, value.z);
 }
 
 impl Surface {
@@ -285,14 +298,18 @@ impl Lanewise for Settle<'_> {
 
 /// What of a light reaches the points of a bundle, as [`Light::reach`] has it for one.
 #[derive(Clone, Debug, Default)]
-pub struct PlainLight {
+pub struct LightLanes {
     /// From the points, clear of their surfaces, to the light; those that it could light.
     pub rays: RayLanes,
-    /// What the light's color is multiplied by, the angle to the normal included.
+    /// What the light's color is multiplied by,
+    factor: Side,
+    /// and with the angle to the normal included.
     share: Side,
+    /// What the highlight is multiplied by.
+    highlight: Side,
 }
 
-impl PlainPoints {
+impl LitPoints {
     /// Starts with what the points of some lanes give off by themselves.
     pub fn glow(&self, lanes: u32, radiances: &mut Sides) {
         widely(Glow {
@@ -300,6 +317,31 @@ impl PlainPoints {
             lanes,
             radiances,
         });
+    }
+
+    /// Forgets all points.
+    pub fn clear(&mut self) {
+        (self.mask, self.shiny) = (0, 0);
+    }
+
+    /// Takes a point that is not of a plain surface, to be lit with the others. One without
+    /// `highlight` is matt.
+    pub fn take(&mut self, lane: usize, point: &Point<'_>, highlight: bool) {
+        let (placed, gathered) = (&mut self.placed, &mut self.gathered);
+        set_lane(&mut placed.position, lane, point.position);
+        set_lane(&mut placed.geometric, lane, point.geometric);
+        set_lane(&mut placed.normal, lane, point.normal);
+        placed.error[lane] = point.error;
+        let surface = point.surface;
+        set_lane(&mut gathered.diffuse, lane, point.diffuse);
+        set_lane(&mut gathered.glow, lane, surface.glow());
+        gathered.lights[lane] = surface.lights;
+        self.mask |= 1 << lane;
+        if highlight && surface.specular != Vec3::ZERO {
+            set_lane(&mut gathered.specular, lane, surface.specular);
+            gathered.exponent[lane] = surface.exponent();
+            self.shiny |= 1 << lane;
+        }
     }
 
     /// What of a light reaches the points of some lanes.
@@ -310,19 +352,37 @@ impl PlainPoints {
             lit: &mut self.lit,
         });
         self.lit.rays.mask = facing & lanes;
-        if matches!(light.kind, LightKind::Spot { .. } | LightKind::Beam { .. }) {
+        if let Some((least, exponent)) = light.spot() {
+            self.lit.rays.mask &= widely(Cone {
+                direction: light.direction,
+                least,
+                exponent,
+                lit: &mut self.lit,
+            });
+        } else if let LightKind::Beam { .. } = light.kind {
             for lane in bits(self.lit.rays.mask) {
                 let cone = light.cone(of_lane(&self.lit.rays.direction, lane));
                 self.lit.share[lane] *= cone;
+                self.lit.factor[lane] *= cone;
                 self.lit.rays.mask &= !(u32::from(!(cone > 0.0)) << lane);
             }
         }
     }
 
-    /// Adds the light that was reached for, as much of it as comes through.
-    pub fn add(&self, color: Vec3, through: &Side, radiances: &mut Sides) {
+    /// Adds the light that was reached for, as much of it as comes through. Highlights lie where
+    /// the normal is halfway between the light and `backward`.
+    pub fn add(&mut self, color: Vec3, backward: Vec3, through: &Side, radiances: &mut Sides) {
+        if self.shiny & self.lit.rays.mask != 0 {
+            widely(Shine {
+                normal: &self.placed.normal,
+                exponent: &self.gathered.exponent,
+                backward,
+                lit: &mut self.lit,
+            });
+        }
         widely(Add {
-            diffuse: &self.gathered.diffuse,
+            points: &self.gathered,
+            shiny: self.shiny,
             lit: &self.lit,
             color,
             through,
@@ -362,9 +422,89 @@ impl Lanewise for Glow<'_> {
     }
 }
 
+/// The cone of a spot, as [`Light::cone`] has it for one.
+struct Cone<'a> {
+    direction: Vec3,
+    /// The cosine at its edge.
+    least: f32,
+    exponent: f32,
+    lit: &'a mut LightLanes,
+}
+
+impl Lanewise for Cone<'_> {
+    /// The points inside: bits.
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> u32 {
+        let LightLanes {
+            rays,
+            factor,
+            share,
+            ..
+        } = self.lit;
+        let ([x, y, z], d) = (&rays.direction, self.direction);
+        let mut inside = [0u32; BUNDLE];
+        for i in 0..BUNDLE {
+            let along = -(x[i] * d.x + y[i] * d.y + z[i] * d.z);
+            let is_inside = (along >= self.least) & (along > 0.0);
+            let part = power(along.clamp(0.0, 1.0), self.exponent);
+            let cone = if is_inside { part } else { 0.0 };
+            factor[i] *= cone;
+            share[i] *= cone;
+            inside[i] = u32::from(cone > 0.0);
+        }
+        (0..BUNDLE).fold(0, |all, i| all | inside[i] << i)
+    }
+}
+
+/// Highlights by the half-way vector, as [`crate::shade`] tells.
+struct Shine<'a> {
+    normal: &'a Sides,
+    exponent: &'a Side,
+    backward: Vec3,
+    lit: &'a mut LightLanes,
+}
+
+impl Lanewise for Shine<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let LightLanes {
+            rays,
+            factor,
+            highlight,
+            ..
+        } = self.lit;
+        let [x, y, z] = &rays.direction;
+        let [nx, ny, nz] = self.normal;
+        let mut aligned = [0.0f32; BUNDLE];
+        for i in 0..BUNDLE {
+            let [hx, hy, hz] = [
+                x[i] + self.backward.x,
+                y[i] + self.backward.y,
+                z[i] + self.backward.z,
+            ];
+            let square = hx * hx + hy * hy + hz * hz;
+            let scale = if square > 0.0 {
+                1.0 / square.sqrt()
+            } else {
+                0.0
+            };
+            let along = (nx[i] * hx + ny[i] * hy + nz[i] * hz) * scale;
+            aligned[i] = along.clamp(0.0, 1.0);
+        }
+        for i in 0..BUNDLE {
+            highlight[i] = factor[i] * power(aligned[i], self.exponent[i]);
+        }
+    }
+}
+
 struct Add<'a> {
-    diffuse: &'a Sides,
-    lit: &'a PlainLight,
+    points: &'a Gathered,
+    shiny: u32,
+    lit: &'a LightLanes,
     color: Vec3,
     through: &'a Side,
     radiances: &'a mut Sides,
@@ -376,11 +516,19 @@ impl Lanewise for Add<'_> {
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
         let (mask, share) = (self.lit.rays.mask, &self.lit.share);
+        let shiny = mask & self.shiny;
         for k in 0..3 {
-            let (diffuse, radiance) = (&self.diffuse[k], &mut self.radiances[k]);
+            let (diffuse, radiance) = (&self.points.diffuse[k], &mut self.radiances[k]);
             for i in 0..BUNDLE {
                 let more = self.color[k] * diffuse[i] * (share[i] * self.through[i]);
                 radiance[i] += if mask >> i & 1 == 1 { more } else { 0.0 };
+            }
+            if shiny != 0 {
+                let (specular, highlight) = (&self.points.specular[k], &self.lit.highlight);
+                for i in 0..BUNDLE {
+                    let more = self.color[k] * specular[i] * (highlight[i] * self.through[i]);
+                    radiance[i] += if shiny >> i & 1 == 1 { more } else { 0.0 };
+                }
             }
         }
     }
@@ -389,7 +537,7 @@ impl Lanewise for Add<'_> {
 struct Reach<'a> {
     points: &'a Placed,
     light: &'a Light,
-    lit: &'a mut PlainLight,
+    lit: &'a mut LightLanes,
 }
 
 impl Lanewise for Reach<'_> {
@@ -399,13 +547,18 @@ impl Lanewise for Reach<'_> {
     #[inline(always)]
     fn run<const FUSED: bool>(self) -> u32 {
         let (points, light) = (self.points, self.light);
-        let PlainLight { rays: out, share } = self.lit;
+        let LightLanes {
+            rays: out,
+            factor,
+            share,
+            ..
+        } = self.lit;
         if light.kind == LightKind::Directional {
             for k in 0..3 {
                 out.direction[k] = [-light.direction[k]; BUNDLE];
             }
             out.t_max = [f32::INFINITY; BUNDLE];
-            *share = [1.0; BUNDLE];
+            *factor = [1.0; BUNDLE];
         } else {
             let [kq, kl, kc] = light.attenuation.to_array();
             let [px, py, pz] = &points.position;
@@ -422,7 +575,7 @@ impl Lanewise for Reach<'_> {
                 out.direction[2][i] = z * scale;
                 let falloff = kc + distance * (kl + distance * kq);
                 let part = if falloff > 0.0 { 1.0 / falloff } else { 1.0 };
-                share[i] = if distance > light.radius { 0.0 } else { part };
+                factor[i] = if distance > light.radius { 0.0 } else { part };
                 // Up to the light itself and not to what lies behind it.
                 out.t_max[i] = distance * (1.0 - 1e-5);
             }
@@ -434,7 +587,7 @@ impl Lanewise for Reach<'_> {
                     + v[1][i] * out.direction[1][i]
                     + v[2][i] * out.direction[2][i]
             };
-            share[i] *= along(&points.normal).max(0.0);
+            share[i] = factor[i] * along(&points.normal).max(0.0);
             side[i] = if along(&points.geometric) < 0.0 {
                 -1.0
             } else {

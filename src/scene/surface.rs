@@ -136,6 +136,11 @@ impl Surface {
         self.diffuse[(index as usize).min(last)]
     }
 
+    /// Of the cosine to the half-way vector, for highlights.
+    pub fn exponent(&self) -> f32 {
+        128.0 * self.shininess.clamp(0.0, 1.0)
+    }
+
     pub fn transparency_at(&self, index: u32) -> f32 {
         let last = self.transparency.len() - 1;
         self.transparency[(index as usize).min(last)]

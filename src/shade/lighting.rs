@@ -27,7 +27,7 @@ pub fn direct(
         if specular && surface.specular != Vec3::ZERO {
             let half = (reaching.toward + backward).normalize_or_zero();
             let aligned = point.normal.dot(half).max(0.0);
-            let exponent = 128.0 * surface.shininess.clamp(0.0, 1.0);
+            let exponent = surface.exponent();
             // x^0 is 1, even of 0.
             let share = if exponent == 0.0 {
                 1.0

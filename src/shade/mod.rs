@@ -22,10 +22,8 @@ use glam::Vec3;
 use crate::scene::light::Reaching;
 use crate::scene::wide::bits;
 use crate::scene::{
-    BUNDLE, Hit, HitLanes, Light, Needs, PlainPoints, Point, Ray, RayLanes, RenderScene, Sides,
+    Hit, HitLanes, Light, LitPoints, Needs, Point, Ray, RayLanes, RenderScene, Sides, set_lane,
 };
-
-use plain::set_lane;
 
 /// What a picture shows of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -148,15 +146,17 @@ pub struct RayCounts {
 pub struct Work {
     pub counts: RayCounts,
     pending: Vec<Pending>,
-    /// What a bundle of rays meets, and what of it is plain.
+    /// What a bundle of rays meets, and what of it is lit side by side.
     hits: HitLanes,
-    points: Box<PlainPoints>,
+    points: Box<LitPoints>,
 }
 
 /// A ray still to be followed, and how much of it reaches the film.
 #[derive(Debug)]
 struct Pending {
     ray: Ray,
+    /// Of the bundle: where it comes from.
+    lane: usize,
     share: Vec3,
     depth: u32,
     /// Surfaces are met from either side: a ray after a mirror or through glass sees what closed
@@ -165,9 +165,10 @@ struct Pending {
 }
 
 impl Pending {
-    fn first(ray: &Ray) -> Self {
+    fn first(ray: &Ray, lane: usize) -> Self {
         Self {
             ray: *ray,
+            lane,
             share: Vec3::ONE,
             depth: 0,
             any_side: false,
@@ -205,7 +206,7 @@ impl<'a> Shader<'a> {
             return self.blended(ray, hit);
         }
         let mut color = Vec3::ZERO;
-        self.shade(ray, hit, &Pending::first(ray), &mut color, work);
+        self.shade(hit, &Pending::first(ray, 0), &mut color, work);
         self.follow_pending(color, work)
     }
 
@@ -214,113 +215,20 @@ impl<'a> Shader<'a> {
         work.counts.scene += u64::from(rays.mask.count_ones());
         let mut hits = std::mem::take(&mut work.hits);
         self.scene.hits(rays, &mut hits);
-        let done = self.plain(rays, &hits, radiances, work);
-        if rays.mask & !done != 0 {
-            self.special(rays, &hits, rays.mask & !done, radiances, work);
+        let done = self.side_by_side(rays, &hits, radiances, work);
+        for lane in bits(rays.mask & !done) {
+            let color = self.radiance_of(&rays.ray(lane), hits.hit(lane), work);
+            set_lane(radiances, lane, color);
         }
         work.hits = hits;
-    }
-
-    /// The radiances of some lanes' rays, which meet something, by all that shading can do.
-    fn special(
-        &self,
-        rays: &RayLanes,
-        hits: &HitLanes,
-        lanes: u32,
-        radiances: &mut Sides,
-        work: &mut Work,
-    ) {
-        if self.shading != Shading::Recursive {
-            for lane in bits(lanes) {
-                let color = self.radiance_of(&rays.ray(lane), hits.hit(lane), work);
-                set_lane(radiances, lane, color);
-            }
-            return;
-        }
-        let points: [Option<Point<'_>>; BUNDLE] = std::array::from_fn(|i| {
-            let hit = hits.hit(i).filter(|_| lanes >> i & 1 == 1)?;
-            Some(self.scene.point(&rays.ray(i), &hit))
-        });
-        let lit = self.lit_in_shadow(&points, &mut work.counts);
-        for lane in bits(lanes) {
-            if let (Some(hit), Some(point)) = (&hits.hit(lane), &points[lane]) {
-                let ray = rays.ray(lane);
-                let mut color = Vec3::ZERO;
-                let first = Pending::first(&ray);
-                self.recurse((&ray, hit), point, lit[lane], &first, &mut color, work);
-                set_lane(radiances, lane, self.follow_pending(color, work));
-            }
-        }
-    }
-
-    /// The light that points give off, shadows traced light by light.
-    fn lit_in_shadow(
-        &self,
-        points: &[Option<Point<'_>>; BUNDLE],
-        counts: &mut RayCounts,
-    ) -> [Vec3; BUNDLE] {
-        let mut lit = [Vec3::ZERO; BUNDLE];
-        let mut most = 0;
-        for (lit, point) in lit.iter_mut().zip(points) {
-            let Some(point) = point else { continue };
-            if point.surface.base_color {
-                *lit = point.diffuse;
-            } else {
-                *lit = lighting::ambient(point);
-                most = most.max(self.lights(point).count());
-            }
-        }
-        for light in 0..most {
-            self.add_light(light, points, &mut lit, counts);
-        }
-        lit
-    }
-
-    /// Adds the light of one number of every point.
-    fn add_light(
-        &self,
-        number: usize,
-        points: &[Option<Point<'_>>; BUNDLE],
-        lit: &mut [Vec3; BUNDLE],
-        counts: &mut RayCounts,
-    ) {
-        let mut reaching = [None; BUNDLE];
-        let mut rays = RayLanes::default();
-        for (i, point) in points.iter().enumerate() {
-            let Some(point) = point.as_ref().filter(|p| !p.surface.base_color) else {
-                continue;
-            };
-            let Some(light) = self.lights(point).nth(number) else {
-                continue;
-            };
-            let reach = light.reach(point.position);
-            if let Some(ray) = shadow_ray(point, &reach) {
-                rays.set(i, &ray);
-            }
-            reaching[i] = Some(reach);
-        }
-        counts.shadow += u64::from(rays.mask.count_ones());
-        let mut through = [1.0; BUNDLE];
-        self.scene.transmittances(&rays, &mut through);
-        for i in 0..BUNDLE {
-            if let (Some(point), Some(reaching)) = (&points[i], &reaching[i]) {
-                let backward = self.options.backward;
-                lit[i] += lighting::direct(point, reaching, backward, true, through[i]);
-            }
-        }
     }
 
     /// Adds what the rays that are still to be followed bring.
     fn follow_pending(&self, mut color: Vec3, work: &mut Work) -> Vec3 {
         while let Some(next) = work.pending.pop() {
             work.counts.scene += 1;
-            let hit = if next.any_side {
-                self.scene.hit_any_side(&next.ray)
-            } else {
-                self.scene.hit(&next.ray)
-            };
-            match hit {
-                Some(hit) => self.shade(&next.ray, hit, &next, &mut color, work),
+            match self.next_hit(&next) {
+                Some(hit) => self.shade(hit, &next, &mut color, work),
                 None => {
                     color += next.share * self.scene.background().color(next.ray.direction);
                 }
@@ -329,27 +237,60 @@ impl<'a> Shader<'a> {
         color
     }
 
+    fn next_hit(&self, next: &Pending) -> Option<Hit> {
+        if next.any_side {
+            self.scene.hit_any_side(&next.ray)
+        } else {
+            self.scene.hit(&next.ray)
+        }
+    }
+
     /// Radiance along a ray, or `None` where it meets nothing.
     pub fn trace(&self, ray: &Ray) -> Option<Vec3> {
         let hit = self.scene.hit(ray)?;
         Some(self.radiance_of(ray, Some(hit), &mut Work::default()))
     }
 
-    fn shade(&self, ray: &Ray, hit: Hit, path: &Pending, color: &mut Vec3, work: &mut Work) {
-        let point = self.scene.point(ray, &hit);
+    fn shade(&self, hit: Hit, path: &Pending, color: &mut Vec3, work: &mut Work) {
+        let point = self.scene.point(&path.ray, &hit);
+        let light = self.lit_by_itself(&point, &mut work.counts);
+        self.give(&hit, &point, light, path, color, &mut work.pending);
+    }
+
+    /// The light that a point gives off, before texture and fog.
+    fn lit_by_itself(&self, point: &Point<'_>, counts: &mut RayCounts) -> Vec3 {
         if self.shading == Shading::Recursive {
-            let lit = self.lit_one_by_one(&point, &mut work.counts);
-            self.recurse((ray, &hit), &point, lit, path, color, work);
+            self.lit_in_shadow(point, counts)
+        } else {
+            self.lit_without_shadow(point)
+        }
+    }
+
+    /// Adds what a point that gives off some light sends back along a path, and what is to be
+    /// followed from there.
+    fn give(
+        &self,
+        hit: &Hit,
+        point: &Point<'_>,
+        light: Vec3,
+        path: &Pending,
+        color: &mut Vec3,
+        pending: &mut Vec<Pending>,
+    ) {
+        let ray = &path.ray;
+        if self.shading == Shading::Recursive {
+            self.recurse(hit, point, light, path, color, pending);
             return;
         }
-        let local = self.local(ray, &point);
+        let local = self.local(ray, point, light);
         let through = point.transparency;
         *color += path.share * (1.0 - through) * local;
         // What a blended face lets through is what lies behind it; sorted blending in Coin.
         let share = path.share * through;
         if through > 0.0 && share.max_element() > self.options.least_share && path.depth < 64 {
-            work.pending.push(Pending {
-                ray: self.scene.past(ray, &hit),
+            pending.push(Pending {
+                ray: self.scene.past(ray, hit),
+                lane: path.lane,
                 share,
                 depth: path.depth + 1,
                 any_side: path.any_side,
@@ -386,29 +327,29 @@ impl<'a> Shader<'a> {
     fn interpolated(&self, ray: &Ray, hit: &Hit, point: &Point<'_>) -> Vec3 {
         match self.scene.corner_points(ray, hit) {
             Some(corners) if self.shading != Shading::Normal => {
-                let lit = corners.map(|(corner, weight)| weight * self.lit(&corner));
+                let lit = corners.map(|(corner, weight)| weight * self.lit_without_shadow(&corner));
                 let color = point.textured(lit[0] + lit[1] + lit[2]);
                 lighting::fogged(color, point, ray.origin, self.options.backward)
             }
-            _ => self.local(ray, point),
+            _ => self.local(ray, point, self.lit_without_shadow(point)),
         }
     }
 
-    /// The color of a point by the models that follow no further rays.
-    fn local(&self, ray: &Ray, point: &Point<'_>) -> Vec3 {
+    /// The color of a point by the models that follow no mirrored rays.
+    fn local(&self, ray: &Ray, point: &Point<'_>, light: Vec3) -> Vec3 {
         match self.shading {
             Shading::Normal => 0.5 * point.normal + 0.5,
             Shading::Flat => point.textured(point.diffuse),
             _ => {
-                let color = point.textured(self.lit(point));
+                let color = point.textured(light);
                 lighting::fogged(color, point, ray.origin, self.options.backward)
             }
         }
     }
 
     /// The light that a point gives off, before texture and fog: from 0 to 1, as in OpenGL.
-    fn lit(&self, point: &Point<'_>) -> Vec3 {
-        if point.surface.base_color || self.shading == Shading::Flat {
+    fn lit_without_shadow(&self, point: &Point<'_>) -> Vec3 {
+        if point.surface.base_color || matches!(self.shading, Shading::Flat | Shading::Normal) {
             return point.diffuse;
         }
         let mut sum = lighting::ambient(point);
@@ -430,7 +371,7 @@ impl<'a> Shader<'a> {
     }
 
     /// The light that a point gives off in model `r`.
-    fn lit_one_by_one(&self, point: &Point<'_>, counts: &mut RayCounts) -> Vec3 {
+    fn lit_in_shadow(&self, point: &Point<'_>, counts: &mut RayCounts) -> Vec3 {
         if point.surface.base_color {
             return point.diffuse;
         }
@@ -454,13 +395,14 @@ impl<'a> Shader<'a> {
     ///   beyond the critical angle. The opaque part keeps 1 − transparency.
     fn recurse(
         &self,
-        (ray, hit): (&Ray, &Hit),
+        hit: &Hit,
         point: &Point<'_>,
         lit: Vec3,
         path: &Pending,
         color: &mut Vec3,
-        work: &mut Work,
+        pending: &mut Vec<Pending>,
     ) {
+        let ray = &path.ray;
         let surface = point.surface;
         let opaque = 1.0 - point.transparency;
         let local = lighting::fogged(
@@ -493,10 +435,10 @@ impl<'a> Shader<'a> {
             match refract(d, normal, surface.refraction, point.front) {
                 Some(_) if surface.refraction == 1.0 => {
                     let ahead = self.scene.past(ray, hit); // what lies in the same plane too
-                    self.follow(ahead, share, path, &mut work.pending);
+                    self.follow(ahead, share, path, pending);
                 }
                 Some(direction) => {
-                    self.follow(point.leave(direction), share, path, &mut work.pending);
+                    self.follow(point.leave(direction), share, path, pending);
                 }
                 None => mirror += point.transparency, // total reflection
             }
@@ -504,7 +446,7 @@ impl<'a> Shader<'a> {
         if mirror.max_element() > 0.0 {
             let direction = d - 2.0 * d.dot(normal) * normal;
             let share = path.share * mirror;
-            self.follow(point.leave(direction), share, path, &mut work.pending);
+            self.follow(point.leave(direction), share, path, pending);
         }
     }
 
@@ -512,6 +454,7 @@ impl<'a> Shader<'a> {
         if share.max_element() > self.options.least_share {
             pending.push(Pending {
                 ray,
+                lane: path.lane,
                 share,
                 depth: path.depth + 1,
                 any_side: true,
@@ -562,6 +505,67 @@ mod tests {
         for model in Shading::ALL {
             assert_eq!(Shading::named(&model.letter().to_string()), Some(model));
             assert_eq!(Shading::named(model.name()), Some(model));
+        }
+    }
+
+    /// Colors, a picture on a ball, highlights, a mirror, fog, things to see through, unlit ones,
+    /// and every kind of light.
+    const SCENE: &str = "#Inventor V2.1 ascii\n\
+        PointLight { location 2 3 4 color 1 .8 .6 } DirectionalLight { direction 1 -1 -2 }\n\
+        SpotLight { location -3 2 5 direction 3 -2 -5 cutOffAngle .3 dropOffRate .2 }\n\
+        Environment { ambientIntensity .3 attenuation .02 .1 1 }\n\
+        Material { diffuseColor .2 .5 .9 } Cube { width 30 height 30 depth 1 }\n\
+        Translation { translation 0 0 3 }\n\
+        Material { diffuseColor .8 .3 .2 specularColor .6 .6 .5 shininess .4 ambientColor .2 .1 .1 }\n\
+        Sphere { radius 1.2 } Translation { translation 2 0 0 }\n\
+        Separator { Texture2 { image 2 2 3 0xff0000 0x00ff00 0x0000ff 0xffffff } Cube { } }\n\
+        Translation { translation -4 0 0 }\n\
+        Separator { Material { diffuseColor .1 .9 .1 transparency .5 specularColor 1 1 1 shininess 0 }\n\
+        Cone { } }\n\
+        Translation { translation 2 2 0 } Environment { fogType FOG visibility 40 }\n\
+        Separator { BaseColor { rgb .9 .9 0 } Cylinder { } }\n\
+        Translation { translation 0 -4 0 } LightModel { model BASE_COLOR } Cube { }\n";
+
+    #[test]
+    fn bundles_are_lit_as_rays_by_themselves_are() {
+        use crate::iv::Document;
+        use crate::math::lanes::LANES;
+        use crate::scene::{BUNDLE, CompileOptions, of_lane};
+        assert_eq!(LANES, BUNDLE);
+        let document = Document::read_headerless("lit.iv", SCENE.as_bytes().to_vec()).unwrap();
+        let scene = RenderScene::compile(&document, &CompileOptions::default()).unwrap();
+        for shading in Shading::ALL {
+            let shader = Shader::new(&scene, shading, ShadeOptions::default());
+            let (mut work, mut alone) = (Work::default(), Work::default());
+            let (mut farthest, mut brightest) = (0.0f32, 0.0f32);
+            for row in 0..400u16 {
+                let mut rays = RayLanes::default();
+                for lane in 0..BUNDLE as u16 {
+                    let place = |i: u16, of: u16| 2.0 * (f32::from(i) + 0.5) / f32::from(of) - 1.0;
+                    let aim = Vec3::new(
+                        5.0 * place(20 * (row % 20) + lane % 8, 408),
+                        5.0 * place(20 * (row / 20) + lane / 8, 404),
+                        -9.0,
+                    );
+                    rays.set(usize::from(lane), &Ray::new(Vec3::new(0.1, 0.2, 12.0), aim));
+                }
+                let mut radiances = Sides::default();
+                shader.radiances(&rays, &mut radiances, &mut work);
+                for lane in 0..BUNDLE {
+                    let found = of_lane(&radiances, lane);
+                    let known = shader.radiance(&rays.ray(lane), &mut alone);
+                    let off = (found - known).abs().max_element();
+                    assert!(off < 2e-3, "{shading:?}, row {row}: {found} {known}");
+                    farthest += off;
+                    brightest = brightest.max(known.max_element());
+                }
+            }
+            // Together, of 12,800 rays.
+            assert!(farthest < 0.05, "{shading:?}: {farthest}");
+            assert!(brightest > 0.5, "{shading:?}");
+            let (found, known) = (work.counts, alone.counts);
+            assert_eq!(found.scene, known.scene, "{shading:?}");
+            assert!(found.shadow.abs_diff(known.shadow) < 20, "{shading:?}");
         }
     }
 }

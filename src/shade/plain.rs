@@ -1,23 +1,23 @@
-//! Plain surfaces by all their lights, a bundle of rays at once.
+//! Surfaces by all their lights, a bundle of rays at once.
 
 use glam::Vec3;
 
 use crate::scene::wide::bits;
-use crate::scene::{BUNDLE, HitLanes, Light, RayLanes, Sides, of_lane};
+use crate::scene::{BUNDLE, Hit, HitLanes, Light, Point, RayLanes, Sides, of_lane, set_lane};
 
-use super::{Shader, Shading, Work};
+use super::{Pending, Shader, Shading, Work};
 
 impl Shader<'_> {
-    /// The radiances of rays that meet plain surfaces or nothing at all, and which those are:
-    /// bits.
-    pub(super) fn plain(
+    /// The radiances of rays that meet nothing, or what is lit by lights alone, and which those
+    /// are: bits.
+    pub(super) fn side_by_side(
         &self,
         rays: &RayLanes,
         hits: &HitLanes,
         radiances: &mut Sides,
         work: &mut Work,
     ) -> u32 {
-        let mut done = rays.mask & !hits.mask;
+        let done = rays.mask & !hits.mask;
         for lane in bits(done) {
             let direction = of_lane(&rays.direction, lane);
             set_lane(radiances, lane, self.scene.background().color(direction));
@@ -30,16 +30,91 @@ impl Shader<'_> {
             return done;
         }
         self.scene.plain_points(rays, hits, &mut work.points);
-        let mut left = work.points.mask;
+        let plain = work.points.mask;
+        let others = hits.mask & !plain;
+        if others == 0 {
+            return done | self.lit(plain, radiances, work);
+        }
+        let paths = std::array::from_fn(|lane| {
+            let hit = hits.hit(lane).filter(|_| others >> lane & 1 == 1)?;
+            Some((Pending::first(&rays.ray(lane), lane), Some(hit)))
+        });
+        let mut colors = [Vec3::ZERO; BUNDLE];
+        let lit = self.give_all(&paths, radiances, &mut colors, work);
+        self.follow_all(&mut colors, work);
+        for lane in bits(others) {
+            set_lane(radiances, lane, colors[lane]);
+        }
+        done | plain & lit | others
+    }
+
+    /// Lights the points that paths end at, side by side with those that wait to be lit, and adds
+    /// what they send back to their lanes' colors. Answers which lanes are lit: bits.
+    fn give_all(
+        &self,
+        paths: &[Option<(Pending, Option<Hit>)>; BUNDLE],
+        radiances: &mut Sides,
+        colors: &mut [Vec3; BUNDLE],
+        work: &mut Work,
+    ) -> u32 {
+        let points: [Option<Point<'_>>; BUNDLE] = std::array::from_fn(|slot| {
+            let (path, hit) = paths[slot].as_ref()?;
+            let point = self.scene.point(&path.ray, hit.as_ref()?);
+            if !point.surface.base_color {
+                let highlight = self.shading != Shading::Diffuse;
+                work.points.take(slot, &point, highlight);
+            }
+            Some(point)
+        });
+        let lit = self.lit(work.points.mask, radiances, work);
+        for (slot, (path, point)) in paths.iter().zip(&points).enumerate() {
+            let Some((path, hit)) = path else { continue };
+            let color = &mut colors[path.lane];
+            let (Some(hit), Some(point)) = (hit, point) else {
+                *color += path.share * self.scene.background().color(path.ray.direction);
+                continue;
+            };
+            let light = if lit >> slot & 1 == 1 {
+                of_lane(radiances, slot)
+            } else {
+                self.lit_by_itself(point, &mut work.counts)
+            };
+            self.give(hit, point, light, path, color, &mut work.pending);
+        }
+        lit
+    }
+
+    /// Adds what the rays that are still to be followed bring, each to its lane's color. They go
+    /// in the order in which they came up, so that each lane's sum is made in one order whatever
+    /// the others do.
+    fn follow_all(&self, colors: &mut [Vec3; BUNDLE], work: &mut Work) {
+        let mut lit = Sides::default();
+        while !work.pending.is_empty() {
+            let count = work.pending.len().min(BUNDLE);
+            work.counts.scene += count as u64;
+            let mut paths = [const { None }; BUNDLE];
+            for (slot, next) in work.pending.drain(..count).enumerate() {
+                let hit = self.next_hit(&next);
+                paths[slot] = Some((next, hit));
+            }
+            work.points.clear();
+            self.give_all(&paths, &mut lit, colors, work);
+        }
+    }
+
+    /// The light that points of some lanes give off, before texture and fog; and which of them it
+    /// is known of: bits.
+    fn lit(&self, lanes: u32, radiances: &mut Sides, work: &mut Work) -> u32 {
+        let (mut left, mut known) = (lanes, 0);
         while left != 0 {
             let set = work.points.lights(left.trailing_zeros() as usize);
             let lanes = work.points.with_lights(set) & left;
             left &= !lanes;
             if self.lit_by_set(set, lanes, radiances, work) {
-                done |= lanes;
+                known |= lanes;
             }
         }
-        done
+        known
     }
 
     /// Adds up the lights of a set; false if one of them is none of the plain ones.
@@ -51,7 +126,7 @@ impl Shader<'_> {
         }
         work.points.glow(lanes, radiances);
         for light in lights.filter(|light| light.color != Vec3::ZERO) {
-            self.add_plain_light(light, lanes, radiances, work);
+            self.add_light(light, lanes, radiances, work);
         }
         if self.shading != Shading::Recursive {
             for lane in bits(lanes) {
@@ -62,7 +137,7 @@ impl Shader<'_> {
         true
     }
 
-    fn add_plain_light(&self, light: &Light, lanes: u32, radiances: &mut Sides, work: &mut Work) {
+    fn add_light(&self, light: &Light, lanes: u32, radiances: &mut Sides, work: &mut Work) {
         let Work { points, counts, .. } = work;
         points.reach(light, lanes);
         let mut through = [1.0; BUNDLE];
@@ -70,10 +145,6 @@ impl Shader<'_> {
             counts.shadow += u64::from(points.lit.rays.mask.count_ones());
             self.scene.transmittances(&points.lit.rays, &mut through);
         }
-        points.add(light.color, &through, radiances);
+        points.add(light.color, self.options.backward, &through, radiances);
     }
-}
-
-pub(super) fn set_lane(all: &mut Sides, lane: usize, value: Vec3) {
-    (all[0][lane], all[1][lane], all[2][lane]) = (value.x, value.y, value.z);
 }
