@@ -135,7 +135,7 @@ impl<'a> Builder<'a> {
             normal_matrix: DMat3::IDENTITY,
             scene: RenderScene {
                 origin: options.origin,
-                view: view(options.camera.as_ref(), options.pixel_rows),
+                view: view(options),
                 ..RenderScene::default()
             },
             owners: Default::default(),
@@ -1049,7 +1049,8 @@ impl<'a> Builder<'a> {
 }
 
 /// The camera as lines and points know it; without one, at the origin and a quarter turn wide.
-fn view(camera: Option<&CameraPose>, pixel_rows: u32) -> View {
+fn view(options: &CompileOptions) -> View {
+    let (camera, pixel_rows) = (options.camera.as_ref(), options.pixel_rows);
     let rows = f64::from(pixel_rows.max(1));
     let turn = camera.map_or(glam::DQuat::IDENTITY, |c| c.orientation);
     let (fixed, per_depth) = match camera.map(|c| c.projection) {
@@ -1065,6 +1066,7 @@ fn view(camera: Option<&CameraPose>, pixel_rows: u32) -> View {
         forward: camera.map_or(DVec3::NEG_Z, CameraPose::direction).as_vec3(),
         fixed: fixed as f32,
         per_depth: per_depth as f32,
+        by_diamonds: options.as_coin,
     }
 }
 
