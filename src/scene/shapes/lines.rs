@@ -1,8 +1,8 @@
 //! Lines and points: strokes with a width in pixels.
 
 use super::BoxCoordinates;
+use super::markers;
 use super::runs::counted;
-use super::screen;
 use super::vertices::{Normals, Place, Vertices, indices, without_index};
 use crate::graph::read::Fields;
 use crate::graph::state::{Binding, DrawStyle, State};
@@ -209,7 +209,7 @@ fn marker<'a>(
     let markers = node.read::<[i32]>("markerIndex").unwrap_or(&[]);
     let index = markers.get(i).or(markers.last()).copied().unwrap_or(0);
     if let Some(corner) = vertices.corner(place_of(coordinate, i)) {
-        screen::marker(corner, index, vertices.state.world_from_object, out);
+        markers::marker(corner, index, vertices.state.world_from_object, out);
     }
 }
 

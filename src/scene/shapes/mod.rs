@@ -3,6 +3,7 @@
 pub(super) mod cut;
 mod faces;
 mod lines;
+mod markers;
 mod mesh;
 pub mod nurbs;
 mod runs;
