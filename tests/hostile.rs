@@ -148,6 +148,21 @@ fn a_scale_of_zero_draws_nothing_and_hides_nothing() {
 }
 
 #[test]
+fn what_a_scale_presses_flat_is_drawn_flat() {
+    for shape in ["Cube", "Sphere", "Cylinder", "Cone"] {
+        let scene = compile(&format!("Scale {{ scaleFactor 1 1 0 }} {shape} {{ }}"));
+        let t = distance(&scene).unwrap_or(f32::NAN);
+        assert!((t - 10.0).abs() < 1e-5, "{shape}: {t}");
+        assert!(scene.census().troubles.is_empty(), "{shape}");
+    }
+    let lines = ["1 0 0", "0 0 1"].map(|left| {
+        let scene = compile(&format!("Scale {{ scaleFactor {left} }} Cube {{ }}"));
+        scene.census().troubles.len()
+    });
+    assert_eq!(lines, [1, 1]);
+}
+
+#[test]
 fn a_sphere_is_round_under_a_scale_and_from_far_away() {
     // An ellipsoid with half axes 2, 1, 3: a ray along z at (1, 0.5) meets it where
     // (1/2)² + 0.5² + (z/3)² = 1.

@@ -285,6 +285,17 @@ impl<'a> Builder<'a> {
         };
     }
 
+    /// Whether the matrix leaves a line or a point of what follows: a scale of 0 in two directions.
+    pub fn is_collapsed(&self) -> bool {
+        let m = self.scene_from_object.matrix3;
+        let areas = [
+            m.x_axis.cross(m.y_axis),
+            m.y_axis.cross(m.z_axis),
+            m.z_axis.cross(m.x_axis),
+        ];
+        areas.iter().all(|area| *area == DVec3::ZERO)
+    }
+
     /// Draws what follows under a further matrix, in the shape's own space.
     pub fn with_matrix(&mut self, matrix: DMat4, draw: impl FnOnce(&mut Self)) {
         let kept = (self.scene_from_object, self.normal_matrix);
@@ -889,8 +900,6 @@ impl<'a> Builder<'a> {
             if min.is_finite() && max.is_finite() {
                 grow(&mut self.bounds, min + self.origin, max + self.origin);
             }
-            let flat = Quadric::new(kind, self.scene_from_object, material).is_none();
-            self.scene.census.bad_corners += u64::from(flat);
             let (min, max) = exact_bounds(kind, &DAffine3::IDENTITY);
             grow(&mut self.object_bounds, min, max);
             return;
@@ -908,7 +917,9 @@ impl<'a> Builder<'a> {
                 self.scene.quadrics.push(quadric);
                 self.owners[1].push(self.scene.surfaces.len() as u32 - 1);
             }
-            _ => self.scene.census.bad_corners += 1,
+            Some(_) => self.scene.census.bad_corners += 1,
+            // Pressed flat, it has no inside that a ray could be asked about.
+            None => self.facets(kind, material),
         }
     }
 

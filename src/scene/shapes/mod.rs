@@ -62,7 +62,7 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'
         let why = "this version does not draw it";
         out.census_mut().ignore(class.name, why);
     }
-    if out.census_mut().bad_corners > bad {
+    if out.census_mut().bad_corners > bad || out.is_collapsed() {
         out.tell_of_bad_parts(node);
     }
 }
