@@ -25,6 +25,7 @@ use crate::spectrum::{HERO, SETS};
 pub use ideal::IdealLens;
 
 use lanes::{Outside, Sheaf};
+pub use waves::Doubts;
 use waves::Waves;
 
 /// Meters in a millimeter.
@@ -82,6 +83,14 @@ impl Shots {
         self.samples.push(sample as u32);
         self.weights.push(ray.weight);
         self.passed += 1;
+    }
+
+    /// Takes a ray that counts by a color.
+    fn push_colored(&mut self, sample: u32, origin: [f32; 3], direction: [f32; 3], color: DMat3) {
+        self.put(self.len(), origin, direction);
+        self.samples.push(sample);
+        self.weights.push(1.0);
+        self.colors.push(color);
     }
 
     #[inline(always)]
@@ -149,9 +158,16 @@ impl Camera {
     }
 
     /// The rays of samples whose places are given over the picture from 0 to 1: those that get
-    /// through and are to be followed.
-    pub fn shoot(&self, samples: &Samples, bundle: &mut Bundle, shots: &mut Shots) {
+    /// through and are to be followed, and those to be looked at.
+    pub fn shoot(
+        &self,
+        samples: &Samples,
+        bundle: &mut Bundle,
+        shots: &mut Shots,
+        doubts: &mut Doubts,
+    ) {
         shots.clear();
+        doubts.clear();
         let mut each = |ray: &dyn Fn([f64; 2], [f64; 2]) -> Option<CameraRay>| {
             for i in 0..samples.len() {
                 let [film, pupil] = [&samples.film, &samples.pupil].map(|at| [at[0][i], at[1][i]]);
@@ -168,7 +184,7 @@ impl Camera {
             }
             Self::Lens(camera) => match &camera.waves {
                 None => camera.shoot(samples, bundle, shots),
-                Some(waves) => camera.shoot_by_wavelength(waves, samples, bundle, shots),
+                Some(waves) => camera.shoot_by_wavelength(waves, samples, bundle, shots, doubts),
             },
         }
     }

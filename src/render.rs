@@ -12,12 +12,12 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::camera::{Camera, Shots};
+use crate::camera::{Camera, Doubts, Shots};
 use crate::film::{Exposed, Film, Resolution, Twin};
 use crate::lens::Bundle;
 use crate::math::lanes::{Lanewise, widely};
 use crate::sampling::{FilterTable, PixelSampler, Sampler, Samples, mix};
-use crate::scene::{BUNDLE, Sides};
+use crate::scene::{BUNDLE, Hit, RayLanes, Sides};
 use crate::shade::{Shader, Work};
 
 /// Pixels on a side of a tile: enough to share out, few enough to stay in the cache.
@@ -448,6 +448,11 @@ struct Batch<'a> {
     /// The rays that got through, and the radiances along them.
     shots: Shots,
     radiances: Vec<Sides>,
+    /// Rays of wavelengths that may bring something else, and those of them that are followed.
+    doubts: Doubts,
+    more: Shots,
+    /// What shots and doubts meet.
+    met: [Vec<Option<Hit>>; 2],
     exposures: Vec<DVec3>,
     work: Work,
     counts: Counts,
@@ -466,6 +471,9 @@ impl<'a> Batch<'a> {
             bundle: Bundle::default(),
             shots: Shots::default(),
             radiances: Vec::new(),
+            doubts: Doubts::default(),
+            more: Shots::default(),
+            met: Default::default(),
             exposures: Vec::new(),
             work: Work::default(),
             counts: Counts::default(),
@@ -501,11 +509,15 @@ impl<'a> Batch<'a> {
         self.samples.draw();
         self.place();
         let camera = self.render.camera;
-        camera.shoot(&self.samples, &mut self.bundle, &mut self.shots);
+        let (shots, doubts) = (&mut self.shots, &mut self.doubts);
+        camera.shoot(&self.samples, &mut self.bundle, shots, doubts);
         self.look();
         self.counts.passed += self.shots.passed as u64;
         self.exposures.clear();
         self.exposures.resize(self.slots.len(), DVec3::ZERO);
+        if !self.doubts.rays.is_empty() {
+            self.doubt();
+        }
         camera.expose(&self.shots, &self.radiances, &mut self.exposures);
         let mut samples = self.exposures.iter().zip(&self.weights);
         for of_one in self.slots.chunk_by(|a, b| a == b) {
@@ -541,12 +553,47 @@ impl<'a> Batch<'a> {
 
     /// The radiances along all rays that got through, a bundle at a time.
     fn look(&mut self) {
+        let [met, _] = &mut self.met;
+        met.clear();
+        let doubtful = !self.doubts.rays.is_empty();
         let bundles = self.shots.bundles();
         self.radiances.resize(bundles.len(), [[0.0; BUNDLE]; 3]);
         for (rays, radiances) in bundles.iter().zip(&mut self.radiances) {
             let shader = self.render.shader;
             shader.radiances(rays, radiances, &mut self.work);
+            if doubtful {
+                shader.met(rays, &self.work, met);
+            }
         }
+    }
+
+    /// Looks at rays that may bring other light than their firsts, and follows some.
+    fn doubt(&mut self) {
+        let shader = self.render.shader;
+        let [met, others] = &mut self.met;
+        others.clear();
+        for rays in self.doubts.rays.bundles() {
+            shader.looked_at(rays, &mut self.work, others);
+        }
+        let ray = |bundles: &[RayLanes], i: usize| bundles[i / BUNDLE].ray(i % BUNDLE);
+        let unlike: Vec<bool> = (0..self.doubts.rays.len())
+            .map(|number| {
+                let first = self.doubts.firsts[number] as usize;
+                let one = ray(self.shots.bundles(), first);
+                let other = ray(self.doubts.rays.bundles(), number);
+                let pair = [(&one, met[first]), (&other, others[number])];
+                shader.scene().is_unlike(pair)
+            })
+            .collect();
+        let more = &mut self.more;
+        self.doubts.settle(|i| unlike[i], &mut self.shots, more);
+        let mut light = Vec::new();
+        for rays in more.bundles() {
+            let mut radiances = Sides::default();
+            shader.radiances(rays, &mut radiances, &mut self.work);
+            light.push(radiances);
+        }
+        self.render.camera.expose(more, &light, &mut self.exposures);
     }
 }
 

@@ -59,6 +59,7 @@ impl Sheaf {
 }
 
 /// What lanes bring: where each ray leaves the lens, which way, and what it counts for.
+#[derive(Clone, Debug)]
 pub(super) struct Outside {
     pub origin: [[f32; LANES]; 3],
     pub direction: [[f32; LANES]; 3],

@@ -3,16 +3,18 @@
 //! A sample sees a hero set of wavelengths (`spectrum`), whose rays start from one film point to
 //! one lens point. They leave the lens on nearly the same way, and nearly always bring the same
 //! light. So one of them stands for all: its radiance is seen at every wavelength that gets
-//! through. What the others would bring instead is put right now and then: a ray is followed with
-//! a probability that grows with its distance from the first, and the difference of the two counts
-//! as often more. The mean is that of following all (a multilevel estimate: Heinrich, "Multilevel
-//! Monte Carlo Methods", 2001), and most samples take one ray through the scene.
+//! through. What the others would bring instead is put right now and then: a ray is looked at with
+//! a probability that grows with its distance from the first, it is followed if it meets another
+//! surface, or else now and then, and the difference of the two counts as often more. The mean is
+//! that of following all (a multilevel estimate: Heinrich, "Multilevel Monte Carlo Methods",
+//! 2001), and most samples take one ray through the scene.
 
 use glam::DMat3;
 
 use crate::film::FilmFormat;
 use crate::lens::{Aims, Bundle, ExitPupil, FilmPlace, LANES, Lens, PupilTarget};
 use crate::sampling::Samples;
+use crate::scene::{BUNDLE, of_lane};
 use crate::spectrum::{HERO, Line, SETS, Spectrum};
 
 use super::lanes::{Outside, Sheaf};
@@ -31,10 +33,13 @@ pub(super) struct Waves {
 
 /// Which ray of a set stands for all, if it gets through: those in the middle first.
 const FIRST: [usize; HERO] = [2, 1, 3, 0];
-/// A ray as far as this from the first, in radians, is followed as often as its color matters.
-const FAR: f64 = 4e-3;
-/// The same for rays that are not apart at all, so that every ray may be followed.
-const LEAST: f64 = 0.02;
+/// A ray as far as this from the first, in radians, is looked at as often as its color matters.
+/// Measured to give the least time to an error, as the next two are.
+const FAR: f64 = 6.4e-4;
+/// What is added to the distance in parts of that, so that every ray may be looked at.
+const LEAST: f64 = 0.125;
+/// How often a ray is followed that meets the same surface as the first.
+const ALIKE: f64 = 0.2;
 
 impl Waves {
     pub fn of(lens: &Lens, target: &PupilTarget, place: &FilmPlace, format: FilmFormat) -> Self {
@@ -64,13 +69,50 @@ impl Waves {
     }
 }
 
-/// A ray into the scene, and what becomes of its color.
-#[derive(Clone, Copy)]
-struct Followed {
-    sample: usize,
-    origin: [f32; 3],
-    direction: [f32; 3],
-    color: DMat3,
+/// Rays of wavelengths that may bring other light than the first ray of their sample.
+#[derive(Clone, Debug, Default)]
+pub struct Doubts {
+    /// The rays, by samples as the first ones.
+    pub rays: Shots,
+    /// The number of each one's first among the shots.
+    pub firsts: Vec<u32>,
+    /// What is left of the dice that each was picked by.
+    dice: Vec<f64>,
+    sheaves: Vec<Traced>,
+}
+
+/// The rays of a sheaf behind the lens, by the wavelengths of a set, and which get through.
+#[derive(Clone, Debug)]
+struct Traced {
+    set: usize,
+    rays: [(Outside, u32); HERO],
+}
+
+impl Doubts {
+    pub(super) fn clear(&mut self) {
+        self.rays.clear();
+        self.firsts.clear();
+        self.dice.clear();
+        self.sheaves.clear();
+    }
+
+    /// Puts the rays that are to be followed into `more`; their firsts no longer count for them.
+    /// `unlike` tells of the number of a doubt whether it meets anything else than its first.
+    pub fn settle(&self, unlike: impl Fn(usize) -> bool, shots: &mut Shots, more: &mut Shots) {
+        more.clear();
+        for (number, (first, dice)) in self.firsts.iter().zip(&self.dice).enumerate() {
+            let often = if unlike(number) { 1.0 } else { ALIKE };
+            if *dice >= often {
+                continue;
+            }
+            let color = self.rays.colors[number] * often.recip();
+            shots.colors[*first as usize] -= color;
+            let (of, lane) = (&self.rays.bundles[number / BUNDLE], number % BUNDLE);
+            let [origin, direction] =
+                [&of.origin, &of.direction].map(|all| of_lane(all, lane).to_array());
+            more.push_colored(self.rays.samples[number], origin, direction, color);
+        }
+    }
 }
 
 impl LensCamera {
@@ -82,13 +124,13 @@ impl LensCamera {
         samples: &Samples,
         bundle: &mut Bundle,
         shots: &mut Shots,
+        doubts: &mut Doubts,
     ) {
         let mut of_set: [Vec<usize>; SETS] = Default::default();
         for (i, wavelength) in samples.wavelength.iter().enumerate() {
             of_set[split(*wavelength).0].push(i);
         }
-        let mut first: Vec<Option<Followed>> = vec![None; samples.len()];
-        let mut more = Vec::new();
+        let mut places = vec![(0, 0); samples.len()];
         let mut aims = Aims::default();
         for (set, members) in of_set.iter().enumerate() {
             for members in members.chunks(LANES) {
@@ -101,25 +143,24 @@ impl LensCamera {
                     (out, through)
                 });
                 for (lane, sample) in members.iter().enumerate() {
-                    let (_, dice) = split(samples.wavelength[*sample]);
-                    let choice = Choice {
-                        lines: &waves.sets[set],
-                        sizes: &waves.sizes[set],
-                        rays: &rays,
-                        lane,
-                        sample: *sample,
-                    };
-                    first[*sample] = choice.made(dice, &mut more);
+                    places[*sample] = (doubts.sheaves.len(), lane);
                 }
+                doubts.sheaves.push(Traced { set, rays });
             }
         }
-        more.sort_by_key(|ray: &Followed| ray.sample);
-        for ray in first.iter().flatten().chain(&more) {
-            shots.put(shots.len(), ray.origin, ray.direction);
-            shots.samples.push(ray.sample as u32);
-            shots.weights.push(1.0);
-            shots.colors.push(ray.color);
+        let sheaves = std::mem::take(&mut doubts.sheaves);
+        for (sample, (sheaf, lane)) in places.into_iter().enumerate() {
+            let Traced { set, rays } = &sheaves[sheaf];
+            let choice = Choice {
+                lines: &waves.sets[*set],
+                sizes: &waves.sizes[*set],
+                rays,
+                lane,
+                sample: sample as u32,
+            };
+            choice.make(split(samples.wavelength[sample]).1, shots, doubts);
         }
+        doubts.sheaves = sheaves;
     }
 }
 
@@ -136,46 +177,54 @@ struct Choice<'a> {
     sizes: &'a [f64; HERO],
     rays: &'a [(Outside, u32); HERO],
     lane: usize,
-    sample: usize,
+    sample: u32,
 }
 
 impl Choice<'_> {
-    /// The ray that stands for all, if any gets through; the others that are followed go to `more`.
-    fn made(&self, dice: f64, more: &mut Vec<Followed>) -> Option<Followed> {
+    /// The ray that stands for all goes to the shots, if any gets through, and what is looked at
+    /// besides to the doubts.
+    fn make(&self, dice: f64, shots: &mut Shots, doubts: &mut Doubts) {
         let through = |i: usize| self.rays[i].1 >> self.lane & 1 == 1;
-        let chosen = FIRST.into_iter().find(|i| through(*i))?;
-        let mut first = self.ray(chosen);
+        let Some(chosen) = FIRST.into_iter().find(|i| through(*i)) else {
+            return;
+        };
+        let first = shots.len() as u32;
+        let mut sum = self.color(chosen);
         // Rays are picked where multiples of 1, moved by the dice, fall into a row of their
         // probabilities: each as often as it should be, and as few together as can be.
-        let (mut row, mut picked) = (0.0, (0.0 - dice).ceil());
+        let (mut row, mut next) = (0.0, dice);
         for i in (0..HERO).filter(|i| *i != chosen && through(*i)) {
-            let ray = self.ray(i);
-            first.color += ray.color;
+            let color = self.color(i);
+            sum += color;
             let often = self.probability(i, chosen);
             row += often;
-            let now = (row - dice).ceil();
-            if now > picked {
-                let color = ray.color * often.recip();
-                first.color -= color;
-                more.push(Followed { color, ..ray });
+            if row > next {
+                // As far into its own part of the row as chance would have it.
+                doubts.dice.push(1.0 - (row - next) / often);
+                doubts.firsts.push(first);
+                let (origin, direction) = self.ray(i);
+                let color = color * often.recip();
+                let rays = &mut doubts.rays;
+                rays.push_colored(self.sample, origin, direction, color);
+                next += 1.0;
             }
-            picked = now;
         }
-        Some(first)
+        let (origin, direction) = self.ray(chosen);
+        shots.push_colored(self.sample, origin, direction, sum);
     }
 
-    fn ray(&self, i: usize) -> Followed {
+    fn ray(&self, i: usize) -> ([f32; 3], [f32; 3]) {
         let (out, lane) = (&self.rays[i].0, self.lane);
         let of = |v: &[[f32; LANES]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
-        Followed {
-            sample: self.sample,
-            origin: of(&out.origin),
-            direction: of(&out.direction),
-            color: self.lines[i].color * out.weight[lane],
-        }
+        (of(&out.origin), of(&out.direction))
     }
 
-    /// How likely a ray is followed: as the root of the mean square of what it would put right.
+    /// What a radiance along a ray adds to the film.
+    fn color(&self, i: usize) -> DMat3 {
+        self.lines[i].color * self.rays[i].0.weight[self.lane]
+    }
+
+    /// How likely a ray is looked at: as the root of the mean square of what it would put right.
     /// That is as likely as an edge lies between two rays, and so grows as their distance.
     fn probability(&self, i: usize, first: usize) -> f64 {
         let [a, b] = [i, first].map(|i| &self.rays[i].0);
@@ -213,20 +262,31 @@ mod tests {
             };
             const STEPS: u32 = 20_000;
             let mut sums = [DMat3::ZERO; HERO];
-            let mut most = 0;
+            let (mut most, mut left) = (0, [0i32; 4]);
             for step in 0..STEPS {
-                let mut more = Vec::new();
+                let (mut shots, mut doubts) = (Shots::default(), Doubts::default());
                 let dice = (f64::from(step) + 0.5) / f64::from(STEPS);
-                let first = choice.made(dice, &mut more).expect("one gets through");
-                for ray in more.iter().chain([&first]) {
-                    let number = (ray.direction[1] / apart).round() as usize;
-                    sums[number] += ray.color * f64::from(STEPS).recip();
+                choice.make(dice, &mut shots, &mut doubts);
+                most = most.max(doubts.rays.len());
+                for dice in &doubts.dice {
+                    assert!((0.0..=1.0).contains(dice));
+                    left[(4.0 * dice) as usize & 3] += 1;
                 }
-                most = most.max(more.len());
+                let mut more = Shots::default();
+                doubts.settle(|_| true, &mut shots, &mut more);
+                for shots in [&shots, &more] {
+                    for (number, color) in shots.colors.iter().enumerate() {
+                        let ray = shots.bundles()[0].ray(number);
+                        let line = (ray.direction.y / apart).round() as usize;
+                        sums[line] += *color * f64::from(STEPS).recip();
+                    }
+                }
             }
+            // What is left of the dice is even again.
+            assert!(left.iter().all(|n| (n - left[0]).abs() < 20), "{left:?}");
             assert!(most < through.count_ones() as usize);
             for (i, sum) in sums.iter().enumerate() {
-                let own = choice.ray(i).color * f64::from(through >> i & 1);
+                let own = choice.color(i) * f64::from(through >> i & 1);
                 let off = (*sum - own).to_cols_array();
                 let off = off.iter().fold(0.0f64, |most, x| most.max(x.abs()));
                 assert!(off < 1e-2, "{apart} {through:b}: ray {i} is off by {off}");

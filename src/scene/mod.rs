@@ -529,6 +529,24 @@ impl RenderScene {
         &self.surfaces[self.owners[hit.primitive as usize] as usize]
     }
 
+    /// Whether what two neighboring rays meet may be lit quite differently: other surfaces, or
+    /// faces that are turned from each other by more than 10 degrees.
+    pub fn is_unlike(&self, [a, b]: [(&Ray, Option<Hit>); 2]) -> bool {
+        let (ray, other) = (a.0, b.0);
+        let (Some(a), Some(b)) = (a.1, b.1) else {
+            return a.1.is_some() != b.1.is_some();
+        };
+        if a.primitive == b.primitive && (a.primitive as usize) < self.triangles.len() {
+            return false;
+        }
+        let [owner, others] = [a, b].map(|hit| self.owners[hit.primitive as usize]);
+        let aligned = || {
+            let normal = self.geometric_normal(ray, &a);
+            normal.dot(self.geometric_normal(other, &b))
+        };
+        owner != others || aligned() < 0.985
+    }
+
     fn geometric_normal(&self, ray: &Ray, hit: &Hit) -> Vec3 {
         let index = hit.primitive as usize;
         if let Some([a, b, c]) = self.triangles.get(index) {

@@ -257,6 +257,18 @@ impl<'a> Shader<'a> {
         self.give(&hit, &point, light, path, color, &mut work.pending);
     }
 
+    /// What a bundle of rays meets, without any light.
+    pub fn looked_at(&self, rays: &RayLanes, work: &mut Work, met: &mut Vec<Option<Hit>>) {
+        work.counts.scene += u64::from(rays.mask.count_ones());
+        self.scene.hits(rays, &mut work.hits);
+        met.extend(bits(rays.mask).map(|lane| work.hits.hit(lane)));
+    }
+
+    /// What the last bundle met.
+    pub fn met(&self, rays: &RayLanes, work: &Work, met: &mut Vec<Option<Hit>>) {
+        met.extend(bits(rays.mask).map(|lane| work.hits.hit(lane)));
+    }
+
     /// The light that a point gives off, before texture and fog.
     fn lit_by_itself(&self, point: &Point<'_>, counts: &mut RayCounts) -> Vec3 {
         if self.shading == Shading::Recursive {
