@@ -54,16 +54,17 @@ fn color_at(scene: &RenderScene, x: f32, y: f32) -> Vec3 {
 #[test]
 fn markers_are_five_seven_and_nine_pixels_wide() {
     let scene = compile(
-        "Coordinate3 { point [ -20 0 0, 0 0 0, 20 0 0, 40 0 0 ] }
+        "Coordinate3 { point [ -20 0 0, 0.2 0.9 0, 20.7 0.5 0, 40 0 0 ] }
          MarkerSet { markerIndex [ 21, 51, 81, -1 ] }",
     );
-    for (x, half) in [(-20.0, 2.5), (0.0, 3.5), (20.0, 4.5)] {
+    // Around the middle of the pixel that each point is in; between two it is the right one.
+    for (x, half) in [(-19.5, 2.5), (0.5, 3.5), (20.5, 4.5)] {
         for way in [-1.0, 1.0] {
             assert!(hit(&scene, x + way * (half - 0.1), 0.2).is_some(), "at {x}");
             assert!(hit(&scene, x + way * (half + 0.1), 0.2).is_none(), "at {x}");
         }
     }
-    assert!(hit(&scene, 40.0, 0.0).is_none(), "NONE is no marker");
+    assert!(hit(&scene, 40.5, 0.5).is_none(), "NONE is no marker");
 }
 
 #[test]

@@ -91,7 +91,10 @@ const MARKERS: [&[&[(f32, f32)]]; 20] = {
             &[(-0.5, -0.5), (-1.0, -1.0)],
             &[(0.5, -0.5), (1.0, -1.0)],
         ],
-        &[&[(-1.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)], BAR],
+        &[
+            &[(-1.0, 0.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)],
+            &[(0.0, 0.0), (0.0, -1.0)],
+        ],
         &[DOWN],
         &[
             &[
@@ -101,7 +104,7 @@ const MARKERS: [&[&[(f32, f32)]]; 20] = {
                 (-1.0, 0.0),
                 (-0.5, -1.0),
             ],
-            BAR,
+            &[(0.0, 0.0), (0.0, 1.0)],
         ],
     ]
 };
@@ -109,8 +112,8 @@ const MARKERS: [&[&[(f32, f32)]]; 20] = {
 /// The pixels of a sign, row by row from the bottom up.
 fn bitmap(kind: usize, filled: bool, side: usize) -> Vec<bool> {
     let half = 0.5 * (side - 1) as f32;
-    // Halves go away from the middle, so that signs are even.
-    let whole = |p: Vec2| (1.0001 * p).round();
+    // Halves go toward the middle, so that signs are even.
+    let whole = |p: Vec2| (0.9999 * p).round();
     let place = |&(x, y): &(f32, f32)| whole(Vec2::new(x, y) * half);
     let mut pixels = vec![false; side * side];
     let mut set = |p: Vec2| {
@@ -205,7 +208,7 @@ mod tests {
         let plus = ["..#..", "..#..", "#####", "..#..", "..#.."];
         let circle = [".###.", "#...#", "#...#", "#...#", ".###."];
         let disc = [".###.", "#####", "#####", "#####", ".###."];
-        let triangle = ["..#..", ".###.", ".###.", "#####", "#####"];
+        let triangle = ["..#..", "..#..", ".###.", ".###.", "#####"];
         assert_eq!(drawn(0, false, 5), cross);
         assert_eq!(drawn(1, false, 5), plus);
         assert_eq!(drawn(10, false, 5), circle);
