@@ -61,13 +61,13 @@ impl Catalogue {
         Ok(())
     }
 
-    /// A glass by name, whatever its case and dashes: `nbk7_SCHOTT` is N-BK7.
+    /// A glass by name, whatever its case and dashes: `nbk7_SCHOTT` is N-BK7. What stands behind an
+    /// underscore need not be a maker that is known here: `SILICA_SPECIAL` is SILICA.
     pub fn find(&self, name: &str) -> Option<&Medium> {
-        let key = key(name);
-        self.glasses
-            .iter()
-            .find(|(k, _)| *k == key)
-            .map(|(_, glass)| glass)
+        let find = |key: String| self.glasses.iter().find(|(k, _)| *k == key);
+        let bare = || Some(name.rsplit_once('_')?.0).filter(|bare| !bare.is_empty());
+        let found = find(key(name)).or_else(|| find(key(bare()?)));
+        found.map(|(_, glass)| glass)
     }
 
     /// The same, or the message that there is none, with the nearest name.

@@ -309,7 +309,7 @@ fn check_stops(
         return Err(fail(place(second, Column::Radius), message)
             .with_help("give a mere diaphragm the index of its medium instead of 0"));
     }
-    if surfaces.len() == 1 && first.is_some() {
+    if surfaces.len() == 1 && first.is_some() && surfaces[0].is_plane() {
         let span = place(0, Column::Radius);
         return Err(fail(span, "the lens is a stop and nothing else".into())
             .with_help("add the rows of its surfaces"));

@@ -16,6 +16,8 @@ pub struct Beam {
     /// Half of the field, in degrees, with the vignetting of its edge taken off the beam.
     pub half_field: f64,
     pub edge_share: f64,
+    /// Height of the edge of the field in the image, where the file gives it instead of an angle.
+    pub image_height: Option<f64>,
 }
 
 /// Fills in the semi-diameters that are not finite. Says whether there were any.
@@ -38,7 +40,11 @@ pub fn fill(lens: &mut Prescription, beam: Beam) -> bool {
             _ => return false,
         },
     };
-    let slope = libm::tan(beam.half_field.clamp(0.0, 70.0).to_radians());
+    let widest = libm::tan(70_f64.to_radians());
+    let slope = match (beam.image_height, optics.focal) {
+        (Some(height), Some(focal)) => (height / focal.efl).abs().min(widest),
+        _ => libm::tan(beam.half_field.clamp(0.0, 70.0).to_radians()),
+    };
     let tilted = heights(lens, &indices, (0.0, slope));
     // The chief ray goes through the center of the stop.
     let shift = if ones[stop] == 0.0 {

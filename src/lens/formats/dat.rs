@@ -5,7 +5,8 @@
 //! is a plane. A stop takes the medium in front of it, so one in a fluid stays in it (pbrt
 //! assumes air). `#` starts a comment; header words are skipped; commas count as blanks.
 //!
-//! Where a comment above the table names a fifth column `V_d`, glasses have an Abbe number there.
+//! Where the heading of the table names a fifth column `V_d` (`Vd`, `V-no`, `abbe`), as the last or
+//! before the aperture, glasses have an Abbe number there.
 //! A comment `units: cm` (mm, cm, in or m) scales them all.
 //!
 //! Kolb's and CS348b's older files put the distance from the vertex before in the second column;
@@ -46,13 +47,13 @@ pub fn read(
     let text = String::from_utf8_lossy(&source.bytes);
     let mut notes = Vec::new();
     let mut rows: Vec<Row> = Vec::new();
-    let mut with_abbe = false;
+    let mut abbe = None;
     let mut start = 0;
     for line in text.split_inclusive(['\n', '\r']) {
         let (data, comment) = line.split_once('#').unwrap_or((line, ""));
         let comment = comment.trim();
         if is_heading(comment) {
-            with_abbe |= comment.split_whitespace().any(|w| w == "V_d");
+            abbe = abbe_column(comment).or(abbe);
         } else if !comment.is_empty() {
             notes.push(comment.to_owned());
         }
@@ -64,6 +65,7 @@ pub fn read(
             .count();
         let is_header = numbers == 0 && rows.is_empty();
         if words.is_empty() || is_header {
+            abbe = abbe_column(data).or(abbe);
             continue;
         }
         if words.len() == 1 && numbers == 1 && rows.is_empty() {
@@ -71,7 +73,7 @@ pub fn read(
             continue;
         }
         let before = rows.iter().rev().find_map(|r| r.index).unwrap_or(1.0);
-        rows.push(row(source, &words, before, with_abbe)?);
+        rows.push(row(source, words, before, abbe)?);
     }
     let positions = position_first.unwrap_or_else(|| says_positions(&text, &rows));
     if positions {
@@ -109,6 +111,17 @@ fn unit(text: &str, source: &Arc<Source>) -> Result<f64> {
                 .with_help("mm, cm, in or m"))
         }
     }
+}
+
+/// Which column of a heading is the Abbe number: of five, from 0.
+fn abbe_column(heading: &str) -> Option<usize> {
+    const NAMES: [&str; 6] = ["v_d", "vd", "v-no", "v", "abbe", "abbe-no"];
+    let blank = |c: char| c.is_whitespace() || c == ',' || c == '#';
+    let words = heading.split(blank).filter(|w| !w.is_empty());
+    let at = words
+        .map(str::to_ascii_lowercase)
+        .position(|w| NAMES.contains(&w.as_str()));
+    at.filter(|at| *at == 3 || *at == 4)
 }
 
 /// A comment that names the columns.
@@ -156,10 +169,15 @@ fn words(line: &str, start: usize) -> Vec<Word<'_>> {
 }
 
 /// One line's numbers; `before` is the index in front of it.
-fn row(source: &Arc<Source>, words: &[Word<'_>], before: f64, with_abbe: bool) -> Result<Row> {
+fn row(
+    source: &Arc<Source>,
+    mut words: Vec<Word<'_>>,
+    before: f64,
+    abbe: Option<usize>,
+) -> Result<Row> {
     let fail = |span, message: String| Diagnostic::error(message).at(source, span);
     let mut values = Vec::with_capacity(4);
-    for word in words {
+    for word in &words {
         match word.text.parse::<f64>() {
             Ok(value) if value.is_finite() => values.push(value),
             Ok(value) if value.is_infinite() && values.is_empty() => values.push(0.0),
@@ -169,14 +187,14 @@ fn row(source: &Arc<Source>, words: &[Word<'_>], before: f64, with_abbe: bool) -
             }
         }
     }
-    let spans = |order: [usize; 4]| order.map(|i| words[i].span);
-    let abbe = match values[..] {
-        [_, _, _, _, abbe] if with_abbe && abbe > 0.0 => {
-            values.pop();
-            Some(abbe)
+    let abbe = match abbe {
+        Some(at) if values.len() == 5 => {
+            words.remove(at);
+            Some(values.remove(at)).filter(|v| *v > 0.0)
         }
         _ => None,
     };
+    let spans = |order: [usize; 4]| order.map(|i| words[i].span);
     match values[..] {
         [radius, thickness, index, diameter] => Ok(Row {
             radius,
@@ -357,6 +375,17 @@ mod tests {
         let lens = parse(text).0.unwrap();
         assert!((lens.surfaces[0].medium.abbe().unwrap() - 64.17).abs() < 1e-9);
         assert!(!lens.surfaces[1].medium.is_dispersive());
+    }
+
+    #[test]
+    fn the_abbe_number_may_stand_before_the_aperture() {
+        let lens = parse(
+            "# radius thickness ior v-no aperture\n50 3 1.5168 64.17 20\n0 1 0 0 8\n-50 0 1 0 20\n",
+        );
+        let lens = lens.0.unwrap();
+        assert!((lens.surfaces[0].medium.abbe().unwrap() - 64.17).abs() < 1e-9);
+        let halves: Vec<f64> = lens.surfaces.iter().map(|s| s.semi_diameter).collect();
+        assert_eq!(halves, [10.0, 4.0, 10.0]);
     }
 
     #[test]

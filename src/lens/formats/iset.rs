@@ -2,13 +2,17 @@
 //!
 //! A stop has the index 0 and the radius 0; the aperture is a semi-diameter here, and a diameter
 //! in ISET's `.dat` files, which are pbrt's four columns under a line with the focal length.
+//!
+//! Its `omni` camera writes lengths as pairs for x and y, indices as two lists, wavelengths and
+//! values, and a transformation of each surface: pairs of equals, indices over the lines of the
+//! Abbe number and transformations that do nothing are read, others are refused.
 
 use std::sync::Arc;
 
 use serde_json::Value;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::lens::glass::Medium;
+use crate::lens::glass::{C_LINE, D_LINE, F_LINE, Medium};
 use crate::lens::prescription::{Column, Prescription, check};
 use crate::lens::surface::{Shape, Surface};
 
@@ -29,19 +33,57 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     let mut medium = Medium::air();
     let mut surfaces = Vec::with_capacity(rows.len());
     for (i, row) in rows.iter().enumerate() {
+        let refuse = |key: &str, what: &str| {
+            let span = places.value(i, &[&format!("\"{key}\"")]);
+            Diagnostic::error(format!("surface {i} {what}")).at(source, span)
+        };
+        let maybe = |key: &str| -> Result<Option<f64>> {
+            match row.get(key).map(flat).as_deref() {
+                Some([x, rest @ ..]) if rest.iter().all(|y| y == x) => Ok(Some(*x)),
+                Some([_, ..]) => Err(refuse(key, "is not of revolution: its `x` and `y` differ")),
+                _ => Ok(None),
+            }
+        };
         let value = |key: &str| -> Result<f64> {
-            row.get(key).and_then(Value::as_f64).ok_or_else(|| {
+            maybe(key)?.ok_or_else(|| {
                 Diagnostic::error(format!("surface {i} has no number `{key}`"))
                     .at(source, places.object(i))
                     .with_help("a surface has radius, thickness, ior and semi_aperture")
             })
         };
-        let (radius, index) = (value("radius")?, value("ior")?);
-        let is_stop = radius == 0.0 && index == 0.0;
+        let radius = value("radius")?;
+        let glass = match row.get("ior").and_then(over_wavelengths) {
+            Some(glass) => glass,
+            None => Medium::constant(value("ior")?),
+        };
+        let is_stop = radius == 0.0 && glass.n_d == 0.0;
         if !is_stop {
-            medium = Medium::constant(index);
+            medium = glass;
         }
-        let k = row.get("conic").and_then(Value::as_f64).unwrap_or(0.0);
+        let turned = row.get("transform").map(flat).unwrap_or_default();
+        let identity = |(at, x): (usize, &f64)| *x == if at % 5 == 0 { 1.0 } else { 0.0 };
+        if !turned.iter().enumerate().all(identity) {
+            return Err(refuse(
+                "transform",
+                "is shifted or tilted, which ivcam does not trace",
+            ));
+        }
+        for key in ["aspheric_coefficients", "asphericCoefficients"] {
+            if row
+                .get(key)
+                .map(flat)
+                .is_some_and(|a| a.iter().any(|a| *a != 0.0))
+            {
+                return Err(refuse(
+                    key,
+                    "is a polynomial asphere, which is read from other formats only",
+                ));
+            }
+        }
+        let k = match maybe("conic_constant")? {
+            Some(k) => k,
+            None => maybe("conic")?.unwrap_or(0.0),
+        };
         let surface = Surface::sphere(
             radius,
             value("thickness")?,
@@ -62,6 +104,10 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     let name = root.get("name").and_then(Value::as_str).map(str::trim);
     let name = name.filter(|n| !n.is_empty());
     let name = name.map_or_else(|| super::name_of(source), str::to_owned);
+    let microlenses = root.get("microlens").and_then(Value::as_object);
+    if microlenses.is_some_and(|m| !m.is_empty()) {
+        sink.warn(Span::at(0), "the array of microlenses is left out");
+    }
     let mut lens = Prescription::new(name, surfaces);
     super::dat::adopt_a_stop(&mut lens);
     check(&mut lens, source, sink, |surface, column| match column {
@@ -71,6 +117,37 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
         Column::SemiDiameter => places.value(surface, &["\"semi_aperture\""]),
     })?;
     Ok(lens)
+}
+
+/// The numbers of a value, of lists in it too.
+fn flat(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(list) => list.iter().flat_map(flat).collect(),
+        other => other.as_f64().into_iter().collect(),
+    }
+}
+
+/// `[[400, 700], [1.52, 1.50]]`: wavelengths in nanometers and the indices there.
+fn over_wavelengths(value: &Value) -> Option<Medium> {
+    let [wavelengths, indices] = &value.as_array()?[..] else {
+        return None;
+    };
+    let (wavelengths, indices) = (flat(wavelengths), flat(indices));
+    if wavelengths.len() != indices.len() {
+        return None;
+    }
+    let table: Vec<(f64, f64)> = wavelengths.into_iter().zip(indices).collect();
+    let (first, same) = (
+        table.first()?.1,
+        table.iter().all(|(_, n)| *n == table[0].1),
+    );
+    let at = |nm| super::seq::interpolated(&table, nm);
+    match (at(F_LINE), at(D_LINE), at(C_LINE)) {
+        _ if same => Some(Medium::constant(first)),
+        (Some(f), Some(d), Some(c)) => Some(Medium::from_lines(f, d, c)),
+        (_, Some(d), _) => Some(Medium::constant(d)),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -109,5 +186,35 @@ mod tests {
                 .message
                 .contains("`ior`")
         );
+    }
+
+    /// The omni camera's pairs, lists over wavelengths and transformations.
+    #[test]
+    fn pairs_of_equals_are_a_surface_of_revolution() {
+        let text = |radius: &str, shift: &str| {
+            format!(
+                r#"{{"surfaces": [
+                {{"ior": [[400, 500, 600, 700], [1.5, 1.5, 1.5, 1.5]], "radius": {radius},
+                  "semi_aperture": [9, 9], "thickness": 3, "conic_constant": [-1, -1],
+                  "transform": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[{shift},0,0,1]]}},
+                {{"ior": [[400, 700], [1, 1]], "radius": [-50, -50], "semi_aperture": 9,
+                  "thickness": 0, "conic_constant": []}}], "microlens": {{}}}}"#
+            )
+        };
+        let read = |text: String| {
+            let source = Arc::new(Source::new("a.json", text.into_bytes()));
+            read(&source, &mut Sink::new())
+        };
+        let lens = read(text("[50, 50]", "0")).unwrap();
+        assert_eq!(lens.surfaces[0].curvature.radius(), 50.0);
+        assert_eq!(lens.surfaces[0].medium, Medium::constant(1.5));
+        assert_eq!(lens.surfaces[0].shape, Shape::Conic { k: -1.0 });
+        let error = read(text("[50, 40]", "0")).unwrap_err();
+        assert!(
+            error.message.contains("surface 0 is not of revolution"),
+            "{error}"
+        );
+        let error = read(text("50", "2")).unwrap_err();
+        assert!(error.message.contains("surface 0 is shifted"), "{error}");
     }
 }

@@ -47,13 +47,15 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
 pub fn read_with(source: &Arc<Source>, how: &Reading, sink: &mut Sink) -> Result<Prescription> {
     let source = &text::decoded(source);
     let before = sink.set_source(Some(source.clone()));
-    let result = format(source).and_then(|format| match format {
-        Format::Json => json::read(source, &how.glasses, sink),
-        Format::IsetJson => iset::read(source, sink),
-        Format::Zemax => zmx::read(source, &how.glasses, sink),
-        Format::CodeV => seq::read(source, &how.glasses, sink),
-        Format::Columns => dat::read(source, how.position_first, sink),
-    });
+    let result = known(source)
+        .and_then(|()| format(source))
+        .and_then(|format| match format {
+            Format::Json => json::read(source, &how.glasses, sink),
+            Format::IsetJson => iset::read(source, sink),
+            Format::Zemax => zmx::read(source, &how.glasses, sink),
+            Format::CodeV => seq::read(source, &how.glasses, sink),
+            Format::Columns => dat::read(source, how.position_first, sink),
+        });
     sink.set_source(before);
     result
 }
@@ -87,6 +89,10 @@ fn format(source: &Arc<Source>) -> Result<Format> {
         let error = Diagnostic::error(message).at(source, Span::at(0));
         return Err(error.with_help("give it as --glass-catalogue FILE.agf"));
     }
+    let begins = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
+    if begins("SURF 0") && begins("SURF 1") {
+        return Ok(Format::Zemax);
+    }
     for (start, line) in text::lines(text) {
         let words = text::words(line.split(['#', '!']).next().unwrap_or(""), start);
         let Some(first) = words.first() else { continue };
@@ -98,11 +104,45 @@ fn format(source: &Arc<Source>) -> Result<Format> {
             .to_ascii_uppercase();
         return Ok(match name.as_str() {
             "VERS" | "MODE" | "SURF" | "UNIT" => Format::Zemax,
-            "RDM" | "LEN" | "TIT" | "TITLE" | "SO" | "DIM" | "EPD" | "FNO" => Format::CodeV,
+            "RDM" | "LEN" | "TIT" | "TITLE" | "S" | "SO" | "S0" | "DIM" | "EPD" | "FNO" | "NA"
+            | "NAO" | "WL" | "REF" | "WTW" | "INI" | "YAN" | "XAN" | "YIM" | "PRV" | "IN"
+            | "RES" => Format::CodeV,
             _ => Format::Columns,
         });
     }
     Ok(Format::Columns)
+}
+
+/// Refuses what is no prescription, and prescriptions of programs that are not read, by name.
+fn known(source: &Arc<Source>) -> Result<()> {
+    let text = text::text(source);
+    let refuse = |what: &str, span: Span, help: &str| {
+        let error = Diagnostic::error(what).at(source, span);
+        Err(error.with_help(help))
+    };
+    let help = "export it as Zemax `.zmx` or CODE V `.seq`, or write its rows as radius, thickness, \
+                index, aperture diameter";
+    if let Some(at) = text.find('\0') {
+        return refuse(
+            "this is not text: it is no prescription",
+            Span::at(at),
+            "of a Zemax archive (.zar, .zos) open and save the lens as `.zmx`",
+        );
+    }
+    let mut lens = None;
+    for (start, line) in text::lines(text) {
+        let words = text::words(line, start);
+        let Some(first) = words.first() else { continue };
+        // OSLO: one command a line, `RD`, `TH`, `AP`, `GLA`, surfaces end with `NXT`.
+        if first.is("LEN") {
+            lens = lens.or(Some(first.span));
+        }
+        if first.is("NXT") && words.len() == 1 {
+            let span = lens.unwrap_or(first.span);
+            return refuse("this is a lens file of OSLO, which is not read", span, help);
+        }
+    }
+    Ok(())
 }
 
 /// Whether a text is an `.agf` file, whose first line may say anything: it names glasses and has
@@ -149,6 +189,23 @@ mod tests {
             let agf = Source::new("a.agf", text.as_bytes().to_vec());
             let error = format(&Arc::new(agf)).unwrap_err();
             assert!(error.message.contains("glass catalogue"));
+        }
+    }
+
+    #[test]
+    fn what_is_no_prescription_or_not_read_is_refused_by_name() {
+        for (text, says, at) in [
+            (
+                "// OSLO 6\nLEN NEW \"a\" 50 7\nAIR\nNXT\nRD 21\n",
+                "OSLO",
+                (2, 1),
+            ),
+            ("ab\ncd\0\u{1}", "not text", (2, 3)),
+        ] {
+            let source = Arc::new(Source::new("a", text.as_bytes().to_vec()));
+            let error = read(&source, &mut Sink::new()).unwrap_err();
+            assert!(error.message.contains(says), "{error}");
+            assert_eq!(error.location().1, Some(at), "{error}");
         }
     }
 

@@ -1,9 +1,9 @@
 //! Zemax's sequential files: `SURF n` and indented lines of a keyword and its values.
 //!
 //! Read: STANDARD, EVENASPH, ODDASPHE, XASPHERE, XOSPHERE, TOROIDAL and BICONICX where it is a
-//! cylinder or of revolution; glasses by name or as `___BLANK` models; configurations that change
-//! thicknesses or the stop, as zoom positions. What tilts, reflects or diffracts is refused by
-//! name. DIAM is a semi-diameter. Dummy planes that do nothing are dropped.
+//! cylinder or of revolution; glasses by name, as `___BLANK` models or as that of another surface;
+//! configurations that change thicknesses or the stop, as zoom positions. What tilts, reflects or
+//! diffracts is refused by name. DIAM is a semi-diameter. Dummy planes that do nothing are dropped.
 
 use std::sync::Arc;
 
@@ -20,6 +20,18 @@ use super::text::{Word, lines, text, words};
 
 /// A line of the file: its keyword and values.
 type Line<'a> = Vec<Word<'a>>;
+
+/// Keywords of a surface, which belong to it in files that have lost their indentation too.
+const OF_SURFACE: [&str; 17] = [
+    "TYPE", "COMM", "CURV", "CONI", "PARM", "XDAT", "DISZ", "GLAS", "DIAM", "MEMA", "STOP", "FLAP",
+    "CLAP", "OBSC", "COAT", "HIDE", "POPS",
+];
+
+/// Configurations that change a lens in a way that is not read.
+const OTHER_OPERANDS: [&str; 14] = [
+    "CRVT", "CONN", "GLSS", "MIND", "MABB", "STPS", "APER", "SDIA", "PAR1", "PAR2", "PAR3", "PAR4",
+    "PRAM", "EDVA",
+];
 
 /// The lines of one `SURF`.
 struct Block<'a> {
@@ -47,6 +59,13 @@ impl<'a> Block<'a> {
     }
 }
 
+/// A surface of the lens: its number in the file, and the gaps that lie behind it with the numbers
+/// of the surfaces that they are of, its own and those of dummies that are dropped.
+struct Kept {
+    number: usize,
+    gaps: Vec<(usize, f64)>,
+}
+
 struct Reader<'a> {
     source: &'a Arc<Source>,
     glasses: &'a Catalogue,
@@ -57,8 +76,8 @@ pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Resul
     let reader = Reader { source, glasses };
     let (header, blocks) = split(source)?;
     reader.refuse_modes(&header)?;
-    let (mut lens, numbers) = reader.lens(&header, &blocks, sink)?;
-    lens.zoom = reader.zoom(&header, &numbers, sink)?;
+    let (mut lens, kept) = reader.lens(&header, &blocks, sink)?;
+    lens.zoom = reader.zoom(&header, &blocks, &kept, lens.stop(), sink)?;
     let unit = reader.unit(&header)?;
     let beam = reader.beam(&header)?;
     if fill(&mut lens, beam) {
@@ -68,9 +87,9 @@ pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Resul
         );
     }
     check(&mut lens, source, sink, |surface, column| {
-        let block = numbers
+        let block = kept
             .get(surface)
-            .and_then(|n| blocks.iter().find(|b| b.number == *n));
+            .and_then(|k| blocks.iter().find(|b| b.number == k.number));
         place(block, column)
     })?;
     Ok(if unit == 1.0 { lens } else { lens.scaled(unit) })
@@ -97,7 +116,9 @@ fn split(source: &Arc<Source>) -> Result<(Vec<Line<'_>>, Vec<Block<'_>>)> {
                 heading,
                 lines: Vec::new(),
             });
-        } else if indented && let Some(block) = blocks.last_mut() {
+        } else if (indented || OF_SURFACE.iter().any(|k| first.is(k)))
+            && let Some(block) = blocks.last_mut()
+        {
             block.lines.push(words);
         } else {
             header.push(words);
@@ -165,10 +186,13 @@ impl Reader<'_> {
             Some(line) => line.get(1).map(|w| w.number(self.source)).transpose(),
             None => Ok(None),
         };
-        // FTYP 0 is a field in degrees; others are image or object heights, which say less.
-        let degrees = header
-            .iter()
-            .any(|l| l[0].is("FTYP") && l.get(1).is_some_and(|w| w.is("0")));
+        // FTYP 0 is a field in degrees, 2 and 3 are heights in the image; 1 is one of the object.
+        let kind = |number: &str| {
+            let lines = header.iter().filter(|l| l[0].is("FTYP"));
+            lines
+                .into_iter()
+                .any(|l| l.get(1).is_some_and(|w| w.is(number)))
+        };
         let fields = header.iter().filter(|l| l[0].is("YFLN") || l[0].is("XFLN"));
         let largest = fields
             .flat_map(|l| l[1..].iter())
@@ -177,18 +201,19 @@ impl Reader<'_> {
         Ok(Beam {
             entrance_diameter: value("ENPD")?.filter(|d| *d > 0.0),
             f_number: value("FNUM")?.filter(|n| *n > 0.0),
-            half_field: if degrees { largest } else { 0.0 },
+            half_field: if kind("0") { largest } else { 0.0 },
+            image_height: (kind("2") || kind("3")).then_some(largest),
             edge_share: 1.0,
         })
     }
 
-    /// The lens, and the file's number of each of its surfaces.
+    /// The lens, and what each of its surfaces is in the file.
     fn lens(
         &self,
         header: &[Line<'_>],
         blocks: &[Block<'_>],
         sink: &mut Sink,
-    ) -> Result<(Prescription, Vec<usize>)> {
+    ) -> Result<(Prescription, Vec<Kept>)> {
         // The first is the object and the last the image.
         let [object, inner @ .., _image] = blocks else {
             return Err(self
@@ -198,22 +223,27 @@ impl Reader<'_> {
                 )
                 .with_help("a Zemax file lists them as `SURF 0`, `SURF 1`, …"));
         };
-        let object_medium = self.medium(object, &Medium::air())?;
+        let object_medium = self.medium(object, blocks)?;
         let mut surfaces: Vec<Surface> = Vec::new();
-        let mut numbers = Vec::new();
+        let mut kept: Vec<Kept> = Vec::new();
         let mut medium = object_medium.clone();
         for block in inner {
-            let surface = self.surface(block, sink)?;
+            let surface = self.surface(block, blocks, sink)?;
+            let gap = (block.number, surface.thickness);
             let idle = surface.is_plane() && !surface.is_stop && surface.medium == medium;
             if idle && block.line("FLAP").is_none() && block.line("CLAP").is_none() {
                 // A dummy in front does nothing; elsewhere it only lengthens the gap.
-                if let Some(last) = surfaces.last_mut() {
+                if let (Some(last), Some(kept)) = (surfaces.last_mut(), kept.last_mut()) {
                     last.thickness += surface.thickness;
+                    kept.gaps.push(gap);
                 }
                 continue;
             }
             medium = surface.medium.clone();
-            numbers.push(block.number);
+            kept.push(Kept {
+                number: block.number,
+                gaps: vec![gap],
+            });
             surfaces.push(surface);
         }
         let words = |keyword: &str| {
@@ -235,10 +265,10 @@ impl Reader<'_> {
                 .join(" ");
             lens.notes.push(said);
         }
-        Ok((lens, numbers))
+        Ok((lens, kept))
     }
 
-    fn surface(&self, block: &Block<'_>, sink: &mut Sink) -> Result<Surface> {
+    fn surface(&self, block: &Block<'_>, blocks: &[Block<'_>], sink: &mut Sink) -> Result<Surface> {
         let number = |keyword: &str| match block.first(keyword) {
             Some(word) => word.number(self.source),
             None => Ok(0.0),
@@ -257,7 +287,7 @@ impl Reader<'_> {
             Some(word) => word.number(self.source)?,
             None => 0.0,
         };
-        let medium = self.medium(block, &Medium::air())?;
+        let medium = self.medium(block, blocks)?;
         let is_stop = block.line("STOP").is_some();
         for keyword in [
             "OBSC", "OBDC", "SQAP", "SQOB", "ELAP", "ELOB", "SPID", "UDAD",
@@ -266,6 +296,14 @@ impl Reader<'_> {
                 let message = format!("the aperture `{keyword}` is read as the round one of DIAM");
                 sink.warn(line[0].span, message);
             }
+        }
+        if let Some(inner) = block.first("CLAP")
+            && inner.number(self.source)? > 0.0
+        {
+            sink.warn(
+                inner.span,
+                "a hole closed in its middle is read as open there",
+            );
         }
         Ok(Surface {
             shape,
@@ -299,13 +337,14 @@ impl Reader<'_> {
         Ok(radius)
     }
 
-    /// `GLAS N-BK7 …`, or a model glass: `GLAS ___BLANK 1 0 1.5168 64.17 …`.
-    fn medium(&self, block: &Block<'_>, before: &Medium) -> Result<Medium> {
+    /// `GLAS N-BK7 …`, a model glass, `GLAS ___BLANK 1 0 1.5168 64.17 …`, or that of another
+    /// surface: `GLAS ___BLANK 2 3 …` is the glass of surface 3.
+    fn medium(&self, block: &Block<'_>, blocks: &[Block<'_>]) -> Result<Medium> {
         let Some(line) = block.line("GLAS") else {
-            return Ok(before.clone());
+            return Ok(Medium::air());
         };
         let Some(name) = line.first() else {
-            return Ok(before.clone());
+            return Ok(Medium::air());
         };
         if name.is("MIRROR") {
             let message = format!("surface {} is a mirror", block.number);
@@ -316,6 +355,17 @@ impl Reader<'_> {
         if !name.text.starts_with("___") {
             // The numbers behind a name are placeholders: the name counts.
             return self.glasses.get(name.text, self.source, name.span);
+        }
+        if let [_, how, other, ..] = line
+            && how.is("2")
+        {
+            let number = other.text.parse::<usize>().ok();
+            let earlier = |b: &&Block<'_>| b.number < block.number && Some(b.number) == number;
+            let Some(other) = blocks.iter().find(earlier) else {
+                let message = format!("there is no surface `{}` in front of this one", other.text);
+                return Err(self.fail(other.span, message));
+            };
+            return self.medium(other, blocks);
         }
         let [_, _, _, index, rest @ ..] = line else {
             let message = format!("the model glass of surface {} has no index", block.number);
@@ -417,8 +467,14 @@ impl Reader<'_> {
         terms: &mut [f64; MAX_POWER + 1],
         step: usize,
     ) -> Result<()> {
+        let count = block.numbered("XDAT").find(|(i, _)| i.text == "1");
+        let count = match count {
+            Some((_, word)) => word.number(self.source)? as usize,
+            None => usize::MAX,
+        };
         self.terms(block, "XDAT", terms, |i| {
-            i.checked_sub(3).map(|j| (j + 1) * step).or(Some(0))
+            let term = i.checked_sub(3).filter(|j| *j < count);
+            term.map(|j| (j + 1) * step).or(Some(0))
         })?;
         let radius = block.numbered("XDAT").find(|(i, _)| i.text == "2");
         let radius = match radius {
@@ -450,6 +506,13 @@ impl Reader<'_> {
             Some(i.checked_sub(1).map_or(0, |j| 2 * j))
         })?;
         terms[0] = 0.0;
+        for (index, value) in block.numbered("XDAT") {
+            let is_term = index.text.parse::<usize>().is_ok_and(|i| i > 2);
+            if is_term && value.number(self.source)? != 0.0 {
+                let message = format!("surface {} is a toroid with Zernike terms", block.number);
+                return Err(self.fail(value.span, message));
+            }
+        }
         let across = match block.numbered("PARM").find(|(i, _)| i.text == "1") {
             Some((_, word)) => Curvature::from_radius(word.number(self.source)?),
             None => Curvature::PLANE,
@@ -477,16 +540,20 @@ impl Reader<'_> {
         };
         let across = Curvature::from_radius(parameter("1")?);
         let k_across = parameter("2")?;
-        let same = (across.per_mm() - curvature.per_mm()).abs() <= 1e-14 * curvature.per_mm().abs()
+        // A radius and a curvature of the same sphere agree to the digits that are written.
+        let same = (across.per_mm() - curvature.per_mm()).abs() <= 1e-12 * curvature.per_mm().abs()
             && k_across == k;
+        let toroid = || Shape::Toroid {
+            across,
+            k,
+            terms: Box::new([0.0; MAX_POWER + 1]),
+        };
         match (same, across.is_plane(), k == 0.0) {
             (true, _, true) => Ok(Shape::Sphere),
             (true, _, false) => Ok(Shape::Conic { k }),
             (false, true, true) => Ok(Shape::CylinderX),
-            (false, true, false) => {
-                let terms = Box::new([0.0; MAX_POWER + 1]);
-                Ok(Shape::Toroid { across, k, terms })
-            }
+            (false, true, false) => Ok(toroid()),
+            (false, false, true) if curvature.is_plane() && k_across == 0.0 => Ok(toroid()),
             _ => Err(self.unsupported(block, kind)),
         }
     }
@@ -495,7 +562,9 @@ impl Reader<'_> {
     fn zoom(
         &self,
         header: &[Line<'_>],
-        numbers: &[usize],
+        blocks: &[Block<'_>],
+        kept: &[Kept],
+        stop: Option<usize>,
         sink: &mut Sink,
     ) -> Result<Vec<ZoomPosition>> {
         let Some(at) = header.iter().position(|l| l[0].is("MNUM")) else {
@@ -508,51 +577,68 @@ impl Reader<'_> {
         if !(2..=1000).contains(&count) {
             return Ok(Vec::new());
         }
-        let mut zoom: Vec<ZoomPosition> = (1..=count)
-            .map(|i| ZoomPosition {
-                name: format!("configuration {i}"),
-                ..Default::default()
-            })
-            .collect();
+        let mut stops = vec![None; count];
+        // (surface of the file, configuration, thickness)
+        let mut thicknesses: Vec<(usize, usize, f64)> = Vec::new();
+        let mut left_out: Vec<&str> = Vec::new();
         for line in &header[at + 1..] {
             let [operand, surface, configuration, value, ..] = line[..] else {
                 continue;
             };
+            let number = surface.text.parse::<usize>().ok();
+            let of_stop = operand.is("SDIA") && stop.map(|s| kept[s].number) == number;
             let is_gap = operand.is("THIC");
-            if !is_gap && !operand.is("SDIA") {
-                if operand.is("CRVT") || operand.is("GLSS") || operand.is("CONN") {
+            if !is_gap && !of_stop {
+                let told = left_out.iter().any(|name| operand.is(name));
+                if !told && OTHER_OPERANDS.iter().any(|name| operand.is(name)) {
                     let message = format!(
                         "configurations that change `{}` are read without it",
                         operand.text
                     );
                     sink.warn(operand.span, message);
+                    left_out.push(operand.text);
                 }
                 continue;
             }
-            let index = configuration
-                .text
-                .parse::<usize>()
-                .ok()
-                .and_then(|c| c.checked_sub(1));
-            let Some(position) = index.and_then(|i| zoom.get_mut(i)) else {
-                continue;
+            let Some(number) = number.filter(|n| blocks.iter().any(|b| b.number == *n)) else {
+                let message = format!("there is no surface `{}` in the file", surface.text);
+                return Err(self.fail(surface.span, message));
             };
-            let Some(surface) = surface
-                .text
-                .parse()
-                .ok()
-                .and_then(|n: usize| numbers.iter().position(|number| *number == n))
-            else {
-                continue;
+            let configuration = match configuration.text.parse::<usize>() {
+                Ok(c) if (1..=count).contains(&c) => c - 1,
+                _ => {
+                    let message = format!("there is no configuration `{}`", configuration.text);
+                    return Err(self
+                        .fail(configuration.span, message)
+                        .with_help(format!("`MNUM` says that there are {count}")));
+                }
             };
             let value = value.number(self.source)?;
-            if is_gap {
-                position.gaps.push((surface, value));
-            } else {
-                position.stop_semi_diameter = Some(value);
+            match is_gap {
+                true => thicknesses.push((number, configuration, value)),
+                false => stops[configuration] = Some(value),
             }
         }
-        Ok(zoom)
+        let set = |number: usize, configuration: usize| {
+            let mut found = thicknesses.iter().rev();
+            found
+                .find(|(n, c, _)| (*n, *c) == (number, configuration))
+                .map(|(.., t)| *t)
+        };
+        let position = |configuration: usize| {
+            let gaps = kept.iter().enumerate().filter_map(|(i, surface)| {
+                let varies = |gap: &(usize, f64)| thicknesses.iter().any(|(n, ..)| *n == gap.0);
+                let gap = |&(n, base): &(usize, f64)| set(n, configuration).unwrap_or(base);
+                let any = surface.gaps.iter().any(varies);
+                any.then(|| (i, surface.gaps.iter().map(gap).sum()))
+            });
+            ZoomPosition {
+                name: format!("configuration {}", configuration + 1),
+                gaps: gaps.collect(),
+                stop_semi_diameter: stops[configuration],
+            }
+        };
+        Ok((0..count).map(position).collect())
     }
 }
 
@@ -648,6 +734,87 @@ mod tests {
                 .unwrap_err()
                 .message
                 .contains("no surfaces")
+        );
+    }
+
+    /// A dummy plane divides a gap: configurations may change either part of it.
+    #[test]
+    fn a_gap_of_a_configuration_counts_the_dummies_in_it() {
+        let glass = "TYPE STANDARD\n  GLAS N-BK7 0 0 1.5 40";
+        let lens = parse(&file(
+            &format!(
+                "SURF 1\n  {glass}\n  CURV 0.5\n  DISZ 1\n  DIAM 1\n\
+                 SURF 2\n  TYPE STANDARD\n  CURV 0\n  DISZ 2\n  DIAM 1\n\
+                 SURF 3\n  TYPE STANDARD\n  CURV 0\n  DISZ 4\n  DIAM 1\n\
+                 SURF 4\n  STOP\n  TYPE STANDARD\n  CURV 0\n  DISZ 3\n  DIAM 1\n"
+            ),
+            "MNUM 2 1\nMOFF 0 1 \"\" 0\nTHIC 2 1 2 0 0\nTHIC 2 2 5 0 0\nSDIA 4 2 0.5 0 0\n",
+        ))
+        .unwrap();
+        assert_eq!(lens.surfaces.len(), 3);
+        assert_eq!(lens.surfaces[1].thickness, 60.0);
+        let gaps: Vec<_> = lens.zoom.iter().map(|z| z.gaps.clone()).collect();
+        assert_eq!(gaps, [[(1, 60.0)], [(1, 90.0)]]);
+        assert_eq!(lens.zoom[1].stop_semi_diameter, Some(5.0));
+        for (line, says) in [
+            ("THIC 17 1 2 0", "no surface `17`"),
+            ("THIC 4 3 2 0", "no configuration `3`"),
+        ] {
+            let surfaces = format!("SURF 4\n  {glass}\n  CURV 0.5\n  DIAM 1\n");
+            let error = parse(&file(&surfaces, &format!("MNUM 2 1\n{line}\n"))).unwrap_err();
+            assert!(error.message.contains(says), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_glass_may_be_that_of_another_surface() {
+        let text = |other: u32| {
+            file(
+                &format!(
+                    "SURF 1\n  STOP\n  CURV 0.5\n  GLAS ___BLANK 1 0 1.7 30\n  DIAM 1\n\
+                     SURF 2\n  CURV 0.1\n  DIAM 1\n\
+                     SURF 3\n  CURV 0.1\n  GLAS ___BLANK 2 {other} 1.5 40\n  DIAM 1\n"
+                ),
+                "",
+            )
+        };
+        assert_eq!(parse(&text(1)).unwrap().surfaces[2].medium.n_d, 1.7);
+        assert!(
+            parse(&text(3))
+                .unwrap_err()
+                .message
+                .contains("no surface `3`")
+        );
+    }
+
+    #[test]
+    fn a_file_without_indentation_is_the_same_lens() {
+        let text = file(
+            "SURF 1\n  STOP\n  TYPE EVENASPH\n  CURV 0.5\n  PARM 2 0.1\n  GLAS N-BK7\n  DIAM 1\n",
+            "MNUM 1 1\n",
+        );
+        let bare = |text: &str| {
+            let mut lens = parse(text).unwrap();
+            lens.surfaces
+                .iter_mut()
+                .for_each(|s| s.span = Span::default());
+            lens
+        };
+        assert_eq!(bare(&text.replace("\n  ", "\n")), bare(&text));
+    }
+
+    #[test]
+    fn a_biconic_that_bends_in_x_only_is_a_cylinder() {
+        let surface = "SURF 1\n  STOP\n  TYPE BICONICX\n  CURV 0\n  PARM 1 5\n  DIAM 1\n";
+        let lens = parse(&file(surface, "")).unwrap();
+        assert_eq!(lens.surfaces[0].shape, Shape::CylinderY);
+        assert_eq!(lens.surfaces[0].curvature.radius(), 50.0);
+        let both = surface.replace("CURV 0", "CURV 0.1");
+        assert!(
+            parse(&file(&both, ""))
+                .unwrap_err()
+                .message
+                .contains("BICONICX")
         );
     }
 }
