@@ -226,11 +226,20 @@ pub fn check(
     for (i, surface) in prescription.surfaces.iter().enumerate() {
         check_numbers(i, surface, &fail, &place)?;
     }
-    check_stops(prescription, &fail, sink, &place)?;
+    check_stops(prescription, &fail, &place)?;
+    check_backwards(prescription, &fail, &place)?;
+    // Nothing is wrong: what may be.
+    if prescription.stop().is_none() {
+        sink.warn(place(0, Column::Radius), "the lens has no stop")
+            .help(
+                "the surface that limits a beam along the axis takes its place; \
+             a stop is a row with radius 0 and index 0",
+            );
+    }
     for (i, surface) in prescription.surfaces.iter_mut().enumerate() {
         clamp_to_radius(i, surface, sink, &place);
     }
-    check_gaps(prescription, &fail, sink, &place)?;
+    warn_of_gaps(prescription, sink, &place);
     Ok(())
 }
 
@@ -298,7 +307,6 @@ fn check_numbers(
 fn check_stops(
     prescription: &Prescription,
     fail: &impl Fn(Span, String) -> Box<Diagnostic>,
-    sink: &mut Sink,
     place: &impl Fn(usize, Column) -> Span,
 ) -> Result<()> {
     let surfaces = &prescription.surfaces;
@@ -313,13 +321,6 @@ fn check_stops(
         let span = place(0, Column::Radius);
         return Err(fail(span, "the lens is a stop and nothing else".into())
             .with_help("add the rows of its surfaces"));
-    }
-    if first.is_none() {
-        sink.warn(place(0, Column::Radius), "the lens has no stop")
-            .help(
-                "the surface that limits a beam along the axis takes its place; \
-             a stop is a row with radius 0 and index 0",
-            );
     }
     Ok(())
 }
@@ -350,28 +351,43 @@ fn clamp_to_radius(
     }
 }
 
-fn check_gaps(
-    prescription: &Prescription,
-    fail: &impl Fn(Span, String) -> Box<Diagnostic>,
-    sink: &mut Sink,
-    place: &impl Fn(usize, Column) -> Span,
-) -> Result<()> {
-    let surfaces = &prescription.surfaces;
+/// The gaps between surfaces that bend: the two and how far apart they are, past a stop between
+/// them, which may stand anywhere.
+fn gaps(surfaces: &[Surface]) -> Vec<(usize, usize, f64)> {
     let bends: Vec<usize> = (0..surfaces.len())
         .filter(|i| !surfaces[*i].is_stop)
         .collect();
-    for pair in bends.windows(2) {
-        let &[i, j] = pair else { continue };
-        let (front, rear) = (&surfaces[i], &surfaces[j]);
-        // Past a stop between them, which may stand anywhere.
-        let gap: f64 = surfaces[i..j].iter().map(|s| s.thickness).sum();
-        let span = place(i, Column::Thickness);
-        if gap < 0.0 && front.medium.n_d > 1.2 {
+    let gap = |i: usize, j: usize| surfaces[i..j].iter().map(|s| s.thickness).sum();
+    let pairs = bends.iter().zip(bends.iter().skip(1));
+    pairs.map(|(&i, &j)| (i, j, gap(i, j))).collect()
+}
+
+fn check_backwards(
+    prescription: &Prescription,
+    fail: &impl Fn(Span, String) -> Box<Diagnostic>,
+    place: &impl Fn(usize, Column) -> Span,
+) -> Result<()> {
+    let surfaces = &prescription.surfaces;
+    for (i, _, gap) in gaps(surfaces) {
+        if gap < 0.0 && surfaces[i].medium.n_d > 1.2 {
             let message =
                 format!("the thickness behind surface {i} runs backwards through glass: {gap}");
-            return Err(fail(span, message)
+            return Err(fail(place(i, Column::Thickness), message)
                 .with_help("a thickness is the distance to the next vertex, toward the film"));
         }
+    }
+    Ok(())
+}
+
+fn warn_of_gaps(
+    prescription: &Prescription,
+    sink: &mut Sink,
+    place: &impl Fn(usize, Column) -> Span,
+) {
+    let surfaces = &prescription.surfaces;
+    for (i, j, gap) in gaps(surfaces) {
+        let (front, rear) = (&surfaces[i], &surfaces[j]);
+        let span = place(i, Column::Thickness);
         if gap < 0.0 {
             sink.warn(
                 span,
@@ -391,7 +407,6 @@ fn check_gaps(
             .help("where light goes: check the thickness and the two radii");
         }
     }
-    Ok(())
 }
 
 /// Where two neighbors cross nearer to the axis than `reach`, by more than rounding.

@@ -29,6 +29,27 @@ const KINDS: [&str; 8] = [
     "sphere", "plane", "stop", "conic", "asphere", "cyl_x", "cyl_y", "toroid",
 ];
 
+/// Fields of a surface that are numbers.
+const NUMBERS: [&str; 17] = [
+    "R",
+    "radius",
+    "c",
+    "curvature",
+    "t",
+    "thickness",
+    "n_d",
+    "n",
+    "V_d",
+    "n_F",
+    "n_C",
+    "formula",
+    "semi_diameter",
+    "a",
+    "k",
+    "R_x",
+    "c_x",
+];
+
 /// Fields of a surface, beside lists that begin with `A4`.
 const FIELDS: [&str; 26] = [
     "i",
@@ -78,7 +99,14 @@ pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Resul
 pub(super) fn parse(source: &Arc<Source>) -> Result<Value> {
     serde_json::from_slice(&source.bytes).map_err(|error| {
         let offset = offset_of(&source.bytes, error.line(), error.column());
-        let message = format!("this is not valid JSON: {}", reason(&error));
+        let rest = source.bytes.get(offset..).unwrap_or_default();
+        let no_number = ["NaN", "Infinity", "-Infinity", "nan", "inf", "-inf"]
+            .into_iter()
+            .find(|word| rest.starts_with(word.as_bytes()));
+        let message = match no_number {
+            Some(word) => format!("`{word}` is not a number"),
+            None => format!("this is not valid JSON: {}", reason(&error)),
+        };
         Diagnostic::error(message).at(source, Span::at(offset))
     })
 }
@@ -159,8 +187,15 @@ impl Reader<'_> {
         lens.notes = notes(root);
         lens.image_height = number(root, &["h_max"]).filter(|h| *h > 0.0);
         lens.iris = self.iris(root)?;
-        lens.zoom = zoom(root);
+        lens.zoom = self.zoom(root, lens.surfaces.len())?;
         lens.focus_group = focus_group(root, lens.surfaces.len());
+        if root.get("focus_group").is_some_and(|g| !g.is_null()) && lens.focus_group.is_none() {
+            let message = "`focus_group` is not the first and the last of some surfaces";
+            let key = "\"focus_group\"".as_bytes();
+            let mut windows = self.source.bytes.windows(key.len());
+            let at = windows.position(|w| w == key).unwrap_or(0);
+            return Err(Diagnostic::error(message).at(self.source, Span::new(at, at + key.len())));
+        }
         Ok(if unit == 1.0 { lens } else { lens.scaled(unit) })
     }
 
@@ -177,6 +212,7 @@ impl Reader<'_> {
             let message = format!("surface {i} is of the unknown kind `{kind}`");
             return Err(self.fail(Some(i), message).with_help(help));
         }
+        self.check_numbers(i, row_map)?;
         let is_stop = kind == Some("stop") || row.get("stop") == Some(&Value::Bool(true));
         let curvature = match (
             number(row, &["R", "radius"]),
@@ -205,6 +241,61 @@ impl Reader<'_> {
             coating: self.coating(row, Some(i))?.unwrap_or(coating),
             span: self.places.object(i),
         })
+    }
+
+    /// A number in quotes would be taken for none.
+    fn check_numbers(&self, i: usize, row: &Map<String, Value>) -> Result<()> {
+        for (name, value) in row {
+            let is_list = ["sellmeier", "coefficients", "cauchy"].contains(&name.as_str());
+            let right = match value {
+                Value::Null => true,
+                Value::Array(list) if is_list || name.starts_with("A4") => {
+                    list.iter().all(Value::is_number)
+                }
+                value if NUMBERS.contains(&name.as_str()) => value.is_number(),
+                _ => true,
+            };
+            if !right {
+                let span = self.places.value(i, &[&format!("\"{name}\"")]);
+                let message = format!("surface {i}: `{name}` is {value}, which is not a number");
+                return Err(Diagnostic::error(message).at(self.source, span));
+            }
+        }
+        Ok(())
+    }
+
+    /// `"zoom": [{"name": "14 mm", "gaps": {"4": 1.5}, "stop": 5.6}, …]`
+    fn zoom(&self, root: &Value, count: usize) -> Result<Vec<ZoomPosition>> {
+        let list = root.get("zoom").and_then(Value::as_array);
+        let mut positions = Vec::new();
+        for position in list.into_iter().flatten() {
+            let said = |key: &str| position.get(key).and_then(Value::as_str).unwrap_or("");
+            let name = said("name").to_owned();
+            let mut gaps = Vec::new();
+            let listed = position.get("gaps").and_then(Value::as_object);
+            for (surface, gap) in listed.into_iter().flatten() {
+                let number = surface.parse().ok().filter(|i: &usize| *i < count);
+                let (Some(number), Some(gap)) = (number, gap.as_f64()) else {
+                    let message = match number {
+                        None => format!("there is no surface `{surface}`"),
+                        Some(_) => {
+                            format!("the gap behind surface {surface} is {gap}, not a number")
+                        }
+                    };
+                    let message = format!("zoom position `{name}`: {message}");
+                    let error = Diagnostic::error(message).at(self.source, Span::at(0));
+                    return Err(super::at_zoom_list(error, self.source));
+                };
+                gaps.push((number, gap));
+            }
+            gaps.sort_by_key(|(surface, _)| *surface);
+            positions.push(ZoomPosition {
+                name,
+                gaps,
+                stop_semi_diameter: number(position, &["stop"]),
+            });
+        }
+        Ok(positions)
     }
 
     /// A field that nothing reads is more likely misspelt than meant for others.
@@ -397,31 +488,6 @@ fn numbers(value: Option<&Value>) -> Vec<f64> {
         .collect()
 }
 
-/// `"zoom": [{"name": "14 mm", "gaps": {"4": 1.5}, "stop": 5.6}, …]`
-fn zoom(root: &Value) -> Vec<ZoomPosition> {
-    let list = root.get("zoom").and_then(Value::as_array);
-    list.into_iter()
-        .flatten()
-        .map(|position| {
-            let gaps = position.get("gaps").and_then(Value::as_object);
-            let gaps = gaps.into_iter().flatten();
-            let mut gaps: Vec<(usize, f64)> = gaps
-                .filter_map(|(i, gap)| Some((i.parse().ok()?, gap.as_f64()?)))
-                .collect();
-            gaps.sort_by_key(|(surface, _)| *surface);
-            ZoomPosition {
-                name: position
-                    .get("name")
-                    .and_then(Value::as_str)
-                    .unwrap_or("")
-                    .to_owned(),
-                gaps,
-                stop_semi_diameter: number(position, &["stop"]),
-            }
-        })
-        .collect()
-}
-
 /// `"focus_group": [first, last]`
 fn focus_group(root: &Value, count: usize) -> Option<FocusGroup> {
     let [first, last]: [f64; 2] = numbers(root.get("focus_group")).try_into().ok()?;
@@ -563,6 +629,16 @@ mod tests {
             (
                 "{\"surfaces\": [\n{\"kind\": \"spere\", \"R\": 5}]}",
                 (2, 1),
+            ),
+            ("{\"surfaces\": [\n{\"R\": \"5\", \"a\": 2}]}", (2, 7)),
+            ("{\"surfaces\": [\n{\"R\": NaN, \"a\": 2}]}", (2, 7)),
+            (
+                "{\"surfaces\": [\n{\"R\": 5, \"a\": 2}],\n\"zoom\": [{\"gaps\": {\"1\": 2}}]}",
+                (3, 1),
+            ),
+            (
+                "{\"surfaces\": [\n{\"R\": 5, \"a\": 2}],\n\"focus_group\": [0, 1]}",
+                (3, 1),
             ),
         ] {
             let error = parse(text).unwrap_err();
