@@ -262,7 +262,7 @@ type Radial = Vec<(f64, Support)>;
 enum Table {
     Radial(Radial, Spans),
     /// By film position.
-    Cells(Cells),
+    Cells(Box<Cells>),
     /// Around others, which are of neighboring wavelengths.
     Around([Box<ExitPupil>; 3]),
 }
@@ -462,7 +462,7 @@ impl ExitPupil {
             again = look.opens_again(&nodes, film_radius);
             Table::radial(nodes, &sides)
         } else {
-            Table::Cells(Cells::new(lens, &look, film_radius))
+            Table::Cells(Box::new(Cells::new(lens, place, &sides, film_radius)))
         };
         let mut this = Self {
             table,

@@ -27,6 +27,8 @@ pub(crate) struct Sight<'a> {
     lens: &'a Lens,
     reach: f64,
     rotational: bool,
+    /// Nothing changes when it is mirrored in y = 0.
+    even: bool,
     /// Bundles along a side of the grid on which light is sought beside the pupil.
     pub grid: usize,
     half_turn: [Way; DIRECTIONS],
@@ -58,11 +60,13 @@ pub(crate) struct Seen {
     pub hint: Hint,
 }
 
-/// A point inside the light, and how far from it the rim is in every direction.
+/// A point inside the light, and how far from it the rim is in every direction. Around a whole
+/// turn also how steeply the fill rises there, a millimeter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hint {
     center: DVec2,
     distances: [f64; DIRECTIONS],
+    slopes: [f64; DIRECTIONS],
 }
 
 impl Hint {
@@ -71,6 +75,7 @@ impl Hint {
         Self {
             center: a.hint.center.midpoint(b.hint.center),
             distances: std::array::from_fn(|i| 0.5 * (a.hint.distances[i] + b.hint.distances[i])),
+            slopes: std::array::from_fn(|i| 0.5 * (a.hint.slopes[i] + b.hint.slopes[i])),
         }
     }
 }
@@ -95,15 +100,15 @@ struct Rim {
 impl<'a> Sight<'a> {
     pub fn new(lens: &'a Lens) -> Self {
         let rear = RearElement::of(lens, crate::sampling::DiscMap::Concentric).radius;
-        let ways = |step: f64| std::array::from_fn(|i| Way::at(step * i as f64));
         Self {
             lens,
             reach: 1.5 * rear,
             rotational: lens.is_rotational(),
+            even: lens.iris_edges().is_empty(),
             // The more surfaces, the more often a beam can be folded.
             grid: 1 + lens.prescription().surfaces.len() / 28,
-            half_turn: ways(PI / (DIRECTIONS - 1) as f64),
-            full_turn: ways(TAU / DIRECTIONS as f64),
+            half_turn: std::array::from_fn(|i| Way::at(PI * i as f64 / (DIRECTIONS - 1) as f64)),
+            full_turn: std::array::from_fn(|i| Way::at(TAU * i as f64 / DIRECTIONS as f64)),
         }
     }
 
@@ -201,6 +206,13 @@ impl<'a> Sight<'a> {
     /// a neighbor.
     pub fn seen(&self, film: DVec3, sides: &[DVec2; SIDES], hint: Option<&Hint>) -> Option<Seen> {
         if let Some(hint) = hint {
+            let found = match self.is_mirrored(film) {
+                true => None,
+                false => self.seen_near(film, sides, hint),
+            };
+            if found.is_some() {
+                return found;
+            }
             let center = hint.center;
             let fill = self.fill(film, center);
             let found = (fill < 0.99)
@@ -213,6 +225,92 @@ impl<'a> Sight<'a> {
         self.seen_around(self.inside(film)?, film, sides, None)
     }
 
+    /// Whether a film point sees the mirror image in y = 0 of what it sees.
+    fn is_mirrored(&self, film: DVec3) -> bool {
+        self.rotational && film.y == 0.0
+    }
+
+    /// What is seen around a neighbor's middle, with the neighbor's distances and slopes to begin
+    /// from; none where they are too far from those here.
+    ///
+    /// The fill is so nearly linear that two rays find a rim that is 5% away to 1e-4: the second
+    /// is by the neighbor's slope within 1e-3 of it, and the line through both meets it.
+    fn seen_near(&self, film: DVec3, sides: &[DVec2; SIDES], hint: &Hint) -> Option<Seen> {
+        let mut rims = vec![Rim::default(); DIRECTIONS];
+        let mut slopes = hint.slopes;
+        for first in [0, LANES] {
+            let (rims, slopes) = (&mut rims[first..][..LANES], &mut slopes[first..][..LANES]);
+            let ways = &self.full_turn[first..][..LANES];
+            self.near_rims(film, hint, first, ways, slopes, rims)?;
+        }
+        let distances = rims.iter().map(|rim| rim.distance);
+        let nearest = distances.clone().fold(f64::INFINITY, f64::min);
+        let mean = distances.sum::<f64>() / DIRECTIONS as f64;
+        if nearest < 0.2 * mean {
+            return None;
+        }
+        // The fill in the middle as the slopes have it, to begin the search of corners from.
+        let inside = Inside {
+            center: hint.center,
+            fill: (0..DIRECTIONS).fold(0.0, |most: f64, i| {
+                most.max(1.0 - slopes[i] * rims[i].distance)
+            }),
+        };
+        Some(self.seen_of(film, sides, inside, rims, slopes))
+    }
+
+    /// A bundle of rims of [`Self::seen_near`].
+    fn near_rims(
+        &self,
+        film: DVec3,
+        hint: &Hint,
+        first: usize,
+        ways: &[Way],
+        slopes: &mut [f64],
+        rims: &mut [Rim],
+    ) -> Option<()> {
+        /// Steps longer than this share of the distance are followed by another.
+        const LAST_STEP: f64 = 2e-3;
+        const MOST: usize = 4;
+        let mut at: Lane = std::array::from_fn(|i| hint.distances[first + i]);
+        let mut before: Option<(Lane, Lane)> = None;
+        let mut limits = [0; LANES];
+        for _ in 0..MOST {
+            let (fills, limit) = self.fills(film, |i| hint.center + at[i] * ways[i].way);
+            limits = limit;
+            let tried = at;
+            let mut longest: f64 = 0.0;
+            for i in 0..LANES {
+                if let Some((last, last_fills)) = &before
+                    && (tried[i] - last[i]).abs() > 1e-5 * tried[i]
+                {
+                    slopes[i] = (fills[i] - last_fills[i]) / (tried[i] - last[i]);
+                }
+                let step = (1.0 - fills[i]) / slopes[i];
+                // Lost for another reason, or no rim that way.
+                if !(slopes[i] > 0.0 && step.abs() < 0.5 * tried[i]) {
+                    return None;
+                }
+                at[i] = tried[i] + step;
+                longest = longest.max(step.abs() / tried[i]);
+            }
+            if longest < LAST_STEP {
+                break;
+            }
+            before = Some((tried, fills));
+        }
+        for (i, rim) in rims.iter_mut().enumerate() {
+            let distance = (1.0 + 0.25 * COARSE) * at[i];
+            *rim = Rim {
+                angle: ways[i].angle,
+                distance,
+                point: hint.center + distance * ways[i].way,
+                limit: limits[i],
+            };
+        }
+        Some(())
+    }
+
     /// The same from a point inside the light; none where a hint has led too near its rim.
     fn seen_around(
         &self,
@@ -221,9 +319,7 @@ impl<'a> Sight<'a> {
         sides: &[DVec2; SIDES],
         hint: Option<&Hint>,
     ) -> Option<Seen> {
-        // Mirror symmetry about the meridian through the film point, which is y = 0 here.
-        let mirrored = self.rotational && film.y == 0.0;
-        let ways = match mirrored {
+        let ways = match self.is_mirrored(film) {
             true => &self.half_turn,
             false => &self.full_turn,
         };
@@ -242,12 +338,32 @@ impl<'a> Sight<'a> {
             );
             mean = Some(rims[LANES - 1].distance);
         }
-        let distances: [f64; DIRECTIONS] = std::array::from_fn(|i| rims[i].distance);
-        let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
-        let mean = distances.iter().sum::<f64>() / DIRECTIONS as f64;
+        let distances = rims.iter().map(|rim| rim.distance);
+        let nearest = distances.clone().fold(f64::INFINITY, f64::min);
+        let mean = distances.sum::<f64>() / rims.len() as f64;
         if hint.is_some() && nearest < 0.2 * mean {
             return None;
         }
+        let slopes = std::array::from_fn(|i| (1.0 - inside.fill) / rims[i].distance);
+        Some(self.seen_of(film, sides, inside, rims, slopes))
+    }
+
+    /// What is seen, by points of its outline around one inside.
+    fn seen_of(
+        &self,
+        film: DVec3,
+        sides: &[DVec2; SIDES],
+        inside: Inside,
+        mut rims: Vec<Rim>,
+        slopes: [f64; DIRECTIONS],
+    ) -> Seen {
+        let mirrored = self.is_mirrored(film);
+        let ways = match mirrored {
+            true => &self.half_turn,
+            false => &self.full_turn,
+        };
+        let distances: [f64; DIRECTIONS] = std::array::from_fn(|i| rims[i].distance);
+        let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let corners = self.corners(film, inside, !mirrored, &mut rims);
         let mut support: Support = std::array::from_fn(|j| inside.center.dot(sides[j]));
         let mut add = |point: DVec2| {
@@ -267,8 +383,12 @@ impl<'a> Sight<'a> {
         let moved = center - inside.center;
         let distances =
             std::array::from_fn(|i| (distances[i] - moved.dot(ways[i].way)).max(0.1 * nearest));
-        let hint = Hint { center, distances };
-        Some(Seen { support, hint })
+        let hint = Hint {
+            center,
+            distances,
+            slopes,
+        };
+        Seen { support, hint }
     }
 
     /// Aims at which light comes through, or nearly does, outside of the figure that is `seen`,
@@ -282,7 +402,7 @@ impl<'a> Sight<'a> {
         sides: &[DVec2; SIDES],
         nearly: f64,
     ) -> Vec<(DVec2, f64)> {
-        let mirrored = self.rotational && film.y == 0.0;
+        let mirrored = self.even && film.y == 0.0;
         let side = self.grid * LANES;
         let rows = if mirrored { side / 2 } else { side };
         let step = self.stride();

@@ -3,14 +3,16 @@
 //! lens's axis, where rims cut along circles, and cells are halved outward or around, whichever
 //! errs, until interpolation holds.
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 
-use super::super::sight::{Hint, Seen};
+use super::super::sight::{Hint, Seen, Sight};
 use super::super::{FilmPlace, Lens};
-use super::polygon::Support;
+use super::polygon::{SIDES, Support};
 use super::support::{excess, hull, mix, widened};
 use super::{Figure, Look, MARGIN};
 
@@ -121,9 +123,14 @@ pub(super) struct Cells {
     meridian: bool,
     /// The farthest film point from the axis.
     reach: f64,
-    /// Cells around to begin with; their branches are the first, from the axis outward.
+    /// Cells around to begin with.
     around: u32,
-    tree: Vec<Branch>,
+    lens: Lens,
+    sides: [DVec2; SIDES],
+    /// What grows from each of the cells to begin with, from the axis outward: measured when a film
+    /// point there is first asked for. Each is measured by itself, so that the same comes out
+    /// whichever is asked for first.
+    trees: Vec<OnceLock<Vec<Branch>>>,
 }
 
 /// A place is (share of the reach, share of the wedge).
@@ -159,8 +166,8 @@ impl Cell {
 }
 
 impl Cells {
-    pub fn new(lens: &Lens, look: &Look<'_>, film_radius: f64) -> Self {
-        let place = *look.place;
+    pub fn new(lens: &Lens, place: &FilmPlace, sides: &[DVec2; SIDES], film_radius: f64) -> Self {
+        let place = *place;
         let far = |k: i32| {
             let film = 1.01 * film_radius * DVec2::from_angle(TAU * f64::from(k) / 64.0);
             place.point(film).truncate().length()
@@ -171,16 +178,16 @@ impl Cells {
             true => 4,
             false => (symmetry.wedge() / FRAC_PI_4 - 1e-9).ceil() as u32,
         };
-        let mut this = Self {
+        Self {
             place,
             symmetry,
             meridian,
             reach: (0..64).map(far).fold(film_radius, f64::max),
             around,
-            tree: Vec::new(),
-        };
-        this.grow(look);
-        this
+            lens: lens.clone(),
+            sides: *sides,
+            trees: vec![OnceLock::new(); (OUTWARD[0] * around) as usize],
+        }
     }
 
     fn least_arc(&self) -> f64 {
@@ -190,7 +197,15 @@ impl Cells {
         }
     }
 
-    fn grow(&mut self, look: &Look<'_>) {
+    /// Measures what grows from one of the cells to begin with; it is the first branch.
+    fn grown(&self, root: u32) -> Vec<Branch> {
+        let sight = Sight::new(&self.lens);
+        let look = &Look {
+            sight: &sight,
+            place: &self.place,
+            sides: &self.sides,
+            outward: RefCell::default(),
+        };
         let arcs = self.symmetry.wedge() / (f64::from(self.around) * self.least_arc());
         let finest = [
             2 * OUTWARD[1],
@@ -202,28 +217,26 @@ impl Cells {
             nodes: HashMap::new(),
         };
         let size = [finest[0] / OUTWARD[0], finest[1] / self.around];
-        let roots = OUTWARD[0] * self.around;
-        self.tree = vec![Branch::Dark; roots as usize];
-        for root in 0..roots {
-            let low = [root / self.around * size[0], root % self.around * size[1]];
-            let mut ahead = vec![(root as usize, low, size)];
-            while let Some((branch, low, size)) = ahead.pop() {
-                match growth.cell(self, low, size) {
-                    Found::Dark => {}
-                    Found::Cell(cell) => self.tree[branch] = Branch::Cell(cell),
-                    Found::ToHalve(axis) => {
-                        let next = [self.tree.len(), self.tree.len() + 1];
-                        self.tree.extend([Branch::Dark, Branch::Dark]);
-                        let (mut size, mut middle) = (size, low);
-                        size[axis] /= 2;
-                        middle[axis] += size[axis];
-                        let at = f64::from(middle[axis]) / f64::from(finest[axis]);
-                        self.tree[branch] = Branch::Halved { axis, at, next };
-                        ahead.extend([(next[1], middle, size), (next[0], low, size)]);
-                    }
+        let mut tree = vec![Branch::Dark];
+        let low = [root / self.around * size[0], root % self.around * size[1]];
+        let mut ahead = vec![(0, low, size)];
+        while let Some((branch, low, size)) = ahead.pop() {
+            match growth.cell(self, low, size) {
+                Found::Dark => {}
+                Found::Cell(cell) => tree[branch] = Branch::Cell(cell),
+                Found::ToHalve(axis) => {
+                    let next = [tree.len(), tree.len() + 1];
+                    tree.extend([Branch::Dark, Branch::Dark]);
+                    let (mut size, mut middle) = (size, low);
+                    size[axis] /= 2;
+                    middle[axis] += size[axis];
+                    let at = f64::from(middle[axis]) / f64::from(finest[axis]);
+                    tree[branch] = Branch::Halved { axis, at, next };
+                    ahead.extend([(next[1], middle, size), (next[0], low, size)]);
                 }
             }
         }
+        tree
     }
 
     /// What a film point sees.
@@ -234,9 +247,11 @@ impl Cells {
         let place = [(point.length() / self.reach).min(1.0), into.clamp(0.0, 1.0)];
         let cells = [OUTWARD[0], self.around];
         let [i, j] = [0, 1].map(|k| ((place[k] * f64::from(cells[k])) as u32).min(cells[k] - 1));
-        let mut branch = (i * self.around + j) as usize;
+        let root = i * self.around + j;
+        let tree = self.trees[root as usize].get_or_init(|| self.grown(root));
+        let mut branch = 0;
         let cell = loop {
-            match &self.tree[branch] {
+            match &tree[branch] {
                 Branch::Halved { axis, at, next } => {
                     branch = next[usize::from(place[*axis] >= *at)];
                 }
