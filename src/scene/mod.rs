@@ -146,6 +146,10 @@ struct Front {
     /// Farther hits do not count.
     t_max: f32,
     plane_end: f32,
+    /// One hit has given way to another in its plane.
+    contested: bool,
+    /// After that the plane has moved: what gave way may be in it, and what it gave way to not.
+    unsure: bool,
 }
 
 impl Front {
@@ -156,6 +160,21 @@ impl Front {
             end: f32::INFINITY,
             t_max: ray.t_max,
             plane_end: ray.plane_end,
+            contested: false,
+            unsure: false,
+        }
+    }
+
+    /// To look for the last drawn in a plane that is known.
+    fn settled(&self) -> Self {
+        Self {
+            best: None,
+            nearest: f32::NEG_INFINITY,
+            end: self.end,
+            t_max: self.t_max,
+            plane_end: self.plane_end,
+            contested: false,
+            unsure: false,
         }
     }
 
@@ -163,6 +182,7 @@ impl Front {
     fn offer(&mut self, hit: Hit, rank: impl Fn(&Hit) -> u64) {
         if hit.t < self.nearest {
             self.nearest = hit.t;
+            self.unsure |= self.contested;
             self.end = if hit.t <= self.plane_end {
                 self.plane_end
             } else {
@@ -170,8 +190,9 @@ impl Front {
             };
             self.t_max = self.t_max.min(self.end.next_up());
         }
-        let beaten = |best: &Hit| best.t <= self.end && rank(best) > rank(&hit);
-        if !self.best.as_ref().is_some_and(beaten) {
+        let rival = self.best.as_ref().filter(|best| best.t <= self.end);
+        self.contested |= rival.is_some();
+        if rival.is_none_or(|best| rank(best) <= rank(&hit)) {
             self.best = Some(hit);
         }
     }
@@ -353,17 +374,24 @@ impl RenderScene {
     #[inline(always)]
     fn nearest(&self, ray: &Ray, is_seen: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let prepared = PreparedRay::new(ray);
+        let look = |front: &mut Front| {
+            self.tree()
+                .walk(&prepared, ray.t_min, front.t_max, |block, t_max| {
+                    self.visit(&prepared, block, ray.t_min, t_max, |hit| {
+                        let passed = hit.t <= ray.plane_end && self.rank(&hit) >= ray.passed;
+                        if !passed && is_seen(&hit) {
+                            front.offer(hit, |hit| self.rank(hit));
+                        }
+                        front.t_max
+                    })
+                });
+        };
         let mut front = Front::new(ray);
-        self.tree()
-            .walk(&prepared, ray.t_min, ray.t_max, |block, t_max| {
-                self.visit(&prepared, block, ray.t_min, t_max, |hit| {
-                    let passed = hit.t <= ray.plane_end && self.rank(&hit) >= ray.passed;
-                    if !passed && is_seen(&hit) {
-                        front.offer(hit, |hit| self.rank(hit));
-                    }
-                    front.t_max
-                })
-            });
+        look(&mut front);
+        if front.unsure {
+            front = front.settled();
+            look(&mut front);
+        }
         front.best
     }
 

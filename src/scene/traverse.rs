@@ -12,7 +12,7 @@ use obvhs::{Boundable, BvhBuildParams};
 
 mod parts;
 
-use parts::{Alike, Item};
+use parts::Item;
 
 /// A ray in the scene's space: meters, the compile origin at zero.
 #[derive(Clone, Copy, Debug)]
@@ -161,11 +161,11 @@ pub struct Bvh {
 }
 
 /// More boxes than this are parted before obvhs gets them.
-const PART: usize = 2048;
+const PART: usize = 64;
 
 impl Boundable for Item {
     fn aabb(&self) -> Aabb {
-        let (min, max) = self.around;
+        let (min, max) = self.around();
         Aabb::new(Vec3A::from(min), Vec3A::from(max))
     }
 }
@@ -176,22 +176,13 @@ impl Bvh {
         if boxes.is_empty() {
             return (Self::default(), Vec::new());
         }
-        let alike = match boxes.len() {
-            ..=PART => Alike::none(boxes.len()),
-            _ => Alike::of(boxes),
-        };
-        let item = |&i: &u32| Item {
-            around: boxes[i as usize],
-            primitive: i,
-        };
-        let mut items: Vec<Item> = alike.firsts.iter().map(item).collect();
+        let item = |(i, around): (usize, &(Vec3, Vec3))| Item::new(*around, i as u32);
+        let mut items: Vec<Item> = boxes.iter().enumerate().map(item).collect();
         let above = parts::part(&mut items, PART);
-        let mut params = if boxes.len() < 20_000 {
-            BvhBuildParams::medium_build()
-        } else {
-            BvhBuildParams::fast_build()
+        let params = BvhBuildParams {
+            reinsertion_batch_ratio: 0.0,
+            ..BvhBuildParams::fast_build()
         };
-        params.pre_split = false;
         let mut tree = Grafted {
             nodes: Vec::with_capacity(2 * items.len()),
             order: Vec::with_capacity(boxes.len()),
@@ -203,7 +194,7 @@ impl Bvh {
                 parts::Above::Inner { first, around } => {
                     tree.nodes[at] = tree.node(*around, *first as u32, 0);
                 }
-                parts::Above::Part(range) => tree.graft(at, &items[range.clone()], params, &alike),
+                parts::Above::Part(range) => tree.graft(at, &items[range.clone()], params),
             }
         }
         (Self { nodes: tree.nodes }, tree.order)
@@ -229,7 +220,7 @@ impl Grafted {
 
     /// Has obvhs build over some items and puts the root at a place that is kept for it, the
     /// other nodes behind the last.
-    fn graft(&mut self, root: usize, items: &[Item], params: BvhBuildParams, alike: &Alike) {
+    fn graft(&mut self, root: usize, items: &[Item], params: BvhBuildParams) {
         let mut time = std::time::Duration::ZERO;
         let built = build_bvh2(items, params, &mut time);
         let base = self.nodes.len() as u32;
@@ -238,10 +229,9 @@ impl Grafted {
             let node = if n.prim_count > 0 {
                 let held = n.first_index as usize..(n.first_index + n.prim_count) as usize;
                 let first = self.order.len();
-                for &place in &built.primitive_indices[held] {
-                    let primitive = items[place as usize].primitive;
-                    self.order.extend(alike.from(primitive));
-                }
+                let places = built.primitive_indices[held].iter();
+                self.order
+                    .extend(places.map(|&at| items[at as usize].primitive));
                 self.node(around, first as u32, (self.order.len() - first) as u32)
             } else {
                 // The root is not among the nodes behind.

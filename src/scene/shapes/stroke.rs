@@ -139,7 +139,7 @@ impl Stroke {
             } else {
                 self.half
             };
-            let reach = half * view.pixel(p).max(0.0);
+            let reach = (half + TO_ONE_SIDE as f32) * view.pixel(p).max(0.0);
             let mut size = self.across.abs();
             if self.is_point() || view.by_diamonds {
                 size += self.major.abs();
