@@ -105,6 +105,19 @@ impl Exposed {
         self.squares += other.squares + off * off * (n * m / (n + m));
     }
 
+    /// The same, but so that the other has a given share of the mean, however many its samples are.
+    pub fn join_as(&mut self, other: &Self, share: f64) {
+        let (n, m) = (f64::from(self.count), f64::from(other.count));
+        if n < 2.0 || m < 2.0 || (m - share * (n + m)).abs() < 1e-9 * m {
+            return self.join(other);
+        }
+        let [a, b] = [1.0 - share, share];
+        let variance = self.variance_of_mean() * a * a + other.variance_of_mean() * b * b;
+        self.mean = self.mean * a + other.mean * b;
+        self.count += other.count;
+        self.squares = variance * (n + m) * (n + m - 1.0);
+    }
+
     /// The variance of the mean, as for independent samples: for stratified ones it is an upper
     /// bound. Infinite for fewer than two samples.
     pub fn variance_of_mean(&self) -> DVec3 {
@@ -195,28 +208,26 @@ impl Film {
         }
     }
 
-    /// Adds what another film of the same size has received.
-    pub fn join(&mut self, other: &Self) {
-        let count = |film: &Self| film.pixels.first().map_or(0.0, |p| f64::from(p.count));
-        let (ours, theirs) = (count(self), count(other));
-        let part = theirs / (ours + theirs).max(1.0);
+    /// Adds what another film of the same size has received, for a share of the whole. A pixel's
+    /// number of samples does not say what share: it may be large where the error is.
+    pub fn join(&mut self, other: &Self, share: f64) {
         self.glare = match (&self.glare, &other.glare) {
             (Some(a), Some(b)) => {
-                let mut sum = a.scaled(1.0 - part);
-                sum.add(&b.scaled(part));
+                let mut sum = a.scaled(1.0 - share);
+                sum.add(&b.scaled(share));
                 Some(sum)
             }
             (a, b) => a.clone().or(b.clone()),
         };
         for (pixel, more) in self.pixels.iter_mut().zip(&other.pixels) {
-            pixel.join(more);
+            pixel.join_as(more, share);
         }
         if self.twins.is_empty() {
             self.twins = other.twins.clone();
             return;
         }
         for (twin, more) in self.twins.iter_mut().zip(&other.twins) {
-            twin.exposed.join(&more.exposed);
+            twin.exposed.join_as(&more.exposed, share);
         }
     }
 
@@ -326,6 +337,20 @@ mod tests {
         assert_eq!(first.count, one.count);
         assert!((first.mean - one.mean).length() < 1e-14);
         assert!((first.variance_of_mean() - one.variance_of_mean()).length() < 1e-14);
+    }
+
+    #[test]
+    fn a_moment_s_share_is_not_its_number_of_samples() {
+        let of = |values: &[f64]| {
+            let mut pixel = Exposed::default();
+            values.iter().for_each(|&v| pixel.add(DVec3::splat(v)));
+            pixel
+        };
+        let (mut still, busy) = (of(&[1.0, 3.0]), of(&[4.0, 8.0, 4.0, 8.0]));
+        let expected = (still.variance_of_mean() + busy.variance_of_mean()) / 4.0;
+        still.join_as(&busy, 0.5);
+        assert_eq!((still.count, still.mean.x), (6, 4.0));
+        assert!((still.variance_of_mean() - expected).length() < 1e-14);
     }
 
     #[test]

@@ -99,7 +99,8 @@ pub struct Exposure {
 impl Exposure {
     /// Adds a part made with other samples, or at another moment.
     pub fn join(&mut self, part: &Self) {
-        self.film.join(&part.film);
+        let all = f64::from(self.samples + part.samples).max(1.0);
+        self.film.join(&part.film, f64::from(part.samples) / all);
         self.counts.add(&part.counts);
         self.seconds += part.seconds;
         self.samples += part.samples;
