@@ -194,7 +194,13 @@ impl Bvh {
                 parts::Above::Inner { first, around } => {
                     tree.nodes[at] = tree.node(*around, *first as u32, 0);
                 }
-                parts::Above::Part(range) => tree.graft(at, &items[range.clone()], params),
+                parts::Above::Part(range) => {
+                    let items = &items[range.clone()];
+                    match items.len() {
+                        ..=PART => tree.graft(at, items, params),
+                        _ => tree.nodes[at] = tree.leaf(items),
+                    }
+                }
             }
         }
         (Self { nodes: tree.nodes }, tree.order)
@@ -216,6 +222,13 @@ impl Grafted {
             max: (max + self.pad).map(f32::next_up),
             count,
         }
+    }
+
+    /// Of items in one box.
+    fn leaf(&mut self, items: &[Item]) -> BvhNode {
+        let first = self.order.len() as u32;
+        self.order.extend(items.iter().map(|item| item.primitive));
+        self.node(items[0].around(), first, items.len() as u32)
     }
 
     /// Has obvhs build over some items and puts the root at a place that is kept for it, the

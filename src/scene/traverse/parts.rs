@@ -81,7 +81,7 @@ pub enum Above {
 }
 
 /// Orders items so that parts of at most `most` lie together, and gives the tree above them, the
-/// root first.
+/// root first. A part is larger only if all its boxes are the same.
 pub fn part(items: &mut [Item], most: usize) -> Vec<Above> {
     let mut above = vec![Above::Part(0..items.len())];
     if items.len() <= most {
@@ -96,7 +96,7 @@ pub fn part(items: &mut [Item], most: usize) -> Vec<Above> {
             continue;
         };
         let (start, end) = (range.start, range.end);
-        if end - start <= most {
+        if end - start <= most || is_one_box(&items[start..end], &extent) {
             continue;
         }
         let (left, extents) = cutter.cut(&mut items[start..end], &extent, depth > deep);
@@ -110,6 +110,11 @@ pub fn part(items: &mut [Item], most: usize) -> Vec<Above> {
         ahead.extend([(first, depth + 1, a), (first + 1, depth + 1, b)]);
     }
     above
+}
+
+fn is_one_box(items: &[Item], extent: &Extent) -> bool {
+    let first = items[0].around();
+    extent.first.truncate() == extent.last.truncate() && items.iter().all(|i| i.around() == first)
 }
 
 fn area(low: Vec4, high: Vec4) -> f32 {
@@ -296,7 +301,10 @@ mod tests {
                         ahead.extend([(*first, *around), (*first + 1, *around)]);
                     }
                     Above::Part(range) => {
-                        assert!(!range.is_empty() && range.len() <= 64);
+                        assert!(!range.is_empty());
+                        let first = items[range.start].around();
+                        let is_one = items[range.clone()].iter().all(|i| i.around() == first);
+                        assert!(range.len() <= 64 || is_one);
                         for item in &items[range.clone()] {
                             let around = item.around();
                             assert!(around.0.cmpge(outer.0).all() && around.1.cmple(outer.1).all());
