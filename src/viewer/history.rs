@@ -7,6 +7,9 @@ const TOGETHER: f64 = 0.5;
 /// Steps that are kept.
 const MOST: usize = 200;
 
+/// Controls that are chosen from, not drawn along: each choice is a step of its own.
+const CHOICES: [&str; 2] = ["lens", "camera file"];
+
 /// The setups before and after the present one.
 #[derive(Default)]
 pub struct History {
@@ -22,7 +25,8 @@ impl History {
     pub fn keep(&mut self, before: &Setup, control: &'static str, now: f64, held: bool) {
         let goes_on = self
             .last
-            .is_some_and(|(c, at)| c == control && (held || now - at < TOGETHER));
+            .is_some_and(|(c, at)| c == control && (held || now - at < TOGETHER))
+            && !CHOICES.contains(&control);
         self.last = Some((control, now));
         self.after.clear();
         if goes_on {

@@ -210,7 +210,8 @@ mod tests {
     #[test]
     fn stopped_down_the_focal_surface_on_the_axis_is_the_plane_in_focus() {
         for (name, distance) in [("double-gauss", 3.0), ("telephoto", 8.0), ("tessar", 2.0)] {
-            let surface = FocalSurface::of(&camera(name, 22.0, distance));
+            // At f/22 the telephoto's spherical aberration is still 3% of this distance.
+            let surface = FocalSurface::of(&camera(name, 45.0, distance));
             let off = surface.at(0.5, 0.5) / distance - 1.0;
             assert!(off.abs() < 0.02, "{name}: {off}");
         }
