@@ -111,8 +111,8 @@ impl Shots {
     fn take(&mut self, out: &Outside, lanes: u32, sample: impl Fn(usize) -> usize) {
         let first = self.len();
         for (i, lane) in bits(lanes).enumerate() {
-            let of = |v: &[[f32; LANES]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
-            self.put(first + i, of(&out.origin), of(&out.direction));
+            let (origin, direction) = out.ray(lane);
+            self.put(first + i, origin, direction);
         }
         self.passed += lanes.count_ones() as usize;
         self.samples

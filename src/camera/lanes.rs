@@ -66,6 +66,15 @@ pub(super) struct Outside {
     pub weight: Lane,
 }
 
+impl Outside {
+    /// The origin and the direction of one lane.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> ([f32; 3], [f32; 3]) {
+        let of = |v: &[[f32; LANES]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
+        (of(&self.origin), of(&self.direction))
+    }
+}
+
 impl Default for Outside {
     fn default() -> Self {
         Self {

@@ -202,21 +202,15 @@ impl Choice<'_> {
                 // As far into its own part of the row as chance would have it.
                 doubts.dice.push(1.0 - (row - next) / often);
                 doubts.firsts.push(first);
-                let (origin, direction) = self.ray(i);
+                let (origin, direction) = self.rays[i].0.ray(self.lane);
                 let color = color * often.recip();
                 let rays = &mut doubts.rays;
                 rays.push_colored(self.sample, origin, direction, color);
                 next += 1.0;
             }
         }
-        let (origin, direction) = self.ray(chosen);
+        let (origin, direction) = self.rays[chosen].0.ray(self.lane);
         shots.push_colored(self.sample, origin, direction, sum);
-    }
-
-    fn ray(&self, i: usize) -> ([f32; 3], [f32; 3]) {
-        let (out, lane) = (&self.rays[i].0, self.lane);
-        let of = |v: &[[f32; LANES]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
-        (of(&out.origin), of(&out.direction))
     }
 
     /// What a radiance along a ray adds to the film.

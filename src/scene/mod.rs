@@ -165,17 +165,10 @@ impl Front {
         }
     }
 
-    /// To look for the last drawn in a plane that is known.
-    fn settled(&self) -> Self {
-        Self {
-            best: None,
-            nearest: f32::NEG_INFINITY,
-            end: self.end,
-            t_max: self.t_max,
-            plane_end: self.plane_end,
-            contested: false,
-            unsure: false,
-        }
+    /// Looks again, for the last drawn in the plane that is now known.
+    fn look_again(&mut self) {
+        self.best = None;
+        self.nearest = f32::NEG_INFINITY;
     }
 
     #[inline(always)]
@@ -389,7 +382,7 @@ impl RenderScene {
         let mut front = Front::new(ray);
         look(&mut front);
         if front.unsure {
-            front = front.settled();
+            front.look_again();
             look(&mut front);
         }
         front.best

@@ -29,55 +29,34 @@ const KINDS: [&str; 8] = [
     "sphere", "plane", "stop", "conic", "asphere", "cyl_x", "cyl_y", "toroid",
 ];
 
-/// Fields of a surface that are numbers.
-const NUMBERS: [&str; 17] = [
-    "R",
-    "radius",
-    "c",
-    "curvature",
-    "t",
-    "thickness",
-    "n_d",
-    "n",
-    "V_d",
-    "n_F",
-    "n_C",
-    "formula",
-    "semi_diameter",
-    "a",
-    "k",
-    "R_x",
-    "c_x",
-];
-
-/// Fields of a surface, beside lists that begin with `A4`.
-const FIELDS: [&str; 26] = [
-    "i",
-    "kind",
-    "R",
-    "radius",
-    "c",
-    "curvature",
-    "t",
-    "thickness",
-    "n_d",
-    "n",
-    "V_d",
-    "n_F",
-    "n_C",
-    "glass",
-    "cauchy",
-    "sellmeier",
-    "formula",
-    "coefficients",
-    "semi_diameter",
-    "a",
-    "stop",
-    "k",
-    "radial_poly",
-    "R_x",
-    "c_x",
-    "coating",
+/// Fields of a surface, beside lists that begin with `A4`, and which of them are numbers.
+const FIELDS: [(&str, bool); 26] = [
+    ("i", false),
+    ("kind", false),
+    ("R", true),
+    ("radius", true),
+    ("c", true),
+    ("curvature", true),
+    ("t", true),
+    ("thickness", true),
+    ("n_d", true),
+    ("n", true),
+    ("V_d", true),
+    ("n_F", true),
+    ("n_C", true),
+    ("glass", false),
+    ("cauchy", false),
+    ("sellmeier", false),
+    ("formula", true),
+    ("coefficients", false),
+    ("semi_diameter", true),
+    ("a", true),
+    ("stop", false),
+    ("k", true),
+    ("radial_poly", false),
+    ("R_x", true),
+    ("c_x", true),
+    ("coating", false),
 ];
 
 /// Reads a prescription of schema `ivlens-1`.
@@ -252,7 +231,7 @@ impl Reader<'_> {
                 Value::Array(list) if is_list || name.starts_with("A4") => {
                     list.iter().all(Value::is_number)
                 }
-                value if NUMBERS.contains(&name.as_str()) => value.is_number(),
+                value if FIELDS.contains(&(name.as_str(), true)) => value.is_number(),
                 _ => true,
             };
             if !right {
@@ -300,16 +279,17 @@ impl Reader<'_> {
 
     /// A field that nothing reads is more likely misspelt than meant for others.
     fn warn_of_unknown_fields(&self, i: usize, row: &Value, sink: &mut Sink) {
+        let fields = FIELDS.map(|(name, _)| name);
         let names = row.as_object().into_iter().flatten().map(|(name, _)| name);
         for name in names {
-            if FIELDS.contains(&name.as_str()) || name.starts_with("A4") {
+            if fields.contains(&name.as_str()) || name.starts_with("A4") {
                 continue;
             }
             let span = self.places.value(i, &[&format!("\"{name}\"")]);
             let message = format!("surface {i}: there is no field `{name}`; it is not read");
-            let help = match nearest(name, FIELDS) {
+            let help = match nearest(name, fields) {
                 Some(near) => format!("did you mean `{near}`?"),
-                None => format!("the fields are {}", FIELDS.join(", ")),
+                None => format!("the fields are {}", fields.join(", ")),
             };
             let told = Diagnostic::warning(message).at(self.source, span);
             sink.add(*told.with_help(help));
