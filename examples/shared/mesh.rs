@@ -1,9 +1,11 @@
 //! A mesh made by a formula, and rays through it: for whoever measures trees of triangles.
 
+use std::hint::black_box;
+
 use glam::{DVec3, Vec3};
 use ivcam::sampling::mix;
 use ivcam::scene::bundle::packets;
-use ivcam::scene::wide::{Block, Others, Packet, Wide, bits};
+use ivcam::scene::wide::{Block, Met, Others, Packet, Wide, bits};
 use ivcam::scene::{BUNDLE, Bvh, PreparedRay, Ray};
 
 /// A bumpy ball of about `count` triangles.
@@ -71,7 +73,7 @@ pub fn rays(tree: &Wide) -> [Rays; 3] {
         .collect();
     let hits: Vec<Vec3> = primary
         .iter()
-        .filter_map(|r| nearest(tree, r).map(|t| r.at(t * (1.0 - 1e-4))))
+        .filter_map(|r| nearest(tree, r).map(|(t, ..)| r.at(t * (1.0 - 1e-4))))
         .collect();
     let light = Vec3::new(3.0, 5.0, 3.0);
     let to_light = |p: &Vec3| {
@@ -98,27 +100,28 @@ pub fn rays(tree: &Wide) -> [Rays; 3] {
     ]
 }
 
-fn nearest(tree: &Wide, ray: &Ray) -> Option<f32> {
+/// Distance, weights of the second and third corner, and number.
+fn nearest(tree: &Wide, ray: &Ray) -> Option<(f32, [f32; 2], u32)> {
     let prepared = PreparedRay::new(ray);
     let mut best = None;
-    tree.walk(&prepared, 0.0, ray.t_max, |block: &Block, mut t_max| {
-        let met = block.meet(&prepared, 0.0, t_max);
+    let visit = |block: &Block, met: &Met, mut t_max| {
         for lane in bits(met.mask) {
             if met.t[lane] < t_max {
                 t_max = met.t[lane];
-                best = Some(t_max);
+                best = Some((t_max, [met.u[lane], met.v[lane]], block.primitive(lane)));
             }
         }
         t_max
-    });
+    };
+    tree.walk(&prepared, 0.0, ray.t_max, visit);
     best
 }
 
 fn is_blocked(tree: &Wide, ray: &Ray) -> bool {
     let prepared = PreparedRay::new(ray);
     let mut found = false;
-    tree.walk_any(&prepared, 0.0, ray.t_max, |block: &Block, t_max| {
-        found |= block.meet(&prepared, 0.0, t_max).mask != 0;
+    tree.walk_any(&prepared, 0.0, ray.t_max, |_, met, t_max| {
+        found |= met.mask != 0;
         if found { -1.0 } else { t_max }
     });
     found
@@ -137,7 +140,7 @@ impl Others for TrianglesOnly {
 pub fn one_by_one(tree: &Wide, rays: &Rays) -> usize {
     let meets = |ray: &&Ray| match rays.any {
         true => is_blocked(tree, ray),
-        false => nearest(tree, ray).is_some(),
+        false => black_box(nearest(tree, ray)).is_some(),
     };
     rays.rays.iter().filter(meets).count()
 }

@@ -50,7 +50,7 @@ pub use traverse::{Bvh, PreparedRay, Ray};
 use plain::PlainSurface;
 use quadric::Quadric;
 use texture::Texture;
-use wide::{Block, Wide};
+use wide::{Block, Met, Wide};
 
 /// What a picture needs of a scene; a lookup from the shading, not a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -369,8 +369,8 @@ impl RenderScene {
         let prepared = PreparedRay::new(ray);
         let look = |front: &mut Front| {
             self.tree()
-                .walk(&prepared, ray.t_min, front.t_max, |block, t_max| {
-                    self.visit(&prepared, block, ray.t_min, t_max, |hit| {
+                .walk(&prepared, ray.t_min, front.t_max, |block, met, t_max| {
+                    self.visit(&prepared, (block, met), ray.t_min, t_max, |hit| {
                         let passed = hit.t <= ray.plane_end && self.rank(&hit) >= ray.passed;
                         if !passed && is_seen(&hit) {
                             front.offer(hit, |hit| self.rank(hit));
@@ -410,18 +410,17 @@ impl RenderScene {
         ahead
     }
 
-    /// Meets what is in a block. `found` answers a hit with the distance up to which further ones
+    /// Takes the triangles met in a block and meets what else is in it. `found` answers a hit with the distance up to which further ones
     /// count, and so does this function.
     #[inline(always)]
     fn visit(
         &self,
         ray: &PreparedRay,
-        block: &Block,
+        (block, met): (&Block, &Met),
         t_min: f32,
         mut t_max: f32,
         mut found: impl FnMut(Hit) -> f32,
     ) -> f32 {
-        let met = block.meet(ray, t_min, t_max);
         for lane in wide::bits(met.mask) {
             let t = met.t[lane];
             if t < t_max {
@@ -511,8 +510,8 @@ impl RenderScene {
         let prepared = PreparedRay::new(ray);
         let mut through = 1.0;
         self.tree()
-            .walk_any(&prepared, ray.t_min, t_max, |block, t_max| {
-                self.visit(&prepared, block, ray.t_min, t_max, |hit| {
+            .walk_any(&prepared, ray.t_min, t_max, |block, met, t_max| {
+                self.visit(&prepared, (block, met), ray.t_min, t_max, |hit| {
                     through *= self.lets_through(ray, &hit);
                     if through > 0.0 {
                         t_max

@@ -103,6 +103,13 @@ impl PreparedRay {
         let mut u = cx * by - cy * bx;
         let mut v = ax * cy - ay * cx;
         let mut w = bx * ay - by * ax;
+        let beside = |u: f32, v: f32, w: f32| {
+            (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)
+        };
+        // Signs other than 0 are right: rounding keeps the order of the two products.
+        if beside(u, v, w) {
+            return None;
+        }
         if u == 0.0 || v == 0.0 || w == 0.0 {
             let wide = |p: f32, q: f32, r: f32, t: f32| {
                 (f64::from(p) * f64::from(q) - f64::from(r) * f64::from(t)) as f32
@@ -110,11 +117,9 @@ impl PreparedRay {
             u = wide(cx, by, cy, bx);
             v = wide(ax, cy, ay, cx);
             w = wide(bx, ay, by, ax);
-        }
-        let negative = u < 0.0 || v < 0.0 || w < 0.0;
-        let positive = u > 0.0 || v > 0.0 || w > 0.0;
-        if negative && positive {
-            return None;
+            if beside(u, v, w) {
+                return None;
+            }
         }
         let det = u + v + w;
         if det == 0.0 {

@@ -8,7 +8,8 @@
 use glam::Vec3;
 
 use super::super::traverse::Bvh;
-use super::{BLOCK, Block, Child, Node, WIDTH, Wide};
+use super::block::{BLOCK, Block};
+use super::{Child, Node, WIDTH, Wide};
 
 impl Wide {
     /// Collapses a binary tree. `triangle` gives a primitive's corners, nothing for what is no
@@ -24,9 +25,10 @@ impl Wide {
         }
         let (plans, _) = plans(binary);
         let mut held = Vec::new();
-        // Binary nodes to open, and where the wide node goes.
-        let mut ahead = vec![(0u32, this.new_node())];
-        while let Some((from, to)) = ahead.pop() {
+        // Binary nodes to open, where the wide node goes, and how many boxes may wait there.
+        let mut ahead = vec![(0u32, this.new_node(), WIDTH)];
+        while let Some((from, to, waiting)) = ahead.pop() {
+            this.waiting = this.waiting.max(waiting);
             let mut children = [0; WIDTH];
             let count = gather(binary, &plans, from, &mut children);
             for (i, &child) in children[..count].iter().enumerate() {
@@ -37,7 +39,7 @@ impl Wide {
                     this.add_blocks(&held, &triangle)
                 } else {
                     let place = this.new_node();
-                    ahead.push((child, place));
+                    ahead.push((child, place, waiting + WIDTH - 1));
                     Child(place)
                 };
                 let wide = &mut this.nodes[to as usize];

@@ -10,8 +10,10 @@ use glam::Vec3;
 use super::super::bundle::{RayLanes, Side};
 use super::super::traverse::{PreparedRay, Ray, invert};
 #[cfg(target_arch = "x86_64")]
-use super::{BLOCK, Node, Stack, WIDENING, WIDTH};
-use super::{Block, Child, Wide, bits};
+use super::walk::{Room, Stack, WIDENING};
+use super::{Block, Child, Met, Wide, bits};
+#[cfg(target_arch = "x86_64")]
+use super::{Node, WIDTH, block::BLOCK};
 
 /// Rays in a packet.
 pub const PACKET: usize = 16;
@@ -338,8 +340,7 @@ impl Wide {
     ) {
         let ray = packet.ray(lane);
         let (t_min, t_max) = (packet.t_min[lane], packet.reach(lane));
-        let visit = |block: &Block, t_max: f32| {
-            let met = block.meet(&ray, t_min, t_max);
+        let visit = |block: &Block, met: &Met, _: f32| {
             for i in bits(met.mask) {
                 packet.take(lane, block.primitive(i), (met.t[i], met.u[i], met.v[i]));
             }
@@ -384,7 +385,8 @@ mod avx512 {
             packet: &mut Packet,
             others: &impl Others,
         ) {
-            let mut stack = Stack::new();
+            let mut room = Room::new();
+            let mut stack = room.stack(self.waiting);
             let mut current = Waiting {
                 near: 0.0,
                 child: Child::ROOT,
@@ -525,7 +527,7 @@ mod avx512 {
             node: &Node,
             limit: f32,
             current: &mut Waiting,
-            stack: &mut Stack<Waiting>,
+            stack: &mut Stack<'_, Waiting>,
         ) -> bool {
             let (candidates, near) = self.candidates(node, limit);
             let mut nearest: Option<Waiting> = None;
@@ -566,7 +568,6 @@ mod avx512 {
                 sorted[at] = put;
                 count += 1;
             }
-            stack.make_room();
             for waiting in &sorted[..count] {
                 stack.push(*waiting);
             }
@@ -629,8 +630,9 @@ mod avx512 {
             let on = |a| _mm512_cmp_ps_mask::<_CMP_EQ_OQ>(a, zero);
             let negative = below(u) | below(v) | below(w);
             let positive = above(u) | above(v) | above(w);
-            let exact = (on(u) | on(v) | on(w)) & lanes;
-            let inside = !(negative & positive) & lanes & !exact;
+            let inside = lanes & !(negative & positive);
+            let exact = inside & (on(u) | on(v) | on(w));
+            let inside = inside & !exact;
             if inside != 0 {
                 let det = _mm512_add_ps(_mm512_add_ps(u, v), w);
                 let sum = _mm512_add_ps(

@@ -1,0 +1,270 @@
+//! Blocks of four triangles, and what of them a ray meets.
+//!
+//! The test is [`PreparedRay::triangle`], operation by operation and never fused, so that a hit has
+//! the same bits with whatever instructions the processor has.
+
+use glam::Vec3;
+
+use super::super::traverse::PreparedRay;
+
+/// Primitives in a block.
+pub const BLOCK: usize = 4;
+
+/// Four primitives of a leaf.
+#[derive(Clone, Debug)]
+#[repr(C, align(16))]
+pub struct Block {
+    /// Corner by corner, axis by axis; NaN, which nothing meets, where there is no triangle.
+    pub(super) corners: [[[f32; BLOCK]; 3]; 3],
+    pub(super) primitives: [u32; BLOCK],
+    /// Which of the four are other things than triangles: bits.
+    pub(super) others: u32,
+    /// No other block of the leaf is behind this one.
+    pub(super) last: bool,
+}
+
+impl Block {
+    pub(super) const EMPTY: Self = Self {
+        corners: [[[f32::NAN; BLOCK]; 3]; 3],
+        primitives: [0; BLOCK],
+        others: 0,
+        last: true,
+    };
+
+    pub fn primitive(&self, lane: usize) -> u32 {
+        self.primitives[lane]
+    }
+
+    pub fn others(&self) -> u32 {
+        self.others
+    }
+
+    pub(super) fn triangle(&self, lane: usize) -> [Vec3; 3] {
+        self.corners
+            .map(|c| Vec3::new(c[0][lane], c[1][lane], c[2][lane]))
+    }
+}
+
+/// The triangles of a block that a ray meets: bits, and where.
+pub struct Met {
+    pub mask: u32,
+    pub t: [f32; BLOCK],
+    pub u: [f32; BLOCK],
+    pub v: [f32; BLOCK],
+}
+
+impl Met {
+    const NOTHING: Self = Self {
+        mask: 0,
+        t: [0.0; BLOCK],
+        u: [0.0; BLOCK],
+        v: [0.0; BLOCK],
+    };
+}
+
+/// What a block's triangles ask of a ray.
+#[cfg(not(target_arch = "x86_64"))]
+pub struct Edges<'a> {
+    ray: &'a PreparedRay,
+    t_min: f32,
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+impl<'a> Edges<'a> {
+    pub fn new(ray: &'a PreparedRay, t_min: f32) -> Self {
+        Self { ray, t_min }
+    }
+
+    #[inline(always)]
+    pub fn meet(&self, block: &Block, t_max: f32) -> Met {
+        let mut met = Met::NOTHING;
+        for lane in 0..BLOCK {
+            let hit = self.ray.triangle(&block.triangle(lane), self.t_min, t_max);
+            if let Some((t, u, v)) = hit {
+                met.mask |= 1 << lane;
+                (met.t[lane], met.u[lane], met.v[lane]) = (t, u, v);
+            }
+        }
+        met
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+pub use lanes::Edges;
+
+#[cfg(target_arch = "x86_64")]
+mod lanes {
+    use std::arch::x86_64::*;
+
+    use super::*;
+
+    /// What a block's triangles ask of a ray, in lanes.
+    pub struct Edges {
+        /// The ray's axes: rows of a block's corners.
+        rows: [usize; 3],
+        /// Along those.
+        origin: [__m128; 3],
+        shear: [__m128; 3],
+        t_min: __m128,
+    }
+
+    impl Edges {
+        #[inline(always)]
+        pub fn new(ray: &PreparedRay, t_min: f32) -> Self {
+            // SAFETY: SSE is part of every x86-64 processor.
+            let all = |x: f32| unsafe { _mm_set1_ps(x) };
+            let rows = ray.axes.map(|axis| axis.min(2));
+            Self {
+                rows,
+                origin: rows.map(|axis| all(ray.origin[axis])),
+                shear: ray.shear.to_array().map(all),
+                t_min: all(t_min),
+            }
+        }
+
+        /// [`PreparedRay::triangle`] for all four, the same operations in the same order.
+        #[inline(always)]
+        pub fn meet(&self, block: &Block, t_max: f32) -> Met {
+            let [x, y, z] = self.rows;
+            let [sx, sy, sz] = self.shear;
+            let mut met = Met::NOTHING;
+            // SAFETY: SSE2 is part of every x86-64 processor, the loads are from arrays of four
+            // floats aligned to 16 by the block's layout (48-byte corners, 16-byte rows), and the
+            // stores are unaligned ones to arrays of four.
+            unsafe {
+                let from_ray = |corner: usize, row: usize, origin: __m128| {
+                    _mm_sub_ps(_mm_load_ps(block.corners[corner][row].as_ptr()), origin)
+                };
+                let sheared = |corner: usize| {
+                    let z = from_ray(corner, z, self.origin[2]);
+                    let x = _mm_sub_ps(from_ray(corner, x, self.origin[0]), _mm_mul_ps(sx, z));
+                    let y = _mm_sub_ps(from_ray(corner, y, self.origin[1]), _mm_mul_ps(sy, z));
+                    (x, y, z)
+                };
+                let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) =
+                    (sheared(0), sheared(1), sheared(2));
+                let cross = |px, qy, py, qx| _mm_sub_ps(_mm_mul_ps(px, qy), _mm_mul_ps(py, qx));
+                let mut u = cross(cx, by, cy, bx);
+                let mut v = cross(ax, cy, ay, cx);
+                let mut w = cross(bx, ay, by, ax);
+                let mut mask = !beside(u, v, w) & 15;
+                if mask == 0 {
+                    return met;
+                }
+                let zero = _mm_setzero_ps();
+                let on = |a| _mm_cmpeq_ps(a, zero);
+                let exact = _mm_or_ps(_mm_or_ps(on(u), on(v)), on(w));
+                if _mm_movemask_ps(exact) as u32 & mask != 0 {
+                    let either =
+                        |new, old| _mm_or_ps(_mm_and_ps(exact, new), _mm_andnot_ps(exact, old));
+                    u = either(exactly(cx, by, cy, bx), u);
+                    v = either(exactly(ax, cy, ay, cx), v);
+                    w = either(exactly(bx, ay, by, ax), w);
+                    mask &= !beside(u, v, w);
+                }
+                let det = _mm_add_ps(_mm_add_ps(u, v), w);
+                let sum = _mm_add_ps(
+                    _mm_add_ps(_mm_mul_ps(u, az), _mm_mul_ps(v, bz)),
+                    _mm_mul_ps(w, cz),
+                );
+                let t = _mm_div_ps(_mm_mul_ps(sum, sz), det);
+                let near = _mm_cmpgt_ps(t, self.t_min);
+                let far = _mm_cmplt_ps(t, _mm_set1_ps(t_max));
+                let whole = _mm_cmpneq_ps(det, zero);
+                let good = _mm_and_ps(_mm_and_ps(near, far), whole);
+                met.mask = _mm_movemask_ps(good) as u32 & mask;
+                if met.mask != 0 {
+                    _mm_storeu_ps(met.t.as_mut_ptr(), t);
+                    _mm_storeu_ps(met.u.as_mut_ptr(), _mm_div_ps(v, det));
+                    _mm_storeu_ps(met.v.as_mut_ptr(), _mm_div_ps(w, det));
+                }
+            }
+            met
+        }
+    }
+
+    /// Which triangles a ray passes by: edge values of both signs. Bits.
+    ///
+    /// # Safety
+    ///
+    /// None is needed: SSE is part of every x86-64 processor.
+    #[inline(always)]
+    unsafe fn beside(u: __m128, v: __m128, w: __m128) -> u32 {
+        // SAFETY: as above.
+        unsafe {
+            let zero = _mm_setzero_ps();
+            let least = _mm_min_ps(_mm_min_ps(u, v), w);
+            let most = _mm_max_ps(_mm_max_ps(u, v), w);
+            let both = _mm_and_ps(_mm_cmplt_ps(least, zero), _mm_cmpgt_ps(most, zero));
+            _mm_movemask_ps(both) as u32
+        }
+    }
+
+    /// An edge's values in f64.
+    #[inline(always)]
+    unsafe fn exactly(px: __m128, qy: __m128, py: __m128, qx: __m128) -> __m128 {
+        // SAFETY: SSE2 is part of every x86-64 processor.
+        unsafe {
+            let two = |px, qy, py, qx| {
+                let wide = |a| _mm_cvtps_pd(a);
+                let value = _mm_sub_pd(
+                    _mm_mul_pd(wide(px), wide(qy)),
+                    _mm_mul_pd(wide(py), wide(qx)),
+                );
+                _mm_cvtpd_ps(value)
+            };
+            let high = |a| _mm_movehl_ps(a, a);
+            _mm_movelh_ps(
+                two(px, qy, py, qx),
+                two(high(px), high(qy), high(py), high(qx)),
+            )
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::Ray;
+    use super::*;
+    use crate::sampling::mix;
+
+    /// Corners and rays on a grid of few points: edges, corners and planes are met exactly, and
+    /// some triangles are lines or points.
+    #[test]
+    fn four_triangles_at_once_are_met_as_each_by_itself() {
+        let mut state = 5u64;
+        let mut grid = |fine: bool| {
+            let mut whole = || {
+                state = mix(state);
+                let step = (state >> 60) as f32 - 8.0;
+                if fine { step * 0.1 } else { step }
+            };
+            Vec3::new(whole(), whole(), whole())
+        };
+        let (mut hits, mut exact) = (0, 0);
+        for i in 0..200_000 {
+            let mut block = Block::EMPTY;
+            let triangles: [[Vec3; 3]; BLOCK] =
+                std::array::from_fn(|_| std::array::from_fn(|_| grid(i % 2 == 0)));
+            for (lane, triangle) in triangles.iter().enumerate() {
+                for (corner, at) in triangle.iter().enumerate() {
+                    (0..3).for_each(|axis| block.corners[corner][axis][lane] = at[axis]);
+                }
+            }
+            let ray = PreparedRay::new(&Ray::new(grid(i % 4 < 2), grid(false)));
+            let t_max = if i % 3 == 0 { 1.5 } else { f32::INFINITY };
+            let met = Edges::new(&ray, 0.0).meet(&block, t_max);
+            for (lane, triangle) in triangles.iter().enumerate() {
+                let expected = ray.triangle(triangle, 0.0, t_max);
+                let found =
+                    (met.mask >> lane & 1 == 1).then(|| (met.t[lane], met.u[lane], met.v[lane]));
+                let bits = |hit: (f32, f32, f32)| [hit.0, hit.1, hit.2].map(f32::to_bits);
+                assert_eq!(expected.map(bits), found.map(bits), "{triangle:?}, {ray:?}");
+                hits += usize::from(found.is_some());
+                exact += usize::from(found.is_some_and(|(_, u, v)| u * v * (1.0 - u - v) == 0.0));
+            }
+            assert_eq!(met.mask >> BLOCK, 0);
+        }
+        assert!(hits > 30_000 && exact > 500, "{hits} hits, {exact} exact");
+    }
+}
