@@ -224,7 +224,7 @@ const MAX_NODES: usize = 192;
 /// Film points from the middle outward at which light is sought beside the pupil.
 const SEARCHES: usize = 16;
 /// Film points past the end of the light from which it is sought again.
-const CLOSER: usize = 32;
+const CLOSER: usize = 16;
 /// Rays that use less of the tightest semi-diameter than this may get through from a film point
 /// beside; less than that does, but for rounding of a search.
 const NEARLY_THROUGH: f64 = 1.2;
@@ -251,8 +251,15 @@ pub struct ExitPupil {
 struct Beside {
     /// The radius of the disc on the rear vertex plane.
     radius: f64,
-    /// Film radii that see some, also where they see nothing else.
+    /// Film radii that may see some beside a figure.
     range: [f64; 2],
+    /// Film radii that may see some and have no figure.
+    alone: Option<[f64; 2]>,
+}
+
+/// The range that two are in.
+fn both([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
+    [a.min(c), b.max(d)]
 }
 
 /// By film radius, ascending; the pupil as seen from (radius, 0). None beyond the last.
@@ -302,6 +309,7 @@ impl Spans {
     fn new(nodes: &Radial, sides: &[DVec2; SIDES]) -> Self {
         let outline = |node: &(f64, Support)| Outline::of(&node.1, sides);
         let mut this = Self::default();
+        this.spans.reserve_exact(nodes.len().saturating_sub(1));
         for pair in nodes.windows(2) {
             let length = pair[1].0 - pair[0].0;
             this.ends.push(pair[1].0);
@@ -455,11 +463,11 @@ impl ExitPupil {
         };
         let everything = || reach_of(lens, place, film_radius);
         let is_even = place.is_centered() && lens.is_rotational();
-        let mut again = None;
+        let mut end = f64::INFINITY;
         let table = if is_even {
             let mut measure = |r, hint: Option<&Hint>| look.at_radius(r, hint);
             let nodes = radial_table(&mut measure, film_radius, everything);
-            again = look.opens_again(&nodes, film_radius);
+            end = nodes.last().map_or(0.0, |(radius, _)| *radius);
             Table::radial(nodes, &sides)
         } else {
             Table::Cells(Box::new(Cells::new(lens, place, &sides, film_radius)))
@@ -470,13 +478,17 @@ impl ExitPupil {
             beside: None,
         };
         let is_aimed_at = |radius, aim| this.window(DVec2::new(radius, 0.0)).contains(aim);
-        let strays = look.strays(film_radius, is_aimed_at);
-        let both = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a.min(c), b.max(d)];
-        let range = [strays, again].into_iter().flatten().reduce(both);
+        let strays = look.strays(film_radius, is_even, is_aimed_at);
+        let goes_on = strays.is_some_and(|[_, to]| to > end) || look.opens_again(end, film_radius);
+        let alone = goes_on.then(|| look.alone(end, film_radius)).flatten();
+        // Elsewhere only one row of film points was looked at.
+        let all = Some([0.0, f64::INFINITY]).filter(|_| !is_even && strays.is_some());
+        let alone = all.or(alone);
+        let range = [all, strays, alone].into_iter().flatten().reduce(both);
         this.beside = range.map(|range| Beside {
             radius: everything(),
-            // Elsewhere only one row of film points was looked at.
-            range: if is_even { range } else { [0.0, f64::INFINITY] },
+            range,
+            alone,
         });
         this
     }
@@ -491,14 +503,15 @@ impl ExitPupil {
             None => Table::Around(pupils.map(|pupil| Box::new(pupil.clone()))),
         };
         let beside = pupils.iter().filter_map(|pupil| pupil.beside);
-        let both = |a: Beside, b: Beside| Beside {
+        let of_both = |a: Beside, b: Beside| Beside {
             radius: a.radius.max(b.radius),
-            range: [a.range[0].min(b.range[0]), a.range[1].max(b.range[1])],
+            range: both(a.range, b.range),
+            alone: [a.alone, b.alone].into_iter().flatten().reduce(both),
         };
         Self {
             table,
             sides,
-            beside: beside.reduce(both),
+            beside: beside.reduce(of_both),
         }
     }
 
@@ -538,15 +551,15 @@ impl ExitPupil {
     }
 
     fn opened<'a>(&self, polygon: Option<Polygon<'a>>, film: DVec2) -> PupilWindow<'a> {
-        let near = |beside: &Beside| {
-            let [from, to] = beside.range;
-            (from..=to).contains(&film.length())
-        };
-        match (polygon, self.beside) {
+        let beside = self.beside.filter(|beside| {
+            let range = polygon.map_or(beside.alone, |_| Some(beside.range));
+            range.is_some_and(|[from, to]| (from..=to).contains(&film.length()))
+        });
+        match (polygon, beside) {
             (Some(polygon), Some(beside)) => PupilWindow::Beside(polygon, beside.radius),
-            (None, Some(beside)) if near(&beside) => disc(beside.radius),
+            (None, Some(beside)) => disc(beside.radius),
             (Some(polygon), None) => PupilWindow::Polygon(polygon),
-            (None, _) => PupilWindow::Closed,
+            (None, None) => PupilWindow::Closed,
         }
     }
 }
@@ -648,9 +661,8 @@ impl Look<'_> {
         seen
     }
 
-    /// The film radii beyond those of a table, if there is light again.
-    fn opens_again(&self, nodes: &Radial, film_radius: f64) -> Option<[f64; 2]> {
-        let end = nodes.last().map_or(0.0, |(radius, _)| *radius);
+    /// Whether there is light again beyond the end of a table.
+    fn opens_again(&self, end: f64, film_radius: f64) -> bool {
         let known = |r: &f64, seen: &Option<Seen>| *r > end && seen.is_some();
         let mut again = self.outward.borrow().iter().any(|(r, s)| known(r, s));
         let step = (film_radius - end) / CLOSER as f64;
@@ -659,7 +671,46 @@ impl Look<'_> {
                 let point = DVec2::new(end + i as f64 * step, 0.0);
                 self.at(self.place.point(point), None).is_some()
             });
-        again.then_some([end, film_radius])
+        again
+    }
+
+    /// The film radii beyond the end of a table that see light anywhere, by a closer row of film
+    /// points and what is between them.
+    fn alone(&self, end: f64, film_radius: f64) -> Option<[f64; 2]> {
+        let step = (film_radius - end) / CLOSER as f64;
+        let point = |radius: f64| {
+            let beyond = radius > end && radius <= film_radius;
+            beyond.then(|| self.place.point(DVec2::new(radius, 0.0)))
+        };
+        let slopes = self.outward.borrow();
+        let slopes = slopes
+            .iter()
+            .filter_map(|(_, seen)| Some(seen.as_ref()?.hint.slope()));
+        let slope = slopes.fold(0.0, f64::max);
+        let slope = if slope > 0.0 { slope } else { f64::INFINITY };
+        let mut lit = None;
+        for i in 1..=CLOSER {
+            let radius = end + i as f64 * step;
+            let film = self.place.point(DVec2::new(radius, 0.0));
+            let mut found = self
+                .sight
+                .strays(film, None, self.sides, slope, NEARLY_THROUGH);
+            found.sort_by(|a, b| a.1.total_cmp(&b.1));
+            // What comes nearest to light is first to see some from beside.
+            for (aim, fill) in found.into_iter().take(2) {
+                let start = (radius, aim);
+                let (there, least) = match fill < 1.0 {
+                    true => (start, fill),
+                    false => self.sight.least_around(start, step, &point, &|_, _| true),
+                };
+                if least < 1.0 {
+                    let near = [there.0 - step, there.0 + step];
+                    lit = Some(lit.map_or(near, |lit| both(lit, near)));
+                    break;
+                }
+            }
+        }
+        lit
     }
 
     /// Whether there is light beside the pupil, from film points in a row from the middle outward.
@@ -668,15 +719,17 @@ impl Look<'_> {
     fn strays(
         &self,
         film_radius: f64,
+        is_even: bool,
         is_aimed_at: impl Fn(f64, DVec2) -> bool,
     ) -> Option<[f64; 2]> {
         let searches = SEARCHES * self.sight.grid;
         let step = film_radius / searches as f64;
-        let mut hint = None;
+        let mut last = [None; 2];
         let row: Vec<Option<Seen>> = (0..=searches)
             .map(|i| {
-                let seen = self.at_radius(film_radius * i as f64 / searches as f64, hint.as_ref());
-                hint = seen.map(|seen| seen.hint);
+                let radius = film_radius * i as f64 / searches as f64;
+                let seen = self.at_radius(radius, next(last).as_ref());
+                last = [last[1], seen.map(|seen| seen.hint)];
                 seen.map(|seen| Seen {
                     support: widened(&seen.support, MARGIN),
                     ..seen
@@ -693,12 +746,17 @@ impl Look<'_> {
             near.all(|seen| is_outside(aim, &seen.support, self.sides))
         };
         let (mut from, mut to, mut is_light) = (f64::INFINITY, f64::NEG_INFINITY, false);
+        let mut slope = f64::INFINITY;
         for (i, seen) in row.iter().enumerate() {
             let radius = film_radius * i as f64 / searches as f64;
             let film = self.place.point(DVec2::new(radius, 0.0));
+            // A film that is moved reaches far beyond the field: nothing is left out there.
+            if let (Some(seen), true) = (seen, is_even) {
+                slope = seen.hint.slope();
+            }
             let found = self
                 .sight
-                .strays(film, seen.as_ref(), self.sides, NEARLY_THROUGH);
+                .strays(film, seen.as_ref(), self.sides, slope, NEARLY_THROUGH);
             for (aim, fill) in found {
                 (from, to) = (from.min(radius), to.max(radius));
                 let is_there = || {
@@ -739,6 +797,14 @@ fn reach_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> f64 {
     reach.clamp(rear, 100.0 * rear) * (1.0 + MARGIN)
 }
 
+/// Where to begin behind two in a row.
+fn next(last: [Option<Hint>; 2]) -> Option<Hint> {
+    match last {
+        [Some(a), Some(b)] => Some(Hint::beyond(&a, &b)),
+        [_, b] => b,
+    }
+}
+
 /// Measured supports by film radius: halved where interpolation errs, ended where light ends.
 fn radial_table(
     measure: &mut dyn FnMut(f64, Option<&Hint>) -> Option<Seen>,
@@ -752,11 +818,11 @@ fn radial_table(
     done.push((0.0, first));
     // Radii still to be reached, the nearest last.
     let mut ahead: Vec<(f64, Option<Seen>)> = Vec::new();
-    let mut hint = Some(first.hint);
+    let mut last = [None, Some(first.hint)];
     for i in 1..=FIRST_NODES {
         let radius = film_radius * i as f64 / FIRST_NODES as f64;
-        let seen = measure(radius, hint.as_ref());
-        hint = seen.map(|seen| seen.hint);
+        let seen = measure(radius, next(last).as_ref());
+        last = [last[1], seen.map(|seen| seen.hint)];
         ahead.push((radius, seen));
     }
     ahead.reverse();

@@ -9,11 +9,16 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::lanes::{Bundle, LANES};
+mod rim;
+mod strays;
+
+use super::lanes::LANES;
 use super::pupil::{SIDES, Support};
-use super::trace::{LensRay, unit};
 use super::{Lens, RearElement};
 use crate::math::lanes::Lane;
+use rim::{Bracket, Rim, Row, corner};
+
+pub(crate) use strays::is_outside;
 
 /// Directions in which an outline is sought: over half a turn where the other half mirrors it.
 const DIRECTIONS: usize = 2 * LANES;
@@ -60,8 +65,8 @@ pub(crate) struct Seen {
     pub hint: Hint,
 }
 
-/// A point inside the light, and how far from it the rim is in every direction. Around a whole
-/// turn also how steeply the fill rises there, a millimeter.
+/// A point inside the light, how far from it the rim is in every direction asked for, and how
+/// steeply the fill rises there, a millimeter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hint {
     center: DVec2,
@@ -78,6 +83,31 @@ impl Hint {
             slopes: std::array::from_fn(|i| 0.5 * (a.hint.slopes[i] + b.hint.slopes[i])),
         }
     }
+
+    pub fn center(&self) -> DVec2 {
+        self.center
+    }
+
+    /// How steeply the fill rises where it does so most, a millimeter.
+    pub fn slope(&self) -> f64 {
+        self.slopes.into_iter().fold(0.0, f64::max)
+    }
+
+    /// The same with its middle turned about the axis, and as many times as far from it.
+    pub fn turned(&self, along: DVec2) -> Self {
+        Self {
+            center: along.rotate(self.center),
+            ..*self
+        }
+    }
+
+    /// As far beyond the second as that is from the first.
+    pub fn beyond(a: &Self, b: &Self) -> Self {
+        Self {
+            center: 2.0 * b.center - a.center,
+            ..*b
+        }
+    }
 }
 
 /// A point inside the light and how much of the tightest semi-diameter its ray uses.
@@ -85,16 +115,6 @@ impl Hint {
 struct Inside {
     center: DVec2,
     fill: f64,
-}
-
-/// A point of the outline.
-#[derive(Clone, Copy, Default)]
-struct Rim {
-    angle: f64,
-    distance: f64,
-    point: DVec2,
-    /// The surface whose rim it is, or the edge of an iris.
-    limit: u64,
 }
 
 impl<'a> Sight<'a> {
@@ -155,14 +175,21 @@ impl<'a> Sight<'a> {
     fn best_along(&self, film: DVec3, from: DVec2, direction: DVec2) -> DVec2 {
         let middle = -from.dot(direction);
         let mut best = (middle, f64::INFINITY);
+        // The least that it can be near the best of a bundle, if it is convex there.
         let look = |low: f64, step: f64, best: &mut (f64, f64)| {
             let place = |lane: usize| low + lane as f64 * step;
             let (fills, _) = self.fills(film, |lane| from + place(lane) * direction);
+            let mut at_least = f64::NEG_INFINITY;
             for (lane, fill) in fills.into_iter().enumerate() {
                 if fill < best.1 {
                     *best = (place(lane), fill);
+                    at_least = match lane {
+                        1..31 => 2.0 * fill - fills[lane - 1].max(fills[lane + 1]),
+                        _ => f64::NEG_INFINITY,
+                    };
                 }
             }
+            at_least
         };
         const ROWS: usize = 3;
         let mut step = 2.0 * self.reach / (ROWS * LANES) as f64;
@@ -174,13 +201,17 @@ impl<'a> Sight<'a> {
             );
         }
         // Each time 15 times nearer: 12 times is rounding.
-        for _ in 0..12 {
+        for round in 0..12 {
             if best.1 < 0.6 || best.1.is_infinite() {
                 break;
             }
             let low = best.0 - step;
             step *= 2.0 / (LANES - 1) as f64;
-            look(low, step, &mut best);
+            let at_least = look(low, step, &mut best);
+            // Across other lines it may be less.
+            if self.rotational && round > 1 && at_least > 1.0 {
+                break;
+            }
         }
         from + best.0 * direction
     }
@@ -206,10 +237,7 @@ impl<'a> Sight<'a> {
     /// a neighbor.
     pub fn seen(&self, film: DVec3, sides: &[DVec2; SIDES], hint: Option<&Hint>) -> Option<Seen> {
         if let Some(hint) = hint {
-            let found = match self.is_mirrored(film) {
-                true => None,
-                false => self.seen_near(film, sides, hint),
-            };
+            let found = self.seen_near(film, sides, hint);
             if found.is_some() {
                 return found;
             }
@@ -230,83 +258,107 @@ impl<'a> Sight<'a> {
         self.rotational && film.y == 0.0
     }
 
+    fn ways(&self, film: DVec3) -> &[Way] {
+        match self.is_mirrored(film) {
+            true => &self.half_turn,
+            false => &self.full_turn,
+        }
+    }
+
     /// What is seen around a neighbor's middle, with the neighbor's distances and slopes to begin
     /// from; none where they are too far from those here.
-    ///
-    /// The fill is so nearly linear that two rays find a rim that is 5% away to 1e-4: the second
-    /// is by the neighbor's slope within 1e-3 of it, and the line through both meets it.
     fn seen_near(&self, film: DVec3, sides: &[DVec2; SIDES], hint: &Hint) -> Option<Seen> {
-        let mut rims = vec![Rim::default(); DIRECTIONS];
+        let ways = self.ways(film);
+        let mut rims = vec![Rim::default(); ways.len()];
         let mut slopes = hint.slopes;
-        for first in [0, LANES] {
-            let (rims, slopes) = (&mut rims[first..][..LANES], &mut slopes[first..][..LANES]);
-            let ways = &self.full_turn[first..][..LANES];
-            self.near_rims(film, hint, first, ways, slopes, rims)?;
+        for first in (0..ways.len()).step_by(LANES) {
+            let bundle = first..first + LANES;
+            self.near_rims(
+                film,
+                hint.center,
+                &ways[bundle.clone()],
+                &hint.distances[bundle.clone()],
+                &mut slopes[bundle.clone()],
+                &mut rims[bundle],
+            )?;
         }
-        let distances = rims.iter().map(|rim| rim.distance);
-        let nearest = distances.clone().fold(f64::INFINITY, f64::min);
-        let mean = distances.sum::<f64>() / DIRECTIONS as f64;
+        let (nearest, mean) = nearest_and_mean(&rims);
         if nearest < 0.2 * mean {
             return None;
         }
         // The fill in the middle as the slopes have it, to begin the search of corners from.
+        let steepness = rims.iter().zip(&slopes);
         let inside = Inside {
             center: hint.center,
-            fill: (0..DIRECTIONS).fold(0.0, |most: f64, i| {
-                most.max(1.0 - slopes[i] * rims[i].distance)
+            fill: steepness.fold(0.0, |most: f64, (rim, slope)| {
+                most.max(1.0 - slope * rim.distance)
             }),
         };
         Some(self.seen_of(film, sides, inside, rims, slopes))
     }
 
-    /// A bundle of rims of [`Self::seen_near`].
+    /// Where the fill becomes 1 in up to a bundle of directions, near the distances `at` and by
+    /// the slopes there, which come back as they are found; none where that leads astray.
+    ///
+    /// The fill is so nearly linear that two rays find a rim that is 5% away to 1e-4: the second
+    /// is by the neighbor's slope within 1e-3 of it, and the line through both meets it.
     fn near_rims(
         &self,
         film: DVec3,
-        hint: &Hint,
-        first: usize,
+        center: DVec2,
         ways: &[Way],
+        at: &[f64],
         slopes: &mut [f64],
         rims: &mut [Rim],
     ) -> Option<()> {
         /// Steps longer than this share of the distance are followed by another.
-        const LAST_STEP: f64 = 2e-3;
-        const MOST: usize = 4;
-        let mut at: Lane = std::array::from_fn(|i| hint.distances[first + i]);
+        const LAST_STEP: f64 = 1e-3;
+        const MOST: usize = 8;
+        let count = ways.len();
+        let mut at: Lane = std::array::from_fn(|i| at[i.min(count - 1)]);
         let mut before: Option<(Lane, Lane)> = None;
-        let mut limits = [0; LANES];
-        for _ in 0..MOST {
-            let (fills, limit) = self.fills(film, |i| hint.center + at[i] * ways[i].way);
-            limits = limit;
+        let mut steps = [0.0; LANES];
+        for round in 0..MOST {
+            let aim = |i: usize| center + at[i] * ways[i.min(count - 1)].way;
+            let (fills, limits) = self.fills(film, aim);
             let tried = at;
             let mut longest: f64 = 0.0;
-            for i in 0..LANES {
+            steps = [0.0; LANES];
+            for i in 0..count {
                 if let Some((last, last_fills)) = &before
                     && (tried[i] - last[i]).abs() > 1e-5 * tried[i]
+                    && (fills[i] - last_fills[i]).is_finite()
                 {
                     slopes[i] = (fills[i] - last_fills[i]) / (tried[i] - last[i]);
                 }
-                let step = (1.0 - fills[i]) / slopes[i];
-                // Lost for another reason, or no rim that way.
+                let mut step = (1.0 - fills[i]) / slopes[i];
+                if fills[i].is_infinite() {
+                    // Lost for another reason: on the way back to the ray before.
+                    let back = before.as_ref().map_or(0.9 * tried[i], |(last, _)| last[i]);
+                    step = 0.5 * (back.min(0.99 * tried[i]) - tried[i]);
+                }
+                // No rim that way.
                 if !(slopes[i] > 0.0 && step.abs() < 0.5 * tried[i]) {
                     return None;
                 }
                 at[i] = tried[i] + step;
-                longest = longest.max(step.abs() / tried[i]);
+                steps[i] = step.abs();
+                longest = longest.max(steps[i] / tried[i]);
+                rims[i].limit = limits[i];
             }
             if longest < LAST_STEP {
                 break;
             }
+            if round + 1 == MOST {
+                return None;
+            }
             before = Some((tried, fills));
         }
         for (i, rim) in rims.iter_mut().enumerate() {
-            let distance = (1.0 + 0.25 * COARSE) * at[i];
-            *rim = Rim {
-                angle: ways[i].angle,
-                distance,
-                point: hint.center + distance * ways[i].way,
-                limit: limits[i],
-            };
+            rim.angle = ways[i].angle;
+            // Where two surfaces meet the line through two rays may end a little inside.
+            rim.distance = (1.0 + 0.25 * COARSE) * at[i] + 0.5 * steps[i];
+            rim.point = center + rim.distance * ways[i].way;
         }
         Some(())
     }
@@ -319,11 +371,8 @@ impl<'a> Sight<'a> {
         sides: &[DVec2; SIDES],
         hint: Option<&Hint>,
     ) -> Option<Seen> {
-        let ways = match self.is_mirrored(film) {
-            true => &self.half_turn,
-            false => &self.full_turn,
-        };
-        let mut rims = vec![Rim::default(); DIRECTIONS];
+        let ways = self.ways(film);
+        let mut rims = vec![Rim::default(); ways.len()];
         let mut mean = None;
         for (bundle, rims) in rims.chunks_mut(LANES).enumerate() {
             let first = bundle * LANES;
@@ -338,13 +387,14 @@ impl<'a> Sight<'a> {
             );
             mean = Some(rims[LANES - 1].distance);
         }
-        let distances = rims.iter().map(|rim| rim.distance);
-        let nearest = distances.clone().fold(f64::INFINITY, f64::min);
-        let mean = distances.sum::<f64>() / rims.len() as f64;
+        let (nearest, mean) = nearest_and_mean(&rims);
         if hint.is_some() && nearest < 0.2 * mean {
             return None;
         }
-        let slopes = std::array::from_fn(|i| (1.0 - inside.fill) / rims[i].distance);
+        let mut slopes = [0.0; DIRECTIONS];
+        for (slope, rim) in slopes.iter_mut().zip(&rims) {
+            *slope = (1.0 - inside.fill) / rim.distance;
+        }
         Some(self.seen_of(film, sides, inside, rims, slopes))
     }
 
@@ -358,31 +408,35 @@ impl<'a> Sight<'a> {
         slopes: [f64; DIRECTIONS],
     ) -> Seen {
         let mirrored = self.is_mirrored(film);
-        let ways = match mirrored {
-            true => &self.half_turn,
-            false => &self.full_turn,
-        };
-        let distances: [f64; DIRECTIONS] = std::array::from_fn(|i| rims[i].distance);
-        let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
-        let corners = self.corners(film, inside, !mirrored, &mut rims);
+        let ways = self.ways(film);
+        let mut distances = [0.0; DIRECTIONS];
+        for (distance, rim) in distances.iter_mut().zip(&rims) {
+            *distance = rim.distance;
+        }
+        let (nearest, _) = nearest_and_mean(&rims);
+        let corners = self.corners(film, inside, &mut rims);
+        // Mirrored sides come in pairs, and what is farthest along one is on its half.
+        let needed = if mirrored { SIDES / 2 + 1 } else { SIDES };
         let mut support: Support = std::array::from_fn(|j| inside.center.dot(sides[j]));
-        let mut add = |point: DVec2| {
-            for (support, side) in support.iter_mut().zip(sides) {
+        let points = rims.iter().map(|rim| rim.point);
+        for point in points.chain(corners) {
+            for (support, side) in support[..needed].iter_mut().zip(sides) {
                 *support = support.max(point.dot(*side));
             }
-        };
-        let points = rims.iter().map(|rim| rim.point).chain(corners);
-        points.for_each(&mut add);
+        }
         if mirrored {
-            support = mirror(&support);
+            for j in needed..SIDES {
+                support[j] = support[SIDES - j];
+            }
         }
         // The next starts in the middle of this one.
         let span = |j: usize| 0.5 * (support[j] - support[(j + SIDES / 2) % SIDES]);
         let (a, b) = (sides[0], sides[SIDES / 4]);
         let center = (span(SIDES / 4) * a - span(0) * b).perp() / a.perp_dot(b);
         let moved = center - inside.center;
-        let distances =
-            std::array::from_fn(|i| (distances[i] - moved.dot(ways[i].way)).max(0.1 * nearest));
+        for (distance, way) in distances.iter_mut().zip(ways) {
+            *distance = (*distance - moved.dot(way.way)).max(0.1 * nearest);
+        }
         let hint = Hint {
             center,
             distances,
@@ -391,187 +445,24 @@ impl<'a> Sight<'a> {
         Seen { support, hint }
     }
 
-    /// Aims at which light comes through, or nearly does, outside of the figure that is `seen`,
-    /// with their fill: a beam that is folded inside the lens may come in several pieces. The
-    /// fill is looked at on a grid over all that is in reach, and followed downhill from wherever
-    /// it is less than all around.
-    pub fn strays(
-        &self,
-        film: DVec3,
-        seen: Option<&Seen>,
-        sides: &[DVec2; SIDES],
-        nearly: f64,
-    ) -> Vec<(DVec2, f64)> {
-        let mirrored = self.even && film.y == 0.0;
-        let side = self.grid * LANES;
-        let rows = if mirrored { side / 2 } else { side };
-        let step = self.stride();
-        let place = |i: usize, j: usize| {
-            let from = |k: usize| (k as f64 + 0.5) * step;
-            let y = if mirrored {
-                from(j)
-            } else {
-                from(j) - self.reach
-            };
-            DVec2::new(from(i) - self.reach, y)
-        };
-        let outside = |p: DVec2| seen.is_none_or(|seen| is_outside(p, &seen.support, sides));
-        let mut fills = Vec::with_capacity(rows * side);
-        for (j, first) in (0..rows).flat_map(|j| (0..self.grid).map(move |k| (j, k * LANES))) {
-            fills.extend(self.fills(film, |i| place(first + i, j)).0);
-        }
-        let fill = |i: usize, j: usize, di: usize, dj: usize| {
-            // One more than the step, so that nothing is negative.
-            let (i, j) = ((i + di).wrapping_sub(1), (j + dj).wrapping_sub(1));
-            match i < side && j < rows {
-                true => fills[j * side + i],
-                false => f64::INFINITY,
-            }
-        };
-        let is_lowest = |i: usize, j: usize| {
-            let own = fill(i, j, 1, 1);
-            own.is_finite() && (0..9).all(|k| own <= fill(i, j, k % 3, k / 3))
-        };
-        let lowest = (0..rows * side).map(|k| (k % side, k / side));
-        lowest
-            .filter(|(i, j)| is_lowest(*i, *j) && outside(place(*i, *j)))
-            .map(|(i, j)| self.downhill(film, place(i, j), step, nearly, &outside))
-            .filter(|(aim, fill)| {
-                // Not the slope to the figure itself.
-                let apart = |seen: &Seen| self.is_behind_a_ridge(film, *aim, *fill, seen);
-                *fill < 1.0 || *fill < nearly && seen.is_none_or(apart)
-            })
-            .collect()
-    }
-
-    /// The distance of the grid's aims.
-    fn stride(&self) -> f64 {
-        2.0 * self.reach / (self.grid * LANES) as f64
-    }
-
-    /// The least fill of rays near one of a film point at a radius, when the film point moves as
-    /// well, up to `step` at once at first; `point` makes a film point of a radius. Only rays that
-    /// are `outside` count.
-    pub fn least_around(
-        &self,
-        (radius, aim): (f64, DVec2),
-        step: f64,
-        point: &dyn Fn(f64) -> Option<DVec3>,
-        outside: &dyn Fn(f64, DVec2) -> bool,
-    ) -> ((f64, DVec2), f64) {
-        let rear_z = self.lens.length();
-        let (mut best, mut least) = ((radius, aim), f64::INFINITY);
-        let mut size = 1.0;
-        for round in 0..64 {
-            let from = best;
-            let near = |lane: usize| {
-                // Evenly in a cube: the generalized golden ratios.
-                let k = (round * LANES + lane) as f64;
-                let at = [0.819_172_513, 0.671_043_607, 0.549_700_478];
-                let [a, b, c] = at.map(|g| size * (2.0 * (0.5 + g * k).fract() - 1.0));
-                (from.0 + step * a, from.1 + self.stride() * DVec2::new(b, c))
-            };
-            let mut bundle = Bundle::default();
-            for lane in 0..LANES {
-                let (radius, aim) = near(lane);
-                if let Some(origin) = point(radius)
-                    && let Some(direction) = unit(aim.extend(rear_z) - origin)
-                    && outside(radius, aim)
-                {
-                    bundle.set(lane, &LensRay { origin, direction });
-                }
-            }
-            let before = least;
-            for (lane, fill) in self.lens.fills_of(&mut bundle).into_iter().enumerate() {
-                if fill < least {
-                    (best, least) = (near(lane), fill);
-                }
-            }
-            if least < 1.0 || size < 1e-4 {
-                break;
-            }
-            if !(least < before - 1e-3 * size) {
-                size *= 0.7;
-            }
-        }
-        (best, least)
-    }
-
-    /// Whether the fill rises on the straight way from an aim to the figure.
-    fn is_behind_a_ridge(&self, film: DVec3, aim: DVec2, fill: f64, seen: &Seen) -> bool {
-        let part = |lane: usize| lane as f64 / (LANES - 1) as f64;
-        let (fills, _) = self.fills(film, |lane| aim.lerp(seen.hint.center, part(lane)));
-        fills.iter().any(|f| !(*f <= fill + 1e-3))
-    }
-
-    /// The aim of least fill downhill of one; infinite where that leads into the figure.
-    fn downhill(
-        &self,
-        film: DVec3,
-        from: DVec2,
-        step: f64,
-        nearly: f64,
-        outside: &dyn Fn(DVec2) -> bool,
-    ) -> (DVec2, f64) {
-        let (mut best, mut least) = (from, f64::INFINITY);
-        let mut radius = step;
-        for round in 0..12 {
-            let (center, before) = (best, least);
-            let aim = |lane: usize| {
-                let part = lane as f64 / (LANES - 1) as f64;
-                let (sin, cos) = libm::sincos(TAU * 0.381966 * lane as f64);
-                center + radius * part.sqrt() * DVec2::new(cos, sin)
-            };
-            let (fills, _) = self.fills(film, aim);
-            for (lane, fill) in fills.into_iter().enumerate() {
-                if fill < least {
-                    (best, least) = (aim(lane), fill);
-                }
-            }
-            if !outside(best) {
-                return (best, f64::INFINITY);
-            }
-            // Each step gains less than the one before.
-            let hopeless = round > 2 && least - 3.0 * (before - least) > nearly;
-            if least < 1.0 || hopeless {
-                break;
-            }
-            radius *= 0.6;
-        }
-        (best, least)
-    }
-
     /// The corners of an outline. Its points are put closer where one comes out too far from its
     /// neighbors to be known.
-    fn corners(
-        &self,
-        film: DVec3,
-        inside: Inside,
-        closed: bool,
-        rims: &mut Vec<Rim>,
-    ) -> Vec<DVec2> {
+    fn corners(&self, film: DVec3, inside: Inside, rims: &mut Vec<Rim>) -> Vec<DVec2> {
         const PARTS: usize = 8;
+        let mirrored = self.is_mirrored(film);
         let mut corners = Vec::new();
         for round in 0..3 {
             corners.clear();
             let mut more: Vec<(Way, f64)> = Vec::new();
-            let count = if closed { rims.len() } else { rims.len() - 1 };
+            let count = if mirrored { rims.len() - 1 } else { rims.len() };
             for third in 0..count {
-                let at = |k: usize| {
-                    let i = third + k + rims.len() - 2;
-                    let turns = (i / rims.len()) as f64 - 1.0;
-                    let rim = rims[i % rims.len()];
-                    Rim {
-                        angle: rim.angle + turns * TAU,
-                        ..rim
-                    }
-                };
-                let row: [Rim; 6] = std::array::from_fn(at);
-                let [_, _, b, c, _, _] = row;
-                let ends = !closed && (third < 2 || third + 3 >= rims.len());
-                if b.limit == c.limit || ends {
+                let next = (third + 1) % rims.len();
+                if rims[third].limit == rims[next].limit {
                     continue;
                 }
+                let row = Row { rims, mirrored };
+                let row: [Rim; 6] = std::array::from_fn(|k| row.at((third + k) as isize - 2));
+                let [_, before, b, c, behind, _] = row;
                 let room = round < 2 && more.len() + PARTS <= LANES;
                 let found = corner(row, if room { 1.5 } else { f64::INFINITY });
                 if found.is_none() && room && c.angle - b.angle > 1e-6 {
@@ -585,17 +476,22 @@ impl<'a> Sight<'a> {
                 if found.is_none() && !room {
                     // Nearly the same way: as far again as the points are apart.
                     let beyond = |near: Rim, next: Rim| 2.0 * near.point - next.point;
-                    corners.extend([beyond(b, row[1]), beyond(c, row[4])]);
+                    corners.extend([beyond(b, before), beyond(c, behind)]);
                 }
             }
             if more.is_empty() {
                 break;
             }
             let first = rims.len();
-            let ways: Vec<Way> = more.iter().map(|(way, _)| *way).collect();
-            rims.resize(first + more.len(), Rim::default());
-            let guess = |lane: usize| Some(more[lane].1);
-            self.rims(film, inside, &ways, &guess, COARSE, &mut rims[first..]);
+            let (ways, at): (Vec<Way>, Vec<f64>) = more.into_iter().unzip();
+            rims.resize(first + ways.len(), Rim::default());
+            let mut slopes: Vec<f64> = at.iter().map(|at| (1.0 - inside.fill) / at).collect();
+            let rest = &mut rims[first..];
+            let found = self.near_rims(film, inside.center, &ways, &at, &mut slopes, rest);
+            if found.is_none() {
+                let guess = |lane: usize| Some(at[lane]);
+                self.rims(film, inside, &ways, &guess, COARSE, rest);
+            }
             rims.sort_by(|a, b| a.angle.total_cmp(&b.angle));
         }
         corners
@@ -692,126 +588,9 @@ impl<'a> Sight<'a> {
     }
 }
 
-pub(crate) fn is_outside(p: DVec2, support: &Support, sides: &[DVec2; SIDES]) -> bool {
-    let mut sides = sides.iter().zip(support);
-    sides.any(|(side, reach)| p.dot(*side) > *reach)
-}
-
-/// What is known of the rim in one direction: inside at `low`, outside at `high`.
-#[derive(Clone, Copy)]
-struct Bracket {
-    low: f64,
-    high: f64,
-    /// The fill less 1 at both; not above 0 at `high` while nothing outside is known.
-    f_low: f64,
-    f_high: f64,
-    /// The last two places tried, with the fill less 1.
-    tried: [(f64, f64); 2],
-    next: f64,
-    limit: u64,
-}
-
-impl Bracket {
-    fn new(f_center: f64, guess: f64) -> Self {
-        Self {
-            low: 0.0,
-            high: guess,
-            f_low: f_center,
-            f_high: f64::NEG_INFINITY,
-            tried: [(0.0, f_center); 2],
-            next: guess,
-            limit: 0,
-        }
-    }
-
-    fn is_open(&self, width: f64) -> bool {
-        !(self.f_high > 0.0) || self.high - self.low > width * self.high
-    }
-
-    /// Where the fill would be 1 if it were linear in the last two places.
-    fn secant(&self) -> Option<f64> {
-        let [(a, f), (b, g)] = self.tried;
-        let root = b - g * (b - a) / (g - f);
-        root.is_finite().then_some(root)
-    }
-
-    /// The next place to try. The root's own neighborhood is closed in from both sides, half of
-    /// the width apart, so that two rays end a search that has come near.
-    fn choose(&mut self, width: f64, round: usize, reach: f64) {
-        if round == 0 {
-            return;
-        }
-        let near = 0.45 * width * self.high;
-        if !(self.f_high > 0.0) {
-            let outward = 1.5 * self.low;
-            let far = 4.0 * self.low;
-            let root = self.secant().filter(|root| *root >= self.low && round < 6);
-            self.next = root
-                .map_or(outward, |root| (root + near).min(far))
-                .min(reach);
-            return;
-        }
-        let span = self.high - self.low;
-        let inside = |x: &f64| *x > self.low && *x < self.high;
-        let line = || self.low - self.f_low * span / (self.f_high - self.f_low);
-        let root = match self.f_high.is_finite() && (round < 6 || !round.is_multiple_of(3)) {
-            true => self.secant().filter(inside).unwrap_or_else(line),
-            false => 0.5 * (self.low + self.high),
-        };
-        self.next = if root - self.low < 2.0 * near {
-            self.low + 2.1 * near
-        } else if self.high - root < 2.0 * near {
-            self.high - 2.1 * near
-        } else {
-            root - near
-        };
-        if !inside(&self.next) {
-            self.next = 0.5 * (self.low + self.high);
-        }
-    }
-
-    fn learn(&mut self, over: f64, limit: u64, reach: f64) {
-        self.tried = [self.tried[1], (self.next, over)];
-        if over <= 0.0 && self.next < reach {
-            (self.low, self.f_low) = (self.next, over);
-        } else {
-            (self.high, self.f_high) = (self.next, over.max(f64::MIN_POSITIVE));
-            self.limit = limit;
-        }
-    }
-}
-
-/// The support of a figure and its mirror image in y = 0; the sides come in mirrored pairs.
-fn mirror(support: &Support) -> Support {
-    std::array::from_fn(|j| support[j].max(support[(SIDES - j) % SIDES]))
-}
-
-/// A corner of an outline, where one surface's shadow meets another's between the third and the
-/// fourth of six points: on either side the line through the nearer two, bent as the farthest of
-/// the three is from it, nearly. None where that is far from both, or farther out than so many
-/// times the way between those two.
-fn corner([a, b, c, d, e, f]: [Rim; 6], times: f64) -> Option<DVec2> {
-    let cross = |p: DVec2, along: DVec2, q: DVec2, other: DVec2| {
-        let t = (q - p).perp_dot(other) / along.perp_dot(other);
-        (t > 0.0).then(|| p + t * along)
-    };
-    let (along, other) = (c.point - b.point, d.point - e.point);
-    let straight = cross(c.point, along, d.point, other)?;
-    let bent = |far: &Rim, next: &Rim, last: &Rim| {
-        if far.limit != last.limit || next.limit != last.limit {
-            return DVec2::ZERO;
-        }
-        let step = last.point - next.point;
-        let (side, length) = (step.perp().normalize_or_zero(), step.length());
-        let out = (straight - last.point).length();
-        // Points need not be evenly spaced: the parabola through all three.
-        let before = (next.point - far.point).dot(step) / length;
-        let off = (far.point - next.point).dot(side);
-        0.5 * off * out * (out + length) / (before * (before + length)) * side
-    };
-    let (p, q) = (bent(&a, &b, &c), bent(&f, &e, &d));
-    let corner = cross(c.point + p, along, d.point + q, other).unwrap_or(straight);
-    let gap = 2.0 * (d.point - c.point).length();
-    let near = |p: DVec2, step: DVec2| (corner - p).length() <= gap.min(times * step.length());
-    (near(c.point, along) && near(d.point, other)).then_some(corner)
+/// How far the nearest of an outline's points is, and how far they are on average.
+fn nearest_and_mean(rims: &[Rim]) -> (f64, f64) {
+    let distances = rims.iter().map(|rim| rim.distance);
+    let nearest = distances.clone().fold(f64::INFINITY, f64::min);
+    (nearest, distances.sum::<f64>() / rims.len() as f64)
 }

@@ -146,22 +146,70 @@ enum Branch {
     Dark,
 }
 
-/// Supports at the corners of a cell, the middles of its sides and its middle, row by row.
+/// Figures at the corners of a cell, the middles of its sides and its middle, row by row.
 #[derive(Clone, Debug)]
 struct Cell {
     low: [f64; 2],
     /// From a corner to the middle.
     half: [f64; 2],
-    supports: [Support; 9],
+    figures: [Around; 9],
+}
+
+/// A figure by where its middle is, outward and around as the film point has it, and its support
+/// from there. A small pupil goes far around the axis: its middle along a circle, while its shape,
+/// as that of blades, stays upright.
+#[derive(Clone, Copy, Debug)]
+struct Around {
+    middle: DVec2,
+    support: Support,
+}
+
+impl Around {
+    /// What is seen from a film point in a direction.
+    fn of(seen: &Seen, direction: DVec2, sides: &[DVec2; SIDES]) -> Self {
+        let middle = seen.hint.center();
+        Self {
+            middle: inverse(direction).rotate(middle),
+            support: shifted(&seen.support, -middle, sides),
+        }
+    }
+
+    /// The support, as it is from a film point in a direction.
+    fn seen_from(&self, direction: DVec2, sides: &[DVec2; SIDES]) -> Support {
+        shifted(&self.support, direction.rotate(self.middle), sides)
+    }
+
+    fn mix(a: &Self, b: &Self, t: f64) -> Self {
+        Self {
+            middle: a.middle.lerp(b.middle, t),
+            support: mix(&a.support, &b.support, t),
+        }
+    }
+
+    fn widened(&self, share: f64) -> Self {
+        Self {
+            support: widened(&self.support, share),
+            ..*self
+        }
+    }
+}
+
+/// Turns the other way.
+fn inverse(turn: DVec2) -> DVec2 {
+    DVec2::new(turn.x, -turn.y)
+}
+
+fn shifted(support: &Support, by: DVec2, sides: &[DVec2; SIDES]) -> Support {
+    std::array::from_fn(|j| support[j] + by.dot(sides[j]))
 }
 
 impl Cell {
-    fn at(&self, place: [f64; 2]) -> Support {
+    fn at(&self, place: [f64; 2]) -> Around {
         let [u, v] = [0, 1].map(|k| ((place[k] - self.low[k]) / self.half[k]).clamp(0.0, 2.0));
         let (i, j) = ((u >= 1.0) as usize, (v >= 1.0) as usize);
         let (u, v) = (u - i as f64, v - j as f64);
-        let row = |j: usize| mix(&self.supports[3 * j + i], &self.supports[3 * j + i + 1], u);
-        mix(&row(j), &row(j + 1), v)
+        let row = |j: usize| Around::mix(&self.figures[3 * j + i], &self.figures[3 * j + i + 1], u);
+        Around::mix(&row(j), &row(j + 1), v)
     }
 }
 
@@ -259,11 +307,24 @@ impl Cells {
                 Branch::Dark => return None,
             }
         };
+        let (folded, turn, mirror) = match self.meridian {
+            true => (DVec2::X, direction, DVec2::ONE),
+            false => (inverse(turn).rotate(mirror * direction), turn, mirror),
+        };
         Some(Figure {
-            support: cell.at(place),
-            turn: if self.meridian { direction } else { turn },
-            mirror: if self.meridian { DVec2::ONE } else { mirror },
+            support: cell.at(place).seen_from(folded, &self.sides),
+            turn,
+            mirror,
         })
+    }
+
+    /// The direction from the axis of a place, as what is seen from there is kept.
+    fn direction(&self, place: [f64; 2]) -> DVec2 {
+        if self.meridian {
+            return DVec2::X;
+        }
+        let (sin, cos) = libm::sincos(self.symmetry.base + place[1] * self.symmetry.wedge());
+        DVec2::new(cos, sin)
     }
 
     /// The film point of a place, as it is to be measured. None beside a film that is bent.
@@ -300,16 +361,22 @@ impl Growth<'_> {
         if let Some(seen) = self.nodes.get(&key) {
             return *seen;
         }
-        let place = [0, 1].map(|k| f64::from(key[k]) / f64::from(self.finest[k]));
+        let place = self.place(key);
         let seen = cells.point(place).and_then(|p| self.look.at(p, hint));
         self.nodes.insert(key, seen);
         seen
+    }
+
+    fn place(&self, at: [u32; 2]) -> [f64; 2] {
+        [0, 1].map(|k| f64::from(at[k]) / f64::from(self.finest[k]))
     }
 
     /// The nine nodes of a cell, its corners first, as later ones begin from those.
     fn nine(&mut self, cells: &Cells, low: [u32; 2], size: [u32; 2]) -> [Option<Seen>; 9] {
         let mut all = [None; 9];
         let mut hint: Option<Hint> = None;
+        // The film point that the hint is from.
+        let mut last = DVec2::ZERO;
         for k in [0, 2, 8, 6, 1, 5, 7, 3, 4] {
             let [i, j] = [k % 3, k / 3];
             let at = [
@@ -322,21 +389,47 @@ impl Growth<'_> {
                 (_, 1) => [k - 3, k + 3],
                 _ => [k, k],
             };
-            if let (Some(a), Some(b)) = (&all[before], &all[behind]) {
-                hint = Some(Hint::between(a, b));
+            let mut between = false;
+            if let (Some(a), Some(b)) = (&all[before], &all[behind])
+                && before != behind
+            {
+                (hint, between) = (Some(Hint::between(a, b)), true);
+            }
+            let place = self.place(at);
+            let film = place[0] * cells.direction(place);
+            if let (Some(hint), true) = (&mut hint, !between && last.length() > 0.0) {
+                // Its middle goes along with the film point, nearly.
+                let along = inverse(last).rotate(film) / last.length_squared();
+                *hint = hint.turned(along);
             }
             all[k] = self.node(cells, at, hint.as_ref());
-            hint = all[k].map(|seen: Seen| seen.hint).or(hint);
+            if let Some(seen) = &all[k] {
+                (hint, last) = (Some(seen.hint), film);
+            }
         }
         all
     }
 
     fn cell(&mut self, cells: &Cells, low: [u32; 2], size: [u32; 2]) -> Found {
         let nine = self.nine(cells, low, size);
+        let sides = &cells.sides;
         let place = |k: usize, v: u32| f64::from(v) / f64::from(self.finest[k]);
+        // Directions below, in the middle and above.
+        let ways = [0, 1, 2].map(|j| cells.direction([0.0, place(1, low[1] + j * size[1] / 2)]));
+        let figures: [Option<Around>; 9] = std::array::from_fn(|k| {
+            let seen = nine[k].as_ref()?;
+            Some(Around::of(seen, ways[k / 3], sides))
+        });
+        let between = |ends: [usize; 2], middle: usize| {
+            let [a, b] = ends.map(|k| figures[k].as_ref());
+            let seen = |figure: &Around| figure.seen_from(ways[middle / 3], sides);
+            let straight = a.zip(b).map(|(a, b)| seen(&Around::mix(a, b, 0.5)));
+            let middle = nine[middle].as_ref().map(|seen| &seen.support);
+            Between::of([a.is_some(), b.is_some()], straight.as_ref(), middle)
+        };
         // The middle of a row outward, and of one around.
-        let row = |j: usize| Between::of(&nine, [3 * j, 3 * j + 2], 3 * j + 1);
-        let column = |i: usize| Between::of(&nine, [i, i + 6], i + 3);
+        let row = |j: usize| between([3 * j, 3 * j + 2], 3 * j + 1);
+        let column = |i: usize| between([i, i + 6], i + 3);
         let errs = [row(0).with(&row(2)), column(0).with(&column(2))];
         let within = row(1).with(&column(1));
         let all = errs[0].with(&errs[1]).with(&within);
@@ -362,21 +455,33 @@ impl Growth<'_> {
                 return Found::ToHalve(if may[worse] { worse } else { 1 - worse });
             }
         }
-        let mut seen = nine.iter().flatten();
-        let Some(first) = seen.next() else {
+        let seen: Vec<(usize, &Around)> = (0..9)
+            .filter_map(|k| Some((k, figures[k].as_ref()?)))
+            .collect();
+        let Some((_, first)) = seen.first() else {
             return Found::Dark;
         };
-        let supports = match all.bad <= 1.0 {
-            true => nine.map(|s| widened(&s.unwrap_or(*first).support, MARGIN + all.cut)),
+        let figures = match all.bad <= 1.0 {
+            true => figures.map(|f| f.unwrap_or(**first).widened(MARGIN + all.cut)),
             false => {
-                let everything = seen.fold(first.support, |all, s| hull(&all, &s.support));
-                [widened(&everything, MARGIN + AT_THE_END); 9]
+                // All that is seen, around the middle of all.
+                let middles = seen.iter().map(|(_, figure)| figure.middle);
+                let middle = middles.sum::<DVec2>() / seen.len() as f64;
+                let upright = |(k, figure): &(usize, &Around)| {
+                    let off = ways[k / 3].rotate(figure.middle - middle);
+                    shifted(&figure.support, off, sides)
+                };
+                let supports = seen.iter().map(upright);
+                let support = supports
+                    .reduce(|a, b| hull(&a, &b))
+                    .unwrap_or(first.support);
+                [Around { middle, support }.widened(MARGIN + AT_THE_END); 9]
             }
         };
         Found::Cell(Box::new(Cell {
             low: [0, 1].map(|k| place(k, low[k])),
             half: [0, 1].map(|k| 0.5 * place(k, size[k])),
-            supports,
+            figures,
         }))
     }
 }
@@ -391,17 +496,15 @@ struct Between {
 }
 
 impl Between {
-    fn of(nine: &[Option<Seen>; 9], ends: [usize; 2], middle: usize) -> Self {
-        let [a, b] = ends.map(|k| nine[k].as_ref());
-        match (a, nine[middle].as_ref(), b) {
-            (Some(a), Some(m), Some(b)) => {
-                let straight = mix(&a.support, &b.support, 0.5);
-                let cut = excess(&m.support, &straight).max(0.0);
-                let added = excess(&straight, &m.support);
+    fn of(ends: [bool; 2], straight: Option<&Support>, middle: Option<&Support>) -> Self {
+        match (straight, middle) {
+            (Some(straight), Some(middle)) => {
+                let cut = excess(middle, straight).max(0.0);
+                let added = excess(straight, middle);
                 let bad = (cut / MAY_CUT).max(added / MAY_ADD);
                 Self { cut, bad }
             }
-            (None, None, None) => Self { cut: 0.0, bad: 0.0 },
+            (None, None) if ends == [false; 2] => Self { cut: 0.0, bad: 0.0 },
             _ => Self {
                 cut: 0.0,
                 bad: f64::INFINITY,
