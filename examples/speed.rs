@@ -285,7 +285,7 @@ fn in_lanes(lens: &Lens, rays: &[LensRay], width: Width) -> f64 {
 
 fn meshes(report: &mut String, large: bool) {
     report.push_str(
-        "## Triangles\n\nA bumpy ball. Millions of rays a second, one thread, one by one / in packets of 16: \
+        "## Triangles\n\nA bumpy ball. Millions of rays a second, one thread, one by one / in packets of 32: \
          from a point outside (rows of a picture), from there to a light, and from points on the \
          ball in any direction. Memory is the tree's, with its triangles.\n\n\
          | triangles | build, s | primary | shadow | incoherent | MB |\n|---|---|---|---|---|---|\n",
@@ -332,7 +332,7 @@ fn others_rays(report: &mut String, file: &str, prefix: &str) {
     let _ = writeln!(
         report,
         "## Rays that another program traces\n\n{} triangles, built in {:.0} ms, {:.0} MB. Millions \
-         of rays a second, one thread.\n\n| rays | one by one | packets of 16 |\n|---|---|---|",
+         of rays a second, one thread.\n\n| rays | one by one | packets of 32 |\n|---|---|---|",
         triangles.len(),
         1e3 * (thread_seconds() - start),
         tree.bytes() as f64 / 1e6

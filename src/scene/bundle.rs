@@ -127,7 +127,7 @@ pub fn packets(rays: &[Ray], mut packet: impl FnMut(&[u8])) {
     // Most bundles are of one course.
     if courses[..count].iter().all(|course| *course == courses[0]) {
         const NUMBERS: [u8; BUNDLE] = numbers();
-        NUMBERS[..count].chunks(PACKET).for_each(packet);
+        packet(&NUMBERS[..count]);
         return;
     }
     let mut left = ((1u64 << count) - 1) as u32;
@@ -135,7 +135,7 @@ pub fn packets(rays: &[Ray], mut packet: impl FnMut(&[u8])) {
         let first = courses[left.trailing_zeros() as usize];
         let (mut numbers, mut count) = ([0; PACKET], 0);
         for i in bits(left) {
-            if courses[i] == first && count < PACKET {
+            if courses[i] == first {
                 numbers[count] = i as u8;
                 count += 1;
                 left &= !(1 << i);
@@ -190,15 +190,9 @@ impl Lanewise for OneCourse<'_> {
 /// rays are from.
 fn in_packets(rays: &RayLanes, mut work: impl FnMut(&mut Packet, Lanes<'_>)) {
     let mut packet = Packet::empty();
-    let halves = [rays.mask & 0xffff, rays.mask >> PACKET];
-    let few = rays.mask.count_ones() as usize <= PACKET && halves.iter().all(|half| *half != 0);
-    if !few && widely(OneCourse(rays)) {
-        for (half, live) in halves.into_iter().enumerate() {
-            if live != 0 {
-                packet.load(rays, half * PACKET);
-                work(&mut packet, Lanes::From(half * PACKET));
-            }
-        }
+    if rays.mask != 0 && widely(OneCourse(rays)) {
+        packet.load(rays);
+        work(&mut packet, Lanes::All);
         return;
     }
     let mut gathered = [Ray::new(Vec3::ZERO, Vec3::Z); BUNDLE];
@@ -222,8 +216,7 @@ fn in_packets(rays: &RayLanes, mut work: impl FnMut(&mut Packet, Lanes<'_>)) {
 /// The lanes of a bundle that are in a packet.
 #[derive(Clone, Copy)]
 enum Lanes<'a> {
-    /// A row of [`PACKET`] from here on.
-    From(usize),
+    All,
     Of(&'a [u8]),
 }
 
@@ -231,7 +224,7 @@ impl Lanes<'_> {
     /// Bits of a packet as bits of the bundle.
     fn spread(self, packet: u32) -> u32 {
         match self {
-            Self::From(first) => packet << first,
+            Self::All => packet,
             Self::Of(lanes) => bits(packet).fold(0, |mask, i| mask | 1 << lanes[i]),
         }
     }
@@ -295,11 +288,9 @@ impl Packet {
     fn write(&self, hits: &mut HitLanes, lanes: Lanes<'_>) {
         let found = self.hits();
         match lanes {
-            Lanes::From(first) => {
-                hits.t[first..first + PACKET].copy_from_slice(found.t);
-                hits.u[first..first + PACKET].copy_from_slice(found.u);
-                hits.v[first..first + PACKET].copy_from_slice(found.v);
-                hits.primitive[first..first + PACKET].copy_from_slice(found.primitive);
+            Lanes::All => {
+                (hits.t, hits.u, hits.v) = (*found.t, *found.u, *found.v);
+                hits.primitive = *found.primitive;
             }
             Lanes::Of(lanes) => {
                 for (i, lane) in lanes.iter().map(|lane| usize::from(*lane)).enumerate() {

@@ -1,13 +1,13 @@
-//! Sixteen rays at once through the tree, for rays that go much the same way.
+//! The rays of a bundle at once through the tree, for rays that go much the same way.
 //!
 //! A node's eight boxes are first tried against an interval around the packet; the few that are
-//! left against every ray. A triangle is met by all rays together, by the operations of one ray,
-//! so that a hit has the same bits. Where few rays are left they go on one by one. Without the
+//! left against every ray, sixteen at a time. A triangle is met by all rays together, by the
+//! operations of one ray, so that a hit has the same bits. Where few rays are left they go on one by one. Without the
 //! wide vectors for this the caller traces rays one by one.
 
 use glam::Vec3;
 
-use super::super::bundle::{RayLanes, Side};
+use super::super::bundle::{BUNDLE, RayLanes, Side};
 use super::super::traverse::{PreparedRay, Ray, invert};
 #[cfg(target_arch = "x86_64")]
 use super::walk::{Room, Stack, WIDENING};
@@ -16,14 +16,17 @@ use super::{Block, Child, Met, Wide, bits};
 use super::{Node, WIDTH, block::BLOCK};
 
 /// Rays in a packet.
-pub const PACKET: usize = 16;
+pub const PACKET: usize = BUNDLE;
+/// Numbers in a vector.
+#[cfg(target_arch = "x86_64")]
+const VECTOR: usize = 16;
 /// As many rays as this, or fewer, are faster one by one.
 const FEW: u32 = 3;
 
 /// Hits within this share of their distance are close: twice the thickness of a plane.
 const CLOSE: f32 = 2.0 * super::super::COPLANAR;
 
-type Lanes = [f32; PACKET];
+type Lanes = Side;
 
 /// A box to come back to.
 #[derive(Clone, Copy)]
@@ -157,7 +160,7 @@ impl Packet {
             self.t_min[lane] = 0.0;
             self.t[lane] = f32::NEG_INFINITY;
         }
-        self.live = (1u32 << count) - 1;
+        self.live = ((1u64 << count) - 1) as u32;
         (self.found, self.close) = (0, 0);
         #[cfg(target_arch = "x86_64")]
         if Packet::is_worth_while() {
@@ -168,29 +171,25 @@ impl Packet {
         self.prepare(bounds);
     }
 
-    /// Takes the rays of a bundle's lanes from one on, [`PACKET`] of them, that are of one course;
-    /// at least one lane holds a ray.
-    pub fn load(&mut self, rays: &RayLanes, first: usize) {
+    /// Takes the rays of a bundle, at least one, that are of one course.
+    pub fn load(&mut self, rays: &RayLanes) {
         #[cfg(target_arch = "x86_64")]
         if Packet::is_worth_while() {
             // SAFETY: the processor was just asked.
-            unsafe { self.load_avx512(rays, first) };
+            unsafe { self.load_avx512(rays) };
             return;
         }
-        self.take_lanes(rays, first);
+        self.take_lanes(rays);
         self.prepare(bounds);
     }
 
     #[inline(always)]
-    fn take_lanes(&mut self, rays: &RayLanes, first: usize) {
-        let live = rays.mask >> first & 0xffff;
+    fn take_lanes(&mut self, rays: &RayLanes) {
+        let live = rays.mask;
         // What holds no ray is another ray again, and never asked for.
         let some = live.trailing_zeros() as usize;
         for axis in 0..3 {
-            let (from, to) = (
-                part(&rays.origin[axis], first),
-                part(&rays.direction[axis], first),
-            );
+            let (from, to) = (&rays.origin[axis], &rays.direction[axis]);
             let (other_from, other_to) = (from[some], to[some]);
             for lane in 0..PACKET {
                 let on = live >> lane & 1 == 1;
@@ -199,8 +198,7 @@ impl Packet {
                 self.direction[axis][lane] = d + 0.0; // turns −0.0 into +0.0
             }
         }
-        let t_max = part(&rays.t_max, first);
-        for (lane, t_max) in t_max.iter().enumerate() {
+        for (lane, t_max) in rays.t_max.iter().enumerate() {
             let end = if *t_max < f32::MAX { *t_max } else { f32::MAX };
             let on = live >> lane & 1 == 1;
             self.t[lane] = if on { end } else { f32::NEG_INFINITY };
@@ -289,14 +287,6 @@ impl Packet {
             t
         }
     }
-}
-
-/// A packet's part of a bundle.
-#[inline(always)]
-fn part(of: &Side, first: usize) -> Lanes {
-    let mut lanes = [0.0; PACKET];
-    lanes.copy_from_slice(&of[first..first + PACKET]);
-    lanes
 }
 
 /// Least and greatest.
@@ -429,25 +419,28 @@ mod avx512 {
 
     impl Packet {
         #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2")]
-        pub(super) fn load_avx512(&mut self, rays: &RayLanes, first: usize) {
-            self.take_lanes(rays, first);
+        pub(super) fn load_avx512(&mut self, rays: &RayLanes) {
+            self.take_lanes(rays);
             self.prepare_avx512();
         }
 
         #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2")]
         pub(super) fn prepare_avx512(&mut self) {
             self.prepare(|of| {
-                // SAFETY: sixteen floats; the load needs no alignment.
-                let of = unsafe { _mm512_loadu_ps(of.as_ptr()) };
-                (_mm512_reduce_min_ps(of), _mm512_reduce_max_ps(of))
+                let [a, b] = [Self::lanes(of, 0), Self::lanes(of, VECTOR)];
+                (
+                    _mm512_reduce_min_ps(_mm512_min_ps(a, b)),
+                    _mm512_reduce_max_ps(_mm512_max_ps(a, b)),
+                )
             });
         }
 
         #[inline]
         #[target_feature(enable = "avx512f")]
-        fn lanes(of: &Lanes) -> __m512 {
-            // SAFETY: sixteen floats; the load needs no alignment.
-            unsafe { _mm512_loadu_ps(of.as_ptr()) }
+        fn lanes(of: &Lanes, first: usize) -> __m512 {
+            const { assert!(PACKET == 2 * VECTOR) }
+            // SAFETY: sixteen floats from one of the two places; the load needs no alignment.
+            unsafe { _mm512_loadu_ps(of.as_ptr().add(first & VECTOR)) }
         }
 
         /// The farthest distance that still counts for any of the rays, widened, but finite: an
@@ -455,7 +448,10 @@ mod avx512 {
         #[inline]
         #[target_feature(enable = "avx512f")]
         fn limit(&self, lanes: u32) -> f32 {
-            let t = _mm512_mask_reduce_max_ps(lanes as u16, Self::lanes(&self.t));
+            let reach = |first: usize| {
+                _mm512_mask_reduce_max_ps((lanes >> first) as u16, Self::lanes(&self.t, first))
+            };
+            let t = reach(0).max(reach(VECTOR));
             (t + t.abs() * (WIDENING + CLOSE)).min(f32::MAX)
         }
 
@@ -498,24 +494,35 @@ mod avx512 {
         #[inline]
         #[target_feature(enable = "avx512f,avx512dq")]
         fn enter_box(&self, node: &Node, i: usize, lanes: u32) -> u32 {
+            let mut entering = 0;
+            for first in [0, VECTOR] {
+                let some = (lanes >> first) as u16;
+                entering |= u32::from(self.enter_sixteen(node, i, first, some)) << first;
+            }
+            entering
+        }
+
+        #[inline]
+        #[target_feature(enable = "avx512f,avx512dq")]
+        fn enter_sixteen(&self, node: &Node, i: usize, first: usize, lanes: u16) -> u16 {
             let at = |plane: usize, axis: usize, from: &[Lanes; 3]| {
                 let plane = _mm512_set1_ps(node.planes[plane][i]);
                 _mm512_fmadd_ps(
                     plane,
-                    Self::lanes(&self.inverse[axis]),
-                    Self::lanes(&from[axis]),
+                    Self::lanes(&self.inverse[axis], first),
+                    Self::lanes(&from[axis], first),
                 )
             };
-            let first = |axis: usize| at(self.near[axis], axis, &self.near_from);
-            let last = |axis: usize| at(self.far[axis], axis, &self.far_from);
+            let entry = |axis: usize| at(self.near[axis], axis, &self.near_from);
+            let exit = |axis: usize| at(self.far[axis], axis, &self.far_from);
             // Of two the second is taken if one is no number, as beyond the largest.
-            let n = _mm512_max_ps(first(0), Self::lanes(&self.t_min));
-            let n = _mm512_max_ps(first(2), _mm512_max_ps(first(1), n));
-            let f = _mm512_min_ps(last(0), Self::lanes(&self.t));
-            let f = _mm512_min_ps(last(2), _mm512_min_ps(last(1), f));
+            let n = _mm512_max_ps(entry(0), Self::lanes(&self.t_min, first));
+            let n = _mm512_max_ps(entry(2), _mm512_max_ps(entry(1), n));
+            let f = _mm512_min_ps(exit(0), Self::lanes(&self.t, first));
+            let f = _mm512_min_ps(exit(2), _mm512_min_ps(exit(1), f));
             let more = _mm512_set1_ps(WIDENING + CLOSE);
             let wide = _mm512_fmadd_ps(_mm512_abs_ps(f), more, f);
-            u32::from(_mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(lanes as u16, n, wide))
+            _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(lanes, n, wide)
         }
 
         /// Goes on to the nearest of the boxes entered and keeps the others; false if there is
@@ -601,13 +608,26 @@ mod avx512 {
         #[inline]
         #[target_feature(enable = "avx512f,avx512dq")]
         fn meet_triangle(&mut self, block: &Block, i: usize, lanes: u32) {
-            let lanes = lanes as u16;
+            for first in [0, VECTOR] {
+                let some = (lanes >> first) as u16;
+                if some != 0 {
+                    self.meet_sixteen(block, i, first, some);
+                }
+            }
+        }
+
+        #[inline]
+        #[target_feature(enable = "avx512f,avx512dq")]
+        fn meet_sixteen(&mut self, block: &Block, i: usize, first: usize, lanes: u16) {
             let [kx, ky, kz] = self.axes;
-            let (sx, sy) = (Self::lanes(&self.shear[0]), Self::lanes(&self.shear[1]));
+            let (sx, sy) = (
+                Self::lanes(&self.shear[0], first),
+                Self::lanes(&self.shear[1], first),
+            );
             let (ox, oy, oz) = (
-                Self::lanes(&self.origin[kx]),
-                Self::lanes(&self.origin[ky]),
-                Self::lanes(&self.origin[kz]),
+                Self::lanes(&self.origin[kx], first),
+                Self::lanes(&self.origin[ky], first),
+                Self::lanes(&self.origin[kz], first),
             );
             let sheared = |corner: usize| {
                 let from = |axis: usize, o| {
@@ -639,32 +659,34 @@ mod avx512 {
                     _mm512_add_ps(_mm512_mul_ps(u, az), _mm512_mul_ps(v, bz)),
                     _mm512_mul_ps(w, cz),
                 );
-                let t = _mm512_div_ps(_mm512_mul_ps(sum, Self::lanes(&self.shear[2])), det);
-                let best = Self::lanes(&self.t);
+                let t = _mm512_div_ps(_mm512_mul_ps(sum, Self::lanes(&self.shear[2], first)), det);
+                let best = Self::lanes(&self.t, first);
                 let good = _mm512_mask_cmp_ps_mask::<_CMP_NEQ_OQ>(inside, det, zero);
-                let good = _mm512_mask_cmp_ps_mask::<_CMP_GT_OQ>(good, t, Self::lanes(&self.t_min));
+                let good =
+                    _mm512_mask_cmp_ps_mask::<_CMP_GT_OQ>(good, t, Self::lanes(&self.t_min, first));
                 let apart = _mm512_abs_ps(_mm512_sub_ps(t, best));
                 let near = _mm512_mul_ps(best, _mm512_set1_ps(CLOSE));
-                let found = good & self.found as u16;
+                let found = good & (self.found >> first) as u16;
                 let close = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(found, apart, near);
-                self.close |= u32::from(close);
+                self.close |= u32::from(close) << first;
                 let take = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(good, t, best);
                 if take != 0 {
-                    // SAFETY: as above.
+                    // SAFETY: sixteen places from one of two, as in `lanes`; no alignment needed.
                     unsafe {
                         let keep = |to: &mut Lanes, from| {
-                            _mm512_mask_storeu_ps(to.as_mut_ptr(), take, from);
+                            _mm512_mask_storeu_ps(to.as_mut_ptr().add(first), take, from);
                         };
                         keep(&mut self.t, t);
                         keep(&mut self.u, _mm512_div_ps(v, det));
                         keep(&mut self.v, _mm512_div_ps(w, det));
                         let number = _mm512_set1_epi32(block.primitive(i) as i32);
-                        _mm512_mask_storeu_epi32(self.primitive.as_mut_ptr().cast(), take, number);
+                        let to = self.primitive.as_mut_ptr().add(first);
+                        _mm512_mask_storeu_epi32(to.cast(), take, number);
                     }
-                    self.found |= u32::from(take);
+                    self.found |= u32::from(take) << first;
                 }
             }
-            for lane in bits(u32::from(exact)) {
+            for lane in bits(u32::from(exact) << first) {
                 let corners = block.triangle(i);
                 let hit = self
                     .ray(lane)
