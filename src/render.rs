@@ -172,8 +172,9 @@ impl Shares {
     }
 
     /// In proportion to the standard deviation of a sample, which is best for a given sum; the
-    /// noise of a first look is spread over each pixel's neighborhood.
-    fn of(first: &Film) -> Self {
+    /// noise of a first look is spread over each pixel's neighborhood. Every share of the
+    /// number of samples given is a power of two.
+    fn of(first: &Film, samples: u32) -> Self {
         let Resolution { width, height } = first.resolution;
         let spread = |x: u32, y: u32| {
             let pixel = &first.pixels[(y * width + x) as usize];
@@ -200,8 +201,21 @@ impl Shares {
         if !(mean > 0.0) {
             return Self(None);
         }
+        let all = f64::from(samples);
         let share = |n: f64| Self::LEAST + (1.0 - Self::LEAST) * n / mean;
-        Self(Some(noise.into_iter().map(|n| share(n) as f32).collect()))
+        let whole = |n: f64| power_of_two(all * share(n)) / all;
+        Self(Some(noise.into_iter().map(|n| whole(n) as f32).collect()))
+    }
+}
+
+/// The power of two that is nearest to a positive number in the sense that numbers spread evenly
+/// over their logarithms keep their mean. Nets of so many points err least for their number.
+fn power_of_two(number: f64) -> f64 {
+    let below = f64::from_bits(number.to_bits() & f64::INFINITY.to_bits());
+    if number < below * std::f64::consts::LOG2_E {
+        below
+    } else {
+        2.0 * below
     }
 }
 
@@ -275,7 +289,7 @@ impl Render<'_> {
         if let Some(rays) = look.pass(tiles, &mut film, samples, &|_| true) {
             counts.add(&rays);
         }
-        Shares::of(&film)
+        Shares::of(&film, self.stop.samples)
     }
 
     fn shared_pass(
@@ -753,6 +767,19 @@ mod tests {
                 assert!(t.abs() < 4.6, "{kind:?} {filter:?} {adaptive}: {a} {b} {t}");
             }
         }
+    }
+
+    #[test]
+    fn powers_of_two_are_near_and_keep_the_mean() {
+        let (mut sum, mut of) = (0.0, 0.0);
+        for i in 0..8000 {
+            let number = f64::exp2(f64::from(i) / 1000.0 - 2.0);
+            let power = power_of_two(number);
+            assert_eq!(f64::exp2(power.log2().round()), power);
+            assert!(power / number < 1.387 && number / power <= std::f64::consts::LOG2_E);
+            (sum, of) = (sum + power / number, of + 1.0);
+        }
+        assert!(f64::abs(sum / of - 1.0) < 1e-3, "{}", sum / of);
     }
 
     #[test]
