@@ -41,12 +41,15 @@ pub struct CameraRay {
     pub weight: f64,
 }
 
-/// Rays into the scene that answer samples: meters, from the scene's origin. They lie in bundles
-/// without gaps, but for the last.
+/// As many rays of a bundle stay in their lanes; fewer move up to those before them.
+const MOST: u32 = 24;
+
+/// Rays into the scene that answer samples: meters, from the scene's origin. They lie in bundles,
+/// whose masks tell which lanes hold one.
 #[derive(Clone, Debug, Default)]
 pub struct Shots {
     bundles: Vec<RayLanes>,
-    /// The number of each ray's sample,
+    /// The number of each lane's sample,
     pub samples: Vec<u32>,
     /// what radiance counts for, as [`CameraRay::weight`],
     pub weights: Vec<f64>,
@@ -57,6 +60,7 @@ pub struct Shots {
 }
 
 impl Shots {
+    /// Lanes, with or without a ray.
     pub fn len(&self) -> usize {
         self.samples.len()
     }
@@ -95,30 +99,45 @@ impl Shots {
 
     #[inline(always)]
     fn put(&mut self, at: usize, origin: [f32; 3], direction: [f32; 3]) {
-        let (bundle, lane) = (at / BUNDLE, at % BUNDLE);
-        if bundle == self.bundles.len() {
-            self.bundles.push(RayLanes::default());
-        }
-        let to = &mut self.bundles[bundle];
+        let lane = at % BUNDLE;
+        let to = self.bundle(at / BUNDLE);
         for axis in 0..3 {
             to.origin[axis][lane] = origin[axis];
             to.direction[axis][lane] = direction[axis];
         }
-        to.mask = u32::MAX >> (BUNDLE - 1 - lane);
+        to.mask = (to.mask & ((1 << lane) - 1)) | 1 << lane;
     }
 
-    /// Takes the rays of some lanes.
-    fn take(&mut self, out: &Outside, lanes: u32, sample: impl Fn(usize) -> usize) {
-        let first = self.len();
-        for (i, lane) in bits(lanes).enumerate() {
-            let (origin, direction) = out.ray(lane);
-            self.put(first + i, origin, direction);
+    fn bundle(&mut self, number: usize) -> &mut RayLanes {
+        if number == self.bundles.len() {
+            self.bundles.push(RayLanes::default());
         }
-        self.passed += lanes.count_ones() as usize;
-        self.samples
-            .extend(bits(lanes).map(|lane| sample(lane) as u32));
-        self.weights
-            .extend(bits(lanes).map(|lane| out.weight[lane]));
+        &mut self.bundles[number]
+    }
+
+    /// Takes the rays that got through, of samples from a number on.
+    fn take(&mut self, out: &Outside, sample: usize) {
+        let mask = out.rays.mask;
+        self.passed += mask.count_ones() as usize;
+        let sample = sample as u32;
+        if mask.count_ones() < MOST {
+            let first = self.len();
+            for (i, lane) in bits(mask).enumerate() {
+                let (origin, direction) = out.ray(lane);
+                self.put(first + i, origin, direction);
+            }
+            self.samples
+                .extend(bits(mask).map(|lane| sample + lane as u32));
+            self.weights.extend(bits(mask).map(|lane| out.weight[lane]));
+            return;
+        }
+        // A bundle that was begun stays as it is.
+        let first = self.len().next_multiple_of(BUNDLE);
+        self.samples.resize(first, 0);
+        self.weights.resize(first, 0.0);
+        self.bundle(first / BUNDLE).clone_from(&out.rays);
+        self.samples.extend(sample..sample + BUNDLE as u32);
+        self.weights.extend_from_slice(&out.weight);
     }
 }
 
@@ -206,14 +225,15 @@ impl Camera {
         let bundles = shots
             .samples
             .chunks(BUNDLE)
-            .zip(shots.weights.chunks(BUNDLE));
-        for (number, ((samples, weights), light)) in bundles.zip(radiances).enumerate() {
-            for (lane, (sample, weight)) in samples.iter().zip(weights).enumerate() {
-                let mut light = of_lane(light, lane).as_dvec3() * *weight;
+            .zip(shots.weights.chunks(BUNDLE))
+            .zip(shots.bundles());
+        for (number, (((samples, weights), rays), light)) in bundles.zip(radiances).enumerate() {
+            for lane in bits(rays.mask) {
+                let mut light = of_lane(light, lane).as_dvec3() * weights[lane];
                 if let Some(color) = shots.colors.get(number * BUNDLE + lane) {
                     light = *color * light;
                 }
-                exposures[*sample as usize] += light;
+                exposures[samples[lane] as usize] += light;
             }
         }
     }
@@ -547,12 +567,13 @@ impl LensCamera {
     }
 
     fn shoot(&self, samples: &Samples, bundle: &mut Bundle, shots: &mut Shots) {
-        let mut aims = Aims::default();
+        let (mut sheaf, mut aims) = (Sheaf::default(), Aims::default());
+        let mut out = Outside::default();
         for first in (0..samples.len()).step_by(LANES) {
-            let sheaf = Sheaf::from(self.format, samples, first);
+            sheaf.take_from(self.format, samples, first);
             self.target.aims(&sheaf.film, &sheaf.pupil, &mut aims);
-            let out = self.trace(&self.lens, &sheaf, &aims, bundle);
-            shots.take(&out, bundle.through(), |lane| first + lane);
+            self.trace(&self.lens, &sheaf, &aims, bundle, &mut out);
+            shots.take(&out, first);
         }
     }
 }

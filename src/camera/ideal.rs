@@ -71,14 +71,16 @@ impl IdealLens {
     }
 
     pub(super) fn shoot(&self, samples: &Samples, shots: &mut Shots) {
+        let (mut sheaf, mut out) = (Sheaf::default(), Outside::default());
         for first in (0..samples.len()).step_by(LANES) {
-            let sheaf = Sheaf::from(self.format, samples, first);
-            let out = widely(Through {
+            sheaf.take_from(self.format, samples, first);
+            widely(Through {
                 lens: self,
                 sheaf: &sheaf,
+                out: &mut out,
             });
-            let all = u32::MAX >> (LANES - sheaf.count);
-            shots.take(&out, all, |lane| first + lane);
+            out.rays.mask = u32::MAX >> (LANES - sheaf.count);
+            shots.take(&out, first);
         }
     }
 }
@@ -87,19 +89,19 @@ impl IdealLens {
 struct Through<'a> {
     lens: &'a IdealLens,
     sheaf: &'a Sheaf,
+    out: &'a mut Outside,
 }
 
 impl Lanewise for Through<'_> {
-    type Output = Outside;
+    type Output = ();
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Outside {
-        let (lens, sheaf) = (self.lens, self.sheaf);
+    fn run<const FUSED: bool>(self) {
+        let (lens, sheaf, out) = (self.lens, self.sheaf, self.out);
         let turn = DMat3::from_quat(lens.world_from_camera);
         let v = lens.film_distance;
         let area = PI * lens.radius * lens.radius;
         let unit = v * v * area / lens.axial_irradiance;
-        let mut out = Outside::default();
         let [mut px, mut py] = [[0.0; LANES]; 2];
         disc::<FUSED>(&sheaf.pupil, &mut px, &mut py);
         for i in 0..LANES {
@@ -115,11 +117,10 @@ impl Lanewise for Through<'_> {
             let from = DVec3::new(lx, ly, 0.0) * METERS_FROM_MM;
             for axis in 0..3 {
                 let row = turn.row(axis);
-                out.origin[axis][i] = (lens.eye[axis] + row.dot(from)) as f32;
-                out.direction[axis][i] = (row.dot(across) * scale) as f32;
+                out.rays.origin[axis][i] = (lens.eye[axis] + row.dot(from)) as f32;
+                out.rays.direction[axis][i] = (row.dot(across) * scale) as f32;
             }
         }
-        out
     }
 }
 

@@ -7,10 +7,13 @@ use crate::lens::{Aims, Bundle, FilmPlace, LANES, Lens};
 use crate::math::lanes::{Lane, Lanewise, fused, widely};
 use crate::sampling::Samples;
 use crate::scene::wide::bits;
+use crate::scene::{BUNDLE, RayLanes, Sides};
 
 use super::{LensCamera, METERS_FROM_MM, equation_1, kept};
 
-/// Film points in millimeters from the film's middle, and lens points in the unit square.
+/// Film points in millimeters from the film's middle, and lens points in the unit square. It is
+/// filled again and again.
+#[derive(Default)]
 pub(super) struct Sheaf {
     pub film: [Lane; 2],
     pub pupil: [Lane; 2],
@@ -18,51 +21,46 @@ pub(super) struct Sheaf {
 }
 
 impl Sheaf {
-    /// The samples of some numbers, at most [`LANES`]. What is left over is the first again.
-    pub fn of(format: FilmFormat, samples: &Samples, numbers: &[usize]) -> Self {
+    /// Takes the samples of some numbers, at most [`LANES`]. What is left over is the first again.
+    pub fn take(&mut self, format: FilmFormat, samples: &Samples, numbers: &[usize]) {
         let at = |lane: usize| numbers.get(lane).copied().unwrap_or(numbers[0]);
-        let of = |all: &[f64]| -> Lane { std::array::from_fn(|lane| all[at(lane)]) };
-        Self::placed(
-            format,
-            [&samples.film[0], &samples.film[1]].map(|all| of(all)),
-            [&samples.pupil[0], &samples.pupil[1]].map(|all| of(all)),
-            numbers.len(),
-        )
+        self.fill(format, samples, numbers.len(), |lane, all| {
+            *lane = std::array::from_fn(|i| all[at(i)]);
+        });
     }
 
-    /// The samples from a number on.
-    pub fn from(format: FilmFormat, samples: &Samples, first: usize) -> Self {
+    /// Takes the samples from a number on.
+    pub fn take_from(&mut self, format: FilmFormat, samples: &Samples, first: usize) {
         let count = (samples.len() - first).min(LANES);
-        let of = |all: &[f64]| {
-            let mut lane = [all[first]; LANES];
+        self.fill(format, samples, count, |lane, all| {
+            lane[count..].fill(all[first]);
             lane[..count].copy_from_slice(&all[first..first + count]);
-            lane
-        };
-        Self::placed(
-            format,
-            [&samples.film[0], &samples.film[1]].map(|all| of(all)),
-            [&samples.pupil[0], &samples.pupil[1]].map(|all| of(all)),
-            count,
-        )
+        });
     }
 
-    fn placed(format: FilmFormat, place: [Lane; 2], pupil: [Lane; 2], count: usize) -> Self {
-        let [mut x, mut y] = place;
+    fn fill(
+        &mut self,
+        format: FilmFormat,
+        samples: &Samples,
+        count: usize,
+        copy: impl Fn(&mut Lane, &[f64]),
+    ) {
+        for d in 0..2 {
+            copy(&mut self.film[d], &samples.film[d]);
+            copy(&mut self.pupil[d], &samples.pupil[d]);
+        }
+        let [x, y] = &mut self.film;
         x.iter_mut().for_each(|x| *x = (0.5 - *x) * format.width);
         y.iter_mut().for_each(|y| *y = (*y - 0.5) * format.height);
-        Self {
-            film: [x, y],
-            pupil,
-            count,
-        }
+        self.count = count;
     }
 }
 
-/// What lanes bring: where each ray leaves the lens, which way, and what it counts for.
-#[derive(Clone, Debug)]
+/// What lanes bring: the rays that leave the lens, and what each counts for. It is filled again
+/// and again.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Outside {
-    pub origin: [[f32; LANES]; 3],
-    pub direction: [[f32; LANES]; 3],
+    pub rays: RayLanes,
     pub weight: Lane,
 }
 
@@ -70,31 +68,21 @@ impl Outside {
     /// The origin and the direction of one lane.
     #[inline(always)]
     pub fn ray(&self, lane: usize) -> ([f32; 3], [f32; 3]) {
-        let of = |v: &[[f32; LANES]; 3]| [v[0][lane], v[1][lane], v[2][lane]];
-        (of(&self.origin), of(&self.direction))
-    }
-}
-
-impl Default for Outside {
-    fn default() -> Self {
-        Self {
-            origin: [[0.0; LANES]; 3],
-            direction: [[0.0; LANES]; 3],
-            weight: [0.0; LANES],
-        }
+        let of = |v: &Sides| [v[0][lane], v[1][lane], v[2][lane]];
+        (of(&self.rays.origin), of(&self.rays.direction))
     }
 }
 
 impl LensCamera {
-    /// Traces the rays from film points to what is aimed at. The bundle says which get through.
+    /// Traces the rays from film points to what is aimed at.
     pub(super) fn trace(
         &self,
         lens: &Lens,
         sheaf: &Sheaf,
         aims: &Aims,
         bundle: &mut Bundle,
-    ) -> Outside {
-        let mut weight = [0.0; LANES];
+        out: &mut Outside,
+    ) {
         widely(Aimed {
             place: &self.place,
             rear_z: self.rear_z,
@@ -102,7 +90,7 @@ impl LensCamera {
             sheaf,
             aims,
             bundle: &mut *bundle,
-            weight: &mut weight,
+            weight: &mut out.weight,
         });
         for (lane, area) in aims.area.iter().enumerate() {
             if lane >= sheaf.count || !(*area > 0.0) {
@@ -111,7 +99,7 @@ impl LensCamera {
         }
         if lens.reflects() {
             for lane in bits(bundle.through()) {
-                weight[lane] *= kept(lens, &bundle.ray(lane));
+                out.weight[lane] *= kept(lens, &bundle.ray(lane));
             }
         }
         lens.trace_bundle_from_film(bundle);
@@ -119,8 +107,9 @@ impl LensCamera {
             turn: self.world_from_lens,
             eye: self.eye,
             bundle,
-            weight,
-        })
+            out: &mut out.rays,
+        });
+        out.rays.mask = bundle.through();
     }
 }
 
@@ -161,21 +150,18 @@ struct Leaving<'a> {
     turn: DQuat,
     eye: DVec3,
     bundle: &'a Bundle,
-    weight: Lane,
+    out: &'a mut RayLanes,
 }
 
 impl Lanewise for Leaving<'_> {
-    type Output = Outside;
+    type Output = ();
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Outside {
+    fn run<const FUSED: bool>(self) {
+        const { assert!(LANES == BUNDLE) }
         let turn = DMat3::from_quat(self.turn);
         let scaled = turn * METERS_FROM_MM;
-        let mut out = Outside {
-            weight: self.weight,
-            ..Outside::default()
-        };
-        let b = self.bundle;
+        let (b, out) = (self.bundle, self.out);
         for axis in 0..3 {
             let [rx, ry, rz] = scaled.row(axis).to_array();
             let [tx, ty, tz] = turn.row(axis).to_array();
@@ -187,6 +173,5 @@ impl Lanewise for Leaving<'_> {
                 out.direction[axis][i] = d as f32;
             }
         }
-        out
     }
 }

@@ -81,11 +81,11 @@ pub struct Doubts {
     sheaves: Vec<Traced>,
 }
 
-/// The rays of a sheaf behind the lens, by the wavelengths of a set, and which get through.
+/// The rays of a sheaf behind the lens, by the wavelengths of a set.
 #[derive(Clone, Debug)]
 struct Traced {
     set: usize,
-    rays: [(Outside, u32); HERO],
+    rays: [Outside; HERO],
 }
 
 impl Doubts {
@@ -131,16 +131,16 @@ impl LensCamera {
             of_set[split(*wavelength).0].push(i);
         }
         let mut places = vec![(0, 0); samples.len()];
-        let mut aims = Aims::default();
+        let (mut sheaf, mut aims) = (Sheaf::default(), Aims::default());
         for (set, members) in of_set.iter().enumerate() {
             for members in members.chunks(LANES) {
-                let sheaf = Sheaf::of(self.format, samples, members);
+                sheaf.take(self.format, samples, members);
                 waves.target.aims(&sheaf.film, &sheaf.pupil, &mut aims);
                 let rays = waves.lenses[set].each_ref().map(|lens| {
-                    let out = self.trace(lens, &sheaf, &aims, bundle);
-                    let through = bundle.through();
-                    shots.passed += through.count_ones() as usize;
-                    (out, through)
+                    let mut out = Outside::default();
+                    self.trace(lens, &sheaf, &aims, bundle, &mut out);
+                    shots.passed += out.rays.mask.count_ones() as usize;
+                    out
                 });
                 for (lane, sample) in members.iter().enumerate() {
                     places[*sample] = (doubts.sheaves.len(), lane);
@@ -175,7 +175,7 @@ fn split(wavelength: f64) -> (usize, f64) {
 struct Choice<'a> {
     lines: &'a [Line; HERO],
     sizes: &'a [f64; HERO],
-    rays: &'a [(Outside, u32); HERO],
+    rays: &'a [Outside; HERO],
     lane: usize,
     sample: u32,
 }
@@ -184,7 +184,7 @@ impl Choice<'_> {
     /// The ray that stands for all goes to the shots, if any gets through, and what is looked at
     /// besides to the doubts.
     fn make(&self, dice: f64, shots: &mut Shots, doubts: &mut Doubts) {
-        let through = |i: usize| self.rays[i].1 >> self.lane & 1 == 1;
+        let through = |i: usize| self.rays[i].rays.mask >> self.lane & 1 == 1;
         let Some(chosen) = FIRST.into_iter().find(|i| through(*i)) else {
             return;
         };
@@ -202,28 +202,29 @@ impl Choice<'_> {
                 // As far into its own part of the row as chance would have it.
                 doubts.dice.push(1.0 - (row - next) / often);
                 doubts.firsts.push(first);
-                let (origin, direction) = self.rays[i].0.ray(self.lane);
+                let (origin, direction) = self.rays[i].ray(self.lane);
                 let color = color * often.recip();
                 let rays = &mut doubts.rays;
                 rays.push_colored(self.sample, origin, direction, color);
                 next += 1.0;
             }
         }
-        let (origin, direction) = self.rays[chosen].0.ray(self.lane);
+        let (origin, direction) = self.rays[chosen].ray(self.lane);
         shots.push_colored(self.sample, origin, direction, sum);
     }
 
     /// What a radiance along a ray adds to the film.
     fn color(&self, i: usize) -> DMat3 {
-        self.lines[i].color * self.rays[i].0.weight[self.lane]
+        self.lines[i].color * self.rays[i].weight[self.lane]
     }
 
     /// How likely a ray is looked at: as the root of the mean square of what it would put right.
     /// That is as likely as an edge lies between two rays, and so grows as their distance.
     fn probability(&self, i: usize, first: usize) -> f64 {
-        let [a, b] = [i, first].map(|i| &self.rays[i].0);
+        let [a, b] = [i, first].map(|i| &self.rays[i]);
         let apart = |axis: usize| {
-            let apart = a.direction[axis][self.lane] - b.direction[axis][self.lane];
+            let [a, b] = [a, b].map(|out| out.rays.direction[axis][self.lane]);
+            let apart = a - b;
             f64::from(apart * apart)
         };
         let distance = (apart(0) + apart(1) + apart(2)).sqrt();
@@ -240,12 +241,19 @@ mod tests {
     #[test]
     fn over_all_dice_every_ray_counts_by_its_own_color() {
         let lines = &Spectrum::default().hero_sets()[3];
-        for (apart, through) in [(1e-5, 15), (1e-3, 15), (1e-3, 0b1001), (1.0, 7), (0.1, 2)] {
+        for (apart, through) in [
+            (1e-5, 15u32),
+            (1e-3, 15),
+            (1e-3, 0b1001),
+            (1.0, 7),
+            (0.1, 2),
+        ] {
             let rays = std::array::from_fn(|i| {
                 let mut out = Outside::default();
                 out.weight[5] = 0.5 + 0.1 * i as f64;
-                out.direction[1][5] = apart * i as f32;
-                (out, (through >> i & 1) << 5)
+                out.rays.direction[1][5] = apart * i as f32;
+                out.rays.mask = (through >> i & 1) << 5;
+                out
             });
             let choice = Choice {
                 lines,
