@@ -7,13 +7,16 @@
 
 mod ideal;
 mod lanes;
+mod redraw;
 mod waves;
+
+use std::sync::OnceLock;
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use crate::film::{FilmFormat, Resolution};
 use crate::lens::{
-    Aims, Bundle, FilmPlace, Focus, LANES, Lens, LensRay, PupilTarget, PupilWindow, RayPath,
+    Aims, Bundle, FilmPlace, Focus, LANES, Lens, LensRay, Light, PupilTarget, PupilWindow, RayPath,
     RearElement, Toward,
 };
 use crate::pose::{CameraPose, FilmPlane, Projection, ViewportMapping};
@@ -25,6 +28,7 @@ use crate::spectrum::{HERO, SETS};
 pub use ideal::IdealLens;
 
 use lanes::{Outside, Sheaf};
+use redraw::Redraws;
 pub use waves::Doubts;
 use waves::Waves;
 
@@ -119,18 +123,10 @@ impl Shots {
     fn take(&mut self, out: &Outside, sample: usize) {
         let mask = out.rays.mask;
         self.passed += mask.count_ones() as usize;
-        let sample = sample as u32;
         if mask.count_ones() < MOST {
-            let first = self.len();
-            for (i, lane) in bits(mask).enumerate() {
-                let (origin, direction) = out.ray(lane);
-                self.put(first + i, origin, direction);
-            }
-            self.samples
-                .extend(bits(mask).map(|lane| sample + lane as u32));
-            self.weights.extend(bits(mask).map(|lane| out.weight[lane]));
-            return;
+            return self.take_some(out, |lane| sample + lane);
         }
+        let sample = sample as u32;
         // A bundle that was begun stays as it is.
         let first = self.len().next_multiple_of(BUNDLE);
         self.samples.resize(first, 0);
@@ -138,6 +134,19 @@ impl Shots {
         self.bundle(first / BUNDLE).clone_from(&out.rays);
         self.samples.extend(sample..sample + BUNDLE as u32);
         self.weights.extend_from_slice(&out.weight);
+    }
+
+    /// Takes the rays that got through, one after another, of samples that are told by lane.
+    fn take_some(&mut self, out: &Outside, sample: impl Fn(usize) -> usize) {
+        let (first, lanes) = (self.len(), out.rays.mask);
+        for (i, lane) in bits(lanes).enumerate() {
+            let (origin, direction) = out.ray(lane);
+            self.put(first + i, origin, direction);
+        }
+        self.samples
+            .extend(bits(lanes).map(|lane| sample(lane) as u32));
+        self.weights
+            .extend(bits(lanes).map(|lane| out.weight[lane]));
     }
 }
 
@@ -215,9 +224,13 @@ impl Camera {
         }
     }
 
-    /// How many samples are best taken together.
+    /// How many samples are best taken together: enough that rays to be drawn anew fill lanes.
     pub fn batch(&self) -> usize {
-        self.waves().map_or(4 * LANES, |_| SETS * LANES)
+        match self {
+            Self::Lens(camera) if camera.waves.is_none() => 16 * LANES,
+            Self::Lens(_) => SETS * LANES,
+            _ => 4 * LANES,
+        }
     }
 
     /// Adds what the radiances along shots, bundle by bundle, bring to their samples' exposures.
@@ -408,6 +421,8 @@ pub struct LensCamera {
     pub format: FilmFormat,
     place: FilmPlace,
     target: PupilTarget,
+    /// How much of what is aimed at is light. Measured when the first ray asks for it.
+    light: OnceLock<Light>,
     /// The lens at other wavelengths; none where one is enough.
     waves: Option<Box<Waves>>,
     world_from_lens: DQuat,
@@ -447,6 +462,7 @@ impl LensCamera {
             format,
             place,
             target,
+            light: OnceLock::new(),
             waves: None,
         };
         this.stand(pose.orientation, DVec3::ZERO);
@@ -569,12 +585,19 @@ impl LensCamera {
     fn shoot(&self, samples: &Samples, bundle: &mut Bundle, shots: &mut Shots) {
         let (mut sheaf, mut aims) = (Sheaf::default(), Aims::default());
         let mut out = Outside::default();
+        let light = self
+            .light
+            .get_or_init(|| self.target.light(&self.lens, &self.place));
+        let mut redraws = Redraws::default();
         for first in (0..samples.len()).step_by(LANES) {
             sheaf.take_from(self.format, samples, first);
-            self.target.aims(&sheaf.film, &sheaf.pupil, &mut aims);
+            self.target
+                .aims(&sheaf.film, &sheaf.pupil, light, &mut aims);
             self.trace(&self.lens, &sheaf, &aims, bundle, &mut out);
+            redraws.note(&sheaf, &aims, &mut out, first);
             shots.take(&out, first);
         }
+        self.redraw(&mut redraws, light, bundle, shots);
     }
 }
 

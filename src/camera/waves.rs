@@ -12,7 +12,7 @@
 use glam::DMat3;
 
 use crate::film::FilmFormat;
-use crate::lens::{Aims, Bundle, ExitPupil, FilmPlace, LANES, Lens, PupilTarget};
+use crate::lens::{Aims, Bundle, ExitPupil, FilmPlace, LANES, Lens, Light, PupilTarget};
 use crate::sampling::Samples;
 use crate::scene::{BUNDLE, of_lane};
 use crate::spectrum::{HERO, Line, SETS, Spectrum};
@@ -132,10 +132,13 @@ impl LensCamera {
         }
         let mut places = vec![(0, 0); samples.len()];
         let (mut sheaf, mut aims) = (Sheaf::default(), Aims::default());
+        let unknown = Light::default();
         for (set, members) in of_set.iter().enumerate() {
             for members in members.chunks(LANES) {
                 sheaf.take(self.format, samples, members);
-                waves.target.aims(&sheaf.film, &sheaf.pupil, &mut aims);
+                waves
+                    .target
+                    .aims(&sheaf.film, &sheaf.pupil, &unknown, &mut aims);
                 let rays = waves.lenses[set].each_ref().map(|lens| {
                     let mut out = Outside::default();
                     self.trace(lens, &sheaf, &aims, bundle, &mut out);

@@ -48,7 +48,7 @@ pub use ghosts::GhostPair;
 pub use glass::Medium;
 pub use lanes::{Bundle, LANES};
 pub use prescription::{Iris, Prescription};
-pub use pupil::{Aims, ExitPupil, PupilTarget, PupilWindow, RearElement};
+pub use pupil::{Aims, ExitPupil, Light, PupilTarget, PupilWindow, RearElement};
 pub use surface::{Curvature, Shape, Surface};
 pub use trace::{LensRay, Loss, LossKind, Toward};
 pub use wave::{Openings, Wavefront};

@@ -5,6 +5,7 @@
 //! no light in it, as in the paper, so a target that is too large is slow but never wrong. One
 //! that is too small is wrong, so [`ExitPupil`] keeps a margin and checks itself.
 
+mod light;
 mod polar;
 mod polygon;
 mod support;
@@ -23,6 +24,7 @@ use polar::Cells;
 use polygon::{Outline, Span, directions_along};
 use support::{excess, hull, mix, widened};
 
+pub use light::Light;
 pub use polygon::{Polygon, SIDES, Support};
 
 /// Where to aim. The 1999 program: `RearElement`. Default now: `ExitPupil`.
@@ -89,19 +91,21 @@ pub struct Aims {
     pub y: Lane,
     /// The area that a point stands for, in square millimeters; 0 where there is nothing to aim at.
     pub area: Lane,
+    /// The share of that area that is light; 0 where it isn't known.
+    pub light: Lane,
 }
 
 impl Default for Aims {
     fn default() -> Self {
-        let [x, y, area] = [[0.0; LANES]; 3];
-        Self { x, y, area }
+        let [x, y, area, light] = [[0.0; LANES]; 4];
+        Self { x, y, area, light }
     }
 }
 
 impl Aims {
     /// Aims through a window with a pair of numbers in the unit square.
     pub fn set(&mut self, lane: usize, window: &PupilWindow<'_>, [u, v]: [f64; 2]) {
-        self.area[lane] = 0.0;
+        [self.area[lane], self.light[lane]] = [0.0; 2];
         if !window.is_closed() {
             let aim = window.point(u, v);
             [self.x[lane], self.y[lane]] = aim.to_array();
@@ -113,13 +117,14 @@ impl Aims {
 impl PupilTarget {
     /// Aims from film points by pairs of numbers in the unit square, side by side: what their
     /// windows give, but for rounding.
-    pub fn aims(&self, film: &[Lane; 2], pupil: &[Lane; 2], aims: &mut Aims) {
+    pub fn aims(&self, film: &[Lane; 2], pupil: &[Lane; 2], light: &Light, aims: &mut Aims) {
         if let Self::ExitPupil(target) = self
             && let Table::Radial(_, spans) = &target.table
             && target.beside.is_none()
         {
             return widely(SpanAims {
                 spans,
+                light,
                 film,
                 pupil,
                 aims,
@@ -128,6 +133,20 @@ impl PupilTarget {
         for lane in 0..LANES {
             let window = self.window(DVec2::new(film[0][lane], film[1][lane]));
             aims.set(lane, &window, [pupil[0][lane], pupil[1][lane]]);
+        }
+    }
+}
+
+impl PupilTarget {
+    /// How much of what is aimed at is light, for the lens and film that this was made for: where
+    /// they are even around the axis, and light comes in one piece.
+    pub fn light(&self, lens: &Lens, place: &FilmPlace) -> Light {
+        match self {
+            Self::ExitPupil(pupil) if pupil.beside.is_none() => match &pupil.table {
+                Table::Radial(_, spans) => Light::of(spans, lens, place),
+                _ => Light::default(),
+            },
+            _ => Light::default(),
         }
     }
 }
@@ -336,16 +355,15 @@ impl Spans {
     /// The span of a film point, how far into it, and the turn from +x.
     fn find(&self, film: DVec2) -> Option<(&Span, f64, DVec2)> {
         let radius = film.length();
-        let (span, t) = self.at(radius)?;
-        Some((span, t, turn(film, radius)))
+        let (number, t) = self.at(radius)?;
+        Some((&self.spans[number], t, turn(film, radius)))
     }
 
-    /// The span of a film radius, and how far into it.
+    /// The number of the span of a film radius, and how far into it.
     #[inline(always)]
-    fn at(&self, radius: f64) -> Option<(&Span, f64)> {
+    fn at(&self, radius: f64) -> Option<(usize, f64)> {
         let i = self.number(radius)?;
-        let start = self.start(i);
-        Some((&self.spans[i], (radius - start) * self.steepness[i]))
+        Some((i, (radius - self.start(i)) * self.steepness[i]))
     }
 
     /// The number of the span of a film radius.
@@ -393,6 +411,7 @@ impl Spans {
 /// [`PupilTarget::aims`] by a table over the film's radius.
 struct SpanAims<'a> {
     spans: &'a Spans,
+    light: &'a Light,
     film: &'a [Lane; 2],
     pupil: &'a [Lane; 2],
     aims: &'a mut Aims,
@@ -404,7 +423,7 @@ impl Lanewise for SpanAims<'_> {
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
         let [[fx, fy], [u, v]] = [self.film, self.pupil];
-        let Aims { x, y, area } = self.aims;
+        let Aims { x, y, area, light } = self.aims;
         let [mut radius, mut out] = [[0.0; LANES]; 2];
         for i in 0..LANES {
             radius[i] = (fx[i] * fx[i] + fy[i] * fy[i]).sqrt();
@@ -417,13 +436,20 @@ impl Lanewise for SpanAims<'_> {
                 t[i] = (radius[i] - start) * self.spans.steepness[number];
                 area[i] = span.area(t[i]).max(0.0);
             }
+            let [a, b, c] = self.light.share(number);
+            for i in 0..LANES {
+                light[i] = a + t[i] * (b + t[i] * c);
+            }
             for i in 0..LANES {
                 [x[i], y[i]] = span.point(t[i], u[i], out[i]).to_array();
             }
         } else {
             for i in 0..LANES {
-                area[i] = 0.0;
-                if let Some((span, t)) = self.spans.at(radius[i]) {
+                [area[i], light[i]] = [0.0; 2];
+                if let Some((number, t)) = self.spans.at(radius[i]) {
+                    let span = &self.spans.spans[number];
+                    let [a, b, c] = self.light.share(number);
+                    light[i] = a + t * (b + t * c);
                     area[i] = span.area(t).max(0.0);
                     [x[i], y[i]] = span.point(t, u[i], out[i]).to_array();
                 }

@@ -179,8 +179,9 @@ impl Span {
         }
     }
 
+    /// Twice the area of the triangles before a corner.
     #[inline(always)]
-    fn before(&self, j: usize, t: f64) -> f64 {
+    pub fn before(&self, j: usize, t: f64) -> f64 {
         let [a, b, c] = self.before[j];
         a + t * (b + t * c)
     }
