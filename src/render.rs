@@ -110,7 +110,7 @@ impl Exposure {
 /// Rays of a render.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
-    /// Rays that left the film.
+    /// Rays that left the film. One that is drawn anew for another is not counted.
     pub film_rays: u64,
     /// Of those, the ones that the lens let through.
     pub passed: u64,
