@@ -8,7 +8,8 @@
 use glam::DVec2;
 
 use super::polygon::{SIDES, Span};
-use super::{FilmPlace, Lens, Spans};
+use super::spans::Spans;
+use super::{FilmPlace, Lens};
 use crate::lens::{Bundle, LensRay};
 use crate::math::lanes::LANES;
 

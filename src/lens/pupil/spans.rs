@@ -1,0 +1,175 @@
+//! The figures between measured film radii, to aim at side by side.
+
+use glam::DVec2;
+
+use super::polygon::{Outline, Polygon, SIDES, Span, Support};
+use super::{Aims, Light, Radial};
+use crate::math::lanes::{LANES, Lane, Lanewise};
+
+/// A table over the film's radius, ready to aim by.
+#[derive(Clone, Debug, Default)]
+pub struct Spans {
+    /// Where the spans end, ascending; the first begins at 0.
+    pub ends: Vec<f64>,
+    pub spans: Vec<Span>,
+    /// One over the length of each; 0 for one of no length.
+    steepness: Vec<f64>,
+    /// Parts of the radius a millimeter.
+    cells_per_mm: f64,
+    /// The first span that each of [`CELLS`] equal parts of the radius meets.
+    starts: Vec<u32>,
+}
+
+/// Parts of the film's radius, to find a span in.
+const CELLS: usize = 256;
+
+impl Spans {
+    pub fn new(nodes: &Radial, sides: &[DVec2; SIDES]) -> Self {
+        let outline = |node: &(f64, Support)| Outline::of(&node.1, sides);
+        let mut this = Self::default();
+        this.spans.reserve_exact(nodes.len().saturating_sub(1));
+        for pair in nodes.windows(2) {
+            let length = pair[1].0 - pair[0].0;
+            this.ends.push(pair[1].0);
+            this.steepness
+                .push(if length > 0.0 { 1.0 / length } else { 0.0 });
+            this.spans
+                .push(Span::new(outline(&pair[0]), outline(&pair[1])));
+        }
+        let reach = this.ends.last().copied().unwrap_or(0.0);
+        this.cells_per_mm = CELLS as f64 / reach.max(f64::MIN_POSITIVE);
+        for cell in 0..CELLS {
+            let radius = reach * cell as f64 / CELLS as f64;
+            let first = this.ends.partition_point(|end| *end < radius);
+            this.starts.push(first as u32);
+        }
+        this
+    }
+
+    pub fn window(&self, film: DVec2) -> Option<Polygon<'_>> {
+        let (span, t, turn) = self.find(film)?;
+        Polygon::between(span, t, turn)
+    }
+
+    /// The span of a film point, how far into it, and the turn from +x.
+    fn find(&self, film: DVec2) -> Option<(&Span, f64, DVec2)> {
+        let radius = film.length();
+        let (number, t) = self.at(radius)?;
+        Some((&self.spans[number], t, turn(film, radius)))
+    }
+
+    /// The number of the span of a film radius, and how far into it.
+    #[inline(always)]
+    pub fn at(&self, radius: f64) -> Option<(usize, f64)> {
+        let i = self.number(radius)?;
+        Some((i, (radius - self.start(i)) * self.steepness[i]))
+    }
+
+    /// The number of the span of a film radius.
+    #[inline(always)]
+    fn number(&self, radius: f64) -> Option<usize> {
+        let reach = *self.ends.last()?;
+        if !(radius <= reach) {
+            return None;
+        }
+        let cell = (radius * self.cells_per_mm) as usize;
+        let mut i = self.starts[cell.min(CELLS - 1)] as usize;
+        // Rounding may have put the radius into the next cell.
+        while i > 0 && radius <= self.ends[i - 1] {
+            i -= 1;
+        }
+        while self.ends[i] < radius {
+            i += 1;
+        }
+        Some(i)
+    }
+
+    /// The span that all radii are in, as those of a pixel mostly are.
+    #[inline(always)]
+    fn all_in_one(&self, radii: &Lane) -> Option<usize> {
+        let number = self.number(radii[0])?;
+        let (start, end) = (self.start(number), self.ends[number]);
+        let mut inside = true;
+        for radius in radii {
+            inside &= (*radius >= start) & (*radius <= end);
+        }
+        inside.then_some(number)
+    }
+
+    /// The film radius where a span begins.
+    #[inline(always)]
+    pub fn start(&self, number: usize) -> f64 {
+        if number > 0 {
+            self.ends[number - 1]
+        } else {
+            0.0
+        }
+    }
+}
+
+/// [`PupilTarget::aims`] by a table over the film's radius.
+pub struct SpanAims<'a> {
+    pub spans: &'a Spans,
+    pub light: &'a Light,
+    pub film: &'a [Lane; 2],
+    pub pupil: &'a [Lane; 2],
+    pub aims: &'a mut Aims,
+}
+
+impl Lanewise for SpanAims<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let [[fx, fy], [u, v]] = [self.film, self.pupil];
+        let Aims { x, y, area, light } = self.aims;
+        let [mut radius, mut out] = [[0.0; LANES]; 2];
+        for i in 0..LANES {
+            radius[i] = (fx[i] * fx[i] + fy[i] * fy[i]).sqrt();
+            out[i] = v[i].sqrt();
+        }
+        if let Some(number) = self.spans.all_in_one(&radius) {
+            let (span, start) = (&self.spans.spans[number], self.spans.start(number));
+            let mut t = [0.0; LANES];
+            for i in 0..LANES {
+                t[i] = (radius[i] - start) * self.spans.steepness[number];
+                area[i] = span.area(t[i]).max(0.0);
+            }
+            let [a, b, c] = self.light.share(number);
+            for i in 0..LANES {
+                light[i] = a + t[i] * (b + t[i] * c);
+            }
+            for i in 0..LANES {
+                [x[i], y[i]] = span.point(t[i], u[i], out[i]).to_array();
+            }
+        } else {
+            for i in 0..LANES {
+                [area[i], light[i]] = [0.0; 2];
+                if let Some((number, t)) = self.spans.at(radius[i]) {
+                    let span = &self.spans.spans[number];
+                    let [a, b, c] = self.light.share(number);
+                    light[i] = a + t * (b + t * c);
+                    area[i] = span.area(t).max(0.0);
+                    [x[i], y[i]] = span.point(t, u[i], out[i]).to_array();
+                }
+            }
+        }
+        for i in 0..LANES {
+            let some = radius[i] > 0.0;
+            let scale = 1.0 / (if some { radius[i] } else { 1.0 });
+            let (cos, sin) = (if some { fx[i] * scale } else { 1.0 }, fy[i] * scale);
+            let (across, along) = (x[i], y[i]);
+            x[i] = across * cos - along * sin;
+            y[i] = across * sin + along * cos;
+        }
+    }
+}
+
+/// Turns +x to a film point.
+fn turn(film: DVec2, radius: f64) -> DVec2 {
+    if radius > 0.0 {
+        film / radius
+    } else {
+        DVec2::X
+    }
+}
