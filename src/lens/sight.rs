@@ -314,6 +314,9 @@ impl<'a> Sight<'a> {
         /// Steps longer than this share of the distance are followed by another.
         const LAST_STEP: f64 = 1e-3;
         const MOST: usize = 8;
+        /// Fill that slopes may gain from the middle to a rim: those of a neighbor seen from its
+        /// own rim gain far more, and would take any distance for the rim's.
+        const STEEPEST: f64 = 4.0;
         let count = ways.len();
         let mut at: Lane = std::array::from_fn(|i| at[i.min(count - 1)]);
         let mut before: Option<(Lane, Lane)> = None;
@@ -338,7 +341,8 @@ impl<'a> Sight<'a> {
                     step = 0.5 * (back.min(0.99 * tried[i]) - tried[i]);
                 }
                 // No rim that way.
-                if !(slopes[i] > 0.0 && step.abs() < 0.5 * tried[i]) {
+                let is_slope = slopes[i] > 0.0 && slopes[i] * tried[i] < STEEPEST;
+                if !(is_slope && step.abs() < 0.5 * tried[i]) {
                     return None;
                 }
                 at[i] = tried[i] + step;
@@ -415,19 +419,17 @@ impl<'a> Sight<'a> {
         }
         let (nearest, _) = nearest_and_mean(&rims);
         let corners = self.corners(film, inside, &mut rims);
-        // Mirrored sides come in pairs, and what is farthest along one is on its half.
-        let needed = if mirrored { SIDES / 2 + 1 } else { SIDES };
         let mut support: Support = std::array::from_fn(|j| inside.center.dot(sides[j]));
         let points = rims.iter().map(|rim| rim.point);
         for point in points.chain(corners) {
-            for (support, side) in support[..needed].iter_mut().zip(sides) {
+            for (support, side) in support.iter_mut().zip(sides) {
                 *support = support.max(point.dot(*side));
             }
         }
         if mirrored {
-            for j in needed..SIDES {
-                support[j] = support[SIDES - j];
-            }
+            // Sides come in mirrored pairs. A corner may come out on the other half.
+            let one = support;
+            support = std::array::from_fn(|j| one[j].max(one[(SIDES - j) % SIDES]));
         }
         // The next starts in the middle of this one.
         let span = |j: usize| 0.5 * (support[j] - support[(j + SIDES / 2) % SIDES]);
