@@ -7,26 +7,22 @@
 
 #![forbid(unsafe_op_in_unsafe_fn)]
 
-pub mod anim;
 pub mod camera;
 pub mod cli;
 pub mod compare;
 pub mod diag;
 pub mod diagram;
-pub mod diffraction;
 pub mod film;
-pub mod flare;
 pub mod grammar;
 pub mod graph;
 pub mod iv;
 pub mod lens;
 pub mod math;
+pub mod movie;
 pub mod picture;
 pub mod plan;
 pub mod pose;
-pub mod raster;
 pub mod render;
-pub mod report;
 pub mod sampling;
 pub mod scene;
 pub mod shade;

@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 
 use common::{Folder, ivcam};
-use ivcam::raster::Raster;
+use ivcam::picture::Raster;
 
 const SCENE: &str = r#"#Inventor V2.1 ascii
 Separator {

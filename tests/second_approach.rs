@@ -11,7 +11,7 @@ use ivcam::camera::film_plane;
 use ivcam::iv::Document;
 use ivcam::lens::{FocusMethod, Lens, LensRay, RearElement};
 use ivcam::math::{Meters, Mm};
-use ivcam::raster::Raster;
+use ivcam::picture::Raster;
 use ivcam::sampling::{DiscMap, Sampler, SamplerKind};
 use ivcam::scene::{CompileOptions, Ray, RenderScene};
 use ivcam::shade::{ShadeOptions, Shader, Shading};

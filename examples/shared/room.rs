@@ -8,7 +8,7 @@ use std::process::Command;
 use ivcam::math::{Meters, Mm};
 use ivcam::plan::{Era, IdealChoice, LensChoice, Optics, Plan, Session};
 use ivcam::render::Stop;
-use ivcam::report::Deviation;
+use ivcam::render::report::Deviation;
 use ivcam::sampling::Sampler;
 
 /// Samples a pixel of the references.

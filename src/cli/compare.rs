@@ -11,8 +11,7 @@ use crate::compare::{
     self, Comparison, METRICS, Mask, Matching, Metric, Options, Plate, Registration,
 };
 use crate::diag::{Diagnostic, Result, nearest};
-use crate::picture::write_whole;
-use crate::raster::Raster;
+use crate::picture::{Raster, write_whole};
 
 /// Exit code: a limit was passed.
 const DIFFERENT: i32 = 1;

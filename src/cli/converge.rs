@@ -9,10 +9,10 @@ use super::render::{Talk, plan};
 use super::{flags, parsed, scene_argument, tell_all, text};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result};
-use crate::picture::write_whole;
+use crate::picture::{Raster, Samples, write_whole};
 use crate::plan::{Era, Plan, Session};
 use crate::render::Stop;
-use crate::report::{Convergence, Row};
+use crate::render::report::{Convergence, Row};
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 
 pub fn command() -> Command {
@@ -194,7 +194,14 @@ impl Method {
 
 /// Linear values of a picture file of the plan's size.
 fn read_reference(path: &Path, plan: &Plan) -> Result<Vec<[f64; 3]>> {
-    let picture = crate::picture::Picture::open_exr(path)?;
+    let picture = Raster::open(path)?;
+    if picture.channels < 3 || !matches!(picture.samples, Samples::F32(_)) {
+        return Err(
+            Diagnostic::error("the reference has no linear red, green and blue")
+                .in_file(path.display().to_string())
+                .with_help("give an EXR that ivcam wrote"),
+        );
+    }
     let size = plan.resolution;
     if (picture.width, picture.height) != (size.width, size.height) {
         return Err(Diagnostic::error(format!(
@@ -207,5 +214,6 @@ fn read_reference(path: &Path, plan: &Plan) -> Result<Vec<[f64; 3]>> {
             picture.width, picture.height
         )));
     }
-    Ok(picture.pixels.iter().map(|p| p.map(f64::from)).collect())
+    let pixels = 0..picture.pixels();
+    Ok(pixels.map(|i| picture.color(i).map(f64::from)).collect())
 }

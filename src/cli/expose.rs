@@ -9,8 +9,7 @@ use indexmap::IndexMap;
 use super::{parsed, switch, text, written};
 use crate::diag::{Diagnostic, Result};
 use crate::film::Response;
-use crate::picture::{Depth, Picture, PictureFormat};
-use crate::raster::Raster;
+use crate::picture::{Depth, Picture, PictureFormat, Raster};
 
 pub fn command() -> Command {
     Command::new("expose")
@@ -159,7 +158,7 @@ mod tests {
                 width: 2,
                 height: 1,
                 channels: 1,
-                samples: crate::raster::Samples::U8(vec![0, 0]),
+                samples: crate::picture::Samples::U8(vec![0, 0]),
             });
             picture.pixels.fill([value, 0.0, 1.0]);
             picture.save(Path::new(&path(name)), Depth::Eight).unwrap();

@@ -17,12 +17,12 @@ pub mod compare;
 pub mod converge;
 pub mod convert;
 pub mod expose;
-pub mod film;
 pub mod fit;
 pub mod flags;
 pub mod lens;
 pub mod nodes;
 pub mod psf;
+pub mod pull_focus;
 pub mod render;
 pub mod sheet;
 pub mod view;
@@ -84,7 +84,7 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
         Some(("check", m)) => check::run(m, out),
         Some(("compare", m)) => compare::run(m, out),
         Some(("expose", m)) => expose::run(m, out),
-        Some(("pull-focus", m)) => film::run(m, words),
+        Some(("pull-focus", m)) => pull_focus::run(m, words),
         Some(("converge", m)) => converge::run(m, out),
         Some(("convert", m)) => convert::run(m, out),
         Some(("lens", m)) => lens::run(m, out),
@@ -157,7 +157,7 @@ pub fn commands() -> Command {
         .subcommand(converge::command())
         .subcommand(convert::command())
         .subcommand(expose::command())
-        .subcommand(film::command())
+        .subcommand(pull_focus::command())
         .subcommand(lens::command())
         .subcommand(nodes::command())
         .subcommand(view::command())

@@ -16,8 +16,8 @@ use crate::math::{LengthUnit, Meters, Mm, parse_length};
 use crate::picture::{Depth, PictureFormat, write_whole};
 pub use crate::plan::command_line;
 use crate::plan::{Era, Flash, IdealChoice, LensChoice, Optics, Plan, Session};
+use crate::render::report::RenderReport;
 use crate::render::{Exposure, Progress, Stop};
-use crate::report::RenderReport;
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 use crate::shade::Shading;
 

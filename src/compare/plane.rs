@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 
-use crate::raster::Raster;
+use crate::picture::Raster;
 
 /// One number a pixel, rows from the top.
 #[derive(Clone, Debug, PartialEq)]

@@ -371,7 +371,7 @@ mod tests {
         ] {
             let bytes = sheet.encode(Path::new(name)).unwrap();
             assert!(bytes.starts_with(magic), "{name}");
-            let raster = crate::raster::Raster::decode(&bytes, name).unwrap();
+            let raster = crate::picture::Raster::decode(&bytes, name).unwrap();
             assert_eq!(
                 (raster.width as usize, raster.height as usize),
                 (sheet.width, sheet.height)

@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::hash::mix;
 use crate::math::lanes::{LANES, Lanewise, widely};
 
 /// Direction numbers of the first four dimensions (Joe and Kuo, 2008): degree and coefficients
@@ -98,7 +99,7 @@ pub struct Sobol {
 
 impl Sobol {
     pub fn new(key: u64) -> Self {
-        let (a, b) = (super::mix(key), super::mix(!key));
+        let (a, b) = (mix(key), mix(!key));
         Self {
             seeds: [a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32],
         }

@@ -9,7 +9,7 @@ use crate::diag::Result;
 use crate::grammar::value::{Image, Text};
 use crate::graph::read::Fields;
 use crate::iv::NodeRef;
-use crate::raster::Raster;
+use crate::picture::Raster;
 
 /// How a texture is read, by `Complexity`'s `textureQuality`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::diag::Result;
-use crate::raster::Raster;
+use crate::picture::Raster;
 
 /// How two pictures are shown in one place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -212,7 +212,7 @@ struct Worker {
 /// What to do next.
 enum Task {
     Order(Order),
-    Show(Asked),
+    Show(Box<Asked>),
     Refine,
 }
 
@@ -249,7 +249,7 @@ impl Worker {
             }
             shared.hurry.store(false, Ordering::Relaxed);
             if let Some(asked) = inbox.show.take() {
-                return Some(Task::Show(asked));
+                return Some(Task::Show(Box::new(asked)));
             }
             let shown = self.live.as_ref().is_some_and(|l| l.asked().serial > 0);
             if shown && (inbox.refine || self.mapped != self.serial()) {
@@ -279,7 +279,7 @@ impl Worker {
                 self.tell(News::Focused(found));
             }
             Task::Order(Order::Panic) => panic!("as ordered"),
-            Task::Show(asked) => self.show(asked),
+            Task::Show(asked) => self.show(*asked),
             Task::Refine => self.refine(),
         }
     }

@@ -7,9 +7,12 @@ use std::sync::{Arc, Mutex};
 use egui::epaint::{ImageData, Mesh, Primitive, Vertex};
 use egui::{Color32, Rect, TextureId, TexturesDelta};
 
+/// A texture's width and height, and its pixels row by row.
+type Texels = ([usize; 2], Vec<Color32>);
+
 /// The textures that egui has sent so far.
 #[derive(Clone, Default)]
-pub struct Textures(Arc<Mutex<HashMap<TextureId, ([usize; 2], Vec<Color32>)>>>);
+pub struct Textures(Arc<Mutex<HashMap<TextureId, Texels>>>);
 
 impl egui_kittest::TestRenderer for Textures {
     fn handle_delta(&mut self, delta: &TexturesDelta) {

@@ -2,7 +2,7 @@
 
 use egui::Ui;
 
-use crate::report::count;
+use crate::render::report::count;
 use crate::viewer::draft::Preview;
 use crate::viewer::model::Model;
 use crate::viewer::navigate::Tool;

@@ -1,132 +1,10 @@
-//! Adds radiance up into irradiance, and turns that into exposure and levels.
-//!
-//! Film is 36×24 mm with infinite fidelity, and saturates in proportion to exposure (the paper,
-//! section Assumptions); `metering` and `response` are for films that do not. A pixel's sums are made in one fixed order, so that a picture has the
-//! same bits at any number of threads.
-
-mod metering;
-mod response;
+//! The exposed film: every pixel's samples, light that comes another way, and the error.
 
 use glam::DVec3;
 
-use crate::diag::{Diagnostic, Result};
-
-pub use metering::Metering;
-pub use response::{Emulsion, Response};
-
-/// The size of the exposed film, in millimeters.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FilmFormat {
-    pub width: f64,
-    pub height: f64,
-}
-
-impl FilmFormat {
-    /// 35 mm still film: the paper's.
-    pub const STANDARD: Self = Self {
-        width: 36.0,
-        height: 24.0,
-    };
-
-    pub fn half_diagonal(self) -> f64 {
-        0.5 * self.width.hypot(self.height)
-    }
-}
-
-/// Pixels across and down. Ten a millimeter in 1999: 360×240.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Resolution {
-    pub width: u32,
-    pub height: u32,
-}
-
-impl Resolution {
-    pub const VINTAGE: Self = Self {
-        width: 360,
-        height: 240,
-    };
-    /// A side of more pixels than this is refused: a slip of the finger, not a wish.
-    pub const LIMIT: u32 = 65_536;
-
-    /// # Errors
-    /// A picture of no pixels, or one too large to be meant.
-    pub fn new(width: u32, height: u32) -> Result<Self> {
-        if width == 0 || height == 0 {
-            return Err(
-                Diagnostic::error(format!("a picture of {width}x{height} has no pixels"))
-                    .with_help("give a size such as `--size 360x240`"),
-            );
-        }
-        let pixels = u64::from(width) * u64::from(height);
-        if width > Self::LIMIT || height > Self::LIMIT || pixels > 1 << 30 {
-            return Err(
-                Diagnostic::error(format!("a picture of {width}x{height} is too large"))
-                    .with_help("the limit is 65536 pixels a side and 2^30 in all"),
-            );
-        }
-        Ok(Self { width, height })
-    }
-
-    pub fn pixels(self) -> usize {
-        self.width as usize * self.height as usize
-    }
-
-    pub fn aspect(self) -> f64 {
-        f64::from(self.width) / f64::from(self.height)
-    }
-}
-
-/// What a pixel has received: a running mean and sum of squared deviations of each channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Exposed {
-    pub count: u32,
-    pub mean: DVec3,
-    squares: DVec3,
-}
-
-impl Exposed {
-    /// Adds one sample; Welford's update, which does not cancel.
-    pub fn add(&mut self, value: DVec3) {
-        self.count += 1;
-        let off = value - self.mean;
-        self.mean += off * (1.0 / f64::from(self.count));
-        self.squares += off * (value - self.mean);
-    }
-
-    /// Adds another pixel's samples (Chan, Golub and LeVeque's update).
-    pub fn join(&mut self, other: &Self) {
-        if other.count == 0 {
-            return;
-        }
-        let (n, m) = (f64::from(self.count), f64::from(other.count));
-        let off = other.mean - self.mean;
-        self.count += other.count;
-        self.mean += off * (m / (n + m));
-        self.squares += other.squares + off * off * (n * m / (n + m));
-    }
-
-    /// The same, but so that the other has a given share of the mean, however many its samples are.
-    pub fn join_as(&mut self, other: &Self, share: f64) {
-        let (n, m) = (f64::from(self.count), f64::from(other.count));
-        if n < 2.0 || m < 2.0 || (m - share * (n + m)).abs() < 1e-9 * m {
-            return self.join(other);
-        }
-        let [a, b] = [1.0 - share, share];
-        let variance = self.variance_of_mean() * a * a + other.variance_of_mean() * b * b;
-        self.mean = self.mean * a + other.mean * b;
-        self.count += other.count;
-        self.squares = variance * (n + m) * (n + m - 1.0);
-    }
-
-    /// The variance of the mean, as for independent samples: for stratified ones it is an upper
-    /// bound. Infinite for fewer than two samples.
-    pub fn variance_of_mean(&self) -> DVec3 {
-        match self.count {
-            0 | 1 => DVec3::INFINITY,
-            n => self.squares / (f64::from(n) * f64::from(n - 1)),
-        }
-    }
-}
+use super::format::Resolution;
+use super::pixel::Exposed;
+use crate::sampling::mix;
 
 /// A second exposure of a pixel by other samples. It is not in the picture; the difference of
 /// the two tells how wrong the first is, whatever the samples' order.
@@ -247,7 +125,7 @@ impl Film {
     pub fn has_twin(&self, pixel: u32) -> bool {
         let count = self.pixels.len() as u64;
         let wanted = (count / TWIN_SHARE).max(FEWEST_TWINS);
-        crate::sampling::mix(u64::from(pixel) ^ 0x7477_696e) % count < wanted
+        mix(u64::from(pixel) ^ 0x7477_696e) % count < wanted
     }
 
     pub fn set_twins(&mut self, mut twins: Vec<Twin>) {
@@ -316,44 +194,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_variance_of_the_mean_is_the_textbooks() {
-        let values = [1.0, 4.0, 4.0, 7.0];
-        let mut pixel = Exposed::default();
-        values.iter().for_each(|&v| pixel.add(DVec3::splat(v)));
-        // Mean 4, squared deviations 9 + 0 + 0 + 9, divided by 4·3.
-        assert_eq!(pixel.mean.x, 4.0);
-        assert!((pixel.variance_of_mean().x - 1.5).abs() < 1e-15);
-    }
-
-    #[test]
-    fn samples_in_two_parts_are_the_samples_in_one() {
-        let values = [0.3, 2.0, 5.5, 1.0, 4.25];
-        let (mut one, mut first, mut second) = Default::default();
-        let add = |pixel: &mut Exposed, v: f64| pixel.add(DVec3::splat(v));
-        values.iter().for_each(|&v| add(&mut one, v));
-        values[..2].iter().for_each(|&v| add(&mut first, v));
-        values[2..].iter().for_each(|&v| add(&mut second, v));
-        first.join(&second);
-        assert_eq!(first.count, one.count);
-        assert!((first.mean - one.mean).length() < 1e-14);
-        assert!((first.variance_of_mean() - one.variance_of_mean()).length() < 1e-14);
-    }
-
-    #[test]
-    fn a_moment_s_share_is_not_its_number_of_samples() {
-        let of = |values: &[f64]| {
-            let mut pixel = Exposed::default();
-            values.iter().for_each(|&v| pixel.add(DVec3::splat(v)));
-            pixel
-        };
-        let (mut still, busy) = (of(&[1.0, 3.0]), of(&[4.0, 8.0, 4.0, 8.0]));
-        let expected = (still.variance_of_mean() + busy.variance_of_mean()) / 4.0;
-        still.join_as(&busy, 0.5);
-        assert_eq!((still.count, still.mean.x), (6, 4.0));
-        assert!((still.variance_of_mean() - expected).length() < 1e-14);
-    }
-
-    #[test]
     fn a_picture_without_a_second_exposure_says_nothing_about_its_error() {
         let mut film = Film::new(Resolution {
             width: 1,
@@ -372,11 +212,7 @@ mod tests {
             height: 32,
         });
         let offset = |key: u64| {
-            if crate::sampling::mix(key) & 1 == 0 {
-                0.1
-            } else {
-                -0.1
-            }
+            if mix(key) & 1 == 0 { 0.1 } else { -0.1 }
         };
         let exposed = |key: u64| {
             let mut sum = Exposed::default();
@@ -397,11 +233,5 @@ mod tests {
         let error = film.error().unwrap();
         assert!(error.low < 0.02 && 0.02 < error.high, "{error:?}");
         assert!(error.high / error.low < 1.3, "{error:?}");
-    }
-
-    #[test]
-    fn a_picture_of_no_size_is_refused() {
-        assert!(Resolution::new(0, 240).is_err());
-        assert!(Resolution::new(100_000, 1).is_err());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Convergence, Row};
+use super::convergence::{Convergence, Row};
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 480.0;

@@ -1,39 +1,16 @@
-//! Picture files in: PNG, JPEG, TIFF, GIF, BMP, PNM, TGA, SGI and EXR, as rows of samples.
+//! Picture files in: PNG, JPEG, TIFF, GIF, BMP, PNM, TGA, SGI and EXR.
 //!
-//! Nothing is said here about what the numbers mean: textures, old photographs and exposures all
-//! come through it as they are in the file. Of an animated file, the first frame is read.
-
-pub mod sgi;
+//! Textures, old photographs and exposures all come through here as they are in the file. Of an
+//! animated file, the first frame is read.
 
 use std::io::Cursor;
 use std::path::Path;
 
-use ::exr::prelude::{self as exr, ReadChannels as _, ReadLayers as _};
 use image::{DynamicImage, ImageFormat};
 
+use super::raster::{Raster, Samples, check_size};
+use super::{exr, sgi};
 use crate::diag::{Diagnostic, Result};
-
-/// Pixels in a file above this are a slip or an attack, not a picture.
-const MOST_PIXELS: usize = 1 << 28;
-
-/// A picture as its file holds it: rows from the top, channels interleaved.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Raster {
-    pub width: u32,
-    pub height: u32,
-    /// 1 gray, 2 gray and alpha, 3 color, 4 color and alpha: an Inventor texture's components.
-    pub channels: usize,
-    pub samples: Samples,
-}
-
-/// Samples in the file's own precision.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Samples {
-    U8(Vec<u8>),
-    U16(Vec<u16>),
-    /// Exposure, not levels: may be beyond 1.
-    F32(Vec<f32>),
-}
 
 impl Raster {
     /// Reads a file of any known format; the content decides, and the name only where the
@@ -54,7 +31,7 @@ impl Raster {
         let decoded = if bytes.starts_with(&sgi::MAGIC) {
             sgi::decode(bytes)
         } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-            decode_exr(bytes)
+            exr::decode(bytes)
         } else {
             decode_other(bytes, name)
         };
@@ -62,52 +39,6 @@ impl Raster {
             e.message = format!("`{name}`: {}", e.message);
             e.in_file(name)
         })
-    }
-
-    pub fn pixels(&self) -> usize {
-        self.width as usize * self.height as usize
-    }
-
-    /// One sample, with 1 for a full level.
-    pub fn sample(&self, pixel: usize, channel: usize) -> f32 {
-        let at = pixel * self.channels + channel;
-        match &self.samples {
-            Samples::U8(s) => f32::from(s[at]) / 255.0,
-            Samples::U16(s) => f32::from(s[at]) / 65_535.0,
-            Samples::F32(s) => s[at],
-        }
-    }
-
-    /// Red, green, blue of a pixel, alpha left out.
-    pub fn color(&self, pixel: usize) -> [f32; 3] {
-        match self.channels {
-            1 | 2 => [self.sample(pixel, 0); 3],
-            _ => [0, 1, 2].map(|c| self.sample(pixel, c)),
-        }
-    }
-
-    /// Opacity of a pixel; 1 where the file has none.
-    pub fn alpha(&self, pixel: usize) -> f32 {
-        match self.channels {
-            2 => self.sample(pixel, 1),
-            4 => self.sample(pixel, 3),
-            _ => 1.0,
-        }
-    }
-
-    /// Whether the samples are levels of a file format rather than exposures.
-    pub fn is_levels(&self) -> bool {
-        !matches!(self.samples, Samples::F32(_))
-    }
-}
-
-/// Refuses a picture of more pixels than any real one has.
-fn check_size(width: usize, height: usize) -> Result<()> {
-    match width.checked_mul(height) {
-        Some(pixels) if (1..=MOST_PIXELS).contains(&pixels) => Ok(()),
-        _ => Err(Diagnostic::error(format!(
-            "a picture of {width}x{height} pixels is not read"
-        ))),
     }
 }
 
@@ -166,45 +97,6 @@ fn from_image(picture: DynamicImage) -> Raster {
         channels,
         samples,
     }
-}
-
-/// The first layer: R, G, B where it has them, otherwise its first channel as gray.
-fn decode_exr(bytes: &[u8]) -> Result<Raster> {
-    let image = exr::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|e| Diagnostic::error(format!("this EXR is not readable: {e}")))?;
-    let layer = &image.layer_data;
-    let (width, height) = (layer.size.0, layer.size.1);
-    check_size(width, height)?;
-    let list = &layer.channel_data.list;
-    let find = |name: &str| list.iter().find(|c| c.name.to_string() == name);
-    let chosen: Vec<_> = match (find("R"), find("G"), find("B"), find("A")) {
-        (Some(r), Some(g), Some(b), Some(a)) => vec![r, g, b, a],
-        (Some(r), Some(g), Some(b), None) => vec![r, g, b],
-        _ => find("Y").or(list.first()).into_iter().collect(),
-    };
-    let planes: Vec<Vec<f32>> = chosen
-        .iter()
-        .map(|c| c.sample_data.values_as_f32().collect())
-        .collect();
-    if planes.is_empty() || planes.iter().any(|p| p.len() != width * height) {
-        return Err(Diagnostic::error(
-            "this EXR has no channel of full size to read",
-        ));
-    }
-    let samples = (0..width * height).flat_map(|i| planes.iter().map(move |p| p[i]));
-    Ok(Raster {
-        width: width as u32,
-        height: height as u32,
-        channels: planes.len(),
-        samples: Samples::F32(samples.collect()),
-    })
 }
 
 #[cfg(test)]

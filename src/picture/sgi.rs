@@ -3,7 +3,7 @@
 //! The format is Paul Haeberli's "The SGI Image File Format", version 1.00. Everything is
 //! big-endian, channels are stored one after the other, and rows from the bottom up.
 
-use super::{Raster, Samples};
+use super::raster::{Raster, Samples, check_size};
 use crate::diag::{Diagnostic, Result};
 
 /// The first two bytes of every file.
@@ -30,7 +30,7 @@ pub fn decode(bytes: &[u8]) -> Result<Raster> {
     let header = header(bytes)?;
     // More than four channels are allowed; the rest has no meaning that the format names.
     let kept = header.channels.min(4);
-    super::check_size(header.width, header.height)?;
+    check_size(header.width, header.height)?;
     let mut levels = vec![0_u16; header.width * header.height * kept];
     let mut row = vec![0_u16; header.width];
     for channel in 0..kept {

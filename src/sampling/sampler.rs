@@ -1,17 +1,9 @@
-//! Numbered samples for a pixel, and maps from the square to a disc.
-//!
-//! A sample is a function of (seed, pixel, index) alone, so tiles, threads and ranks agree on it.
-//! No state is carried from one sample to the next.
-
-mod filter;
-mod sobol;
+//! Which sample of which pixel goes where: a function of seed, pixel and index alone.
 
 use std::ops::Range;
 
-use libm::{cos, sin};
-
-pub use filter::{Filter, FilterTable};
-use sobol::{Sobol, Waiting};
+use super::hash::{mix, unit};
+use super::sobol::{Sobol, Waiting};
 
 /// Where on the pixel and where on the lens a ray goes, each in the unit square.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -322,59 +314,6 @@ fn stratum(i: u32, n: u32, u: f64, v: f64) -> [f64; 2] {
     ]
 }
 
-/// Steele, Lea and Flood's 64-bit finalizer (splitmix64): every bit in moves every bit out.
-pub fn mix(x: u64) -> u64 {
-    let mut z = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
-/// The upper 53 bits as a number in [0, 1).
-fn unit(bits: u64) -> f64 {
-    (bits >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
-}
-
-/// Which map takes the unit square to the disc.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DiscMap {
-    /// r = √u, θ = 2πv (the paper, equation 3). The 1999 program.
-    Polar,
-    /// Shirley and Chiu's concentric map: squares to circles, strata stay compact. Default.
-    Concentric,
-}
-
-impl DiscMap {
-    /// A point of the unit disc, uniform in area.
-    pub fn point(self, [u, v]: [f64; 2]) -> [f64; 2] {
-        match self {
-            Self::Polar => polar_disc(u, v),
-            Self::Concentric => concentric_disc(u, v),
-        }
-    }
-}
-
-/// r = √u, θ = 2πv: equation 3 of the paper.
-pub fn polar_disc(u: f64, v: f64) -> [f64; 2] {
-    let (r, angle) = (u.sqrt(), std::f64::consts::TAU * v);
-    [r * cos(angle), r * sin(angle)]
-}
-
-/// Shirley and Chiu, "A low distortion map between disk and square", 1997.
-pub fn concentric_disc(u: f64, v: f64) -> [f64; 2] {
-    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
-    let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
-    if x == 0.0 && y == 0.0 {
-        return [0.0, 0.0];
-    }
-    let (r, angle) = if x.abs() > y.abs() {
-        (x, FRAC_PI_4 * (y / x))
-    } else {
-        (y, FRAC_PI_2 - FRAC_PI_4 * (x / y))
-    };
-    [r * cos(angle), r * sin(angle)]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -463,27 +402,6 @@ mod tests {
                     seen[i as usize / 8][(8.0 * s.wavelength(pixel, i)) as usize] += 1;
                 }
                 assert_eq!(seen, [[1; 8]; 2], "{kind:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn both_maps_cover_the_disc_evenly() {
-        // A quarter of the area lies within half the radius, and in each quadrant.
-        for map in [DiscMap::Polar, DiscMap::Concentric] {
-            let n = 400;
-            let (mut inner, mut quadrant) = (0, 0);
-            for i in 0..n * n {
-                let u = (f64::from(i % n) + 0.5) / f64::from(n);
-                let v = (f64::from(i / n) + 0.5) / f64::from(n);
-                let [x, y] = map.point([u, v]);
-                assert!(x * x + y * y <= 1.0 + 1e-12);
-                inner += i32::from(x * x + y * y < 0.25);
-                quadrant += i32::from(x > 0.0 && y > 0.0);
-            }
-            for count in [inner, quadrant] {
-                let share = f64::from(count) / f64::from(n * n);
-                assert!((share - 0.25).abs() < 2e-3, "{map:?}: {share}");
             }
         }
     }

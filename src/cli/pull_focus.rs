@@ -1,0 +1,193 @@
+//! `ivcam pull-focus`: a movie, frame by frame.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use clap::{Arg, ArgMatches, Command};
+
+use super::render::{Frame, Shutter, Talk, plan_of};
+use super::{flags, parsed, scene_argument, tell_all, text};
+use crate::diag::{Diagnostic, Result, Source};
+use crate::math::{LengthUnit, Meters, parse_length};
+use crate::movie::{Container, Ease, Event, Shoot, Timeline, has_ffmpeg};
+use crate::plan::Era;
+
+pub fn command() -> Command {
+    let value = |name: &'static str, value: &'static str, help: &'static str| {
+        Arg::new(name).long(name).value_name(value).help(help)
+    };
+    Command::new("pull-focus")
+        .about("Makes a film that pulls focus, or follows a timeline")
+        .args(flags::arguments(flags::RENDER))
+        .mut_arg("output", |arg| {
+            arg.value_name("FILM")
+                .help("film to write: .mov, .mp4 or .png (animated) [the scene's name, .mov and .mp4; .png without ffmpeg]")
+        })
+        .arg(value("from", "DISTANCE", "focus of the first frame").conflicts_with("animate"))
+        .arg(value("to", "DISTANCE", "focus of the last frame").conflicts_with("animate"))
+        .arg(value("frames", "N", "how many [200]").conflicts_with("animate"))
+        .arg(value(
+            "ease",
+            "WORDS",
+            "even in distance, diopters or travel; linear or smooth [distance linear; to or from infinity, diopters]",
+        ))
+        .arg(value(
+            "animate",
+            "FILE",
+            "a timeline instead: focus, zoom, aperture, camera, time",
+        ))
+        .arg(value("rate", "N", "frames a second [24]"))
+        .arg(value(
+            "folder",
+            "FOLDER",
+            "where the frames go [the film's name with -frames]",
+        ))
+        .arg(scene_argument())
+}
+
+/// Runs the command; the number is the exit code.
+pub fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
+    let timeline = timeline(m)?;
+    let frame = Frame {
+        seconds: 1.0 / timeline.rate,
+        open: timeline.shutter,
+    };
+    let plan = plan_of(m, Era::Modern, Some(frame))?;
+    let movies = movies(m)?;
+    let talk = Talk::of_film(m)?;
+    let folder = text(m, "folder").map_or_else(
+        || {
+            let (movie, _) = &movies[0];
+            let stem = movie.file_stem().unwrap_or_default().to_string_lossy();
+            movie.with_file_name(format!("{stem}-frames"))
+        },
+        PathBuf::from,
+    );
+    let (frames, rate) = (timeline.frames, timeline.rate);
+    let shoot = Shoot::new(plan, timeline, folder, super::render::command_line(words))?;
+    render(&shoot, frames, &talk)?;
+    for (movie, container) in &movies {
+        container.write(movie, &shoot.frame_paths(), rate)?;
+        if !talk.quiet {
+            super::say!("{frames} frames in {}", movie.display());
+        }
+    }
+    Ok(0)
+}
+
+/// Renders the frames that are missing, with a line for each.
+fn render(shoot: &Shoot, frames: u32, talk: &Talk) -> Result<()> {
+    let missing = shoot.missing();
+    let there = frames as usize - missing.len();
+    if there > 0 && !talk.quiet {
+        super::say!("{there} frames are there already");
+    }
+    let start = Instant::now();
+    let mut tell = |event: Event<'_>| match event {
+        Event::Opened(sink) => tell_all(sink),
+        Event::Frame { .. } if talk.quiet => {}
+        Event::Frame {
+            number,
+            focus,
+            seconds,
+            missing: left,
+        } => {
+            let done = (missing.len() - left) as u32;
+            let focus = focus.map(|d| format!("  focus {d:.3} m"));
+            super::say!(
+                "frame {number} of {frames}{}  {seconds:.1} s  {} left",
+                focus.unwrap_or_default(),
+                duration(start.elapsed() / done * left as u32)
+            );
+        }
+    };
+    talk.on_threads(|| shoot.render(&missing, &mut tell))?
+}
+
+fn timeline(m: &ArgMatches) -> Result<Timeline> {
+    let mut timeline = if let Some(path) = text(m, "animate") {
+        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path, &e))?;
+        Timeline::read(&Arc::new(Source::new(path, bytes)))?
+    } else {
+        let meters = |name: &str| {
+            let far = |w: &str| parse_length(w, LengthUnit::Meter).filter(|d| d.0 > 0.0);
+            parsed(m, name, "a distance such as 1.2 or 40cm", far)?
+                .map(|d| Meters::from(d).0)
+                .ok_or_else(|| {
+                    Diagnostic::error(format!("`--{name}` is missing"))
+                        .with_help("give `--from` and `--to`, or `--animate FILE`")
+                })
+        };
+        let frames = parsed(m, "frames", "a number of frames", |w| w.parse().ok())?;
+        let known = "of distance, diopters, travel and linear, smooth";
+        let ease = parsed(m, "ease", known, Ease::parse)?.unwrap_or_default();
+        Timeline::pull_focus(meters("from")?, meters("to")?, frames.unwrap_or(200), ease)?
+    };
+    let rate = |w: &str| w.parse().ok().filter(|r| (0.1..=1000.0).contains(r));
+    if let Some(rate) = parsed(m, "rate", "frames a second, from 0.1 to 1000", rate)? {
+        timeline.rate = rate;
+    }
+    match Shutter::of(m)? {
+        None => {}
+        Some(Shutter::Part(part)) => timeline.shutter = part,
+        Some(Shutter::Seconds(time)) if time * timeline.rate <= 1.0 + 1e-9 => {
+            timeline.shutter = (time * timeline.rate).min(1.0);
+        }
+        Some(Shutter::Seconds(time)) => {
+            return Err(Diagnostic::error(format!(
+                "a shutter can't be open for {time} s of a frame of 1/{} s",
+                timeline.rate
+            ))
+            .with_help("give a shorter time, or fewer frames a second"));
+        }
+    }
+    Ok(timeline)
+}
+
+/// The movies to write: what `-o` names, else a .mov and an .mp4, or an animated PNG where there is
+/// no ffmpeg to make them.
+///
+/// # Errors
+/// A name that ends otherwise.
+fn movies(m: &ArgMatches) -> Result<Vec<(PathBuf, Container)>> {
+    if let Some(output) = text(m, "output") {
+        let movie = PathBuf::from(output);
+        let container = Container::of(&movie)?;
+        return Ok(vec![(movie, container)]);
+    }
+    let scene = Path::new(text(m, "scene").unwrap_or_default());
+    let name = scene.file_stem().unwrap_or_default().to_string_lossy();
+    let stem = name.trim_end_matches(".iv").to_owned();
+    let kinds: &[_] = if has_ffmpeg() {
+        &[("mov", Container::Mov), ("mp4", Container::Mp4)]
+    } else {
+        &[("png", Container::AnimatedPng)]
+    };
+    let named =
+        |(end, container): &(&str, Container)| (PathBuf::from(format!("{stem}.{end}")), *container);
+    Ok(kinds.iter().map(named).collect())
+}
+
+fn duration(time: Duration) -> String {
+    match time.as_secs() {
+        s if s < 100 => format!("{s} s"),
+        s if s < 6000 => format!("{} min", (s + 30) / 60),
+        s => format!("{} h {} min", s / 3600, s % 3600 / 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_left_is_told_in_words_of_its_size() {
+        let tell = |s| duration(Duration::from_secs(s));
+        assert_eq!(
+            [tell(7), tell(600), tell(7260)],
+            ["7 s", "10 min", "2 h 1 min"]
+        );
+    }
+}

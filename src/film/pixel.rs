@@ -1,0 +1,98 @@
+//! What one pixel of the film has received.
+
+use glam::DVec3;
+
+/// What a pixel has received: a running mean and sum of squared deviations of each channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Exposed {
+    pub count: u32,
+    pub mean: DVec3,
+    squares: DVec3,
+}
+
+impl Exposed {
+    /// Adds one sample; Welford's update, which does not cancel.
+    pub fn add(&mut self, value: DVec3) {
+        self.count += 1;
+        let off = value - self.mean;
+        self.mean += off * (1.0 / f64::from(self.count));
+        self.squares += off * (value - self.mean);
+    }
+
+    /// Adds another pixel's samples (Chan, Golub and LeVeque's update).
+    pub fn join(&mut self, other: &Self) {
+        if other.count == 0 {
+            return;
+        }
+        let (n, m) = (f64::from(self.count), f64::from(other.count));
+        let off = other.mean - self.mean;
+        self.count += other.count;
+        self.mean += off * (m / (n + m));
+        self.squares += other.squares + off * off * (n * m / (n + m));
+    }
+
+    /// The same, but so that the other has a given share of the mean, however many its samples are.
+    pub fn join_as(&mut self, other: &Self, share: f64) {
+        let (n, m) = (f64::from(self.count), f64::from(other.count));
+        if n < 2.0 || m < 2.0 || (m - share * (n + m)).abs() < 1e-9 * m {
+            return self.join(other);
+        }
+        let [a, b] = [1.0 - share, share];
+        let variance = self.variance_of_mean() * a * a + other.variance_of_mean() * b * b;
+        self.mean = self.mean * a + other.mean * b;
+        self.count += other.count;
+        self.squares = variance * (n + m) * (n + m - 1.0);
+    }
+
+    /// The variance of the mean, as for independent samples: for stratified ones it is an upper
+    /// bound. Infinite for fewer than two samples.
+    pub fn variance_of_mean(&self) -> DVec3 {
+        match self.count {
+            0 | 1 => DVec3::INFINITY,
+            n => self.squares / (f64::from(n) * f64::from(n - 1)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_variance_of_the_mean_is_the_textbooks() {
+        let values = [1.0, 4.0, 4.0, 7.0];
+        let mut pixel = Exposed::default();
+        values.iter().for_each(|&v| pixel.add(DVec3::splat(v)));
+        // Mean 4, squared deviations 9 + 0 + 0 + 9, divided by 4·3.
+        assert_eq!(pixel.mean.x, 4.0);
+        assert!((pixel.variance_of_mean().x - 1.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn samples_in_two_parts_are_the_samples_in_one() {
+        let values = [0.3, 2.0, 5.5, 1.0, 4.25];
+        let (mut one, mut first, mut second) = Default::default();
+        let add = |pixel: &mut Exposed, v: f64| pixel.add(DVec3::splat(v));
+        values.iter().for_each(|&v| add(&mut one, v));
+        values[..2].iter().for_each(|&v| add(&mut first, v));
+        values[2..].iter().for_each(|&v| add(&mut second, v));
+        first.join(&second);
+        assert_eq!(first.count, one.count);
+        assert!((first.mean - one.mean).length() < 1e-14);
+        assert!((first.variance_of_mean() - one.variance_of_mean()).length() < 1e-14);
+    }
+
+    #[test]
+    fn a_moment_s_share_is_not_its_number_of_samples() {
+        let of = |values: &[f64]| {
+            let mut pixel = Exposed::default();
+            values.iter().for_each(|&v| pixel.add(DVec3::splat(v)));
+            pixel
+        };
+        let (mut still, busy) = (of(&[1.0, 3.0]), of(&[4.0, 8.0, 4.0, 8.0]));
+        let expected = (still.variance_of_mean() + busy.variance_of_mean()) / 4.0;
+        still.join_as(&busy, 0.5);
+        assert_eq!((still.count, still.mean.x), (6, 4.0));
+        assert!((still.variance_of_mean() - expected).length() < 1e-14);
+    }
+}

@@ -1,0 +1,188 @@
+//! One file made of the frames of a movie: by ffmpeg, or as an animated PNG.
+
+use std::path::{Path, PathBuf};
+
+use crate::diag::{Diagnostic, Result};
+use crate::picture::{Raster, Samples, write_whole};
+
+/// What kind of file a movie is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Container {
+    AnimatedPng,
+    /// H.264, made by ffmpeg.
+    Mov,
+    Mp4,
+}
+
+impl Container {
+    /// The container that the ending of a file's name asks for.
+    ///
+    /// # Errors
+    /// Another ending, or one that needs ffmpeg where there is none.
+    pub fn of(path: &Path) -> Result<Self> {
+        let end = path.extension().unwrap_or_default().to_ascii_lowercase();
+        let container = match end.to_str() {
+            Some("png") => return Ok(Self::AnimatedPng),
+            Some("mov") => Self::Mov,
+            Some("mp4") => Self::Mp4,
+            _ => {
+                return Err(Diagnostic::error(format!(
+                    "cannot tell the film's format from `{}`",
+                    path.display()
+                ))
+                .with_help("end its name in .mov, .mp4 or .png (animated)"));
+            }
+        };
+        if has_ffmpeg() {
+            return Ok(container);
+        }
+        let other = path.with_extension("png");
+        Err(
+            Diagnostic::error(format!("there is no ffmpeg to write `{}`", path.display()))
+                .with_help(format!(
+                    "install ffmpeg, or give `-o {}` for an animated PNG: it has the same \
+                     frames, and a film can be made of them later",
+                    other.display()
+                )),
+        )
+    }
+
+    /// Writes the frames, given in order, as one movie of so many frames a second.
+    ///
+    /// # Errors
+    /// A frame that cannot be read, a full disk, or what ffmpeg reports.
+    pub fn write(self, movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
+        match self {
+            Self::AnimatedPng => animated_png(movie, frames, rate),
+            Self::Mov => by_ffmpeg(movie, "mov", frames, rate),
+            Self::Mp4 => by_ffmpeg(movie, "mp4", frames, rate),
+        }
+    }
+}
+
+/// Frames are read by their numbers, from the folder of the first.
+fn by_ffmpeg(movie: &Path, end: &str, frames: &[PathBuf], rate: f64) -> Result<()> {
+    let folder = frames
+        .first()
+        .and_then(|f| f.parent())
+        .unwrap_or(Path::new(""));
+    let name = movie.file_name().unwrap_or_default().to_string_lossy();
+    let beside = movie.with_file_name(format!(".{name}.{}.tmp.{end}", std::process::id()));
+    let output = std::process::Command::new("ffmpeg")
+        .args(["-y", "-loglevel", "error", "-framerate"])
+        .arg(rate.to_string())
+        .arg("-i")
+        .arg(folder.join("%05d.png"))
+        // H.264 in 4:2:0 wants even sides.
+        .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"])
+        .args(["-c:v", "libx264", "-crf", "14", "-pix_fmt", "yuv420p"])
+        .arg(&beside)
+        .output()
+        .map_err(|e| Diagnostic::io("ffmpeg", &e))?;
+    if output.status.success() {
+        return std::fs::rename(&beside, movie).map_err(|e| Diagnostic::io(movie.display(), &e));
+    }
+    let _ = std::fs::remove_file(&beside);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    let last = errors.lines().last().unwrap_or("it does not say why");
+    Err(
+        Diagnostic::error(format!("ffmpeg can't write `{}`: {last}", movie.display()))
+            .with_help(format!("the frames are in `{}`", folder.display())),
+    )
+}
+
+/// Writes frames of one size as an animated PNG, over and over.
+fn animated_png(movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
+    let rasters = frames.iter().map(|path| Raster::open(path));
+    let mut rasters = rasters.collect::<Result<Vec<_>>>()?.into_iter();
+    let Some(first) = rasters.next() else {
+        return Err(Diagnostic::error("a movie needs a frame"));
+    };
+    // A delay is a fraction of two 16-bit numbers.
+    let (over, under) = if rate.fract() == 0.0 && rate <= 65_535.0 {
+        (1, rate as u16)
+    } else {
+        (1000, (1000.0 * rate).min(65_535.0) as u16)
+    };
+    write_whole(movie, |file| {
+        let mut encoder = png::Encoder::new(file, first.width, first.height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_animated(frames.len() as u32, 0)?;
+        encoder.set_frame_delay(over, under)?;
+        let mut writer = encoder.write_header().map_err(of_the_file)?;
+        let size = (first.width, first.height);
+        let mut write = |raster: &Raster| {
+            writer
+                .write_image_data(&levels(raster))
+                .map_err(of_the_file)
+        };
+        write(&first)?;
+        for raster in rasters {
+            if (raster.width, raster.height) != size {
+                return Err(std::io::Error::other("the frames differ in size"));
+            }
+            write(&raster)?;
+        }
+        writer.finish().map_err(of_the_file)
+    })
+}
+
+/// What went wrong with the file itself, such as a full disk, as it is.
+fn of_the_file(error: png::EncodingError) -> std::io::Error {
+    match error {
+        png::EncodingError::IoError(error) => error,
+        other => other.into(),
+    }
+}
+
+/// Red, green and blue in 8 bits.
+fn levels(raster: &Raster) -> Vec<u8> {
+    match &raster.samples {
+        Samples::U8(levels) if raster.channels == 3 => levels.clone(),
+        _ => (0..raster.pixels())
+            .flat_map(|i| raster.color(i))
+            .map(|v| (255.0 * v.clamp(0.0, 1.0)).round() as u8)
+            .collect(),
+    }
+}
+
+/// Whether ffmpeg can be run.
+pub fn has_ffmpeg() -> bool {
+    let run = std::process::Command::new("ffmpeg")
+        .arg("-version")
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .status();
+    run.is_ok_and(|s| s.success())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_animated_png_has_its_frames_and_its_rate() {
+        let folder = std::env::temp_dir().join(format!("ivcam-film-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let paths: Vec<PathBuf> = (0..3).map(|i| folder.join(format!("{i}.png"))).collect();
+        for (i, path) in paths.iter().enumerate() {
+            image::RgbImage::from_pixel(4, 2, image::Rgb([i as u8 * 100; 3]))
+                .save(path)
+                .unwrap();
+        }
+        let film = folder.join("film.png");
+        animated_png(&film, &paths, 24.0).unwrap();
+        let file = std::io::BufReader::new(std::fs::File::open(&film).unwrap());
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let frames = reader.info().animation_control.unwrap().num_frames;
+        let mut pixels = vec![0; 4 * 2 * 3];
+        let mut seen = Vec::new();
+        for _ in 0..frames {
+            reader.next_frame(&mut pixels).unwrap();
+            seen.push(pixels[0]);
+            assert_eq!(reader.info().frame_control.unwrap().delay_den, 24);
+        }
+        assert_eq!(seen, [0, 100, 200]);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

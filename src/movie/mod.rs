@@ -1,0 +1,15 @@
+//! Movies: what changes from frame to frame, and the frames.
+//!
+//! A [`Timeline`] says how focus, zoom, aperture, camera and the time of the scene change; a
+//! [`Shoot`] renders its frames into a folder; a [`Container`] makes one file of them.
+
+mod container;
+mod ease;
+mod shoot;
+mod timeline;
+mod timeline_file;
+
+pub use container::{Container, has_ffmpeg};
+pub use ease::{Ease, Key, PACES, Pace, SCALES, Scale, Track};
+pub use shoot::{Event, Shoot};
+pub use timeline::{Moment, Timeline, Travel};

@@ -1,0 +1,185 @@
+//! The values that change from frame to frame, at any moment.
+
+use glam::{DQuat, DVec3};
+
+use super::ease::{Ease, Key, Scale, Track};
+use crate::diag::{Diagnostic, Result};
+
+/// Frames that a timeline can have: an hour and a half.
+pub(super) const MOST_FRAMES: u32 = 200_000;
+
+/// Everything that a film can change. A track without keys leaves its value as the plan has it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Timeline {
+    pub frames: u32,
+    /// Frames a second of the film.
+    pub rate: f64,
+    /// The part of a frame during which the shutter is open; 0 is an instant.
+    pub shutter: f64,
+    /// Distance in focus, in meters.
+    pub focus: Track<f64>,
+    /// Factor on the lens.
+    pub zoom: Track<f64>,
+    /// f-number.
+    pub aperture: Track<f64>,
+    pub position: Track<DVec3>,
+    pub orientation: Track<DQuat>,
+    /// The scene's own time in seconds.
+    pub time: Track<f64>,
+}
+
+/// The values at one moment; `None` is left as the plan has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    pub focus: Option<f64>,
+    pub zoom: Option<f64>,
+    pub f_number: Option<f64>,
+    pub position: Option<DVec3>,
+    pub orientation: Option<DQuat>,
+    pub time: Option<f64>,
+}
+
+/// The way of film or lens (millimeters) that focuses at a distance (meters); `None` where none
+/// does.
+pub type Travel<'a> = dyn Fn(f64) -> Option<f64> + 'a;
+
+impl Timeline {
+    /// Nothing moves.
+    pub fn still(frames: u32) -> Self {
+        Self {
+            frames,
+            rate: 24.0,
+            ..Self::default()
+        }
+    }
+
+    /// Focus goes from one distance (meters) to another.
+    ///
+    /// # Errors
+    /// No frames, or too many.
+    pub fn pull_focus(from: f64, to: f64, frames: u32, ease: Ease) -> Result<Self> {
+        if !(2..=MOST_FRAMES).contains(&frames) {
+            return Err(
+                Diagnostic::error(format!("a pull of focus can't have {frames} frames"))
+                    .with_help(format!("give 2 to {MOST_FRAMES}; the paper's has 200")),
+            );
+        }
+        let mut this = Self::still(frames);
+        for (frame, value) in [(0.0, from), (f64::from(frames - 1), to)] {
+            // The second frame is after the first, so that neither is refused.
+            let _ = this.focus.push(Key { frame, value, ease });
+        }
+        Ok(this)
+    }
+
+    /// What is to be seen at a frame, or between two.
+    pub fn at(&self, frame: f64, travel: &Travel<'_>) -> Moment {
+        let even = |a: f64, b: f64, t: f64, _| a + t * (b - a);
+        let ratio = |a: f64, b: f64, t: f64, _| a * libm::pow(b / a, t);
+        Moment {
+            focus: self.focus.at(frame, |a, b, t, scale| {
+                focus_between(a, b, t, scale, travel)
+            }),
+            zoom: self.zoom.at(frame, ratio),
+            f_number: self.aperture.at(frame, ratio),
+            position: self.position.at(frame, |a, b, t, _| a.lerp(b, t)),
+            orientation: self
+                .orientation
+                .at(frame, |a, b, t, _| turn_between(a, b, t)),
+            time: self.time.at(frame, even),
+        }
+    }
+
+    /// Moments over which one frame is exposed, each for an equal part of it.
+    pub fn exposures(&self, frame: u32, count: u32, travel: &Travel<'_>) -> Vec<Moment> {
+        if self.shutter <= 0.0 {
+            return vec![self.at(f64::from(frame), travel)];
+        }
+        let part = |i: u32| (f64::from(i) + 0.5) / f64::from(count);
+        (0..count)
+            .map(|i| self.at(f64::from(frame) + self.shutter * part(i), travel))
+            .collect()
+    }
+
+    /// Whether the lens can follow the focus of every frame; `reaches` tells it of one, where the
+    /// lens may be zoomed.
+    ///
+    /// # Errors
+    /// The first frame at which it can't, and the distance.
+    pub fn check_focus(
+        &self,
+        travel: &Travel<'_>,
+        reaches: &dyn Fn(&Moment) -> bool,
+    ) -> Result<()> {
+        for frame in 0..self.frames {
+            let moment = self.at(f64::from(frame), travel);
+            let Some(distance) = moment.focus else {
+                return Ok(());
+            };
+            if !(distance > 0.0) || !reaches(&moment) {
+                return Err(Diagnostic::error(format!(
+                    "frame {frame} focuses at {distance:.4} m, nearer than the lens can"
+                ))
+                .with_help(
+                    "focus farther away, or use a shorter lens (`--efl`); `ivcam lens NAME \
+                     --focus DISTANCE` tells the nearest distance",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Even in the scale asked for; in distance where the lens can't follow.
+fn focus_between(from: f64, to: f64, t: f64, scale: Scale, travel: &Travel<'_>) -> f64 {
+    if t <= 0.0 || t >= 1.0 || from == to {
+        return if t < 0.5 { from } else { to };
+    }
+    let even = from + t * (to - from);
+    let diopters = 1.0 / (1.0 / from + t * (1.0 / to - 1.0 / from));
+    match scale {
+        // No part of the way to infinity is a distance.
+        Scale::Distance if even.is_infinite() => diopters,
+        Scale::Distance => even,
+        Scale::Diopters => diopters,
+        Scale::Travel => {
+            let (Some(a), Some(b)) = (travel(from), travel(to)) else {
+                return if even.is_infinite() { diopters } else { even };
+            };
+            distance_of_travel(a + t * (b - a), (from, a), (to, b), travel)
+        }
+    }
+}
+
+/// The distance between two known ones whose travel is this, by halving in diopters.
+fn distance_of_travel(
+    aim: f64,
+    (mut near, near_travel): (f64, f64),
+    (mut far, far_travel): (f64, f64),
+    travel: &Travel<'_>,
+) -> f64 {
+    let rising = far_travel > near_travel;
+    let middle = |a: f64, b: f64| 2.0 / (1.0 / a + 1.0 / b);
+    for _ in 0..60 {
+        let mid = middle(near, far);
+        let Some(at) = travel(mid) else { break };
+        if (at < aim) == rising {
+            near = mid;
+        } else {
+            far = mid;
+        }
+    }
+    middle(near, far)
+}
+
+/// Along the shorter arc, at an even rate.
+fn turn_between(a: DQuat, b: DQuat, t: f64) -> DQuat {
+    let b = if a.dot(b) < 0.0 { -b } else { b };
+    let cos = a.dot(b).clamp(-1.0, 1.0);
+    let angle = libm::acos(cos);
+    if angle < 1e-9 {
+        return a;
+    }
+    let part = |t: f64| libm::sin(t * angle) / libm::sin(angle);
+    (a * part(1.0 - t) + b * part(t)).normalize()
+}

@@ -1,0 +1,79 @@
+//! OpenEXR in and out: linear exposure values, with how the picture was made as attributes.
+
+use std::io::{Cursor, Write};
+
+use ::exr::prelude::{self as exr, ReadChannels as _, ReadLayers as _};
+
+use super::developed::Picture;
+use super::raster::{Raster, Samples, check_size};
+use crate::diag::{Diagnostic, Result};
+
+/// The first layer: R, G, B where it has them, otherwise its first channel as gray.
+pub(super) fn decode(bytes: &[u8]) -> Result<Raster> {
+    let image = exr::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|e| Diagnostic::error(format!("this EXR is not readable: {e}")))?;
+    let layer = &image.layer_data;
+    let (width, height) = (layer.size.0, layer.size.1);
+    check_size(width, height)?;
+    let list = &layer.channel_data.list;
+    let find = |name: &str| list.iter().find(|c| c.name.to_string() == name);
+    let chosen: Vec<_> = match (find("R"), find("G"), find("B"), find("A")) {
+        (Some(r), Some(g), Some(b), Some(a)) => vec![r, g, b, a],
+        (Some(r), Some(g), Some(b), None) => vec![r, g, b],
+        _ => find("Y").or(list.first()).into_iter().collect(),
+    };
+    let planes: Vec<Vec<f32>> = chosen
+        .iter()
+        .map(|c| c.sample_data.values_as_f32().collect())
+        .collect();
+    if planes.is_empty() || planes.iter().any(|p| p.len() != width * height) {
+        return Err(Diagnostic::error(
+            "this EXR has no channel of full size to read",
+        ));
+    }
+    let samples = (0..width * height).flat_map(|i| planes.iter().map(move |p| p[i]));
+    Ok(Raster {
+        width: width as u32,
+        height: height as u32,
+        channels: planes.len(),
+        samples: Samples::F32(samples.collect()),
+    })
+}
+
+/// Writes a picture as one layer of R, G and B.
+pub(super) fn write(picture: &Picture, file: &mut dyn Write) -> std::io::Result<()> {
+    use exr::{Text, WritableImage};
+    let size = (picture.width as usize, picture.height as usize);
+    let channels = exr::SpecificChannels::rgb(|exr::Vec2(x, y)| {
+        let [r, g, b] = picture.pixels[y * picture.width as usize + x];
+        (r, g, b)
+    });
+    let mut layer = exr::Layer::new(
+        size,
+        exr::LayerAttributes::named(""),
+        exr::Encoding::SMALL_LOSSLESS,
+        channels,
+    );
+    layer.attributes.layer_name = None;
+    let text = |s: &str| Text::new_or_none(s).unwrap_or_else(|| Text::from("?"));
+    for (key, value) in &picture.provenance {
+        layer
+            .attributes
+            .other
+            .insert(text(key), exr::AttributeValue::Text(text(value)));
+    }
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    exr::Image::from_layer(layer)
+        .write()
+        .non_parallel()
+        .to_buffered(&mut bytes)
+        .map_err(std::io::Error::other)?;
+    file.write_all(bytes.get_ref())
+}

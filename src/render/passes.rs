@@ -1,0 +1,230 @@
+//! Passes over the tiles of a picture, until the film is exposed.
+
+use std::ops::Range;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::batch::{Batch, Part};
+use super::exposure::{Counts, Exposure, Progress, Stop};
+use super::shares::Shares;
+use super::tile::Tile;
+use crate::camera::Camera;
+use crate::film::{Exposed, Film, Resolution, Twin};
+use crate::sampling::{FilterTable, PixelSampler, Sampler, mix};
+use crate::shade::{Shader, Work};
+
+/// A scene, a camera, and what to do with them.
+pub struct Render<'a> {
+    pub shader: &'a Shader<'a>,
+    pub camera: &'a Camera,
+    pub sampler: Sampler,
+    pub resolution: Resolution,
+    /// A multiplier on the exposure.
+    pub exposure: f64,
+    pub stop: Stop,
+    /// How a pixel weighs the light around its middle.
+    pub filter: &'a FilterTable,
+    /// Samples go where a first look finds noise; that look is not part of the picture.
+    pub adaptive: bool,
+}
+
+impl Render<'_> {
+    /// Exposes the film, telling `progress` after every tile. Uses rayon's current pool.
+    pub fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
+        let start = Instant::now();
+        let tiles = Tile::all(self.resolution);
+        let mut film = Film::new(self.resolution);
+        let mut counts = Counts::default();
+        let mut done = 0;
+        let mut error = None;
+        let shares = self.first_look(&tiles, &mut counts);
+        while done < self.stop.samples {
+            let pass_start = Instant::now();
+            let end = self.pass_end(done);
+            let total = tiles.len() as u64 * self.passes_left(done);
+            let tell = |tiles_done: u64| {
+                progress(Progress {
+                    tiles_done,
+                    tiles: total,
+                    samples: done,
+                    error,
+                });
+                true
+            };
+            if let Some(pass) = self.shared_pass(&tiles, &mut film, done..end, &shares, &tell) {
+                counts.add(&pass);
+            }
+            let last = pass_start.elapsed() / (end - done).max(1);
+            done = end;
+            error = film.error().map(|e| e.relative_rmse);
+            if self.stops(start, last * (self.pass_end(done) - done), error) {
+                break;
+            }
+        }
+        Exposure {
+            film,
+            counts,
+            seconds: start.elapsed().as_secs_f64(),
+            samples: done,
+        }
+    }
+
+    /// Adds samples to every pixel. `goes_on` hears after every tile how many are done, and may
+    /// end the pass: the film is then as it was, and there are no counts.
+    pub fn pass(
+        &self,
+        tiles: &[Tile],
+        film: &mut Film,
+        samples: Range<u32>,
+        goes_on: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Option<Counts> {
+        self.shared_pass(tiles, film, samples, &Shares(None), goes_on)
+    }
+
+    /// Where to send the samples. The first look's rays are counted, its light is not.
+    fn first_look(&self, tiles: &[Tile], counts: &mut Counts) -> Shares {
+        if !self.adaptive {
+            return Shares(None);
+        }
+        let look = Render {
+            sampler: Sampler {
+                seed: mix(self.sampler.seed ^ 0x6c6f_6f6b),
+                ..self.sampler
+            },
+            ..*self
+        };
+        let mut film = Film::new(self.resolution);
+        let samples = 0..(self.stop.samples / 8).clamp(2, 16);
+        if let Some(rays) = look.pass(tiles, &mut film, samples, &|_| true) {
+            counts.add(&rays);
+        }
+        Shares::of(&film, self.stop.samples)
+    }
+
+    fn shared_pass(
+        &self,
+        tiles: &[Tile],
+        film: &mut Film,
+        samples: Range<u32>,
+        shares: &Shares,
+        goes_on: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Option<Counts> {
+        let finished = Mutex::new(0);
+        let one = |&tile: &Tile| {
+            let part = self.expose(tile, film, &samples, shares);
+            let mut finished = finished.lock().unwrap_or_else(|e| e.into_inner());
+            *finished += 1;
+            goes_on(*finished).then_some(part)
+        };
+        let parts: Option<Vec<Part>> = tiles.par_iter().map(one).collect();
+        let mut counts = Counts::default();
+        let mut twins = Vec::new();
+        for (tile, part) in tiles.iter().zip(parts?) {
+            counts.add(&part.counts);
+            for ((x, y), exposed) in tile.pixels().zip(part.pixels) {
+                film.pixels[(y * self.resolution.width + x) as usize] = exposed;
+            }
+            twins.extend(part.twins);
+        }
+        film.set_twins(twins);
+        Some(counts)
+    }
+
+    /// With nothing but a number of samples to stop at, all are one pass; else passes double.
+    fn pass_end(&self, done: u32) -> u32 {
+        if self.stop.error.is_none() && self.stop.time.is_none() {
+            return self.stop.samples;
+        }
+        let step = if done == 0 { 4 } else { done.min(64) };
+        let step = step.next_multiple_of(self.sampler.period());
+        (done + step).min(self.stop.samples)
+    }
+
+    fn passes_left(&self, done: u32) -> u64 {
+        u64::from(
+            (self.stop.samples - done)
+                .div_ceil(self.pass_end(done).max(1) - done)
+                .max(1),
+        )
+    }
+
+    /// `next` is how long the next pass will be, as the last one was.
+    fn stops(&self, start: Instant, next: Duration, error: Option<f64>) -> bool {
+        let good = self
+            .stop
+            .error
+            .zip(error)
+            .is_some_and(|(limit, e)| e <= limit);
+        let late = self
+            .stop
+            .time
+            .is_some_and(|limit| start.elapsed() + next > limit);
+        good || late
+    }
+
+    /// Adds samples to the pixels of one tile, and to the twins of those that have one.
+    fn expose(&self, tile: Tile, film: &Film, samples: &Range<u32>, shares: &Shares) -> Part {
+        let mut batch = Batch::new(self);
+        let mut part = Part::default();
+        let mut sums: Vec<Exposed> = Vec::new();
+        let mut twins = Vec::new();
+        for (x, y) in tile.pixels() {
+            let number = y * self.resolution.width + x;
+            sums.push(film.pixels[number as usize]);
+            let samples = shares.samples(number, samples);
+            batch.add((x, y), self.sampler, samples.clone(), &mut sums);
+            if film.has_twin(number) {
+                twins.push((number, sums.len()));
+                sums.push(film.twin(number));
+                let before = batch.counts.film_rays;
+                batch.add((x, y), self.twin_sampler(), samples.clone(), &mut sums);
+                part.counts.error_rays += batch.counts.film_rays - before;
+            }
+        }
+        batch.flush(&mut sums);
+        part.counts.film_rays = batch.counts.film_rays - part.counts.error_rays;
+        part.counts.passed = batch.counts.passed;
+        part.counts.scene_rays = batch.work.counts.scene;
+        part.counts.shadow_rays = batch.work.counts.shadow;
+        let mut skip = twins.iter().map(|(_, at)| *at).peekable();
+        part.pixels = sums
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| skip.next_if_eq(i).is_none())
+            .map(|(_, sum)| *sum)
+            .collect();
+        let twin = |(pixel, at): (u32, usize)| Twin {
+            pixel,
+            exposed: sums[at],
+        };
+        part.twins = twins.into_iter().map(twin).collect();
+        part
+    }
+
+    fn twin_sampler(&self) -> Sampler {
+        Sampler {
+            seed: mix(!self.sampler.seed),
+            ..self.sampler
+        }
+    }
+
+    pub(super) fn pixel(&self, sampler: Sampler, (x, y): (u32, u32)) -> PixelSampler {
+        let number = u64::from(y * self.resolution.width + x);
+        sampler.pixel(number, [x, y])
+    }
+
+    /// The exposure that one sample of a pixel brings, by itself: what a tile must give too. A
+    /// lost ray brings none and counts all the same.
+    pub fn sample(&self, pixel: (u32, u32), index: u32, work: &mut Work) -> DVec3 {
+        let mut batch = Batch::new(self);
+        let mut sums = [Exposed::default()];
+        std::mem::swap(&mut batch.work, work);
+        batch.add(pixel, self.sampler, index..index + 1, &mut sums);
+        batch.flush(&mut sums);
+        std::mem::swap(&mut batch.work, work);
+        sums[0].mean
+    }
+}

@@ -1,0 +1,90 @@
+//! Where adaptive sampling sends its samples.
+
+use std::ops::Range;
+
+use crate::film::{Film, Resolution};
+
+/// How many of a number of samples a pixel gets, as a share: 1 everywhere, or by what a first
+/// look found.
+pub(super) struct Shares(pub(super) Option<Vec<f32>>);
+
+impl Shares {
+    /// At least this share, so that what the first look missed is seen all the same.
+    const LEAST: f64 = 0.25;
+
+    pub(super) fn samples(&self, pixel: u32, all: &Range<u32>) -> Range<u32> {
+        match &self.0 {
+            None => all.clone(),
+            Some(shares) => {
+                let share = f64::from(shares[pixel as usize]);
+                let part = |n: u32| (f64::from(n) * share).round().max(f64::from(n.min(1))) as u32;
+                part(all.start)..part(all.end)
+            }
+        }
+    }
+
+    /// In proportion to the standard deviation of a sample, which is best for a given sum; the
+    /// noise of a first look is spread over each pixel's neighborhood. Every share of the
+    /// number of samples given is a power of two.
+    pub(super) fn of(first: &Film, samples: u32) -> Self {
+        let Resolution { width, height } = first.resolution;
+        let spread = |x: u32, y: u32| {
+            let pixel = &first.pixels[(y * width + x) as usize];
+            let variance = pixel.variance_of_mean().element_sum() * f64::from(pixel.count);
+            if variance.is_finite() { variance } else { 0.0 }
+        };
+        let around = |x: u32, y: u32| {
+            let (rows, columns) = (
+                y.saturating_sub(1)..(y + 2).min(height),
+                x.saturating_sub(1)..(x + 2).min(width),
+            );
+            let count = f64::from((rows.end - rows.start) * (columns.end - columns.start));
+            let sum: f64 = rows
+                .flat_map(|y| columns.clone().map(move |x| (x, y)))
+                .map(|(x, y)| spread(x, y))
+                .sum();
+            (sum / count).sqrt()
+        };
+        let noise: Vec<f64> = (0..height)
+            .flat_map(|y| (0..width).map(move |x| (x, y)))
+            .map(|(x, y)| around(x, y))
+            .collect();
+        let mean = noise.iter().sum::<f64>() / noise.len() as f64;
+        if !(mean > 0.0) {
+            return Self(None);
+        }
+        let all = f64::from(samples);
+        let share = |n: f64| Self::LEAST + (1.0 - Self::LEAST) * n / mean;
+        let whole = |n: f64| power_of_two(all * share(n)) / all;
+        Self(Some(noise.into_iter().map(|n| whole(n) as f32).collect()))
+    }
+}
+
+/// The power of two that is nearest to a positive number in the sense that numbers spread evenly
+/// over their logarithms keep their mean. Nets of so many points err least for their number.
+fn power_of_two(number: f64) -> f64 {
+    let below = f64::from_bits(number.to_bits() & f64::INFINITY.to_bits());
+    if number < below * std::f64::consts::LOG2_E {
+        below
+    } else {
+        2.0 * below
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn powers_of_two_are_near_and_keep_the_mean() {
+        let (mut sum, mut of) = (0.0, 0.0);
+        for i in 0..8000 {
+            let number = f64::exp2(f64::from(i) / 1000.0 - 2.0);
+            let power = power_of_two(number);
+            assert_eq!(f64::exp2(power.log2().round()), power);
+            assert!(power / number < 1.387 && number / power <= std::f64::consts::LOG2_E);
+            (sum, of) = (sum + power / number, of + 1.0);
+        }
+        assert!(f64::abs(sum / of - 1.0) < 1e-3, "{}", sum / of);
+    }
+}
