@@ -9,11 +9,11 @@ use std::sync::{Arc, OnceLock};
 
 use indexmap::IndexMap;
 
-use super::Loader;
-use super::proto::{Interface, Passage, Proto};
+use super::declarations::{Extension, Passage, Proto, Route};
+use super::loader::Loader;
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::grammar::value::{Get, NodeId, Value};
-use crate::grammar::{Class, ClassId, Field, FieldType};
+use crate::grammar::{Class, ClassId, Field};
 
 /// The class of a node: one of the catalogue's, or one that the file itself declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -21,29 +21,6 @@ pub enum ClassRef {
     Known(ClassId),
     /// An index into [`Document::extensions`]: a `fields [ ]` or `PROTO` of the file's own.
     Extension(u32),
-}
-
-/// `ROUTE from.output TO to.input`, and what becomes of it when protos are expanded.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Route {
-    pub from: NodeId,
-    pub output: Box<str>,
-    pub to: NodeId,
-    pub input: Box<str>,
-    /// The file has it as a statement of its own, not in the body of a proto.
-    pub stated: bool,
-}
-
-/// A class declared in the file (`fields [ … ] isA [ … ]`), or met without a declaration.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Extension {
-    pub name: Box<str>,
-    /// Name and type of each field, in the order of declaration.
-    pub fields: Vec<(Box<str>, FieldType)>,
-    /// The known classes it may be treated as, nearest first.
-    pub is_a: Vec<Box<str>>,
-    /// What a `Script` declares, fields and events in their order.
-    pub interface: Vec<Interface>,
 }
 
 /// A field's value that comes from elsewhere: `translation = USE Engine . outVector`.

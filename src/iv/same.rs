@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::document::{ClassRef, Document, FieldEntry, Route};
-use super::proto::Proto;
-use super::value::{NodeId, Value};
+use super::declarations::{Proto, Route};
+use super::document::{ClassRef, Document, FieldEntry};
+use crate::grammar::value::{NodeId, Value};
 
 impl Document {
     /// What is different in another document, at the first place where something is; `None` if

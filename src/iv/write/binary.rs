@@ -5,9 +5,9 @@ use std::collections::HashSet;
 use super::spelling::{
     Tokens, bit_names, class_name, described, enumeration, field_order, has_type_first,
 };
+use crate::grammar::value::{Image, NodeId, Rotation, Value};
 use crate::grammar::{FieldType, class, path};
 use crate::iv::document::{ClassRef, Document, FieldEntry};
-use crate::iv::value::{Image, NodeId, Rotation, Value};
 
 const HEADER: &[u8; 24] = b"#Inventor V2.1 binary  \n";
 const IGNORED: u32 = 1;

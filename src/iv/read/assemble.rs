@@ -5,12 +5,16 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::document::{ClassRef, Document, Extension, FieldEntry, Node};
-use super::field::Names;
-use super::value::{NodeId, Value};
-use super::{Header, Limits, upgrade};
+use super::enum_names::Names;
+use super::header::Header;
+use super::upgrade;
 use crate::diag::{Result, Span, nearest};
+use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{self, ClassId, Dialect, FieldType, Treatment, class};
+use crate::iv::declarations::Extension;
+use crate::iv::document::{ClassRef, Document, FieldEntry, Node};
+use crate::iv::encoding::text;
+use crate::iv::limits::Limits;
 
 /// A field of a node's class, found by name.
 #[derive(Clone, Copy)]
@@ -35,32 +39,50 @@ impl Slot {
 /// Fields that a file may declare for a class; they are looked through one by one.
 const MOST_FIELDS: usize = 5_000;
 
+/// What a file adds to a document.
+pub struct FileRead {
+    pub roots: Vec<NodeId>,
+    /// The classes that it declares, by name, in [`Document::extensions`].
+    pub declared: HashMap<Box<str>, u32>,
+}
+
+/// Reads a file into a document: the whole of `file::read_into`, for `EXTERNPROTO`s, whose files
+/// are needed while the file that names them is being read.
+pub type ReadFile = fn(&mut Document, &str, Vec<u8>, &Limits, Option<Header>) -> Result<FileRead>;
+
 pub struct Assembler<'d> {
     pub document: &'d mut Document,
     pub header: Header,
     pub limits: Limits,
+    pub read_file: ReadFile,
     pub source: u16,
     /// By the whole token after `DEF`, reference number and all.
     pub names: HashMap<Box<[u8]>, NodeId>,
     /// Classes that this file declares, by name.
     pub declared: HashMap<Box<str>, u32>,
-    /// Values of fields that are gone, for [`upgrade`].
     /// What each declaration hid, to be taken back where a proto's body ends.
     pub shadowed: Vec<(Box<str>, Option<u32>)>,
     /// How many more did-you-mean hints to look for: each takes a look at every name there is.
     hints: usize,
     /// How many proto bodies we are inside of.
     pub in_protos: usize,
+    /// Values of fields that are gone, for [`upgrade`].
     pub old: Vec<(NodeId, &'static upgrade::OldField, Value)>,
 }
 
 impl<'d> Assembler<'d> {
-    pub fn new(document: &'d mut Document, header: Header, limits: &Limits) -> Self {
+    pub fn new(
+        document: &'d mut Document,
+        header: Header,
+        limits: &Limits,
+        read_file: ReadFile,
+    ) -> Self {
         let source = u16::try_from(document.sources.len() - 1).unwrap_or(u16::MAX);
         Self {
             document,
             header,
             limits: limits.clone(),
+            read_file,
             source,
             names: HashMap::new(),
             declared: HashMap::new(),
@@ -128,7 +150,7 @@ impl<'d> Assembler<'d> {
         if name.is_empty() {
             return;
         }
-        let name: Arc<str> = super::field::text(name).into();
+        let name: Arc<str> = text(name).into();
         self.data(node).name = Some(name.clone());
         if self.source == 0 && self.in_protos == 0 {
             self.document.names.insert(name, node);
@@ -441,126 +463,5 @@ fn base_name(token: &[u8]) -> &[u8] {
     match token.iter().rposition(|&b| b == b'+') {
         Some(i) if token[i + 1..].iter().all(u8::is_ascii_digit) => &token[..i],
         _ => token,
-    }
-}
-
-/// Where one may go from a node, in the order of walking.
-#[derive(Clone, Copy)]
-enum Edge {
-    Child(usize),
-    Field(usize),
-    Element(usize, usize),
-    Included(usize),
-    StandsFor,
-}
-
-fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
-    let node = &document.nodes[id.0 as usize];
-    let mut out = Vec::new();
-    if let Some(&other) = document.stands_for.get(&id) {
-        out.push((Edge::StandsFor, other));
-        return out;
-    }
-    for (i, &child) in node.children.iter().enumerate() {
-        out.push((Edge::Child(i), child));
-    }
-    let walked = match node.class {
-        ClassRef::Known(class) => class.get().treatment != Treatment::Kept,
-        ClassRef::Extension(i) => {
-            let kept = |n: &str| grammar::any(n).is_some_and(|c| c.treatment == Treatment::Kept);
-            !document.extensions[i as usize].is_a.iter().any(|n| kept(n))
-        }
-    };
-    for (i, field) in node.fields.iter().enumerate().filter(|_| walked) {
-        match &field.value {
-            Value::Node(Some(target)) => out.push((Edge::Field(i), *target)),
-            Value::Nodes(targets) => {
-                out.extend(
-                    targets
-                        .iter()
-                        .enumerate()
-                        .map(|(k, &t)| (Edge::Element(i, k), t)),
-                );
-            }
-            _ => {}
-        }
-    }
-    if let Some(roots) = document.included.get(&id) {
-        out.extend(
-            roots
-                .iter()
-                .enumerate()
-                .map(|(i, &t)| (Edge::Included(i), t)),
-        );
-    }
-    out
-}
-
-/// Takes out every edge that leads a node back to itself, so that a walk ends. Without recursion.
-pub fn cut_cycles(document: &mut Document) {
-    const NEW: u8 = 0;
-    const OPEN: u8 = 1;
-    const DONE: u8 = 2;
-    let mut colors = vec![NEW; document.nodes.len()];
-    let mut cuts = Vec::new();
-    let mut stack: Vec<(NodeId, std::vec::IntoIter<(Edge, NodeId)>)> = Vec::new();
-    for root in document.roots.clone() {
-        if colors[root.0 as usize] != NEW {
-            continue;
-        }
-        colors[root.0 as usize] = OPEN;
-        stack.push((root, edges(document, root).into_iter()));
-        while let Some((id, rest)) = stack.last_mut() {
-            let id = *id;
-            let Some((edge, target)) = rest.next() else {
-                colors[id.0 as usize] = DONE;
-                stack.pop();
-                continue;
-            };
-            match colors[target.0 as usize] {
-                NEW => {
-                    colors[target.0 as usize] = OPEN;
-                    stack.push((target, edges(document, target).into_iter()));
-                }
-                OPEN => cuts.push((id, edge, target)),
-                _ => {}
-            }
-        }
-    }
-    for (id, edge, target) in cuts.into_iter().rev() {
-        cut(document, id, edge, target);
-    }
-}
-
-fn cut(document: &mut Document, id: NodeId, edge: Edge, target: NodeId) {
-    let data = &document.nodes[target.0 as usize];
-    let name = data.name.as_deref().unwrap_or("a node").to_owned();
-    let span = document.nodes[id.0 as usize].span;
-    document
-        .sink
-        .warn(
-            span,
-            format!("`{name}` contains itself; the inner one is left out"),
-        )
-        .help("a node can be used again beside itself, not inside itself");
-    let node = &mut document.nodes[id.0 as usize];
-    match edge {
-        Edge::Child(i) => {
-            node.children.remove(i);
-        }
-        Edge::Field(i) => node.fields[i].value = Value::Node(None),
-        Edge::Element(i, k) => {
-            if let Value::Nodes(list) = &mut node.fields[i].value {
-                list.remove(k);
-            }
-        }
-        Edge::Included(i) => {
-            if let Some(roots) = document.included.get_mut(&id) {
-                roots.remove(i);
-            }
-        }
-        Edge::StandsFor => {
-            document.stands_for.remove(&id);
-        }
     }
 }

@@ -3,9 +3,9 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::grammar::value::NodeId;
 use crate::grammar::{Dialect, FieldType};
 use crate::iv::document::{ClassRef, Document};
-use crate::iv::value::NodeId;
 
 /// The name to write for a class: one of VRML97's in an Inventor file is `VRML…`, as Coin has it.
 pub fn class_name(document: &Document, class: ClassRef, vrml97: bool) -> String {

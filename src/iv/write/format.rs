@@ -1,14 +1,7 @@
-//! Writes a document: ASCII and binary V2.1, and VRML97 where that is what it holds.
-//!
-//! What was read is written, field by field in its order; what a file leaves to the catalogue
-//! stays unsaid. Reading the result gives the same document. Files that a scene includes stay
-//! files.
+//! The forms in which a document is written, and what each cannot say.
 
-mod ascii;
-mod binary;
-mod spelling;
-
-use super::document::Document;
+use super::{ascii, binary};
+use crate::iv::document::Document;
 
 /// What [`Document::write`] makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,9 +4,9 @@
 
 use std::io::Read;
 
-use super::Limits;
 use crate::diag::{Diagnostic, Result};
 use crate::grammar::Dialect;
+use crate::iv::limits::Limits;
 
 /// The first line of a file, understood.
 #[derive(Clone, Debug, PartialEq, Eq)]

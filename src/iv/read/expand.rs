@@ -1,4 +1,4 @@
-//! VRML97's own node classes: `PROTO`, its instances, and the events that pass through them.
+//! Expands the instances of protos, and leads routes through them.
 //!
 //! A proto's body is a template that nobody walks. An instance is a node with the fields that its
 //! file states; a copy of the body, with the fields that are `IS` one of the interface's filled
@@ -6,83 +6,12 @@
 
 use std::collections::HashMap;
 
-use super::Limits;
-use super::document::{ClassRef, Document, FieldEntry, Route};
-use super::value::{NodeId, Value};
 use crate::diag::{Result, Span};
 use crate::grammar::FieldType;
-
-/// How a field or event of an interface may be used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Access {
-    Field,
-    ExposedField,
-    EventIn,
-    EventOut,
-}
-
-impl Access {
-    pub fn named(word: &[u8]) -> Option<Self> {
-        match word {
-            b"field" | b"initializeOnly" => Some(Self::Field),
-            b"exposedField" | b"inputOutput" => Some(Self::ExposedField),
-            b"eventIn" | b"inputOnly" => Some(Self::EventIn),
-            b"eventOut" | b"outputOnly" => Some(Self::EventOut),
-            _ => None,
-        }
-    }
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Field => "field",
-            Self::ExposedField => "exposedField",
-            Self::EventIn => "eventIn",
-            Self::EventOut => "eventOut",
-        }
-    }
-
-    pub fn has_value(self) -> bool {
-        matches!(self, Self::Field | Self::ExposedField)
-    }
-}
-
-/// `eventIn SFBool set_on` and its like, in a `PROTO` or `Script`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Interface {
-    pub access: Access,
-    pub kind: FieldType,
-    pub name: Box<str>,
-}
-
-/// `name IS interface` in a body.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Link {
-    pub node: NodeId,
-    pub name: Box<str>,
-    pub interface: Box<str>,
-}
-
-/// A class that a file defines by nodes.
-#[derive(Clone, Debug)]
-pub struct Proto {
-    /// Its class, in [`Document::extensions`]; the fields there are those of the interface.
-    pub extension: u32,
-    pub interface: Vec<Interface>,
-    /// A node of the class that states the defaults.
-    pub defaults: NodeId,
-    pub body: Vec<NodeId>,
-    pub links: Vec<Link>,
-    pub routes: Vec<Route>,
-    /// An `EXTERNPROTO` whose definition was not found: where it should have been.
-    pub urls: Vec<String>,
-    /// Is defined in another file, which `urls` names.
-    pub external: bool,
-    /// The proto in whose body it is declared, in [`Document::protos`]; only there is it known.
-    pub within: Option<usize>,
-}
-
-/// An event of an instance, and the node of the body that has it.
-pub type Passage = (Box<str>, NodeId, Box<str>);
+use crate::grammar::value::{NodeId, Value};
+use crate::iv::declarations::{Link, Passage, Proto, Route};
+use crate::iv::document::{ClassRef, Document, FieldEntry};
+use crate::iv::limits::Limits;
 
 /// Expands an instance, and the instances in its body.
 pub fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Result<()> {

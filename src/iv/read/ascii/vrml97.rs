@@ -2,26 +2,19 @@
 
 use std::collections::HashMap;
 
-use super::{Level, Reader};
+use super::reader::{Level, Reader, Scope};
 use crate::diag::{Diagnostic, Result, Span};
+use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{FieldType, class};
-use crate::iv::assemble::Slot;
-use crate::iv::document::{ClassRef, Extension, Route};
-use crate::iv::field::{self, skip, word};
-use crate::iv::proto::{self, Access, Interface, Link, Proto, proto_of};
-use crate::iv::value::{NodeId, Value};
-use crate::iv::{Limits, read_into};
-
-/// What a proto's body hides while it is read.
-pub(super) struct Scope {
-    names: HashMap<Box<[u8]>, NodeId>,
-    /// How many classes were hidden before it.
-    shadowed: usize,
-    routes: Vec<Route>,
-    name: Box<str>,
-    /// The number of nodes before it.
-    first: u32,
-}
+use crate::iv::declarations::{Access, Extension, Interface, Link, Proto, Route};
+use crate::iv::document::ClassRef;
+use crate::iv::encoding::text;
+use crate::iv::limits::Limits;
+use crate::iv::read::assemble::Slot;
+use crate::iv::read::enum_names::Names;
+use crate::iv::read::expand::{self, proto_of};
+use crate::iv::read::tokens::{skip, word};
+use crate::iv::read::values;
 
 impl<'s> Reader<'_, '_, 's> {
     pub(super) fn is_script(&self, node: NodeId) -> bool {
@@ -110,16 +103,16 @@ impl<'s> Reader<'_, '_, 's> {
         let (rest, kind_name) = word(at).ok()?;
         let (rest, name) = word(skip(rest)).ok()?;
         self.rest = rest;
-        let text = field::text(kind_name);
-        let Some(kind) = FieldType::named(&text) else {
+        let kind_text = text(kind_name);
+        let Some(kind) = FieldType::named(&kind_text) else {
             let span = self.span(at, &at[kind_name.len()..]);
-            self.warn(span, format!("`{text}` is not a type of fields"));
+            self.warn(span, format!("`{kind_text}` is not a type of fields"));
             return None;
         };
         Some(Interface {
             access,
             kind,
-            name: field::text(name).into(),
+            name: text(name).into(),
         })
     }
 
@@ -134,7 +127,7 @@ impl<'s> Reader<'_, '_, 's> {
             return Ok(());
         };
         self.rest = rest;
-        let interface = field::text(interface);
+        let interface = text(interface);
         let Some(proto) = self.proto_around() else {
             return Ok(());
         };
@@ -171,7 +164,7 @@ impl<'s> Reader<'_, '_, 's> {
         let Ok((rest, name)) = word(self.rest) else {
             return self.stray();
         };
-        let name: Box<str> = field::text(name).into();
+        let name: Box<str> = text(name).into();
         self.rest = rest;
         if !self.take(b'[') {
             let span = self.here();
@@ -224,7 +217,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.rest = rest;
         let Some(access) = Access::named(token) else {
             let span = self.span(start, rest);
-            let token = field::text(token);
+            let token = text(token);
             let message =
                 format!("expected field, exposedField, eventIn or eventOut, not `{token}`");
             self.warn(span, message);
@@ -254,11 +247,11 @@ impl<'s> Reader<'_, '_, 's> {
         if self.asm.document.protos[proto].external {
             self.rest = skip(self.rest);
             let start = self.rest;
-            let names = field::Names {
+            let names = Names {
                 names: &[],
                 old: |_| None,
             };
-            if let Ok(read) = field::value(self.rest, FieldType::MFString, names) {
+            if let Ok(read) = values::value(self.rest, FieldType::MFString, names) {
                 if let Value::Strings(urls) = read.value {
                     self.asm.document.protos[proto].urls = urls;
                 }
@@ -371,6 +364,7 @@ impl<'s> Reader<'_, '_, 's> {
 
     /// The protos of another file, by name; read once.
     fn library(&mut self, url: &str) -> Result<HashMap<Box<str>, u32>> {
+        let read_file = self.asm.read_file;
         let document = &mut *self.asm.document;
         let from = document.sources[usize::from(self.asm.source)].name.clone();
         let Some(loader) = document.loader.clone() else {
@@ -394,7 +388,7 @@ impl<'s> Reader<'_, '_, 's> {
         };
         let routes = std::mem::take(&mut document.routes);
         let first = document.nodes.len() as u32;
-        let read = read_into(document, &name, bytes, &limits, None);
+        let read = read_file(document, &name, bytes, &limits, None);
         document.routes = routes;
         document.templates.retain(|r| r.start < first);
         if self.asm.in_protos == 0 {
@@ -410,7 +404,7 @@ impl<'s> Reader<'_, '_, 's> {
         if self.asm.in_protos > 0 || proto_of(self.asm.document, node).is_none() {
             return Ok(());
         }
-        proto::expand(self.asm.document, node, &self.asm.limits)
+        expand::expand(self.asm.document, node, &self.asm.limits)
     }
 
     /// `ROUTE node.event TO node.event`, the keyword having been read.
@@ -448,11 +442,11 @@ impl<'s> Reader<'_, '_, 's> {
         let (rest_after, event) = word(skip(self.rest)).ok()?;
         self.rest = rest_after;
         let Some(node) = self.asm.used(name) else {
-            let name = field::text(name);
+            let name = text(name);
             let span = self.span(at, rest);
             self.warn(span, format!("no node before this is called `{name}`"));
             return None;
         };
-        Some((node, field::text(event).into()))
+        Some((node, text(event).into()))
     }
 }

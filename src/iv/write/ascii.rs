@@ -6,13 +6,14 @@ use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 
-use super::spelling::{
-    Tokens, bit_names, class_name, described, enumeration, field_order, has_type_first,
-};
+use super::protos::{instanced, instances_in, protos_by_body};
+use super::spelling::{Tokens, class_name, described, field_order, has_type_first};
+use super::text_values::{self, list, quoted};
+use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{FieldType, class, path};
-use crate::iv::document::{ClassRef, Document, Extension, FieldEntry, Route};
-use crate::iv::proto::{Interface, Proto};
-use crate::iv::value::{Image, NodeId, Rotation, Value};
+use crate::iv::declarations::{Extension, Interface, Proto, Route};
+use crate::iv::document::{ClassRef, Document, FieldEntry};
+use crate::iv::encoding::text;
 
 pub fn write(document: &Document) -> Vec<u8> {
     Ascii::new(document).document()
@@ -269,12 +270,11 @@ impl<'d> Ascii<'d> {
             .sources
             .get(usize::from(node.source))
             .filter(|s| !s.binary)?;
-        let text = source
+        let bytes = source
             .bytes
             .get(node.span.start as usize..node.span.end as usize)?;
-        let open = text.iter().position(|&b| b == b'{')?;
-        text.ends_with(b"}")
-            .then(|| crate::iv::field::text(&text[open..]))
+        let open = bytes.iter().position(|&b| b == b'{')?;
+        bytes.ends_with(b"}").then(|| text(&bytes[open..]))
     }
 
     /// The head, and the numbers of the children from there.
@@ -397,73 +397,9 @@ impl<'d> Ascii<'d> {
 
     /// A value that holds no nodes.
     fn plain(&mut self, value: &Value, kind: FieldType, names: &[(&str, i64)]) {
-        if self.dry {
-            return;
-        }
-        let indent = self.indent.min(DEEPEST_INDENT);
-        let out = &mut self.out;
-        match value {
-            Value::Bool(b) => out.push_str(boolean(*b)),
-            Value::Int(n) => match kind {
-                FieldType::SFEnum => out.push_str(&enumeration(*n, names)),
-                FieldType::SFBitMask => out.push_str(&bit_mask(*n, names)),
-                _ => integer(out, *n),
-            },
-            Value::UInt(n) => {
-                let _ = write!(out, "{n:#x}");
-            }
-            Value::Float(n) => float(out, *n),
-            Value::Double(n) => double(out, *n),
-            Value::String(s) if kind == FieldType::SFEnum => out.push_str(s),
-            Value::String(s) => out.push_str(&quoted(s)),
-            Value::Vec2(v) => floats(out, &v.to_array()),
-            Value::Vec3(v) => floats(out, &v.to_array()),
-            Value::Vec4(v) => floats(out, &v.to_array()),
-            Value::Rotation(r) => floats(out, &rotation(r)),
-            Value::Matrix(m) => floats(out, &m.to_cols_array()),
-            Value::Plane(p) => floats(out, &[p.normal.x, p.normal.y, p.normal.z, p.distance]),
-            Value::Image(i) => image(out, i, kind == FieldType::SFImage3),
-            Value::Node(_) => out.push_str("NULL"),
-            Value::Nodes(_) => out.push_str("[ ]"),
-            Value::Trigger => {}
-            Value::Bools(l) => list(out, indent, l, 16, |out, b| out.push_str(boolean(*b))),
-            Value::Ints(l) if !kind.is_multiple() => numbers(out, l, |out, n| integer(out, *n)),
-            Value::Ints(l) if kind.width() > 1 => {
-                let tuples: Vec<&[i32]> = l.chunks(kind.width()).collect();
-                list(out, indent, &tuples, 4, |out, t| {
-                    numbers(out, t, |out, n| integer(out, *n))
-                });
-            }
-            Value::Ints(l) if kind == FieldType::MFEnum => {
-                list(out, indent, l, 4, |out, n| {
-                    out.push_str(&enumeration(*n, names))
-                });
-            }
-            Value::Ints(l) => list(out, indent, l, 16, |out, n| integer(out, *n)),
-            Value::UInts(l) => list(out, indent, l, 8, |out, n| {
-                let _ = write!(out, "{n:#x}");
-            }),
-            Value::Floats(l) => list(out, indent, l, 8, |out, n| float(out, *n)),
-            Value::Doubles(l) if !kind.is_multiple() => numbers(out, l, |out, n| double(out, *n)),
-            Value::Doubles(l) if kind.width() > 1 => {
-                let tuples: Vec<&[f64]> = l.chunks(kind.width()).collect();
-                list(out, indent, &tuples, 1, |out, t| {
-                    numbers(out, t, |out, n| double(out, *n))
-                });
-            }
-            Value::Doubles(l) => list(out, indent, l, 8, |out, n| double(out, *n)),
-            Value::Strings(l) if kind == FieldType::MFEnum => {
-                list(out, indent, l, 4, |out, s| out.push_str(s));
-            }
-            Value::Strings(l) => list(out, indent, l, 1, |out, s| out.push_str(&quoted(s))),
-            Value::Vec2s(l) => list(out, indent, l, 4, |out, v| floats(out, &v.to_array())),
-            Value::Vec3s(l) => list(out, indent, l, 1, |out, v| floats(out, &v.to_array())),
-            Value::Vec4s(l) => list(out, indent, l, 1, |out, v| floats(out, &v.to_array())),
-            Value::Rotations(l) => list(out, indent, l, 1, |out, r| floats(out, &rotation(r))),
-            Value::Matrices(l) => list(out, indent, l, 1, |out, m| floats(out, &m.to_cols_array())),
-            Value::Planes(l) => list(out, indent, l, 1, |out, p| {
-                floats(out, &[p.normal.x, p.normal.y, p.normal.z, p.distance]);
-            }),
+        if !self.dry {
+            let indent = self.indent.min(DEEPEST_INDENT);
+            text_values::put(&mut self.out, indent, value, kind, names);
         }
     }
 
@@ -560,205 +496,5 @@ impl<'d> Ascii<'d> {
         self.scope(&proto.body, &proto.routes);
         self.links.clear();
         self.out.push_str("}\n\n");
-    }
-}
-
-/// The file's own protos by the one in whose body they are, each after those that it needs.
-fn protos_by_body(document: &Document) -> HashMap<Option<usize>, Vec<usize>> {
-    let order = proto_order(document);
-    let written: HashSet<usize> = order.iter().copied().collect();
-    let mut within: HashMap<Option<usize>, Vec<usize>> = HashMap::new();
-    for place in order {
-        let around = document.protos[place].within;
-        let around = around.filter(|p| written.contains(p));
-        within.entry(around).or_default().push(place);
-    }
-    within
-}
-
-/// The file's own protos, each after those whose instances its body has.
-fn proto_order(document: &Document) -> Vec<usize> {
-    let own = |p: &Proto| document.nodes[p.defaults.0 as usize].source == 0;
-    let mut order = Vec::new();
-    for (i, proto) in document.protos.iter().enumerate() {
-        if !own(proto) && !proto.external {
-            continue;
-        }
-        let mut stack = vec![(i, false)];
-        while let Some((i, ready)) = stack.pop() {
-            if order.contains(&i) {
-                continue;
-            }
-            if ready {
-                order.push(i);
-                continue;
-            }
-            stack.push((i, true));
-            if !document.protos[i].external {
-                stack.extend(instances_in(document, i).into_iter().map(|k| (k, false)));
-            }
-        }
-    }
-    order
-}
-
-/// The classes of protos that nodes have, those that hold a proto's defaults left out.
-fn instanced(document: &Document) -> HashSet<u32> {
-    let defaults: HashSet<NodeId> = document.protos.iter().map(|p| p.defaults).collect();
-    let ids = (0..document.nodes.len()).map(|i| NodeId(i as u32));
-    let nodes = ids.filter(|id| !defaults.contains(id));
-    nodes
-        .filter_map(|id| match document.nodes[id.0 as usize].class {
-            ClassRef::Extension(i) if document.proto_of_extension(i).is_some() => Some(i),
-            _ => None,
-        })
-        .collect()
-}
-
-/// The protos of which a proto's body and defaults have instances.
-fn instances_in(document: &Document, proto: usize) -> Vec<usize> {
-    let proto = &document.protos[proto];
-    let mut stack = proto.body.clone();
-    stack.push(proto.defaults);
-    let mut seen = HashSet::new();
-    let mut out = Vec::new();
-    while let Some(id) = stack.pop() {
-        if !seen.insert(id) {
-            continue;
-        }
-        let node = &document.nodes[id.0 as usize];
-        if id != proto.defaults
-            && let ClassRef::Extension(i) = node.class
-        {
-            out.extend(document.proto_of_extension(i));
-        }
-        stack.extend(targets(document, id));
-    }
-    out
-}
-
-/// Every node that a node names: children, values, sources of connections.
-fn targets(document: &Document, id: NodeId) -> Vec<NodeId> {
-    let node = &document.nodes[id.0 as usize];
-    let mut out = node.children.clone();
-    for field in &node.fields {
-        match &field.value {
-            Value::Node(Some(target)) => out.push(*target),
-            Value::Nodes(targets) => out.extend(targets),
-            _ => {}
-        }
-        out.extend(field.connection.iter().map(|c| c.from));
-    }
-    out
-}
-
-fn boolean(b: bool) -> &'static str {
-    if b { "TRUE" } else { "FALSE" }
-}
-
-fn integer(out: &mut String, n: i32) {
-    let _ = write!(out, "{n}");
-}
-
-/// The shortest text that reads back as the same number.
-fn float(out: &mut String, n: f32) {
-    let plain = n == 0.0 || (1e-5..1e9).contains(&n.abs());
-    let _ = match n {
-        n if n.is_nan() => write!(out, "nan"),
-        n if plain || n.is_infinite() => write!(out, "{n}"),
-        n => write!(out, "{n:e}"),
-    };
-}
-
-fn double(out: &mut String, n: f64) {
-    let plain = n == 0.0 || (1e-5..1e15).contains(&n.abs());
-    let _ = match n {
-        n if n.is_nan() => write!(out, "nan"),
-        n if plain || n.is_infinite() => write!(out, "{n}"),
-        n => write!(out, "{n:e}"),
-    };
-}
-
-fn numbers<T>(out: &mut String, list: &[T], one: impl Fn(&mut String, &T)) {
-    for (i, n) in list.iter().enumerate() {
-        if i > 0 {
-            out.push(' ');
-        }
-        one(out, n);
-    }
-}
-
-fn floats(out: &mut String, list: &[f32]) {
-    numbers(out, list, |out, n| float(out, *n));
-}
-
-fn rotation(r: &Rotation) -> [f32; 4] {
-    [r.axis.x, r.axis.y, r.axis.z, r.angle]
-}
-
-fn list<T>(
-    out: &mut String,
-    indent: usize,
-    list: &[T],
-    in_line: usize,
-    one: impl Fn(&mut String, &T),
-) {
-    if let [value] = list {
-        return one(out, value);
-    }
-    out.push_str("[ ");
-    for (i, value) in list.iter().enumerate() {
-        if i > 0 {
-            out.push(',');
-            if i % in_line == 0 {
-                out.push('\n');
-                out.extend(std::iter::repeat_n("  ", indent + 1));
-            } else {
-                out.push(' ');
-            }
-        }
-        one(out, value);
-    }
-    out.push_str(" ]");
-}
-
-fn image(out: &mut String, image: &Image, solid: bool) {
-    let _ = write!(out, "{} {}", image.width, image.height);
-    if solid {
-        let _ = write!(out, " {}", image.depth);
-    }
-    let _ = write!(out, " {}", image.components);
-    for (i, pixel) in image
-        .bytes
-        .chunks(usize::from(image.components.max(1)))
-        .enumerate()
-    {
-        out.push_str(if i % 8 == 0 { "\n 0x" } else { " 0x" });
-        for byte in pixel {
-            let _ = write!(out, "{byte:02x}");
-        }
-    }
-}
-
-/// In quotes. A backslash is doubled only where the reader would take it for an escape.
-fn quoted(text: &str) -> String {
-    let mut out = String::with_capacity(text.len() + 2);
-    out.push('"');
-    let mut chars = text.chars().peekable();
-    while let Some(c) = chars.next() {
-        match (c, chars.peek()) {
-            ('"', _) => out.push_str("\\\""),
-            ('\\', None | Some('"' | '\\')) => out.push_str("\\\\"),
-            _ => out.push(c),
-        }
-    }
-    out.push('"');
-    out
-}
-
-fn bit_mask(n: i32, names: &[(&str, i64)]) -> String {
-    match bit_names(n, names).as_slice() {
-        [one] => one.clone(),
-        several => format!("({})", several.join(" | ")),
     }
 }

@@ -4,14 +4,14 @@
 
 use glam::{Vec2, Vec3};
 
-use super::Header;
-use super::document::{ClassRef, Document, FieldEntry, Node};
-use super::value::{NodeId, Value};
+use super::header::Header;
 use crate::diag::Span;
+use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{
-    self, ClassId, Dialect, FieldType, class, environment, material, packed_color, shape_hints,
+    ClassId, Dialect, FieldType, class, environment, material, packed_color, shape_hints,
     texture_coordinate_plane, texture2_transform,
 };
+use crate::iv::document::{ClassRef, Document, FieldEntry, Node};
 
 /// A field that a class once had.
 #[derive(Debug)]
@@ -309,9 +309,4 @@ fn shift_texture(document: &mut Document, after: NodeId, by: Vec2) {
             *list = list.iter().copied().flat_map(with_new).collect();
         }
     }
-}
-
-/// Whether a class is in the catalogue under this name, for did-you-mean hints.
-pub fn nearest_class(name: &str) -> Option<&'static str> {
-    crate::diag::nearest(name, grammar::CLASSES.iter().map(|c| c.name))
 }

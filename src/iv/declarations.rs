@@ -1,0 +1,99 @@
+//! What a file declares: node classes of its own (`fields [ … ]`, `PROTO`, `Script`) and routes.
+
+use crate::grammar::FieldType;
+use crate::grammar::value::NodeId;
+
+/// `ROUTE from.output TO to.input`, and what becomes of it when protos are expanded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Route {
+    pub from: NodeId,
+    pub output: Box<str>,
+    pub to: NodeId,
+    pub input: Box<str>,
+    /// The file has it as a statement of its own, not in the body of a proto.
+    pub stated: bool,
+}
+
+/// A class declared in the file (`fields [ … ] isA [ … ]`), or met without a declaration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Extension {
+    pub name: Box<str>,
+    /// Name and type of each field, in the order of declaration.
+    pub fields: Vec<(Box<str>, FieldType)>,
+    /// The known classes it may be treated as, nearest first.
+    pub is_a: Vec<Box<str>>,
+    /// What a `Script` declares, fields and events in their order.
+    pub interface: Vec<Interface>,
+}
+
+/// How a field or event of an interface may be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    Field,
+    ExposedField,
+    EventIn,
+    EventOut,
+}
+
+impl Access {
+    pub fn named(word: &[u8]) -> Option<Self> {
+        match word {
+            b"field" | b"initializeOnly" => Some(Self::Field),
+            b"exposedField" | b"inputOutput" => Some(Self::ExposedField),
+            b"eventIn" | b"inputOnly" => Some(Self::EventIn),
+            b"eventOut" | b"outputOnly" => Some(Self::EventOut),
+            _ => None,
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Field => "field",
+            Self::ExposedField => "exposedField",
+            Self::EventIn => "eventIn",
+            Self::EventOut => "eventOut",
+        }
+    }
+
+    pub fn has_value(self) -> bool {
+        matches!(self, Self::Field | Self::ExposedField)
+    }
+}
+
+/// `eventIn SFBool set_on` and its like, in a `PROTO` or `Script`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interface {
+    pub access: Access,
+    pub kind: FieldType,
+    pub name: Box<str>,
+}
+
+/// `name IS interface` in a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    pub node: NodeId,
+    pub name: Box<str>,
+    pub interface: Box<str>,
+}
+
+/// A class that a file defines by nodes.
+#[derive(Clone, Debug)]
+pub struct Proto {
+    /// Its class, in [`Document::extensions`]; the fields there are those of the interface.
+    pub extension: u32,
+    pub interface: Vec<Interface>,
+    /// A node of the class that states the defaults.
+    pub defaults: NodeId,
+    pub body: Vec<NodeId>,
+    pub links: Vec<Link>,
+    pub routes: Vec<Route>,
+    /// An `EXTERNPROTO` whose definition was not found: where it should have been.
+    pub urls: Vec<String>,
+    /// Is defined in another file, which `urls` names.
+    pub external: bool,
+    /// The proto in whose body it is declared, in [`Document::protos`]; only there is it known.
+    pub within: Option<usize>,
+}
+
+/// An event of an instance, and the node of the body that has it.
+pub type Passage = (Box<str>, NodeId, Box<str>);

@@ -1,0 +1,245 @@
+//! Nodes, `USE`, and what a node is the value of.
+use super::reader::{Level, Reader, Target};
+use crate::diag::{Result, Span, nearest};
+use crate::grammar;
+use crate::grammar::value::{NodeId, Value};
+use crate::iv::document::Connection;
+use crate::iv::encoding::text;
+use crate::iv::read::tokens::{def_name, expected, past_braces, past_token, skip, word};
+
+impl<'s> Reader<'_, '_, 's> {
+    /// A node, or a `USE`, or `NULL`, or one of VRML97's statements.
+    pub(super) fn statement(&mut self, target: Target) -> Result<()> {
+        let start = self.rest;
+        let Ok((rest, token)) = word(start) else {
+            return self.stray();
+        };
+        match token {
+            b"DEF" => {
+                let named = skip(rest);
+                let Ok((after, name)) = def_name(named) else {
+                    self.rest = rest;
+                    let span = self.here();
+                    self.warn(span, "`DEF` needs a name");
+                    return Ok(());
+                };
+                self.rest = skip(after);
+                self.node(target, Some(name), start)
+            }
+            b"USE" => {
+                self.rest = skip(rest);
+                self.use_node(target)
+            }
+            b"NULL" => {
+                self.rest = rest;
+                self.deliver_nothing(target)
+            }
+            b"PROTO" | b"EXTERNPROTO" if skip(rest).first() != Some(&b'{') => {
+                self.rest = skip(rest);
+                self.proto(token == b"EXTERNPROTO")
+            }
+            b"ROUTE" if skip(rest).first() != Some(&b'{') => {
+                self.rest = skip(rest);
+                self.route();
+                Ok(())
+            }
+            _ => self.node(target, None, start),
+        }
+    }
+
+    /// Something that begins nothing: said, and skipped.
+    pub(super) fn stray(&mut self) -> Result<()> {
+        let span = self.here();
+        let message = expected("a node or a field", self.rest);
+        self.warn(span, message);
+        self.rest = match self.rest.first() {
+            Some(b'{' | b'[' | b'"' | b'(') => past_token(self.rest),
+            _ => &self.rest[1.min(self.rest.len())..],
+        };
+        Ok(())
+    }
+
+    /// `Class {`, its name having been read; `start` is where the statement began.
+    pub(super) fn node(
+        &mut self,
+        target: Target,
+        name: Option<&[u8]>,
+        start: &'s [u8],
+    ) -> Result<()> {
+        let at = self.rest;
+        let Ok((rest, token)) = word(at) else {
+            return self.stray();
+        };
+        self.rest = rest;
+        if self.peek() != Some(b'{') {
+            let message = format!("expected `{{` after `{}`", text(token));
+            let span = self.span(at, rest);
+            self.warn(span, message);
+            return self.deliver_nothing(target);
+        }
+        self.rest = &self.rest[1..];
+        let class_name = text(token);
+        let span = self.span(start, rest);
+        let known = self.asm.class_named(&class_name);
+        let declares = self.declares();
+        let class = match known {
+            Some(class) if !declares => class,
+            _ => self.asm.blank(&class_name, known),
+        };
+        let node = self.asm.add(class, None, span)?;
+        if let Some(name) = name {
+            self.asm.define(name, node);
+        }
+        if self.stack.len() >= self.asm.limits.depth {
+            let message = format!("nodes are nested more than {} deep", self.asm.limits.depth);
+            return Err(self
+                .asm
+                .document
+                .sink
+                .error(span, message)
+                .with_help("`--scene-limit depth=N` raises this"));
+        }
+        let start = self.offset(start);
+        if known.is_none() && !declares && self.peek() != Some(b'}') {
+            self.unknown(&class_name, self.span(at, rest));
+        }
+        self.stack.push(Level::Body {
+            node,
+            target,
+            start,
+        });
+        Ok(())
+    }
+
+    /// Whether the body that is about to be read says what its fields are.
+    pub(super) fn declares(&mut self) -> bool {
+        self.rest = skip(self.rest);
+        word(self.rest).is_ok_and(|(rest, w)| {
+            matches!(w, b"fields" | b"isA") && skip(rest).first() == Some(&b'[')
+        })
+    }
+
+    /// Skips the contents of a node that nothing declares, up to its closing brace.
+    pub(super) fn unknown(&mut self, name: &str, span: Span) {
+        let near = if self.asm.may_hint() {
+            nearest(name, grammar::CLASSES.iter().map(|c| c.name))
+        } else {
+            None
+        };
+        let help = match near {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => {
+                "a file can declare its own classes: `fields [ SFFloat width ]` first in the braces"
+                    .into()
+            }
+        };
+        self.warn(
+            span,
+            format!("`{name}` is not a class of nodes; its contents are skipped"),
+        )
+        .help(help);
+        let inside = self.rest;
+        let after = past_braces(inside);
+        // Stay before the closing brace, which is closed like any other.
+        let skipped = inside.len() - after.len();
+        let closed = inside[..skipped].last() == Some(&b'}');
+        self.rest = &inside[skipped - usize::from(closed)..];
+    }
+
+    /// A name after `USE`. In `USE engine.output` the dot is not part of it.
+    pub(super) fn use_node(&mut self, target: Target) -> Result<()> {
+        let at = self.rest;
+        let Ok((mut rest, token)) = def_name(at) else {
+            let span = self.here();
+            self.warn(span, "`USE` needs a name");
+            return self.deliver_nothing(target);
+        };
+        let mut found = self.asm.used(token);
+        if found.is_none() {
+            for dot in token
+                .iter()
+                .enumerate()
+                .filter(|(_, b)| **b == b'.')
+                .map(|(i, _)| i)
+            {
+                found = self.asm.used(&token[..dot]);
+                if found.is_some() {
+                    rest = &at[dot..];
+                    break;
+                }
+            }
+        }
+        self.rest = rest;
+        let Some(node) = found else {
+            let name = text(token);
+            let near = self.asm.nearest_name(&name);
+            let span = self.span(at, rest);
+            let warning = self.warn(span, format!("no node before this is called `{name}`"));
+            if let Some(near) = near {
+                warning.help(format!("did you mean `{near}`?"));
+            }
+            return self.deliver_nothing(target);
+        };
+        self.deliver(target, node)
+    }
+
+    /// Puts a node where it goes, and reads what may follow it there.
+    pub(super) fn deliver(&mut self, target: Target, node: NodeId) -> Result<()> {
+        self.attach(target, node);
+        match target {
+            Target::Field(holder, entry) | Target::Alone(holder, entry) => self.tail(holder, entry),
+            Target::Source(holder, entry) => self.output(holder, entry, node),
+            _ => Ok(()),
+        }
+    }
+
+    pub(super) fn attach(&mut self, target: Target, node: NodeId) {
+        match target {
+            Target::Root => self.roots.push(node),
+            Target::Child(parent) => self.asm.data(parent).children.push(node),
+            Target::Field(holder, entry) => {
+                self.asm.data(holder).fields[entry].value = Value::Node(Some(node));
+            }
+            Target::Element(holder, entry) | Target::Alone(holder, entry) => {
+                if let Value::Nodes(list) = &mut self.asm.data(holder).fields[entry].value {
+                    list.push(node);
+                }
+            }
+            Target::Source(..) | Target::Nowhere => {}
+            Target::Proto(proto) => self.asm.document.protos[proto].body.push(node),
+        }
+    }
+
+    pub(super) fn deliver_nothing(&mut self, target: Target) -> Result<()> {
+        match target {
+            Target::Field(holder, entry) | Target::Alone(holder, entry) => self.tail(holder, entry),
+            _ => Ok(()),
+        }
+    }
+
+    /// `. output` after the node of a connection.
+    pub(super) fn output(&mut self, holder: NodeId, entry: usize, from: NodeId) -> Result<()> {
+        if !self.take(b'.') {
+            let span = self.here();
+            self.warn(
+                span,
+                "a connection needs `.` and a field's or output's name after its node",
+            );
+            return Ok(());
+        }
+        self.rest = skip(self.rest);
+        let Ok((rest, name)) = word(self.rest) else {
+            let span = self.here();
+            self.warn(
+                span,
+                "a connection needs a field's or output's name after the dot",
+            );
+            return Ok(());
+        };
+        self.rest = rest;
+        let output = text(name).into();
+        self.asm.data(holder).fields[entry].connection =
+            Some(Box::new(Connection { from, output }));
+        self.tail(holder, entry)
+    }
+}

@@ -1,0 +1,126 @@
+//! Takes out the edges of a document that lead a node back to itself.
+
+use crate::grammar::value::{NodeId, Value};
+use crate::grammar::{self, Treatment};
+use crate::iv::document::{ClassRef, Document};
+
+/// Where one may go from a node, in the order of walking.
+#[derive(Clone, Copy)]
+enum Edge {
+    Child(usize),
+    Field(usize),
+    Element(usize, usize),
+    Included(usize),
+    StandsFor,
+}
+
+fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
+    let node = &document.nodes[id.0 as usize];
+    let mut out = Vec::new();
+    if let Some(&other) = document.stands_for.get(&id) {
+        out.push((Edge::StandsFor, other));
+        return out;
+    }
+    for (i, &child) in node.children.iter().enumerate() {
+        out.push((Edge::Child(i), child));
+    }
+    let walked = match node.class {
+        ClassRef::Known(class) => class.get().treatment != Treatment::Kept,
+        ClassRef::Extension(i) => {
+            let kept = |n: &str| grammar::any(n).is_some_and(|c| c.treatment == Treatment::Kept);
+            !document.extensions[i as usize].is_a.iter().any(|n| kept(n))
+        }
+    };
+    for (i, field) in node.fields.iter().enumerate().filter(|_| walked) {
+        match &field.value {
+            Value::Node(Some(target)) => out.push((Edge::Field(i), *target)),
+            Value::Nodes(targets) => {
+                out.extend(
+                    targets
+                        .iter()
+                        .enumerate()
+                        .map(|(k, &t)| (Edge::Element(i, k), t)),
+                );
+            }
+            _ => {}
+        }
+    }
+    if let Some(roots) = document.included.get(&id) {
+        out.extend(
+            roots
+                .iter()
+                .enumerate()
+                .map(|(i, &t)| (Edge::Included(i), t)),
+        );
+    }
+    out
+}
+
+/// Takes out every edge that leads a node back to itself, so that a walk ends. Without recursion.
+pub fn cut_cycles(document: &mut Document) {
+    const NEW: u8 = 0;
+    const OPEN: u8 = 1;
+    const DONE: u8 = 2;
+    let mut colors = vec![NEW; document.nodes.len()];
+    let mut cuts = Vec::new();
+    let mut stack: Vec<(NodeId, std::vec::IntoIter<(Edge, NodeId)>)> = Vec::new();
+    for root in document.roots.clone() {
+        if colors[root.0 as usize] != NEW {
+            continue;
+        }
+        colors[root.0 as usize] = OPEN;
+        stack.push((root, edges(document, root).into_iter()));
+        while let Some((id, rest)) = stack.last_mut() {
+            let id = *id;
+            let Some((edge, target)) = rest.next() else {
+                colors[id.0 as usize] = DONE;
+                stack.pop();
+                continue;
+            };
+            match colors[target.0 as usize] {
+                NEW => {
+                    colors[target.0 as usize] = OPEN;
+                    stack.push((target, edges(document, target).into_iter()));
+                }
+                OPEN => cuts.push((id, edge, target)),
+                _ => {}
+            }
+        }
+    }
+    for (id, edge, target) in cuts.into_iter().rev() {
+        cut(document, id, edge, target);
+    }
+}
+
+fn cut(document: &mut Document, id: NodeId, edge: Edge, target: NodeId) {
+    let data = &document.nodes[target.0 as usize];
+    let name = data.name.as_deref().unwrap_or("a node").to_owned();
+    let span = document.nodes[id.0 as usize].span;
+    document
+        .sink
+        .warn(
+            span,
+            format!("`{name}` contains itself; the inner one is left out"),
+        )
+        .help("a node can be used again beside itself, not inside itself");
+    let node = &mut document.nodes[id.0 as usize];
+    match edge {
+        Edge::Child(i) => {
+            node.children.remove(i);
+        }
+        Edge::Field(i) => node.fields[i].value = Value::Node(None),
+        Edge::Element(i, k) => {
+            if let Value::Nodes(list) = &mut node.fields[i].value {
+                list.remove(k);
+            }
+        }
+        Edge::Included(i) => {
+            if let Some(roots) = document.included.get_mut(&id) {
+                roots.remove(i);
+            }
+        }
+        Edge::StandsFor => {
+            document.stands_for.remove(&id);
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Reads one file into a document, which may hold others already.
+
+use std::sync::Arc;
+
+use super::assemble::{Assembler, FileRead};
+use super::header::{self, Header};
+use super::{ascii, binary, upgrade};
+use crate::diag::{Result, Source};
+use crate::iv::document::Document;
+use crate::iv::limits::Limits;
+
+/// Reads one file into a document, which may hold others already. `otherwise` stands in for a
+/// header that is missing.
+pub fn read_into(
+    document: &mut Document,
+    name: &str,
+    bytes: Vec<u8>,
+    limits: &Limits,
+    otherwise: Option<Header>,
+) -> Result<FileRead> {
+    let bytes = header::unpack(bytes, name, limits)?;
+    let header = match (Header::parse(&bytes, name), otherwise) {
+        (Ok(header), _) => header,
+        (Err(_), Some(header)) => header,
+        (Err(error), None) => return Err(error),
+    };
+    if document.sources.is_empty() {
+        document.format = header.words.clone();
+    }
+    let mut source = Source::new(name, bytes);
+    if header.binary {
+        source = source.into_binary();
+    }
+    let source = Arc::new(source);
+    let before = document.sink.set_source(Some(source.clone()));
+    let first_node = document.nodes.len();
+    document.sources.push(source.clone());
+    let mut assembler = Assembler::new(document, header, limits, read_into);
+    let roots = if source.binary {
+        binary::read(&mut assembler, &source.bytes)
+    } else {
+        ascii::read(&mut assembler, &source.bytes)
+    };
+    let old = std::mem::take(&mut assembler.old);
+    let header = assembler.header.clone();
+    let declared = std::mem::take(&mut assembler.declared);
+    let roots = roots?;
+    upgrade::upgrade(document, &header, first_node, old);
+    document.sink.set_source(before);
+    Ok(FileRead { roots, declared })
+}

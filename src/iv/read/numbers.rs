@@ -1,0 +1,191 @@
+//! Numbers, scanned by hand: most of a large file is numbers.
+
+use nom::bytes::complete::take_while;
+
+use super::tokens::{ENDS_NAME, Parsed, bad, expected, is};
+
+/// Where a number ends and what it is, before rounding: digits · 10^exponent.
+struct Decimal {
+    length: usize,
+    negative: bool,
+    digits: u64,
+    exponent: i32,
+    /// More digits than `digits` holds.
+    long: bool,
+}
+
+#[inline]
+fn decimal(input: &[u8]) -> Option<Decimal> {
+    let mut i = 0;
+    let negative = input.first() == Some(&b'-');
+    if matches!(input.first(), Some(b'-' | b'+')) {
+        i = 1;
+    }
+    let (mut digits, mut seen, mut significant, mut exponent) = (0u64, 0usize, 0u32, 0i32);
+    while let Some(d) = input
+        .get(i)
+        .map(|b| b.wrapping_sub(b'0'))
+        .filter(|&d| d < 10)
+    {
+        digits = digits.wrapping_mul(10).wrapping_add(u64::from(d));
+        significant += u32::from(digits != 0);
+        seen += 1;
+        i += 1;
+    }
+    if input.get(i) == Some(&b'.') {
+        i += 1;
+        while let Some(d) = input
+            .get(i)
+            .map(|b| b.wrapping_sub(b'0'))
+            .filter(|&d| d < 10)
+        {
+            digits = digits.wrapping_mul(10).wrapping_add(u64::from(d));
+            significant += u32::from(digits != 0);
+            exponent -= 1;
+            seen += 1;
+            i += 1;
+        }
+    }
+    if seen == 0 {
+        return None;
+    }
+    if matches!(input.get(i), Some(b'e' | b'E')) {
+        let mut k = i + 1;
+        let down = input.get(k) == Some(&b'-');
+        if matches!(input.get(k), Some(b'-' | b'+')) {
+            k += 1;
+        }
+        let first = k;
+        let mut e = 0i32;
+        while let Some(d) = input
+            .get(k)
+            .map(|b| b.wrapping_sub(b'0'))
+            .filter(|&d| d < 10)
+        {
+            e = e.saturating_mul(10).saturating_add(i32::from(d));
+            k += 1;
+        }
+        if k > first {
+            exponent = exponent.saturating_add(if down { -e } else { e });
+            i = k;
+        }
+    }
+    Some(Decimal {
+        length: i,
+        negative,
+        digits,
+        exponent,
+        long: significant > 19,
+    })
+}
+
+/// Powers of ten that an f64 holds exactly.
+static TENS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
+    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
+];
+
+impl Decimal {
+    /// The nearest f64, where one rounding of exact operands gives it.
+    #[inline]
+    fn quick(&self) -> Option<f64> {
+        if self.long || self.digits >= 1 << 53 || self.exponent.unsigned_abs() > 22 {
+            return None;
+        }
+        let ten = TENS[self.exponent.unsigned_abs() as usize];
+        let n = self.digits as f64;
+        let n = if self.exponent < 0 { n / ten } else { n * ten };
+        Some(if self.negative { -n } else { n })
+    }
+}
+
+/// `1`, `+1`, `1.`, `.5`, `-1e-3`, `nan`, `inf`.
+#[inline]
+pub fn float(input: &[u8]) -> Parsed<'_, f32> {
+    let Some(d) = decimal(input) else {
+        return odd_float(input).map(|(rest, n)| (rest, n as f32));
+    };
+    let rest = &input[d.length..];
+    if let Some(n) = d.quick() {
+        // Rounding twice goes wrong only where the f64 lies half way between two f32.
+        if n.to_bits() & 0x1fff_ffff != 0x1000_0000
+            && (n == 0.0 || n.abs() >= f64::from(f32::MIN_POSITIVE))
+        {
+            return Ok((rest, n as f32));
+        }
+    }
+    let slow = std::str::from_utf8(&input[..d.length])
+        .ok()
+        .and_then(|s| s.parse().ok());
+    Ok((rest, slow.unwrap_or(0.0)))
+}
+
+pub fn double(input: &[u8]) -> Parsed<'_, f64> {
+    let Some(d) = decimal(input) else {
+        return odd_float(input);
+    };
+    let rest = &input[d.length..];
+    let slow = || {
+        std::str::from_utf8(&input[..d.length])
+            .ok()
+            .and_then(|s| s.parse().ok())
+    };
+    Ok((rest, d.quick().or_else(slow).unwrap_or(0.0)))
+}
+
+/// Not a number, or without end, in any of the ways printf has written them.
+#[cold]
+fn odd_float(input: &[u8]) -> Parsed<'_, f64> {
+    let (rest, token) = take_while(|b| !is(b, ENDS_NAME))(input)?;
+    let lower = String::from_utf8_lossy(token).to_lowercase();
+    let (negative, name) = match lower.strip_prefix('-') {
+        Some(name) => (true, name),
+        None => (false, lower.trim_start_matches('+')),
+    };
+    let n = match name {
+        "inf" | "infinity" => f64::INFINITY,
+        _ if name.starts_with("nan") => f64::NAN,
+        _ => return bad(input, expected("a number", input)),
+    };
+    Ok((rest, if negative { -n } else { n }))
+}
+
+/// Decimal, `0x` hexadecimal, or octal with a leading 0, as C has them. More than 31 bits wrap,
+/// so that `0xffffffff` is −1.
+#[inline]
+pub fn integer(input: &[u8]) -> Parsed<'_, i64> {
+    let signed = matches!(input.first(), Some(b'-' | b'+'));
+    let digits = &input[usize::from(signed)..];
+    let (radix, digits) = match digits {
+        [b'0', b'x' | b'X', rest @ ..] => (16, rest),
+        [b'0', b'0'..=b'7', ..] => (8, digits),
+        _ => (10, digits),
+    };
+    let (mut n, mut i) = (0i64, 0);
+    while let Some(d) = digits.get(i).and_then(|&b| char::from(b).to_digit(radix)) {
+        n = n
+            .saturating_mul(i64::from(radix))
+            .saturating_add(i64::from(d));
+        i += 1;
+    }
+    let rest = &digits[i..];
+    if i == 0 || (radix != 16 && matches!(rest.first(), Some(b'.' | b'e' | b'E' | b'8' | b'9'))) {
+        return match double(input) {
+            Ok((rest, n)) if n.abs() < 9e15 => Ok((rest, n as i64)),
+            _ => bad(input, expected("a whole number", input)),
+        };
+    }
+    Ok((rest, if input[0] == b'-' { -n } else { n }))
+}
+
+pub fn int32(input: &[u8]) -> Parsed<'_, i32> {
+    let (rest, n) = integer(input)?;
+    if n < i64::from(i32::MIN) || n > i64::from(u32::MAX) {
+        return bad(input, "this number needs more than 32 bits");
+    }
+    Ok((rest, n as i32))
+}
+
+pub fn uint32(input: &[u8]) -> Parsed<'_, u32> {
+    int32(input).map(|(rest, n)| (rest, n as u32))
+}

@@ -1,0 +1,96 @@
+//! The protos of a document, in the order in which to declare them.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::grammar::value::{NodeId, Value};
+use crate::iv::declarations::Proto;
+use crate::iv::document::{ClassRef, Document};
+
+/// The file's own protos by the one in whose body they are, each after those that it needs.
+pub fn protos_by_body(document: &Document) -> HashMap<Option<usize>, Vec<usize>> {
+    let order = proto_order(document);
+    let written: HashSet<usize> = order.iter().copied().collect();
+    let mut within: HashMap<Option<usize>, Vec<usize>> = HashMap::new();
+    for place in order {
+        let around = document.protos[place].within;
+        let around = around.filter(|p| written.contains(p));
+        within.entry(around).or_default().push(place);
+    }
+    within
+}
+
+/// The file's own protos, each after those whose instances its body has.
+fn proto_order(document: &Document) -> Vec<usize> {
+    let own = |p: &Proto| document.nodes[p.defaults.0 as usize].source == 0;
+    let mut order = Vec::new();
+    for (i, proto) in document.protos.iter().enumerate() {
+        if !own(proto) && !proto.external {
+            continue;
+        }
+        let mut stack = vec![(i, false)];
+        while let Some((i, ready)) = stack.pop() {
+            if order.contains(&i) {
+                continue;
+            }
+            if ready {
+                order.push(i);
+                continue;
+            }
+            stack.push((i, true));
+            if !document.protos[i].external {
+                stack.extend(instances_in(document, i).into_iter().map(|k| (k, false)));
+            }
+        }
+    }
+    order
+}
+
+/// The classes of protos that nodes have, those that hold a proto's defaults left out.
+pub fn instanced(document: &Document) -> HashSet<u32> {
+    let defaults: HashSet<NodeId> = document.protos.iter().map(|p| p.defaults).collect();
+    let ids = (0..document.nodes.len()).map(|i| NodeId(i as u32));
+    let nodes = ids.filter(|id| !defaults.contains(id));
+    nodes
+        .filter_map(|id| match document.nodes[id.0 as usize].class {
+            ClassRef::Extension(i) if document.proto_of_extension(i).is_some() => Some(i),
+            _ => None,
+        })
+        .collect()
+}
+
+/// The protos of which a proto's body and defaults have instances.
+pub fn instances_in(document: &Document, proto: usize) -> Vec<usize> {
+    let proto = &document.protos[proto];
+    let mut stack = proto.body.clone();
+    stack.push(proto.defaults);
+    let mut seen = HashSet::new();
+    let mut out = Vec::new();
+    while let Some(id) = stack.pop() {
+        if !seen.insert(id) {
+            continue;
+        }
+        let node = &document.nodes[id.0 as usize];
+        if id != proto.defaults
+            && let ClassRef::Extension(i) = node.class
+        {
+            out.extend(document.proto_of_extension(i));
+        }
+        stack.extend(targets(document, id));
+    }
+    out
+}
+
+/// Every node that a node names: children, values, sources of connections.
+fn targets(document: &Document, id: NodeId) -> Vec<NodeId> {
+    let node = &document.nodes[id.0 as usize];
+    let mut out = node.children.clone();
+    for field in &node.fields {
+        match &field.value {
+            Value::Node(Some(target)) => out.push(*target),
+            Value::Nodes(targets) => out.extend(targets),
+            _ => {}
+        }
+        out.extend(field.connection.iter().map(|c| c.from));
+    }
+    out
+}
