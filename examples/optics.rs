@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use glam::{DVec2, DVec3};
 use ivcam::lens::{
     Bundle, Focus, FocusFault, FocusMethod, LANES, Lens, LensRay, LossKind, Plane, PupilTarget,
-    PupilWindow, RearElement, Toward, focus, formats, glass,
+    PupilWindow, RearElement, Toward, formats, glass, optics,
 };
 use ivcam::math::Meters;
 use ivcam::math::lanes::Width;
@@ -1094,7 +1094,7 @@ fn extreme_focus(folder: &Path, case: &Value, id: &str, table: &mut Table) {
 fn extreme_quadratic(case: &Value, id: &str, table: &mut Table) {
     let (input, exact) = (&case["input"], &case["exact"]);
     let (z, f, t) = (num(&input["z"]), num(&input["f"]), num(&input["t"]));
-    let ours = focus::kolb_extension(z, f, t);
+    let ours = optics::focus::kolb_extension(z, f, t);
     let wanted = if exact["T"].is_null() {
         num(&exact["T_small"])
     } else {

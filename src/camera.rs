@@ -7,6 +7,7 @@
 
 mod ideal;
 mod lanes;
+mod lens_in_scene;
 mod redraw;
 mod waves;
 
@@ -26,6 +27,7 @@ use crate::scene::{BUNDLE, RayLanes, Sides, of_lane};
 use crate::spectrum::{HERO, SETS};
 
 pub use ideal::IdealLens;
+pub use lens_in_scene::lens_in_scene;
 
 use lanes::{Outside, Sheaf};
 use redraw::Redraws;

@@ -21,7 +21,7 @@ use indexmap::IndexMap;
 use optics::camera;
 use standing::{Environment, first_camera, headlight, own_focus, standing};
 
-use crate::camera::{Aim, Camera, film_plane};
+use crate::camera::{Aim, Camera, film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::film::{Film, FilmFormat, Glare, Metering, Resolution, Response};
 use crate::iv::{Document, Limits};
@@ -656,7 +656,7 @@ fn lens_into_scene(
     }
     let distance = plan.focus.unwrap_or_else(|| own_focus(&pose));
     let (lens, focus) = choice.open_focused(distance, sink)?;
-    let text = lens.as_scene(&film_plane(&lens, focus.film_z), Some(&pose))?;
+    let text = lens_in_scene(&lens, &film_plane(&lens, focus.film_z), Some(&pose))?;
     let roots = document.read_more("the lens", text.into_bytes())?;
     // In front of the scene, so that its film is the first camera.
     document.roots.splice(..0, roots);

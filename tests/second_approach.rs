@@ -7,7 +7,7 @@ use std::path::Path;
 
 use common::{Folder, ivcam};
 use glam::{DVec2, DVec3};
-use ivcam::camera::film_plane;
+use ivcam::camera::{film_plane, lens_in_scene};
 use ivcam::iv::Document;
 use ivcam::lens::{FocusMethod, Lens, LensRay, RearElement};
 use ivcam::math::{Meters, Mm};
@@ -41,7 +41,7 @@ impl Bench {
         let lens = lens.scaled_to(Mm(50.0)).expect("it has a focal length");
         let focus = lens.focus(FocusMethod::Film, Meters(2.0));
         let film = film_plane(&lens, 0.0);
-        let solids = lens.as_scene(&film, None);
+        let solids = lens_in_scene(&lens, &film, None);
         let solids = solids.expect("its surfaces are spheres");
         let body = solids.split_once('\n').expect("a header").1;
         let header = "#Inventor V2.1 ascii\n";

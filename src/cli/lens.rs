@@ -13,9 +13,9 @@ use serde::{Deserialize, Serialize};
 
 use super::render::f_number;
 use super::sheet::{AboutRow, SurfaceRow};
-use crate::camera::film_plane;
+use crate::camera::{film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::lens::sheet::LensSheet;
+use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::{
     About, Coating, FirstOrder, Focus, FocusMethod, Lens, LensRay, LossKind, Plane, Pupil, Reading,
     Toward, glass, trace,
@@ -223,7 +223,7 @@ fn save_scene(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<i32> {
             lens.name()
         )));
     };
-    let scene = lens.as_scene(&film_plane(lens, film_z), None)?;
+    let scene = lens_in_scene(lens, &film_plane(lens, film_z), None)?;
     write_whole(Path::new(file), |to| to.write_all(scene.as_bytes()))?;
     Ok(0)
 }
@@ -580,7 +580,7 @@ fn answer(lens: &Lens, number: usize, asked: &Asked) -> Result<Answer> {
         origin: DVec3::from_array(asked.origin),
         direction: DVec3::from_array(asked.direction),
     };
-    if trace::unit(ray.direction).is_none() || !ray.origin.is_finite() {
+    if trace::ray::unit(ray.direction).is_none() || !ray.origin.is_finite() {
         return Err(Diagnostic::error(format!(
             "ray {number} has no direction or no finite origin"
         ))

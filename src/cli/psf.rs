@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::diag::{Diagnostic, Result};
 use crate::film::Response;
-use crate::lens::sheet::LensSheet;
+use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::{Beam, Focus, FocusMethod, Lens, Openings, Wavefront};
 use crate::picture::{Depth, Picture, PictureFormat};
 use crate::spectrum::Spectrum;

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use crate::diag::{Diagnostic, Result};
 use crate::diagram::{LensDiagram, SectionOptions, html_page, svg_page};
+use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::formats::write::{Target, write};
-use crate::lens::sheet::LensSheet;
 use crate::lens::{About, Lens, Prescription, Shape, shipped_names};
 use crate::picture::write_whole;
 

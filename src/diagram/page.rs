@@ -1,6 +1,6 @@
 //! The data sheet of a lens on one page.
 
-use crate::lens::sheet::{LensSheet, Modulation, PointImage};
+use crate::lens::analysis::sheet::{LensSheet, Modulation, PointImage};
 use crate::lens::{About, Lens, Shape, Surface};
 
 use super::chart::{Chart, Series};
@@ -308,7 +308,7 @@ fn charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
 /// A curve over the height on the film.
 fn over_height(
     sheet: &LensSheet,
-    value: impl Fn(&crate::lens::sheet::FieldRow) -> Option<f64>,
+    value: impl Fn(&crate::lens::analysis::sheet::FieldRow) -> Option<f64>,
 ) -> Vec<[f64; 2]> {
     let rows = sheet.fields.iter();
     rows.filter_map(|row| Some([row.height, value(row)?]))
@@ -380,7 +380,7 @@ fn lateral(sheet: &LensSheet) -> Chart {
 }
 
 fn spherical(sheet: &LensSheet) -> Chart {
-    let curve = |value: fn(&crate::lens::sheet::Zone) -> Option<f64>| -> Vec<[f64; 2]> {
+    let curve = |value: fn(&crate::lens::analysis::sheet::Zone) -> Option<f64>| -> Vec<[f64; 2]> {
         let zones = sheet.spherical.iter();
         zones
             .filter_map(|zone| Some([zone.pupil, value(zone)?]))

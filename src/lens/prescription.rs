@@ -6,8 +6,8 @@ use glam::DVec2;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 
-use super::coating::Coating;
-use super::glass::Medium;
+use super::glass::coating::Coating;
+use super::glass::medium::Medium;
 use super::surface::{Shape, Surface};
 
 /// A lens as its designer wrote it down: surfaces front to back and what fills the gaps.
@@ -144,6 +144,12 @@ impl Prescription {
             focus_group: None,
             ..self.clone()
         }
+    }
+
+    /// The same lens with this on every surface.
+    pub fn with_coating(mut self, coating: Coating) -> Self {
+        self.surfaces.iter_mut().for_each(|s| s.coating = coating);
+        self
     }
 
     /// A zoom lens at one of its tabulated positions, by number from 0.

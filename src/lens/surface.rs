@@ -2,8 +2,8 @@
 
 use crate::diag::Span;
 
-use super::coating::Coating;
-use super::glass::Medium;
+use super::glass::coating::Coating;
+use super::glass::medium::Medium;
 
 /// How strongly a surface bends, kept as it was given: a radius or a curvature.
 ///
@@ -66,6 +66,14 @@ impl Curvature {
             radius: -self.radius,
         }
     }
+}
+
+/// The plane through the axis in which the optics is looked at. They differ only for cylinders
+/// and toroids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Plane {
+    X,
+    Y,
 }
 
 /// The highest power of r in a polynomial asphere.
@@ -176,8 +184,7 @@ impl Surface {
     }
 
     /// The curvature at the vertex in the plane of the axis and y, or of the axis and x.
-    pub fn vertex_curvature(&self, plane: super::first_order::Plane) -> f64 {
-        use super::first_order::Plane;
+    pub fn vertex_curvature(&self, plane: Plane) -> f64 {
         let c = self.curvature.per_mm();
         match (&self.shape, plane) {
             (Shape::CylinderX, Plane::X) | (Shape::CylinderY, Plane::Y) => 0.0,

@@ -5,7 +5,7 @@
 //! pattern is that of the pupil alone: the lens's aberrations and the blur of what is out of focus
 //! are in the picture already, from the rays. So it is right where one of the two is much larger
 //! than the other, and between them it adds both where they would partly cancel or enhance each
-//! other; the exact spread of one point is [`crate::lens::wave`]'s.
+//! other; the exact spread of one point is [`crate::lens::analysis::diffraction`]'s.
 //!
 //! Patterns are measured at a few places of the film and mixed between them. They end where the
 //! grid of directions repeats itself, 128 Airy radii out; the little light beyond is counted

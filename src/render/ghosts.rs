@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use crate::camera::LensCamera;
 use crate::film::{Glare, Resolution};
 use crate::graph::state::LightKind;
-use crate::lens::ghosts::RGB_LINES;
+use crate::lens::analysis::ghosts::RGB_LINES;
 use crate::lens::{GhostPair, Lens, LensRay, Toward};
 use crate::sampling::mix;
 use crate::scene::{Light, Ray, RenderScene};

@@ -216,7 +216,7 @@ mod bending {
     fn the_same_index_leaves_the_direction_alone_to_the_bit() {
         for n in [1.0, 1.772] {
             let idle = in_medium(n, &[(-51.312, 0.523, n, 20.8)]);
-            let d = ivcam::lens::trace::unit(DVec3::new(0.01, 0.2, 0.97)).unwrap();
+            let d = ivcam::lens::trace::ray::unit(DVec3::new(0.01, 0.2, 0.97)).unwrap();
             let asked = LensRay {
                 origin: DVec3::new(0.3, 5.0, -30.0),
                 direction: d,
@@ -478,7 +478,7 @@ mod focusing {
             assert_eq!(fault, Err(FocusFault::Afocal), "{method:?}");
         }
         assert!(telescope.scaled_to(Mm(50.0)).is_err() && telescope.at_f_number(8.0).is_err());
-        assert!(ivcam::lens::sheet::LensSheet::of(&telescope).is_none());
+        assert!(ivcam::lens::analysis::sheet::LensSheet::of(&telescope).is_none());
         assert!(telescope.breathing(FocusMethod::Film, 10.0).is_empty());
     }
 

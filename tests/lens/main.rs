@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use ivcam::film::FilmFormat;
 use ivcam::lens::{
     Bundle, FilmPlace, FocusMethod, Iris, LANES, Lens, LensRay, LossKind, Medium, Movements, Plane,
-    Prescription, PupilTarget, PupilWindow, Surface, Toward, shipped_names, trace::unit,
+    Prescription, PupilTarget, PupilWindow, Surface, Toward, shipped_names, trace::ray::unit,
 };
 use ivcam::math::Meters;
 use proptest::prelude::*;

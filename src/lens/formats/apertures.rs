@@ -3,9 +3,10 @@
 //! The rule of every design program: a surface is as wide as the first-order beam on it, the
 //! height of the marginal ray plus that of the chief ray at the edge of the field.
 
-use crate::lens::first_order::{FirstOrder, Plane};
 use crate::lens::glass::D_LINE;
+use crate::lens::optics::first_order::FirstOrder;
 use crate::lens::prescription::Prescription;
+use crate::lens::surface::Plane;
 
 /// What a file says about the beam.
 #[derive(Clone, Copy, Debug, Default)]

@@ -16,10 +16,10 @@ use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::lens::about::About;
-use crate::lens::first_order::{FirstOrder, Plane};
 use crate::lens::glass::{D_LINE, Medium};
+use crate::lens::optics::first_order::FirstOrder;
 use crate::lens::prescription::{Column, Prescription, check};
-use crate::lens::surface::Surface;
+use crate::lens::surface::{Plane, Surface};
 use crate::math::LengthUnit;
 
 /// A word of the file and where it stands.

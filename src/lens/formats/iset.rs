@@ -12,7 +12,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::lens::glass::{C_LINE, D_LINE, F_LINE, Medium};
+use crate::lens::glass::medium::{C_LINE, D_LINE, F_LINE, Medium};
 use crate::lens::prescription::{Column, Prescription, check};
 use crate::lens::surface::{Shape, Surface};
 
@@ -103,7 +103,7 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     }
     let name = root.get("name").and_then(Value::as_str).map(str::trim);
     let name = name.filter(|n| !n.is_empty());
-    let name = name.map_or_else(|| super::name_of(source), str::to_owned);
+    let name = name.map_or_else(|| super::origin::name_of(source), str::to_owned);
     let microlenses = root.get("microlens").and_then(Value::as_object);
     if microlenses.is_some_and(|m| !m.is_empty()) {
         sink.warn(Span::at(0), "the array of microlenses is left out");

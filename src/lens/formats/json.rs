@@ -18,9 +18,9 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span, nearest};
-use crate::lens::catalogue::Catalogue;
-use crate::lens::coating::Coating;
-use crate::lens::glass::{Dispersion, Formula, Medium};
+use crate::lens::glass::catalogue::Catalogue;
+use crate::lens::glass::coating::Coating;
+use crate::lens::glass::medium::{Dispersion, Formula, Medium};
 use crate::lens::prescription::{Column, FocusGroup, Iris, Prescription, ZoomPosition, check};
 use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
 use crate::math::LengthUnit;
@@ -158,7 +158,7 @@ impl Reader<'_> {
             surfaces.push(surface);
         }
         let name = root.get("name").and_then(Value::as_str);
-        let name = name.map_or_else(|| super::name_of(self.source), str::to_owned);
+        let name = name.map_or_else(|| super::origin::name_of(self.source), str::to_owned);
         let mut lens = Prescription {
             object_medium,
             ..Prescription::new(name, surfaces)
@@ -263,7 +263,7 @@ impl Reader<'_> {
                     };
                     let message = format!("zoom position `{name}`: {message}");
                     let error = Diagnostic::error(message).at(self.source, Span::at(0));
-                    return Err(super::at_zoom_list(error, self.source));
+                    return Err(super::origin::at_zoom_list(error, self.source));
                 };
                 gaps.push((number, gap));
             }

@@ -9,9 +9,9 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::lens::catalogue::Catalogue;
-use crate::lens::coating::Coating;
-use crate::lens::glass::{C_LINE, D_LINE, F_LINE, Medium, named_line};
+use crate::lens::glass::catalogue::Catalogue;
+use crate::lens::glass::coating::Coating;
+use crate::lens::glass::medium::{C_LINE, D_LINE, F_LINE, Medium, named_line};
 use crate::lens::prescription::{Prescription, ZoomPosition, check};
 use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
 
@@ -591,7 +591,7 @@ impl<'a> Reader<'a> {
         let name = self
             .title
             .take()
-            .unwrap_or_else(|| super::name_of(self.source));
+            .unwrap_or_else(|| super::origin::name_of(self.source));
         let mut lens = Prescription {
             object_medium: self.object_medium,
             ..Prescription::new(name, self.surfaces)

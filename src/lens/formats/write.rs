@@ -8,9 +8,9 @@ use std::path::Path;
 
 use crate::diag::{Diagnostic, Result};
 use crate::lens::about::{About, KEYS};
-use crate::lens::catalogue::Catalogue;
-use crate::lens::coating::Coating;
-use crate::lens::glass::{Dispersion, Formula, Medium};
+use crate::lens::glass::catalogue::Catalogue;
+use crate::lens::glass::coating::Coating;
+use crate::lens::glass::medium::{Dispersion, Formula, Medium};
 use crate::lens::prescription::{Iris, Prescription};
 use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
 
@@ -476,7 +476,7 @@ fn zoom_value(lens: &Prescription) -> String {
 mod tests {
     use super::*;
     use crate::diag::{Sink, Source};
-    use crate::lens::glass::{C_LINE, D_LINE, F_LINE};
+    use crate::lens::glass::medium::{C_LINE, D_LINE, F_LINE};
     use crate::lens::{Lens, shipped_names};
     use std::sync::Arc;
 

@@ -8,9 +8,9 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::lens::catalogue::Catalogue;
-use crate::lens::coating::Coating;
-use crate::lens::glass::Medium;
+use crate::lens::glass::catalogue::Catalogue;
+use crate::lens::glass::coating::Coating;
+use crate::lens::glass::medium::Medium;
 use crate::lens::prescription::{Column, Prescription, ZoomPosition, check};
 use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
 use crate::math::LengthUnit;
@@ -251,7 +251,7 @@ impl Reader<'_> {
             line.map(|l| l[1..].iter().map(|w| w.text).collect::<Vec<_>>().join(" "))
         };
         let name = words("NAME").filter(|name| !name.is_empty());
-        let name = name.unwrap_or_else(|| super::name_of(self.source));
+        let name = name.unwrap_or_else(|| super::origin::name_of(self.source));
         let mut lens = Prescription {
             object_medium,
             ..Prescription::new(name, surfaces)

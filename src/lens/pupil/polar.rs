@@ -3,18 +3,19 @@
 //! lens's axis, where rims cut along circles, and cells are halved outward or around, whichever
 //! errs, until interpolation holds.
 
-use std::cell::RefCell;
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 
-use super::super::sight::{Hint, Seen, Sight};
-use super::super::{FilmPlace, Lens};
 use super::polygon::{SIDES, Support};
-use super::support::{excess, hull, mix, widened};
-use super::{Figure, Look, MARGIN};
+use super::sampler::Look;
+use super::search::outline::{Hint, Seen};
+use super::search::pupil_search::Sight;
+use super::support::{Figure, MARGIN, excess, hull, mix, widened};
+use crate::lens::lens::Lens;
+use crate::lens::optics::film_place::FilmPlace;
 
 /// A cell is halved until what its middle and the middles of its sides stick out of the mixture
 /// of its corners, and what that adds to them, is less than these shares of the half width. What
@@ -248,12 +249,7 @@ impl Cells {
     /// Measures what grows from one of the cells to begin with; it is the first branch.
     fn grown(&self, root: u32) -> Vec<Branch> {
         let sight = Sight::new(&self.lens);
-        let look = &Look {
-            sight: &sight,
-            place: &self.place,
-            sides: &self.sides,
-            outward: RefCell::default(),
-        };
+        let look = &Look::new(&sight, &self.place, &self.sides);
         let arcs = self.symmetry.wedge() / (f64::from(self.around) * self.least_arc());
         let finest = [
             2 * OUTWARD[1],

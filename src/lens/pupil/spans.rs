@@ -3,8 +3,8 @@
 use glam::DVec2;
 
 use super::polygon::{Outline, Polygon, SIDES, Span, Support};
-use super::{Aims, Light, Radial};
-use crate::math::lanes::{LANES, Lane, Lanewise};
+use super::radial::Radial;
+use crate::math::lanes::Lane;
 
 /// A table over the film's radius, ready to aim by.
 #[derive(Clone, Debug, Default)]
@@ -13,7 +13,7 @@ pub struct Spans {
     pub ends: Vec<f64>,
     pub spans: Vec<Span>,
     /// One over the length of each; 0 for one of no length.
-    steepness: Vec<f64>,
+    pub(super) steepness: Vec<f64>,
     /// Parts of the radius a millimeter.
     cells_per_mm: f64,
     /// The first span that each of [`CELLS`] equal parts of the radius meets.
@@ -86,7 +86,7 @@ impl Spans {
 
     /// The span that all radii are in, as those of a pixel mostly are.
     #[inline(always)]
-    fn all_in_one(&self, radii: &Lane) -> Option<usize> {
+    pub(super) fn all_in_one(&self, radii: &Lane) -> Option<usize> {
         let number = self.number(radii[0])?;
         let (start, end) = (self.start(number), self.ends[number]);
         let mut inside = true;
@@ -103,64 +103,6 @@ impl Spans {
             self.ends[number - 1]
         } else {
             0.0
-        }
-    }
-}
-
-/// [`PupilTarget::aims`] by a table over the film's radius.
-pub struct SpanAims<'a> {
-    pub spans: &'a Spans,
-    pub light: &'a Light,
-    pub film: &'a [Lane; 2],
-    pub pupil: &'a [Lane; 2],
-    pub aims: &'a mut Aims,
-}
-
-impl Lanewise for SpanAims<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) {
-        let [[fx, fy], [u, v]] = [self.film, self.pupil];
-        let Aims { x, y, area, light } = self.aims;
-        let [mut radius, mut out] = [[0.0; LANES]; 2];
-        for i in 0..LANES {
-            radius[i] = (fx[i] * fx[i] + fy[i] * fy[i]).sqrt();
-            out[i] = v[i].sqrt();
-        }
-        if let Some(number) = self.spans.all_in_one(&radius) {
-            let (span, start) = (&self.spans.spans[number], self.spans.start(number));
-            let mut t = [0.0; LANES];
-            for i in 0..LANES {
-                t[i] = (radius[i] - start) * self.spans.steepness[number];
-                area[i] = span.area(t[i]).max(0.0);
-            }
-            let [a, b, c] = self.light.share(number);
-            for i in 0..LANES {
-                light[i] = a + t[i] * (b + t[i] * c);
-            }
-            for i in 0..LANES {
-                [x[i], y[i]] = span.point(t[i], u[i], out[i]).to_array();
-            }
-        } else {
-            for i in 0..LANES {
-                [area[i], light[i]] = [0.0; 2];
-                if let Some((number, t)) = self.spans.at(radius[i]) {
-                    let span = &self.spans.spans[number];
-                    let [a, b, c] = self.light.share(number);
-                    light[i] = a + t * (b + t * c);
-                    area[i] = span.area(t).max(0.0);
-                    [x[i], y[i]] = span.point(t, u[i], out[i]).to_array();
-                }
-            }
-        }
-        for i in 0..LANES {
-            let some = radius[i] > 0.0;
-            let scale = 1.0 / (if some { radius[i] } else { 1.0 });
-            let (cos, sin) = (if some { fx[i] * scale } else { 1.0 }, fy[i] * scale);
-            let (across, along) = (x[i], y[i]);
-            x[i] = across * cos - along * sin;
-            y[i] = across * sin + along * cos;
         }
     }
 }

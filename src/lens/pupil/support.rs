@@ -1,5 +1,7 @@
 //! Convex figures by how far they reach in a row of directions, and what can be made of two.
 
+use glam::DVec2;
+
 use super::polygon::{SIDES, Support};
 
 pub fn mix(a: &Support, b: &Support, t: f64) -> Support {
@@ -27,4 +29,14 @@ pub fn excess(inner: &Support, outer: &Support) -> f64 {
             (inner[j] - outer[j]) / half.max(f64::MIN_POSITIVE)
         })
         .fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// How much wider than measured, on each side, as a share of the pupil's own half width.
+pub(super) const MARGIN: f64 = 0.004;
+
+/// A support and where it goes: +x becomes `turn`, then it is mirrored.
+pub(super) struct Figure {
+    pub support: Support,
+    pub turn: DVec2,
+    pub mirror: DVec2,
 }

@@ -1,0 +1,557 @@
+//! The image of a point by light as a wave: point spread and modulation at one wavelength.
+//!
+//! The field near an image point is a sum of plane waves, one for every direction that the lens
+//! lets through (Debye's integral): U(x) = ∫ a(d) exp(i k (W(d) + n d·x)) dd, with W the optical
+//! path to the foot of the perpendicular from the image point and the integral over direction
+//! cosines. Directions, paths and the pupil's shape are those of traced rays. It holds where the
+//! image is many wavelengths from the pupil and the pupil many wavelengths wide, which is any
+//! camera.
+//!
+//! The pupil is cut into cells, and over a cell the phase is taken as linear in the direction: its
+//! slope is where the cell's ray lands. The integral over a cell is then a plane wave whose
+//! amplitude falls off as sin(t)/t away from there, so light goes only where rays go and the grid
+//! does not repeat the image. What is left out is the bend of the phase inside a cell, a quarter of
+//! a radian at most with [`Wavefront::cells_needed`].
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+
+use super::beam::Beam;
+use crate::lens::lens::Lens;
+use crate::lens::trace::ray::LensRay;
+
+/// Parts of a cell each way, where the pupil's edge runs through it.
+const PARTS: u32 = 8;
+/// The most that the phase at a cell's corner may be off by its bend, in radians.
+const MAY_BEND: f64 = 0.25;
+
+/// The waves that arrive at an image point, a grid of plane waves.
+#[derive(Clone, Debug)]
+pub struct Wavefront {
+    /// Cells along each side; row by row.
+    grid: usize,
+    cells: Vec<Option<Wave>>,
+    /// 2π n / λ, per millimeter.
+    wave_number: f64,
+}
+
+/// The plane wave of one cell.
+#[derive(Clone, Copy, Debug)]
+struct Wave {
+    /// The share of the cell that gets through.
+    open: f64,
+    /// Direction cosines along the film.
+    direction: DVec2,
+    /// The phase at the image point, in radians.
+    phase: f64,
+    /// Where the cell's ray lands, from the image point, in millimeters along the film.
+    landing: DVec2,
+    /// The cell's width and height in direction cosines, and its area.
+    size: DVec2,
+    area: f64,
+}
+
+/// How much of each cell of a grid across a beam gets through the lens; the same for all
+/// wavelengths to what dispersion moves the pupil's rim.
+#[derive(Clone, Debug)]
+pub struct Openings {
+    grid: usize,
+    shares: Vec<f64>,
+}
+
+impl Openings {
+    pub fn of(lens: &Lens, beam: &Beam<'_>, grid: usize) -> Self {
+        let (low, high) = beam.bounds();
+        let step = (high - low) / grid as f64;
+        let place = |x: f64, y: f64| low + step * DVec2::new(x, y);
+        let corners: Vec<bool> = (0..=grid)
+            .flat_map(|j| (0..=grid).map(move |i| (i, j)))
+            .map(|(i, j)| beam.passes(lens, place(i as f64, j as f64)))
+            .collect();
+        let share = |k: usize| {
+            let (i, j) = (k % grid, k / grid);
+            let at = j * (grid + 1) + i;
+            let around = [at, at + 1, at + grid + 1, at + grid + 2].map(|c| corners[c]);
+            match around.iter().filter(|p| **p).count() {
+                0 => 0.0,
+                4 => 1.0,
+                _ => open_share(lens, beam, place(i as f64, j as f64), step),
+            }
+        };
+        Self {
+            grid,
+            shares: (0..grid * grid).map(share).collect(),
+        }
+    }
+}
+
+impl Wavefront {
+    /// The waves of a beam about an image point on the film. The point is the reference of the
+    /// phase; another one of the same beam is a shift of the picture, so that wavelengths keep
+    /// their places. None where no light gets through.
+    pub fn of(lens: &Lens, beam: &Beam<'_>, openings: &Openings, image: DVec3) -> Option<Self> {
+        let grid = openings.grid;
+        let (low, high) = beam.bounds();
+        let step = (high - low) / grid as f64;
+        let indices = lens.prescription().indices(lens.wavelength());
+        let n = indices[indices.len() - 1];
+        let wave_number = TAU * n / (lens.wavelength() * 1e-6);
+        let wave = |(k, open): (usize, &f64)| {
+            let middle = DVec2::new((k % grid) as f64, (k / grid) as f64) + 0.5;
+            if *open <= 0.0 {
+                return None;
+            }
+            let place = low + step * middle;
+            let (out, path) = beam.arrival(lens, place, &indices, image)?;
+            Some(Wave {
+                open: *open,
+                direction: out.direction.truncate(),
+                phase: path * wave_number / n,
+                landing: (out.at_z(image.z) - image).truncate(),
+                size: DVec2::ZERO,
+                area: 0.0,
+            })
+        };
+        let mut this = Self {
+            grid,
+            cells: openings.shares.iter().enumerate().map(wave).collect(),
+            wave_number,
+        };
+        this.measure_cells();
+        let light: f64 = this.waves().map(|w| w.open).sum();
+        (light > 0.0).then_some(this)
+    }
+
+    /// Cells each way across a beam so that the phase of this wavelength is linear enough in each:
+    /// by how much the rays of neighbors land and travel apart.
+    pub fn cells_needed(lens: &Lens, beam: &Beam<'_>, film_z: f64) -> usize {
+        const RAYS: usize = 48;
+        let (low, high) = beam.bounds();
+        let step = (high - low) / RAYS as f64;
+        let rays: Vec<Option<LensRay>> = (0..RAYS * RAYS)
+            .map(|k| DVec2::new((k % RAYS) as f64, (k / RAYS) as f64))
+            .map(|at| beam.trace(lens, low + step * (at + 0.5)))
+            .collect();
+        let apart = |a: &LensRay, b: &LensRay| {
+            let landing = a.at_z(film_z) - b.at_z(film_z);
+            (landing.dot(a.direction - b.direction)).abs()
+        };
+        let neighbor = |k: usize, next: usize| rays.get(next)?.as_ref().zip(rays[k].as_ref());
+        let across = (0..rays.len()).filter(|k| k % RAYS + 1 < RAYS);
+        let pairs = across.filter_map(|k| neighbor(k, k + 1));
+        let pairs = pairs.chain((0..rays.len()).filter_map(|k| neighbor(k, k + RAYS)));
+        let bend = pairs.map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+        let wave_number = TAU / (lens.wavelength() * 1e-6);
+        // (x δd/2)²/2 of a phase with curvature x/δd, along both axes.
+        let radians = 2.0 * wave_number * bend / 8.0;
+        (RAYS as f64 * (radians / MAY_BEND).sqrt()).ceil() as usize
+    }
+
+    /// Sizes and areas by differences of the neighbors' directions.
+    fn measure_cells(&mut self) {
+        let grid = self.grid;
+        let direction = |cells: &[Option<Wave>], i: usize, j: usize| {
+            cells[j * grid + i].as_ref().map(|w| w.direction)
+        };
+        let slope = |cells: &[Option<Wave>], i: usize, j: usize, along_x: bool| {
+            let k = if along_x { i } else { j };
+            let at = |k: usize| match along_x {
+                true => direction(cells, k, j),
+                false => direction(cells, i, k),
+            };
+            let before = k.checked_sub(1).and_then(at).map(|d| (d, 1.0));
+            let after = (k + 1 < grid)
+                .then(|| at(k + 1))
+                .flatten()
+                .map(|d| (d, 1.0));
+            let here = (at(k)?, 0.0);
+            let (a, b) = (before.unwrap_or(here), after.unwrap_or(here));
+            (a.1 + b.1 > 0.0).then(|| (b.0 - a.0) / (a.1 + b.1))
+        };
+        let sizes: Vec<(DVec2, f64)> = (0..grid * grid)
+            .map(|c| {
+                let (i, j) = (c % grid, c / grid);
+                let x = slope(&self.cells, i, j, true).unwrap_or_default();
+                let y = slope(&self.cells, i, j, false).unwrap_or_default();
+                (DVec2::new(x.x, y.y), x.perp_dot(y).abs())
+            })
+            .collect();
+        for (cell, (size, area)) in self.cells.iter_mut().zip(sizes) {
+            if let Some(wave) = cell {
+                (wave.size, wave.area) = (size, area);
+            }
+        }
+    }
+
+    fn waves(&self) -> impl Iterator<Item = &Wave> {
+        self.cells.iter().flatten()
+    }
+
+    /// The intensity over a square of `side`² points `pitch` millimeters apart, rows upward, the
+    /// image point between the middle ones; light of 1 over the whole film, per mm².
+    pub fn point_spread(&self, side: usize, pitch: f64) -> Vec<f64> {
+        let light: f64 = self.waves().map(|w| w.open).sum();
+        let mut field = Field::dark(side);
+        for wave in self.waves().filter(|w| w.open > 0.0) {
+            // Every cell has the same light; its amplitude is the root of that over its area.
+            let amplitude = wave.open * (wave.area / light).sqrt();
+            let [xs, ys] = [0, 1].map(|axis| self.along(wave, axis, side, pitch));
+            field.add(amplitude * phasor(wave.phase), &xs, &ys);
+        }
+        let per_area = self.wave_number * self.wave_number / (TAU * TAU);
+        let parts = field.real.iter().zip(&field.imaginary);
+        let light = parts.map(|(a, b)| f64::from(a * a + b * b));
+        light.map(|light| per_area * light).collect()
+    }
+
+    /// What a cell brings to points along an axis of the film.
+    fn along(&self, wave: &Wave, axis: usize, side: usize, pitch: f64) -> Field {
+        let start = -0.5 * (side as f64 - 1.0) * pitch;
+        let turn = self.wave_number * wave.direction[axis];
+        // A cell's phase runs by 2t from its one end to the other.
+        let half = 0.5 * self.wave_number * wave.size[axis];
+        let from_landing = half * (start - wave.landing[axis]);
+        let mut line = Field::default();
+        let (mut wave, step) = (phasor(turn * start), phasor(turn * pitch));
+        let (mut spread, spread_step) = (phasor(from_landing), phasor(half * pitch));
+        for i in 0..side {
+            let t = from_landing + i as f64 * half * pitch;
+            let share = if t.abs() > 1e-4 { spread.y / t } else { 1.0 };
+            line.real.push((share * wave.x) as f32);
+            line.imaginary.push((share * wave.y) as f32);
+            (wave, spread) = (wave.rotate(step), spread.rotate(spread_step));
+        }
+        line
+    }
+
+    /// The transfer of lines of a frequency (per mm) across the film's x axis or its y axis, as a
+    /// complex number: the pupil, correlated with itself shifted by the frequency (Hopkins).
+    /// Directions are taken as linear over the grid.
+    pub fn transfer(&self, frequency: f64, axis: usize) -> DVec2 {
+        let shift = frequency * TAU / (self.wave_number * self.cosine_step(axis));
+        let (k, part) = (shift as usize, shift.fract());
+        let stride = if axis == 0 { 1 } else { self.grid };
+        let shifted = |i: usize, k: usize| {
+            let in_row = axis == 1 || i % self.grid + k < self.grid;
+            let wave = self.cells.get(i + k * stride)?.as_ref()?;
+            (in_row && wave.open > 0.0).then_some(wave)
+        };
+        let mut sum = DVec2::ZERO;
+        let mut light = 0.0;
+        for (i, cell) in self.cells.iter().enumerate() {
+            let Some(a) = cell else { continue };
+            light += a.open * a.open;
+            // Between cells the phase is linear, which is the transverse aberration there.
+            let (phase, open) = match (shifted(i, k), shifted(i, k + 1)) {
+                (Some(b), Some(c)) => (
+                    b.phase + part * (c.phase - b.phase),
+                    b.open + part * (c.open - b.open),
+                ),
+                (Some(b), None) => (b.phase, (1.0 - part) * b.open),
+                (None, Some(c)) => (c.phase, part * c.open),
+                (None, None) => continue,
+            };
+            sum += a.open * open * phasor(a.phase - phase);
+        }
+        sum / light
+    }
+
+    /// How far the direction cosine along an axis changes from a cell to the next: the slope of
+    /// the line through all.
+    fn cosine_step(&self, axis: usize) -> f64 {
+        let place = |i: usize| match axis {
+            0 => (i % self.grid) as f64,
+            _ => (i / self.grid) as f64,
+        };
+        let all = || {
+            let cells = self.cells.iter().enumerate();
+            cells.filter_map(|(i, cell)| {
+                let wave = cell.as_ref().filter(|w| w.open > 0.0)?;
+                Some(DVec2::new(place(i), wave.direction[axis]))
+            })
+        };
+        let mean = all().sum::<DVec2>() / all().count() as f64;
+        let (xy, xx) = all().fold((0.0, 0.0), |(xy, xx), p| {
+            let off = p - mean;
+            (xy + off.x * off.y, xx + off.x * off.x)
+        });
+        (xy / xx).abs()
+    }
+}
+
+/// Complex numbers, their parts apart so that many are worked out at once; single, as the sum of
+/// 1e5 waves is still right to 1e-4 of the peak's amplitude, 1e-8 of its light.
+#[derive(Clone, Debug, Default)]
+struct Field {
+    real: Vec<f32>,
+    imaginary: Vec<f32>,
+}
+
+impl Field {
+    fn dark(side: usize) -> Self {
+        let zeros = vec![0.0; side * side];
+        Self {
+            real: zeros.clone(),
+            imaginary: zeros,
+        }
+    }
+
+    /// Adds the products of two lines, one across and one up, with a factor.
+    fn add(&mut self, factor: DVec2, xs: &Self, ys: &Self) {
+        let side = xs.real.len();
+        let rows = self.real.chunks_mut(side);
+        for (j, (real, imaginary)) in rows.zip(self.imaginary.chunks_mut(side)).enumerate() {
+            let y = DVec2::new(ys.real[j].into(), ys.imaginary[j].into());
+            let lead = factor.rotate(y).as_vec2();
+            let xs = xs.real.iter().zip(&xs.imaginary);
+            for ((re, im), (x, y)) in real.iter_mut().zip(imaginary).zip(xs) {
+                *re += lead.x * x - lead.y * y;
+                *im += lead.x * y + lead.y * x;
+            }
+        }
+    }
+}
+
+/// How much of a cell at the pupil's edge gets through.
+fn open_share(lens: &Lens, beam: &Beam<'_>, corner: DVec2, step: DVec2) -> f64 {
+    let share = |k: u32| (f64::from(k) + 0.5) / f64::from(PARTS);
+    let parts = (0..PARTS).flat_map(|j| (0..PARTS).map(move |i| DVec2::new(share(i), share(j))));
+    let passed = parts.filter(|part| beam.passes(lens, corner + *part * step));
+    passed.count() as f64 / f64::from(PARTS * PARTS)
+}
+
+fn phasor(angle: f64) -> DVec2 {
+    let (sin, cos) = libm::sincos(angle);
+    DVec2::new(cos, sin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::{Curvature, Iris, Medium, Prescription, Shape, Surface};
+
+    const NM: f64 = 550.0;
+
+    /// A plane and a hyperboloid: a point at infinity on the axis has a perfect image (Descartes).
+    fn perfect(f_number: f64, iris: Iris) -> Lens {
+        let glass = Medium::constant(1.5);
+        let stop = Surface::stop(1.0, Medium::air(), 25.0 / f_number);
+        let plane = Surface::sphere(0.0, 10.0, glass, 30.0);
+        let mut last = Surface::sphere(-25.0, 0.0, Medium::air(), 30.0);
+        last.shape = Shape::Conic { k: -2.25 };
+        last.curvature = Curvature::from_radius(-25.0);
+        let mut prescription = Prescription::new("perfect", vec![stop, plane, last]);
+        prescription.iris = iris;
+        Lens::new(prescription).at_wavelength(NM)
+    }
+
+    fn waves(lens: &Lens, grid: usize) -> Wavefront {
+        let film_z = lens.first_order().focal.unwrap().rear_focal_point;
+        let beam = Beam::of(lens, 0.0, film_z, f64::INFINITY).unwrap();
+        let open = Openings::of(lens, &beam, grid);
+        Wavefront::of(lens, &beam, &open, film_z * DVec3::Z).unwrap()
+    }
+
+    /// 2 J₁(v)/v.
+    fn jinc(v: f64) -> f64 {
+        if v == 0.0 { 1.0 } else { 2.0 * libm::j1(v) / v }
+    }
+
+    /// Of a clear circle with a round obstruction of a share of its radius (Born and Wolf, 8.6.2);
+    /// the whole light is 1.
+    fn annular(radius: f64, cosine: f64, obstruction: f64) -> f64 {
+        let k = TAU / (NM * 1e-6);
+        let e = obstruction * obstruction;
+        let v = k * cosine * radius;
+        let field = jinc(v) - e * jinc(obstruction * v);
+        k * k * cosine * cosine / (2.0 * TAU * (1.0 - e)) * field * field
+    }
+
+    /// The line through the peak of a point spread.
+    fn profile(waves: &Wavefront, pitch: f64) -> Vec<f64> {
+        const SIDE: usize = 121;
+        let spread = waves.point_spread(SIDE, pitch);
+        spread[SIDE * (SIDE / 2) + SIDE / 2..][..=SIDE / 2].to_vec()
+    }
+
+    fn rim_sine(lens: &Lens, height: f64) -> f64 {
+        let ray = crate::lens::LensRay {
+            origin: DVec3::new(0.0, height * (1.0 - 1e-12), -10.0),
+            direction: DVec3::Z,
+        };
+        -lens.trace_from_scene(&ray).unwrap().direction.y
+    }
+
+    #[test]
+    fn a_clear_circular_pupil_makes_the_airy_pattern() {
+        for f_number in [8.0, 22.0] {
+            let lens = perfect(f_number, Iris::Round);
+            let cosine = 1.0 / (2.0 * f_number);
+            let airy = 0.609_83 * NM * 1e-6 / cosine;
+            let pitch = airy / 24.0;
+            let line = profile(&waves(&lens, 96), pitch);
+            // The pattern is that of the rim's ray as it leaves the lens.
+            let sine = rim_sine(&lens, 25.0 / f_number);
+            let peak = annular(0.0, sine, 0.0);
+            assert!(
+                (line[0] / peak - 1.0).abs() < 0.01,
+                "f/{f_number}: {}",
+                line[0] / peak
+            );
+            let dark = (1..36)
+                .min_by(|a, b| line[*a].total_cmp(&line[*b]))
+                .unwrap();
+            let (a, b, c) = (line[dark - 1], line[dark], line[dark + 1]);
+            // The vertex of the parabola through three points.
+            let zero = pitch * (dark as f64 + 0.5 * (a - c) / (a - 2.0 * b + c));
+            let expected = 0.609_83 * NM * 1e-6 / sine;
+            assert!(
+                (zero / expected - 1.0).abs() < 0.01,
+                "f/{f_number}: {zero} {expected}"
+            );
+            for (i, value) in line.iter().enumerate() {
+                let exact = annular(pitch * i as f64, sine, 0.0);
+                assert!(
+                    (value - exact).abs() < 0.01 * peak,
+                    "f/{f_number} at {i}: {value} {exact}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn an_obstructed_pupil_makes_the_annular_pattern() {
+        // Out along a circle, and back along a smaller one.
+        let ring = |radius: f64, sense: f64| {
+            (0..=180).map(move |i| {
+                let (sin, cos) = libm::sincos(sense * TAU * f64::from(i) / 180.0);
+                [radius * cos, radius * sin]
+            })
+        };
+        let corners = ring(0.999, 1.0).chain(ring(0.5, -1.0)).collect();
+        let iris = Iris::Outline {
+            corners,
+            rotation: 0.0,
+        };
+        let lens = perfect(10.0, iris);
+        let sine = rim_sine(&lens, 0.9989 * 2.5);
+        let peak = annular(0.0, sine, 0.5 / 0.999);
+        let pitch = 0.2e-3;
+        for (i, value) in profile(&waves(&lens, 112), pitch).iter().enumerate() {
+            let exact = annular(pitch * i as f64, sine, 0.5 / 0.999);
+            assert!((value - exact).abs() < 0.01 * peak, "{i}: {value} {exact}");
+        }
+    }
+
+    /// The field of an even pupil with straight edges, for the light of 1 (the integral over it by
+    /// Gauss's theorem: a sum over its edges). `q` is the wave number times the place.
+    fn polygon_light(corners: &[DVec2], q: DVec2, wave_number: f64) -> f64 {
+        let mut field = DVec2::ZERO;
+        for (i, a) in corners.iter().enumerate() {
+            let edge = corners[(i + 1) % corners.len()] - *a;
+            let t = 0.5 * q.dot(edge);
+            let along = if t == 0.0 { 1.0 } else { libm::sin(t) / t };
+            field += q.perp_dot(edge) * along * phasor(q.dot(*a + 0.5 * edge));
+        }
+        let area = crate::lens::analysis::beam::polygon_area(corners);
+        let scale = wave_number / (TAU * q.length_squared());
+        scale * scale * field.length_squared() / area
+    }
+
+    /// Two opposite blades' edges throw light across them: a hexagon has six rays. Along them and
+    /// between them there is as much light as the hexagon's own integral says, to 2 %.
+    #[test]
+    fn straight_blades_make_the_rays_of_their_polygon() {
+        let iris = Iris::Blades {
+            count: 6,
+            rotation: 0.0,
+        };
+        let lens = perfect(16.0, iris);
+        // A ray upward meets an edge at half of √3 of the corners' distance.
+        let edge = 0.75f64.sqrt();
+        let sine = rim_sine(&lens, 25.0 / 16.0 * edge) / edge;
+        let corner = |i: u32| phasor(TAU * f64::from(i) / 6.0) * sine;
+        let corners: Vec<DVec2> = (0..6).map(corner).collect();
+        let waves = waves(&lens, 96);
+        const SIDE: usize = 101;
+        let pitch = 1.5e-3;
+        let k = TAU / (NM * 1e-6);
+        let spread = waves.point_spread(SIDE, pitch);
+        let along = |degrees: f64| -> [f64; 2] {
+            let (sin, cos) = libm::sincos(degrees.to_radians());
+            let mut sums = [0.0; 2];
+            for r in 12..46 {
+                let place = |v: f64| (v * f64::from(r)).round();
+                let (x, y) = (place(cos), place(sin));
+                let at = |v: f64| (v as isize + SIDE as isize / 2) as usize;
+                sums[0] += spread[at(y) * SIDE + at(x)];
+                sums[1] += polygon_light(&corners, k * pitch * DVec2::new(x, y), k);
+            }
+            sums
+        };
+        // Corners on ±x, so edges face 30, 90 and 150 degrees.
+        for degrees in [0.0, 30.0, 60.0, 90.0, 45.0] {
+            let [ours, exact] = along(degrees);
+            assert!(
+                (ours / exact - 1.0).abs() < 0.02,
+                "{degrees}: {ours} {exact}"
+            );
+        }
+    }
+
+    /// Ten waves out of focus the light is in the cone of the rays, a disc of radius 4 λ N a wave,
+    /// evenly, and nowhere else in a frame three times as wide. A grid of plane waves that is too
+    /// coarse for that frame repeats the disc in it.
+    #[test]
+    fn a_blurred_image_has_no_copies_beside_it() {
+        let (f_number, waves_out) = (10.0, 10.0);
+        let airy = NM * 1e-6 * f_number;
+        let lens = perfect(f_number, Iris::Round);
+        let film_z =
+            lens.first_order().focal.unwrap().rear_focal_point + waves_out * 8.0 * airy * f_number;
+        let beam = Beam::of(&lens, 0.0, film_z, f64::INFINITY).unwrap();
+        let grid = Wavefront::cells_needed(&lens, &beam, film_z);
+        assert!((16..64).contains(&grid), "{grid}");
+        let open = Openings::of(&lens, &beam, 64);
+        let waves = Wavefront::of(&lens, &beam, &open, film_z * DVec3::Z).unwrap();
+        let disc = 4.0 * airy * waves_out;
+        let (side, pitch) = (240, 0.5 * airy);
+        let mut rings = [0.0; 3];
+        for (k, light) in waves.point_spread(side, pitch).iter().enumerate() {
+            let at = |i: usize| (i as f64 - 0.5 * (side as f64 - 1.0)) * pitch;
+            let r = DVec2::new(at(k % side), at(k / side)).length();
+            let ring = if r < 0.5 * disc {
+                0
+            } else if r < disc + 6.0 * airy {
+                1
+            } else {
+                2
+            };
+            rings[ring] += light * pitch * pitch;
+        }
+        assert!((rings[0] - 0.25).abs() < 0.02, "{rings:?}");
+        // The rim throws 1 or 2 % of the light beyond six Airy radii.
+        assert!((rings[0] + rings[1] - 1.0).abs() < 0.03, "{rings:?}");
+        assert!(rings[2] < 0.02, "{rings:?}");
+    }
+
+    #[test]
+    fn a_point_spread_holds_all_light_and_defocus_takes_it_from_the_middle() {
+        let lens = perfect(10.0, Iris::Round);
+        let sharp = waves(&lens, 96);
+        let (side, pitch) = (120, 1.2e-3);
+        let whole = |w: &Wavefront| -> f64 {
+            let spread = w.point_spread(side, pitch);
+            spread.iter().sum::<f64>() * pitch * pitch
+        };
+        assert!((whole(&sharp) - 1.0).abs() < 0.03, "{}", whole(&sharp));
+        // One wave of defocus is 8 λ N² and leaves nothing in the middle: sinc²(π).
+        let film_z = lens.first_order().focal.unwrap().rear_focal_point + 8.0 * NM * 1e-6 * 100.0;
+        let beam = Beam::of(&lens, 0.0, film_z, f64::INFINITY).unwrap();
+        let open = Openings::of(&lens, &beam, 96);
+        let blurred = Wavefront::of(&lens, &beam, &open, film_z * DVec3::Z).unwrap();
+        let [a, b] = [&sharp, &blurred].map(|w| w.point_spread(1, pitch)[0]);
+        assert!(b < 0.01 * a, "{a} {b}");
+    }
+}

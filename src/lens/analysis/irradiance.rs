@@ -1,0 +1,48 @@
+//! The irradiance on the film, and the part of the rear vertex plane that a film point sees.
+
+use glam::DVec2;
+
+use crate::lens::lens::Lens;
+use crate::lens::pupil::search::pupil_search::Sight;
+
+impl Lens {
+    /// The irradiance on the film from a scene of radiance 1, by equation 1: ∫ cos⁴θ / Z² over
+    /// the part of the rear vertex plane that is seen.
+    pub fn irradiance(&self, film: DVec2, film_z: f64) -> f64 {
+        self.seen(film, film_z).0
+    }
+
+    /// The irradiance and the area of the rear vertex plane that the film point sees light
+    /// through, in mm².
+    pub fn seen(&self, film: DVec2, film_z: f64) -> (f64, f64) {
+        let z = film_z - self.length();
+        let outline = Sight::new(self).outline_points(film.extend(film_z), 1440);
+        let Some((center, rims)) = outline else {
+            return (0.0, 0.0);
+        };
+        let (mut light, mut area) = (0.0, 0.0);
+        for i in 0..rims.len() {
+            let (p, q) = (rims[i], rims[(i + 1) % rims.len()]);
+            let twice = p.perp_dot(q).abs();
+            area += 0.5 * twice;
+            // The triangle from the center: Gauss's points outward along its middle line.
+            let middle = 0.5 * (p + q);
+            for (t, weight) in GAUSS {
+                let d2 = (center + t * middle - film).length_squared();
+                let cos2 = z * z / (z * z + d2);
+                light += twice * weight * t * cos2 * cos2 / (z * z);
+            }
+        }
+        (light, area)
+    }
+}
+
+/// Six points and weights on (0, 1).
+const GAUSS: [(f64, f64); 6] = [
+    (0.033_765_242_898_423_99, 0.085_662_246_189_585_18),
+    (0.169_395_306_766_867_74, 0.180_380_786_524_069_3),
+    (0.380_690_406_958_401_55, 0.233_956_967_286_345_52),
+    (0.619_309_593_041_598_5, 0.233_956_967_286_345_52),
+    (0.830_604_693_233_132_3, 0.180_380_786_524_069_3),
+    (0.966_234_757_101_576, 0.085_662_246_189_585_18),
+];

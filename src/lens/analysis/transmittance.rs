@@ -1,0 +1,137 @@
+//! What a lens loses by reflection, and its T-number.
+//!
+//! Glass absorbs nothing. What a surface does not reflect it lets through.
+
+use glam::DVec3;
+
+use crate::lens::lens::Lens;
+use crate::lens::trace::ray::{LensRay, Toward};
+use crate::lens::trace::tracer::Course;
+
+impl Lens {
+    /// The share of a ray's light that reaches the other side, at the lens's wavelength; 0 for a
+    /// ray that is lost.
+    pub fn transmittance(&self, ray: &LensRay, toward: Toward) -> f64 {
+        let course = self.course(toward, true);
+        transmittance(&course, ray, self.wavelength())
+    }
+
+    /// The share of the light of the widest beam along the axis that gets through, of what the
+    /// stop would let pass. None where no beam does.
+    pub fn axial_transmittance(&self) -> Option<f64> {
+        const RINGS: u32 = 32;
+        const SPOKES: u32 = 16;
+        if !self.reflects() {
+            return Some(1.0);
+        }
+        let spokes = if self.prescription().is_rotational() {
+            1
+        } else {
+            SPOKES
+        };
+        let beam = self.axial_beam().height;
+        let far = -4.0 * (beam + self.length() + 1.0);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for i in 0..RINGS * spokes {
+            let (ring, spoke) = (i % RINGS, i / RINGS);
+            // Rings of equal area, each at its middle.
+            let r = beam * ((f64::from(ring) + 0.5) / f64::from(RINGS)).sqrt();
+            let angle = std::f64::consts::TAU * (f64::from(spoke) + 0.5) / f64::from(spokes);
+            let ray = LensRay {
+                origin: DVec3::new(r * libm::cos(angle), r * libm::sin(angle), far),
+                direction: DVec3::Z,
+            };
+            let share = self.transmittance(&ray, Toward::Film);
+            sum += share;
+            count += f64::from(u8::from(share > 0.0));
+        }
+        (count > 0.0).then(|| sum / count)
+    }
+
+    /// The f-number of a lens without losses that would make as bright a picture: N/√τ.
+    pub fn t_number(&self) -> Option<f64> {
+        let f_number = self.first_order().f_number()?;
+        Some(f_number / self.axial_transmittance()?.sqrt())
+    }
+}
+
+fn transmittance(course: &Course<'_>, ray: &LensRay, wavelength_nm: f64) -> f64 {
+    let mut share = 1.0;
+    let outcome = course.walk(*ray, |surface, _, hit| {
+        let element = &course.elements[surface];
+        share *= 1.0 - element.reflectance(course.toward, hit.cos, wavelength_nm);
+    });
+    if outcome.is_ok() { share } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::glass::coating::Coating;
+    use crate::lens::glass::medium::Medium;
+    use crate::lens::{Prescription, Surface};
+
+    fn window(coating: Coating) -> Lens {
+        let glass = Medium::constant(1.5168);
+        let surfaces = vec![
+            Surface::sphere(0.0, 5.0, glass, 10.0),
+            Surface::sphere(0.0, 1.0, Medium::air(), 10.0),
+        ];
+        Lens::new(Prescription::new("window", surfaces).with_coating(coating))
+    }
+
+    #[test]
+    fn a_bare_window_passes_the_square_of_what_one_surface_does() {
+        let ray = LensRay {
+            origin: DVec3::new(1.0, 2.0, -5.0),
+            direction: DVec3::Z,
+        };
+        let through = window(Coating::Bare).transmittance(&ray, Toward::Film);
+        let one = 1.0 - (0.5168f64 / 2.5168).powi(2);
+        assert!((through - one * one).abs() < 1e-15);
+        assert_eq!(
+            window(Coating::Ideal).transmittance(&ray, Toward::Film),
+            1.0
+        );
+    }
+
+    #[test]
+    fn a_ray_loses_the_same_share_both_ways() {
+        let lens = Lens::named("double-gauss").unwrap();
+        for (_, coating) in Coating::ALL {
+            let lens = lens.with_coating(coating);
+            let ray = LensRay {
+                origin: DVec3::new(3.0, 8.0, -50.0),
+                direction: DVec3::new(0.0, 0.05, 1.0),
+            };
+            let out = lens.trace_from_scene(&ray).unwrap();
+            let back = LensRay {
+                origin: out.origin + 10.0 * out.direction,
+                direction: -out.direction,
+            };
+            let there = lens.transmittance(&ray, Toward::Film);
+            let again = lens.transmittance(&back, Toward::Scene);
+            assert!((there / again - 1.0).abs() < 1e-12, "{there} {again}");
+        }
+    }
+
+    /// Six surfaces between glass and air.
+    #[test]
+    fn the_t_number_is_the_f_number_over_the_root_of_what_gets_through() {
+        let lens = Lens::named("cooke-triplet").unwrap();
+        let f = lens.first_order().f_number().unwrap();
+        assert_eq!(lens.t_number(), Some(f));
+        let bare = lens.with_coating(Coating::Bare);
+        let share = bare.axial_transmittance().unwrap();
+        // On the axis itself: the product over the surfaces, known by hand.
+        let indices = lens.prescription().indices(lens.wavelength());
+        let product: f64 = indices
+            .windows(2)
+            .map(|n| 1.0 - ((n[0] - n[1]) / (n[0] + n[1])).powi(2))
+            .product();
+        assert!((share / product - 1.0).abs() < 0.01, "{share} {product}");
+        assert!((bare.t_number().unwrap() - f / share.sqrt()).abs() < 1e-12);
+        let coated = lens.with_coating(Coating::MagnesiumFluoride);
+        assert!(coated.axial_transmittance().unwrap() > 0.9);
+    }
+}

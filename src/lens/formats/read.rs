@@ -1,0 +1,234 @@
+//! Reading prescriptions, by what a file says rather than by what it is called.
+
+use std::sync::Arc;
+
+use crate::diag::{Diagnostic, Result, Sink, Source, Span};
+
+use super::{dat, iset, json, seq, text, zmx};
+use crate::lens::glass::catalogue::Catalogue;
+use crate::lens::prescription::Prescription;
+
+/// The formats of prescriptions that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// The paper's and pbrt's four columns, and ISET's with a focal length above them.
+    Columns,
+    /// ivcam's own, schema `ivlens-1`.
+    Json,
+    IsetJson,
+    Zemax,
+    CodeV,
+}
+
+/// What a reader cannot know from the file.
+#[derive(Clone, Debug, Default)]
+pub struct Reading {
+    pub glasses: Catalogue,
+    /// In four columns: whether the second is the distance from the vertex before (the order of
+    /// the older files of Kolb and CS348b) or to the next one. None: by what the file says.
+    pub position_first: Option<bool>,
+}
+
+/// Reads a prescription in any format known here.
+pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
+    read_with(source, &Reading::default(), sink)
+}
+
+/// The same, with glasses and habits of one's own.
+pub fn read_with(source: &Arc<Source>, how: &Reading, sink: &mut Sink) -> Result<Prescription> {
+    let source = &text::decoded(source);
+    let before = sink.set_source(Some(source.clone()));
+    let result = known(source)
+        .and_then(|()| format(source))
+        .and_then(|format| match format {
+            Format::Json => json::read(source, &how.glasses, sink),
+            Format::IsetJson => iset::read(source, sink),
+            Format::Zemax => zmx::read(source, &how.glasses, sink),
+            Format::CodeV => seq::read(source, &how.glasses, sink),
+            Format::Columns => dat::read(source, how.position_first, sink),
+        });
+    sink.set_source(before);
+    result
+}
+
+/// Recognizes a format by the first words that say anything.
+fn format(source: &Arc<Source>) -> Result<Format> {
+    let text = text::text(source);
+    if text.trim_start().starts_with('{') {
+        let iset = iset::is_iset(text);
+        return Ok(if iset { Format::IsetJson } else { Format::Json });
+    }
+    if is_catalogue(text) {
+        let message = "this is a glass catalogue, not a lens";
+        let error = Diagnostic::error(message).at(source, Span::at(0));
+        return Err(error.with_help("give it as --glass-catalogue FILE.agf"));
+    }
+    let begins = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
+    if begins("SURF 0") && begins("SURF 1") {
+        return Ok(Format::Zemax);
+    }
+    for (start, line) in text::lines(text) {
+        let words = text::words(line.split(['#', '!']).next().unwrap_or(""), start);
+        let Some(first) = words.first() else { continue };
+        let name = first
+            .text
+            .split(';')
+            .next()
+            .unwrap_or("")
+            .to_ascii_uppercase();
+        return Ok(match name.as_str() {
+            "VERS" | "MODE" | "SURF" | "UNIT" => Format::Zemax,
+            "RDM" | "LEN" | "TIT" | "TITLE" | "S" | "SO" | "S0" | "DIM" | "EPD" | "FNO" | "NA"
+            | "NAO" | "WL" | "REF" | "WTW" | "INI" | "YAN" | "XAN" | "YIM" | "PRV" | "IN"
+            | "RES" => Format::CodeV,
+            _ => Format::Columns,
+        });
+    }
+    Ok(Format::Columns)
+}
+
+/// Refuses what is no prescription, and prescriptions of programs that are not read, by name.
+fn known(source: &Arc<Source>) -> Result<()> {
+    let text = text::text(source);
+    let refuse = |what: &str, span: Span, help: &str| {
+        let error = Diagnostic::error(what).at(source, span);
+        Err(error.with_help(help))
+    };
+    let help = "export it as Zemax `.zmx` or CODE V `.seq`, or write its rows as radius, thickness, \
+                index, aperture diameter";
+    if let Some(at) = text.find('\0') {
+        return refuse(
+            "this is not text: it is no prescription",
+            Span::at(at),
+            "of a Zemax archive (.zar, .zos) open and save the lens as `.zmx`",
+        );
+    }
+    let mut lens = None;
+    for (start, line) in text::lines(text) {
+        let words = text::words(line, start);
+        let Some(first) = words.first() else { continue };
+        // OSLO: one command a line, `RD`, `TH`, `AP`, `GLA`, surfaces end with `NXT`.
+        if first.is("LEN") {
+            lens = lens.or(Some(first.span));
+        }
+        if first.is("NXT") && words.len() == 1 {
+            let span = lens.unwrap_or(first.span);
+            return refuse("this is a lens file of OSLO, which is not read", span, help);
+        }
+    }
+    Ok(())
+}
+
+/// Whether a text is an `.agf` file, whose first line may say anything: it names glasses and has
+/// their coefficients.
+fn is_catalogue(text: &str) -> bool {
+    let begins = |key: &str| text.lines().any(|line| line.starts_with(key));
+    begins("NM ") && begins("CD ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::write;
+    use super::*;
+
+    #[test]
+    fn a_format_is_known_by_what_the_file_says() {
+        for (text, format_) in [
+            ("# Inch\n10 2 1.5 9\n", Format::Columns),
+            ("VERS 1\r\nMODE SEQ\r\n", Format::Zemax),
+            ("RDM;LEN \"x\"\n", Format::CodeV),
+            ("! old\nlen\ntit 'x'\n", Format::CodeV),
+            (" {\"surfaces\": []}", Format::Json),
+            ("{\"surfaces\": [{\"semi_aperture\": 1}]}", Format::IsetJson),
+            ("", Format::Columns),
+        ] {
+            let source = Arc::new(Source::new("any.name", text.as_bytes().to_vec()));
+            assert_eq!(format(&source).unwrap(), format_, "{text}");
+        }
+        for text in [
+            "CC a\nNM A 2\nCD 1 2\n",
+            "Copied by leave.\r\nCC a\nNM A 2\nCD 1 2\n",
+        ] {
+            let agf = Source::new("a.agf", text.as_bytes().to_vec());
+            let error = format(&Arc::new(agf)).unwrap_err();
+            assert!(error.message.contains("glass catalogue"));
+        }
+    }
+
+    #[test]
+    fn what_is_no_prescription_or_not_read_is_refused_by_name() {
+        for (text, says, at) in [
+            (
+                "// OSLO 6\nLEN NEW \"a\" 50 7\nAIR\nNXT\nRD 21\n",
+                "OSLO",
+                (2, 1),
+            ),
+            ("ab\ncd\0\u{1}", "not text", (2, 3)),
+        ] {
+            let source = Arc::new(Source::new("a", text.as_bytes().to_vec()));
+            let error = read(&source, &mut Sink::new()).unwrap_err();
+            assert!(error.message.contains(says), "{error}");
+            assert_eq!(error.location().1, Some(at), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_zoom_position_that_is_not_there_is_told_at_the_list_of_those_that_are() {
+        let place = |name: &str| {
+            let lens = crate::lens::Lens::named(name).unwrap();
+            let error = lens.at_zoom(9).unwrap_err();
+            let error = crate::lens::at_zoom_list(error, name);
+            let (file, at) = error.location();
+            (file.unwrap().to_owned(), at.unwrap())
+        };
+        let (file, (line, column)) = place("canon-70-200");
+        assert_eq!(file, "lenses/zoom/canon-70-200.json");
+        assert!(line > 5 && column == 2, "{line}:{column}");
+        assert_eq!(place("double-gauss").1, (1, 1));
+    }
+
+    /// Files with bytes lost, doubled and changed: each is a lens or a message.
+    #[test]
+    fn a_damaged_file_is_a_message_and_never_a_panic() {
+        let seq = "RDM;LEN\nTITLE 'a'\nDIM M\nEPD 5\nYAN 0 10\nPRV\n PWL 700 486\n 'X' 1.5 1.6\nEND\n\
+                   SO 0 1e9\nS 50 3 NBK7_SCHOTT\n CIR 9\n STO\nS -40 2 517642\n ASP; K -1; A 1e-6\n\
+                   S -90 95\n CIR 8\nZOO 2\nZOO THI S2 1 2\nSI 0 0\nGO\n";
+        let mut texts = vec![seq.to_owned()];
+        for name in ["double-gauss", "canon-70-200", "phone"] {
+            let lens = crate::lens::Lens::named(name).unwrap();
+            for target in [
+                write::Target::Columns,
+                write::Target::Zemax,
+                write::Target::Json,
+            ] {
+                texts.extend(write::write(lens.prescription(), target).map(|(text, _)| text));
+            }
+        }
+        let mut state = 1_u64;
+        let mut random = |below: usize| {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 33) as usize % below.max(1)
+        };
+        let mut read_well = 0;
+        for round in 0..1500 {
+            let mut bytes = texts[round % texts.len()].clone().into_bytes();
+            for _ in 0..=random(4) {
+                let at = random(bytes.len());
+                match random(4) {
+                    0 => bytes.truncate(at),
+                    1 => bytes[at] = b"-0.9e;&\"\n{}[],x \xff\0"[random(18)],
+                    2 => drop(bytes.drain(at..(at + random(40)).min(bytes.len()))),
+                    _ => bytes.insert(at, bytes[at]),
+                }
+                if bytes.is_empty() {
+                    break;
+                }
+            }
+            let source = Arc::new(Source::new("damaged", bytes));
+            read_well += usize::from(read(&source, &mut Sink::new()).is_ok());
+        }
+        assert!(read_well > 100, "{read_well}");
+    }
+}

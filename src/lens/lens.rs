@@ -1,0 +1,222 @@
+//! A lens made ready for tracing.
+
+use glam::DVec2;
+
+use super::glass::coating::Coating;
+use super::glass::medium::D_LINE;
+use super::optics::first_order::FirstOrder;
+use super::prescription::{Iris, Prescription};
+use super::surface::{Plane, Surface};
+use super::trace::element::Element;
+use super::trace::ray::{LensRay, Loss, RayPath, Toward};
+use super::trace::tracer::Course;
+use crate::diag::{Diagnostic, Result};
+use crate::math::Mm;
+
+/// A prescription made ready for tracing.
+#[derive(Clone, Debug)]
+pub struct Lens {
+    prescription: Prescription,
+    wavelength_nm: f64,
+    elements: Vec<Element>,
+    first_order: FirstOrder,
+    /// Whether any surface does.
+    reflects: bool,
+}
+
+impl Lens {
+    /// Makes a lens of a prescription, at the d line.
+    pub fn new(prescription: Prescription) -> Self {
+        Self::at(prescription, D_LINE)
+    }
+
+    fn at(prescription: Prescription, wavelength_nm: f64) -> Self {
+        let indices = prescription.indices(wavelength_nm);
+        let mut z = 0.0;
+        let mut elements = Vec::with_capacity(prescription.surfaces.len());
+        for (i, surface) in prescription.surfaces.iter().enumerate() {
+            let mut element = Element::new(surface, z, indices[i], indices[i + 1]);
+            if surface.is_stop {
+                element.set_hole(prescription.iris.outline(surface.semi_diameter));
+            }
+            elements.push(element);
+            z += surface.thickness;
+        }
+        let first_order = FirstOrder::of(&prescription, &indices, Plane::Y);
+        let reflects = |s: &Surface| s.coating != Coating::Ideal;
+        Self {
+            reflects: prescription.surfaces.iter().any(reflects),
+            prescription,
+            wavelength_nm,
+            elements,
+            first_order,
+        }
+    }
+
+    pub fn name(&self) -> &str {
+        &self.prescription.name
+    }
+
+    pub fn prescription(&self) -> &Prescription {
+        &self.prescription
+    }
+
+    /// The wavelength that rays are traced at, in nanometers.
+    pub fn wavelength(&self) -> f64 {
+        self.wavelength_nm
+    }
+
+    /// The same lens for another wavelength.
+    pub fn at_wavelength(&self, wavelength_nm: f64) -> Self {
+        Self::at(self.prescription.clone(), wavelength_nm)
+    }
+
+    /// The same lens with every length multiplied: the paper's `-z`.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self::at(self.prescription.scaled(factor), self.wavelength_nm)
+    }
+
+    /// The same lens at another focal length. An afocal lens has none to scale.
+    pub fn scaled_to(&self, efl: Mm) -> Result<Self> {
+        let factor = efl.0 / self.first_order.efl();
+        if !(factor > 0.0 && factor.is_finite()) {
+            return Err(Diagnostic::error(format!(
+                "`{}` has a focal length of {} mm and can't be scaled to {} mm",
+                self.name(),
+                self.first_order.efl(),
+                efl.0
+            ))
+            .with_help("scale by a factor greater than 0 instead"));
+        }
+        Ok(self.scaled(factor))
+    }
+
+    /// The same lens with its stop closed (or opened) to a semi-diameter in millimeters.
+    pub fn with_stop(&self, semi_diameter: Mm) -> Result<Self> {
+        let Some(stop) = self.first_order.stop else {
+            return Err(
+                Diagnostic::error(format!("`{}` has no stop to close", self.name()))
+                    .with_help("give one of its surfaces an aperture"),
+            );
+        };
+        if !(semi_diameter.0 > 0.0 && semi_diameter.0.is_finite()) {
+            return Err(Diagnostic::error(format!(
+                "a stop can't have a semi-diameter of {} mm",
+                semi_diameter.0
+            ))
+            .with_help("give a length greater than 0"));
+        }
+        let mut prescription = self.prescription.clone();
+        prescription.surfaces[stop].semi_diameter = semi_diameter.0;
+        Ok(Self::at(prescription, self.wavelength_nm))
+    }
+
+    /// The same lens stopped down to an f-number: focal length over the diameter of the entrance
+    /// pupil. The stop does not open wider than the prescription's.
+    pub fn at_f_number(&self, f_number: f64) -> Result<Self> {
+        let widest = self.first_order.f_number();
+        let (Some(widest), Some(stop)) = (widest, self.first_order.stop) else {
+            return Err(
+                Diagnostic::error(format!("`{}` has no f-number", self.name()))
+                    .with_help("an afocal lens, or one without apertures, has none"),
+            );
+        };
+        if !(f_number.is_finite() && f_number >= widest * (1.0 - 1e-3)) {
+            return Err(
+                Diagnostic::error(format!("`{}` can't open to f/{f_number}", self.name()))
+                    .with_help(format!("its widest is f/{widest:.2}")),
+            );
+        }
+        let full = self.prescription.surfaces[stop].semi_diameter;
+        self.with_stop(Mm(full * (widest / f_number).min(1.0)))
+    }
+
+    pub fn first_order(&self) -> &FirstOrder {
+        &self.first_order
+    }
+
+    /// First-order data in the x plane, which differs for cylinders and toroids.
+    pub fn first_order_in(&self, plane: Plane) -> FirstOrder {
+        FirstOrder::of(
+            &self.prescription,
+            &self.prescription.indices(self.wavelength_nm),
+            plane,
+        )
+    }
+
+    /// From the first vertex to the last, in millimeters: the z of the rear vertex.
+    pub fn length(&self) -> f64 {
+        self.elements.last().map_or(0.0, |e| e.vertex_z)
+    }
+
+    /// The same lens at one of its tabulated zoom positions, from 0.
+    pub fn at_zoom(&self, position: usize) -> Result<Self> {
+        Ok(self.with(self.prescription.at_zoom(position)?))
+    }
+
+    /// The edges of the stop's hole, if it is not round; see [`trace::Element::edges`].
+    pub(crate) fn iris_edges(&self) -> &[DVec2] {
+        let mut edges = self.elements.iter().map(|element| &*element.edges);
+        edges.find(|edges| !edges.is_empty()).unwrap_or(&[])
+    }
+
+    /// Whether light finds the same in every plane through the axis.
+    pub(crate) fn is_rotational(&self) -> bool {
+        let mut surfaces = self.prescription.surfaces.iter();
+        self.iris_edges().is_empty() && surfaces.all(|s| s.shape.is_rotational())
+    }
+
+    /// The same lens with another hole in its stop.
+    pub fn with_iris(&self, iris: Iris) -> Self {
+        self.with(Prescription {
+            iris,
+            ..self.prescription.clone()
+        })
+    }
+
+    /// The same lens with this on every surface.
+    pub fn with_coating(&self, coating: Coating) -> Self {
+        self.with(self.prescription().clone().with_coating(coating))
+    }
+
+    /// Whether any surface reflects, so that rays lose some of their light.
+    pub fn reflects(&self) -> bool {
+        self.reflects
+    }
+
+    /// Another prescription at the same wavelength.
+    pub(crate) fn with(&self, prescription: Prescription) -> Self {
+        Self::at(prescription, self.wavelength_nm)
+    }
+
+    /// Traces a ray from the scene to the film side.
+    pub fn trace_from_scene(&self, ray: &LensRay) -> std::result::Result<LensRay, Loss> {
+        self.course(Toward::Film, true).follow(*ray, |_, _| {})
+    }
+
+    /// Traces a ray from the film side into the scene.
+    pub fn trace_from_film(&self, ray: &LensRay) -> std::result::Result<LensRay, Loss> {
+        self.course(Toward::Scene, true).follow(*ray, |_, _| {})
+    }
+
+    /// Traces a ray and keeps its hits; `apertures` off lets it pass outside the semi-diameters.
+    pub fn trace_path(&self, ray: &LensRay, toward: Toward, apertures: bool) -> RayPath {
+        let mut hits = Vec::with_capacity(self.elements.len());
+        let outcome = self
+            .course(toward, apertures)
+            .follow(*ray, |_, hit| hits.push(hit));
+        RayPath { outcome, hits }
+    }
+
+    pub(super) fn elements(&self) -> &[Element] {
+        &self.elements
+    }
+
+    pub(super) fn course(&self, toward: Toward, apertures: bool) -> Course<'_> {
+        Course {
+            elements: &self.elements,
+            toward,
+            apertures,
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Lenses by name or by path: those that come with the program, and files.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::formats::origin;
+use super::formats::read::{self, Reading};
+use super::lens::Lens;
+use crate::diag::{Diagnostic, Result, Sink, Source, nearest};
+
+mod shipped {
+    include!(concat!(env!("OUT_DIR"), "/lenses.rs"));
+}
+
+impl Lens {
+    /// Opens a lens by the name of a shipped one or by the path of a file.
+    pub fn open(name_or_path: impl AsRef<Path>) -> Result<Self> {
+        Self::open_with(name_or_path, &mut Sink::new())
+    }
+
+    /// The same, with the reader's warnings.
+    pub fn open_with(name_or_path: impl AsRef<Path>, sink: &mut Sink) -> Result<Self> {
+        Self::open_as(name_or_path, &Reading::default(), sink)
+    }
+
+    /// The same, with glass catalogues and habits of reading of one's own.
+    pub fn open_as(name_or_path: impl AsRef<Path>, how: &Reading, sink: &mut Sink) -> Result<Self> {
+        let source = source(name_or_path.as_ref())?;
+        read::read_with(&source, how, sink).map(Self::new)
+    }
+
+    /// A shipped lens by name, wherever the program runs.
+    pub fn named(name: &str) -> Result<Self> {
+        read::read(&shipped_source(name)?, &mut Sink::new()).map(Self::new)
+    }
+}
+
+/// The text of a shipped lens, or of a file.
+fn source(path: &Path) -> Result<Arc<Source>> {
+    let word = path.to_string_lossy();
+    let is_word = !word.contains(['/', '\\']);
+    let is_shipped = (is_word || word.starts_with("lenses/")) && shipped_text(&word).is_some();
+    if !path.exists() && (is_shipped || (is_word && !word.contains('.'))) {
+        return shipped_source(&word);
+    }
+    let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+    Ok(Arc::new(Source::new(word.into_owned(), bytes)))
+}
+
+fn shipped_source(name: &str) -> Result<Arc<Source>> {
+    let Some((file, text)) = shipped_text(name) else {
+        let error = Diagnostic::error(format!("there is no lens named `{name}`"));
+        let help = match nearest(name, shipped_names()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!(
+                "there are {}",
+                shipped_names().collect::<Vec<_>>().join(", ")
+            ),
+        };
+        return Err(error.with_help(help));
+    };
+    let bytes = text.as_bytes().to_vec();
+    Ok(Arc::new(Source::new(format!("lenses/{file}"), bytes)))
+}
+
+/// Says where the file of a lens lists its zoom positions, if it does, or begins: for a message
+/// about one that is not there.
+pub fn at_zoom_list(error: Box<Diagnostic>, name_or_path: impl AsRef<Path>) -> Box<Diagnostic> {
+    match source(name_or_path.as_ref()) {
+        Ok(source) => origin::at_zoom_list(error, &source),
+        Err(_) => error,
+    }
+}
+
+/// The names of the lenses in the binary, sorted.
+pub fn shipped_names() -> impl Iterator<Item = &'static str> {
+    shipped::LENSES.iter().map(|(file, _)| stem(file))
+}
+
+/// The file name and text of a shipped lens, by its name with or without folder and ending.
+fn shipped_text(name: &str) -> Option<(&'static str, &'static str)> {
+    let name = name.strip_prefix("lenses/").unwrap_or(name);
+    let last = |file: &'static str| file.rsplit('/').next().unwrap_or(file);
+    shipped::LENSES
+        .iter()
+        .find(|(file, _)| *file == name || last(file) == name || stem(file) == name)
+        .copied()
+}
+
+/// `wide-angle` of `folder/wide-angle.dat`.
+fn stem(file: &str) -> &str {
+    let name = file.rsplit('/').next().unwrap_or(file);
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+}

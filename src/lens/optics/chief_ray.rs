@@ -1,0 +1,169 @@
+//! Chief rays, and the distortion that they show.
+//!
+//! Film points are in millimeters from the axis, on a film at a z from the front vertex.
+
+use glam::{DVec2, DVec3};
+
+use crate::lens::lens::Lens;
+use crate::lens::surface::Plane;
+use crate::lens::trace::ray::{LensRay, Toward};
+
+/// Where a chief ray leaves the lens and how its image lies against two ideal projections.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distortion {
+    /// The angle to the axis in scene space, in radians; more than π/2 in some fish-eyes.
+    pub angle: f64,
+    /// The image height over f tan θ, less 1; NaN from 90 degrees on.
+    pub f_tan: f64,
+    /// The image height over f θ, less 1.
+    pub f_theta: f64,
+}
+
+impl Lens {
+    /// The ray from a film point that passes through the center of the stop, in scene space:
+    /// its origin is on the front surface. Semi-diameters do not block it.
+    pub fn chief_ray(&self, film: DVec2, film_z: f64) -> Option<LensRay> {
+        let stop = self.first_order().stop?;
+        let exit = self.first_order().exit_pupil;
+        // Aimed at the paraxial exit pupil first, or along the axis if that is at infinity.
+        let rear_z = self.length();
+        let toward = exit.map_or(0.0, |p| (film_z - rear_z) / (film_z - p.z));
+        let mut aim = DVec2::ZERO;
+        // Out from the axis in steps, each starting from the last: a fish-eye's chief rays are
+        // far from paraxial at the edge of its field.
+        const STEPS: usize = 8;
+        for step in 1..=STEPS {
+            let share = step as f64 / STEPS as f64;
+            let target = share * film;
+            let grown = if step == 1 {
+                target * (1.0 - toward)
+            } else {
+                aim * (step as f64 / (step - 1) as f64)
+            };
+            aim = self.aim_at_stop(target, film_z, stop, grown)?;
+        }
+        self.course(Toward::Scene, false)
+            .follow(self.film_ray(film, film_z, aim), |_, _| {})
+            .ok()
+    }
+
+    /// Newton's iteration, with differences, for the aim whose ray meets the stop's center.
+    fn aim_at_stop(&self, film: DVec2, film_z: f64, stop: usize, start: DVec2) -> Option<DVec2> {
+        let miss = |aim: DVec2| self.stop_hit(film, film_z, stop, aim);
+        let scale = self
+            .first_order()
+            .exit_pupil
+            .map_or(1.0, |p| p.semi_diameter)
+            .max(1e-3);
+        let step = 1e-5 * scale;
+        let mut aim = start;
+        let mut at = miss(aim)?;
+        let mut stalled = 0;
+        for _ in 0..60 {
+            let dx = (miss(aim + step * DVec2::X)? - miss(aim - step * DVec2::X)?) / (2.0 * step);
+            let dy = (miss(aim + step * DVec2::Y)? - miss(aim - step * DVec2::Y)?) / (2.0 * step);
+            let determinant = dx.perp_dot(dy);
+            let change = DVec2::new(at.perp_dot(dy), dx.perp_dot(at)) / determinant;
+            if !change.is_finite() {
+                return None;
+            }
+            let mut part = 1.0;
+            let (next, value) = loop {
+                let next = aim - part * change;
+                match miss(next) {
+                    Some(value) if value.length() < at.length() => break (next, value),
+                    _ if part < 1e-3 => break (aim, at),
+                    _ => part *= 0.5,
+                }
+            };
+            stalled = if value.length() < 0.5 * at.length() {
+                0
+            } else {
+                stalled + 1
+            };
+            (aim, at) = (next, value);
+            if at == DVec2::ZERO || stalled > 2 {
+                break;
+            }
+        }
+        (at.length() < 1e-9 * scale).then_some(aim)
+    }
+
+    /// Where the ray from a film point to an aim on the rear vertex plane meets the stop.
+    fn stop_hit(&self, film: DVec2, film_z: f64, stop: usize, aim: DVec2) -> Option<DVec2> {
+        let mut found = None;
+        let ray = self.film_ray(film, film_z, aim);
+        let course = self.course(Toward::Scene, false);
+        // A ray lost in front of the stop has passed it all the same.
+        let _ = course.follow(ray, |surface, hit| {
+            if surface == stop {
+                found = Some(hit.truncate());
+            }
+        });
+        found
+    }
+
+    fn film_ray(&self, film: DVec2, film_z: f64, aim: DVec2) -> LensRay {
+        let origin = film.extend(film_z);
+        LensRay {
+            origin,
+            direction: aim.extend(self.length()) - origin,
+        }
+    }
+
+    /// The distortion at a film point on the y axis, or on the x axis.
+    pub fn distortion(&self, plane: Plane, height: f64, film_z: f64) -> Option<Distortion> {
+        let axis = if plane == Plane::X {
+            DVec2::X
+        } else {
+            DVec2::Y
+        };
+        let chief = self.chief_ray(height * axis, film_z)?;
+        let angle = angle_of(chief.direction);
+        let f = self.first_order_in(plane).focal?.front_efl;
+        let half_turn = std::f64::consts::FRAC_PI_2;
+        let f_tan = if angle < half_turn {
+            f * libm::tan(angle)
+        } else {
+            f64::NAN
+        };
+        Some(Distortion {
+            angle,
+            f_tan: height.abs() / f_tan.abs() - 1.0,
+            f_theta: height.abs() / (f * angle).abs() - 1.0,
+        })
+    }
+
+    /// The height on the y axis of the film where the chief ray of a scene angle arrives, from a
+    /// height near it. At another wavelength than the film was placed for it shows lateral
+    /// colour.
+    pub fn image_height(&self, angle: f64, near: f64, film_z: f64) -> Option<f64> {
+        let at = |h: f64| {
+            let chief = self.chief_ray(DVec2::new(0.0, h), film_z)?;
+            Some(angle_of(chief.direction) - angle)
+        };
+        let (mut a, mut b) = (near, near * (1.0 + 1e-4));
+        let (mut fa, mut fb) = (at(a)?, at(b)?);
+        for _ in 0..40 {
+            if fb == fa || fb == 0.0 {
+                break;
+            }
+            let next = b - fb * (b - a) / (fb - fa);
+            if !next.is_finite() {
+                return None;
+            }
+            let settled = (next - b).abs() <= 1e-15 * b.abs();
+            (a, fa, b) = (b, fb, next);
+            if settled {
+                break;
+            }
+            fb = at(b)?;
+        }
+        Some(b)
+    }
+}
+
+/// The angle between a ray into the scene and the axis.
+fn angle_of(direction: DVec3) -> f64 {
+    libm::atan2(direction.truncate().length(), -direction.z)
+}

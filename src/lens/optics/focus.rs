@@ -1,0 +1,435 @@
+//! Where the film goes, or the lens, so that a distance is in focus.
+//!
+//! Two methods, both from the paper. The film moves and the lens stays with its front vertex at
+//! the eye (the default, and what the 1999 program did): the distance is from the front vertex.
+//! Or the film stays and the whole lens moves (Kolb's quadratic, equation 5): the distance is
+//! from the film, as on the scale of a real camera.
+
+use thiserror::Error;
+
+use super::first_order::{FirstOrder, Focal};
+use crate::diag::Diagnostic;
+use crate::lens::lens::Lens;
+use crate::math::{Meters, Mm};
+
+/// What moves when the lens is focused.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FocusMethod {
+    /// The film, by the lens equation; distances are from the front vertex.
+    #[default]
+    Film,
+    /// The whole lens, by equation 5; distances are from the film.
+    Lens,
+    /// The focusing group of the prescription; the film stays where infinity has it, and
+    /// distances are from the front vertex. Only [`Lens::focused`] can do it.
+    Group,
+    /// The film, to the least spot of real rays instead of the paraxial image; distances are
+    /// from the front vertex. It needs rays too: [`Lens::focused`].
+    Best,
+}
+
+impl FocusMethod {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Film => "film",
+            Self::Lens => "lens",
+            Self::Group => "group",
+            Self::Best => "best",
+        }
+    }
+}
+
+/// A lens in focus. Millimeters, z from the front vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Focus {
+    pub method: FocusMethod,
+    /// From the front vertex (film moved) or from the film (lens moved); infinite is legal.
+    pub distance: f64,
+    pub film_z: f64,
+    /// Image height over object height, negative where the image is upside down.
+    pub magnification: f64,
+    /// From the rear principal plane to the film: the z of the paper's equations 6 and 7.
+    pub image_distance: f64,
+    /// How far the focused part has moved from its place at infinity: the film backward, or the
+    /// lens forward (the T of equation 5).
+    pub extension: f64,
+}
+
+impl Focus {
+    /// The height angle of the whole film by equation 7, θ = 2 atan(h/z), in radians; `height`
+    /// is half of the film's height, 12 mm in the paper.
+    pub fn height_angle(&self, height: f64) -> f64 {
+        2.0 * libm::atan(height / self.image_distance.abs())
+    }
+}
+
+/// Why a distance cannot be in focus. Distances are in millimeters, counted as they were given.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum FocusFault {
+    #[error("the focus distance is not a positive number")]
+    NotADistance,
+    #[error("the lens has no focal length (it is afocal)")]
+    Afocal,
+    #[error("the object is at the front focal point: its image is at infinity")]
+    ObjectAtFocalPoint { nearest: f64 },
+    #[error("the object is inside the front focal point: its image is virtual")]
+    VirtualImage { nearest: f64 },
+    #[error("the object is nearer than the lens can be moved for")]
+    TooNear { nearest: f64 },
+    #[error("the prescription has no focusing group")]
+    NoGroup,
+    #[error("no rays get through to focus by")]
+    NoRays,
+    #[error("the image is inside the lens: the film would stand in the glass")]
+    FilmInsideLens { film_z: f64, nearest: Option<f64> },
+}
+
+impl FocusFault {
+    /// The nearest distance that does focus, in millimeters, where there is one.
+    pub fn nearest(self) -> Option<f64> {
+        match self {
+            Self::ObjectAtFocalPoint { nearest }
+            | Self::VirtualImage { nearest }
+            | Self::TooNear { nearest } => Some(nearest),
+            Self::FilmInsideLens { nearest, .. } => nearest,
+            Self::NotADistance | Self::Afocal | Self::NoGroup | Self::NoRays => None,
+        }
+    }
+
+    /// One word for the machine-readable face.
+    pub fn kind(self) -> &'static str {
+        match self {
+            Self::NotADistance => "not_a_distance",
+            Self::Afocal => "afocal",
+            Self::ObjectAtFocalPoint { .. } => "object_at_focal_point",
+            Self::VirtualImage { .. } => "virtual_image",
+            Self::TooNear { .. } => "too_near",
+            Self::FilmInsideLens { .. } => "film_inside_lens",
+            Self::NoGroup => "no_group",
+            Self::NoRays => "no_rays",
+        }
+    }
+
+    pub fn diagnostic(self, lens: &str) -> Box<Diagnostic> {
+        let help = match self {
+            Self::NotADistance => "give a distance in meters, such as 1.2, or `inf`".to_owned(),
+            Self::NoGroup => "move the film or the whole lens instead".to_owned(),
+            Self::NoRays => "open the stop, or focus by the paraxial image".to_owned(),
+            Self::Afocal => "an afocal lens makes no image on a film".to_owned(),
+            Self::FilmInsideLens {
+                nearest: Some(near),
+                ..
+            } => {
+                format!(
+                    "distances up to {} focus behind the lens",
+                    meters(near, f64::floor)
+                )
+            }
+            Self::FilmInsideLens { nearest: None, .. } => {
+                "no real object is imaged behind this lens".to_owned()
+            }
+            _ => match self.nearest() {
+                Some(near) if near.is_infinite() => "only infinity works".to_owned(),
+                Some(near) => {
+                    format!(
+                        "the nearest distance that works is {}",
+                        meters(near, f64::ceil)
+                    )
+                }
+                None => String::new(),
+            },
+        };
+        Diagnostic::error(format!("`{lens}`: {self}")).with_help(help)
+    }
+}
+
+/// Millimeters as meters with four digits, rounded to the side on which the printed distance works.
+fn meters(length: f64, round: fn(f64) -> f64) -> String {
+    let unit = libm::pow(10.0, libm::floor(libm::log10(length.abs().max(1e-9))) - 3.0);
+    format!(
+        "{} m",
+        (round(length / unit) * unit / 1000.0 * 1e9).round() / 1e9
+    )
+}
+
+impl Lens {
+    /// Where the film goes for an object at a distance, see [`FocusMethod`]. A focusing group
+    /// changes the lens itself; [`Self::focused`] gives it too.
+    pub fn focus(&self, method: FocusMethod, distance: Meters) -> Result<Focus, FocusFault> {
+        let distance = Mm::from(distance).0;
+        match method {
+            FocusMethod::Film | FocusMethod::Lens => focus(self.first_order(), method, distance),
+            _ if !(distance > 0.0) => Err(FocusFault::NotADistance),
+            FocusMethod::Best => move_film_to_best(self, distance),
+            FocusMethod::Group => move_group(self, distance).map(|(_, focus)| focus),
+        }
+    }
+
+    /// The lens as it is when focused, and where its film is.
+    pub fn focused(
+        &self,
+        method: FocusMethod,
+        distance: Meters,
+    ) -> Result<(Self, Focus), FocusFault> {
+        match method {
+            FocusMethod::Group if distance.0 > 0.0 => move_group(self, Mm::from(distance).0),
+            _ => self
+                .focus(method, distance)
+                .map(|focus| (self.clone(), focus)),
+        }
+    }
+}
+
+/// Focuses from first-order data alone, moving the film or the whole lens. A method that needs
+/// more than those moves the film.
+pub fn focus(optics: &FirstOrder, method: FocusMethod, distance: f64) -> Result<Focus, FocusFault> {
+    if !(distance > 0.0) {
+        return Err(FocusFault::NotADistance);
+    }
+    let focal = optics.focal.ok_or(FocusFault::Afocal)?;
+    match method {
+        FocusMethod::Lens => move_lens(optics, &focal, distance),
+        _ => move_film(optics, &focal, distance),
+    }
+}
+
+/// The lens equation in Newton's form, x x' = f f': counted from the focal points, so that a
+/// distance of 1e9 m still moves the film by its 1e-9 mm.
+fn move_film(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus, FocusFault> {
+    let x = distance + focal.ffl;
+    let range = focal.efl * focal.front_efl;
+    let nearest = nearest_for_film(focal);
+    // A few rounding errors of the sum from the focal point is the focal point.
+    if x.abs() <= 4.0 * f64::EPSILON * (distance.min(1e300) + focal.ffl.abs()) {
+        return Err(FocusFault::ObjectAtFocalPoint { nearest });
+    }
+    if x < 0.0 {
+        return Err(FocusFault::VirtualImage { nearest });
+    }
+    let extension = range / x;
+    let film_z = focal.rear_focal_point + extension;
+    if film_z < optics.length {
+        // Moving the object nearer moves the image back; solve film_z = length for the distance.
+        let nearest = (focal.bfl < 0.0).then(|| range / -focal.bfl - focal.ffl);
+        let nearest = nearest.filter(|d| *d > 0.0);
+        return Err(FocusFault::FilmInsideLens { film_z, nearest });
+    }
+    Ok(Focus {
+        method: FocusMethod::Film,
+        distance,
+        film_z,
+        magnification: -focal.front_efl / x,
+        image_distance: focal.efl + extension,
+        extension,
+    })
+}
+
+/// Just outside the front focal point, by a thousandth of the focal length.
+fn nearest_for_film(focal: &Focal) -> f64 {
+    (1e-3 * focal.front_efl.abs() - focal.ffl).max(0.0)
+}
+
+/// Equation 5, T² + T(2f + t − D) + f² = 0, by its smaller root.
+///
+/// With b = D − t − 2f the root is 2f²/(b + √((b − 2f)(b + 2f))); the plain difference gives
+/// exactly 0 for an object at 1e9 m. Written for a lens in one medium, as in the paper; indices
+/// that differ enter as f f'.
+fn move_lens(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus, FocusFault> {
+    let t = focal.rear_principal_plane - focal.front_principal_plane;
+    let extension = if distance.is_infinite() {
+        0.0
+    } else {
+        let (f, g) = (focal.efl, focal.front_efl);
+        // From F to the object plus from F' to the film: x + T with x T = f g.
+        let b = distance - t - f - g;
+        let twice = 2.0 * (f * g).sqrt();
+        if !(b >= twice) {
+            return Err(FocusFault::TooNear {
+                nearest: t + f + g + twice,
+            });
+        }
+        2.0 * f * g / (b + ((b - twice) * (b + twice)).sqrt())
+    };
+    let film_z = focal.rear_focal_point + extension;
+    if film_z < optics.length {
+        return Err(FocusFault::FilmInsideLens {
+            film_z,
+            nearest: None,
+        });
+    }
+    Ok(Focus {
+        method: FocusMethod::Lens,
+        distance,
+        film_z,
+        magnification: -extension / focal.efl,
+        image_distance: focal.efl + extension,
+        extension,
+    })
+}
+
+/// Moves the focusing group until the film of infinity is in focus again, and gives the lens
+/// with its gaps changed. The group stays between its neighbours.
+fn move_group(lens: &Lens, distance: f64) -> Result<(Lens, Focus), FocusFault> {
+    let group = lens.prescription().focus_group.ok_or(FocusFault::NoGroup)?;
+    let film = |lens: &Lens, distance| focus(lens.first_order(), FocusMethod::Film, distance);
+    let rest = film(lens, f64::INFINITY)?.film_z;
+    let surfaces = &lens.prescription().surfaces;
+    let focal = lens.first_order().focal.ok_or(FocusFault::Afocal)?;
+    // How far it may go: to its neighbours, and in front or behind by half a focal length.
+    let free = 0.5 * focal.efl.abs();
+    let before = group
+        .first
+        .checked_sub(1)
+        .map_or(free, |i| surfaces[i].thickness);
+    let is_last = group.last + 1 == surfaces.len();
+    let after = if is_last {
+        free.min(focal.bfl)
+    } else {
+        surfaces[group.last].thickness
+    };
+    let moved = |shift: f64| -> Lens {
+        let mut prescription = lens.prescription().clone();
+        if let Some(i) = group.first.checked_sub(1) {
+            prescription.surfaces[i].thickness += shift;
+        }
+        if !is_last {
+            prescription.surfaces[group.last].thickness -= shift;
+        }
+        lens.with(prescription)
+    };
+    // z counts from the front vertex, which goes along if the group is in front.
+    let film_at = |shift: f64| if group.first == 0 { rest - shift } else { rest };
+    let error = |shift: f64, distance: f64| {
+        let there = film(&moved(shift), distance).ok()?;
+        Some(there.film_z - film_at(shift))
+    };
+    let solve = |distance: f64| -> Option<f64> {
+        const STEPS: i32 = 200;
+        let way = |sign: f64, reach: f64| -> Option<f64> {
+            let place = |i: i32| sign * reach * f64::from(i) / f64::from(STEPS);
+            let mut last = error(0.0, distance)?;
+            for i in 1..=STEPS {
+                let next = error(place(i), distance)?;
+                if last == 0.0 || last.signum() != next.signum() {
+                    return bisect(place(i - 1), place(i), |shift| error(shift, distance));
+                }
+                last = next;
+            }
+            None
+        };
+        let (near, far) = (way(1.0, after), way(-1.0, before));
+        [near, far]
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| a.abs().total_cmp(&b.abs()))
+    };
+    if distance.is_finite() {
+        let Some(shift) = solve(distance) else {
+            let works = |d: &f64| solve(*d).is_some();
+            let farther = (1..60).map(|i| distance * libm::pow(1.25, f64::from(i)));
+            let Some(mut near) = farther.into_iter().find(works) else {
+                return Err(FocusFault::TooNear {
+                    nearest: f64::INFINITY,
+                });
+            };
+            let mut too_near = near / 1.25;
+            for _ in 0..20 {
+                let middle = 0.5 * (near + too_near);
+                if works(&middle) {
+                    near = middle
+                } else {
+                    too_near = middle
+                }
+            }
+            return Err(FocusFault::TooNear { nearest: near });
+        };
+        let there = moved(shift);
+        let at = film(&there, distance)?;
+        let focus = Focus {
+            method: FocusMethod::Group,
+            film_z: film_at(shift),
+            extension: -shift,
+            ..at
+        };
+        return Ok((there, focus));
+    }
+    let at = film(lens, distance)?;
+    Ok((
+        lens.clone(),
+        Focus {
+            method: FocusMethod::Group,
+            ..at
+        },
+    ))
+}
+
+/// The root between two places of different sign.
+fn bisect(mut a: f64, mut b: f64, f: impl Fn(f64) -> Option<f64>) -> Option<f64> {
+    let start = f(a)?;
+    if start == 0.0 {
+        return Some(a);
+    }
+    for _ in 0..200 {
+        let middle = 0.5 * (a + b);
+        if middle == a || middle == b {
+            break;
+        }
+        if f(middle)?.signum() == start.signum() {
+            a = middle
+        } else {
+            b = middle
+        }
+    }
+    Some(0.5 * (a + b))
+}
+
+/// Moves the film to the least spot on the axis by real rays.
+fn move_film_to_best(lens: &Lens, distance: f64) -> Result<Focus, FocusFault> {
+    let paraxial = focus(lens.first_order(), FocusMethod::Film, distance)?;
+    let film_z = lens.best_focus(distance).ok_or(FocusFault::NoRays)?;
+    if film_z < lens.length() {
+        return Err(FocusFault::FilmInsideLens {
+            film_z,
+            nearest: None,
+        });
+    }
+    let shift = film_z - paraxial.film_z;
+    Ok(Focus {
+        method: FocusMethod::Best,
+        film_z,
+        image_distance: paraxial.image_distance + shift,
+        extension: paraxial.extension + shift,
+        ..paraxial
+    })
+}
+
+/// The small root of equation 5 as it stands in the paper, for one f, the distance t between the
+/// principal planes and the distance z from object to film; none nearer than t + 4f.
+pub fn kolb_extension(z: f64, f: f64, t: f64) -> Option<f64> {
+    let b = z - t - 2.0 * f;
+    let (inner, outer) = (b - 2.0 * f, b + 2.0 * f);
+    (inner >= 0.0).then(|| 2.0 * f * f / (b + (inner * outer).sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The exact roots, to 40 digits, of T² + T(2f + t − z) + f² for f = 50, t = −5.
+    #[test]
+    fn the_quadratic_keeps_its_digits_at_any_distance() {
+        // For large z, T = f²/b (1 + f²/b² + 2 f⁴/b⁴ + …) with b = z − t − 2f.
+        for z in [1e4, 1e6, 1e9, 1e12, 1e15] {
+            let b: f64 = z + 5.0 - 100.0;
+            let q = 2500.0 / (b * b);
+            let series = 2500.0 / b * (1.0 + q + 2.0 * q * q + 5.0 * q * q * q);
+            let root = kolb_extension(z, 50.0, -5.0).unwrap();
+            assert!(
+                (root / series - 1.0).abs() < 1e-15,
+                "z = {z}: {root} {series}"
+            );
+        }
+        assert_eq!(kolb_extension(195.0, 50.0, -5.0), Some(50.0));
+        assert_eq!(kolb_extension(194.999, 50.0, -5.0), None);
+    }
+}

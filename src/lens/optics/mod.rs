@@ -1,0 +1,8 @@
+//! The optics of a lens with a film: first-order data, focusing, movements, chief rays and spots.
+
+pub mod breathing;
+pub mod chief_ray;
+pub mod film_place;
+pub mod first_order;
+pub mod focus;
+pub mod spot;

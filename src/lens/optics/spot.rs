@@ -1,0 +1,210 @@
+//! Spots by real rays: the widest beam along the axis, the spot of a point, and the film of least spot.
+
+use glam::{DVec2, DVec3};
+
+use crate::lens::lens::Lens;
+use crate::lens::trace::ray::{LensRay, Loss};
+
+/// A spot: where the rays of one scene point meet the film.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spot {
+    pub points: Vec<DVec2>,
+    pub centroid: DVec2,
+    /// The root mean square distance from the centroid.
+    pub rms: f64,
+    /// The largest distance from the centroid.
+    pub largest: f64,
+    /// The cross-section of the beam that gets through, in mm².
+    pub beam_area: f64,
+    /// How far to move the film for the least `rms`, and that.
+    pub best_shift: f64,
+    pub best_rms: f64,
+}
+
+/// The widest beam along the axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxialBeam {
+    pub height: f64,
+    /// What stops the next higher ray; none where nothing does.
+    pub limit: Option<Loss>,
+    /// The focal length over the beam's diameter.
+    pub f_number: f64,
+}
+
+impl Lens {
+    /// The widest beam along the axis that gets through, from a ray at a time.
+    pub fn axial_beam(&self) -> AxialBeam {
+        let trace = |y: f64| {
+            let start = self
+                .prescription()
+                .surfaces
+                .first()
+                .map_or(0.0, |s| s.thickness.abs());
+            let origin = DVec3::new(0.0, y, -10.0 * (1.0 + start + self.length()));
+            self.trace_from_scene(&LensRay {
+                origin,
+                direction: DVec3::Z,
+            })
+        };
+        let surfaces = &self.prescription().surfaces;
+        let widest = surfaces
+            .iter()
+            .map(|s| s.semi_diameter)
+            .filter(|r| r.is_finite());
+        let widest = 1.5 * widest.fold(0.0, f64::max);
+        let step = widest / 512.0;
+        let lost = (1..=512).find_map(|i| trace(i as f64 * step).err().map(|loss| (i, loss)));
+        let (mut low, mut high, mut limit) = match lost {
+            Some((i, loss)) => ((i - 1) as f64 * step, i as f64 * step, Some(loss)),
+            None => (widest, widest, None),
+        };
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            match trace(middle) {
+                Ok(_) => low = middle,
+                Err(loss) => (high, limit) = (middle, Some(loss)),
+            }
+        }
+        AxialBeam {
+            height: low,
+            limit,
+            f_number: self.first_order().efl().abs() / (2.0 * low),
+        }
+    }
+
+    /// The spot of the point at infinity whose chief ray arrives at a film point: `grid` rays
+    /// across the parallel beam each way, evenly.
+    pub fn spot(&self, film: DVec2, film_z: f64, grid: usize) -> Option<Spot> {
+        let chief = self.chief_ray(film, film_z)?;
+        let direction = -chief.direction;
+        let across = direction.any_orthonormal_vector();
+        let along = direction.cross(across);
+        let widest = self
+            .prescription()
+            .surfaces
+            .iter()
+            .map(|s| s.semi_diameter)
+            .filter(|r| r.is_finite())
+            .fold(0.0, f64::max);
+        let back = 4.0 * (widest + self.length());
+        let start = chief.origin - back * direction;
+        let ray = |a: f64, b: f64| LensRay {
+            origin: start + a * across + b * along,
+            direction,
+        };
+        // The box around what gets through, then the grid in it.
+        let mut reach = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let coarse = 160;
+        let cell = 4.0 * widest / coarse as f64;
+        for j in 0..=coarse {
+            for i in 0..=coarse {
+                let (a, b) = (
+                    i as f64 * cell - 2.0 * widest,
+                    j as f64 * cell - 2.0 * widest,
+                );
+                if self.trace_from_scene(&ray(a, b)).is_ok() {
+                    reach = (reach.0.min(DVec2::new(a, b)), reach.1.max(DVec2::new(a, b)));
+                }
+            }
+        }
+        if reach.0.x > reach.1.x {
+            reach = (DVec2::ZERO, DVec2::ZERO);
+        }
+        let (from, to) = (reach.0 - cell, reach.1 + cell);
+        let step = (to - from) / grid as f64;
+        let mut hits = Vec::new();
+        for j in 0..grid {
+            for i in 0..grid {
+                let place = from + step * (DVec2::new(i as f64, j as f64) + 0.5);
+                if let Ok(out) = self.trace_from_scene(&ray(place.x, place.y)) {
+                    hits.push(out);
+                }
+            }
+        }
+        Some(Spot::of(&hits, film_z, step.x * step.y * hits.len() as f64))
+    }
+
+    /// Where the film is best for an object on the axis: the least root mean square spot of the
+    /// rays themselves, not the paraxial image. `distance` is from the front vertex, in
+    /// millimeters, and may be infinite.
+    pub fn best_focus(&self, distance: f64) -> Option<f64> {
+        let beam = self.axial_beam().height;
+        let pupil = self.first_order().entrance_pupil;
+        let pupil_z = pupil.map_or(0.0, |p| p.z);
+        let mut hits = Vec::new();
+        const RINGS: usize = 64;
+        for i in 0..RINGS {
+            // Rings of equal area, at their middles.
+            let y = beam * ((i as f64 + 0.5) / RINGS as f64).sqrt();
+            let ray = if distance.is_finite() {
+                let origin = -distance * DVec3::Z;
+                LensRay {
+                    origin,
+                    direction: DVec3::new(0.0, y, pupil_z) - origin,
+                }
+            } else {
+                let far = -4.0 * (beam + self.length());
+                LensRay {
+                    origin: DVec3::new(0.0, y, far),
+                    direction: DVec3::Z,
+                }
+            };
+            for turned in [ray, mirrored(&ray)] {
+                hits.extend(self.trace_from_scene(&turned));
+            }
+        }
+        if hits.len() < 8 {
+            return None;
+        }
+        let rear = self.length();
+        let spot = Spot::of(&hits, rear, 0.0);
+        let z = rear + spot.best_shift;
+        z.is_finite().then_some(z)
+    }
+}
+
+/// The same ray turned by a right angle about the axis, for lenses that differ in x and y.
+fn mirrored(ray: &LensRay) -> LensRay {
+    let turn = |v: DVec3| DVec3::new(v.y, v.x, v.z);
+    LensRay {
+        origin: turn(ray.origin),
+        direction: turn(ray.direction),
+    }
+}
+
+impl Spot {
+    /// The spot that rays leaving the lens make on a film.
+    pub fn of(rays: &[LensRay], film_z: f64, beam_area: f64) -> Self {
+        let slopes: Vec<DVec2> = rays
+            .iter()
+            .map(|r| r.direction.truncate() / r.direction.z)
+            .collect();
+        let points: Vec<DVec2> = rays
+            .iter()
+            .zip(&slopes)
+            .map(|(r, slope)| r.origin.truncate() + (film_z - r.origin.z) * *slope)
+            .collect();
+        let n = points.len() as f64;
+        let centroid = points.iter().sum::<DVec2>() / n;
+        let mean_slope = slopes.iter().sum::<DVec2>() / n;
+        let (mut square, mut largest, mut both, mut slope_square) = (0.0, 0.0f64, 0.0, 0.0);
+        for (point, slope) in points.iter().zip(&slopes) {
+            let (p, s) = (*point - centroid, *slope - mean_slope);
+            square += p.length_squared();
+            largest = largest.max(p.length());
+            both += p.dot(s);
+            slope_square += s.length_squared();
+        }
+        let best_shift = -both / slope_square;
+        let least = (square - both * both / slope_square).max(0.0);
+        Self {
+            points,
+            centroid,
+            rms: (square / n).sqrt(),
+            largest,
+            beam_area,
+            best_shift,
+            best_rms: (least / n).sqrt(),
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! The rear-most element as a target of rays.
+
+use std::f64::consts::TAU;
+
+use glam::DVec2;
+
+use super::support::MARGIN;
+use crate::lens::lens::Lens;
+use crate::lens::optics::film_place::FilmPlace;
+use crate::sampling::DiscMap;
+
+/// The disc of the rear-most element, the same from every film point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RearElement {
+    pub radius: f64,
+    pub map: DiscMap,
+}
+
+impl RearElement {
+    pub fn of(lens: &Lens, map: DiscMap) -> Self {
+        let surfaces = &lens.prescription().surfaces;
+        let listed = surfaces.last().map_or(0.0, |s| s.semi_diameter);
+        // A rear element without a listed size: twice the widest that is listed.
+        let widest = surfaces
+            .iter()
+            .map(|s| s.semi_diameter)
+            .filter(|r| r.is_finite());
+        let radius = if listed.is_finite() {
+            listed
+        } else {
+            2.0 * widest.fold(0.0, f64::max)
+        };
+        Self { radius, map }
+    }
+}
+
+/// How far from the axis a ray through the rear surface may cross the rear vertex plane: through
+/// the rim, from the farthest film point.
+pub(super) fn reach_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> f64 {
+    let rear = RearElement::of(lens, DiscMap::Concentric).radius;
+    let film = |k: i32| place.point(film_radius * DVec2::from_angle(TAU * f64::from(k) / 64.0));
+    let (mut near, mut far) = (place.point(DVec2::ZERO).z, 0.0f64);
+    for point in (0..64).map(film) {
+        (near, far) = (near.min(point.z), far.max(point.truncate().length()));
+    }
+    // The part of the way from the rim to the film point at which the vertex plane is crossed.
+    let sag = lens
+        .prescription()
+        .surfaces
+        .last()
+        .map_or(0.0, |s| s.sag(rear));
+    let t = sag / (sag - (near - lens.length()));
+    let reach = match t < 1.0 {
+        true => (1.0 - t).abs() * rear + t.abs() * far,
+        false => rear,
+    };
+    reach.clamp(rear, 100.0 * rear) * (1.0 + MARGIN)
+}

@@ -1,0 +1,58 @@
+//! What is done ray by ray: toroids, and holes that are not round.
+
+use glam::DVec3;
+
+use super::bundle::Bundle;
+use super::step::Step;
+use crate::lens::trace::refraction::refract;
+use crate::math::lanes::LANES;
+
+/// A hole that is not round, ray by ray.
+pub(super) fn iris(step: &Step<'_>, b: &mut Bundle) {
+    for i in 0..LANES {
+        if b.lost[i] == 0.0 && !step.element.is_open_at(DVec3::new(b.x[i], b.y[i], b.z[i])) {
+            b.lost[i] = step.outcome(true, false, true);
+        }
+    }
+}
+
+/// How much of a hole that is not round each ray uses; every edge is a limit of its own.
+pub(super) fn iris_fill(step: &Step<'_>, b: &mut Bundle) {
+    for i in 0..LANES {
+        for (edge, number) in step.element.edges.iter().zip(1u64..) {
+            let share = (edge.x * b.x[i] + edge.y * b.y[i]).max(0.0);
+            b.note_fill(i, share * share, step.number | number << 32);
+        }
+    }
+}
+
+/// Toroids, ray by ray.
+#[inline(always)]
+pub(super) fn one_by_one<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
+    for i in 0..LANES {
+        if b.lost[i] != 0.0 {
+            continue;
+        }
+        let mut ray = b.ray(i);
+        ray.origin.z += step.shift;
+        b.lost[i] = match step.element.meet(ray.origin, ray.direction, step.sign) {
+            None => step.outcome(false, true, true),
+            Some(hit) => {
+                ray.origin = hit.point;
+                let r2 = hit.point.x * hit.point.x + hit.point.y * hit.point.y;
+                if !STOPS {
+                    b.note_fill(i, r2 / step.element.clear, step.number);
+                }
+                match refract(ray.direction, &hit, step.bend, step.sign) {
+                    _ if STOPS && !(r2 <= step.element.clear) => step.outcome(true, false, true),
+                    None => step.outcome(true, true, false),
+                    Some(direction) => {
+                        ray.direction = direction;
+                        b.put(i, &ray);
+                        0.0
+                    }
+                }
+            }
+        };
+    }
+}
