@@ -1,39 +1,16 @@
 //! `ivcam compare SCENE PICTURE --fit FILE.dat`: where the camera stood for an archival picture.
-//!
-//! Starts from the camera and lens of the other flags and refines position, orientation, focal
-//! length and focus until the scene's rendering looks most like the picture.
 
 use std::io::Write;
 use std::path::Path;
 
 use clap::ArgMatches;
-use glam::{DQuat, DVec3};
 
 use super::{render, tell_all, text, written};
-use crate::compare::align;
-use crate::compare::fit::{Fit, Fitted, Half};
-use crate::compare::{Plane, Plate};
+use crate::compare::Plate;
+use crate::compare::camera_fit::CameraFit;
 use crate::diag::{Diagnostic, Result};
-use crate::film::Resolution;
-use crate::math::{Meters, Mm};
 use crate::picture::write_whole;
-use crate::plan::{Era, Optics, Plan, Session};
-use crate::pose::{CameraPose, Projection, axis_angle};
-use crate::render::Exposure;
-
-/// The parameters of a camera: shift and turn in the start's own frame, then logarithms of the
-/// film's distance from a thin lens and of the focus distance. With the film's distance held, focus
-/// only blurs; a longer focal length and a nearer focus would enlarge the picture alike.
-struct Start {
-    plan: Plan,
-    pose: CameraPose,
-    /// In millimeters; a pinhole's for the film's height.
-    efl: f64,
-    /// In meters.
-    focus: f64,
-    /// Of the lens's opening, in millimeters; a pinhole has none.
-    opening: Option<f64>,
-}
+use crate::plan::{Era, Session};
 
 /// Fits, writes the camera, and gives the best rendering.
 pub fn run(
@@ -50,298 +27,19 @@ pub fn run(
                 .with_help("leave it out: the picture is the same without"),
         );
     }
-    let size = plan.resolution;
-    let height = target.height as f64 * f64::from(size.width) / target.width as f64;
-    if (height - f64::from(size.height)).abs() > 1.0 {
-        return Err(Diagnostic::error(format!(
-            "the picture is {}x{}, the rendering {}x{}: their aspects differ",
-            target.width, target.height, size.width, size.height
-        ))
-        .with_help(format!(
-            "give `--size {}x{}`, and `--film` if the film was of another shape",
-            size.width,
-            height.round()
-        )));
-    }
     let quiet = matches.get_flag("quiet");
     let mut session = Session::open(plan)?;
     tell_all(&session.sink);
-    let start = Start::of(&session)?;
-    let count = start.count();
-    let fit = Fit {
-        target,
-        sizes: Fit::pyramid((size.width as usize, size.height as usize)),
-        steps: start.steps(),
-        blur: (count > FOCUS).then_some(FOCUS),
-    };
-    let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
-        draw(&mut session, &start, values, size, half)
-    };
-    let still = vec![0.0; count];
-    let before = fit.cost_of(&still, &mut draw)?;
-    let mut first = still;
-    if let Some(guess) = start.guess(target, &mut draw)
-        && fit.cost_of(&guess, &mut draw).is_ok_and(|c| c < before)
-    {
-        first = guess;
-    }
+    let fit = CameraFit::of(&session)?;
     let mut tell = |(width, height): (usize, usize), cost: f64| {
         if !quiet {
             super::say!("{width}x{height}: {:.4} left", cost.sqrt());
         }
     };
-    let fitted = fit.run(&first, &mut draw, &mut tell)?;
-    let whole = (size.width as usize, size.height as usize);
-    let best = draw(&fitted.values, whole, Half::First)?;
-    let text = start.camera_text(&fitted);
+    let found = fit.search(&mut session, target, &mut tell)?;
+    let text = fit.camera_text(&found.fitted);
     write_whole(file, |f| f.write_all(text.as_bytes()))?;
-    written(start.report(&fitted, file, out))?;
-    Ok(best)
-}
-
-/// Where among the parameters the focus is.
-const FOCUS: usize = 7;
-
-/// Renders parameters: small pictures with as many samples as large ones.
-fn draw(
-    session: &mut Session,
-    start: &Start,
-    values: &[f64],
-    (width, height): (usize, usize),
-    half: Half,
-) -> Result<Plate> {
-    let mut plan = start.plan.clone();
-    if half == Half::Second {
-        plan.sampler.seed = plan.sampler.seed.wrapping_add(0x9e37_79b9);
-    }
-    plan.resolution = Resolution::new(width as u32, height as u32)?;
-    let (efl, focus) = start.optics(values);
-    if let Optics::Lens(lens) = &mut plan.optics {
-        lens.efl = Some(Mm(efl));
-        lens.zoom = 1.0;
-        plan.focus = Some(Meters(focus));
-    }
-    let pose = start.pose_at(values);
-    session.change(plan, pose)?;
-    let exposure = session.expose(&|_| ());
-    Ok(plate(&exposure, session))
-}
-
-fn plate(exposure: &Exposure, session: &Session) -> Plate {
-    let Resolution { width, height } = exposure.film.resolution;
-    let level = |c: usize| {
-        Plane::from_fn(width as usize, height as usize, |x, y| {
-            let exposed = &exposure.film.pixels[y * width as usize + x];
-            session.plan.response.level(exposed.mean[c], c) as f32
-        })
-    };
-    Plate::from_planes([level(0), level(1), level(2)])
-}
-
-impl Start {
-    fn of(session: &Session) -> Result<Self> {
-        let (plan, pose) = (session.plan.clone(), session.pose.clone());
-        let focus = plan.focus.map_or(pose.focal_distance, |d| d.0);
-        let mut opening = None;
-        let efl = match (&plan.optics, pose.projection) {
-            (Optics::Lens(choice), _) => {
-                let lens = choice.open(&mut crate::diag::Sink::new())?;
-                let efl = lens.first_order().efl();
-                opening = lens.first_order().f_number().map(|n| efl / n);
-                efl
-            }
-            (Optics::Ideal(_), _) => {
-                return Err(Diagnostic::error("an ideal lens can't be fitted")
-                    .with_help("give a real lens, or `--lens none`"));
-            }
-            (Optics::Pinhole, Projection::Perspective { height_angle }) => {
-                0.5 * plan.film.height / libm::tan(0.5 * height_angle)
-            }
-            (Optics::Pinhole, Projection::Orthographic { .. }) => {
-                return Err(
-                    Diagnostic::error("an orthographic camera has no focal length to fit")
-                        .with_help("start from a PerspectiveCamera, or give a `--lens`"),
-                );
-            }
-        };
-        if !efl.is_finite() || efl <= 0.0 {
-            return Err(Diagnostic::error(
-                "a lens without a positive focal length can't be fitted",
-            ));
-        }
-        Ok(Self {
-            plan,
-            pose,
-            efl,
-            focus,
-            opening,
-        })
-    }
-
-    /// A pinhole has no focus, and a lens at infinity none that could be a little more.
-    fn count(&self) -> usize {
-        if self.opening.is_some() && self.focus.is_finite() && self.focus > 0.0 {
-            FOCUS + 1
-        } else {
-            FOCUS
-        }
-    }
-
-    /// Changes that move the picture by half a pixel, or blur it by one.
-    fn steps(&self) -> Vec<f64> {
-        let across = f64::from(self.plan.resolution.width);
-        let pixel = self.plan.film.width / across;
-        let turn = 0.5 * pixel / self.efl;
-        let far = if self.focus.is_finite() {
-            self.focus.max(0.01)
-        } else {
-            10.0
-        };
-        let shift = turn * far;
-        let roll = 1.0 / across;
-        let blur = self
-            .opening
-            .map_or(1.0, |opening| pixel * 1e3 * far / (self.efl * opening));
-        let mut steps = vec![shift, shift, 2.0 * shift, turn, turn, roll, roll];
-        steps.extend((self.count() > FOCUS).then_some(blur.clamp(0.02, 0.25)));
-        steps
-    }
-
-    /// Focal length in millimeters, focus distance in meters.
-    fn optics(&self, values: &[f64]) -> (f64, f64) {
-        let Some(focus) = values.get(FOCUS) else {
-            return (self.efl * libm::exp(values[6]), self.focus);
-        };
-        let focus = self.focus * libm::exp(*focus);
-        let film = libm::exp(values[6]) / (1.0 / self.efl - 1e-3 / self.focus);
-        (1.0 / (1.0 / film + 1e-3 / focus), focus)
-    }
-
-    /// How much the logarithm of the focal length changes with the parameters.
-    fn of_focal_length(&self, values: &[f64]) -> Vec<(usize, f64)> {
-        let (efl, focus) = self.optics(values);
-        let near = 1e-3 * efl / focus;
-        match values.get(FOCUS) {
-            Some(_) => vec![(6, 1.0 - near), (FOCUS, near)],
-            None => vec![(6, 1.0)],
-        }
-    }
-
-    fn pose_at(&self, values: &[f64]) -> CameraPose {
-        let shift = DVec3::new(values[0], values[1], values[2]);
-        let turn = DVec3::new(values[3], values[4], values[5]);
-        let mut pose = self.pose.clone();
-        pose.position += self.pose.orientation * shift;
-        pose.orientation = (self.pose.orientation * turned(turn)).normalize();
-        let (efl, focus) = self.optics(values);
-        pose.focal_distance = focus;
-        pose.projection = Projection::Perspective {
-            height_angle: 2.0 * libm::atan(0.5 * self.plan.film.height / efl),
-        };
-        pose
-    }
-
-    /// A first guess from laying the picture on the start's rendering: turn and focal length.
-    fn guess(
-        &self,
-        target: &Plate,
-        draw: &mut impl FnMut(&[f64], (usize, usize), Half) -> Result<Plate>,
-    ) -> Option<Vec<f64>> {
-        let Resolution { width, height } = self.plan.resolution;
-        let shrink = (f64::from(width.max(height)) / 180.0).max(1.0);
-        let small = |n: u32| (f64::from(n) / shrink).round().max(1.0) as usize;
-        let size = (small(width), small(height));
-        let mut values = vec![0.0; self.count()];
-        let new = draw(&values, size, Half::First).ok()?;
-        let old = target.map(|p| p.resized(size.0, size.1));
-        let (_, found) = align::align(&new, &old).ok()?;
-        let pixels = self.efl / self.plan.film.width * size.0 as f64;
-        values[3] = -libm::atan(found.shift[1] / pixels);
-        values[4] = -libm::atan(found.shift[0] / pixels);
-        values[5] = -found.rotation.to_radians();
-        values[6] = -libm::log(found.scale);
-        Some(values)
-    }
-
-    /// A camera file, with what it can't say about the lens in its comments.
-    fn camera_text(&self, fitted: &Fitted) -> String {
-        let pose = self.pose_at(&fitted.values);
-        let (efl, focus) = self.optics(&fitted.values);
-        let (axis, angle) = axis_angle(pose.orientation);
-        let Projection::Perspective { height_angle } = pose.projection else {
-            return String::new(); // `pose_at` makes no other
-        };
-        let lens = match &self.plan.optics {
-            Optics::Pinhole | Optics::Ideal(_) => "--lens none".to_owned(),
-            Optics::Lens(lens) => format!("--lens {} --efl {efl:.4}mm", lens.name),
-        };
-        let p = pose.position;
-        format!(
-            "#Inventor V2.1 ascii\n# Fitted by `ivcam compare --fit`; render with {lens}\n\
-             PerspectiveCamera {{\n  position {:.6} {:.6} {:.6}\n  \
-             orientation {:.8} {:.8} {:.8} {:.8}\n  nearDistance {}\n  farDistance {}\n  \
-             heightAngle {height_angle:.8}\n  focalDistance {focus:.6}\n}}\n",
-            p.x, p.y, p.z, axis.x, axis.y, axis.z, angle, pose.near, pose.far
-        )
-    }
-
-    fn report(&self, fitted: &Fitted, file: &Path, out: &mut dyn Write) -> std::io::Result<()> {
-        let v = &fitted.values;
-        let error = |i: usize| fitted.error(i);
-        let length = |a: f64, b: f64, c: f64| (a * a + b * b + c * c).sqrt();
-        let (efl, focus) = self.optics(v);
-        writeln!(
-            out,
-            "moved      {:.1} mm (± {:.1})",
-            1000.0 * length(v[0], v[1], v[2]),
-            1000.0 * length(error(0), error(1), error(2))
-        )?;
-        writeln!(
-            out,
-            "turned     {:.3} degrees (± {:.3})",
-            length(v[3], v[4], v[5]).to_degrees(),
-            length(error(3), error(4), error(5)).to_degrees()
-        )?;
-        writeln!(
-            out,
-            "focal      {efl:.3} mm (± {:.3}), was {:.3} mm",
-            efl * fitted.error_of(&self.of_focal_length(v)),
-            self.efl
-        )?;
-        if v.len() > FOCUS {
-            writeln!(
-                out,
-                "focus      {focus:.3} m (± {:.3}), was {:.3} m",
-                focus * error(FOCUS),
-                self.focus
-            )?;
-        }
-        writeln!(out, "renders    {}", fitted.renders)?;
-        writeln!(out, "camera     {}", file.display())
-    }
-}
-
-/// The rotation about a vector by its length, in radians.
-fn turned(vector: DVec3) -> DQuat {
-    let angle = vector.length();
-    match vector.try_normalize() {
-        Some(axis) => {
-            let v = axis * libm::sin(0.5 * angle);
-            DQuat::from_xyzw(v.x, v.y, v.z, libm::cos(0.5 * angle))
-        }
-        None => DQuat::IDENTITY,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_turn_is_written_as_its_axis_and_angle() {
-        let vector = DVec3::new(0.3, -0.2, 0.9);
-        let (axis, angle) = axis_angle(turned(vector));
-        assert!((axis * angle - vector).length() < 1e-12);
-        assert_eq!(axis_angle(DQuat::IDENTITY).1, 0.0);
-    }
+    written(fit.report(&found.fitted, out))?;
+    written(writeln!(out, "camera     {}", file.display()))?;
+    Ok(found.rendering)
 }

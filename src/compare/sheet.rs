@@ -6,7 +6,8 @@ use std::path::Path;
 use image::ImageFormat;
 use image::codecs::jpeg::JpegEncoder;
 
-use super::{Comparison, Plate};
+use super::measure::Comparison;
+use super::plane::Plate;
 use crate::diag::{Diagnostic, Result};
 
 /// The width of the border around the panels, in pixels.
@@ -244,7 +245,7 @@ pub fn words(comparison: &Comparison) -> Vec<String> {
     lines
 }
 
-fn tone_words(tone: super::Tone) -> String {
+fn tone_words(tone: super::tone::Tone) -> String {
     format!(
         "gain {:.4}, offset {:+.4}, gamma {:.4}",
         tone.gain, tone.offset, tone.gamma

@@ -7,6 +7,7 @@ pub mod background;
 pub mod builder;
 pub mod bundle;
 pub mod census;
+pub mod check;
 pub mod coin;
 pub mod facets;
 pub mod handles;

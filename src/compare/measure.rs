@@ -1,0 +1,380 @@
+//! Registration, tones and measures of two pictures, one after the other.
+
+use serde::Serialize;
+
+use super::align::{self, Alignment};
+use super::edges::{self, EdgeDistance};
+use super::flip;
+use super::metric::{self, Mask};
+use super::plane::Plate;
+use super::tone::{self, Matching, Tone};
+use crate::diag::{Diagnostic, Result};
+
+/// How the old picture is brought onto the new one's pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Registration {
+    /// Not at all: the sizes have to be the same.
+    None,
+    /// Stretched to the new one's size: the aspects have to be the same.
+    Resize,
+    /// By the shift, scale and rotation that are found.
+    Align,
+}
+
+/// What to do before measuring.
+#[derive(Clone, Debug)]
+pub struct Options {
+    pub registration: Registration,
+    pub matching: Matching,
+    /// Of the new picture's pixels, those that count.
+    pub mask: Option<Mask>,
+    /// For FLIP.
+    pub pixels_per_degree: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            registration: Registration::None,
+            matching: Matching::Picture,
+            mask: None,
+            pixels_per_degree: flip::PIXELS_PER_DEGREE,
+        }
+    }
+}
+
+/// The measures. Those of distance are 0 for equal pictures; PSNR is then infinite, SSIM 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Measures {
+    pub mse: f64,
+    /// Decibels; null in JSON where the pictures are equal.
+    pub psnr: f64,
+    pub ssim: f64,
+    /// Mean over the pixels.
+    pub flip: f64,
+    /// `None` where one of the pictures has no edges.
+    pub edges: Option<EdgeDistance>,
+    /// Before tones were matched.
+    pub unmatched_mse: f64,
+    pub unmatched_psnr: f64,
+}
+
+/// The answer, and the pictures it is about.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    pub width: usize,
+    pub height: usize,
+    /// Pixels that counted.
+    pub pixels: usize,
+    pub alignment: Option<Alignment>,
+    /// What was done to the old picture's red, green and blue.
+    pub tones: [Tone; 3],
+    pub measures: Measures,
+    #[serde(skip)]
+    pub new: Plate,
+    /// On the new one's pixels and in its tones.
+    #[serde(skip)]
+    pub old: Plate,
+    #[serde(skip)]
+    pub mask: Mask,
+}
+
+/// A measure's name for `--limit`, how to get it, and whether more is better.
+pub struct Metric {
+    pub name: &'static str,
+    pub get: fn(&Measures) -> f64,
+    pub more_is_better: bool,
+}
+
+/// What a limit can be set on.
+pub const METRICS: [Metric; 9] = [
+    metric("mse", |m| m.mse, false),
+    metric("psnr", |m| m.psnr, true),
+    metric("ssim", |m| m.ssim, true),
+    metric("flip", |m| m.flip, false),
+    metric("edge", |m| m.edges.map_or(f64::NAN, |e| e.mean), false),
+    metric("edge95", |m| m.edges.map_or(f64::NAN, |e| e.p95), false),
+    metric(
+        "edge-match",
+        |m| m.edges.map_or(f64::NAN, |e| e.matched),
+        true,
+    ),
+    metric("unmatched-mse", |m| m.unmatched_mse, false),
+    metric("unmatched-psnr", |m| m.unmatched_psnr, true),
+];
+
+const fn metric(name: &'static str, get: fn(&Measures) -> f64, more_is_better: bool) -> Metric {
+    Metric {
+        name,
+        get,
+        more_is_better,
+    }
+}
+
+impl Metric {
+    pub fn named(name: &str) -> Option<&'static Self> {
+        METRICS.iter().find(|m| m.name.eq_ignore_ascii_case(name))
+    }
+
+    /// Whether the measure is as good as the limit. What could not be measured is not.
+    pub fn holds(&self, measures: &Measures, limit: f64) -> bool {
+        let value = (self.get)(measures);
+        if self.more_is_better {
+            value >= limit
+        } else {
+            value <= limit
+        }
+    }
+}
+
+/// Compares two pictures on the new one's pixels.
+///
+/// # Errors
+/// Sizes that differ without a registration, pictures that can't be aligned, or a mask that
+/// leaves nothing.
+pub fn compare(new: &Plate, old: &Plate, options: &Options) -> Result<Comparison> {
+    let (width, height) = (new.width, new.height);
+    let (old, alignment, shared) = register(new, old, options.registration)?;
+    let mut mask = options.mask.clone().unwrap_or(Mask::all(width, height));
+    if (mask.width, mask.height) != (width, height) {
+        return Err(Diagnostic::error(format!(
+            "the mask is {}x{}, the new picture {width}x{height}",
+            mask.width, mask.height
+        ))
+        .with_help("a mask has the new picture's size; its white pixels count"));
+    }
+    if mask.pixels() == 0 {
+        return Err(
+            Diagnostic::error("the mask and the crop leave no pixel to compare")
+                .with_help("white pixels of a mask count, black ones do not"),
+        );
+    }
+    mask = mask.and(&shared);
+    if mask.pixels() == 0 {
+        return Err(Diagnostic::error(
+            "the aligned pictures have no pixel in common that counts",
+        ));
+    }
+    let tones = tone::fit(new, &old, &mask, options.matching);
+    let mut matched = old.clone();
+    // The new picture ends at black and white, and so does what is held against it; one of light
+    // (EXR) ends where its light does.
+    let brightest = new.channels.iter().flat_map(|c| c.values.iter());
+    let white = brightest.fold(1.0_f32, |a, &b| a.max(b));
+    for (channel, tone) in matched.channels.iter_mut().zip(tones) {
+        let ended = |v: f32| {
+            let v = tone.apply(v);
+            if tone == Tone::IDENTITY {
+                v
+            } else {
+                v.clamp(0.0, white)
+            }
+        };
+        *channel = channel.map(ended);
+    }
+    let measures = measure(new, &old, &matched, &mask, options.pixels_per_degree);
+    Ok(Comparison {
+        width,
+        height,
+        pixels: mask.pixels(),
+        alignment,
+        tones,
+        measures,
+        new: new.clone(),
+        old: matched,
+        mask,
+    })
+}
+
+fn register(
+    new: &Plate,
+    old: &Plate,
+    registration: Registration,
+) -> Result<(Plate, Option<Alignment>, Mask)> {
+    let (width, height) = (new.width, new.height);
+    let everywhere = Mask::all(width, height);
+    match registration {
+        Registration::Align => {
+            let (warp, alignment) = align::align(new, old)?;
+            let (old, shared) = align::resample(old, warp, width, height);
+            Ok((old, Some(alignment), shared))
+        }
+        _ if (old.width, old.height) == (width, height) => Ok((old.clone(), None, everywhere)),
+        Registration::Resize if same_aspect(new, old) => {
+            Ok((old.map(|p| p.resized(width, height)), None, everywhere))
+        }
+        _ => {
+            let help = if same_aspect(new, old) {
+                "`--resize` stretches the old picture to the new one's size; `--align` also finds \
+                 shift, scale and rotation"
+            } else {
+                "their aspects differ too: `--align` finds the shift, scale and rotation between \
+                 them"
+            };
+            Err(Diagnostic::error(format!(
+                "the new picture is {width}x{height}, the old one {}x{}",
+                old.width, old.height
+            ))
+            .with_help(help))
+        }
+    }
+}
+
+/// Whether stretching one to the other distorts by less than a pixel.
+fn same_aspect(new: &Plate, old: &Plate) -> bool {
+    let height = new.width as f64 * old.height as f64 / old.width as f64;
+    (height - new.height as f64).abs() <= 1.0
+}
+
+fn measure(
+    new: &Plate,
+    old: &Plate,
+    matched: &Plate,
+    mask: &Mask,
+    pixels_per_degree: f64,
+) -> Measures {
+    let mse = metric::mse(new, matched, mask);
+    let unmatched_mse = metric::mse(new, old, mask);
+    let interior = metric::ssim_interior(new.width, new.height).and(mask);
+    let windows = if interior.pixels() > 0 {
+        &interior
+    } else {
+        mask
+    };
+    let [a, b] = [new, matched].map(|p| edges::Edges::of(&p.luma()));
+    Measures {
+        mse,
+        psnr: metric::psnr(mse),
+        ssim: windows.mean(&metric::ssim(new, matched)),
+        flip: mask.mean(&flip::flip(new, matched, pixels_per_degree)),
+        edges: edges::distance(&a, &b, &inward(mask)),
+        unmatched_mse,
+        unmatched_psnr: metric::psnr(unmatched_mse),
+    }
+}
+
+/// Less a border of two pixels, where what lies outside makes edges.
+fn inward(mask: &Mask) -> Mask {
+    let (width, height) = (mask.width as isize, mask.height as isize);
+    let near = |i: usize| {
+        let (x, y) = (i as isize % width, i as isize / width);
+        (-2..=2).all(|dy| {
+            (-2..=2).all(|dx| {
+                let (x, y) = (x + dx, y + dy);
+                (0..width).contains(&x)
+                    && (0..height).contains(&y)
+                    && mask.counts[(y * width + x) as usize]
+            })
+        })
+    };
+    Mask {
+        counts: (0..mask.counts.len()).map(near).collect(),
+        ..*mask
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stripes and checks in whole levels; the old one has grain and a foreign box.
+    fn picture(old: bool) -> Plate {
+        let level = |x: usize, y: usize, c: usize| {
+            let grain = (x * x + 3 * y * y + x * y * (c + 1)) % 7;
+            let foreign = (10..20).contains(&x) && (12..30).contains(&y);
+            let plain = 60 + x * 2 + (x / 8 + y / 6 + c) % 3 * 40;
+            let level = match (old, foreign) {
+                (true, true) => [230, 40, 90][c],
+                (true, false) => plain + grain,
+                _ => plain,
+            };
+            level.min(255) as f32 / 255.0
+        };
+        Plate::from_planes(
+            [0, 1, 2].map(|c| crate::compare::Plane::from_fn(64, 48, |x, y| level(x, y, c))),
+        )
+    }
+
+    /// The numbers of flip-evaluator 1.7 (the authors' own program, for displays) and of
+    /// scikit-image 0.26 on the brightness 0.299 R + 0.587 G + 0.114 B.
+    #[test]
+    fn mse_ssim_and_flip_are_those_of_the_authors_programs() {
+        let options = Options {
+            matching: Matching::None,
+            ..Options::default()
+        };
+        let m = compare(&picture(false), &picture(true), &options)
+            .unwrap()
+            .measures;
+        assert!((m.mse - 0.007_081_916_6).abs() < 1e-8, "{m:?}");
+        assert!((m.ssim - 0.906_137_42).abs() < 1e-5, "{m:?}");
+        assert!((m.flip - 0.144_454_20).abs() < 1e-5, "{m:?}");
+        let map = flip::flip(&picture(false), &picture(true), flip::PIXELS_PER_DEGREE);
+        for ((x, y), value) in [
+            ((15, 20), 0.929_449_7),
+            ((40, 5), 0.089_828_35),
+            ((10, 12), 0.532_113_25),
+        ] {
+            assert!((map.at(x, y) - value).abs() < 1e-4, "{}", map.at(x, y));
+        }
+    }
+
+    #[test]
+    fn equal_pictures_are_equal_in_every_measure() {
+        let one = picture(true);
+        let m = compare(&one, &one, &Options::default()).unwrap().measures;
+        assert_eq!((m.mse, m.flip, m.psnr), (0.0, 0.0, f64::INFINITY));
+        assert!((m.ssim - 1.0).abs() < 1e-6);
+        assert_eq!(m.edges.unwrap().mean, 0.0);
+        for metric in &METRICS {
+            let perfect = (metric.get)(&m);
+            assert!(metric.holds(&m, perfect), "{}", metric.name);
+        }
+    }
+
+    #[test]
+    fn other_sizes_a_black_mask_and_a_mask_of_another_size_are_refused() {
+        let one = picture(false);
+        let half = one.map(|p| p.resized(32, 24));
+        let refused = |old: &Plate, options: Options| {
+            let error = compare(&one, old, &options).unwrap_err();
+            format!("{} {}", error.message, error.help.unwrap_or_default())
+        };
+        assert!(refused(&half, Options::default()).contains("--resize"));
+        let narrow = one.map(|p| p.resized(20, 48));
+        assert!(refused(&narrow, Options::default()).contains("--align"));
+        let mut mask = Mask::all(64, 48);
+        mask.counts.fill(false);
+        let black = Options {
+            mask: Some(mask),
+            ..Options::default()
+        };
+        assert!(refused(&one, black).contains("no pixel"));
+        let small = Options {
+            mask: Some(Mask::all(8, 8)),
+            ..Options::default()
+        };
+        assert!(refused(&one, small).contains("8x8"));
+        let resize = Options {
+            registration: Registration::Resize,
+            ..Options::default()
+        };
+        assert!(compare(&one, &half, &resize).is_ok());
+    }
+
+    #[test]
+    fn another_gamma_and_gain_cost_nothing_once_matched_and_much_before() {
+        let new = picture(false);
+        let old = new.map(|p| p.map(|v| libm::powf((v - 0.05) / 0.95, 1.7)));
+        let m = compare(&new, &old, &Options::default()).unwrap().measures;
+        assert!(m.psnr > 70.0 && m.unmatched_psnr < 20.0, "{m:?}");
+    }
+
+    #[test]
+    fn light_brighter_than_white_is_matched_too() {
+        let new = picture(false).map(|p| p.map(|v| 3.0 * v));
+        let old = new.map(|p| p.map(|v| 0.5 * v));
+        let m = compare(&new, &old, &Options::default()).unwrap().measures;
+        assert!(m.psnr > 60.0 && m.unmatched_psnr < 10.0, "{m:?}");
+    }
+}

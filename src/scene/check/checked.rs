@@ -1,0 +1,195 @@
+//! One scene file, read and surveyed.
+
+use std::io::Write;
+use std::path::Path;
+
+use indexmap::IndexMap;
+use serde_json::{Value as Json, json};
+
+use super::classes::classes;
+use super::json;
+use super::missing::{Missing, missing};
+use crate::diag::{Diagnostic, Result, Severity};
+use crate::iv::{Document, Limits};
+use crate::scene::{CompileOptions, RenderScene, Survey};
+
+/// A file that was read and surveyed, or why it could not be.
+pub struct Checked {
+    pub file: String,
+    pub document: Result<(Document, Survey)>,
+    /// Files that the scene names and that cannot be read, with why.
+    pub missing: Vec<Missing>,
+}
+
+impl Checked {
+    /// Reads a file and surveys its scene; what its pictures are is found out too.
+    pub fn read(path: &Path, search: &[&Path], limits: &Limits, options: &CompileOptions) -> Self {
+        let document = Document::open_with(path, search, limits).map(|document| {
+            let survey = RenderScene::survey(&document, options);
+            (document, survey)
+        });
+        let missing = match &document {
+            Ok((document, _)) => missing(document, &options.texture_folders),
+            Err(_) => Vec::new(),
+        };
+        Self {
+            file: path.display().to_string(),
+            document,
+            missing,
+        }
+    }
+
+    fn diagnostics(&self) -> Vec<&Diagnostic> {
+        match &self.document {
+            Ok((document, survey)) => {
+                let troubles = survey.troubles.iter().map(|t| &**t);
+                let textures = self.missing.iter().filter_map(|m| m.trouble.as_deref());
+                let all = document.sink.items().iter().chain(troubles);
+                all.chain(textures).collect()
+            }
+            Err(error) => vec![error],
+        }
+    }
+
+    /// The answer as JSON: docs/guide/machine.md.
+    pub fn json(&self) -> Json {
+        let diagnostics: Vec<Json> = self
+            .diagnostics()
+            .into_iter()
+            .map(json::diagnostic)
+            .collect();
+        let Ok((document, survey)) = &self.document else {
+            return json!({ "file": self.file, "diagnostics": diagnostics });
+        };
+        json!({
+            "file": self.file,
+            "format": document.format,
+            "nodes": document.nodes.len(),
+            "classes": classes(document)
+                .into_iter()
+                .map(|(heading, list)| (heading.to_owned(), json!(list.into_iter().collect::<IndexMap<_, _>>())))
+                .collect::<serde_json::Map<_, _>>(),
+            "missing": self.missing.iter().map(|m| &m.name).collect::<Vec<_>>(),
+            "diagnostics": diagnostics,
+            "bounds": survey.bounds.map(|(min, max)| json!({
+                "min": min.to_array(), "max": max.to_array(),
+            })),
+            "view_all": survey.inventor_bounds.map(|(min, max)| json!({
+                "min": min.to_array(), "max": max.to_array(),
+            })),
+            "triangles": survey.triangles,
+            "shapes": survey.shapes,
+            "lights": survey.lights.iter().map(|l| json::light(document, l)).collect::<Vec<_>>(),
+            "camera": survey.cameras.first().map(json::camera),
+        })
+    }
+
+    /// One line: file, format, nodes and what becomes of them, triangles, problems.
+    pub fn summary(&self) -> String {
+        match &self.document {
+            Err(error) => format!("{}: {}", self.file, self.beside_its_name(error)),
+            Ok((document, survey)) => {
+                let becomes: Vec<String> = classes(document)
+                    .into_iter()
+                    .map(|(heading, list)| (heading, list.iter().map(|c| c.1).sum::<usize>()))
+                    .filter(|(_, n)| *n > 0)
+                    .map(|(heading, n)| format!("{n} {heading}"))
+                    .collect();
+                let mut line = format!(
+                    "{}: {}, {}",
+                    self.file,
+                    document.format,
+                    counted(document.nodes.len(), "node")
+                );
+                if !becomes.is_empty() {
+                    line += &format!(" ({})", becomes.join(", "));
+                }
+                line += &format!(", {}", counted(survey.triangles as usize, "triangle"));
+                if !self.missing.is_empty() {
+                    line += &format!(", {} missing", counted(self.missing.len(), "file"));
+                }
+                let problems: usize = self.problems().map(|d| d.count).sum();
+                line += &format!(", {}", counted(problems, "problem"));
+                match self.problems().next() {
+                    Some(first) => line + ": " + &self.beside_its_name(first),
+                    None => line,
+                }
+            }
+        }
+    }
+
+    /// What is wrong, for a line that begins with the file's name.
+    fn beside_its_name(&self, trouble: &Diagnostic) -> String {
+        let what = trouble.message.replace(&format!("`{}`", self.file), "this");
+        let kind = trouble.severity.name();
+        match trouble.location() {
+            (Some(file), Some((line, column))) if file == self.file => {
+                format!("line {line}, column {column}: {kind}: {what}")
+            }
+            (Some(file), _) if file != self.file => trouble.to_string(),
+            _ => format!("{kind}: {what}"),
+        }
+    }
+
+    /// Warnings and errors.
+    pub fn problems(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.diagnostics()
+            .into_iter()
+            .filter(|d| d.severity >= Severity::Warning)
+    }
+
+    /// Writes what is in the file, a line for each kind of thing; nothing for one that is not read.
+    ///
+    /// # Errors
+    /// What writing brings.
+    pub fn report(&self, out: &mut dyn Write) -> std::io::Result<()> {
+        let Ok((document, survey)) = &self.document else {
+            return Ok(());
+        };
+        writeln!(out, "{}", self.file)?;
+        writeln!(out, "  format     {}", document.format)?;
+        writeln!(out, "  nodes      {}", document.nodes.len())?;
+        for (heading, classes) in classes(document) {
+            let list: Vec<String> = classes.iter().map(|(c, n)| format!("{c} {n}")).collect();
+            if !list.is_empty() {
+                writeln!(out, "  {heading:<10} {}", list.join(", "))?;
+            }
+        }
+        match survey.bounds {
+            Some((a, b)) => writeln!(
+                out,
+                "  bounds     {}  to  {}",
+                json::short(&json!(a.to_array())),
+                json::short(&json!(b.to_array()))
+            )?,
+            None => writeln!(out, "  bounds     nothing to see")?,
+        }
+        writeln!(out, "  triangles  {}", survey.triangles)?;
+        for camera in &survey.cameras {
+            writeln!(
+                out,
+                "  camera     {}",
+                json::one_line(&json::camera(camera))
+            )?;
+        }
+        for light in &survey.lights {
+            writeln!(
+                out,
+                "  light      {}",
+                json::one_line(&json::light(document, light))
+            )?;
+        }
+        if !self.missing.is_empty() {
+            let names: Vec<&str> = self.missing.iter().map(|m| &*m.name).collect();
+            writeln!(out, "  missing    {}", names.join(", "))?;
+        }
+        let count: usize = self.problems().map(|d| d.count).sum();
+        writeln!(out, "  problems   {count}")?;
+        out.flush()
+    }
+}
+
+/// `1 node`, `2 nodes`.
+pub fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}

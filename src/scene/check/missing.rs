@@ -1,0 +1,71 @@
+//! Files that a scene names and that cannot be read.
+
+use std::path::PathBuf;
+
+use crate::diag::{Diagnostic, Severity};
+use crate::graph::read::Fields;
+use crate::iv::{Document, NodeId};
+use crate::scene::texture;
+
+/// A file that is named and cannot be read.
+pub struct Missing {
+    pub name: String,
+    /// Why not; an included file was reported on when it was read.
+    pub trouble: Option<Box<Diagnostic>>,
+}
+
+/// Files that nodes name and that are not there or not readable: included scenes, which reading
+/// has told of, and pictures, which it has not opened.
+pub(super) fn missing(document: &Document, folders: &[PathBuf]) -> Vec<Missing> {
+    let mut missing: Vec<Missing> = Vec::new();
+    for index in 0..document.nodes.len() {
+        let id = NodeId(index as u32);
+        let node = document.node(id);
+        let Some(class) = node.known_class().filter(|_| !document.is_template(id)) else {
+            continue;
+        };
+        let pictures: &[&[&str]] = match class.name {
+            "Texture2" | "Texture3" | "Image" | "ImageTexture" => {
+                &[&["filename", "url", "filenames"]]
+            }
+            "Background" => &texture::PANORAMA,
+            "File" | "WWWInline" | "Inline" if !document.included.contains_key(&id) => {
+                for field in ["name", "url"] {
+                    // What is there and not included includes itself, or is no scene.
+                    let names = texture::files_named(node, field)
+                        .filter(|n| !n.starts_with('<') && document.load_beside(id, n).is_err());
+                    missing.extend(names.map(|name| Missing {
+                        name: name.to_owned(),
+                        trouble: None,
+                    }));
+                }
+                continue;
+            }
+            _ => continue,
+        };
+        for fields in pictures {
+            if let Err(trouble) = texture::decode_named(node, fields, folders) {
+                let name = fields
+                    .iter()
+                    .flat_map(|f| texture::files_named(node, f))
+                    .next();
+                missing.push(Missing {
+                    name: name.unwrap_or_default().to_owned(),
+                    trouble: Some(Box::new(Diagnostic {
+                        severity: Severity::Warning,
+                        ..*trouble
+                    })),
+                });
+            }
+        }
+    }
+    missing.sort_by(|a, b| a.name.cmp(&b.name));
+    missing.dedup_by(|later, first| {
+        let same = later.name == first.name;
+        if let (true, Some(trouble), Some(_)) = (same, &mut first.trouble, &later.trouble) {
+            trouble.count += 1;
+        }
+        same
+    });
+    missing
+}
