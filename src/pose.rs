@@ -5,7 +5,10 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
-use crate::grammar::value::{Choice, Get, Rotation};
+use crate::grammar::value::Rotation;
+use crate::grammar::{
+    Field, camera, film_camera, orthographic_camera, perspective_camera, viewpoint,
+};
 use crate::iv::NodeRef;
 
 /// How a pinhole maps directions to the picture.
@@ -66,44 +69,46 @@ impl CameraPose {
     /// the projection (Coin does the same).
     pub fn from_node(node: NodeRef<'_>, world_from_camera: DMat4) -> Option<Self> {
         let class = node.class()?;
-        let number = |name: &str, default: f64| {
-            read::<f32>(node, name)
-                .filter(|v| v.is_finite())
-                .map_or(default, f64::from)
+        let number = |field: Field<f32>| {
+            let value = node.get(field);
+            f64::from(if value.is_finite() {
+                value
+            } else {
+                field.default()
+            })
         };
         let projection = if class.is_a("PerspectiveCamera") || class.name == "FrustumCamera" {
             Projection::Perspective {
-                height_angle: number("heightAngle", std::f64::consts::FRAC_PI_4),
+                height_angle: number(perspective_camera::HEIGHT_ANGLE),
             }
         } else if class.is_a("OrthographicCamera") {
             Projection::Orthographic {
-                height: number("height", 2.0),
+                height: number(orthographic_camera::HEIGHT),
             }
         } else if class.name.ends_with("Viewpoint") {
             Projection::Perspective {
-                height_angle: number("fieldOfView", std::f64::consts::FRAC_PI_4),
+                height_angle: number(viewpoint::FIELD_OF_VIEW),
             }
         } else {
             return None;
         };
-        let position = read::<glam::Vec3>(node, "position").unwrap_or_default();
-        let turn = read::<Rotation>(node, "orientation").unwrap_or(Rotation::IDENTITY);
+        let position = world_from_camera.transform_point3(node.get(camera::POSITION).as_dvec3());
+        let turn = quat(node.get(camera::ORIENTATION));
         Some(Self {
-            position: world_from_camera.transform_point3(position.as_dvec3()),
-            orientation: (rotation_of(world_from_camera) * quat(turn)).normalize(),
+            position,
+            orientation: (rotation_of(world_from_camera) * turn).normalize(),
             projection,
-            near: number("nearDistance", 1.0),
-            far: number("farDistance", 10.0),
-            focal_distance: number("focalDistance", 5.0),
-            aspect_ratio: number("aspectRatio", 1.0),
-            viewport_mapping: read::<Choice>(node, "viewportMapping")
-                .map_or(ViewportMapping::AdjustCamera, ViewportMapping::of),
+            near: number(camera::NEAR_DISTANCE),
+            far: number(camera::FAR_DISTANCE),
+            focal_distance: number(camera::FOCAL_DISTANCE),
+            aspect_ratio: number(camera::ASPECT_RATIO),
+            viewport_mapping: ViewportMapping::of(node.get(camera::VIEWPORT_MAPPING)),
             film: class.is_a("FilmCamera").then(|| FilmPlane {
-                height_angle: number("heightAngle", std::f64::consts::FRAC_PI_4),
-                film_z: number("filmDistance", 0.1),
-                rear_z: number("rearDistance", 0.05),
-                rear_radius: number("rearRadius", 0.02),
-                irradiance: number("irradiance", 0.2),
+                height_angle: number(film_camera::HEIGHT_ANGLE),
+                film_z: number(film_camera::FILM_DISTANCE),
+                rear_z: number(film_camera::REAR_DISTANCE),
+                rear_radius: number(film_camera::REAR_RADIUS),
+                irradiance: number(film_camera::IRRADIANCE),
             }),
             source: class.name.to_owned(),
         })
@@ -157,19 +162,14 @@ impl CameraPose {
     }
 }
 
-/// A field by name: cameras of all dialects share theirs.
-fn read<'a, T: Get>(node: NodeRef<'a>, name: &str) -> Option<T::Out<'a>> {
-    T::from_value(node.value(name)?)
-}
-
 impl ViewportMapping {
     /// From the field's value in files.
     pub fn of(value: i32) -> Self {
         match value {
-            0 => Self::CropViewportFillFrame,
-            1 => Self::CropViewportLineFrame,
-            2 => Self::CropViewportNoFrame,
-            4 => Self::LeaveAlone,
+            camera::VIEWPORT_MAPPING_CROP_VIEWPORT_FILL_FRAME => Self::CropViewportFillFrame,
+            camera::VIEWPORT_MAPPING_CROP_VIEWPORT_LINE_FRAME => Self::CropViewportLineFrame,
+            camera::VIEWPORT_MAPPING_CROP_VIEWPORT_NO_FRAME => Self::CropViewportNoFrame,
+            camera::VIEWPORT_MAPPING_LEAVE_ALONE => Self::LeaveAlone,
             _ => Self::AdjustCamera,
         }
     }

@@ -48,7 +48,7 @@ fn values_are_read_as_people_wrote_them() {
         nodes[0].get(transform::TRANSLATION).to_array(),
         [1.0, 0.5, 1.0]
     );
-    assert!(nodes[0].is_ignored(transform::SCALE_FACTOR));
+    assert!(nodes[0].acting(transform::SCALE_FACTOR).is_none());
     assert_eq!(nodes[1].get(coordinate3::POINT).len(), 1);
     assert_eq!(nodes[2].get(coordinate3::POINT).len(), 2);
     assert_eq!(nodes[3].get(cone::PARTS), 3);

@@ -5,15 +5,15 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 
 use super::declarations::{Extension, Passage, Proto, Route};
 use super::loader::Loader;
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::grammar::value::{Get, NodeId, Value};
-use crate::grammar::{Class, ClassId, Field};
+use crate::grammar::value::{NodeId, Value, default_value};
+use crate::grammar::{Class, ClassId};
 
 /// The class of a node: one of the catalogue's, or one that the file itself declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -221,34 +221,6 @@ impl<'a> NodeRef<'a> {
             .find(|f| f.index == index && !f.ignored)
     }
 
-    /// Whether the file states the field (a default written out counts).
-    pub fn states<T: ?Sized>(self, field: Field<T>) -> bool {
-        self.entry(field.index).is_some()
-    }
-
-    /// The field's value, or the catalogue's default. A field written with `~` keeps its value
-    /// here; [`Self::is_ignored`] tells.
-    ///
-    /// # Panics
-    /// If the node is not of the handle's class: a mistake in the program.
-    pub fn get<T: Get + ?Sized>(self, field: Field<T>) -> T::Out<'a> {
-        assert!(
-            self.class_id() == Some(field.class),
-            "a `{}` was asked for a field of `{}`",
-            self.class_name(),
-            field.class.get().name
-        );
-        self.data()
-            .fields
-            .iter()
-            .find(|f| f.index == field.index)
-            .and_then(|entry| T::from_value(&entry.value))
-            .unwrap_or_else(|| {
-                T::from_value(default_value(field.class, field.index))
-                    .expect("the catalogue's default has the catalogue's type")
-            })
-    }
-
     /// A field by name, as written or by default, whatever the class: for tools and families.
     pub fn value(self, name: &str) -> Option<&'a Value> {
         let data = self.data();
@@ -278,27 +250,6 @@ impl<'a> NodeRef<'a> {
             }
         }
     }
-
-    /// Whether the field was written with `~`.
-    pub fn is_ignored<T: ?Sized>(self, field: Field<T>) -> bool {
-        self.data()
-            .fields
-            .iter()
-            .any(|f| f.index == field.index && f.ignored)
-    }
-}
-
-/// Defaults of all classes, each made once, the first time it is asked for.
-fn default_value(class: ClassId, index: u16) -> &'static Value {
-    static DEFAULTS: OnceLock<Vec<OnceLock<Vec<Value>>>> = OnceLock::new();
-    let classes = DEFAULTS.get_or_init(|| {
-        (0..crate::grammar::CLASSES.len())
-            .map(|_| OnceLock::new())
-            .collect()
-    });
-    let fields = classes[usize::from(class.0)]
-        .get_or_init(|| class.get().fields.iter().map(Value::default_of).collect());
-    &fields[usize::from(index)]
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ pub mod document;
 mod encoding;
 mod limits;
 mod loader;
+mod node_fields;
 mod read;
 mod same;
 mod write;

@@ -1,0 +1,120 @@
+//! Reads the fields of a node through the catalogue's typed handles.
+//!
+//! A handle such as `cone::HEIGHT` names a field and its type. It may be used on a node of any class:
+//! a class that has a field of the same name and type gives that field, so one function serves a
+//! family (`rotation::ROTATION` reads a `Rotor`) and both dialects of a name (`cone::HEIGHT` reads a
+//! VRML97 `Cone`).
+
+use super::document::{ClassRef, NodeRef};
+use crate::grammar::value::{Get, NodeId, NodeRefValue, Value, default_value};
+use crate::grammar::{self, Class, Field};
+
+impl<'a> NodeRef<'a> {
+    /// Returns the field's value as written, or the default that the catalogue states for the node's
+    /// class. A class without such a field gives the default of the handle's own class.
+    ///
+    /// A field written with `~` keeps its value here; see [`Self::acting`].
+    pub fn get<T: Get + ?Sized>(self, field: Field<T>) -> T::Out<'a> {
+        self.find(field).unwrap_or_else(|| field.default())
+    }
+
+    /// Returns the same as [`Self::get`], but `None` if the node's class has no such field.
+    pub fn find<T: Get + ?Sized>(self, field: Field<T>) -> Option<T::Out<'a>> {
+        let value = if self.class_id() == Some(field.class) {
+            self.stated(field.index)
+                .unwrap_or_else(|| default_value(field.class, field.index))
+        } else {
+            self.value(field.decl().name)?
+        };
+        T::from_value(value)
+    }
+
+    /// Returns the value that acts on the traversal state: `None` if the file marks the field with
+    /// `~` (Inventor's ignore flag), or if the node's class has no such field.
+    pub fn acting<T: Get + ?Sized>(self, field: impl FieldKey<T>) -> Option<T::Out<'a>> {
+        let index = field.index_in(self)?;
+        let ignored = self
+            .data()
+            .fields
+            .iter()
+            .any(|f| f.index == index && f.ignored);
+        if ignored { None } else { field.value_in(self) }
+    }
+
+    /// Returns the value that acts on the traversal state, with the catalogue's default in the place
+    /// of a field that is ignored.
+    pub fn acting_or_default<T: Get + ?Sized>(self, field: Field<T>) -> T::Out<'a> {
+        self.acting(field).unwrap_or_else(|| field.default())
+    }
+
+    /// Returns the node that an `SFNode` field holds.
+    pub fn get_node(self, field: Field<NodeRefValue>) -> Option<NodeRef<'a>> {
+        self.find(field)?.map(|id| self.document.node(id))
+    }
+
+    /// Returns the nodes that a field holds: all of an `MFNode` field, the one of an `SFNode` field.
+    pub fn get_nodes<T: ?Sized>(self, field: Field<T>) -> &'a [NodeId] {
+        match self.value(field.decl().name) {
+            Some(Value::Nodes(list)) => list,
+            Some(Value::Node(Some(id))) => std::slice::from_ref(id),
+            _ => &[],
+        }
+    }
+
+    /// Returns the class to treat the node as: its own, or the nearest known one that the file says
+    /// it is (`isA`).
+    pub fn known_class(self) -> Option<&'static Class> {
+        match self.data().class {
+            ClassRef::Known(id) => Some(id.get()),
+            ClassRef::Extension(i) => self.document.extensions[i as usize]
+                .is_a
+                .iter()
+                .find_map(|name| grammar::any(name)),
+        }
+    }
+
+    fn stated(self, index: u16) -> Option<&'a Value> {
+        let entry = self.data().fields.iter().find(|f| f.index == index)?;
+        Some(&entry.value)
+    }
+
+    fn index_of(self, name: &str) -> Option<u16> {
+        let index = match self.data().class {
+            ClassRef::Known(id) => id.get().field(name)?.0,
+            ClassRef::Extension(i) => self.document.extensions[i as usize]
+                .fields
+                .iter()
+                .position(|(n, _)| **n == *name)?,
+        };
+        Some(index as u16)
+    }
+}
+
+/// What names a field whose value is a `T`: a handle, or the field's name.
+pub trait FieldKey<T: Get + ?Sized>: Copy {
+    fn index_in(self, node: NodeRef<'_>) -> Option<u16>;
+    fn value_in(self, node: NodeRef<'_>) -> Option<T::Out<'_>>;
+}
+
+impl<T: Get + ?Sized> FieldKey<T> for Field<T> {
+    fn index_in(self, node: NodeRef<'_>) -> Option<u16> {
+        match node.class_id() {
+            Some(class) if class == self.class => Some(self.index),
+            _ => node.index_of(self.decl().name),
+        }
+    }
+
+    fn value_in(self, node: NodeRef<'_>) -> Option<T::Out<'_>> {
+        node.find(self)
+    }
+}
+
+impl<T: Get + ?Sized> FieldKey<T> for &str {
+    fn index_in(self, node: NodeRef<'_>) -> Option<u16> {
+        node.index_of(self)
+    }
+
+    fn value_in(self, node: NodeRef<'_>) -> Option<T::Out<'_>> {
+        T::from_value(node.value(self)?)
+    }
+}
