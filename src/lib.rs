@@ -14,7 +14,6 @@ pub mod diag;
 pub mod diagram;
 pub mod film;
 pub mod grammar;
-pub mod graph;
 pub mod iv;
 pub mod lens;
 pub mod math;
@@ -26,6 +25,8 @@ pub mod render;
 pub mod sampling;
 pub mod scene;
 pub mod shade;
+pub mod snapshot;
 pub mod spectrum;
+pub mod traversal;
 #[cfg(feature = "panels")]
 pub mod viewer;

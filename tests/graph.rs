@@ -6,9 +6,9 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use ivcam::graph::state::{LightElement, State};
-use ivcam::graph::{Visitor, WalkOptions, walk};
 use ivcam::iv::{Document, NodeRef};
+use ivcam::traversal::state::{LightElement, State};
+use ivcam::traversal::{Visitor, WalkOptions, walk};
 use libtest_mimic::{Arguments, Failed, Trial};
 
 fn main() {

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use ivcam::grammar::{CLASSES, Class, Default, Dialect, FieldType, Treatment};
-use ivcam::graph::{Visitor, WalkOptions, walk};
 use ivcam::iv::{Document, Limits, NodeRef, Nowhere};
 use ivcam::pose::CameraPose;
 use ivcam::scene::{CompileOptions, Ray, RenderScene};
+use ivcam::traversal::{Visitor, WalkOptions, walk};
 
 fn read(text: &str) -> Document {
     let text = format!("#Inventor V2.1 ascii\n{text}");
@@ -34,7 +34,7 @@ fn distance(scene: &RenderScene) -> Option<f32> {
 struct Count(u64, usize);
 
 impl<'a> Visitor<'a> for Count {
-    fn shape(&mut self, _: NodeRef<'a>, _: &ivcam::graph::State<'a>) {
+    fn shape(&mut self, _: NodeRef<'a>, _: &ivcam::traversal::State<'a>) {
         self.0 += 1;
     }
     fn trouble(&mut self, _: Box<ivcam::diag::Diagnostic>) {
@@ -275,7 +275,7 @@ fn whatever_number_stands_in_whatever_field_the_scene_compiles() {
 struct LastMaterial(Option<(f32, f32, Vec3)>);
 
 impl<'a> Visitor<'a> for LastMaterial {
-    fn shape(&mut self, _: NodeRef<'a>, state: &ivcam::graph::State<'a>) {
+    fn shape(&mut self, _: NodeRef<'a>, state: &ivcam::traversal::State<'a>) {
         let m = &state.material;
         self.0 = Some((m.refraction, m.shininess, m.diffuse_at(0)));
     }

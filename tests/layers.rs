@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// From the ground up. Nothing imports `cli`.
-const ORDER: [&str; 29] = [
+const ORDER: [&str; 28] = [
     "diag",
     "math",
     "spectrum",
@@ -13,7 +13,6 @@ const ORDER: [&str; 29] = [
     "grammar",
     "iv",
     "pose",
-    "graph",
     "snapshot",
     "traversal",
     "geometry",

@@ -5,10 +5,10 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use ivcam::graph::state::FogKind;
 use ivcam::iv::{Document, Limits, Nowhere};
 use ivcam::pose::{CameraPose, Projection};
 use ivcam::scene::{CompileOptions, Hit, Ray, RenderScene};
+use ivcam::traversal::state::FogKind;
 
 fn document(text: &str) -> Document {
     Document::read("test", text.into(), Arc::new(Nowhere), &Limits::default()).expect("reads")

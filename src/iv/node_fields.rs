@@ -73,6 +73,19 @@ impl<'a> NodeRef<'a> {
         }
     }
 
+    /// Reads a field by name: for code that is not yet written with handles.
+    pub fn read<T: Get + ?Sized>(self, name: &str) -> Option<T::Out<'a>> {
+        T::from_value(self.value(name)?)
+    }
+
+    /// Returns the node in an `SFNode` field by name: for code that is not yet written with handles.
+    pub fn node_in(self, name: &str) -> Option<NodeRef<'a>> {
+        match self.value(name)? {
+            Value::Node(Some(id)) => Some(self.document.node(*id)),
+            _ => None,
+        }
+    }
+
     fn stated(self, index: u16) -> Option<&'a Value> {
         let entry = self.data().fields.iter().find(|f| f.index == index)?;
         Some(&entry.value)
@@ -116,5 +129,14 @@ impl<T: Get + ?Sized> FieldKey<T> for &str {
 
     fn value_in(self, node: NodeRef<'_>) -> Option<T::Out<'_>> {
         T::from_value(node.value(self)?)
+    }
+}
+
+/// Returns the nodes of a field by name: for code that is not yet written with handles.
+pub fn nodes_in<'a>(node: NodeRef<'a>, name: &str) -> &'a [NodeId] {
+    match node.value(name) {
+        Some(Value::Nodes(list)) => list,
+        Some(Value::Node(Some(id))) => std::slice::from_ref(id),
+        _ => &[],
     }
 }

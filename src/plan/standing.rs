@@ -8,12 +8,12 @@ use super::{Flash, Optics, Plan};
 use crate::camera::half_field;
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::grammar::{class, directional_light};
-use crate::graph::state::State;
-use crate::graph::{self, Visitor, WalkOptions};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::math::Meters;
 use crate::pose::CameraPose;
 use crate::scene::{CompileOptions, Light, RenderScene};
+use crate::traversal::state::State;
+use crate::traversal::{self, Visitor, WalkOptions};
 
 /// Where the camera stands: the `-camread` file's, else the environment's, else the scene's first,
 /// else a view of everything.
@@ -114,7 +114,7 @@ pub fn first_camera(document: &Document, time: f64) -> Option<CameraPose> {
         time,
         ..WalkOptions::default()
     };
-    graph::walk(document, &options, &mut first);
+    traversal::walk(document, &options, &mut first);
     first.0
 }
 

@@ -17,11 +17,11 @@ use rayon::prelude::*;
 
 use crate::camera::LensCamera;
 use crate::film::{Glare, Resolution};
-use crate::graph::state::LightKind;
 use crate::lens::analysis::ghosts::RGB_LINES;
 use crate::lens::{GhostPair, Lens, LensRay, Toward};
 use crate::sampling::mix;
 use crate::scene::{Light, Ray, RenderScene};
+use crate::traversal::state::LightKind;
 
 /// Cells a side of the grid of a pair's first rays.
 const PILOT: u32 = 48;

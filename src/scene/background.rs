@@ -10,10 +10,9 @@ use glam::{DQuat, Quat, Vec2, Vec3};
 
 use super::texture::{self, Filter, Texture};
 use crate::diag::Diagnostic;
-use crate::graph::read::Fields;
-use crate::graph::state::State;
 use crate::iv::NodeRef;
 use crate::pose::rotation_of;
+use crate::traversal::state::State;
 
 #[derive(Clone, Debug, Default)]
 pub struct Background {

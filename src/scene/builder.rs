@@ -22,16 +22,15 @@ use super::text::Fonts;
 use super::texture::{self, Filter, Texture};
 use super::{Census, CompileOptions, Light, Needs, RenderScene, Surface, survey};
 use crate::diag::{Diagnostic, Result};
-use crate::graph::Visitor;
-use crate::graph::property::fog97;
-use crate::graph::read::Fields;
-use crate::graph::role::Role;
-use crate::graph::state::{
+use crate::iv::{Document, NodeId, NodeRef, Value};
+use crate::pose::{CameraPose, Projection};
+use crate::traversal::Visitor;
+use crate::traversal::property::fog97;
+use crate::traversal::role::Role;
+use crate::traversal::state::{
     Diffuse, DrawStyle, Drawing, EnvironmentElement, FogKind, LightElement, State,
     TextureCoordinates,
 };
-use crate::iv::{Document, NodeId, NodeRef, Value};
-use crate::pose::{CameraPose, Projection};
 
 /// A triangle's corner in the shape's own space.
 #[derive(Clone, Copy, Debug)]
@@ -390,7 +389,7 @@ impl<'a> Builder<'a> {
                     .collect(),
             ),
         };
-        if state.material_binding == crate::graph::state::Binding::Overall {
+        if state.material_binding == crate::traversal::state::Binding::Overall {
             diffuse.truncate(1);
             transparency.truncate(1);
         }
@@ -863,7 +862,7 @@ impl<'a> Builder<'a> {
         };
         surface.texture = Some(TextureUse {
             texture: Arc::new(letters),
-            model: crate::graph::state::TextureModel::Modulate,
+            model: crate::traversal::state::TextureModel::Modulate,
             blend_color: Vec3::ZERO,
             repeat_s: false,
             repeat_t: false,

@@ -15,7 +15,6 @@ use std::collections::HashMap;
 use glam::{Vec2, Vec3};
 
 use crate::grammar::{self, Dialect};
-use crate::graph::read::Fields;
 use crate::iv::document::ClassRef;
 use crate::iv::{Document, FieldEntry, Node, NodeId, NodeRef, Value};
 

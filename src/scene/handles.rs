@@ -14,9 +14,9 @@ use super::survey::bounds_of;
 use crate::diag::{Diagnostic, Result, Span};
 use crate::grammar::value::Rotation;
 use crate::grammar::{self, Class, Dialect};
-use crate::graph::State;
-use crate::graph::read::{Fields, nodes_in};
+use crate::iv::nodes_in;
 use crate::iv::{Document, FieldEntry, Limits, Loader, Node, NodeId, NodeRef, Value};
+use crate::traversal::State;
 
 /// The document with handles beside its draggers and manipulators.
 pub fn with_handles(document: &Document) -> Document {

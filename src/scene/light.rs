@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::graph::state::{LightElement, LightKind};
+use crate::traversal::state::{LightElement, LightKind};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {

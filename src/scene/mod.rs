@@ -35,9 +35,9 @@ use std::sync::{Arc, OnceLock};
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::diag::{Diagnostic, Result};
-use crate::graph::{self, WalkOptions};
 use crate::iv::{Document, Limits};
 use crate::pose::CameraPose;
+use crate::traversal::{self, WalkOptions};
 
 pub use builder::Builder;
 pub use bundle::{BUNDLE, HitLanes, RayLanes, Side, Sides, of_lane};
@@ -249,7 +249,7 @@ impl RenderScene {
         };
         let mut builder = Builder::new(document, options);
         builder.expect_all();
-        graph::walk(document, &walk_options, &mut builder);
+        traversal::walk(document, &walk_options, &mut builder);
         let mut scene = builder.finish()?;
         scene.settle()?;
         Ok(scene)

@@ -11,8 +11,8 @@ use glam::Vec3;
 use super::bundle::{HitLanes, RayLanes, Side, Sides, of_lane};
 use super::wide::bits;
 use super::{BUNDLE, Light, Point, RenderScene, Surface};
-use crate::graph::state::{FogKind, LightKind};
 use crate::math::lanes::{Lanewise, power, widely};
+use crate::traversal::state::{FogKind, LightKind};
 
 const ZERO: Sides = [[0.0; BUNDLE]; 3];
 

@@ -6,7 +6,7 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use super::texture::{Filter, Texture};
 use super::{Hit, Ray, RenderScene};
-use crate::graph::state::{EnvironmentElement, TextureModel};
+use crate::traversal::state::{EnvironmentElement, TextureModel};
 
 /// Texture coordinates that depend on where a ray comes from, or on nothing stored.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,12 +9,11 @@ use super::inventor_box::InventorBox;
 use super::{Builder, Census, CompileOptions};
 use crate::diag::Diagnostic;
 use crate::grammar::value::Choice;
-use crate::graph::read::Fields;
-use crate::graph::role::Role;
-use crate::graph::state::{LightElement, State};
-use crate::graph::{self, Visitor, WalkOptions};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::pose::CameraPose;
+use crate::traversal::role::Role;
+use crate::traversal::state::{LightElement, State};
+use crate::traversal::{self, Visitor, WalkOptions};
 
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
@@ -83,7 +82,7 @@ pub fn prepared(document: &Document, options: &CompileOptions) -> Option<Documen
 /// surveyed.
 pub fn at_time(document: &Document, options: &CompileOptions) -> Option<Document> {
     let bounds = |part: &Document| as_it_is(part, options).bounds;
-    graph::engines::at_time_with(document, options.time, &bounds)
+    crate::snapshot::engines::at_time_with(document, options.time, &bounds)
 }
 
 fn as_it_is(document: &Document, options: &CompileOptions) -> Survey {
@@ -110,7 +109,7 @@ fn walked(document: &Document, options: &CompileOptions, all_levels: bool) -> Su
         open: vec![(DMat4::IDENTITY, None)],
         by_own_cameras: options.camera.is_none(),
     };
-    graph::walk(document, &walk_options, &mut surveyor);
+    traversal::walk(document, &walk_options, &mut surveyor);
     let Surveyor {
         builder,
         mut survey,
@@ -151,7 +150,7 @@ pub(super) fn bounds_of<'a>(
     };
     let builder = Builder::surveyor(document, &CompileOptions::default());
     let mut bounds = Bounds(builder, None);
-    graph::walk_list(document, list, state, &options, &mut bounds);
+    traversal::walk_list(document, list, state, &options, &mut bounds);
     bounds.1
 }
 

@@ -7,7 +7,6 @@ use glam::{Vec2, Vec3, Vec4};
 
 use crate::diag::Result;
 use crate::grammar::value::{Image, Text};
-use crate::graph::read::Fields;
 use crate::iv::NodeRef;
 use crate::picture::Raster;
 

@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use crate::graph::state::FogKind;
 use crate::scene::Point;
 use crate::scene::light::Reaching;
+use crate::traversal::state::FogKind;
 
 /// What shines by itself and what the surroundings give.
 pub fn ambient(point: &Point<'_>) -> Vec3 {

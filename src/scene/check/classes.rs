@@ -3,7 +3,6 @@
 use indexmap::IndexMap;
 
 use crate::grammar::Treatment;
-use crate::graph::read::Fields;
 use crate::iv::{Document, NodeId};
 
 /// Nodes by class and by what becomes of them, the most frequent first.

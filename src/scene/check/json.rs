@@ -3,9 +3,9 @@
 use serde_json::{Value as Json, json};
 
 use crate::diag::Diagnostic;
-use crate::graph::state::{LightElement, LightKind};
 use crate::iv::Document;
 use crate::pose::{CameraPose, Projection};
+use crate::traversal::state::{LightElement, LightKind};
 
 /// An `f32` with the digits that people write, and no more.
 fn plain(value: f32) -> Json {

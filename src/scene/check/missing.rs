@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use crate::diag::{Diagnostic, Severity};
-use crate::graph::read::Fields;
 use crate::iv::{Document, NodeId};
 use crate::scene::texture;
 

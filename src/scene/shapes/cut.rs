@@ -8,9 +8,9 @@ use glam::Vec3;
 
 use super::runs::Runs;
 use super::vertices::{By, Normals, Place, Vertices};
-use crate::graph::state::{Binding, TextureCoordinates};
 use crate::scene::Builder;
 use crate::scene::normals::face_normal;
+use crate::traversal::state::{Binding, TextureCoordinates};
 
 /// A triangle by the places of its corners.
 #[derive(Clone, Copy, Debug)]

@@ -10,13 +10,12 @@ use super::runs::{Broken, Runs};
 use super::vertices::{
     By, Normals, Place, Vertices, faces_are_parts, indices, is_per_vertex, without_index,
 };
-use crate::graph::read::Fields;
-use crate::graph::state::{Binding, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::scene::builder::Corner;
 use crate::scene::normals::{Faces, face_normal, merge_equal, unit};
 use crate::scene::tessellate::tessellate;
+use crate::traversal::state::{Binding, State};
 
 /// The index fields of an indexed shape.
 pub struct Indices<'a> {

@@ -4,10 +4,9 @@ use super::BoxCoordinates;
 use super::markers;
 use super::runs::counted;
 use super::vertices::{Normals, Place, Vertices, indices, without_index};
-use crate::graph::read::Fields;
-use crate::graph::state::{Binding, DrawStyle, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
+use crate::traversal::state::{Binding, DrawStyle, State};
 
 fn vertices<'a, 's>(
     state: &'s State<'a>,

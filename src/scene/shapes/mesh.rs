@@ -8,11 +8,10 @@ use super::BoxCoordinates;
 use super::cut::Cutter;
 use super::runs::Runs;
 use super::vertices::{By, Normals, Vertices, is_per_vertex, without_index};
-use crate::graph::read::Fields;
-use crate::graph::state::{Binding, Coordinates, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::scene::normals::unit;
+use crate::traversal::state::{Binding, Coordinates, State};
 
 pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let size = |name: &str| usize::try_from(node.read::<i32>(name).unwrap_or(1)).unwrap_or(0);

@@ -19,11 +19,10 @@ use glam::{Vec2, Vec3};
 
 use super::Builder;
 use super::builder::Corner;
-use crate::graph::property::vertex_property;
-use crate::graph::read::Fields;
-use crate::graph::role::is_vrml97;
-use crate::graph::state::{DrawStyle, State, Wrapping};
 use crate::iv::NodeRef;
+use crate::traversal::property::vertex_property;
+use crate::traversal::role::is_vrml97;
+use crate::traversal::state::{DrawStyle, State, Wrapping};
 
 pub use stroke::{Stroke, View};
 
@@ -234,9 +233,9 @@ impl BoxCoordinates {
 mod tests {
     use super::*;
     use crate::grammar::{CLASSES, Treatment};
-    use crate::graph::role::{Role, role_of};
     use crate::iv::{ClassRef, Document, Node};
     use crate::scene::CompileOptions;
+    use crate::traversal::role::{Role, role_of};
 
     /// Corners of a block 4 by 2 by 2, seen by the side they are on: Coin's values.
     #[test]
@@ -358,7 +357,7 @@ mod tests {
                     let mut state = State::new(false, false);
                     assert!(
                         role != Role::Property
-                            || crate::graph::property::apply(&mut state, node, 0.0),
+                            || crate::traversal::property::apply(&mut state, node, 0.0),
                         "{}",
                         class.name
                     );

@@ -3,13 +3,13 @@
 use glam::{DVec2, DVec3, DVec4, Vec2, Vec3};
 
 use crate::grammar::value::Choice;
-use crate::graph::State;
-use crate::graph::read::{Fields, nodes_in};
-use crate::graph::state::{Coordinates, ProfileCoordinates, TextureCoordinates};
+use crate::iv::nodes_in;
 use crate::iv::{NodeId, NodeRef};
 use crate::scene::Builder;
 use crate::scene::builder::Corner;
 use crate::scene::nurbs::{Curve, Surface, trim_curve};
+use crate::traversal::State;
+use crate::traversal::state::{Coordinates, ProfileCoordinates, TextureCoordinates};
 
 pub fn nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let points: Vec<DVec4> = (0..state.coordinates.len())

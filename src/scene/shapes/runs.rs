@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::graph::state::Coordinates;
 use crate::scene::Builder;
+use crate::traversal::state::Coordinates;
 
 /// The corners of a face or a strip: positions in the index, or counted from the first coordinate.
 #[derive(Clone, Debug)]

@@ -4,13 +4,12 @@ use glam::{DMat4, DVec2, DVec3, Vec2, Vec3};
 
 use super::quad;
 use crate::grammar::value::{Choice, Image};
-use crate::graph::read::Fields;
-use crate::graph::state::{State, TextureCoordinates, TextureElement, TextureModel};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::scene::builder::Corner;
 use crate::scene::text::PixelText;
 use crate::scene::texture::Texture;
+use crate::traversal::state::{State, TextureCoordinates, TextureElement, TextureModel};
 
 /// Draws with a unit of a pixel, facing the camera, around a point of the world. Nothing where
 /// nobody looks or the point is behind the camera.

@@ -6,11 +6,10 @@ use super::BoxCoordinates;
 use super::cut::Cutter;
 use super::runs::{Broken, Runs};
 use super::vertices::{By, Normals, Vertices, indices, is_per_vertex, without_index};
-use crate::graph::read::Fields;
-use crate::graph::state::{Binding, State};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::scene::normals::{Faces, face_normal, merge_equal, unit};
+use crate::traversal::state::{Binding, State};
 
 pub fn indexed_triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);

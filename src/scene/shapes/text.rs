@@ -4,12 +4,11 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::screen;
 use crate::grammar::value::{Choice, Text};
-use crate::graph::State;
-use crate::graph::read::Fields;
-use crate::graph::state::{Binding, ProfileCoordinates};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::scene::text::{self as typeset, Face, Fonts, Justify, Layout, TextStyle, Vrml97Style};
+use crate::traversal::State;
+use crate::traversal::state::{Binding, ProfileCoordinates};
 
 fn strings<'a>(node: NodeRef<'a>) -> &'a [String] {
     node.read::<[String]>("string").unwrap_or(&[])

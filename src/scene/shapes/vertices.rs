@@ -3,10 +3,9 @@
 use glam::Vec3;
 
 use super::BoxCoordinates;
-use crate::graph::read::Fields;
-use crate::graph::state::{Binding, Coordinates, State, TextureCoordinates};
 use crate::iv::NodeRef;
 use crate::scene::builder::Corner;
+use crate::traversal::state::{Binding, Coordinates, State, TextureCoordinates};
 
 /// A list of indices, unless it is empty or starts with −1: then Inventor takes another.
 pub fn indices<'a>(node: NodeRef<'a>, name: &str) -> Option<&'a [i32]> {

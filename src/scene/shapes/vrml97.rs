@@ -7,13 +7,12 @@ use glam::{DVec2, Vec2, Vec3};
 use super::faces::{Indices, indexed_faces};
 use super::{lines, nurbs, solids, text, vertices};
 use crate::grammar::value::Rotation;
-use crate::graph::read::Fields;
-use crate::graph::state::{
-    Binding, Coordinates, Diffuse, List, ShapeHints, State, TextureCoordinates, VertexOrdering,
-};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::scene::vrml97_shapes::{self, ElevationGrid, Extrusion};
+use crate::traversal::state::{
+    Binding, Coordinates, Diffuse, List, ShapeHints, State, TextureCoordinates, VertexOrdering,
+};
 
 /// Puts what the shape itself holds into the state.
 pub fn prepare<'a>(class: &str, state: &mut State<'a>, node: NodeRef<'a>) {

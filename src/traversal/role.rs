@@ -3,7 +3,6 @@
 use std::sync::OnceLock;
 
 use crate::grammar::{CLASSES, Class, Dialect};
-use crate::graph::read::Fields;
 use crate::iv::NodeRef;
 
 /// What happens when the walk meets a node.

@@ -4,10 +4,9 @@ use std::collections::HashMap;
 
 use glam::{DQuat, Vec3};
 
-use super::Outputs;
 use super::convert::rotation_of;
+use super::outputs::Outputs;
 use crate::grammar::value::{Seconds, Value};
-use crate::graph::read::Fields;
 use crate::iv::value::Rotation;
 use crate::iv::{NodeId, NodeRef};
 

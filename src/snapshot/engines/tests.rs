@@ -1,9 +1,10 @@
-use super::*;
 use std::sync::Arc;
 
+use glam::{DVec3, Vec3};
+
+use super::*;
 use crate::iv::value::Rotation;
-use crate::iv::{Limits, Nowhere};
-use glam::Vec3;
+use crate::iv::{Document, Limits, Nowhere, Value};
 
 fn read(text: &str) -> Document {
     let bytes = text.as_bytes().to_vec();

@@ -3,7 +3,6 @@
 use glam::Vec3;
 
 use crate::grammar::value::Get;
-use crate::graph::read::Fields;
 use crate::iv::NodeRef;
 
 /// Values of one engine run; more are cut off.

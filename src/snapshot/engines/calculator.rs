@@ -6,10 +6,9 @@
 
 use glam::DVec3;
 
-use super::Outputs;
 use super::lists::{MAX_VALUES, floats, vectors};
+use super::outputs::Outputs;
 use crate::grammar::value::Value;
-use crate::graph::read::Fields;
 use crate::iv::NodeRef;
 
 /// Operations of one statement, and operations over all values.

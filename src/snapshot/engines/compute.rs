@@ -9,10 +9,9 @@ use super::calculator;
 use super::convert::rotation_of;
 use super::lists::{at, at_or, floats, list, run, vectors};
 use super::matrix::{self, Parts};
+use super::outputs::{Outputs, Pulses};
 use super::sensors::between;
-use super::{Outputs, Pulses};
 use crate::grammar::value::{Choice, Seconds, Value};
-use crate::graph::read::Fields;
 use crate::iv::NodeRef;
 use crate::iv::value::Rotation;
 

@@ -2,11 +2,11 @@
 
 use std::sync::OnceLock;
 
-use super::Frame;
-use super::read::{Fields, nodes_in};
+use super::frame::Frame;
 use super::role::{self, Role};
 use crate::diag::Span;
 use crate::grammar::{self, Class, Part};
+use crate::iv::nodes_in;
 use crate::iv::{ClassRef, Document, Node, NodeId, NodeRef};
 
 /// Puts the kit's parts on the stack, the first part on top.

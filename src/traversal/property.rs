@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
 
-use super::read::Fields;
 use super::state::{
     Binding, Complexity, Coordinates, Diffuse, DrawStyle, EnvironmentElement, FogKind, FontElement,
     Highlight, LightElement, LightKind, List, Profile, ProfileCoordinates, State,

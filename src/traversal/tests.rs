@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::*;
-use crate::iv::{Limits, Nowhere};
+use crate::iv::{Document, Limits, NodeRef, Nowhere};
 
 /// Shapes with their places, and an area that every box is said to take up on the screen.
 struct Seen {

@@ -1,0 +1,145 @@
+//! Which values flow into which fields, and in what order they must be computed.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::diag::Span;
+use crate::grammar::FieldType;
+use crate::iv::document::ClassRef;
+use crate::iv::{Document, NodeId, NodeRef};
+
+/// Where a value goes.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Slot {
+    Field(u16, FieldType),
+    /// A VRML97 `eventIn` that is not a field.
+    Input(&'static str, FieldType),
+}
+
+/// A connection or route.
+#[derive(Clone, Debug)]
+pub(super) struct Edge {
+    pub(super) from: NodeId,
+    pub(super) output: Box<str>,
+    pub(super) slot: Slot,
+    pub(super) span: Span,
+}
+
+/// What flows into each node that anything flows into, in the order of the file.
+pub(super) fn edges(document: &Document) -> Vec<(NodeId, Vec<Edge>)> {
+    let mut out: Vec<(NodeId, Vec<Edge>)> = Vec::new();
+    for index in 0..document.nodes.len() {
+        let id = NodeId(index as u32);
+        let node = NodeRef { document, id };
+        let mut into: Vec<Edge> = Vec::new();
+        for entry in &document.nodes[index].fields {
+            if let Some(connection) = &entry.connection
+                && let Some(kind) = field_type(node, entry.index)
+            {
+                into.push(Edge {
+                    from: document.node(connection.from).id,
+                    output: connection.output.clone(),
+                    slot: Slot::Field(entry.index, kind),
+                    span: entry.span,
+                });
+            }
+        }
+        if !into.is_empty() {
+            out.push((id, into));
+        }
+    }
+    let mut places: HashMap<NodeId, usize> = out
+        .iter()
+        .enumerate()
+        .map(|(i, (id, _))| (*id, i))
+        .collect();
+    for route in &document.routes {
+        let to = document.node(route.to);
+        let Some(slot) = slot(to, &route.input) else {
+            continue; // a script's, or of a class that is not drawn
+        };
+        let edge = Edge {
+            from: document.node(route.from).id,
+            output: route.output.clone(),
+            slot,
+            span: to.span(),
+        };
+        let place = *places.entry(to.id).or_insert_with(|| {
+            out.push((to.id, Vec::new()));
+            out.len() - 1
+        });
+        out[place].1.push(edge);
+    }
+    out
+}
+
+fn field_type(node: NodeRef<'_>, index: u16) -> Option<FieldType> {
+    let index = usize::from(index);
+    match node.data().class {
+        ClassRef::Known(id) => id.get().fields.get(index).map(|f| f.kind),
+        ClassRef::Extension(i) => {
+            let fields = &node.document.extensions[i as usize].fields;
+            fields.get(index).map(|f| f.1)
+        }
+    }
+}
+
+/// The field or input that a route's `TO` names; `set_` before a field's name is dropped.
+fn slot(node: NodeRef<'_>, name: &str) -> Option<Slot> {
+    let class = node.class()?;
+    let short = name.strip_prefix("set_").unwrap_or(name);
+    let field = class.field(name).or_else(|| class.field(short));
+    if let Some((index, decl)) = field {
+        return Some(Slot::Field(index as u16, decl.kind));
+    }
+    let input = class.inputs.iter().find(|(n, _)| *n == name || *n == short);
+    input.map(|&(name, kind)| Slot::Input(name, kind))
+}
+
+/// The places of nodes so that each comes after those it takes values from, and the edges (place,
+/// number) left out because they close a circle. Depth first, without recursion.
+pub(super) fn sorted(edges: &[(NodeId, Vec<Edge>)]) -> (Vec<usize>, HashSet<(usize, usize)>) {
+    #[derive(Clone, Copy, PartialEq)]
+    enum Mark {
+        New,
+        Open,
+        Done,
+    }
+    let places: HashMap<NodeId, usize> = edges
+        .iter()
+        .enumerate()
+        .map(|(i, (id, _))| (*id, i))
+        .collect();
+    let mut marks = vec![Mark::New; edges.len()];
+    let mut order = Vec::with_capacity(edges.len());
+    let mut cut = HashSet::new();
+    for start in 0..edges.len() {
+        if marks[start] != Mark::New {
+            continue;
+        }
+        marks[start] = Mark::Open;
+        let mut stack = vec![(start, 0)];
+        while let Some((place, next)) = stack.last_mut() {
+            let (place, which) = (*place, *next);
+            let Some(edge) = edges[place].1.get(which) else {
+                marks[place] = Mark::Done;
+                order.push(place);
+                stack.pop();
+                continue;
+            };
+            *next += 1;
+            if let Some(&from) = places.get(&edge.from) {
+                match marks[from] {
+                    Mark::New => {
+                        marks[from] = Mark::Open;
+                        stack.push((from, 0));
+                    }
+                    Mark::Open => {
+                        cut.insert((place, which));
+                    }
+                    Mark::Done => {}
+                }
+            }
+        }
+    }
+    (order, cut)
+}

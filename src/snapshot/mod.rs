@@ -1,0 +1,3 @@
+//! A document at one time.
+
+pub mod engines;

@@ -1,0 +1,243 @@
+//! Groups that pick among their children, repeat them, or turn them to the camera.
+
+use glam::{DMat4, DVec3, Mat4, Vec3};
+
+use super::frame::Frame;
+use super::visitor::Visitor;
+use super::walk::Walk;
+use crate::grammar::value::Choice;
+use crate::iv::{NodeId, NodeRef, nodes_in};
+use crate::pose::Projection;
+
+impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
+    /// The children among which a switch or a level of detail picks.
+    fn choices(node: NodeRef<'a>) -> &'a [NodeId] {
+        ["choice", "level", "children"]
+            .iter()
+            .map(|field| nodes_in(node, field))
+            .find(|list| !list.is_empty())
+            .unwrap_or(&node.data().children)
+    }
+
+    fn pick(&mut self, list: &'a [NodeId], index: usize) {
+        if let Some(&id) = list.get(index) {
+            self.stack.push(Frame::Visit(id));
+        }
+    }
+
+    pub(super) fn switch(&mut self, node: NodeRef<'a>) {
+        let list = Self::choices(node);
+        let vrml97 = node.value("whichChoice").is_some();
+        let field = if vrml97 { "whichChoice" } else { "whichChild" };
+        let mut which = node.read::<i32>(field).unwrap_or(-1);
+        if vrml97 {
+            self.keep_state();
+        }
+        if which == -2 {
+            which = self.state.switch;
+            if which >= 0 && !list.is_empty() {
+                which %= list.len() as i32;
+            }
+        }
+        self.state.switch = which;
+        match which {
+            -3 => self.stack.push(Frame::List { list, next: 0 }),
+            0.. => self.pick(list, which as usize),
+            _ => {}
+        }
+    }
+
+    /// One child after the other, a round every 1/speed seconds; a single child comes and goes.
+    /// Before the clock starts the file's own choice holds, and one that is off shows a child (as
+    /// Coin does, measured).
+    pub(super) fn blinker(&mut self, node: NodeRef<'a>) {
+        let list = Self::choices(node);
+        if self.options.all_levels {
+            self.stack.push(Frame::List { list, next: 0 });
+            return;
+        }
+        let stated = node.read::<i32>("whichChild").unwrap_or(-1);
+        let speed = f64::from(node.read::<f32>("speed").unwrap_or(1.0));
+        let round = speed * self.options.time;
+        let share = round - round.floor();
+        let which = match (node.read::<bool>("on").unwrap_or(true), list.len()) {
+            (false, _) => stated.max(0),
+            (true, 1) if round > 0.0 => libm::floor(2.0 * share) as i32 - 1,
+            (true, n) if round > 0.0 => libm::floor(share * n as f64) as i32,
+            _ => stated,
+        };
+        self.state.switch = which;
+        if let Ok(index) = usize::try_from(which) {
+            self.pick(list, index);
+        }
+    }
+
+    /// Walks its children where the nodes above end with its path.
+    pub(super) fn path_switch(&mut self, node: NodeRef<'a>) {
+        let Some(path) = node.node_in("path") else {
+            return;
+        };
+        let mut wanted: Vec<NodeId> = nodes_in(path, "head").to_vec();
+        for &index in path.read::<[i32]>("indices").unwrap_or(&[]) {
+            let below = wanted.last().map(|&id| self.document.node(id));
+            let child = below.and_then(|n| n.data().children.get(usize::try_from(index).ok()?));
+            let Some(&child) = child else {
+                return;
+            };
+            wanted.push(child);
+        }
+        let above: Vec<NodeId> = self
+            .stack
+            .iter()
+            .filter_map(|frame| match frame {
+                Frame::Leave(id) if *id != node.id => Some(*id),
+                _ => None,
+            })
+            .collect();
+        if !wanted.is_empty() && above.ends_with(&wanted) {
+            self.children(node);
+        }
+    }
+
+    /// Walks the children at every place of a grid, as Inventor does: z slowest, x fastest, and
+    /// every copy from the state that the array itself was met in.
+    pub(super) fn array(&mut self, node: NodeRef<'a>) {
+        let count = |i: usize| {
+            let n = node.read::<i16>(["numElements1", "numElements2", "numElements3"][i]);
+            i64::from(n.unwrap_or(1).max(0))
+        };
+        let step = |i: usize| {
+            node.read::<Vec3>(["separation1", "separation2", "separation3"][i])
+                .unwrap_or_default()
+                .as_dvec3()
+        };
+        let (n, s) = ([count(0), count(1), count(2)], [step(0), step(1), step(2)]);
+        if n[0] * n[1] * n[2] > 10_000_000 {
+            return;
+        }
+        let from = |i: usize| match node.read::<Choice>("origin") {
+            Some(1) => -0.5 * (n[i] - 1) as f64,
+            Some(2) => -(n[i] - 1) as f64,
+            _ => 0.0,
+        };
+        let mut places = Vec::new();
+        for k in 0..n[2] {
+            for j in 0..n[1] {
+                for i in 0..n[0] {
+                    let offset: DVec3 = (from(0) + i as f64) * s[0]
+                        + (from(1) + j as f64) * s[1]
+                        + (from(2) + k as f64) * s[2];
+                    places.push(DMat4::from_translation(offset));
+                }
+            }
+        }
+        self.place(node, &places);
+    }
+
+    pub(super) fn multiple_copy(&mut self, node: NodeRef<'a>) {
+        let matrices = node.read::<[Mat4]>("matrix").unwrap_or(&[]);
+        let places: Vec<DMat4> = matrices.iter().map(Mat4::as_dmat4).collect();
+        self.place(node, &places);
+    }
+
+    fn place(&mut self, node: NodeRef<'a>, places: &[DMat4]) {
+        for (i, &matrix) in places.iter().enumerate().rev() {
+            self.stack.push(Frame::Place {
+                node,
+                matrix,
+                choice: i as i32,
+            });
+        }
+    }
+
+    /// Inventor's LOD: by the distance from the eye to the center, both in the world.
+    pub(super) fn lod(&mut self, node: NodeRef<'a>) {
+        let list = Self::choices(node);
+        if self.options.all_levels {
+            self.stack.push(Frame::List { list, next: 0 });
+            return;
+        }
+        let ranges = node.read::<[f32]>("range").unwrap_or(&[]);
+        let center = node.read::<Vec3>("center").unwrap_or_default().as_dvec3();
+        let world = self.state.world_from_object.transform_point3(center);
+        let level = match &self.options.camera {
+            Some(camera) => {
+                let distance = camera.position.distance(world);
+                ranges
+                    .iter()
+                    .take_while(|&&range| distance >= f64::from(range))
+                    .count()
+            }
+            None => 0,
+        };
+        self.pick(list, level.min(list.len().saturating_sub(1)));
+    }
+
+    /// SGI's LevelOfDetail goes by the pixels that the box around its children takes up, times
+    /// `Complexity` and a half (Coin); `Complexity` 0 asks for the coarsest, 1 for the finest.
+    pub(super) fn level_of_detail(&mut self, node: NodeRef<'a>) {
+        let list = Self::choices(node);
+        if self.options.all_levels {
+            self.stack.push(Frame::List { list, next: 0 });
+            return;
+        }
+        let last = list.len().saturating_sub(1);
+        let complexity = self.state.complexity.value;
+        let index = if complexity <= 0.0 {
+            last
+        } else if complexity >= 1.0 {
+            0
+        } else {
+            match self.visitor.screen_area(node, &self.state) {
+                Some(area) => {
+                    let area = area * (f64::from(complexity) + 0.5);
+                    let limits = node.read::<[f32]>("screenArea").unwrap_or(&[0.0]);
+                    let level = limits.iter().position(|&limit| area > f64::from(limit));
+                    let none = if limits.is_empty() { 0 } else { last };
+                    level.unwrap_or(none).min(last)
+                }
+                None => 0,
+            }
+        };
+        self.pick(list, index);
+    }
+
+    /// VRML 97's Billboard turns +z to the camera, about its axis or freely.
+    pub(super) fn turn_to_camera(&mut self, node: NodeRef<'a>) {
+        let Some(camera) = &self.options.camera else {
+            return;
+        };
+        let inverse = self.state.world_from_object.inverse();
+        let eye = match camera.projection {
+            Projection::Perspective { .. } if !self.options.flat_billboards => {
+                inverse.transform_point3(camera.position)
+            }
+            _ => inverse.transform_vector3(-camera.direction()),
+        };
+        let axis = node.read::<Vec3>("axisOfRotation").unwrap_or(Vec3::Y);
+        let turn = match axis.as_dvec3().try_normalize() {
+            Some(axis) => {
+                let flat = (eye - axis * eye.dot(axis)).try_normalize();
+                let front = (DVec3::Z - axis * axis.z).try_normalize();
+                let (Some(flat), Some(front)) = (flat, front) else {
+                    return;
+                };
+                let angle = libm::atan2(front.cross(flat).dot(axis), front.dot(flat));
+                glam::DQuat::from_axis_angle(axis, angle)
+            }
+            None => {
+                let up = inverse.transform_vector3(camera.orientation * DVec3::Y);
+                let Some(z) = eye.try_normalize() else {
+                    return;
+                };
+                let Some(x) = up.cross(z).try_normalize() else {
+                    return;
+                };
+                glam::DQuat::from_mat3(&glam::DMat3::from_cols(x, z.cross(x), z))
+            }
+        };
+        if turn.is_finite() {
+            self.state.world_from_object *= DMat4::from_quat(turn);
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! The walk itself: a stack of frames, and what happens at each node.
+
+use std::sync::Arc;
+
+use super::frame::Frame;
+use super::kit;
+use super::property;
+use super::role::{self, Role};
+use super::state::State;
+use super::visitor::{Visitor, WalkOptions};
+use crate::diag::Diagnostic;
+use crate::iv::{Document, NodeId, NodeRef, nodes_in};
+
+pub(super) struct Walk<'a, 'v, V> {
+    pub(super) document: &'a Document,
+    pub(super) options: &'v WalkOptions,
+    pub(super) visitor: &'v mut V,
+    pub(super) state: State<'a>,
+    pub(super) stack: Vec<Frame<'a>>,
+    /// Whether a node is on the path from the root to here.
+    on_path: Vec<bool>,
+    pub(super) visits: u64,
+    told_cycle: bool,
+}
+
+/// Walks all roots in order, under one state.
+pub fn walk<'a, V: Visitor<'a>>(document: &'a Document, options: &WalkOptions, visitor: &mut V) {
+    let vrml97 = document.format.starts_with("VRML V2");
+    let vrml1 = document.format.starts_with("VRML V1");
+    let state = State::new(vrml1, vrml97);
+    walk_list(document, &document.roots, state, options, visitor);
+}
+
+/// Walks some nodes of a document in order, beginning with a state.
+pub fn walk_list<'a, V: Visitor<'a>>(
+    document: &'a Document,
+    list: &'a [NodeId],
+    state: State<'a>,
+    options: &WalkOptions,
+    visitor: &mut V,
+) {
+    let mut walk = Walk {
+        document,
+        options,
+        visitor,
+        state,
+        stack: vec![Frame::List { list, next: 0 }],
+        on_path: vec![false; document.nodes.len()],
+        visits: 0,
+        told_cycle: false,
+    };
+    let most = options.max_visits.max(2 * document.nodes.len() as u64);
+    while let Some(frame) = walk.stack.pop() {
+        walk.step(frame);
+        if walk.visitor.is_full() {
+            break;
+        }
+        if walk.visits > most {
+            let trouble = Diagnostic::warning(format!(
+                "the scene has more than {most} nodes to walk; the rest is left out"
+            ));
+            walk.visitor.trouble(trouble.with_help(
+                "a subtree used by subtrees used again grows fast; `--scene-limit visits=N` raises this",
+            ));
+            break;
+        }
+    }
+}
+
+impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
+    fn step(&mut self, frame: Frame<'a>) {
+        match frame {
+            Frame::Visit(id) => self.visit(self.document.node(id)),
+            Frame::VisitDefault(node) => self.visit(node),
+            Frame::List { list, next } => {
+                if let Some(&id) = list.get(next) {
+                    self.stack.push(Frame::List {
+                        list,
+                        next: next + 1,
+                    });
+                    self.visit(self.document.node(id));
+                }
+            }
+            Frame::Leave(id) => self.on_path[id.0 as usize] = false,
+            Frame::Restore(state) => self.state = *state,
+            Frame::Close(state) => {
+                self.state = *state;
+                self.visitor.close();
+            }
+            Frame::RestoreMatrix(matrix) => self.state.world_from_object = matrix,
+            Frame::Scope { inner, matrix_only } => {
+                if matrix_only {
+                    self.stack
+                        .push(Frame::RestoreMatrix(self.state.world_from_object));
+                } else {
+                    self.open_separator();
+                }
+                self.stack.extend(inner.into_iter().rev());
+            }
+            Frame::Place {
+                node,
+                matrix,
+                choice,
+            } => {
+                self.keep_state();
+                self.state.world_from_object *= matrix;
+                self.state.switch = choice;
+                self.children(node);
+            }
+            Frame::Geometry { shape } => self.geometry(shape),
+        }
+    }
+
+    fn visit(&mut self, node: NodeRef<'a>) {
+        self.visits += 1;
+        let role = role::role(node);
+        self.visitor.node(node, role);
+        match role {
+            // A class nobody knows, or nothing to draw: SGI and Coin walk past it too.
+            Role::Kept => {}
+            Role::Property => {
+                property::apply(&mut self.state, node, self.options.time);
+            }
+            Role::Shape => self.visitor.shape(node, &self.state),
+            Role::Light => self.light(node),
+            Role::Camera => self.visitor.camera(node, &self.state),
+            Role::Bindable => self.visitor.bindable(node, &self.state),
+            _ => self.enter(node, role),
+        }
+    }
+
+    fn light(&mut self, node: NodeRef<'a>) {
+        if let Some(light) = property::light(&self.state, node) {
+            self.visitor.light(&light, &self.state);
+            Arc::make_mut(&mut self.state.lights).push(light);
+        }
+    }
+
+    /// A node with children. Being on the path already means that it contains itself.
+    pub(super) fn enter(&mut self, node: NodeRef<'a>, role: Role) {
+        let index = node.id.0 as usize;
+        if !std::ptr::eq(node.document, self.document) {
+            return; // a part that a kit makes up: it has no children
+        }
+        if self.on_path[index] {
+            if !self.told_cycle {
+                self.told_cycle = true;
+                let mut trouble = Diagnostic::warning(format!(
+                    "this `{}` contains itself; it is entered once",
+                    node.class_name()
+                ));
+                if let Some(source) = node.source() {
+                    trouble = trouble.at(source, node.span());
+                }
+                self.visitor.trouble(trouble);
+            }
+            return;
+        }
+        self.on_path[index] = true;
+        self.stack.push(Frame::Leave(node.id));
+        match role {
+            Role::Group => self.children(node),
+            Role::File => {
+                if let Some(list) = self.document.included.get(&node.id) {
+                    self.stack.push(Frame::List { list, next: 0 });
+                }
+            }
+            Role::Separator | Role::Collision => {
+                self.open_separator();
+                self.state.on_top |= node.known_class().is_some_and(|c| c.is_a("Annotation"));
+                self.state.highlight = property::highlight(node).or(self.state.highlight);
+                self.children(node);
+            }
+            Role::TransformSeparator => {
+                self.stack
+                    .push(Frame::RestoreMatrix(self.state.world_from_object));
+                self.children(node);
+            }
+            Role::Transform97 => {
+                self.open_separator();
+                self.state.world_from_object *= property::transform(node, "scale");
+                self.children(node);
+            }
+            Role::Billboard => {
+                self.open_separator();
+                self.turn_to_camera(node);
+                self.children(node);
+            }
+            Role::Switch => self.switch(node),
+            Role::Blinker => self.blinker(node),
+            Role::PathSwitch => self.path_switch(node),
+            Role::Array => self.array(node),
+            Role::MultipleCopy => self.multiple_copy(node),
+            Role::Lod => self.lod(node),
+            Role::LevelOfDetail => self.level_of_detail(node),
+            Role::AppearanceAndGeometry => self.appearance(node),
+            Role::Kit => kit::plan(node, &mut self.stack),
+            Role::ListPart => self.stack.push(Frame::List {
+                list: nodes_in(node, "containerNode"),
+                next: 0,
+            }),
+            _ => {}
+        }
+    }
+
+    pub(super) fn keep_state(&mut self) {
+        self.stack
+            .push(Frame::Restore(Box::new(self.state.clone())));
+    }
+
+    pub(super) fn open_separator(&mut self) {
+        self.visitor.open(&self.state);
+        self.stack.push(Frame::Close(Box::new(self.state.clone())));
+    }
+
+    pub(super) fn children(&mut self, node: NodeRef<'a>) {
+        // VRML 97 keeps children in a field; the last pushed is walked first.
+        for field in ["level", "choice", "children"] {
+            let list = nodes_in(node, field);
+            if !list.is_empty() {
+                self.stack.push(Frame::List { list, next: 0 });
+            }
+        }
+        self.stack.push(Frame::List {
+            list: &node.data().children,
+            next: 0,
+        });
+    }
+}
