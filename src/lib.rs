@@ -13,6 +13,7 @@ pub mod compare;
 pub mod diag;
 pub mod diagram;
 pub mod film;
+pub mod geometry;
 pub mod grammar;
 pub mod iv;
 pub mod lens;

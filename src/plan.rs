@@ -24,6 +24,7 @@ use standing::{Environment, first_camera, headlight, own_focus, standing};
 use crate::camera::{Aim, Camera, film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::film::{Film, FilmFormat, Glare, Metering, Resolution, Response};
+use crate::geometry::text::Fonts;
 use crate::iv::{Document, Limits};
 use crate::lens::{Coating, Focus, FocusMethod, Iris, Lens, Movements, Reading};
 use crate::math::{Meters, Mm};
@@ -34,7 +35,6 @@ use crate::render::ghosts::Flare;
 use crate::render::report::{RenderReport, Seconds};
 use crate::render::{Exposure, Progress, Render, Stop};
 use crate::sampling::{DiscMap, Filter, FilterTable, Sampler, SamplerKind};
-use crate::scene::text::Fonts;
 use crate::scene::{CompileOptions, Light, RenderScene};
 use crate::shade::{ShadeOptions, Shader, Shading};
 

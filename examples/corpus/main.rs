@@ -16,8 +16,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::DVec3;
+use ivcam::geometry::text::Fonts;
 use ivcam::iv::{Document, Limits};
-use ivcam::scene::text::Fonts;
 use ivcam::scene::{CompileOptions, RenderScene};
 use pictures::Pictures;
 use serde_json::Value;

@@ -34,9 +34,9 @@ use std::sync::Arc;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 
 use crate::diag::{Diagnostic, Result, Severity, Sink};
+use crate::geometry::text::Fonts;
 use crate::iv::Limits;
 use crate::plan::Era;
-use crate::scene::text::Fonts;
 
 /// Exit code: what was asked for could not be done.
 pub const ERROR: i32 = 2;

@@ -10,18 +10,17 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4, Vec2, Vec3, Vec4};
 
 use super::background::Background;
-use super::facets::facets;
-use super::mesh::Mesh;
 use super::powers::in_powers_of_two;
-use super::quadric::{Quadric, QuadricKind, exact_bounds};
 use super::screen::Screen;
+use super::shapes;
 use super::shapes::cut::Scratch;
-use super::shapes::{self, Stroke, View};
 use super::surface::{CornerNormals, Mapping, TextureUse};
-use super::text::Fonts;
 use super::texture::{self, Filter, Texture};
 use super::{Census, CompileOptions, Light, Needs, RenderScene, Surface, survey};
 use crate::diag::{Diagnostic, Result};
+use crate::geometry::quadric::exact_bounds;
+use crate::geometry::text::Fonts;
+use crate::geometry::{Corner, Mesh, Quadric, QuadricKind, Stroke, View, facets};
 use crate::iv::{Document, NodeId, NodeRef, Value};
 use crate::pose::{CameraPose, Projection};
 use crate::traversal::Visitor;
@@ -31,18 +30,6 @@ use crate::traversal::state::{
     Diffuse, DrawStyle, Drawing, EnvironmentElement, FogKind, LightElement, State,
     TextureCoordinates,
 };
-
-/// A triangle's corner in the shape's own space.
-#[derive(Clone, Copy, Debug)]
-pub struct Corner {
-    pub position: Vec3,
-    pub normal: Vec3,
-    /// Index of the diffuse color and transparency.
-    pub material: u32,
-    pub coordinates: Vec2,
-    /// The third texture coordinate, for pictures in depth.
-    pub third: f32,
-}
 
 /// A corner, and where it lies in the scene.
 #[derive(Clone, Copy, Debug)]

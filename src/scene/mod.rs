@@ -9,25 +9,17 @@ pub mod bundle;
 pub mod census;
 pub mod check;
 pub mod coin;
-pub mod facets;
 pub mod handles;
 pub mod inventor_box;
 pub mod light;
-pub mod mesh;
-pub mod normals;
-pub mod nurbs;
 pub mod plain;
 pub mod powers;
-pub mod quadric;
 pub mod screen;
 pub mod shapes;
 pub mod surface;
 pub mod survey;
-pub mod tessellate;
-pub mod text;
 pub mod texture;
 pub mod traverse;
-pub mod vrml97_shapes;
 pub mod wide;
 
 use std::sync::{Arc, OnceLock};
@@ -35,6 +27,8 @@ use std::sync::{Arc, OnceLock};
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::diag::{Diagnostic, Result};
+use crate::geometry::text::Fonts;
+use crate::geometry::{Quadric, Stroke, View};
 use crate::iv::{Document, Limits};
 use crate::pose::CameraPose;
 use crate::traversal::{self, WalkOptions};
@@ -49,7 +43,6 @@ pub use survey::Survey;
 pub use traverse::{Bvh, PreparedRay, Ray};
 
 use plain::PlainSurface;
-use quadric::Quadric;
 use texture::Texture;
 use wide::{Block, Met, Wide};
 
@@ -101,7 +94,7 @@ pub struct CompileOptions {
     /// Folders besides the scene's own in which textures are looked for. Default: none.
     pub texture_folders: Vec<std::path::PathBuf>,
     /// Typefaces to draw text with before the shipped ones. Default: none.
-    pub fonts: Arc<text::Fonts>,
+    pub fonts: Arc<Fonts>,
 }
 
 impl Default for CompileOptions {
@@ -198,7 +191,7 @@ pub struct RenderScene {
     pub origin: DVec3,
     triangles: Vec<[Vec3; 3]>,
     quadrics: Vec<Quadric>,
-    strokes: Vec<shapes::Stroke>,
+    strokes: Vec<Stroke>,
     /// Surface of each triangle, quadric and stroke.
     owners: Vec<u32>,
     surfaces: Vec<Surface>,
@@ -215,7 +208,7 @@ pub struct RenderScene {
     /// Whether everything stops all light.
     solid: bool,
     /// The camera, for what is measured in pixels.
-    view: shapes::View,
+    view: View,
     pub(crate) background: background::Background,
     census: Census,
     bounds: Option<(Vec3, Vec3)>,

@@ -8,8 +8,8 @@ use glam::Vec3;
 
 use super::runs::Runs;
 use super::vertices::{By, Normals, Place, Vertices};
+use crate::geometry::normals::face_normal;
 use crate::scene::Builder;
-use crate::scene::normals::face_normal;
 use crate::traversal::state::{Binding, TextureCoordinates};
 
 /// A triangle by the places of its corners.

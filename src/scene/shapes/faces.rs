@@ -10,11 +10,11 @@ use super::runs::{Broken, Runs};
 use super::vertices::{
     By, Normals, Place, Vertices, faces_are_parts, indices, is_per_vertex, without_index,
 };
+use crate::geometry::Corner;
+use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
+use crate::geometry::tessellate;
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::builder::Corner;
-use crate::scene::normals::{Faces, face_normal, merge_equal, unit};
-use crate::scene::tessellate::tessellate;
 use crate::traversal::state::{Binding, State};
 
 /// The index fields of an indexed shape.

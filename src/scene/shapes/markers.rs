@@ -6,9 +6,9 @@
 use glam::{DMat4, DVec2, Vec2, Vec3};
 
 use super::quad;
-use super::screen::facing;
+use super::screen_aligned::facing;
+use crate::geometry::Corner;
 use crate::scene::Builder;
-use crate::scene::builder::Corner;
 
 /// Lines of markers, on a square from −1 to 1, by Inventor's numbering (SoMarkerSet's reference page):
 /// ten signs, then ten outlines. The same ten filled follow. Drawn after their names.

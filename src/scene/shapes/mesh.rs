@@ -8,9 +8,9 @@ use super::BoxCoordinates;
 use super::cut::Cutter;
 use super::runs::Runs;
 use super::vertices::{By, Normals, Vertices, is_per_vertex, without_index};
+use crate::geometry::normals::unit;
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::normals::unit;
 use crate::traversal::state::{Binding, Coordinates, State};
 
 pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {

@@ -7,10 +7,9 @@ mod markers;
 mod mesh;
 pub mod nurbs;
 mod runs;
-mod screen;
+mod screen_aligned;
 pub(super) mod solids;
 mod strips;
-mod stroke;
 pub mod text;
 mod vertices;
 mod vrml97;
@@ -18,13 +17,11 @@ mod vrml97;
 use glam::{Vec2, Vec3};
 
 use super::Builder;
-use super::builder::Corner;
+use crate::geometry::Corner;
 use crate::iv::NodeRef;
 use crate::traversal::property::vertex_property;
 use crate::traversal::role::is_vrml97;
 use crate::traversal::state::{DrawStyle, State, Wrapping};
-
-pub use stroke::{Stroke, View};
 
 /// Draws a shape node with the state it was met in.
 pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
@@ -43,7 +40,7 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'
         &inner
     } else if class.is_a("Image") {
         inner = state.clone();
-        screen::prepare_image(&mut inner, node);
+        screen_aligned::prepare_image(&mut inner, node);
         &inner
     } else if let Some(property) = node.node_in("vertexProperty") {
         inner = state.clone();
@@ -104,7 +101,7 @@ fn draw_class<'a>(
             "QuadMesh" => mesh::quad_mesh(node, state, out),
             "LineSet" => lines::line_set(node, state, out),
             "IndexedLineSet" => lines::indexed_line_set(node, state, out),
-            "Image" => screen::image(node, state, out),
+            "Image" => screen_aligned::image(node, state, out),
             "IndexedMarkerSet" => lines::indexed_marker_set(node, state, out),
             "MarkerSet" => lines::marker_set(node, state, out),
             "PointSet" => lines::point_set(node, state, out),

@@ -1,13 +1,13 @@
-//! NURBS shapes: control points and profiles from the state, cut by `scene::nurbs`.
+//! NURBS shapes: control points and profiles from the state, cut by `geometry::nurbs`.
 
 use glam::{DVec2, DVec3, DVec4, Vec2, Vec3};
 
+use crate::geometry::Corner;
+use crate::geometry::nurbs::{Curve, Surface, trim_curve};
 use crate::grammar::value::Choice;
 use crate::iv::nodes_in;
 use crate::iv::{NodeId, NodeRef};
 use crate::scene::Builder;
-use crate::scene::builder::Corner;
-use crate::scene::nurbs::{Curve, Surface, trim_curve};
 use crate::traversal::State;
 use crate::traversal::state::{Coordinates, ProfileCoordinates, TextureCoordinates};
 

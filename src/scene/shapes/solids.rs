@@ -5,11 +5,11 @@
 use glam::{Vec2, Vec3};
 
 use super::quad;
+use crate::geometry::Corner;
+use crate::geometry::QuadricKind;
 use crate::grammar::value::Choice;
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::builder::Corner;
-use crate::scene::quadric::QuadricKind;
 use crate::traversal::state::{Binding, State};
 
 /// The material of a part: its own where the binding deals them out by part.

@@ -6,9 +6,9 @@ use super::BoxCoordinates;
 use super::cut::Cutter;
 use super::runs::{Broken, Runs};
 use super::vertices::{By, Normals, Vertices, indices, is_per_vertex, without_index};
+use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::normals::{Faces, face_normal, merge_equal, unit};
 use crate::traversal::state::{Binding, State};
 
 pub fn indexed_triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {

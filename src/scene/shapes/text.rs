@@ -1,12 +1,14 @@
-//! Text shapes: what the nodes say, set by `scene::text`.
+//! Text shapes: what the nodes say, set by `geometry::text`.
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::screen;
+use super::screen_aligned;
+use crate::geometry::text::{
+    self as typeset, Face, Fonts, Justify, Layout, TextStyle, Vrml97Style,
+};
 use crate::grammar::value::{Choice, Text};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::text::{self as typeset, Face, Fonts, Justify, Layout, TextStyle, Vrml97Style};
 use crate::traversal::State;
 use crate::traversal::state::{Binding, ProfileCoordinates};
 
@@ -40,10 +42,10 @@ pub fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let text = typeset::pixel_text(strings(node), &style(node, state, &fonts));
     let at = state.world_from_object.transform_point3(DVec3::ZERO);
     out.set_unlit();
-    screen::pixels(at, &text, out);
+    screen_aligned::pixels(at, &text, out);
     out.bound(Vec3::ZERO);
     let object_from_world = state.world_from_object.inverse();
-    let around = screen::seen_around(at, &text, out);
+    let around = screen_aligned::seen_around(at, &text, out);
     let corners = around.iter().flatten();
     let corners = corners.map(|&p| object_from_world.transform_point3(p));
     out.set_inventor_box(corners.fold(None, |all: Option<(DVec3, DVec3)>, p| {
@@ -71,7 +73,7 @@ pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
         let at = state.world_from_object.transform_point3(place.as_dvec3());
         out.bound(place);
         out.set_unlit();
-        screen::pixels(at, &text, out);
+        screen_aligned::pixels(at, &text, out);
     }
 }
 

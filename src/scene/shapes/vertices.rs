@@ -3,8 +3,8 @@
 use glam::Vec3;
 
 use super::BoxCoordinates;
+use crate::geometry::Corner;
 use crate::iv::NodeRef;
-use crate::scene::builder::Corner;
 use crate::traversal::state::{Binding, Coordinates, State, TextureCoordinates};
 
 /// A list of indices, unless it is empty or starts with −1: then Inventor takes another.

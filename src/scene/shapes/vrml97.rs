@@ -6,10 +6,10 @@ use glam::{DVec2, Vec2, Vec3};
 
 use super::faces::{Indices, indexed_faces};
 use super::{lines, nurbs, solids, text, vertices};
+use crate::geometry::vrml97_shapes::{self, ElevationGrid, Extrusion};
 use crate::grammar::value::Rotation;
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::vrml97_shapes::{self, ElevationGrid, Extrusion};
 use crate::traversal::state::{
     Binding, Coordinates, Diffuse, List, ShapeHints, State, TextureCoordinates, VertexOrdering,
 };

@@ -160,7 +160,7 @@ impl<'a> Face<'a> {
     fn bytes(self) -> &'static [u8] {
         macro_rules! font {
             ($name:literal) => {
-                include_bytes!(concat!("../fonts/", $name, ".otf"))
+                include_bytes!(concat!("fonts/", $name, ".otf"))
             };
         }
         match (self.family, self.bold, self.italic) {

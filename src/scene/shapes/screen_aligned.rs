@@ -3,11 +3,11 @@
 use glam::{DMat4, DVec2, DVec3, Vec2, Vec3};
 
 use super::quad;
+use crate::geometry::Corner;
+use crate::geometry::text::PixelText;
 use crate::grammar::value::{Choice, Image};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::scene::builder::Corner;
-use crate::scene::text::PixelText;
 use crate::scene::texture::Texture;
 use crate::traversal::state::{State, TextureCoordinates, TextureElement, TextureModel};
 

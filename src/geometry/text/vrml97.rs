@@ -5,7 +5,7 @@ use glam::Vec2;
 use super::face::Face;
 use super::glyph::Typeface;
 use super::{Layout, coin97, fit, flat};
-use crate::scene::mesh::Mesh;
+use crate::geometry::Mesh;
 
 /// VRML97's justification along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

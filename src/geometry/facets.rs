@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec2};
 
-use super::builder::Corner;
+use super::corner::Corner;
 use super::quadric::QuadricKind;
 
 /// A circle about the axis: its radius and height, its normal's parts away from the axis and

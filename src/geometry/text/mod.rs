@@ -25,7 +25,7 @@ pub use pixels::{PixelText, pixel_text};
 pub use solid::{BACK, FRONT, SIDES, text3};
 pub use vrml97::{Align, Vrml97Style, vrml97_layout, vrml97_text};
 
-use super::mesh::Mesh;
+use crate::geometry::Mesh;
 use glyph::{Glyphs, Typeface};
 
 /// Characters drawn a call; a file with more in one node is cut off there.

@@ -317,7 +317,7 @@ fn walk(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> std::io::Resul
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::text::{Face, Family};
+    use crate::geometry::text::{Face, Family};
 
     /// A folder with shipped typefaces under it, and what is damaged or no font; gone when dropped.
     struct Folder(PathBuf);
@@ -340,9 +340,9 @@ mod tests {
         }
     }
 
-    const SERIF: &[u8] = include_bytes!("../fonts/serif.otf");
-    const SERIF_BOLD: &[u8] = include_bytes!("../fonts/serif-bold.otf");
-    const SANS: &[u8] = include_bytes!("../fonts/sans.otf");
+    const SERIF: &[u8] = include_bytes!("fonts/serif.otf");
+    const SERIF_BOLD: &[u8] = include_bytes!("fonts/serif-bold.otf");
+    const SANS: &[u8] = include_bytes!("fonts/sans.otf");
 
     /// A typeface by another name that is as long.
     fn renamed(font: &[u8], from: &str, to: &str) -> Vec<u8> {
@@ -411,7 +411,7 @@ mod tests {
 
     #[test]
     fn letters_are_the_user_s_where_the_name_finds_them() {
-        use crate::scene::text::{Justify, TextStyle, ascii_text};
+        use crate::geometry::text::{Justify, TextStyle, ascii_text};
         let folder = Folder::new("fonts-drawn");
         folder.put("a.otf", &renamed(SANS, "ivcam sans", "my letters"));
         let fonts = Fonts::open(&[&folder.0]).expect("a folder");

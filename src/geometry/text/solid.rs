@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::glyph::{Cut, Glyphs};
 use super::{Layout, TextStyle, layout};
-use crate::scene::mesh::Mesh;
+use crate::geometry::Mesh;
 
 /// The parts of a `Text3`, as the bits of its field and as the parts of [`Mesh`] (0, 1, 2).
 pub const FRONT: i32 = 1;
