@@ -59,6 +59,9 @@ impl Mesh {
     }
 }
 
+/// The corners of a quadrilateral of a grid, as steps along the columns and the rows.
+pub(super) const QUAD_CORNERS: [(usize, usize); 4] = [(0, 0), (1, 0), (1, 1), (0, 1)];
+
 #[cfg(test)]
 impl Mesh {
     /// Signed volume by the divergence theorem: positive where a closed mesh faces outward.

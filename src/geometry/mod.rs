@@ -1,11 +1,14 @@
-//! Shapes as mathematics: triangle meshes, exact quadrics, NURBS, extrusions, grids, strokes and text.
+//! Shapes as mathematics: triangle meshes, exact quadrics, NURBS, extrusions, grids, strokes and
+//! text.
 //!
-//! Every function takes plain numbers in the shape's own space and returns triangles, polygons or the
-//! place where a ray meets the shape. Front faces are counterclockwise. Nothing here knows nodes, the
-//! traversal state, cameras or scenes: `scene::shapes` reads the nodes and calls these functions, so
-//! `geometry::nurbs` is the mathematics of what `scene::shapes::nurbs` draws.
+//! Every function takes plain numbers in the shape's own space and returns triangles, polygons or
+//! the place where a ray meets the shape. Front faces are counterclockwise. Nothing here knows
+//! nodes, the traversal state, cameras or scenes: `scene::shapes` reads the nodes and calls these
+//! functions, so `geometry::nurbs` is the mathematics of what `scene::shapes::nurbs` draws.
 
 mod corner;
+mod elevation_grid;
+mod extrusion;
 mod facets;
 mod mesh;
 pub mod normals;
@@ -14,9 +17,10 @@ pub mod quadric;
 mod stroke;
 mod tessellate;
 pub mod text;
-pub mod vrml97_shapes;
 
 pub use corner::Corner;
+pub use elevation_grid::{ElevationGrid, elevation_grid};
+pub use extrusion::{Extrusion, extrusion};
 pub use facets::facets;
 pub use mesh::Mesh;
 pub use quadric::{Quadric, QuadricKind};

@@ -3,7 +3,8 @@
 //!
 //! A line is a ribbon. Its width is measured along the picture's rows or columns, whichever the
 //! line crosses more squarely, and it ends where the line does: that is OpenGL's rule for lines
-//! that are not smoothed, so a picture through a pinhole shows the same pixels. A point is a square.
+//! that are not smoothed, so a picture through a pinhole shows the same pixels. A point is a
+//! square.
 
 use glam::{DVec3, Vec2, Vec3};
 

@@ -6,7 +6,7 @@ use glam::{DVec2, Vec2, Vec3};
 
 use super::faces::{Indices, indexed_faces};
 use super::{lines, nurbs, solids, text, vertices};
-use crate::geometry::vrml97_shapes::{self, ElevationGrid, Extrusion};
+use crate::geometry::{self, ElevationGrid, Extrusion};
 use crate::grammar::value::Rotation;
 use crate::iv::NodeRef;
 use crate::scene::Builder;
@@ -157,7 +157,7 @@ fn extrusion<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
         .iter()
         .map(|r| r.to_quat())
         .collect();
-    let made = vrml97_shapes::extrusion(&Extrusion {
+    let made = geometry::extrusion(&Extrusion {
         cross_section: node.read::<[Vec2]>("crossSection").unwrap_or(&[]),
         spine: node.read::<[Vec3]>("spine").unwrap_or(&[]),
         scale: node.read::<[Vec2]>("scale").unwrap_or(&[]),
@@ -184,7 +184,7 @@ fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
         _ => &[],
     };
     let has_colors = state.material_binding != Binding::Overall;
-    let made = vrml97_shapes::elevation_grid(&ElevationGrid {
+    let made = geometry::elevation_grid(&ElevationGrid {
         x_dimension: node.read::<i32>("xDimension").unwrap_or(0),
         z_dimension: node.read::<i32>("zDimension").unwrap_or(0),
         x_spacing: node.read::<f32>("xSpacing").unwrap_or(1.0),

@@ -1,0 +1,248 @@
+//! VRML97's `ElevationGrid` (6.17) as triangles.
+//!
+//! Normals follow the crease angle, quadrilateral by quadrilateral. Front faces come out
+//! counterclockwise whatever the field `ccw` says.
+
+use glam::{DVec3, Vec2, Vec3};
+
+use super::mesh::{Mesh, QUAD_CORNERS};
+
+/// The fields of an `ElevationGrid` with the nodes they hold.
+#[derive(Clone, Copy, Debug)]
+pub struct ElevationGrid<'a> {
+    pub x_dimension: i32,
+    pub z_dimension: i32,
+    pub x_spacing: f32,
+    pub z_spacing: f32,
+    pub height: &'a [f32],
+    pub ccw: bool,
+    pub crease_angle: f32,
+    /// Whether colors go by vertex; `None` without a `Color` node.
+    pub color_per_vertex: Option<bool>,
+    /// Empty without a `Normal` node.
+    pub normals: &'a [Vec3],
+    pub normal_per_vertex: bool,
+    /// Empty without a `TextureCoordinate` node.
+    pub texcoords: &'a [Vec2],
+}
+
+/// Returns the triangles of an elevation grid.
+///
+/// Columns run along x and rows along z. Each quadrilateral is cut from the corner with less x and
+/// more z to the opposite one, as in Coin. Texture coordinates go from 0 to 1 along x and z.
+pub fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
+    let dimension = |d: i32| usize::try_from(d).unwrap_or(0);
+    let (nx, nz) = (dimension(node.x_dimension), dimension(node.z_dimension));
+    if nx < 2 || nz < 2 {
+        return Ok(Mesh::default());
+    }
+    let needed = nx.checked_mul(nz).filter(|&n| n <= node.height.len());
+    let Some(needed) = needed else {
+        return Err(format!(
+            "{nx} by {nz} heights are asked for, there are {}",
+            node.height.len()
+        ));
+    };
+    let points: Vec<DVec3> = (0..needed)
+        .map(|i| {
+            let x = (i % nx) as f64 * f64::from(node.x_spacing);
+            let z = (i / nx) as f64 * f64::from(node.z_spacing);
+            DVec3::new(x, f64::from(node.height[i]), z)
+        })
+        .collect();
+    if let Some(i) = points.iter().position(|p| !p.is_finite()) {
+        return Err(format!("height {i} is not a number"));
+    }
+    let patch = Patch {
+        points,
+        columns: nx,
+    };
+    Ok(mesh_of(&patch, node))
+}
+
+fn mesh_of(patch: &Patch, node: &ElevationGrid<'_>) -> Mesh {
+    let nx = patch.columns;
+    let nz = patch.rows();
+    let normals = patch.normals();
+    let smooth = f64::from(libm::cosf(
+        node.crease_angle.clamp(0.0, std::f32::consts::PI),
+    ));
+    // In the order of `QUAD_CORNERS` the normals of the quadrilaterals point down.
+    let up = if node.ccw { -1.0 } else { 1.0 };
+    let mut mesh = Mesh::default();
+    for z in 0..nz - 1 {
+        for x in 0..nx - 1 {
+            let quad = z * (nx - 1) + x;
+            let corners = QUAD_CORNERS.map(|(dx, dz)| {
+                let point = (z + dz) * nx + x + dx;
+                let stated = if node.normal_per_vertex { point } else { quad };
+                let normal = match node.normals.get(stated) {
+                    Some(n) => n.normalize_or_zero(),
+                    None => (up * patch.corner(&normals, (x, z), (dx, dz), smooth)).as_vec3(),
+                };
+                let share = Vec2::new(
+                    (x + dx) as f32 / (nx - 1) as f32,
+                    (z + dz) as f32 / (nz - 1) as f32,
+                );
+                let texcoord = node.texcoords.get(point).copied().unwrap_or(share);
+                if let Some(per_vertex) = node.color_per_vertex {
+                    mesh.colors
+                        .push(if per_vertex { point } else { quad } as u32);
+                }
+                mesh.vertex(patch.points[point].as_vec3(), normal, texcoord)
+            });
+            let [a, b, c, d] = corners;
+            let halves = if node.ccw {
+                [[d, c, b], [d, b, a]]
+            } else {
+                [[d, b, c], [d, a, b]]
+            };
+            mesh.triangles.extend(halves);
+        }
+    }
+    mesh
+}
+
+/// The normal of a polygon by Newell's method in f64; its length is twice the area.
+fn newell(points: &[DVec3]) -> DVec3 {
+    let next = |i: usize| points[(i + 1) % points.len()];
+    (0..points.len())
+        .map(|i| {
+            let (a, b) = (points[i] - points[0], next(i) - points[0]);
+            a.cross(b)
+        })
+        .sum()
+}
+
+/// A grid of points as quadrilaterals.
+struct Patch {
+    points: Vec<DVec3>,
+    columns: usize,
+}
+
+impl Patch {
+    fn rows(&self) -> usize {
+        self.points.len() / self.columns
+    }
+
+    /// Returns the unit normals of the quadrilaterals, which are zero for those without area.
+    fn normals(&self) -> Vec<DVec3> {
+        let n = self.columns;
+        let at = |x: usize, y: usize| self.points[y * n + x];
+        let quads = (0..self.rows() - 1).flat_map(|y| (0..n - 1).map(move |x| (x, y)));
+        quads
+            .map(|(x, y)| {
+                newell(&QUAD_CORNERS.map(|(dx, dy)| at(x + dx, y + dy))).normalize_or_zero()
+            })
+            .collect()
+    }
+
+    /// Returns the normal of a quadrilateral at one of its corners: the mean of its own normal and
+    /// of those around the corner that are within the crease angle of it. `smooth` is the angle's
+    /// cosine.
+    fn corner(
+        &self,
+        normals: &[DVec3],
+        (x, y): (usize, usize),
+        (dx, dy): (usize, usize),
+        smooth: f64,
+    ) -> DVec3 {
+        let (across, down) = (self.columns - 1, self.rows() - 1);
+        let own = normals[y * across + x];
+        let beside = step(x, dx, across);
+        let below = step(y, dy, down);
+        let neighbors = [
+            beside.map(|x| (x, y)),
+            below.map(|y| (x, y)),
+            beside.zip(below),
+        ];
+        let sum = neighbors.into_iter().flatten().fold(own, |sum, (x, y)| {
+            let other = normals[y * across + x];
+            if own.dot(other) > smooth {
+                sum + other
+            } else {
+                sum
+            }
+        });
+        sum.normalize_or(own)
+    }
+}
+
+/// Returns the neighbor before (`side` 0) or after (`side` 1) in a row of `count`.
+fn step(at: usize, side: usize, count: usize) -> Option<usize> {
+    match side {
+        0 => at.checked_sub(1),
+        _ => (at + 1 < count).then_some(at + 1),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid<'a>(height: &'a [f32], x: i32, z: i32) -> ElevationGrid<'a> {
+        ElevationGrid {
+            x_dimension: x,
+            z_dimension: z,
+            x_spacing: 2.0,
+            z_spacing: 1.0,
+            height,
+            ccw: true,
+            crease_angle: 0.0,
+            color_per_vertex: None,
+            normals: &[],
+            normal_per_vertex: true,
+            texcoords: &[],
+        }
+    }
+
+    #[test]
+    fn a_grid_faces_up_and_is_halved_as_by_coin() {
+        let heights = [0.0, 1.0, 0.0, 2.0, 0.0, 1.0];
+        let mesh = elevation_grid(&grid(&heights, 3, 2)).unwrap();
+        assert!(mesh.is_sound() && mesh.normals.iter().all(|n| n.y > 0.0));
+        let first = mesh.triangles[0].map(|i| mesh.positions[i as usize].to_array());
+        assert_eq!(first, [[0.0, 2.0, 1.0], [2.0, 0.0, 1.0], [2.0, 1.0, 0.0]]);
+        let [a, b, c] = first.map(Vec3::from);
+        assert!((b - a).cross(c - a).y > 0.0);
+        let down = ElevationGrid {
+            ccw: false,
+            ..grid(&heights, 3, 2)
+        };
+        assert!(
+            elevation_grid(&down)
+                .unwrap()
+                .normals
+                .iter()
+                .all(|n| n.y < 0.0)
+        );
+    }
+
+    #[test]
+    fn a_tilted_plane_has_one_normal_and_colors_go_by_vertex_or_face() {
+        let heights: Vec<f32> = (0..12).map(|i| (i % 4) as f32 * 2.0).collect();
+        let node = ElevationGrid {
+            color_per_vertex: Some(false),
+            ..grid(&heights, 4, 3)
+        };
+        let mesh = elevation_grid(&node).unwrap();
+        let tilted = Vec3::new(-1.0, 1.0, 0.0).normalize();
+        assert!(mesh.normals.iter().all(|n| (*n - tilted).length() < 1e-6));
+        assert_eq!(mesh.colors.iter().max(), Some(&5));
+        let node = ElevationGrid {
+            color_per_vertex: Some(true),
+            ..node
+        };
+        assert_eq!(
+            elevation_grid(&node).unwrap().colors.iter().max(),
+            Some(&11)
+        );
+    }
+
+    #[test]
+    fn odd_numbers_are_refused_or_draw_nothing() {
+        assert!(elevation_grid(&grid(&[0.0; 3], i32::MAX, i32::MAX)).is_err());
+        assert!(elevation_grid(&grid(&[f32::NAN; 4], 2, 2)).is_err());
+        assert_eq!(elevation_grid(&grid(&[], -1, 5)).unwrap(), Mesh::default());
+    }
+}

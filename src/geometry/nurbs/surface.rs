@@ -1,0 +1,175 @@
+//! Rational B-spline surfaces: their points, derivatives and normals.
+
+use glam::{DVec3, DVec4};
+
+use super::basis::{Basis, BasisFunctions};
+use super::control::{MAX_CELLS, bend, check_points, pieces, project, size_of};
+
+/// A surface. Its control points run along u first, as in Inventor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    pub(super) u: Basis,
+    pub(super) v: Basis,
+    points: Vec<DVec4>,
+}
+
+/// A surface's point and its derivatives along u and v.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    pub position: DVec3,
+    pub du: DVec3,
+    pub dv: DVec3,
+}
+
+impl SurfacePoint {
+    /// Projects a homogeneous point and its derivatives to space.
+    fn of(s: DVec4, su: DVec4, sv: DVec4) -> Option<Self> {
+        let position = project(s)?;
+        let quotient = |d: DVec4| (d.truncate() - d.w * position) / s.w;
+        Some(Self {
+            position,
+            du: quotient(su),
+            dv: quotient(sv),
+        })
+    }
+
+    /// Evaluates one point of a row (see [`Surface::row`]).
+    pub(super) fn on_row(row: &[(DVec4, DVec4)], fu: &BasisFunctions) -> Option<Self> {
+        let (mut s, mut su, mut sv) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
+        for (i, (p, dp)) in row[fu.first..].iter().take(fu.value.len()).enumerate() {
+            s += fu.value[i] * *p;
+            su += fu.slope[i] * *p;
+            sv += fu.value[i] * *dp;
+        }
+        Self::of(s, su, sv)
+    }
+}
+
+impl Surface {
+    /// Makes a surface of the first `u_count · v_count` points; further ones are ignored.
+    pub fn new(
+        u_count: usize,
+        v_count: usize,
+        u_knots: &[f32],
+        v_knots: &[f32],
+        mut points: Vec<DVec4>,
+    ) -> Result<Self, String> {
+        let needed = u_count.checked_mul(v_count).filter(|&n| n <= points.len());
+        let Some(needed) = needed else {
+            return Err(format!(
+                "{u_count} by {v_count} control points are asked for, there are {}",
+                points.len()
+            ));
+        };
+        points.truncate(needed);
+        check_points(&points)?;
+        let u = Basis::new(u_count, u_knots).map_err(|e| format!("along u: {e}"))?;
+        let v = Basis::new(v_count, v_knots).map_err(|e| format!("along v: {e}"))?;
+        Ok(Self { u, v, points })
+    }
+
+    pub fn u_domain(&self) -> (f64, f64) {
+        self.u.domain()
+    }
+
+    pub fn v_domain(&self) -> (f64, f64) {
+        self.v.domain()
+    }
+
+    /// Returns the point and its derivatives, or `None` where it is at infinity.
+    pub fn point(&self, u: f64, v: f64) -> Option<SurfacePoint> {
+        let (mut fu, mut fv) = (BasisFunctions::default(), BasisFunctions::default());
+        self.u.functions(self.u.clamp(u), &mut fu);
+        self.v.functions(self.v.clamp(v), &mut fv);
+        self.combine(&fu, &fv)
+    }
+
+    fn combine(&self, fu: &BasisFunctions, fv: &BasisFunctions) -> Option<SurfacePoint> {
+        let (mut s, mut su, mut sv) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
+        for j in 0..fv.value.len() {
+            let row = (fv.first + j) * self.u.count + fu.first;
+            let (mut p, mut pu) = (DVec4::ZERO, DVec4::ZERO);
+            for i in 0..fu.value.len() {
+                p += fu.value[i] * self.points[row + i];
+                pu += fu.slope[i] * self.points[row + i];
+            }
+            s += fv.value[j] * p;
+            su += fv.value[j] * pu;
+            sv += fv.slope[j] * p;
+        }
+        SurfacePoint::of(s, su, sv)
+    }
+
+    /// Returns the surface at one v as a curve of u: its control points, and their derivatives
+    /// along v.
+    pub(super) fn row(&self, v: f64) -> Vec<(DVec4, DVec4)> {
+        let mut f = BasisFunctions::default();
+        self.v.functions(self.v.clamp(v), &mut f);
+        let column = |i: usize| {
+            let terms = (0..f.value.len()).map(|j| {
+                let p = self.points[(f.first + j) * self.u.count + i];
+                (f.value[j] * p, f.slope[j] * p)
+            });
+            terms.fold((DVec4::ZERO, DVec4::ZERO), |a, b| (a.0 + b.0, a.1 + b.1))
+        };
+        (0..self.u.count).map(column).collect()
+    }
+
+    /// Returns the unit normal ∂u × ∂v. Where that vanishes (at the tip of a cone, or on an edge
+    /// that degenerates to a point) the normal is taken at a point moved toward the middle of the
+    /// domain, by steps that grow until the two derivatives are 1e-6 from parallel.
+    pub(super) fn normal(&self, u: f64, v: f64, at: &SurfacePoint) -> DVec3 {
+        let cross = |p: &SurfacePoint| {
+            let (du, dv) = (p.du.try_normalize()?, p.dv.try_normalize()?);
+            let n = du.cross(dv);
+            (n.length() > 1e-6).then(|| n.normalize())
+        };
+        if let Some(n) = cross(at) {
+            return n;
+        }
+        let middle = |(lo, hi): (f64, f64)| 0.5 * (lo + hi);
+        let (mu, mv) = (middle(self.u.domain()), middle(self.v.domain()));
+        [1e-4, 1e-2, 0.1]
+            .into_iter()
+            .find_map(|t| {
+                let p = self.point(u + t * (mu - u), v + t * (mv - v))?;
+                cross(&p)
+            })
+            .unwrap_or(DVec3::Z)
+    }
+
+    /// Returns into how many pieces to cut each knot span along u and along v.
+    pub(super) fn density(&self, complexity: f32) -> (usize, usize) {
+        let size = size_of(&self.points);
+        let (nu, nv) = (self.u.count, self.v.count);
+        let row = |j: usize| self.points[j * nu..(j + 1) * nu].iter().copied();
+        let column = |i: usize| (0..nv).map(move |j| self.points[j * nu + i]);
+        let bend_u = (0..nv).map(|j| bend(row(j))).fold(0.0, f64::max);
+        let bend_v = (0..nu).map(|i| bend(column(i))).fold(0.0, f64::max);
+        // A bilinear patch may be twisted, so only a flat net is left uncut.
+        let twist = self.twist();
+        let mut along_u = pieces(complexity, self.u.order - 1, bend_u.max(twist), size);
+        let mut along_v = pieces(complexity, self.v.order - 1, bend_v.max(twist), size);
+        while along_u * self.u.spans() * along_v * self.v.spans() > MAX_CELLS
+            && along_u.max(along_v) > 1
+        {
+            along_u = along_u.div_ceil(2);
+            along_v = along_v.div_ceil(2);
+        }
+        (along_u, along_v)
+    }
+
+    /// Returns how far opposite edges of the net's cells are from parallel.
+    fn twist(&self) -> f64 {
+        let at =
+            |i: usize, j: usize| project(self.points[j * self.u.count + i]).unwrap_or_default();
+        let mut most = 0.0_f64;
+        for j in 1..self.v.count {
+            for i in 1..self.u.count {
+                let twist = at(i, j) - at(i - 1, j) - at(i, j - 1) + at(i - 1, j - 1);
+                most = most.max(twist.length());
+            }
+        }
+        most
+    }
+}
