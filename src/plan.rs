@@ -343,7 +343,7 @@ impl Session {
         let mut seconds = Seconds::default();
         let mut sink = Sink::new();
         sink.extend_from(&document.sink);
-        for trouble in &plan.fonts.troubles {
+        for trouble in &plan.fonts.warnings {
             sink.add((**trouble).clone());
         }
 

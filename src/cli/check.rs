@@ -53,7 +53,7 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .collect();
     let limits = super::limits(matches)?;
     let fonts = super::fonts(matches)?;
-    fonts.troubles.iter().for_each(|t| tell(t));
+    fonts.warnings.iter().for_each(|t| tell(t));
     let options = CompileOptions {
         texture_folders: search.iter().map(|p| p.to_path_buf()).collect(),
         fonts,

@@ -2,8 +2,9 @@
 
 use skrifa::FontRef;
 
-use super::library::{Fonts, Own};
+use super::library::{Fonts, UserFont};
 
+/// The families of the shipped typefaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     Serif,
@@ -11,23 +12,22 @@ pub enum Family {
     Mono,
 }
 
-/// The names that the families without one have.
+/// The names by which the user's fonts are searched for a family.
 const SERIF_NAME: &str = "Times";
 const SANS_NAME: &str = "Helvetica";
 const MONO_NAME: &str = "Courier";
 
-/// Which of the typefaces to draw with.
+/// The typeface to draw with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Face<'a> {
     pub family: Family,
     pub bold: bool,
     pub italic: bool,
-    /// Set as Coin sets the font that it has built in and that a silent file gets: Times with nine
-    /// tenths of its size taken for the size, each letter set off from the next by its ink
-    /// (measured).
+    /// Whether letters are set as Coin sets its built-in font, which it uses for a text without a
+    /// font: Times at 10/9 of the stated size, with each letter spaced by its ink (measured).
     pub built_in: bool,
-    /// A typeface of the user's in place of ours.
-    pub own: Option<Own<'a>>,
+    /// A typeface of the user's in place of the shipped one.
+    pub own: Option<UserFont<'a>>,
 }
 
 impl<'a> Face<'a> {
@@ -39,7 +39,7 @@ impl<'a> Face<'a> {
         own: None,
     };
 
-    /// Size of the letters beside the font's.
+    /// Returns the size of the letters relative to the stated size.
     pub(super) fn scale(self) -> f32 {
         if self.built_in { 10.0 / 9.0 } else { 1.0 }
     }
@@ -54,8 +54,9 @@ impl<'a> Face<'a> {
         }
     }
 
-    /// For the name in an Inventor `Font` (`Times-Roman`, `Helvetica:Bold Italic`, …). A name
-    /// nobody knows is drawn with serifs, as by SGI, whose fallback was Utopia.
+    /// Returns the shipped typeface for the name in an Inventor `Font` (`Times-Roman`,
+    /// `Helvetica:Bold Italic`, …). An unknown name gets serifs, as in SGI's library, whose
+    /// fallback was Utopia.
     pub fn named(name: &str) -> Self {
         let name = name.to_ascii_lowercase();
         if name.is_empty() || name.starts_with("defaultfont") {
@@ -101,7 +102,8 @@ impl<'a> Face<'a> {
         Self::plain(family, bold, has(&["italic", "oblique", "slanted"]))
     }
 
-    /// For the name in an Inventor `Font`: the user's typeface, or what [`Face::named`] has for it.
+    /// Returns the user's typeface for the name in an Inventor `Font`, or the one of
+    /// [`Face::named`].
     pub fn named_of(name: &str, fonts: &'a Fonts) -> Self {
         let shipped = Self::named(name);
         if shipped.built_in {
@@ -115,7 +117,7 @@ impl<'a> Face<'a> {
         Self { own, ..self }
     }
 
-    /// For the values of an Inventor or VRML 1.0 `FontStyle`.
+    /// Returns the typeface for the values of an Inventor or VRML 1.0 `FontStyle`.
     pub fn of_font_style(family: i32, style: i32, fonts: &'a Fonts) -> Self {
         let (family, name) = match family {
             1 => (Family::Sans, SANS_NAME),
@@ -125,11 +127,11 @@ impl<'a> Face<'a> {
         Self::plain(family, style & 1 != 0, style & 2 != 0).or_own(name, fonts)
     }
 
-    /// For a VRML97 `FontStyle`: the first family that is known counts, or that the user has.
-    /// Serifs, which a silent file gets too, are set as the built-in font is.
+    /// Returns the typeface for a VRML97 `FontStyle`: of its families the first that is known or
+    /// that the user has. Serifs, which are also the default, are set as the built-in font is.
     pub fn of_vrml97<S: AsRef<str>>(families: &[S], style: &str, fonts: &'a Fonts) -> Self {
         let (bold, italic) = (style.contains("BOLD"), style.contains("ITALIC"));
-        let of = |family: Family, own: Option<Own<'a>>| Self {
+        let of = |family: Family, own: Option<UserFont<'a>>| Self {
             built_in: family == Family::Serif && own.is_none(),
             own,
             ..Self::plain(family, bold, italic)
@@ -149,7 +151,7 @@ impl<'a> Face<'a> {
         })
     }
 
-    /// The typeface to draw with.
+    /// Opens the typeface.
     pub(super) fn font(self) -> Option<FontRef<'a>> {
         match self.own {
             Some(own) => own.open(),

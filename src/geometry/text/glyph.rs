@@ -1,4 +1,4 @@
-//! Glyphs of a typeface as polylines and triangles.
+//! GlyphCache of a typeface as polylines and triangles.
 
 use std::collections::BTreeMap;
 
@@ -13,26 +13,28 @@ use skrifa::outline::{
 use skrifa::prelude::{FontRef, LocationRef, Size};
 use skrifa::{GlyphId, MetadataProvider};
 
-use super::MAX_GLYPHS;
 use super::face::Face;
 
-/// A glyph as polylines and triangles; the size of the font is 1.
+/// The largest number of characters of one text; a longer text is cut off there.
+pub(super) const MAX_GLYPHS: usize = 50_000;
+
+/// A glyph as polylines and triangles, at a font size of 1.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Cut {
-    /// Closed, the fill on the right of each edge (TrueType's rule).
+pub(super) struct FlatGlyph {
+    /// Closed polylines, with the fill on the right of each edge (TrueType's rule).
     pub outlines: Vec<Vec<Vec2>>,
     pub points: Vec<Vec2>,
     pub triangles: Vec<[u32; 3]>,
 }
 
-impl Cut {
-    /// Fills outlines by the nonzero rule. Works in 1/2048 of the size: the tessellator rounds to
-    /// a fixed grid of its own.
+impl FlatGlyph {
+    /// Fills outlines by the nonzero rule. lyon's tolerances are absolute, so that it works at 2048
+    /// units to the size, as TrueType fonts do.
     pub fn fill(outlines: Vec<Vec<Vec2>>) -> Self {
-        const GRID: f32 = 2048.0;
+        const UNITS: f32 = 2048.0;
         let mut builder = Path::builder();
         for outline in &outlines {
-            let mut points = outline.iter().map(|p| point(GRID * p.x, GRID * p.y));
+            let mut points = outline.iter().map(|p| point(UNITS * p.x, UNITS * p.y));
             if let Some(first) = points.next() {
                 builder.begin(first);
                 points.for_each(|p| {
@@ -46,7 +48,7 @@ impl Cut {
             &builder.build(),
             &FillOptions::non_zero(),
             &mut BuffersBuilder::new(&mut buffers, |v: FillVertex| {
-                Vec2::new(v.position().x, v.position().y) / GRID
+                Vec2::new(v.position().x, v.position().y) / UNITS
             }),
         );
         if filled.is_err() {
@@ -66,6 +68,7 @@ impl Cut {
     }
 }
 
+/// Orders the corners of a triangle counterclockwise.
 fn counterclockwise(points: &[Vec2], [a, b, c]: [u32; 3]) -> [u32; 3] {
     let p = |i: u32| points[i as usize];
     if (p(b) - p(a)).perp_dot(p(c) - p(a)) < 0.0 {
@@ -75,16 +78,17 @@ fn counterclockwise(points: &[Vec2], [a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// The glyphs a text has used so far.
-pub(super) struct Glyphs<'a> {
+/// The glyphs that a text has used so far.
+pub(super) struct GlyphCache<'a> {
     font: Typeface<'a>,
     tolerance: f32,
-    cuts: BTreeMap<char, Cut>,
+    cuts: BTreeMap<char, FlatGlyph>,
 }
 
-impl<'a> Glyphs<'a> {
-    /// Curves stay within this much of the size: 0.01 at complexity 0, 0.0007 at 0.5 (32 lines
-    /// for Helvetica's o are 0.0012 in Coin), 0.00005 at 1.
+impl<'a> GlyphCache<'a> {
+    /// Opens a typeface. Lines stay within 0.01 · 0.005^complexity of a glyph's curves, as a share
+    /// of the size: 0.01 at complexity 0, 0.0007 at 0.5, and 0.00005 at 1. At 0.5 Coin is within
+    /// 0.0012, with 32 lines for Helvetica's o.
     pub fn new(face: Face<'a>, complexity: f32) -> Self {
         let c = complexity.clamp(0.0, 1.0);
         Self {
@@ -98,30 +102,30 @@ impl<'a> Glyphs<'a> {
         }
     }
 
-    pub fn get(&mut self, character: char) -> &Cut {
+    pub fn get(&mut self, character: char) -> &FlatGlyph {
         let (font, tolerance) = (&self.font, self.tolerance);
         self.cuts
             .entry(character)
-            .or_insert_with(|| Cut::fill(font.outlines(character, tolerance)))
+            .or_insert_with(|| FlatGlyph::fill(font.outlines(character, tolerance)))
     }
 }
 
-/// Pixels to the size at which FreeType in Coin cuts the glyphs of solid and flat text: it moves
-/// their stems to whole ones.
-const CUT_AT: f32 = 40.0;
+/// The size in pixels at which Coin has FreeType hint the glyphs of solid and flat text, which
+/// moves their stems to whole pixels.
+const HINTED_PIXELS: f32 = 40.0;
 
-/// A typeface, opened.
+/// An opened typeface.
 pub(super) struct Typeface<'a> {
     font: Option<FontRef<'a>>,
     scale: f32,
     built_in: bool,
-    /// Moves stems to whole pixels; none for the built-in font.
+    /// Moves stems to whole pixels; `None` for the built-in font.
     hinting: Option<HintingInstance>,
-    /// Pixels to the size of the font.
+    /// The size in pixels at which glyphs are hinted.
     pixels: f32,
 }
 
-/// Advances of the built-in font that are not a letter's ink and a gap (measured in Coin).
+/// Advances of the built-in font that are not the letter's ink and a gap (measured in Coin).
 const ODD_ADVANCES: [(char, f32); 14] = [
     (' ', 1.0 / 3.0),
     ('"', 0.29),
@@ -141,10 +145,10 @@ const ODD_ADVANCES: [(char, f32); 14] = [
 
 impl<'a> Typeface<'a> {
     pub fn open(face: Face<'a>) -> Self {
-        Self::open_at(face, CUT_AT)
+        Self::open_at(face, HINTED_PIXELS)
     }
 
-    /// For glyphs so many pixels high.
+    /// Opens a typeface for glyphs of that size in pixels.
     pub fn open_at(face: Face<'a>, pixels: f32) -> Self {
         let font = face.font();
         let hinting = font.as_ref().filter(|_| !face.built_in).and_then(|font| {
@@ -165,22 +169,24 @@ impl<'a> Typeface<'a> {
         font.charmap().map(character).unwrap_or_default()
     }
 
-    /// The characters with their advances. FreeType in Coin cuts glyphs at 40 pixels to the
-    /// size and so has advances in whole fortieths; ours are the same, so that lines are as long.
+    /// Returns the characters with their advances. Coin has FreeType scale glyphs to 40 pixels,
+    /// which rounds the advances to fortieths of the size; these are rounded alike, so that lines
+    /// are as long.
     pub fn advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
-        let mut advances = self.advances_at(text, CUT_AT);
+        let mut advances = self.advances_at(text, HINTED_PIXELS);
         for (character, advance) in &mut advances {
             *advance = size
                 * if self.built_in {
                     self.built_in_advance(*character)
                 } else {
-                    (*advance + 0.5).floor() / CUT_AT
+                    (*advance + 0.5).floor() / HINTED_PIXELS
                 };
         }
         advances
     }
 
-    /// The ink in whole thousandths, and a gap of ten.
+    /// Returns an advance of the built-in font: the width of the ink in whole thousandths of the
+    /// size and a gap of ten thousandths (measured in Coin).
     fn built_in_advance(&self, character: char) -> f32 {
         let odd = ODD_ADVANCES.iter().find(|(c, _)| *c == character);
         odd.map_or_else(
@@ -192,7 +198,7 @@ impl<'a> Typeface<'a> {
         )
     }
 
-    /// Where a letter's ink begins and ends; none for a space.
+    /// Returns where a letter's ink begins and ends, or `None` for a space.
     fn ink(&self, character: char) -> Option<(f32, f32)> {
         let outlines = self.outlines(character, 1e-3);
         let xs = outlines.iter().flatten().map(|p| p.x);
@@ -202,7 +208,7 @@ impl<'a> Typeface<'a> {
         })
     }
 
-    /// Advances in whole pixels, of a font that is so many pixels high.
+    /// Returns the advances in whole pixels, for a font of that size in pixels.
     pub fn pixel_advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
         let mut advances = self.advances_at(text, size);
         for (_, advance) in &mut advances {
@@ -228,7 +234,7 @@ impl<'a> Typeface<'a> {
             .collect()
     }
 
-    /// The box around a letter's ink and its origin, of size 1.
+    /// Returns the box around a letter's ink and its origin, at size 1.
     pub fn reach(&self, character: char) -> (Vec2, Vec2) {
         let outlines = self.outlines(character, 1e-3);
         let points = outlines.iter().flatten();
@@ -237,13 +243,13 @@ impl<'a> Typeface<'a> {
         })
     }
 
-    /// How wide a letter is, from its origin or its ink, whichever begins first.
+    /// Returns the width of a letter, from its origin or its ink, whichever begins first.
     pub fn width(&self, character: char) -> f32 {
         let (low, high) = self.reach(character);
         high.x - low.x
     }
 
-    /// The length of a line, its last letter's width in place of the advance.
+    /// Returns the length of a line, with the last letter's width in place of its advance.
     pub fn ink_width(&self, advances: &[(char, f32)], size: f32) -> f32 {
         let full: f32 = advances.iter().map(|a| a.1).sum();
         advances.last().map_or(full, |&(last, advance)| {
@@ -251,6 +257,7 @@ impl<'a> Typeface<'a> {
         })
     }
 
+    /// Returns a glyph's outlines as closed polylines with the fill on the right.
     pub fn outlines(&self, character: char, tolerance: f32) -> Vec<Vec<Vec2>> {
         let Some(font) = &self.font else {
             return Vec::new();
@@ -265,7 +272,8 @@ impl<'a> Typeface<'a> {
             outlines: Vec::new(),
         };
         if let Some(glyph) = font.outline_glyphs().get(self.glyph(font, character)) {
-            // In the font's own units: at a size of 1 the outlines come in 64ths.
+            // Unscaled outlines are in the font's own units; at a size of 1 they would be rounded
+            // to 64ths.
             let settings = match &self.hinting {
                 Some(hinting) => DrawSettings::hinted(hinting, false),
                 None => DrawSettings::unhinted(Size::unscaled(), LocationRef::default()),
@@ -290,7 +298,7 @@ impl<'a> Typeface<'a> {
     }
 }
 
-/// Cuts a glyph's curves into lines.
+/// Flattens a glyph's curves to lines.
 struct Flattener {
     scale: f32,
     tolerance: f32,
@@ -312,7 +320,8 @@ impl Flattener {
         }
     }
 
-    /// Lines that keep a curve within the tolerance, where its middle is `sag` off the chord.
+    /// Returns the number of lines that keep a curve within the tolerance, if its middle is at most
+    /// `sag` off its chord. Each halving of the pieces quarters the distance.
     fn pieces(&self, sag: f32) -> usize {
         ((sag / self.tolerance).sqrt().ceil() as usize).clamp(1, 64)
     }

@@ -1,11 +1,12 @@
 //! Typefaces of the user's own, found by the names that files use.
 //!
-//! A picture is the same on every machine only with the shipped typefaces, so that nothing is
-//! looked for where no folder is given. A name is looked for as it stands, then as a family with a
-//! style, then by the typefaces that stand in for the old ones (`STAND_INS`). The folders are read
-//! once for their fonts' names; letters are read from the files that a scene needs.
+//! Only the shipped typefaces give the same picture on every machine, so that no folder is searched
+//! unless the user names it. A name is searched for as it stands, then as a family with a style,
+//! then among the typefaces that replace the old ones (`STAND_INS`). The folders are read once for
+//! their fonts' names; glyphs are read from the files that a scene needs.
 //!
-//! Not done: bitmap fonts, PostScript Type 1 (`.pfb`), variable fonts other than as they come.
+//! Bitmap fonts and PostScript Type 1 (`.pfb`) are not supported, and variable fonts are drawn at
+//! their default.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -18,16 +19,18 @@ use skrifa::{FontRef, MetadataProvider};
 
 use crate::diag::{Diagnostic, Result};
 
-/// Endings of the files that a folder is searched for.
+/// The endings of font files.
 const ENDINGS: [&str; 4] = ["otf", "ttf", "ttc", "otc"];
 
-/// Files read at most, how large, and how many folders deep.
-const MOST_FILES: usize = 10_000;
-const LARGEST: u64 = 256 << 20;
-const DEEPEST: usize = 16;
+/// Limits on the number of files, on the size of one, and on the depth of folders, far above what font
+/// folders have. They stop a search that was started in the wrong place.
+const MAX_FILES: usize = 10_000;
+const MAX_BYTES: u64 = 256 << 20;
+const MAX_DEPTH: usize = 16;
 
-/// Names of typefaces, in lower case without spaces and signs, and whose metrics are theirs: of
-/// URW's fonts of today, URW's of old, TeX Gyre's and Liberation's what is there first.
+/// Names of typefaces, in lower case without spaces and signs, and the typefaces with the same
+/// metrics. The first that is installed is taken: URW's fonts of today, URW's older ones, TeX Gyre,
+/// Liberation.
 const STAND_INS: [(&[&str], &[&str]); 9] = [
     (
         &["times", "timesroman", "timesnewroman", "timesnewromanps"],
@@ -86,22 +89,22 @@ const STAND_INS: [(&[&str], &[&str]); 9] = [
     ),
 ];
 
-/// A typeface of the user's: the bytes of its file and which of the file's it is.
+/// A typeface of the user's: the bytes of its file, and its index there.
 #[derive(Clone, Copy, PartialEq)]
-pub struct Own<'a> {
+pub struct UserFont<'a> {
     bytes: &'a [u8],
     index: u32,
 }
 
-impl<'a> Own<'a> {
+impl<'a> UserFont<'a> {
     pub(super) fn open(self) -> Option<FontRef<'a>> {
         FontRef::from_index(self.bytes, self.index).ok()
     }
 }
 
-impl fmt::Debug for Own<'_> {
+impl fmt::Debug for UserFont<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Own({} bytes, {})", self.bytes.len(), self.index)
+        write!(f, "UserFont({} bytes, {})", self.bytes.len(), self.index)
     }
 }
 
@@ -111,11 +114,11 @@ pub struct Fonts {
     folders: Vec<PathBuf>,
     files: Vec<File>,
     faces: Vec<Entry>,
-    /// Files that have the ending of a font and are none.
-    pub troubles: Vec<Box<Diagnostic>>,
+    /// Files with the ending of a font that could not be read as one.
+    pub warnings: Vec<Box<Diagnostic>>,
 }
 
-/// The same folders: what is in them is not looked at again.
+/// Two libraries are equal if they are of the same folders; the files are not compared.
 impl PartialEq for Fonts {
     fn eq(&self, other: &Self) -> bool {
         self.folders == other.folders
@@ -125,29 +128,28 @@ impl PartialEq for Fonts {
 #[derive(Debug)]
 struct File {
     path: PathBuf,
-    /// Read when a scene first needs it; empty where that fails then.
+    /// Read when a scene first needs it; empty if that fails.
     bytes: OnceLock<Vec<u8>>,
 }
 
-/// A typeface's names, as [`plain`] has them, and its style.
+/// A typeface's names, as [`normalized`] returns them, and its style.
 #[derive(Debug)]
 struct Entry {
     file: usize,
     index: u32,
-    /// The family by itself and with what is not bold or italic of its style.
+    /// The family's name: the legacy one, and the typographic one without the style.
     families: Vec<String>,
-    /// The full name and PostScript's.
+    /// The full name and the PostScript name.
     whole: Vec<String>,
     weight: f32,
     italic: bool,
 }
 
 impl Fonts {
-    /// Reads the names of all fonts below the folders; the first folder's go first.
+    /// Reads the names of all fonts below the folders. The fonts of the first folder are preferred.
     ///
     /// # Errors
-    /// A folder that is none or that can't be read. A file that is no font is a warning in
-    /// `troubles`.
+    /// If a folder does not exist or cannot be read. A file that is not a font is a warning in `warnings`.
     pub fn open<P: AsRef<Path>>(folders: &[P]) -> Result<Self> {
         let mut out = Self::default();
         for folder in folders {
@@ -159,15 +161,16 @@ impl Fonts {
             })?;
             let before = out.faces.len();
             for path in paths {
-                if let Err(trouble) = out.add(path) {
-                    out.troubles.push(trouble);
+                if let Err(warning) = out.add(path) {
+                    out.warnings.push(warning);
                 }
             }
             if out.faces.len() == before {
                 let name = folder.display();
-                let told = format!("there are no fonts below `{name}`");
-                out.troubles.push(
-                    Diagnostic::warning(told).with_help("`.otf`, `.ttf` and `.ttc` files are read"),
+                let message = format!("there are no fonts below `{name}`");
+                out.warnings.push(
+                    Diagnostic::warning(message)
+                        .with_help("`.otf`, `.ttf` and `.ttc` files are read"),
                 );
             }
             out.folders.push(folder.to_path_buf());
@@ -185,7 +188,7 @@ impl Fonts {
             Diagnostic::warning(format!("`{name}`: {why}; it is left out")).in_file(name.clone())
         };
         let size = std::fs::metadata(&path).map_or(0, |m| m.len());
-        if size > LARGEST {
+        if size > MAX_BYTES {
             return Err(warning("is larger than 256 MB"));
         }
         let bytes = std::fs::read(&path).map_err(|_| warning("cannot be read"))?;
@@ -206,9 +209,9 @@ impl Fonts {
         Ok(())
     }
 
-    /// The typeface that a file means by a name such as `Times-Roman` or `Helvetica:Bold`.
-    pub fn find(&self, name: &str, bold: bool, italic: bool) -> Option<Own<'_>> {
-        let whole = plain(name);
+    /// Returns the typeface that a file means by a name such as `Times-Roman` or `Helvetica:Bold`.
+    pub fn find(&self, name: &str, bold: bool, italic: bool) -> Option<UserFont<'_>> {
+        let whole = normalized(name);
         if self.faces.is_empty() || whole.is_empty() {
             return None;
         }
@@ -217,20 +220,20 @@ impl Fonts {
             let candidates = [name, part(name, ':'), part(part(name, ':'), '-')];
             candidates
                 .into_iter()
-                .map(plain)
+                .map(normalized)
                 .chain([without_style(name)])
                 .find_map(|family| self.family(&family, bold, italic))
         })?;
         let file = &self.files[entry.file];
         let read = || std::fs::read(&file.path).unwrap_or_default();
-        let own = Own {
+        let own = UserFont {
             bytes: file.bytes.get_or_init(read),
             index: entry.index,
         };
         own.open().map(|_| own)
     }
 
-    /// Of a family, or what stands in for it, the face nearest to the style.
+    /// Returns the typeface nearest to a style, of a family or of the typefaces that replace it.
     fn family(&self, family: &str, bold: bool, italic: bool) -> Option<&Entry> {
         let stand_ins = STAND_INS.iter().find(|(names, _)| names.contains(&family));
         let stand_ins = stand_ins.map_or(&[][..], |(_, stand_ins)| stand_ins);
@@ -251,7 +254,7 @@ impl Entry {
         let names = |ids: &[StringId]| {
             let string = |id: &StringId| {
                 let string = font.localized_strings(*id).english_or_first()?;
-                Some(plain(&string.chars().collect::<String>()))
+                Some(normalized(&string.chars().collect::<String>()))
             };
             let names = ids.iter().filter_map(string);
             names.filter(|n| !n.is_empty()).collect::<Vec<_>>()
@@ -272,27 +275,28 @@ impl Entry {
     }
 }
 
-/// In lower case, without spaces and signs.
-fn plain(name: &str) -> String {
+/// Returns a name in lower case, without spaces and signs.
+fn normalized(name: &str) -> String {
     let letters = name.chars().filter(|c| c.is_alphanumeric());
     letters.flat_map(char::to_lowercase).collect()
 }
 
+/// Returns the part of a name before a character.
 fn part(name: &str, end: char) -> &str {
     name.split(end).next().unwrap_or_default()
 }
 
-/// Of `Lucida Bright Demi Bold` the family alone.
+/// Returns the family alone: `lucidabright` for `Lucida Bright Demi Bold`.
 fn without_style(name: &str) -> String {
     const STYLES: [&str; 9] = [
         "bold", "demi", "italic", "oblique", "regular", "roman", "plain", "medium", "book",
     ];
     let words = name.split(|c: char| !c.is_alphanumeric());
     let family = words.filter(|w| !STYLES.contains(&w.to_lowercase().as_str()));
-    plain(&family.collect::<String>())
+    normalized(&family.collect::<String>())
 }
 
-/// Every font file below a folder, in the order of names.
+/// Collects every font file below a folder, in the order of names.
 fn walk(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
     let entries = std::fs::read_dir(folder)?;
     let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
@@ -303,11 +307,12 @@ fn walk(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> std::io::Resul
             ENDINGS.contains(&ending.as_str())
         });
         if path.is_dir() {
-            if depth < DEEPEST {
-                // What is not to be read below a folder that is, is not the user's.
+            if depth < MAX_DEPTH {
+                // A folder below that cannot be read is skipped; only the user's own must be
+                // readable.
                 let _ = walk(&path, depth + 1, files);
             }
-        } else if is_font && files.len() < MOST_FILES {
+        } else if is_font && files.len() < MAX_FILES {
             files.push(path);
         }
     }
@@ -358,7 +363,7 @@ mod tests {
         out
     }
 
-    fn own_name(own: Option<Own<'_>>) -> Option<String> {
+    fn font_name(own: Option<UserFont<'_>>) -> Option<String> {
         let font = own?.open()?;
         let name = font
             .localized_strings(StringId::FULL_NAME)
@@ -374,10 +379,10 @@ mod tests {
         folder.put("below/b.OTF", &roman(SERIF_BOLD));
         folder.put("below/c.txt", b"no font");
         let fonts = Fonts::open(&[&folder.0]).expect("a folder");
-        assert!(fonts.troubles.is_empty());
+        assert!(fonts.warnings.is_empty());
         let find = |name: &str| {
             let face = Face::named(name);
-            own_name(fonts.find(name, face.bold, face.italic))
+            font_name(fonts.find(name, face.bold, face.italic))
         };
         for name in ["Times", "Times-Roman", "Times New Roman", "times:Italic"] {
             assert_eq!(find(name).as_deref(), Some("NimbusRoman"), "{name}");
@@ -441,9 +446,13 @@ mod tests {
         folder.put("empty.ttf", b"");
         folder.put("sound.otf", &renamed(SANS, "ivcam sans", "NimbusSans"));
         let fonts = Fonts::open(&[&folder.0]).expect("a folder");
-        let told: Vec<&str> = fonts.troubles.iter().map(|t| t.message.as_str()).collect();
-        assert_eq!(told.len(), 2, "{told:?}");
-        assert!(told.iter().any(|t| t.contains("empty.ttf`: is not a font")));
+        let messages: Vec<&str> = fonts.warnings.iter().map(|t| t.message.as_str()).collect();
+        assert_eq!(messages.len(), 2, "{messages:?}");
+        assert!(
+            messages
+                .iter()
+                .any(|t| t.contains("empty.ttf`: is not a font"))
+        );
         assert!(fonts.find("Times", false, false).is_none());
         assert!(fonts.find("Arial", false, false).is_some());
     }
@@ -454,6 +463,6 @@ mod tests {
         assert!(error.message.contains("no/such/folder"));
         let folder = Folder::new("fonts-none");
         let fonts = Fonts::open(&[&folder.0]).expect("a folder");
-        assert!(fonts.troubles[0].message.contains("no fonts below"));
+        assert!(fonts.warnings[0].message.contains("no fonts below"));
     }
 }

@@ -1,48 +1,50 @@
-//! `Text2`: letters as gray pixels, set on whole ones.
+//! `Text2`: letters as gray pixels at whole places.
 //!
-//! As FreeType makes them for Coin: outlines with their stems on whole pixels, and of each pixel the
-//! share that the letter covers, in 256ths. Where no font is named Coin has black and white letters
-//! of its own, in the manner of Courier in four sizes; ours are cut from that typeface and as wide.
+//! Letters are made as FreeType makes them for Coin: from outlines whose stems are moved to whole
+//! pixels, with the share that a letter covers of each pixel in 256ths. Without a named font Coin
+//! uses bitmaps of its own, which look like Courier in four sizes; the letters here are made from
+//! that typeface and have the same width.
 
 use glam::{IVec2, Vec2};
 
 use super::face::{Face, Family};
 use super::glyph::Typeface;
-use super::{Justify, TextStyle};
+use super::style::{Justify, TextStyle};
 
 /// A text as a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PixelText {
-    /// Where its lower left corner is beside the text's point, in whole pixels.
+    /// The place of the lower left corner relative to the text's point, in pixels.
     pub left: i32,
     pub bottom: i32,
     pub width: usize,
     pub height: usize,
-    /// Row by row from the bottom up.
+    /// The coverage of each pixel, row by row from the bottom up.
     pub coverage: Vec<u8>,
-    /// Where the text's point is beside the beginning of the longest line.
+    /// The place of the text's point along the longest line, from its beginning.
     pub anchor: f32,
     pub is_centered: bool,
-    /// The lower left and upper right corner of what Inventor takes for the text, were it justified
-    /// to the left.
+    /// The lower left and upper right corner of the rectangle that Inventor takes for the text, as
+    /// if it were justified to the left.
     pub rectangle: (IVec2, IVec2),
 }
 
-/// The largest letters drawn, in pixels, and the largest picture.
-const TALLEST: f32 = 2048.0;
-const MOST_PIXELS: usize = 1 << 24;
+/// The largest size of a letter that is drawn, in pixels: more than a picture shows of it.
+const MAX_SIZE: f32 = 2048.0;
+/// The largest number of pixels of one text, which bounds its memory.
+const MAX_PIXELS: usize = 1 << 24;
 
-/// From this coverage on a pixel of a black and white letter is white.
+/// The least coverage, of 256, at which a pixel of a bitmap letter is set.
 const INKED: u8 = 80;
 
-/// A letter as a picture, and how far it is to the next one.
+/// A letter as a picture, and its advance in pixels.
 struct Letter {
     picture: PixelText,
     advance: i32,
 }
 
-/// The sizes of the letters that a file without a font gets in Coin: up to which size of the font,
-/// how wide and high they are.
+/// Coin's built-in bitmaps: the font size below which each is used, and the width and height of its
+/// letters.
 const BUILT_IN: [(f32, i32, usize); 4] = [
     (14.0, 7, 14),
     (18.0, 10, 18),
@@ -50,10 +52,11 @@ const BUILT_IN: [(f32, i32, usize); 4] = [
     (f32::INFINITY, 19, 36),
 ];
 
-/// Sets strings as a `Text2` does; lines are as far apart as the font's size says, in whole pixels.
+/// Draws the strings of a `Text2`. The distance between lines is the font's size in whole pixels,
+/// times the spacing.
 pub fn pixel_text<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> PixelText {
     let font = PixelFont::open(style);
-    let mut room = MOST_PIXELS;
+    let mut room = MAX_PIXELS;
     let lines: Vec<Vec<Letter>> = strings
         .iter()
         .map(|s| font.letters(s.as_ref(), &mut room))
@@ -89,8 +92,8 @@ pub fn pixel_text<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> PixelT
     all
 }
 
-/// The rectangle of a text justified to the left. Of all lines the ink that ends farthest behind its
-/// line's end counts at the end of the longest (Coin).
+/// Returns the rectangle of a text justified to the left. The largest distance by which the ink of
+/// any line ends behind that line's last advance is added to the end of the longest line (Coin).
 fn rectangle(lines: &[Vec<Letter>], step: i32, cell: Option<IVec2>) -> (IVec2, IVec2) {
     let (mut low, mut high) = (IVec2::MAX, IVec2::MIN);
     let (mut longest, mut behind) = (0, i32::MIN);
@@ -116,7 +119,7 @@ fn rectangle(lines: &[Vec<Letter>], step: i32, cell: Option<IVec2>) -> (IVec2, I
     (low, high)
 }
 
-/// An empty picture that holds them all.
+/// Returns an empty picture that is large enough for all letters.
 fn around(placed: &[(i32, i32, &PixelText)]) -> PixelText {
     let Some(&(x, y, _)) = placed.first() else {
         return PixelText::default();
@@ -133,7 +136,7 @@ fn around(placed: &[(i32, i32, &PixelText)]) -> PixelText {
         );
     }
     let (width, height) = ((sides.2 - sides.0) as usize, (sides.3 - sides.1) as usize);
-    if width.saturating_mul(height) > MOST_PIXELS {
+    if width.saturating_mul(height) > MAX_PIXELS {
         return PixelText::default();
     }
     PixelText {
@@ -147,7 +150,7 @@ fn around(placed: &[(i32, i32, &PixelText)]) -> PixelText {
 }
 
 impl PixelText {
-    /// Lays a letter over what is there, as colors are laid over each other.
+    /// Composites a letter over the picture.
     fn put(&mut self, x: i32, y: i32, letter: &Self) {
         let (x, y) = ((x - self.left) as usize, (y - self.bottom) as usize);
         if self.coverage.is_empty() || letter.width == 0 {
@@ -168,13 +171,13 @@ impl PixelText {
 struct PixelFont<'a> {
     typeface: Typeface<'a>,
     pixels: f32,
-    /// Width, height and baseline of letters that are all alike.
+    /// Width, height and baseline of the cells of a bitmap font.
     cell: Option<(i32, usize, i32)>,
 }
 
 impl<'a> PixelFont<'a> {
     fn open(style: &TextStyle<'a>) -> Self {
-        let size = style.size.clamp(0.0, TALLEST).floor();
+        let size = style.size.clamp(0.0, MAX_SIZE).floor();
         if !style.face.built_in {
             return Self {
                 typeface: Typeface::open_at(style.face, size),
@@ -193,7 +196,7 @@ impl<'a> PixelFont<'a> {
         }
     }
 
-    /// The letters of a line, as long as there is room for their pixels.
+    /// Draws the letters of a line, as long as `room` for their pixels remains.
     fn letters(&self, line: &str, room: &mut usize) -> Vec<Letter> {
         if self.pixels < 1.0 {
             return Vec::new();
@@ -222,15 +225,15 @@ impl<'a> PixelFont<'a> {
         advances.into_iter().map(letter).take_while(fits).collect()
     }
 
-    /// The rectangle that Inventor takes for a text's: whole cells, of 32 pixels each, for letters
-    /// that are all alike.
+    /// Returns the size of the rectangle that Inventor takes for each letter of a bitmap font: a
+    /// cell that is 32 pixels wide (Coin).
     fn cell(&self) -> Option<IVec2> {
         self.cell
             .map(|(_, height, _)| IVec2::new(32, height as i32))
     }
 }
 
-/// Outlines of size 1 as shares of pixels.
+/// Returns the coverage of outlines of size 1.
 fn filled(outlines: &[Vec<Vec2>], pixels: f32) -> PixelText {
     let points = || outlines.iter().flatten().map(|p| *p * pixels);
     let Some(first) = points().next() else {
@@ -242,7 +245,7 @@ fn filled(outlines: &[Vec<Vec2>], pixels: f32) -> PixelText {
     if width == 0 || height == 0 {
         return PixelText::default();
     }
-    let mut areas = Areas::new(width, height);
+    let mut areas = CoverageSteps::new(width, height);
     for outline in outlines {
         for (i, &a) in outline.iter().enumerate() {
             let b = outline[(i + 1) % outline.len()];
@@ -259,13 +262,14 @@ fn filled(outlines: &[Vec<Vec2>], pixels: f32) -> PixelText {
     }
 }
 
-/// The area to the right of edges, pixel by pixel: what each pixel adds to the one before it.
-struct Areas {
+/// Accumulates the signed area to the right of edges. Each entry is the difference in coverage from
+/// the pixel on its left.
+struct CoverageSteps {
     width: usize,
     steps: Vec<f32>,
 }
 
-impl Areas {
+impl CoverageSteps {
     fn new(width: usize, height: usize) -> Self {
         Self {
             width,
@@ -291,7 +295,8 @@ impl Areas {
         self.steps.len() / (self.width + 1)
     }
 
-    /// An edge within a row: each column that it crosses takes its part of the height.
+    /// Adds the part of an edge within a row. Each column that it crosses takes its share of the
+    /// height.
     fn step(&mut self, row: usize, x0: f32, x1: f32, height: f32) {
         let (left, right) = (x0.min(x1).max(0.0), x0.max(x1).min(self.width as f32));
         let row = &mut self.steps[row * (self.width + 1)..][..=self.width];
@@ -359,7 +364,7 @@ mod tests {
             complexity: 0.5,
         };
         let text = pixel_text(&["M".repeat(1000)], &style);
-        assert!(text.coverage.len() <= 2 * MOST_PIXELS);
+        assert!(text.coverage.len() <= 2 * MAX_PIXELS);
         let none = pixel_text(&["M"], &TextStyle { size: 0.0, ..style });
         assert!(none.coverage.is_empty());
     }

@@ -2,25 +2,27 @@
 
 use glam::{Vec2, Vec3};
 
-use super::glyph::{Cut, Glyphs};
-use super::{Layout, TextStyle, layout};
-use crate::geometry::Mesh;
+use super::glyph::{FlatGlyph, GlyphCache};
+use super::layout::{Layout, layout};
+use super::style::TextStyle;
+use crate::geometry::mesh::Mesh;
 
-/// The parts of a `Text3`, as the bits of its field and as the parts of [`Mesh`] (0, 1, 2).
+/// The parts of a `Text3` as the bits of its field. In a [`Mesh`] they are parts 0, 1 and 2.
 pub const FRONT: i32 = 1;
 pub const SIDES: i32 = 2;
 pub const BACK: i32 = 4;
 
-/// A `Text3`: glyphs in x and y, swept toward −z along a profile.
+/// Returns the triangles of a `Text3`, and where its glyphs stand. Glyphs are in x and y and are
+/// swept toward −z along a profile.
 ///
 /// A profile is a polyline of (depth behind z = 0, distance outward from the outline); `None` is
-/// (0, 0) to (1, 0). Each face's triangles carry its part: 0 front, 1 sides, 2 back. Sides are
-/// smooth where outline or profile turn by less than `crease_angle`. Textures are one font
-/// height a unit, from the first baseline's start (SGI's reference page of SoText3).
+/// (0, 0) to (1, 0). Sides are smooth where the outline or the profile turns by less than
+/// `crease_angle`. Texture coordinates are one font height a unit, from the start of the first
+/// baseline (SGI's reference page of SoText3).
 ///
-/// Coin leaves the front face at the outline where the profile does not start at 0; the faces
-/// here follow the profile, which closes the gap. Coin also takes the outlines of named fonts to turn
-/// the other way than they do, and so has their sides inside out.
+/// Coin leaves the front face at the outline where the profile does not start at distance 0; the
+/// faces here follow the profile, which closes the gap. Coin also takes the outlines of named fonts
+/// to turn the other way than they do, which turns their sides inside out.
 pub fn text3<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle<'_>,
@@ -43,7 +45,7 @@ pub fn text3<S: AsRef<str>>(
         outward
     };
     let laid = layout(strings, style);
-    let mut pen = Solid {
+    let mut pen = SolidBuilder {
         mesh: Mesh::default(),
         size: style.size,
         as_coin,
@@ -56,7 +58,7 @@ pub fn text3<S: AsRef<str>>(
             0.0
         },
     };
-    let mut glyphs = Glyphs::new(style.face, style.complexity);
+    let mut glyphs = GlyphCache::new(style.face, style.complexity);
     for glyph in &laid.glyphs {
         let cut = glyphs.get(glyph.character);
         if parts & FRONT != 0 {
@@ -73,7 +75,7 @@ pub fn text3<S: AsRef<str>>(
 }
 
 /// Builds the faces and sides of solid text.
-struct Solid<'a> {
+struct SolidBuilder<'a> {
     mesh: Mesh,
     size: f32,
     /// The faces keep the outlines.
@@ -86,15 +88,15 @@ struct Solid<'a> {
     per_unit: f32,
 }
 
-impl Solid<'_> {
-    fn face(&mut self, cut: &Cut, origin: Vec2, front: bool) {
+impl SolidBuilder<'_> {
+    fn face(&mut self, cut: &FlatGlyph, origin: Vec2, front: bool) {
         let end = self.profile[if front { 0 } else { self.profile.len() - 1 }];
         let swollen;
         let cut = if end.y == 0.0 || self.size == 0.0 || self.as_coin {
             cut
         } else {
             let by = end.y / self.size;
-            swollen = Cut::fill(cut.outlines.iter().map(|o| swell(o, by)).collect());
+            swollen = FlatGlyph::fill(cut.outlines.iter().map(|o| swell(o, by)).collect());
             &swollen
         };
         let (normal, mirror) = if front {
@@ -115,7 +117,7 @@ impl Solid<'_> {
         }
     }
 
-    fn sides(&mut self, cut: &Cut, origin: Vec2) {
+    fn sides(&mut self, cut: &FlatGlyph, origin: Vec2) {
         let slopes = slopes(self.profile, self.smooth);
         let rear = self.profile[self.profile.len() - 1].x;
         for outline in &cut.outlines {
@@ -150,7 +152,8 @@ impl Solid<'_> {
         }
     }
 
-    /// Corners run clockwise seen from outside for an outline with its fill on the right.
+    /// Adds a quadrilateral of a side. Its corners run clockwise as seen from outside, for an
+    /// outline with its fill on the right.
     fn quad(&mut self, corners: [(Vec3, Vec3, Vec2); 4]) {
         let sign = if self.inside_out { -1.0 } else { 1.0 };
         let [a, b, c, d] = corners.map(|(p, n, t)| self.mesh.vertex(p, sign * n, t));
@@ -163,7 +166,8 @@ impl Solid<'_> {
     }
 }
 
-/// The slope's (outward, toward the front) unit vector at both ends of each piece of a profile.
+/// Returns the slope at both ends of each piece of a profile, as a unit vector (outward, toward the
+/// front).
 fn slopes(profile: &[Vec2], smooth: f32) -> Vec<(Vec2, Vec2)> {
     let normals: Vec<Vec2> = profile
         .windows(2)
@@ -186,7 +190,7 @@ fn slopes(profile: &[Vec2], smooth: f32) -> Vec<(Vec2, Vec2)> {
         .collect()
 }
 
-/// Outward normals at both ends of each edge of an outline that has its fill on the right.
+/// Returns the outward normals at both ends of each edge of an outline with its fill on the right.
 fn edge_normals(outline: &[Vec2], smooth: f32) -> Vec<(Vec2, Vec2)> {
     let n = outline.len();
     let flat: Vec<Vec2> = (0..n)
@@ -221,7 +225,8 @@ fn swell_scaled(outline: &[Vec2], size: f32, by: f32) -> Vec<Vec2> {
     swell(&scaled, by)
 }
 
-/// Moves each edge outward; corners are mitered, at most to four times the distance.
+/// Moves each edge outward. Corners are mitered; the miter is limited where edges turn by more than
+/// 151°, where it would be longer than four times the distance.
 fn swell(outline: &[Vec2], by: f32) -> Vec<Vec2> {
     let n = outline.len();
     (0..n)

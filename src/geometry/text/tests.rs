@@ -1,5 +1,9 @@
+use glam::Vec2;
+
+use super::glyph::MAX_GLYPHS;
 use super::vrml97::ABOVE;
 use super::*;
+use crate::geometry::Mesh;
 
 fn style(name: &str, size: f32) -> TextStyle<'_> {
     TextStyle {

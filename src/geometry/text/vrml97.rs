@@ -1,74 +1,16 @@
-//! VRML97's `Text` (6.47) with its `FontStyle` (6.22).
+//! Where the glyphs of a VRML97 `Text` (6.47) with its `FontStyle` (6.22) stand.
 
 use glam::Vec2;
 
-use super::face::Face;
 use super::glyph::Typeface;
-use super::{Layout, coin97, fit, flat};
-use crate::geometry::Mesh;
+use super::layout::Layout;
+use super::style::{Align, Vrml97Style};
 
-/// VRML97's justification along one axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Align {
-    Begin,
-    First,
-    Middle,
-    End,
-}
-
-impl Align {
-    pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "BEGIN" => Some(Self::Begin),
-            "FIRST" => Some(Self::First),
-            "MIDDLE" => Some(Self::Middle),
-            "END" => Some(Self::End),
-            _ => None,
-        }
-    }
-}
-
-/// How VRML97 sets a text: `FontStyle`'s fields.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vrml97Style<'a> {
-    pub face: Face<'a>,
-    pub size: f32,
-    pub spacing: f32,
-    pub horizontal: bool,
-    pub left_to_right: bool,
-    pub top_to_bottom: bool,
-    pub major: Align,
-    pub minor: Align,
-    pub complexity: f32,
-}
-
-impl Vrml97Style<'_> {
-    pub const DEFAULT: Self = Self {
-        face: Face::DEFAULT,
-        size: 1.0,
-        spacing: 1.0,
-        horizontal: true,
-        left_to_right: true,
-        top_to_bottom: true,
-        major: Align::Begin,
-        minor: Align::First,
-        complexity: 0.5,
-    };
-
-    /// Sets major and minor from the field `justify`; an empty string is `BEGIN`, silence `FIRST`.
-    pub fn justified<S: AsRef<str>>(mut self, justify: &[S]) -> Self {
-        let named = |i: usize| justify.get(i).and_then(|s| Align::named(s.as_ref()));
-        self.major = named(0).unwrap_or(Align::Begin);
-        self.minor = named(1).unwrap_or(Align::First);
-        self
-    }
-}
-
-/// How far a line reaches above its baseline, as a share of the size; the rest is below.
+/// The share of a line's height that is above its baseline. The standard leaves it open.
 pub(super) const ABOVE: f32 = 0.8;
 
-/// Where the glyphs of a VRML97 `Text` stand (section 6.47 with 6.22). The standard leaves the
-/// height of a line open; here it is the size, four fifths of it above the baseline.
+/// Places the glyphs of a VRML97 `Text`. The standard leaves the height of a line open; here it is
+/// the font's size.
 pub fn vrml97_layout<S: AsRef<str>>(
     strings: &[S],
     style: &Vrml97Style<'_>,
@@ -94,10 +36,12 @@ pub fn vrml97_layout<S: AsRef<str>>(
     out
 }
 
-/// A string of a VRML97 text with its steps along the major axis.
+/// A string of a VRML97 text, measured along the major axis.
 struct Line {
     advances: Vec<(char, f32)>,
+    /// Space added between two characters.
     gap: f32,
+    /// Scale of the characters' widths.
     stretch: f32,
     length: f32,
 }
@@ -172,7 +116,8 @@ impl Line {
     }
 }
 
-/// The baseline of the line that is `across` past the first, in a block of that height.
+/// Returns the baseline of the line that is `across` past the first, in a block of lines of that
+/// height.
 fn row(across: f32, block: f32, style: &Vrml97Style<'_>) -> f32 {
     let below = (1.0 - ABOVE) * style.size;
     let above = ABOVE * style.size;
@@ -195,7 +140,7 @@ fn row(across: f32, block: f32, style: &Vrml97Style<'_>) -> f32 {
     }
 }
 
-/// The left edge of the column that is `across` past the first.
+/// Returns the left edge of the column that is `across` past the first.
 fn column(across: f32, block: f32, style: &Vrml97Style<'_>) -> f32 {
     let begin = match style.minor {
         Align::First | Align::Begin => 0.0,
@@ -209,18 +154,14 @@ fn column(across: f32, block: f32, style: &Vrml97Style<'_>) -> f32 {
     }
 }
 
-/// A VRML97 `Text`: flat, in z = 0; set as the standard says or as Coin does.
-pub fn vrml97_text<S: AsRef<str>>(
-    strings: &[S],
-    style: &Vrml97Style<'_>,
-    lengths: &[f32],
-    max_extent: f32,
-    as_coin: bool,
-) -> Mesh {
-    let laid = if as_coin {
-        coin97::layout(strings, style, lengths, max_extent)
+/// Returns the space to add between characters and the scale of their widths that bring a line to a
+/// width: a longer line is spaced out, and a shorter one is compressed.
+fn fit(natural: f32, wanted: f32, count: usize) -> (f32, f32) {
+    if !(wanted > 0.0 && natural > 0.0 && wanted.is_finite()) {
+        (0.0, 1.0)
+    } else if wanted > natural && count > 1 {
+        ((wanted - natural) / (count - 1) as f32, 1.0)
     } else {
-        vrml97_layout(strings, style, lengths, max_extent)
-    };
-    flat(&laid, style.face, style.size, style.complexity)
+        (0.0, wanted / natural)
+    }
 }

@@ -159,7 +159,7 @@ pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     out.set_sides(true, true, false);
     out.mesh(&mesh, false);
     if out.object_bounds.is_some() {
-        let around = typeset::coin97_rectangle(strings, &style, lengths);
+        let around = typeset::vrml97_bounds(strings, &style, lengths);
         let flat = |p: Vec2| p.extend(0.0).as_dvec3();
         out.set_inventor_box(around.map(|(low, high)| (flat(low), flat(high))));
     }

@@ -1,0 +1,57 @@
+//! Flat texts as triangles in z = 0.
+
+use glam::{Vec2, Vec3};
+
+use super::face::Face;
+use super::glyph::GlyphCache;
+use super::layout::{Layout, ascii_layout};
+use super::style::{TextStyle, Vrml97Style};
+use super::vrml97::vrml97_layout;
+use super::vrml97_coin;
+use crate::geometry::mesh::Mesh;
+
+/// Returns the triangles of an `AsciiText`, and where its glyphs stand.
+pub fn ascii_text<S: AsRef<str>>(
+    strings: &[S],
+    style: &TextStyle<'_>,
+    widths: &[f32],
+) -> (Mesh, Layout) {
+    let laid = ascii_layout(strings, style, widths);
+    (flat(&laid, style.face, style.size, style.complexity), laid)
+}
+
+/// Returns the glyphs' triangles. Texture coordinates are one font size a unit from each glyph's
+/// origin.
+fn flat(laid: &Layout, face: Face<'_>, size: f32, complexity: f32) -> Mesh {
+    let mut glyphs = GlyphCache::new(face, complexity);
+    let mut mesh = Mesh::default();
+    let per_unit = if size > 0.0 { 1.0 / size } else { 0.0 };
+    for glyph in &laid.glyphs {
+        let cut = glyphs.get(glyph.character);
+        let first = mesh.positions.len() as u32;
+        for &p in &cut.points {
+            let p = glyph.origin + size * p * Vec2::new(glyph.stretch, 1.0);
+            mesh.vertex(p.extend(0.0), Vec3::Z, p * per_unit);
+        }
+        let triangles = cut.triangles.iter();
+        mesh.triangles
+            .extend(triangles.map(|t| t.map(|i| first + i)));
+    }
+    mesh
+}
+
+/// Returns the triangles of a VRML97 `Text`, placed as the standard says or as Coin does.
+pub fn vrml97_text<S: AsRef<str>>(
+    strings: &[S],
+    style: &Vrml97Style<'_>,
+    lengths: &[f32],
+    max_extent: f32,
+    as_coin: bool,
+) -> Mesh {
+    let laid = if as_coin {
+        vrml97_coin::layout(strings, style, lengths, max_extent)
+    } else {
+        vrml97_layout(strings, style, lengths, max_extent)
+    };
+    flat(&laid, style.face, style.size, style.complexity)
+}

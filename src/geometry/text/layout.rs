@@ -1,0 +1,150 @@
+//! Where the glyphs of Inventor's texts stand.
+
+use glam::Vec2;
+
+use super::glyph::{MAX_GLYPHS, Typeface};
+use super::style::{Justify, TextStyle};
+
+/// A character, the place of its origin, and the scale of its width.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlacedGlyph {
+    pub character: char,
+    pub origin: Vec2,
+    pub stretch: f32,
+}
+
+/// The characters of a text at their places.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layout {
+    pub glyphs: Vec<PlacedGlyph>,
+    /// The extent of the lines in x, by advances and not by ink, as Coin's bounding boxes have it.
+    pub left: f32,
+    pub right: f32,
+    /// The lower end of Coin's bounding box and, for solid text, its upper end.
+    pub bottom: f32,
+    pub top: f32,
+}
+
+/// Places the glyphs of an Inventor text. The baseline of line n is at y = −n · spacing · size.
+pub fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Layout {
+    let font = Typeface::open(style.face);
+    let mut out = Layout::default();
+    let (mut low, mut high) = (0.0f32, 0.0f32);
+    for (i, line) in strings.iter().enumerate() {
+        let advances = font.advances(line.as_ref(), style.size);
+        let full: f32 = advances.iter().map(|a| a.1).sum();
+        // A slanted last letter may extend beyond its advance.
+        let width = full.max(font.ink_width(&advances, style.size));
+        let left = start(style.justify, width);
+        let y = -(i as f32) * style.spacing * style.size;
+        out.set(&advances, Vec2::new(left, y));
+        out.extend(left, left + width);
+        (low, high) = (0.0, 0.0);
+        for &(character, _) in &advances {
+            let reach = font.reach(character);
+            low = low.min(style.size * reach.0.y);
+            high = high.max(style.size * reach.1.y);
+        }
+    }
+    // Coin's box holds the letters of the last line where they stand on the first line, and where
+    // they would stand on the last line if the spacing were 1.
+    let before = strings.len().saturating_sub(1) as f32 * style.size;
+    out.bottom = (-before * style.spacing).min(low - before).min(low);
+    out.top = high;
+    out
+}
+
+/// Places the glyphs of an `AsciiText`.
+///
+/// A line with a positive width is brought to it by the steps between its letters, never by the
+/// letters themselves (Coin); a width below that of a letter puts them all in one place. A line
+/// ends where the ink of its last letter ends, so that `RIGHT` is flush.
+pub fn ascii_layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>, widths: &[f32]) -> Layout {
+    let font = Typeface::open(style.face);
+    let mut out = Layout::default();
+    let mut low = 0.0f32;
+    for (i, line) in strings.iter().enumerate() {
+        let advances = font.advances(line.as_ref(), style.size);
+        let wanted = widths.get(i).copied().filter(|w| *w > 0.0 && w.is_finite());
+        let (stretch, width) = stretch(&font, &advances, style.size, wanted);
+        let left = start(style.justify, width);
+        let mut at = Vec2::new(left, -(i as f32) * style.spacing * style.size);
+        for &(character, advance) in &advances {
+            out.push(character, at, 1.0);
+            at.x += advance * stretch;
+            let (reach, _) = font.reach(character);
+            low = low.min(style.size * reach.min_element());
+        }
+        out.extend(left, left + width);
+    }
+    // Coin's box ends where the letters of the last line would end at spacing 1, and it takes the
+    // extent of a letter to the left of its origin for one below it.
+    let below = strings.len().saturating_sub(1) as f32 * style.size;
+    out.bottom = (-below * style.spacing).min(low - below);
+    out
+}
+
+/// Returns the factor by which the steps between letters grow, and the line's length with it. The
+/// letter that ends last keeps its width (Coin).
+fn stretch(
+    font: &Typeface<'_>,
+    advances: &[(char, f32)],
+    size: f32,
+    wanted: Option<f32>,
+) -> (f32, f32) {
+    let natural = font.ink_width(advances, size);
+    let Some(wanted) = wanted.filter(|_| natural > 0.0) else {
+        return (1.0, natural);
+    };
+    let (mut from, mut last, mut width) = (0.0, 0.0, 0.0);
+    let mut end = 0.0;
+    for &(character, advance) in advances {
+        let own = size * font.width(character);
+        let ends = from * wanted / natural + own;
+        if ends > end {
+            (end, last, width) = (ends, from, own);
+        }
+        from += advance;
+    }
+    if natural <= width || wanted <= width {
+        return (0.0, width);
+    }
+    let stretch = (wanted - width) / (natural - width);
+    (stretch, stretch * last + width)
+}
+
+/// Returns where a line of that width begins.
+fn start(justify: Justify, width: f32) -> f32 {
+    match justify {
+        Justify::Left => 0.0,
+        Justify::Right => -width,
+        Justify::Center => -0.5 * width,
+    }
+}
+
+impl Layout {
+    /// Adds a line of glyphs.
+    fn set(&mut self, advances: &[(char, f32)], origin: Vec2) {
+        let mut x = origin.x;
+        for &(character, advance) in advances {
+            self.push(character, Vec2::new(x, origin.y), 1.0);
+            x += advance;
+        }
+    }
+
+    /// Adds a glyph, unless the text is too long or the place is not finite.
+    pub(super) fn push(&mut self, character: char, origin: Vec2, stretch: f32) {
+        if self.glyphs.len() < MAX_GLYPHS && origin.is_finite() {
+            self.glyphs.push(PlacedGlyph {
+                character,
+                origin,
+                stretch,
+            });
+        }
+    }
+
+    pub(super) fn extend(&mut self, left: f32, right: f32) {
+        self.left = self.left.min(left);
+        self.right = self.right.max(right);
+    }
+}

@@ -1,0 +1,124 @@
+//! The box around a VRML97 `Text` by lines and font sizes, as Coin computes it.
+
+use glam::Vec2;
+
+use super::glyph::Typeface;
+use super::style::{Align, Vrml97Style};
+
+/// A text's lines, measured in font sizes.
+pub(super) struct Lines {
+    pub(super) letters: Vec<Vec<(char, f32)>>,
+    /// The sum of the advances or, where that is longer, the length up to the end of the last
+    /// letter's ink.
+    pub(super) widths: Vec<f32>,
+}
+
+impl Lines {
+    pub(super) fn of<S: AsRef<str>>(strings: &[S], font: &Typeface<'_>) -> Self {
+        let letters: Vec<_> = strings
+            .iter()
+            .map(|s| font.advances(s.as_ref(), 1.0))
+            .collect();
+        let width = |line: &Vec<(char, f32)>| {
+            let full: f32 = line.iter().map(|l| l.1).sum();
+            full.max(font.ink_width(line, 1.0))
+        };
+        let widths = letters.iter().map(width).collect();
+        Self { letters, widths }
+    }
+}
+
+/// The size that Inventor gives a text without a `Font`. Coin measures how far letters extend below
+/// the last line at this size, whatever size they have.
+const FONT_SIZE: f32 = 12.0;
+
+/// Returns the lower left and upper right corner of Coin's box, by lines and sizes rather than ink.
+pub fn vrml97_bounds<S: AsRef<str>>(
+    strings: &[S],
+    style: &Vrml97Style<'_>,
+    lengths: &[f32],
+) -> Option<(Vec2, Vec2)> {
+    let font = Typeface::open(style.face);
+    let lines = Lines::of(strings, &font);
+    let widest = lines.widths.iter().copied().fold(0.0, f32::max);
+    if widest <= 0.0 {
+        return None;
+    }
+    let added = lengths.iter().copied().fold(0.0, f32::max) * style.size;
+    let before = lines.letters.len() as f32 - 1.0;
+    let (mut low, mut high) = if style.horizontal {
+        across_rectangle(widest, added, before, style)
+    } else {
+        let most = strings.iter().map(|s| s.as_ref().len()).max().unwrap_or(0) as f32;
+        down_rectangle(most, added, before, style)
+    };
+    if style.top_to_bottom {
+        let last = lines.letters.last().into_iter().flatten();
+        let reach = last.map(|&(c, _)| font.reach(c).0.min_element());
+        let below = FONT_SIZE * reach.fold(0.0, f32::min) - before * style.size * style.spacing;
+        (low.y, high.y) = (low.y.min(below), high.y.max(below));
+    }
+    // Coin extends the box to a point on the axis, so that it contains x = 0.
+    if style.top_to_bottom {
+        (low.x, high.x) = (low.x.min(0.0), high.x.max(0.0));
+    }
+    Some((low, high))
+}
+
+fn across_rectangle(widest: f32, added: f32, before: f32, style: &Vrml97Style<'_>) -> (Vec2, Vec2) {
+    let (size, line) = (style.size, style.spacing * style.size);
+    let (full, own) = ((widest + added) * size, widest * size);
+    let (left, right) = match (style.major, style.left_to_right) {
+        (Align::Begin | Align::First, true) => (0.0, full),
+        (Align::Begin | Align::First, false) => (-full, 0.0),
+        (Align::End, true) => (-own, 0.0),
+        (Align::End, false) => (0.0, own),
+        (Align::Middle, _) => (-0.5 * own, full - 0.5 * own),
+    };
+    let (bottom, top) = if style.top_to_bottom {
+        (-line * before, size)
+    } else {
+        (0.0, line * before)
+    };
+    let up = before
+        * size
+        * match style.minor {
+            Align::Begin | Align::First => 0.0,
+            Align::Middle => 0.5,
+            Align::End => 1.0,
+        };
+    (Vec2::new(left, bottom + up), Vec2::new(right, top + up))
+}
+
+fn down_rectangle(most: f32, added: f32, before: f32, style: &Vrml97Style<'_>) -> (Vec2, Vec2) {
+    let (size, spacing) = (style.size, style.spacing);
+    let (left, right) = if style.left_to_right {
+        (0.0, before * spacing + size)
+    } else {
+        (
+            -(before + 3.0) * spacing * 0.5,
+            before * spacing * 0.5 - size,
+        )
+    };
+    let (bottom, top) = if style.top_to_bottom {
+        (-most * size - added, 0.0)
+    } else {
+        (0.0, most + added)
+    };
+    let up = most
+        * match style.major {
+            Align::Begin | Align::First => 0.0,
+            Align::Middle => 0.5,
+            Align::End => 1.0,
+        };
+    let back = before
+        * match style.minor {
+            Align::Begin | Align::First => 0.0,
+            Align::Middle => 0.5,
+            Align::End => 1.0,
+        };
+    (
+        Vec2::new(left - back, bottom + up),
+        Vec2::new(right - back, top + up),
+    )
+}
