@@ -17,8 +17,8 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use crate::film::{FilmFormat, Resolution};
 use crate::lens::{
-    Aims, Bundle, FilmPlace, Focus, LANES, Lens, LensRay, Light, PupilTarget, PupilWindow, RayPath,
-    RearElement, Toward,
+    Aims, Bundle, FilmPlace, Focus, LANES, Lens, LensRay, PupilTarget, PupilTransmission,
+    PupilWindow, RayPath, RearElement, Toward,
 };
 use crate::pose::{CameraPose, FilmPlane, Projection, ViewportMapping};
 use crate::sampling::{DiscMap, Samples};
@@ -424,7 +424,7 @@ pub struct LensCamera {
     place: FilmPlace,
     target: PupilTarget,
     /// How much of what is aimed at is light. Measured when the first ray asks for it.
-    light: OnceLock<Light>,
+    light: OnceLock<PupilTransmission>,
     /// The lens at other wavelengths; none where one is enough.
     waves: Option<Box<Waves>>,
     world_from_lens: DQuat,
@@ -589,7 +589,7 @@ impl LensCamera {
         let mut out = Outside::default();
         let light = self
             .light
-            .get_or_init(|| self.target.light(&self.lens, &self.place));
+            .get_or_init(|| self.target.transmission(&self.lens, &self.place));
         let mut redraws = Redraws::default();
         for first in (0..samples.len()).step_by(LANES) {
             sheaf.take_from(self.format, samples, first);

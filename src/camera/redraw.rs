@@ -2,10 +2,10 @@
 //!
 //! A lost ray is a sample without light, and a hundredth of all samples is the greatest noise of
 //! an even part of a picture. Where it is known how much of the figure aimed at is light
-//! ([`Light`]), a lost ray is aimed again from its film point until it gets through, and every
+//! ([`PupilTransmission`]), a lost ray is aimed again from its film point until it gets through, and every
 //! ray counts for the area of the light alone: the mean is the same, and the noise is gone.
 
-use crate::lens::{Aims, Bundle, LANES, Light};
+use crate::lens::{Aims, Bundle, LANES, PupilTransmission};
 use crate::sampling::mix;
 use crate::scene::wide::bits;
 
@@ -66,7 +66,7 @@ impl LensCamera {
     pub(super) fn redraw(
         &self,
         redraws: &mut Redraws,
-        light: &Light,
+        light: &PupilTransmission,
         bundle: &mut Bundle,
         shots: &mut Shots,
     ) {

@@ -12,7 +12,9 @@
 use glam::DMat3;
 
 use crate::film::FilmFormat;
-use crate::lens::{Aims, Bundle, ExitPupil, FilmPlace, LANES, Lens, Light, PupilTarget};
+use crate::lens::{
+    Aims, Bundle, ExitPupil, FilmPlace, LANES, Lens, PupilTarget, PupilTransmission,
+};
 use crate::sampling::Samples;
 use crate::scene::{BUNDLE, of_lane};
 use crate::spectrum::{HERO, Line, SETS, Spectrum};
@@ -132,7 +134,7 @@ impl LensCamera {
         }
         let mut places = vec![(0, 0); samples.len()];
         let (mut sheaf, mut aims) = (Sheaf::default(), Aims::default());
-        let unknown = Light::default();
+        let unknown = PupilTransmission::default();
         for (set, members) in of_set.iter().enumerate() {
             for members in members.chunks(LANES) {
                 sheaf.take(self.format, samples, members);

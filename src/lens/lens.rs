@@ -9,7 +9,7 @@ use super::prescription::{Iris, Prescription};
 use super::surface::{Plane, Surface};
 use super::trace::element::Element;
 use super::trace::ray::{LensRay, Loss, RayPath, Toward};
-use super::trace::tracer::Course;
+use super::trace::tracer::Tracer;
 use crate::diag::{Diagnostic, Result};
 use crate::math::Mm;
 
@@ -191,19 +191,19 @@ impl Lens {
 
     /// Traces a ray from the scene to the film side.
     pub fn trace_from_scene(&self, ray: &LensRay) -> std::result::Result<LensRay, Loss> {
-        self.course(Toward::Film, true).follow(*ray, |_, _| {})
+        self.tracer(Toward::Film, true).follow(*ray, |_, _| {})
     }
 
     /// Traces a ray from the film side into the scene.
     pub fn trace_from_film(&self, ray: &LensRay) -> std::result::Result<LensRay, Loss> {
-        self.course(Toward::Scene, true).follow(*ray, |_, _| {})
+        self.tracer(Toward::Scene, true).follow(*ray, |_, _| {})
     }
 
     /// Traces a ray and keeps its hits; `apertures` off lets it pass outside the semi-diameters.
     pub fn trace_path(&self, ray: &LensRay, toward: Toward, apertures: bool) -> RayPath {
         let mut hits = Vec::with_capacity(self.elements.len());
         let outcome = self
-            .course(toward, apertures)
+            .tracer(toward, apertures)
             .follow(*ray, |_, hit| hits.push(hit));
         RayPath { outcome, hits }
     }
@@ -212,8 +212,8 @@ impl Lens {
         &self.elements
     }
 
-    pub(super) fn course(&self, toward: Toward, apertures: bool) -> Course<'_> {
-        Course {
+    pub(super) fn tracer(&self, toward: Toward, apertures: bool) -> Tracer<'_> {
+        Tracer {
             elements: &self.elements,
             toward,
             apertures,

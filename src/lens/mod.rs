@@ -44,7 +44,7 @@ pub use pupil::aims::Aims;
 pub use pupil::exit_pupil::ExitPupil;
 pub use pupil::rear_element::RearElement;
 pub use pupil::target::PupilTarget;
-pub use pupil::transmission::Light;
+pub use pupil::transmission::PupilTransmission;
 pub use pupil::window::PupilWindow;
 pub use surface::{Curvature, Plane, Shape, Surface};
 pub use trace::lanes::bundle::Bundle;

@@ -174,12 +174,11 @@ impl Pupil {
         };
         match camera.window(film) {
             PupilWindow::Polygon(polygon) => polygon.corners().for_each(&mut see),
-            PupilWindow::Disc { radius, .. } | PupilWindow::Beside(_, radius) => {
-                (0..32).for_each(|k| {
+            PupilWindow::Disc { radius, .. } | PupilWindow::Defensive(_, radius) => (0..32)
+                .for_each(|k| {
                     let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(k) / 32.0);
                     see(radius * DVec2::new(cos, sin));
-                })
-            }
+                }),
             PupilWindow::Closed => return None,
         }
         let step = (high - low).max_element() / DIRECTIONS as f64;

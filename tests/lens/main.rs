@@ -743,7 +743,7 @@ fn light_between<'a>(
             .is_ok()
         {
             let polygon = match target.window(film) {
-                PupilWindow::Polygon(polygon) | PupilWindow::Beside(polygon, _) => Some(polygon),
+                PupilWindow::Polygon(polygon) | PupilWindow::Defensive(polygon, _) => Some(polygon),
                 _ => None,
             };
             beside += u32::from(polygon.is_some_and(|polygon| !polygon.contains(aim)));

@@ -3,20 +3,20 @@
 use glam::DVec2;
 
 use crate::lens::lens::Lens;
-use crate::lens::pupil::search::pupil_search::Sight;
+use crate::lens::pupil::search::pupil_search::PupilSearch;
 
 impl Lens {
     /// The irradiance on the film from a scene of radiance 1, by equation 1: ∫ cos⁴θ / Z² over
     /// the part of the rear vertex plane that is seen.
     pub fn irradiance(&self, film: DVec2, film_z: f64) -> f64 {
-        self.seen(film, film_z).0
+        self.irradiance_and_area(film, film_z).0
     }
 
     /// The irradiance and the area of the rear vertex plane that the film point sees light
     /// through, in mm².
-    pub fn seen(&self, film: DVec2, film_z: f64) -> (f64, f64) {
+    pub fn irradiance_and_area(&self, film: DVec2, film_z: f64) -> (f64, f64) {
         let z = film_z - self.length();
-        let outline = Sight::new(self).outline_points(film.extend(film_z), 1440);
+        let outline = PupilSearch::new(self).outline_points(film.extend(film_z), 1440);
         let Some((center, rims)) = outline else {
             return (0.0, 0.0);
         };

@@ -6,14 +6,14 @@ use glam::DVec3;
 
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::{LensRay, Toward};
-use crate::lens::trace::tracer::Course;
+use crate::lens::trace::tracer::Tracer;
 
 impl Lens {
     /// The share of a ray's light that reaches the other side, at the lens's wavelength; 0 for a
     /// ray that is lost.
     pub fn transmittance(&self, ray: &LensRay, toward: Toward) -> f64 {
-        let course = self.course(toward, true);
-        transmittance(&course, ray, self.wavelength())
+        let tracer = self.tracer(toward, true);
+        transmittance(&tracer, ray, self.wavelength())
     }
 
     /// The share of the light of the widest beam along the axis that gets through, of what the
@@ -55,11 +55,11 @@ impl Lens {
     }
 }
 
-fn transmittance(course: &Course<'_>, ray: &LensRay, wavelength_nm: f64) -> f64 {
+fn transmittance(tracer: &Tracer<'_>, ray: &LensRay, wavelength_nm: f64) -> f64 {
     let mut share = 1.0;
-    let outcome = course.walk(*ray, |surface, _, hit| {
-        let element = &course.elements[surface];
-        share *= 1.0 - element.reflectance(course.toward, hit.cos, wavelength_nm);
+    let outcome = tracer.walk(*ray, |surface, _, hit| {
+        let element = &tracer.elements[surface];
+        share *= 1.0 - element.reflectance(tracer.toward, hit.cos, wavelength_nm);
     });
     if outcome.is_ok() { share } else { 0.0 }
 }

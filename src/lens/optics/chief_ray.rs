@@ -42,7 +42,7 @@ impl Lens {
             };
             aim = self.aim_at_stop(target, film_z, stop, grown)?;
         }
-        self.course(Toward::Scene, false)
+        self.tracer(Toward::Scene, false)
             .follow(self.film_ray(film, film_z, aim), |_, _| {})
             .ok()
     }
@@ -93,9 +93,9 @@ impl Lens {
     fn stop_hit(&self, film: DVec2, film_z: f64, stop: usize, aim: DVec2) -> Option<DVec2> {
         let mut found = None;
         let ray = self.film_ray(film, film_z, aim);
-        let course = self.course(Toward::Scene, false);
+        let tracer = self.tracer(Toward::Scene, false);
         // A ray lost in front of the stop has passed it all the same.
-        let _ = course.follow(ray, |surface, hit| {
+        let _ = tracer.follow(ray, |surface, hit| {
             if surface == stop {
                 found = Some(hit.truncate());
             }

@@ -1,18 +1,18 @@
-//! Points of the rear vertex plane to aim at, side by side.
+//! Points of the rear vertex plane to aim at, a lane for each ray.
 
 use super::spans::Spans;
-use super::transmission::Light;
+use super::transmission::PupilTransmission;
 use super::window::PupilWindow;
 use crate::math::lanes::{LANES, Lane, Lanewise};
 
-/// Points of the rear vertex plane to aim at, side by side.
+/// Points of the rear vertex plane to aim at, a lane for each ray.
 #[derive(Clone, Debug)]
 pub struct Aims {
     pub x: Lane,
     pub y: Lane,
-    /// The area that a point stands for, in square millimeters; 0 where there is nothing to aim at.
+    /// The area that a point stands for, in square millimeters; 0 if no light reaches the film point.
     pub area: Lane,
-    /// The share of that area that is light; 0 where it isn't known.
+    /// The share of that area that is open; 0 if it is not known.
     pub light: Lane,
 }
 
@@ -35,10 +35,11 @@ impl Aims {
     }
 }
 
-/// [`PupilTarget::aims`] by a table over the film's radius.
+/// The work of [`PupilTarget::aims`](super::target::PupilTarget::aims) by a table over the film's
+/// radius.
 pub struct SpanAims<'a> {
     pub spans: &'a Spans,
-    pub light: &'a Light,
+    pub transmission: &'a PupilTransmission,
     pub film: &'a [Lane; 2],
     pub pupil: &'a [Lane; 2],
     pub aims: &'a mut Aims,
@@ -63,7 +64,7 @@ impl Lanewise for SpanAims<'_> {
                 t[i] = (radius[i] - start) * self.spans.steepness[number];
                 area[i] = span.area(t[i]).max(0.0);
             }
-            let [a, b, c] = self.light.share(number);
+            let [a, b, c] = self.transmission.share(number);
             for i in 0..LANES {
                 light[i] = a + t[i] * (b + t[i] * c);
             }
@@ -75,7 +76,7 @@ impl Lanewise for SpanAims<'_> {
                 [area[i], light[i]] = [0.0; 2];
                 if let Some((number, t)) = self.spans.at(radius[i]) {
                     let span = &self.spans.spans[number];
-                    let [a, b, c] = self.light.share(number);
+                    let [a, b, c] = self.transmission.share(number);
                     light[i] = a + t * (b + t * c);
                     area[i] = span.area(t).max(0.0);
                     [x[i], y[i]] = span.point(t, u[i], out[i]).to_array();

@@ -1,4 +1,4 @@
-//! The exit pupil as each film point sees it, measured once and interpolated.
+//! The exit pupil from every film point, measured from some and interpolated between them.
 
 use glam::DVec2;
 
@@ -6,48 +6,48 @@ use super::polar::Cells;
 use super::polygon::{Outline, Polygon, SIDES, directions_along};
 use super::radial::{Radial, radial_around, radial_at, radial_table, support_around};
 use super::rear_element::reach_of;
-use super::sampler::{Look, both};
-use super::search::outline::Hint;
-use super::search::pupil_search::Sight;
+use super::sampler::{PupilSampler, union};
+use super::search::outline::OutlineGuess;
+use super::search::pupil_search::PupilSearch;
 use super::spans::Spans;
 use super::support::Figure;
 use super::window::{PupilWindow, disc};
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
 
-/// The part of the rear vertex plane that each film point sees light through, and a little more.
+/// The part of the rear vertex plane through which light reaches each film point, and a margin.
 ///
-/// The figure that gets through is measured from a row of film points, as the reach of its
-/// outline in 32 directions, and interpolated between them. Rows are put closer until the
-/// interpolation holds. Without rotational symmetry they are cells around the axis ([`Cells`]).
+/// From a row of film points the outline of the pupil is measured, as its reach in 32 directions, and
+/// interpolated between them; the row is refined until interpolation holds. Without rotational
+/// symmetry the film is divided into cells around the axis ([`Cells`]).
 ///
-/// Where a beam is folded inside the lens light may come in several pieces, which open and close
-/// as the film point moves. With a lens where that is seen the figure is that of the largest, and
-/// a few rays go all over the rear element, so that none that gets through is never sent.
+/// If a beam is folded inside the lens, light may come through several openings, which open and close
+/// as the film point moves. For such a lens the largest opening is interpolated, and a few rays go
+/// anywhere behind the rear element, so that every ray that gets through may be drawn.
 #[derive(Clone, Debug)]
 pub struct ExitPupil {
     pub(super) table: Table,
     sides: [DVec2; SIDES],
-    pub(super) beside: Option<Beside>,
+    pub(super) strays: Option<StrayRegion>,
 }
 
-/// Where light may come from beside the figure.
+/// Where light may come through secondary openings.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Beside {
-    /// The radius of the disc on the rear vertex plane.
-    radius: f64,
-    /// Film radii that may see some beside a figure.
-    range: [f64; 2],
-    /// Film radii that may see some and have no figure.
-    alone: Option<[f64; 2]>,
+pub(super) struct StrayRegion {
+    /// The radius of the disc on the rear vertex plane that contains them.
+    disc: f64,
+    /// The film radii that such light may reach.
+    radii: [f64; 2],
+    /// The film radii that such light may reach and that have no pupil otherwise.
+    dark_radii: Option<[f64; 2]>,
 }
 
 #[derive(Clone, Debug)]
 pub(super) enum Table {
     Radial(Radial, Spans),
-    /// By film position.
+    /// By film position, without rotational symmetry.
     Cells(Box<Cells>),
-    /// Around others, which are of neighboring wavelengths.
+    /// Around the pupils of neighboring wavelengths.
     Around([Box<ExitPupil>; 3]),
 }
 
@@ -70,13 +70,13 @@ impl ExitPupil {
     pub fn new(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
         let sides = directions_along(lens.iris_edges());
         let film_radius = film_radius.abs();
-        let sight = Sight::new(lens);
-        let look = Look::new(&sight, place, &sides);
+        let search = PupilSearch::new(lens);
+        let sampler = PupilSampler::new(&search, place, &sides);
         let everything = || reach_of(lens, place, film_radius);
         let is_even = place.is_centered() && lens.is_rotational();
         let mut end = f64::INFINITY;
         let table = if is_even {
-            let mut measure = |r, hint: Option<&Hint>| look.at_radius(r, hint);
+            let mut measure = |r, guess: Option<&OutlineGuess>| sampler.at_radius(r, guess);
             let nodes = radial_table(&mut measure, film_radius, everything);
             end = nodes.last().map_or(0.0, |(radius, _)| *radius);
             Table::radial(nodes, &sides)
@@ -86,26 +86,29 @@ impl ExitPupil {
         let mut this = Self {
             table,
             sides,
-            beside: None,
+            strays: None,
         };
         let is_aimed_at = |radius, aim| this.window(DVec2::new(radius, 0.0)).contains(aim);
-        let strays = look.strays(film_radius, is_even, is_aimed_at);
-        let goes_on = strays.is_some_and(|[_, to]| to > end) || look.opens_again(end, film_radius);
-        let alone = goes_on.then(|| look.alone(end, film_radius)).flatten();
-        // Elsewhere only one row of film points was looked at.
-        let all = Some([0.0, f64::INFINITY]).filter(|_| !is_even && strays.is_some());
-        let alone = all.or(alone);
-        let range = [all, strays, alone].into_iter().flatten().reduce(both);
-        this.beside = range.map(|range| Beside {
-            radius: everything(),
-            range,
-            alone,
+        let lit = sampler.stray_radii(film_radius, is_even, is_aimed_at);
+        let continues =
+            lit.is_some_and(|[_, to]| to > end) || sampler.opens_again(end, film_radius);
+        let beyond = continues
+            .then(|| sampler.lit_beyond(end, film_radius))
+            .flatten();
+        // Without symmetry the row of film points does not speak for the others.
+        let all = Some([0.0, f64::INFINITY]).filter(|_| !is_even && lit.is_some());
+        let dark_radii = all.or(beyond);
+        let radii = [all, lit, dark_radii].into_iter().flatten().reduce(union);
+        this.strays = radii.map(|radii| StrayRegion {
+            disc: everything(),
+            radii,
+            dark_radii,
         });
         this
     }
 
-    /// The pupil that holds those of several wavelengths of one lens and film, from one end to
-    /// the other, and all between them.
+    /// The pupil that contains those of three wavelengths of one lens and film, and of all
+    /// wavelengths between them.
     pub fn around(pupils: &[&Self; 3]) -> Self {
         let sides = pupils[1].sides;
         let nodes: Option<Vec<&Radial>> = pupils.iter().map(|pupil| pupil.table.nodes()).collect();
@@ -113,29 +116,34 @@ impl ExitPupil {
             Some(nodes) => Table::radial(radial_around(&nodes), &sides),
             None => Table::Around(pupils.map(|pupil| Box::new(pupil.clone()))),
         };
-        let beside = pupils.iter().filter_map(|pupil| pupil.beside);
-        let of_both = |a: Beside, b: Beside| Beside {
-            radius: a.radius.max(b.radius),
-            range: both(a.range, b.range),
-            alone: [a.alone, b.alone].into_iter().flatten().reduce(both),
+        let strays = pupils.iter().filter_map(|pupil| pupil.strays);
+        let of_both = |a: StrayRegion, b: StrayRegion| StrayRegion {
+            disc: a.disc.max(b.disc),
+            radii: union(a.radii, b.radii),
+            dark_radii: [a.dark_radii, b.dark_radii]
+                .into_iter()
+                .flatten()
+                .reduce(union),
         };
         Self {
             table,
             sides,
-            beside: beside.reduce(of_both),
+            strays: strays.reduce(of_both),
         }
     }
 
-    /// What a film point, in millimeters from the film's middle, aims at.
+    /// The window that rays from a film point, in millimeters from the film's middle, are aimed at.
     pub fn window(&self, film: DVec2) -> PupilWindow<'_> {
         if let Table::Radial(_, spans) = &self.table {
-            return self.opened(spans.window(film), film);
+            return self.with_strays(spans.window(film), film);
         }
         self.figure(film)
-            .map_or(self.opened(None, film), |figure| self.placed(&figure, film))
+            .map_or(self.with_strays(None, film), |figure| {
+                self.window_of(&figure, film)
+            })
     }
 
-    /// What a film point sees; none where it sees nothing.
+    /// The figure of the pupil from a film point; none if no light reaches it.
     fn figure(&self, film: DVec2) -> Option<Figure> {
         let turned = |support, point: DVec2| Figure {
             support,
@@ -155,20 +163,21 @@ impl ExitPupil {
         }
     }
 
-    fn placed(&self, figure: &Figure, film: DVec2) -> PupilWindow<'static> {
+    fn window_of(&self, figure: &Figure, film: DVec2) -> PupilWindow<'static> {
         let outline = Outline::of(&figure.support, &self.sides);
         let polygon = Polygon::whole(outline, figure.turn, figure.mirror);
-        self.opened(polygon, film)
+        self.with_strays(polygon, film)
     }
 
-    fn opened<'a>(&self, polygon: Option<Polygon<'a>>, film: DVec2) -> PupilWindow<'a> {
-        let beside = self.beside.filter(|beside| {
-            let range = polygon.map_or(beside.alone, |_| Some(beside.range));
-            range.is_some_and(|[from, to]| (from..=to).contains(&film.length()))
+    /// The window of a polygon, opened to secondary openings where there are any.
+    fn with_strays<'a>(&self, polygon: Option<Polygon<'a>>, film: DVec2) -> PupilWindow<'a> {
+        let strays = self.strays.filter(|strays| {
+            let radii = polygon.map_or(strays.dark_radii, |_| Some(strays.radii));
+            radii.is_some_and(|[from, to]| (from..=to).contains(&film.length()))
         });
-        match (polygon, beside) {
-            (Some(polygon), Some(beside)) => PupilWindow::Beside(polygon, beside.radius),
-            (None, Some(beside)) => disc(beside.radius),
+        match (polygon, strays) {
+            (Some(polygon), Some(strays)) => PupilWindow::Defensive(polygon, strays.disc),
+            (None, Some(strays)) => disc(strays.disc),
             (Some(polygon), None) => PupilWindow::Polygon(polygon),
             (None, None) => PupilWindow::Closed,
         }

@@ -1,4 +1,8 @@
-//! The exit pupil, and where on the lens to aim rays from film points.
+//! The exit pupil as film points see it, and where on the lens to aim rays from them.
+//!
+//! `search` finds the outline of the pupil from one film point, and `sampler` asks it from many.
+//! `radial` and `polar` are tables of outlines over the film, with and without rotational symmetry,
+//! and `exit_pupil` is either. `polygon`, `spans` and `aims` draw points from an outline.
 
 pub mod aims;
 pub mod exit_pupil;
@@ -10,6 +14,7 @@ mod sampler;
 pub(crate) mod search;
 mod spans;
 mod support;
+mod symmetry;
 pub mod target;
 pub mod transmission;
 pub mod window;

@@ -1,143 +1,62 @@
-//! The pupil over a film that does not look the same all around the axis: blades in the stop,
-//! cylinders, a film that is moved. It is measured cell by cell in polar coordinates about the
-//! lens's axis, where rims cut along circles, and cells are halved outward or around, whichever
-//! errs, until interpolation holds.
+//! The pupil over a film without rotational symmetry: a stop with blades, cylinders, a film that is
+//! moved.
+//!
+//! It is measured cell by cell in polar coordinates about the axis of the lens, for the rims of the
+//! lens cut off light along circles. A cell is halved radially or around, whichever direction has the
+//! greater error, until interpolation holds.
 
 use std::collections::HashMap;
-use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use std::f64::consts::{FRAC_PI_4, TAU};
 use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 
 use super::polygon::{SIDES, Support};
-use super::sampler::Look;
-use super::search::outline::{Hint, Seen};
-use super::search::pupil_search::Sight;
+use super::sampler::PupilSampler;
+use super::search::outline::{OutlineGuess, PupilOutline};
+use super::search::pupil_search::PupilSearch;
 use super::support::{Figure, MARGIN, excess, hull, mix, widened};
+use super::symmetry::{Symmetry, inverse};
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
 
-/// A cell is halved until what its middle and the middles of its sides stick out of the mixture
-/// of its corners, and what that adds to them, is less than these shares of the half width. What
-/// sticks out is added to the margin of the cell.
+/// A cell is halved until interpolation between its corners cuts off less than this share of the half
+/// width at its middle and at the middles of its sides. What is cut off is added to its margin.
 const MAY_CUT: f64 = 0.01;
+/// And until interpolation adds less than this share.
 const MAY_ADD: f64 = 0.025;
-/// Where light ends within the smallest cells they take all that is seen from them, and more.
+/// A smallest cell in which the light ends takes the hull of all its figures, widened by this share.
 const AT_THE_END: f64 = 0.02;
-/// Cells from the axis outward to begin with, and at most.
+/// The number of cells from the axis outward at the start, and at most.
 const OUTWARD: [u32; 2] = [4, 256];
 /// The least arc of a cell at the film's rim, as a share of the film's radius.
 const LEAST_ARC: f64 = 1.0 / 32.0;
-/// The same where only the film's distance differs around the axis.
+/// The least arc if only the distance of the film differs around the axis.
 const LEAST_ARC_MOVED: f64 = 0.2;
 
-/// What makes a film point's pupil that of a point in one wedge of the film: turns by a whole
-/// part of a circle, and mirrors.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Symmetry {
-    /// Turns by one of so many parts of a circle change nothing.
-    turns: u32,
-    /// The angle of a mirror, if there is one, or where the first wedge begins.
-    base: f64,
-    mirrored: bool,
-}
-
-impl Symmetry {
-    const NONE: Self = Self {
-        turns: 1,
-        base: 0.0,
-        mirrored: false,
-    };
-
-    fn of(lens: &Lens, place: &FilmPlace) -> Self {
-        if !place.is_centered() {
-            return Self::NONE;
-        }
-        let edges = lens.iris_edges();
-        let surfaces = &lens.prescription().surfaces;
-        let is_round = surfaces.iter().all(|s| s.shape.is_rotational());
-        let most = if is_round { edges.len() as u32 } else { 2 };
-        let turns = (1..=most)
-            .rev()
-            .find(|n| is_same(edges, |e| DVec2::from_angle(TAU / f64::from(*n)).rotate(e)));
-        let turns = turns.unwrap_or(1);
-        let mut mirrors = vec![0.0];
-        if let ([first, second, ..], true) = (edges, is_round) {
-            mirrors = vec![
-                first.to_angle(),
-                0.5 * (first.to_angle() + second.to_angle()),
-            ];
-        }
-        let is_mirror = |base: &f64| {
-            is_same(edges, |e| {
-                DVec2::from_angle(2.0 * base).rotate(DVec2::new(e.x, -e.y))
-            })
-        };
-        let base = mirrors.into_iter().find(is_mirror);
-        Self {
-            turns,
-            base: base.unwrap_or(0.0),
-            mirrored: base.is_some(),
-        }
-    }
-
-    /// The angle of a wedge.
-    fn wedge(&self) -> f64 {
-        let circle = if self.mirrored { PI } else { TAU };
-        circle / f64::from(self.turns)
-    }
-
-    /// How far into the wedge a direction is, in parts of it, and the turn and the mirror that
-    /// bring a figure from there to it.
-    fn fold(&self, direction: DVec2) -> (f64, DVec2, DVec2) {
-        let part = TAU / f64::from(self.turns);
-        let angle = libm::atan2(direction.y, direction.x) - self.base;
-        let whole = (angle / part).floor();
-        let rest = angle - whole * part;
-        let turned = |angle: f64| {
-            let (sin, cos) = libm::sincos(angle);
-            DVec2::new(cos, sin)
-        };
-        if self.mirrored && rest > 0.5 * part {
-            let back = turned(-2.0 * self.base - (whole + 1.0) * part);
-            return ((part - rest) / self.wedge(), back, DVec2::new(1.0, -1.0));
-        }
-        (rest / self.wedge(), turned(whole * part), DVec2::ONE)
-    }
-}
-
-/// Whether a row of edges is the same after a turn or a mirror.
-fn is_same(edges: &[DVec2], change: impl Fn(DVec2) -> DVec2) -> bool {
-    edges.iter().all(|edge| {
-        let wanted = change(*edge);
-        let near = |e: &DVec2| (*e - wanted).length() < 1e-6 * wanted.length();
-        edges.iter().any(near)
-    })
-}
-
-/// Measured supports over the film.
+/// Measured pupils over the film.
 #[derive(Clone, Debug)]
 pub(super) struct Cells {
     place: FilmPlace,
     symmetry: Symmetry,
-    /// Figures are kept as seen from the meridian, and turned to the film point.
+    /// Whether figures are stored as outline from the meridian, and rotated to the film point.
     meridian: bool,
-    /// The farthest film point from the axis.
+    /// The distance of the farthest film point from the axis.
     reach: f64,
-    /// Cells around to begin with.
+    /// The number of cells around the axis at the start.
     around: u32,
     lens: Lens,
     sides: [DVec2; SIDES],
-    /// What grows from each of the cells to begin with, from the axis outward: measured when a film
-    /// point there is first asked for. Each is measured by itself, so that the same comes out
-    /// whichever is asked for first.
+    /// The tree of each starting cell, from the axis outward. It is measured when a film point in the
+    /// cell is first asked for, and independently of the others, so that the order of asking does
+    /// not change the bits.
     trees: Vec<OnceLock<Vec<Branch>>>,
 }
 
-/// A place is (share of the reach, share of the wedge).
+/// A node of a tree of cells. Places are (share of the reach, share of the wedge).
 #[derive(Clone, Debug)]
 enum Branch {
-    /// Two branches below and above a share of the reach, or of the wedge.
+    /// Two branches, below and above a value of one coordinate.
     Halved {
         axis: usize,
         at: f64,
@@ -147,42 +66,42 @@ enum Branch {
     Dark,
 }
 
-/// Figures at the corners of a cell, the middles of its sides and its middle, row by row.
+/// The figures at the corners of a cell, the middles of its sides and its middle, row by row.
 #[derive(Clone, Debug)]
 struct Cell {
     low: [f64; 2],
-    /// From a corner to the middle.
+    /// Half of the size.
     half: [f64; 2],
-    figures: [Around; 9],
+    figures: [CenteredFigure; 9],
 }
 
-/// A figure by where its middle is, outward and around as the film point has it, and its support
-/// from there. A small pupil goes far around the axis: its middle along a circle, while its shape,
-/// as that of blades, stays upright.
+/// A figure by its center, relative to the direction of the film point, and its support from there.
+/// The center of a small pupil moves along a circle as the film point does, while its shape, that of
+/// the blades, is not rotated.
 #[derive(Clone, Copy, Debug)]
-struct Around {
-    middle: DVec2,
+struct CenteredFigure {
+    center: DVec2,
     support: Support,
 }
 
-impl Around {
-    /// What is seen from a film point in a direction.
-    fn of(seen: &Seen, direction: DVec2, sides: &[DVec2; SIDES]) -> Self {
-        let middle = seen.hint.center();
+impl CenteredFigure {
+    /// The figure from a film point in a direction.
+    fn of(outline: &PupilOutline, direction: DVec2, sides: &[DVec2; SIDES]) -> Self {
+        let center = outline.guess.center();
         Self {
-            middle: inverse(direction).rotate(middle),
-            support: shifted(&seen.support, -middle, sides),
+            center: inverse(direction).rotate(center),
+            support: shifted(&outline.support, -center, sides),
         }
     }
 
-    /// The support, as it is from a film point in a direction.
+    /// The support from a film point in a direction.
     fn seen_from(&self, direction: DVec2, sides: &[DVec2; SIDES]) -> Support {
-        shifted(&self.support, direction.rotate(self.middle), sides)
+        shifted(&self.support, direction.rotate(self.center), sides)
     }
 
     fn mix(a: &Self, b: &Self, t: f64) -> Self {
         Self {
-            middle: a.middle.lerp(b.middle, t),
+            center: a.center.lerp(b.center, t),
             support: mix(&a.support, &b.support, t),
         }
     }
@@ -195,22 +114,19 @@ impl Around {
     }
 }
 
-/// Turns the other way.
-fn inverse(turn: DVec2) -> DVec2 {
-    DVec2::new(turn.x, -turn.y)
-}
-
 fn shifted(support: &Support, by: DVec2, sides: &[DVec2; SIDES]) -> Support {
     std::array::from_fn(|j| support[j] + by.dot(sides[j]))
 }
 
 impl Cell {
-    fn at(&self, place: [f64; 2]) -> Around {
+    fn at(&self, place: [f64; 2]) -> CenteredFigure {
         let [u, v] = [0, 1].map(|k| ((place[k] - self.low[k]) / self.half[k]).clamp(0.0, 2.0));
         let (i, j) = ((u >= 1.0) as usize, (v >= 1.0) as usize);
         let (u, v) = (u - i as f64, v - j as f64);
-        let row = |j: usize| Around::mix(&self.figures[3 * j + i], &self.figures[3 * j + i + 1], u);
-        Around::mix(&row(j), &row(j + 1), v)
+        let row = |j: usize| {
+            CenteredFigure::mix(&self.figures[3 * j + i], &self.figures[3 * j + i + 1], u)
+        };
+        CenteredFigure::mix(&row(j), &row(j + 1), v)
     }
 }
 
@@ -246,17 +162,17 @@ impl Cells {
         }
     }
 
-    /// Measures what grows from one of the cells to begin with; it is the first branch.
-    fn grown(&self, root: u32) -> Vec<Branch> {
-        let sight = Sight::new(&self.lens);
-        let look = &Look::new(&sight, &self.place, &self.sides);
+    /// Measures the tree of a starting cell. The root is the first branch.
+    fn measure_tree(&self, root: u32) -> Vec<Branch> {
+        let search = PupilSearch::new(&self.lens);
+        let sampler = &PupilSampler::new(&search, &self.place, &self.sides);
         let arcs = self.symmetry.wedge() / (f64::from(self.around) * self.least_arc());
         let finest = [
             2 * OUTWARD[1],
             2 * self.around * (arcs.max(1.0) as u32).next_power_of_two(),
         ];
-        let mut growth = Growth {
-            look,
+        let mut lattice = Lattice {
+            sampler,
             finest,
             nodes: HashMap::new(),
         };
@@ -265,7 +181,7 @@ impl Cells {
         let low = [root / self.around * size[0], root % self.around * size[1]];
         let mut ahead = vec![(0, low, size)];
         while let Some((branch, low, size)) = ahead.pop() {
-            match growth.cell(self, low, size) {
+            match lattice.cell(self, low, size) {
                 Found::Dark => {}
                 Found::Cell(cell) => tree[branch] = Branch::Cell(cell),
                 Found::ToHalve(axis) => {
@@ -283,7 +199,7 @@ impl Cells {
         tree
     }
 
-    /// What a film point sees.
+    /// The figure of the pupil from a film point; none if no light reaches it.
     pub fn figure(&self, film: DVec2) -> Option<Figure> {
         let point = self.place.point(film).truncate();
         let direction = point.try_normalize().unwrap_or(DVec2::X);
@@ -292,7 +208,7 @@ impl Cells {
         let cells = [OUTWARD[0], self.around];
         let [i, j] = [0, 1].map(|k| ((place[k] * f64::from(cells[k])) as u32).min(cells[k] - 1));
         let root = i * self.around + j;
-        let tree = self.trees[root as usize].get_or_init(|| self.grown(root));
+        let tree = self.trees[root as usize].get_or_init(|| self.measure_tree(root));
         let mut branch = 0;
         let cell = loop {
             match &tree[branch] {
@@ -314,7 +230,7 @@ impl Cells {
         })
     }
 
-    /// The direction from the axis of a place, as what is seen from there is kept.
+    /// The direction of a place from the axis, for which its figure is stored.
     fn direction(&self, place: [f64; 2]) -> DVec2 {
         if self.meridian {
             return DVec2::X;
@@ -323,7 +239,7 @@ impl Cells {
         DVec2::new(cos, sin)
     }
 
-    /// The film point of a place, as it is to be measured. None beside a film that is bent.
+    /// The film point from which the figure of a place is measured; none beside a bent film.
     fn point(&self, place: [f64; 2]) -> Option<DVec3> {
         let radius = place[0] * self.reach;
         let angle = self.symmetry.base + place[1] * self.symmetry.wedge();
@@ -336,42 +252,49 @@ impl Cells {
     }
 }
 
+/// What the measurement of a cell gives.
 enum Found {
     Dark,
     Cell(Box<Cell>),
-    /// Outward (0) or around (1).
+    /// It is to be halved radially (0) or around (1).
     ToHalve(usize),
 }
 
-/// Measuring the nodes of the finest lattice, each once.
-struct Growth<'a> {
-    look: &'a Look<'a>,
+/// The nodes of the finest lattice, each measured once.
+struct Lattice<'a> {
+    sampler: &'a PupilSampler<'a>,
     finest: [u32; 2],
-    nodes: HashMap<[u32; 2], Option<Seen>>,
+    nodes: HashMap<[u32; 2], Option<PupilOutline>>,
 }
 
-impl Growth<'_> {
-    fn node(&mut self, cells: &Cells, at: [u32; 2], hint: Option<&Hint>) -> Option<Seen> {
-        // All around, the axis is one point.
+impl Lattice<'_> {
+    fn node(
+        &mut self,
+        cells: &Cells,
+        at: [u32; 2],
+        guess: Option<&OutlineGuess>,
+    ) -> Option<PupilOutline> {
+        // On the axis all directions are one point.
         let key = if at[0] == 0 { [0, 0] } else { at };
-        if let Some(seen) = self.nodes.get(&key) {
-            return *seen;
+        if let Some(outline) = self.nodes.get(&key) {
+            return *outline;
         }
         let place = self.place(key);
-        let seen = cells.point(place).and_then(|p| self.look.at(p, hint));
-        self.nodes.insert(key, seen);
-        seen
+        let outline = cells.point(place).and_then(|p| self.sampler.at(p, guess));
+        self.nodes.insert(key, outline);
+        outline
     }
 
     fn place(&self, at: [u32; 2]) -> [f64; 2] {
         [0, 1].map(|k| f64::from(at[k]) / f64::from(self.finest[k]))
     }
 
-    /// The nine nodes of a cell, its corners first, as later ones begin from those.
-    fn nine(&mut self, cells: &Cells, low: [u32; 2], size: [u32; 2]) -> [Option<Seen>; 9] {
+    /// The outlines from the nine nodes of a cell. The corners come first, for the others start from
+    /// them.
+    fn nine(&mut self, cells: &Cells, low: [u32; 2], size: [u32; 2]) -> [Option<PupilOutline>; 9] {
         let mut all = [None; 9];
-        let mut hint: Option<Hint> = None;
-        // The film point that the hint is from.
+        let mut guess: Option<OutlineGuess> = None;
+        // The film point that the guess comes from.
         let mut last = DVec2::ZERO;
         for k in [0, 2, 8, 6, 1, 5, 7, 3, 4] {
             let [i, j] = [k % 3, k / 3];
@@ -379,7 +302,7 @@ impl Growth<'_> {
                 low[0] + i as u32 * size[0] / 2,
                 low[1] + j as u32 * size[1] / 2,
             ];
-            // Between two, in the middle.
+            // The nodes on both sides of a middle; for a corner itself.
             let [before, behind] = match (i, j) {
                 (1, _) => [k - 1, k + 1],
                 (_, 1) => [k - 3, k + 3],
@@ -389,18 +312,18 @@ impl Growth<'_> {
             if let (Some(a), Some(b)) = (&all[before], &all[behind])
                 && before != behind
             {
-                (hint, between) = (Some(Hint::between(a, b)), true);
+                (guess, between) = (Some(OutlineGuess::between(a, b)), true);
             }
             let place = self.place(at);
             let film = place[0] * cells.direction(place);
-            if let (Some(hint), true) = (&mut hint, !between && last.length() > 0.0) {
-                // Its middle goes along with the film point, nearly.
+            if let (Some(guess), true) = (&mut guess, !between && last.length() > 0.0) {
+                // The center nearly moves with the film point.
                 let along = inverse(last).rotate(film) / last.length_squared();
-                *hint = hint.turned(along);
+                *guess = guess.turned(along);
             }
-            all[k] = self.node(cells, at, hint.as_ref());
-            if let Some(seen) = &all[k] {
-                (hint, last) = (Some(seen.hint), film);
+            all[k] = self.node(cells, at, guess.as_ref());
+            if let Some(outline) = &all[k] {
+                (guess, last) = (Some(outline.guess), film);
             }
         }
         all
@@ -410,20 +333,23 @@ impl Growth<'_> {
         let nine = self.nine(cells, low, size);
         let sides = &cells.sides;
         let place = |k: usize, v: u32| f64::from(v) / f64::from(self.finest[k]);
-        // Directions below, in the middle and above.
-        let ways = [0, 1, 2].map(|j| cells.direction([0.0, place(1, low[1] + j * size[1] / 2)]));
-        let figures: [Option<Around>; 9] = std::array::from_fn(|k| {
-            let seen = nine[k].as_ref()?;
-            Some(Around::of(seen, ways[k / 3], sides))
+        // The directions of the three rows.
+        let directions =
+            [0, 1, 2].map(|j| cells.direction([0.0, place(1, low[1] + j * size[1] / 2)]));
+        let figures: [Option<CenteredFigure>; 9] = std::array::from_fn(|k| {
+            let outline = nine[k].as_ref()?;
+            Some(CenteredFigure::of(outline, directions[k / 3], sides))
         });
         let between = |ends: [usize; 2], middle: usize| {
             let [a, b] = ends.map(|k| figures[k].as_ref());
-            let seen = |figure: &Around| figure.seen_from(ways[middle / 3], sides);
-            let straight = a.zip(b).map(|(a, b)| seen(&Around::mix(a, b, 0.5)));
-            let middle = nine[middle].as_ref().map(|seen| &seen.support);
-            Between::of([a.is_some(), b.is_some()], straight.as_ref(), middle)
+            let support = |figure: &CenteredFigure| figure.seen_from(directions[middle / 3], sides);
+            let straight = a
+                .zip(b)
+                .map(|(a, b)| support(&CenteredFigure::mix(a, b, 0.5)));
+            let middle = nine[middle].as_ref().map(|outline| &outline.support);
+            MixtureError::of([a.is_some(), b.is_some()], straight.as_ref(), middle)
         };
-        // The middle of a row outward, and of one around.
+        // The error at the middle of a row, outward, and of a column, around.
         let row = |j: usize| between([3 * j, 3 * j + 2], 3 * j + 1);
         let column = |i: usize| between([i, i + 6], i + 3);
         let errs = [row(0).with(&row(2)), column(0).with(&column(2))];
@@ -440,7 +366,7 @@ impl Growth<'_> {
                 place(1, size[1]) * cells.symmetry.wedge() * place(0, low[0] + size[0]),
             ];
             let worse = match errs[0].bad.partial_cmp(&errs[1].bad) {
-                // Rims cut along circles: where light ends outward first.
+                // Rims cut off light along circles: where it ends, halve radially first.
                 _ if is_dark || !errs[0].bad.is_finite() => 0,
                 Some(std::cmp::Ordering::Greater) => 0,
                 Some(std::cmp::Ordering::Less) => 1,
@@ -451,27 +377,27 @@ impl Growth<'_> {
                 return Found::ToHalve(if may[worse] { worse } else { 1 - worse });
             }
         }
-        let seen: Vec<(usize, &Around)> = (0..9)
+        let lit: Vec<(usize, &CenteredFigure)> = (0..9)
             .filter_map(|k| Some((k, figures[k].as_ref()?)))
             .collect();
-        let Some((_, first)) = seen.first() else {
+        let Some((_, first)) = lit.first() else {
             return Found::Dark;
         };
         let figures = match all.bad <= 1.0 {
             true => figures.map(|f| f.unwrap_or(**first).widened(MARGIN + all.cut)),
             false => {
-                // All that is seen, around the middle of all.
-                let middles = seen.iter().map(|(_, figure)| figure.middle);
-                let middle = middles.sum::<DVec2>() / seen.len() as f64;
-                let upright = |(k, figure): &(usize, &Around)| {
-                    let off = ways[k / 3].rotate(figure.middle - middle);
+                // The hull of all figures, around the mean of their centers.
+                let centers = lit.iter().map(|(_, figure)| figure.center);
+                let center = centers.sum::<DVec2>() / lit.len() as f64;
+                let upright = |(k, figure): &(usize, &CenteredFigure)| {
+                    let off = directions[k / 3].rotate(figure.center - center);
                     shifted(&figure.support, off, sides)
                 };
-                let supports = seen.iter().map(upright);
+                let supports = lit.iter().map(upright);
                 let support = supports
                     .reduce(|a, b| hull(&a, &b))
                     .unwrap_or(first.support);
-                [Around { middle, support }.widened(MARGIN + AT_THE_END); 9]
+                [CenteredFigure { center, support }.widened(MARGIN + AT_THE_END); 9]
             }
         };
         Found::Cell(Box::new(Cell {
@@ -482,16 +408,16 @@ impl Growth<'_> {
     }
 }
 
-/// How a node is missed by the mixture of its two neighbors.
+/// The error of interpolation at a node between two.
 #[derive(Clone, Copy)]
-struct Between {
-    /// What it sticks out, as a share of the half width.
+struct MixtureError {
+    /// What is cut off, as a share of the half width.
     cut: f64,
-    /// The worse of what it sticks out and what is added, in parts of what may be.
+    /// The worse of what is cut off and what is added, over what may be.
     bad: f64,
 }
 
-impl Between {
+impl MixtureError {
     fn of(ends: [bool; 2], straight: Option<&Support>, middle: Option<&Support>) -> Self {
         match (straight, middle) {
             (Some(straight), Some(middle)) => {

@@ -1,22 +1,23 @@
-//! Convex polygons to aim at, and the pupils between two that were measured.
+//! Convex polygons to aim at, and interpolation between two that were measured.
 //!
-//! All polygons have their sides in the same directions. Then a mixture of two has the mixtures
-//! of their corners for corners, and every area in it is a quadratic of the mixture, worked out
-//! once: to aim from between two measured film points costs one search among the triangles.
+//! All polygons have their sides in the same directions. So the corners of a mixture of two polygons
+//! are the mixtures of their corners, and every area in it is a quadratic of the mixing parameter,
+//! computed once. To aim from between two measured film points then costs one search among the
+//! triangles.
 
 use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-/// The sides of every pupil polygon.
+/// The number of sides of every pupil polygon.
 pub const SIDES: usize = 32;
 
-/// How far a convex figure reaches in each of [`SIDES`] directions from the axis. Any mixture
-/// of two such lists is the list of a figure again (of their Minkowski mixture), which is why
-/// pupils interpolate so well in this form.
+/// The reach of a convex figure in each of [`SIDES`] directions, from the axis: its support function.
+/// A mixture of two supports is the support of a convex figure again, the Minkowski mixture, which is
+/// why pupils interpolate well in this form.
 pub type Support = [f64; SIDES];
 
-/// Directions of the sides; the first is +x.
+/// The outward normals of the sides; the first is +x.
 pub fn directions() -> [DVec2; SIDES] {
     std::array::from_fn(|j| {
         let (sin, cos) = libm::sincos(TAU * j as f64 / SIDES as f64);
@@ -24,30 +25,30 @@ pub fn directions() -> [DVec2; SIDES] {
     })
 }
 
-/// The same, turned a little so that some of them are along (or against) the edges of an iris; a
-/// side across from another stays so.
+/// The normals, some of them turned a little so that they are parallel to those of an iris's edges.
+/// Opposite sides stay parallel.
 pub fn directions_along(edges: &[DVec2]) -> [DVec2; SIDES] {
     const HALF: usize = SIDES / 2;
     let mut sides = directions();
     for edge in edges {
-        let way = edge.normalize();
-        let angle = libm::atan2(way.y, way.x) / TAU * SIDES as f64;
+        let normal = edge.normalize();
+        let angle = libm::atan2(normal.y, normal.x) / TAU * SIDES as f64;
         let slot = (angle.round() as isize).rem_euclid(HALF as isize) as usize;
-        let way = way * way.dot(sides[slot]).signum();
+        let normal = normal * normal.dot(sides[slot]).signum();
         let [before, after] = [slot + SIDES - 1, slot + 1].map(|j| sides[j % SIDES]);
-        // Two sides in nearly one direction have no corner between them.
-        if before.perp_dot(way) > 0.02 && way.perp_dot(after) > 0.02 {
-            (sides[slot], sides[slot + HALF]) = (way, -way);
+        // Two sides that are nearly parallel have no usable corner between them.
+        if before.perp_dot(normal) > 0.02 && normal.perp_dot(after) > 0.02 {
+            (sides[slot], sides[slot + HALF]) = (normal, -normal);
         }
     }
     sides
 }
 
-/// A polygon by its corners, cut into triangles around a point inside.
+/// A polygon by its corners, divided into triangles around a point inside.
 #[derive(Clone, Copy, Debug)]
 pub struct Outline {
     center: DVec2,
-    /// Counterclockwise; the last is the first again.
+    /// Counterclockwise; the first corner is repeated at the end.
     corners: [DVec2; SIDES + 1],
 }
 
@@ -76,23 +77,23 @@ impl Outline {
     }
 }
 
-/// Entries of a span's table of which triangle a share lies in.
+/// The entries of a span's table from a share of the area to a triangle.
 const STARTS: usize = 1024;
 
-/// The pupils of all film points between two that were measured.
+/// The pupils from all film points between two whose pupils were measured.
 #[derive(Clone, Debug)]
 pub struct Span {
     low: Outline,
     high: Outline,
-    /// Twice the area of the triangles before each corner: a quadratic of the mixture.
+    /// Twice the area of the triangles before each corner, as a quadratic of the mixing parameter.
     before: [[f64; 3]; SIDES + 1],
     wedges: [Wedge; SIDES],
     mean: Mean,
 }
 
-/// All that a point in one of the triangles asks, as quadratics of the mixture side by side:
-/// from the center to the corners before and behind, the center, and twice the areas before
-/// those corners.
+/// All that a point in one of the triangles depends on, as quadratics of the mixing parameter: the
+/// vectors from the center to the corners before and behind, the center, and twice the areas before
+/// those corners. The coefficients of one power lie side by side, to be computed as one vector.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Wedge([[f64; 8]; 3]);
@@ -109,15 +110,16 @@ impl Wedge {
     }
 }
 
-/// Shares of the triangles on average over a span: where a search begins, and mostly ends.
+/// The triangles by share of the area, on average over a span: where a search starts, and nearly
+/// always ends.
 #[derive(Clone, Debug)]
 struct Mean {
-    /// The triangle in which the middle of each part of the area lies.
+    /// The triangle that contains the middle of each part of the area.
     starts: [u8; STARTS],
 }
 
 impl Mean {
-    /// `area` gives the mean area up to each corner.
+    /// Makes the table of the mean area before each corner, which `area` gives.
     fn new(area: impl Fn(usize) -> f64) -> Self {
         let all = area(SIDES).max(f64::MIN_POSITIVE);
         let before: [f64; SIDES + 1] = std::array::from_fn(|j| area(j) / all);
@@ -133,7 +135,7 @@ impl Mean {
         Self { starts }
     }
 
-    /// The triangle in which a share of the area ends, but for one beside it.
+    /// The triangle in which a share of the area ends, or a neighbor of it.
     #[inline(always)]
     fn triangle(&self, share: f64) -> usize {
         usize::from(self.starts[(share * STARTS as f64) as usize & (STARTS - 1)])
@@ -179,7 +181,7 @@ impl Span {
         }
     }
 
-    /// Twice the area of the triangles before a corner.
+    /// Twice the area of the triangles before a corner, at the mixing parameter `t`.
     #[inline(always)]
     pub fn before(&self, j: usize, t: f64) -> f64 {
         let [a, b, c] = self.before[j];
@@ -191,7 +193,8 @@ impl Span {
         0.5 * self.before(SIDES, t)
     }
 
-    /// `u` goes around by area, `out` from the center to the rim.
+    /// The point at the share `u` of the area, counted around the center, and at the share `out` of the
+    /// way from the center to the rim.
     #[inline(always)]
     pub fn point(&self, t: f64, u: f64, out: f64) -> DVec2 {
         let place = u * self.before(SIDES, t);
@@ -209,7 +212,7 @@ impl Span {
         )
     }
 
-    /// The triangle in which a place lies, searched from one on.
+    /// Searches the triangle that contains a place, starting from a neighbor.
     #[cold]
     #[inline(never)]
     fn search(&self, from: usize, t: f64, place: f64) -> usize {
@@ -224,7 +227,7 @@ impl Span {
     }
 }
 
-/// Where a place lies between two; a triangle of no area has its middle.
+/// The position of a place between two others, 0 to 1; the middle for a triangle of no area.
 #[inline(always)]
 fn share(place: f64, before: f64, behind: f64) -> f64 {
     if behind > before {
@@ -234,13 +237,13 @@ fn share(place: f64, before: f64, behind: f64) -> f64 {
     }
 }
 
-/// What a film point aims at.
+/// The polygon that rays from one film point are aimed at.
 #[derive(Clone, Copy, Debug)]
 pub struct Polygon<'a> {
     figure: Figure<'a>,
-    /// Turned so that +x becomes this,
+    /// The figure is rotated so that +x becomes this.
     turn: DVec2,
-    /// then mirrored.
+    /// Then its coordinates are multiplied by these signs.
     mirror: DVec2,
     area: f64,
 }
@@ -254,7 +257,7 @@ enum Figure<'a> {
 }
 
 impl<'a> Polygon<'a> {
-    /// None where nothing is left of it.
+    /// The polygon at the parameter `t` of a span; none if it has no area.
     #[inline]
     pub fn between(span: &'a Span, t: f64, turn: DVec2) -> Option<Self> {
         let area = span.area(t);
@@ -307,7 +310,8 @@ impl<'a> Polygon<'a> {
         corners.into_iter().take(SIDES)
     }
 
-    /// Evenly over the area: `u` goes around, √`v` outward.
+    /// A point evenly distributed over the area, for `u` and `v` evenly distributed in 0 to 1: `u`
+    /// goes around, √`v` outward.
     #[inline]
     pub fn point(&self, u: f64, v: f64) -> DVec2 {
         let point = match &self.figure {

@@ -20,7 +20,7 @@ impl RearElement {
     pub fn of(lens: &Lens, map: DiscMap) -> Self {
         let surfaces = &lens.prescription().surfaces;
         let listed = surfaces.last().map_or(0.0, |s| s.semi_diameter);
-        // A rear element without a listed size: twice the widest that is listed.
+        // A rear element whose size is not listed may be wider than all that are: take twice that.
         let widest = surfaces
             .iter()
             .map(|s| s.semi_diameter)
@@ -34,8 +34,8 @@ impl RearElement {
     }
 }
 
-/// How far from the axis a ray through the rear surface may cross the rear vertex plane: through
-/// the rim, from the farthest film point.
+/// The greatest distance from the axis at which a ray through the rear surface crosses the rear
+/// vertex plane: it goes through the rim, from the farthest film point.
 pub(super) fn reach_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> f64 {
     let rear = RearElement::of(lens, DiscMap::Concentric).radius;
     let film = |k: i32| place.point(film_radius * DVec2::from_angle(TAU * f64::from(k) / 64.0));
@@ -43,7 +43,7 @@ pub(super) fn reach_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> f64 
     for point in (0..64).map(film) {
         (near, far) = (near.min(point.z), far.max(point.truncate().length()));
     }
-    // The part of the way from the rim to the film point at which the vertex plane is crossed.
+    // The vertex plane is crossed at this part of the way from the rim to the film point.
     let sag = lens
         .prescription()
         .surfaces

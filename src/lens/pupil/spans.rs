@@ -1,4 +1,4 @@
-//! The figures between measured film radii, to aim at side by side.
+//! The pupils between measured film radii, prepared for aiming many rays at once.
 
 use glam::DVec2;
 
@@ -6,21 +6,21 @@ use super::polygon::{Outline, Polygon, SIDES, Span, Support};
 use super::radial::Radial;
 use crate::math::lanes::Lane;
 
-/// A table over the film's radius, ready to aim by.
+/// A table of pupils over the film's radius, prepared for aiming.
 #[derive(Clone, Debug, Default)]
 pub struct Spans {
-    /// Where the spans end, ascending; the first begins at 0.
+    /// The radii at which the spans end, ascending; the first span begins at 0.
     pub ends: Vec<f64>,
     pub spans: Vec<Span>,
-    /// One over the length of each; 0 for one of no length.
+    /// The reciprocal of each span's length; 0 for a span of no length.
     pub(super) steepness: Vec<f64>,
-    /// Parts of the radius a millimeter.
+    /// Parts of the radius per millimeter.
     cells_per_mm: f64,
-    /// The first span that each of [`CELLS`] equal parts of the radius meets.
+    /// The first span that each of [`CELLS`] equal parts of the radius overlaps.
     starts: Vec<u32>,
 }
 
-/// Parts of the film's radius, to find a span in.
+/// The equal parts of the film's radius by which a span is found.
 const CELLS: usize = 256;
 
 impl Spans {
@@ -51,14 +51,14 @@ impl Spans {
         Polygon::between(span, t, turn)
     }
 
-    /// The span of a film point, how far into it, and the turn from +x.
+    /// The span of a film point, the parameter in it, and the direction that +x is turned to.
     fn find(&self, film: DVec2) -> Option<(&Span, f64, DVec2)> {
         let radius = film.length();
         let (number, t) = self.at(radius)?;
         Some((&self.spans[number], t, turn(film, radius)))
     }
 
-    /// The number of the span of a film radius, and how far into it.
+    /// The number of the span of a film radius, and the parameter in it.
     #[inline(always)]
     pub fn at(&self, radius: f64) -> Option<(usize, f64)> {
         let i = self.number(radius)?;
@@ -74,7 +74,7 @@ impl Spans {
         }
         let cell = (radius * self.cells_per_mm) as usize;
         let mut i = self.starts[cell.min(CELLS - 1)] as usize;
-        // Rounding may have put the radius into the next cell.
+        // Rounding may have put the radius into a neighboring part.
         while i > 0 && radius <= self.ends[i - 1] {
             i -= 1;
         }
@@ -84,7 +84,7 @@ impl Spans {
         Some(i)
     }
 
-    /// The span that all radii are in, as those of a pixel mostly are.
+    /// The span that contains all radii, if one does. The radii of one pixel mostly lie in one.
     #[inline(always)]
     pub(super) fn all_in_one(&self, radii: &Lane) -> Option<usize> {
         let number = self.number(radii[0])?;
@@ -107,7 +107,7 @@ impl Spans {
     }
 }
 
-/// Turns +x to a film point.
+/// The direction of a film point from the axis.
 fn turn(film: DVec2, radius: f64) -> DVec2 {
     if radius > 0.0 {
         film / radius

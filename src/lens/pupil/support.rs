@@ -1,9 +1,10 @@
-//! Convex figures by how far they reach in a row of directions, and what can be made of two.
+//! Convex figures by their support, the reach in 32 directions, and combinations of two.
 
 use glam::DVec2;
 
 use super::polygon::{SIDES, Support};
 
+/// The Minkowski mixture of two figures.
 pub fn mix(a: &Support, b: &Support, t: f64) -> Support {
     std::array::from_fn(|j| a[j] + t * (b[j] - a[j]))
 }
@@ -13,7 +14,7 @@ pub fn hull(a: &Support, b: &Support) -> Support {
     std::array::from_fn(|j| a[j].max(b[j]))
 }
 
-/// A support widened by a share of the figure's own half width in each direction.
+/// A figure widened by a share of its own half width in each direction.
 pub fn widened(support: &Support, share: f64) -> Support {
     std::array::from_fn(|j| {
         let opposite = support[(j + SIDES / 2) % SIDES];
@@ -21,7 +22,8 @@ pub fn widened(support: &Support, share: f64) -> Support {
     })
 }
 
-/// How far `inner` sticks out of `outer`, as a share of `outer`'s half width; negative if inside.
+/// The most by which `inner` reaches out of `outer`, as a share of the half width of `outer`. It is
+/// negative if `inner` lies inside.
 pub fn excess(inner: &Support, outer: &Support) -> f64 {
     (0..SIDES)
         .map(|j| {
@@ -31,10 +33,11 @@ pub fn excess(inner: &Support, outer: &Support) -> f64 {
         .fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// How much wider than measured, on each side, as a share of the pupil's own half width.
+/// A pupil is made wider than measured by this share of its half width on each side. It covers what
+/// interpolation and measuring cut off.
 pub(super) const MARGIN: f64 = 0.004;
 
-/// A support and where it goes: +x becomes `turn`, then it is mirrored.
+/// A figure and its place: it is rotated so that +x becomes `turn`, then mirrored.
 pub(super) struct Figure {
     pub support: Support,
     pub turn: DVec2,

@@ -1,16 +1,16 @@
 //! Where on the lens to aim a ray from a film point.
 //!
-//! Every target gives points of the plane through the rear vertex, where equation 1 integrates,
-//! with their density per square millimeter. A ray aimed there may still be lost; it counts with
-//! no light in it, as in the paper, so a target that is too large is slow but never wrong. One
-//! that is too small is wrong, so [`ExitPupil`] keeps a margin and checks itself.
+//! Every target gives points of the plane through the rear vertex, over which equation 1 of the paper
+//! integrates, with their density per square millimeter. A ray aimed there may still be lost; it then
+//! counts as black, as in the paper. So a target that is too large makes a picture noisier, but not
+//! wrong. One that is too small is wrong, and [`ExitPupil`] has a margin for that reason.
 
 use glam::DVec2;
 
 use super::aims::{Aims, SpanAims};
 use super::exit_pupil::{ExitPupil, Table};
 use super::rear_element::RearElement;
-use super::transmission::Light;
+use super::transmission::PupilTransmission;
 use super::window::PupilWindow;
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
@@ -34,12 +34,12 @@ impl PupilTarget {
         Self::exit_pupil_of(lens, &FilmPlace::flat(film_z), film_radius)
     }
 
-    /// The same for a film that is moved or bent; `film_radius` is from the film's middle.
+    /// The exit pupil for a film that is moved or bent; `film_radius` is from the film's middle.
     pub fn exit_pupil_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
         Self::ExitPupil(Box::new(ExitPupil::new(lens, place, film_radius)))
     }
 
-    /// What a film point, in millimeters from the film's middle, aims at.
+    /// The window that rays from a film point, in millimeters from the film's middle, are aimed at.
     pub fn window(&self, film: DVec2) -> PupilWindow<'_> {
         match self {
             Self::RearElement(rear) => PupilWindow::Disc {
@@ -50,16 +50,22 @@ impl PupilTarget {
         }
     }
 
-    /// Aims from film points by pairs of numbers in the unit square, side by side: what their
-    /// windows give, but for rounding.
-    pub fn aims(&self, film: &[Lane; 2], pupil: &[Lane; 2], light: &Light, aims: &mut Aims) {
+    /// Aims a bundle of rays from film points, by pairs of numbers in the unit square. Up to rounding,
+    /// the aims are those of the windows.
+    pub fn aims(
+        &self,
+        film: &[Lane; 2],
+        pupil: &[Lane; 2],
+        transmission: &PupilTransmission,
+        aims: &mut Aims,
+    ) {
         if let Self::ExitPupil(target) = self
             && let Table::Radial(_, spans) = &target.table
-            && target.beside.is_none()
+            && target.strays.is_none()
         {
             return widely(SpanAims {
                 spans,
-                light,
+                transmission,
                 film,
                 pupil,
                 aims,
@@ -71,15 +77,15 @@ impl PupilTarget {
         }
     }
 
-    /// How much of what is aimed at is light, for the lens and film that this was made for: where
-    /// they are even around the axis, and light comes in one piece.
-    pub fn light(&self, lens: &Lens, place: &FilmPlace) -> Light {
+    /// The open share of the aimed area, for the lens and film that this target was made for. It is
+    /// known if both are symmetric about the axis and there are no secondary openings.
+    pub fn transmission(&self, lens: &Lens, place: &FilmPlace) -> PupilTransmission {
         match self {
-            Self::ExitPupil(pupil) if pupil.beside.is_none() => match &pupil.table {
-                Table::Radial(_, spans) => Light::of(spans, lens, place),
-                _ => Light::default(),
+            Self::ExitPupil(pupil) if pupil.strays.is_none() => match &pupil.table {
+                Table::Radial(_, spans) => PupilTransmission::of(spans, lens, place),
+                _ => PupilTransmission::default(),
             },
-            _ => Light::default(),
+            _ => PupilTransmission::default(),
         }
     }
 }

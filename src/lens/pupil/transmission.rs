@@ -1,9 +1,9 @@
-//! How much of what is aimed at is light.
+//! The open share of the area that rays are aimed at.
 //!
-//! A figure to aim at is a little larger than what gets through, and a picture of few samples
-//! shows the rays that are lost in its margin as noise. Such a ray may be aimed anew, and the
-//! light still be right, where it is known how large the margin is: then aims that get through
-//! are even over the light alone, and its area is the figure's times its share.
+//! The figure that rays are aimed at is a little larger than the pupil, and in a picture of few samples
+//! the rays that are lost in its margin show as noise. A lost ray may be resampled if the open share
+//! of the figure is known: the rays that get through are then distributed evenly over the pupil
+//! alone, whose area is that of the figure times this share.
 
 use glam::DVec2;
 
@@ -15,30 +15,32 @@ use crate::lens::trace::lanes::bundle::Bundle;
 use crate::lens::trace::ray::LensRay;
 use crate::math::lanes::LANES;
 
-/// The share of a span's figure that is light, as a quadratic of how far into the span the film
-/// point is; none where it isn't known.
+/// The open share of a span's figure, as a quadratic of the parameter in the span; none if it is not
+/// known.
 type Share = Option<[f64; 3]>;
 
-/// The shares of all spans of a table over the film's radius. Empty: nothing is known.
+/// The open shares of all spans of a table over the film's radius; empty if they are not known.
 #[derive(Clone, Debug, Default)]
-pub struct Light {
+pub struct PupilTransmission {
     shares: Vec<Share>,
 }
 
-/// Up to this share of the area from the middle outward every aim must get through,
+/// Every aim in this share of the area, from the center outward, must get through. A pupil that is
+/// not open in one piece is not measured.
 const SURE: f64 = 0.8;
-/// as some do that are tried inside it: what is not one whole figure is not measured.
+/// The shares at which that is tested, besides its end.
 const TRIED: [f64; 3] = [0.05, 0.3, 0.6];
-/// Halvings of what is left. Errors are 1/2,500 at most, without bias, and of 32 directions.
+/// The number of times that the rest is bisected. The error is 0.2/2^9, or 1/2,560, at most in each
+/// of 32 directions, and has no bias.
 const HALVINGS: usize = 8;
 
-impl Light {
-    /// Measures the light that comes through a lens to a film that is even around the axis.
+impl PupilTransmission {
+    /// Measures the open shares for a film that is symmetric about the axis.
     pub(super) fn of(spans: &Spans, lens: &Lens, place: &FilmPlace) -> Self {
         let share = |number: usize, t: f64| {
             let (start, end) = (spans.start(number), spans.ends[number]);
             let film = DVec2::new(start + t * (end - start), 0.0);
-            Rim {
+            ShareProbe {
                 span: &spans.spans[number],
                 t,
                 lens,
@@ -61,7 +63,7 @@ impl Light {
         }
     }
 
-    /// The share in a span as a quadratic; nothing where it isn't known.
+    /// The open share in a span as a quadratic; 0 if it is not known.
     #[inline(always)]
     pub(super) fn share(&self, span: usize) -> [f64; 3] {
         let share = self.shares.get(span);
@@ -69,8 +71,8 @@ impl Light {
     }
 }
 
-/// The rim of what gets through from a film point of the +x axis.
-struct Rim<'a> {
+/// Measures the open share from one film point on the +x axis.
+struct ShareProbe<'a> {
     span: &'a Span,
     t: f64,
     lens: &'a Lens,
@@ -78,10 +80,11 @@ struct Rim<'a> {
     film: DVec2,
 }
 
-impl Rim<'_> {
-    /// Two directions in each triangle by Gauss's rule, for the rim is a bow over a side. What is
-    /// seen from the +x axis is the same above and below it, so that half of the triangles will
-    /// do, and of the two around the axis one direction each.
+impl ShareProbe<'_> {
+    /// The directions in which the rim is searched, with their weights: two in each triangle by
+    /// Gauss's rule, for the rim is an arc over a side. The pupil of a film point on the +x axis is
+    /// symmetric about that axis, so that half of the triangles are enough, and one direction in
+    /// each of the two that the axis cuts.
     fn directions(&self) -> [(f64, f64); LANES] {
         const { assert!(LANES == SIDES) }
         let all = self.span.before(SIDES, self.t);
@@ -120,7 +123,7 @@ impl Rim<'_> {
                 }
             }
         }
-        // A triangle above the axis has two directions, and stands for the one below it, too.
+        // A triangle above the axis stands for its mirror image below, too.
         let (mut sum, mut of) = (0.0, 0.0);
         for (i, (_, weight)) in directions.iter().enumerate() {
             sum += weight * 0.5 * (near[i] + far[i]);
@@ -129,7 +132,8 @@ impl Rim<'_> {
         Some(sum / of)
     }
 
-    /// Which rays get through that go by the directions so far outward, as shares of the area.
+    /// Traces a ray in each direction, at the shares `out` of the area, and returns the bits of those
+    /// that get through.
     fn through(
         &self,
         directions: &[(f64, f64); LANES],
@@ -182,11 +186,11 @@ mod tests {
                 let Table::Radial(_, spans) = &pupil.table else {
                     continue;
                 };
-                if pupil.beside.is_some() {
+                if pupil.strays.is_some() {
                     continue;
                 }
                 asked += 1;
-                let light = Light::of(spans, &lens, &place);
+                let light = PupilTransmission::of(spans, &lens, &place);
                 let mut key = 1;
                 let mut unit = || {
                     key = mix(key);
@@ -236,7 +240,7 @@ mod tests {
     fn of_the_rear_element_nothing_is_known() {
         let lens = Lens::named("double-gauss").unwrap();
         let target = PupilTarget::rear_element(&lens, crate::sampling::DiscMap::Polar);
-        let light = target.light(&lens, &FilmPlace::flat(lens.length() + 70.0));
+        let light = target.transmission(&lens, &FilmPlace::flat(lens.length() + 70.0));
         assert_eq!(light.share(0), [0.0; 3]);
     }
 }

@@ -1,4 +1,4 @@
-//! What one film point aims at.
+//! The part of the rear vertex plane that rays from one film point are aimed at.
 
 use std::f64::consts::PI;
 
@@ -7,10 +7,13 @@ use glam::DVec2;
 use super::polygon::Polygon;
 use crate::sampling::DiscMap;
 
-/// The share of the aims that go anywhere where light may come from beside the pupil.
-const ASIDE: f64 = 0.025;
+/// The share of the aims that go anywhere in a disc, if light may come through secondary openings: a
+/// defensive mixture, so that every ray that gets through has a known density above 0. It is
+/// small, for most of these rays are lost.
+const DEFENSIVE_FRACTION: f64 = 0.025;
 
-/// What one film point aims at. It lives on the stack for one pixel; a box would cost more.
+/// The part of the rear vertex plane that rays from one film point are aimed at. It lives on the
+/// stack for one pixel; a box would cost more.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug)]
 pub enum PupilWindow<'a> {
@@ -19,10 +22,10 @@ pub enum PupilWindow<'a> {
         map: DiscMap,
     },
     Polygon(Polygon<'a>),
-    /// The polygon, but for a share [`ASIDE`] of the aims that go anywhere in a disc: light may come
-    /// from beside the polygon.
-    Beside(Polygon<'a>, f64),
-    /// Nothing gets through from here.
+    /// The polygon, but for the share [`DEFENSIVE_FRACTION`] of the aims, which go anywhere in a disc
+    /// of this radius: there may be secondary openings outside the polygon.
+    Defensive(Polygon<'a>, f64),
+    /// No light reaches the film point.
     Closed,
 }
 
@@ -32,25 +35,36 @@ impl PupilWindow<'_> {
         match self {
             Self::Disc { radius, map } => *radius * DVec2::from_array(map.point([u, v])),
             Self::Polygon(polygon) => polygon.point(u, v),
-            Self::Beside(_, radius) if u < ASIDE => disc(*radius).point(u / ASIDE, v),
-            Self::Beside(polygon, _) => polygon.point((u - ASIDE) / (1.0 - ASIDE), v),
+            Self::Defensive(_, radius) if u < DEFENSIVE_FRACTION => {
+                disc(*radius).point(u / DEFENSIVE_FRACTION, v)
+            }
+            Self::Defensive(polygon, _) => {
+                polygon.point((u - DEFENSIVE_FRACTION) / (1.0 - DEFENSIVE_FRACTION), v)
+            }
             Self::Closed => DVec2::ZERO,
         }
     }
 
-    /// How many of the points of [`Self::point`] fall on a square millimeter there.
+    /// The probability density of [`Self::point`] at a point, per square millimeter.
     pub fn density(&self, point: DVec2) -> f64 {
         match self {
             Self::Disc { radius, .. } => 1.0 / (PI * radius * radius),
             Self::Polygon(polygon) => 1.0 / polygon.area(),
-            Self::Beside(polygon, radius) => {
+            Self::Defensive(polygon, radius) => {
                 let share = |inside: bool, of: f64, area: f64| match inside {
                     true => of / area,
                     false => 0.0,
                 };
                 let disc = PI * radius * radius;
-                share(point.length_squared() <= radius * radius, ASIDE, disc)
-                    + share(polygon.contains(point), 1.0 - ASIDE, polygon.area())
+                share(
+                    point.length_squared() <= radius * radius,
+                    DEFENSIVE_FRACTION,
+                    disc,
+                ) + share(
+                    polygon.contains(point),
+                    1.0 - DEFENSIVE_FRACTION,
+                    polygon.area(),
+                )
             }
             Self::Closed => 0.0,
         }
@@ -66,7 +80,7 @@ impl PupilWindow<'_> {
         match self {
             Self::Disc { radius, .. } => point.length_squared() <= radius * radius,
             Self::Polygon(polygon) => polygon.contains(point),
-            Self::Beside(polygon, radius) => {
+            Self::Defensive(polygon, radius) => {
                 polygon.contains(point) || disc(*radius).contains(point)
             }
             Self::Closed => false,
@@ -74,7 +88,7 @@ impl PupilWindow<'_> {
     }
 }
 
-/// All of a disc.
+/// A whole disc.
 pub(super) fn disc(radius: f64) -> PupilWindow<'static> {
     PupilWindow::Disc {
         radius,

@@ -15,14 +15,14 @@ use super::ray::{LensRay, Loss, LossKind, Toward, unit};
 use super::refraction::refract;
 
 /// What a trace does beside giving the ray.
-pub(crate) struct Course<'a> {
+pub(crate) struct Tracer<'a> {
     pub elements: &'a [Element],
     pub toward: Toward,
     /// Semi-diameters block; without, only the surfaces themselves end a ray.
     pub apertures: bool,
 }
 
-impl Course<'_> {
+impl Tracer<'_> {
     /// Follows a ray from surface to surface; `at_hit` hears of every hit, the lost one included.
     pub fn follow(
         &self,

@@ -1,99 +1,118 @@
-//! Finds the outline of the light that a film point sees.
+//! Finds the outline of the exit pupil as seen from a film point.
 
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::outline::{DIRECTIONS, Hint, Seen, Way};
-use super::pupil_search::{Inside, Sight};
-use super::rim::{Rim, Row, corner};
+use super::outline::{DIRECTIONS, Direction, OutlineGuess, PupilOutline};
+use super::pupil_search::{InnerPoint, PupilSearch};
+use super::rim::{RimPoint, RimRow, corner};
 use crate::lens::pupil::polygon::{SIDES, Support};
 use crate::math::lanes::{LANES, Lane};
 
-/// The width within which an outline of a pupil table is known, relative.
+/// The relative width within which the outlines of a pupil table are known: a tenth of the margin
+/// that the table adds.
 const COARSE: f64 = 4e-4;
-/// The same for areas and light.
+/// The same for areas and irradiance.
 const FINE: f64 = 1e-10;
+/// A point inside of less fill than this is far enough from the rim to start from.
+const OFF_THE_RIM: f64 = 0.99;
+/// A guess is dropped if the nearest point of the outline is nearer to its center than this share
+/// of the mean distance: directions from such a center cover the far side of the outline too thinly.
+const LEAST_DISTANCE: f64 = 0.2;
 
-impl Sight<'_> {
-    /// How far the light reaches in each direction, or none where there is none. `hint` is from
-    /// a neighbor.
-    pub fn seen(&self, film: DVec3, sides: &[DVec2; SIDES], hint: Option<&Hint>) -> Option<Seen> {
-        if let Some(hint) = hint {
-            let found = self.seen_near(film, sides, hint);
+impl PupilSearch<'_> {
+    /// Finds the outline from a film point, or nothing if no light reaches it. `guess` comes from a
+    /// neighboring film point.
+    pub fn find_outline(
+        &self,
+        film: DVec3,
+        sides: &[DVec2; SIDES],
+        guess: Option<&OutlineGuess>,
+    ) -> Option<PupilOutline> {
+        if let Some(guess) = guess {
+            let found = self.refine_guess(film, sides, guess);
             if found.is_some() {
                 return found;
             }
-            let center = hint.center;
+            let center = guess.center;
             let fill = self.fill(film, center);
-            let found = (fill < 0.99)
-                .then(|| self.seen_around(Inside { center, fill }, film, sides, Some(hint)));
-            if let Some(Some(seen)) = found {
-                return Some(seen);
+            let found = (fill < OFF_THE_RIM).then(|| {
+                self.outline_around(InnerPoint { center, fill }, film, sides, Some(guess))
+            });
+            if let Some(Some(outline)) = found {
+                return Some(outline);
             }
-            // A neighbor's middle is too near the rim here.
+            // The neighbor's center is too near the rim here: search from nothing.
         }
-        self.seen_around(self.inside(film)?, film, sides, None)
+        self.outline_around(self.inner_point(film)?, film, sides, None)
     }
 
-    /// What is seen around a neighbor's middle, with the neighbor's distances and slopes to begin
-    /// from; none where they are too far from those here.
-    fn seen_near(&self, film: DVec3, sides: &[DVec2; SIDES], hint: &Hint) -> Option<Seen> {
-        let ways = self.ways(film);
-        let mut rims = vec![Rim::default(); ways.len()];
-        let mut slopes = hint.slopes;
-        for first in (0..ways.len()).step_by(LANES) {
+    /// Finds the outline around the center of a guess, starting from its distances and slopes.
+    /// Returns nothing if those are too far from the ones here.
+    fn refine_guess(
+        &self,
+        film: DVec3,
+        sides: &[DVec2; SIDES],
+        guess: &OutlineGuess,
+    ) -> Option<PupilOutline> {
+        let directions = self.directions(film);
+        let mut rims = vec![RimPoint::default(); directions.len()];
+        let mut slopes = guess.slopes;
+        for first in (0..directions.len()).step_by(LANES) {
             let bundle = first..first + LANES;
-            self.near_rims(
+            self.refine_rim_points(
                 film,
-                hint.center,
-                &ways[bundle.clone()],
-                &hint.distances[bundle.clone()],
+                guess.center,
+                &directions[bundle.clone()],
+                &guess.distances[bundle.clone()],
                 &mut slopes[bundle.clone()],
                 &mut rims[bundle],
             )?;
         }
         let (nearest, mean) = nearest_and_mean(&rims);
-        if nearest < 0.2 * mean {
+        if nearest < LEAST_DISTANCE * mean {
             return None;
         }
-        // The fill in the middle as the slopes have it, to begin the search of corners from.
+        // The fill at the center as the slopes imply it, for the search of corners.
         let steepness = rims.iter().zip(&slopes);
-        let inside = Inside {
-            center: hint.center,
+        let inside = InnerPoint {
+            center: guess.center,
             fill: steepness.fold(0.0, |most: f64, (rim, slope)| {
                 most.max(1.0 - slope * rim.distance)
             }),
         };
-        Some(self.seen_of(film, sides, inside, rims, slopes))
+        Some(self.outline_of(film, sides, inside, rims, slopes))
     }
 
-    /// Where the fill becomes 1 in up to a bundle of directions, near the distances `at` and by
-    /// the slopes there, which come back as they are found; none where that leads astray.
+    /// Finds the rim in up to one bundle of directions by the secant method, starting from the
+    /// distances `at` and the slopes of the fill there. The slopes are updated. Returns nothing if
+    /// the iteration goes astray.
     ///
-    /// The fill is so nearly linear that two rays find a rim that is 5% away to 1e-4: the second
-    /// is by the neighbor's slope within 1e-3 of it, and the line through both meets it.
-    fn near_rims(
+    /// The fill is so nearly linear that two rays find a rim that is 5% away within 1e-4: the step
+    /// by the neighbor's slope ends within 1e-3 of it, and the secant through both rays meets it.
+    fn refine_rim_points(
         &self,
         film: DVec3,
         center: DVec2,
-        ways: &[Way],
+        directions: &[Direction],
         at: &[f64],
         slopes: &mut [f64],
-        rims: &mut [Rim],
+        rims: &mut [RimPoint],
     ) -> Option<()> {
-        /// Steps longer than this share of the distance are followed by another.
+        /// A step longer than this share of the distance is followed by another.
         const LAST_STEP: f64 = 1e-3;
-        const MOST: usize = 8;
-        /// Fill that slopes may gain from the middle to a rim: those of a neighbor seen from its
-        /// own rim gain far more, and would take any distance for the rim's.
+        const MOST_ROUNDS: usize = 8;
+        /// The most that a slope may change the fill between the center and the rim. The slopes of
+        /// a neighbor whose center was at its own rim are far steeper, and any distance would pass
+        /// for the rim's.
         const STEEPEST: f64 = 4.0;
-        let count = ways.len();
+        let count = directions.len();
         let mut at: Lane = std::array::from_fn(|i| at[i.min(count - 1)]);
         let mut before: Option<(Lane, Lane)> = None;
         let mut steps = [0.0; LANES];
-        for round in 0..MOST {
-            let aim = |i: usize| center + at[i] * ways[i.min(count - 1)].way;
+        for round in 0..MOST_ROUNDS {
+            let aim = |i: usize| center + at[i] * directions[i.min(count - 1)].unit;
             let (fills, limits) = self.fills(film, aim);
             let tried = at;
             let mut longest: f64 = 0.0;
@@ -107,11 +126,10 @@ impl Sight<'_> {
                 }
                 let mut step = (1.0 - fills[i]) / slopes[i];
                 if fills[i].is_infinite() {
-                    // Lost for another reason: on the way back to the ray before.
+                    // The ray missed a surface or was totally reflected: go halfway back to the last.
                     let back = before.as_ref().map_or(0.9 * tried[i], |(last, _)| last[i]);
                     step = 0.5 * (back.min(0.99 * tried[i]) - tried[i]);
                 }
-                // No rim that way.
                 let is_slope = slopes[i] > 0.0 && slopes[i] * tried[i] < STEEPEST;
                 if !(is_slope && step.abs() < 0.5 * tried[i]) {
                     return None;
@@ -124,66 +142,62 @@ impl Sight<'_> {
             if longest < LAST_STEP {
                 break;
             }
-            if round + 1 == MOST {
+            if round + 1 == MOST_ROUNDS {
                 return None;
             }
             before = Some((tried, fills));
         }
         for (i, rim) in rims.iter_mut().enumerate() {
-            rim.angle = ways[i].angle;
-            // Where two surfaces meet the line through two rays may end a little inside.
+            rim.angle = directions[i].angle;
+            // Where the limit changes from one surface to another, the secant may end a little
+            // inside the rim.
             rim.distance = (1.0 + 0.25 * COARSE) * at[i] + 0.5 * steps[i];
-            rim.point = center + rim.distance * ways[i].way;
+            rim.point = center + rim.distance * directions[i].unit;
         }
         Some(())
     }
 
-    /// The same from a point inside the light; none where a hint has led too near its rim.
-    fn seen_around(
+    /// Finds the outline around a point inside the pupil. Returns nothing if a guess is given and
+    /// the point is too near the rim.
+    fn outline_around(
         &self,
-        inside: Inside,
+        inside: InnerPoint,
         film: DVec3,
         sides: &[DVec2; SIDES],
-        hint: Option<&Hint>,
-    ) -> Option<Seen> {
-        let ways = self.ways(film);
-        let mut rims = vec![Rim::default(); ways.len()];
-        let mut mean = None;
+        guess: Option<&OutlineGuess>,
+    ) -> Option<PupilOutline> {
+        let directions = self.directions(film);
+        let mut rims = vec![RimPoint::default(); directions.len()];
+        let mut last = None;
         for (bundle, rims) in rims.chunks_mut(LANES).enumerate() {
             let first = bundle * LANES;
-            let guess = |lane: usize| hint.map(|h| h.distances[first + lane]).or(mean);
-            self.rims(
-                film,
-                inside,
-                &ways[first..first + LANES],
-                &guess,
-                COARSE,
-                rims,
-            );
-            mean = Some(rims[LANES - 1].distance);
+            let start = |lane: usize| guess.map(|g| g.distances[first + lane]).or(last);
+            let directions = &directions[first..first + LANES];
+            self.rim_points(film, inside, directions, &start, COARSE, rims);
+            last = Some(rims[LANES - 1].distance);
         }
         let (nearest, mean) = nearest_and_mean(&rims);
-        if hint.is_some() && nearest < 0.2 * mean {
+        if guess.is_some() && nearest < LEAST_DISTANCE * mean {
             return None;
         }
         let mut slopes = [0.0; DIRECTIONS];
         for (slope, rim) in slopes.iter_mut().zip(&rims) {
             *slope = (1.0 - inside.fill) / rim.distance;
         }
-        Some(self.seen_of(film, sides, inside, rims, slopes))
+        Some(self.outline_of(film, sides, inside, rims, slopes))
     }
 
-    /// What is seen, by points of its outline around one inside.
-    fn seen_of(
+    /// Makes the outline of its rim points around a point inside.
+    fn outline_of(
         &self,
         film: DVec3,
         sides: &[DVec2; SIDES],
-        inside: Inside,
-        mut rims: Vec<Rim>,
+        inside: InnerPoint,
+        mut rims: Vec<RimPoint>,
         slopes: [f64; DIRECTIONS],
-    ) -> Seen {
+    ) -> PupilOutline {
         let mirrored = self.is_mirrored(film);
-        let ways = self.ways(film);
+        let directions = self.directions(film);
         let mut distances = [0.0; DIRECTIONS];
         for (distance, rim) in distances.iter_mut().zip(&rims) {
             *distance = rim.distance;
@@ -198,57 +212,57 @@ impl Sight<'_> {
             }
         }
         if mirrored {
-            // Sides come in mirrored pairs. A corner may come out on the other half.
+            // The sides come in mirrored pairs. A corner may lie on the other half.
             let one = support;
             support = std::array::from_fn(|j| one[j].max(one[(SIDES - j) % SIDES]));
         }
-        // The next starts in the middle of this one.
+        // The guess for the next film point starts from the center of this outline.
         let span = |j: usize| 0.5 * (support[j] - support[(j + SIDES / 2) % SIDES]);
         let (a, b) = (sides[0], sides[SIDES / 4]);
         let center = (span(SIDES / 4) * a - span(0) * b).perp() / a.perp_dot(b);
         let moved = center - inside.center;
-        for (distance, way) in distances.iter_mut().zip(ways) {
-            *distance = (*distance - moved.dot(way.way)).max(0.1 * nearest);
+        for (distance, direction) in distances.iter_mut().zip(directions) {
+            *distance = (*distance - moved.dot(direction.unit)).max(0.1 * nearest);
         }
-        let hint = Hint {
+        let guess = OutlineGuess {
             center,
             distances,
             slopes,
         };
-        Seen { support, hint }
+        PupilOutline { support, guess }
     }
 
-    /// The corners of an outline. Its points are put closer where one comes out too far from its
-    /// neighbors to be known.
-    fn corners(&self, film: DVec3, inside: Inside, rims: &mut Vec<Rim>) -> Vec<DVec2> {
+    /// Finds the corners of an outline. Where a corner would lie too far from its neighbors to be
+    /// known, further rim points are searched between those.
+    fn corners(&self, film: DVec3, inside: InnerPoint, rims: &mut Vec<RimPoint>) -> Vec<DVec2> {
         const PARTS: usize = 8;
         let mirrored = self.is_mirrored(film);
         let mut corners = Vec::new();
         for round in 0..3 {
             corners.clear();
-            let mut more: Vec<(Way, f64)> = Vec::new();
+            let mut more: Vec<(Direction, f64)> = Vec::new();
             let count = if mirrored { rims.len() - 1 } else { rims.len() };
             for third in 0..count {
                 let next = (third + 1) % rims.len();
                 if rims[third].limit == rims[next].limit {
                     continue;
                 }
-                let row = Row { rims, mirrored };
-                let row: [Rim; 6] = std::array::from_fn(|k| row.at((third + k) as isize - 2));
+                let row = RimRow { rims, mirrored };
+                let row: [RimPoint; 6] = std::array::from_fn(|k| row.at((third + k) as isize - 2));
                 let [_, before, b, c, behind, _] = row;
                 let room = round < 2 && more.len() + PARTS <= LANES;
                 let found = corner(row, if room { 1.5 } else { f64::INFINITY });
                 if found.is_none() && room && c.angle - b.angle > 1e-6 {
                     more.extend((1..PARTS).map(|j| {
                         let t = j as f64 / PARTS as f64;
-                        let way = Way::at(b.angle + t * (c.angle - b.angle));
-                        (way, b.distance + t * (c.distance - b.distance))
+                        let direction = Direction::at(b.angle + t * (c.angle - b.angle));
+                        (direction, b.distance + t * (c.distance - b.distance))
                     }));
                 }
                 corners.extend(found);
                 if found.is_none() && !room {
-                    // Nearly the same way: as far again as the points are apart.
-                    let beyond = |near: Rim, next: Rim| 2.0 * near.point - next.point;
+                    // The two edges are nearly parallel: extend each by the distance of its points.
+                    let beyond = |near: RimPoint, next: RimPoint| 2.0 * near.point - next.point;
                     corners.extend([beyond(b, before), beyond(c, behind)]);
                 }
             }
@@ -256,49 +270,53 @@ impl Sight<'_> {
                 break;
             }
             let first = rims.len();
-            let (ways, at): (Vec<Way>, Vec<f64>) = more.into_iter().unzip();
-            rims.resize(first + ways.len(), Rim::default());
+            let (directions, at): (Vec<Direction>, Vec<f64>) = more.into_iter().unzip();
+            rims.resize(first + directions.len(), RimPoint::default());
             let mut slopes: Vec<f64> = at.iter().map(|at| (1.0 - inside.fill) / at).collect();
             let rest = &mut rims[first..];
-            let found = self.near_rims(film, inside.center, &ways, &at, &mut slopes, rest);
+            let center = inside.center;
+            let found = self.refine_rim_points(film, center, &directions, &at, &mut slopes, rest);
             if found.is_none() {
                 let guess = |lane: usize| Some(at[lane]);
-                self.rims(film, inside, &ways, &guess, COARSE, rest);
+                self.rim_points(film, inside, &directions, &guess, COARSE, rest);
             }
             rims.sort_by(|a, b| a.angle.total_cmp(&b.angle));
         }
         corners
     }
 
-    /// A point inside the light and the outline around it, counted from that point.
+    /// Finds a point inside the pupil, and the points of the outline relative to it.
     pub fn outline_points(&self, film: DVec3, count: usize) -> Option<(DVec2, Vec<DVec2>)> {
-        let inside = self.inside(film)?;
-        let rims = self.outline(film, inside, count);
-        let around = |rim: &Rim| rim.point - inside.center;
+        let inside = self.inner_point(film)?;
+        let rims = self.fine_rim_points(film, inside, count);
+        let around = |rim: &RimPoint| rim.point - inside.center;
         Some((inside.center, rims.iter().map(around).collect()))
     }
 
-    /// The outline in evenly spaced directions. Where one surface's shadow meets another's it has
-    /// a corner, which a row steps over: between two directions of different surfaces eight more
-    /// are sought, and eight between two of those.
-    fn outline(&self, film: DVec3, inside: Inside, count: usize) -> Vec<Rim> {
+    /// Finds the rim in evenly spaced directions, and the corners between them. Where the shadow of
+    /// one surface meets that of another, a row of directions steps over the corner: between two
+    /// directions that different surfaces limit, eight more are searched, and eight more between two
+    /// of those.
+    fn fine_rim_points(&self, film: DVec3, inside: InnerPoint, count: usize) -> Vec<RimPoint> {
         let mut rims = Vec::with_capacity(count + 64);
         let mut guess = None;
-        let mut seek = |angles: &[f64], rims: &mut Vec<Rim>| {
+        let mut search = |angles: &[f64], rims: &mut Vec<RimPoint>| {
             for chunk in angles.chunks(LANES) {
-                let ways: Vec<Way> = chunk.iter().map(|angle| Way::at(*angle)).collect();
+                let directions: Vec<Direction> =
+                    chunk.iter().map(|angle| Direction::at(*angle)).collect();
                 let first = rims.len();
-                rims.resize(first + ways.len(), Rim::default());
-                self.rims(film, inside, &ways, &|_| guess, FINE, &mut rims[first..]);
+                rims.resize(first + directions.len(), RimPoint::default());
+                let rest = &mut rims[first..];
+                self.rim_points(film, inside, &directions, &|_| guess, FINE, rest);
                 guess = rims.last().map(|rim| rim.distance);
             }
         };
         let all: Vec<f64> = (0..count).map(|i| TAU * i as f64 / count as f64).collect();
-        seek(&all, &mut rims);
+        search(&all, &mut rims);
         for _ in 0..2 {
             let mut more = Vec::new();
             for (i, rim) in rims.iter().enumerate() {
-                let next = rims.get(i + 1).copied().unwrap_or(Rim {
+                let next = rims.get(i + 1).copied().unwrap_or(RimPoint {
                     angle: rims[0].angle + TAU,
                     ..rims[0]
                 });
@@ -307,15 +325,15 @@ impl Sight<'_> {
                     more.extend((1..9).map(|j| rim.angle + f64::from(j) * part));
                 }
             }
-            seek(&more, &mut rims);
+            search(&more, &mut rims);
             rims.sort_by(|a, b| a.angle.total_cmp(&b.angle));
         }
         rims
     }
 }
 
-/// How far the nearest of an outline's points is, and how far they are on average.
-fn nearest_and_mean(rims: &[Rim]) -> (f64, f64) {
+/// The distance of the nearest point of an outline, and the mean distance.
+fn nearest_and_mean(rims: &[RimPoint]) -> (f64, f64) {
     let distances = rims.iter().map(|rim| rim.distance);
     let nearest = distances.clone().fold(f64::INFINITY, f64::min);
     (nearest, distances.sum::<f64>() / rims.len() as f64)

@@ -1,9 +1,10 @@
-//! What a film point sees through a lens: the outline of the light on the rear vertex plane.
+//! Finds the exit pupil's outline as seen from a point on the film, on the rear vertex plane.
 //!
-//! A ray from the film is followed without blocking, and its *fill* is how much of the tightest
-//! semi-diameter it uses: below 1 it gets through. The fill is continuous and nearly linear in
-//! the aim, so the least fill and the outline where it is 1 are found in few rays, at f/1024 as
-//! at full aperture. Rays go in bundles: a whole outline is sought at once.
+//! A ray from the film is traced without blocking. Its *fill* is the largest share of a
+//! semi-diameter that it uses at any surface; below 1 the ray gets through. The fill is continuous
+//! and nearly linear in the aim, so that its minimum, and the outline where it is 1, are found with
+//! few rays, at f/1024 as well as at full aperture. Rays are traced in bundles: 32 directions of an
+//! outline are searched at once.
 
 pub mod find_outline;
 pub mod outline;

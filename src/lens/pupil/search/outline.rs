@@ -1,54 +1,68 @@
-//! What a film point sees, and where to begin a search from a neighboring point.
+//! The outline of the exit pupil from one film point, and the guess that it makes for the next.
 
 use glam::DVec2;
 
 use crate::lens::pupil::polygon::Support;
 use crate::math::lanes::LANES;
 
-/// Directions in which an outline is sought: over half a turn where the other half mirrors it.
+/// The number of directions in which an outline is searched: over half a turn if the other half is
+/// its mirror image.
 pub(super) const DIRECTIONS: usize = 2 * LANES;
 
-/// A direction, and its angle.
+/// A direction in the rear vertex plane.
 #[derive(Clone, Copy)]
-pub(super) struct Way {
+pub(super) struct Direction {
     pub angle: f64,
-    pub way: DVec2,
+    pub unit: DVec2,
 }
 
-impl Way {
+impl Direction {
     pub fn at(angle: f64) -> Self {
         let (sin, cos) = libm::sincos(angle);
         Self {
             angle,
-            way: DVec2::new(cos, sin),
+            unit: DVec2::new(cos, sin),
         }
     }
 }
 
-/// What a film point sees: how far the light reaches in each of the directions asked for, and
-/// where to begin from a neighboring point.
+/// The outline of the exit pupil from one film point: its reach in the directions asked for, and a
+/// guess for the outline from a neighboring film point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen {
+pub(crate) struct PupilOutline {
     pub support: Support,
-    pub hint: Hint,
+    pub guess: OutlineGuess,
 }
 
-/// A point inside the light, how far from it the rim is in every direction asked for, and how
-/// steeply the fill rises there, a millimeter.
+/// A point inside the pupil, the distance of the rim from it in each direction, and the slope of the
+/// fill at the rim, per millimeter.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Hint {
+pub(crate) struct OutlineGuess {
     pub(super) center: DVec2,
     pub(super) distances: [f64; DIRECTIONS],
     pub(super) slopes: [f64; DIRECTIONS],
 }
 
-impl Hint {
-    /// In the middle between two.
-    pub fn between(a: &Seen, b: &Seen) -> Self {
+impl OutlineGuess {
+    /// The guess for a film point halfway between two.
+    pub fn between(a: &PupilOutline, b: &PupilOutline) -> Self {
+        let (a, b) = (&a.guess, &b.guess);
         Self {
-            center: a.hint.center.midpoint(b.hint.center),
-            distances: std::array::from_fn(|i| 0.5 * (a.hint.distances[i] + b.hint.distances[i])),
-            slopes: std::array::from_fn(|i| 0.5 * (a.hint.slopes[i] + b.hint.slopes[i])),
+            center: a.center.midpoint(b.center),
+            distances: std::array::from_fn(|i| 0.5 * (a.distances[i] + b.distances[i])),
+            slopes: std::array::from_fn(|i| 0.5 * (a.slopes[i] + b.slopes[i])),
+        }
+    }
+
+    /// The guess for the film point that follows the last two of a row. The center is extrapolated
+    /// linearly, 2b − a.
+    pub fn following(last: [Option<Self>; 2]) -> Option<Self> {
+        match last {
+            [Some(a), Some(b)] => Some(Self {
+                center: 2.0 * b.center - a.center,
+                ..b
+            }),
+            [_, b] => b,
         }
     }
 
@@ -56,32 +70,16 @@ impl Hint {
         self.center
     }
 
-    /// How steeply the fill rises where it does so most, a millimeter.
+    /// The steepest slope of the fill at the rim, per millimeter.
     pub fn slope(&self) -> f64 {
         self.slopes.into_iter().fold(0.0, f64::max)
     }
 
-    /// The same with its middle turned about the axis, and as many times as far from it.
-    pub fn turned(&self, along: DVec2) -> Self {
+    /// The same guess with its center rotated about the axis and scaled, by a complex factor.
+    pub fn turned(&self, factor: DVec2) -> Self {
         Self {
-            center: along.rotate(self.center),
+            center: factor.rotate(self.center),
             ..*self
         }
-    }
-
-    /// As far beyond the second as that is from the first.
-    pub fn beyond(a: &Self, b: &Self) -> Self {
-        Self {
-            center: 2.0 * b.center - a.center,
-            ..*b
-        }
-    }
-}
-
-/// Where to begin behind two in a row.
-pub fn next(last: [Option<Hint>; 2]) -> Option<Hint> {
-    match last {
-        [Some(a), Some(b)] => Some(Hint::beyond(&a, &b)),
-        [_, b] => b,
     }
 }

@@ -1,50 +1,62 @@
-//! Searches the rear vertex plane for light by the fill of rays.
+//! Searches the rear vertex plane for a point inside the pupil, and for the rim around it.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::outline::{DIRECTIONS, Way};
-use super::rim::{Bracket, Rim};
+use super::outline::{DIRECTIONS, Direction};
+use super::rim::{Bracket, RimPoint};
 use crate::lens::lens::Lens;
 use crate::lens::pupil::rear_element::RearElement;
 use crate::math::lanes::{LANES, Lane};
 
-pub(crate) struct Sight<'a> {
+/// A point of this fill is far enough inside the pupil to measure the outline around it.
+const WELL_INSIDE: f64 = 0.6;
+/// A round of line searches that lowers the fill by less than 2% is the last one.
+const LEAST_GAIN: f64 = 0.98;
+/// A rim is searched up to this many times the reach.
+const FARTHEST: f64 = 4.0;
+
+/// The search for the exit pupil of one lens.
+pub(crate) struct PupilSearch<'a> {
     pub(super) lens: &'a Lens,
+    /// Half of the side of the square that is searched, in millimeters.
     pub(super) reach: f64,
     rotational: bool,
-    /// Nothing changes when it is mirrored in y = 0.
+    /// Whether the lens is symmetric about y = 0.
     pub(super) even: bool,
-    /// Bundles along a side of the grid on which light is sought beside the pupil.
+    /// Bundles along one side of the grid on which secondary openings are searched.
     pub grid: usize,
-    half_turn: [Way; DIRECTIONS],
-    full_turn: [Way; DIRECTIONS],
+    half_turn: [Direction; DIRECTIONS],
+    full_turn: [Direction; DIRECTIONS],
 }
 
-/// A point inside the light and how much of the tightest semi-diameter its ray uses.
+/// A point inside the pupil, and its fill.
 #[derive(Clone, Copy)]
-pub(super) struct Inside {
+pub(super) struct InnerPoint {
     pub center: DVec2,
     pub fill: f64,
 }
 
-impl<'a> Sight<'a> {
+impl<'a> PupilSearch<'a> {
     pub fn new(lens: &'a Lens) -> Self {
         let rear = RearElement::of(lens, crate::sampling::DiscMap::Concentric).radius;
         Self {
             lens,
+            // A slanting ray through the rear element may cross its vertex plane outside of it.
             reach: 1.5 * rear,
             rotational: lens.is_rotational(),
             even: lens.iris_edges().is_empty(),
-            // The more surfaces, the more often a beam can be folded.
+            // The more surfaces there are, the more often a beam can be folded.
             grid: 1 + lens.prescription().surfaces.len() / 28,
-            half_turn: std::array::from_fn(|i| Way::at(PI * i as f64 / (DIRECTIONS - 1) as f64)),
-            full_turn: std::array::from_fn(|i| Way::at(TAU * i as f64 / DIRECTIONS as f64)),
+            half_turn: std::array::from_fn(|i| {
+                Direction::at(PI * i as f64 / (DIRECTIONS - 1) as f64)
+            }),
+            full_turn: std::array::from_fn(|i| Direction::at(TAU * i as f64 / DIRECTIONS as f64)),
         }
     }
 
-    /// The fill of a bundle of aims.
+    /// The fills of a bundle of aims, and the number of the surface that limits each.
     pub(super) fn fills(&self, film: DVec3, aim: impl Fn(usize) -> DVec2) -> (Lane, [u64; LANES]) {
         let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
@@ -58,18 +70,30 @@ impl<'a> Sight<'a> {
         self.fills(film, |_| aim).0[0]
     }
 
-    /// An aim well inside the light, or none where there is no light.
-    pub(super) fn inside(&self, film: DVec3) -> Option<Inside> {
+    /// Whether the pupil of this film point is symmetric about y = 0.
+    pub(super) fn is_mirrored(&self, film: DVec3) -> bool {
+        self.rotational && film.y == 0.0
+    }
+
+    pub(super) fn directions(&self, film: DVec3) -> &[Direction] {
+        match self.is_mirrored(film) {
+            true => &self.half_turn,
+            false => &self.full_turn,
+        }
+    }
+
+    /// Finds a point well inside the pupil, or nothing if no light reaches the film point.
+    pub(super) fn inner_point(&self, film: DVec3) -> Option<InnerPoint> {
         let fill = |aim: DVec2| self.fill(film, aim);
         let meridian = film.truncate().try_normalize().unwrap_or(DVec2::X);
         let mut aim = self.best_along(film, DVec2::ZERO, meridian);
-        if !self.rotational && !(fill(aim) < 0.6) {
+        if !self.rotational && !(fill(aim) < WELL_INSIDE) {
             let mut last = f64::INFINITY;
             for _ in 0..8 {
                 aim = self.best_along(film, aim, DVec2::Y);
                 aim = self.best_along(film, aim, DVec2::X);
                 let now = fill(aim);
-                if now < 0.6 || !(now < 0.98 * last) {
+                if now < WELL_INSIDE || !(now < LEAST_GAIN * last) {
                     break;
                 }
                 last = now;
@@ -79,16 +103,19 @@ impl<'a> Sight<'a> {
             }
         }
         let (center, fill) = (aim, fill(aim));
-        (fill < 1.0).then_some(Inside { center, fill })
+        (fill < 1.0).then_some(InnerPoint { center, fill })
     }
 
-    /// The aim of least fill on a line: the best of three bundles in a row, then a bundle in the
-    /// neighborhood of the best, again and again.
+    /// Finds the aim of least fill on a line. Three bundles cover the line; each further bundle
+    /// covers the neighborhood of the best aim so far.
     fn best_along(&self, film: DVec3, from: DVec2, direction: DVec2) -> DVec2 {
+        const ROWS: usize = 3;
+        const LAST: usize = LANES - 1;
         let middle = -from.dot(direction);
         let mut best = (middle, f64::INFINITY);
-        // The least that it can be near the best of a bundle, if it is convex there.
-        let look = |low: f64, step: f64, best: &mut (f64, f64)| {
+        // Tries a bundle, and returns a lower bound of the fill around its best aim: a convex
+        // function is nowhere below the extensions of its secants.
+        let try_bundle = |low: f64, step: f64, best: &mut (f64, f64)| {
             let place = |lane: usize| low + lane as f64 * step;
             let (fills, _) = self.fills(film, |lane| from + place(lane) * direction);
             let mut at_least = f64::NEG_INFINITY;
@@ -96,31 +123,28 @@ impl<'a> Sight<'a> {
                 if fill < best.1 {
                     *best = (place(lane), fill);
                     at_least = match lane {
-                        1..31 => 2.0 * fill - fills[lane - 1].max(fills[lane + 1]),
+                        1..LAST => 2.0 * fill - fills[lane - 1].max(fills[lane + 1]),
                         _ => f64::NEG_INFINITY,
                     };
                 }
             }
             at_least
         };
-        const ROWS: usize = 3;
         let mut step = 2.0 * self.reach / (ROWS * LANES) as f64;
         for row in 0..ROWS {
-            look(
-                middle - self.reach + (row * LANES) as f64 * step,
-                step,
-                &mut best,
-            );
+            let low = middle - self.reach + (row * LANES) as f64 * step;
+            try_bundle(low, step, &mut best);
         }
-        // Each time 15 times nearer: 12 times is rounding.
+        // Each round narrows the line by a factor of 15. After 12 rounds only rounding is left.
         for round in 0..12 {
-            if best.1 < 0.6 || best.1.is_infinite() {
+            if best.1 < WELL_INSIDE || best.1.is_infinite() {
                 break;
             }
             let low = best.0 - step;
             step *= 2.0 / (LANES - 1) as f64;
-            let at_least = look(low, step, &mut best);
-            // Across other lines it may be less.
+            let at_least = try_bundle(low, step, &mut best);
+            // There is no light on this line. Without rotational symmetry there may be some on
+            // another line, and the search goes on from the best aim of this one.
             if self.rotational && round > 1 && at_least > 1.0 {
                 break;
             }
@@ -145,60 +169,50 @@ impl<'a> Sight<'a> {
         best.0
     }
 
-    /// Whether a film point sees the mirror image in y = 0 of what it sees.
-    pub(super) fn is_mirrored(&self, film: DVec3) -> bool {
-        self.rotational && film.y == 0.0
-    }
-
-    pub(super) fn ways(&self, film: DVec3) -> &[Way] {
-        match self.is_mirrored(film) {
-            true => &self.half_turn,
-            false => &self.full_turn,
-        }
-    }
-
-    /// Where the fill becomes 1, from just outside and within a relative width, in up to a bundle
-    /// of directions.
-    pub(super) fn rims(
+    /// Finds the rim, where the fill becomes 1, in up to one bundle of directions. Each point that
+    /// comes out is just outside the rim, within the relative `width`.
+    pub(super) fn rim_points(
         &self,
         film: DVec3,
-        inside: Inside,
-        ways: &[Way],
+        inside: InnerPoint,
+        directions: &[Direction],
         guess: &dyn Fn(usize) -> Option<f64>,
         width: f64,
-        rims: &mut [Rim],
+        rims: &mut [RimPoint],
     ) {
-        let count = ways.len();
+        let count = directions.len();
         let start = 1e-3 * self.reach;
+        let farthest = FARTHEST * self.reach;
         let mut brackets: [Bracket; LANES] = std::array::from_fn(|lane| {
             let guess = guess(lane.min(count - 1)).filter(|g| *g > 0.0);
             let guess = guess.unwrap_or(start);
             Bracket::new(inside.fill - 1.0, guess)
         });
-        let way = |lane: usize| ways[lane.min(count - 1)].way;
+        let unit = |lane: usize| directions[lane.min(count - 1)].unit;
+        // From the sixth round on, every third bisects: 160 rounds narrow a bracket by 2^51.
         for round in 0..160 {
             let mut open = 0;
             for bracket in &mut brackets[..count] {
                 open += usize::from(bracket.is_open(width));
-                bracket.choose(width, round, 4.0 * self.reach);
+                bracket.choose(width, round, farthest);
             }
             if open == 0 {
                 break;
             }
-            let aim = |lane: usize| inside.center + brackets[lane.min(count - 1)].next * way(lane);
+            let aim = |lane: usize| inside.center + brackets[lane.min(count - 1)].next * unit(lane);
             let (fills, limits) = self.fills(film, aim);
             for (lane, bracket) in brackets[..count].iter_mut().enumerate() {
                 if bracket.is_open(width) {
-                    bracket.learn(fills[lane] - 1.0, limits[lane], 4.0 * self.reach);
+                    bracket.learn(fills[lane] - 1.0, limits[lane], farthest);
                 }
             }
         }
         for (lane, rim) in rims.iter_mut().enumerate() {
             let distance = brackets[lane].high;
-            *rim = Rim {
-                angle: ways[lane].angle,
+            *rim = RimPoint {
+                angle: directions[lane].angle,
                 distance,
-                point: inside.center + distance * way(lane),
+                point: inside.center + distance * unit(lane),
                 limit: brackets[lane].limit,
             };
         }

@@ -1,4 +1,4 @@
-//! Points of an outline: the search for one, and what can be said between them.
+//! Points of an outline: the search for one, and the corners between two of different surfaces.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,7 +6,7 @@ use glam::DVec2;
 
 /// A point of the outline.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Rim {
+pub(super) struct RimPoint {
     pub angle: f64,
     pub distance: f64,
     pub point: DVec2,
@@ -14,25 +14,25 @@ pub(super) struct Rim {
     pub limit: u64,
 }
 
-/// Points of an outline by their angle: all around, or over half a turn with the axis at both ends,
-/// where the other half mirrors it.
+/// The points of an outline by angle: over the whole turn, or over half a turn with the axis of
+/// symmetry at both ends.
 #[derive(Clone, Copy)]
-pub(super) struct Row<'a> {
-    pub rims: &'a [Rim],
+pub(super) struct RimRow<'a> {
+    pub rims: &'a [RimPoint],
     pub mirrored: bool,
 }
 
-impl Row<'_> {
-    /// The point of a number, which goes on before the first and behind the last.
-    pub fn at(&self, number: isize) -> Rim {
+impl RimRow<'_> {
+    /// The point of an index, which may lie before the first point or behind the last one.
+    pub fn at(&self, index: isize) -> RimPoint {
         let count = self.rims.len() as isize;
         let period = if self.mirrored {
             2 * (count - 1)
         } else {
             count
         };
-        let turns = number.div_euclid(period) as f64;
-        let rest = number.rem_euclid(period);
+        let turns = index.div_euclid(period) as f64;
+        let rest = index.rem_euclid(period);
         let is_mirrored = rest >= count;
         let mut rim = self.rims[if is_mirrored { period - rest } else { rest } as usize];
         if is_mirrored {
@@ -44,19 +44,23 @@ impl Row<'_> {
     }
 }
 
-/// What is known of the rim in one direction: inside at `low`, outside at `high`.
+/// What is known of the rim in one direction: `low` is inside, `high` is outside.
 #[derive(Clone, Copy)]
 pub(super) struct Bracket {
     pub low: f64,
     pub high: f64,
-    /// The fill less 1 at both; not above 0 at `high` while nothing outside is known.
+    /// The fill less 1 at both. At `high` it is not above 0 until a point outside is known.
     f_low: f64,
     f_high: f64,
-    /// The last two places tried, with the fill less 1.
+    /// The last two distances tried, with the fill less 1.
     tried: [(f64, f64); 2],
     pub next: f64,
     pub limit: u64,
 }
+
+/// For this many rounds only the secant chooses; then every third round bisects, so that the search
+/// ends whatever the fill is like.
+const SECANT_ROUNDS: usize = 6;
 
 impl Bracket {
     pub fn new(f_center: f64, guess: f64) -> Self {
@@ -75,36 +79,41 @@ impl Bracket {
         !(self.f_high > 0.0) || self.high - self.low > width * self.high
     }
 
-    /// Where the fill would be 1 if it were linear in the last two places.
+    /// Where the fill would be 1 if it were linear through the last two distances tried.
     fn secant(&self) -> Option<f64> {
         let [(a, f), (b, g)] = self.tried;
         let root = b - g * (b - a) / (g - f);
         root.is_finite().then_some(root)
     }
 
-    /// The next place to try. The root's own neighborhood is closed in from both sides, half of
-    /// the width apart, so that two rays end a search that has come near.
-    pub fn choose(&mut self, width: f64, round: usize, reach: f64) {
+    /// Chooses the next distance to try. Near the root it is placed a little less than half of
+    /// the width away (0.45), in turn on both sides, so that two rays close the bracket.
+    pub fn choose(&mut self, width: f64, round: usize, farthest: f64) {
         if round == 0 {
             return;
         }
         let near = 0.45 * width * self.high;
         if !(self.f_high > 0.0) {
+            // Nothing outside is known: go outward, by a factor of 4 at most.
             let outward = 1.5 * self.low;
             let far = 4.0 * self.low;
-            let root = self.secant().filter(|root| *root >= self.low && round < 6);
+            let is_secant = round < SECANT_ROUNDS;
+            let root = self.secant().filter(|root| *root >= self.low && is_secant);
             self.next = root
                 .map_or(outward, |root| (root + near).min(far))
-                .min(reach);
+                .min(farthest);
             return;
         }
         let span = self.high - self.low;
         let inside = |x: &f64| *x > self.low && *x < self.high;
         let line = || self.low - self.f_low * span / (self.f_high - self.f_low);
-        let root = match self.f_high.is_finite() && (round < 6 || !round.is_multiple_of(3)) {
+        let is_secant = round < SECANT_ROUNDS || !round.is_multiple_of(3);
+        let root = match self.f_high.is_finite() && is_secant {
             true => self.secant().filter(inside).unwrap_or_else(line),
             false => 0.5 * (self.low + self.high),
         };
+        // From an end that is already near, the far side of the root is 2.1 times `near` away:
+        // 0.945 of the width, so that the bracket closes there.
         self.next = if root - self.low < 2.0 * near {
             self.low + 2.1 * near
         } else if self.high - root < 2.0 * near {
@@ -117,9 +126,9 @@ impl Bracket {
         }
     }
 
-    pub fn learn(&mut self, over: f64, limit: u64, reach: f64) {
+    pub fn learn(&mut self, over: f64, limit: u64, farthest: f64) {
         self.tried = [self.tried[1], (self.next, over)];
-        if over <= 0.0 && self.next < reach {
+        if over <= 0.0 && self.next < farthest {
             (self.low, self.f_low) = (self.next, over);
         } else {
             (self.high, self.f_high) = (self.next, over.max(f64::MIN_POSITIVE));
@@ -128,25 +137,27 @@ impl Bracket {
     }
 }
 
-/// A corner of an outline, where one surface's shadow meets another's between the third and the
-/// fourth of six points: on either side the line through the nearer two, bent as the farthest of
-/// the three is from it, nearly. None where that is far from both, or farther out than so many
-/// times the way between those two.
-pub(super) fn corner([a, b, c, d, e, f]: [Rim; 6], times: f64) -> Option<DVec2> {
+/// Finds the corner where the shadow of one surface meets that of another, between the third and
+/// the fourth of six points of an outline.
+///
+/// On either side the shadow's edge is extended by the line through the two nearer points, bent by
+/// the parabola through all three. There is no corner if it lies farther from the points than
+/// twice their distance, or than `times` the distance between the two points of a line.
+pub(super) fn corner([a, b, c, d, e, f]: [RimPoint; 6], times: f64) -> Option<DVec2> {
     let cross = |p: DVec2, along: DVec2, q: DVec2, other: DVec2| {
         let t = (q - p).perp_dot(other) / along.perp_dot(other);
         (t > 0.0).then(|| p + t * along)
     };
     let (along, other) = (c.point - b.point, d.point - e.point);
     let straight = cross(c.point, along, d.point, other)?;
-    let bent = |far: &Rim, next: &Rim, last: &Rim| {
+    let bent = |far: &RimPoint, next: &RimPoint, last: &RimPoint| {
         if far.limit != last.limit || next.limit != last.limit {
             return DVec2::ZERO;
         }
         let step = last.point - next.point;
         let (side, length) = (step.perp().normalize_or_zero(), step.length());
         let out = (straight - last.point).length();
-        // Points need not be evenly spaced: the parabola through all three.
+        // The points need not be evenly spaced.
         let before = (next.point - far.point).dot(step) / length;
         let off = (far.point - next.point).dot(side);
         0.5 * off * out * (out + length) / (before * (before + length)) * side

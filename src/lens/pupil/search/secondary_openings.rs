@@ -1,35 +1,41 @@
-//! Light beside the figure that a film point sees: a beam that is folded inside the lens may come
-//! through in several pieces.
+//! Secondary openings: light that reaches a film point outside the outline of its pupil, because a
+//! beam that is folded inside the lens comes through in several pieces.
 
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::outline::Seen;
-use super::pupil_search::Sight;
+use super::outline::PupilOutline;
+use super::pupil_search::PupilSearch;
 use crate::lens::pupil::polygon::{SIDES, Support};
 use crate::lens::trace::lanes::bundle::Bundle;
 use crate::lens::trace::ray::{LensRay, unit};
 use crate::math::lanes::LANES;
 
-/// Rays that use more than this of the rear surface are not followed: those of the grid next to
-/// light use at most 1 and two strides more, unless they come at a slant.
-const REAR: f64 = 2.0;
-/// Nor are those that use so much of another, and more by the fill of the figure that is seen over
-/// so many strides: light beside is no more than so many times as narrow.
-const MOST: f64 = 2.0;
+/// Rays of a greater fill at the rear surface are not traced further. The rays of the grid next to
+/// an opening have a fill of 1 and two grid steps more at most, unless they are slanting.
+const MOST_AT_REAR: f64 = 2.0;
+/// Nor are rays of a greater fill at another surface: this much, and what the fill at the rim of the
+/// pupil rises by over [`NARROWER`] grid steps. A secondary opening may be that many times as narrow.
+const MOST_AT_OTHERS: f64 = 2.0;
 const NARROWER: f64 = 12.0;
+/// The golden angle as a share of a turn: points at its multiples cover a disc evenly.
+const GOLDEN_ANGLE: f64 = 0.381966;
 
-impl Sight<'_> {
-    /// Aims at which light comes through, or nearly does, outside of the figure that is `seen`,
-    /// with their fill: a beam that is folded inside the lens may come in several pieces. The
-    /// fill is looked at on a grid over all that is in reach, and followed downhill from wherever
-    /// it is less than all around. `slope` is how steeply it rises at the rim of a figure; infinite
-    /// follows every ray to its end.
-    pub fn strays(
+/// A ray, by the film radius it starts at and its aim.
+pub type RadiusAndAim = (f64, DVec2);
+
+impl PupilSearch<'_> {
+    /// Finds aims outside the `outline` of the pupil through which light comes, or nearly comes,
+    /// with their fills.
+    ///
+    /// The fill is measured on a grid over all that is in reach, and followed downhill from every
+    /// local minimum. `slope` is the slope of the fill at the rim of a pupil; with an infinite one
+    /// every ray is traced to its end. `nearly` is the fill up to which an aim is returned.
+    pub fn secondary_openings(
         &self,
         film: DVec3,
-        seen: Option<&Seen>,
+        outline: Option<&PupilOutline>,
         sides: &[DVec2; SIDES],
         slope: f64,
         nearly: f64,
@@ -37,7 +43,7 @@ impl Sight<'_> {
         let mirrored = self.even && film.y == 0.0;
         let side = self.grid * LANES;
         let rows = if mirrored { side / 2 } else { side };
-        let step = self.stride();
+        let step = self.grid_step();
         let place = |i: usize, j: usize| {
             let from = |k: usize| (k as f64 + 0.5) * step;
             let y = if mirrored {
@@ -47,16 +53,17 @@ impl Sight<'_> {
             };
             DVec2::new(from(i) - self.reach, y)
         };
-        let outside = |p: DVec2| seen.is_none_or(|seen| is_outside(p, &seen.support, sides));
+        let outside =
+            |p: DVec2| outline.is_none_or(|outline| is_outside(p, &outline.support, sides));
         let aims = (0..rows * side).map(|k| place(k % side, k / side));
         let aims: Vec<DVec2> = aims.collect();
         let most = match slope.is_finite() {
-            true => [REAR, MOST + NARROWER * slope * step],
+            true => [MOST_AT_REAR, MOST_AT_OTHERS + NARROWER * slope * step],
             false => [f64::INFINITY; 2],
         };
         let fills = self.lens.fills_up_to(most, film, &aims);
         let fill = |i: usize, j: usize, di: usize, dj: usize| {
-            // One more than the step, so that nothing is negative.
+            // The offsets are 0 to 2, so that they are not negative; 1 is the point itself.
             let (i, j) = ((i + di).wrapping_sub(1), (j + dj).wrapping_sub(1));
             match i < side && j < rows {
                 true => fills[j * side + i],
@@ -72,44 +79,51 @@ impl Sight<'_> {
             .filter(|(i, j)| is_lowest(*i, *j) && outside(place(*i, *j)))
             .map(|(i, j)| self.downhill(film, place(i, j), step, nearly, &outside))
             .filter(|(aim, fill)| {
-                // Not the slope to the figure itself.
-                let apart = |seen: &Seen| self.is_behind_a_ridge(film, *aim, *fill, seen);
-                *fill < 1.0 || *fill < nearly && seen.is_none_or(apart)
+                // An aim on the slope of the pupil itself is no opening of its own.
+                let apart =
+                    |outline: &PupilOutline| self.is_behind_a_ridge(film, *aim, *fill, outline);
+                *fill < 1.0 || *fill < nearly && outline.is_none_or(apart)
             })
             .collect()
     }
 
-    /// The distance of the grid's aims.
-    fn stride(&self) -> f64 {
+    /// The distance between neighboring aims of the grid.
+    fn grid_step(&self) -> f64 {
         2.0 * self.reach / (self.grid * LANES) as f64
     }
 
-    /// The least fill of rays near one of a film point at a radius, when the film point moves as
-    /// well, up to `step` at once at first; `point` makes a film point of a radius. Only rays that
-    /// are `outside` count.
+    /// Finds the ray of least fill near a given one, while the film point may move as well, at first
+    /// by up to `step` at once. `film_point` gives the film point of a radius. Only rays that are
+    /// `outside` count.
+    ///
+    /// The best ray of a bundle becomes the center of the next. If that gains less than a
+    /// thousandth of the size of the neighborhood, the neighborhood is shrunk to 0.7 of it.
     pub fn least_around(
         &self,
-        (radius, aim): (f64, DVec2),
+        (radius, aim): RadiusAndAim,
         step: f64,
-        point: &dyn Fn(f64) -> Option<DVec3>,
+        film_point: &dyn Fn(f64) -> Option<DVec3>,
         outside: &dyn Fn(f64, DVec2) -> bool,
-    ) -> ((f64, DVec2), f64) {
+    ) -> (RadiusAndAim, f64) {
         let rear_z = self.lens.length();
         let (mut best, mut least) = ((radius, aim), f64::INFINITY);
         let mut size = 1.0;
         for round in 0..64 {
             let from = best;
             let near = |lane: usize| {
-                // Evenly in a cube: the generalized golden ratios.
+                // Points evenly in a cube, by the generalized golden ratio in three dimensions.
                 let k = (round * LANES + lane) as f64;
                 let at = [0.819_172_513, 0.671_043_607, 0.549_700_478];
                 let [a, b, c] = at.map(|g| size * (2.0 * (0.5 + g * k).fract() - 1.0));
-                (from.0 + step * a, from.1 + self.stride() * DVec2::new(b, c))
+                (
+                    from.0 + step * a,
+                    from.1 + self.grid_step() * DVec2::new(b, c),
+                )
             };
             let mut bundle = Bundle::default();
             for lane in 0..LANES {
                 let (radius, aim) = near(lane);
-                if let Some(origin) = point(radius)
+                if let Some(origin) = film_point(radius)
                     && let Some(direction) = unit(aim.extend(rear_z) - origin)
                     && outside(radius, aim)
                 {
@@ -132,14 +146,21 @@ impl Sight<'_> {
         (best, least)
     }
 
-    /// Whether the fill rises on the straight way from an aim to the figure.
-    fn is_behind_a_ridge(&self, film: DVec3, aim: DVec2, fill: f64, seen: &Seen) -> bool {
+    /// Whether the fill rises somewhere on the straight line from an aim to the center of the pupil.
+    fn is_behind_a_ridge(
+        &self,
+        film: DVec3,
+        aim: DVec2,
+        fill: f64,
+        outline: &PupilOutline,
+    ) -> bool {
         let part = |lane: usize| lane as f64 / (LANES - 1) as f64;
-        let (fills, _) = self.fills(film, |lane| aim.lerp(seen.hint.center, part(lane)));
+        let (fills, _) = self.fills(film, |lane| aim.lerp(outline.guess.center, part(lane)));
         fills.iter().any(|f| !(*f <= fill + 1e-3))
     }
 
-    /// The aim of least fill downhill of one; infinite where that leads into the figure.
+    /// Follows the fill downhill from an aim. The fill comes back as infinite if that leads into the
+    /// pupil.
     fn downhill(
         &self,
         film: DVec3,
@@ -154,7 +175,7 @@ impl Sight<'_> {
             let (center, before) = (best, least);
             let aim = |lane: usize| {
                 let part = lane as f64 / (LANES - 1) as f64;
-                let (sin, cos) = libm::sincos(TAU * 0.381966 * lane as f64);
+                let (sin, cos) = libm::sincos(TAU * GOLDEN_ANGLE * lane as f64);
                 center + radius * part.sqrt() * DVec2::new(cos, sin)
             };
             let (fills, _) = self.fills(film, aim);
@@ -166,7 +187,8 @@ impl Sight<'_> {
             if !outside(best) {
                 return (best, f64::INFINITY);
             }
-            // Each step gains less than the one before.
+            // The neighborhood shrinks by 0.6 a round, and the gain with it: all further rounds
+            // together gain less than three times as much as this one.
             let hopeless = round > 2 && least - 3.0 * (before - least) > nearly;
             if least < 1.0 || hopeless {
                 break;
@@ -177,6 +199,7 @@ impl Sight<'_> {
     }
 }
 
+/// Whether a point lies outside a convex figure.
 pub(crate) fn is_outside(p: DVec2, support: &Support, sides: &[DVec2; SIDES]) -> bool {
     let mut sides = sides.iter().zip(support);
     sides.any(|(side, reach)| p.dot(*side) > *reach)
@@ -199,15 +222,15 @@ mod tests {
             let lens = Lens::named(name).unwrap();
             let focus = lens.focus(crate::lens::FocusMethod::Film, Meters(10.0));
             let film = DVec3::new(1.0, 0.0, focus.unwrap().film_z);
-            let sight = Sight::new(&lens);
+            let search = PupilSearch::new(&lens);
             let place = |i: usize| {
-                0.9 * sight.stride() * (DVec2::new((i % 37) as f64, (i / 37) as f64) - 18.0)
+                0.9 * search.grid_step() * (DVec2::new((i % 37) as f64, (i / 37) as f64) - 18.0)
             };
             // More than go at once, and not a whole number of bundles.
             let aims: Vec<DVec2> = (0..37 * 37).map(place).collect();
             let found = lens.fills_up_to([1.35, most], film, &aims);
             for (aim, found) in aims.iter().zip(&found) {
-                let fill = sight.fill(film, *aim);
+                let fill = search.fill(film, *aim);
                 assert!(
                     *found == fill || found.is_infinite(),
                     "{name} {aim}: {found} {fill}"

@@ -1,12 +1,12 @@
 //! Polynomial aspheres, in all lanes at once.
 
 use super::bundle::Bundle;
-use super::step::{NO_BEND, SLIGHT_BEND, Step, kind_of};
+use super::step::{LaneHit, Step};
 use crate::lens::trace::profile::Profile;
 use crate::math::lanes::{LANES, Lane, fused};
 
-/// The sag of a profile and its slope over the radius, at the squared radii `r2`; `inside` is
-/// not positive beyond the conic: [`Profile::sag`].
+/// The sag of a profile and its slope over the radius at the squared radii `r2`, as [`Profile::sag`].
+/// `inside` is not positive beyond the edge of the conic.
 #[inline(always)]
 fn sags<const FUSED: bool>(
     profile: &Profile,
@@ -45,20 +45,49 @@ fn sags<const FUSED: bool>(
     }
 }
 
-/// Newton's iteration in all lanes at once, until the last has stopped; see `trace`.
+/// Crosses an asphere by Newton's iteration, as [`meet_profile`](crate::lens::trace::meet) does, in all
+/// lanes at once until the last one has stopped.
 #[inline(always)]
 pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
     step: &Step<'_>,
     profile: &Profile,
     b: &mut Bundle,
 ) {
+    let found = newton::<FUSED>(profile, b, start(step, profile, b));
+    let Found {
+        x,
+        y,
+        z,
+        gx,
+        gy,
+        rate,
+        error,
+    } = &found;
+    for i in 0..LANES {
+        let size = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+        let near = error[i] <= 1e-11 * (size.sqrt() + error[i]);
+        let length = (gx[i] * gx[i] + gy[i] * gy[i] + 1.0).sqrt();
+        let cos = step.sign * rate[i] / length;
+        let hit = LaneHit {
+            met: near & (size < f64::INFINITY) & (cos > 0.0),
+            point: [x[i], y[i], z[i]],
+            normal: [gx[i] / length, gy[i] / length, 1.0 / length],
+            cos,
+        };
+        step.cross::<STOPS>(b, i, hit);
+    }
+}
+
+/// The points where the iteration starts: the conic below the polynomial, or the vertex plane where
+/// a ray misses that.
+#[inline(always)]
+fn start(step: &Step<'_>, profile: &Profile, b: &Bundle) -> [Lane; 3] {
     let (c, k, sign) = (profile.c, profile.k, step.sign);
     let (mut qx, mut qy, mut qz) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     for i in 0..LANES {
         let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
         let (px, py, pz) = (b.x[i], b.y[i], b.z[i] + step.shift);
         let along = px * dx + py * dy + pz * dz;
-        // The start: the conic below the polynomial, or the vertex plane where that is missed.
         let (sx, sy, sz) = (px + -along * dx, py + -along * dy, pz + -along * dz);
         let wz = (1.0 + k) * sz;
         let f = c * (sx * sx + sy * sy + wz * sz) - 2.0 * sz;
@@ -77,13 +106,32 @@ pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
         qy[i] = if met { hy } else { py - flat * dy };
         qz[i] = if met { hz } else { pz - flat * dz };
     }
+    [qx, qy, qz]
+}
+
+/// Where rays meet a surface: the points, the first two components of the gradient of the height
+/// there (the third is 1), its rate along the ray, and the height that is left.
+struct Found {
+    x: Lane,
+    y: Lane,
+    z: Lane,
+    gx: Lane,
+    gy: Lane,
+    rate: Lane,
+    error: Lane,
+}
+
+/// Newton's iteration from the points `q`.
+#[inline(always)]
+fn newton<const FUSED: bool>(profile: &Profile, b: &Bundle, q: [Lane; 3]) -> Found {
+    let [mut qx, mut qy, mut qz] = q;
     let mut best = [f64::INFINITY; LANES];
     let mut last = [0.0; LANES];
     let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     let (mut gx, mut gy, mut rate) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     let (mut r2, mut sag, mut slope, mut inside) =
         ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0; LANES]);
-    // 1 while a lane goes on, 0 when it has stopped; a number, so that it stays in vectors.
+    // 1 while a lane iterates, 0 when it has stopped; a number, so that it stays in vectors.
     let mut going: Lane = b.lost.map(|lost| if lost == 0.0 { 1.0 } else { 0.0 });
     for _ in 0..60 {
         for i in 0..LANES {
@@ -111,7 +159,7 @@ pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
             let full = -height / toward;
             let back = 0.5 * last[i];
             let ends = if known {
-                // A few roundings from the surface, or no nearer than before.
+                // Within a few rounding errors of the surface, or no nearer than before.
                 settled | near | !(full.abs() < f64::INFINITY)
             } else {
                 back == 0.0
@@ -130,35 +178,18 @@ pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
             qz[i] += go * b.dz[i];
             going[i] = if on { 1.0 } else { 0.0 };
         }
-        // By bits: a sum of these would have to be made in order.
+        // Bits may be joined in any order, so that vectors can; a sum would have to keep its order.
         if going.iter().fold(0, |all, on| all | on.to_bits()) == 0 {
             break;
         }
     }
-    let (mu, bend, clear) = (step.bend.mu, step.bend.step, step.element.clear);
-    let kind = kind_of(step.bend);
-    for i in 0..LANES {
-        let size = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
-        let near = best[i] <= 1e-11 * (size.sqrt() + best[i]);
-        let length = (gx[i] * gx[i] + gy[i] * gy[i] + 1.0).sqrt();
-        let (nx, ny, nz) = (gx[i] / length, gy[i] / length, 1.0 / length);
-        let cos = sign * rate[i] / length;
-        let met = near & (size < f64::INFINITY) & (cos > 0.0);
-        let r2 = x[i] * x[i] + y[i] * y[i];
-        let k = 1.0 - mu * mu * (1.0 - cos * cos);
-        let turn = match kind {
-            NO_BEND => 0.0,
-            SLIGHT_BEND => sign * bend / (k.sqrt() + mu * cos),
-            _ => sign * (k.sqrt() - mu * cos),
-        };
-        if !STOPS {
-            b.note_fill(i, r2 / clear, step.number);
-        }
-        let code = step.outcome(met, !STOPS | (r2 <= clear), (k >= 0.0) | (kind == NO_BEND));
-        b.lost[i] = if b.lost[i] == 0.0 { code } else { b.lost[i] };
-        b.dx[i] = mu * b.dx[i] + turn * nx;
-        b.dy[i] = mu * b.dy[i] + turn * ny;
-        b.dz[i] = mu * b.dz[i] + turn * nz;
-        (b.x[i], b.y[i], b.z[i]) = (x[i], y[i], z[i]);
+    Found {
+        x,
+        y,
+        z,
+        gx,
+        gy,
+        rate,
+        error: best,
     }
 }

@@ -6,16 +6,16 @@ use super::bundle::{Bundle, EMPTY, Fills};
 use super::follow::{Follow, follow, stretch};
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::Toward;
-use crate::lens::trace::tracer::Course;
+use crate::lens::trace::tracer::Tracer;
 use crate::math::lanes::{LANES, Lane, Lanewise, widely};
 
 impl Lens {
     /// Traces from a film point to points of the rear vertex plane and on, without blocking.
     pub(crate) fn fills(&self, film: DVec3, x: &Lane, y: &Lane) -> Fills {
-        let course = &self.course(Toward::Scene, false);
+        let tracer = &self.tracer(Toward::Scene, false);
         let toward = self.length();
         widely(FromFilm {
-            course,
+            tracer,
             film,
             toward,
             x,
@@ -27,14 +27,14 @@ impl Lens {
     /// met first and at all others; infinite for the others, which are dropped on their way as soon
     /// as that is known.
     pub(crate) fn fills_up_to(&self, most: [f64; 2], film: DVec3, aims: &[DVec2]) -> Vec<f64> {
-        let course = &self.course(Toward::Scene, false);
+        let tracer = &self.tracer(Toward::Scene, false);
         let toward = self.length();
         let mut all = vec![f64::INFINITY; aims.len()];
         // So many at once as stay in the processor's nearest memory.
         const ROOM: usize = 16 * LANES;
         for (aims, fills) in aims.chunks(ROOM).zip(all.chunks_mut(ROOM)) {
             widely(UpTo {
-                course,
+                tracer,
                 film,
                 toward,
                 most,
@@ -47,15 +47,15 @@ impl Lens {
 
     /// Traces a bundle from the film side without blocking; a lane without a ray is lost.
     pub(crate) fn fills_of(&self, bundle: &mut Bundle) -> Lane {
-        let course = &self.course(Toward::Scene, false);
-        widely(Follow { course, bundle });
+        let tracer = &self.tracer(Toward::Scene, false);
+        widely(Follow { tracer, bundle });
         bundle.fills().fill
     }
 }
 
 /// Rays of one film point.
 struct FromFilm<'a> {
-    course: &'a Course<'a>,
+    tracer: &'a Tracer<'a>,
     film: DVec3,
     /// The z of the plane that is aimed at.
     toward: f64,
@@ -70,7 +70,7 @@ impl Lanewise for FromFilm<'_> {
     fn run<const FUSED: bool>(self) -> Fills {
         let mut bundle = Bundle::default();
         aim_at(self.film, self.toward, self.x, self.y, &mut bundle);
-        follow::<false, FUSED>(self.course, &mut bundle);
+        follow::<false, FUSED>(self.tracer, &mut bundle);
         bundle.fills()
     }
 }
@@ -90,7 +90,7 @@ fn aim_at(film: DVec3, toward: f64, x: &Lane, y: &Lane, bundle: &mut Bundle) {
 
 /// Many rays of one film point, of which only those of little fill matter.
 struct UpTo<'a> {
-    course: &'a Course<'a>,
+    tracer: &'a Tracer<'a>,
     film: DVec3,
     toward: f64,
     most: [f64; 2],
@@ -116,7 +116,7 @@ impl Lanewise for UpTo<'_> {
             aim_at(self.film, self.toward, &x, &y, bundle);
             bundle.lost[aims.len()..].fill(EMPTY);
         }
-        let count = self.course.elements.len();
+        let count = self.tracer.elements.len();
         let mut from = 0;
         while from < count {
             // Much is beside the surface that is met first.
@@ -125,7 +125,7 @@ impl Lanewise for UpTo<'_> {
                 _ => (count.min(from + STRETCH), self.most[1]),
             };
             for bundle in &mut bundles {
-                stretch::<false, FUSED>(self.course, bundle, from..to);
+                stretch::<false, FUSED>(self.tracer, bundle, from..to);
                 for i in 0..LANES {
                     let past = (bundle.lost[i] == 0.0) & !(bundle.fill[i] <= most * most);
                     bundle.lost[i] = if past { EMPTY } else { bundle.lost[i] };

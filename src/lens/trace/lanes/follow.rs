@@ -8,17 +8,17 @@ use super::asphere::asphere;
 use super::bundle::Bundle;
 use super::one_by_one::{iris, iris_fill, one_by_one};
 use super::quadric::quadric;
-use super::sphere::{Before, approach, sphere};
+use super::sphere::{SphereTerms, approach, sphere};
 use super::step::{BEND, NO_BEND, SLIGHT_BEND, Step, kind_of};
 use crate::lens::lens::Lens;
 use crate::lens::trace::element::Form;
 use crate::lens::trace::ray::Toward;
-use crate::lens::trace::tracer::Course;
+use crate::lens::trace::tracer::Tracer;
 use crate::math::lanes::{LANES, Lanewise, Width};
 
 impl Lens {
     /// Traces a bundle from the film side into the scene. Rays that get through end on the front
-    /// surface; of the others only [`Bundle::loss`] means anything.
+    /// surface; for the others only [`Bundle::loss`] has a meaning.
     pub fn trace_bundle_from_film(&self, bundle: &mut Bundle) {
         self.trace_bundle(bundle, Toward::Scene, Width::detect());
     }
@@ -30,14 +30,14 @@ impl Lens {
 
     /// Traces with vectors of a given width, for measuring.
     pub fn trace_bundle(&self, bundle: &mut Bundle, toward: Toward, width: Width) {
-        let course = &self.course(toward, true);
-        width.run(Follow { course, bundle });
+        let tracer = &self.tracer(toward, true);
+        width.run(Follow { tracer, bundle });
     }
 }
 
-/// A bundle on its way through a lens.
+/// The work of following a bundle through a lens.
 pub(super) struct Follow<'a, 'b> {
-    pub course: &'a Course<'a>,
+    pub tracer: &'a Tracer<'a>,
     pub bundle: &'b mut Bundle,
 }
 
@@ -46,61 +46,61 @@ impl Lanewise for Follow<'_, '_> {
 
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
-        if self.course.apertures {
-            follow::<true, FUSED>(self.course, self.bundle);
+        if self.tracer.apertures {
+            follow::<true, FUSED>(self.tracer, self.bundle);
         } else {
-            follow::<false, FUSED>(self.course, self.bundle);
+            follow::<false, FUSED>(self.tracer, self.bundle);
         }
     }
 }
 
 #[inline(always)]
 pub(super) fn follow<const STOPS: bool, const FUSED: bool>(
-    course: &Course<'_>,
+    tracer: &Tracer<'_>,
     bundle: &mut Bundle,
 ) {
-    let vertex_z = stretch::<STOPS, FUSED>(course, bundle, 0..course.elements.len());
+    let vertex_z = stretch::<STOPS, FUSED>(tracer, bundle, 0..tracer.elements.len());
     for z in &mut bundle.z {
         *z += vertex_z;
     }
 }
 
-/// Follows rays over some of the surfaces, counted as they are met. Before the first and behind
-/// the last their places are from the last vertex that they met, whose z comes back.
+/// Follows rays over some of the surfaces, which are counted in the order of travel. Between calls
+/// their positions are relative to the vertex that was met last, whose z is returned.
 #[inline(always)]
 pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
-    course: &Course<'_>,
+    tracer: &Tracer<'_>,
     bundle: &mut Bundle,
     surfaces: Range<usize>,
 ) -> f64 {
-    let count = course.elements.len();
-    let sign = if course.toward == Toward::Film {
+    let count = tracer.elements.len();
+    let sign = if tracer.toward == Toward::Film {
         1.0
     } else {
         -1.0
     };
     let mut vertex_z = 0.0;
     let zero = [0.0; LANES];
-    let before = &mut Before {
+    let terms = &mut SphereTerms {
         f: zero,
         g: zero,
         discriminant: zero,
         cos: zero,
     };
     for i in surfaces {
-        let surface = if course.toward == Toward::Film {
+        let surface = if tracer.toward == Toward::Film {
             i
         } else {
             count - 1 - i
         };
-        let element = &course.elements[surface];
+        let element = &tracer.elements[surface];
         vertex_z = element.vertex_z;
-        let shift = match course.toward {
+        let shift = match tracer.toward {
             _ if i == 0 => -vertex_z,
-            Toward::Film => -course.elements[surface - 1].gap,
+            Toward::Film => -tracer.elements[surface - 1].gap,
             Toward::Scene => element.gap,
         };
-        let bend = element.bend(course.toward);
+        let bend = element.bend(tracer.toward);
         let step = Step {
             element,
             number: (surface as u64) << 2,
@@ -110,16 +110,16 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
         };
         match &element.form {
             Form::Sphere => {
-                // From far away a ray is first followed to where it is near the vertex.
+                // A ray from far away is first moved to the point nearest the vertex.
                 if i == 0 || (element.curvature * shift).abs() > 4.0 {
                     approach::<FUSED>(&step, bundle);
                 } else {
                     bundle.z.iter_mut().for_each(|z| *z += shift);
                 }
                 match kind_of(bend) {
-                    NO_BEND => sphere::<NO_BEND, STOPS, FUSED>(&step, bundle, before),
-                    SLIGHT_BEND => sphere::<SLIGHT_BEND, STOPS, FUSED>(&step, bundle, before),
-                    _ => sphere::<BEND, STOPS, FUSED>(&step, bundle, before),
+                    NO_BEND => sphere::<NO_BEND, STOPS, FUSED>(&step, bundle, terms),
+                    SLIGHT_BEND => sphere::<SLIGHT_BEND, STOPS, FUSED>(&step, bundle, terms),
+                    _ => sphere::<BEND, STOPS, FUSED>(&step, bundle, terms),
                 }
             }
             Form::Conic { k } => quadric::<STOPS>(&step, DVec3::new(1.0, 1.0, 1.0 + k), bundle),

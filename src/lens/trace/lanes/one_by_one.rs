@@ -7,7 +7,7 @@ use super::step::Step;
 use crate::lens::trace::refraction::refract;
 use crate::math::lanes::LANES;
 
-/// A hole that is not round, ray by ray.
+/// Blocks rays outside a hole that is not round.
 pub(super) fn iris(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
         if b.lost[i] == 0.0 && !step.element.is_open_at(DVec3::new(b.x[i], b.y[i], b.z[i])) {
@@ -16,7 +16,7 @@ pub(super) fn iris(step: &Step<'_>, b: &mut Bundle) {
     }
 }
 
-/// How much of a hole that is not round each ray uses; every edge is a limit of its own.
+/// Notes the fill of a hole that is not round; every edge is a limit of its own.
 pub(super) fn iris_fill(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
         for (edge, number) in step.element.edges.iter().zip(1u64..) {
@@ -26,7 +26,7 @@ pub(super) fn iris_fill(step: &Step<'_>, b: &mut Bundle) {
     }
 }
 
-/// Toroids, ray by ray.
+/// Crosses a toroid.
 #[inline(always)]
 pub(super) fn one_by_one<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {

@@ -4,8 +4,8 @@ use super::bundle::Bundle;
 use super::step::{NO_BEND, SLIGHT_BEND, Step};
 use crate::math::lanes::{LANES, Lane, fused};
 
-/// Follows rays to where they are nearest to the vertex, so that origins 1e12 mm away are good to
-/// their own rounding. Within a lens they are near enough.
+/// Moves rays to their point nearest the vertex, so that origins 1e12 mm away cost no more than their
+/// own rounding. Within a lens rays are near enough.
 #[inline(always)]
 pub(super) fn approach<const FUSED: bool>(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
@@ -18,25 +18,26 @@ pub(super) fn approach<const FUSED: bool>(step: &Step<'_>, b: &mut Bundle) {
     }
 }
 
-/// What is known of rays before they meet a sphere: the parts of the quadratic equation, and the
-/// cosine of incidence.
-pub(super) struct Before {
+/// The terms of the quadratic equation for where rays meet a sphere, and the cosine of incidence.
+pub(super) struct SphereTerms {
     pub f: Lane,
     pub g: Lane,
     pub discriminant: Lane,
     pub cos: Lane,
 }
 
-/// Spheres and planes, from points counted from the vertex: see [`super::trace::meet_sphere`].
-/// The cosine of incidence is the root of the discriminant, and k that of refraction squared.
+/// Crosses a sphere or a plane, from positions relative to the vertex: see
+/// [`meet_sphere`](crate::lens::trace::meet::meet_sphere). The cosine of incidence is the root of the
+/// discriminant, and k is the square of the cosine of refraction.
 ///
-/// It is three loops, for a ray's roots and quotients wait for each other: in one loop a processor
-/// holds too few rays at once to do others meanwhile (SSE2 and AVX2 take 1.4 times as long).
+/// The work is divided into three loops, for the roots and quotients of one ray wait for each other:
+/// in one loop a processor holds too few rays at once to work on others meanwhile (with SSE2 and AVX2
+/// one loop takes 1.4 times as long).
 #[inline(always)]
 pub(super) fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(
     step: &Step<'_>,
     b: &mut Bundle,
-    before: &mut Before,
+    terms: &mut SphereTerms,
 ) {
     let (c, clear, sign) = (step.element.curvature, step.element.clear, step.sign);
     let (mu, bend) = (step.bend.mu, step.bend.step);
@@ -49,30 +50,30 @@ pub(super) fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(
         let f = fused::<FUSED>(c, square, -2.0 * z);
         let g = fused::<FUSED>(-c, along, dz);
         let discriminant = fused::<FUSED>(g, g, -c * f);
-        (before.f[i], before.g[i]) = (f, g);
-        (before.discriminant[i], before.cos[i]) = (discriminant, discriminant.sqrt());
+        (terms.f[i], terms.g[i]) = (f, g);
+        (terms.discriminant[i], terms.cos[i]) = (discriminant, discriminant.sqrt());
     }
     // Nearly always all rays meet the near side.
-    let signs = before.g.iter().fold(0, |all, g| all | (sign * g).to_bits());
+    let signs = terms.g.iter().fold(0, |all, g| all | (sign * g).to_bits());
     if signs >> 63 == 0 {
-        advance::<true, FUSED>(c, sign, b, before);
+        advance::<true, FUSED>(c, sign, b, terms);
     } else {
-        advance::<false, FUSED>(c, sign, b, before);
+        advance::<false, FUSED>(c, sign, b, terms);
     }
     for i in 0..LANES {
         let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
         let (px, py, pz) = (b.x[i], b.y[i], b.z[i]);
         let r2 = fused::<FUSED>(px, px, py * py);
         let up = fused::<FUSED>(-c, pz, 1.0);
-        // What met nothing is not a number here, or infinite.
+        // A ray that met nothing has a NaN or an infinity here.
         let met = (up > 0.0) & (fused::<FUSED>(pz, pz, r2) < f64::INFINITY);
         if !STOPS {
             b.note_fill(i, r2 / clear, step.number);
         }
         let mut bends = true;
         if KIND != NO_BEND {
-            let cos = before.cos[i];
-            let k = fused::<FUSED>(mu_squared, before.discriminant[i], bend);
+            let cos = terms.cos[i];
+            let k = fused::<FUSED>(mu_squared, terms.discriminant[i], bend);
             let turn = if KIND == SLIGHT_BEND {
                 sign * bend / fused::<FUSED>(mu, cos, k.sqrt())
             } else {
@@ -89,9 +90,14 @@ pub(super) fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(
     }
 }
 
-/// Takes rays to where they meet a sphere: on its near side, or whichever it is.
+/// Moves rays to where they meet a sphere; with `NEAR`, all of them meet its near side.
 #[inline(always)]
-fn advance<const NEAR: bool, const FUSED: bool>(c: f64, sign: f64, b: &mut Bundle, of: &Before) {
+fn advance<const NEAR: bool, const FUSED: bool>(
+    c: f64,
+    sign: f64,
+    b: &mut Bundle,
+    of: &SphereTerms,
+) {
     for i in 0..LANES {
         let (f, g, s) = (of.f[i], of.g[i], sign * of.cos[i]);
         let ahead = NEAR || sign * g >= 0.0;
