@@ -26,7 +26,10 @@ use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::film::{Film, FilmFormat, Glare, Metering, Resolution, Response};
 use crate::geometry::text::Fonts;
 use crate::iv::{Document, Limits};
-use crate::lens::{Coating, Focus, FocusMethod, Iris, Lens, Movements, Reading};
+use crate::lens::glass::D_LINE;
+use crate::lens::{
+    Coating, Focus, FocusMethod, Iris, Lens, Movements, Reading, at_zoom_list, open_prescription,
+};
 use crate::math::{Meters, Mm};
 use crate::picture::{Depth, Picture};
 use crate::pose::{CameraPose, Projection};
@@ -135,28 +138,28 @@ impl LensChoice {
         for file in &self.catalogues {
             reading.glasses.add_file(file)?;
         }
-        let mut lens = Lens::open_as(&self.name, &reading, sink)?;
+        let mut lens = open_prescription(&self.name, &reading, sink)?;
         if let Some(position) = self.zoom_position {
             lens = lens
                 .at_zoom(position)
-                .map_err(|e| crate::lens::at_zoom_list(e, &self.name))?;
+                .map_err(|e| at_zoom_list(e, &self.name))?;
         }
         if let Some(length) = self.efl {
-            lens = lens.scaled_to(length)?;
+            lens = lens.scaled_to(length, D_LINE)?;
         }
         if self.zoom != 1.0 {
             lens = lens.scaled(self.zoom);
         }
         if let Some(n) = self.f_number {
-            lens = lens.at_f_number(n)?;
+            lens = lens.at_f_number(n, D_LINE)?;
         }
         if self.iris != Iris::Round {
-            lens = lens.with_iris(self.iris.clone());
+            lens.iris = self.iris.clone();
         }
         if let Some(coating) = self.coating {
             lens = lens.with_coating(coating);
         }
-        Ok(lens)
+        Ok(Lens::new(lens))
     }
 }
 

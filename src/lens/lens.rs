@@ -10,7 +10,7 @@ use super::surface::{Plane, Surface};
 use super::trace::element::Element;
 use super::trace::ray::{LensRay, Loss, RayPath, Toward};
 use super::trace::tracer::Tracer;
-use crate::diag::{Diagnostic, Result};
+use crate::diag::Result;
 use crate::math::Mm;
 
 /// A prescription made ready for tracing.
@@ -76,59 +76,26 @@ impl Lens {
         Self::at(self.prescription.scaled(factor), self.wavelength_nm)
     }
 
-    /// The same lens at another focal length. An afocal lens has none to scale.
+    /// The same lens at another focal length; see [`Prescription::scaled_to`].
     pub fn scaled_to(&self, efl: Mm) -> Result<Self> {
-        let factor = efl.0 / self.first_order.efl();
-        if !(factor > 0.0 && factor.is_finite()) {
-            return Err(Diagnostic::error(format!(
-                "`{}` has a focal length of {} mm and can't be scaled to {} mm",
-                self.name(),
-                self.first_order.efl(),
-                efl.0
-            ))
-            .with_help("scale by a factor greater than 0 instead"));
-        }
-        Ok(self.scaled(factor))
+        let scaled = self.prescription.scaled_to(efl, self.wavelength_nm)?;
+        Ok(self.with(scaled))
     }
 
-    /// The same lens with its stop closed (or opened) to a semi-diameter in millimeters.
+    /// The same lens with another stop; see [`Prescription::with_stop`].
     pub fn with_stop(&self, semi_diameter: Mm) -> Result<Self> {
-        let Some(stop) = self.first_order.stop else {
-            return Err(
-                Diagnostic::error(format!("`{}` has no stop to close", self.name()))
-                    .with_help("give one of its surfaces an aperture"),
-            );
-        };
-        if !(semi_diameter.0 > 0.0 && semi_diameter.0.is_finite()) {
-            return Err(Diagnostic::error(format!(
-                "a stop can't have a semi-diameter of {} mm",
-                semi_diameter.0
-            ))
-            .with_help("give a length greater than 0"));
-        }
-        let mut prescription = self.prescription.clone();
-        prescription.surfaces[stop].semi_diameter = semi_diameter.0;
-        Ok(Self::at(prescription, self.wavelength_nm))
+        let stopped = self
+            .prescription
+            .with_stop(semi_diameter, self.wavelength_nm)?;
+        Ok(self.with(stopped))
     }
 
-    /// The same lens stopped down to an f-number: focal length over the diameter of the entrance
-    /// pupil. The stop does not open wider than the prescription's.
+    /// The same lens stopped down; see [`Prescription::at_f_number`].
     pub fn at_f_number(&self, f_number: f64) -> Result<Self> {
-        let widest = self.first_order.f_number();
-        let (Some(widest), Some(stop)) = (widest, self.first_order.stop) else {
-            return Err(
-                Diagnostic::error(format!("`{}` has no f-number", self.name()))
-                    .with_help("an afocal lens, or one without apertures, has none"),
-            );
-        };
-        if !(f_number.is_finite() && f_number >= widest * (1.0 - 1e-3)) {
-            return Err(
-                Diagnostic::error(format!("`{}` can't open to f/{f_number}", self.name()))
-                    .with_help(format!("its widest is f/{widest:.2}")),
-            );
-        }
-        let full = self.prescription.surfaces[stop].semi_diameter;
-        self.with_stop(Mm(full * (widest / f_number).min(1.0)))
+        let stopped = self
+            .prescription
+            .at_f_number(f_number, self.wavelength_nm)?;
+        Ok(self.with(stopped))
     }
 
     pub fn first_order(&self) -> &FirstOrder {

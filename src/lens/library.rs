@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::formats::origin;
 use super::formats::read::{self, Reading};
 use super::lens::Lens;
+use super::prescription::Prescription;
 use crate::diag::{Diagnostic, Result, Sink, Source, nearest};
 
 mod shipped {
@@ -25,14 +26,25 @@ impl Lens {
 
     /// The same, with glass catalogues and habits of reading of one's own.
     pub fn open_as(name_or_path: impl AsRef<Path>, how: &Reading, sink: &mut Sink) -> Result<Self> {
-        let source = source(name_or_path.as_ref())?;
-        read::read_with(&source, how, sink).map(Self::new)
+        open_prescription(name_or_path, how, sink).map(Self::new)
     }
 
     /// A shipped lens by name, wherever the program runs.
     pub fn named(name: &str) -> Result<Self> {
         read::read(&shipped_source(name)?, &mut Sink::new()).map(Self::new)
     }
+}
+
+/// Reads a prescription by the name of a shipped lens or by the path of a file.
+///
+/// # Errors
+/// A name or a file that does not exist, and whatever the reader finds wrong.
+pub fn open_prescription(
+    name_or_path: impl AsRef<Path>,
+    how: &Reading,
+    sink: &mut Sink,
+) -> Result<Prescription> {
+    read::read_with(&source(name_or_path.as_ref())?, how, sink)
 }
 
 /// The text of a shipped lens, or of a file.

@@ -32,7 +32,7 @@ pub use analysis::sheet::LensSheet;
 pub use formats::Reading;
 pub use glass::{Catalogue, Coating, Medium};
 pub use lens::Lens;
-pub use library::{at_zoom_list, shipped_names};
+pub use library::{at_zoom_list, open_prescription, shipped_names};
 pub use optics::breathing::Breath;
 pub use optics::chief_ray::Distortion;
 pub use optics::film_place::{FilmPlace, Movements, PlaceFault};

@@ -1,4 +1,4 @@
-//! Where the film goes, or the lens, so that a distance is in focus.
+//! Where the film goes, or the lens, to bring a distance into focus: the paraxial answers.
 //!
 //! Two methods, both from the paper. The film moves and the lens stays with its front vertex at
 //! the eye (the default, and what the 1999 program did): the distance is from the front vertex.
@@ -9,8 +9,6 @@ use thiserror::Error;
 
 use super::first_order::{FirstOrder, Focal};
 use crate::diag::Diagnostic;
-use crate::lens::lens::Lens;
-use crate::math::{Meters, Mm};
 
 /// What moves when the lens is focused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,10 +19,10 @@ pub enum FocusMethod {
     /// The whole lens, by equation 5; distances are from the film.
     Lens,
     /// The focusing group of the prescription; the film stays where infinity has it, and
-    /// distances are from the front vertex. Only [`Lens::focused`] can do it.
+    /// distances are from the front vertex. Only [`Lens::focused`](crate::lens::Lens::focused) can do it.
     Group,
     /// The film, to the least spot of real rays instead of the paraxial image; distances are
-    /// from the front vertex. It needs rays too: [`Lens::focused`].
+    /// from the front vertex. It needs rays too: [`Lens::focused`](crate::lens::Lens::focused).
     Best,
 }
 
@@ -152,34 +150,6 @@ fn meters(length: f64, round: fn(f64) -> f64) -> String {
     )
 }
 
-impl Lens {
-    /// Where the film goes for an object at a distance, see [`FocusMethod`]. A focusing group
-    /// changes the lens itself; [`Self::focused`] gives it too.
-    pub fn focus(&self, method: FocusMethod, distance: Meters) -> Result<Focus, FocusFault> {
-        let distance = Mm::from(distance).0;
-        match method {
-            FocusMethod::Film | FocusMethod::Lens => focus(self.first_order(), method, distance),
-            _ if !(distance > 0.0) => Err(FocusFault::NotADistance),
-            FocusMethod::Best => move_film_to_best(self, distance),
-            FocusMethod::Group => move_group(self, distance).map(|(_, focus)| focus),
-        }
-    }
-
-    /// The lens as it is when focused, and where its film is.
-    pub fn focused(
-        &self,
-        method: FocusMethod,
-        distance: Meters,
-    ) -> Result<(Self, Focus), FocusFault> {
-        match method {
-            FocusMethod::Group if distance.0 > 0.0 => move_group(self, Mm::from(distance).0),
-            _ => self
-                .focus(method, distance)
-                .map(|focus| (self.clone(), focus)),
-        }
-    }
-}
-
 /// Focuses from first-order data alone, moving the film or the whole lens. A method that needs
 /// more than those moves the film.
 pub fn focus(optics: &FirstOrder, method: FocusMethod, distance: f64) -> Result<Focus, FocusFault> {
@@ -264,142 +234,6 @@ fn move_lens(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus,
         magnification: -extension / focal.efl,
         image_distance: focal.efl + extension,
         extension,
-    })
-}
-
-/// Moves the focusing group until the film of infinity is in focus again, and gives the lens
-/// with its gaps changed. The group stays between its neighbours.
-fn move_group(lens: &Lens, distance: f64) -> Result<(Lens, Focus), FocusFault> {
-    let group = lens.prescription().focus_group.ok_or(FocusFault::NoGroup)?;
-    let film = |lens: &Lens, distance| focus(lens.first_order(), FocusMethod::Film, distance);
-    let rest = film(lens, f64::INFINITY)?.film_z;
-    let surfaces = &lens.prescription().surfaces;
-    let focal = lens.first_order().focal.ok_or(FocusFault::Afocal)?;
-    // How far it may go: to its neighbours, and in front or behind by half a focal length.
-    let free = 0.5 * focal.efl.abs();
-    let before = group
-        .first
-        .checked_sub(1)
-        .map_or(free, |i| surfaces[i].thickness);
-    let is_last = group.last + 1 == surfaces.len();
-    let after = if is_last {
-        free.min(focal.bfl)
-    } else {
-        surfaces[group.last].thickness
-    };
-    let moved = |shift: f64| -> Lens {
-        let mut prescription = lens.prescription().clone();
-        if let Some(i) = group.first.checked_sub(1) {
-            prescription.surfaces[i].thickness += shift;
-        }
-        if !is_last {
-            prescription.surfaces[group.last].thickness -= shift;
-        }
-        lens.with(prescription)
-    };
-    // z counts from the front vertex, which goes along if the group is in front.
-    let film_at = |shift: f64| if group.first == 0 { rest - shift } else { rest };
-    let error = |shift: f64, distance: f64| {
-        let there = film(&moved(shift), distance).ok()?;
-        Some(there.film_z - film_at(shift))
-    };
-    let solve = |distance: f64| -> Option<f64> {
-        const STEPS: i32 = 200;
-        let way = |sign: f64, reach: f64| -> Option<f64> {
-            let place = |i: i32| sign * reach * f64::from(i) / f64::from(STEPS);
-            let mut last = error(0.0, distance)?;
-            for i in 1..=STEPS {
-                let next = error(place(i), distance)?;
-                if last == 0.0 || last.signum() != next.signum() {
-                    return bisect(place(i - 1), place(i), |shift| error(shift, distance));
-                }
-                last = next;
-            }
-            None
-        };
-        let (near, far) = (way(1.0, after), way(-1.0, before));
-        [near, far]
-            .into_iter()
-            .flatten()
-            .min_by(|a, b| a.abs().total_cmp(&b.abs()))
-    };
-    if distance.is_finite() {
-        let Some(shift) = solve(distance) else {
-            let works = |d: &f64| solve(*d).is_some();
-            let farther = (1..60).map(|i| distance * libm::pow(1.25, f64::from(i)));
-            let Some(mut near) = farther.into_iter().find(works) else {
-                return Err(FocusFault::TooNear {
-                    nearest: f64::INFINITY,
-                });
-            };
-            let mut too_near = near / 1.25;
-            for _ in 0..20 {
-                let middle = 0.5 * (near + too_near);
-                if works(&middle) {
-                    near = middle
-                } else {
-                    too_near = middle
-                }
-            }
-            return Err(FocusFault::TooNear { nearest: near });
-        };
-        let there = moved(shift);
-        let at = film(&there, distance)?;
-        let focus = Focus {
-            method: FocusMethod::Group,
-            film_z: film_at(shift),
-            extension: -shift,
-            ..at
-        };
-        return Ok((there, focus));
-    }
-    let at = film(lens, distance)?;
-    Ok((
-        lens.clone(),
-        Focus {
-            method: FocusMethod::Group,
-            ..at
-        },
-    ))
-}
-
-/// The root between two places of different sign.
-fn bisect(mut a: f64, mut b: f64, f: impl Fn(f64) -> Option<f64>) -> Option<f64> {
-    let start = f(a)?;
-    if start == 0.0 {
-        return Some(a);
-    }
-    for _ in 0..200 {
-        let middle = 0.5 * (a + b);
-        if middle == a || middle == b {
-            break;
-        }
-        if f(middle)?.signum() == start.signum() {
-            a = middle
-        } else {
-            b = middle
-        }
-    }
-    Some(0.5 * (a + b))
-}
-
-/// Moves the film to the least spot on the axis by real rays.
-fn move_film_to_best(lens: &Lens, distance: f64) -> Result<Focus, FocusFault> {
-    let paraxial = focus(lens.first_order(), FocusMethod::Film, distance)?;
-    let film_z = lens.best_focus(distance).ok_or(FocusFault::NoRays)?;
-    if film_z < lens.length() {
-        return Err(FocusFault::FilmInsideLens {
-            film_z,
-            nearest: None,
-        });
-    }
-    let shift = film_z - paraxial.film_z;
-    Ok(Focus {
-        method: FocusMethod::Best,
-        film_z,
-        image_distance: paraxial.image_distance + shift,
-        extension: paraxial.extension + shift,
-        ..paraxial
     })
 }
 

@@ -1,0 +1,79 @@
+//! Prescriptions with another focal length or another stop.
+
+use super::first_order::FirstOrder;
+use crate::diag::{Diagnostic, Result};
+use crate::lens::prescription::Prescription;
+use crate::lens::surface::Plane;
+use crate::math::Mm;
+
+impl Prescription {
+    /// First-order data in the y plane at a wavelength.
+    fn first_order(&self, wavelength_nm: f64) -> FirstOrder {
+        FirstOrder::of(self, &self.indices(wavelength_nm), Plane::Y)
+    }
+
+    /// Scales the lens to a focal length at a wavelength.
+    ///
+    /// # Errors
+    /// An afocal lens has no focal length to scale.
+    pub fn scaled_to(&self, efl: Mm, wavelength_nm: f64) -> Result<Self> {
+        let old = self.first_order(wavelength_nm).efl();
+        let factor = efl.0 / old;
+        if !(factor > 0.0 && factor.is_finite()) {
+            return Err(Diagnostic::error(format!(
+                "`{}` has a focal length of {old} mm and can't be scaled to {} mm",
+                self.name, efl.0
+            ))
+            .with_help("scale by a factor greater than 0 instead"));
+        }
+        Ok(self.scaled(factor))
+    }
+
+    /// Closes (or opens) the stop to a semi-diameter. Without a marked stop it is the surface that
+    /// limits an axial beam at the wavelength.
+    ///
+    /// # Errors
+    /// A lens without a stop, and a length that is not greater than 0.
+    pub fn with_stop(&self, semi_diameter: Mm, wavelength_nm: f64) -> Result<Self> {
+        let Some(stop) = self.first_order(wavelength_nm).stop else {
+            return Err(
+                Diagnostic::error(format!("`{}` has no stop to close", self.name))
+                    .with_help("give one of its surfaces an aperture"),
+            );
+        };
+        if !(semi_diameter.0 > 0.0 && semi_diameter.0.is_finite()) {
+            return Err(Diagnostic::error(format!(
+                "a stop can't have a semi-diameter of {} mm",
+                semi_diameter.0
+            ))
+            .with_help("give a length greater than 0"));
+        }
+        let mut stopped = self.clone();
+        stopped.surfaces[stop].semi_diameter = semi_diameter.0;
+        Ok(stopped)
+    }
+
+    /// Stops the lens down to an f-number: the focal length over the diameter of the entrance pupil.
+    /// The stop does not open wider than the prescription has it.
+    ///
+    /// # Errors
+    /// A lens without an f-number, and an f-number wider than its widest.
+    pub fn at_f_number(&self, f_number: f64, wavelength_nm: f64) -> Result<Self> {
+        let optics = self.first_order(wavelength_nm);
+        let (Some(widest), Some(stop)) = (optics.f_number(), optics.stop) else {
+            return Err(
+                Diagnostic::error(format!("`{}` has no f-number", self.name))
+                    .with_help("an afocal lens, or one without apertures, has none"),
+            );
+        };
+        if !(f_number.is_finite() && f_number >= widest * (1.0 - 1e-3)) {
+            return Err(
+                Diagnostic::error(format!("`{}` can't open to f/{f_number}", self.name))
+                    .with_help(format!("its widest is f/{widest:.2}")),
+            );
+        }
+        let full = self.surfaces[stop].semi_diameter;
+        let semi_diameter = full * (widest / f_number).min(1.0);
+        self.with_stop(Mm(semi_diameter), wavelength_nm)
+    }
+}

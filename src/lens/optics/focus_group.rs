@@ -1,0 +1,161 @@
+//! Focuses by moving a group of surfaces, as many lenses do.
+
+use super::first_order::FirstOrder;
+use super::focus::{Focus, FocusFault, FocusMethod, focus};
+use crate::lens::lens::Lens;
+use crate::lens::prescription::{FocusGroup, Prescription};
+use crate::lens::surface::Plane;
+
+/// Moves the focusing group until the film of infinity is in focus again, and returns the lens with
+/// its gaps changed. The group stays between its neighbors.
+pub(super) fn move_group(lens: &Lens, distance: f64) -> Result<(Lens, Focus), FocusFault> {
+    let travel = Travel::of(lens)?;
+    if distance.is_infinite() {
+        let at_rest = focus(lens.first_order(), FocusMethod::Film, distance)?;
+        let focus = Focus {
+            method: FocusMethod::Group,
+            ..at_rest
+        };
+        return Ok((lens.clone(), focus));
+    }
+    let Some(shift) = travel.solve(distance) else {
+        return Err(FocusFault::TooNear {
+            nearest: travel.nearest_beyond(distance),
+        });
+    };
+    let moved = lens.with(travel.moved(shift));
+    let focus = Focus {
+        method: FocusMethod::Group,
+        film_z: travel.film_at(shift),
+        extension: -shift,
+        ..focus(moved.first_order(), FocusMethod::Film, distance)?
+    };
+    Ok((moved, focus))
+}
+
+/// The way that a focusing group has.
+struct Travel<'a> {
+    lens: &'a Lens,
+    group: FocusGroup,
+    is_last: bool,
+    /// The z of the film at infinity.
+    rest: f64,
+    /// How far the group may move forward, and backward.
+    before: f64,
+    after: f64,
+}
+
+impl<'a> Travel<'a> {
+    fn of(lens: &'a Lens) -> Result<Self, FocusFault> {
+        let group = lens.prescription().focus_group.ok_or(FocusFault::NoGroup)?;
+        let rest = focus(lens.first_order(), FocusMethod::Film, f64::INFINITY)?.film_z;
+        let surfaces = &lens.prescription().surfaces;
+        let focal = lens.first_order().focal.ok_or(FocusFault::Afocal)?;
+        // Up to its neighbors; where there is none, by half a focal length.
+        let free = 0.5 * focal.efl.abs();
+        let before = group.first.checked_sub(1);
+        let is_last = group.last + 1 == surfaces.len();
+        Ok(Self {
+            lens,
+            group,
+            is_last,
+            rest,
+            before: before.map_or(free, |i| surfaces[i].thickness),
+            after: match is_last {
+                true => free.min(focal.bfl),
+                false => surfaces[group.last].thickness,
+            },
+        })
+    }
+
+    /// The lens with its group moved backward by a distance.
+    fn moved(&self, shift: f64) -> Prescription {
+        let mut prescription = self.lens.prescription().clone();
+        if let Some(i) = self.group.first.checked_sub(1) {
+            prescription.surfaces[i].thickness += shift;
+        }
+        if !self.is_last {
+            prescription.surfaces[self.group.last].thickness -= shift;
+        }
+        prescription
+    }
+
+    /// The z of the film. It counts from the front vertex, which moves with a group in front.
+    fn film_at(&self, shift: f64) -> f64 {
+        if self.group.first == 0 {
+            self.rest - shift
+        } else {
+            self.rest
+        }
+    }
+
+    /// How far the image lies behind the film.
+    fn error(&self, shift: f64, distance: f64) -> Option<f64> {
+        let moved = self.moved(shift);
+        let indices = moved.indices(self.lens.wavelength());
+        let optics = FirstOrder::of(&moved, &indices, Plane::Y);
+        let image = focus(&optics, FocusMethod::Film, distance).ok()?;
+        Some(image.film_z - self.film_at(shift))
+    }
+
+    /// The smaller of the two shifts, backward and forward, that bring a distance into focus.
+    fn solve(&self, distance: f64) -> Option<f64> {
+        let backward = self.solve_along(self.after, distance);
+        let forward = self.solve_along(-self.before, distance);
+        let both = [backward, forward].into_iter().flatten();
+        both.min_by(|a, b| a.abs().total_cmp(&b.abs()))
+    }
+
+    fn solve_along(&self, reach: f64, distance: f64) -> Option<f64> {
+        const STEPS: i32 = 200;
+        let place = |i: i32| reach * f64::from(i) / f64::from(STEPS);
+        let mut last = self.error(0.0, distance)?;
+        for i in 1..=STEPS {
+            let next = self.error(place(i), distance)?;
+            if last == 0.0 || last.signum() != next.signum() {
+                return bisect(place(i - 1), place(i), |shift| self.error(shift, distance));
+            }
+            last = next;
+        }
+        None
+    }
+
+    /// The nearest distance beyond one that the group can focus; infinite if there is none.
+    fn nearest_beyond(&self, distance: f64) -> f64 {
+        let works = |d: &f64| self.solve(*d).is_some();
+        let mut farther = (1..60).map(|i| distance * libm::pow(1.25, f64::from(i)));
+        let Some(mut near) = farther.find(works) else {
+            return f64::INFINITY;
+        };
+        let mut too_near = near / 1.25;
+        for _ in 0..20 {
+            let middle = 0.5 * (near + too_near);
+            if works(&middle) {
+                near = middle
+            } else {
+                too_near = middle
+            }
+        }
+        near
+    }
+}
+
+/// The root between two positions at which the signs differ.
+fn bisect(mut a: f64, mut b: f64, f: impl Fn(f64) -> Option<f64>) -> Option<f64> {
+    let start = f(a)?;
+    if start == 0.0 {
+        return Some(a);
+    }
+    for _ in 0..200 {
+        let middle = 0.5 * (a + b);
+        if middle == a || middle == b {
+            break;
+        }
+        if f(middle)?.signum() == start.signum() {
+            a = middle
+        } else {
+            b = middle
+        }
+    }
+    Some(0.5 * (a + b))
+}

@@ -1,0 +1,54 @@
+//! Focuses a lens by any method.
+
+use super::focus::{Focus, FocusFault, FocusMethod, focus};
+use super::focus_group::move_group;
+use crate::lens::lens::Lens;
+use crate::math::{Meters, Mm};
+
+impl Lens {
+    /// Where the film goes for an object at a distance, see [`FocusMethod`]. A focusing group
+    /// changes the lens itself; [`Self::focused`] gives it too.
+    pub fn focus(&self, method: FocusMethod, distance: Meters) -> Result<Focus, FocusFault> {
+        let distance = Mm::from(distance).0;
+        match method {
+            FocusMethod::Film | FocusMethod::Lens => focus(self.first_order(), method, distance),
+            _ if !(distance > 0.0) => Err(FocusFault::NotADistance),
+            FocusMethod::Best => move_film_to_best(self, distance),
+            FocusMethod::Group => move_group(self, distance).map(|(_, focus)| focus),
+        }
+    }
+
+    /// The lens as it is when focused, and where its film is.
+    pub fn focused(
+        &self,
+        method: FocusMethod,
+        distance: Meters,
+    ) -> Result<(Self, Focus), FocusFault> {
+        match method {
+            FocusMethod::Group if distance.0 > 0.0 => move_group(self, Mm::from(distance).0),
+            _ => self
+                .focus(method, distance)
+                .map(|focus| (self.clone(), focus)),
+        }
+    }
+}
+
+/// Moves the film to the least spot on the axis, by real rays.
+fn move_film_to_best(lens: &Lens, distance: f64) -> Result<Focus, FocusFault> {
+    let paraxial = focus(lens.first_order(), FocusMethod::Film, distance)?;
+    let film_z = lens.best_focus(distance).ok_or(FocusFault::NoRays)?;
+    if film_z < lens.length() {
+        return Err(FocusFault::FilmInsideLens {
+            film_z,
+            nearest: None,
+        });
+    }
+    let shift = film_z - paraxial.film_z;
+    Ok(Focus {
+        method: FocusMethod::Best,
+        film_z,
+        image_distance: paraxial.image_distance + shift,
+        extension: paraxial.extension + shift,
+        ..paraxial
+    })
+}
