@@ -191,7 +191,7 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         super::sheet::save_sheet(&lens, file)?;
     }
     if let [.., Some(file)] = files {
-        super::psf::save(&lens, focus.as_ref(), file)?;
+        super::sheet::save_point_spreads(&lens, focus.as_ref(), file)?;
     }
     if files.iter().any(Option::is_some) && !matches.get_flag("json") {
         return Ok(0);

@@ -21,7 +21,6 @@ pub mod fit;
 pub mod flags;
 pub mod lens;
 pub mod nodes;
-pub mod psf;
 pub mod pull_focus;
 pub mod render;
 pub mod sheet;

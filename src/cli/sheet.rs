@@ -7,11 +7,11 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::diag::{Diagnostic, Result};
-use crate::diagram::{LensDiagram, SectionOptions, html_page, svg_page};
+use crate::diagram::{LensDiagram, SectionOptions, html_page, point_spreads, svg_page};
 use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::formats::write::{Target, write};
-use crate::lens::{About, Lens, Prescription, Shape, shipped_names};
-use crate::picture::write_whole;
+use crate::lens::{About, Focus, Lens, Prescription, Shape, shipped_names};
+use crate::picture::{Depth, PictureFormat, write_whole};
 
 /// A line of the list of lenses.
 #[derive(Serialize)]
@@ -329,6 +329,13 @@ pub fn save_sheet(lens: &Lens, file: &str) -> Result<()> {
         _ => return Err(unknown("--sheet", file, ".html or .svg")),
     };
     save(path, &page(lens, LensSheet::of(lens).as_ref()))
+}
+
+/// Writes the images of points, as a picture.
+pub fn save_point_spreads(lens: &Lens, focus: Option<&Focus>, file: &str) -> Result<()> {
+    let path = Path::new(file);
+    let picture = point_spreads(lens, focus, PictureFormat::of(path)?)?;
+    picture.save(path, Depth::Eight)
 }
 
 fn ending(path: &Path) -> String {

@@ -1,13 +1,14 @@
 //! Small charts of curves: thin axes, few ticks, no frame.
 
-use super::{Anchor, Drawing, Ink, round_number, tidy};
+use super::drawing::{Anchor, Drawing, Ink};
+use super::numbers::{round_number, tidy};
 
 /// A curve of a chart.
 pub struct Series {
     pub points: Vec<[f64; 2]>,
     pub ink: Ink,
     pub dashed: bool,
-    /// What the legend says; nothing where the curve needs no name.
+    /// The name in the legend; empty for a curve that needs none.
     pub name: String,
 }
 
@@ -35,7 +36,7 @@ pub struct Chart {
     pub x_label: String,
     pub y_label: String,
     pub series: Vec<Series>,
-    /// The least the y axis spans; curves beyond it stretch it.
+    /// The least span of the y axis; curves beyond it extend it.
     pub y_span: (f64, f64),
     pub x_span: Option<(f64, f64)>,
 }
@@ -72,12 +73,7 @@ impl Chart {
             let is_zero = value.abs() < 1e-9 * y_step;
             let ink = if is_zero { Ink::Plane } else { Ink::Faint };
             if is_zero {
-                drawing.items.push(super::Item::Path {
-                    points: vec![[LEFT, y], [right, y]],
-                    closed: false,
-                    ink: Ink::Faint,
-                    dashed: false,
-                });
+                drawing.line([LEFT, y], [right, y], Ink::Faint);
             }
             drawing.line([LEFT, y], [right, y], ink);
             drawing.note([LEFT - 6.0, y + 3.2], Anchor::End, 9.0, tidy(value, y_step));
@@ -96,12 +92,7 @@ impl Chart {
                 .filter(|p| p.iter().all(|v| v.is_finite()));
             let points: Vec<[f64; 2]> = inside.map(|p| place(*p)).collect();
             if points.len() > 1 {
-                drawing.items.push(super::Item::Path {
-                    points,
-                    closed: false,
-                    ink: series.ink,
-                    dashed: series.dashed,
-                });
+                drawing.curve(points, series.ink, series.dashed);
             }
         }
         drawing
@@ -122,19 +113,14 @@ impl Chart {
         }
     }
 
-    /// Names with a piece of their line, from the right.
+    /// Draws the names with a piece of their line, from the right.
     fn legend(&self, drawing: &mut Drawing, width: f64) {
         let mut x = width - RIGHT;
         for series in self.series.iter().rev().filter(|s| !s.name.is_empty()) {
             let length = 4.9 * series.name.chars().count() as f64;
             drawing.note([x, 26.0], Anchor::End, 9.0, &*series.name);
             let (from, to) = ([x - length - 18.0, 23.0], [x - length - 5.0, 23.0]);
-            drawing.items.push(super::Item::Path {
-                points: vec![from, to],
-                closed: false,
-                ink: series.ink,
-                dashed: series.dashed,
-            });
+            drawing.curve(vec![from, to], series.ink, series.dashed);
             x -= length + 28.0;
         }
     }

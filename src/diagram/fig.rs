@@ -1,16 +1,16 @@
 //! A drawing in the format of xfig 3.2, which `fig2dev` reads.
 //!
 //! Lengths are in xfig's 1200 units an inch; the drawing is made 25 cm wide. Lettering is
-//! Helvetica and Times; letters that PostScript's Latin encoding has not are spelled plainly.
+//! Helvetica and Times; letters that PostScript's Latin encoding lacks are replaced by plain ones.
 
 use std::fmt::Write as _;
 
-use super::{Anchor, Drawing, Ink, Item};
+use super::drawing::{Anchor, Drawing, Ink, Lettering, Output, Path, Text};
 
 /// Width of the drawing in xfig units: 25 cm.
 const WIDTH: f64 = 25.0 / 2.54 * 1200.0;
 
-/// Colours of our own, numbered from 32 in the file.
+/// The drawing's own colors, numbered from 32 in the file.
 const COLORS: [&str; 12] = [
     "#1c2227", "#9aa5ad", "#40566b", "#e9f2f8", "#dbe8f1", "#cbdbe6", "#b8ccda", "#0072b2",
     "#009e73", "#d55e00", "#a0528e", "#68737c",
@@ -22,7 +22,7 @@ const GLASS: usize = 35;
 const RAYS: usize = 39;
 const SOFT: usize = 43;
 
-/// Line style, thickness in 1/80 inch, pen colour, fill colour, depth.
+/// Line style, thickness in 1/80 inch, pen color, fill color, depth.
 struct Look {
     style: i32,
     thickness: i32,
@@ -31,17 +31,18 @@ struct Look {
     depth: u32,
 }
 
-pub fn write(drawing: &Drawing) -> String {
-    let mut text =
-        String::from("#FIG 3.2\nLandscape\nCenter\nMetric\nA4\n100.00\nSingle\n-2\n1200 2\n");
-    for (i, color) in COLORS.iter().enumerate() {
-        let _ = writeln!(text, "0 {} {color}", 32 + i);
+impl Drawing {
+    pub fn to_fig(&self) -> String {
+        let mut text =
+            String::from("#FIG 3.2\nLandscape\nCenter\nMetric\nA4\n100.00\nSingle\n-2\n1200 2\n");
+        for (i, color) in COLORS.iter().enumerate() {
+            let _ = writeln!(text, "0 {} {color}", 32 + i);
+        }
+        let scale = WIDTH / self.width.max(1.0);
+        let mut fig = Fig { text, scale };
+        self.draw(&mut fig);
+        fig.text
     }
-    let scale = WIDTH / drawing.width.max(1.0);
-    for item in &drawing.items {
-        put(&mut text, item, scale);
-    }
-    text
 }
 
 fn look(ink: Ink, dashed: bool) -> Look {
@@ -79,120 +80,105 @@ fn look(ink: Ink, dashed: bool) -> Look {
     }
 }
 
-fn put(text: &mut String, item: &Item, scale: f64) {
-    let place = |[x, y]: [f64; 2]| ((x * scale).round() as i64, (y * scale).round() as i64);
-    match item {
-        Item::Path {
-            points,
-            closed,
-            ink,
-            dashed,
-        } => {
-            let look = look(*ink, *dashed);
-            polyline(text, &look, points.iter().map(|p| place(*p)), *closed);
+/// The text of a file, as far as it is written.
+struct Fig {
+    text: String,
+    scale: f64,
+}
+
+impl Fig {
+    fn place(&self, at: [f64; 2]) -> [i64; 2] {
+        at.map(|v| (v * self.scale).round() as i64)
+    }
+
+    fn polyline(&mut self, look: &Look, points: &[[f64; 2]], closed: bool) {
+        let mut points: Vec<[i64; 2]> = points.iter().map(|p| self.place(*p)).collect();
+        if closed && let Some(first) = points.first() {
+            points.push(*first);
         }
-        Item::Dot { at, radius, ink } => {
-            let look = look(*ink, false);
-            let ((x, y), r) = (place(*at), (radius * scale).round().max(1.0) as i64);
-            let _ = writeln!(
-                text,
-                "1 3 0 1 {pen} {pen} {} -1 20 0.000 1 0.0000 {x} {y} {r} {r} {x} {y} {} {y}",
-                look.depth,
-                x + r,
-                pen = look.pen
-            );
-        }
-        Item::Dots {
-            places,
-            radius,
-            ink,
-        } => {
-            for at in places {
-                let dot = Item::Dot {
-                    at: *at,
-                    radius: *radius,
-                    ink: *ink,
-                };
-                put(text, &dot, scale);
-            }
-        }
-        Item::Cross {
-            at: [x, y],
-            size,
-            ink,
-        } => {
-            let look = Look {
-                style: 0,
-                ..look(*ink, false)
-            };
-            for s in [-1.0, 1.0] {
-                let ends = [[x - size, y - s * size], [x + size, y + s * size]];
-                polyline(text, &look, ends.into_iter().map(place), false);
-            }
-        }
-        Item::Text {
-            at,
-            anchor,
-            size,
-            italic,
-            bold,
-            ink,
-            text: words,
-        } => {
-            let (x, y) = place(*at);
-            let just = match anchor {
-                Anchor::Start => 0,
-                Anchor::Middle => 1,
-                Anchor::End => 2,
-            };
-            let font = match (italic, bold) {
-                (true, _) => 1,
-                (false, true) => 18,
-                (false, false) => 16,
-            };
-            // Points at 1/72 inch; the size is in the drawing's units.
-            let points = (size * scale / 1200.0 * 72.0).round().max(4.0);
-            let pen = look(*ink, false).pen;
-            let _ = writeln!(
-                text,
-                "4 {just} {pen} 35 -1 {font} {points} 0.0000 4 {:.0} {:.0} {x} {y} {}\\001",
-                points / 72.0 * 1200.0,
-                points / 72.0 * 600.0 * words.chars().count() as f64,
-                plain(words)
-            );
+        let kind = if closed { 3 } else { 1 };
+        let (fill, area) = look.fill.map_or((7, -1), |fill| (fill as i64, 20));
+        let gap = if look.style == 0 { 0.0 } else { 3.0 };
+        let _ = writeln!(
+            self.text,
+            "2 {kind} {} {} {} {fill} {} -1 {area} {gap:.3} 1 1 -1 0 0 {}",
+            look.style,
+            look.thickness,
+            look.pen,
+            look.depth,
+            points.len()
+        );
+        for chunk in points.chunks(8) {
+            let words: Vec<String> = chunk.iter().map(|[x, y]| format!("{x} {y}")).collect();
+            let _ = writeln!(self.text, "\t {}", words.join(" "));
         }
     }
 }
 
-fn polyline(
-    text: &mut String,
-    look: &Look,
-    points: impl Iterator<Item = (i64, i64)>,
-    closed: bool,
-) {
-    let mut points: Vec<(i64, i64)> = points.collect();
-    if closed && let Some(first) = points.first() {
-        points.push(*first);
+impl Output for Fig {
+    fn path(&mut self, path: &Path) {
+        let look = look(path.ink, path.dashed);
+        self.polyline(&look, &path.points, path.closed);
     }
-    let kind = if closed { 3 } else { 1 };
-    let (fill, area) = look.fill.map_or((7, -1), |fill| (fill as i64, 20));
-    let gap = if look.style == 0 { 0.0 } else { 3.0 };
-    let _ = writeln!(
-        text,
-        "2 {kind} {} {} {} {fill} {} -1 {area} {gap:.3} 1 1 -1 0 0 {}",
-        look.style,
-        look.thickness,
-        look.pen,
-        look.depth,
-        points.len()
-    );
-    for chunk in points.chunks(8) {
-        let words: Vec<String> = chunk.iter().map(|(x, y)| format!("{x} {y}")).collect();
-        let _ = writeln!(text, "\t {}", words.join(" "));
+
+    fn dot(&mut self, at: [f64; 2], radius: f64, ink: Ink) {
+        let look = look(ink, false);
+        let ([x, y], r) = (
+            self.place(at),
+            (radius * self.scale).round().max(1.0) as i64,
+        );
+        let _ = writeln!(
+            self.text,
+            "1 3 0 1 {pen} {pen} {} -1 20 0.000 1 0.0000 {x} {y} {r} {r} {x} {y} {} {y}",
+            look.depth,
+            x + r,
+            pen = look.pen
+        );
+    }
+
+    fn dots(&mut self, places: &[[f64; 2]], radius: f64, ink: Ink) {
+        for at in places {
+            self.dot(*at, radius, ink);
+        }
+    }
+
+    fn cross(&mut self, [x, y]: [f64; 2], size: f64, ink: Ink) {
+        let look = Look {
+            style: 0,
+            ..look(ink, false)
+        };
+        for s in [-1.0, 1.0] {
+            let ends = [[x - size, y - s * size], [x + size, y + s * size]];
+            self.polyline(&look, &ends, false);
+        }
+    }
+
+    fn text(&mut self, text: &Text) {
+        let [x, y] = self.place(text.at);
+        let anchor = match text.anchor {
+            Anchor::Start => 0,
+            Anchor::Middle => 1,
+            Anchor::End => 2,
+        };
+        let font = match text.lettering {
+            Lettering::Italic => 1,
+            Lettering::Bold => 18,
+            Lettering::Plain => 16,
+        };
+        // Points of 1/72 inch; the size is in the drawing's units.
+        let points = (text.size * self.scale / 1200.0 * 72.0).round().max(4.0);
+        let pen = look(text.ink, false).pen;
+        let _ = writeln!(
+            self.text,
+            "4 {anchor} {pen} 35 -1 {font} {points} 0.0000 4 {:.0} {:.0} {x} {y} {}\\001",
+            points / 72.0 * 1200.0,
+            points / 72.0 * 600.0 * text.words.chars().count() as f64,
+            plain(&text.words)
+        );
     }
 }
 
-/// xfig's strings are Latin-1, with other bytes as octal escapes.
+/// A text in xfig's Latin-1, with octal escapes.
 fn plain(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {

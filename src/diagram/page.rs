@@ -1,11 +1,12 @@
 //! The data sheet of a lens on one page.
 
-use crate::lens::analysis::sheet::{LensSheet, Modulation, PointImage};
+use crate::lens::analysis::sheet::{FieldRow, LensSheet, Modulation, PointImage, Zone};
 use crate::lens::{About, Lens, Shape, Surface};
 
 use super::chart::{Chart, Series};
+use super::drawing::{Anchor, Drawing, Ink, Item};
+use super::numbers::{round_number, tidy};
 use super::section::{LensDiagram, SectionOptions};
-use super::{Anchor, Drawing, Ink, Item, tidy};
 
 const WIDTH: f64 = 1040.0;
 const MARGIN: f64 = 44.0;
@@ -306,10 +307,7 @@ fn charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
 }
 
 /// A curve over the height on the film.
-fn over_height(
-    sheet: &LensSheet,
-    value: impl Fn(&crate::lens::analysis::sheet::FieldRow) -> Option<f64>,
-) -> Vec<[f64; 2]> {
+fn over_height(sheet: &LensSheet, value: impl Fn(&FieldRow) -> Option<f64>) -> Vec<[f64; 2]> {
     let rows = sheet.fields.iter();
     rows.filter_map(|row| Some([row.height, value(row)?]))
         .collect()
@@ -380,7 +378,7 @@ fn lateral(sheet: &LensSheet) -> Chart {
 }
 
 fn spherical(sheet: &LensSheet) -> Chart {
-    let curve = |value: fn(&crate::lens::analysis::sheet::Zone) -> Option<f64>| -> Vec<[f64; 2]> {
+    let curve = |value: fn(&Zone) -> Option<f64>| -> Vec<[f64; 2]> {
         let zones = sheet.spherical.iter();
         zones
             .filter_map(|zone| Some([zone.pupil, value(zone)?]))
@@ -508,7 +506,7 @@ fn middle(outline: &[[f64; 2]]) -> [f64; 2] {
 
 fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
     let largest = sheet.points.iter().map(|p| p.rms).fold(1e-6, f64::max);
-    let half = super::round_number(2.2 * largest);
+    let half = round_number(2.2 * largest);
     let lines = if sheet.dispersive {
         "; F blue, d green, C red"
     } else {

@@ -7,7 +7,8 @@ use glam::{DVec2, DVec3};
 
 use crate::lens::{Lens, LensRay, Prescription, RayPath, Surface, Toward};
 
-use super::{Anchor, Drawing, Ink, round_number, tidy};
+use super::drawing::{Anchor, Drawing, Ink, Item};
+use super::numbers::{round_number, tidy};
 
 /// What a section shows.
 #[derive(Clone, Debug)]
@@ -329,7 +330,7 @@ impl LensDiagram {
                 drawing.path(points, stroke.ink);
             }
             if let (true, Some(at)) = (stroke.ends_lost, end) {
-                drawing.items.push(super::Item::Cross {
+                drawing.items.push(Item::Cross {
                     at,
                     size: 2.2,
                     ink: stroke.ink,
@@ -339,7 +340,7 @@ impl LensDiagram {
         for sign in &self.signs {
             let [x, y] = place(&sign.at);
             if sign.dot {
-                drawing.items.push(super::Item::Dot {
+                drawing.items.push(Item::Dot {
                     at: [x, y],
                     radius: 2.0,
                     ink: Ink::Mark,

@@ -1,10 +1,10 @@
-//! A drawing as SVG: thin lines, one style sheet, colours for light and dark pages.
+//! Writes a drawing as SVG, with one style sheet and colors for light and dark pages.
 
 use std::fmt::Write as _;
 
-use super::{Anchor, Drawing, Ink, Item};
+use super::drawing::{Anchor, Drawing, Ink, Lettering, Output, Path, Text};
 
-/// Colours are chosen to be told apart by eyes that confuse red and green (after Okabe and Ito).
+/// The colors can be told apart by people who confuse red and green (after Okabe and Ito).
 const STYLE: &str = "
 text{font-family:'Helvetica Neue',Helvetica,Arial,'Liberation Sans','DejaVu Sans',sans-serif;fill:#1c2227}
 text.f{fill:#68737c}
@@ -41,119 +41,93 @@ circle.c1{fill:#56b4e9}circle.c2{fill:#f28a3c}circle.c3{fill:#2fc79a}circle.c4{f
 }
 ";
 
-pub fn write(drawing: &Drawing) -> String {
-    let (w, h) = (drawing.width, drawing.height);
-    let mut text = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" \
-         height=\"{1}\">\n<style>{STYLE}</style>\n<rect class=\"bg\" width=\"{0}\" height=\"{1}\"/>\n",
-        short(w),
-        short(h)
-    );
-    for item in &drawing.items {
-        put(&mut text, item);
+impl Drawing {
+    pub fn to_svg(&self) -> String {
+        let (w, h) = (short(self.width), short(self.height));
+        let mut svg = Svg(format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" \
+             height=\"{h}\">\n<style>{STYLE}</style>\n<rect class=\"bg\" width=\"{w}\" height=\"{h}\"/>\n",
+        ));
+        self.draw(&mut svg);
+        svg.0 + "</svg>\n"
     }
-    text += "</svg>\n";
-    text
 }
 
-fn put(text: &mut String, item: &Item) {
-    match item {
-        Item::Path {
-            points,
-            closed,
-            ink,
-            dashed,
-        } => {
-            let mut d = String::new();
-            for (i, [x, y]) in points.iter().enumerate() {
-                let _ = write!(
-                    d,
-                    "{}{} {}",
-                    if i == 0 { "M" } else { "L" },
-                    short(*x),
-                    short(*y)
-                );
-            }
-            let end = if *closed { "Z" } else { "" };
-            let dash = if *dashed { " d" } else { "" };
-            let _ = writeln!(
-                text,
-                "<path class=\"{}{dash}\" d=\"{d}{end}\"/>",
-                class(*ink)
-            );
+/// The text of a file, as far as it is written.
+struct Svg(String);
+
+impl Svg {
+    fn element(&mut self, element: std::fmt::Arguments<'_>) {
+        let _ = self.0.write_fmt(element);
+        self.0.push('\n');
+    }
+}
+
+impl Output for Svg {
+    fn path(&mut self, path: &Path) {
+        let mut d = String::new();
+        for (i, [x, y]) in path.points.iter().enumerate() {
+            let letter = if i == 0 { "M" } else { "L" };
+            let _ = write!(d, "{letter}{} {}", short(*x), short(*y));
         }
-        Item::Dot {
-            at: [x, y],
-            radius,
-            ink,
-        } => {
-            let (x, y, r) = (short(*x), short(*y), short(*radius));
-            let _ = writeln!(
-                text,
-                "<circle class=\"{}\" cx=\"{x}\" cy=\"{y}\" r=\"{r}\"/>",
-                class(*ink)
-            );
-        }
-        Item::Dots {
-            places,
-            radius,
-            ink,
-        } => {
-            // Strokes of no length with round ends.
-            let dot = |[x, y]: &[f64; 2]| format!("M{} {}h0", short(*x), short(*y));
-            let d: String = places.iter().map(dot).collect();
-            let class = class(*ink);
-            let width = short(2.0 * radius);
-            let _ = writeln!(
-                text,
-                "<path class=\"{class}\" style=\"stroke-width:{width}\" d=\"{d}\"/>"
-            );
-        }
-        Item::Cross {
-            at: [x, y],
-            size,
-            ink,
-        } => {
-            let d = [(-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)]
-                .map(|(a, b)| format!("{} {}", short(x + a * size), short(y + b * size)));
-            let class = class(*ink).replace('l', "r");
-            let _ = writeln!(
-                text,
-                "<path class=\"{class}\" d=\"M{}L{}M{}L{}\"/>",
-                d[0], d[1], d[2], d[3]
-            );
-        }
-        Item::Text {
-            at: [x, y],
-            anchor,
-            size,
-            italic,
-            bold,
-            ink,
-            text: words,
-        } => {
-            let anchor = match anchor {
-                Anchor::Start => "",
-                Anchor::Middle => " text-anchor=\"middle\"",
-                Anchor::End => " text-anchor=\"end\"",
-            };
-            let mut classes = Vec::new();
-            classes.extend((*ink == Ink::Faint).then_some("f"));
-            classes.extend(italic.then_some("i"));
-            classes.extend(bold.then_some("b"));
-            let class = match classes.join(" ") {
-                none if none.is_empty() => none,
-                some => format!(" class=\"{some}\""),
-            };
-            let _ = writeln!(
-                text,
-                "<text x=\"{}\" y=\"{}\" font-size=\"{}\"{anchor}{class}>{}</text>",
-                short(*x),
-                short(*y),
-                short(*size),
-                escaped(words)
-            );
-        }
+        let end = if path.closed { "Z" } else { "" };
+        let dash = if path.dashed { " d" } else { "" };
+        let class = class(path.ink);
+        self.element(format_args!(
+            "<path class=\"{class}{dash}\" d=\"{d}{end}\"/>"
+        ));
+    }
+
+    fn dot(&mut self, [x, y]: [f64; 2], radius: f64, ink: Ink) {
+        let (x, y, r) = (short(x), short(y), short(radius));
+        let class = class(ink);
+        self.element(format_args!(
+            "<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{r}\"/>"
+        ));
+    }
+
+    fn dots(&mut self, places: &[[f64; 2]], radius: f64, ink: Ink) {
+        // Strokes of no length with round ends.
+        let dot = |[x, y]: &[f64; 2]| format!("M{} {}h0", short(*x), short(*y));
+        let d: String = places.iter().map(dot).collect();
+        let (class, width) = (class(ink), short(2.0 * radius));
+        self.element(format_args!(
+            "<path class=\"{class}\" style=\"stroke-width:{width}\" d=\"{d}\"/>"
+        ));
+    }
+
+    fn cross(&mut self, [x, y]: [f64; 2], size: f64, ink: Ink) {
+        let [a, b, c, d] = [(-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)]
+            .map(|(a, b)| format!("{} {}", short(x + a * size), short(y + b * size)));
+        // A cross looks like a ray that is not lost.
+        let class = class(ink).replace('l', "r");
+        self.element(format_args!(
+            "<path class=\"{class}\" d=\"M{a}L{b}M{c}L{d}\"/>"
+        ));
+    }
+
+    fn text(&mut self, text: &Text) {
+        let anchor = match text.anchor {
+            Anchor::Start => "",
+            Anchor::Middle => " text-anchor=\"middle\"",
+            Anchor::End => " text-anchor=\"end\"",
+        };
+        let faint = (text.ink == Ink::Faint).then_some("f");
+        let set = match text.lettering {
+            Lettering::Plain => None,
+            Lettering::Italic => Some("i"),
+            Lettering::Bold => Some("b"),
+        };
+        let classes: Vec<&str> = faint.into_iter().chain(set).collect();
+        let class = match classes.is_empty() {
+            true => String::new(),
+            false => format!(" class=\"{}\"", classes.join(" ")),
+        };
+        let ([x, y], size) = (text.at.map(short), short(text.size));
+        let words = escaped(&text.words);
+        self.element(format_args!(
+            "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{class}>{words}</text>"
+        ));
     }
 }
 
@@ -173,7 +147,7 @@ fn class(ink: Ink) -> String {
     }
 }
 
-/// Two places are a hundredth of a pixel.
+/// A number with two decimals, a hundredth of a pixel, without trailing zeros.
 fn short(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

@@ -23,9 +23,7 @@ impl Entry {
         let about = About::of(lens.prescription());
         let mut section = LensDiagram::of(&lens, thumbnail()).drawing();
         // No letters at this size.
-        section
-            .items
-            .retain(|item| !matches!(item, Item::Text { .. }));
+        section.items.retain(|item| !matches!(item, Item::Text(_)));
         Some(Self {
             name,
             title: about.title.unwrap_or_else(|| name.to_owned()),

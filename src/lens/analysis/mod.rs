@@ -4,5 +4,6 @@ pub mod beam;
 pub mod diffraction;
 pub mod ghosts;
 mod irradiance;
+pub mod psf;
 pub mod sheet;
 mod transmittance;

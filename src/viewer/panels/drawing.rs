@@ -3,7 +3,7 @@
 use egui::epaint::{Mesh, Vertex, WHITE_UV};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, pos2};
 
-use crate::diagram::{Anchor, Drawing, Ink, Item};
+use crate::diagram::{Anchor, Drawing, Ink, Output, Path, Text};
 
 /// Draws into a rectangle, as large as fits.
 pub fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool) {
@@ -13,77 +13,75 @@ pub fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool) {
     );
     let scale = (rect.width() / w).min(rect.height() / h);
     let corner = rect.center() - 0.5 * scale * egui::vec2(w, h);
-    let place = |p: &[f64; 2]| {
+    drawing.draw(&mut Screen {
+        painter,
+        corner,
+        scale,
+        dark,
+    });
+}
+
+/// A part of the window that a drawing fills.
+struct Screen<'a> {
+    painter: &'a Painter,
+    corner: Pos2,
+    scale: f32,
+    dark: bool,
+}
+
+impl Screen<'_> {
+    fn place(&self, [x, y]: [f64; 2]) -> Pos2 {
         pos2(
-            corner.x + scale * p[0] as f32,
-            corner.y + scale * p[1] as f32,
+            self.corner.x + self.scale * x as f32,
+            self.corner.y + self.scale * y as f32,
         )
-    };
-    for item in &drawing.items {
-        match item {
-            Item::Path {
-                points,
-                closed,
-                ink,
-                dashed,
-            } => {
-                let points: Vec<Pos2> = points.iter().map(place).collect();
-                if let (true, Ink::Glass(dense)) = (*closed, ink) {
-                    painter.add(filled(&points, glass(*dense, dark)));
-                }
-                stroke(painter, points, *closed, *dashed, line(*ink, dark));
-            }
-            Item::Dot { at, radius, ink } => {
-                painter.circle_filled(
-                    place(at),
-                    (*radius as f32 * scale).max(1.0),
-                    line(*ink, dark).color,
-                );
-            }
-            Item::Dots {
-                places,
-                radius,
-                ink,
-            } => {
-                for at in places {
-                    painter.circle_filled(
-                        place(at),
-                        *radius as f32 * scale,
-                        line(*ink, dark).color,
-                    );
-                }
-            }
-            Item::Cross { at, ink, .. } => {
-                let (at, pen) = (place(at), line(*ink, dark));
-                for d in [egui::vec2(2.0, 2.0), egui::vec2(2.0, -2.0)] {
-                    painter.line_segment([at - d, at + d], pen);
-                }
-            }
-            Item::Text {
-                at,
-                anchor,
-                size,
-                text,
-                ink,
-                ..
-            } => {
-                let size = (*size as f32 * scale).max(8.0);
-                let align = match anchor {
-                    Anchor::Start => Align2::LEFT_BOTTOM,
-                    Anchor::Middle => Align2::CENTER_BOTTOM,
-                    Anchor::End => Align2::RIGHT_BOTTOM,
-                };
-                // The window's font has no prime.
-                let text = text.replace('\u{2032}', "'");
-                painter.text(
-                    place(at),
-                    align,
-                    text,
-                    FontId::proportional(size),
-                    line(*ink, dark).color,
-                );
-            }
+    }
+}
+
+impl Output for Screen<'_> {
+    fn path(&mut self, path: &Path) {
+        let points: Vec<Pos2> = path.points.iter().map(|p| self.place(*p)).collect();
+        if let (true, Ink::Glass(dense)) = (path.closed, path.ink) {
+            self.painter.add(filled(&points, glass(dense, self.dark)));
         }
+        let pen = line(path.ink, self.dark);
+        stroke(self.painter, points, path.closed, path.dashed, pen);
+    }
+
+    fn dot(&mut self, at: [f64; 2], radius: f64, ink: Ink) {
+        let radius = (radius as f32 * self.scale).max(1.0);
+        let color = line(ink, self.dark).color;
+        self.painter.circle_filled(self.place(at), radius, color);
+    }
+
+    fn dots(&mut self, places: &[[f64; 2]], radius: f64, ink: Ink) {
+        let radius = radius as f32 * self.scale;
+        let color = line(ink, self.dark).color;
+        for at in places {
+            self.painter.circle_filled(self.place(*at), radius, color);
+        }
+    }
+
+    fn cross(&mut self, at: [f64; 2], _: f64, ink: Ink) {
+        let (at, pen) = (self.place(at), line(ink, self.dark));
+        for d in [egui::vec2(2.0, 2.0), egui::vec2(2.0, -2.0)] {
+            self.painter.line_segment([at - d, at + d], pen);
+        }
+    }
+
+    fn text(&mut self, text: &Text) {
+        let size = (text.size as f32 * self.scale).max(8.0);
+        let align = match text.anchor {
+            Anchor::Start => Align2::LEFT_BOTTOM,
+            Anchor::Middle => Align2::CENTER_BOTTOM,
+            Anchor::End => Align2::RIGHT_BOTTOM,
+        };
+        // The window's font has no prime.
+        let words = text.words.replace('\u{2032}', "'");
+        let color = line(text.ink, self.dark).color;
+        let font = FontId::proportional(size);
+        self.painter
+            .text(self.place(text.at), align, words, font, color);
     }
 }
 

@@ -1,0 +1,162 @@
+//! Point spreads: the images of points at several heights of the film, by diffraction.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::beam::Beam;
+use super::diffraction::{Openings, Wavefront};
+use super::sheet::LensSheet;
+use crate::diag::{Diagnostic, Result};
+use crate::lens::lens::Lens;
+use crate::lens::optics::focus::{Focus, FocusMethod};
+
+/// Heights on the film, as shares of half of its diagonal.
+const HEIGHTS: [f64; 4] = [0.0, 0.5, 0.7, 1.0];
+/// The least and the most plane waves across a beam, each way: as many as the shape of the pupil
+/// needs, and as many as a minute of work allows.
+const GRID: (usize, usize) = (64, 512);
+
+/// The images of points on the film's diagonal, all at one scale.
+#[derive(Clone, Debug)]
+pub struct PointSpreads {
+    /// Pixels along a side of each image.
+    pub side: usize,
+    /// The size of a pixel, in millimeters.
+    pub pitch: f64,
+    /// The colors of each image, row by row as the film has them, from a point source of color 1, per
+    /// mm².
+    pub images: Vec<Vec<DVec3>>,
+}
+
+impl PointSpreads {
+    /// Computes the images from the wavelengths, in nanometers, and the color that each adds. Without
+    /// a focus the points are at infinity, and the film is where the data sheet has it.
+    pub fn of(
+        lens: &Lens,
+        focus: Option<&Focus>,
+        colors: &[(f64, DVec3)],
+        side: usize,
+    ) -> Result<Self> {
+        let Some(sheet) = LensSheet::of(lens) else {
+            return Err(
+                Diagnostic::error(format!("`{}` makes no image of a point", lens.name()))
+                    .with_help("an afocal lens, or one that lets no light through, has none"),
+            );
+        };
+        let (film_z, distance) = match focus {
+            None => (sheet.film_z, f64::INFINITY),
+            Some(f) if f.method == FocusMethod::Lens => (f.film_z, f.distance - f.film_z),
+            Some(f) => (f.film_z, f.distance),
+        };
+        let beams: Vec<Beam<'_>> = HEIGHTS
+            .iter()
+            .filter_map(|share| Beam::of(lens, share * sheet.image_height, film_z, distance))
+            .collect();
+        let points: Vec<Point<'_>> = beams
+            .iter()
+            .filter_map(|b| Point::of(lens, b, film_z))
+            .collect();
+        let half = points.iter().map(Point::half).fold(0.0, f64::max);
+        let pitch = 2.0 * half / side as f64;
+        let shortest = colors
+            .iter()
+            .map(|(nm, _)| *nm)
+            .fold(f64::INFINITY, f64::min);
+        let openings: Vec<Openings> = points
+            .par_iter()
+            .map(|p| p.openings(lens, shortest))
+            .collect::<Result<_>>()?;
+        let jobs: Vec<(usize, usize)> = (0..points.len())
+            .flat_map(|p| (0..colors.len()).map(move |c| (p, c)))
+            .collect();
+        let spreads: Vec<Vec<f64>> = jobs
+            .par_iter()
+            .map(|&(p, c)| points[p].spread(lens, colors[c].0, &openings[p], (side, pitch)))
+            .collect();
+        let mut images = vec![vec![DVec3::ZERO; side * side]; points.len()];
+        for (&(p, c), spread) in jobs.iter().zip(&spreads) {
+            for (sum, value) in images[p].iter_mut().zip(spread) {
+                *sum += colors[c].1 * *value;
+            }
+        }
+        Ok(Self {
+            side,
+            pitch,
+            images,
+        })
+    }
+}
+
+/// The image of a point by rays.
+struct Point<'a> {
+    beam: &'a Beam<'a>,
+    center: DVec3,
+    rms: f64,
+    /// The range of direction cosines that the beam covers.
+    span: f64,
+}
+
+impl<'a> Point<'a> {
+    fn of(lens: &Lens, beam: &'a Beam<'a>, film_z: f64) -> Option<Self> {
+        const RAYS: usize = 48;
+        let (low, high) = beam.bounds();
+        let step = (high - low) / RAYS as f64;
+        let grid = (0..RAYS * RAYS).map(|k| DVec2::new((k % RAYS) as f64, (k / RAYS) as f64));
+        let rays: Vec<(DVec2, DVec2)> = grid
+            .filter_map(|at| {
+                let out = beam.trace(lens, low + step * (at + 0.5))?;
+                Some((out.at_z(film_z).truncate(), out.direction.truncate()))
+            })
+            .collect();
+        let count = rays.len() as f64;
+        let center = rays.iter().map(|(p, _)| *p).sum::<DVec2>() / count;
+        let square: f64 = rays
+            .iter()
+            .map(|(p, _)| (*p - center).length_squared())
+            .sum();
+        let bounds = |pick: fn(DVec2, DVec2) -> DVec2, start: DVec2| {
+            rays.iter().fold(start, |b, (_, d)| pick(b, *d))
+        };
+        let span = bounds(DVec2::max, DVec2::NEG_INFINITY) - bounds(DVec2::min, DVec2::INFINITY);
+        (count > 8.0 && span.min_element() > 0.0).then(|| Self {
+            beam,
+            center: center.extend(film_z),
+            rms: (square / count).sqrt(),
+            span: span.max_element(),
+        })
+    }
+
+    /// Half of the side of an image that shows it: several Airy discs, or the spot.
+    fn half(&self) -> f64 {
+        let airy = 1.22 * 550e-6 / self.span;
+        (5.0 * airy).max(3.0 * self.rms)
+    }
+
+    /// The openness of the pupil's cells, as fine as the shortest wavelength needs.
+    fn openings(&self, lens: &Lens, shortest: f64) -> Result<Openings> {
+        let shortest = lens.at_wavelength(shortest);
+        let grid = Wavefront::cells_needed(&shortest, self.beam, self.center.z);
+        if grid > GRID.1 {
+            return Err(Diagnostic::error(format!(
+                "the image {:.2} mm from the axis is too unsharp to be drawn as a wave: it takes {grid} \
+                 plane waves across the pupil, and {} is the most",
+                self.center.truncate().length(),
+                GRID.1
+            ))
+            .with_help("stop the lens down, or focus nearer to the point"));
+        }
+        Ok(Openings::of(lens, self.beam, grid.max(GRID.0)))
+    }
+
+    fn spread(
+        &self,
+        lens: &Lens,
+        nm: f64,
+        openings: &Openings,
+        (side, pitch): (usize, f64),
+    ) -> Vec<f64> {
+        let line = lens.at_wavelength(nm);
+        let waves = Wavefront::of(&line, self.beam, openings, self.center);
+        waves.map_or_else(|| vec![0.0; side * side], |w| w.point_spread(side, pitch))
+    }
+}
