@@ -1,9 +1,11 @@
-//! Data flows one way: a module imports only modules above it in this table.
+//! Data flows one way. What `docs/architecture.md` says about the order of modules is checked here,
+//! on the text of the sources: imports in tests do not count.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// From the ground up. Nothing imports `cli`.
-const ORDER: [&str; 28] = [
+/// The folders of `src` from the ground up: each imports only from those before it.
+const ORDER: [&str; 29] = [
     "diag",
     "math",
     "spectrum",
@@ -13,6 +15,7 @@ const ORDER: [&str; 28] = [
     "grammar",
     "iv",
     "pose",
+    "graph",
     "snapshot",
     "traversal",
     "geometry",
@@ -34,77 +37,314 @@ const ORDER: [&str; 28] = [
     "lib",
 ];
 
-fn rank(module: &str) -> usize {
-    ORDER
-        .iter()
-        .position(|m| *m == module)
-        .unwrap_or_else(|| panic!("`{module}` is not in the table"))
+/// Pairs that the order alone would allow: the first never imports the second.
+const NEVER: [(&str, &str); 12] = [
+    ("lens", "scene"),
+    ("lens", "iv"),
+    ("lens", "grammar"),
+    ("lens", "pose"),
+    ("geometry", "grammar"),
+    ("geometry", "iv"),
+    ("geometry", "traversal"),
+    ("bvh", "iv"),
+    ("bvh", "grammar"),
+    ("bvh", "traversal"),
+    ("compare", "lens"),
+    ("diagram", "scene"),
+];
+
+/// The order inside the large folders. An entry is a file or a folder; what is not named may stand
+/// anywhere.
+const INSIDE: [(&str, &[&str]); 0] = [];
+
+/// A module's path below the crate, such as `lens::pupil`, in parts.
+type Module = Vec<String>;
+
+/// The imports of every source file.
+struct House {
+    files: BTreeMap<Module, PathBuf>,
+    /// Names that a module takes from elsewhere and hands on: (module, name) to the whole path.
+    handed_on: BTreeMap<(Module, String), Module>,
+    /// What each module imports: the module that defines it and the words of the import.
+    imports: BTreeMap<Module, BTreeSet<Module>>,
 }
 
-fn files(folder: &Path, out: &mut Vec<PathBuf>) {
+impl House {
+    fn read() -> Self {
+        let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let mut files = BTreeMap::new();
+        find(&src, &src, &mut files);
+        let mut this = Self {
+            files,
+            handed_on: BTreeMap::new(),
+            imports: BTreeMap::new(),
+        };
+        let texts: Vec<(Module, String)> = this
+            .files
+            .iter()
+            .map(|(module, path)| {
+                (
+                    module.clone(),
+                    code(&std::fs::read_to_string(path).unwrap()),
+                )
+            })
+            .collect();
+        for (module, text) in &texts {
+            for (at, _) in text.match_indices("pub use ") {
+                for path in tree(&text[at + "pub use ".len()..]) {
+                    let whole = this.absolute(module, &path);
+                    let name = path.last().cloned().unwrap_or_default();
+                    this.handed_on.insert((module.clone(), name), whole);
+                }
+            }
+        }
+        for (module, text) in &texts {
+            let found = this.imports_of(module, text);
+            this.imports.insert(module.clone(), found);
+        }
+        this
+    }
+
+    /// The path from the crate's root, of a path as it stands in a module.
+    fn absolute(&self, module: &Module, path: &[String]) -> Module {
+        let mut base = module.clone();
+        let mut rest = path;
+        match rest.first().map(String::as_str) {
+            Some("crate") => (base, rest) = (Vec::new(), &rest[1..]),
+            Some("self") => rest = &rest[1..],
+            _ => {}
+        }
+        while rest.first().is_some_and(|w| w == "super") {
+            base.pop();
+            rest = &rest[1..];
+        }
+        base.extend(rest.iter().cloned());
+        base
+    }
+
+    /// The module that defines what a path from the root names.
+    fn defines(&self, path: &[String]) -> Option<Module> {
+        let mut path = path.to_vec();
+        for _ in 0..8 {
+            let length = (1..=path.len())
+                .rev()
+                .find(|n| self.files.contains_key(&path[..*n]))?;
+            let (module, rest) = path.split_at(length);
+            let Some(name) = rest.first() else {
+                return Some(module.to_vec());
+            };
+            match self.handed_on.get(&(module.to_vec(), name.clone())) {
+                Some(whole) if whole[..] != path[..=length] => {
+                    path = whole.iter().chain(&rest[1..]).cloned().collect();
+                }
+                _ => return Some(module.to_vec()),
+            }
+        }
+        None
+    }
+
+    fn imports_of(&self, module: &Module, text: &str) -> BTreeSet<Module> {
+        let mut found = BTreeSet::new();
+        // A folder's face hands names on; that is no import of its own.
+        let text = text.replace("pub use ", "pub use\u{0}");
+        for start in ["crate::", "super::", "self::"] {
+            for (at, _) in text.match_indices(start) {
+                let before = text[..at].chars().next_back().unwrap_or(' ');
+                if before.is_alphanumeric() || "_:$\u{0}".contains(before) {
+                    continue;
+                }
+                for path in tree(&text[at..]) {
+                    let whole = self.absolute(module, &path);
+                    if let Some(other) = self.defines(&whole).filter(|m| m != module) {
+                        found.insert(other);
+                    }
+                }
+            }
+        }
+        found
+    }
+}
+
+/// Every source file below a folder by its module's path; files of tests are left out.
+fn find(src: &Path, folder: &Path, out: &mut BTreeMap<Module, PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
-            files(&path, out);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            out.push(path);
+            find(src, &path, out);
+        } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("tests.rs") {
+            let inside = path.strip_prefix(src).unwrap().with_extension("");
+            let mut module: Module = inside
+                .iter()
+                .map(|part| part.to_string_lossy().into_owned())
+                .collect();
+            if module.last().is_some_and(|m| m == "mod") {
+                module.pop();
+            }
+            out.insert(module, path);
         }
     }
 }
 
-/// Every module that a line names after `crate::`, in a path or in braces.
-fn imports(line: &str) -> Vec<String> {
-    let word = |s: &str| {
-        s.chars()
-            .take_while(|c| c.is_alphanumeric() || *c == '_')
-            .collect()
-    };
-    line.match_indices("crate::")
-        .filter(|(at, _)| !line[..*at].ends_with("($"))
-        .map(|(at, m)| word(&line[at + m.len()..]))
-        .filter(|w: &String| ORDER.contains(&w.as_str()))
-        .collect()
+/// The product's code: no comments, no test module.
+fn code(text: &str) -> String {
+    let mut kept = String::new();
+    let mut lines = text.lines().peekable();
+    while let Some(line) = lines.next() {
+        if line.starts_with("#[cfg(test)]") {
+            match lines.peek() {
+                Some(next) if next.trim_end().ends_with(';') => {
+                    lines.next();
+                    continue;
+                }
+                _ => break,
+            }
+        }
+        if !line.trim_start().starts_with("//") {
+            kept += line;
+            kept.push('\n');
+        }
+    }
+    kept
+}
+
+/// Every path of a tree such as `a::{b, c::d}`, at the beginning of a text.
+fn tree(text: &str) -> Vec<Vec<String>> {
+    let mut paths = Vec::new();
+    branch(text, &[], &mut paths);
+    paths
+}
+
+/// Reads one branch and returns what is left of the text.
+fn branch<'t>(text: &'t str, before: &[String], out: &mut Vec<Vec<String>>) -> &'t str {
+    let mut path = before.to_vec();
+    let mut rest = text.trim_start();
+    loop {
+        let end = rest
+            .find(|c: char| !c.is_alphanumeric() && c != '_')
+            .unwrap_or(rest.len());
+        if end > 0 {
+            path.push(rest[..end].to_owned());
+            rest = &rest[end..];
+        }
+        match rest.strip_prefix("::") {
+            Some(more) if more.starts_with('{') => {
+                rest = &more[1..];
+                loop {
+                    rest = branch(rest, &path, out).trim_start();
+                    match rest.chars().next() {
+                        Some(',') => rest = rest[1..].trim_start(),
+                        Some('}') => return &rest[1..],
+                        _ => return rest,
+                    }
+                    if let Some(after) = rest.strip_prefix('}') {
+                        return after;
+                    }
+                }
+            }
+            Some(more) if more.starts_with(|c: char| c.is_alphabetic() || c == '_') => rest = more,
+            _ => break,
+        }
+    }
+    path.retain(|part| part != "self" || path_is_only_self(before));
+    if !path.is_empty() {
+        out.push(path);
+    }
+    let named = rest.trim_start().strip_prefix("as ").map(str::trim_start);
+    named.map_or(rest, |r| {
+        r.trim_start_matches(|c: char| c.is_alphanumeric() || c == '_')
+    })
+}
+
+/// `self` at the beginning of a path is this module; inside braces it is the path before them.
+fn path_is_only_self(before: &[String]) -> bool {
+    before.is_empty()
+}
+
+fn rank(module: &str) -> usize {
+    let place = ORDER.iter().position(|m| *m == module);
+    place.unwrap_or_else(|| panic!("`{module}` is not in the order of modules"))
 }
 
 #[test]
-fn no_module_imports_one_below_it() {
-    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut all = Vec::new();
-    files(&src, &mut all);
-    assert!(all.len() > 10, "found only {} files", all.len());
+fn no_module_imports_one_after_it() {
+    let house = House::read();
+    assert!(
+        house.files.len() > 100,
+        "found only {} files",
+        house.files.len()
+    );
     let mut wrong = Vec::new();
-    for path in all {
-        let inside = path.strip_prefix(&src).unwrap();
-        let first = inside
-            .components()
-            .next()
-            .unwrap()
-            .as_os_str()
-            .to_string_lossy();
-        let module = first.trim_end_matches(".rs").to_owned();
-        let text = std::fs::read_to_string(&path).unwrap();
-        let code = text.lines().take_while(|l| !l.starts_with("#[cfg(test)]"));
-        for line in code.filter(|l| !l.trim_start().starts_with("//")) {
-            for import in imports(line) {
-                if rank(&import) > rank(&module) {
-                    wrong.push(format!("{}: {}", inside.display(), line.trim()));
+    for (module, imports) in &house.imports {
+        let top = &module[0];
+        for import in imports.iter().filter(|i| !i.is_empty()) {
+            let never = NEVER.contains(&(top.as_str(), import[0].as_str()));
+            if top != "lib" && (rank(&import[0]) > rank(top) || never) {
+                wrong.push(format!(
+                    "{} imports {}",
+                    module.join("::"),
+                    import.join("::")
+                ));
+            }
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "against the order of modules:\n{}",
+        wrong.join("\n")
+    );
+}
+
+#[test]
+fn no_file_of_a_large_folder_imports_one_after_it() {
+    let house = House::read();
+    let mut wrong = Vec::new();
+    for (folder, order) in INSIDE {
+        let place = |module: &Module| {
+            let inside = module.strip_prefix(&[folder.to_owned()])?.first()?;
+            order.iter().position(|o| o == inside)
+        };
+        for name in order {
+            let named = vec![folder.to_owned(), (*name).to_owned()];
+            assert!(
+                house.files.contains_key(&named),
+                "there is no {folder}::{name}"
+            );
+        }
+        for (module, imports) in &house.imports {
+            for import in imports {
+                if let (Some(here), Some(there)) = (place(module), place(import))
+                    && there > here
+                {
+                    wrong.push(format!(
+                        "{} imports {}",
+                        module.join("::"),
+                        import.join("::")
+                    ));
                 }
             }
         }
     }
     assert!(
         wrong.is_empty(),
-        "these import a module below their own:\n{}",
+        "against the order inside a folder:\n{}",
         wrong.join("\n")
     );
 }
 
 #[test]
-fn a_braced_and_a_plain_import_are_both_seen() {
-    assert_eq!(imports("use crate::lens::{Lens, Focus};"), ["lens"]);
+fn imports_are_found_in_braces_over_lines_and_in_paths() {
+    let paths =
+        |text: &str| -> Vec<String> { tree(text).iter().map(|path| path.join("::")).collect() };
     assert_eq!(
-        imports("    let x = crate::scene::hit(crate::math::mm(1.0));"),
-        ["scene", "math"]
+        paths("crate::lens::{self, Lens, trace::{Loss as L, trace}};"),
+        [
+            "crate::lens",
+            "crate::lens::Lens",
+            "crate::lens::trace::Loss",
+            "crate::lens::trace::trace"
+        ]
     );
-    assert_eq!(imports("use crate::ClassId;"), Vec::<String>::new());
+    assert_eq!(paths("crate::math::mm(1.0))"), ["crate::math::mm"]);
+    let test = "use crate::a::B;\n#[cfg(test)]\nmod tests {\n    use crate::c::D;\n}\n";
+    assert_eq!(code(test), "use crate::a::B;\n");
 }
