@@ -4,9 +4,11 @@
 //! line, the window, convergence runs and films all make a `Plan` and open a [`Session`] of it, so
 //! they render by the same code.
 
+mod headlight;
 mod optics;
 mod standing;
 
+pub use headlight::{Headlight, HeadlightCause, HeadlightSources, HeadlightState};
 pub use standing::camera_of_file;
 
 use std::borrow::Cow;
@@ -19,7 +21,7 @@ use glam::DVec3;
 use indexmap::IndexMap;
 
 use optics::camera;
-use standing::{Environment, first_camera, headlight, own_focus, standing};
+use standing::{Environment, Overview, first_camera, own_focus, standing};
 
 use crate::camera::{Aim, Camera, film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
@@ -59,15 +61,6 @@ impl Era {
             Self::Modern => "modern",
         }
     }
-}
-
-/// What to do with the headlight.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Flash {
-    /// As the environment file says; off without one.
-    Unchanged,
-    Flipped,
-    Set(bool),
 }
 
 /// What stands in front of the film.
@@ -188,7 +181,7 @@ pub struct Plan {
     /// From the camera. Without: the scene camera's `focalDistance`.
     pub focus: Option<Meters>,
     pub shading: Shading,
-    pub flash: Flash,
+    pub headlight: Headlight,
     pub sampler: Sampler,
     /// How a pixel weighs the light around its middle.
     pub filter: Filter,
@@ -231,9 +224,14 @@ pub struct Plan {
 impl Plan {
     /// The one place where 1999 and now part.
     pub fn of_era(era: Era, scene: impl Into<PathBuf>) -> Self {
-        let (kind, aim, samples) = match era {
-            Era::Vintage => (SamplerKind::Jittered, Aim::RearElement(DiscMap::Polar), 1),
-            Era::Modern => (SamplerKind::Sobol, Aim::ExitPupil, 16),
+        let (kind, aim, samples, headlight) = match era {
+            Era::Vintage => (
+                SamplerKind::Jittered,
+                Aim::RearElement(DiscMap::Polar),
+                1,
+                Headlight::Environment,
+            ),
+            Era::Modern => (SamplerKind::Sobol, Aim::ExitPupil, 16, Headlight::Automatic),
         };
         Self {
             era,
@@ -243,7 +241,7 @@ impl Plan {
             optics: Optics::Lens(LensChoice::named("wide-angle")),
             focus: None,
             shading: Shading::Recursive,
-            flash: Flash::Unchanged,
+            headlight,
             sampler: Sampler {
                 kind,
                 samples,
@@ -271,6 +269,17 @@ impl Plan {
             fonts: Arc::default(),
             limits: Limits::default(),
         }
+    }
+
+    /// The plan that the window starts from. It shows a picture that goes on refining, and saves
+    /// what it shows, so the samples and the pupil of 1999 are only for those who ask for them.
+    pub fn for_window(era: Era, scene: impl Into<PathBuf>) -> Self {
+        let modern = Self::of_era(Era::Modern, "");
+        let mut plan = Self::of_era(era, scene);
+        plan.aim = modern.aim;
+        plan.sampler.samples = modern.sampler.samples;
+        plan.stop = modern.stop;
+        plan
     }
 
     /// The choices that make the picture what it is, for its metadata and the report.
@@ -314,6 +323,8 @@ pub struct Session {
     pub pose: CameraPose,
     pub camera: Camera,
     pub headlight: Option<Light>,
+    /// What decides about the headlight where the plan leaves it open.
+    pub headlight_sources: HeadlightSources,
     /// The environment file's own headlight, in camera space.
     lamp: Option<Light>,
     pub seconds: Seconds,
@@ -351,7 +362,16 @@ impl Session {
         }
 
         let clock = Instant::now();
-        let mut pose = standing(&plan, &document, environment)?;
+        let overview = Overview::of(&document, plan.time);
+        let headlight_sources = HeadlightSources {
+            environment: plan
+                .environment
+                .is_some()
+                .then_some(environment.headlight.is_some()),
+            navigation_info: overview.navigation_info,
+            scene_has_light: overview.has_light,
+        };
+        let mut pose = standing(&plan, &document, environment, overview.camera)?;
         if plan.solids {
             pose = lens_into_scene(&plan, pose, &mut document, &mut sink)?;
         }
@@ -378,8 +398,16 @@ impl Session {
         let mut described = plan.describe();
         described.insert("camera".into(), pose.source.clone());
         described.extend(optics);
+        let lit = headlight_sources.resolve(plan.headlight);
+        described.insert("headlight".into(), lit.describe().into());
+        if plan.shading.needs().lights && is_left_dark(headlight_sources, lit) {
+            let dark = "the scene has no light, and the headlight is off";
+            let help = "`-headlight`, or `--headlight=on`, turns the light on the camera on";
+            sink.add(*Diagnostic::warning(dark).with_help(help));
+        }
         Ok(Self {
-            headlight: headlight(plan.flash, environment.headlight, &pose),
+            headlight: headlight::in_world(lit.on, environment.headlight, &pose),
+            headlight_sources,
             lamp: environment.headlight,
             plan,
             document: Arc::new(document),
@@ -452,9 +480,21 @@ impl Session {
         };
         self.camera = fresh.posed(&pose, self.scene.origin);
         self.described.extend(plan.describe());
-        self.headlight = headlight(plan.flash, self.lamp, &pose);
+        let lit = self.headlight_sources.resolve(plan.headlight);
+        self.described
+            .insert("headlight".into(), lit.describe().into());
+        self.headlight = headlight::in_world(lit.on, self.lamp, &pose);
         (self.plan, self.pose) = (plan, pose);
         Ok(())
+    }
+
+    /// A line for the user where the headlight is on without being asked for.
+    pub fn headlight_notice(&self) -> Option<&'static str> {
+        let lit = self.headlight_sources.resolve(self.plan.headlight);
+        let automatic = lit.on && lit.cause == HeadlightCause::Scene;
+        (automatic && self.plan.shading.needs().lights).then_some(
+            "headlight: on, because the scene has no light; --headlight=off turns it off",
+        )
     }
 
     /// Exposes a film. Uses rayon's current pool.
@@ -618,6 +658,11 @@ impl Session {
     }
 }
 
+/// Whether nothing lights the scene, and nobody asked for that.
+fn is_left_dark(sources: HeadlightSources, lit: HeadlightState) -> bool {
+    !lit.on && !sources.scene_has_light && lit.cause != HeadlightCause::Option
+}
+
 /// What looks at the camera (levels of detail, lines, how finely textures are read) sees it with
 /// its lens: not with the angle that its node has for a pinhole.
 fn options(plan: &Plan, shading: Shading, pose: &CameraPose, seen: Projection) -> CompileOptions {
@@ -664,6 +709,18 @@ fn lens_into_scene(
     // In front of the scene, so that its film is the first camera.
     document.roots.splice(..0, roots);
     Ok(first_camera(document, plan.time).unwrap_or(pose))
+}
+
+/// The name of a scene's picture where none is given: the scene's with `.png`, in the current
+/// folder. Where the 1999 program put it is unknown.
+pub fn picture_name(scene: &Path) -> PathBuf {
+    let name = scene.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.trim_end_matches(".gz");
+    let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
+    if stem.is_empty() {
+        return "picture.png".into();
+    }
+    PathBuf::from(stem).with_extension("png")
 }
 
 /// The line that was typed, quoted where a shell would need it.

@@ -231,6 +231,129 @@ fn a_missing_part_is_a_warning_and_a_picture() {
     assert!(scratch.0.join("a.png").exists());
 }
 
+/// The highest level of a picture, and what was said.
+fn lit(scratch: &Scratch, line: &str) -> (u8, String) {
+    let picture = scratch.0.join("lit.png");
+    let run = ivcam(&line.replace("DIR", &scratch.0.display().to_string()))
+        .args(["--lens", "none", "--size", "12x8", "-j", "4", "-o"])
+        .arg(&picture)
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{line}: {}", stderr(&run));
+    let levels = image::open(picture).unwrap().to_luma8();
+    (levels.iter().copied().max().unwrap(), stderr(&run))
+}
+
+const HEADLIGHT_ON: &str =
+    "headlight: on, because the scene has no light; --headlight=off turns it off";
+
+#[test]
+fn a_scene_without_light_is_lit_from_the_camera_and_a_line_says_so() {
+    let scratch = Scratch::new("dark");
+    scratch.file("dark.iv", "#Inventor V2.1 ascii\nCube { }\n");
+    scratch.file(
+        "off.iv",
+        "#Inventor V2.1 ascii\nPointLight { on FALSE }\nCube { }\n",
+    );
+    scratch.file(
+        "lamp.iv",
+        "#Inventor V2.1 ascii\nDirectionalLight { direction 0 0 1 }\nCube { }\n",
+    );
+    for scene in ["dark.iv", "off.iv"] {
+        let (level, said) = lit(&scratch, &format!("render DIR/{scene}"));
+        assert!(level > 100, "{scene}: {level}");
+        assert_eq!(said.matches(HEADLIGHT_ON).count(), 1, "{said}");
+    }
+    // From behind, the light of this scene reaches nothing: it is dark, and stays so.
+    for line in ["render DIR/lamp.iv", "render --headlight=off DIR/dark.iv"] {
+        let (level, said) = lit(&scratch, line);
+        assert!(level < 20 && !said.contains(HEADLIGHT_ON), "{level} {said}");
+        assert!(!said.contains("warning"), "{said}");
+    }
+    for flag in ["--headlight", "--headlight=on"] {
+        let (level, said) = lit(&scratch, &format!("render {flag} DIR/dark.iv"));
+        assert!(
+            level > 100 && !said.contains(HEADLIGHT_ON),
+            "{level} {said}"
+        );
+    }
+    // Normals need no light.
+    let (_, said) = lit(&scratch, "render -s n DIR/dark.iv");
+    assert!(!said.contains(HEADLIGHT_ON), "{said}");
+}
+
+#[test]
+fn in_the_1999_form_the_headlight_stays_off_and_a_hint_says_so() {
+    let scratch = Scratch::new("dark-1999");
+    scratch.file("dark.iv", "#Inventor V2.1 ascii\nCube { }\n");
+    let (level, said) = lit(&scratch, "-batch DIR/dark.iv");
+    assert!(level < 20, "{level}");
+    for part in ["warning", "no light", "-headlight"] {
+        assert!(said.contains(part), "{part} missing in {said}");
+    }
+    let (level, said) = lit(&scratch, "-batch -headlight DIR/dark.iv");
+    assert!(level > 100 && !said.contains("warning"), "{level} {said}");
+}
+
+#[test]
+fn navigation_info_and_environment_have_their_say_about_the_headlight() {
+    let scratch = Scratch::new("say");
+    let world = |info: &str, lamp: &str| {
+        format!(
+            "#VRML V2.0 utf8\n{info}\n{lamp}\nShape {{ appearance Appearance {{ \
+             material Material {{ }} }} geometry Box {{ }} }}\n"
+        )
+    };
+    let behind = "DirectionalLight { direction 0 0 1 }";
+    scratch.file("on.wrl", &world("NavigationInfo { }", behind));
+    scratch.file("off.wrl", &world("NavigationInfo { headlight FALSE }", ""));
+    scratch.file("none.wrl", &world("", behind));
+    for (line, bright) in [
+        ("render DIR/on.wrl", true),
+        ("render --headlight=off DIR/on.wrl", false),
+        ("render DIR/off.wrl", false),
+        ("render --headlight=on DIR/off.wrl", true),
+        ("render DIR/none.wrl", false),
+        ("-batch DIR/on.wrl", false),
+    ] {
+        let (level, said) = lit(&scratch, line);
+        assert_eq!(level > 100, bright, "{line}: {level}");
+        assert!(!said.contains(HEADLIGHT_ON), "{said}");
+    }
+    let camera = "PerspectiveCamera { position 0 0 5 }";
+    scratch.file("off.env", camera);
+    let lamp = "DirectionalLight { direction 0 0 -1 }";
+    scratch.file("on.env", &format!("{camera}\n{lamp}\n"));
+    for (environment, bright) in [("off", false), ("on", true)] {
+        for scene in ["on.wrl", "off.wrl"] {
+            let line = format!("render -e DIR/{environment}.env DIR/{scene}");
+            let (level, _) = lit(&scratch, &line);
+            assert_eq!(level > 100, bright, "{line}: {level}");
+        }
+    }
+}
+
+#[test]
+fn metadata_and_report_say_what_the_headlight_did() {
+    let scratch = Scratch::new("lit-report");
+    scratch.file("dark.iv", "#Inventor V2.1 ascii\nCube { }\n");
+    for (flags, words) in [
+        ("", "on, because the scene has no light"),
+        ("--headlight=off", "off, by option"),
+    ] {
+        lit(
+            &scratch,
+            &format!("render {flags} --report DIR/a.json DIR/dark.iv"),
+        );
+        let report = std::fs::read_to_string(scratch.0.join("a.json")).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+        assert_eq!(report["plan"]["headlight"], words);
+        let picture = std::fs::read(scratch.0.join("lit.png")).unwrap();
+        let picture = String::from_utf8_lossy(&picture);
+        assert!(picture.contains("ivcam:headlight") && picture.contains(words));
+    }
+}
+
 #[test]
 fn of_many_files_each_has_a_line_with_its_first_problem_and_all_have_a_sum() {
     let scratch = Scratch::new("check-many");

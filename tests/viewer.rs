@@ -20,7 +20,7 @@ use glam::DVec3;
 use ivcam::film::{Resolution, Response};
 use ivcam::lens::{FocusMethod, Iris};
 use ivcam::math::Mm;
-use ivcam::plan::{Era, Flash, Optics, Plan};
+use ivcam::plan::{Era, Headlight, Optics, Plan};
 use ivcam::sampling::SamplerKind;
 use ivcam::shade::Shading;
 use ivcam::viewer::archive::Way;
@@ -399,9 +399,9 @@ fn light_and_shading_are_what_their_controls_say() {
     let scratch = Scratch::new("light");
     let mut bench = Bench::open(&scratch);
     bench.click("Headlight");
-    assert_eq!(bench.setup().plan.flash, Flash::Set(true));
+    assert_eq!(bench.setup().plan.headlight, Headlight::Set(true));
     bench.click("Headlight");
-    assert_eq!(bench.setup().plan.flash, Flash::Set(false));
+    assert_eq!(bench.setup().plan.headlight, Headlight::Set(false));
     bench.click("sRGB");
     assert_eq!(bench.setup().plan.response, Response::Srgb);
     bench.click("Shading");
@@ -538,7 +538,7 @@ fn the_saved_picture_is_the_batch_commands_bit_for_bit() {
     bench.change(|m| m.output = output.display().to_string());
     bench.click("Save picture");
     bench.until("the picture", |m| {
-        m.saving == 0 && m.status.starts_with("saved")
+        m.saving.is_empty() && m.status.starts_with("saved")
     });
     let saved = std::fs::read(&output).unwrap();
     std::fs::remove_file(&output).unwrap();
@@ -609,7 +609,7 @@ fn a_command_line_says_its_plan_exactly() {
         check(&setup);
     }
     setup.set_focus(f64::INFINITY);
-    setup.plan.flash = Flash::Set(false);
+    setup.plan.headlight = Headlight::Set(false);
     setup.plan.sampler.kind = SamplerKind::Jittered;
     setup.plan.sampler.seed = 77;
     setup.plan.response = Response::Srgb;
@@ -715,9 +715,9 @@ fn cameras_and_environments_go_to_files_and_come_back() {
     let focus = bench.setup().focus();
     let camera = scratch.path("mine.dat");
     let environment = scratch.path("mine.env");
-    bench.change(|m| m.file = camera.display().to_string());
+    bench.change(|m| m.written = camera.display().to_string());
     bench.click("Write camera");
-    bench.change(|m| m.file = environment.display().to_string());
+    bench.change(|m| m.written = environment.display().to_string());
     bench.click("Write environment");
     bench.change(|m| m.view_all());
     bench.change(|m| m.file = camera.display().to_string());
@@ -741,6 +741,166 @@ fn cameras_and_environments_go_to_files_and_come_back() {
             .iter()
             .any(|m| m.message.contains("none.dat"))
     );
+}
+
+#[test]
+fn a_file_that_is_there_is_replaced_only_after_a_question() {
+    let scratch = Scratch::new("replace");
+    let mut bench = Bench::open(&scratch);
+    let picture = scratch.path("old.png");
+    for (button, file) in [
+        ("Save picture", picture),
+        ("Write camera", scratch.path("scene.iv")),
+        ("Write environment", scratch.path("scene.iv")),
+    ] {
+        std::fs::write(&file, SCENE).unwrap();
+        let name = file.display().to_string();
+        bench.change(|m| (m.output, m.written) = (name.clone(), name));
+        bench.click(button);
+        let question = format!("Replace {}?", file.file_name().unwrap().display());
+        assert!(bench.harness.query_by_label(&question).is_some());
+        bench.click("Keep it");
+        assert!(bench.harness.query_by_label(&question).is_none());
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), SCENE, "{button}");
+        bench.click(button);
+        bench.harness.key_press(Key::Escape);
+        bench.harness.run_steps(3);
+        assert_eq!(bench.model().replacing, None);
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), SCENE, "{button}");
+        bench.click(button);
+        bench.click("Replace it");
+        bench.until("the new file", |m| m.saving.is_empty());
+        assert_ne!(std::fs::read(&file).unwrap(), SCENE.as_bytes(), "{button}");
+    }
+}
+
+#[test]
+fn opening_has_a_name_field_of_its_own() {
+    let scratch = Scratch::new("own-field");
+    let mut bench = Bench::open(&scratch);
+    bench.change(|m| m.file = scratch.path("scene.iv").display().to_string());
+    for button in ["Write camera", "Write environment"] {
+        bench.click(button);
+        assert_eq!(bench.model().replacing, None);
+    }
+    let scene = std::fs::read_to_string(scratch.path("scene.iv")).unwrap();
+    assert_eq!(scene, SCENE);
+}
+
+/// A button that moves away under a click makes the click hit another.
+#[test]
+fn the_panel_stands_still_while_pictures_and_focus_come_and_go() {
+    let scratch = Scratch::new("still");
+    let mut bench = Bench::new(scratch.plan());
+    let labels = [
+        "∞",
+        "Zoom",
+        "Movements",
+        "Blades",
+        "Headlight",
+        "Peaking",
+        "Save picture",
+        "Open",
+        "Write environment",
+    ];
+    let places = |bench: &mut Bench| {
+        bench.harness.run_steps(3);
+        labels.map(|label| {
+            let mut nodes = bench.harness.query_all_by_label(label);
+            nodes.next().unwrap().rect().min
+        })
+    };
+    // Two frames of the window: the panel finds its width.
+    bench.harness.run_steps(2);
+    assert!(bench.model().frame.is_none() || bench.model().open);
+    let before = places(&mut bench);
+    bench.until("a frame", |m| m.frame.is_some());
+    assert_eq!(places(&mut bench), before, "a picture came");
+    bench.click_at(bench.at(0.5, 0.5));
+    bench.until("the focus", |m| m.focused.is_some());
+    assert_eq!(places(&mut bench), before, "autofocus");
+    bench.change(|m| m.open_scene(&scratch.path("scene.iv")));
+    bench.until("the scene again", |m| !m.opening && m.focused.is_none());
+    assert_eq!(places(&mut bench), before, "another scene");
+}
+
+#[test]
+fn a_name_that_is_made_up_is_one_that_no_file_has() {
+    let name = format!("ivcam-made-up-{}", std::process::id());
+    let mut model = Model::new(Plan::of_era(Era::Modern, format!("rooms/{name}.iv")));
+    assert_eq!(model.output, format!("{name}.png"));
+    for end in [".png", "-2.png", "-3.png"] {
+        model.save_picture();
+        let (_, path) = model.saves().pop().unwrap();
+        assert_eq!(path, PathBuf::from(format!("{name}{end}")));
+    }
+    // A name that the user typed is asked about instead.
+    model.output = format!("{name}.png");
+    model.save_picture();
+    assert!(model.replacing.is_some() && model.saves().is_empty());
+}
+
+/// The plan of words for the window.
+fn window_plan(words: &str, era: Era) -> Plan {
+    let matches = clap::Command::new("ivcam")
+        .no_binary_name(true)
+        .args(ivcam::cli::flags::arguments(ivcam::cli::flags::RENDER))
+        .arg(clap::Arg::new("scene"))
+        .try_get_matches_from(words.split_whitespace())
+        .unwrap();
+    ivcam::cli::render::window_plan(&matches, era).unwrap()
+}
+
+#[test]
+fn in_the_1999_form_too_the_saved_picture_is_the_one_in_the_window() {
+    let scratch = Scratch::new("old-form");
+    let scene = scratch.path("scene.iv").display().to_string();
+    let words = format!("--lens double-gauss --aperture f/8 --focus 3 --size 96x64 {scene}");
+    let mut bench = Bench::new(window_plan(&words, Era::Vintage));
+    assert_eq!(bench.setup().plan.era, Era::Vintage);
+    bench.until("a picture", |m| {
+        m.frame.as_ref().is_some_and(|f| f.whole && f.samples >= 16)
+    });
+    let plan = &bench.setup().plan;
+    let frame = bench.model().frame.as_ref().unwrap();
+    let seen = ivcam::viewer::develop::levels(frame, plan.exposure, &plan.response);
+    let output = scratch.path("picture.png");
+    bench.change(|m| m.output = output.display().to_string());
+    bench.click("Save picture");
+    bench.until("the picture", |m| m.status.starts_with("saved"));
+    let saved = image::open(&output).unwrap().to_rgb8();
+    let off = seen.iter().zip(saved.iter()).map(|(a, b)| {
+        let off = f64::from(*a) - f64::from(*b);
+        off * off
+    });
+    let rms = (off.sum::<f64>() / seen.len() as f64).sqrt();
+    assert!(rms < 12.0, "{rms} levels");
+    let bytes = std::fs::read(&output).unwrap();
+    batch(&bench.setup().words(&output));
+    assert!(std::fs::read(&output).unwrap() == bytes);
+}
+
+#[test]
+fn whoever_asks_for_the_samples_and_pupil_of_1999_sees_and_saves_them() {
+    let plan = window_plan("-j 1 --pupil rear a.iv", Era::Vintage);
+    let old = Plan::of_era(Era::Vintage, "a.iv");
+    assert_eq!((plan.sampler, plan.aim), (old.sampler, old.aim));
+    let scratch = Scratch::new("rear");
+    let mut setup = Setup {
+        plan: scratch.plan(),
+        pose: ivcam::pose::CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.5),
+    };
+    setup.plan.aim = old.aim;
+    let mut live = Live::open(&setup.plan).unwrap();
+    setup.pose = live.setup().pose.clone();
+    let asked = Asked {
+        setup,
+        preview: Preview::Lens,
+        serial: 1,
+        at: Instant::now(),
+    };
+    live.show(asked).unwrap();
+    assert_eq!(live.session().plan.aim, old.aim);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use clap::{Arg, ArgMatches, Command};
 
-use super::render::{Talk, plan};
+use super::render::{Talk, plan, tell_headlight};
 use super::{flags, parsed, scene_argument, tell_all, text};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result};
@@ -74,6 +74,7 @@ pub fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .collect::<Result<_>>()?;
     let base = Session::open(plan.clone())?;
     tell_all(&base.sink);
+    tell_headlight(&base, talk.quiet);
 
     let mut table = Convergence {
         scene: plan.scene.display().to_string(),

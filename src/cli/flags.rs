@@ -100,7 +100,7 @@ pub const RENDER: &[Flag] = &[
         "headlight",
         "headlight",
         Takes::Maybe("on|off"),
-        "flips the headlight on the camera, as a flash, or sets it; it is off unless asked for",
+        "flips the headlight on the camera, as a flash, or sets it [1999: off; now: on where the scene has no light]",
     ),
     vintage("batch", "batch", Takes::Nothing, "renders without a window"),
     vintage(

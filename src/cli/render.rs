@@ -15,7 +15,7 @@ use crate::lens::{Coating, FocusMethod, Iris, Movements};
 use crate::math::{LengthUnit, Meters, Mm, parse_length};
 use crate::picture::{Depth, PictureFormat, write_whole};
 pub use crate::plan::command_line;
-use crate::plan::{Era, Flash, IdealChoice, LensChoice, Optics, Plan, Session};
+use crate::plan::{Era, Headlight, IdealChoice, LensChoice, Optics, Plan, Session, picture_name};
 use crate::render::report::RenderReport;
 use crate::render::{Exposure, Progress, Stop};
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
@@ -75,7 +75,7 @@ impl Talk {
 /// Where the picture goes: what `-o` says, else a name made of the scene's.
 pub fn output(m: &ArgMatches) -> PathBuf {
     let scene = Path::new(text(m, "scene").unwrap_or_default());
-    text(m, "output").map_or_else(|| automatic_name(scene), PathBuf::from)
+    text(m, "output").map_or_else(|| picture_name(scene), PathBuf::from)
 }
 
 /// Threads to use: all cores, unless said otherwise.
@@ -113,18 +113,33 @@ pub fn writable(path: &Path) -> Result<()> {
 
 /// The plan that the words ask for.
 pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
-    plan_of(m, era, None)
+    changed(m, era, Plan::of_era, None)
+}
+
+/// The same for the window.
+pub fn window_plan(m: &ArgMatches, era: Era) -> Result<Plan> {
+    changed(m, era, Plan::for_window, None)
 }
 
 /// The same for pictures that are frames of a film.
 pub fn plan_of(m: &ArgMatches, era: Era, frame: Option<Frame>) -> Result<Plan> {
+    changed(m, era, Plan::of_era, frame)
+}
+
+/// The plan that the words make of the one to start from.
+fn changed(
+    m: &ArgMatches,
+    era: Era,
+    start: fn(Era, String) -> Plan,
+    frame: Option<Frame>,
+) -> Result<Plan> {
     let eras = [
         ("1999", Era::Vintage),
         ("vintage", Era::Vintage),
         ("modern", Era::Modern),
     ];
     let era = named(m, "era", &eras)?.unwrap_or(era);
-    let mut plan = Plan::of_era(era, text(m, "scene").unwrap_or_default());
+    let mut plan = start(era, text(m, "scene").unwrap_or_default().to_owned());
     plan.camera = text(m, "camera").map(PathBuf::from);
     plan.environment = text(m, "environment").map(PathBuf::from);
     plan.optics = optics(m)?;
@@ -188,7 +203,10 @@ pub fn plan_of(m: &ArgMatches, era: Era, frame: Option<Frame>) -> Result<Plan> {
         &mut plan.shading,
         parsed(m, "shading", models, Shading::named)?,
     );
-    set(&mut plan.flash, parsed(m, "headlight", "on or off", flash)?);
+    set(
+        &mut plan.headlight,
+        parsed(m, "headlight", "on or off", headlight)?,
+    );
     set(
         &mut plan.film,
         parsed(m, "film", "a film size such as 36x24", film_size)?,
@@ -480,13 +498,6 @@ pub fn f_number(word: &str) -> Option<f64> {
     positive(bare)
 }
 
-/// The scene's name with `.png`, in the current folder: where the 1999 program put it is unknown.
-fn automatic_name(scene: &Path) -> PathBuf {
-    let name = scene.file_name().unwrap_or_default().to_string_lossy();
-    let stem = name.trim_end_matches(".gz");
-    PathBuf::from(stem.rsplit_once('.').map_or(stem, |(s, _)| s)).with_extension("png")
-}
-
 const POSITIVE: &str = "a number greater than 0";
 
 fn finite(word: &str) -> Option<f64> {
@@ -515,11 +526,11 @@ fn blades(word: &str) -> Option<Iris> {
     Some(Iris::Blades { count, rotation })
 }
 
-fn flash(word: &str) -> Option<Flash> {
+fn headlight(word: &str) -> Option<Headlight> {
     match word {
-        "flip" => Some(Flash::Flipped),
-        "on" => Some(Flash::Set(true)),
-        "off" => Some(Flash::Set(false)),
+        "flip" => Some(Headlight::Flipped),
+        "on" => Some(Headlight::Set(true)),
+        "off" => Some(Headlight::Set(false)),
         _ => None,
     }
 }
@@ -557,6 +568,7 @@ pub fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
         let of_a_camera = [&["lens"], &OF_A_LENS[..7]].concat();
         tell_idle(matches, &of_a_camera, "with the lens in the scene");
     }
+    tell_headlight(&session, talk.quiet);
     if !talk.quiet {
         let choices: Vec<String> = session
             .described
@@ -584,6 +596,13 @@ pub fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
     report.total_seconds = report.seconds.total();
     tell_report(&talk, &report)?;
     Ok(0)
+}
+
+/// Says that the headlight is on without being asked for.
+pub fn tell_headlight(session: &Session, quiet: bool) {
+    if let Some(line) = session.headlight_notice().filter(|_| !quiet) {
+        super::say!("{line}");
+    }
 }
 
 /// Says how far a render got that was to reach an error and did not.

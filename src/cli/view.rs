@@ -24,10 +24,10 @@ pub fn command() -> Command {
 /// A flag that is wrong, no display, or a program built without the window.
 #[cfg(feature = "viewer")]
 pub fn run(matches: &ArgMatches, era: Era) -> Result<i32> {
-    let plan = super::render::plan(matches, era)?;
-    let output = super::render::output(matches).display().to_string();
+    let plan = super::render::window_plan(matches, era)?;
+    let output = super::text(matches, "output").map(str::to_owned);
     let threads = super::render::threads(matches)?;
-    crate::viewer::window::run(plan, Some(output), threads)?;
+    crate::viewer::window::run(plan, output, threads, |line| super::say!("{line}"))?;
     Ok(0)
 }
 

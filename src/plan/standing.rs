@@ -1,44 +1,36 @@
-//! Where the camera stands, and the light it carries.
+//! Where the camera stands.
 
 use std::path::Path;
 
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DMat4, DVec3};
 
-use super::{Flash, Optics, Plan};
+use super::{Optics, Plan};
 use crate::camera::half_field;
 use crate::diag::{Diagnostic, Result, Sink};
-use crate::grammar::{class, directional_light};
+use crate::grammar::{class, directional_light, vrml97_navigation_info};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::math::Meters;
 use crate::pose::CameraPose;
 use crate::scene::{CompileOptions, Light, RenderScene};
-use crate::traversal::state::State;
+use crate::traversal::role::Role;
+use crate::traversal::state::{LightElement, State};
 use crate::traversal::{self, Visitor, WalkOptions};
 
 /// Where the camera stands: the `-camread` file's, else the environment's, else the scene's first,
 /// else a view of everything.
-pub fn standing(plan: &Plan, document: &Document, environment: &Environment) -> Result<CameraPose> {
+pub fn standing(
+    plan: &Plan,
+    document: &Document,
+    environment: &Environment,
+    first: Option<CameraPose>,
+) -> Result<CameraPose> {
     match plan.camera.as_deref() {
         Some(path) => camera_of_file(path),
-        None => Ok(match &environment.pose {
-            Some(pose) => pose.clone(),
-            None => camera_of_scene(document, plan),
+        None => Ok(match environment.pose.clone().or(first) {
+            Some(pose) => pose,
+            None => view_of_everything(document, plan),
         }),
     }
-}
-
-/// The light on the camera. It hangs there: its direction is in camera space.
-pub fn headlight(flash: Flash, lamp: Option<Light>, pose: &CameraPose) -> Option<Light> {
-    let on = match flash {
-        Flash::Unchanged => lamp.is_some(),
-        Flash::Flipped => lamp.is_none(),
-        Flash::Set(on) => on,
-    };
-    on.then(|| lamp.unwrap_or(Light::headlight(Vec3::NEG_Z)))
-        .map(|mut light| {
-            light.direction = (pose.orientation * light.direction.as_dvec3()).as_vec3();
-            light
-        })
 }
 
 /// The camera of a file, or of the node itself (see [`Plan::camera`]).
@@ -63,19 +55,17 @@ pub fn camera_of_file(path: &Path) -> Result<CameraPose> {
     })
 }
 
-fn camera_of_scene(document: &Document, plan: &Plan) -> CameraPose {
-    first_camera(document, plan.time).unwrap_or_else(|| {
-        let options = CompileOptions {
-            time: plan.time,
-            handles: plan.handles,
-            fonts: plan.fonts.clone(),
-            ..CompileOptions::default()
-        };
-        let bounds = RenderScene::survey(document, &options).inventor_bounds;
-        let bounds = bounds.unwrap_or_default();
-        view_through_lens(bounds, plan)
-            .unwrap_or_else(|| CameraPose::view_all(bounds, plan.resolution.aspect()))
-    })
+fn view_of_everything(document: &Document, plan: &Plan) -> CameraPose {
+    let options = CompileOptions {
+        time: plan.time,
+        handles: plan.handles,
+        fonts: plan.fonts.clone(),
+        ..CompileOptions::default()
+    };
+    let bounds = RenderScene::survey(document, &options).inventor_bounds;
+    let bounds = bounds.unwrap_or_default();
+    view_through_lens(bounds, plan)
+        .unwrap_or_else(|| CameraPose::view_all(bounds, plan.resolution.aspect()))
 }
 
 /// A view of everything from as far as the lens needs, and can focus; none without a lens.
@@ -98,24 +88,53 @@ fn view_through_lens(bounds: (DVec3, DVec3), plan: &Plan) -> Option<CameraPose> 
     Some(pose)
 }
 
-/// The first camera that a walk meets.
-pub fn first_camera(document: &Document, time: f64) -> Option<CameraPose> {
-    struct First(Option<CameraPose>);
-    impl<'a> Visitor<'a> for First {
-        fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
-        fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-            if self.0.is_none() {
-                self.0 = CameraPose::from_node(node, state.world_from_object);
-            }
+/// What a plan takes from the scene without compiling it.
+#[derive(Default)]
+pub struct Overview {
+    /// The first camera.
+    pub camera: Option<CameraPose>,
+    /// Whether there is a light that is on.
+    pub has_light: bool,
+    /// The field `headlight` of the first VRML 97 `NavigationInfo`.
+    pub navigation_info: Option<bool>,
+}
+
+impl Overview {
+    pub fn of(document: &Document, time: f64) -> Self {
+        let mut overview = Self::default();
+        let options = WalkOptions {
+            time,
+            ..WalkOptions::default()
+        };
+        traversal::walk(document, &options, &mut overview);
+        overview
+    }
+}
+
+impl<'a> Visitor<'a> for Overview {
+    fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
+
+    fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        if self.camera.is_none() {
+            self.camera = CameraPose::from_node(node, state.world_from_object);
         }
     }
-    let mut first = First(None);
-    let options = WalkOptions {
-        time,
-        ..WalkOptions::default()
-    };
-    traversal::walk(document, &options, &mut first);
-    first.0
+
+    fn light(&mut self, _: &LightElement, _: &State<'a>) {
+        self.has_light = true;
+    }
+
+    fn node(&mut self, node: NodeRef<'a>, _: Role) {
+        let is_info = node.class_id() == Some(class::VRML97_NAVIGATION_INFO);
+        if is_info && self.navigation_info.is_none() {
+            self.navigation_info = Some(node.get(vrml97_navigation_info::HEADLIGHT));
+        }
+    }
+}
+
+/// The first camera that a walk meets.
+pub fn first_camera(document: &Document, time: f64) -> Option<CameraPose> {
+    Overview::of(document, time).camera
 }
 
 /// What a SceneViewer environment file brings: its lights and fog go in front of the scene's own

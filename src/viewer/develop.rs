@@ -2,7 +2,6 @@
 //! know: clipping, focus peaking, and the tint of the focus plane.
 
 use crate::film::Response;
-use crate::plan::Plan;
 
 use super::live::Frame;
 use super::model::Marks;
@@ -24,6 +23,7 @@ pub struct Histogram {
 /// A frame's levels, 8 bits of red, green and blue, as the saved picture has them.
 pub fn levels(frame: &Frame, exposure: f64, response: &Response) -> Vec<u8> {
     let channels = frame.pixels.iter().flatten().enumerate();
+    let exposure = exposure * frame.metered;
     let level = |(i, x): (usize, &f32)| response.level(f64::from(*x) * exposure, i % 3);
     channels.map(|c| (255.0 * level(c)).round() as u8).collect()
 }
@@ -125,11 +125,6 @@ fn peak(levels: &mut [u8], [width, height]: [usize; 2]) {
             }
         }
     }
-}
-
-/// Whether a plan's exposures are shown as they will be saved.
-pub fn as_saved(plan: &Plan, frame: &Frame) -> Vec<u8> {
-    levels(frame, plan.exposure, &plan.response)
 }
 
 #[cfg(test)]

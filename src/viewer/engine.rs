@@ -14,7 +14,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
 use crate::diag::{Diagnostic, Result};
 use crate::picture::PictureFormat;
-use crate::plan::{Plan, Session};
+use crate::plan::{HeadlightSources, Plan, Session};
 
 use super::autofocus::{Focused, focus_at};
 use super::live::{Asked, Frame, Live};
@@ -52,6 +52,9 @@ pub enum News {
 pub struct Opened {
     pub setup: Setup,
     pub messages: Vec<Diagnostic>,
+    pub headlight: HeadlightSources,
+    /// See [`Session::headlight_notice`].
+    pub notice: Option<&'static str>,
 }
 
 #[derive(Default)]
@@ -126,9 +129,11 @@ impl Engine {
         self.tell(|inbox| inbox.show = Some(asked));
     }
 
-    /// Whether to go on refining.
+    /// Whether to go on refining. Saying the same again does not end the pass that is running.
     pub fn refine(&self, on: bool) {
-        self.tell(|inbox| inbox.refine = on);
+        if self.shared.lock().refine != on {
+            self.tell(|inbox| inbox.refine = on);
+        }
     }
 
     fn tell(&self, change: impl FnOnce(&mut Inbox)) {
@@ -290,6 +295,8 @@ impl Worker {
                 let opened = Opened {
                     setup: live.setup().clone(),
                     messages: live.session().sink.items().to_vec(),
+                    headlight: live.session().headlight_sources,
+                    notice: live.session().headlight_notice(),
                 };
                 self.live = Some(live);
                 self.mapped = 0;

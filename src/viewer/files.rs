@@ -1,12 +1,11 @@
 //! Cameras and environments as files: what `--camera` and `--environment` read.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::diag::{Diagnostic, Result};
 use crate::grammar::class;
 use crate::iv::{Document, Format};
 use crate::picture::write_whole;
-use crate::plan::Flash;
 use crate::pose::CameraPose;
 
 use super::setup::{Setup, node};
@@ -82,11 +81,11 @@ fn laid_out(node: &str) -> String {
 }
 
 /// A SceneViewer environment file: the camera, what the environment read before holds besides it
-/// (fog, lights), and the headlight if it is on.
+/// (fog, lights), and the headlight if it is `lit`.
 ///
 /// # Errors
 /// An environment read before that can't be read again.
-pub fn environment_text(setup: &Setup) -> Result<String> {
+pub fn environment_text(setup: &Setup, lit: bool) -> Result<String> {
     let mut text = camera_text(setup);
     let mut lamp = None;
     if let Some(path) = &setup.plan.environment {
@@ -103,23 +102,14 @@ pub fn environment_text(setup: &Setup) -> Result<String> {
         }
         text += &body(&document);
         document.roots = lamp.into_iter().collect();
-        if lamp.is_some() && is_lit(setup.plan.flash, true) {
+        if lamp.is_some() && lit {
             return Ok(text + &body(&document));
         }
     }
-    if is_lit(setup.plan.flash, lamp.is_some()) {
+    if lit {
         text += "DirectionalLight { direction 0 0 -1 }\n";
     }
     Ok(text)
-}
-
-/// Whether the headlight is on, with an environment that has one or not.
-pub fn is_lit(flash: Flash, own: bool) -> bool {
-    match flash {
-        Flash::Unchanged => own,
-        Flash::Flipped => !own,
-        Flash::Set(on) => on,
-    }
 }
 
 /// A document without its header.
@@ -131,6 +121,17 @@ fn body(document: &Document) -> String {
     written
         .split_once('\n')
         .map_or(String::new(), |(_, rest)| rest.to_owned())
+}
+
+/// The first of `name.png`, `name-2.png`, `name-3.png`, … that is not taken.
+pub fn free_name(path: &Path, taken: impl Fn(&Path) -> bool) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let end = path.extension().unwrap_or_default().to_string_lossy();
+    let numbered = (2..).map(|n: u32| path.with_file_name(format!("{stem}-{n}.{end}")));
+    std::iter::once(path.to_owned())
+        .chain(numbered)
+        .find(|path| !taken(path))
+        .unwrap_or_else(|| path.to_owned())
 }
 
 /// Writes a text under a name.

@@ -1,13 +1,12 @@
 //! The picture that refines as you look: small at once, then whole, then better without end.
 //!
-//! It is made by `render` as a batch picture is, a pass at a time, and differs from it in three
-//! choices: rays always aim at the exit pupil (the same picture with less noise), exposure is
-//! applied where the picture is shown, and the scene stays as compiled while the camera moves.
+//! It is made by `render` as a batch picture is, a pass at a time, and differs from it in two
+//! choices: exposure is applied where the picture is shown, and the scene stays as compiled while
+//! the camera moves.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::camera::Aim;
 use crate::diag::Result;
 use crate::film::{ErrorEstimate, Film, Resolution};
 use crate::plan::{Optics, Plan, Session};
@@ -48,6 +47,8 @@ pub struct Frame {
     pub resolution: Resolution,
     /// Exposures at exposure 1, rows from the top.
     pub pixels: Vec<[f32; 3]>,
+    /// What shutter, ISO and aperture multiply the exposures by; 1 without a metering.
+    pub metered: f64,
     /// Whether it has all its pixels.
     pub whole: bool,
     pub samples: u32,
@@ -233,6 +234,7 @@ impl Live {
                 .iter()
                 .map(|p| p.mean.as_vec3().to_array())
                 .collect(),
+            metered: self.session.exposure_factor(),
             whole: self.exposing.divisor == 1,
             samples: self.exposing.samples,
             error: film.error(),
@@ -261,7 +263,6 @@ impl Live {
 
 fn as_shown(plan: &Plan) -> Plan {
     Plan {
-        aim: Aim::ExitPupil,
         exposure: 1.0,
         ..plan.clone()
     }

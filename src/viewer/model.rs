@@ -13,7 +13,7 @@ use glam::DVec3;
 use crate::camera::Camera;
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::math::Meters;
-use crate::plan::{Optics, Plan};
+use crate::plan::{HeadlightSources, Optics, Plan, picture_name};
 use crate::pose::{CameraPose, Projection};
 
 use super::archive::Archive;
@@ -59,6 +59,15 @@ pub struct Refusal {
     pub nearest: Option<f64>,
 }
 
+/// What the window writes to files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
+    Picture,
+    Camera,
+    /// The camera with what surrounds the scene, as SceneViewer saves it.
+    Environment,
+}
+
 /// The state of the window.
 pub struct Model {
     pub setup: Setup,
@@ -87,14 +96,26 @@ pub struct Model {
     pub archive: Archive,
     /// What is typed as the name of the picture to save.
     pub output: String,
-    /// What is typed as the name of another file.
+    /// The name of the picture that the program made up.
+    made_up: String,
+    /// What is typed as the name of a file to open.
     pub file: String,
-    pub saving: usize,
+    /// What is typed as the name of a camera or environment to write.
+    pub written: String,
+    /// The file that exists under the name of what is to be written, until the user says what to do.
+    pub replacing: Option<(Output, PathBuf)>,
+    /// The pictures that are being made.
+    pub saving: Vec<PathBuf>,
+    /// What decides about the headlight where the plan leaves it open.
+    pub headlight: HeadlightSources,
+    /// A line for the terminal about the scene that was opened.
+    pub notice: Option<&'static str>,
     /// The present time, in seconds, and whether a mouse button is held.
     pub now: f64,
     pub held: bool,
     pub flight: Option<Flight>,
     orders: Vec<Order>,
+    saves: Vec<(Setup, PathBuf)>,
     asked: Option<(Setup, Preview)>,
     serial: u64,
 }
@@ -122,16 +143,23 @@ impl Model {
             status: String::new(),
             cursor: None,
             archive: Archive::default(),
-            output: "picture.png".into(),
+            output: String::new(),
+            made_up: String::new(),
             file: String::new(),
-            saving: 0,
+            written: String::new(),
+            replacing: None,
+            saving: Vec::new(),
+            headlight: HeadlightSources::default(),
+            notice: None,
             now: 0.0,
             held: false,
             flight: None,
             orders: Vec::new(),
+            saves: Vec::new(),
             asked: None,
             serial: 0,
         };
+        model.make_up_name();
         if !model.setup.plan.scene.as_os_str().is_empty() {
             model.reopen();
         }
@@ -237,17 +265,66 @@ impl Model {
         self.order_open(plan);
     }
 
-    /// Writes the camera, or camera and environment, to a file.
-    pub fn write_file(&mut self, path: &Path, environment: bool) {
-        let text = if environment {
-            files::environment_text(&self.setup)
+    /// Saves the picture. A name that the program made up is one that no file has.
+    pub fn save_picture(&mut self) {
+        if self.output == self.made_up {
+            self.make_up_name();
+        }
+        let path = PathBuf::from(self.output.trim());
+        self.write(Output::Picture, &path);
+    }
+
+    fn make_up_name(&mut self) {
+        let name = picture_name(&self.setup.plan.scene);
+        let taken = |path: &Path| path.exists() || self.saving.iter().any(|p| p == path);
+        self.made_up = files::free_name(&name, taken).display().to_string();
+        self.output = self.made_up.clone();
+    }
+
+    /// Writes a file, once the user has agreed to replace the one that is there.
+    pub fn write(&mut self, output: Output, path: &Path) {
+        if path.exists() || self.saving.iter().any(|p| p == path) {
+            self.replacing = Some((output, path.to_owned()));
         } else {
-            Ok(files::camera_text(&self.setup))
+            self.write_now(output, path);
+        }
+    }
+
+    /// The user's answer to [`Model::replacing`].
+    pub fn answer_replacing(&mut self, replace: bool) {
+        let Some((output, path)) = self.replacing.take() else {
+            return;
+        };
+        if replace {
+            self.write_now(output, &path);
+        } else {
+            self.status = format!("kept {}", path.display());
+        }
+    }
+
+    fn write_now(&mut self, output: Output, path: &Path) {
+        let text = match output {
+            Output::Picture => {
+                self.status = format!("making {}", path.display());
+                self.saving.push(path.to_owned());
+                self.saves.push((self.setup.clone(), path.to_owned()));
+                return;
+            }
+            Output::Camera => Ok(files::camera_text(&self.setup)),
+            Output::Environment => {
+                let lit = self.headlight.resolve(self.setup.plan.headlight).on;
+                files::environment_text(&self.setup, lit)
+            }
         };
         match text.and_then(|text| files::write(path, &text)) {
             Ok(()) => self.status = format!("wrote {}", path.display()),
             Err(error) => self.say(*error),
         }
+    }
+
+    /// Pictures to be made.
+    pub fn saves(&mut self) -> Vec<(Setup, PathBuf)> {
+        std::mem::take(&mut self.saves)
     }
 
     /// Adds a message and shows its lines.
@@ -308,11 +385,11 @@ impl Model {
             }
             News::Focused(found) => self.focus_found(found),
             News::Saved(path, line) => {
-                self.saving = self.saving.saturating_sub(1);
+                self.has_ended(&path);
                 self.status = format!("saved {}: {line}", path.display());
             }
             News::NotSaved(path, error) => {
-                self.saving = self.saving.saturating_sub(1);
+                self.has_ended(&path);
                 self.status = format!("{} was not saved", path.display());
                 self.say(*error);
             }
@@ -323,14 +400,29 @@ impl Model {
         }
     }
 
+    /// One picture of this name is made, or could not be.
+    fn has_ended(&mut self, path: &Path) {
+        if let Some(i) = self.saving.iter().position(|p| p == path) {
+            self.saving.remove(i);
+        }
+    }
+
     fn opened(&mut self, opened: Opened) {
         let scene = opened.setup.plan.scene.clone();
+        (self.headlight, self.notice) = (opened.headlight, opened.notice);
         (self.open, self.opening) = (true, false);
         self.status = format!("opened {}", scene.display());
+        if let Some(notice) = opened.notice {
+            self.status += &format!("; {notice}");
+        }
         self.messages = opened.messages;
         self.messages.retain(|m| m.severity >= Severity::Warning);
         self.shown_message = None;
+        let other = opened.setup.plan.scene != self.setup.plan.scene;
         self.setup = opened.setup;
+        if other && self.output == self.made_up {
+            self.make_up_name();
+        }
         (self.asked, self.depths, self.refusal, self.focused) = (None, None, None, None);
         if !self.scenes.contains(&scene) {
             self.scenes.push(scene);

@@ -14,7 +14,7 @@ use crate::grammar::value::Rotation;
 use crate::lens::{FocusMethod, Iris, Movements};
 use crate::math::{Meters, Mm};
 use crate::picture::Depth;
-use crate::plan::{Era, Flash, LensChoice, Optics, Plan};
+use crate::plan::{Era, Headlight, LensChoice, Optics, Plan};
 use crate::pose::{CameraPose, Projection, ViewportMapping, quat};
 use crate::sampling::DiscMap;
 
@@ -223,10 +223,10 @@ impl Words {
         }
         self.put("shading", plan.shading.letter());
         self.put("samples", plan.sampler.samples);
-        match plan.flash {
-            Flash::Unchanged => {}
-            Flash::Flipped => self.0.push("--headlight".into()),
-            Flash::Set(on) => self
+        match plan.headlight {
+            Headlight::Automatic | Headlight::Environment => {}
+            Headlight::Flipped => self.0.push("--headlight".into()),
+            Headlight::Set(on) => self
                 .0
                 .push(format!("--headlight={}", if on { "on" } else { "off" })),
         }

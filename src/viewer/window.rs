@@ -13,11 +13,11 @@ use super::panels::{Window, waker};
 /// What to say where no window can be: one sentence, with what works.
 const BATCH: &str = "make the picture without a window: `-batch`, or `ivcam render`";
 
-/// Opens the window on a plan and returns when it is closed.
+/// Opens the window on a plan and returns when it is closed. `say` gets lines for the terminal.
 ///
 /// # Errors
 /// No display, or no OpenGL on it.
-pub fn run(plan: Plan, output: Option<String>, threads: usize) -> Result<()> {
+pub fn run(plan: Plan, output: Option<String>, threads: usize, say: fn(&str)) -> Result<()> {
     displayed()?;
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
@@ -35,7 +35,7 @@ pub fn run(plan: Plan, output: Option<String>, threads: usize) -> Result<()> {
             model.output = output;
         }
         let window = Window::new(model, engine, LensMenu::start(wake));
-        Ok(Box::new(App(window)) as Box<dyn eframe::App>)
+        Ok(Box::new(App { window, say }) as Box<dyn eframe::App>)
     };
     eframe::run_native("ivcam", options, Box::new(start))
         .map_err(|e| Diagnostic::error(format!("the window can't be opened: {e}")).with_help(BATCH))
@@ -52,10 +52,16 @@ fn displayed() -> Result<()> {
     Ok(())
 }
 
-struct App(Window);
+struct App {
+    window: Window,
+    say: fn(&str),
+}
 
 impl eframe::App for App {
     fn update(&mut self, ctx: &egui::Context, _: &mut eframe::Frame) {
-        self.0.show(ctx);
+        self.window.show(ctx);
+        if let Some(notice) = self.window.model.notice.take() {
+            (self.say)(notice);
+        }
     }
 }

@@ -85,7 +85,7 @@ pub fn status(ui: &mut Ui, model: &mut Model) {
             let passed = 100.0 * frame.counts.passed_share();
             ui.label(format!("{passed:.0}% through the lens"));
         }
-        if model.opening || model.saving > 0 {
+        if model.opening || !model.saving.is_empty() {
             ui.spinner();
         }
         ui.separator();

@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use egui::Ui;
+use egui::{Context, Ui};
 
-use crate::viewer::model::Model;
+use crate::viewer::model::{Model, Output};
 
-/// Whether the picture is to be saved.
-pub fn show(ui: &mut Ui, model: &mut Model) -> bool {
+pub fn show(ui: &mut Ui, model: &mut Model) {
     ui.heading("Save");
     let mut next = model.setup.clone();
     ui.horizontal(|ui| {
@@ -29,15 +28,17 @@ pub fn show(ui: &mut Ui, model: &mut Model) -> bool {
         }
     });
     model.change("size", next);
-    let save = ui
-        .horizontal(|ui| {
-            ui.add(egui::TextEdit::singleline(&mut model.output).desired_width(140.0))
-                .on_hover_text("the picture's name: .png, .exr or .ppm");
-            ui.add_enabled(model.open, egui::Button::new("Save picture"))
-                .on_hover_text("makes what the command line makes, bit for bit")
-                .clicked()
-        })
-        .inner;
+    ui.horizontal(|ui| {
+        ui.add(egui::TextEdit::singleline(&mut model.output).desired_width(140.0))
+            .on_hover_text("the picture's name: .png, .exr or .ppm");
+        if ui
+            .add_enabled(model.open, egui::Button::new("Save picture"))
+            .on_hover_text("makes what the command line makes, bit for bit")
+            .clicked()
+        {
+            model.save_picture();
+        }
+    });
     if ui
         .button("Copy command")
         .on_hover_text("the line that makes this picture without a window")
@@ -47,19 +48,20 @@ pub fn show(ui: &mut Ui, model: &mut Model) -> bool {
         model.status = format!("copied: {}", model.command());
     }
     ui.separator();
-    named_files(ui, model);
-    save
+    ui.heading("Files");
+    read(ui, model);
+    write(ui, model);
+    ui.separator();
 }
 
-fn named_files(ui: &mut Ui, model: &mut Model) {
-    ui.heading("Files");
+fn read(ui: &mut Ui, model: &mut Model) {
     ui.add(
         egui::TextEdit::singleline(&mut model.file)
-            .hint_text("scene, camera, environment, picture"),
+            .hint_text("open: scene, camera, environment, picture"),
     );
     let path = PathBuf::from(model.file.trim());
     let named = !model.file.trim().is_empty();
-    ui.horizontal_wrapped(|ui| {
+    ui.horizontal(|ui| {
         let mut button = |name: &str, help: &str| {
             ui.add_enabled(named, egui::Button::new(name))
                 .on_hover_text(help)
@@ -77,15 +79,56 @@ fn named_files(ui: &mut Ui, model: &mut Model) {
         ) {
             model.read_environment(&path);
         }
+    });
+}
+
+fn write(ui: &mut Ui, model: &mut Model) {
+    ui.add(egui::TextEdit::singleline(&mut model.written).hint_text("write: a new .dat or .env"));
+    let path = PathBuf::from(model.written.trim());
+    let named = !model.written.trim().is_empty();
+    ui.horizontal(|ui| {
+        let mut button = |name: &str, help: &str| {
+            ui.add_enabled(named, egui::Button::new(name))
+                .on_hover_text(help)
+                .clicked()
+        };
         if button("Write camera", "a camera file, for --camera and -camread") {
-            model.write_file(&path, false);
+            model.write(Output::Camera, &path);
         }
         if button(
             "Write environment",
             "camera, environment and headlight, as SceneViewer saves them",
         ) {
-            model.write_file(&path, true);
+            model.write(Output::Environment, &path);
         }
     });
-    ui.separator();
+}
+
+/// Asks before a file is replaced.
+pub fn confirm(ctx: &Context, model: &mut Model) {
+    let Some((_, path)) = &model.replacing else {
+        return;
+    };
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut answer = None;
+    let modal = egui::Modal::new(egui::Id::new("replace")).show(ctx, |ui| {
+        ui.heading(format!("Replace {name}?"));
+        ui.label(format!("{} exists.", path.display()));
+        if *path == model.setup.plan.scene {
+            ui.label("It is the scene that is open.");
+        }
+        ui.horizontal(|ui| {
+            for (text, replace) in [("Keep it", false), ("Replace it", true)] {
+                if ui.button(text).clicked() {
+                    answer = Some(replace);
+                }
+            }
+        });
+    });
+    if modal.should_close() {
+        answer = answer.or(Some(false));
+    }
+    if let Some(replace) = answer {
+        model.answer_replacing(replace);
+    }
 }

@@ -3,10 +3,9 @@
 use egui::{Color32, Sense, Ui, pos2, vec2};
 
 use crate::film::Response;
-use crate::plan::Flash;
+use crate::plan::Headlight;
 use crate::shade::Shading;
 use crate::viewer::develop::{BINS, Histogram};
-use crate::viewer::files::is_lit;
 use crate::viewer::model::Model;
 
 use super::Kit;
@@ -24,23 +23,20 @@ pub fn show(ui: &mut Ui, model: &mut Model, kit: &Kit) {
         // A number that prints short: the command line has it too.
         plan.exposure = (libm::exp2(stops) * 1e4).round().max(1.0) / 1e4;
     }
-    if let Some(histogram) = &kit.histogram {
-        bars(ui, histogram);
-    }
+    bars(ui, kit.histogram.as_ref());
     ui.horizontal(|ui| {
         ui.label("Response");
         ui.selectable_value(&mut plan.response, Response::Linear, "linear")
             .on_hover_text("the paper's film");
         ui.selectable_value(&mut plan.response, Response::Srgb, "sRGB");
     });
-    let own = plan.environment.is_some();
-    let mut lit = is_lit(plan.flash, own);
+    let mut lit = model.headlight.resolve(plan.headlight).on;
     if ui
         .checkbox(&mut lit, "Headlight")
         .on_hover_text("a flash on the camera")
         .changed()
     {
-        plan.flash = Flash::Set(lit);
+        plan.headlight = Headlight::Set(lit);
     }
     egui::ComboBox::from_label("Shading")
         .selected_text(plan.shading.name())
@@ -53,12 +49,16 @@ pub fn show(ui: &mut Ui, model: &mut Model, kit: &Kit) {
     ui.separator();
 }
 
-/// The three curves, with how much is lost at either end.
-fn bars(ui: &mut Ui, histogram: &Histogram) {
+/// The three curves, with how much is lost at either end; their place, until there is a picture.
+fn bars(ui: &mut Ui, histogram: Option<&Histogram>) {
     let (rect, response) =
         ui.allocate_exact_size(vec2(ui.available_width().min(260.0), 56.0), Sense::hover());
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 2.0, Color32::from_gray(16));
+    let Some(histogram) = histogram else {
+        ui.small(" ");
+        return;
+    };
     let colors = [
         Color32::from_rgb(230, 70, 60),
         Color32::from_rgb(70, 190, 90),

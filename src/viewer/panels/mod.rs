@@ -17,6 +17,9 @@ use std::sync::Arc;
 
 use egui::{Context, Key, Modifiers, TextureHandle};
 
+use crate::diag::Sink;
+use crate::plan::LensChoice;
+
 use super::engine::Engine;
 use super::lenses::LensMenu;
 use super::model::Model;
@@ -34,6 +37,28 @@ pub struct Kit {
     archive: Option<(u64, TextureHandle)>,
     wheel: f32,
     rays: rays::Section,
+    /// A lens wide open, and its f-number.
+    widest: Option<(LensChoice, Option<f64>)>,
+}
+
+impl Kit {
+    /// The f-number of a lens wide open. It is asked of the prescription and not of the picture,
+    /// which may not be there yet.
+    fn widest_f_number(&mut self, lens: &LensChoice) -> Option<f64> {
+        let open = LensChoice {
+            f_number: None,
+            ..lens.clone()
+        };
+        if let Some((known, f_number)) = &self.widest
+            && *known == open
+        {
+            return *f_number;
+        }
+        let lens = open.open(&mut Sink::new()).ok();
+        let f_number = lens.and_then(|lens| lens.first_order().f_number());
+        self.widest = Some((open, f_number));
+        f_number
+    }
 }
 
 /// The window: model, renderer and panels.
@@ -53,6 +78,7 @@ impl Window {
             archive: None,
             wheel: 0.0,
             rays: rays::Section::default(),
+            widest: None,
         };
         Self { model, engine, kit }
     }
@@ -69,7 +95,7 @@ impl Window {
         });
         dropped(ctx, model);
         keys(ctx, model);
-        let saved = self.panels(ctx);
+        self.panels(ctx);
         let model = &mut self.model;
         if model.fly_on() || model.archive.way == super::archive::Way::Blink {
             ctx.request_repaint();
@@ -81,18 +107,13 @@ impl Window {
             self.engine.show(asked);
         }
         self.engine.refine(model.refine);
-        if saved {
-            model.saving += 1;
-            model.status = format!("making {}", model.output);
-            self.engine
-                .save(model.setup.clone(), model.output.clone().into());
+        for (setup, output) in model.saves() {
+            self.engine.save(setup, output);
         }
     }
 
-    /// Whether the picture is to be saved.
-    fn panels(&mut self, ctx: &Context) -> bool {
+    fn panels(&mut self, ctx: &Context) {
         let (model, kit) = (&mut self.model, &mut self.kit);
-        let mut save = false;
         egui::TopBottomPanel::top("bar").show(ctx, |ui| bar::top(ui, model));
         egui::TopBottomPanel::bottom("status").show(ctx, |ui| bar::status(ui, model));
         if !model.messages.is_empty() || model.refusal.is_some() {
@@ -109,10 +130,10 @@ impl Window {
             .show(ctx, |ui| {
                 egui::ScrollArea::vertical().show(ui, |ui| {
                     settings::focus(ui, model, kit);
-                    settings::aperture(ui, model);
+                    settings::aperture(ui, model, kit);
                     light::show(ui, model, kit);
                     overlay::choices(ui, model);
-                    save = file::show(ui, model);
+                    file::show(ui, model);
                     compare::show(ui, model);
                 });
             });
@@ -120,7 +141,7 @@ impl Window {
             .exact_height(180.0)
             .show(ctx, |ui| rays::show(ui, model, &mut kit.rays));
         egui::CentralPanel::default().show(ctx, |ui| picture::show(ui, model, kit));
-        save
+        file::confirm(ctx, model);
     }
 }
 

@@ -4,7 +4,7 @@ use egui::{Grid, Ui};
 
 use crate::lens::Iris;
 use crate::viewer::model::Model;
-use crate::viewer::sharpness;
+use crate::viewer::sharpness::{self, DepthOfField};
 
 use super::{Kit, Turn, camera, wheel};
 
@@ -49,59 +49,68 @@ pub fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
             model.edit("focus", |s| s.set_focus(f64::INFINITY));
         }
     });
-    if let Some(found) = model.focused {
-        ui.small(match found.gain {
-            Some(gain) if gain > 1.0 => format!(
-                "autofocus {}: {:.0}% more contrast than at {}",
-                meters(found.distance),
-                100.0 * (gain - 1.0),
-                meters(found.plain)
-            ),
-            Some(_) => format!("autofocus {}: contrast agrees", meters(found.distance)),
-            None => format!(
-                "autofocus {}: nothing to see contrast by",
-                meters(found.distance)
-            ),
-        });
-    }
+    autofocus(ui, model);
     depth_of_field(ui, model);
     camera::zoom(ui, model);
     camera::movements(ui, model);
     ui.separator();
 }
 
-fn depth_of_field(ui: &mut Ui, model: &Model) {
-    let Some(field) = model.depth_of_field() else {
-        return;
+/// What autofocus found: one line, which is there while it is empty, so that nothing below moves.
+fn autofocus(ui: &mut Ui, model: &Model) {
+    let text = match model.focused {
+        None => " ".into(),
+        Some(found) => {
+            let distance = meters(found.distance);
+            match found.gain {
+                Some(gain) if gain > 1.0 => format!(
+                    "autofocus {distance}: {:.0}% more contrast than at {}",
+                    100.0 * (gain - 1.0),
+                    meters(found.plain)
+                ),
+                Some(_) => format!("autofocus {distance}: contrast agrees"),
+                None => format!("autofocus {distance}: nothing to see contrast by"),
+            }
+        }
     };
+    ui.add(egui::Label::new(egui::RichText::new(text).small()).truncate());
+}
+
+/// The rows are there before the first picture, so that nothing below them moves when it comes.
+fn depth_of_field(ui: &mut Ui, model: &Model) {
+    if model.setup.lens().is_none() {
+        return;
+    }
+    let field = model.depth_of_field();
+    let or_none = |value: Option<String>| value.unwrap_or_else(|| "–".into());
     Grid::new("depth of field")
         .num_columns(2)
         .spacing([12.0, 2.0])
         .show(ui, |ui| {
-            let mut row = |name: &str, value: String| {
+            let mut row = |name: &str, value: Option<String>| {
                 ui.label(name);
-                ui.label(value);
+                ui.label(or_none(value));
                 ui.end_row();
             };
+            let range =
+                |field: &DepthOfField| format!("{} to {}", meters(field.near), meters(field.far));
+            row("sharp from", field.as_ref().map(range));
+            row("hyperfocal", field.as_ref().map(|f| meters(f.hyperfocal)));
             row(
-                "sharp from",
-                format!("{} to {}", meters(field.near), meters(field.far)),
+                "circle",
+                field.as_ref().map(|f| format!("{:.3} mm", f.circle)),
             );
-            row("hyperfocal", meters(field.hyperfocal));
-            row("circle", format!("{:.3} mm", field.circle));
-            row(
-                "height angle",
-                format!("{:.2}°", model.height_angle().to_degrees()),
-            );
+            let angle = format!("{:.2}°", model.height_angle().to_degrees());
+            row("height angle", field.as_ref().map(|_| angle));
         });
 }
 
-pub fn aperture(ui: &mut Ui, model: &mut Model) {
+pub fn aperture(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     let Some(lens) = model.setup.lens().cloned() else {
         return;
     };
     let mut next = lens.clone();
-    let widest = widest(model);
+    let widest = kit.widest_f_number(&lens);
     let text = match (next.f_number, widest) {
         (Some(n), _) => format!("f/{n}"),
         (None, Some(n)) => format!("open, f/{n:.2}"),
@@ -130,23 +139,6 @@ pub fn aperture(ui: &mut Ui, model: &mut Model) {
         });
     }
     ui.separator();
-}
-
-/// The f-number of the lens wide open.
-fn widest(model: &Model) -> Option<f64> {
-    let camera = model.frame.as_ref()?.view.lens_camera()?;
-    let now = camera.lens.first_order().f_number()?;
-    let wanted = model.setup.lens()?.f_number;
-    // A stopped-down lens does not say how wide it was; its prescription does.
-    match wanted {
-        None => Some(now),
-        Some(_) => {
-            let mut open = model.setup.lens()?.clone();
-            open.f_number = None;
-            let lens = open.open(&mut crate::diag::Sink::new()).ok()?;
-            lens.first_order().f_number()
-        }
-    }
 }
 
 fn blades(ui: &mut Ui, iris: &mut Iris) {

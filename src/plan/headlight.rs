@@ -1,0 +1,128 @@
+//! The light on the camera: whether it is on, and who decided.
+
+use glam::Vec3;
+
+use crate::pose::CameraPose;
+use crate::scene::Light;
+
+/// What a plan asks of the headlight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Headlight {
+    /// The environment file decides; without one, the scene's `NavigationInfo`; without either,
+    /// the headlight is on if the scene has no light. The default of today.
+    Automatic,
+    /// The environment file decides; without one, the headlight is off. The default of 1999.
+    Environment,
+    /// The opposite of what [`Headlight::Environment`] gives.
+    Flipped,
+    Set(bool),
+}
+
+/// What decides about the headlight where the plan leaves it open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HeadlightSources {
+    /// Whether the environment file has its headlight on, if there is such a file.
+    pub environment: Option<bool>,
+    /// The field `headlight` of the scene's first VRML 97 `NavigationInfo`, if it has one.
+    pub navigation_info: Option<bool>,
+    /// Whether the scene has a light that is on.
+    pub scene_has_light: bool,
+}
+
+/// Who decided about the headlight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeadlightCause {
+    Option,
+    Environment,
+    NavigationInfo,
+    /// The scene has a light, or it has none.
+    Scene,
+    /// The era's default, without looking at the scene.
+    Era,
+}
+
+/// Whether the headlight is on, and why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HeadlightState {
+    pub on: bool,
+    pub cause: HeadlightCause,
+}
+
+impl HeadlightSources {
+    pub fn resolve(self, asked: Headlight) -> HeadlightState {
+        let (on, cause) = match (asked, self.environment, self.navigation_info) {
+            (Headlight::Set(on), ..) => (on, HeadlightCause::Option),
+            (Headlight::Flipped, environment, _) => {
+                (environment != Some(true), HeadlightCause::Option)
+            }
+            (_, Some(on), _) => (on, HeadlightCause::Environment),
+            (Headlight::Environment, ..) => (false, HeadlightCause::Era),
+            (Headlight::Automatic, None, Some(on)) => (on, HeadlightCause::NavigationInfo),
+            (Headlight::Automatic, None, None) => (!self.scene_has_light, HeadlightCause::Scene),
+        };
+        HeadlightState { on, cause }
+    }
+}
+
+impl HeadlightState {
+    /// The state in words, for the metadata and the report.
+    pub fn describe(self) -> &'static str {
+        match (self.on, self.cause) {
+            (true, HeadlightCause::Option) => "on, by option",
+            (false, HeadlightCause::Option) => "off, by option",
+            (true, HeadlightCause::Environment) => "on, by the environment file",
+            (false, HeadlightCause::Environment) => "off, by the environment file",
+            (true, HeadlightCause::NavigationInfo) => "on, by NavigationInfo",
+            (false, HeadlightCause::NavigationInfo) => "off, by NavigationInfo",
+            (true, _) => "on, because the scene has no light",
+            (false, _) => "off",
+        }
+    }
+}
+
+/// The headlight in world space. It hangs on the camera: `own`, the environment file's own
+/// headlight, is in camera space.
+pub(super) fn in_world(on: bool, own: Option<Light>, pose: &CameraPose) -> Option<Light> {
+    on.then(|| {
+        let mut light = own.unwrap_or(Light::headlight(Vec3::NEG_Z));
+        light.direction = (pose.orientation * light.direction.as_dvec3()).as_vec3();
+        light
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_go_before_environment_and_that_before_the_scene() {
+        let dark = HeadlightSources::default();
+        let lit = HeadlightSources {
+            scene_has_light: true,
+            ..dark
+        };
+        let walking = |on| HeadlightSources {
+            navigation_info: Some(on),
+            ..lit
+        };
+        let around = |on, sources| HeadlightSources {
+            environment: Some(on),
+            ..sources
+        };
+        let on = |sources: HeadlightSources, asked| sources.resolve(asked).on;
+        assert!(on(dark, Headlight::Automatic) && !on(lit, Headlight::Automatic));
+        assert!(!on(dark, Headlight::Environment) && !on(walking(true), Headlight::Environment));
+        assert!(on(walking(true), Headlight::Automatic));
+        assert!(!on(walking(false), Headlight::Automatic));
+        assert!(!on(around(false, walking(true)), Headlight::Automatic));
+        assert!(on(around(true, walking(false)), Headlight::Automatic));
+        for asked in [Headlight::Automatic, Headlight::Environment] {
+            assert!(on(around(true, lit), asked) && !on(around(false, dark), asked));
+        }
+        assert!(on(dark, Headlight::Flipped) && on(lit, Headlight::Flipped));
+        assert!(!on(around(true, dark), Headlight::Flipped));
+        for sources in [dark, lit, walking(true), around(true, lit)] {
+            assert!(on(sources, Headlight::Set(true)) && !on(sources, Headlight::Set(false)));
+        }
+    }
+}
