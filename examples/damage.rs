@@ -13,9 +13,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::Vec3;
+use ivcam::bvh::Ray;
 use ivcam::iv::{Document, Folder, Format, Limits};
 use ivcam::sampling::mix;
-use ivcam::scene::{CompileOptions, Ray, RenderScene};
+use ivcam::scene::{CompileOptions, RenderScene};
 
 #[path = "shared/scenes.rs"]
 mod scenes;

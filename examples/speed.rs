@@ -17,6 +17,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
+use ivcam::bvh::Bvh;
 use ivcam::camera::Aim;
 use ivcam::film::Resolution;
 use ivcam::lens::{Bundle, LANES, Lens, LensRay, PupilTarget, Toward};
@@ -24,7 +25,6 @@ use ivcam::math::lanes::Width;
 use ivcam::plan::{Era, LensChoice, Optics, Plan, Session};
 use ivcam::render::Stop;
 use ivcam::sampling::{DiscMap, Sampler, SamplerKind};
-use ivcam::scene::wide::Wide;
 use ivcam::shade::Shading;
 
 #[path = "shared/files.rs"]
@@ -345,7 +345,7 @@ fn others_rays(report: &mut String, file: &str, prefix: &str) {
 }
 
 /// Rays a second, one by one and in packets.
-fn rates(tree: &Wide, rays: &mesh::Rays) -> [f64; 2] {
+fn rates(tree: &Bvh, rays: &mesh::Rays) -> [f64; 2] {
     let rate = |work: &dyn Fn() -> usize| {
         let mut found = 0;
         let seconds = time(|| found += work());

@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_op_in_unsafe_fn)]
 
+pub mod bvh;
 pub mod camera;
 pub mod cli;
 pub mod compare;

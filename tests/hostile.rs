@@ -4,10 +4,11 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use ivcam::bvh::Ray;
 use ivcam::grammar::{CLASSES, Class, Default, Dialect, FieldType, Treatment};
 use ivcam::iv::{Document, Limits, NodeRef, Nowhere};
 use ivcam::pose::CameraPose;
-use ivcam::scene::{CompileOptions, Ray, RenderScene};
+use ivcam::scene::{CompileOptions, RenderScene};
 use ivcam::traversal::{Visitor, WalkOptions, walk};
 
 fn read(text: &str) -> Document {

@@ -5,9 +5,10 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use ivcam::bvh::{Hit, Ray};
 use ivcam::iv::{Document, Limits, Nowhere};
 use ivcam::pose::{CameraPose, Projection};
-use ivcam::scene::{CompileOptions, Hit, Ray, RenderScene};
+use ivcam::scene::{CompileOptions, RenderScene};
 use ivcam::traversal::state::FogKind;
 
 fn document(text: &str) -> Document {

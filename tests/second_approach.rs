@@ -7,13 +7,14 @@ use std::path::Path;
 
 use common::{Folder, ivcam};
 use glam::{DVec2, DVec3};
+use ivcam::bvh::Ray;
 use ivcam::camera::{film_plane, lens_in_scene};
 use ivcam::iv::Document;
 use ivcam::lens::{FocusMethod, Lens, LensRay, RearElement};
 use ivcam::math::{Meters, Mm};
 use ivcam::picture::Raster;
 use ivcam::sampling::{DiscMap, Sampler, SamplerKind};
-use ivcam::scene::{CompileOptions, Ray, RenderScene};
+use ivcam::scene::{CompileOptions, RenderScene};
 use ivcam::shade::{ShadeOptions, Shader, Shading};
 
 /// Boards of several grays, 2 m away, and a black wall behind.

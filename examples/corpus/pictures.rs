@@ -5,10 +5,11 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3, Vec3};
 use image::{Rgb, RgbImage};
+use ivcam::bvh::Ray;
 use ivcam::camera::{Camera, Pinhole};
 use ivcam::iv::Document;
 use ivcam::pose::{CameraPose, Projection, ViewportMapping};
-use ivcam::scene::{CompileOptions, Light, Ray, RenderScene};
+use ivcam::scene::{CompileOptions, Light, RenderScene};
 use ivcam::shade::{ShadeOptions, Shader, Shading, Work};
 use serde_json::Value;
 

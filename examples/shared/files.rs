@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::Vec3;
-use ivcam::scene::Ray;
+use ivcam::bvh::Ray;
 
 use crate::mesh::Rays;
 

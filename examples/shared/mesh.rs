@@ -3,10 +3,9 @@
 use std::hint::black_box;
 
 use glam::{DVec3, Vec3};
+use ivcam::bvh::{Block, BlockHits, Bvh, NonTriangles, PacketHits, PreparedRay, Ray, RayPacket};
+use ivcam::math::lanes::{LANES, bits};
 use ivcam::sampling::mix;
-use ivcam::scene::bundle::packets;
-use ivcam::scene::wide::{Block, Met, Others, Packet, Wide, bits};
-use ivcam::scene::{BUNDLE, Bvh, PreparedRay, Ray};
 
 /// A bumpy ball of about `count` triangles.
 pub fn ball(count: usize) -> Vec<[Vec3; 3]> {
@@ -41,13 +40,12 @@ pub fn ball(count: usize) -> Vec<[Vec3; 3]> {
     triangles
 }
 
-pub fn tree(triangles: &[[Vec3; 3]]) -> Wide {
+pub fn tree(triangles: &[[Vec3; 3]]) -> Bvh {
     let boxes: Vec<(Vec3, Vec3)> = triangles
         .iter()
         .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)))
         .collect();
-    let (binary, order) = Bvh::build(&boxes);
-    Wide::collapse(&binary, &order, |p| Some(triangles[p as usize]))
+    Bvh::build(boxes, |p| Some(triangles[p as usize]))
 }
 
 /// Rays of a kind, and whether any hit will do.
@@ -59,7 +57,7 @@ pub struct Rays {
 
 /// From a point outside (rows of a picture), from what they meet to a light, and from there in
 /// any direction.
-pub fn rays(tree: &Wide) -> [Rays; 3] {
+pub fn rays(tree: &Bvh) -> [Rays; 3] {
     let eye = Vec3::new(0.3, 0.4, 4.0);
     let side = 256;
     let primary: Vec<Ray> = (0..side * side)
@@ -101,14 +99,14 @@ pub fn rays(tree: &Wide) -> [Rays; 3] {
 }
 
 /// Distance, weights of the second and third corner, and number.
-fn nearest(tree: &Wide, ray: &Ray) -> Option<(f32, [f32; 2], u32)> {
+fn nearest(tree: &Bvh, ray: &Ray) -> Option<(f32, [f32; 2], u32)> {
     let prepared = PreparedRay::new(ray);
     let mut best = None;
-    let visit = |block: &Block, met: &Met, mut t_max| {
-        for lane in bits(met.mask) {
-            if met.t[lane] < t_max {
-                t_max = met.t[lane];
-                best = Some((t_max, [met.u[lane], met.v[lane]], block.primitive(lane)));
+    let visit = |block: &Block, hits: &BlockHits, mut t_max| {
+        for lane in bits(hits.mask) {
+            if hits.t[lane] < t_max {
+                t_max = hits.t[lane];
+                best = Some((t_max, [hits.u[lane], hits.v[lane]], block.primitive(lane)));
             }
         }
         t_max
@@ -117,11 +115,11 @@ fn nearest(tree: &Wide, ray: &Ray) -> Option<(f32, [f32; 2], u32)> {
     best
 }
 
-fn is_blocked(tree: &Wide, ray: &Ray) -> bool {
+fn is_blocked(tree: &Bvh, ray: &Ray) -> bool {
     let prepared = PreparedRay::new(ray);
     let mut found = false;
-    tree.walk_any(&prepared, 0.0, ray.t_max, |_, met, t_max| {
-        found |= met.mask != 0;
+    tree.walk_any(&prepared, 0.0, ray.t_max, |_, hits, t_max| {
+        found |= hits.mask != 0;
         if found { -1.0 } else { t_max }
     });
     found
@@ -130,14 +128,14 @@ fn is_blocked(tree: &Wide, ray: &Ray) -> bool {
 /// Nothing but triangles.
 struct TrianglesOnly;
 
-impl Others for TrianglesOnly {
-    fn meet(&self, _: &PreparedRay, _: u32, _: f32, _: f32) -> Option<f32> {
+impl NonTriangles for TrianglesOnly {
+    fn intersect(&self, _: &PreparedRay, _: u32, _: f32, _: f32) -> Option<f32> {
         None
     }
 }
 
-/// How many of the rays meet something, traced one by one.
-pub fn one_by_one(tree: &Wide, rays: &Rays) -> usize {
+/// How many of the rays hit something, traced one by one.
+pub fn one_by_one(tree: &Bvh, rays: &Rays) -> usize {
     let meets = |ray: &&Ray| match rays.any {
         true => is_blocked(tree, ray),
         false => black_box(nearest(tree, ray)).is_some(),
@@ -145,20 +143,21 @@ pub fn one_by_one(tree: &Wide, rays: &Rays) -> usize {
     rays.rays.iter().filter(meets).count()
 }
 
-/// How many of the rays meet something, traced in packets.
-pub fn in_packets(tree: &Wide, rays: &Rays) -> usize {
-    let mut packet = Packet::empty();
+/// How many of the rays hit something, traced in packets.
+pub fn in_packets(tree: &Bvh, rays: &Rays) -> usize {
+    let mut hits = PacketHits::default();
     let mut found = 0;
-    for bundle in rays.rays.chunks(BUNDLE) {
-        packets(bundle, |numbers| {
-            packet.fill(numbers.iter().map(|&i| &bundle[usize::from(i)]));
-            if rays.any {
-                tree.meet_packet::<true>(&mut packet, &TrianglesOnly);
-            } else {
-                tree.meet_packet::<false>(&mut packet, &TrianglesOnly);
-            }
-            found += packet.found.count_ones() as usize;
-        });
+    for some in rays.rays.chunks(LANES) {
+        let mut packet = RayPacket::default();
+        for (lane, ray) in some.iter().enumerate() {
+            packet.set(lane, ray);
+        }
+        if rays.any {
+            tree.any_hits(&packet, &TrianglesOnly, &mut hits);
+        } else {
+            black_box(tree.nearest_hits(&packet, &TrianglesOnly, &mut hits));
+        }
+        found += hits.mask.count_ones() as usize;
     }
     found
 }

@@ -9,13 +9,13 @@ use std::f64::consts::{FRAC_PI_4, PI};
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::film::FilmFormat;
-use crate::math::lanes::{LANES, Lane, Lanewise, fused, widely};
+use crate::math::lanes::{LANES, Lane, SimdKernel, dispatch, fused};
 use crate::math::{Meters, Mm};
 use crate::pose::CameraPose;
 use crate::sampling::Samples;
 
-use super::lanes::{Outside, Sheaf};
-use super::{CameraRay, METERS_FROM_MM, Shots};
+use super::film_samples::FilmSamples;
+use super::rays::{CameraRay, CameraRays, ExitRays, METERS_FROM_MM};
 
 /// See the module.
 #[derive(Clone, Copy, Debug)]
@@ -60,56 +60,58 @@ impl IdealLens {
         let one = |[a, b]: [f64; 2]| [vec![a], vec![b]];
         let mut samples = Samples::default();
         (samples.film, samples.pupil) = (one(place), one(pupil));
-        let mut shots = Shots::default();
-        self.shoot(&samples, &mut shots);
-        let ray = shots.bundles()[0].ray(0);
+        let mut rays = CameraRays::default();
+        self.shoot(&samples, &mut rays);
+        let packet = &rays.packets()[0];
+        let ray = packet.rays.ray(0);
         CameraRay {
             origin: ray.origin.as_dvec3(),
             direction: ray.direction.as_dvec3(),
-            weight: shots.weights[0],
+            weight: packet.weights[0],
         }
     }
 
-    pub(super) fn shoot(&self, samples: &Samples, shots: &mut Shots) {
-        let (mut sheaf, mut out) = (Sheaf::default(), Outside::default());
+    pub(super) fn shoot(&self, samples: &Samples, rays: &mut CameraRays) {
+        let mut lanes = FilmSamples::default();
         for first in (0..samples.len()).step_by(LANES) {
-            sheaf.take_from(self.format, samples, first);
-            widely(Through {
+            lanes.take_from(self.format, samples, first);
+            let out = rays.next_packet();
+            dispatch(Through {
                 lens: self,
-                sheaf: &sheaf,
-                out: &mut out,
+                samples: &lanes,
+                out,
             });
-            out.rays.mask = u32::MAX >> (LANES - sheaf.count);
-            shots.take(&out, first);
+            out.rays.mask = u32::MAX >> (LANES - lanes.count);
+            rays.accept(first);
         }
     }
 }
 
-/// Rays of a sheaf through the lens.
+/// The rays from film points through the lens.
 struct Through<'a> {
     lens: &'a IdealLens,
-    sheaf: &'a Sheaf,
-    out: &'a mut Outside,
+    samples: &'a FilmSamples,
+    out: &'a mut ExitRays,
 }
 
-impl Lanewise for Through<'_> {
+impl SimdKernel for Through<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
-        let (lens, sheaf, out) = (self.lens, self.sheaf, self.out);
+        let (lens, samples, out) = (self.lens, self.samples, self.out);
         let turn = DMat3::from_quat(lens.world_from_camera);
         let v = lens.film_distance;
         let area = PI * lens.radius * lens.radius;
         let unit = v * v * area / lens.axial_irradiance;
         let [mut px, mut py] = [[0.0; LANES]; 2];
-        disc::<FUSED>(&sheaf.pupil, &mut px, &mut py);
+        disc::<FUSED>(&samples.pupil, &mut px, &mut py);
         for i in 0..LANES {
             let (lx, ly) = (lens.radius * px[i], lens.radius * py[i]);
-            let [fx, fy] = [sheaf.film[0][i], sheaf.film[1][i]];
+            let [fx, fy] = [samples.film[0][i], samples.film[1][i]];
             let (x, y) = (lx - fx, ly - fy);
             let squared = fused::<FUSED>(x, x, fused::<FUSED>(y, y, v * v));
-            out.weight[i] = unit / (squared * squared);
+            out.weights[i] = unit / (squared * squared);
             // A plane at infinity leaves the direction of the middle ray.
             let near = 1.0 / (lens.distance / METERS_FROM_MM);
             let across = DVec3::new(-fx / v - lx * near, -fy / v - ly * near, -1.0);
@@ -194,8 +196,8 @@ mod tests {
                 samples.pupil[0].push((f64::from(k % 16) + 0.5) / 16.0);
                 samples.pupil[1].push((f64::from(k / 16) + 0.5) / 16.0);
             }
-            let mut shots = Shots::default();
-            lens.shoot(&samples, &mut shots);
+            let mut rays = CameraRays::default();
+            lens.shoot(&samples, &mut rays);
             let film = [
                 (0.5 - place[0]) * format.width,
                 (place[1] - 0.5) * format.height,
@@ -204,15 +206,16 @@ mod tests {
             let image = DVec3::new(-film[0] * d / v, -film[1] * d / v, -d);
             let back = lens.world_from_camera.inverse();
             let mut exposure = 0.0;
-            for (i, weight) in shots.weights.iter().enumerate() {
-                let ray = shots.bundles()[i / LANES].ray(i % LANES);
+            for i in 0..rays.len() {
+                let packet = &rays.packets()[i / LANES];
+                let (ray, weight) = (packet.rays.ray(i % LANES), packet.weights[i % LANES]);
                 let (o, w) = (
                     back * ray.origin.as_dvec3(),
                     back * ray.direction.as_dvec3(),
                 );
                 let off = (image - o).cross(w).length() / w.length();
                 assert!(off < 1e-6, "{off} m beside the image");
-                exposure += weight / shots.len() as f64;
+                exposure += weight / rays.len() as f64;
             }
             let r2 = film[0] * film[0] + film[1] * film[1];
             let cosine = v * v / (v * v + r2);

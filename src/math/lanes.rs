@@ -1,20 +1,50 @@
-//! Work on many values side by side, compiled for every width of vectors that a processor may
+//! Arithmetic on many values side by side, compiled for every width of vectors that a processor may
 //! have, and chosen when the program runs.
 //!
-//! Such work is loops over plain arrays without branches, which the compiler turns into vectors.
-//! Where the processor multiplies and adds in one step, work may ask for that (`FUSED`): it is
-//! rounded once instead of twice, so results differ in the last bit from machine to machine
-//! (docs/decisions/0002-fused-arithmetic.md), and are the same on one machine always.
+//! A kernel is loops over plain arrays without branches, which the compiler turns into vectors.
+//! Where the processor multiplies and adds in one step, a kernel may use that (`FUSED`). The result
+//! is then rounded once instead of twice, so it may differ in the last bit from one kind of
+//! processor to another (docs/decisions/0002-fused-arithmetic.md).
 
-/// Values side by side: enough for four of the widest vectors, which hides the wait for roots
-/// and quotients.
+use glam::Vec3;
+
+/// The number of values side by side, the same for rays in lenses, trees and shading. It is enough
+/// for four of the widest vectors of `f64`, which hides the latency of roots and quotients.
 pub const LANES: usize = 32;
 
-pub type Lane = [f64; LANES];
+/// A number of each lane.
+pub type Lanes<T> = [T; LANES];
 
-/// Work to be compiled for each width. `run` must be `#[inline(always)]`, and so must be what it
-/// calls in its loops.
-pub trait Lanewise {
+/// A double-precision number of each lane.
+pub type Lane = Lanes<f64>;
+
+/// A point or direction of each lane, axis by axis.
+pub type Vec3Lanes = [Lanes<f32>; 3];
+
+/// The point or direction of one lane.
+#[inline(always)]
+pub fn of_lane(all: &Vec3Lanes, lane: usize) -> Vec3 {
+    Vec3::new(all[0][lane], all[1][lane], all[2][lane])
+}
+
+/// Sets the point or direction of one lane.
+#[inline(always)]
+pub fn set_lane(all: &mut Vec3Lanes, lane: usize, value: Vec3) {
+    (all[0][lane], all[1][lane], all[2][lane]) = (value.x, value.y, value.z);
+}
+
+/// The numbers of the bits that are set, lowest first.
+pub fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let at = (mask != 0).then(|| mask.trailing_zeros() as usize);
+        mask &= mask.wrapping_sub(1);
+        at
+    })
+}
+
+/// Arithmetic to be compiled for each width. `run` and everything that it calls in its loops must
+/// be `#[inline(always)]`.
+pub trait SimdKernel {
     type Output;
 
     fn run<const FUSED: bool>(self) -> Self::Output;
@@ -56,7 +86,7 @@ impl Width {
 
     /// Does the work with vectors of this width, or of the widest that the processor has.
     #[inline]
-    pub fn run<W: Lanewise>(self, work: W) -> W::Output {
+    pub fn run<W: SimdKernel>(self, work: W) -> W::Output {
         match self.min(Self::detect()) {
             Self::Plain => work.run::<ALWAYS_FUSED>(),
             // SAFETY: the processor was just asked.
@@ -71,19 +101,19 @@ impl Width {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn run_avx2<W: Lanewise>(work: W) -> W::Output {
+fn run_avx2<W: SimdKernel>(work: W) -> W::Output {
     work.run::<true>()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma")]
-fn run_avx512<W: Lanewise>(work: W) -> W::Output {
+fn run_avx512<W: SimdKernel>(work: W) -> W::Output {
     work.run::<true>()
 }
 
-/// Does the work as wide as the processor can.
+/// Runs a kernel with the widest vectors of this processor.
 #[inline]
-pub fn widely<W: Lanewise>(work: W) -> W::Output {
+pub fn dispatch<W: SimdKernel>(work: W) -> W::Output {
     Width::detect().run(work)
 }
 

@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 
 use super::standing::own_focus;
 use super::{IdealChoice, LensChoice, Optics, Plan};
-use crate::camera::{BareFilm, Camera, IdealLens, LensCamera, Pinhole, pixel_aspect};
+use crate::camera::{Camera, FilmCamera, IdealLens, LensCamera, Pinhole, pixel_aspect};
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::lens::{FilmPlace, Focus, Lens};
 use crate::math::Meters;
@@ -26,7 +26,7 @@ pub fn camera(plan: &Plan, pose: &CameraPose, sink: &mut Sink) -> Result<(Camera
 }
 
 fn film_alone(plan: &Plan, plane: FilmPlane, pose: &CameraPose) -> (Camera, Said) {
-    let film = BareFilm::new(plane, plan.film, plan.aim, pose);
+    let film = FilmCamera::new(plane, plan.film, plan.aim, pose);
     let said = [("lens", "in the scene, as solids".into())];
     (Camera::Film(film), all(said))
 }

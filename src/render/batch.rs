@@ -6,12 +6,12 @@ use glam::DVec3;
 
 use super::exposure::Counts;
 use super::passes::Render;
-use crate::camera::{Doubts, Shots};
+use crate::bvh::Hit;
+use crate::camera::{CameraRays, SpectralCorrections};
 use crate::film::{Exposed, Resolution, Twin};
 use crate::lens::Bundle;
-use crate::math::lanes::{Lanewise, widely};
+use crate::math::lanes::{LANES, SimdKernel, Vec3Lanes, dispatch};
 use crate::sampling::{Sampler, Samples};
-use crate::scene::{BUNDLE, Hit, RayLanes, Sides};
 use crate::shade::Work;
 
 /// Takes places in pixels to the picture along one axis. There is no film beyond its edges: a
@@ -23,7 +23,7 @@ struct Place<'a> {
     size: f64,
 }
 
-impl Lanewise for Place<'_> {
+impl SimdKernel for Place<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -58,13 +58,13 @@ pub(super) struct Batch<'a> {
     each: usize,
     bundle: Bundle,
     /// The rays that got through, and the radiances along them.
-    shots: Shots,
-    radiances: Vec<Sides>,
-    /// Rays of wavelengths that may bring something else, and those of them that are followed.
-    doubts: Doubts,
-    more: Shots,
-    /// What shots and doubts meet.
-    met: [Vec<Option<Hit>>; 2],
+    rays: CameraRays,
+    radiances: Vec<Vec3Lanes>,
+    /// Rays of other wavelengths that may bring other light, and those of them that are shaded.
+    corrections: SpectralCorrections,
+    accepted: CameraRays,
+    /// The hits of `rays` and of `corrections`.
+    hits: [Vec<Option<Hit>>; 2],
     exposures: Vec<DVec3>,
     pub work: Work,
     pub counts: Counts,
@@ -81,11 +81,11 @@ impl<'a> Batch<'a> {
             size: render.camera.batch(),
             each: render.camera.rays_each(),
             bundle: Bundle::default(),
-            shots: Shots::default(),
+            rays: CameraRays::default(),
             radiances: Vec::new(),
-            doubts: Doubts::default(),
-            more: Shots::default(),
-            met: Default::default(),
+            corrections: SpectralCorrections::default(),
+            accepted: CameraRays::default(),
+            hits: Default::default(),
             exposures: Vec::new(),
             work: Work::default(),
             counts: Counts::default(),
@@ -127,16 +127,16 @@ impl<'a> Batch<'a> {
         self.samples.draw();
         self.place();
         let camera = self.render.camera;
-        let (shots, doubts) = (&mut self.shots, &mut self.doubts);
-        camera.shoot(&self.samples, &mut self.bundle, shots, doubts);
-        self.look();
-        self.counts.passed += self.shots.passed as u64;
+        let (rays, corrections) = (&mut self.rays, &mut self.corrections);
+        camera.shoot(&self.samples, &mut self.bundle, rays, corrections);
+        self.shade();
+        self.counts.passed += self.rays.passed as u64;
         self.exposures.clear();
         self.exposures.resize(self.slots.len(), DVec3::ZERO);
-        if !self.doubts.rays.is_empty() {
-            self.doubt();
+        if !self.corrections.rays.is_empty() {
+            self.correct();
         }
-        camera.expose(&self.shots, &self.radiances, &mut self.exposures);
+        camera.expose(&self.rays, &self.radiances, &mut self.exposures);
         let mut samples = self.exposures.iter().zip(&self.weights);
         for of_one in self.slots.chunk_by(|a, b| a == b) {
             // A sum of its own: in the list each would wait for the one before.
@@ -161,7 +161,7 @@ impl<'a> Batch<'a> {
         for (axis, size) in size.into_iter().enumerate() {
             let places = &mut self.samples.film[axis];
             render.filter.spread(places, &mut self.weights);
-            widely(Place {
+            dispatch(Place {
                 places,
                 pixels: &self.pixels[axis],
                 size,
@@ -169,48 +169,50 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// The radiances along all rays that got through, a bundle at a time.
-    fn look(&mut self) {
-        let [met, _] = &mut self.met;
-        met.clear();
-        let doubtful = !self.doubts.rays.is_empty();
-        let bundles = self.shots.bundles();
-        self.radiances.resize(bundles.len(), [[0.0; BUNDLE]; 3]);
-        for (rays, radiances) in bundles.iter().zip(&mut self.radiances) {
+    /// Computes the radiances along all rays that got through, a packet at a time.
+    fn shade(&mut self) {
+        let [hits, _] = &mut self.hits;
+        hits.clear();
+        let keeps_hits = !self.corrections.rays.is_empty();
+        let packets = self.rays.packets();
+        self.radiances.resize(packets.len(), [[0.0; LANES]; 3]);
+        for (packet, radiances) in packets.iter().zip(&mut self.radiances) {
             let shader = self.render.shader;
-            shader.radiances(rays, radiances, &mut self.work);
-            if doubtful {
-                shader.met(rays, &self.work, met);
+            shader.radiances(&packet.rays, radiances, &mut self.work);
+            if keeps_hits {
+                shader.last_hits(&packet.rays, &self.work, hits);
             }
         }
     }
 
-    /// Looks at rays that may bring other light than their firsts, and follows some.
-    fn doubt(&mut self) {
+    /// Intersects rays of other wavelengths, and shades some of them.
+    fn correct(&mut self) {
         let shader = self.render.shader;
-        let [met, others] = &mut self.met;
+        let [hits, others] = &mut self.hits;
         others.clear();
-        for rays in self.doubts.rays.bundles() {
-            shader.looked_at(rays, &mut self.work, others);
+        for packet in self.corrections.rays.packets() {
+            shader.intersect(&packet.rays, &mut self.work, others);
         }
-        let ray = |bundles: &[RayLanes], i: usize| bundles[i / BUNDLE].ray(i % BUNDLE);
-        let unlike: Vec<bool> = (0..self.doubts.rays.len())
+        let ray = |rays: &CameraRays, i: usize| rays.packets()[i / LANES].rays.ray(i % LANES);
+        let unlike: Vec<bool> = (0..self.corrections.rays.len())
             .map(|number| {
-                let first = self.doubts.firsts[number] as usize;
-                let one = ray(self.shots.bundles(), first);
-                let other = ray(self.doubts.rays.bundles(), number);
-                let pair = [(&one, met[first]), (&other, others[number])];
+                let first = self.corrections.firsts[number] as usize;
+                let one = ray(&self.rays, first);
+                let other = ray(&self.corrections.rays, number);
+                let pair = [(&one, hits[first]), (&other, others[number])];
                 shader.scene().is_unlike(pair)
             })
             .collect();
-        let more = &mut self.more;
-        self.doubts.settle(|i| unlike[i], &mut self.shots, more);
+        let accepted = &mut self.accepted;
+        self.corrections
+            .accept(|i| unlike[i], &mut self.rays, accepted);
         let mut light = Vec::new();
-        for rays in more.bundles() {
-            let mut radiances = Sides::default();
-            shader.radiances(rays, &mut radiances, &mut self.work);
+        for packet in accepted.packets() {
+            let mut radiances = Vec3Lanes::default();
+            shader.radiances(&packet.rays, &mut radiances, &mut self.work);
             light.push(radiances);
         }
-        self.render.camera.expose(more, &light, &mut self.exposures);
+        let camera = self.render.camera;
+        camera.expose(accepted, &light, &mut self.exposures);
     }
 }

@@ -15,12 +15,13 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use crate::bvh::Ray;
 use crate::camera::LensCamera;
 use crate::film::{Glare, Resolution};
 use crate::lens::analysis::ghosts::RGB_LINES;
 use crate::lens::{GhostPair, Lens, LensRay, Toward};
 use crate::sampling::mix;
-use crate::scene::{Light, Ray, RenderScene};
+use crate::scene::{Light, RenderScene};
 use crate::traversal::state::LightKind;
 
 /// Cells a side of the grid of a pair's first rays.

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::hash::mix;
-use crate::math::lanes::{LANES, Lanewise, widely};
+use crate::math::lanes::{LANES, SimdKernel, dispatch};
 
 /// Direction numbers of the first four dimensions (Joe and Kuo, 2008): degree and coefficients
 /// of the primitive polynomial, and the first numbers.
@@ -167,7 +167,7 @@ impl Waiting {
             let now = first..(first + LANES).min(count);
             let seeds = [0, 1, 2, 3].map(|d| &self.seeds[d][now.clone()]);
             let to = filled + now.start..filled + now.end;
-            widely(Draw {
+            dispatch(Draw {
                 places: &self.places[now],
                 seeds,
                 out: [
@@ -207,7 +207,7 @@ struct Draw<'a> {
     out: [&'a mut [f64]; 4],
 }
 
-impl Lanewise for Draw<'_> {
+impl SimdKernel for Draw<'_> {
     type Output = ();
 
     #[inline(always)]

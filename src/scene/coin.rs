@@ -266,7 +266,7 @@ mod tests {
         let text = "#VRML V2.0 utf8\nShape { geometry Box { } } Shape { appearance Appearance { } geometry Box { } }";
         for (as_coin, color) in [(false, Vec3::ONE), (true, Vec3::splat(0.8))] {
             let scene = compiled(text, as_coin);
-            let hit = scene.hit_any_side(&crate::scene::Ray::new(Vec3::ZERO, Vec3::NEG_Z));
+            let hit = scene.hit_any_side(&crate::bvh::Ray::new(Vec3::ZERO, Vec3::NEG_Z));
             let surface = scene.surface(&hit.expect("inside the box"));
             let seen = if surface.base_color {
                 surface.diffuse[0]
@@ -285,7 +285,7 @@ mod tests {
             (true, Vec3::new(0.5, 0.4, 0.0)),
         ] {
             let scene = compiled(text, as_coin);
-            let hit = scene.hit(&crate::scene::Ray::new(Vec3::ZERO, Vec3::NEG_Z));
+            let hit = scene.hit(&crate::bvh::Ray::new(Vec3::ZERO, Vec3::NEG_Z));
             let surface = scene.surface(&hit.expect("the line"));
             assert!((surface.diffuse[0] - color).length() < 1e-6);
         }
@@ -297,7 +297,7 @@ mod tests {
         // (1, 0): by the standard moved to 1.25, turned about the center, doubled from 0 and moved back.
         for (as_coin, at) in [(false, Vec2::new(-0.5, 3.5)), (true, Vec2::new(0.75, 1.0))] {
             let scene = compiled(text, as_coin);
-            let hit = scene.hit_any_side(&crate::scene::Ray::new(Vec3::ZERO, Vec3::NEG_Z));
+            let hit = scene.hit_any_side(&crate::bvh::Ray::new(Vec3::ZERO, Vec3::NEG_Z));
             let surface = scene.surface(&hit.expect("inside the box"));
             let matrix = surface.texture.as_ref().expect("a texture").matrix;
             let seen = matrix.transform_point3(Vec3::X).truncate();

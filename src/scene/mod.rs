@@ -5,46 +5,40 @@
 
 pub mod background;
 pub mod builder;
-pub mod bundle;
 pub mod census;
 pub mod check;
 pub mod coin;
 pub mod handles;
 pub mod inventor_box;
 pub mod light;
-pub mod plain;
+pub mod packets;
 pub mod powers;
 pub mod screen;
 pub mod shapes;
 pub mod surface;
 pub mod survey;
 pub mod texture;
-pub mod traverse;
-pub mod wide;
 
 use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, Vec2, Vec3};
 
+use crate::bvh::{Block, BlockHits, Bvh, COPLANAR, Hit, PreparedRay, Ray};
 use crate::diag::{Diagnostic, Result};
 use crate::geometry::text::Fonts;
 use crate::geometry::{Quadric, Stroke, View};
 use crate::iv::{Document, Limits};
+use crate::math::lanes::bits;
 use crate::pose::CameraPose;
 use crate::traversal::{self, WalkOptions};
 
 pub use builder::Builder;
-pub use bundle::{BUNDLE, HitLanes, RayLanes, Side, Sides, of_lane};
 pub use census::Census;
 pub use light::Light;
-pub use plain::{LitPoints, set_lane};
 pub use surface::{Point, Surface};
 pub use survey::Survey;
-pub use traverse::{Bvh, PreparedRay, Ray};
 
-use plain::PlainSurface;
 use texture::Texture;
-use wide::{Block, Met, Wide};
 
 /// What a picture needs of a scene; a lookup from the shading, not a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,21 +110,6 @@ impl Default for CompileOptions {
     }
 }
 
-/// Where a ray met the scene: which primitive, and where on it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    pub t: f32,
-    /// Triangles first, then quadrics, then strokes.
-    pub primitive: u32,
-    /// Weights of a triangle's second and third corner.
-    pub u: f32,
-    pub v: f32,
-}
-
-/// Things nearer together than this share of their distance lie in one plane: about what a depth
-/// buffer of 24 bits tells apart when its near plane is a tenth as far as the scene.
-const COPLANAR: f32 = 1.0 / (1 << 20) as f32;
-
 /// The nearest of what a ray was found to meet so far.
 struct Front {
     best: Option<Hit>,
@@ -195,12 +174,10 @@ pub struct RenderScene {
     /// Surface of each triangle, quadric and stroke.
     owners: Vec<u32>,
     surfaces: Vec<Surface>,
-    /// The same in short.
-    plain: Vec<PlainSurface>,
     light_sets: Vec<Arc<Vec<Light>>>,
     textures: Vec<Arc<Texture>>,
     /// Built when the first ray asks for it.
-    tree: OnceLock<Wide>,
+    tree: OnceLock<Bvh>,
     /// Whether any surface is see-through in places or seen from one side only.
     special: bool,
     /// Whether any surface is seen before everything else.
@@ -260,7 +237,6 @@ impl RenderScene {
         if self.census.transparent {
             self.settle_centers();
         }
-        self.plain = self.surfaces.iter().map(PlainSurface::of).collect();
         self.solid = self
             .surfaces
             .iter()
@@ -286,13 +262,10 @@ impl RenderScene {
 
     /// The tree that rays go through, built when it is first asked for: what needs no ray (bounds,
     /// counts, triangles) does not wait for it. The same tree whoever asks.
-    fn tree(&self) -> &Wide {
+    fn tree(&self) -> &Bvh {
         self.tree.get_or_init(|| {
-            let boxes: Vec<(Vec3, Vec3)> = self.boxes().collect();
-            let (binary, order) = Bvh::build(&boxes);
-            drop(boxes);
             let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
-            Wide::collapse(&binary, &order, corners)
+            Bvh::build(self.boxes().collect(), corners)
         })
     }
 
@@ -363,8 +336,8 @@ impl RenderScene {
         let prepared = PreparedRay::new(ray);
         let look = |front: &mut Front| {
             self.tree()
-                .walk(&prepared, ray.t_min, front.t_max, |block, met, t_max| {
-                    self.visit(&prepared, (block, met), ray.t_min, t_max, |hit| {
+                .walk(&prepared, ray.t_min, front.t_max, |block, hits, t_max| {
+                    self.visit(&prepared, (block, hits), ray.t_min, t_max, |hit| {
                         let passed = hit.t <= ray.plane_end && self.rank(&hit) >= ray.passed;
                         if !passed && is_seen(&hit) {
                             front.offer(hit, |hit| self.rank(hit));
@@ -393,7 +366,7 @@ impl RenderScene {
 
     /// The ray that goes on behind what it met: to the rest of what lies in the same plane, from
     /// the last drawn to the first, then farther on. Nothing is met twice or left out.
-    pub fn past(&self, ray: &Ray, hit: &Hit) -> Ray {
+    pub fn continue_behind(&self, ray: &Ray, hit: &Hit) -> Ray {
         let mut ahead = *ray;
         if hit.t > ray.plane_end {
             let thickness = hit.t.abs() * COPLANAR;
@@ -410,23 +383,23 @@ impl RenderScene {
     fn visit(
         &self,
         ray: &PreparedRay,
-        (block, met): (&Block, &Met),
+        (block, hits): (&Block, &BlockHits),
         t_min: f32,
         mut t_max: f32,
         mut found: impl FnMut(Hit) -> f32,
     ) -> f32 {
-        for lane in wide::bits(met.mask) {
-            let t = met.t[lane];
+        for lane in bits(hits.mask) {
+            let t = hits.t[lane];
             if t < t_max {
                 t_max = found(Hit {
                     t,
                     primitive: block.primitive(lane),
-                    u: met.u[lane],
-                    v: met.v[lane],
+                    u: hits.u[lane],
+                    v: hits.v[lane],
                 });
             }
         }
-        for lane in wide::bits(block.others()) {
+        for lane in bits(block.non_triangles()) {
             let mut from = t_min;
             // A curved one may be met twice.
             while let Some(hit) = self.meet(ray, block.primitive(lane), from, t_max) {
@@ -504,8 +477,8 @@ impl RenderScene {
         let prepared = PreparedRay::new(ray);
         let mut through = 1.0;
         self.tree()
-            .walk_any(&prepared, ray.t_min, t_max, |block, met, t_max| {
-                self.visit(&prepared, (block, met), ray.t_min, t_max, |hit| {
+            .walk_any(&prepared, ray.t_min, t_max, |block, hits, t_max| {
+                self.visit(&prepared, (block, hits), ray.t_min, t_max, |hit| {
                     through *= self.lets_through(ray, &hit);
                     if through > 0.0 {
                         t_max
@@ -701,6 +674,22 @@ impl RenderScene {
             self.quadrics.len(),
             self.strokes.len(),
         )
+    }
+
+    /// The corners of a primitive, or nothing if it is not a triangle.
+    #[inline]
+    pub fn corners(&self, primitive: u32) -> Option<&[Vec3; 3]> {
+        self.triangles.get(primitive as usize)
+    }
+
+    /// The number of a primitive's surface.
+    #[inline]
+    pub fn surface_number(&self, primitive: u32) -> usize {
+        self.owners[primitive as usize] as usize
+    }
+
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
     }
 
     /// The triangles in order of traversal, for holding against another program's.

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
+use super::RenderScene;
 use super::texture::{Filter, Texture};
-use super::{Hit, Ray, RenderScene};
+use crate::bvh::{Hit, Ray};
 use crate::traversal::state::{EnvironmentElement, TextureModel};
 
 /// Texture coordinates that depend on where a ray comes from, or on nothing stored.
@@ -144,6 +145,22 @@ impl Surface {
     pub fn transparency_at(&self, index: u32) -> f32 {
         let last = self.transparency.len() - 1;
         self.transparency[(index as usize).min(last)]
+    }
+
+    /// What the surface gives off by itself and of the ambient light.
+    pub fn glow(&self) -> Vec3 {
+        self.emissive + self.ambient * self.environment.ambient
+    }
+
+    /// The diffuse color of one of the surface's triangles at the weights of a hit.
+    #[inline(always)]
+    pub fn diffuse_between(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
+        let [a, b, c] = self.materials_of(triangle);
+        let first = self.diffuse_at(a);
+        if a == b && b == c {
+            return first;
+        }
+        first * (1.0 - u - v) + self.diffuse_at(b) * u + self.diffuse_at(c) * v
     }
 
     /// Whether no light goes through anywhere.

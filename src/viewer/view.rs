@@ -6,10 +6,11 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use crate::bvh::Ray;
 use crate::camera::{Camera, CameraRay, LensCamera};
 use crate::film::Resolution;
 use crate::pose::CameraPose;
-use crate::scene::{Ray, RenderScene};
+use crate::scene::RenderScene;
 
 /// Lens points tried in turn for the ray that stands for a pixel: the middle, then around it,
 /// where the rim cuts the middle off.

@@ -3,7 +3,7 @@
 use super::spans::Spans;
 use super::transmission::PupilTransmission;
 use super::window::PupilWindow;
-use crate::math::lanes::{LANES, Lane, Lanewise};
+use crate::math::lanes::{LANES, Lane, SimdKernel};
 
 /// Points of the rear vertex plane to aim at, a lane for each ray.
 #[derive(Clone, Debug)]
@@ -45,7 +45,7 @@ pub struct SpanAims<'a> {
     pub aims: &'a mut Aims,
 }
 
-impl Lanewise for SpanAims<'_> {
+impl SimdKernel for SpanAims<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -14,7 +14,7 @@ use super::transmission::PupilTransmission;
 use super::window::PupilWindow;
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
-use crate::math::lanes::{LANES, Lane, widely};
+use crate::math::lanes::{LANES, Lane, dispatch};
 use crate::sampling::DiscMap;
 
 /// Where to aim. The 1999 program: `RearElement`. Default now: `ExitPupil`.
@@ -63,7 +63,7 @@ impl PupilTarget {
             && let Table::Radial(_, spans) = &target.table
             && target.strays.is_none()
         {
-            return widely(SpanAims {
+            return dispatch(SpanAims {
                 spans,
                 transmission,
                 film,

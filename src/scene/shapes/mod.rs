@@ -283,7 +283,7 @@ mod tests {
             ..CompileOptions::default()
         };
         let scene = crate::scene::RenderScene::compile(&document, &options).expect("compiles");
-        let ray = crate::scene::Ray::new(Vec3::ZERO, Vec3::new(1.0, 0.1, -6.0));
+        let ray = crate::bvh::Ray::new(Vec3::ZERO, Vec3::new(1.0, 0.1, -6.0));
         scene.hit(&ray).is_some()
     }
 

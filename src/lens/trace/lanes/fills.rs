@@ -7,14 +7,14 @@ use super::follow::{Follow, follow, stretch};
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::Toward;
 use crate::lens::trace::tracer::Tracer;
-use crate::math::lanes::{LANES, Lane, Lanewise, widely};
+use crate::math::lanes::{LANES, Lane, SimdKernel, dispatch};
 
 impl Lens {
     /// Traces from a film point to points of the rear vertex plane and on, without blocking.
     pub(crate) fn fills(&self, film: DVec3, x: &Lane, y: &Lane) -> Fills {
         let tracer = &self.tracer(Toward::Scene, false);
         let toward = self.length();
-        widely(FromFilm {
+        dispatch(FromFilm {
             tracer,
             film,
             toward,
@@ -33,7 +33,7 @@ impl Lens {
         // So many at once as stay in the processor's nearest memory.
         const ROOM: usize = 16 * LANES;
         for (aims, fills) in aims.chunks(ROOM).zip(all.chunks_mut(ROOM)) {
-            widely(UpTo {
+            dispatch(UpTo {
                 tracer,
                 film,
                 toward,
@@ -48,7 +48,7 @@ impl Lens {
     /// Traces a bundle from the film side without blocking; a lane without a ray is lost.
     pub(crate) fn fills_of(&self, bundle: &mut Bundle) -> Lane {
         let tracer = &self.tracer(Toward::Scene, false);
-        widely(Follow { tracer, bundle });
+        dispatch(Follow { tracer, bundle });
         bundle.fills().fill
     }
 }
@@ -63,7 +63,7 @@ struct FromFilm<'a> {
     y: &'a Lane,
 }
 
-impl Lanewise for FromFilm<'_> {
+impl SimdKernel for FromFilm<'_> {
     type Output = Fills;
 
     #[inline(always)]
@@ -99,7 +99,7 @@ struct UpTo<'a> {
     fills: &'a mut [f64],
 }
 
-impl Lanewise for UpTo<'_> {
+impl SimdKernel for UpTo<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -14,7 +14,7 @@ use crate::lens::lens::Lens;
 use crate::lens::trace::element::Form;
 use crate::lens::trace::ray::Toward;
 use crate::lens::trace::tracer::Tracer;
-use crate::math::lanes::{LANES, Lanewise, Width};
+use crate::math::lanes::{LANES, SimdKernel, Width};
 
 impl Lens {
     /// Traces a bundle from the film side into the scene. Rays that get through end on the front
@@ -41,7 +41,7 @@ pub(super) struct Follow<'a, 'b> {
     pub bundle: &'b mut Bundle,
 }
 
-impl Lanewise for Follow<'_, '_> {
+impl SimdKernel for Follow<'_, '_> {
     type Output = ();
 
     #[inline(always)]

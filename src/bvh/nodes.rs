@@ -1,90 +1,87 @@
-//! Nodes of eight boxes and leaves of four triangles, each tested at once.
-//!
-//! Collapsed from the binary tree that obvhs builds. Box and triangle tests are the ones of
-//! `traverse`, operation by operation and never fused, so that a hit has the same bits with
-//! whatever instructions the processor has. What is not a triangle keeps its place in a leaf and is
-//! met by whoever knows what it is.
+//! The tree: nodes of eight boxes, and leaves of blocks of four primitives.
 
-mod block;
-mod collapse;
-mod packet;
-mod walk;
+use glam::Vec3;
 
-pub use block::{Block, Met};
-pub use packet::{Others, PACKET, Packet, course};
+use super::binary::{BinaryBvh, Box3};
+use super::block::Block;
 
 /// Boxes in a node.
-const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 8;
 
-/// Eight boxes, plane by plane: smallest x, y, z, then largest. An empty one has its planes the
-/// wrong way round and is never entered.
+/// Eight boxes, plane by plane: smallest x, y, z, then largest. In an empty box the smallest is
+/// larger than the largest, so that no ray enters it.
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
-struct Node {
-    planes: [[f32; WIDTH]; 6],
-    children: [Child; WIDTH],
+pub(super) struct Node {
+    pub planes: [[f32; WIDTH]; 6],
+    pub children: [Child; WIDTH],
 }
 
-/// What is behind a box: a node, or the first block of a leaf.
+/// What a box holds: a node, or the first block of a leaf.
 #[derive(Clone, Copy, Debug)]
-struct Child(u32);
+pub(super) struct Child(pub u32);
 
 impl Child {
-    const LEAF: u32 = 1 << 31;
-    const ROOT: Self = Self(0);
+    pub const LEAF: u32 = 1 << 31;
+    pub const ROOT: Self = Self(0);
 
-    fn leaf(block: usize) -> Self {
+    pub fn leaf(block: usize) -> Self {
         Self(block as u32 | Self::LEAF)
     }
 
     #[inline(always)]
-    fn is_leaf(self) -> bool {
+    pub fn is_leaf(self) -> bool {
         self.0 & Self::LEAF != 0
     }
 
     #[inline(always)]
-    fn place(self) -> usize {
+    pub fn place(self) -> usize {
         (self.0 & !Self::LEAF) as usize
     }
 }
 
-/// The tree.
+/// A tree of boxes around primitives.
 #[derive(Clone, Debug, Default)]
-pub struct Wide {
-    nodes: Vec<Node>,
-    blocks: Vec<Block>,
-    /// How many boxes a ray comes back to at most.
-    waiting: usize,
+pub struct Bvh {
+    pub(super) nodes: Vec<Node>,
+    pub(super) blocks: Vec<Block>,
+    /// The largest number of boxes that can be on a traversal stack at once.
+    pub(super) stack_size: usize,
 }
 
-/// Set bits, lowest first.
-pub fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let at = (mask != 0).then(|| mask.trailing_zeros() as usize);
-        mask &= mask.wrapping_sub(1);
-        at
-    })
+impl Bvh {
+    /// Builds over the boxes of primitives. `triangle` gives a primitive's corners, or nothing for
+    /// a primitive that is not a triangle.
+    pub fn build(boxes: Vec<Box3>, triangle: impl Fn(u32) -> Option<[Vec3; 3]>) -> Self {
+        let binary = BinaryBvh::build(&boxes);
+        drop(boxes);
+        Self::collapse(&binary, triangle)
+    }
+
+    /// Bytes of memory that nodes and blocks take.
+    pub fn bytes(&self) -> usize {
+        std::mem::size_of_val(&self.nodes[..]) + std::mem::size_of_val(&self.blocks[..])
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
+    use crate::bvh::block::BlockHits;
+    use crate::bvh::ray::Ray;
+    use crate::bvh::triangle::{PreparedRay, tests::brute};
+    use crate::math::lanes::bits;
     use crate::sampling::mix;
-    use crate::scene::traverse::Bvh;
-    use crate::scene::traverse::tests::brute;
-    use crate::scene::{PreparedRay, Ray};
 
-    /// The nearest hit, by the instructions of the processor or without them.
-    fn led(tree: &Wide, ray: &Ray, plain: bool) -> Option<f32> {
+    /// The nearest hit, with the vector instructions of the processor or without them.
+    fn nearest(tree: &Bvh, ray: &Ray, plain: bool) -> Option<f32> {
         let prepared = PreparedRay::new(ray);
-        let mut nearest = None;
-        let visit = |_: &Block, met: &Met, mut t_max: f32| {
-            for lane in bits(met.mask) {
-                if met.t[lane] < t_max {
-                    t_max = met.t[lane];
-                    nearest = Some(t_max);
+        let mut found = None;
+        let visit = |_: &Block, hits: &BlockHits, mut t_max: f32| {
+            for lane in bits(hits.mask) {
+                if hits.t[lane] < t_max {
+                    t_max = hits.t[lane];
+                    found = Some(t_max);
                 }
             }
             t_max
@@ -94,18 +91,18 @@ mod tests {
         } else {
             tree.walk(&prepared, 0.0, f32::INFINITY, visit);
         }
-        nearest
+        found
     }
 
-    /// Whether something is met, in whatever order.
-    fn any(tree: &Wide, ray: &Ray) -> bool {
+    /// Whether anything is hit.
+    fn any(tree: &Bvh, ray: &Ray) -> bool {
         let prepared = PreparedRay::new(ray);
-        let mut met = false;
-        tree.walk_any(&prepared, 0.0, f32::INFINITY, |_, of_block, t_max| {
-            met |= of_block.mask != 0;
-            if met { -1.0 } else { t_max }
+        let mut found = false;
+        tree.walk_any(&prepared, 0.0, f32::INFINITY, |_, hits, t_max| {
+            found |= hits.mask != 0;
+            if found { -1.0 } else { t_max }
         });
-        met
+        found
     }
 
     /// Thin triangles near and far, small and large.
@@ -121,13 +118,12 @@ mod tests {
         triangles
     }
 
-    fn tree(triangles: &[[Vec3; 3]]) -> Wide {
+    fn tree(triangles: &[[Vec3; 3]]) -> Bvh {
         let boxes: Vec<(Vec3, Vec3)> = triangles
             .iter()
             .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)))
             .collect();
-        let (binary, order) = Bvh::build(&boxes);
-        Wide::collapse(&binary, &order, |p| Some(triangles[p as usize]))
+        Bvh::build(boxes, |p| Some(triangles[p as usize]))
     }
 
     /// 30,000 rays: along an axis or almost, −0.0 and tiny components included; from a point on
@@ -163,8 +159,12 @@ mod tests {
                 }
             };
             let expected = brute(&triangles, &ray);
-            assert_eq!(expected, led(&tree, &ray, false), "ray {i}: {ray:?}");
-            assert_eq!(expected, led(&tree, &ray, true), "ray {i}, plain: {ray:?}");
+            assert_eq!(expected, nearest(&tree, &ray, false), "ray {i}: {ray:?}");
+            assert_eq!(
+                expected,
+                nearest(&tree, &ray, true),
+                "ray {i}, plain: {ray:?}"
+            );
             assert_eq!(
                 expected.is_some(),
                 any(&tree, &ray),
@@ -178,9 +178,9 @@ mod tests {
     #[test]
     fn an_empty_tree_and_one_of_one_triangle_are_trees() {
         let ray = Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::NEG_Z);
-        assert_eq!(led(&tree(&[]), &ray, false), None);
+        assert_eq!(nearest(&tree(&[]), &ray, false), None);
         assert_eq!(
-            led(&tree(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]), &ray, false),
+            nearest(&tree(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]), &ray, false),
             Some(1.0)
         );
     }

@@ -82,7 +82,7 @@ pub enum Above {
 
 /// Orders items so that parts of at most `most` lie together, and gives the tree above them, the
 /// root first. A part is larger only if all its boxes are the same.
-pub fn part(items: &mut [Item], most: usize) -> Vec<Above> {
+pub fn split_by_sah(items: &mut [Item], most: usize) -> Vec<Above> {
     let mut above = vec![Above::Part(0..items.len())];
     if items.len() <= most {
         return above;
@@ -291,7 +291,7 @@ mod tests {
         for kind in 0..5 {
             let boxes: Vec<Box3> = (0..3000).map(|i| hard(kind, i)).collect();
             let mut items = items(&boxes);
-            let above = part(&mut items, 64);
+            let above = split_by_sah(&mut items, 64);
             let mut held = vec![false; boxes.len()];
             let mut ahead = vec![(0, (Vec3::NEG_INFINITY, Vec3::INFINITY))];
             while let Some((at, outer)) = ahead.pop() {

@@ -1,20 +1,21 @@
-//! Surfaces by all their lights, a bundle of rays at once.
+//! Radiances of a packet of rays: points lit by all their lights side by side.
 
 use glam::Vec3;
 
-use crate::scene::wide::bits;
-use crate::scene::{BUNDLE, Hit, HitLanes, Light, Point, RayLanes, Sides, of_lane, set_lane};
-
-use super::{Pending, Shader, Shading, Work};
+use super::shader::{Pending, Shader, Work};
+use super::shading::Shading;
+use crate::bvh::{Hit, PacketHits, RayPacket};
+use crate::math::lanes::{LANES, Vec3Lanes, bits, of_lane, set_lane};
+use crate::scene::{Light, Point};
 
 impl Shader<'_> {
     /// The radiances of rays that meet nothing, or what is lit by lights alone, and which those
     /// are: bits.
-    pub(super) fn side_by_side(
+    pub(super) fn shade_packet(
         &self,
-        rays: &RayLanes,
-        hits: &HitLanes,
-        radiances: &mut Sides,
+        rays: &RayPacket,
+        hits: &PacketHits,
+        radiances: &mut Vec3Lanes,
         work: &mut Work,
     ) -> u32 {
         let done = rays.mask & !hits.mask;
@@ -29,7 +30,8 @@ impl Shader<'_> {
         if !lit || self.options.as_opengl && self.shading != Shading::Recursive {
             return done;
         }
-        self.scene.plain_points(rays, hits, &mut work.points);
+        work.points
+            .gather(self.scene, self.plain_surfaces(), rays, hits);
         let plain = work.points.mask;
         let others = hits.mask & !plain;
         if others == 0 {
@@ -39,8 +41,8 @@ impl Shader<'_> {
             let hit = hits.hit(lane).filter(|_| others >> lane & 1 == 1)?;
             Some((Pending::first(&rays.ray(lane), lane), Some(hit)))
         });
-        let mut colors = [Vec3::ZERO; BUNDLE];
-        let lit = self.give_all(&paths, radiances, &mut colors, work);
+        let mut colors = [Vec3::ZERO; LANES];
+        let lit = self.accumulate_all(&paths, radiances, &mut colors, work);
         self.follow_all(&mut colors, work);
         for lane in bits(others) {
             set_lane(radiances, lane, colors[lane]);
@@ -50,14 +52,14 @@ impl Shader<'_> {
 
     /// Lights the points that paths end at, side by side with those that wait to be lit, and adds
     /// what they send back to their lanes' colors. Answers which lanes are lit: bits.
-    fn give_all(
+    fn accumulate_all(
         &self,
-        paths: &[Option<(Pending, Option<Hit>)>; BUNDLE],
-        radiances: &mut Sides,
-        colors: &mut [Vec3; BUNDLE],
+        paths: &[Option<(Pending, Option<Hit>)>; LANES],
+        radiances: &mut Vec3Lanes,
+        colors: &mut [Vec3; LANES],
         work: &mut Work,
     ) -> u32 {
-        let points: [Option<Point<'_>>; BUNDLE] = std::array::from_fn(|slot| {
+        let points: [Option<Point<'_>>; LANES] = std::array::from_fn(|slot| {
             let (path, hit) = paths[slot].as_ref()?;
             let point = self.scene.point(&path.ray, hit.as_ref()?);
             if !point.surface.base_color {
@@ -79,7 +81,7 @@ impl Shader<'_> {
             } else {
                 self.lit_by_itself(point, &mut work.counts)
             };
-            self.give(hit, point, light, path, color, &mut work.pending);
+            self.accumulate(hit, point, light, path, color, &mut work.pending);
         }
         lit
     }
@@ -87,24 +89,24 @@ impl Shader<'_> {
     /// Adds what the rays that are still to be followed bring, each to its lane's color. They go
     /// in the order in which they came up, so that each lane's sum is made in one order whatever
     /// the others do.
-    fn follow_all(&self, colors: &mut [Vec3; BUNDLE], work: &mut Work) {
-        let mut lit = Sides::default();
+    fn follow_all(&self, colors: &mut [Vec3; LANES], work: &mut Work) {
+        let mut lit = Vec3Lanes::default();
         while !work.pending.is_empty() {
-            let count = work.pending.len().min(BUNDLE);
+            let count = work.pending.len().min(LANES);
             work.counts.scene += count as u64;
-            let mut paths = [const { None }; BUNDLE];
+            let mut paths = [const { None }; LANES];
             for (slot, next) in work.pending.drain(..count).enumerate() {
                 let hit = self.next_hit(&next);
                 paths[slot] = Some((next, hit));
             }
             work.points.clear();
-            self.give_all(&paths, &mut lit, colors, work);
+            self.accumulate_all(&paths, &mut lit, colors, work);
         }
     }
 
     /// The light that points of some lanes give off, before texture and fog; and which of them it
     /// is known of: bits.
-    fn lit(&self, lanes: u32, radiances: &mut Sides, work: &mut Work) -> u32 {
+    fn lit(&self, lanes: u32, radiances: &mut Vec3Lanes, work: &mut Work) -> u32 {
         let (mut left, mut known) = (lanes, 0);
         while left != 0 {
             let set = work.points.lights(left.trailing_zeros() as usize);
@@ -118,7 +120,7 @@ impl Shader<'_> {
     }
 
     /// Adds up the lights of a set; false if one of them is none of the plain ones.
-    fn lit_by_set(&self, set: u32, lanes: u32, radiances: &mut Sides, work: &mut Work) -> bool {
+    fn lit_by_set(&self, set: u32, lanes: u32, radiances: &mut Vec3Lanes, work: &mut Work) -> bool {
         let lights = self.scene.lights_of_set(set).iter().chain(&self.headlight);
         // A light of VRML 97 may have a share that comes from everywhere.
         if lights.clone().any(|light| light.ambient != Vec3::ZERO) {
@@ -137,10 +139,10 @@ impl Shader<'_> {
         true
     }
 
-    fn add_light(&self, light: &Light, lanes: u32, radiances: &mut Sides, work: &mut Work) {
+    fn add_light(&self, light: &Light, lanes: u32, radiances: &mut Vec3Lanes, work: &mut Work) {
         let Work { points, counts, .. } = work;
         points.reach(light, lanes);
-        let mut through = [1.0; BUNDLE];
+        let mut through = [1.0; LANES];
         if self.shading == Shading::Recursive {
             counts.shadow += u64::from(points.lit.rays.mask.count_ones());
             self.scene.transmittances(&points.lit.rays, &mut through);

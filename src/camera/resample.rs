@@ -1,21 +1,22 @@
-//! Rays that are lost in the margin of what is aimed at, drawn anew.
+//! Rays that are lost in the margin of the area aimed at are resampled.
 //!
-//! A lost ray is a sample without light, and a hundredth of all samples is the greatest noise of
-//! an even part of a picture. Where it is known how much of the figure aimed at is light
-//! ([`PupilTransmission`]), a lost ray is aimed again from its film point until it gets through, and every
-//! ray counts for the area of the light alone: the mean is the same, and the noise is gone.
+//! A lost ray is a sample without light, and if a hundredth of all samples are lost, that is the
+//! greatest noise of an even part of a picture. Where the share of light in the area aimed at is
+//! known ([`PupilTransmission`]), a lost ray is aimed again from its film point until it gets through, and every
+//! ray is weighted by the area of the light alone. The mean is the same, and the noise is gone.
 
-use crate::lens::{Aims, Bundle, LANES, PupilTransmission};
-use crate::sampling::mix;
-use crate::scene::wide::bits;
+use super::film_samples::FilmSamples;
+use super::lens_camera::LensCamera;
+use super::rays::{CameraRays, ExitRays};
+use crate::lens::{Aims, Bundle, PupilTransmission};
+use crate::math::lanes::{LANES, bits};
+use crate::sampling::{Samples, mix};
 
-use super::lanes::{Outside, Sheaf};
-use super::{LensCamera, Shots};
-
-/// As often a ray is aimed again: of a fifth that is lost at most, nothing is left.
+/// Retries per lost ray. If at most 20% are lost, 0.2^16 ≈ 7e-12 remain lost.
 const ROUNDS: u64 = 16;
 
-/// A sample whose ray was lost: the film point, and the numbers that it was aimed by.
+/// A sample whose ray was lost: its film point, and the point of the unit square that it was aimed
+/// at.
 #[derive(Clone, Copy, Debug)]
 struct Lost {
     film: [f64; 2],
@@ -23,27 +24,27 @@ struct Lost {
     sample: usize,
 }
 
-/// Samples to draw anew.
+/// The samples whose rays are to be aimed again.
 #[derive(Debug, Default)]
-pub(super) struct Redraws {
+struct Resampler {
     lost: Vec<Lost>,
 }
 
-impl Redraws {
-    /// Weighs rays by the light in their figures, and takes down those that are lost, of samples
-    /// from a number on.
-    pub fn note(&mut self, sheaf: &Sheaf, aims: &Aims, out: &mut Outside, first: usize) {
+impl Resampler {
+    /// Weighs rays by the share of light in the area that they were aimed at, and notes the samples,
+    /// from number `first` on, whose rays are lost.
+    fn note(&mut self, samples: &FilmSamples, aims: &Aims, out: &mut ExitRays, first: usize) {
         let mut known = 0u32;
         for (i, light) in aims.light.iter().enumerate() {
             let is_known = (*light > 0.0) & (aims.area[i] > 0.0);
-            out.weight[i] *= if is_known { *light } else { 1.0 };
+            out.weights[i] *= if is_known { *light } else { 1.0 };
             known |= u32::from(is_known) << i;
         }
-        let asked = u32::MAX >> (LANES - sheaf.count);
+        let asked = u32::MAX >> (LANES - samples.count);
         for lane in bits(known & asked & !out.rays.mask) {
             self.lost.push(Lost {
-                film: [sheaf.film[0][lane], sheaf.film[1][lane]],
-                pupil: [sheaf.pupil[0][lane], sheaf.pupil[1][lane]],
+                film: [samples.film[0][lane], samples.film[1][lane]],
+                pupil: [samples.pupil[0][lane], samples.pupil[1][lane]],
                 sample: first + lane,
             });
         }
@@ -51,7 +52,7 @@ impl Redraws {
 }
 
 impl Lost {
-    /// Other numbers, a function of those before and nothing else.
+    /// Replaces the lens point by one that depends on nothing but the points before.
     fn aim_again(&mut self, round: u64) {
         let [x, y] = self.film.map(f64::to_bits);
         let [u, v] = self.pupil.map(f64::to_bits);
@@ -62,37 +63,56 @@ impl Lost {
 }
 
 impl LensCamera {
+    /// Makes the rays of samples at the lens's own wavelength.
+    pub(super) fn shoot(&self, samples: &Samples, bundle: &mut Bundle, rays: &mut CameraRays) {
+        let (mut lanes, mut aims) = (FilmSamples::default(), Aims::default());
+        let light = self
+            .light
+            .get_or_init(|| self.target.transmission(&self.lens, &self.place));
+        let mut resampler = Resampler::default();
+        for first in (0..samples.len()).step_by(LANES) {
+            lanes.take_from(self.format, samples, first);
+            self.target
+                .aims(&lanes.film, &lanes.pupil, light, &mut aims);
+            let out = rays.next_packet();
+            self.trace(&self.lens, &lanes, &aims, bundle, out);
+            resampler.note(&lanes, &aims, out, first);
+            rays.accept(first);
+        }
+        self.resample(&mut resampler, light, bundle, rays);
+    }
+
     /// Aims again from the film points of rays that were lost, until they get through.
-    pub(super) fn redraw(
+    fn resample(
         &self,
-        redraws: &mut Redraws,
+        resampler: &mut Resampler,
         light: &PupilTransmission,
         bundle: &mut Bundle,
-        shots: &mut Shots,
+        rays: &mut CameraRays,
     ) {
-        let (mut sheaf, mut aims) = (Sheaf::default(), Aims::default());
-        let mut out = Outside::default();
+        let (mut lanes, mut aims) = (FilmSamples::default(), Aims::default());
         for round in 0..ROUNDS {
-            let lost = std::mem::take(&mut redraws.lost);
+            let lost = std::mem::take(&mut resampler.lost);
             for some in lost.chunks(LANES) {
-                sheaf.count = some.len();
+                lanes.count = some.len();
                 for lane in 0..LANES {
                     let mut again = some[lane.min(some.len() - 1)];
                     again.aim_again(round);
                     for d in 0..2 {
-                        sheaf.film[d][lane] = again.film[d];
-                        sheaf.pupil[d][lane] = again.pupil[d];
+                        lanes.film[d][lane] = again.film[d];
+                        lanes.pupil[d][lane] = again.pupil[d];
                     }
                 }
                 self.target
-                    .aims(&sheaf.film, &sheaf.pupil, light, &mut aims);
-                self.trace(&self.lens, &sheaf, &aims, bundle, &mut out);
-                let before = redraws.lost.len();
-                redraws.note(&sheaf, &aims, &mut out, 0);
-                for lost in &mut redraws.lost[before..] {
+                    .aims(&lanes.film, &lanes.pupil, light, &mut aims);
+                let out = rays.next_packet();
+                self.trace(&self.lens, &lanes, &aims, bundle, out);
+                let before = resampler.lost.len();
+                resampler.note(&lanes, &aims, out, 0);
+                for lost in &mut resampler.lost[before..] {
                     lost.sample = some[lost.sample].sample;
                 }
-                shots.take_some(&out, |lane| some[lane].sample);
+                rays.append_filled(|lane| some[lane].sample as u32);
             }
         }
     }
@@ -108,7 +128,7 @@ mod tests {
     use crate::lens::{FocusMethod, Lens};
     use crate::math::Meters;
     use crate::pose::CameraPose;
-    use crate::sampling::{Sampler, SamplerKind, Samples};
+    use crate::sampling::{Sampler, SamplerKind};
 
     /// No sample is without light, and all together bring the irradiance that the outline of the
     /// light gives: over 1,024 scrambled nets for each film point, to their error and 2e-4.
@@ -135,12 +155,12 @@ mod tests {
                         samples.ask(&sampler.pixel(pixel, [0, 0]), 0..64);
                         samples.draw();
                         samples.film = place.map(|at| vec![at; 64]);
-                        let (mut bundle, mut shots) = (Bundle::default(), Shots::default());
-                        camera.shoot(&samples, &mut bundle, &mut shots);
+                        let (mut bundle, mut shot) = (Bundle::default(), CameraRays::default());
+                        camera.shoot(&samples, &mut bundle, &mut shot);
                         let (mut sum, mut rays) = (0.0, 0);
-                        for (number, of) in shots.bundles().iter().enumerate() {
-                            for lane in bits(of.mask) {
-                                sum += shots.weights[number * LANES + lane];
+                        for packet in shot.packets() {
+                            for lane in bits(packet.rays.mask) {
+                                sum += packet.weights[lane];
                                 rays += 1;
                             }
                         }

@@ -1,11 +1,11 @@
-//! Blocks of four triangles, and what of them a ray meets.
+//! Blocks of four primitives, and the hits of a ray on their triangles.
 //!
 //! The test is [`PreparedRay::triangle`], operation by operation and never fused, so that a hit has
 //! the same bits with whatever instructions the processor has.
 
 use glam::Vec3;
 
-use super::super::traverse::PreparedRay;
+use super::triangle::PreparedRay;
 
 /// Primitives in a block.
 pub const BLOCK: usize = 4;
@@ -14,12 +14,12 @@ pub const BLOCK: usize = 4;
 #[derive(Clone, Debug)]
 #[repr(C, align(16))]
 pub struct Block {
-    /// Corner by corner, axis by axis; NaN, which nothing meets, where there is no triangle.
+    /// Corner by corner, axis by axis. Where there is no triangle they are NaN, which no ray hits.
     pub(super) corners: [[[f32; BLOCK]; 3]; 3],
     pub(super) primitives: [u32; BLOCK],
-    /// Which of the four are other things than triangles: bits.
-    pub(super) others: u32,
-    /// No other block of the leaf is behind this one.
+    /// Which of the four are primitives other than triangles: bits.
+    pub(super) non_triangles: u32,
+    /// Whether this is the last block of its leaf.
     pub(super) last: bool,
 }
 
@@ -27,7 +27,7 @@ impl Block {
     pub(super) const EMPTY: Self = Self {
         corners: [[[f32::NAN; BLOCK]; 3]; 3],
         primitives: [0; BLOCK],
-        others: 0,
+        non_triangles: 0,
         last: true,
     };
 
@@ -35,8 +35,9 @@ impl Block {
         self.primitives[lane]
     }
 
-    pub fn others(&self) -> u32 {
-        self.others
+    /// Which of the four are primitives other than triangles: bits.
+    pub fn non_triangles(&self) -> u32 {
+        self.non_triangles
     }
 
     pub(super) fn triangle(&self, lane: usize) -> [Vec3; 3] {
@@ -45,16 +46,17 @@ impl Block {
     }
 }
 
-/// The triangles of a block that a ray meets: bits, and where.
-pub struct Met {
+/// The triangles of a block that a ray meets, and where.
+pub struct BlockHits {
+    /// Which of the four are met: bits.
     pub mask: u32,
     pub t: [f32; BLOCK],
     pub u: [f32; BLOCK],
     pub v: [f32; BLOCK],
 }
 
-impl Met {
-    const NOTHING: Self = Self {
+impl BlockHits {
+    const NONE: Self = Self {
         mask: 0,
         t: [0.0; BLOCK],
         u: [0.0; BLOCK],
@@ -62,35 +64,35 @@ impl Met {
     };
 }
 
-/// What a block's triangles ask of a ray.
+/// The part of the test of a block's triangles that depends on the ray alone.
 #[cfg(not(target_arch = "x86_64"))]
-pub struct Edges<'a> {
+pub struct BlockTest<'a> {
     ray: &'a PreparedRay,
     t_min: f32,
 }
 
 #[cfg(not(target_arch = "x86_64"))]
-impl<'a> Edges<'a> {
+impl<'a> BlockTest<'a> {
     pub fn new(ray: &'a PreparedRay, t_min: f32) -> Self {
         Self { ray, t_min }
     }
 
     #[inline(always)]
-    pub fn meet(&self, block: &Block, t_max: f32) -> Met {
-        let mut met = Met::NOTHING;
+    pub fn intersect(&self, block: &Block, t_max: f32) -> BlockHits {
+        let mut hits = BlockHits::NONE;
         for lane in 0..BLOCK {
             let hit = self.ray.triangle(&block.triangle(lane), self.t_min, t_max);
             if let Some((t, u, v)) = hit {
-                met.mask |= 1 << lane;
-                (met.t[lane], met.u[lane], met.v[lane]) = (t, u, v);
+                hits.mask |= 1 << lane;
+                (hits.t[lane], hits.u[lane], hits.v[lane]) = (t, u, v);
             }
         }
-        met
+        hits
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-pub use lanes::Edges;
+pub use lanes::BlockTest;
 
 #[cfg(target_arch = "x86_64")]
 mod lanes {
@@ -98,17 +100,17 @@ mod lanes {
 
     use super::*;
 
-    /// What a block's triangles ask of a ray, in lanes.
-    pub struct Edges {
-        /// The ray's axes: rows of a block's corners.
+    /// The part of the test of a block's triangles that depends on the ray alone, in lanes.
+    pub struct BlockTest {
+        /// The ray's axes, which are the rows of a block's corners.
         rows: [usize; 3],
-        /// Along those.
+        /// The ray's origin along those axes.
         origin: [__m128; 3],
         shear: [__m128; 3],
         t_min: __m128,
     }
 
-    impl Edges {
+    impl BlockTest {
         #[inline(always)]
         pub fn new(ray: &PreparedRay, t_min: f32) -> Self {
             // SAFETY: SSE is part of every x86-64 processor.
@@ -124,10 +126,10 @@ mod lanes {
 
         /// [`PreparedRay::triangle`] for all four, the same operations in the same order.
         #[inline(always)]
-        pub fn meet(&self, block: &Block, t_max: f32) -> Met {
+        pub fn intersect(&self, block: &Block, t_max: f32) -> BlockHits {
             let [x, y, z] = self.rows;
             let [sx, sy, sz] = self.shear;
-            let mut met = Met::NOTHING;
+            let mut hits = BlockHits::NONE;
             // SAFETY: SSE2 is part of every x86-64 processor, the loads are from arrays of four
             // floats aligned to 16 by the block's layout (48-byte corners, 16-byte rows), and the
             // stores are unaligned ones to arrays of four.
@@ -147,9 +149,9 @@ mod lanes {
                 let mut u = cross(cx, by, cy, bx);
                 let mut v = cross(ax, cy, ay, cx);
                 let mut w = cross(bx, ay, by, ax);
-                let mut mask = !beside(u, v, w) & 15;
+                let mut mask = !outside(u, v, w) & 15;
                 if mask == 0 {
-                    return met;
+                    return hits;
                 }
                 let zero = _mm_setzero_ps();
                 let on = |a| _mm_cmpeq_ps(a, zero);
@@ -157,10 +159,10 @@ mod lanes {
                 if _mm_movemask_ps(exact) as u32 & mask != 0 {
                     let either =
                         |new, old| _mm_or_ps(_mm_and_ps(exact, new), _mm_andnot_ps(exact, old));
-                    u = either(exactly(cx, by, cy, bx), u);
-                    v = either(exactly(ax, cy, ay, cx), v);
-                    w = either(exactly(bx, ay, by, ax), w);
-                    mask &= !beside(u, v, w);
+                    u = either(edge_in_f64(cx, by, cy, bx), u);
+                    v = either(edge_in_f64(ax, cy, ay, cx), v);
+                    w = either(edge_in_f64(bx, ay, by, ax), w);
+                    mask &= !outside(u, v, w);
                 }
                 let det = _mm_add_ps(_mm_add_ps(u, v), w);
                 let sum = _mm_add_ps(
@@ -172,25 +174,21 @@ mod lanes {
                 let far = _mm_cmplt_ps(t, _mm_set1_ps(t_max));
                 let whole = _mm_cmpneq_ps(det, zero);
                 let good = _mm_and_ps(_mm_and_ps(near, far), whole);
-                met.mask = _mm_movemask_ps(good) as u32 & mask;
-                if met.mask != 0 {
-                    _mm_storeu_ps(met.t.as_mut_ptr(), t);
-                    _mm_storeu_ps(met.u.as_mut_ptr(), _mm_div_ps(v, det));
-                    _mm_storeu_ps(met.v.as_mut_ptr(), _mm_div_ps(w, det));
+                hits.mask = _mm_movemask_ps(good) as u32 & mask;
+                if hits.mask != 0 {
+                    _mm_storeu_ps(hits.t.as_mut_ptr(), t);
+                    _mm_storeu_ps(hits.u.as_mut_ptr(), _mm_div_ps(v, det));
+                    _mm_storeu_ps(hits.v.as_mut_ptr(), _mm_div_ps(w, det));
                 }
             }
-            met
+            hits
         }
     }
 
-    /// Which triangles a ray passes by: edge values of both signs. Bits.
-    ///
-    /// # Safety
-    ///
-    /// None is needed: SSE is part of every x86-64 processor.
+    /// Which triangles the ray misses, as bits: those with edge values of both signs.
     #[inline(always)]
-    unsafe fn beside(u: __m128, v: __m128, w: __m128) -> u32 {
-        // SAFETY: as above.
+    fn outside(u: __m128, v: __m128, w: __m128) -> u32 {
+        // SAFETY: SSE is part of every x86-64 processor.
         unsafe {
             let zero = _mm_setzero_ps();
             let least = _mm_min_ps(_mm_min_ps(u, v), w);
@@ -200,9 +198,9 @@ mod lanes {
         }
     }
 
-    /// An edge's values in f64.
+    /// The values of an edge, with products in f64.
     #[inline(always)]
-    unsafe fn exactly(px: __m128, qy: __m128, py: __m128, qx: __m128) -> __m128 {
+    fn edge_in_f64(px: __m128, qy: __m128, py: __m128, qx: __m128) -> __m128 {
         // SAFETY: SSE2 is part of every x86-64 processor.
         unsafe {
             let two = |px, qy, py, qx| {
@@ -224,14 +222,14 @@ mod lanes {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::Ray;
     use super::*;
+    use crate::bvh::ray::Ray;
     use crate::sampling::mix;
 
-    /// Corners and rays on a grid of few points: edges, corners and planes are met exactly, and
-    /// some triangles are lines or points.
+    /// Corners and rays are on a grid of few points, so rays hit edges, corners and planes exactly,
+    /// and some triangles are lines or points.
     #[test]
-    fn four_triangles_at_once_are_met_as_each_by_itself() {
+    fn four_triangles_at_once_are_hit_as_each_by_itself() {
         let mut state = 5u64;
         let mut grid = |fine: bool| {
             let mut whole = || {
@@ -253,17 +251,17 @@ mod tests {
             }
             let ray = PreparedRay::new(&Ray::new(grid(i % 4 < 2), grid(false)));
             let t_max = if i % 3 == 0 { 1.5 } else { f32::INFINITY };
-            let met = Edges::new(&ray, 0.0).meet(&block, t_max);
+            let all = BlockTest::new(&ray, 0.0).intersect(&block, t_max);
             for (lane, triangle) in triangles.iter().enumerate() {
                 let expected = ray.triangle(triangle, 0.0, t_max);
                 let found =
-                    (met.mask >> lane & 1 == 1).then(|| (met.t[lane], met.u[lane], met.v[lane]));
+                    (all.mask >> lane & 1 == 1).then(|| (all.t[lane], all.u[lane], all.v[lane]));
                 let bits = |hit: (f32, f32, f32)| [hit.0, hit.1, hit.2].map(f32::to_bits);
                 assert_eq!(expected.map(bits), found.map(bits), "{triangle:?}, {ray:?}");
                 hits += usize::from(found.is_some());
                 exact += usize::from(found.is_some_and(|(_, u, v)| u * v * (1.0 - u - v) == 0.0));
             }
-            assert_eq!(met.mask >> BLOCK, 0);
+            assert_eq!(all.mask >> BLOCK, 0);
         }
         assert!(hits > 30_000 && exact > 500, "{hits} hits, {exact} exact");
     }

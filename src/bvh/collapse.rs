@@ -2,21 +2,20 @@
 //!
 //! By the surface area heuristic, exactly: of all ways to gather a binary tree into nodes of eight
 //! the one is taken that a ray is expected to test the fewest nodes and blocks of (Ylitie, Karras
-//! and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*, 2017,
+//! and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Bvh BVHs*, 2017,
 //! section 3.1).
 
 use glam::Vec3;
 
-use super::super::traverse::Bvh;
+use super::binary::BinaryBvh;
 use super::block::{BLOCK, Block};
-use super::{Child, Node, WIDTH, Wide};
+use super::nodes::{Bvh, Child, Node, WIDTH};
 
-impl Wide {
+impl Bvh {
     /// Collapses a binary tree. `triangle` gives a primitive's corners, nothing for what is no
     /// triangle.
-    pub fn collapse(
-        binary: &Bvh,
-        order: &[u32],
+    pub(super) fn collapse(
+        binary: &BinaryBvh,
         triangle: impl Fn(u32) -> Option<[Vec3; 3]>,
     ) -> Self {
         let mut this = Self::default();
@@ -25,21 +24,22 @@ impl Wide {
         }
         let (plans, _) = plans(binary);
         let mut held = Vec::new();
-        // Binary nodes to open, where the wide node goes, and how many boxes may wait there.
+        // Binary nodes to open, where the wide node goes, and how many boxes may be on the stack
+        // there.
         let mut ahead = vec![(0u32, this.new_node(), WIDTH)];
-        while let Some((from, to, waiting)) = ahead.pop() {
-            this.waiting = this.waiting.max(waiting);
+        while let Some((from, to, stacked)) = ahead.pop() {
+            this.stack_size = this.stack_size.max(stacked);
             let mut children = [0; WIDTH];
             let count = gather(binary, &plans, from, &mut children);
             for (i, &child) in children[..count].iter().enumerate() {
                 let node = &binary.nodes[child as usize];
                 let behind = if plans[child as usize].is_leaf() {
                     held.clear();
-                    primitives(binary, order, child, &mut held);
+                    primitives(binary, child, &mut held);
                     this.add_blocks(&held, &triangle)
                 } else {
                     let place = this.new_node();
-                    ahead.push((child, place, waiting + WIDTH - 1));
+                    ahead.push((child, place, stacked + WIDTH - 1));
                     Child(place)
                 };
                 let wide = &mut this.nodes[to as usize];
@@ -51,11 +51,6 @@ impl Wide {
             }
         }
         this
-    }
-
-    /// Memory of nodes and blocks.
-    pub fn bytes(&self) -> usize {
-        std::mem::size_of_val(&self.nodes[..]) + std::mem::size_of_val(&self.blocks[..])
     }
 
     fn new_node(&mut self) -> u32 {
@@ -78,7 +73,7 @@ impl Wide {
             for (lane, &primitive) in four.iter().enumerate() {
                 block.primitives[lane] = primitive;
                 match triangle(primitive) {
-                    None => block.others |= 1 << lane,
+                    None => block.non_triangles |= 1 << lane,
                     Some(corners) => {
                         for (to, from) in block.corners.iter_mut().zip(corners) {
                             (0..3).for_each(|axis| to[axis][lane] = from[axis]);
@@ -135,7 +130,7 @@ struct Cost {
 
 /// What becomes of every binary node, and what is expected of the root. A node's boxes and a
 /// block's triangles take about the same time.
-fn plans(binary: &Bvh) -> (Vec<Plan>, Cost) {
+fn plans(binary: &BinaryBvh) -> (Vec<Plan>, Cost) {
     let mut plans = vec![Plan(0); binary.nodes.len()];
     // Backwards, this has the first child, then the second, then the node.
     let mut order = Vec::with_capacity(binary.nodes.len());
@@ -206,7 +201,7 @@ fn inner(area: f32, first: &Cost, second: &Cost, plan: &mut Plan) -> Cost {
 }
 
 /// The up to eight descendants that stand in a node's place, and how many they are.
-fn gather(binary: &Bvh, plans: &[Plan], from: u32, children: &mut [u32; WIDTH]) -> usize {
+fn gather(binary: &BinaryBvh, plans: &[Plan], from: u32, children: &mut [u32; WIDTH]) -> usize {
     let plan = plans[from as usize];
     if plan.is_leaf() {
         children[0] = from;
@@ -239,13 +234,13 @@ fn gather(binary: &Bvh, plans: &[Plan], from: u32, children: &mut [u32; WIDTH]) 
 }
 
 /// The primitives under a node.
-fn primitives(binary: &Bvh, order: &[u32], from: u32, held: &mut Vec<u32>) {
+fn primitives(binary: &BinaryBvh, from: u32, held: &mut Vec<u32>) {
     let mut ahead = vec![from];
     while let Some(at) = ahead.pop() {
         let node = &binary.nodes[at as usize];
         if node.count > 0 {
             let slots = node.first as usize..(node.first + node.count) as usize;
-            held.extend_from_slice(&order[slots]);
+            held.extend_from_slice(&binary.order[slots]);
         } else {
             ahead.extend([node.first + 1, node.first]);
         }
@@ -263,7 +258,7 @@ mod tests {
     }
 
     /// Tests that a ray is expected to make, times the surface of the scene's box.
-    fn cost(tree: &Wide) -> f64 {
+    fn cost(tree: &Bvh) -> f64 {
         let mut sum = 0.0;
         for (node, i) in tree
             .nodes
@@ -299,8 +294,8 @@ mod tests {
                     (at, at + Vec3::new(unit(), unit(), unit()) * 0.1)
                 })
                 .collect();
-            let (binary, order) = Bvh::build(&boxes);
-            let tree = Wide::collapse(&binary, &order, |_| Some([Vec3::ZERO; 3]));
+            let binary = BinaryBvh::build(&boxes);
+            let tree = Bvh::collapse(&binary, |_| Some([Vec3::ZERO; 3]));
             let (_, root) = plans(&binary);
             let around = &binary.nodes[0];
             let planned = f64::from(root.boxes[0]) - surface(around.min, around.max);

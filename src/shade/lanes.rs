@@ -1,45 +1,45 @@
-//! Points of surfaces, lit side by side; those on triangles of plain surfaces are worked out side
-//! by side, too.
+//! Points of surfaces that are lit side by side.
 //!
 //! A plain surface is lit by its diffuse color and nothing else: no texture, no highlight, no
-//! mirror, nothing see-through, no fog. That is most of most scenes. The arithmetic is that of
-//! [`super::surface::point`], to rounding. Other points are worked out one by one and join them to
-//! be lit: [`LitPoints::take`].
+//! mirror, no transparency, no fog. Most surfaces of most scenes are plain. Points on their
+//! triangles are computed side by side with the arithmetic of `scene::surface::point`, to rounding.
+//! Other points are computed one by one and then join them to be lit: [`PointLanes::take`].
 
 use glam::Vec3;
 
-use super::bundle::{HitLanes, RayLanes, Side, Sides, of_lane};
-use super::wide::bits;
-use super::{BUNDLE, Light, Point, RenderScene, Surface};
-use crate::math::lanes::{Lanewise, power, widely};
+use crate::bvh::{PacketHits, RayPacket};
+use crate::math::lanes::{
+    LANES, Lanes, SimdKernel, Vec3Lanes, bits, dispatch, of_lane, power, set_lane,
+};
+use crate::scene::{Light, Point, RenderScene, Surface};
 use crate::traversal::state::{FogKind, LightKind};
 
-const ZERO: Sides = [[0.0; BUNDLE]; 3];
+const ZERO: Vec3Lanes = [[0.0; LANES]; 3];
 
 /// What lighting needs of the points that a bundle of rays meets, one light after another. It is
 /// filled again and again; what a lane holds that is not asked for means nothing.
 #[derive(Clone, Debug, Default)]
-pub struct LitPoints {
+pub struct PointLanes {
     /// Which rays meet a plain surface, or another that was taken: bits.
     pub mask: u32,
     /// Those of them that have a highlight.
     shiny: u32,
     gathered: Gathered,
     placed: Placed,
-    /// What a light brings: see [`LitPoints::reach`].
+    /// What a light brings: see [`PointLanes::reach`].
     pub lit: LightLanes,
 }
 
 #[derive(Clone, Debug)]
 struct Placed {
-    position: Sides,
+    position: Vec3Lanes,
     /// Of length 1, on the side that the ray came from.
-    geometric: Sides,
-    normal: Sides,
+    geometric: Vec3Lanes,
+    normal: Vec3Lanes,
     /// How far rounding may have moved the position.
-    error: Side,
+    error: Lanes<f32>,
     /// Twice the triangle's area.
-    area: Side,
+    area: Lanes<f32>,
 }
 
 impl Default for Placed {
@@ -48,15 +48,15 @@ impl Default for Placed {
             position: ZERO,
             geometric: ZERO,
             normal: ZERO,
-            error: [0.0; BUNDLE],
-            area: [0.0; BUNDLE],
+            error: [0.0; LANES],
+            area: [0.0; LANES],
         }
     }
 }
 
-/// What a bundle asks of a surface, apart from its many other things.
+/// The part of a surface that a packet of points needs: a cache line in place of many fields.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PlainSurface {
+pub struct PlainSurface {
     diffuse: Vec3,
     glow: Vec3,
     lights: u32,
@@ -72,7 +72,7 @@ pub(super) struct PlainSurface {
 }
 
 impl PlainSurface {
-    pub fn of(surface: &Surface) -> Self {
+    pub fn new(surface: &Surface) -> Self {
         Self {
             diffuse: surface.diffuse_at(0).clamp(Vec3::ZERO, Vec3::ONE),
             glow: surface.glow(),
@@ -94,22 +94,22 @@ impl PlainSurface {
 /// Corners, normals and colors, gathered from all over the scene.
 #[derive(Clone, Debug)]
 struct Gathered {
-    corners: [Sides; 3],
-    normals: [Sides; 3],
+    corners: [Vec3Lanes; 3],
+    normals: [Vec3Lanes; 3],
     /// 1 where the corners run counterclockwise seen from outside, else −1.
-    turn: Side,
+    turn: Lanes<f32>,
     /// 1 where the back is lit like the front, else 0.
-    two_sided: Side,
+    two_sided: Lanes<f32>,
     /// 1 where the corners have normals, else 0.
-    smooth: Side,
-    diffuse: Sides,
+    smooth: Lanes<f32>,
+    diffuse: Vec3Lanes,
     /// Of points that are not of plain surfaces.
-    specular: Sides,
-    exponent: Side,
+    specular: Vec3Lanes,
+    exponent: Lanes<f32>,
     /// What the surface gives off without any light.
-    glow: Sides,
+    glow: Vec3Lanes,
     /// The surface's set of lights.
-    lights: [u32; BUNDLE],
+    lights: [u32; LANES],
 }
 
 impl Default for Gathered {
@@ -117,109 +117,99 @@ impl Default for Gathered {
         Self {
             corners: [ZERO; 3],
             normals: [ZERO; 3],
-            turn: [1.0; BUNDLE],
-            two_sided: [0.0; BUNDLE],
-            smooth: [0.0; BUNDLE],
+            turn: [1.0; LANES],
+            two_sided: [0.0; LANES],
+            smooth: [0.0; LANES],
             diffuse: ZERO,
             specular: ZERO,
-            exponent: [0.0; BUNDLE],
+            exponent: [0.0; LANES],
             glow: ZERO,
-            lights: [0; BUNDLE],
+            lights: [0; LANES],
         }
     }
 }
 
-impl RenderScene {
-    /// The points of a bundle's hits on plain surfaces.
-    pub fn plain_points(&self, rays: &RayLanes, hits: &HitLanes, points: &mut LitPoints) {
-        points.clear();
+impl PointLanes {
+    /// Computes the points of a packet's hits on plain surfaces and forgets all others.
+    pub fn gather(
+        &mut self,
+        scene: &RenderScene,
+        surfaces: &[PlainSurface],
+        rays: &RayPacket,
+        hits: &PacketHits,
+    ) {
+        self.clear();
         for lane in bits(hits.mask) {
-            points.mask |= u32::from(self.gather(lane, hits, &mut points.gathered)) << lane;
+            let is_plain = self.gathered.take(scene, surfaces, lane, hits);
+            self.mask |= u32::from(is_plain) << lane;
         }
-        if points.mask != 0 {
-            let whole = widely(Settle {
-                from: &points.gathered,
+        if self.mask != 0 {
+            self.mask &= dispatch(Placing {
+                from: &self.gathered,
                 rays,
                 hits,
-                to: &mut points.placed,
+                to: &mut self.placed,
             });
-            points.mask &= whole;
         }
     }
+}
 
-    /// Whether the hit is on a triangle of a plain surface; its lane is filled then.
+impl Gathered {
+    /// Fills a lane if its hit is on a triangle of a plain surface, and returns whether it is.
     #[inline(always)]
-    fn gather(&self, lane: usize, hits: &HitLanes, into: &mut Gathered) -> bool {
-        let index = hits.primitive[lane] as usize;
-        let Some(corners) = self.triangles.get(index) else {
+    fn take(
+        &mut self,
+        scene: &RenderScene,
+        surfaces: &[PlainSurface],
+        lane: usize,
+        hits: &PacketHits,
+    ) -> bool {
+        let primitive = hits.primitive[lane];
+        let Some(corners) = scene.corners(primitive) else {
             return false;
         };
-        let owner = self.owners[index] as usize;
-        let plain = &self.plain[owner];
+        let number = scene.surface_number(primitive);
+        let plain = &surfaces[number];
         if !plain.is_plain {
             return false;
         }
-        let put = |to: &mut Sides, v: Vec3| set_lane(to, lane, v);
-        for (to, corner) in into.corners.iter_mut().zip(corners) {
-            put(to, *corner);
+        for (to, corner) in self.corners.iter_mut().zip(corners) {
+            set_lane(to, lane, *corner);
         }
-        let local = index - plain.first as usize;
-        into.smooth[lane] = 0.0;
+        let local = (primitive - plain.first) as usize;
+        self.smooth[lane] = 0.0;
         if plain.has_normals
-            && let Some(normals) = self.surfaces[owner].normals.get(local)
+            && let Some(normals) = scene.surfaces()[number].normals.get(local)
         {
-            for (to, normal) in into.normals.iter_mut().zip(normals) {
-                put(to, normal);
+            for (to, normal) in self.normals.iter_mut().zip(normals) {
+                set_lane(to, lane, normal);
             }
-            into.smooth[lane] = 1.0;
+            self.smooth[lane] = 1.0;
         }
-        (into.turn[lane], into.two_sided[lane]) = (plain.turn, plain.two_sided);
+        (self.turn[lane], self.two_sided[lane]) = (plain.turn, plain.two_sided);
         let diffuse = if plain.has_materials {
-            let blend = self.surfaces[owner].diffuse_between(local, hits.u[lane], hits.v[lane]);
+            let surface = &scene.surfaces()[number];
+            let blend = surface.diffuse_between(local, hits.u[lane], hits.v[lane]);
             blend.clamp(Vec3::ZERO, Vec3::ONE)
         } else {
             plain.diffuse
         };
-        put(&mut into.diffuse, diffuse);
-        put(&mut into.glow, plain.glow);
-        into.lights[lane] = plain.lights;
+        set_lane(&mut self.diffuse, lane, diffuse);
+        set_lane(&mut self.glow, lane, plain.glow);
+        self.lights[lane] = plain.lights;
         true
     }
 }
 
-/// Sets the point or direction of one ray.
-#[inline(always)]
-pub fn set_lane(all: &mut Sides, lane: usize, value: Vec3) {
-    (all[0][lane], all[1][lane], all[2][lane]) = (value.x, value.y, value.z);
-}
-
-impl Surface {
-    /// What shines by itself and what the surroundings give.
-    pub fn glow(&self) -> Vec3 {
-        self.emissive + self.ambient * self.environment.ambient
-    }
-
-    /// The diffuse color of one of the surface's triangles where it is hit.
-    #[inline(always)]
-    fn diffuse_between(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
-        let [a, b, c] = self.materials_of(triangle);
-        let first = self.diffuse_at(a);
-        if a == b && b == c {
-            return first;
-        }
-        first * (1.0 - u - v) + self.diffuse_at(b) * u + self.diffuse_at(c) * v
-    }
-}
-
 /// Normals, positions and their errors.
-struct Settle<'a> {
+struct Placing<'a> {
     from: &'a Gathered,
-    rays: &'a RayLanes,
-    hits: &'a HitLanes,
+    rays: &'a RayPacket,
+    hits: &'a PacketHits,
     to: &'a mut Placed,
 }
 
-impl Lanewise for Settle<'_> {
+impl SimdKernel for Placing<'_> {
     /// The triangles that are large enough: those of a millionth of a meter square to nothing.
     type Output = u32;
 
@@ -233,7 +223,7 @@ impl Lanewise for Settle<'_> {
         } = self;
         let mut flat = ZERO;
         let [a, b, c] = &from.corners;
-        for i in 0..BUNDLE {
+        for i in 0..LANES {
             let (ex, fx) = (b[0][i] - a[0][i], c[0][i] - a[0][i]);
             let (ey, fy) = (b[1][i] - a[1][i], c[1][i] - a[1][i]);
             let (ez, fz) = (b[2][i] - a[2][i], c[2][i] - a[2][i]);
@@ -244,13 +234,13 @@ impl Lanewise for Settle<'_> {
             (flat[0][i], flat[1][i], flat[2][i]) = (nx * scale, ny * scale, nz * scale);
         }
         // What the normals are multiplied by: the geometric one, and the one to light with.
-        let [mut away, mut lit, mut toward] = [[0.0f32; BUNDLE]; 3];
+        let [mut away, mut lit, mut toward] = [[0.0f32; LANES]; 3];
         for (flat, direction) in flat.iter().zip(&rays.direction) {
-            for i in 0..BUNDLE {
+            for i in 0..LANES {
                 toward[i] += flat[i] * direction[i];
             }
         }
-        for i in 0..BUNDLE {
+        for i in 0..LANES {
             let turn = from.turn[i];
             away[i] = if toward[i] > 0.0 { -1.0 } else { 1.0 };
             // The ray came from outside where this is positive.
@@ -258,13 +248,13 @@ impl Lanewise for Settle<'_> {
             let back = (from.two_sided[i] > 0.0) & (front < 0.0);
             lit[i] = if back { -1.0 } else { 1.0 };
         }
-        let [mut size, mut error] = [[0.0f32; BUNDLE]; 2];
+        let [mut size, mut error] = [[0.0f32; LANES]; 2];
         for k in 0..3 {
-            let blend = |x: &[Sides; 3], i: usize| {
+            let blend = |x: &[Vec3Lanes; 3], i: usize| {
                 let (u, v) = (hits.u[i], hits.v[i]);
                 x[0][k][i] * (1.0 - u - v) + x[1][k][i] * u + x[2][k][i] * v
             };
-            for i in 0..BUNDLE {
+            for i in 0..LANES {
                 let (u, v) = (hits.u[i], hits.v[i]);
                 let reach = a[k][i].abs() * (1.0 - u - v) + b[k][i].abs() * u + c[k][i].abs() * v;
                 error[i] += reach * flat[k][i].abs();
@@ -275,7 +265,7 @@ impl Lanewise for Settle<'_> {
                 to.normal[k][i] = smooth;
             }
         }
-        for i in 0..BUNDLE {
+        for i in 0..LANES {
             to.error[i] = 8.0 * f32::EPSILON * error[i];
             // Corners without normals, or with such as cancel, leave nothing: unlit.
             size[i] = if size[i] > 0.0 {
@@ -285,14 +275,14 @@ impl Lanewise for Settle<'_> {
             };
         }
         for (normal, flat) in to.normal.iter_mut().zip(&flat) {
-            for i in 0..BUNDLE {
+            for i in 0..LANES {
                 let smooth = size[i] * normal[i];
                 let own = from.turn[i] * flat[i];
                 normal[i] = lit[i] * if from.smooth[i] > 0.0 { smooth } else { own };
             }
         }
         let whole = |i: usize| u32::from(to.area[i] > 1e-30) << i;
-        (0..BUNDLE).fold(0, |all, i| all | whole(i))
+        (0..LANES).fold(0, |all, i| all | whole(i))
     }
 }
 
@@ -300,19 +290,19 @@ impl Lanewise for Settle<'_> {
 #[derive(Clone, Debug, Default)]
 pub struct LightLanes {
     /// From the points, clear of their surfaces, to the light; those that it could light.
-    pub rays: RayLanes,
+    pub rays: RayPacket,
     /// What the light's color is multiplied by,
-    factor: Side,
+    factor: Lanes<f32>,
     /// and with the angle to the normal included.
-    share: Side,
+    share: Lanes<f32>,
     /// What the highlight is multiplied by.
-    highlight: Side,
+    highlight: Lanes<f32>,
 }
 
-impl LitPoints {
+impl PointLanes {
     /// Starts with what the points of some lanes give off by themselves.
-    pub fn glow(&self, lanes: u32, radiances: &mut Sides) {
-        widely(Glow {
+    pub fn glow(&self, lanes: u32, radiances: &mut Vec3Lanes) {
+        dispatch(Glow {
             glow: &self.gathered.glow,
             lanes,
             radiances,
@@ -346,14 +336,14 @@ impl LitPoints {
 
     /// What of a light reaches the points of some lanes.
     pub fn reach(&mut self, light: &Light, lanes: u32) {
-        let facing = widely(Reach {
+        let facing = dispatch(Reach {
             points: &self.placed,
             light,
             lit: &mut self.lit,
         });
         self.lit.rays.mask = facing & lanes;
         if let Some((least, exponent)) = light.spot() {
-            self.lit.rays.mask &= widely(Cone {
+            self.lit.rays.mask &= dispatch(Cone {
                 direction: light.direction,
                 least,
                 exponent,
@@ -371,16 +361,22 @@ impl LitPoints {
 
     /// Adds the light that was reached for, as much of it as comes through. Highlights lie where
     /// the normal is halfway between the light and `backward`.
-    pub fn add(&mut self, color: Vec3, backward: Vec3, through: &Side, radiances: &mut Sides) {
+    pub fn add(
+        &mut self,
+        color: Vec3,
+        backward: Vec3,
+        through: &Lanes<f32>,
+        radiances: &mut Vec3Lanes,
+    ) {
         if self.shiny & self.lit.rays.mask != 0 {
-            widely(Shine {
+            dispatch(Shine {
                 normal: &self.placed.normal,
                 exponent: &self.gathered.exponent,
                 backward,
                 lit: &mut self.lit,
             });
         }
-        widely(Add {
+        dispatch(Add {
             points: &self.gathered,
             shiny: self.shiny,
             lit: &self.lit,
@@ -403,18 +399,18 @@ impl LitPoints {
 }
 
 struct Glow<'a> {
-    glow: &'a Sides,
+    glow: &'a Vec3Lanes,
     lanes: u32,
-    radiances: &'a mut Sides,
+    radiances: &'a mut Vec3Lanes,
 }
 
-impl Lanewise for Glow<'_> {
+impl SimdKernel for Glow<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
         for (radiance, glow) in self.radiances.iter_mut().zip(self.glow) {
-            for i in 0..BUNDLE {
+            for i in 0..LANES {
                 let on = self.lanes >> i & 1 == 1;
                 radiance[i] = if on { glow[i] } else { radiance[i] };
             }
@@ -431,7 +427,7 @@ struct Cone<'a> {
     lit: &'a mut LightLanes,
 }
 
-impl Lanewise for Cone<'_> {
+impl SimdKernel for Cone<'_> {
     /// The points inside: bits.
     type Output = u32;
 
@@ -444,8 +440,8 @@ impl Lanewise for Cone<'_> {
             ..
         } = self.lit;
         let ([x, y, z], d) = (&rays.direction, self.direction);
-        let mut inside = [0u32; BUNDLE];
-        for i in 0..BUNDLE {
+        let mut inside = [0u32; LANES];
+        for i in 0..LANES {
             let along = -(x[i] * d.x + y[i] * d.y + z[i] * d.z);
             let is_inside = (along >= self.least) & (along > 0.0);
             let part = power(along.clamp(0.0, 1.0), self.exponent);
@@ -454,19 +450,19 @@ impl Lanewise for Cone<'_> {
             share[i] *= cone;
             inside[i] = u32::from(cone > 0.0);
         }
-        (0..BUNDLE).fold(0, |all, i| all | inside[i] << i)
+        (0..LANES).fold(0, |all, i| all | inside[i] << i)
     }
 }
 
 /// Highlights by the half-way vector, as [`crate::shade`] tells.
 struct Shine<'a> {
-    normal: &'a Sides,
-    exponent: &'a Side,
+    normal: &'a Vec3Lanes,
+    exponent: &'a Lanes<f32>,
     backward: Vec3,
     lit: &'a mut LightLanes,
 }
 
-impl Lanewise for Shine<'_> {
+impl SimdKernel for Shine<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -479,8 +475,8 @@ impl Lanewise for Shine<'_> {
         } = self.lit;
         let [x, y, z] = &rays.direction;
         let [nx, ny, nz] = self.normal;
-        let mut aligned = [0.0f32; BUNDLE];
-        for i in 0..BUNDLE {
+        let mut aligned = [0.0f32; LANES];
+        for i in 0..LANES {
             let [hx, hy, hz] = [
                 x[i] + self.backward.x,
                 y[i] + self.backward.y,
@@ -495,7 +491,7 @@ impl Lanewise for Shine<'_> {
             let along = (nx[i] * hx + ny[i] * hy + nz[i] * hz) * scale;
             aligned[i] = along.clamp(0.0, 1.0);
         }
-        for i in 0..BUNDLE {
+        for i in 0..LANES {
             highlight[i] = factor[i] * power(aligned[i], self.exponent[i]);
         }
     }
@@ -506,11 +502,11 @@ struct Add<'a> {
     shiny: u32,
     lit: &'a LightLanes,
     color: Vec3,
-    through: &'a Side,
-    radiances: &'a mut Sides,
+    through: &'a Lanes<f32>,
+    radiances: &'a mut Vec3Lanes,
 }
 
-impl Lanewise for Add<'_> {
+impl SimdKernel for Add<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -519,13 +515,13 @@ impl Lanewise for Add<'_> {
         let shiny = mask & self.shiny;
         for k in 0..3 {
             let (diffuse, radiance) = (&self.points.diffuse[k], &mut self.radiances[k]);
-            for i in 0..BUNDLE {
+            for i in 0..LANES {
                 let more = self.color[k] * diffuse[i] * (share[i] * self.through[i]);
                 radiance[i] += if mask >> i & 1 == 1 { more } else { 0.0 };
             }
             if shiny != 0 {
                 let (specular, highlight) = (&self.points.specular[k], &self.lit.highlight);
-                for i in 0..BUNDLE {
+                for i in 0..LANES {
                     let more = self.color[k] * specular[i] * (highlight[i] * self.through[i]);
                     radiance[i] += if shiny >> i & 1 == 1 { more } else { 0.0 };
                 }
@@ -540,7 +536,7 @@ struct Reach<'a> {
     lit: &'a mut LightLanes,
 }
 
-impl Lanewise for Reach<'_> {
+impl SimdKernel for Reach<'_> {
     /// The points that the light comes to from the front: bits.
     type Output = u32;
 
@@ -555,14 +551,14 @@ impl Lanewise for Reach<'_> {
         } = self.lit;
         if light.kind == LightKind::Directional {
             for k in 0..3 {
-                out.direction[k] = [-light.direction[k]; BUNDLE];
+                out.direction[k] = [-light.direction[k]; LANES];
             }
-            out.t_max = [f32::INFINITY; BUNDLE];
-            *factor = [1.0; BUNDLE];
+            out.t_max = [f32::INFINITY; LANES];
+            *factor = [1.0; LANES];
         } else {
             let [kq, kl, kc] = light.attenuation.to_array();
             let [px, py, pz] = &points.position;
-            for i in 0..BUNDLE {
+            for i in 0..LANES {
                 let (x, y, z) = (
                     light.position.x - px[i],
                     light.position.y - py[i],
@@ -580,9 +576,9 @@ impl Lanewise for Reach<'_> {
                 out.t_max[i] = distance * (1.0 - 1e-5);
             }
         }
-        let mut side = [0.0f32; BUNDLE];
-        for i in 0..BUNDLE {
-            let along = |v: &Sides| {
+        let mut side = [0.0f32; LANES];
+        for i in 0..LANES {
+            let along = |v: &Vec3Lanes| {
                 v[0][i] * out.direction[0][i]
                     + v[1][i] * out.direction[1][i]
                     + v[2][i] * out.direction[2][i]
@@ -603,6 +599,6 @@ impl Lanewise for Reach<'_> {
                 out.origin[k][i] = origin + if off == 0.0 { 0.0 } else { step };
             }
         }
-        (0..BUNDLE).fold(0, |all, i| all | u32::from(share[i] > 0.0) << i)
+        (0..LANES).fold(0, |all, i| all | u32::from(share[i] > 0.0) << i)
     }
 }

@@ -1,28 +1,29 @@
-//! The way of one ray through the tree.
+//! The walk of a single ray through the tree.
 //!
-//! A ray waits for the next node's place more than for arithmetic. So which box comes next is said
-//! by jumps, which the processor guesses, as rays that follow each other do much the same: the next
-//! node's planes are on their way before it is known that they are wanted.
-
-use std::mem::MaybeUninit;
+//! A ray waits for memory more than for arithmetic. The next box is therefore chosen by jumps, not
+//! by an index: rays that follow each other do much the same, so the processor predicts the jump
+//! and loads the next node's planes before the tests of the boxes are done.
 
 use glam::Vec3;
 
-use super::super::traverse::PreparedRay;
-use super::block::{Block, Edges, Met};
-use super::{Child, Node, WIDTH, Wide, bits};
+use super::block::{Block, BlockHits, BlockTest};
+use super::nodes::{Bvh, Child, Node, WIDTH};
+use super::stack::{StackStorage, TraversalStack};
+use super::triangle::PreparedRay;
 #[cfg(target_arch = "x86_64")]
 use crate::math::lanes::Width;
+use crate::math::lanes::bits;
 
-/// What a node's boxes ask of a ray.
-pub struct Slabs {
+/// The part of the test of a node's boxes that depends on the ray alone.
+struct Slabs {
     origin: Vec3,
     inverse: Vec3,
-    /// The same, and a little farther: distances to where a ray leaves a box are widened by 2γ₃
-    /// (Ize, *Robust BVH Ray Traversal*), so that rounding never loses a box.
+    /// The inverse for the planes where a ray leaves a box. It is larger by 2γ₃ (Ize, *Robust BVH
+    /// Ray Traversal*), so that rounding never loses a box.
     wider: Vec3,
-    /// Which of the six planes the ray comes to first, axis by axis; the others last.
+    /// The planes of a node where the ray enters, axis by axis.
     near: [usize; 3],
+    /// The planes of a node where the ray leaves, axis by axis.
     far: [usize; 3],
     t_min: f32,
 }
@@ -42,7 +43,8 @@ impl Slabs {
         }
     }
 
-    /// The boxes that the ray enters no farther than `limit`, as bits, and where.
+    /// The boxes that the ray enters no farther than `limit`, as bits, and the distances at which
+    /// it enters.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)] // the same index into eight arrays, kept for lanes
     fn enters(&self, node: &Node, limit: f32, near: &mut [f32; WIDTH]) -> u32 {
@@ -59,81 +61,21 @@ impl Slabs {
     }
 }
 
+/// The share by which distances to boxes are widened: see [`Slabs`].
 pub(super) const WIDENING: f32 = 4.0 * f32::EPSILON;
 
-/// How far a box may be when something has been met at `t`.
+/// The farthest distance of a box that may hold a hit as near as `t`.
 #[inline(always)]
 fn limit(t: f32) -> f32 {
     t + t.abs() * WIDENING
 }
 
-const DEEP: usize = 256;
-
-/// Room for what a ray comes back to: without memory from elsewhere for trees of usual depth.
-///
-/// How much that is at most is known of a tree before: to make room on the way would be a call, and
-/// a call in the loop of the walk, even one that never happens, keeps the numbers of the ray out of
-/// the vector registers and costs a third of the time.
-pub(super) struct Room<T> {
-    array: [MaybeUninit<T>; DEEP],
-    more: Vec<MaybeUninit<T>>,
-}
-
-impl<T: Copy> Room<T> {
-    #[inline(always)]
-    pub(super) fn new() -> Self {
-        Self {
-            array: [const { MaybeUninit::uninit() }; DEEP],
-            more: Vec::new(),
-        }
-    }
-
-    /// For so many at once.
-    #[inline(always)]
-    pub(super) fn stack(&mut self, most: usize) -> Stack<'_, T> {
-        let places = if most > DEEP {
-            self.grow(most);
-            &mut self.more[..]
-        } else {
-            &mut self.array[..most]
-        };
-        Stack { places, filled: 0 }
-    }
-
-    #[cold]
-    fn grow(&mut self, most: usize) {
-        self.more.resize(most, MaybeUninit::uninit());
-    }
-}
-
-/// What to come back to, the next on top.
-pub(super) struct Stack<'a, T> {
-    places: &'a mut [MaybeUninit<T>],
-    filled: usize,
-}
-
-impl<T: Copy> Stack<'_, T> {
-    #[inline(always)]
-    pub(super) fn push(&mut self, waiting: T) {
-        self.places[self.filled] = MaybeUninit::new(waiting);
-        self.filled += 1;
-    }
-
-    #[inline(always)]
-    pub(super) fn pop(&mut self) -> Option<T> {
-        let top = self.filled.checked_sub(1)?;
-        self.filled = top;
-        // SAFETY: every place below the old `filled` has been written.
-        Some(unsafe { self.places[top].assume_init() })
-    }
-}
-
-/// A box to come back to, for one ray: how near it is, and what is behind it. Distances are not
-/// negative, so that their bits are in their order.
+/// A box that one ray still has to visit: its distance in the upper half and its child in the
+/// lower. Distances are not negative, so their bits have the order of their values.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Waiting(u64);
+struct StackEntry(u64);
 
-impl Waiting {
+impl StackEntry {
     #[inline(always)]
     fn new(near: f32, child: Child) -> Self {
         Self(u64::from(near.to_bits()) << 32 | u64::from(child.0))
@@ -150,75 +92,58 @@ impl Waiting {
     }
 }
 
-impl Stack<'_, Waiting> {
-    /// The nearest of the boxes entered, while the others are kept; nothing if there is none. Which
-    /// of the cases it is can be guessed by the processor: without branches this takes a fifth more
-    /// time. Of three or more the nearest is not said by a jump, which would be wrong too often.
+impl TraversalStack<'_, StackEntry> {
+    /// Returns the nearest of the boxes entered, if any, and pushes the others. The processor
+    /// predicts which of the cases it is: without branches this takes a fifth more time. Of three
+    /// or more boxes the nearest is not found by jumps, which would be mispredicted too often.
     #[inline(always)]
     fn nearest(&mut self, node: &Node, mask: u32, near: &[f32; WIDTH]) -> Option<Child> {
         let rest = mask & mask.wrapping_sub(1);
         let a = mask.trailing_zeros() as usize % WIDTH;
         if rest == 0 {
-            return (mask != 0).then(|| node.guessed(a));
+            return (mask != 0).then(|| node.predicted_child(a));
         }
-        let waiting = |i: usize| Waiting::new(near[i], node.children[i]);
+        let entry = |i: usize| StackEntry::new(near[i], node.children[i]);
         let b = rest.trailing_zeros() as usize % WIDTH;
         let more = rest & rest.wrapping_sub(1);
         if more == 0 {
             return Some(if near[b] < near[a] {
-                self.push(waiting(a));
-                node.guessed(b)
+                self.push(entry(a));
+                node.predicted_child(b)
             } else {
-                self.push(waiting(b));
-                node.guessed(a)
+                self.push(entry(b));
+                node.predicted_child(a)
             });
         }
-        let start = self.filled;
+        let start = self.len();
         for i in bits(mask) {
-            self.insert(start, waiting(i % WIDTH));
+            self.insert_sorted(start, entry(i % WIDTH));
         }
-        self.pop().map(Waiting::child)
+        self.pop().map(StackEntry::child)
     }
 
-    /// One of the boxes entered, while the others are kept.
+    /// Returns one of the boxes entered, if any, and pushes the others.
     #[inline(always)]
     fn any(&mut self, node: &Node, mask: u32) -> Option<Child> {
         if mask == 0 {
             return None;
         }
         for i in bits(mask & (mask - 1)) {
-            self.push(Waiting::new(0.0, node.children[i % WIDTH]));
+            self.push(StackEntry::new(0.0, node.children[i % WIDTH]));
         }
-        Some(node.guessed(mask.trailing_zeros() as usize % WIDTH))
-    }
-
-    /// Puts one among those from `start` on, which are sorted, the nearest on top.
-    #[inline(always)]
-    fn insert(&mut self, start: usize, new: Waiting) {
-        let mut at = self.filled;
-        while at > start {
-            // SAFETY: every place below `filled` has been written.
-            let before = unsafe { self.places[at - 1].assume_init() };
-            if before >= new {
-                break;
-            }
-            self.places[at] = MaybeUninit::new(before);
-            at -= 1;
-        }
-        self.places[at] = MaybeUninit::new(new);
-        self.filled += 1;
+        Some(node.predicted_child(mask.trailing_zeros() as usize % WIDTH))
     }
 }
 
 impl Node {
-    /// A child. Which of the eight is said by a jump, so that the processor goes on with the one it
-    /// guesses; with the number as an index it waits for the tests of the boxes, and a ray takes a
-    /// tenth to a fifth more time.
+    /// Returns a child by a jump to one of eight places, so that the processor goes on with the
+    /// child that it predicts. With `i` as an index it waits for the tests of the boxes, and a ray
+    /// takes a tenth to a fifth more time.
     #[inline(always)]
-    fn guessed(&self, i: usize) -> Child {
+    fn predicted_child(&self, i: usize) -> Child {
         #[cfg(target_arch = "x86_64")]
         {
-            // Eight ways that differ in a comment, or the compiler would make one of them.
+            // The eight arms differ in a comment, or the compiler would merge them.
             macro_rules! at {
                 ($i:literal) => {{
                     let mut child = self.children[$i].0;
@@ -249,10 +174,10 @@ impl Node {
     }
 }
 
-/// The walk in the instructions named, with [`Slabs::enters`] eight at a time, in half the
-/// operations: a plane's distance is its place times the inverse, less the origin's. What the
-/// rounding of the origin's takes is given back. A macro, for only closures of a function with
-/// these instructions are compiled for them.
+/// The walk compiled for the named instructions. It does [`Slabs::enters`] for eight boxes at a
+/// time in half the operations: the distance to a plane is plane·inverse − origin·inverse, widened
+/// by the rounding error of the second product. It is a macro because closures are compiled for
+/// these instructions only inside of a function that enables them.
 #[cfg(target_arch = "x86_64")]
 macro_rules! walk_by {
     ($name:ident, $instructions:literal) => {
@@ -262,7 +187,7 @@ macro_rules! walk_by {
             start: Child,
             ray: &PreparedRay,
             (t_min, t_max): (f32, f32),
-            visit: impl FnMut(&Block, &Met, f32) -> f32,
+            visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
         ) {
             use std::arch::x86_64::*;
             let slabs = Slabs::new(ray, t_min);
@@ -280,7 +205,7 @@ macro_rules! walk_by {
                 let first =
                     |a: usize| _mm256_fmadd_ps(plane(slabs.near[a]), inverse[a], near_from[a]);
                 let last = |a: usize| _mm256_fmadd_ps(plane(slabs.far[a]), wider[a], far_from[a]);
-                // Of two the second is taken if one is no number, as beyond the largest.
+                // `max` and `min` take the second operand if one is NaN, as from an overflow.
                 let n = _mm256_max_ps(first(0), least);
                 let n = _mm256_max_ps(first(2), _mm256_max_ps(first(1), n));
                 let f = _mm256_min_ps(last(0), _mm256_set1_ps(limit));
@@ -294,31 +219,32 @@ macro_rules! walk_by {
     };
 }
 
-impl Wide {
-    /// Leads a ray through the boxes, near ones first, from `t_min` on, which is not negative.
-    /// `visit` gets a block, what triangles of it are met, and the distance so far, and answers
-    /// with the distance of the nearest hit; one below `t_min` ends.
+impl Bvh {
+    /// Walks a ray through the tree, near boxes first, from `t_min` on, which is not negative.
+    /// `visit` gets a block, the hits of its triangles, and the farthest distance that still
+    /// counts. It returns that distance again; a value below `t_min` ends the walk.
     #[inline]
     pub fn walk(
         &self,
         ray: &PreparedRay,
         t_min: f32,
         t_max: f32,
-        visit: impl FnMut(&Block, &Met, f32) -> f32,
+        visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
     ) {
         if !self.nodes.is_empty() {
             self.walk_from::<true>(Child::ROOT, ray, t_min, t_max, visit);
         }
     }
 
-    /// The same in whatever order, which is faster where any hit will do.
+    /// Walks as [`Bvh::walk`] does, but in no particular order. That is faster where any hit will
+    /// do.
     #[inline]
     pub fn walk_any(
         &self,
         ray: &PreparedRay,
         t_min: f32,
         t_max: f32,
-        visit: impl FnMut(&Block, &Met, f32) -> f32,
+        visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
     ) {
         if !self.nodes.is_empty() {
             self.walk_from::<false>(Child::ROOT, ray, t_min, t_max, visit);
@@ -332,9 +258,9 @@ impl Wide {
         ray: &PreparedRay,
         t_min: f32,
         t_max: f32,
-        visit: impl FnMut(&Block, &Met, f32) -> f32,
+        visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
     ) {
-        // A smallest distance of −0 has the bits of a large one.
+        // The bits of −0 are those of a large distance.
         let t_min = if t_min > 0.0 { t_min } else { 0.0 };
         #[cfg(target_arch = "x86_64")]
         match Width::detect() {
@@ -356,7 +282,7 @@ impl Wide {
         start: Child,
         ray: &PreparedRay,
         (t_min, t_max): (f32, f32),
-        visit: impl FnMut(&Block, &Met, f32) -> f32,
+        visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
     ) {
         let slabs = Slabs::new(ray, t_min);
         let enters = |n: &Node, t: f32, near: &mut [f32; WIDTH]| slabs.enters(n, t, near);
@@ -365,7 +291,7 @@ impl Wide {
 
     #[cfg(target_arch = "x86_64")]
     walk_by!(walk_avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt");
-    // In the same vectors, but there are more of them.
+    // The vectors have the same width, but there are more registers.
     #[cfg(target_arch = "x86_64")]
     walk_by!(
         walk_avx512,
@@ -379,11 +305,11 @@ impl Wide {
         ray: &PreparedRay,
         (t_min, mut t_max): (f32, f32),
         enters: impl Fn(&Node, f32, &mut [f32; WIDTH]) -> u32,
-        mut visit: impl FnMut(&Block, &Met, f32) -> f32,
+        mut visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
     ) {
-        let edges = Edges::new(ray, t_min);
-        let mut room = Room::new();
-        let mut stack = room.stack(self.waiting);
+        let test = BlockTest::new(ray, t_min);
+        let mut storage = StackStorage::new();
+        let mut stack = storage.stack(self.stack_size);
         let mut near = [0.0; WIDTH];
         let mut current = start;
         let mut reach = limit(t_max);
@@ -393,9 +319,9 @@ impl Wide {
         loop {
             if current.is_leaf() {
                 for block in &self.blocks[current.place()..] {
-                    let met = edges.meet(block, t_max);
-                    if met.mask | block.others != 0 {
-                        t_max = visit(block, &met, t_max);
+                    let hits = test.intersect(block, t_max);
+                    if hits.mask | block.non_triangles != 0 {
+                        t_max = visit(block, &hits, t_max);
                         if t_max < t_min {
                             return;
                         }
@@ -419,27 +345,11 @@ impl Wide {
             }
             current = loop {
                 match stack.pop() {
-                    Some(waiting) if waiting.is_within(reach) => break waiting.child(),
+                    Some(entry) if entry.is_within(reach) => break entry.child(),
                     Some(_) => {}
                     None => return,
                 }
             };
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_stack_holds_what_the_deepest_tree_leaves_waiting() {
-        for most in [1, DEEP, DEEP + 1, 5 * DEEP] {
-            let mut room = Room::new();
-            let mut stack = room.stack(most);
-            (0..most).for_each(|i| stack.push(i));
-            assert!((0..most).rev().all(|i| stack.pop() == Some(i)));
-            assert_eq!(stack.pop(), None);
         }
     }
 }

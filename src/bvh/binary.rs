@@ -1,0 +1,33 @@
+//! The binary tree that a builder makes and `collapse` turns into wide nodes.
+
+use glam::Vec3;
+
+/// The smallest and the largest corner of a box.
+pub type Box3 = (Vec3, Vec3);
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BinaryNode {
+    pub min: Vec3,
+    /// The first child, or the first slot of a leaf.
+    pub first: u32,
+    pub max: Vec3,
+    /// Number of primitives in a leaf; 0 in an inner node.
+    pub count: u32,
+}
+
+impl BinaryNode {
+    pub const NONE: Self = Self {
+        min: Vec3::ZERO,
+        first: 0,
+        max: Vec3::ZERO,
+        count: 0,
+    };
+}
+
+/// Boxes around primitives, two in each, the root first.
+#[derive(Clone, Debug, Default)]
+pub(super) struct BinaryBvh {
+    pub nodes: Vec<BinaryNode>,
+    /// The primitives in the order in which leaves hold them.
+    pub order: Vec<u32>,
+}

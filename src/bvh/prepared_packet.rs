@@ -1,0 +1,274 @@
+//! The walk of a packet: rays that go much the same way pass the tree together.
+//!
+//! A node's eight boxes are first tested against an interval around all rays, and the few that
+//! remain against every ray, sixteen at a time. A triangle is intersected by all rays together with
+//! the operations of a single ray, so that a hit has the same bits. Where few rays are left they
+//! continue one by one, as all rays do on a processor without AVX-512.
+
+use super::block::{Block, BlockHits};
+use super::hit::{COPLANAR, NonTriangles};
+use super::nodes::{Bvh, Child};
+use super::packet::{PacketHits, RayPacket};
+use super::ray::Ray;
+use super::triangle::{PreparedRay, invert};
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes, bits, of_lane};
+
+/// Hits within this share of their distance are close: twice the thickness of a plane.
+pub(super) const CLOSE: f32 = 2.0 * COPLANAR;
+
+/// A packet during its walk: rays from distance 0 that have one direction octant.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct PreparedPacket {
+    pub(super) origin: Vec3Lanes,
+    pub(super) direction: Vec3Lanes,
+    pub(super) inverse: Vec3Lanes,
+    /// −origin·inverse, less its rounding error: for the planes where a ray enters a box.
+    pub(super) near_from: Vec3Lanes,
+    /// −origin·inverse, plus its rounding error: for the planes where a ray leaves a box.
+    pub(super) far_from: Vec3Lanes,
+    pub(super) shear: Vec3Lanes,
+    /// The nearest hits so far. `t` of a ray without a hit is the farthest distance that counts.
+    pub(super) hits: PacketHits,
+    /// Which rays have two hits so near together that it matters which is taken: bits.
+    pub(super) close: u32,
+    /// Which lanes hold a ray: bits.
+    pub(super) live: u32,
+    /// The axes of a [`PreparedRay`], the same for all rays.
+    pub(super) axes: [usize; 3],
+    /// The planes of a node where the rays enter, axis by axis.
+    pub(super) near: [usize; 3],
+    /// The planes of a node where the rays leave, axis by axis.
+    pub(super) far: [usize; 3],
+    /// Bounds of the rays on each axis.
+    pub(super) interval: [Interval; 3],
+}
+
+/// Bounds over the rays of a packet, on one axis.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Interval {
+    /// The origins that give the nearest entry and the farthest exit.
+    pub(super) origin: [f32; 2],
+    /// The least and the greatest inverse.
+    pub(super) inverse: [f32; 2],
+}
+
+impl PreparedPacket {
+    pub const fn empty() -> Self {
+        Self {
+            origin: [[0.0; LANES]; 3],
+            direction: [[1.0; LANES]; 3],
+            inverse: [[1.0; LANES]; 3],
+            near_from: [[0.0; LANES]; 3],
+            far_from: [[0.0; LANES]; 3],
+            shear: [[1.0; LANES]; 3],
+            hits: PacketHits::NONE,
+            close: 0,
+            live: 0,
+            axes: [0, 1, 2],
+            near: [0, 1, 2],
+            far: [3, 4, 5],
+            interval: [Interval {
+                origin: [0.0; 2],
+                inverse: [0.0; 2],
+            }; 3],
+        }
+    }
+
+    /// Whether this processor has the instructions that make packets faster than single rays.
+    pub fn is_fast() -> bool {
+        #[cfg(target_arch = "x86_64")]
+        {
+            is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx2")
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        false
+    }
+
+    /// Takes the rays of a packet, at least one.
+    pub fn load(&mut self, rays: &RayPacket) {
+        #[cfg(target_arch = "x86_64")]
+        if Self::is_fast() {
+            // SAFETY: the processor was just asked.
+            unsafe { self.load_avx512(rays) };
+            return;
+        }
+        self.copy_rays(rays);
+        self.prepare(bounds);
+    }
+
+    #[inline(always)]
+    pub(super) fn copy_rays(&mut self, rays: &RayPacket) {
+        let live = rays.mask;
+        // A lane without a ray gets another lane's, so that it does not widen the interval.
+        let some = live.trailing_zeros() as usize;
+        for axis in 0..3 {
+            let (from, to) = (&rays.origin[axis], &rays.direction[axis]);
+            let (other_from, other_to) = (from[some], to[some]);
+            for lane in 0..LANES {
+                let on = live >> lane & 1 == 1;
+                self.origin[axis][lane] = if on { from[lane] } else { other_from };
+                let d = if on { to[lane] } else { other_to };
+                self.direction[axis][lane] = d + 0.0; // turns −0.0 into +0.0
+            }
+        }
+        for (lane, t_max) in rays.t_max.iter().enumerate() {
+            let end = if *t_max < f32::MAX { *t_max } else { f32::MAX };
+            let on = live >> lane & 1 == 1;
+            self.hits.t[lane] = if on { end } else { f32::NEG_INFINITY };
+        }
+        self.live = live;
+        (self.hits.mask, self.close) = (0, 0);
+    }
+
+    /// Computes for all rays what [`PreparedRay::new`] computes for one.
+    #[inline(always)]
+    pub(super) fn prepare(&mut self, bounds: impl Fn(&Lanes<f32>) -> (f32, f32)) {
+        let (origin, direction) = (of_lane(&self.origin, 0), of_lane(&self.direction, 0));
+        let first = PreparedRay::new(&Ray::new(origin, direction));
+        let [kx, ky, kz] = first.axes;
+        self.axes = first.axes;
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                let inverse = invert(self.direction[axis][lane]);
+                let from = self.origin[axis][lane] * inverse;
+                self.inverse[axis][lane] = inverse;
+                self.near_from[axis][lane] = -from - from.abs() * f32::EPSILON;
+                self.far_from[axis][lane] = -from + from.abs() * f32::EPSILON;
+            }
+            let back = first.inverse[axis] < 0.0;
+            self.near[axis] = if back { axis + 3 } else { axis };
+            self.far[axis] = if back { axis } else { axis + 3 };
+            let (low, high) = bounds(&self.origin[axis]);
+            let (slow, fast) = bounds(&self.inverse[axis]);
+            self.interval[axis] = Interval {
+                origin: if back { [low, high] } else { [high, low] },
+                inverse: [slow, fast],
+            };
+        }
+        for lane in 0..LANES {
+            let z = self.direction[kz][lane];
+            self.shear[0][lane] = self.direction[kx][lane] / z;
+            self.shear[1][lane] = self.direction[ky][lane] / z;
+            self.shear[2][lane] = 1.0 / z;
+        }
+    }
+
+    /// One of the rays.
+    pub(super) fn ray(&self, lane: usize) -> PreparedRay {
+        PreparedRay {
+            origin: of_lane(&self.origin, lane),
+            direction: of_lane(&self.direction, lane),
+            inverse: of_lane(&self.inverse, lane),
+            axes: self.axes,
+            shear: of_lane(&self.shear, lane),
+        }
+    }
+
+    /// Takes a hit if it is nearer than the ray's nearest so far, and notes whether the two are
+    /// close.
+    pub(super) fn take(&mut self, lane: usize, primitive: u32, (t, u, v): (f32, f32, f32)) {
+        let best = self.hits.t[lane];
+        let apart = (t - best).abs();
+        if self.hits.mask >> lane & 1 == 1 && apart <= best * CLOSE {
+            self.close |= 1 << lane;
+        }
+        if t < best {
+            self.hits.t[lane] = t;
+            (self.hits.u[lane], self.hits.v[lane]) = (u, v);
+            self.hits.primitive[lane] = primitive;
+            self.hits.mask |= 1 << lane;
+        }
+    }
+
+    /// The farthest distance at which a hit of a ray still matters.
+    pub(super) fn reach(&self, lane: usize) -> f32 {
+        let t = self.hits.t[lane];
+        if self.hits.mask >> lane & 1 == 1 {
+            t + t * CLOSE
+        } else {
+            t
+        }
+    }
+}
+
+/// The least and the greatest number.
+fn bounds(lanes: &Lanes<f32>) -> (f32, f32) {
+    let least = lanes.iter().copied().fold(f32::INFINITY, f32::min);
+    let greatest = lanes.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    (least, greatest)
+}
+
+impl Bvh {
+    /// Finds the nearest hit of every ray of a packet that is not `close`, or, with `ANY`, one hit
+    /// of every ray that has any.
+    pub(super) fn walk_packet<const ANY: bool>(
+        &self,
+        packet: &mut PreparedPacket,
+        non_triangles: &impl NonTriangles,
+    ) {
+        if self.nodes.is_empty() || packet.live == 0 {
+            return;
+        }
+        #[cfg(target_arch = "x86_64")]
+        if PreparedPacket::is_fast() {
+            // SAFETY: the processor was just asked.
+            unsafe { self.walk_packet_avx512::<ANY>(packet, non_triangles) };
+            return;
+        }
+        for lane in bits(packet.live) {
+            self.walk_one::<ANY>(Child::ROOT, lane, packet, non_triangles);
+        }
+    }
+
+    /// Walks one ray by itself, from a box on.
+    #[inline(never)]
+    pub(super) fn walk_one<const ANY: bool>(
+        &self,
+        from: Child,
+        lane: usize,
+        packet: &mut PreparedPacket,
+        non_triangles: &impl NonTriangles,
+    ) {
+        let ray = packet.ray(lane);
+        let (t_min, t_max) = (0.0, packet.reach(lane));
+        let visit = |block: &Block, hits: &BlockHits, _: f32| {
+            for i in bits(hits.mask) {
+                packet.take(lane, block.primitive(i), (hits.t[i], hits.u[i], hits.v[i]));
+            }
+            for i in bits(block.non_triangles()) {
+                packet.intersect_non_triangle(lane, &ray, block.primitive(i), non_triangles);
+            }
+            if ANY && packet.hits.mask >> lane & 1 == 1 {
+                f32::NEG_INFINITY
+            } else {
+                packet.reach(lane)
+            }
+        };
+        if ANY {
+            self.walk_from::<false>(from, &ray, t_min, t_max, visit);
+        } else {
+            self.walk_from::<true>(from, &ray, t_min, t_max, visit);
+        }
+    }
+}
+
+impl PreparedPacket {
+    pub(super) fn intersect_non_triangle(
+        &mut self,
+        lane: usize,
+        ray: &PreparedRay,
+        primitive: u32,
+        non_triangles: &impl NonTriangles,
+    ) {
+        let mut from = 0.0;
+        // A curved primitive may be hit twice.
+        while let Some(t) = non_triangles.intersect(ray, primitive, from, self.reach(lane)) {
+            self.take(lane, primitive, (t, 0.0, 0.0));
+            from = t;
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! A film in the dark behind a lens that stands in the scene as solids.
+
+use glam::{DQuat, DVec2, DVec3};
+
+use super::aim::{Aim, aimed};
+use super::lens_camera::white_irradiance;
+use super::rays::{CameraRay, METERS_FROM_MM};
+use crate::film::FilmFormat;
+use crate::lens::{FilmPlace, Lens, PupilWindow, RearElement};
+use crate::pose::{CameraPose, FilmPlane};
+use crate::sampling::DiscMap;
+
+/// A film in the dark, and no lens that the camera knows of: it stands in the scene as solids,
+/// which send on what the film sees of its rear element, or do not.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmCamera {
+    pub format: FilmFormat,
+    plane: FilmPlane,
+    map: DiscMap,
+    pub(super) world_from_camera: DQuat,
+    /// Where the front vertex is, from the scene's origin, in meters.
+    pub(super) eye: DVec3,
+}
+
+impl FilmCamera {
+    pub fn new(plane: FilmPlane, format: FilmFormat, aim: Aim, pose: &CameraPose) -> Self {
+        Self {
+            format,
+            plane,
+            map: match aim {
+                Aim::RearElement(map) => map,
+                Aim::ExitPupil => DiscMap::Concentric,
+            },
+            world_from_camera: pose.orientation,
+            eye: DVec3::ZERO,
+        }
+    }
+
+    /// The ray from a film point (millimeters) to a point of the rear element.
+    pub(super) fn ray(&self, film: DVec2, pupil: [f64; 2]) -> Option<CameraRay> {
+        let [film_z, rear_z, radius] =
+            [self.plane.film_z, self.plane.rear_z, self.plane.rear_radius]
+                .map(|meters| meters / METERS_FROM_MM);
+        let window = PupilWindow::Disc {
+            radius,
+            map: self.map,
+        };
+        let place = FilmPlace::flat(film_z);
+        let (ray, weight) = aimed(&place, film, rear_z, &window, pupil)?;
+        Some(CameraRay {
+            origin: self.eye + self.world_from_camera * (ray.origin * METERS_FROM_MM),
+            direction: self.world_from_camera * ray.direction,
+            weight: weight / self.plane.irradiance,
+        })
+    }
+}
+
+/// Half the height of 35 mm film, in millimeters.
+const FILM_HALF_HEIGHT: f64 = 12.0;
+
+/// The film behind a lens that stands in the scene as solids, to write into that scene.
+pub fn film_plane(lens: &Lens, film_z: f64) -> FilmPlane {
+    let focal = lens.first_order().focal;
+    let image_distance = film_z - focal.map_or(0.0, |f| f.rear_principal_plane);
+    FilmPlane {
+        film_z: film_z * METERS_FROM_MM,
+        height_angle: 2.0 * libm::atan(FILM_HALF_HEIGHT / image_distance.abs()),
+        rear_z: lens.length() * METERS_FROM_MM,
+        rear_radius: RearElement::of(lens, DiscMap::Concentric).radius * METERS_FROM_MM,
+        irradiance: white_irradiance(lens, film_z),
+    }
+}

@@ -1,0 +1,185 @@
+//! The kinds of cameras, and the rays that they make of samples.
+
+use glam::{DVec2, DVec3};
+
+use super::aim::film_point;
+use super::film_camera::FilmCamera;
+use super::ideal::IdealLens;
+use super::lens_camera::LensCamera;
+use super::pinhole::Pinhole;
+use super::rays::{CameraRay, CameraRays};
+use super::spectral::SpectralCorrections;
+use crate::lens::{Bundle, PupilWindow};
+use crate::math::lanes::{LANES, Vec3Lanes, bits, of_lane};
+use crate::pose::{CameraPose, Projection};
+use crate::sampling::Samples;
+use crate::spectrum::{HERO, SETS};
+
+/// What makes the picture.
+#[derive(Clone, Debug)]
+pub enum Camera {
+    Pinhole(Pinhole),
+    Lens(Box<LensCamera>),
+    Ideal(IdealLens),
+    /// The lens stands in the scene: the paper's first approach.
+    Film(FilmCamera),
+}
+
+impl Camera {
+    /// Everything that depends on the film point alone. `x` and `y` run over the picture from 0
+    /// to 1, from its upper left corner.
+    pub fn at(&self, x: f64, y: f64) -> FilmPoint<'_> {
+        match self {
+            Self::Pinhole(pinhole) => FilmPoint::Pinhole(pinhole.ray(x, y)),
+            Self::Ideal(lens) => FilmPoint::Ideal {
+                lens,
+                place: [x, y],
+            },
+            Self::Film(film) => FilmPoint::Film {
+                film,
+                point: film_point(film.format, x, y),
+            },
+            Self::Lens(camera) => {
+                let point = camera.film_point(x, y);
+                FilmPoint::Lens {
+                    camera,
+                    point,
+                    window: camera.target.window(point),
+                }
+            }
+        }
+    }
+
+    /// Makes the rays of samples whose places are given over the picture from 0 to 1: those that
+    /// get through and are to be followed, and those that may correct them.
+    pub fn shoot(
+        &self,
+        samples: &Samples,
+        bundle: &mut Bundle,
+        rays: &mut CameraRays,
+        corrections: &mut SpectralCorrections,
+    ) {
+        rays.clear();
+        corrections.clear();
+        let mut each = |ray: &dyn Fn([f64; 2], [f64; 2]) -> Option<CameraRay>| {
+            for i in 0..samples.len() {
+                let [film, pupil] = [&samples.film, &samples.pupil].map(|at| [at[0][i], at[1][i]]);
+                if let Some(ray) = ray(film, pupil) {
+                    rays.push(i, &ray);
+                }
+            }
+        };
+        match self {
+            Self::Pinhole(pinhole) => each(&|[x, y], _| pinhole.ray(x, y)),
+            Self::Ideal(lens) => lens.shoot(samples, rays),
+            Self::Film(film) => {
+                each(&|[x, y], pupil| film.ray(film_point(film.format, x, y), pupil))
+            }
+            Self::Lens(camera) => match &camera.spectral {
+                None => camera.shoot(samples, bundle, rays),
+                Some(lenses) => {
+                    camera.shoot_by_wavelength(lenses, samples, bundle, rays, corrections);
+                }
+            },
+        }
+    }
+
+    fn is_spectral(&self) -> bool {
+        matches!(self, Self::Lens(camera) if camera.is_dispersing())
+    }
+
+    /// How many samples are best taken together: enough that resampled rays fill lanes.
+    pub fn batch(&self) -> usize {
+        match self {
+            Self::Lens(_) if self.is_spectral() => SETS * LANES,
+            Self::Lens(_) => 16 * LANES,
+            _ => 4 * LANES,
+        }
+    }
+
+    /// Adds the radiances along rays, packet by packet, to the exposures of their samples.
+    pub fn expose(&self, rays: &CameraRays, radiances: &[Vec3Lanes], exposures: &mut [DVec3]) {
+        for (number, (packet, light)) in rays.packets().iter().zip(radiances).enumerate() {
+            for lane in bits(packet.rays.mask) {
+                let mut light = of_lane(light, lane).as_dvec3() * packet.weights[lane];
+                if let Some(color) = rays.colors.get(number * LANES + lane) {
+                    light = *color * light;
+                }
+                exposures[packet.samples[lane] as usize] += light;
+            }
+        }
+    }
+
+    /// The rays of one sample from the film: one, or one for each wavelength of a hero set.
+    pub fn rays_each(&self) -> usize {
+        if self.is_spectral() { HERO } else { 1 }
+    }
+}
+
+impl Camera {
+    /// How a pinhole in the lens's place would see: the height angle of the film by the paper's
+    /// equation 7, or what the pose says where there is no lens.
+    pub fn projection(&self, pose: &CameraPose) -> Projection {
+        match self {
+            Self::Lens(lens) => Projection::Perspective {
+                height_angle: lens.focus.height_angle(0.5 * lens.format.height),
+            },
+            _ => pose.projection,
+        }
+    }
+
+    /// The same camera standing and looking as the pose says, for a scene compiled around
+    /// `origin`: what is seen from elsewhere without compiling again.
+    pub fn posed(mut self, pose: &CameraPose, origin: DVec3) -> Self {
+        let eye = pose.position - origin;
+        match &mut self {
+            Self::Pinhole(pinhole) => {
+                (pinhole.world_from_camera, pinhole.eye) = (pose.orientation, eye)
+            }
+            Self::Lens(lens) => lens.stand(pose.orientation, eye),
+            Self::Ideal(lens) => {
+                (lens.world_from_camera, lens.eye) = (pose.orientation, eye);
+            }
+            Self::Film(film) => (film.world_from_camera, film.eye) = (pose.orientation, eye),
+        }
+        self
+    }
+}
+
+/// A point of the film, ready to look through any point of the lens. It lives on the stack for
+/// one pixel's sake, so its size costs nothing.
+#[allow(clippy::large_enum_variant)]
+pub enum FilmPoint<'a> {
+    Pinhole(Option<CameraRay>),
+    Ideal {
+        lens: &'a IdealLens,
+        /// Over the picture from 0 to 1.
+        place: [f64; 2],
+    },
+    Film {
+        film: &'a FilmCamera,
+        point: DVec2,
+    },
+    Lens {
+        camera: &'a LensCamera,
+        point: DVec2,
+        window: PupilWindow<'a>,
+    },
+}
+
+impl FilmPoint<'_> {
+    /// The ray at the lens's own wavelength through a point of the lens, given in the unit square;
+    /// `None` is a lost ray.
+    pub fn ray(&self, pupil: [f64; 2]) -> Option<CameraRay> {
+        match self {
+            Self::Pinhole(ray) => *ray,
+            Self::Ideal { lens, place } => Some(lens.ray(*place, pupil)),
+            Self::Film { film, point } => film.ray(*point, pupil),
+            Self::Lens {
+                camera,
+                point,
+                window,
+            } => camera.ray(*point, window, pupil),
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Rays into the scene: one, a packet, and a batch of packets.
+
+use glam::{DMat3, DVec3};
+
+use crate::bvh::RayPacket;
+use crate::math::lanes::{LANES, Lane, Lanes, Vec3Lanes, bits};
+
+/// Meters in a millimeter.
+pub(super) const METERS_FROM_MM: f64 = 1e-3;
+
+/// A packet with at least this many rays is kept as it is. A sparser one is compacted.
+const COMPACT_BELOW: u32 = 24;
+
+/// A ray into the scene: meters, world directions, relative to the scene's origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraRay {
+    pub origin: DVec3,
+    pub direction: DVec3,
+    /// The factor of the radiance along the ray, so that the mean over all samples (lost ones
+    /// included) is the exposure; white on the axis is 1.
+    pub weight: f64,
+}
+
+/// Rays that leave a lens side by side, in meters from the scene's origin.
+#[derive(Clone, Debug)]
+pub struct ExitRays {
+    pub rays: RayPacket,
+    /// The factor of the radiance along each ray: see [`CameraRay::weight`].
+    pub weights: Lane,
+    /// The number of each ray's sample.
+    pub samples: Lanes<u32>,
+}
+
+impl Default for ExitRays {
+    fn default() -> Self {
+        Self {
+            rays: RayPacket::default(),
+            weights: [0.0; LANES],
+            samples: [0; LANES],
+        }
+    }
+}
+
+impl ExitRays {
+    /// The origin and the direction of one lane.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> ([f32; 3], [f32; 3]) {
+        let of = |v: &Vec3Lanes| [v[0][lane], v[1][lane], v[2][lane]];
+        (of(&self.rays.origin), of(&self.rays.direction))
+    }
+}
+
+/// A batch of rays into the scene that answer samples, in packets.
+#[derive(Clone, Debug, Default)]
+pub struct CameraRays {
+    packets: Vec<ExitRays>,
+    /// The number of lanes in use, with or without a ray.
+    len: usize,
+    /// The film's response to the radiance along each lane's ray, where wavelengths are told apart.
+    pub colors: Vec<DMat3>,
+    /// How many rays the lens let through. Not all wavelengths of a sample continue into the scene.
+    pub passed: usize,
+}
+
+impl CameraRays {
+    /// The number of lanes in use, with or without a ray.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    pub fn packets(&self) -> &[ExitRays] {
+        &self.packets[..self.len.div_ceil(LANES)]
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+        self.colors.clear();
+        self.passed = 0;
+    }
+
+    pub(super) fn push(&mut self, sample: usize, ray: &CameraRay) {
+        let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
+        self.put(sample as u32, (o.to_array(), d.to_array()), ray.weight);
+        self.passed += 1;
+    }
+
+    /// Appends a ray whose radiance has a color as its factor.
+    pub(super) fn push_colored(&mut self, sample: u32, ray: ([f32; 3], [f32; 3]), color: DMat3) {
+        self.put(sample, ray, 1.0);
+        self.colors.push(color);
+    }
+
+    #[inline(always)]
+    fn put(&mut self, sample: u32, (origin, direction): ([f32; 3], [f32; 3]), weight: f64) {
+        let lane = self.len % LANES;
+        let to = self.packet(self.len / LANES);
+        for axis in 0..3 {
+            to.rays.origin[axis][lane] = origin[axis];
+            to.rays.direction[axis][lane] = direction[axis];
+        }
+        to.rays.mask = (to.rays.mask & ((1 << lane) - 1)) | 1 << lane;
+        (to.samples[lane], to.weights[lane]) = (sample, weight);
+        self.len += 1;
+    }
+
+    fn packet(&mut self, number: usize) -> &mut ExitRays {
+        if number == self.packets.len() {
+            self.packets.push(ExitRays::default());
+        }
+        &mut self.packets[number]
+    }
+
+    /// The first packet without rays, to be filled and then accepted.
+    pub(super) fn next_packet(&mut self) -> &mut ExitRays {
+        self.packet(self.len.div_ceil(LANES))
+    }
+
+    /// Accepts the rays of the packet that was filled, which belong to the samples from a number
+    /// on.
+    pub(super) fn accept(&mut self, sample: usize) {
+        let next = self.len.div_ceil(LANES);
+        let packet = self.packet(next);
+        let (passed, first) = (packet.rays.mask.count_ones(), sample as u32);
+        packet.samples = std::array::from_fn(|lane| first + lane as u32);
+        self.passed += passed as usize;
+        if passed < COMPACT_BELOW {
+            self.append_filled(|lane| first + lane as u32);
+        } else {
+            self.len = (next + 1) * LANES;
+        }
+    }
+
+    /// Appends the rays of the packet that was filled, without gaps, and does not count them as
+    /// `passed`.
+    pub(super) fn append_filled(&mut self, sample: impl Fn(usize) -> u32) {
+        let filled = self.len.div_ceil(LANES);
+        let live = self.packet(filled).rays.mask;
+        // A ray moves to its own lane or to one before it, so none is overwritten.
+        for lane in bits(live) {
+            let from = &self.packets[filled];
+            let (ray, weight) = (from.ray(lane), from.weights[lane]);
+            self.put(sample(lane), ray, weight);
+        }
+    }
+}

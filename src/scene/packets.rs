@@ -1,0 +1,117 @@
+//! Packets of rays in a scene: what they hit, and whether light gets through.
+//!
+//! The answers have the bits of those for one ray by itself.
+
+use super::{Hit, PreparedRay, RenderScene};
+use crate::bvh::{NonTriangles, PacketHits, RayPacket};
+use crate::math::lanes::{Lanes, bits};
+
+impl NonTriangles for RenderScene {
+    fn intersect(&self, ray: &PreparedRay, primitive: u32, t_min: f32, t_max: f32) -> Option<f32> {
+        self.meet(ray, primitive, t_min, t_max).map(|hit| hit.t)
+    }
+}
+
+impl RenderScene {
+    /// [`RenderScene::hit`] for a packet of rays.
+    pub fn hits(&self, rays: &RayPacket, hits: &mut PacketHits) {
+        if self.annotated || !RayPacket::is_fast() {
+            hits.mask = 0;
+            bits(rays.mask).for_each(|lane| hits.set(lane, self.hit(&rays.ray(lane))));
+            return;
+        }
+        // Rays whose nearest hit is not theirs for sure.
+        let mut doubtful = self.tree().nearest_hits(rays, self, hits);
+        if self.special {
+            for lane in bits(hits.mask & !doubtful) {
+                let seen = |hit: Hit| self.is_seen(&rays.ray(lane), &hit);
+                doubtful |= u32::from(!hits.hit(lane).is_none_or(seen)) << lane;
+            }
+        }
+        bits(doubtful).for_each(|lane| hits.set(lane, self.hit(&rays.ray(lane))));
+    }
+
+    /// [`RenderScene::transmittance`] for a packet of rays, each up to its own `t_max`.
+    pub fn transmittances(&self, rays: &RayPacket, through: &mut Lanes<f32>) {
+        if !RayPacket::is_fast() {
+            for lane in bits(rays.mask) {
+                through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
+            }
+            return;
+        }
+        let mut hits = PacketHits::default();
+        self.tree().any_hits(rays, self, &mut hits);
+        for (lane, through) in through.iter_mut().enumerate() {
+            *through = if hits.mask >> lane & 1 == 1 { 0.0 } else { 1.0 };
+        }
+        if self.solid {
+            return;
+        }
+        // A primitive that lets some light through may have others behind it.
+        for lane in bits(hits.mask) {
+            if !self.stops_light(hits.primitive[lane]) {
+                through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::bvh::Ray;
+    use crate::iv::Document;
+    use crate::math::lanes::LANES;
+    use crate::scene::CompileOptions;
+
+    #[test]
+    fn a_packet_hits_what_its_rays_hit() {
+        let text = "#Inventor V2.1 ascii\nSphere { }\nTranslation { translation 1 .4 .5 }\n\
+             Cube { width .5 }\nTranslation { translation -2 -1 0 } Cone { }\n\
+             Coordinate3 { point [ -1 -1 2, 3 -1 2, 3 2 2.5, -1 2 2 ] }\n\
+             IndexedFaceSet { coordIndex [ 0, 1, 2, -1, 0, 2, 3, -1, 0, 1, 2, -1 ] }\n";
+        for hints in [
+            "",
+            "ShapeHints { vertexOrdering CLOCKWISE shapeType SOLID }\n",
+            "Separator { Material { transparency .4 } Cube { width 4 depth 1 } }\n",
+        ] {
+            let text = text.replacen('\n', &format!("\n{hints}"), 1);
+            let document = Document::read_headerless("bundle.iv", text.into_bytes()).unwrap();
+            let scene = RenderScene::compile(&document, &CompileOptions::default()).unwrap();
+            let mut state = 1u64;
+            let mut unit = move || {
+                state = crate::sampling::mix(state);
+                (state >> 40) as f32 / (1u64 << 24) as f32 - 0.5
+            };
+            let (mut met, mut blocked) = (0, 0);
+            for count in (0..=LANES).cycle().take(400) {
+                let mut any = || Vec3::new(unit(), unit(), unit());
+                let (eye, aim) = (8.0 * any(), 3.0 * any());
+                let ray = |at: Vec3| Ray {
+                    t_max: 1.0,
+                    ..Ray::new(eye + 0.01 * at, aim + at - eye)
+                };
+                // Lanes without a ray hold NaN.
+                let mut rays = RayPacket::default();
+                rays.origin[0] = [f32::NAN; LANES];
+                let every = 1 + count % 3;
+                (0..count).for_each(|i| rays.set(i * every % LANES, &ray(any())));
+                let mut hits = PacketHits::default();
+                let mut through = [0.5; LANES];
+                scene.hits(&rays, &mut hits);
+                scene.transmittances(&rays, &mut through);
+                assert_eq!(hits.mask & !rays.mask, 0);
+                for i in bits(rays.mask) {
+                    let ray = rays.ray(i);
+                    assert_eq!(hits.hit(i), scene.hit(&ray), "{ray:?}");
+                    assert_eq!(through[i], scene.transmittance(&ray, 1.0), "{ray:?}");
+                    met += usize::from(hits.hit(i).is_some());
+                    blocked += usize::from(through[i] == 0.0);
+                }
+            }
+            assert!(met > 1000 && blocked > 1000, "{met} {blocked}");
+        }
+    }
+}

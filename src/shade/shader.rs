@@ -1,0 +1,503 @@
+//! Turns rays into radiance.
+
+use std::sync::OnceLock;
+
+use glam::Vec3;
+
+use super::lanes::{PlainSurface, PointLanes};
+use super::lighting;
+use super::shading::Shading;
+use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
+use crate::math::lanes::{Vec3Lanes, bits, set_lane};
+use crate::scene::light::Reaching;
+use crate::scene::{Light, Point, RenderScene};
+
+#[derive(Clone, Debug)]
+pub struct ShadeOptions {
+    /// A light on the camera, in world directions. Default: none, as in 1999.
+    pub headlight: Option<Light>,
+    /// The camera's backward direction, for highlights. Default: +z.
+    pub backward: Vec3,
+    /// As Inventor programs do it through OpenGL: the corners are lit and their colors blended,
+    /// instead of the point itself; what is see-through is blended in the order of drawing, from
+    /// the object with the farthest center on, instead of by depth. For holding against their
+    /// pictures; models `r` and `n` have no part in it. Default: no.
+    pub as_opengl: bool,
+    /// Reflections and refractions in a row. Default: 5.
+    pub max_depth: u32,
+    /// Rays that carry less than this share of the picture's light end. Default: 1/1024.
+    pub least_share: f32,
+}
+
+impl Default for ShadeOptions {
+    fn default() -> Self {
+        Self {
+            headlight: None,
+            backward: Vec3::Z,
+            as_opengl: false,
+            max_depth: 5,
+            least_share: 1.0 / 1024.0,
+        }
+    }
+}
+
+/// Turns rays into radiance.
+#[derive(Debug)]
+pub struct Shader<'a> {
+    pub(super) scene: &'a RenderScene,
+    pub(super) shading: Shading,
+    pub(super) options: ShadeOptions,
+    pub(super) headlight: Option<Light>,
+    /// The scene's surfaces as packets need them, made for the first packet.
+    plain: OnceLock<Vec<PlainSurface>>,
+}
+
+/// Rays that were followed through the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// From the camera, mirrored, and refracted.
+    pub scene: u64,
+    /// Towards a light.
+    pub shadow: u64,
+}
+
+/// What shading one ray leaves for the next: counts, and memory to use again.
+#[derive(Debug, Default)]
+pub struct Work {
+    pub counts: RayCounts,
+    pub(super) pending: Vec<Pending>,
+    /// The hits of the packet that was shaded last.
+    pub(super) hits: PacketHits,
+    /// Those of its points that are lit side by side.
+    pub(super) points: Box<PointLanes>,
+}
+
+/// A ray still to be followed, and how much of it reaches the film.
+#[derive(Debug)]
+pub(super) struct Pending {
+    pub(super) ray: Ray,
+    /// The lane of the packet whose ray led to this one.
+    pub(super) lane: usize,
+    pub(super) share: Vec3,
+    depth: u32,
+    /// Surfaces are met from either side: a ray after a mirror or through glass sees what closed
+    /// shapes hide from the camera too.
+    any_side: bool,
+}
+
+impl Pending {
+    pub(super) fn first(ray: &Ray, lane: usize) -> Self {
+        Self {
+            ray: *ray,
+            lane,
+            share: Vec3::ONE,
+            depth: 0,
+            any_side: false,
+        }
+    }
+}
+
+impl<'a> Shader<'a> {
+    pub fn new(scene: &'a RenderScene, shading: Shading, options: ShadeOptions) -> Self {
+        let headlight = options.headlight;
+        Self {
+            scene,
+            shading,
+            options,
+            headlight,
+            plain: OnceLock::new(),
+        }
+    }
+
+    /// The scene's surfaces as packets need them.
+    pub(super) fn plain_surfaces(&self) -> &[PlainSurface] {
+        let surfaces = self.scene.surfaces();
+        self.plain
+            .get_or_init(|| surfaces.iter().map(PlainSurface::new).collect())
+    }
+
+    pub fn scene(&self) -> &'a RenderScene {
+        self.scene
+    }
+
+    /// Radiance that comes back along a ray from the camera.
+    pub fn radiance(&self, ray: &Ray, work: &mut Work) -> Vec3 {
+        work.counts.scene += 1;
+        self.radiance_of(ray, self.scene.hit(ray), work)
+    }
+
+    /// The same where it is already known what the ray meets.
+    pub fn radiance_of(&self, ray: &Ray, hit: Option<Hit>, work: &mut Work) -> Vec3 {
+        let Some(hit) = hit else {
+            return self.scene.background().color(ray.direction);
+        };
+        if self.options.as_opengl && !matches!(self.shading, Shading::Recursive) {
+            return self.blended(ray, hit);
+        }
+        let mut color = Vec3::ZERO;
+        self.shade(hit, &Pending::first(ray, 0), &mut color, work);
+        self.follow_pending(color, work)
+    }
+
+    /// [`Shader::radiance`] along a bundle of rays: the same to rounding, in less time.
+    pub fn radiances(&self, rays: &RayPacket, radiances: &mut Vec3Lanes, work: &mut Work) {
+        work.counts.scene += u64::from(rays.mask.count_ones());
+        let mut hits = std::mem::take(&mut work.hits);
+        self.scene.hits(rays, &mut hits);
+        let done = self.shade_packet(rays, &hits, radiances, work);
+        for lane in bits(rays.mask & !done) {
+            let color = self.radiance_of(&rays.ray(lane), hits.hit(lane), work);
+            set_lane(radiances, lane, color);
+        }
+        work.hits = hits;
+    }
+
+    /// Adds what the rays that are still to be followed bring.
+    fn follow_pending(&self, mut color: Vec3, work: &mut Work) -> Vec3 {
+        while let Some(next) = work.pending.pop() {
+            work.counts.scene += 1;
+            match self.next_hit(&next) {
+                Some(hit) => self.shade(hit, &next, &mut color, work),
+                None => {
+                    color += next.share * self.scene.background().color(next.ray.direction);
+                }
+            }
+        }
+        color
+    }
+
+    pub(super) fn next_hit(&self, next: &Pending) -> Option<Hit> {
+        if next.any_side {
+            self.scene.hit_any_side(&next.ray)
+        } else {
+            self.scene.hit(&next.ray)
+        }
+    }
+
+    /// Radiance along a ray, or `None` where it meets nothing.
+    pub fn trace(&self, ray: &Ray) -> Option<Vec3> {
+        let hit = self.scene.hit(ray)?;
+        Some(self.radiance_of(ray, Some(hit), &mut Work::default()))
+    }
+
+    fn shade(&self, hit: Hit, path: &Pending, color: &mut Vec3, work: &mut Work) {
+        let point = self.scene.point(&path.ray, &hit);
+        let light = self.lit_by_itself(&point, &mut work.counts);
+        self.accumulate(&hit, &point, light, path, color, &mut work.pending);
+    }
+
+    /// Appends the hits of a packet's rays, which are not shaded.
+    pub fn intersect(&self, rays: &RayPacket, work: &mut Work, hits: &mut Vec<Option<Hit>>) {
+        work.counts.scene += u64::from(rays.mask.count_ones());
+        self.scene.hits(rays, &mut work.hits);
+        self.last_hits(rays, work, hits);
+    }
+
+    /// Appends the hits of the packet that was shaded last.
+    pub fn last_hits(&self, rays: &RayPacket, work: &Work, hits: &mut Vec<Option<Hit>>) {
+        hits.extend(bits(rays.mask).map(|lane| work.hits.hit(lane)));
+    }
+
+    /// The light that a point gives off, before texture and fog.
+    pub(super) fn lit_by_itself(&self, point: &Point<'_>, counts: &mut RayCounts) -> Vec3 {
+        if self.shading == Shading::Recursive {
+            self.lit_in_shadow(point, counts)
+        } else {
+            self.lit_without_shadow(point)
+        }
+    }
+
+    /// Adds what a point that gives off some light sends back along a path, and what is to be
+    /// followed from there.
+    pub(super) fn accumulate(
+        &self,
+        hit: &Hit,
+        point: &Point<'_>,
+        light: Vec3,
+        path: &Pending,
+        color: &mut Vec3,
+        pending: &mut Vec<Pending>,
+    ) {
+        let ray = &path.ray;
+        if self.shading == Shading::Recursive {
+            self.recurse(hit, point, light, path, color, pending);
+            return;
+        }
+        let local = self.local(ray, point, light);
+        let through = point.transparency;
+        *color += path.share * (1.0 - through) * local;
+        // What a blended face lets through is what lies behind it; sorted blending in Coin.
+        let share = path.share * through;
+        if through > 0.0 && share.max_element() > self.options.least_share && path.depth < 64 {
+            pending.push(Pending {
+                ray: self.scene.continue_behind(ray, hit),
+                lane: path.lane,
+                share,
+                depth: path.depth + 1,
+                any_side: path.any_side,
+            });
+        }
+    }
+
+    /// What OpenGL's frame buffer holds after opaque things were drawn and see-through ones blended.
+    fn blended(&self, ray: &Ray, first: Hit) -> Vec3 {
+        let mut ray = *ray;
+        let mut layers: Vec<(f32, u64, Vec3, f32)> = Vec::new();
+        let mut next = Some(first);
+        let mut color = self.scene.background().color(ray.direction);
+        while let Some(hit) = next {
+            let point = self.scene.point(&ray, &hit);
+            let local = self.interpolated(&ray, &hit, &point);
+            if point.surface.is_opaque() {
+                color = local;
+                break;
+            }
+            let away = (ray.origin - point.surface.center).dot(self.options.backward);
+            let rank = self.scene.rank(&hit);
+            layers.push((away, rank, local, point.transparency));
+            ray = self.scene.continue_behind(&ray, &hit);
+            next = self.scene.hit(&ray).filter(|_| layers.len() < 1000);
+        }
+        layers.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        layers.iter().fold(color, |below, (_, _, own, through)| {
+            own.lerp(below, *through)
+        })
+    }
+
+    /// The color that the corners' colors give between them.
+    fn interpolated(&self, ray: &Ray, hit: &Hit, point: &Point<'_>) -> Vec3 {
+        match self.scene.corner_points(ray, hit) {
+            Some(corners) if self.shading != Shading::Normal => {
+                let lit = corners.map(|(corner, weight)| weight * self.lit_without_shadow(&corner));
+                let color = point.textured(lit[0] + lit[1] + lit[2]);
+                lighting::fogged(color, point, ray.origin, self.options.backward)
+            }
+            _ => self.local(ray, point, self.lit_without_shadow(point)),
+        }
+    }
+
+    /// The color of a point by the models that follow no mirrored rays.
+    fn local(&self, ray: &Ray, point: &Point<'_>, light: Vec3) -> Vec3 {
+        match self.shading {
+            Shading::Normal => 0.5 * point.normal + 0.5,
+            Shading::Flat => point.textured(point.diffuse),
+            _ => {
+                let color = point.textured(light);
+                lighting::fogged(color, point, ray.origin, self.options.backward)
+            }
+        }
+    }
+
+    /// The light that a point gives off, before texture and fog: from 0 to 1, as in OpenGL.
+    fn lit_without_shadow(&self, point: &Point<'_>) -> Vec3 {
+        if point.surface.base_color || matches!(self.shading, Shading::Flat | Shading::Normal) {
+            return point.diffuse;
+        }
+        let mut sum = lighting::ambient(point);
+        if self.shading != Shading::Ambient {
+            let specular = self.shading != Shading::Diffuse;
+            for light in self.lights(point) {
+                let reaching = light.reach(point.position);
+                sum += lighting::direct(point, &reaching, self.options.backward, specular, 1.0);
+            }
+        }
+        sum.clamp(Vec3::ZERO, Vec3::ONE)
+    }
+
+    fn lights<'b>(&'b self, point: &Point<'b>) -> impl Iterator<Item = &'b Light> {
+        self.scene
+            .lights_of(point.surface)
+            .iter()
+            .chain(self.headlight.as_ref())
+    }
+
+    /// The light that a point gives off in model `r`.
+    fn lit_in_shadow(&self, point: &Point<'_>, counts: &mut RayCounts) -> Vec3 {
+        if point.surface.base_color {
+            return point.diffuse;
+        }
+        let mut sum = lighting::ambient(point);
+        for light in self.lights(point) {
+            let reaching = light.reach(point.position);
+            let shadow = shadow_ray(point, &reaching).map_or(1.0, |ray| {
+                counts.shadow += 1;
+                self.scene.transmittance(&ray, ray.t_max)
+            });
+            sum += lighting::direct(point, &reaching, self.options.backward, true, shadow);
+        }
+        sum
+    }
+
+    /// Model `r`. Direct light as in `p` times what the shadow ray brings, then two rays more:
+    ///
+    /// * the mirror ray, with the share specular · shininess;
+    /// * where light goes through, the refracted ray, with the share transparency, bent by the
+    ///   index of refraction (1 unless an extension field says otherwise), all of it reflected
+    ///   beyond the critical angle. The opaque part keeps 1 − transparency.
+    fn recurse(
+        &self,
+        hit: &Hit,
+        point: &Point<'_>,
+        lit: Vec3,
+        path: &Pending,
+        color: &mut Vec3,
+        pending: &mut Vec<Pending>,
+    ) {
+        let ray = &path.ray;
+        let surface = point.surface;
+        let opaque = 1.0 - point.transparency;
+        let local = lighting::fogged(
+            point.textured(lit),
+            point,
+            ray.origin,
+            self.options.backward,
+        );
+        *color += path.share * opaque * local;
+        if path.depth >= self.options.max_depth {
+            return;
+        }
+        let mut mirror = if surface.base_color {
+            Vec3::ZERO
+        } else {
+            surface.specular * surface.shininess.clamp(0.0, 1.0) * opaque
+        };
+        if point.transparency <= 0.0 && mirror.max_element() <= 0.0 {
+            return;
+        }
+        let d = ray.direction.normalize_or(Vec3::NEG_Z);
+        let facing = if point.normal.dot(d) > 0.0 {
+            -point.normal
+        } else {
+            point.normal
+        };
+        let normal = facing.normalize_or(point.geometric);
+        if point.transparency > 0.0 {
+            let share = path.share * point.transparency;
+            match refract(d, normal, surface.refraction, point.front) {
+                Some(_) if surface.refraction == 1.0 => {
+                    let ahead = self.scene.continue_behind(ray, hit); // what lies in the same plane too
+                    self.follow(ahead, share, path, pending);
+                }
+                Some(direction) => {
+                    self.follow(point.leave(direction), share, path, pending);
+                }
+                None => mirror += point.transparency, // total reflection
+            }
+        }
+        if mirror.max_element() > 0.0 {
+            let direction = d - 2.0 * d.dot(normal) * normal;
+            let share = path.share * mirror;
+            self.follow(point.leave(direction), share, path, pending);
+        }
+    }
+
+    fn follow(&self, ray: Ray, share: Vec3, path: &Pending, pending: &mut Vec<Pending>) {
+        if share.max_element() > self.options.least_share {
+            pending.push(Pending {
+                ray,
+                lane: path.lane,
+                share,
+                depth: path.depth + 1,
+                any_side: true,
+            });
+        }
+    }
+}
+
+/// The ray from a point to a light, up to the light itself and not to what lies behind it; none
+/// where the light adds nothing anyway.
+fn shadow_ray(point: &Point<'_>, reaching: &Reaching) -> Option<Ray> {
+    if reaching.color == Vec3::ZERO || point.normal.dot(reaching.toward) <= 0.0 {
+        return None;
+    }
+    let mut ray = point.leave(reaching.toward);
+    if reaching.distance.is_finite() {
+        ray.t_max = reaching.distance * (1.0 - 1e-5);
+    }
+    Some(ray)
+}
+
+/// Snell's law; `None` beyond the critical angle. The index is of the inside against the outside.
+fn refract(d: Vec3, normal: Vec3, index: f32, entering: bool) -> Option<Vec3> {
+    if index == 1.0 {
+        return Some(d);
+    }
+    let ratio = if entering { 1.0 / index } else { index };
+    let cos = -d.dot(normal);
+    let squared = 1.0 - ratio * ratio * (1.0 - cos * cos);
+    (squared >= 0.0).then(|| ratio * d + (ratio * cos - squared.sqrt()) * normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_bends_toward_the_normal_in_glass() {
+        let d = Vec3::new(0.5, 0.0, -(0.75f32.sqrt()));
+        let inside = refract(d, Vec3::Z, 1.5, true).expect("glass takes all angles");
+        assert!((inside.x - 0.5 / 1.5).abs() < 1e-6);
+        let grazing = Vec3::new(0.9, 0.0, -(0.19f32.sqrt()));
+        assert_eq!(refract(grazing, Vec3::Z, 1.5, false), None);
+    }
+
+    /// Colors, a picture on a ball, highlights, a mirror, fog, things to see through, unlit ones,
+    /// and every kind of light.
+    const SCENE: &str = "#Inventor V2.1 ascii\n\
+        PointLight { location 2 3 4 color 1 .8 .6 } DirectionalLight { direction 1 -1 -2 }\n\
+        SpotLight { location -3 2 5 direction 3 -2 -5 cutOffAngle .3 dropOffRate .2 }\n\
+        Environment { ambientIntensity .3 attenuation .02 .1 1 }\n\
+        Material { diffuseColor .2 .5 .9 } Cube { width 30 height 30 depth 1 }\n\
+        Translation { translation 0 0 3 }\n\
+        Material { diffuseColor .8 .3 .2 specularColor .6 .6 .5 shininess .4 ambientColor .2 .1 .1 }\n\
+        Sphere { radius 1.2 } Translation { translation 2 0 0 }\n\
+        Separator { Texture2 { image 2 2 3 0xff0000 0x00ff00 0x0000ff 0xffffff } Cube { } }\n\
+        Translation { translation -4 0 0 }\n\
+        Separator { Material { diffuseColor .1 .9 .1 transparency .5 specularColor 1 1 1 shininess 0 }\n\
+        Cone { } }\n\
+        Translation { translation 2 2 0 } Environment { fogType FOG visibility 40 }\n\
+        Separator { BaseColor { rgb .9 .9 0 } Cylinder { } }\n\
+        Translation { translation 0 -4 0 } LightModel { model BASE_COLOR } Cube { }\n";
+
+    #[test]
+    fn bundles_are_lit_as_rays_by_themselves_are() {
+        use crate::iv::Document;
+        use crate::math::lanes::{LANES, of_lane};
+        use crate::scene::CompileOptions;
+        let document = Document::read_headerless("lit.iv", SCENE.as_bytes().to_vec()).unwrap();
+        let scene = RenderScene::compile(&document, &CompileOptions::default()).unwrap();
+        for shading in Shading::ALL {
+            let shader = Shader::new(&scene, shading, ShadeOptions::default());
+            let (mut work, mut alone) = (Work::default(), Work::default());
+            let (mut farthest, mut brightest) = (0.0f32, 0.0f32);
+            for row in 0..400u16 {
+                let mut rays = RayPacket::default();
+                for lane in 0..LANES as u16 {
+                    let place = |i: u16, of: u16| 2.0 * (f32::from(i) + 0.5) / f32::from(of) - 1.0;
+                    let aim = Vec3::new(
+                        5.0 * place(20 * (row % 20) + lane % 8, 408),
+                        5.0 * place(20 * (row / 20) + lane / 8, 404),
+                        -9.0,
+                    );
+                    rays.set(usize::from(lane), &Ray::new(Vec3::new(0.1, 0.2, 12.0), aim));
+                }
+                let mut radiances = Vec3Lanes::default();
+                shader.radiances(&rays, &mut radiances, &mut work);
+                for lane in 0..LANES {
+                    let found = of_lane(&radiances, lane);
+                    let known = shader.radiance(&rays.ray(lane), &mut alone);
+                    let off = (found - known).abs().max_element();
+                    assert!(off < 2e-3, "{shading:?}, row {row}: {found} {known}");
+                    farthest += off;
+                    brightest = brightest.max(known.max_element());
+                }
+            }
+            // Together, of 12,800 rays.
+            assert!(farthest < 0.05, "{shading:?}: {farthest}");
+            assert!(brightest > 0.5, "{shading:?}");
+            let (found, known) = (work.counts, alone.counts);
+            assert_eq!(found.scene, known.scene, "{shading:?}");
+            assert!(found.shadow.abs_diff(known.shadow) < 20, "{shading:?}");
+        }
+    }
+}
