@@ -10,6 +10,7 @@ use glam::{DQuat, Quat, Vec2, Vec3};
 
 use super::texture::{self, Filter, Texture};
 use crate::diag::Diagnostic;
+use crate::grammar::{Field, vrml97_background};
 use crate::iv::NodeRef;
 use crate::pose::rotation_of;
 use crate::traversal::state::State;
@@ -28,14 +29,15 @@ pub struct Background {
     on_rings: bool,
 }
 
-/// The fields of the pictures, with the directions to a picture's middle, right and top.
-const SIDES: [(&str, [Vec3; 3]); 6] = [
-    ("backUrl", [Vec3::Z, Vec3::NEG_X, Vec3::Y]),
-    ("bottomUrl", [Vec3::NEG_Y, Vec3::X, Vec3::NEG_Z]),
-    ("frontUrl", [Vec3::NEG_Z, Vec3::X, Vec3::Y]),
-    ("leftUrl", [Vec3::NEG_X, Vec3::NEG_Z, Vec3::Y]),
-    ("rightUrl", [Vec3::X, Vec3::Z, Vec3::Y]),
-    ("topUrl", [Vec3::Y, Vec3::X, Vec3::Z]),
+/// The directions to the middle, the right and the top of each picture, as [`texture::PANORAMA`] has
+/// them.
+const SIDES: [[Vec3; 3]; 6] = [
+    [Vec3::Z, Vec3::NEG_X, Vec3::Y],
+    [Vec3::NEG_Y, Vec3::X, Vec3::NEG_Z],
+    [Vec3::NEG_Z, Vec3::X, Vec3::Y],
+    [Vec3::NEG_X, Vec3::NEG_Z, Vec3::Y],
+    [Vec3::X, Vec3::Z, Vec3::Y],
+    [Vec3::Y, Vec3::X, Vec3::Z],
 ];
 
 impl Background {
@@ -46,21 +48,22 @@ impl Background {
         state: &State<'_>,
         folders: Option<&[PathBuf]>,
     ) -> (Self, Vec<Box<Diagnostic>>) {
-        let band = |colors: &str, angles: &str| -> Vec<(f32, Vec3)> {
-            let colors = node.read::<[Vec3]>(colors).unwrap_or(&[]);
-            let angles = node.read::<[f32]>(angles).unwrap_or(&[]);
-            let at = std::iter::once(0.0).chain(angles.iter().copied());
-            at.zip(colors.iter().copied()).collect()
+        let band = |colors: Field<[Vec3]>, angles: Field<[f32]>| -> Vec<(f32, Vec3)> {
+            let at = std::iter::once(0.0).chain(node.get(angles).iter().copied());
+            at.zip(node.get(colors).iter().copied()).collect()
         };
         let mut troubles = Vec::new();
         let turn: DQuat = rotation_of(state.world_from_object);
         let mut background = Self {
-            sky: band("skyColor", "skyAngle"),
-            ground: band("groundColor", "groundAngle"),
+            sky: band(vrml97_background::SKY_COLOR, vrml97_background::SKY_ANGLE),
+            ground: band(
+                vrml97_background::GROUND_COLOR,
+                vrml97_background::GROUND_ANGLE,
+            ),
             turn: turn.conjugate().as_quat(),
             ..Self::default()
         };
-        for (side, (field, _)) in SIDES.iter().enumerate() {
+        for (side, field) in texture::PANORAMA.into_iter().enumerate() {
             let decoded = folders.map(|f| texture::decode_named(node, &[field], f));
             match decoded {
                 Some(Ok(picture)) => background.pictures[side] = picture.map(Arc::new),
@@ -96,7 +99,7 @@ impl Background {
 
     /// The picture in a direction over a color.
     fn pictured(&self, direction: Vec3, plain: Vec3) -> Vec3 {
-        for (picture, (_, [middle, right, top])) in self.pictures.iter().zip(SIDES) {
+        for (picture, [middle, right, top]) in self.pictures.iter().zip(SIDES) {
             let depth = direction.dot(middle);
             if depth < direction.abs().max_element() {
                 continue;

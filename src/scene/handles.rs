@@ -12,8 +12,7 @@ use glam::{DVec3, Vec3};
 
 use super::survey::bounds_of;
 use crate::diag::{Diagnostic, Result, Span};
-use crate::grammar::value::Rotation;
-use crate::grammar::{self, Class, Dialect};
+use crate::grammar::{self, Class, Dialect, point_light, transform};
 use crate::iv::nodes_in;
 use crate::iv::{Document, FieldEntry, Limits, Loader, Node, NodeId, NodeRef, Value};
 use crate::traversal::State;
@@ -125,18 +124,12 @@ fn stated_parts(node: NodeRef<'_>, dragger: &Class) -> Vec<NodeId> {
 
 /// The motion that a dragger's fields state.
 fn own_motion(node: NodeRef<'_>) -> Option<Node> {
-    let turn = node
-        .read::<Rotation>("rotation")
-        .unwrap_or(Rotation::IDENTITY);
     let fields = vec![
-        entry(
-            "translation",
-            Value::Vec3(node.read::<Vec3>("translation").unwrap_or(Vec3::ZERO)),
-        )?,
-        entry("rotation", Value::Rotation(turn))?,
+        entry("translation", Value::Vec3(node.get(transform::TRANSLATION)))?,
+        entry("rotation", Value::Rotation(node.get(transform::ROTATION)))?,
         entry(
             "scaleFactor",
-            Value::Vec3(node.read::<Vec3>("scaleFactor").unwrap_or(Vec3::ONE)),
+            Value::Vec3(node.get(transform::SCALE_FACTOR)),
         )?,
     ];
     node_of("Transform", fields, Vec::new())
@@ -146,7 +139,7 @@ fn own_motion(node: NodeRef<'_>) -> Option<Node> {
 /// stand where the light does.
 fn surround(node: NodeRef<'_>, kind: &str) -> Option<Node> {
     if kind.ends_with("Light") {
-        let at = node.read::<Vec3>("location").unwrap_or(Vec3::ZERO);
+        let at = node.find(point_light::LOCATION).unwrap_or(Vec3::ZERO);
         let fields = vec![entry("translation", Value::Vec3(at))?];
         return node_of("Transform", fields, Vec::new());
     }

@@ -8,7 +8,7 @@ use super::handles::with_handles;
 use super::inventor_box::InventorBox;
 use super::{Builder, Census, CompileOptions};
 use crate::diag::Diagnostic;
-use crate::grammar::value::Choice;
+use crate::grammar::{class, reset_transform};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::pose::CameraPose;
 use crate::traversal::role::Role;
@@ -156,9 +156,12 @@ pub(super) fn bounds_of<'a>(
 
 /// Whether a node asks Inventor to forget the box of what its separator held so far.
 fn resets_box(node: NodeRef<'_>) -> bool {
-    let class = node.known_class();
-    class.is_some_and(|c| c.name == "ResetTransform")
-        && node.acting::<Choice>("whatToReset").unwrap_or(0) & 2 != 0
+    let resets = |what| what & reset_transform::WHAT_TO_RESET_BBOX != 0;
+    node.known_class()
+        .is_some_and(|c| c.id == class::RESET_TRANSFORM)
+        && node
+            .acting(reset_transform::WHAT_TO_RESET)
+            .is_some_and(resets)
 }
 
 impl<'a> Visitor<'a> for Surveyor<'a> {

@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use crate::diag::Result;
 use crate::grammar::value::{Image, Text};
+use crate::grammar::{Field, image_texture, texture2, texture3, vrml97_background};
 use crate::iv::NodeRef;
 use crate::picture::Raster;
 
@@ -255,14 +256,40 @@ fn between(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
     (wrap(low as i64), wrap(low as i64 + 1), x - low)
 }
 
+/// A field that names files: one file, or several.
+#[derive(Clone, Copy)]
+pub enum FileField {
+    One(Field<Text>),
+    Several(Field<[String]>),
+}
+
+impl FileField {
+    /// Returns the names that the field of a node states; none if the node has no such field.
+    pub fn names<'a>(self, node: NodeRef<'a>) -> impl Iterator<Item = &'a str> {
+        let (one, several): (_, &[String]) = match self {
+            Self::One(field) => (node.find(field), &[]),
+            Self::Several(field) => (None, node.find(field).unwrap_or(&[])),
+        };
+        let all = one.into_iter().chain(several.iter().map(String::as_str));
+        all.filter(|name| !name.is_empty())
+    }
+}
+
 /// The fields of a VRML 97 `Background` that name pictures.
-pub const PANORAMA: [&[&str]; 6] = [
-    &["backUrl"],
-    &["bottomUrl"],
-    &["frontUrl"],
-    &["leftUrl"],
-    &["rightUrl"],
-    &["topUrl"],
+pub const PANORAMA: [FileField; 6] = [
+    FileField::Several(vrml97_background::BACK_URL),
+    FileField::Several(vrml97_background::BOTTOM_URL),
+    FileField::Several(vrml97_background::FRONT_URL),
+    FileField::Several(vrml97_background::LEFT_URL),
+    FileField::Several(vrml97_background::RIGHT_URL),
+    FileField::Several(vrml97_background::TOP_URL),
+];
+
+/// The fields of texture nodes that name pictures.
+pub const PICTURES: [FileField; 3] = [
+    FileField::One(texture2::FILENAME),
+    FileField::Several(image_texture::URL),
+    FileField::Several(texture3::FILENAMES),
 ];
 
 /// The texture of a node: its file, or the image in it. `None` where it has neither.
@@ -270,7 +297,7 @@ pub const PANORAMA: [&[&str]; 6] = [
 /// # Errors
 /// A file that cannot be found or read; the message names it and where it was looked for.
 pub fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>> {
-    decode_named(node, &["filename", "url", "filenames"], folders)
+    decode_named(node, &PICTURES, folders)
 }
 
 /// The same, with the file named by one of some fields.
@@ -279,13 +306,13 @@ pub fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>>
 /// As [`decode`].
 pub fn decode_named(
     node: NodeRef<'_>,
-    fields: &[&str],
+    fields: &[FileField],
     folders: &[PathBuf],
 ) -> Result<Option<Texture>> {
     if node.known_class().is_some_and(|c| c.is_a("Texture3")) {
         return decode_deep(node, folders);
     }
-    let names = fields.iter().flat_map(|field| files_named(node, field));
+    let names = fields.iter().flat_map(|field| field.names(node));
     let mut trouble = None;
     for name in names {
         match open(node, name, folders) {
@@ -293,7 +320,7 @@ pub fn decode_named(
             Err(error) => trouble = trouble.or(Some(error)),
         }
     }
-    if let Some(image) = node.read::<Image>("image")
+    if let Some(image) = node.find(texture2::IMAGE)
         && image.width > 0
         && image.height > 0
     {
@@ -311,10 +338,10 @@ pub fn decode_named(
 /// The pictures of a `Texture3` one behind the other: its files, or the image in it.
 fn decode_deep(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>> {
     let mut slices = Vec::new();
-    for name in files_named(node, "filenames") {
+    for name in FileField::Several(texture3::FILENAMES).names(node) {
         slices.push(open(node, name, folders)?);
     }
-    if let Some(image) = node.read::<Image>("images").filter(|_| slices.is_empty()) {
+    if let Some(image) = node.find(texture3::IMAGES).filter(|_| slices.is_empty()) {
         let depth = usize::try_from(image.depth).unwrap_or(0).max(1);
         let each = (image.bytes.len() / depth).max(1);
         slices.extend(
@@ -336,14 +363,6 @@ fn decode_deep(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>
     let mut first = slices.remove(0);
     first.deeper = slices;
     Ok(Some(first))
-}
-
-/// The files that a field of one string or of many names.
-pub fn files_named<'a>(node: NodeRef<'a>, field: &str) -> impl Iterator<Item = &'a str> {
-    let many = node.read::<[String]>(field).unwrap_or(&[]);
-    let one = node.read::<Text>(field);
-    let all = one.into_iter().chain(many.iter().map(String::as_str));
-    all.filter(|name| !name.is_empty())
 }
 
 fn open(node: NodeRef<'_>, name: &str, folders: &[PathBuf]) -> Result<Texture> {

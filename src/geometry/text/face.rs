@@ -117,14 +117,14 @@ impl<'a> Face<'a> {
         Self { own, ..self }
     }
 
-    /// Returns the typeface for the values of an Inventor or VRML 1.0 `FontStyle`.
-    pub fn of_font_style(family: i32, style: i32, fonts: &'a Fonts) -> Self {
-        let (family, name) = match family {
-            1 => (Family::Sans, SANS_NAME),
-            2 => (Family::Mono, MONO_NAME),
-            _ => (Family::Serif, SERIF_NAME),
+    /// Returns the typeface of a family: the user's, or the shipped one.
+    pub fn of_family(family: Family, bold: bool, italic: bool, fonts: &'a Fonts) -> Self {
+        let name = match family {
+            Family::Serif => SERIF_NAME,
+            Family::Sans => SANS_NAME,
+            Family::Mono => MONO_NAME,
         };
-        Self::plain(family, style & 1 != 0, style & 2 != 0).or_own(name, fonts)
+        Self::plain(family, bold, italic).or_own(name, fonts)
     }
 
     /// Returns the typeface for a VRML97 `FontStyle`: of its families the first that is known or

@@ -25,7 +25,7 @@ pub use flat::{ascii_text, vrml97_text};
 pub use layout::{Layout, PlacedGlyph, ascii_layout, layout};
 pub use library::{Fonts, UserFont};
 pub use pixels::{PixelText, pixel_text};
-pub use solid::{BACK, FRONT, SIDES, text3};
+pub use solid::{SolidParts, text3};
 pub use style::{Align, Justify, TextStyle, Vrml97Style};
 pub use vrml97::vrml97_layout;
 pub use vrml97_bounds::vrml97_bounds;

@@ -7,10 +7,26 @@ use super::layout::{Layout, layout};
 use super::style::TextStyle;
 use crate::geometry::mesh::Mesh;
 
-/// The parts of a `Text3` as the bits of its field. In a [`Mesh`] they are parts 0, 1 and 2.
-pub const FRONT: i32 = 1;
-pub const SIDES: i32 = 2;
-pub const BACK: i32 = 4;
+/// The parts of a `Text3` that are drawn. In the [`Mesh`] they are parts 0, 1 and 2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SolidParts {
+    pub front: bool,
+    pub sides: bool,
+    pub back: bool,
+}
+
+impl SolidParts {
+    pub const FRONT: Self = Self {
+        front: true,
+        sides: false,
+        back: false,
+    };
+    pub const ALL: Self = Self {
+        front: true,
+        sides: true,
+        back: true,
+    };
+}
 
 /// Returns the triangles of a `Text3`, and where its glyphs stand. Glyphs are in x and y and are
 /// swept toward −z along a profile.
@@ -26,7 +42,7 @@ pub const BACK: i32 = 4;
 pub fn text3<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle<'_>,
-    parts: i32,
+    parts: SolidParts,
     profile: Option<&[Vec2]>,
     crease_angle: f32,
     as_coin: bool,
@@ -61,13 +77,13 @@ pub fn text3<S: AsRef<str>>(
     let mut glyphs = GlyphCache::new(style.face, style.complexity);
     for glyph in &laid.glyphs {
         let cut = glyphs.get(glyph.character);
-        if parts & FRONT != 0 {
+        if parts.front {
             pen.face(cut, glyph.origin, true);
         }
-        if parts & SIDES != 0 {
+        if parts.sides {
             pen.sides(cut, glyph.origin);
         }
-        if parts & BACK != 0 {
+        if parts.back {
             pen.face(cut, glyph.origin, false);
         }
     }

@@ -10,17 +10,6 @@ pub enum Justify {
     Center,
 }
 
-impl Justify {
-    /// Converts the value of an Inventor `justification` (`LEFT` 1, `RIGHT` 2, `CENTER` 3).
-    pub fn from_value(value: i32) -> Self {
-        match value {
-            2 => Self::Right,
-            3 => Self::Center,
-            _ => Self::Left,
-        }
-    }
-}
-
 /// How a text of Inventor or VRML 1.0 is set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextStyle<'a> {

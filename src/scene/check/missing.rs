@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use crate::diag::{Diagnostic, Severity};
+use crate::grammar::{class, inline, www_inline};
 use crate::iv::{Document, NodeId};
-use crate::scene::texture;
+use crate::scene::texture::{self, FileField, PANORAMA};
 
 /// A file that is named and cannot be read.
 pub struct Missing {
@@ -12,6 +13,12 @@ pub struct Missing {
     /// Why not; an included file was reported on when it was read.
     pub trouble: Option<Box<Diagnostic>>,
 }
+
+/// The fields that name an included scene.
+const INCLUDED: [FileField; 2] = [
+    FileField::One(www_inline::NAME),
+    FileField::Several(inline::URL),
+];
 
 /// Files that nodes name and that are not there or not readable: included scenes, which reading
 /// has told of, and pictures, which it has not opened.
@@ -23,15 +30,18 @@ pub(super) fn missing(document: &Document, folders: &[PathBuf]) -> Vec<Missing> 
         let Some(class) = node.known_class().filter(|_| !document.is_template(id)) else {
             continue;
         };
-        let pictures: &[&[&str]] = match class.name {
-            "Texture2" | "Texture3" | "Image" | "ImageTexture" => {
-                &[&["filename", "url", "filenames"]]
+        let pictures: Vec<&[FileField]> = match class.id {
+            class::TEXTURE2 | class::TEXTURE3 | class::IMAGE | class::IMAGE_TEXTURE => {
+                vec![&texture::PICTURES]
             }
-            "Background" => &texture::PANORAMA,
-            "File" | "WWWInline" | "Inline" if !document.included.contains_key(&id) => {
-                for field in ["name", "url"] {
-                    // What is there and not included includes itself, or is no scene.
-                    let names = texture::files_named(node, field)
+            class::BACKGROUND | class::VRML97_BACKGROUND => PANORAMA.chunks(1).collect(),
+            class::FILE | class::WWW_INLINE | class::INLINE
+                if !document.included.contains_key(&id) =>
+            {
+                for field in INCLUDED {
+                    // A file that can be read and is not included includes itself, or is no scene.
+                    let names = field
+                        .names(node)
                         .filter(|n| !n.starts_with('<') && document.load_beside(id, n).is_err());
                     missing.extend(names.map(|name| Missing {
                         name: name.to_owned(),
@@ -44,10 +54,7 @@ pub(super) fn missing(document: &Document, folders: &[PathBuf]) -> Vec<Missing> 
         };
         for fields in pictures {
             if let Err(trouble) = texture::decode_named(node, fields, folders) {
-                let name = fields
-                    .iter()
-                    .flat_map(|f| texture::files_named(node, f))
-                    .next();
+                let name = fields.iter().flat_map(|field| field.names(node)).next();
                 missing.push(Missing {
                     name: name.unwrap_or_default().to_owned(),
                     trouble: Some(Box::new(Diagnostic {

@@ -8,11 +8,12 @@ use super::BoxCoordinates;
 use super::cut::Cutter;
 use super::runs::{Broken, Runs};
 use super::vertices::{
-    By, Normals, Place, Vertices, faces_are_parts, indices, is_per_vertex, without_index,
+    By, Normals, Place, Vertices, count, faces_are_parts, indices, is_per_vertex, without_index,
 };
 use crate::geometry::Corner;
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::geometry::tessellate;
+use crate::grammar::{face_set, indexed_face_set};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::traversal::state::{Binding, State};
@@ -27,10 +28,10 @@ pub struct Indices<'a> {
 
 pub fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let indices = Indices {
-        coord: node.read::<[i32]>("coordIndex").unwrap_or(&[]),
-        normal: indices(node, "normalIndex"),
-        material: indices(node, "materialIndex"),
-        texture: indices(node, "textureCoordIndex"),
+        coord: node.get(indexed_face_set::COORD_INDEX),
+        normal: indices(node, indexed_face_set::NORMAL_INDEX),
+        material: indices(node, indexed_face_set::MATERIAL_INDEX),
+        texture: indices(node, indexed_face_set::TEXTURE_COORD_INDEX),
     };
     indexed_faces(&indices, state, out);
 }
@@ -72,8 +73,8 @@ pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut Bui
 }
 
 pub fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let counts = node.read::<[i32]>("numVertices").unwrap_or(&[-1]);
-    let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
+    let counts = node.get(face_set::NUM_VERTICES);
+    let start = count(node, face_set::START_INDEX);
     let faces = Runs::by_count(counts, start, state.coordinates.len());
     let normal_binding = without_index(faces_are_parts(state.normal_binding));
     let mut vertices = Vertices {

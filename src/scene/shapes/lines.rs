@@ -3,7 +3,10 @@
 use super::BoxCoordinates;
 use super::markers;
 use super::runs::counted;
-use super::vertices::{Normals, Place, Vertices, indices, without_index};
+use super::vertices::{Normals, Place, Vertices, count, indices, without_index};
+use crate::grammar::{
+    indexed_line_set, indexed_marker_set, indexed_point_set, line_set, marker_set, point_set,
+};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::traversal::state::{Binding, DrawStyle, State};
@@ -53,8 +56,8 @@ fn segments_and_lines(binding: Binding) -> Binding {
 
 pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     unlit_without_normals(state, out);
-    let counts = node.read::<[i32]>("numVertices").unwrap_or(&[-1]);
-    let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
+    let counts = node.get(line_set::NUM_VERTICES);
+    let start = count(node, line_set::START_INDEX);
     let binding = without_index(segments_and_lines(state.material_binding));
     let vertices = vertices(state, binding, None, None, out);
     let (mut count, mut segment) = (0, 0);
@@ -75,8 +78,11 @@ pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>)
 
 pub fn indexed_line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     unlit_without_normals(state, out);
-    let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
-    let others = [indices(node, "materialIndex"), indices(node, "normalIndex")];
+    let index = node.get(indexed_line_set::COORD_INDEX);
+    let others = [
+        indices(node, indexed_line_set::MATERIAL_INDEX),
+        indices(node, indexed_line_set::NORMAL_INDEX),
+    ];
     indexed_lines(index, others, state, out);
 }
 
@@ -157,15 +163,15 @@ fn points<'a, 's>(
     state: &'s State<'a>,
     out: &Builder<'a>,
 ) -> (Vertices<'a, 's>, usize, usize) {
-    let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
-    let count = node.read::<i32>("numPoints").unwrap_or(-1);
+    let start = count(node, point_set::START_INDEX);
+    let stated = node.get(point_set::NUM_POINTS);
     let binding = match without_index(state.material_binding) {
         Binding::Overall => Binding::Overall,
         _ => Binding::PerVertex,
     };
     let vertices = vertices(state, binding, None, None, out);
     let left = state.coordinates.len().saturating_sub(start);
-    let count = usize::try_from(count).unwrap_or(left).min(left);
+    let count = usize::try_from(stated).unwrap_or(left).min(left);
     (vertices, start, count)
 }
 
@@ -188,8 +194,8 @@ pub fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
 
 pub fn indexed_marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     out.set_unlit();
-    let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
-    let materials = indices(node, "materialIndex");
+    let index = node.get(indexed_marker_set::COORD_INDEX);
+    let materials = indices(node, indexed_marker_set::MATERIAL_INDEX);
     let vertices = vertices(state, state.material_binding, materials, Some(index), out);
     for (i, &c) in index.iter().enumerate() {
         if let Ok(c) = usize::try_from(c) {
@@ -205,7 +211,7 @@ fn marker<'a>(
     node: NodeRef<'a>,
     out: &mut Builder<'a>,
 ) {
-    let markers = node.read::<[i32]>("markerIndex").unwrap_or(&[]);
+    let markers = node.get(marker_set::MARKER_INDEX);
     let index = markers.get(i).or(markers.last()).copied().unwrap_or(0);
     if let Some(corner) = vertices.corner(place_of(coordinate, i)) {
         markers::marker(corner, index, vertices.state.world_from_object, out);
@@ -214,11 +220,11 @@ fn marker<'a>(
 
 pub fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     unlit_without_normals(state, out);
-    let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
+    let index = node.get(indexed_point_set::COORD_INDEX);
     let vertices = vertices(
         state,
         state.material_binding,
-        indices(node, "materialIndex"),
+        indices(node, indexed_point_set::MATERIAL_INDEX),
         Some(index),
         out,
     );

@@ -7,16 +7,17 @@ use glam::Vec3;
 use super::BoxCoordinates;
 use super::cut::Cutter;
 use super::runs::Runs;
-use super::vertices::{By, Normals, Vertices, is_per_vertex, without_index};
+use super::vertices::{By, Normals, Vertices, count, is_per_vertex, without_index};
 use crate::geometry::normals::unit;
+use crate::grammar::quad_mesh;
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::traversal::state::{Binding, Coordinates, State};
 
 pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let size = |name: &str| usize::try_from(node.read::<i32>(name).unwrap_or(1)).unwrap_or(0);
-    let (rows, columns) = (size("verticesPerColumn"), size("verticesPerRow"));
-    let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
+    let rows = count(node, quad_mesh::VERTICES_PER_COLUMN);
+    let columns = count(node, quad_mesh::VERTICES_PER_ROW);
+    let start = count(node, quad_mesh::START_INDEX);
     let enough = rows
         .checked_mul(columns)
         .is_some_and(|n| n <= state.coordinates.len().saturating_sub(start));

@@ -18,6 +18,7 @@ use glam::{Vec2, Vec3};
 
 use super::Builder;
 use crate::geometry::Corner;
+use crate::grammar::{self, Class, class, face_set};
 use crate::iv::NodeRef;
 use crate::traversal::property::vertex_property;
 use crate::traversal::role::is_vrml97;
@@ -36,13 +37,13 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'
     let mut inner;
     let state = if is_vrml97(class) {
         inner = state.clone();
-        vrml97::prepare(class.name, &mut inner, node);
+        vrml97::prepare(class.id, &mut inner, node);
         &inner
-    } else if class.is_a("Image") {
+    } else if class.id == class::IMAGE {
         inner = state.clone();
         screen_aligned::prepare_image(&mut inner, node);
         &inner
-    } else if let Some(property) = node.node_in("vertexProperty") {
+    } else if let Some(property) = node.get_node(face_set::VERTEX_PROPERTY) {
         inner = state.clone();
         vertex_property(&mut inner, property);
         &inner
@@ -65,7 +66,7 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'
 
 /// Draws a shape or the box around it; `false` if its class has no picture here.
 fn draw_whole<'a>(
-    class: &'static crate::grammar::Class,
+    class: &'static Class,
     node: NodeRef<'a>,
     state: &State<'a>,
     out: &mut Builder<'a>,
@@ -74,50 +75,52 @@ fn draw_whole<'a>(
         return true;
     }
     if is_vrml97(class) {
-        vrml97::draw(class.name, node, state, out)
+        vrml97::draw(class.id, node, state, out)
     } else {
         draw_class(class, node, state, out)
     }
 }
 
 fn draw_class<'a>(
-    class: &'static crate::grammar::Class,
+    class: &'static Class,
     node: NodeRef<'a>,
     state: &State<'a>,
     out: &mut Builder<'a>,
 ) -> bool {
     let mut class = class;
     loop {
-        match class.name {
-            "Cube" => solids::cube(node, state, out),
-            "Sphere" => solids::sphere(node, out),
-            "LensSurface" => solids::lens_surface(node, out),
-            "Cylinder" => solids::cylinder(node, state, out),
-            "Cone" => solids::cone(node, state, out),
-            "FaceSet" => faces::face_set(node, state, out),
-            "IndexedFaceSet" => faces::indexed_face_set(node, state, out),
-            "TriangleStripSet" => strips::triangle_strip_set(node, state, out),
-            "IndexedTriangleStripSet" => strips::indexed_triangle_strip_set(node, state, out),
-            "QuadMesh" => mesh::quad_mesh(node, state, out),
-            "LineSet" => lines::line_set(node, state, out),
-            "IndexedLineSet" => lines::indexed_line_set(node, state, out),
-            "Image" => screen_aligned::image(node, state, out),
-            "IndexedMarkerSet" => lines::indexed_marker_set(node, state, out),
-            "MarkerSet" => lines::marker_set(node, state, out),
-            "PointSet" => lines::point_set(node, state, out),
-            "IndexedPointSet" => lines::indexed_point_set(node, state, out),
-            "Text2" => text::text2(node, state, out),
-            "Text2Set" => text::text2_set(node, state, out),
-            "Text3" => text::text3(node, state, out),
-            "AsciiText" => text::ascii_text(node, state, out),
-            "NurbsSurface" => nurbs::nurbs_surface(node, state, out),
-            "IndexedNurbsSurface" => nurbs::indexed_nurbs_surface(node, state, out),
-            "NurbsCurve" => nurbs::nurbs_curve(node, state, out),
-            "IndexedNurbsCurve" => nurbs::indexed_nurbs_curve(node, state, out),
-            "Shape" => return false,
+        match class.id {
+            class::CUBE => solids::cube(node, state, out),
+            class::SPHERE => solids::sphere(node, out),
+            class::LENS_SURFACE => solids::lens_surface(node, out),
+            class::CYLINDER => solids::cylinder(node, state, out),
+            class::CONE => solids::cone(node, state, out),
+            class::FACE_SET => faces::face_set(node, state, out),
+            class::INDEXED_FACE_SET => faces::indexed_face_set(node, state, out),
+            class::TRIANGLE_STRIP_SET => strips::triangle_strip_set(node, state, out),
+            class::INDEXED_TRIANGLE_STRIP_SET => {
+                strips::indexed_triangle_strip_set(node, state, out)
+            }
+            class::QUAD_MESH => mesh::quad_mesh(node, state, out),
+            class::LINE_SET => lines::line_set(node, state, out),
+            class::INDEXED_LINE_SET => lines::indexed_line_set(node, state, out),
+            class::IMAGE => screen_aligned::image(node, state, out),
+            class::INDEXED_MARKER_SET => lines::indexed_marker_set(node, state, out),
+            class::MARKER_SET => lines::marker_set(node, state, out),
+            class::POINT_SET => lines::point_set(node, state, out),
+            class::INDEXED_POINT_SET => lines::indexed_point_set(node, state, out),
+            class::TEXT2 => text::text2(node, state, out),
+            class::TEXT2_SET => text::text2_set(node, state, out),
+            class::TEXT3 => text::text3(node, state, out),
+            class::ASCII_TEXT => text::ascii_text(node, state, out),
+            class::NURBS_SURFACE => nurbs::nurbs_surface(node, state, out),
+            class::INDEXED_NURBS_SURFACE => nurbs::indexed_nurbs_surface(node, state, out),
+            class::NURBS_CURVE => nurbs::nurbs_curve(node, state, out),
+            class::INDEXED_NURBS_CURVE => nurbs::indexed_nurbs_curve(node, state, out),
+            class::SHAPE => return false,
             _ => {
-                let above = crate::grammar::by_name(class.family, class.dialects)
-                    .or_else(|| crate::grammar::any(class.family));
+                let above = grammar::by_name(class.family, class.dialects)
+                    .or_else(|| grammar::any(class.family));
                 match above {
                     Some(parent) if parent.id != class.id => {
                         class = parent;

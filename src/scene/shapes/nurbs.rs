@@ -2,10 +2,14 @@
 
 use glam::{DVec2, DVec3, DVec4, Vec2, Vec3};
 
+use super::vertices::{count, indices};
 use crate::geometry::Corner;
 use crate::geometry::nurbs::{Curve, Surface, trim_curve};
-use crate::grammar::value::Choice;
-use crate::iv::nodes_in;
+use crate::grammar::{
+    Field, contour2_d, indexed_nurbs_curve, indexed_nurbs_surface, linear_profile, nurbs_curve,
+    nurbs_curve2_d, nurbs_profile, nurbs_surface, polyline2_d, trimmed_surface, vrml97_nurbs_curve,
+    vrml97_nurbs_surface,
+};
 use crate::iv::{NodeId, NodeRef};
 use crate::scene::Builder;
 use crate::traversal::State;
@@ -19,10 +23,8 @@ pub fn nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder
 }
 
 pub fn indexed_nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
-    let texture = node
-        .read::<[i32]>("textureCoordIndex")
-        .filter(|i| i.first().is_some_and(|&f| f >= 0));
+    let index = node.get(indexed_nurbs_surface::COORD_INDEX);
+    let texture = indices(node, indexed_nurbs_surface::TEXTURE_COORD_INDEX);
     surface(node, state, picked(state, index), texture, out);
 }
 
@@ -34,7 +36,7 @@ pub fn nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'
 }
 
 pub fn indexed_nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
+    let index = node.get(indexed_nurbs_curve::COORD_INDEX);
     curve(node, state, picked(state, index), out);
 }
 
@@ -52,10 +54,6 @@ fn control_point(state: &State<'_>, index: usize) -> Option<DVec4> {
     }
 }
 
-fn size(node: NodeRef<'_>, name: &str) -> usize {
-    usize::try_from(node.read::<i32>(name).unwrap_or(0)).unwrap_or(0)
-}
-
 fn surface<'a>(
     node: NodeRef<'a>,
     state: &State<'a>,
@@ -66,12 +64,11 @@ fn surface<'a>(
     for p in &points {
         out.bound((p.truncate() / if p.w == 0.0 { 1.0 } else { p.w }).as_vec3());
     }
-    let knots = |name: &str| node.read::<[f32]>(name).unwrap_or(&[]);
     let made = Surface::new(
-        size(node, "numUControlPoints"),
-        size(node, "numVControlPoints"),
-        knots("uKnotVector"),
-        knots("vKnotVector"),
+        count(node, nurbs_surface::NUM_U_CONTROL_POINTS),
+        count(node, nurbs_surface::NUM_V_CONTROL_POINTS),
+        node.get(nurbs_surface::U_KNOT_VECTOR),
+        node.get(nurbs_surface::V_KNOT_VECTOR),
         points,
     )
     .and_then(|s| {
@@ -89,11 +86,8 @@ fn surface<'a>(
 
 /// The surface that texture coordinates run over, where the file gives one.
 fn texture_surface(node: NodeRef<'_>, state: &State<'_>, index: Option<&[i32]>) -> Option<Surface> {
-    let knots = |name: &str| node.read::<[f32]>(name).unwrap_or(&[]);
-    let (s, t) = (
-        size(node, "numSControlPoints"),
-        size(node, "numTControlPoints"),
-    );
+    let s = count(node, nurbs_surface::NUM_S_CONTROL_POINTS);
+    let t = count(node, nurbs_surface::NUM_T_CONTROL_POINTS);
     if s == 0 || t == 0 {
         return None;
     }
@@ -111,7 +105,9 @@ fn texture_surface(node: NodeRef<'_>, state: &State<'_>, index: Option<&[i32]>) 
             .collect(),
         None => (0..list.len()).filter_map(at).collect(),
     };
-    Surface::new(s, t, knots("sKnotVector"), knots("tKnotVector"), points).ok()
+    let s_knots = node.get(nurbs_surface::S_KNOT_VECTOR);
+    let t_knots = node.get(nurbs_surface::T_KNOT_VECTOR);
+    Surface::new(s, t, s_knots, t_knots, points).ok()
 }
 
 /// Trimming loops: profiles linked to one another make one loop.
@@ -126,9 +122,9 @@ fn trims<'a>(state: &State<'a>, out: &mut Builder<'a>, shape: NodeRef<'a>) -> Ve
                 ProfileCoordinates::Three(p) => p.get(i).map(|p| p.as_dvec3()),
             }
         };
-        let index = node.read::<[i32]>("index").unwrap_or(&[]);
+        let index = node.get(linear_profile::INDEX);
         let points: Vec<DVec3> = index.iter().filter_map(|&i| point(i)).collect();
-        let line = match node.read::<[f32]>("knotVector") {
+        let line = match node.find(nurbs_profile::KNOT_VECTOR) {
             Some(knots) => match trim_curve(&points, knots, state.complexity.value) {
                 Ok(line) => line,
                 Err(why) => {
@@ -138,7 +134,7 @@ fn trims<'a>(state: &State<'a>, out: &mut Builder<'a>, shape: NodeRef<'a>) -> Ve
             },
             None => points.iter().map(|p| p.truncate() / p.z).collect(),
         };
-        let adds = node.read::<Choice>("linkage") == Some(2);
+        let adds = node.get(linear_profile::LINKAGE) == linear_profile::LINKAGE_ADD_TO_CURRENT;
         match loops.last_mut() {
             Some(last) if adds => last.extend(line),
             _ => loops.push(line),
@@ -151,8 +147,8 @@ fn curve<'a>(node: NodeRef<'a>, state: &State<'a>, points: Vec<DVec4>, out: &mut
     for p in &points {
         out.bound((p.truncate() / if p.w == 0.0 { 1.0 } else { p.w }).as_vec3());
     }
-    let count = size(node, "numControlPoints").min(points.len());
-    let knots = node.read::<[f32]>("knotVector").unwrap_or(&[]);
+    let count = count(node, nurbs_curve::NUM_CONTROL_POINTS).min(points.len());
+    let knots = node.get(nurbs_curve::KNOT_VECTOR);
     curve_through(node, state, points[..count].to_vec(), knots, out);
 }
 
@@ -187,8 +183,8 @@ fn curve_through<'a>(
 
 /// Control points of VRML 97's Amendment 1, each times its weight.
 fn weighted(node: NodeRef<'_>) -> Vec<DVec4> {
-    let points = node.read::<[Vec3]>("controlPoint").unwrap_or(&[]);
-    let weights = node.read::<[f32]>("weight").unwrap_or(&[]);
+    let points = node.get(vrml97_nurbs_surface::CONTROL_POINT);
+    let weights = node.get(vrml97_nurbs_surface::WEIGHT);
     let weight = |i: usize| f64::from(weights.get(i).copied().unwrap_or(1.0));
     let place = |(i, p): (usize, &Vec3)| (p.as_dvec3() * weight(i)).extend(weight(i));
     points.iter().enumerate().map(place).collect()
@@ -196,10 +192,10 @@ fn weighted(node: NodeRef<'_>) -> Vec<DVec4> {
 
 /// The knots that a node states, or even ones from end to end where they are not as many as its
 /// order asks for.
-fn knots97(node: NodeRef<'_>, knots: &str, order: &str, points: usize) -> Vec<f32> {
-    let order = usize::try_from(node.read::<i32>(order).unwrap_or(3)).unwrap_or(3);
+fn knots97(node: NodeRef<'_>, knots: Field<[f32]>, order: Field<i32>, points: usize) -> Vec<f32> {
+    let order = usize::try_from(node.get(order)).unwrap_or(3);
     let order = order.clamp(2, points.max(2));
-    let stated = node.read::<[f32]>(knots).unwrap_or(&[]);
+    let stated = node.get(knots);
     if stated.len() == points + order {
         return stated.to_vec();
     }
@@ -219,15 +215,26 @@ pub fn surface97<'a>(
     for p in &points {
         out.bound((p.truncate() / if p.w == 0.0 { 1.0 } else { p.w }).as_vec3());
     }
-    let (u, v) = (size(node, "uDimension"), size(node, "vDimension"));
+    let u = count(node, vrml97_nurbs_surface::U_DIMENSION);
+    let v = count(node, vrml97_nurbs_surface::V_DIMENSION);
     if u.saturating_mul(v) > points.len() {
         return out.complain(node, "it has fewer control points than its dimensions say");
     }
     let made = Surface::new(
         u,
         v,
-        &knots97(node, "uKnot", "uOrder", u),
-        &knots97(node, "vKnot", "vOrder", v),
+        &knots97(
+            node,
+            vrml97_nurbs_surface::U_KNOT,
+            vrml97_nurbs_surface::U_ORDER,
+            u,
+        ),
+        &knots97(
+            node,
+            vrml97_nurbs_surface::V_KNOT,
+            vrml97_nurbs_surface::V_ORDER,
+            v,
+        ),
         points,
     )
     .and_then(|s| s.tessellate(state.complexity.value, trims, None));
@@ -239,9 +246,9 @@ pub fn surface97<'a>(
 
 /// The loops of a `TrimmedSurface`: each `Contour2D` is one.
 pub fn contours97(node: NodeRef<'_>, state: &State<'_>) -> Vec<Vec<DVec2>> {
-    let contours = nodes_in(node, "trimmingContour");
+    let contours = node.get_nodes(trimmed_surface::TRIMMING_CONTOUR);
     let contour = |&id: &NodeId| {
-        let parts = nodes_in(node.document.node(id), "children");
+        let parts = node.document.node(id).get_nodes(contour2_d::CHILDREN);
         let line = |&id: &NodeId| contour_part(node.document.node(id), state);
         parts.iter().flat_map(line).collect()
     };
@@ -249,21 +256,31 @@ pub fn contours97(node: NodeRef<'_>, state: &State<'_>) -> Vec<Vec<DVec2>> {
 }
 
 fn contour_part(node: NodeRef<'_>, state: &State<'_>) -> Vec<DVec2> {
-    if let Some(line) = node.read::<[Vec2]>("point") {
+    if let Some(line) = node.find(polyline2_d::POINT) {
         return line.iter().map(|p| p.as_dvec2()).collect();
     }
-    let points = node.read::<[Vec2]>("controlPoint").unwrap_or(&[]);
-    let weights = node.read::<[f32]>("weight").unwrap_or(&[]);
+    let points = node.get(nurbs_curve2_d::CONTROL_POINT);
+    let weights = node.get(nurbs_curve2_d::WEIGHT);
     let weight = |i: usize| f64::from(weights.get(i).copied().unwrap_or(1.0));
     let place = |(i, p): (usize, &Vec2)| (p.as_dvec2() * weight(i)).extend(weight(i));
     let points: Vec<DVec3> = points.iter().enumerate().map(place).collect();
-    let knots = knots97(node, "knot", "order", points.len());
+    let knots = knots97(
+        node,
+        nurbs_curve2_d::KNOT,
+        nurbs_curve2_d::ORDER,
+        points.len(),
+    );
     trim_curve(&points, &knots, state.complexity.value).unwrap_or_default()
 }
 
 /// VRML 97's `NurbsCurve`.
 pub fn curve97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let points = weighted(node);
-    let knots = knots97(node, "knot", "order", points.len());
+    let knots = knots97(
+        node,
+        vrml97_nurbs_curve::KNOT,
+        vrml97_nurbs_curve::ORDER,
+        points.len(),
+    );
     curve_through(node, state, points, &knots, out);
 }

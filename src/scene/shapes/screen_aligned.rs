@@ -5,7 +5,7 @@ use glam::{DMat4, DVec2, DVec3, Vec2, Vec3};
 use super::quad;
 use crate::geometry::Corner;
 use crate::geometry::text::PixelText;
-use crate::grammar::value::{Choice, Image};
+use crate::grammar::{Field, image};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::scene::texture::Texture;
@@ -135,7 +135,7 @@ pub fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 /// node states another size.
 pub fn image<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     out.bound(Vec3::ZERO);
-    let inline = node.read::<Image>("image");
+    let inline = node.find(image::IMAGE);
     let size = out.texture_size().or_else(|| {
         let image = inline.filter(|i| i.width > 0 && i.height > 0)?;
         Some((
@@ -146,13 +146,22 @@ pub fn image<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let Some((width, height)) = size else {
         return;
     };
-    let stated = |name: &str, own: f32| match node.read::<i32>(name) {
-        Some(n) if n > 0 => n as f32,
+    let stated = |field: Field<i32>, own: f32| match node.get(field) {
+        n if n > 0 => n as f32,
         _ => own,
     };
-    let size = Vec2::new(stated("width", width), stated("height", height));
-    let share = |name: &str| 0.5 * node.read::<Choice>(name).unwrap_or(0).clamp(0, 2) as f32;
-    let low = -size * Vec2::new(share("horAlignment"), share("vertAlignment"));
+    let size = Vec2::new(stated(image::WIDTH, width), stated(image::HEIGHT, height));
+    let across = match node.get(image::HOR_ALIGNMENT) {
+        ..=image::HOR_ALIGNMENT_LEFT => 0.0,
+        image::HOR_ALIGNMENT_CENTER => 0.5,
+        _ => 1.0,
+    };
+    let up = match node.get(image::VERT_ALIGNMENT) {
+        ..=image::VERT_ALIGNMENT_BOTTOM => 0.0,
+        image::VERT_ALIGNMENT_HALF => 0.5,
+        _ => 1.0,
+    };
+    let low = -size * Vec2::new(across, up);
     let at = state.world_from_object.transform_point3(DVec3::ZERO);
     facing(at, out, |out| rectangle(low, size, out));
 }

@@ -5,9 +5,8 @@
 use glam::{Vec2, Vec3};
 
 use super::quad;
-use crate::geometry::Corner;
-use crate::geometry::QuadricKind;
-use crate::grammar::value::Choice;
+use crate::geometry::{Corner, QuadricKind};
+use crate::grammar::{Field, cone, cube, cylinder, lens_surface, sphere};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::traversal::state::{Binding, State};
@@ -20,10 +19,15 @@ fn part(state: &State<'_>, index: u32) -> u32 {
     }
 }
 
-/// Sizes are taken without their sign; Coin turns a part over and leaves its normals.
-pub(super) fn size(node: NodeRef<'_>, name: &str, default: f32, out: &Builder<'_>) -> f32 {
-    let size = node.read::<f32>(name).filter(|v| v.is_finite());
-    let size = size.unwrap_or(default);
+/// Returns a size without its sign, or its default if it is not finite. Coin turns a part with a negative
+/// size over and leaves its normals.
+pub(super) fn size(node: NodeRef<'_>, field: Field<f32>, out: &Builder<'_>) -> f32 {
+    let stated = node.get(field);
+    let size = if stated.is_finite() {
+        stated
+    } else {
+        field.default()
+    };
     if out.as_coin() { size } else { size.abs() }
 }
 
@@ -31,9 +35,9 @@ pub(super) fn size(node: NodeRef<'_>, name: &str, default: f32, out: &Builder<'_
 pub fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let half = 0.5
         * Vec3::new(
-            size(node, "width", 2.0, out),
-            size(node, "height", 2.0, out),
-            size(node, "depth", 2.0, out),
+            size(node, cube::WIDTH, out),
+            size(node, cube::HEIGHT, out),
+            size(node, cube::DEPTH, out),
         );
     let by_part = matches!(
         state.material_binding,
@@ -85,23 +89,22 @@ pub fn block(half: Vec3, by_part: bool, out: &mut Builder<'_>) {
 }
 
 pub fn sphere<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
-    let radius = f64::from(size(node, "radius", 1.0, out));
+    let radius = f64::from(size(node, sphere::RADIUS, out));
     out.quadric(QuadricKind::Sphere { radius }, 0);
 }
 
 /// A part of a sphere about its vertex, or of a plane where the radius is 0, as lenses have them.
 /// Seen from both sides; the outside, for indices of refraction, is where y is larger.
 pub fn lens_surface<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
-    let read = |name: &str, or: f32| f64::from(node.read::<f32>(name).unwrap_or(or));
-    let radius = read("radius", 0.0);
+    let radius = f64::from(node.get(lens_surface::RADIUS));
     let curvature = if radius == 0.0 { 0.0 } else { 1.0 / radius };
-    let inner = read("inner", 0.0).abs();
-    let mut outer = read("outer", 1.0).abs();
+    let inner = f64::from(node.get(lens_surface::INNER)).abs();
+    let mut outer = f64::from(node.get(lens_surface::OUTER)).abs();
     if curvature != 0.0 {
         outer = outer.min(radius.abs());
     }
     out.set_sides(true, true, false);
-    out.set_refraction(read("refractionIndex", 1.0) as f32);
+    out.set_refraction(node.get(lens_surface::REFRACTION_INDEX));
     if curvature.is_finite() && outer.is_finite() && outer > inner {
         out.quadric(
             QuadricKind::Zone {
@@ -114,15 +117,19 @@ pub fn lens_surface<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
     }
 }
 
-/// Parts: sides 1, top 2, bottom 4.
 pub fn cylinder<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let parts = node.read::<Choice>("parts").unwrap_or(7);
-    let radius = f64::from(size(node, "radius", 1.0, out));
-    let half_height = 0.5 * f64::from(size(node, "height", 2.0, out));
+    let parts = node.get(cylinder::PARTS);
+    let radius = f64::from(size(node, cylinder::RADIUS, out));
+    let half_height = 0.5 * f64::from(size(node, cylinder::HEIGHT, out));
     cylinder_of(
         radius,
         half_height,
-        [parts & 1 != 0, parts & 2 != 0, parts & 4 != 0],
+        [
+            cylinder::PARTS_SIDES,
+            cylinder::PARTS_TOP,
+            cylinder::PARTS_BOTTOM,
+        ]
+        .map(|part| parts & part != 0),
         [0, 1, 2].map(|i| part(state, i)),
         out,
     );
@@ -154,15 +161,14 @@ pub fn cylinder_of(
     }
 }
 
-/// Parts: sides 1, bottom 2.
 pub fn cone<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let parts = node.read::<Choice>("parts").unwrap_or(3);
-    let radius = f64::from(size(node, "bottomRadius", 1.0, out));
-    let half_height = 0.5 * f64::from(size(node, "height", 2.0, out));
+    let parts = node.get(cone::PARTS);
+    let radius = f64::from(size(node, cone::BOTTOM_RADIUS, out));
+    let half_height = 0.5 * f64::from(size(node, cone::HEIGHT, out));
     cone_of(
         radius,
         half_height,
-        [parts & 1 != 0, parts & 2 != 0],
+        [cone::PARTS_SIDES, cone::PARTS_BOTTOM].map(|part| parts & part != 0),
         [0, 1].map(|i| part(state, i)),
         out,
     );

@@ -5,24 +5,25 @@ use glam::Vec3;
 use super::BoxCoordinates;
 use super::cut::Cutter;
 use super::runs::{Broken, Runs};
-use super::vertices::{By, Normals, Vertices, indices, is_per_vertex, without_index};
+use super::vertices::{By, Normals, Vertices, count, indices, is_per_vertex, without_index};
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
+use crate::grammar::{indexed_triangle_strip_set, triangle_strip_set};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::traversal::state::{Binding, State};
 
 pub fn indexed_triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let index = node.read::<[i32]>("coordIndex").unwrap_or(&[]);
+    let index = node.get(indexed_triangle_strip_set::COORD_INDEX);
     let strips = Runs::by_index(index, state.coordinates, Broken::Kept, out);
     let mut vertices = Vertices {
         state,
         coordinates: state.coordinates,
         normals: Normals::None,
         normal_binding: state.normal_binding,
-        normal_index: indices(node, "normalIndex"),
+        normal_index: indices(node, indexed_triangle_strip_set::NORMAL_INDEX),
         material_binding: state.material_binding,
-        material_index: indices(node, "materialIndex"),
-        texture_index: indices(node, "textureCoordIndex"),
+        material_index: indices(node, indexed_triangle_strip_set::MATERIAL_INDEX),
+        texture_index: indices(node, indexed_triangle_strip_set::TEXTURE_COORD_INDEX),
         coord_index: Some(index),
         boxed: None,
     };
@@ -30,8 +31,8 @@ pub fn indexed_triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out:
 }
 
 pub fn triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let counts = node.read::<[i32]>("numVertices").unwrap_or(&[-1]);
-    let start = usize::try_from(node.read::<i32>("startIndex").unwrap_or(0)).unwrap_or(0);
+    let counts = node.get(triangle_strip_set::NUM_VERTICES);
+    let start = count(node, triangle_strip_set::START_INDEX);
     let strips = Runs::by_count(counts, start, state.coordinates.len());
     let mut vertices = Vertices {
         state,

@@ -4,22 +4,27 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::screen_aligned;
 use crate::geometry::text::{
-    self as typeset, Face, Fonts, Justify, Layout, TextStyle, Vrml97Style,
+    self as typeset, Face, Family, Fonts, Justify, Layout, SolidParts, TextStyle, Vrml97Style,
 };
-use crate::grammar::value::{Choice, Text};
+use crate::grammar::{
+    ascii_text, font_style, linear_profile, text, text2, text2_set, text3, vrml97_font_style,
+};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::traversal::State;
 use crate::traversal::state::{Binding, ProfileCoordinates};
 
-fn strings<'a>(node: NodeRef<'a>) -> &'a [String] {
-    node.read::<[String]>("string").unwrap_or(&[])
-}
-
 fn style<'f>(node: NodeRef<'_>, state: &State<'_>, fonts: &'f Fonts) -> TextStyle<'f> {
     let font = state.font;
     let face = if font.is_style {
-        Face::of_font_style(font.family, font.style, fonts)
+        let family = match font.family {
+            font_style::FAMILY_SANS => Family::Sans,
+            font_style::FAMILY_TYPEWRITER => Family::Mono,
+            _ => Family::Serif,
+        };
+        let bold = font.style & font_style::STYLE_BOLD != 0;
+        let italic = font.style & font_style::STYLE_ITALIC != 0;
+        Face::of_family(family, bold, italic, fonts)
     } else {
         Face::named_of(font.name, fonts)
     };
@@ -30,16 +35,25 @@ fn style<'f>(node: NodeRef<'_>, state: &State<'_>, fonts: &'f Fonts) -> TextStyl
         } else {
             10.0
         },
-        spacing: node.read::<f32>("spacing").unwrap_or(1.0),
-        justify: Justify::from_value(node.read::<Choice>("justification").unwrap_or(1)),
+        spacing: node.get(text3::SPACING),
+        justify: justify(node.get(text3::JUSTIFICATION)),
         complexity: state.complexity.value,
+    }
+}
+
+/// Returns the justification of a value that all text classes share.
+fn justify(value: i32) -> Justify {
+    match value {
+        text3::JUSTIFICATION_RIGHT => Justify::Right,
+        text3::JUSTIFICATION_CENTER => Justify::Center,
+        _ => Justify::Left,
     }
 }
 
 /// Letters facing the camera, as many pixels high as the font's size says, at the text's origin.
 pub fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let fonts = out.fonts();
-    let text = typeset::pixel_text(strings(node), &style(node, state, &fonts));
+    let text = typeset::pixel_text(node.get(text2::STRING), &style(node, state, &fonts));
     let at = state.world_from_object.transform_point3(DVec3::ZERO);
     out.set_unlit();
     screen_aligned::pixels(at, &text, out);
@@ -56,17 +70,17 @@ pub fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
 
 /// A `Text2` at each of several points.
 pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let places = node.read::<[Vec3]>("position").unwrap_or(&[]);
-    let sides = node.read::<[Choice]>("justification").unwrap_or(&[]);
+    let places = node.get(text2_set::POSITION);
+    let sides = node.get(text2_set::JUSTIFICATION);
     let fonts = out.fonts();
     let plain = style(node, state, &fonts);
-    for (i, line) in strings(node).iter().enumerate() {
+    for (i, line) in node.get(text2_set::STRING).iter().enumerate() {
         let Some(&place) = places.get(i).or(places.last()) else {
             return;
         };
         let side = sides.get(i).or(sides.last()).copied().unwrap_or(1);
         let style = TextStyle {
-            justify: Justify::from_value(side),
+            justify: justify(side),
             ..plain
         };
         let text = typeset::pixel_text(&[line], &style);
@@ -78,12 +92,17 @@ pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
 }
 
 pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let parts = node.read::<Choice>("parts").unwrap_or(1);
+    let parts = node.get(text3::PARTS);
+    let parts = SolidParts {
+        front: parts & text3::PARTS_FRONT != 0,
+        sides: parts & text3::PARTS_SIDES != 0,
+        back: parts & text3::PARTS_BACK != 0,
+    };
     let profile = profile(state);
     let fonts = out.fonts();
     let style = style(node, state, &fonts);
     let (mesh, laid) = typeset::text3(
-        strings(node),
+        node.get(text3::STRING),
         &style,
         parts,
         profile.as_deref(),
@@ -103,12 +122,12 @@ pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
 
 /// Inventor's box of a `Text3`: the lines' advances, not their ink, one unit deep where it is solid,
 /// and a profile all round whatever its parts (Coin).
-fn text3_box(laid: &Layout, parts: i32, profile: Option<&[Vec2]>) -> (DVec3, DVec3) {
+fn text3_box(laid: &Layout, parts: SolidParts, profile: Option<&[Vec2]>) -> (DVec3, DVec3) {
     let points = profile.unwrap_or(&[]);
     let out_by = points.iter().map(|p| p.y).fold(0.0, f32::max);
     let depths = points.iter().map(|p| -p.x);
     let fore = depths.clone().fold(0.0, f32::max);
-    let flat = profile.is_none() && parts == typeset::FRONT;
+    let flat = profile.is_none() && parts == SolidParts::FRONT;
     let deep = depths.fold(if flat { 0.0 } else { -1.0 }, f32::min);
     let low = Vec3::new(laid.left - out_by, laid.bottom - out_by, deep);
     let high = Vec3::new(laid.right + out_by, laid.top + out_by, fore);
@@ -119,7 +138,7 @@ fn text3_box(laid: &Layout, parts: i32, profile: Option<&[Vec2]>) -> (DVec3, DVe
 fn profile(state: &State<'_>) -> Option<Vec<Vec2>> {
     let mut line: Vec<Vec2> = Vec::new();
     for profile in state.profiles.iter() {
-        let index = profile.node.read::<[i32]>("index").unwrap_or(&[]);
+        let index = profile.node.get(linear_profile::INDEX);
         for &i in index {
             let i = usize::try_from(i).ok()?;
             let point = match profile.coordinates {
@@ -133,10 +152,10 @@ fn profile(state: &State<'_>) -> Option<Vec<Vec2>> {
 }
 
 pub fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let widths = node.read::<[f32]>("width").unwrap_or(&[]);
+    let widths = node.get(ascii_text::WIDTH);
     let fonts = out.fonts();
     let style = style(node, state, &fonts);
-    let (mesh, laid) = typeset::ascii_text(strings(node), &style, widths);
+    let (mesh, laid) = typeset::ascii_text(node.get(ascii_text::STRING), &style, widths);
     out.mesh(&mesh, false);
     if let Some((mut min, mut max)) = out.object_bounds {
         // Inventor's box begins where the line does and is as high as the font (Coin).
@@ -150,11 +169,11 @@ pub fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
 pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let fonts = out.fonts();
     let style = node
-        .node_in("fontStyle")
+        .get_node(text::FONT_STYLE)
         .map_or(Vrml97Style::DEFAULT, |f| style97(f, state, &fonts));
-    let lengths = node.read::<[f32]>("length").unwrap_or(&[]);
-    let most = node.read::<f32>("maxExtent").unwrap_or(0.0);
-    let strings = strings(node);
+    let lengths = node.get(text::LENGTH);
+    let most = node.get(text::MAX_EXTENT);
+    let strings = node.get(text::STRING);
     let mesh = typeset::vrml97_text(strings, &style, lengths, most, out.as_coin());
     out.set_sides(true, true, false);
     out.mesh(&mesh, false);
@@ -166,18 +185,17 @@ pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
 }
 
 fn style97<'f>(node: NodeRef<'_>, state: &State<'_>, fonts: &'f Fonts) -> Vrml97Style<'f> {
-    let flag = |name: &str| node.read::<bool>(name).unwrap_or(true);
-    let families = node.read::<[String]>("family").unwrap_or(&[]);
-    let style = node.read::<Text>("style").unwrap_or("PLAIN");
+    let families = node.get(vrml97_font_style::FAMILY);
+    let style = node.get(vrml97_font_style::STYLE);
     Vrml97Style {
         face: Face::of_vrml97(families, style, fonts),
-        size: node.read::<f32>("size").unwrap_or(1.0),
-        spacing: node.read::<f32>("spacing").unwrap_or(1.0),
-        horizontal: flag("horizontal"),
-        left_to_right: flag("leftToRight"),
-        top_to_bottom: flag("topToBottom"),
+        size: node.get(vrml97_font_style::SIZE),
+        spacing: node.get(vrml97_font_style::SPACING),
+        horizontal: node.get(vrml97_font_style::HORIZONTAL),
+        left_to_right: node.get(vrml97_font_style::LEFT_TO_RIGHT),
+        top_to_bottom: node.get(vrml97_font_style::TOP_TO_BOTTOM),
         complexity: state.complexity.value,
         ..Vrml97Style::DEFAULT
     }
-    .justified(node.read::<[String]>("justify").unwrap_or(&[]))
+    .justified(node.get(vrml97_font_style::JUSTIFY))
 }

@@ -4,13 +4,21 @@ use glam::Vec3;
 
 use super::BoxCoordinates;
 use crate::geometry::Corner;
+use crate::grammar::Field;
 use crate::iv::NodeRef;
 use crate::traversal::state::{Binding, Coordinates, State, TextureCoordinates};
 
-/// A list of indices, unless it is empty or starts with −1: then Inventor takes another.
-pub fn indices<'a>(node: NodeRef<'a>, name: &str) -> Option<&'a [i32]> {
-    node.read::<[i32]>(name)
-        .filter(|i| i.first().is_some_and(|&first| first >= 0))
+/// Returns a list of indices, unless it is empty or starts with −1, which has Inventor take another one.
+pub fn indices<'a>(node: NodeRef<'a>, field: Field<[i32]>) -> Option<&'a [i32]> {
+    let list = node.get(field);
+    list.first()
+        .is_some_and(|&first| first >= 0)
+        .then_some(list)
+}
+
+/// Returns a count or an index that a field states; a negative one counts as 0.
+pub fn count(node: NodeRef<'_>, field: Field<i32>) -> usize {
+    usize::try_from(node.get(field)).unwrap_or(0)
 }
 
 /// Where a corner stands in its shape, by every way of counting.

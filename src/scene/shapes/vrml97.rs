@@ -2,12 +2,17 @@
 //!
 //! They are put into the state, so that Inventor's functions draw them.
 
-use glam::{DVec2, Vec2, Vec3};
+use glam::DVec2;
 
 use super::faces::{Indices, indexed_faces};
 use super::{lines, nurbs, solids, text, vertices};
 use crate::geometry::{self, ElevationGrid, Extrusion};
-use crate::grammar::value::Rotation;
+use crate::grammar::{
+    ClassId, Field, box_node, class, color, coordinate, elevation_grid, extrusion,
+    texture_coordinate, trimmed_surface, vrml97_cone, vrml97_cylinder,
+    vrml97_indexed_face_set as faces97, vrml97_indexed_line_set, vrml97_normal,
+    vrml97_nurbs_surface,
+};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::traversal::state::{
@@ -15,9 +20,11 @@ use crate::traversal::state::{
 };
 
 /// Puts what the shape itself holds into the state.
-pub fn prepare<'a>(class: &str, state: &mut State<'a>, node: NodeRef<'a>) {
-    let flag = |name: &str, default: bool| node.read::<bool>(name).unwrap_or(default);
-    let counterclockwise = flag("ccw", true);
+///
+/// The handles of a face set and an elevation grid read the fields of the same names of every class; a
+/// class without such a field has its default.
+pub fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'a>) {
+    let counterclockwise = node.get(faces97::CCW);
     state.vrml1 = false;
     state.hints = ShapeHints {
         ordering: if counterclockwise {
@@ -25,37 +32,36 @@ pub fn prepare<'a>(class: &str, state: &mut State<'a>, node: NodeRef<'a>) {
         } else {
             VertexOrdering::Clockwise
         },
-        solid: flag("solid", true),
-        convex: flag("convex", true),
-        crease_angle: node.read::<f32>("creaseAngle").unwrap_or(0.0),
+        solid: node.get(faces97::SOLID),
+        convex: node.get(faces97::CONVEX),
+        crease_angle: node.get(faces97::CREASE_ANGLE),
     };
-    let points = node
-        .node_in("coord")
-        .and_then(|c| c.read::<[Vec3]>("point"));
-    state.coordinates = Coordinates::Three(points.unwrap_or(&[]));
+    let points = node.get_node(faces97::COORD);
+    state.coordinates = Coordinates::Three(points.map_or(&[], |c| c.get(coordinate::POINT)));
     let by = |per_vertex: bool, indexed: bool| match (per_vertex, indexed) {
         (true, _) => Binding::PerVertexIndexed,
         (false, true) => Binding::PerFaceIndexed,
         (false, false) => Binding::PerFace,
     };
-    state.normals = node
-        .node_in("normal")
-        .and_then(|n| n.read::<[Vec3]>("vector"))
-        .unwrap_or(&[]);
-    let indexed = vertices::indices(node, "normalIndex").is_some();
-    state.normal_binding = by(flag("normalPerVertex", true), indexed);
+    let normals = node.get_node(faces97::NORMAL);
+    state.normals = normals.map_or(&[], |n| n.get(vrml97_normal::VECTOR));
+    let indexed = vertices::indices(node, faces97::NORMAL_INDEX).is_some();
+    state.normal_binding = by(node.get(faces97::NORMAL_PER_VERTEX), indexed);
     state.material_binding = Binding::Overall;
     let colors = node
-        .node_in("color")
-        .and_then(|c| c.read::<[Vec3]>("color"))
+        .get_node(faces97::COLOR)
+        .map(|c| c.get(color::COLOR))
         .filter(|c| !c.is_empty());
-    let is_line = matches!(class, "IndexedLineSet" | "PointSet" | "NurbsCurve");
+    let is_line = matches!(
+        class,
+        class::VRML97_INDEXED_LINE_SET | class::VRML97_POINT_SET | class::VRML97_NURBS_CURVE
+    );
     if let Some(colors) = colors {
         state.material.diffuse = Diffuse::Colors(List::Many(colors));
-        let indexed = vertices::indices(node, "colorIndex").is_some();
+        let indexed = vertices::indices(node, faces97::COLOR_INDEX).is_some();
         state.material_binding = match class {
-            "PointSet" => Binding::PerVertex,
-            _ => by(flag("colorPerVertex", true), indexed),
+            class::VRML97_POINT_SET => Binding::PerVertex,
+            _ => by(node.get(faces97::COLOR_PER_VERTEX), indexed),
         };
     } else if is_line && !state.base_color {
         // Lines are not lit: they have the emissive color (6.24).
@@ -66,8 +72,8 @@ pub fn prepare<'a>(class: &str, state: &mut State<'a>, node: NodeRef<'a>) {
         state.texture = None;
     }
     let coordinates = node
-        .node_in("texCoord")
-        .and_then(|t| t.read::<[Vec2]>("point"))
+        .get_node(faces97::TEX_COORD)
+        .map(|t| t.get(texture_coordinate::POINT))
         .filter(|t| !t.is_empty());
     state.texture_coordinates = match coordinates {
         Some(list) => TextureCoordinates::Two(list),
@@ -77,59 +83,65 @@ pub fn prepare<'a>(class: &str, state: &mut State<'a>, node: NodeRef<'a>) {
 }
 
 /// Draws a geometry node; `false` if its class has no picture here.
-pub fn draw<'a>(class: &str, node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) -> bool {
-    let as_coin = out.as_coin();
-    let number = |name: &str, default: f32| {
-        let value = node.read::<f32>(name).filter(|v| v.is_finite());
-        let value = f64::from(value.unwrap_or(default));
-        if as_coin { value } else { value.abs() }
-    };
-    let flag = |name: &str| node.read::<bool>(name).unwrap_or(true);
+pub fn draw<'a>(
+    class: ClassId,
+    node: NodeRef<'a>,
+    state: &State<'a>,
+    out: &mut Builder<'a>,
+) -> bool {
     match class {
-        "Box" => {
-            let size = node.read::<Vec3>("size").unwrap_or(Vec3::splat(2.0));
-            let size = if as_coin { size } else { size.abs() };
+        class::BOX_NODE => {
+            let size = node.get(box_node::SIZE);
+            let size = if out.as_coin() { size } else { size.abs() };
             solids::block(0.5 * size, false, out);
         }
-        "Sphere" => solids::sphere(node, out),
-        "Cone" => solids::cone_of(
-            number("bottomRadius", 1.0),
-            0.5 * number("height", 2.0),
-            [flag("side"), flag("bottom")],
+        class::VRML97_SPHERE => solids::sphere(node, out),
+        class::VRML97_CONE => solids::cone_of(
+            f64::from(solids::size(node, vrml97_cone::BOTTOM_RADIUS, out)),
+            0.5 * f64::from(solids::size(node, vrml97_cone::HEIGHT, out)),
+            [vrml97_cone::SIDE, vrml97_cone::BOTTOM].map(|part| node.get(part)),
             [0; 2],
             out,
         ),
-        "Cylinder" => solids::cylinder_of(
-            number("radius", 1.0),
-            0.5 * number("height", 2.0),
-            [flag("side"), flag("top"), flag("bottom")],
+        class::VRML97_CYLINDER => solids::cylinder_of(
+            f64::from(solids::size(node, vrml97_cylinder::RADIUS, out)),
+            0.5 * f64::from(solids::size(node, vrml97_cylinder::HEIGHT, out)),
+            [
+                vrml97_cylinder::SIDE,
+                vrml97_cylinder::TOP,
+                vrml97_cylinder::BOTTOM,
+            ]
+            .map(|part| node.get(part)),
             [0; 3],
             out,
         ),
-        "IndexedFaceSet" => {
+        class::VRML97_INDEXED_FACE_SET => {
             let indices = Indices {
-                coord: node.read::<[i32]>("coordIndex").unwrap_or(&[]),
-                normal: vertices::indices(node, "normalIndex"),
-                material: vertices::indices(node, "colorIndex"),
-                texture: vertices::indices(node, "texCoordIndex"),
+                coord: node.get(faces97::COORD_INDEX),
+                normal: vertices::indices(node, faces97::NORMAL_INDEX),
+                material: vertices::indices(node, faces97::COLOR_INDEX),
+                texture: vertices::indices(node, faces97::TEX_COORD_INDEX),
             };
             indexed_faces(&indices, state, out);
         }
-        "IndexedLineSet" => lines::indexed_lines(
-            node.read::<[i32]>("coordIndex").unwrap_or(&[]),
-            [vertices::indices(node, "colorIndex"), None],
+        class::VRML97_INDEXED_LINE_SET => lines::indexed_lines(
+            node.get(vrml97_indexed_line_set::COORD_INDEX),
+            [
+                vertices::indices(node, vrml97_indexed_line_set::COLOR_INDEX),
+                None,
+            ],
             state,
             out,
         ),
-        "PointSet" => lines::point_set(node, state, out),
-        "Extrusion" => extrusion(node, out),
-        "ElevationGrid" => elevation_grid(node, state, out),
-        "Text" => text::text97(node, state, out),
-        "NurbsCurve" => nurbs::curve97(node, state, out),
-        "NurbsSurface" => nurbs_surface(node, &[], state, out),
-        "TrimmedSurface" => {
+        class::VRML97_POINT_SET => lines::point_set(node, state, out),
+        class::EXTRUSION => extrusion(node, out),
+        class::ELEVATION_GRID => elevation_grid(node, state, out),
+        class::TEXT => text::text97(node, state, out),
+        class::VRML97_NURBS_CURVE => nurbs::curve97(node, state, out),
+        class::VRML97_NURBS_SURFACE => nurbs_surface(node, &[], state, out),
+        class::TRIMMED_SURFACE => {
             let trims = nurbs::contours97(node, state);
-            if let Some(surface) = node.node_in("surface") {
+            if let Some(surface) = node.get_node(trimmed_surface::SURFACE) {
                 nurbs_surface(surface, &trims, state, out);
             }
         }
@@ -144,33 +156,32 @@ fn nurbs_surface<'a>(
     state: &State<'a>,
     out: &mut Builder<'a>,
 ) {
-    let flag = |name: &str| node.read::<bool>(name).unwrap_or(true);
-    out.set_sides(flag("ccw"), !flag("solid"), flag("solid"));
+    let solid = node.get(vrml97_nurbs_surface::SOLID);
+    out.set_sides(node.get(vrml97_nurbs_surface::CCW), !solid, solid);
     nurbs::surface97(node, trims, state, out);
 }
 
 fn extrusion<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
-    let flag = |name: &str| node.read::<bool>(name).unwrap_or(true);
     let orientation: Vec<glam::Quat> = node
-        .read::<[Rotation]>("orientation")
-        .unwrap_or(&[])
+        .get(extrusion::ORIENTATION)
         .iter()
         .map(|r| r.to_quat())
         .collect();
     let made = geometry::extrusion(&Extrusion {
-        cross_section: node.read::<[Vec2]>("crossSection").unwrap_or(&[]),
-        spine: node.read::<[Vec3]>("spine").unwrap_or(&[]),
-        scale: node.read::<[Vec2]>("scale").unwrap_or(&[]),
+        cross_section: node.get(extrusion::CROSS_SECTION),
+        spine: node.get(extrusion::SPINE),
+        scale: node.get(extrusion::SCALE),
         orientation: &orientation,
-        begin_cap: flag("beginCap"),
-        end_cap: flag("endCap"),
-        ccw: flag("ccw"),
-        convex: flag("convex"),
-        crease_angle: node.read::<f32>("creaseAngle").unwrap_or(0.0),
+        begin_cap: node.get(extrusion::BEGIN_CAP),
+        end_cap: node.get(extrusion::END_CAP),
+        ccw: node.get(extrusion::CCW),
+        convex: node.get(extrusion::CONVEX),
+        crease_angle: node.get(extrusion::CREASE_ANGLE),
     });
     match made {
         Ok(mesh) => {
-            out.set_sides(true, !flag("solid"), flag("solid"));
+            let solid = node.get(extrusion::SOLID);
+            out.set_sides(true, !solid, solid);
             out.mesh(&mesh, false);
         }
         Err(why) => out.complain(node, &why),
@@ -178,37 +189,36 @@ fn extrusion<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
 }
 
 fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let flag = |name: &str| node.read::<bool>(name).unwrap_or(true);
     let texcoords = match state.texture_coordinates {
         TextureCoordinates::Two(list) => list,
         _ => &[],
     };
     let has_colors = state.material_binding != Binding::Overall;
     let made = geometry::elevation_grid(&ElevationGrid {
-        x_dimension: node.read::<i32>("xDimension").unwrap_or(0),
-        z_dimension: node.read::<i32>("zDimension").unwrap_or(0),
-        x_spacing: node.read::<f32>("xSpacing").unwrap_or(1.0),
-        z_spacing: node.read::<f32>("zSpacing").unwrap_or(1.0),
-        height: node.read::<[f32]>("height").unwrap_or(&[]),
-        ccw: flag("ccw"),
-        crease_angle: node.read::<f32>("creaseAngle").unwrap_or(0.0),
-        color_per_vertex: has_colors.then(|| flag("colorPerVertex")),
+        x_dimension: node.get(elevation_grid::X_DIMENSION),
+        z_dimension: node.get(elevation_grid::Z_DIMENSION),
+        x_spacing: node.get(elevation_grid::X_SPACING),
+        z_spacing: node.get(elevation_grid::Z_SPACING),
+        height: node.get(elevation_grid::HEIGHT),
+        ccw: node.get(elevation_grid::CCW),
+        crease_angle: node.get(elevation_grid::CREASE_ANGLE),
+        color_per_vertex: has_colors.then(|| node.get(elevation_grid::COLOR_PER_VERTEX)),
         normals: state.normals,
-        normal_per_vertex: flag("normalPerVertex"),
+        normal_per_vertex: node.get(elevation_grid::NORMAL_PER_VERTEX),
         texcoords,
     });
     match made {
         Ok(mesh) => {
-            out.set_sides(true, !flag("solid"), flag("solid"));
+            let solid = node.get(elevation_grid::SOLID);
+            out.set_sides(true, !solid, solid);
             out.mesh(&mesh, false);
             if let Some((min, mut max)) = out.object_bounds {
                 // Coin counts a row and a column too many.
-                let side = |count: &str, step: &str| {
-                    let count = node.read::<i32>(count).unwrap_or(0);
-                    f64::from(count) * f64::from(node.read::<f32>(step).unwrap_or(1.0))
+                let side = |count: Field<i32>, step: Field<f32>| {
+                    f64::from(node.get(count)) * f64::from(node.get(step))
                 };
-                max.x = side("xDimension", "xSpacing");
-                max.z = side("zDimension", "zSpacing");
+                max.x = side(elevation_grid::X_DIMENSION, elevation_grid::X_SPACING);
+                max.z = side(elevation_grid::Z_DIMENSION, elevation_grid::Z_SPACING);
                 out.set_inventor_box(Some((min, max)));
             }
         }
