@@ -9,6 +9,7 @@ mod raster;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use egui::accesskit::{Action, ActionData, ActionRequest, Role};
@@ -20,12 +21,12 @@ use glam::DVec3;
 use ivcam::film::{Resolution, Response};
 use ivcam::lens::{FocusMethod, Iris};
 use ivcam::math::Mm;
-use ivcam::plan::{Era, Headlight, Optics, Plan};
+use ivcam::plan::{Era, Headlight, LensChoice, Optics, Plan};
 use ivcam::sampling::SamplerKind;
 use ivcam::shade::Shading;
 use ivcam::viewer::archive::Way;
 use ivcam::viewer::draft::Preview;
-use ivcam::viewer::engine::{Engine, Order};
+use ivcam::viewer::engine::Engine;
 use ivcam::viewer::lenses::LensMenu;
 use ivcam::viewer::live::{Asked, Live};
 use ivcam::viewer::model::Model;
@@ -79,6 +80,15 @@ impl Drop for Scratch {
 struct Bench {
     harness: Harness<'static, Window>,
     textures: raster::Textures,
+    /// Lets the renderer panic the next time it has news.
+    breaks: Arc<AtomicBool>,
+}
+
+fn lens_of(setup: &mut Setup) -> &mut LensChoice {
+    match &mut setup.plan.optics {
+        Optics::Lens(choice) => choice,
+        optics => panic!("no lens: {optics:?}"),
+    }
 }
 
 impl Bench {
@@ -92,7 +102,10 @@ impl Bench {
     }
 
     fn sized(model: Model, height: f32) -> Self {
-        let engine = Engine::start(2, Arc::new(|| ())).unwrap();
+        let breaks = Arc::new(AtomicBool::new(false));
+        let wake = breaks.clone();
+        let wake = move || assert!(!wake.swap(false, Ordering::Relaxed), "as ordered");
+        let engine = Engine::start(2, Arc::new(wake)).unwrap();
         let window = Window::new(model, engine, LensMenu::ready());
         let textures = raster::Textures::default();
         let harness = Harness::builder()
@@ -100,7 +113,11 @@ impl Bench {
             .with_step_dt(0.05)
             .renderer(textures.clone())
             .build_state(|ctx, window: &mut Window| window.show(ctx), window);
-        Self { harness, textures }
+        Self {
+            harness,
+            textures,
+            breaks,
+        }
     }
 
     /// A window on the scene, with its first frame there.
@@ -288,7 +305,7 @@ fn stops_and_blades_change_the_hole_and_the_depth_of_field() {
     });
     bench.change(|m| {
         m.edit("aperture", |s| {
-            s.lens_mut().unwrap().iris = Iris::Blades {
+            lens_of(s).iris = Iris::Blades {
                 count: 6,
                 rotation: 0.0,
             }
@@ -613,7 +630,7 @@ fn a_command_line_says_its_plan_exactly() {
     setup.plan.sampler.kind = SamplerKind::Jittered;
     setup.plan.sampler.seed = 77;
     setup.plan.response = Response::Srgb;
-    let lens = setup.lens_mut().unwrap();
+    let lens = lens_of(&mut setup);
     (lens.zoom, lens.f_number, lens.method) = (0.37, Some(5.6), FocusMethod::Best);
     lens.iris = Iris::Blades {
         count: 7,
@@ -689,7 +706,7 @@ fn a_panic_in_the_renderer_takes_neither_window_nor_settings() {
     let scratch = Scratch::new("panic");
     let mut bench = Bench::open(&scratch);
     bench.click("f/4");
-    bench.harness.state_mut().engine.order(Order::Panic);
+    bench.breaks.store(true, Ordering::Relaxed);
     bench.until("its words", |m| {
         m.messages.iter().any(|m| m.message.contains("as ordered"))
     });

@@ -55,11 +55,6 @@ impl Raster {
             _ => 1.0,
         }
     }
-
-    /// Whether the samples are levels of a file format rather than exposures.
-    pub fn is_levels(&self) -> bool {
-        !matches!(self.samples, Samples::F32(_))
-    }
 }
 
 /// Refuses a picture of more pixels than any real one has.

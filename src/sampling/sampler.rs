@@ -278,16 +278,6 @@ fn jittered(key: u64, samples: u32, index: u32) -> LensSample {
     LensSample { film, pupil }
 }
 
-impl Sampler {
-    /// Further uniform numbers of the same sample, for shading: dimension 0, 1, 2, …
-    pub fn extra(&self, pixel: u64, index: u32, dimension: u32) -> f64 {
-        let key = mix(self.seed ^ mix(pixel.wrapping_add(0x9e37_79b9_7f4a_7c15)));
-        unit(mix(
-            key ^ mix((u64::from(index) << 32) | u64::from(dimension + 16))
-        ))
-    }
-}
-
 /// How `n` samples are shared out: pixel samples, and pupil samples for each. The pupil gets the
 /// larger factor, for it makes more of the noise. 16 is 4 and 4.
 pub fn split(n: u32) -> (u32, u32) {

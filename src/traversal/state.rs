@@ -134,20 +134,6 @@ impl Binding {
             _ => default,
         }
     }
-
-    /// From the enumeration's name, old names included.
-    pub fn from_name(name: &str, default: Self) -> Self {
-        match name {
-            "OVERALL" | "NONE" => Self::Overall,
-            "PER_PART" => Self::PerPart,
-            "PER_PART_INDEXED" => Self::PerPartIndexed,
-            "PER_FACE" => Self::PerFace,
-            "PER_FACE_INDEXED" => Self::PerFaceIndexed,
-            "PER_VERTEX" => Self::PerVertex,
-            "PER_VERTEX_INDEXED" => Self::PerVertexIndexed,
-            _ => default,
-        }
-    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -27,8 +27,6 @@ pub enum Order {
     Open(Box<Plan>),
     /// Focus on a place of the picture, from 0 to 1.
     FocusAt(f64, f64),
-    /// Panics, to prove that nothing is lost by it.
-    Panic,
 }
 
 /// What the renderer tells.
@@ -283,7 +281,6 @@ impl Worker {
                 };
                 self.tell(News::Focused(found));
             }
-            Task::Order(Order::Panic) => panic!("as ordered"),
             Task::Show(asked) => self.show(*asked),
             Task::Refine => self.refine(),
         }

@@ -34,13 +34,6 @@ impl Setup {
         }
     }
 
-    pub fn lens_mut(&mut self) -> Option<&mut LensChoice> {
-        match &mut self.plan.optics {
-            Optics::Lens(choice) => Some(choice),
-            Optics::Pinhole | Optics::Ideal(_) => None,
-        }
-    }
-
     /// Another lens, wide open and in its own size; how it focuses stays.
     pub fn choose_lens(&mut self, name: &str) {
         let method = self.lens().map(|l| l.method);

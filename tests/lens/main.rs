@@ -7,6 +7,7 @@ use ivcam::lens::{
     Prescription, PupilTarget, PupilWindow, Surface, Toward, shipped_names, trace::ray::unit,
 };
 use ivcam::math::Meters;
+use ivcam::math::lanes::Width;
 use proptest::prelude::*;
 
 /// A surface's numbers: curvature, gap, index.
@@ -89,7 +90,7 @@ proptest! {
         for lane in 0..LANES {
             bundle.set(lane, &ray(lane));
         }
-        lens.trace_bundle_from_scene(&mut bundle);
+        lens.trace_bundle(&mut bundle, Toward::Film, Width::detect());
         for lane in 0..LANES {
             let ray = ray(lane);
             let neighbors = [DVec3::X, DVec3::Y, -DVec3::X, -DVec3::Y].map(|way| {

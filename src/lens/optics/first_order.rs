@@ -73,12 +73,6 @@ impl FirstOrder {
         n.is_finite().then_some(n)
     }
 
-    /// The distance between the principal planes; negative where they are crossed.
-    pub fn principal_separation(&self) -> Option<f64> {
-        self.focal
-            .map(|f| f.rear_principal_plane - f.front_principal_plane)
-    }
-
     pub(crate) fn of(prescription: &Prescription, indices: &[f64], plane: Plane) -> Self {
         let surfaces = &prescription.surfaces;
         let length: f64 = sum(surfaces.iter().rev().skip(1).rev().map(|s| s.thickness));

@@ -23,12 +23,7 @@ impl Lens {
         self.trace_bundle(bundle, Toward::Scene, Width::detect());
     }
 
-    /// Traces a bundle from the scene to the film side.
-    pub fn trace_bundle_from_scene(&self, bundle: &mut Bundle) {
-        self.trace_bundle(bundle, Toward::Film, Width::detect());
-    }
-
-    /// Traces with vectors of a given width, for measuring.
+    /// Traces a bundle either way, with vectors of a given width.
     pub fn trace_bundle(&self, bundle: &mut Bundle, toward: Toward, width: Width) {
         let tracer = &self.tracer(toward, true);
         width.run(Follow { tracer, bundle });
