@@ -5,7 +5,7 @@
 //! The folder has `scenes/`, `reference/*.json` (bounding box, counts), `reference/*.tri.gz`
 //! (triangles in the world), `reference/*.png` and `oracle_class.tsv`; its README says what they
 //! are. Prints a row for each file that differs, the sums, and with `--pictures` the tables of
-//! `docs/accuracy.md`; what differs is put there side by side: lit at points, as OpenGL, theirs.
+//! `docs/accuracy.md`; what differs is put there side by side: `--shading p`, `--shading g --handles`, theirs.
 
 mod pictures;
 mod sets;
@@ -28,7 +28,7 @@ struct Sums {
     read: usize,
     boxes: usize,
     exact: usize,
-    /// As ivcam reads a file, and in the other program's manner.
+    /// By default, and with `--handles`, which the other program always draws.
     readings: [Equal; 2],
     pictures: Vec<Pictures>,
 }
@@ -67,12 +67,12 @@ fn main() {
         pictures::table(&mut sums.pictures, |path| cause(path).to_owned());
     }
     println!(
-        "\nread {} of {}\n\n| | as ivcam reads it | in Coin's manner |\n|---|---|---|",
+        "\nread {} of {}\n\n| | by default | with `--handles` |\n|---|---|---|",
         sums.read, sums.files
     );
     let row = |name: &str, of: usize, equal: fn(&Equal) -> usize| {
-        let [own, coin] = [0, 1].map(|i| equal(&sums.readings[i]));
-        println!("| {name} of {of} | {own} | {coin} |");
+        let [plain, handles] = [0, 1].map(|i| equal(&sums.readings[i]));
+        println!("| {name} of {of} | {plain} | {handles} |");
     };
     row("boxes", sums.boxes, |e| e.boxes);
     row("exact files: counts", sums.exact, |e| e.counts);
@@ -150,25 +150,28 @@ fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
         .ok()
         .and_then(|bytes| serde_json::from_slice(&bytes).ok())
         .unwrap_or(Value::Null);
-    let own = CompileOptions {
+    let plain = CompileOptions {
         fonts: options.fonts.clone(),
         ..CompileOptions::default()
     };
-    let coin = CompileOptions {
-        as_coin: true,
+    let handles = CompileOptions {
         handles: true,
-        ..own.clone()
+        ..plain.clone()
     };
     let start = Instant::now();
-    let survey = RenderScene::survey(&document, &own);
+    let survey = RenderScene::survey(&document, &plain);
     let surveyed = start.elapsed();
     let mut notes = Vec::new();
     let exact = reference["ok"] == true && class.starts_with("exact");
     sums.boxes += usize::from(reference["bbox"]["max"].is_array());
     sums.exact += usize::from(exact);
     let readings = [
-        ("", &own, &survey),
-        ("as Coin: ", &coin, &RenderScene::survey(&document, &coin)),
+        ("", &plain, &survey),
+        (
+            "with handles: ",
+            &handles,
+            &RenderScene::survey(&document, &handles),
+        ),
     ];
     for ((prefix, reading, survey), equal) in readings.into_iter().zip(&mut sums.readings) {
         let mut news = Vec::new();
@@ -193,7 +196,7 @@ fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
         if let Some(folder) = &options.pictures {
             let theirs = options.folder.join("reference").join(format!("{path}.png"));
             sums.pictures.extend(pictures::compare(
-                &document, &own, &reference, path, &theirs, folder,
+                &document, &plain, &reference, path, &theirs, folder,
             ));
         }
     }

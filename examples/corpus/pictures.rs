@@ -1,5 +1,5 @@
-//! Pictures through the reference's camera, held against the reference's picture two ways: lit at
-//! every point, as ivcam draws, and lit at the corners of meshes, as an OpenGL program draws.
+//! Pictures through the reference's camera, held against the reference's picture two ways: by
+//! `--shading p`, lit at every point, and by `--shading g --handles`, as an OpenGL program draws.
 
 use std::path::Path;
 
@@ -61,7 +61,7 @@ impl Likeness {
 pub struct Pictures {
     pub path: String,
     pub by_point: Likeness,
-    pub as_opengl: Likeness,
+    pub by_corner: Likeness,
 }
 
 /// `None` where the reference has no picture or no camera that we could take.
@@ -74,16 +74,16 @@ pub fn compare(
     folder: &Path,
 ) -> Option<Pictures> {
     let theirs = image::open(theirs).ok()?.to_rgb8();
-    let by_point = draw(document, options, reference, false)?;
-    let as_opengl = draw(document, options, reference, true)?;
+    let by_point = draw(document, options, reference, Shading::Phong)?;
+    let by_corner = draw(document, options, reference, Shading::Gl)?;
     let pictures = Pictures {
         path: path.to_owned(),
         by_point: Likeness::of(&by_point, &theirs),
-        as_opengl: Likeness::of(&as_opengl, &theirs),
+        by_corner: Likeness::of(&by_corner, &theirs),
     };
-    if !pictures.by_point.is_alike() || !pictures.as_opengl.is_alike() {
+    if !pictures.by_point.is_alike() || !pictures.by_corner.is_alike() {
         let mut beside = RgbImage::new(3 * WIDTH, HEIGHT);
-        for (i, picture) in [&by_point, &as_opengl, &theirs].into_iter().enumerate() {
+        for (i, picture) in [&by_point, &by_corner, &theirs].into_iter().enumerate() {
             image::imageops::replace(&mut beside, picture, i as i64 * i64::from(WIDTH), 0);
         }
         let name = path.replace('/', "_");
@@ -97,16 +97,15 @@ fn draw(
     document: &Document,
     options: &CompileOptions,
     reference: &Value,
-    as_opengl: bool,
+    shading: Shading,
 ) -> Option<RgbImage> {
     let pose = pose(reference)?;
     let options = CompileOptions {
         origin: pose.position,
         camera: Some(pose.clone()),
-        needs: Shading::Phong.needs(),
+        needs: shading.needs(),
         pixel_rows: HEIGHT,
-        as_coin: as_opengl,
-        handles: as_opengl,
+        handles: shading == Shading::Gl,
         ..options.clone()
     };
     let scene = RenderScene::compile(document, &options).ok()?;
@@ -119,10 +118,9 @@ fn draw(
     let options = ShadeOptions {
         headlight,
         backward: (pose.orientation * DVec3::Z).as_vec3(),
-        as_opengl,
         ..ShadeOptions::default()
     };
-    let shader = Shader::new(&scene, Shading::Phong, options);
+    let shader = Shader::new(&scene, shading, options);
     let aspect = f64::from(WIDTH) / f64::from(HEIGHT);
     let camera = Camera::Pinhole(Pinhole::new(&pose, aspect)).posed(&pose, pose.position);
     let mut picture = RgbImage::new(WIDTH, HEIGHT);
@@ -167,7 +165,7 @@ fn pose(reference: &Value) -> Option<CameraPose> {
     })
 }
 
-/// The sums, and a row for each file whose picture as OpenGL draws is not alike, by cause.
+/// The sums, and a row for each file whose picture by `--shading g` is not alike, by cause.
 pub fn table(pictures: &mut [Pictures], cause: impl Fn(&str) -> String) {
     let good = |of: fn(&Pictures) -> Likeness| pictures.iter().filter(|p| of(p).is_alike()).count();
     let median = |of: fn(&Pictures) -> Likeness| {
@@ -176,30 +174,30 @@ pub fn table(pictures: &mut [Pictures], cause: impl Fn(&str) -> String) {
         overlaps.get(overlaps.len() / 2).copied().unwrap_or(1.0)
     };
     let point = |p: &Pictures| p.by_point;
-    let opengl = |p: &Pictures| p.as_opengl;
+    let corner = |p: &Pictures| p.by_corner;
     println!(
-        "\n| pictures of {} | lit at points | as OpenGL |\n|---|---|---|",
+        "\n| pictures of {} | `--shading p` | `--shading g --handles` |\n|---|---|---|",
         pictures.len()
     );
-    println!("| alike | {} | {} |", good(point), good(opengl));
+    println!("| alike | {} | {} |", good(point), good(corner));
     println!(
         "| median overlap | {:.4} | {:.4} |",
         median(point),
-        median(opengl)
+        median(corner)
     );
-    let only = |p: &&Pictures| !p.by_point.is_alike() && p.as_opengl.is_alike();
+    let only = |p: &&Pictures| !p.by_point.is_alike() && p.by_corner.is_alike();
     println!(
-        "| alike as OpenGL only | | {} |",
+        "| alike by `g` only | | {} |",
         pictures.iter().filter(only).count()
     );
     pictures.sort_by_cached_key(|p| (cause(&p.path), p.path.clone()));
-    println!("\n| file | lit at points | as OpenGL | cause |\n|---|---|---|---|");
-    for p in pictures.iter().filter(|p| !p.as_opengl.is_alike()) {
+    println!("\n| file | `p` | `g` | cause |\n|---|---|---|---|");
+    for p in pictures.iter().filter(|p| !p.by_corner.is_alike()) {
         let show = |l: Likeness| format!("{:.3} {:.1}", l.overlap, l.difference);
-        let (point, opengl) = (show(p.by_point), show(p.as_opengl));
-        println!("| {} | {point} | {opengl} | {} |", p.path, cause(&p.path));
+        let (point, corner) = (show(p.by_point), show(p.by_corner));
+        println!("| {} | {point} | {corner} | {} |", p.path, cause(&p.path));
     }
-    println!("\nalike when lit at corners, not when lit at points:");
+    println!("\nalike by `--shading g`, not by `--shading p`:");
     for p in pictures.iter().filter(only) {
         println!(
             "  {:.3} {:6.2}  {}",

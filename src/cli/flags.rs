@@ -113,7 +113,7 @@ pub const RENDER: &[Flag] = &[
         "shading",
         "s",
         Takes::One("MODEL"),
-        "f flat, n normal, a ambient, d diffuse, p Phong, r recursive [r]",
+        "f flat, n normal, a ambient, d diffuse, p Phong, g as OpenGL draws (gl), r recursive [r]",
     ),
     vintage(
         "samples",

@@ -198,7 +198,7 @@ fn changed(
         parsed(m, "seed", "a whole number", |w| w.parse().ok())?,
     );
     plan.stop = stop(m, plan.sampler.samples)?;
-    let models = "a shading model: f, n, a, d, p or r";
+    let models = "a shading model: f, n, a, d, p, g or r";
     set(
         &mut plan.shading,
         parsed(m, "shading", models, Shading::named)?,

@@ -22,9 +22,6 @@ pub struct View {
     /// A pixel's size in meters, and what is added a meter of depth.
     pub fixed: f32,
     pub per_depth: f32,
-    /// Lines begin and end as OpenGL's do, by the diamond in each pixel that they leave: the first
-    /// pixel is whole and the last is missing. For rays through the middles of pixels.
-    pub by_diamonds: bool,
 }
 
 impl View {
@@ -135,14 +132,9 @@ impl Stroke {
 
     pub fn bounds(&self, view: &View) -> (Vec3, Vec3) {
         let around = |p: Vec3| {
-            let half = if view.by_diamonds {
-                self.half.max(0.5)
-            } else {
-                self.half
-            };
-            let reach = (half + TO_ONE_SIDE as f32) * view.pixel(p).max(0.0);
+            let reach = (self.half + TO_ONE_SIDE as f32) * view.pixel(p).max(0.0);
             let mut size = self.across.abs();
-            if self.is_point() || view.by_diamonds {
+            if self.is_point() {
                 size += self.major.abs();
             }
             (p - size * reach, p + size * reach)
@@ -199,29 +191,9 @@ impl Stroke {
             return inside(forth) && inside(beside);
         }
         let foot = (a + forth * along).as_vec3();
-        let is_on = if view.by_diamonds {
-            self.leaves_diamond(foot, beside / f64::from(view.pixel(foot)), view)
-        } else {
-            (0.0..=1.0).contains(&forth)
-        };
-        is_on && within(beside, foot, TO_ONE_SIDE) && self.is_inked(foot, view)
-    }
-
-    /// Whether a line leaves the diamond within the pixel that it crosses where a ray goes by, so
-    /// many pixels beside its foot on the line. In a wide line those beside it go by the same.
-    fn leaves_diamond(&self, foot: Vec3, beside: f64, view: &View) -> bool {
-        let on_picture = |p: Vec3| {
-            let pixel = view.pixel(p);
-            Vec2::new(p.dot(self.major) / pixel, p.dot(self.across) / pixel)
-        };
-        let [start, end, here] = [self.a, self.b, foot].map(on_picture);
-        let off = beside - (beside + TO_ONE_SIDE).round();
-        let middle = here + Vec2::new(0.0, off as f32);
-        let within = |p: Vec2| (p - middle).abs().element_sum() < 0.5;
-        let forward = (end.x - start.x).signum();
-        let has_begun = (here.x - start.x) * forward >= 0.0 || within(start);
-        let goes_on = (end.x - here.x) * forward >= 0.0 && !within(end);
-        has_begun && goes_on
+        (0.0..=1.0).contains(&forth)
+            && within(beside, foot, TO_ONE_SIDE)
+            && self.is_inked(foot, view)
     }
 
     fn is_inked(&self, foot: Vec3, view: &View) -> bool {
@@ -242,7 +214,6 @@ mod tests {
         forward: Vec3::NEG_Z,
         fixed: 0.0,
         per_depth: 0.01,
-        by_diamonds: false,
     };
 
     fn meets(stroke: &Stroke, x: f32, y: f32) -> bool {
@@ -271,28 +242,6 @@ mod tests {
             assert_eq!(count, 1, "column {column}");
         }
         assert!(!meets(&line, 30.5, 15.25), "past its end");
-    }
-
-    /// OpenGL 1.5, 3.4.1: of a line from 0.7 to 5.7 on a row of pixels the first is drawn, for it
-    /// begins in its diamond, and the last is not; the other way round as well.
-    #[test]
-    fn in_opengl_a_line_s_first_pixel_is_whole_and_its_last_is_missing() {
-        let opengl = View {
-            by_diamonds: true,
-            ..VIEW
-        };
-        let seen = |from: f32, to: f32| -> Vec<usize> {
-            let ends = [from, to].map(|x| Vec3::new(0.01 * x, 0.0, -1.0));
-            let line = Stroke::new(ends, 3.0, &opengl);
-            let shows = |i: &usize| {
-                let direction = Vec3::new((*i as f32 + 0.5) * 0.01, 0.01, -1.0);
-                line.meet(Vec3::ZERO, direction, &opengl).is_some()
-            };
-            (0..10).filter(shows).collect()
-        };
-        assert_eq!(seen(0.7, 5.7), [0, 1, 2, 3, 4]);
-        assert_eq!(seen(5.3, 0.3), [1, 2, 3, 4, 5]);
-        assert_eq!(seen(0.7, 0.8), [0; 0]);
     }
 
     #[test]

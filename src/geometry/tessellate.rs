@@ -13,16 +13,12 @@ use super::normals::{newell, unit};
 const MANY: usize = 3000;
 
 /// Triangles of a polygon, as indices of its corners; n − 2 of them, some perhaps without area.
-///
-/// In Coin's manner corners that repeat the one before them stay in the way, and what is left
-/// when no ear is found is a fan.
-pub fn tessellate(points: &[Vec3], as_coin: bool) -> Vec<[usize; 3]> {
+pub fn tessellate(points: &[Vec3]) -> Vec<[usize; 3]> {
     match points.len() {
         0..=2 => Vec::new(),
         3 => vec![[0, 1, 2]],
         _ if !points.iter().all(|p| p.is_finite()) => fan(points.len()),
         n if n > MANY => many(points),
-        _ if as_coin => Ears::new(points).cut(true),
         _ => without_repeats(points),
     }
 }
@@ -35,13 +31,13 @@ fn without_repeats(points: &[Vec3]) -> Vec<[usize; 3]> {
         .filter(|&i| points[i] != points[(i + n - 1) % n])
         .collect();
     if kept.len() == n || kept.len() < 3 {
-        return Ears::new(points).cut(false);
+        return Ears::new(points).cut();
     }
     let fewer: Vec<Vec3> = kept.iter().map(|&i| points[i]).collect();
     let mut out: Vec<[usize; 3]> = match fewer.len() {
         3 => vec![[kept[0], kept[1], kept[2]]],
         _ => Ears::new(&fewer)
-            .cut(false)
+            .cut()
             .into_iter()
             .map(|t| t.map(|i| kept[i]))
             .collect(),
@@ -134,7 +130,7 @@ impl Ears {
         }
     }
 
-    fn cut(mut self, as_coin: bool) -> Vec<[usize; 3]> {
+    fn cut(mut self) -> Vec<[usize; 3]> {
         let n = self.flat.len();
         let mut out = Vec::with_capacity(n - 2);
         for v in 0..n {
@@ -172,10 +168,7 @@ impl Ears {
         }
         if remaining > 4 {
             // Crosses itself, or is a line: what is left has no ear.
-            match as_coin {
-                true => (2..remaining).for_each(|_| self.emit(v, &mut out)),
-                false => self.give_up(v, &mut out),
-            }
+            self.give_up(v, &mut out);
         }
         out
     }
@@ -368,7 +361,7 @@ mod tests {
                 })
                 .collect();
             let shoelace = 0.5 * newell(&points).z;
-            let triangles = tessellate(&points, false);
+            let triangles = tessellate(&points);
             assert_eq!(triangles.len(), n - 2);
             let (signed, plain) = area(&points, &triangles);
             assert!(
@@ -379,10 +372,9 @@ mod tests {
         }
     }
 
-    /// Of castle's `concave.wrl`: a concave face of which a corner comes four times: Coin
-    /// draws outside of it too.
+    /// A concave face of which a corner comes four times, as in castle's `concave.wrl`.
     #[test]
-    fn repeated_corners_cut_no_ear_in_coin() {
+    fn a_face_with_repeated_corners_is_cut_without_overlap() {
         let corner = |x, y| Vec3::new(x, y, 0.0);
         let mut points = vec![corner(0.0, 0.5)];
         points.extend([corner(2.5, 0.5); 4]);
@@ -394,17 +386,16 @@ mod tests {
             (0.0, 0.15),
         ];
         points.extend(rest.map(|(x, y)| corner(x, y)));
-        for as_coin in [false, true] {
-            let (signed, plain) = area(&points, &tessellate(&points, as_coin));
-            assert_eq!(tessellate(&points, as_coin).len(), 8);
-            assert_eq!(plain > signed.abs() + 0.1, as_coin, "{signed} {plain}");
-        }
+        let triangles = tessellate(&points);
+        assert_eq!(triangles.len(), 8);
+        let (signed, plain) = area(&points, &triangles);
+        assert!(plain < signed.abs() + 1e-4, "{signed} {plain}");
     }
 
     #[test]
     fn a_polygon_that_is_a_line_gives_triangles_without_area() {
         let points: Vec<Vec3> = (0..6).map(|i| Vec3::X * i as f32).collect();
-        let triangles = tessellate(&points, false);
+        let triangles = tessellate(&points);
         assert_eq!(triangles.len(), 4);
         assert_eq!(area(&points, &triangles).1, 0.0);
     }

@@ -25,8 +25,6 @@ pub struct Background {
     pictures: [Option<Arc<Texture>>; 6],
     /// The background's own axes from the world's.
     turn: Quat,
-    /// Drawn as Coin does, by [`on_rings`].
-    on_rings: bool,
 }
 
 /// The directions to the middle, the right and the top of each picture, as [`texture::PANORAMA`] has
@@ -76,12 +74,6 @@ impl Background {
 
     /// The color in a direction; black without a background.
     pub fn color(&self, direction: Vec3) -> Vec3 {
-        if self.on_rings {
-            let direction = direction.normalize_or(Vec3::NEG_Z);
-            let ground = on_rings(&self.ground, direction, -0.9, false);
-            let plain = ground.or_else(|| on_rings(&self.sky, direction, 1.0, true));
-            return self.pictured(self.turn * direction, plain.unwrap_or(Vec3::ZERO));
-        }
         let direction = self.turn * direction.normalize_or(Vec3::NEG_Z);
         let up = direction.y.clamp(-1.0, 1.0);
         let from_below = libm::acosf(-up);
@@ -90,11 +82,6 @@ impl Background {
             _ => along(&self.sky, libm::acosf(up)),
         };
         self.pictured(direction, plain)
-    }
-
-    /// Draws sky and ground as Coin does.
-    pub fn set_on_rings(&mut self, on_rings: bool) {
-        self.on_rings = on_rings;
     }
 
     /// The picture in a direction over a color.
@@ -112,10 +99,6 @@ impl Background {
         }
         plain
     }
-
-    pub fn is_nothing(&self) -> bool {
-        self.sky.is_empty() && self.pictures.iter().all(Option::is_none)
-    }
 }
 
 /// The color at an angle: straight between its neighbors, the last one beyond.
@@ -129,51 +112,6 @@ fn along(band: &[(f32, Vec3)], angle: f32) -> Vec3 {
         (Some((_, color)), None) | (None, Some((_, color))) => *color,
         (None, None) => Vec3::ZERO,
     }
-}
-
-/// Where Coin's camera stands in the sphere that it draws the background on: not in the middle.
-const COIN_EYE: Vec3 = Vec3::new(0.0, 0.0, 2.0 / 3.0);
-
-/// The color in a direction on cones between rings of corners at the band's angles, on a sphere
-/// of this radius, negative upside down, seen from [`COIN_EYE`]. `closed` goes on to the other
-/// pole in the last color. `None` beyond the last ring.
-fn on_rings(band: &[(f32, Vec3)], d: Vec3, radius: f32, closed: bool) -> Option<Vec3> {
-    if let [(_, only)] = band {
-        return closed.then_some(*only);
-    }
-    let end = band
-        .last()
-        .filter(|_| closed)
-        .map(|l| (std::f32::consts::PI, l.1));
-    let rings: Vec<(f32, Vec3)> = band.iter().copied().chain(end).collect();
-    rings.windows(2).find_map(|pair| {
-        let place =
-            |angle: f32| Vec2::new(radius.abs() * libm::sinf(angle), radius * libm::cosf(angle));
-        let share = across_cone(place(pair[0].0), place(pair[1].0), d)?;
-        Some(pair[0].1.lerp(pair[1].1, share))
-    })
-}
-
-/// How far between two circles, each by its radius and height, a ray from [`COIN_EYE`] meets the
-/// cone between them.
-fn across_cone(a: Vec2, b: Vec2, d: Vec3) -> Option<f32> {
-    let (eye, slope) = (COIN_EYE, (b.x - a.x) / (b.y - a.y));
-    if !slope.is_finite() {
-        return None;
-    }
-    // The radius at a height y is `base` + `slope` y.
-    let base = a.x - slope * a.y;
-    let (k, m) = (base + slope * eye.y, slope * d.y);
-    let (qa, qb) = (
-        d.x * d.x + d.z * d.z - m * m,
-        eye.x * d.x + eye.z * d.z - k * m,
-    );
-    let root = (qb * qb - qa * (eye.x * eye.x + eye.z * eye.z - k * k)).sqrt();
-    [(-qb - root) / qa, (-qb + root) / qa]
-        .into_iter()
-        .filter(|&t| t > 0.0 && k + m * t >= 0.0)
-        .map(|t| (eye.y + t * d.y - a.y) / (b.y - a.y))
-        .find(|share| (0.0..=1.0).contains(share))
 }
 
 #[cfg(test)]
@@ -193,16 +131,6 @@ mod tests {
         let half = sky.color(Vec3::new(1.0, 1.0, 0.0));
         assert!((half.x - 0.5).abs() < 1e-5);
         assert_eq!(sky.color(Vec3::NEG_Y), Vec3::ONE);
-    }
-
-    #[test]
-    fn from_coin_s_eye_the_horizon_is_level_and_the_sky_ahead_is_lower() {
-        let (quarter, half) = (std::f32::consts::FRAC_PI_2, std::f32::consts::PI);
-        let sky = [(0.0, Vec3::ZERO), (quarter, Vec3::ONE), (half, Vec3::ZERO)];
-        let at = |d: Vec3| on_rings(&sky, d.normalize(), 1.0, false).map(|c| c.x);
-        assert!(at(Vec3::NEG_Z).is_some_and(|x| (x - 1.0).abs() < 1e-3));
-        // Straight up from the eye the cone x + y = 1 is met where y is a third.
-        assert!(at(Vec3::Y).is_some_and(|x| (x - 2.0 / 3.0).abs() < 1e-5));
     }
 
     /// A picture of one row, red on the left and of a blue that its name says on the right.

@@ -10,7 +10,6 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4, Vec2, Vec3, Vec4};
 
 use super::background::Background;
-use super::powers::in_powers_of_two;
 use super::screen::Screen;
 use super::shapes;
 use super::shapes::cut::Scratch;
@@ -63,7 +62,6 @@ pub struct Builder<'a> {
     /// Counts and bounds only; nothing is kept.
     surveying: bool,
     ignore_draw_style: bool,
-    as_coin: bool,
     handles: bool,
     /// The current shape's.
     complexity: f32,
@@ -112,7 +110,6 @@ impl<'a> Builder<'a> {
             fonts: options.fonts.clone(),
             surveying: false,
             ignore_draw_style: options.ignore_draw_style,
-            as_coin: options.as_coin,
             handles: options.handles,
             complexity: 0.5,
             pattern_at: 0.0,
@@ -329,11 +326,6 @@ impl<'a> Builder<'a> {
         self.fonts.clone()
     }
 
-    /// Whether shapes are drawn as Coin draws them.
-    pub fn as_coin(&self) -> bool {
-        self.as_coin
-    }
-
     pub fn pixel_rows(&self) -> u32 {
         self.pixel_rows.max(1)
     }
@@ -459,9 +451,8 @@ impl<'a> Builder<'a> {
         }
         let id = element.node.id;
         if !self.decoded.contains_key(&id) {
-            let fit = |t| if self.as_coin { in_powers_of_two(t) } else { t };
             let decoded = match texture::decode(element.node, &self.texture_folders) {
-                Ok(t) => t.map(fit).map(Arc::new),
+                Ok(t) => t.map(Arc::new),
                 Err(trouble) => {
                     self.troubles.push(trouble);
                     None
@@ -479,10 +470,7 @@ impl<'a> Builder<'a> {
             repeat_s: element.repeat_s,
             repeat_t: element.repeat_t,
             repeat_r: element.repeat_r,
-            filter: match Filter::of(element.quality) {
-                Filter::Smooth if self.as_coin && element.quality < 0.8 => Filter::Rough,
-                filter => filter,
-            },
+            filter: Filter::of(element.quality),
             matrix: state.texture_matrix,
             mapping: self.mapping(state),
         })
@@ -890,7 +878,9 @@ impl<'a> Builder<'a> {
             grow(&mut self.object_bounds, min, max);
             return;
         }
-        if self.as_coin || self.outlines() {
+        // A texture with depth needs the exact points.
+        let cuts = self.needs.facets && !self.uses_thirds;
+        if cuts || self.outlines() {
             self.facets(kind, material);
             return;
         }
@@ -1063,7 +1053,6 @@ fn view(options: &CompileOptions) -> View {
         forward: camera.map_or(DVec3::NEG_Z, CameraPose::direction).as_vec3(),
         fixed: fixed as f32,
         per_depth: per_depth as f32,
-        by_diamonds: options.as_coin,
     }
 }
 
@@ -1141,7 +1130,6 @@ impl<'a> Visitor<'a> for Builder<'a> {
             let pictures = self.needs.textures.then_some(&*self.texture_folders);
             let (background, troubles) = Background::of(node, state, pictures);
             self.scene.background = background;
-            self.scene.background.set_on_rings(self.as_coin);
             self.troubles.extend(troubles);
         }
     }

@@ -7,12 +7,10 @@ pub mod background;
 pub mod builder;
 pub mod census;
 pub mod check;
-pub mod coin;
 pub mod handles;
 pub mod inventor_box;
 pub mod light;
 pub mod packets;
-pub mod powers;
 pub mod screen;
 pub mod shapes;
 pub mod surface;
@@ -48,15 +46,19 @@ pub struct Needs {
     pub lights: bool,
     pub textures: bool,
     pub secondary: bool,
+    /// Round shapes are cut into triangles, whose corners can be lit.
+    pub facets: bool,
 }
 
 impl Needs {
+    /// Everything about the exact shapes.
     pub const ALL: Self = Self {
         normals: true,
         materials: true,
         lights: true,
         textures: true,
         secondary: true,
+        facets: false,
     };
 }
 
@@ -79,10 +81,6 @@ pub struct CompileOptions {
     pub max_visits: u64,
     /// Compiles what `DrawStyle` hides or shows as lines like everything else. Default: no.
     pub ignore_draw_style: bool,
-    /// As Coin draws it: spheres, cylinders and cones as its meshes, textures in powers of two, skies
-    /// of flat rings, and what the file says as `scene::coin` has it. For holding against its
-    /// pictures. Default: no.
-    pub as_coin: bool,
     /// Draws the handles of draggers and manipulators. Default: no.
     pub handles: bool,
     /// Folders besides the scene's own in which textures are looked for. Default: none.
@@ -102,7 +100,6 @@ impl Default for CompileOptions {
             max_primitives: Limits::default().primitives,
             max_visits: Limits::default().visits as u64,
             ignore_draw_style: false,
-            as_coin: false,
             handles: false,
             texture_folders: Vec::new(),
             fonts: Arc::default(),
@@ -211,7 +208,6 @@ impl RenderScene {
         let patched = survey::prepared(document, options);
         let document = patched.as_ref().unwrap_or(document);
         let walk_options = WalkOptions {
-            flat_billboards: options.as_coin,
             time: options.time,
             camera: options.camera.clone(),
             max_visits: options.max_visits,
@@ -463,11 +459,6 @@ impl RenderScene {
         let outward = self.geometric_normal(ray, hit);
         let faces = outward.dot(ray.direction) < 0.0;
         faces == surface.counterclockwise
-    }
-
-    /// Whether nothing gets through between the ray's ends.
-    pub fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
-        self.transmittance(ray, t_max) <= 0.0
     }
 
     /// The share of light that gets through between the ray's ends: 1 where nothing is in the

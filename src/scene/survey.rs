@@ -3,7 +3,6 @@
 use glam::{DMat4, DVec3};
 use indexmap::IndexMap;
 
-use super::coin::as_coin_reads;
 use super::handles::with_handles;
 use super::inventor_box::InventorBox;
 use super::{Builder, Census, CompileOptions};
@@ -72,9 +71,6 @@ pub fn prepared(document: &Document, options: &CompileOptions) -> Option<Documen
     if options.handles {
         out = Some(with_handles(out.as_ref().unwrap_or(document)));
     }
-    if options.as_coin {
-        out = Some(as_coin_reads(out.as_ref().unwrap_or(document)));
-    }
     out
 }
 
@@ -101,7 +97,6 @@ fn walked(document: &Document, options: &CompileOptions, all_levels: bool) -> Su
         camera: options.camera.clone(),
         max_visits: options.max_visits,
         all_levels,
-        flat_billboards: options.as_coin,
     };
     let mut surveyor = Surveyor {
         builder: Builder::surveyor(document, options),

@@ -20,8 +20,6 @@ pub enum Filter {
     Linear,
     /// And between smaller versions where a pixel covers several texels.
     Smooth,
-    /// Between smaller versions too, but of each only the nearest texel: below 0.8 in Coin.
-    Rough,
 }
 
 impl Filter {
@@ -124,13 +122,7 @@ impl Texture {
         repeat_s: bool,
         repeat_t: bool,
     ) -> Vec4 {
-        // OpenGL lets a rough smaller version wait for half a level more.
-        let (each, from) = match filter {
-            Filter::Smooth => (Filter::Linear, 1.0),
-            Filter::Rough => (Filter::Nearest, std::f32::consts::SQRT_2),
-            _ => (filter, f32::INFINITY),
-        };
-        if !(texels > from) {
+        if filter != Filter::Smooth || !(texels > 1.0) {
             return self.sample(at, filter, repeat_s, repeat_t);
         }
         let smaller = self.smaller();
@@ -143,10 +135,10 @@ impl Texture {
             0 => self,
             _ => &smaller[i - 1],
         };
-        let fine = version(below as usize).sample(at, each, repeat_s, repeat_t);
+        let fine = version(below as usize).sample(at, filter, repeat_s, repeat_t);
         let next = (below as usize + 1).min(smaller.len());
         fine.lerp(
-            version(next).sample(at, each, repeat_s, repeat_t),
+            version(next).sample(at, filter, repeat_s, repeat_t),
             level - below,
         )
     }
@@ -160,28 +152,6 @@ impl Texture {
     /// How many pictures lie behind one another.
     pub(super) fn depth(&self) -> usize {
         self.deeper.len() + 1
-    }
-
-    /// The pictures from the front.
-    pub(super) fn layers(&self) -> impl Iterator<Item = &Self> {
-        std::iter::once(self).chain(&self.deeper)
-    }
-
-    /// The same with other texels, as many as the new sides ask for, picture by picture.
-    pub(super) fn resized(self, width: usize, height: usize, layers: Vec<Vec<[u8; 4]>>) -> Self {
-        let components = self.components;
-        let mut layers = layers.into_iter().map(|texels| Self {
-            width,
-            height,
-            texels: texels.into(),
-            components,
-            ..Self::default()
-        });
-        let first = layers.next().unwrap_or_default();
-        Self {
-            deeper: layers.collect(),
-            ..first
-        }
     }
 
     fn smaller(&self) -> &[Self] {

@@ -27,7 +27,7 @@ impl Shader<'_> {
             self.shading,
             Shading::Diffuse | Shading::Phong | Shading::Recursive
         );
-        if !lit || self.options.as_opengl && self.shading != Shading::Recursive {
+        if !lit {
             return done;
         }
         work.points

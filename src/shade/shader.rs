@@ -18,11 +18,6 @@ pub struct ShadeOptions {
     pub headlight: Option<Light>,
     /// The camera's backward direction, for highlights. Default: +z.
     pub backward: Vec3,
-    /// As Inventor programs do it through OpenGL: the corners are lit and their colors blended,
-    /// instead of the point itself; what is see-through is blended in the order of drawing, from
-    /// the object with the farthest center on, instead of by depth. For holding against their
-    /// pictures; models `r` and `n` have no part in it. Default: no.
-    pub as_opengl: bool,
     /// Reflections and refractions in a row. Default: 5.
     pub max_depth: u32,
     /// Rays that carry less than this share of the picture's light end. Default: 1/1024.
@@ -34,7 +29,6 @@ impl Default for ShadeOptions {
         Self {
             headlight: None,
             backward: Vec3::Z,
-            as_opengl: false,
             max_depth: 5,
             least_share: 1.0 / 1024.0,
         }
@@ -131,7 +125,7 @@ impl<'a> Shader<'a> {
         let Some(hit) = hit else {
             return self.scene.background().color(ray.direction);
         };
-        if self.options.as_opengl && !matches!(self.shading, Shading::Recursive) {
+        if self.shading == Shading::Gl {
             return self.blended(ray, hit);
         }
         let mut color = Vec3::ZERO;
@@ -239,7 +233,9 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// What OpenGL's frame buffer holds after opaque things were drawn and see-through ones blended.
+    /// The color of model `g`: what OpenGL's frame buffer holds after the opaque shapes were drawn and
+    /// the transparent ones were blended over them, shape by shape, from the one with the farthest
+    /// center on (Inventor's `SORTED_OBJECT_BLEND`).
     fn blended(&self, ray: &Ray, first: Hit) -> Vec3 {
         let mut ray = *ray;
         let mut layers: Vec<(f32, u64, Vec3, f32)> = Vec::new();
@@ -264,15 +260,15 @@ impl<'a> Shader<'a> {
         })
     }
 
-    /// The color that the corners' colors give between them.
+    /// The color between a triangle's corners, which are lit; lines and points are lit where they are.
     fn interpolated(&self, ray: &Ray, hit: &Hit, point: &Point<'_>) -> Vec3 {
         match self.scene.corner_points(ray, hit) {
-            Some(corners) if self.shading != Shading::Normal => {
+            Some(corners) => {
                 let lit = corners.map(|(corner, weight)| weight * self.lit_without_shadow(&corner));
                 let color = point.textured(lit[0] + lit[1] + lit[2]);
                 lighting::fogged(color, point, ray.origin, self.options.backward)
             }
-            _ => self.local(ray, point, self.lit_without_shadow(point)),
+            None => self.local(ray, point, self.lit_without_shadow(point)),
         }
     }
 
@@ -439,6 +435,49 @@ mod tests {
         assert!((inside.x - 0.5 / 1.5).abs() < 1e-6);
         let grazing = Vec3::new(0.9, 0.0, -(0.19f32.sqrt()));
         assert_eq!(refract(grazing, Vec3::Z, 1.5, false), None);
+    }
+
+    /// A lamp near the middle of a triangle: the middle is as bright as its corners are on average.
+    #[test]
+    fn in_model_g_a_triangle_has_the_colors_of_its_corners() {
+        let text = "#Inventor V2.1 ascii\n\
+            Environment { attenuation 1 0 1 } PointLight { location .2 -.1 .5 color 1 .5 .2 }\n\
+            Normal { vector 0 0 1 } NormalBinding { value OVERALL }\n\
+            Coordinate3 { point [ -1 -1 0, 1 -1 0, 0 1 0 ] } FaceSet { numVertices 3 }";
+        let document = crate::iv::Document::read_headerless("t.iv", text.as_bytes().to_vec());
+        let options = crate::scene::CompileOptions::default();
+        let scene = RenderScene::compile(&document.unwrap(), &options).unwrap();
+        let seen = |shading, x, y| {
+            let shader = Shader::new(&scene, shading, ShadeOptions::default());
+            let ray = Ray::new(Vec3::new(x, y, 1.0), Vec3::NEG_Z);
+            shader.radiance(&ray, &mut Work::default())
+        };
+        let inside = |x: f32, y: f32| (0.9999 * x, 0.9999 * y - 1e-5);
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (0.0, 1.0)].map(|(x, y)| inside(x, y));
+        let sum: Vec3 = corners
+            .map(|(x, y)| seen(Shading::Phong, x, y))
+            .iter()
+            .sum();
+        let middle = seen(Shading::Gl, 0.0, -1.0 / 3.0);
+        assert!((middle - sum / 3.0).abs().max_element() < 1e-4);
+        assert!(seen(Shading::Phong, 0.0, -1.0 / 3.0).x > 2.0 * middle.x);
+    }
+
+    /// Round shapes are triangles in model `g`, which reach no farther than the shape.
+    #[test]
+    fn model_g_asks_for_triangles_of_round_shapes() {
+        let text = b"#Inventor V2.1 ascii\nSphere { } Cone { } Cylinder { }".to_vec();
+        let document = crate::iv::Document::read_headerless("r.iv", text).unwrap();
+        for shading in Shading::ALL {
+            let options = crate::scene::CompileOptions {
+                needs: shading.needs(),
+                ..Default::default()
+            };
+            let scene = RenderScene::compile(&document, &options).unwrap();
+            let (triangles, quadrics, _) = scene.primitives();
+            assert_eq!(triangles > 0, shading == Shading::Gl);
+            assert_eq!(quadrics == 0, shading == Shading::Gl);
+        }
     }
 
     /// Colors, a picture on a ball, highlights, a mirror, fog, things to see through, unlit ones,

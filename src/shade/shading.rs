@@ -16,17 +16,21 @@ pub enum Shading {
     /// `p`: with specular light too; no shadows.
     #[default]
     Phong,
+    /// `g`: as `p`, drawn as an OpenGL program draws: the corners of the triangles are lit, and
+    /// their colors are interpolated between them.
+    Gl,
     /// `r`: with shadows, reflection and refraction.
     Recursive,
 }
 
 impl Shading {
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Flat,
         Self::Normal,
         Self::Ambient,
         Self::Diffuse,
         Self::Phong,
+        Self::Gl,
         Self::Recursive,
     ];
 
@@ -37,6 +41,7 @@ impl Shading {
             Self::Ambient => 'a',
             Self::Diffuse => 'd',
             Self::Phong => 'p',
+            Self::Gl => 'g',
             Self::Recursive => 'r',
         }
     }
@@ -48,6 +53,7 @@ impl Shading {
             Self::Ambient => "ambient",
             Self::Diffuse => "diffuse",
             Self::Phong => "phong",
+            Self::Gl => "gl",
             Self::Recursive => "recursive",
         }
     }
@@ -60,13 +66,17 @@ impl Shading {
     }
 
     pub fn needs(self) -> Needs {
-        let lit = matches!(self, Self::Diffuse | Self::Phong | Self::Recursive);
+        let lit = matches!(
+            self,
+            Self::Diffuse | Self::Phong | Self::Gl | Self::Recursive
+        );
         Needs {
             normals: lit || self == Self::Normal,
             materials: self != Self::Normal,
             lights: lit,
             textures: self != Self::Normal,
             secondary: self == Self::Recursive,
+            facets: self == Self::Gl,
         }
     }
 }

@@ -209,10 +209,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         };
         let inverse = self.state.world_from_object.inverse();
         let eye = match camera.projection {
-            Projection::Perspective { .. } if !self.options.flat_billboards => {
-                inverse.transform_point3(camera.position)
-            }
-            _ => inverse.transform_vector3(-camera.direction()),
+            Projection::Perspective { .. } => inverse.transform_point3(camera.position),
+            Projection::Orthographic { .. } => inverse.transform_vector3(-camera.direction()),
         };
         let axis = node.read::<Vec3>("axisOfRotation").unwrap_or(Vec3::Y);
         let turn = match axis.as_dvec3().try_normalize() {

@@ -19,8 +19,6 @@ pub struct WalkOptions {
     pub max_visits: u64,
     /// Walks every child of an LOD or a Blinker, as Inventor's bounding boxes do. Default: no.
     pub all_levels: bool,
-    /// Turns billboards to the plane of the picture, as Coin does, not to the eye. Default: no.
-    pub flat_billboards: bool,
 }
 
 impl Default for WalkOptions {
@@ -30,7 +28,6 @@ impl Default for WalkOptions {
             camera: None,
             max_visits: 300_000,
             all_levels: false,
-            flat_billboards: false,
         }
     }
 }

@@ -109,7 +109,7 @@ impl Live {
     pub fn open(plan: &Plan) -> Result<Self> {
         let mut bare = plan.clone();
         bare.optics = Optics::Pinhole;
-        bare.shading = Shading::Recursive; // compiled for every shading
+        bare.shading = compiled_for(plan.shading);
         let session = Session::open(bare)?;
         let setup = Setup {
             plan: plan.clone(),
@@ -154,8 +154,9 @@ impl Live {
         let plan = &asked.setup.plan;
         let before = self.asked.setup.clone();
         self.session.aim(as_shown(plan), asked.setup.pose.clone())?;
-        if (plan.time, plan.resolution) != (before.plan.time, before.plan.resolution)
-            && let Err(fault) = self.session.compile(Shading::Recursive)
+        let compiled = |plan: &Plan| (plan.time, plan.resolution, compiled_for(plan.shading));
+        if compiled(plan) != compiled(&before.plan)
+            && let Err(fault) = self.session.compile(compiled_for(plan.shading))
         {
             let _ = self.session.aim(as_shown(&before.plan), before.pose);
             return Err(fault);
@@ -218,7 +219,8 @@ impl Live {
             return;
         }
         // What compiled before from elsewhere and does not now stays as it was.
-        if self.session.compile(Shading::Recursive).is_ok() {
+        let shading = compiled_for(self.asked.setup.plan.shading);
+        if self.session.compile(shading).is_ok() {
             self.view = Arc::new(view(&self.session, &self.asked));
             self.exposing = Exposing::new(self.view.resolution, 1);
         }
@@ -258,6 +260,16 @@ impl Live {
         let setup = self.asked.setup.clone();
         let _ = self.session.aim(as_shown(&setup.plan), setup.pose);
         Some(made)
+    }
+}
+
+/// The shading that a scene is compiled for: one that needs all that others do, but for models that
+/// need other shapes.
+fn compiled_for(shading: Shading) -> Shading {
+    if shading.needs().facets {
+        shading
+    } else {
+        Shading::Recursive
     }
 }
 

@@ -7,7 +7,6 @@ use super::glyph::GlyphCache;
 use super::layout::{Layout, ascii_layout};
 use super::style::{TextStyle, Vrml97Style};
 use super::vrml97::vrml97_layout;
-use super::vrml97_coin;
 use crate::geometry::mesh::Mesh;
 
 /// Returns the triangles of an `AsciiText`, and where its glyphs stand.
@@ -40,18 +39,13 @@ fn flat(laid: &Layout, face: Face<'_>, size: f32, complexity: f32) -> Mesh {
     mesh
 }
 
-/// Returns the triangles of a VRML97 `Text`, placed as the standard says or as Coin does.
+/// Returns the triangles of a VRML97 `Text`, placed as the standard says.
 pub fn vrml97_text<S: AsRef<str>>(
     strings: &[S],
     style: &Vrml97Style<'_>,
     lengths: &[f32],
     max_extent: f32,
-    as_coin: bool,
 ) -> Mesh {
-    let laid = if as_coin {
-        vrml97_coin::layout(strings, style, lengths, max_extent)
-    } else {
-        vrml97_layout(strings, style, lengths, max_extent)
-    };
+    let laid = vrml97_layout(strings, style, lengths, max_extent);
     flat(&laid, style.face, style.size, style.complexity)
 }

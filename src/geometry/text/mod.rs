@@ -18,7 +18,6 @@ mod solid;
 mod style;
 mod vrml97;
 mod vrml97_bounds;
-mod vrml97_coin;
 
 pub use face::{Face, Family};
 pub use flat::{ascii_text, vrml97_text};

@@ -37,35 +37,22 @@ impl SolidParts {
 /// baseline (SGI's reference page of SoText3).
 ///
 /// Coin leaves the front face at the outline where the profile does not start at distance 0; the
-/// faces here follow the profile, which closes the gap. Coin also takes the outlines of named fonts
-/// to turn the other way than they do, which turns their sides inside out.
+/// faces here follow the profile, which closes the gap.
 pub fn text3<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle<'_>,
     parts: SolidParts,
     profile: Option<&[Vec2]>,
     crease_angle: f32,
-    as_coin: bool,
 ) -> (Mesh, Layout) {
     let straight = [Vec2::ZERO, Vec2::X];
     let profile = profile
         .filter(|p| p.len() > 1 && p.iter().all(|v| v.is_finite()))
         .unwrap_or(&straight);
-    let inside_out = as_coin && !style.face.built_in;
-    let inward: Vec<Vec2>;
-    let outward = profile;
-    let profile = if inside_out {
-        inward = profile.iter().map(|p| Vec2::new(p.x, -p.y)).collect();
-        &inward
-    } else {
-        outward
-    };
     let laid = layout(strings, style);
     let mut pen = SolidBuilder {
         mesh: Mesh::default(),
         size: style.size,
-        as_coin,
-        inside_out,
         profile,
         smooth: libm::cosf(crease_angle.clamp(0.0, std::f32::consts::PI)),
         per_unit: if style.size > 0.0 {
@@ -94,10 +81,6 @@ pub fn text3<S: AsRef<str>>(
 struct SolidBuilder<'a> {
     mesh: Mesh,
     size: f32,
-    /// The faces keep the outlines.
-    as_coin: bool,
-    /// The sides are seen from inside.
-    inside_out: bool,
     profile: &'a [Vec2],
     /// Cosine of the crease angle.
     smooth: f32,
@@ -108,7 +91,7 @@ impl SolidBuilder<'_> {
     fn face(&mut self, cut: &FlatGlyph, origin: Vec2, front: bool) {
         let end = self.profile[if front { 0 } else { self.profile.len() - 1 }];
         let swollen;
-        let cut = if end.y == 0.0 || self.size == 0.0 || self.as_coin {
+        let cut = if end.y == 0.0 || self.size == 0.0 {
             cut
         } else {
             let by = end.y / self.size;
@@ -171,13 +154,8 @@ impl SolidBuilder<'_> {
     /// Adds a quadrilateral of a side. Its corners run clockwise as seen from outside, for an
     /// outline with its fill on the right.
     fn quad(&mut self, corners: [(Vec3, Vec3, Vec2); 4]) {
-        let sign = if self.inside_out { -1.0 } else { 1.0 };
-        let [a, b, c, d] = corners.map(|(p, n, t)| self.mesh.vertex(p, sign * n, t));
-        self.mesh.triangles.extend(if self.inside_out {
-            [[a, b, c], [a, c, d]]
-        } else {
-            [[a, c, b], [a, d, c]]
-        });
+        let [a, b, c, d] = corners.map(|(p, n, t)| self.mesh.vertex(p, n, t));
+        self.mesh.triangles.extend([[a, c, b], [a, d, c]]);
         self.mesh.parts.extend([1, 1]);
     }
 }

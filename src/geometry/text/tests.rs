@@ -37,14 +37,7 @@ fn fonts_are_found_by_the_names_files_use() {
 /// A letter I of a sans serif is one rectangle, so its area and volume are known.
 #[test]
 fn an_extruded_i_is_a_box_facing_outward() {
-    let (mesh, _) = text3(
-        &["I"],
-        &style("Helvetica", 2.0),
-        SolidParts::ALL,
-        None,
-        0.0,
-        false,
-    );
+    let (mesh, _) = text3(&["I"], &style("Helvetica", 2.0), SolidParts::ALL, None, 0.0);
     assert!(mesh.is_sound());
     assert_eq!(mesh.triangles.len(), 12);
     let (lo, hi) = mesh.bounds().unwrap();
@@ -79,8 +72,8 @@ fn every_glyph_is_closed_and_faces_outward() {
         };
         for c in all.chars().filter(|c| !"ÅÇç".contains(*c)) {
             let line = [c.to_string()];
-            let (mesh, _) = text3(&line, &style, SolidParts::ALL, None, 0.0, false);
-            let (front, _) = text3(&line, &style, SolidParts::FRONT, None, 0.0, false);
+            let (mesh, _) = text3(&line, &style, SolidParts::ALL, None, 0.0);
+            let (front, _) = text3(&line, &style, SolidParts::FRONT, None, 0.0);
             assert!(mesh.is_sound(), "{c} {face:?}");
             let difference = (mesh.volume() - front.area()).abs();
             assert!(difference < 2e-4, "{c} {face:?}: {difference}");
@@ -97,8 +90,8 @@ fn a_profile_bevels_outward_and_ends_at_its_depth() {
         Vec2::new(0.3, 0.0),
     ];
     let sans = style("Helvetica", 1.0);
-    let (plain, _) = text3(&["I"], &sans, SolidParts::ALL, None, 0.0, false);
-    let (mesh, _) = text3(&["I"], &sans, SolidParts::ALL, Some(&profile), 0.0, false);
+    let (plain, _) = text3(&["I"], &sans, SolidParts::ALL, None, 0.0);
+    let (mesh, _) = text3(&["I"], &sans, SolidParts::ALL, Some(&profile), 0.0);
     let ((p0, p1), (lo, hi)) = (plain.bounds().unwrap(), mesh.bounds().unwrap());
     assert!((lo.x - (p0.x - 0.05)).abs() < 1e-6 && (hi.y - (p1.y + 0.05)).abs() < 1e-6);
     assert_eq!((lo.z, hi.z), (-0.3, 0.0));
@@ -176,7 +169,6 @@ fn no_text_and_odd_numbers_draw_nothing_bad() {
             SolidParts::ALL,
             Some(&[Vec2::NAN]),
             f32::NAN,
-            false,
         );
         assert!(
             mesh.triangles
@@ -186,7 +178,7 @@ fn no_text_and_odd_numbers_draw_nothing_bad() {
         );
     }
     assert_eq!(
-        text3::<&str>(&[], &style("", 1.0), SolidParts::ALL, None, 0.0, false).0,
+        text3::<&str>(&[], &style("", 1.0), SolidParts::ALL, None, 0.0).0,
         Mesh::default()
     );
     let long = "x".repeat(MAX_GLYPHS + 5);

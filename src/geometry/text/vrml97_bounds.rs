@@ -6,15 +6,15 @@ use super::glyph::Typeface;
 use super::style::{Align, Vrml97Style};
 
 /// A text's lines, measured in font sizes.
-pub(super) struct Lines {
-    pub(super) letters: Vec<Vec<(char, f32)>>,
+struct Lines {
+    letters: Vec<Vec<(char, f32)>>,
     /// The sum of the advances or, where that is longer, the length up to the end of the last
     /// letter's ink.
-    pub(super) widths: Vec<f32>,
+    widths: Vec<f32>,
 }
 
 impl Lines {
-    pub(super) fn of<S: AsRef<str>>(strings: &[S], font: &Typeface<'_>) -> Self {
+    fn of<S: AsRef<str>>(strings: &[S], font: &Typeface<'_>) -> Self {
         let letters: Vec<_> = strings
             .iter()
             .map(|s| font.advances(s.as_ref(), 1.0))

@@ -240,11 +240,6 @@ impl<'a, 's, 'v, 'b> Cutter<'a, 's, 'v, 'b> {
         }
     }
 
-    /// Whether shapes are drawn as Coin draws them.
-    pub fn as_coin(&self) -> bool {
-        self.out.as_coin()
-    }
-
     /// Ends the shape.
     pub fn finish(mut self) {
         self.dress();

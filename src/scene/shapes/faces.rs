@@ -64,7 +64,7 @@ pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut Bui
     };
     if out.wants_coordinates() {
         let used = faces.all().filter_map(|c| state.coordinates.get(c));
-        vertices.boxed = Some(BoxCoordinates::of(used, out.as_coin()));
+        vertices.boxed = Some(BoxCoordinates::of(used));
     }
     if out.wants_normals() {
         vertices.normals = normals(&faces, state, normal_binding, false);
@@ -91,7 +91,7 @@ pub fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>)
     };
     if out.wants_coordinates() {
         let used = faces.all().filter_map(|c| state.coordinates.get(c));
-        vertices.boxed = Some(BoxCoordinates::of(used, out.as_coin()));
+        vertices.boxed = Some(BoxCoordinates::of(used));
     }
     if out.wants_normals() {
         vertices.normals = normals(&faces, state, normal_binding, true);
@@ -198,7 +198,6 @@ fn polygon(
     cutter: &mut Cutter<'_, '_, '_, '_>,
 ) {
     let (first, n) = (positions.start, positions.len());
-    let as_coin = cutter.as_coin();
     let mut cut = |[a, b, c]: [usize; 3]| {
         cutter.cut([first + a, first + b, first + c], face, face);
     };
@@ -216,7 +215,7 @@ fn polygon(
         _ if convex || n == 4 => (2..n).for_each(|i| cut([0, i - 1, i])),
         _ => {
             let points: Vec<Vec3> = positions.map(point).collect();
-            tessellate(&points, as_coin).into_iter().for_each(cut);
+            tessellate(&points).into_iter().for_each(cut);
         }
     }
 }

@@ -37,9 +37,7 @@ fn vertices<'a, 's>(
         material_index,
         texture_index: None,
         coord_index,
-        boxed: out
-            .wants_coordinates()
-            .then(|| BoxCoordinates::of(points, out.as_coin())),
+        boxed: out.wants_coordinates().then(|| BoxCoordinates::of(points)),
     }
 }
 

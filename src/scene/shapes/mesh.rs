@@ -44,7 +44,7 @@ pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
     };
     if out.wants_coordinates() {
         let used = (start..start + rows * columns).filter_map(|c| state.coordinates.get(c));
-        vertices.boxed = Some(BoxCoordinates::of(used, out.as_coin()));
+        vertices.boxed = Some(BoxCoordinates::of(used));
     }
     if out.wants_normals() {
         vertices.normals = normals(state, normal_binding, start, rows, columns);

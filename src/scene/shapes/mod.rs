@@ -150,14 +150,13 @@ fn quad(corners: [Corner; 4], out: &mut Builder<'_>) {
 pub(super) struct BoxCoordinates {
     origin: Vec3,
     size: Vec3,
-    /// Along s and the rest, and along t.
-    scales: [f32; 2],
+    /// One over the longest side.
+    scale: f32,
     axes: [usize; 3],
 }
 
 impl BoxCoordinates {
-    /// In Coin t goes from 0 to 1 as well.
-    pub fn of(points: impl Iterator<Item = Vec3>, as_coin: bool) -> Self {
+    pub fn of(points: impl Iterator<Item = Vec3>) -> Self {
         let mut min = Vec3::splat(f32::INFINITY);
         let mut max = Vec3::splat(f32::NEG_INFINITY);
         for p in points.filter(|p| p.is_finite()) {
@@ -169,22 +168,17 @@ impl BoxCoordinates {
         let mut order = [2usize, 1, 0];
         order.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
         let scale = |length: f32| if length > 0.0 { 1.0 / length } else { 0.0 };
-        let longest = size[order[0]];
         Self {
             origin: min,
             size,
-            scales: [
-                scale(longest),
-                scale(if as_coin { size[order[1]] } else { longest }),
-            ],
+            scale: scale(size[order[0]]),
             axes: order,
         }
     }
 
     pub fn at(&self, p: Vec3) -> Vec3 {
         let [s, t, r] = self.axes.map(|axis| p[axis] - self.origin[axis]);
-        let [along, across] = self.scales;
-        Vec3::new(s * along, t * across, r * along)
+        self.scale * Vec3::new(s, t, r)
     }
 
     /// Coordinates of a point and its normal, wrapped around the box; angles are about the origin
@@ -241,7 +235,7 @@ mod tests {
     #[test]
     fn textures_are_wrapped_around_a_box() {
         let corners = [Vec3::new(-2.0, -1.0, -1.0), Vec3::new(2.0, 1.0, 1.0)];
-        let boxed = BoxCoordinates::of(corners.into_iter(), false);
+        let boxed = BoxCoordinates::of(corners.into_iter());
         let p = Vec3::new(2.0, 1.0, 1.0);
         for (as_what, normal, at) in [
             (Wrapping::Cube, Vec3::Z, [1.0, 0.75]),

@@ -78,13 +78,7 @@ pub fn seen_around(at: DVec3, text: &PixelText, out: &Builder<'_>) -> Option<[DV
 
 /// Letters as pixels, on whole ones of a picture with an even number of columns.
 pub fn pixels(at: DVec3, text: &PixelText, out: &mut Builder<'_>) {
-    let shown = out.screen().and_then(|screen| {
-        // OpenGL draws no pixels for a point before its near plane.
-        let camera = screen.camera;
-        let depth = (at - camera.position).dot(camera.direction());
-        let cut = out.as_coin() && depth < camera.near;
-        screen.project(at).filter(|_| !cut)
-    });
+    let shown = out.screen().and_then(|screen| screen.project(at));
     let (Some(point), false) = (shown, text.coverage.is_empty()) else {
         return;
     };

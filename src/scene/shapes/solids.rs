@@ -19,25 +19,24 @@ fn part(state: &State<'_>, index: u32) -> u32 {
     }
 }
 
-/// Returns a size without its sign, or its default if it is not finite. Coin turns a part with a negative
-/// size over and leaves its normals.
-pub(super) fn size(node: NodeRef<'_>, field: Field<f32>, out: &Builder<'_>) -> f32 {
+/// Returns a size without its sign, or its default if it is not finite.
+pub(super) fn size(node: NodeRef<'_>, field: Field<f32>) -> f32 {
     let stated = node.get(field);
     let size = if stated.is_finite() {
         stated
     } else {
         field.default()
     };
-    if out.as_coin() { size } else { size.abs() }
+    size.abs()
 }
 
 /// Parts in Inventor's order: front, back, left, right, top, bottom. `PER_FACE` is by part too.
 pub fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let half = 0.5
         * Vec3::new(
-            size(node, cube::WIDTH, out),
-            size(node, cube::HEIGHT, out),
-            size(node, cube::DEPTH, out),
+            size(node, cube::WIDTH),
+            size(node, cube::HEIGHT),
+            size(node, cube::DEPTH),
         );
     let by_part = matches!(
         state.material_binding,
@@ -89,7 +88,7 @@ pub fn block(half: Vec3, by_part: bool, out: &mut Builder<'_>) {
 }
 
 pub fn sphere<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
-    let radius = f64::from(size(node, sphere::RADIUS, out));
+    let radius = f64::from(size(node, sphere::RADIUS));
     out.quadric(QuadricKind::Sphere { radius }, 0);
 }
 
@@ -119,8 +118,8 @@ pub fn lens_surface<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
 
 pub fn cylinder<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let parts = node.get(cylinder::PARTS);
-    let radius = f64::from(size(node, cylinder::RADIUS, out));
-    let half_height = 0.5 * f64::from(size(node, cylinder::HEIGHT, out));
+    let radius = f64::from(size(node, cylinder::RADIUS));
+    let half_height = 0.5 * f64::from(size(node, cylinder::HEIGHT));
     cylinder_of(
         radius,
         half_height,
@@ -163,8 +162,8 @@ pub fn cylinder_of(
 
 pub fn cone<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let parts = node.get(cone::PARTS);
-    let radius = f64::from(size(node, cone::BOTTOM_RADIUS, out));
-    let half_height = 0.5 * f64::from(size(node, cone::HEIGHT, out));
+    let radius = f64::from(size(node, cone::BOTTOM_RADIUS));
+    let half_height = 0.5 * f64::from(size(node, cone::HEIGHT));
     cone_of(
         radius,
         half_height,

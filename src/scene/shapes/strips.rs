@@ -57,7 +57,7 @@ fn finish<'a>(
 ) {
     if out.wants_coordinates() {
         let used = strips.all().filter_map(|c| vertices.coordinates.get(c));
-        vertices.boxed = Some(BoxCoordinates::of(used, out.as_coin()));
+        vertices.boxed = Some(BoxCoordinates::of(used));
     }
     if out.wants_normals() {
         vertices.normals = normals(strips, vertices, by_position);

@@ -107,7 +107,6 @@ pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
         parts,
         profile.as_deref(),
         state.hints.crease_angle,
-        out.as_coin(),
     );
     let by_part = matches!(
         state.material_binding,
@@ -174,7 +173,7 @@ pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let lengths = node.get(text::LENGTH);
     let most = node.get(text::MAX_EXTENT);
     let strings = node.get(text::STRING);
-    let mesh = typeset::vrml97_text(strings, &style, lengths, most, out.as_coin());
+    let mesh = typeset::vrml97_text(strings, &style, lengths, most);
     out.set_sides(true, true, false);
     out.mesh(&mesh, false);
     if out.object_bounds.is_some() {

@@ -92,20 +92,19 @@ pub fn draw<'a>(
     match class {
         class::BOX_NODE => {
             let size = node.get(box_node::SIZE);
-            let size = if out.as_coin() { size } else { size.abs() };
-            solids::block(0.5 * size, false, out);
+            solids::block(0.5 * size.abs(), false, out);
         }
         class::VRML97_SPHERE => solids::sphere(node, out),
         class::VRML97_CONE => solids::cone_of(
-            f64::from(solids::size(node, vrml97_cone::BOTTOM_RADIUS, out)),
-            0.5 * f64::from(solids::size(node, vrml97_cone::HEIGHT, out)),
+            f64::from(solids::size(node, vrml97_cone::BOTTOM_RADIUS)),
+            0.5 * f64::from(solids::size(node, vrml97_cone::HEIGHT)),
             [vrml97_cone::SIDE, vrml97_cone::BOTTOM].map(|part| node.get(part)),
             [0; 2],
             out,
         ),
         class::VRML97_CYLINDER => solids::cylinder_of(
-            f64::from(solids::size(node, vrml97_cylinder::RADIUS, out)),
-            0.5 * f64::from(solids::size(node, vrml97_cylinder::HEIGHT, out)),
+            f64::from(solids::size(node, vrml97_cylinder::RADIUS)),
+            0.5 * f64::from(solids::size(node, vrml97_cylinder::HEIGHT)),
             [
                 vrml97_cylinder::SIDE,
                 vrml97_cylinder::TOP,
@@ -223,5 +222,78 @@ fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
             }
         }
         Err(why) => out.complain(node, &why),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::Vec3;
+
+    use crate::iv::{Document, Limits};
+    use crate::scene::handles::NoFiles;
+    use crate::scene::{CompileOptions, Ray, RenderScene, Surface};
+
+    fn document(text: &str) -> Document {
+        let text = text.as_bytes().to_vec();
+        Document::read("a", text, Arc::new(NoFiles), &Limits::default()).expect("reads")
+    }
+
+    fn compiled(text: &str) -> RenderScene {
+        RenderScene::compile(&document(text), &CompileOptions::default()).expect("compiles")
+    }
+
+    fn ahead(scene: &RenderScene) -> &Surface {
+        let hit = scene.hit_any_side(&Ray::new(Vec3::ZERO, Vec3::NEG_Z));
+        scene.surface(&hit.expect("something is ahead"))
+    }
+
+    #[test]
+    fn a_shape_without_a_material_is_white_and_unlit() {
+        let text = "#VRML V2.0 utf8\nShape { geometry Box { } } Shape { appearance Appearance { } geometry Box { } }";
+        let scene = compiled(text);
+        let surface = ahead(&scene);
+        assert!(surface.base_color);
+        assert_eq!(surface.diffuse[0], Vec3::ONE);
+    }
+
+    #[test]
+    fn lines_have_the_emissive_color_of_their_material() {
+        let text = "#VRML V2.0 utf8\nShape { appearance Appearance { material Material { diffuseColor 0 .2 0 emissiveColor .5 .2 0 } }\n  geometry IndexedLineSet { coord Coordinate { point [0 -1 -1, 0 1 -1] } coordIndex [0 1] } }";
+        let scene = compiled(text);
+        let off = ahead(&scene).diffuse[0] - Vec3::new(0.5, 0.2, 0.0);
+        assert!(off.length() < 1e-6);
+    }
+
+    #[test]
+    fn a_texture_transform_moves_then_turns_then_scales() {
+        let text = "#VRML V2.0 utf8\nShape { appearance Appearance { material Material { } texture PixelTexture { image 1 1 1 0xff }\n  textureTransform TextureTransform { scale 2 2 center .5 0 translation .25 0 rotation 1.5707963 } } geometry Box { } }";
+        // (1, 0): moved to 1.25, turned about the center, doubled from 0 and moved back.
+        let scene = compiled(text);
+        let matrix = ahead(&scene).texture.as_ref().expect("a texture").matrix;
+        let seen = matrix.transform_point3(Vec3::X);
+        assert!((seen - Vec3::new(-0.5, 3.5, 0.0)).length() < 1e-5, "{seen}");
+    }
+
+    /// The camera stands on the x axis of the billboard and is turned by 0.3, which must not matter.
+    #[test]
+    fn a_billboard_faces_the_eye() {
+        let text = "#VRML V2.0 utf8\nViewpoint { position 6 3 0 orientation 0 1 0 .3 }\nBillboard { children Shape { geometry IndexedFaceSet { coord Coordinate { point [-1 -1 0, 1 -1 0, 1 1 0, -1 1 0] } coordIndex [0 1 2 3] } } }";
+        let document = document(text);
+        let survey = RenderScene::survey(&document, &CompileOptions::default());
+        let options = CompileOptions {
+            camera: survey.cameras.first().cloned(),
+            ..CompileOptions::default()
+        };
+        let scene = RenderScene::compile(&document, &options).expect("compiles");
+        let (_, max) = scene.bounds().expect("something");
+        assert!(max.x.abs() < 1e-3, "{max}");
+    }
+
+    #[test]
+    fn an_ignored_translation_moves_nothing() {
+        let text = "#Inventor V2.1 ascii\nTranslation { translation 4 0 0 ~ } Cube { }";
+        assert_eq!(compiled(text).bounds().map(|b| b.1.x), Some(1.0));
     }
 }
