@@ -1,14 +1,134 @@
 //! Reads in the files that `File`, `WWWInline` and `Inline` nodes name.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use super::file::read_into;
-use crate::diag::{Diagnostic, Result};
+use crate::diag::{Diagnostic, Severity};
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{class, file, inline, www_inline};
 use crate::iv::document::{ClassRef, Document};
 use crate::iv::limits::Limits;
-use crate::iv::loader::is_absolute;
+use crate::iv::loader::{Loader, is_absolute};
+
+/// Reads in the files that nodes name, and those that they name in turn.
+pub fn include(document: &mut Document, limits: &Limits) {
+    let Some(loader) = document.loader.clone() else {
+        return;
+    };
+    let mut inclusion = Inclusion {
+        depth: vec![0; document.sources.len()],
+        document,
+        limits,
+        loader,
+        read: HashMap::new(),
+        inside: HashMap::new(),
+    };
+    let mut next = 0;
+    while next < inclusion.document.nodes.len() {
+        inclusion.node(NodeId(next as u32));
+        next += 1;
+    }
+}
+
+/// What is known of the files that a document includes.
+struct Inclusion<'d> {
+    document: &'d mut Document,
+    limits: &'d Limits,
+    loader: Arc<dyn Loader>,
+    /// The source and the roots of each file that was read, by its name.
+    read: HashMap<String, (u16, Vec<NodeId>)>,
+    /// The sources that each source includes: a loop among them is a file inside itself.
+    inside: HashMap<u16, Vec<u16>>,
+    /// How many files each source is inside of.
+    depth: Vec<usize>,
+}
+
+impl Inclusion<'_> {
+    /// Reads in the file that a node names, if it names one.
+    fn node(&mut self, id: NodeId) {
+        if self.document.is_template(id) {
+            return;
+        }
+        let names = references(self.document, id);
+        if names.is_empty() {
+            return;
+        }
+        let from = self.document.nodes[id.0 as usize].source;
+        let source = self.document.sources[usize::from(from)].clone();
+        let before = self.document.sink.set_source(Some(source.clone()));
+        let outcome = names
+            .iter()
+            .map(|n| self.loader.load(&source.name, n).map(|found| (n, found)))
+            .reduce(|best, next| if best.is_ok() { best } else { next });
+        let span = self.document.nodes[id.0 as usize].span;
+        match outcome {
+            Some(Ok((reference, (name, bytes)))) => {
+                if is_absolute(reference) {
+                    let message = format!(
+                        "`{reference}` is a path of another machine; `{name}` is taken instead"
+                    );
+                    self.document.sink.warn(span, message);
+                }
+                self.file(id, name, bytes);
+            }
+            Some(Err(error)) => {
+                let help = error.help.clone();
+                let warning = self.document.sink.warn(span, error.message.clone());
+                if let Some(help) = help {
+                    warning.help(help);
+                }
+            }
+            None => {}
+        }
+        self.document.sink.set_source(before);
+    }
+
+    /// Makes the roots of a file the children of the node that names it.
+    fn file(&mut self, id: NodeId, name: String, bytes: Vec<u8>) {
+        let node = &self.document.nodes[id.0 as usize];
+        let (from, span) = (node.source, node.span);
+        let known = self.read.get(&name).cloned();
+        let depth = self.depth[usize::from(from)] + 1;
+        let target = known.as_ref().map(|(target, _)| *target);
+        let is_inside = |target| reaches(&self.inside, target, from);
+        if name == self.document.sources[usize::from(from)].name || target.is_some_and(is_inside) {
+            let message = format!("`{name}` includes itself; the inner one is left out");
+            self.document.sink.warn(span, message);
+            return;
+        }
+        if depth > self.limits.include_depth || self.read.len() >= self.limits.files {
+            let message = format!("`{name}` is left out: too many files in files");
+            let warning = self.document.sink.warn(span, message);
+            warning.help("`--scene-limit files=N` and `--scene-limit include-depth=N` raise this");
+            return;
+        }
+        let (target, roots) = known.unwrap_or_else(|| self.read(name, bytes, depth));
+        self.inside.entry(from).or_default().push(target);
+        self.document.included.insert(id, roots);
+    }
+
+    /// Reads a file for the first time. Returns its source and its roots; a file that cannot be
+    /// read has none.
+    fn read(&mut self, name: String, bytes: Vec<u8>, depth: usize) -> (u16, Vec<NodeId>) {
+        let target = self.document.sources.len() as u16;
+        let roots = match read_into(self.document, &name, bytes, self.limits, None) {
+            Ok(file) => file.roots,
+            Err(error) => {
+                self.document.sink.add(Diagnostic {
+                    severity: Severity::Warning,
+                    ..*error
+                });
+                Vec::new()
+            }
+        };
+        if self.document.sources.len() > usize::from(target) {
+            self.depth.resize(self.document.sources.len(), depth);
+            self.read.insert(name, (target, roots.clone()));
+        }
+        (target, roots)
+    }
+}
 
 /// What a node names, in the order to try.
 fn references(document: &Document, id: NodeId) -> Vec<String> {
@@ -31,98 +151,6 @@ fn references(document: &Document, id: NodeId) -> Vec<String> {
         Some(Value::Strings(urls)) => urls.clone(),
         _ => Vec::new(),
     }
-}
-
-/// Reads in the files that nodes name, and those that they name.
-pub fn include(document: &mut Document, limits: &Limits) -> Result<()> {
-    let Some(loader) = document.loader.clone() else {
-        return Ok(());
-    };
-    let mut read: HashMap<String, (u16, Vec<NodeId>)> = HashMap::new();
-    // For each source, the sources it includes: a loop among them is a file inside itself.
-    let mut inside: HashMap<u16, Vec<u16>> = HashMap::new();
-    let mut depth = vec![0usize; document.sources.len()];
-    let mut next = 0;
-    while next < document.nodes.len() {
-        let id = NodeId(next as u32);
-        next += 1;
-        if document.is_template(id) {
-            continue;
-        }
-        let names = references(document, id);
-        if names.is_empty() {
-            continue;
-        }
-        let from = document.nodes[id.0 as usize].source;
-        let span = document.nodes[id.0 as usize].span;
-        let source = document.sources[usize::from(from)].clone();
-        let before = document.sink.set_source(Some(source.clone()));
-        let outcome = names
-            .iter()
-            .map(|n| loader.load(&source.name, n).map(|found| (n, found)))
-            .reduce(|best, next| if best.is_ok() { best } else { next });
-        match outcome {
-            Some(Ok((reference, (name, bytes)))) => {
-                if is_absolute(reference) {
-                    let message = format!(
-                        "`{reference}` is a path of another machine; `{name}` is taken instead"
-                    );
-                    document.sink.warn(span, message);
-                }
-                let known = read.get(&name).cloned();
-                let own_depth = depth[usize::from(from)] + 1;
-                let loops = *name == *source.name
-                    || known
-                        .as_ref()
-                        .is_some_and(|(target, _)| reaches(&inside, *target, from));
-                if loops {
-                    document.sink.warn(
-                        span,
-                        format!("`{name}` includes itself; the inner one is left out"),
-                    );
-                } else if own_depth > limits.include_depth || read.len() >= limits.files {
-                    let message = format!("`{name}` is left out: too many files in files");
-                    document.sink.warn(span, message).help(
-                        "`--scene-limit files=N` and `--scene-limit include-depth=N` raise this",
-                    );
-                } else {
-                    let (target, roots) = match known {
-                        Some(found) => found,
-                        None => {
-                            let target = document.sources.len() as u16;
-                            let roots = match read_into(document, &name, bytes, limits, None) {
-                                Ok(file) => file.roots,
-                                Err(error) => {
-                                    document.sink.add(Diagnostic {
-                                        severity: crate::diag::Severity::Warning,
-                                        ..*error
-                                    });
-                                    Vec::new()
-                                }
-                            };
-                            if document.sources.len() > usize::from(target) {
-                                depth.resize(document.sources.len(), own_depth);
-                                read.insert(name.clone(), (target, roots.clone()));
-                            }
-                            (target, roots)
-                        }
-                    };
-                    inside.entry(from).or_default().push(target);
-                    document.included.insert(id, roots);
-                }
-            }
-            Some(Err(error)) => {
-                let help = error.help.clone();
-                let warning = document.sink.warn(span, error.message.clone());
-                if let Some(help) = help {
-                    warning.help(help);
-                }
-            }
-            None => {}
-        }
-        document.sink.set_source(before);
-    }
-    Ok(())
 }
 
 /// Whether one source includes the other, at any remove.

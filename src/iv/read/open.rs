@@ -79,7 +79,7 @@ impl Document {
             ..Self::default()
         };
         document.roots = read_into(&mut document, name, bytes, limits, otherwise)?.roots;
-        inline::include(&mut document, limits)?;
+        inline::include(&mut document, limits);
         expand::resolve_routes(&mut document);
         cycles::cut_cycles(&mut document);
         Ok(document)
