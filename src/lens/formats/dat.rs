@@ -14,6 +14,14 @@
 
 use std::sync::Arc;
 
+use nom::Parser;
+use nom::bytes::complete::{take_till, take_till1, take_while};
+use nom::character::complete::{char, one_of};
+use nom::combinator::{consumed, eof, opt};
+use nom::multi::{many_till, many0};
+use nom::sequence::{preceded, terminated};
+
+use super::text::{Failure, Word};
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::lens::about::About;
 use crate::lens::glass::{D_LINE, Medium};
@@ -22,10 +30,19 @@ use crate::lens::prescription::{Column, Prescription, check};
 use crate::lens::surface::{Plane, Surface};
 use crate::math::LengthUnit;
 
-/// A word of the file and where it stands.
-struct Word<'a> {
-    text: &'a str,
-    span: Span,
+/// A line of the file.
+struct Line<'a> {
+    /// What stands before `#`, and its words.
+    data: &'a str,
+    cells: Vec<Cell<'a>>,
+    /// What stands behind `#`.
+    comment: &'a str,
+}
+
+/// A word of a line, and the number it is, if it is one.
+struct Cell<'a> {
+    word: Word<'a>,
+    number: Option<f64>,
 }
 
 /// A row of four numbers; `None` where the file leaves a column empty.
@@ -48,32 +65,25 @@ pub fn read(
     let mut notes = Vec::new();
     let mut rows: Vec<Row> = Vec::new();
     let mut abbe = None;
-    let mut start = 0;
-    for line in text.split_inclusive(['\n', '\r']) {
-        let (data, comment) = line.split_once('#').unwrap_or((line, ""));
-        let comment = comment.trim();
-        if is_heading(comment) {
-            abbe = abbe_column(comment).or(abbe);
-        } else if !comment.is_empty() {
-            notes.push(comment.to_owned());
+    for line in lines(&text) {
+        if is_heading(line.comment) {
+            abbe = abbe_column(line.comment).or(abbe);
+        } else if !line.comment.is_empty() {
+            notes.push(line.comment.to_owned());
         }
-        let words = words(data, start);
-        start += line.len();
-        let numbers = words
-            .iter()
-            .filter(|w| w.text.parse::<f64>().is_ok())
-            .count();
+        let cells = line.cells;
+        let numbers = cells.iter().filter(|cell| cell.number.is_some()).count();
         let is_header = numbers == 0 && rows.is_empty();
-        if words.is_empty() || is_header {
-            abbe = abbe_column(data).or(abbe);
+        if cells.is_empty() || is_header {
+            abbe = abbe_column(line.data).or(abbe);
             continue;
         }
-        if words.len() == 1 && numbers == 1 && rows.is_empty() {
-            notes.push(format!("focal length as listed: {}", words[0].text));
+        if cells.len() == 1 && numbers == 1 && rows.is_empty() {
+            notes.push(format!("focal length as listed: {}", cells[0].word.text));
             continue;
         }
         let before = rows.iter().rev().find_map(|r| r.index).unwrap_or(1.0);
-        rows.push(row(source, words, before, abbe)?);
+        rows.push(row(source, cells, before, abbe)?);
     }
     let positions = position_first.unwrap_or_else(|| says_positions(&text, &rows));
     if positions {
@@ -147,40 +157,49 @@ fn says_positions(text: &str, rows: &[Row]) -> bool {
     rows.len() > 1 && first.thickness == 0.0 && last.thickness != 0.0 && glass
 }
 
-fn words(line: &str, start: usize) -> Vec<Word<'_>> {
-    let blank = |c: char| c.is_whitespace() || c == ',';
-    let mut found = Vec::new();
-    let mut from = None;
-    for (at, c) in line.char_indices().chain([(line.len(), ' ')]) {
-        match (blank(c), from) {
-            (false, None) => from = Some(at),
-            (true, Some(begin)) => {
-                let span = Span::new(start + begin, start + at);
-                found.push(Word {
-                    text: &line[begin..at],
-                    span,
-                });
-                from = None;
-            }
-            _ => {}
-        }
-    }
-    found
+fn lines(text: &str) -> Vec<Line<'_>> {
+    let lines = many_till(line(text), eof).parse(text);
+    lines.map_or(Vec::new(), |(_, (lines, _))| lines)
 }
 
-/// One line's numbers; `before` is the index in front of it.
+/// Cells between blanks, a comment, and the end of the line; each of them may be missing. `text` is
+/// the whole file, in which the cells have their places.
+fn line<'a>(text: &'a str) -> impl Parser<&'a str, Output = Line<'a>, Error = Failure<'a>> {
+    let blank = || take_while(|c| is_blank(c) && !is_line_end(c));
+    let cell = take_till1(|c| is_blank(c) || c == '#').map(|cell: &'a str| Cell {
+        word: Word::at(text, cell, 0),
+        number: cell.parse().ok(),
+    });
+    let cells = terminated(many0(preceded(blank(), cell)), blank());
+    let comment = preceded(char('#'), take_till(is_line_end));
+    (consumed(cells), opt(comment), opt(one_of("\r\n"))).map(|((data, cells), comment, _)| Line {
+        data,
+        cells,
+        comment: comment.unwrap_or("").trim(),
+    })
+}
+
+fn is_blank(c: char) -> bool {
+    c.is_whitespace() || c == ','
+}
+
+fn is_line_end(c: char) -> bool {
+    matches!(c, '\r' | '\n')
+}
+
+/// The numbers of one line; `before` is the index in front of it.
 fn row(
     source: &Arc<Source>,
-    mut words: Vec<Word<'_>>,
+    mut cells: Vec<Cell<'_>>,
     before: f64,
     abbe: Option<usize>,
 ) -> Result<Row> {
     let fail = |span, message: String| Diagnostic::error(message).at(source, span);
     let mut values = Vec::with_capacity(4);
-    for word in &words {
-        match word.text.parse::<f64>() {
-            Ok(value) if value.is_finite() => values.push(value),
-            Ok(value) if value.is_infinite() && values.is_empty() => values.push(0.0),
+    for Cell { word, number } in &cells {
+        match number {
+            Some(value) if value.is_finite() => values.push(*value),
+            Some(value) if value.is_infinite() && values.is_empty() => values.push(0.0),
             _ => {
                 return Err(fail(word.span, format!("`{}` is not a number", word.text))
                     .with_help("a row is: radius, thickness, index, aperture diameter"));
@@ -189,12 +208,12 @@ fn row(
     }
     let abbe = match abbe {
         Some(at) if values.len() == 5 => {
-            words.remove(at);
+            cells.remove(at);
             Some(values.remove(at)).filter(|v| *v > 0.0)
         }
         _ => None,
     };
-    let spans = |order: [usize; 4]| order.map(|i| words[i].span);
+    let spans = |order: [usize; 4]| order.map(|i| cells[i].word.span);
     match values[..] {
         [radius, thickness, index, diameter] => Ok(Row {
             radius,
@@ -224,11 +243,11 @@ fn row(
             spans: spans([0, 1, 1, 2]),
         }),
         _ => {
-            let last = words.last().map_or(Span::at(0), |w| w.span);
+            let last = cells.last().map_or(Span::at(0), |cell| cell.word.span);
             let (few, span) = if values.len() < 4 {
                 ("too few", Span::at(last.end as usize))
             } else {
-                ("too many", words[4].span)
+                ("too many", cells[4].word.span)
             };
             let message = format!("{few} numbers in this row: {} instead of 4", values.len());
             Err(fail(span, message)

@@ -2,6 +2,14 @@
 
 use std::sync::Arc;
 
+use nom::branch::alt;
+use nom::bytes::complete::{tag, take_till, take_till1, take_while};
+use nom::character::complete::char;
+use nom::combinator::opt;
+use nom::multi::many0;
+use nom::sequence::{delimited, preceded, terminated};
+use nom::{IResult, Offset, Parser};
+
 use crate::diag::{Diagnostic, Result, Source, Span};
 
 /// The file as UTF-8. Zemax writes UTF-16 of either order or 8 bits of Windows' Western page.
@@ -43,7 +51,14 @@ pub struct Word<'a> {
     pub span: Span,
 }
 
-impl Word<'_> {
+impl<'a> Word<'a> {
+    /// A word of a piece that begins at byte `start` of its file.
+    pub fn at(piece: &'a str, text: &'a str, start: usize) -> Self {
+        let begin = start + piece.offset(text);
+        let span = Span::new(begin, begin + text.len());
+        Self { text, span }
+    }
+
     /// The number it is, or what is wrong with it.
     pub fn number(&self, source: &Arc<Source>) -> Result<f64> {
         match self.text.parse::<f64>() {
@@ -60,57 +75,42 @@ impl Word<'_> {
     }
 }
 
+/// What fails in a piece of text, and where.
+pub type Failure<'a> = nom::error::Error<&'a str>;
+
 /// The words of a piece of text that begins at byte `start` of its file.
 pub fn words(piece: &str, start: usize) -> Vec<Word<'_>> {
-    let mut found = Vec::new();
-    let mut rest = piece.char_indices().peekable();
-    while let Some((at, c)) = rest.next() {
-        if c.is_whitespace() || c.is_control() {
-            continue;
-        }
-        let quoted = c == '"' || c == '\'';
-        let ends = |next: char| {
-            if quoted {
-                next == c
-            } else {
-                next.is_whitespace()
-            }
-        };
-        let from = if quoted { at + 1 } else { at };
-        let mut to = at + c.len_utf8();
-        while let Some(&(_, next)) = rest.peek() {
-            if ends(next) {
-                break;
-            }
-            to += next.len_utf8();
-            rest.next();
-        }
-        if quoted {
-            rest.next();
-        }
-        found.push(Word {
-            text: &piece[from..to],
-            span: Span::new(start + from, start + to),
-        });
-    }
-    found
+    let blank = take_while(|c: char| c.is_whitespace() || c.is_control());
+    let word = alt((quoted('"'), quoted('\''), take_till1(char::is_whitespace)));
+    let located = |text| Word::at(piece, text, start);
+    let words: IResult<_, _, Failure<'_>> = many0(preceded(blank, word.map(located))).parse(piece);
+    words.map_or(Vec::new(), |(_, words)| words)
+}
+
+/// What stands in quotes, or behind a quote that nothing closes.
+fn quoted<'a>(quote: char) -> impl Parser<&'a str, Output = &'a str, Error = Failure<'a>> {
+    delimited(
+        char(quote),
+        take_till(move |c| c == quote),
+        opt(char(quote)),
+    )
 }
 
 /// The lines of a text with the byte each begins at; CR, LF and CRLF each end one.
 pub fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    let mut start = 0;
+    let mut rest = text;
     std::iter::from_fn(move || {
-        let rest = text.get(start..).filter(|rest| !rest.is_empty())?;
-        let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
-        let at = start;
-        start += length;
-        start += match rest.as_bytes()[length..] {
-            [b'\r', b'\n', ..] => 2,
-            [_, ..] => 1,
-            [] => 0,
-        };
-        Some((at, &rest[..length]))
+        let begin = text.len() - rest.len();
+        let (after, line) = line(rest).ok().filter(|_| !rest.is_empty())?;
+        rest = after;
+        Some((begin, line))
     })
+}
+
+/// A line without what ends it.
+fn line(input: &str) -> IResult<&str, &str, Failure<'_>> {
+    let end = alt((tag("\r\n"), tag("\r"), tag("\n")));
+    terminated(take_till(|c| matches!(c, '\r' | '\n')), opt(end)).parse(input)
 }
 
 #[cfg(test)]
