@@ -2,8 +2,11 @@
 
 /// Text as the file has it; bytes that are not UTF-8 are Latin-1.
 pub fn text(bytes: &[u8]) -> String {
-    match std::str::from_utf8(bytes) {
-        Ok(s) => s.to_owned(),
-        Err(_) => bytes.iter().map(|&b| char::from(b)).collect(),
-    }
+    text_of(bytes.to_vec())
+}
+
+/// The same for bytes that are already in memory of their own.
+pub fn text_of(bytes: Vec<u8>) -> String {
+    String::from_utf8(bytes)
+        .unwrap_or_else(|e| e.as_bytes().iter().map(|&b| char::from(b)).collect())
 }

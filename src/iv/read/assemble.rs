@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::enum_names::Names;
+use super::enum_names::EnumNames;
 use super::header::Header;
 use super::upgrade;
 use crate::diag::{Result, Span, nearest};
@@ -203,10 +203,9 @@ impl<'d> Assembler<'d> {
         if self.names.len() > 10_000 || !self.may_hint() {
             return None;
         }
-        let names = self
-            .names
-            .keys()
-            .filter_map(|k| std::str::from_utf8(k).ok());
+        let keys = self.names.keys();
+        let mut names: Vec<&str> = keys.filter_map(|k| std::str::from_utf8(k).ok()).collect();
+        names.sort_unstable(); // of equally near names, the same one in every run
         nearest(name, names).map(str::to_owned)
     }
 
@@ -229,14 +228,14 @@ impl<'d> Assembler<'d> {
     }
 
     /// The names of an enumeration's values.
-    pub fn names_of(&self, node: NodeId, slot: Slot) -> Names<'static> {
+    pub fn names_of(&self, node: NodeId, slot: Slot) -> EnumNames {
         let none = |_: &str| None;
         match (slot, self.document.nodes[node.0 as usize].class) {
-            (Slot::Old(old), _) => Names {
+            (Slot::Old(old), _) => EnumNames {
                 names: old.names,
                 old: none,
             },
-            (Slot::Field { index, .. }, ClassRef::Known(id)) => Names {
+            (Slot::Field { index, .. }, ClassRef::Known(id)) => EnumNames {
                 names: id.get().fields[usize::from(index)].names,
                 old: upgrade::old_names(id, index),
             },
@@ -245,7 +244,7 @@ impl<'d> Assembler<'d> {
                 let name = &*extension.fields[usize::from(index)].0;
                 let of = |is_a: &str| Some(grammar::any(is_a)?.field(name)?.1.names);
                 let names = extension.is_a.iter().find_map(|is_a| of(is_a));
-                Names {
+                EnumNames {
                     names: names.unwrap_or(&[]),
                     old: none,
                 }

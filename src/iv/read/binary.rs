@@ -6,12 +6,15 @@
 //! and a word of flags: 1 ignored, 2 connected, 4 default. There is nothing to resume at after a
 //! mistake, so the first one ends reading; what was read before stays.
 
+use nom::Parser;
+
 use super::assemble::{Assembler, Slot};
+use super::binary_values::{self, Context};
+use super::syntax_error::SyntaxError;
 use crate::diag::{Result, Span};
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{FieldType, class, path};
 use crate::iv::document::{ClassRef, Connection};
-use crate::iv::encoding::text;
 
 const IGNORED: u32 = 1;
 const CONNECTED: u32 = 2;
@@ -50,14 +53,15 @@ enum Level {
 }
 
 /// What ends reading, and the offset where.
-pub(super) struct Stop(pub(super) usize, pub(super) String);
+struct Stop(usize, String);
 
-pub(super) type Step<T> = std::result::Result<T, Stop>;
+type Step<T> = std::result::Result<T, Stop>;
 
-pub(super) struct Reader<'r, 'd, 's> {
-    pub(super) asm: &'r mut Assembler<'d>,
-    pub(super) bytes: &'s [u8],
-    pub(super) at: usize,
+struct Reader<'r, 'd, 's> {
+    asm: &'r mut Assembler<'d>,
+    bytes: &'s [u8],
+    /// What is left to read, a suffix of `bytes`.
+    rest: &'s [u8],
     stack: Vec<Level>,
     roots: Vec<NodeId>,
     /// A limit that was passed, which is an error and not a wrong file.
@@ -66,11 +70,11 @@ pub(super) struct Reader<'r, 'd, 's> {
 
 /// Reads the nodes of a file. `Err` is a limit that was passed.
 pub fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
-    let at = asm.header.length.min(bytes.len());
+    let rest = &bytes[asm.header.length.min(bytes.len())..];
     let mut reader = Reader {
         asm,
         bytes,
-        at,
+        rest,
         stack: Vec::new(),
         roots: Vec::new(),
         limit: None,
@@ -91,7 +95,7 @@ pub fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
     Ok(reader.roots)
 }
 
-impl Reader<'_, '_, '_> {
+impl<'s> Reader<'_, '_, 's> {
     fn stop(&mut self, at: usize, message: String) {
         self.asm
             .document
@@ -109,63 +113,46 @@ impl Reader<'_, '_, '_> {
         }
     }
 
-    pub(super) fn wrong<T>(&self, message: impl Into<String>) -> Step<T> {
-        Err(Stop(self.at, message.into()))
+    /// The offset of what is read next.
+    fn at(&self) -> usize {
+        self.bytes.len() - self.rest.len()
     }
 
-    pub(super) fn rest(&self) -> &[u8] {
-        &self.bytes[self.at..]
-    }
-
-    pub(super) fn word(&mut self) -> Step<u32> {
-        match self.rest().first_chunk::<4>() {
-            Some(&bytes) => {
-                self.at += 4;
-                Ok(u32::from_be_bytes(bytes))
+    /// Reads with a parser, and passes what it has read.
+    fn parse<T>(
+        &mut self,
+        mut parser: impl Parser<&'s [u8], Output = T, Error = SyntaxError<'s>>,
+    ) -> Step<T> {
+        match parser.parse(self.rest) {
+            Ok((rest, value)) => {
+                self.rest = rest;
+                Ok(value)
             }
-            None => self.wrong("the file ends in the middle of a value"),
+            Err(error) => {
+                let error = SyntaxError::from(error);
+                Err(Stop(self.bytes.len() - error.at.len(), error.message()))
+            }
         }
     }
 
-    pub(super) fn double(&mut self) -> Step<f64> {
-        let (high, low) = (self.word()?, self.word()?);
-        Ok(f64::from_bits(u64::from(high) << 32 | u64::from(low)))
+    fn word(&mut self) -> Step<u32> {
+        self.parse(binary_values::word)
     }
 
-    /// Bytes, and past what fills them up to a multiple of four.
-    pub(super) fn take(&mut self, count: usize) -> Step<&[u8]> {
-        if count > self.rest().len() {
-            return self.wrong(format!(
-                "{count} bytes are promised, and {} are left",
-                self.rest().len()
-            ));
-        }
-        let start = self.at;
-        self.at = (start + count.next_multiple_of(4)).min(self.bytes.len());
-        Ok(&self.bytes[start..start + count])
+    fn string(&mut self) -> Step<String> {
+        self.parse(binary_values::string)
     }
 
-    pub(super) fn string(&mut self) -> Step<String> {
-        let count = self.word()? as usize;
-        Ok(text(self.take(count)?))
-    }
-
-    /// How many values follow; not more than the rest of the file can hold.
-    pub(super) fn count(&mut self, size: usize) -> Step<usize> {
-        let count = self.word()? as usize;
-        if count.saturating_mul(size) > self.rest().len() {
-            self.at -= 4;
-            return self.wrong(format!(
-                "{count} values are promised, which do not fit in the rest of the file"
-            ));
-        }
-        Ok(count)
+    /// How many things of at least four bytes follow.
+    fn count(&mut self) -> Step<u32> {
+        self.parse(|input| binary_values::promised(input, 4))
+            .map(|count| count as u32)
     }
 
     fn step(&mut self) -> Step<bool> {
         match self.stack.last_mut() {
             None => {
-                if self.rest().iter().all(|&b| b == 0) {
+                if self.rest.iter().all(|&b| b == 0) {
                     return Ok(false);
                 }
                 self.statement(Target::Root)?;
@@ -211,28 +198,25 @@ impl Reader<'_, '_, '_> {
             return Ok(());
         };
         if self.asm.document.nodes[node.0 as usize].class == ClassRef::Known(class::PATH) {
-            let count = self.count(4)?;
-            let indices = (0..count)
-                .map(|_| self.word().map(|n| n as i32))
-                .collect::<Step<Vec<i32>>>()?;
+            let indices = self.parse(|input| binary_values::list(input, binary_values::int))?;
             self.asm.set(
                 node,
                 path::INDICES.index,
                 Value::Ints(indices),
-                Span::at(self.at),
+                Span::at(self.at()),
             );
             return self.deliver(target, node);
         }
         if !children {
             return self.deliver(target, node);
         }
-        let left = self.count(4)? as u32;
+        let left = self.count()?;
         self.stack.push(Level::Children { node, target, left });
         Ok(())
     }
 
     fn statement(&mut self, target: Target) -> Step<()> {
-        let start = self.at;
+        let start = self.at();
         let mut name = self.string()?;
         match name.as_str() {
             "NULL" => return self.deliver_nothing(target),
@@ -312,7 +296,7 @@ impl Reader<'_, '_, '_> {
         };
         if fields & !(DESCRIBED | 0x3fff) != 0 {
             return Err(Stop(
-                self.at - 4,
+                self.at() - 4,
                 format!("`{name}` cannot have {fields} fields"),
             ));
         }
@@ -345,7 +329,7 @@ impl Reader<'_, '_, '_> {
         if !global && !matches!(id, class::GATE | class::SELECT_ONE | class::CONCATENATE) {
             return Ok(());
         }
-        let start = self.at;
+        let start = self.at();
         if self.string()? != "type" {
             return Err(Stop(
                 start,
@@ -374,12 +358,12 @@ impl Reader<'_, '_, '_> {
         };
         let old = self.asm.header.version < (2, 1);
         let bare = id.get().fields.is_empty() && id.get().is_a("Group");
-        old && bare && (id == class::GROUP || !self.rest().starts_with(&[0; 4]))
+        old && bare && (id == class::GROUP || !self.rest.starts_with(&[0; 4]))
     }
 
     fn limit<T>(&mut self, error: Box<crate::diag::Diagnostic>) -> Step<T> {
         self.limit = Some(error);
-        self.wrong("")
+        Err(Stop(self.at(), String::new()))
     }
 
     /// Types and names of a class's own fields.
@@ -390,7 +374,10 @@ impl Reader<'_, '_, '_> {
             match FieldType::named(&kind) {
                 Some(_) if name == "isA" => {}
                 Some(kind) => fields.push((name.into(), kind)),
-                None => return self.wrong(format!("`{kind}` is not a type of fields")),
+                None => {
+                    let message = format!("`{kind}` is not a type of fields");
+                    return Err(Stop(self.at(), message));
+                }
             }
         }
         self.asm.declare(node, fields, Vec::new());
@@ -398,7 +385,7 @@ impl Reader<'_, '_, '_> {
     }
 
     fn field(&mut self, node: NodeId) -> Step<()> {
-        let start = self.at;
+        let start = self.at();
         let name = self.string()?;
         let class = self.asm.document.nodes[node.0 as usize].class;
         if name == "isA" && matches!(class, ClassRef::Extension(_)) {
@@ -432,7 +419,7 @@ impl Reader<'_, '_, '_> {
                 self.statement(Target::Field(node, entry))
             }
             FieldType::MFNode => {
-                let left = self.count(4)? as u32;
+                let left = self.count()?;
                 let entry = self.asm.set(node, index, Value::Nodes(Vec::new()), span);
                 self.stack.push(Level::List { node, entry, left });
                 Ok(())
@@ -452,9 +439,25 @@ impl Reader<'_, '_, '_> {
         }
     }
 
+    /// A value that holds no nodes. A name that its enumeration lacks is reported.
+    fn value(&mut self, node: NodeId, slot: Slot) -> Step<Value> {
+        let mut context = Context {
+            names: self.asm.names_of(node, slot),
+            wide_pixels: self.asm.header.version < (2, 1),
+            mistakes: Vec::new(),
+        };
+        let kind = self.asm.written_as(node, slot);
+        let value = self.parse(|input| binary_values::value(input, kind, &mut context));
+        for mistake in context.mistakes {
+            let span = Span::at(self.bytes.len() - mistake.at.len());
+            self.asm.document.sink.warn(span, mistake.message());
+        }
+        value
+    }
+
     /// In binary, `isA` is a field like any other.
     fn is_a(&mut self, node: NodeId) -> Step<()> {
-        let list = self.many(4, Self::string)?;
+        let list = self.parse(|input| binary_values::list(input, binary_values::string))?;
         self.word()?;
         self.asm
             .declare(node, Vec::new(), list.into_iter().map(Into::into).collect());
@@ -472,7 +475,7 @@ impl Reader<'_, '_, '_> {
         }
         if flags & !7 != 0 {
             return Err(Stop(
-                self.at - 4,
+                self.at() - 4,
                 format!("a field's flags cannot be {flags:#x}"),
             ));
         }

@@ -1,195 +1,258 @@
-//! The values of the binary formats.
+//! The values of the binary formats: big-endian words, as XDR lays them out.
+//!
+//! A string is its length and its bytes, filled up to a multiple of four. Each function is a nom
+//! parser over the rest of the file.
+
 use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
+use nom::Parser;
+use nom::bytes::complete::{tag, take};
+use nom::multi::{count, fill, many_till};
+use nom::number::complete::be_u32;
+use nom::sequence::pair;
 
-use super::assemble::Slot;
-use super::binary::{Reader, Step};
-use crate::diag::Span;
+use super::enum_names::EnumNames;
+use super::syntax_error::{Parsed, Problem, SyntaxError, fail, or};
 use crate::grammar::FieldType;
-use crate::grammar::value::{Image, NodeId, Plane, Rotation, Value};
+use crate::grammar::value::{Image, Plane, Rotation, Value};
+use crate::iv::encoding::text;
 
-impl Reader<'_, '_, '_> {
-    fn float(&mut self) -> Step<f32> {
-        self.word().map(f32::from_bits)
-    }
+/// What the parser of a value needs to know beside its type.
+pub struct Context<'a> {
+    pub names: EnumNames,
+    /// Images have a word a pixel, as before V2.1, and not a byte a component.
+    pub wide_pixels: bool,
+    /// Names that the enumeration lacks, whose values are read as 0.
+    pub mistakes: Vec<SyntaxError<'a>>,
+}
 
-    fn floats<const N: usize>(&mut self) -> Step<[f32; N]> {
-        let mut out = [0.0; N];
-        for n in &mut out {
-            *n = self.float()?;
+/// Reads a value of any type, except that the nodes of a field are left to the reader of nodes.
+pub fn value<'a>(input: &'a [u8], kind: FieldType, context: &mut Context<'a>) -> Parsed<'a, Value> {
+    use FieldType as F;
+    let wide = context.wide_pixels;
+    let mut choice = |input: &'a [u8]| choice(input, context);
+    match kind {
+        F::SFBool => read(word(input), |n| Value::Bool(n != 0)),
+        F::SFInt32 | F::SFShort => read(int(input), Value::Int),
+        F::SFUInt32 | F::SFUShort => read(word(input), Value::UInt),
+        F::SFFloat => read(float(input), Value::Float),
+        F::SFDouble | F::SFTime => read(double(input), Value::Double),
+        F::SFString | F::SFName => read(string(input), |s| Value::String(s.into())),
+        F::SFEnum => read(choice(input), Value::Int),
+        F::SFBitMask => read(bit_mask(input, choice), Value::Int),
+        F::SFVec2f => read(floats(input), |v| Value::Vec2(Vec2::from_array(v))),
+        F::SFVec3f | F::SFColor => read(floats(input), |v| Value::Vec3(Vec3::from_array(v))),
+        F::SFVec4f => read(floats(input), |v| Value::Vec4(Vec4::from_array(v))),
+        F::SFVec2s | F::SFVec2i32 | F::SFVec3i32 | F::SFVec4i32 => {
+            read(count(int, kind.width()).parse(input), Value::Ints)
         }
-        Ok(out)
-    }
-
-    fn rotation(&mut self) -> Step<Rotation> {
-        let [x, y, z, angle] = self.floats()?;
-        Ok(Rotation {
-            axis: Vec3::new(x, y, z),
-            angle,
-        })
-    }
-
-    fn plane(&mut self) -> Step<Plane> {
-        let [x, y, z, distance] = self.floats()?;
-        Ok(Plane {
-            normal: Vec3::new(x, y, z),
-            distance,
-        })
-    }
-
-    fn named(&mut self, node: NodeId, slot: Slot) -> Step<i32> {
-        let start = self.at;
-        let name = self.string()?;
-        let names = self.asm.names_of(node, slot);
-        match names.value(&name).or_else(|| name.parse().ok()) {
-            Some(v) => Ok(v as i32),
-            None => {
-                let message = names.unknown(&name);
-                self.asm.document.sink.warn(Span::at(start), message);
-                Ok(0)
-            }
+        F::SFVec3d => read(count(double, 3).parse(input), Value::Doubles),
+        F::SFRotation => read(floats(input), |r| Value::Rotation(rotation(r))),
+        F::SFMatrix => read(floats(input), |m| Value::Matrix(Box::new(matrix(m)))),
+        F::SFPlane => read(floats(input), |p| Value::Plane(plane(p))),
+        F::SFImage => read(image(input, false, wide), |i| Value::Image(Box::new(i))),
+        F::SFImage3 => read(image(input, true, wide), |i| Value::Image(Box::new(i))),
+        F::SFNode | F::SFPath | F::SFEngine => Ok((input, Value::Node(None))),
+        F::MFNode => Ok((input, Value::Nodes(Vec::new()))),
+        F::SFTrigger => Ok((input, Value::Trigger)),
+        F::MFBool => read(tuples(input, |[n]| n != 0), Value::Bools),
+        F::MFInt32 | F::MFShort => read(tuples(input, |[n]| n as i32), Value::Ints),
+        F::MFEnum => read(list(input, choice), Value::Ints),
+        F::MFUInt32 | F::MFUShort => read(tuples(input, |[n]| n), Value::UInts),
+        F::MFFloat => read(tuples(input, |[n]| f32::from_bits(n)), Value::Floats),
+        F::MFDouble | F::MFTime => read(tuples(input, |[a, b]| long(a, b)), Value::Doubles),
+        F::MFString | F::MFName => read(list(input, string), Value::Strings),
+        F::MFVec2f => read(float_tuples(input, Vec2::from_array), Value::Vec2s),
+        F::MFVec3f | F::MFColor => read(float_tuples(input, Vec3::from_array), Value::Vec3s),
+        F::MFVec4f => read(float_tuples(input, Vec4::from_array), Value::Vec4s),
+        F::MFVec2i32 => read(int_tuples::<2>(input), Value::Ints),
+        F::MFVec3i32 => read(int_tuples::<3>(input), Value::Ints),
+        F::MFVec4i32 => read(int_tuples::<4>(input), Value::Ints),
+        F::MFVec3d => {
+            let vector = |[a, b, c, d, e, f]: [u32; 6]| [long(a, b), long(c, d), long(e, f)];
+            read(tuples(input, vector), |v| {
+                Value::Doubles(v.into_flattened())
+            })
         }
-    }
-
-    fn bit_mask(&mut self, node: NodeId, slot: Slot) -> Step<i32> {
-        let mut bits = 0;
-        loop {
-            if self.rest().starts_with(&[0; 4]) {
-                self.at += 4;
-                return Ok(bits);
-            }
-            bits |= self.named(node, slot)?;
-        }
-    }
-
-    fn image(&mut self, solid: bool) -> Step<Image> {
-        let (width, height) = (self.word()?, self.word()?);
-        let depth = if solid { self.word()? } else { 1 };
-        let components = self.word()?;
-        if components > 4 {
-            return self.wrong(format!("a pixel has 0 to 4 components, not {components}"));
-        }
-        let pixels = [width, height, depth]
-            .iter()
-            .try_fold(1u64, |n, &k| n.checked_mul(u64::from(k)));
-        let count = pixels
-            .and_then(|n| n.checked_mul(u64::from(components)))
-            .unwrap_or(u64::MAX);
-        let bytes: Arc<[u8]> = if self.asm.header.version >= (2, 1) {
-            Arc::from(self.take(usize::try_from(count).unwrap_or(usize::MAX))?)
-        } else if count == 0 {
-            Arc::from([])
-        } else {
-            // A word a pixel, as in ASCII.
-            let words = pixels.and_then(|n| n.checked_mul(4)).unwrap_or(u64::MAX);
-            let words = self.take(usize::try_from(words).unwrap_or(usize::MAX))?;
-            match components {
-                1 => pixels_of::<1>(words),
-                2 => pixels_of::<2>(words),
-                3 => pixels_of::<3>(words),
-                _ => pixels_of::<4>(words),
-            }
-        };
-        Ok(Image {
-            width,
-            height,
-            depth,
-            components: components as u8,
-            bytes,
-        })
-    }
-
-    pub(super) fn many<T>(
-        &mut self,
-        size: usize,
-        one: impl Fn(&mut Self) -> Step<T>,
-    ) -> Step<Vec<T>> {
-        let count = self.count(size)?;
-        (0..count).map(|_| one(self)).collect()
-    }
-
-    /// Values of a fixed number of words, all at once.
-    fn bulk<const N: usize, T>(&mut self, one: impl Fn([u32; N]) -> T) -> Step<Vec<T>> {
-        let count = self.count(4 * N)?;
-        let tuple = |bytes: &[u8]| {
-            let word = |i: usize| u32::from_be_bytes(std::array::from_fn(|k| bytes[4 * i + k]));
-            one(std::array::from_fn(word))
-        };
-        Ok(self
-            .take(4 * N * count)?
-            .chunks_exact(4 * N)
-            .map(tuple)
-            .collect())
-    }
-
-    pub(super) fn value(&mut self, node: NodeId, slot: Slot) -> Step<Value> {
-        use FieldType as F;
-        let kind = self.asm.written_as(node, slot);
-        Ok(match kind {
-            F::SFBool => Value::Bool(self.word()? != 0),
-            F::SFInt32 | F::SFShort => Value::Int(self.word()? as i32),
-            F::SFUInt32 | F::SFUShort => Value::UInt(self.word()?),
-            F::SFFloat => Value::Float(self.float()?),
-            F::SFDouble | F::SFTime => Value::Double(self.double()?),
-            F::SFString | F::SFName => Value::String(self.string()?.into()),
-            F::SFEnum => Value::Int(self.named(node, slot)?),
-            F::SFBitMask => Value::Int(self.bit_mask(node, slot)?),
-            F::SFVec2f => Value::Vec2(Vec2::from_array(self.floats()?)),
-            F::SFVec3f | F::SFColor => Value::Vec3(Vec3::from_array(self.floats()?)),
-            F::SFVec4f => Value::Vec4(Vec4::from_array(self.floats()?)),
-            F::SFVec2s | F::SFVec2i32 | F::SFVec3i32 | F::SFVec4i32 => {
-                let ints = (0..kind.width()).map(|_| self.word().map(|n| n as i32));
-                Value::Ints(ints.collect::<Step<_>>()?)
-            }
-            F::SFVec3d => Value::Doubles(vec![self.double()?, self.double()?, self.double()?]),
-            F::SFRotation => Value::Rotation(self.rotation()?),
-            F::SFMatrix => Value::Matrix(Box::new(Mat4::from_cols_array(&self.floats()?))),
-            F::SFPlane => Value::Plane(self.plane()?),
-            F::SFImage => Value::Image(Box::new(self.image(false)?)),
-            F::SFImage3 => Value::Image(Box::new(self.image(true)?)),
-            F::SFNode | F::SFPath | F::SFEngine => Value::Node(None),
-            F::MFNode => Value::Nodes(Vec::new()),
-            F::SFTrigger => Value::Trigger,
-            F::MFBool => Value::Bools(self.many(4, |r| r.word().map(|n| n != 0))?),
-            F::MFInt32 | F::MFShort => Value::Ints(self.bulk(|[n]| n as i32)?),
-            F::MFEnum => Value::Ints(self.many(4, |r| r.named(node, slot))?),
-            F::MFUInt32 | F::MFUShort => Value::UInts(self.bulk(|[n]| n)?),
-            F::MFFloat => Value::Floats(self.bulk(|[n]| f32::from_bits(n))?),
-            F::MFDouble | F::MFTime => Value::Doubles(self.many(8, Self::double)?),
-            F::MFString | F::MFName => Value::Strings(self.many(4, Self::string)?),
-            F::MFVec2f => {
-                Value::Vec2s(self.bulk(|w: [u32; 2]| Vec2::from_array(w.map(f32::from_bits)))?)
-            }
-            F::MFVec3f | F::MFColor => {
-                Value::Vec3s(self.bulk(|w: [u32; 3]| Vec3::from_array(w.map(f32::from_bits)))?)
-            }
-            F::MFVec4f => {
-                Value::Vec4s(self.bulk(|w: [u32; 4]| Vec4::from_array(w.map(f32::from_bits)))?)
-            }
-            F::MFVec2i32 | F::MFVec3i32 | F::MFVec4i32 => {
-                let count = self.count(4 * kind.width())? * kind.width();
-                Value::Ints(
-                    (0..count)
-                        .map(|_| self.word().map(|n| n as i32))
-                        .collect::<Step<_>>()?,
-                )
-            }
-            F::MFVec3d => {
-                let count = self.count(24)? * 3;
-                Value::Doubles((0..count).map(|_| self.double()).collect::<Step<_>>()?)
-            }
-            F::MFRotation => Value::Rotations(self.many(16, Self::rotation)?),
-            F::MFMatrix => {
-                Value::Matrices(self.many(64, |r| r.floats().map(|m| Mat4::from_cols_array(&m)))?)
-            }
-            F::MFPlane => Value::Planes(self.many(16, Self::plane)?),
-        })
+        F::MFRotation => read(float_tuples(input, rotation), Value::Rotations),
+        F::MFMatrix => read(float_tuples(input, matrix), Value::Matrices),
+        F::MFPlane => read(float_tuples(input, plane), Value::Planes),
     }
 }
 
-/// The last bytes of words, so many of each.
-fn pixels_of<const N: usize>(words: &[u8]) -> Arc<[u8]> {
+fn read<'a, T>(parsed: Parsed<'a, T>, make: impl Fn(T) -> Value) -> Parsed<'a, Value> {
+    parsed.map(|(rest, value)| (rest, make(value)))
+}
+
+/// A word of four bytes.
+pub fn word(input: &[u8]) -> Parsed<'_, u32> {
+    or(Problem::CutOff, be_u32)(input)
+}
+
+/// A word as a signed number.
+pub fn int(input: &[u8]) -> Parsed<'_, i32> {
+    word.map(u32::cast_signed).parse(input)
+}
+
+fn float(input: &[u8]) -> Parsed<'_, f32> {
+    word.map(f32::from_bits).parse(input)
+}
+
+fn double(input: &[u8]) -> Parsed<'_, f64> {
+    pair(word, word)
+        .map(|(high, low)| long(high, low))
+        .parse(input)
+}
+
+/// A number of two words.
+fn long(high: u32, low: u32) -> f64 {
+    f64::from_bits(u64::from(high) << 32 | u64::from(low))
+}
+
+/// Bytes, and behind them those that fill them up to a multiple of four, as far as the file has them.
+fn padded(input: &[u8], promised: usize) -> Parsed<'_, &[u8]> {
+    let left = input.len();
+    let (rest, bytes) = or(Problem::MissingBytes { promised, left }, take(promised))(input)?;
+    let padding = promised.next_multiple_of(4) - promised;
+    let (rest, _) = take(padding.min(rest.len()))(rest)?;
+    Ok((rest, bytes))
+}
+
+/// A length and so many bytes of text.
+pub fn string(input: &[u8]) -> Parsed<'_, String> {
+    let (rest, length) = word(input)?;
+    let (rest, bytes) = padded(rest, length as usize)?;
+    Ok((rest, text(bytes)))
+}
+
+/// How many things of at least `size` bytes follow. The rest of the file must be able to hold them.
+pub fn promised(input: &[u8], size: usize) -> Parsed<'_, usize> {
+    let (rest, count) = word.map(|n| n as usize).parse(input)?;
+    if count.saturating_mul(size) > rest.len() {
+        return fail(input, Problem::MissingValues(count));
+    }
+    Ok((rest, count))
+}
+
+/// A count and so many values, of four bytes or more each.
+pub fn list<'a, T>(
+    input: &'a [u8],
+    one: impl FnMut(&'a [u8]) -> Parsed<'a, T>,
+) -> Parsed<'a, Vec<T>> {
+    let (rest, length) = promised(input, 4)?;
+    count(one, length).parse(rest)
+}
+
+/// A count and so many values of `N` words each, taken out of the file all at once.
+fn tuples<const N: usize, T>(input: &[u8], one: impl Fn([u32; N]) -> T) -> Parsed<'_, Vec<T>> {
+    let (rest, length) = promised(input, 4 * N)?;
+    let (rest, bytes) = take(4 * N * length)(rest)?;
+    let tuple = |bytes: &[u8]| {
+        let word = |i: usize| u32::from_be_bytes(std::array::from_fn(|k| bytes[4 * i + k]));
+        one(std::array::from_fn(word))
+    };
+    Ok((rest, bytes.chunks_exact(4 * N).map(tuple).collect()))
+}
+
+fn float_tuples<const N: usize, T>(
+    input: &[u8],
+    one: impl Fn([f32; N]) -> T,
+) -> Parsed<'_, Vec<T>> {
+    tuples(input, |words: [u32; N]| one(words.map(f32::from_bits)))
+}
+
+fn int_tuples<const N: usize>(input: &[u8]) -> Parsed<'_, Vec<i32>> {
+    let (rest, tuples) = tuples(input, |words: [u32; N]| words.map(u32::cast_signed))?;
+    Ok((rest, tuples.into_flattened()))
+}
+
+fn floats<const N: usize>(input: &[u8]) -> Parsed<'_, [f32; N]> {
+    let mut out = [0.0; N];
+    let (rest, ()) = fill(float, &mut out).parse(input)?;
+    Ok((rest, out))
+}
+
+fn rotation([x, y, z, angle]: [f32; 4]) -> Rotation {
+    Rotation {
+        axis: Vec3::new(x, y, z),
+        angle,
+    }
+}
+
+fn plane([x, y, z, distance]: [f32; 4]) -> Plane {
+    Plane {
+        normal: Vec3::new(x, y, z),
+        distance,
+    }
+}
+
+fn matrix(columns: [f32; 16]) -> Mat4 {
+    Mat4::from_cols_array(&columns)
+}
+
+/// A name of an enumeration's value, or the value as text. A name that the enumeration lacks is a
+/// mistake that reading survives.
+fn choice<'a>(input: &'a [u8], context: &mut Context<'a>) -> Parsed<'a, i32> {
+    let (rest, name) = string(input)?;
+    let value = context.names.value(&name).or_else(|| name.parse().ok());
+    if value.is_none() {
+        let problem = Problem::UnknownName(name.into(), context.names);
+        context.mistakes.push(SyntaxError { at: input, problem });
+    }
+    Ok((rest, value.unwrap_or(0) as i32))
+}
+
+/// Names up to a word of 0.
+fn bit_mask<'a>(input: &'a [u8], bit: impl FnMut(&'a [u8]) -> Parsed<'a, i32>) -> Parsed<'a, i32> {
+    let (rest, (bits, _)) = many_till(bit, tag(&[0; 4][..])).parse(input)?;
+    Ok((rest, bits.into_iter().fold(0, |union, bit| union | bit)))
+}
+
+/// Width, height, the depth of a solid image, the number of components, then the pixels.
+fn image(input: &[u8], solid: bool, wide_pixels: bool) -> Parsed<'_, Image> {
+    let (rest, (width, height)) = pair(word, word).parse(input)?;
+    let (rest, depth) = if solid { word(rest)? } else { (rest, 1) };
+    let (rest, components) = word(rest)?;
+    if components > 4 {
+        return fail(rest, Problem::TooManyComponents(components));
+    }
+    let pixels = [width, height, depth]
+        .iter()
+        .try_fold(1u64, |n, &k| n.checked_mul(u64::from(k)));
+    let bytes_of = |pixel: u32| {
+        let bytes = pixels.and_then(|n| n.checked_mul(u64::from(pixel)));
+        bytes
+            .and_then(|n| usize::try_from(n).ok())
+            .unwrap_or(usize::MAX)
+    };
+    let (rest, bytes) = if !wide_pixels {
+        let (rest, bytes) = padded(rest, bytes_of(components))?;
+        (rest, Arc::from(bytes))
+    } else if bytes_of(components) == 0 {
+        (rest, Arc::from([]))
+    } else {
+        let (rest, words) = padded(rest, bytes_of(4))?;
+        let bytes = match components {
+            1 => last_bytes::<1>(words),
+            2 => last_bytes::<2>(words),
+            3 => last_bytes::<3>(words),
+            _ => last_bytes::<4>(words),
+        };
+        (rest, bytes)
+    };
+    let image = Image {
+        width,
+        height,
+        depth,
+        components: components as u8,
+        bytes,
+    };
+    Ok((rest, image))
+}
+
+/// The last `N` bytes of each word.
+fn last_bytes<const N: usize>(words: &[u8]) -> Arc<[u8]> {
     let words = words.chunks_exact(4);
     let pixels = words.map(|w| std::array::from_fn(|i| w[4 - N + i]));
     pixels.collect::<Vec<[u8; N]>>().into_flattened().into()

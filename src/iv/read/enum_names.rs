@@ -1,13 +1,26 @@
 //! The names of the values that an enumeration or a bit mask has.
 
-/// Named values of an enumeration or a bit mask, and how names that are gone are read.
-#[derive(Clone, Copy)]
-pub struct Names<'n> {
-    pub names: &'n [(&'static str, i64)],
+/// The names of an enumeration's values, and how names of older versions are read.
+#[derive(Clone, Copy, Debug)]
+pub struct EnumNames {
+    pub names: &'static [(&'static str, i64)],
     pub old: fn(&str) -> Option<i64>,
 }
 
-impl Names<'_> {
+impl PartialEq for EnumNames {
+    fn eq(&self, other: &Self) -> bool {
+        self.names == other.names
+    }
+}
+
+impl EnumNames {
+    /// For the values of fields that have no names.
+    pub const NONE: Self = Self {
+        names: &[],
+        old: |_| None,
+    };
+
+    /// The value of a name: as it is spelled, else in other case, else of an older version.
     pub fn value(self, name: &str) -> Option<i64> {
         let exact = self.names.iter().find(|(n, _)| *n == name);
         let loose = || {
@@ -21,6 +34,7 @@ impl Names<'_> {
             .or_else(|| (self.old)(name))
     }
 
+    /// The message for a name that is none of them.
     pub fn unknown(self, name: &str) -> String {
         let all: Vec<&str> = self.names.iter().map(|(n, _)| *n).collect();
         match crate::diag::nearest(name, all.iter().copied()) {

@@ -4,6 +4,13 @@
 
 use std::io::Read;
 
+use nom::Parser;
+use nom::branch::alt;
+use nom::bytes::complete::{tag, take_till, take_till1, take_while, take_while_m_n, take_while1};
+use nom::combinator::{consumed, opt, value, verify};
+use nom::sequence::{pair, preceded};
+
+use super::syntax_error::{Parsed, SyntaxError};
 use crate::diag::{Diagnostic, Result};
 use crate::grammar::Dialect;
 use crate::iv::limits::Limits;
@@ -33,63 +40,93 @@ impl Header {
         }
     }
 
+    /// Whether the file is VRML97.
     pub fn is_vrml97(&self) -> bool {
         self.dialect == Dialect::VRML97
     }
 
-    /// Reads the first line. `Err` says what the file begins with instead.
+    /// Reads the first line.
+    ///
+    /// # Errors
+    /// The line names no format that is read. The message says what the file begins with.
     pub fn parse(bytes: &[u8], name: &str) -> Result<Self> {
-        let skipped = usize::from(bytes.starts_with(b"\xef\xbb\xbf")) * 3;
-        let blank = bytes[skipped..]
-            .iter()
-            .take_while(|b| b.is_ascii_whitespace())
-            .count();
-        let start = skipped + blank;
-        let line = &bytes[start..];
-        let end = line
-            .iter()
-            .position(|b| matches!(b, b'\n' | b'\r'))
-            .unwrap_or(line.len());
-        let text = String::from_utf8_lossy(&line[..end.min(200)]).into_owned();
-        let words: Vec<&str> = text.trim_start_matches('#').split_whitespace().collect();
-        let found = text.starts_with('#').then(|| match words.as_slice() {
-            ["Inventor", "V1.0", kind, ..] => known(Dialect::IV1, (1, 0), kind),
-            ["Inventor", "V2.0", kind, ..] => known(Dialect::IV2, (2, 0), kind),
-            ["Inventor", _, kind, ..] => known(Dialect::IV2, (2, 1), kind),
-            ["VRML", "V1.0", kind, ..] => known(Dialect::VRML1, (1, 0), kind),
-            ["VRML", "V2.0", kind, ..] => known(Dialect::VRML97, (2, 0), kind),
-            _ => None,
-        });
-        let Some(Some((dialect, version, binary))) = found else {
-            return Err(wrong(name, &text));
-        };
-        let newline = line[end..]
-            .iter()
-            .take_while(|b| matches!(b, b'\n' | b'\r'));
-        let newline = if binary {
-            newline.take(1).count()
-        } else {
-            newline.count().min(1)
-        };
-        Ok(Self {
-            dialect,
-            version,
-            binary,
-            words: words[..3].join(" "),
-            length: start + end + newline,
-        })
+        let start = before(bytes).map_or(bytes, |(start, _)| start);
+        match first_line(start) {
+            Ok((rest, ((dialect, version), binary, words))) => Ok(Self {
+                dialect,
+                version,
+                binary,
+                words,
+                length: bytes.len() - rest.len(),
+            }),
+            Err(_) => Err(wrong(name, start)),
+        }
     }
 }
 
-fn known(dialect: u8, version: (u8, u8), kind: &str) -> Option<(u8, (u8, u8), bool)> {
-    match kind {
-        "ascii" | "utf8" => Some((dialect, version, false)),
-        "binary" => Some((dialect, version, true)),
-        _ => None,
-    }
+/// A mark of the byte order and empty lines, which are passed.
+fn before(input: &[u8]) -> Parsed<'_, &[u8]> {
+    let order = opt(tag("\u{feff}"));
+    preceded(order, take_while(|b: u8| b.is_ascii_whitespace())).parse(input)
 }
 
-fn wrong(name: &str, text: &str) -> Box<Diagnostic> {
+/// A dialect, as bits of [`Dialect`], and a version.
+type Language = (u8, (u8, u8));
+
+/// `#Inventor V2.1 ascii` and its like; the rest of the line may say anything. Reads the dialect and
+/// version, whether the file is binary, and the words themselves.
+fn first_line(input: &[u8]) -> Parsed<'_, (Language, bool, String)> {
+    let hashes = take_while1(|b| b == b'#');
+    let (rest, (words, (language, binary))) =
+        preceded(hashes, consumed(pair(language, is_binary))).parse(input)?;
+    let line_end = opt(take_while_m_n(1, 1, is_line_end));
+    let (rest, _) = pair(take_till(is_line_end), line_end).parse(rest)?;
+    let words: Vec<_> = words.split(is_space).filter(|w| !w.is_empty()).collect();
+    let words = String::from_utf8_lossy(&words.join(&b' ')).into_owned();
+    Ok((rest, (language, binary, words)))
+}
+
+/// The first two words, such as `Inventor V2.1`.
+fn language(input: &[u8]) -> Parsed<'_, Language> {
+    alt((
+        value((Dialect::IV1, (1, 0)), pair(name("Inventor"), name("V1.0"))),
+        value((Dialect::IV2, (2, 0)), pair(name("Inventor"), name("V2.0"))),
+        value((Dialect::IV2, (2, 1)), pair(name("Inventor"), word)),
+        value((Dialect::VRML1, (1, 0)), pair(name("VRML"), name("V1.0"))),
+        value((Dialect::VRML97, (2, 0)), pair(name("VRML"), name("V2.0"))),
+    ))
+    .parse(input)
+}
+
+fn is_binary(input: &[u8]) -> Parsed<'_, bool> {
+    let text = alt((name("ascii"), name("utf8")));
+    alt((value(false, text), value(true, name("binary")))).parse(input)
+}
+
+fn name<'a>(
+    expected: &'static str,
+) -> impl Parser<&'a [u8], Output = &'a [u8], Error = SyntaxError<'a>> {
+    verify(word, |word: &[u8]| word == expected.as_bytes())
+}
+
+/// Anything between spaces.
+fn word(input: &[u8]) -> Parsed<'_, &[u8]> {
+    let letters = take_till1(|b| is_space(&b) || is_line_end(b));
+    preceded(take_while(|b| is_space(&b)), letters).parse(input)
+}
+
+fn is_space(byte: &u8) -> bool {
+    matches!(byte, b' ' | b'\t' | 0x0b | 0x0c)
+}
+
+fn is_line_end(byte: u8) -> bool {
+    matches!(byte, b'\n' | b'\r')
+}
+
+/// The error for a file that begins with something else.
+fn wrong(name: &str, start: &[u8]) -> Box<Diagnostic> {
+    let line = start.split(|&b| is_line_end(b)).next().unwrap_or_default();
+    let text = String::from_utf8_lossy(&line[..line.len().min(200)]);
     let begins: String = text
         .chars()
         .take(40)

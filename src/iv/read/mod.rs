@@ -23,6 +23,7 @@ mod header;
 mod inline;
 mod numbers;
 mod open;
+mod syntax_error;
 mod tokens;
 mod upgrade;
 mod values;

@@ -1,8 +1,10 @@
-//! Numbers, scanned by hand: most of a large file is numbers.
+//! Numbers, scanned by hand, since most of a large file is numbers. Each function is a nom parser.
 
-use nom::bytes::complete::take_while;
+use nom::Parser;
+use nom::combinator::map_opt;
 
-use super::tokens::{ENDS_NAME, Parsed, bad, expected, is};
+use super::syntax_error::{Parsed, Problem, fail, or};
+use super::tokens::def_name;
 
 /// Where a number ends and what it is, before rounding: digits · 10^exponent.
 struct Decimal {
@@ -120,6 +122,7 @@ pub fn float(input: &[u8]) -> Parsed<'_, f32> {
     Ok((rest, slow.unwrap_or(0.0)))
 }
 
+/// A number in double precision, written as [`float`] has it.
 pub fn double(input: &[u8]) -> Parsed<'_, f64> {
     let Some(d) = decimal(input) else {
         return odd_float(input);
@@ -133,21 +136,22 @@ pub fn double(input: &[u8]) -> Parsed<'_, f64> {
     Ok((rest, d.quick().or_else(slow).unwrap_or(0.0)))
 }
 
-/// Not a number, or without end, in any of the ways printf has written them.
+/// NaN and infinity, in any of the ways in which `printf` has written them.
 #[cold]
 fn odd_float(input: &[u8]) -> Parsed<'_, f64> {
-    let (rest, token) = take_while(|b| !is(b, ENDS_NAME))(input)?;
-    let lower = String::from_utf8_lossy(token).to_lowercase();
-    let (negative, name) = match lower.strip_prefix('-') {
-        Some(name) => (true, name),
-        None => (false, lower.trim_start_matches('+')),
-    };
-    let n = match name {
-        "inf" | "infinity" => f64::INFINITY,
-        _ if name.starts_with("nan") => f64::NAN,
-        _ => return bad(input, expected("a number", input)),
-    };
-    Ok((rest, if negative { -n } else { n }))
+    let odd = map_opt(def_name, |token: &[u8]| {
+        let lower = String::from_utf8_lossy(token).to_lowercase();
+        let (sign, name) = match lower.strip_prefix('-') {
+            Some(name) => (-1.0, name),
+            None => (1.0, lower.trim_start_matches('+')),
+        };
+        match name {
+            "inf" | "infinity" => Some(sign * f64::INFINITY),
+            _ if name.starts_with("nan") => Some(f64::NAN.copysign(sign)),
+            _ => None,
+        }
+    });
+    or(Problem::Expected("a number"), odd)(input)
 }
 
 /// Decimal, `0x` hexadecimal, or octal with a leading 0, as C has them. More than 31 bits wrap,
@@ -172,20 +176,24 @@ pub fn integer(input: &[u8]) -> Parsed<'_, i64> {
     if i == 0 || (radix != 16 && matches!(rest.first(), Some(b'.' | b'e' | b'E' | b'8' | b'9'))) {
         return match double(input) {
             Ok((rest, n)) if n.abs() < 9e15 => Ok((rest, n as i64)),
-            _ => bad(input, expected("a whole number", input)),
+            _ => fail(input, Problem::Expected("a whole number")),
         };
     }
     Ok((rest, if input[0] == b'-' { -n } else { n }))
 }
 
+/// An integer of 32 bits, with or without sign.
+#[inline]
 pub fn int32(input: &[u8]) -> Parsed<'_, i32> {
     let (rest, n) = integer(input)?;
     if n < i64::from(i32::MIN) || n > i64::from(u32::MAX) {
-        return bad(input, "this number needs more than 32 bits");
+        return fail(input, Problem::MoreThan32Bits);
     }
     Ok((rest, n as i32))
 }
 
+/// An integer of 32 bits, of which negative ones wrap.
+#[inline]
 pub fn uint32(input: &[u8]) -> Parsed<'_, u32> {
-    int32(input).map(|(rest, n)| (rest, n as u32))
+    int32.map(|n| n as u32).parse(input)
 }

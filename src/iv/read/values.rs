@@ -1,138 +1,275 @@
-//! One parser a field type, over the bytes of an ASCII file.
-//!
-//! A parser takes a suffix of the source and returns a shorter one, so places cost nothing.
-//! Numbers are scanned by hand: most of a large file is numbers.
+//! One parser for the values of each field type, over the bytes of an ASCII file.
 
 use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
-use nom::Err as NomErr;
+use nom::Parser;
+use nom::branch::alt;
+use nom::combinator::{cut, map_opt, opt};
+use nom::multi::{fill, fold_many0, many_till, many0};
+use nom::sequence::preceded;
 
-use super::enum_names::Names;
+use super::enum_names::EnumNames;
 use super::numbers::{double, float, int32, uint32};
-use super::tokens::{Bad, Parsed, bad, expected, past_token, skip, string, wanted, word};
+use super::syntax_error::{Parsed, Problem, SyntaxError, fail, or};
+use super::tokens::{mark, past_list, skip, string, token, word};
 use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Plane, Rotation, Value};
 use crate::iv::encoding::text;
 
-#[inline]
-fn floats<const N: usize>(input: &[u8]) -> Parsed<'_, [f32; N]> {
-    let mut out = [0.0; N];
-    let mut rest = input;
-    for n in &mut out {
-        (rest, *n) = float(skip(rest))?;
+/// A value as far as it could be read.
+pub struct Read<'a> {
+    pub value: Value,
+    /// The mistake that ended a list early. The values before it stand, and the rest of the source
+    /// begins behind the list.
+    pub mistake: Option<SyntaxError<'a>>,
+}
+
+/// Reads a value of any type, except that the nodes of a field are left to the reader of nodes.
+pub fn value<'a>(input: &'a [u8], kind: FieldType, names: EnumNames) -> Parsed<'a, Read<'a>> {
+    use FieldType as F;
+    let choice = |input| enumeration(input, names);
+    match kind {
+        F::SFBool => single(input, boolean, Value::Bool),
+        F::SFInt32 | F::SFShort => single(input, int32, Value::Int),
+        F::SFUInt32 | F::SFUShort => single(input, uint32, Value::UInt),
+        F::SFFloat => single(input, float, Value::Float),
+        F::SFDouble | F::SFTime => single(input, double, Value::Double),
+        F::SFString | F::SFName => single(input, string, |s| Value::String(s.into())),
+        F::SFEnum => single(input, choice, Value::Int),
+        F::SFBitMask => single(input, |input| bit_mask(input, names), Value::Int),
+        F::SFVec2f => single(input, vec2, Value::Vec2),
+        F::SFVec3f | F::SFColor => single(input, vec3, Value::Vec3),
+        F::SFVec4f => single(input, vec4, Value::Vec4),
+        F::SFVec2s | F::SFVec2i32 => single(input, ints::<2>, |n| Value::Ints(n.into())),
+        F::SFVec3i32 => single(input, ints::<3>, |n| Value::Ints(n.into())),
+        F::SFVec4i32 => single(input, ints::<4>, |n| Value::Ints(n.into())),
+        F::SFVec3d => single(input, vec3d, |n| Value::Doubles(n.into())),
+        F::SFRotation => single(input, rotation, Value::Rotation),
+        F::SFMatrix => single(input, matrix, |m| Value::Matrix(Box::new(m))),
+        F::SFPlane => single(input, plane, Value::Plane),
+        F::SFImage => single(input, image::<false>, |i| Value::Image(Box::new(i))),
+        F::SFImage3 => single(input, image::<true>, |i| Value::Image(Box::new(i))),
+        F::SFNode | F::SFPath | F::SFEngine => single(input, nothing, |()| Value::Node(None)),
+        F::MFNode => single(input, nothing, |()| Value::Nodes(Vec::new())),
+        F::SFTrigger => single(input, nothing, |()| Value::Trigger),
+        F::MFBool => list(input, boolean, Value::Bools),
+        F::MFInt32 | F::MFShort => list(input, int32, Value::Ints),
+        F::MFEnum => list(input, choice, Value::Ints),
+        F::MFUInt32 | F::MFUShort => list(input, uint32, Value::UInts),
+        F::MFFloat => list(input, float, Value::Floats),
+        F::MFDouble | F::MFTime => list(input, double, Value::Doubles),
+        F::MFString | F::MFName => list(input, string, Value::Strings),
+        F::MFVec2f => list(input, vec2, Value::Vec2s),
+        F::MFVec3f | F::MFColor => list(input, vec3, Value::Vec3s),
+        F::MFVec4f => list(input, vec4, Value::Vec4s),
+        F::MFVec2i32 => list(input, ints::<2>, |n| Value::Ints(n.into_flattened())),
+        F::MFVec3i32 => list(input, ints::<3>, |n| Value::Ints(n.into_flattened())),
+        F::MFVec4i32 => list(input, ints::<4>, |n| Value::Ints(n.into_flattened())),
+        F::MFVec3d => list(input, vec3d, |n| Value::Doubles(n.into_flattened())),
+        F::MFRotation => list(input, rotation, Value::Rotations),
+        F::MFMatrix => list(input, matrix, Value::Matrices),
+        F::MFPlane => list(input, plane, Value::Planes),
     }
+}
+
+/// The value of a field of one value.
+#[inline]
+fn single<'a, T>(
+    input: &'a [u8],
+    one: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,
+    make: impl Fn(T) -> Value,
+) -> Parsed<'a, Read<'a>> {
+    let read = |value| Read {
+        value: make(value),
+        mistake: None,
+    };
+    one.map(read).parse(input)
+}
+
+/// The value of a field of many values: `[ a, b c, ]`, or one value without brackets. Several
+/// without brackets are taken too, where the next thing is plainly a number.
+#[inline]
+fn list<'a, T>(
+    input: &'a [u8],
+    mut one: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,
+    make: impl Fn(Vec<T>) -> Value,
+) -> Parsed<'a, Read<'a>> {
+    let read = |values, mistake| Read {
+        value: make(values),
+        mistake,
+    };
+    let Ok((rest, _)) = bracket(input) else {
+        let (rest, values) = without_brackets(input, one)?;
+        return Ok((rest, read(values, None)));
+    };
+    let (rest, mut values) = many0(token(|input| one.parse(input))).parse(rest)?;
+    match token(mark(']')).parse(rest) {
+        Ok((rest, _)) => {
+            values.shrink_to_fit();
+            Ok((rest, read(values, None)))
+        }
+        // What ended the list was the mistake of this parser, which says what it is once more.
+        Err(_) => {
+            let mistake = token(one).parse(rest).err().map(SyntaxError::from);
+            let rest = past_list(mistake.as_ref().map_or(rest, |mistake| mistake.at));
+            Ok((rest, read(values, mistake)))
+        }
+    }
+}
+
+fn bracket(input: &[u8]) -> Parsed<'_, char> {
+    mark('[').parse(input)
+}
+
+/// Values as long as the next thing is plainly a number; at least one.
+fn without_brackets<'a, T>(
+    input: &'a [u8],
+    mut one: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,
+) -> Parsed<'a, Vec<T>> {
+    let (mut rest, first) = one.parse(input)?;
+    let mut values = vec![first];
+    loop {
+        let next = skip(rest);
+        if !matches!(next.first(), Some(b'0'..=b'9' | b'-' | b'+' | b'.')) {
+            return Ok((rest, values));
+        }
+        match one.parse(next) {
+            Ok((after, value)) => {
+                values.push(value);
+                rest = after;
+            }
+            Err(_) => return Ok((next, values)),
+        }
+    }
+}
+
+fn nothing(input: &[u8]) -> Parsed<'_, ()> {
+    Ok((input, ()))
+}
+
+/// A fixed number of values of one kind.
+#[inline]
+fn array<'a, const N: usize, T: Copy + Default>(
+    input: &'a [u8],
+    one: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,
+) -> Parsed<'a, [T; N]> {
+    let mut out = [T::default(); N];
+    let (rest, ()) = fill(token(one), &mut out).parse(input)?;
     Ok((rest, out))
 }
 
+#[inline]
+fn floats<const N: usize>(input: &[u8]) -> Parsed<'_, [f32; N]> {
+    array(input, float)
+}
+
+#[inline]
+fn ints<const N: usize>(input: &[u8]) -> Parsed<'_, [i32; N]> {
+    array(input, int32)
+}
+
+fn vec3d(input: &[u8]) -> Parsed<'_, [f64; 3]> {
+    array(input, double)
+}
+
+#[inline]
+fn vec2(input: &[u8]) -> Parsed<'_, Vec2> {
+    floats.map(Vec2::from_array).parse(input)
+}
+
+#[inline]
+fn vec3(input: &[u8]) -> Parsed<'_, Vec3> {
+    floats.map(Vec3::from_array).parse(input)
+}
+
+#[inline]
+fn vec4(input: &[u8]) -> Parsed<'_, Vec4> {
+    floats.map(Vec4::from_array).parse(input)
+}
+
 fn rotation(input: &[u8]) -> Parsed<'_, Rotation> {
-    let (rest, [x, y, z, angle]) = floats(input)?;
-    Ok((
-        rest,
-        Rotation {
-            axis: Vec3::new(x, y, z),
-            angle,
-        },
-    ))
+    let rotation = |[x, y, z, angle]: [f32; 4]| Rotation {
+        axis: Vec3::new(x, y, z),
+        angle,
+    };
+    floats.map(rotation).parse(input)
 }
 
 fn plane(input: &[u8]) -> Parsed<'_, Plane> {
-    let (rest, [x, y, z, distance]) = floats(input)?;
-    Ok((
-        rest,
-        Plane {
-            normal: Vec3::new(x, y, z),
-            distance,
-        },
-    ))
+    let plane = |[x, y, z, distance]: [f32; 4]| Plane {
+        normal: Vec3::new(x, y, z),
+        distance,
+    };
+    floats.map(plane).parse(input)
 }
 
 fn matrix(input: &[u8]) -> Parsed<'_, Mat4> {
-    floats::<16>(input).map(|(rest, m)| (rest, Mat4::from_cols_array(&m)))
+    floats.map(|m| Mat4::from_cols_array(&m)).parse(input)
 }
 
 fn boolean(input: &[u8]) -> Parsed<'_, bool> {
-    let (rest, token) = word(input).map_err(|_| wanted("TRUE or FALSE", input))?;
-    match token {
-        b"TRUE" | b"true" | b"1" => Ok((rest, true)),
-        b"FALSE" | b"false" | b"0" => Ok((rest, false)),
-        _ => bad(input, expected("TRUE or FALSE", input)),
-    }
+    let known = map_opt(word, |word| match word {
+        b"TRUE" | b"true" | b"1" => Some(true),
+        b"FALSE" | b"false" | b"0" => Some(false),
+        _ => None,
+    });
+    or(Problem::Expected("TRUE or FALSE"), known)(input)
 }
 
-fn enumeration<'a>(input: &'a [u8], names: Names<'_>) -> Parsed<'a, i32> {
-    if matches!(input.first(), Some(b'0'..=b'9' | b'-' | b'+')) {
-        return int32(input);
-    }
-    let quoted = input.first() == Some(&b'"');
-    let (rest, token) = if quoted {
-        string(input)?
-    } else {
-        let (rest, token) = word(input).map_err(|_| wanted("a name", input))?;
-        (rest, text(token))
+/// A name of an enumeration's value, in quotes or not, or the value as a number.
+fn enumeration(input: &[u8], names: EnumNames) -> Parsed<'_, i32> {
+    let bare = || or(Problem::Expected("a name"), word).map(text);
+    let (rest, name) = match input.first() {
+        Some(b'0'..=b'9' | b'-' | b'+') => return int32(input),
+        Some(b'"') => string(input)?,
+        _ => bare().parse(input)?,
     };
-    match names.value(&token) {
-        Some(v) => Ok((rest, v as i32)),
-        None => bad(input, names.unknown(&token)),
+    match names.value(&name) {
+        Some(value) => Ok((rest, value as i32)),
+        None => fail(input, Problem::UnknownName(name.into(), names)),
     }
 }
 
 /// `ALL`, `(SIDES | BOTTOM)`, `SIDES|BOTTOM`, `()`.
-fn bit_mask<'a>(input: &'a [u8], names: Names<'_>) -> Parsed<'a, i32> {
-    let Some((b'(', mut rest)) = input.split_first() else {
-        let (mut rest, mut bits) = enumeration(input, names)?;
-        while let Some((b'|', after)) = skip(rest).split_first() {
-            let (next, bit) = enumeration(skip(after), names)?;
-            (rest, bits) = (next, bits | bit);
-        }
-        return Ok((rest, bits));
-    };
-    let mut bits = 0;
-    loop {
-        rest = skip(rest);
-        match rest.first() {
-            Some(b')') => return Ok((&rest[1..], bits)),
-            Some(b'|') => rest = &rest[1..],
-            _ => {
-                let (next, bit) = enumeration(rest, names)?;
-                (rest, bits) = (next, bits | bit);
-            }
-        }
+fn bit_mask(input: &[u8], names: EnumNames) -> Parsed<'_, i32> {
+    let bit = |input| enumeration(input, names);
+    let (input, open) = opt(mark('(')).parse(input)?;
+    if open.is_some() {
+        let bits = many_till(token(alt((mark('|').map(|_| 0), bit))), token(mark(')')));
+        let union = |(bits, _): (Vec<i32>, char)| bits.into_iter().fold(0, |a, b| a | b);
+        return bits.map(union).parse(input);
     }
+    let (rest, first) = bit(input)?;
+    let more = preceded(token(mark('|')), cut(token(bit)));
+    fold_many0(more, || first, |bits, bit| bits | bit).parse(rest)
 }
 
-/// Width, height, (depth,) components, then one number a pixel.
-fn image(input: &[u8], solid: bool) -> Parsed<'_, Image> {
-    let (mut rest, mut size) = (input, [1u32; 3]);
-    for n in size.iter_mut().take(if solid { 3 } else { 2 }) {
-        (rest, *n) = uint32(skip(rest))?;
-    }
-    let components;
-    (rest, components) = uint32(skip(rest))?;
+/// Width, height, the depth of a solid image, the number of components, then a number a pixel.
+fn image<const SOLID: bool>(input: &[u8]) -> Parsed<'_, Image> {
+    let (rest, ([width, height], depth, components)) = (
+        |input| array(input, uint32),
+        |input| match SOLID {
+            true => token(uint32).parse(input),
+            false => Ok((input, 1)),
+        },
+        token(uint32),
+    )
+        .parse(input)?;
     if components > 4 {
-        return bad(
-            input,
-            format!("a pixel has 0 to 4 components, not {components}"),
-        );
+        return fail(input, Problem::TooManyComponents(components));
     }
-    let [width, height, depth] = size;
-    let pixels = u64::from(width) * u64::from(height) * u64::from(if solid { depth } else { 1 });
-    // A pixel takes at least a digit and a space; a promise beyond the file's end is a lie.
+    let pixels = u64::from(width) * u64::from(height) * u64::from(depth);
+    // A pixel takes at least a digit and a space, so the rest of the file bounds their number.
     if pixels * 2 > rest.len() as u64 + 1 && components > 0 {
-        return bad(
-            input,
-            format!(
-                "a picture of {}x{} pixels does not fit in the rest of the file",
-                width.cast_signed(),
-                height.cast_signed()
-            ),
-        );
+        return fail(input, Problem::ImageTooLarge(width, height));
     }
     let count = if components == 0 { 0 } else { pixels as usize };
     let mut bytes = Vec::with_capacity(count * components as usize);
+    let mut rest = rest;
     for _ in 0..count {
-        let pixel;
-        (rest, pixel) = uint32(skip(rest))?;
+        let pixel: u32;
+        (rest, pixel) = token(uint32).parse(rest)?;
         bytes.extend_from_slice(&pixel.to_be_bytes()[4 - components as usize..]);
     }
     let image = Image {
@@ -143,197 +280,4 @@ fn image(input: &[u8], solid: bool) -> Parsed<'_, Image> {
         bytes: Arc::from(bytes),
     };
     Ok((rest, image))
-}
-
-/// A value as far as it could be read.
-pub struct Read<'a> {
-    pub value: Value,
-    pub rest: &'a [u8],
-    /// Something in a list was wrong; the values before it stand, and `rest` is past the list.
-    pub bad: Option<Bad<'a>>,
-}
-
-/// Reads a value of any type but those that hold nodes.
-pub fn value<'a>(input: &'a [u8], kind: FieldType, names: Names<'_>) -> Result<Read<'a>, Bad<'a>> {
-    use FieldType as F;
-    let one = |parsed: Parsed<'a, Value>| match parsed {
-        Ok((rest, value)) => Ok(Read {
-            value,
-            rest,
-            bad: None,
-        }),
-        Err(NomErr::Error(b) | NomErr::Failure(b)) => Err(b),
-        Err(NomErr::Incomplete(_)) => Err(Bad {
-            at: input,
-            what: "the file ends".into(),
-        }),
-    };
-    macro_rules! sf {
-        ($parser:expr, $make:expr) => {
-            one($parser.map(|(rest, v)| (rest, $make(v))))
-        };
-    }
-    macro_rules! mf {
-        ($arm:ident, $parser:expr) => {{
-            let (values, rest, bad) = list(input, $parser)?;
-            Ok(Read {
-                value: Value::$arm(values),
-                rest,
-                bad,
-            })
-        }};
-    }
-    match kind {
-        F::SFBool => sf!(boolean(input), Value::Bool),
-        F::SFInt32 | F::SFShort => sf!(int32(input), Value::Int),
-        F::SFUInt32 | F::SFUShort => sf!(uint32(input), Value::UInt),
-        F::SFFloat => sf!(float(input), Value::Float),
-        F::SFDouble | F::SFTime => sf!(double(input), Value::Double),
-        F::SFString | F::SFName => sf!(string(input), |s: String| Value::String(s.into())),
-        F::SFEnum => sf!(enumeration(input, names), Value::Int),
-        F::SFBitMask => sf!(bit_mask(input, names), Value::Int),
-        F::SFVec2f => sf!(floats(input), |v| Value::Vec2(Vec2::from_array(v))),
-        F::SFVec3f | F::SFColor => sf!(floats(input), |v| Value::Vec3(Vec3::from_array(v))),
-        F::SFVec4f => sf!(floats(input), |v| Value::Vec4(Vec4::from_array(v))),
-        F::SFVec2s | F::SFVec2i32 | F::SFVec3i32 | F::SFVec4i32 => {
-            sf!(several(input, kind.width(), int32), Value::Ints)
-        }
-        F::SFVec3d => sf!(several(input, 3, double), Value::Doubles),
-        F::SFRotation => sf!(rotation(input), Value::Rotation),
-        F::SFMatrix => sf!(matrix(input), |m| Value::Matrix(Box::new(m))),
-        F::SFPlane => sf!(plane(input), Value::Plane),
-        F::SFImage => sf!(image(input, false), |i| Value::Image(Box::new(i))),
-        F::SFImage3 => sf!(image(input, true), |i| Value::Image(Box::new(i))),
-        F::SFNode | F::SFPath | F::SFEngine => Ok(Read {
-            value: Value::Node(None),
-            rest: input,
-            bad: None,
-        }),
-        F::MFNode => Ok(Read {
-            value: Value::Nodes(Vec::new()),
-            rest: input,
-            bad: None,
-        }),
-        F::SFTrigger => Ok(Read {
-            value: Value::Trigger,
-            rest: input,
-            bad: None,
-        }),
-        F::MFBool => mf!(Bools, boolean),
-        F::MFInt32 | F::MFShort => mf!(Ints, int32),
-        F::MFEnum => mf!(Ints, |i| enumeration(i, names)),
-        F::MFUInt32 | F::MFUShort => mf!(UInts, uint32),
-        F::MFFloat => mf!(Floats, float),
-        F::MFDouble | F::MFTime => mf!(Doubles, double),
-        F::MFString | F::MFName => mf!(Strings, string),
-        F::MFVec2f => mf!(Vec2s, |i| floats(i).map(|(r, v)| (r, Vec2::from_array(v)))),
-        F::MFVec3f | F::MFColor => mf!(Vec3s, |i| floats(i).map(|(r, v)| (r, Vec3::from_array(v)))),
-        F::MFVec4f => mf!(Vec4s, |i| floats(i).map(|(r, v)| (r, Vec4::from_array(v)))),
-        F::MFVec2i32 | F::MFVec3i32 | F::MFVec4i32 | F::MFVec3d => flat(input, kind),
-        F::MFRotation => mf!(Rotations, rotation),
-        F::MFMatrix => mf!(Matrices, matrix),
-        F::MFPlane => mf!(Planes, plane),
-    }
-}
-
-fn several<'a, T>(
-    input: &'a [u8],
-    count: usize,
-    one: impl Fn(&'a [u8]) -> Parsed<'a, T>,
-) -> Parsed<'a, Vec<T>> {
-    let mut rest = input;
-    let mut out = Vec::with_capacity(count);
-    for _ in 0..count {
-        let (next, n) = one(skip(rest))?;
-        out.push(n);
-        rest = next;
-    }
-    Ok((rest, out))
-}
-
-/// Vectors that a [`Value`] keeps number by number.
-fn flat(input: &[u8], kind: FieldType) -> Result<Read<'_>, Bad<'_>> {
-    let width = kind.width();
-    if kind == FieldType::MFVec3d {
-        let (values, rest, bad) = list(input, |i| several(i, width, double))?;
-        return Ok(Read {
-            value: Value::Doubles(values.concat()),
-            rest,
-            bad,
-        });
-    }
-    let (values, rest, bad) = list(input, |i| several(i, width, int32))?;
-    Ok(Read {
-        value: Value::Ints(values.concat()),
-        rest,
-        bad,
-    })
-}
-
-type List<'a, T> = (Vec<T>, &'a [u8], Option<Bad<'a>>);
-
-/// `[ a, b c, ]`, or one value without brackets. Several without brackets are taken too, where
-/// the next thing is plainly a number.
-fn list<'a, T>(
-    input: &'a [u8],
-    one: impl Fn(&'a [u8]) -> Parsed<'a, T>,
-) -> Result<List<'a, T>, Bad<'a>> {
-    let mut values = Vec::new();
-    let Some((b'[', mut rest)) = input.split_first() else {
-        let mut rest = input;
-        loop {
-            match one(rest) {
-                Ok((next, v)) => {
-                    values.push(v);
-                    rest = next;
-                }
-                Err(_) if !values.is_empty() => return Ok((values, rest, None)),
-                Err(e) => return Err(unwrap(e, input)),
-            }
-            let next = skip(rest);
-            if !matches!(next.first(), Some(b'0'..=b'9' | b'-' | b'+' | b'.')) {
-                return Ok((values, rest, None));
-            }
-            rest = next;
-        }
-    };
-    loop {
-        rest = skip(rest);
-        if rest.first() == Some(&b']') {
-            values.shrink_to_fit();
-            return Ok((values, &rest[1..], None));
-        }
-        match one(rest) {
-            Ok((next, v)) => {
-                values.push(v);
-                rest = next;
-            }
-            Err(e) => {
-                let bad = unwrap(e, rest);
-                return Ok((values, past_list(bad.at), Some(bad)));
-            }
-        }
-    }
-}
-
-fn unwrap<'a>(error: NomErr<Bad<'a>>, at: &'a [u8]) -> Bad<'a> {
-    match error {
-        NomErr::Error(b) | NomErr::Failure(b) => b,
-        NomErr::Incomplete(_) => Bad {
-            at,
-            what: "the file ends".into(),
-        },
-    }
-}
-
-/// Past the `]` that closes the list we are in; a `}` before it means that there is none.
-fn past_list(mut rest: &[u8]) -> &[u8] {
-    loop {
-        rest = skip(rest);
-        match rest.first() {
-            None | Some(b'}') => return rest,
-            Some(b']') => return &rest[1..],
-            _ => rest = past_token(rest),
-        }
-    }
 }

@@ -8,7 +8,8 @@ use crate::iv::document::ClassRef;
 use crate::iv::encoding::text;
 use crate::iv::read::assemble::Slot;
 use crate::iv::read::numbers::integer;
-use crate::iv::read::tokens::{Bad, def_name, past_token, skip, string, word};
+use crate::iv::read::syntax_error::{Problem, SyntaxError};
+use crate::iv::read::tokens::{def_name, past_token, skip, string, word};
 use crate::iv::read::values;
 
 impl<'s> Reader<'_, '_, 's> {
@@ -183,34 +184,32 @@ impl<'s> Reader<'_, '_, 's> {
 
     pub(super) fn plain(&mut self, node: NodeId, slot: Slot, index: u16, name: Span) -> Result<()> {
         let at = self.rest;
-        match values::value(
-            at,
-            self.asm.written_as(node, slot),
-            self.asm.names_of(node, slot),
-        ) {
-            Ok(read) => {
-                self.rest = read.rest;
+        let kind = self.asm.written_as(node, slot);
+        match values::value(at, kind, self.asm.names_of(node, slot)) {
+            Ok((rest, read)) => {
+                self.rest = rest;
                 let span = Span {
                     start: name.start,
-                    end: self.offset(read.rest) as u32,
+                    end: self.offset(rest) as u32,
                 };
                 let dynamic = self.dynamic_type(node, index, &read.value);
                 if let Value::String(s) = &read.value {
                     self.long_string(s, at);
                 }
                 let entry = self.asm.set(node, index, read.value, span);
-                if let Some(bad) = read.bad {
-                    self.bad_value(node, index, &bad);
+                if let Some(mistake) = read.mistake {
+                    self.bad_value(node, index, &mistake);
                 }
                 if let Some(kind) = dynamic {
                     self.asm.specialize(node, &kind, None);
                 }
                 self.tail(node, entry)
             }
-            Err(bad) => {
-                self.bad_value(node, index, &bad);
-                if bad.what.contains("closing quote") {
-                    self.truncated = true; // it was said: nothing after the quote is left
+            Err(error) => {
+                let error = SyntaxError::from(error);
+                self.bad_value(node, index, &error);
+                if error.problem == Problem::UnclosedString {
+                    self.truncated = true; // this was reported: nothing after the quote is left
                     self.rest = &[];
                 } else {
                     self.rest = at;
@@ -242,7 +241,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    pub(super) fn bad_value(&mut self, node: NodeId, index: u16, bad: &Bad<'_>) {
+    pub(super) fn bad_value(&mut self, node: NodeId, index: u16, error: &SyntaxError<'_>) {
         let fields = self.asm.field_names(node);
         let name = fields
             .get(usize::from(index))
@@ -250,21 +249,22 @@ impl<'s> Reader<'_, '_, 's> {
             .unwrap_or_default()
             .to_owned();
         let class = self.asm.document.node(node).class_name().to_owned();
-        let end = def_name(bad.at).map_or(bad.at, |(rest, _)| rest);
-        let span = self.span(bad.at, end);
-        self.warn(span, format!("`{class}.{name}`: {}", bad.what));
+        let end = def_name(error.at).map_or(error.at, |(rest, _)| rest);
+        let span = self.span(error.at, end);
+        self.warn(span, format!("`{class}.{name}`: {}", error.message()));
     }
 
     pub(super) fn old_field(&mut self, node: NodeId, slot: Slot, name: Span) -> Result<()> {
         let Slot::Old(old) = slot else { return Ok(()) };
         match values::value(self.rest, slot.kind(), self.asm.names_of(node, slot)) {
-            Ok(read) => {
-                self.rest = read.rest;
+            Ok((rest, read)) => {
+                self.rest = rest;
                 self.asm.old.push((node, old, read.value));
                 self.take(b'~');
             }
-            Err(bad) => {
-                self.warn(name, format!("`{}`: {}", old.name, bad.what));
+            Err(error) => {
+                let message = SyntaxError::from(error).message();
+                self.warn(name, format!("`{}`: {message}", old.name));
                 self.recover(node);
             }
         }

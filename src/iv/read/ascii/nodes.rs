@@ -5,7 +5,8 @@ use crate::grammar;
 use crate::grammar::value::{NodeId, Value};
 use crate::iv::document::Connection;
 use crate::iv::encoding::text;
-use crate::iv::read::tokens::{def_name, expected, past_braces, past_token, skip, word};
+use crate::iv::read::syntax_error::expected;
+use crate::iv::read::tokens::{def_name, past_braces, past_token, skip, word};
 
 impl<'s> Reader<'_, '_, 's> {
     /// A node, or a `USE`, or `NULL`, or one of VRML97's statements.

@@ -11,7 +11,7 @@ use crate::iv::document::ClassRef;
 use crate::iv::encoding::text;
 use crate::iv::limits::Limits;
 use crate::iv::read::assemble::Slot;
-use crate::iv::read::enum_names::Names;
+use crate::iv::read::enum_names::EnumNames;
 use crate::iv::read::expand::{self, proto_of};
 use crate::iv::read::tokens::{skip, word};
 use crate::iv::read::values;
@@ -247,15 +247,12 @@ impl<'s> Reader<'_, '_, 's> {
         if self.asm.document.protos[proto].external {
             self.rest = skip(self.rest);
             let start = self.rest;
-            let names = Names {
-                names: &[],
-                old: |_| None,
-            };
-            if let Ok(read) = values::value(self.rest, FieldType::MFString, names) {
+            let urls = values::value(self.rest, FieldType::MFString, EnumNames::NONE);
+            if let Ok((rest, read)) = urls {
                 if let Value::Strings(urls) = read.value {
                     self.asm.document.protos[proto].urls = urls;
                 }
-                self.rest = read.rest;
+                self.rest = rest;
             }
             let span = self.span(start, self.rest);
             self.stack.push(Level::Proto { proto, scope });
