@@ -18,7 +18,7 @@ pub fn svg_page(lens: &Lens, sheet: Option<&LensSheet>) -> String {
     page(lens, sheet).to_svg()
 }
 
-/// The same in an HTML file.
+/// The page in an HTML file.
 pub fn html_page(lens: &Lens, sheet: Option<&LensSheet>) -> String {
     let about = About::of(lens.prescription());
     let title = about.title.unwrap_or_else(|| lens.name().to_owned());
@@ -349,7 +349,7 @@ fn illumination(sheet: &LensSheet) -> Chart {
 }
 
 fn curvature(sheet: &LensSheet) -> Chart {
-    // Beyond a tenth of the focal length a focus says no more than that there is none.
+    // A focus beyond a tenth of the focal length is not a usable focus.
     let limit = 0.25 * sheet.image_height;
     let kept = |v: Option<f64>| v.filter(|v| v.abs() < limit);
     let series = vec![
@@ -583,7 +583,7 @@ fn brief(value: f64) -> String {
     tidy(value, if value < 10.0 { 0.01 } else { 0.1 })
 }
 
-/// Lines of at most so many letters.
+/// Divides a text into lines of less than `most` letters.
 fn wrapped(text: &str, most: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {

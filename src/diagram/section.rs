@@ -1,4 +1,4 @@
-//! The section of a lens through its axis, with rays: the paper's figures 3 to 5 and 13 to 16.
+//! The section of a lens through its axis, with rays, as in figures 3 to 5 and 13 to 16 of the paper.
 //!
 //! Light comes from the left. Each fan is the parallel beam of one field; rays that are lost are
 //! drawn to where they are lost, and end there in a small cross.
@@ -10,22 +10,22 @@ use crate::lens::{Lens, LensRay, Prescription, RayPath, Surface, Toward};
 use super::drawing::{Anchor, Drawing, Ink, Item};
 use super::numbers::{round_number, tidy};
 
-/// What a section shows.
+/// The options of a section.
 #[derive(Clone, Debug)]
 pub struct SectionOptions {
     /// The width of the drawing; its height follows.
     pub width: f64,
-    /// The most it may be high.
+    /// The greatest height.
     pub height: f64,
-    /// Where the film is; default: the focus of the axis.
+    /// The z of the film. Default: the focus on the axis.
     pub film_z: Option<f64>,
     /// The film heights whose beams are drawn, in millimeters.
     pub fields: Vec<f64>,
-    /// Rays of a beam that get through.
+    /// The number of rays of a beam that get through.
     pub rays: usize,
-    /// Whether rays beside the beam are drawn to where they are lost.
+    /// Whether lost rays are drawn, to the point where they are lost.
     pub lost: bool,
-    /// Principal planes and focal points.
+    /// Whether principal planes and focal points are drawn.
     pub marks: bool,
 }
 
@@ -58,11 +58,11 @@ struct Stroke {
     points: Vec<DVec2>,
     closed: bool,
     ink: Ink,
-    /// A cross at its end.
+    /// Whether it ends in a cross.
     ends_lost: bool,
 }
 
-/// A letter at a point of the axis, above or below what it stands for.
+/// A letter at a point, above or below it.
 #[derive(Clone, Debug)]
 struct Sign {
     at: DVec2,
@@ -234,7 +234,7 @@ impl LensDiagram {
         let Some(first) = path.hits.first() else {
             return;
         };
-        // Steep rays meet the front behind the wavefront they are drawn from.
+        // A steep ray may meet the front surface behind the wavefront where drawing starts.
         let begin = if (*first - begin).dot(d) > 0.0 {
             begin
         } else {
@@ -258,7 +258,7 @@ impl LensDiagram {
         }
     }
 
-    /// H, H′, F and F′, where they are on the drawing or near it.
+    /// Draws H, H′, F and F′ if they are on the drawing or near it.
     fn marks(&mut self, lens: &Lens, film_z: f64, reach: f64) {
         let Some(focal) = lens.first_order().focal else {
             return;

@@ -1,4 +1,4 @@
-//! What a prescription file says about its lens, in `key: value` comments above the table.
+//! The design data of a lens, from the `key: value` comments above the table of its file.
 //!
 //! ```text
 //! # name: Double Gauss
@@ -12,7 +12,7 @@
 
 use super::prescription::Prescription;
 
-/// The keys that are understood; the first is the title of the design.
+/// The keys that are read; the first is the title of the design.
 pub const KEYS: [&str; 8] = [
     "name",
     "kind",
@@ -24,16 +24,16 @@ pub const KEYS: [&str; 8] = [
     "source",
 ];
 
-/// What is said of a lens; what is not said is none.
+/// The design data of a lens. What the file does not state is none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct About {
     pub title: Option<String>,
     pub kind: Option<String>,
     pub year: Option<String>,
-    /// As it is said, and the whole angle in degrees (of a zoom lens, the widest).
+    /// The field as the file states it, and the whole angle in degrees (of a zoom lens, the widest).
     pub field: Option<String>,
     pub field_degrees: Option<f64>,
-    /// As it is said, and in millimeters (of a zoom lens, the shortest).
+    /// The focal length as the file states it, and in millimeters (of a zoom lens, the shortest).
     pub focal_length: Option<String>,
     pub focal_length_mm: Option<f64>,
     pub f_number: Option<f64>,

@@ -20,12 +20,12 @@ pub struct Lens {
     wavelength_nm: f64,
     elements: Vec<Element>,
     first_order: FirstOrder,
-    /// Whether any surface does.
+    /// Whether any surface reflects.
     reflects: bool,
 }
 
 impl Lens {
-    /// Makes a lens of a prescription, at the d line.
+    /// Prepares a prescription for tracing at the d line.
     pub fn new(prescription: Prescription) -> Self {
         Self::at(prescription, D_LINE)
     }
@@ -66,23 +66,23 @@ impl Lens {
         self.wavelength_nm
     }
 
-    /// The same lens for another wavelength.
+    /// The lens at another wavelength.
     pub fn at_wavelength(&self, wavelength_nm: f64) -> Self {
         Self::at(self.prescription.clone(), wavelength_nm)
     }
 
-    /// The same lens with every length multiplied: the paper's `-z`.
+    /// The lens with every length multiplied, the paper's `-z`.
     pub fn scaled(&self, factor: f64) -> Self {
         Self::at(self.prescription.scaled(factor), self.wavelength_nm)
     }
 
-    /// The same lens at another focal length; see [`Prescription::scaled_to`].
+    /// The lens scaled to a focal length; see [`Prescription::scaled_to`].
     pub fn scaled_to(&self, efl: Mm) -> Result<Self> {
         let scaled = self.prescription.scaled_to(efl, self.wavelength_nm)?;
         Ok(self.with(scaled))
     }
 
-    /// The same lens with another stop; see [`Prescription::with_stop`].
+    /// The lens with another stop; see [`Prescription::with_stop`].
     pub fn with_stop(&self, semi_diameter: Mm) -> Result<Self> {
         let stopped = self
             .prescription
@@ -90,7 +90,7 @@ impl Lens {
         Ok(self.with(stopped))
     }
 
-    /// The same lens stopped down; see [`Prescription::at_f_number`].
+    /// The lens stopped down; see [`Prescription::at_f_number`].
     pub fn at_f_number(&self, f_number: f64) -> Result<Self> {
         let stopped = self
             .prescription
@@ -116,7 +116,7 @@ impl Lens {
         self.elements.last().map_or(0.0, |e| e.vertex_z)
     }
 
-    /// The same lens at one of its tabulated zoom positions, from 0.
+    /// The lens at one of its tabulated zoom positions, counted from 0.
     pub fn at_zoom(&self, position: usize) -> Result<Self> {
         Ok(self.with(self.prescription.at_zoom(position)?))
     }
@@ -127,13 +127,13 @@ impl Lens {
         edges.find(|edges| !edges.is_empty()).unwrap_or(&[])
     }
 
-    /// Whether light finds the same in every plane through the axis.
+    /// Whether the lens is symmetric about its axis.
     pub(crate) fn is_rotational(&self) -> bool {
         let mut surfaces = self.prescription.surfaces.iter();
         self.iris_edges().is_empty() && surfaces.all(|s| s.shape.is_rotational())
     }
 
-    /// The same lens with another hole in its stop.
+    /// The lens with another iris.
     pub fn with_iris(&self, iris: Iris) -> Self {
         self.with(Prescription {
             iris,
@@ -141,7 +141,7 @@ impl Lens {
         })
     }
 
-    /// The same lens with this on every surface.
+    /// The lens with this coating on every surface.
     pub fn with_coating(&self, coating: Coating) -> Self {
         self.with(self.prescription().clone().with_coating(coating))
     }
@@ -151,7 +151,7 @@ impl Lens {
         self.reflects
     }
 
-    /// Another prescription at the same wavelength.
+    /// A lens of another prescription at the same wavelength.
     pub(crate) fn with(&self, prescription: Prescription) -> Self {
         Self::at(prescription, self.wavelength_nm)
     }

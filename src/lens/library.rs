@@ -15,21 +15,33 @@ mod shipped {
 
 impl Lens {
     /// Opens a lens by the name of a shipped one or by the path of a file.
+    ///
+    /// # Errors
+    /// As [`open_prescription`].
     pub fn open(name_or_path: impl AsRef<Path>) -> Result<Self> {
         Self::open_with(name_or_path, &mut Sink::new())
     }
 
-    /// The same, with the reader's warnings.
+    /// Opens a lens; the reader's warnings go to `sink`.
+    ///
+    /// # Errors
+    /// As [`open_prescription`].
     pub fn open_with(name_or_path: impl AsRef<Path>, sink: &mut Sink) -> Result<Self> {
         Self::open_as(name_or_path, &Reading::default(), sink)
     }
 
-    /// The same, with glass catalogues and habits of reading of one's own.
+    /// Opens a lens with given glass catalogues and reading options.
+    ///
+    /// # Errors
+    /// As [`open_prescription`].
     pub fn open_as(name_or_path: impl AsRef<Path>, how: &Reading, sink: &mut Sink) -> Result<Self> {
         open_prescription(name_or_path, how, sink).map(Self::new)
     }
 
-    /// A shipped lens by name, wherever the program runs.
+    /// A shipped lens by name. It is part of the program and needs no file.
+    ///
+    /// # Errors
+    /// A name that no shipped lens has.
     pub fn named(name: &str) -> Result<Self> {
         read::read(&shipped_source(name)?, &mut Sink::new()).map(Self::new)
     }
@@ -75,8 +87,7 @@ fn shipped_source(name: &str) -> Result<Arc<Source>> {
     Ok(Arc::new(Source::new(format!("lenses/{file}"), bytes)))
 }
 
-/// Says where the file of a lens lists its zoom positions, if it does, or begins: for a message
-/// about one that is not there.
+/// Points a message about a zoom position at the place where the lens's file lists them.
 pub fn at_zoom_list(error: Box<Diagnostic>, name_or_path: impl AsRef<Path>) -> Box<Diagnostic> {
     match source(name_or_path.as_ref()) {
         Ok(source) => origin::at_zoom_list(error, &source),

@@ -19,11 +19,11 @@ pub struct Prescription {
     pub surfaces: Vec<Surface>,
     /// What is in front of the first surface.
     pub object_medium: Medium,
-    /// Half of the diagonal of the film it is made for, in millimeters, where the file says it.
+    /// Half of the diagonal of the film that it is made for, in millimeters, if the file states it.
     pub image_height: Option<f64>,
-    /// The positions of a zoom lens; empty for a lens that has one.
+    /// The positions of a zoom lens; empty for a lens of one focal length.
     pub zoom: Vec<ZoomPosition>,
-    /// The surfaces that move for focusing; none where the whole lens moves.
+    /// The surfaces that move for focusing; none if the whole lens moves.
     pub focus_group: Option<FocusGroup>,
     pub iris: Iris,
 }
@@ -37,7 +37,7 @@ pub struct ZoomPosition {
     pub stop_semi_diameter: Option<f64>,
 }
 
-/// Surfaces `first..=last` move along the axis to focus; the gaps around them take it up.
+/// Surfaces `first..=last` move along the axis to focus, which changes the gaps around them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FocusGroup {
     pub first: usize,
@@ -94,7 +94,7 @@ impl Prescription {
         }
     }
 
-    /// Whether its pictures are the same when it is turned about its axis.
+    /// Whether the lens is symmetric about its axis.
     pub fn is_rotational(&self) -> bool {
         self.iris == Iris::Round && self.surfaces.iter().all(|s| s.shape.is_rotational())
     }
@@ -103,7 +103,7 @@ impl Prescription {
         self.surfaces.iter().any(|s| s.medium.is_dispersive()) || self.object_medium.is_dispersive()
     }
 
-    /// Whether light of some wavelengths takes another way through it, or gets through better.
+    /// Whether the path or the transmittance depends on the wavelength.
     pub fn is_chromatic(&self) -> bool {
         let tints = |s: &Surface| s.coating == Coating::MagnesiumFluoride;
         self.is_dispersive() || self.surfaces.iter().any(tints)
@@ -146,7 +146,7 @@ impl Prescription {
         }
     }
 
-    /// The same lens with this on every surface.
+    /// The lens with this coating on every surface.
     pub fn with_coating(mut self, coating: Coating) -> Self {
         self.surfaces.iter_mut().for_each(|s| s.coating = coating);
         self
@@ -215,9 +215,9 @@ pub enum Column {
     SemiDiameter,
 }
 
-/// Checks what any reader has read. Errors end it; warnings go to `sink`.
+/// Checks a prescription after any reader. Errors end it; warnings go to `sink`.
 ///
-/// `place` says where a value of a surface stands in the file.
+/// `place` gives the span of a surface's value in the file.
 pub fn check(
     prescription: &mut Prescription,
     source: &Arc<Source>,
@@ -234,7 +234,7 @@ pub fn check(
     }
     check_stops(prescription, &fail, &place)?;
     check_backwards(prescription, &fail, &place)?;
-    // Nothing is wrong: what may be.
+    // What may be wrong.
     if prescription.stop().is_none() {
         sink.warn(place(0, Column::Radius), "the lens has no stop")
             .help(

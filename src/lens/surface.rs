@@ -5,7 +5,7 @@ use crate::diag::Span;
 use super::glass::coating::Coating;
 use super::glass::medium::Medium;
 
-/// How strongly a surface bends, kept as it was given: a radius or a curvature.
+/// The curvature of a surface, stored as it was given: as a radius or as a curvature.
 ///
 /// A plane has curvature 0; its radius is written as 0 too, as in the files. Keeping the radius
 /// as typed lets first-order optics divide by it in extended precision, and a writer print it.
@@ -68,8 +68,7 @@ impl Curvature {
     }
 }
 
-/// The plane through the axis in which the optics is looked at. They differ only for cylinders
-/// and toroids.
+/// A plane through the axis. First-order data differ between the two only for cylinders and toroids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Plane {
     X,
@@ -79,7 +78,7 @@ pub enum Plane {
 /// The highest power of r in a polynomial asphere.
 pub const MAX_POWER: usize = 20;
 
-/// What a surface is beside its curvature.
+/// The kind of a surface, apart from its curvature.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A sphere, or a plane where the curvature is 0.
@@ -105,7 +104,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The same in every plane through the axis.
+    /// Whether the surface is symmetric about the axis.
     pub fn is_rotational(&self) -> bool {
         matches!(
             self,
@@ -142,13 +141,13 @@ pub struct Surface {
     pub thickness: f64,
     /// What fills that gap.
     pub medium: Medium,
-    /// Rays farther than this from the axis are blocked. Infinite where the file gives none.
+    /// Rays farther than this from the axis are blocked. Infinite if the file gives none.
     pub semi_diameter: f64,
-    /// The aperture stop.
+    /// Whether this is the aperture stop.
     pub is_stop: bool,
-    /// What lies on it.
+    /// The coating on it.
     pub coating: Coating,
-    /// Where the file says it, for messages.
+    /// Where the surface stands in the file, for messages.
     pub span: Span,
 }
 
@@ -216,7 +215,7 @@ impl Surface {
         c * y * y / (1.0 + inside.sqrt()) + polynomial
     }
 
-    /// The same surface with every length multiplied.
+    /// The surface with every length multiplied.
     pub fn scaled(&self, factor: f64) -> Self {
         let mut shape = self.shape.map_terms(|power, term| match power {
             0 => term * factor,
@@ -234,7 +233,7 @@ impl Surface {
         }
     }
 
-    /// The same surface seen from the other side; its gap and medium are left as they are.
+    /// The surface seen from the other side. Its gap and medium are not changed.
     pub fn reversed(&self) -> Self {
         let mut shape = self.shape.map_terms(|_, term| -term);
         if let Shape::Toroid { across, .. } = &mut shape {

@@ -1,4 +1,4 @@
-//! The light of one object point on its way to one height of the film.
+//! The beam from one object point to one height of the film.
 
 use std::f64::consts::TAU;
 
@@ -26,7 +26,7 @@ pub struct Beam<'a> {
 
 impl<'a> Beam<'a> {
     /// Of a point in a plane across the axis at a distance from the front vertex, in millimeters,
-    /// which may be infinite. None where no chief ray gets there, or no light.
+    /// which may be infinite. None if no chief ray gets there, or no light.
     pub fn of(lens: &'a Lens, height: f64, film_z: f64, distance: f64) -> Option<Self> {
         let chief = lens.chief_ray(DVec2::new(0.0, height), film_z)?;
         let d = -chief.direction;

@@ -1,4 +1,4 @@
-//! The image of a point by light as a wave: point spread and modulation at one wavelength.
+//! The image of a point by diffraction: point spread and modulation at one wavelength.
 //!
 //! The field near an image point is a sum of plane waves, one for every direction that the lens
 //! lets through (Debye's integral): U(x) = ∫ a(d) exp(i k (W(d) + n d·x)) dd, with W the optical
@@ -89,7 +89,7 @@ impl Openings {
 impl Wavefront {
     /// The waves of a beam about an image point on the film. The point is the reference of the
     /// phase; another one of the same beam is a shift of the picture, so that wavelengths keep
-    /// their places. None where no light gets through.
+    /// their places. None if no light gets through.
     pub fn of(lens: &Lens, beam: &Beam<'_>, openings: &Openings, image: DVec3) -> Option<Self> {
         let grid = openings.grid;
         let (low, high) = beam.bounds();

@@ -1,4 +1,4 @@
-//! Light that reaches the film after two reflections inside the lens.
+//! Ghosts: light that reaches the film after two reflections inside the lens.
 //!
 //! A ghost belongs to a pair of surfaces: light on its way to the film is turned back by the one
 //! farther behind, again by the one in front, and goes on. Every pair of surfaces that reflect

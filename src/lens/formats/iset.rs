@@ -16,6 +16,7 @@ use crate::lens::glass::medium::{C_LINE, D_LINE, F_LINE, Medium};
 use crate::lens::prescription::{Column, Prescription, check};
 use crate::lens::surface::{Shape, Surface};
 
+use super::index_table::interpolated;
 use super::json::{Places, parse};
 
 /// Whether a JSON text is one of these: it speaks of `semi_aperture`, and of no schema.
@@ -32,74 +33,14 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     })?;
     let mut medium = Medium::air();
     let mut surfaces = Vec::with_capacity(rows.len());
-    for (i, row) in rows.iter().enumerate() {
-        let refuse = |key: &str, what: &str| {
-            let span = places.value(i, &[&format!("\"{key}\"")]);
-            Diagnostic::error(format!("surface {i} {what}")).at(source, span)
+    for (number, row) in rows.iter().enumerate() {
+        let row = Row {
+            source,
+            places: &places,
+            number,
+            row,
         };
-        let maybe = |key: &str| -> Result<Option<f64>> {
-            match row.get(key).map(flat).as_deref() {
-                Some([x, rest @ ..]) if rest.iter().all(|y| y == x) => Ok(Some(*x)),
-                Some([_, ..]) => Err(refuse(key, "is not of revolution: its `x` and `y` differ")),
-                _ => Ok(None),
-            }
-        };
-        let value = |key: &str| -> Result<f64> {
-            maybe(key)?.ok_or_else(|| {
-                Diagnostic::error(format!("surface {i} has no number `{key}`"))
-                    .at(source, places.object(i))
-                    .with_help("a surface has radius, thickness, ior and semi_aperture")
-            })
-        };
-        let radius = value("radius")?;
-        let glass = match row.get("ior").and_then(over_wavelengths) {
-            Some(glass) => glass,
-            None => Medium::constant(value("ior")?),
-        };
-        let is_stop = radius == 0.0 && glass.n_d == 0.0;
-        if !is_stop {
-            medium = glass;
-        }
-        let turned = row.get("transform").map(flat).unwrap_or_default();
-        let identity = |(at, x): (usize, &f64)| *x == if at % 5 == 0 { 1.0 } else { 0.0 };
-        if !turned.iter().enumerate().all(identity) {
-            return Err(refuse(
-                "transform",
-                "is shifted or tilted, which ivcam does not trace",
-            ));
-        }
-        for key in ["aspheric_coefficients", "asphericCoefficients"] {
-            if row
-                .get(key)
-                .map(flat)
-                .is_some_and(|a| a.iter().any(|a| *a != 0.0))
-            {
-                return Err(refuse(
-                    key,
-                    "is a polynomial asphere, which is read from other formats only",
-                ));
-            }
-        }
-        let k = match maybe("conic_constant")? {
-            Some(k) => k,
-            None => maybe("conic")?.unwrap_or(0.0),
-        };
-        let surface = Surface::sphere(
-            radius,
-            value("thickness")?,
-            medium.clone(),
-            value("semi_aperture")?,
-        );
-        surfaces.push(Surface {
-            is_stop,
-            span: places.object(i),
-            shape: if k == 0.0 {
-                Shape::Sphere
-            } else {
-                Shape::Conic { k }
-            },
-            ..surface
-        });
+        surfaces.push(row.surface(&mut medium)?);
     }
     let name = root.get("name").and_then(Value::as_str).map(str::trim);
     let name = name.filter(|n| !n.is_empty());
@@ -117,6 +58,93 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
         Column::SemiDiameter => places.value(surface, &["\"semi_aperture\""]),
     })?;
     Ok(lens)
+}
+
+/// One of the `surfaces`.
+struct Row<'a> {
+    source: &'a Arc<Source>,
+    places: &'a Places,
+    number: usize,
+    row: &'a Value,
+}
+
+impl Row<'_> {
+    fn refuse(&self, key: &str, what: &str) -> Box<Diagnostic> {
+        let span = self.places.value(self.number, &[&format!("\"{key}\"")]);
+        Diagnostic::error(format!("surface {} {what}", self.number)).at(self.source, span)
+    }
+
+    /// A number, which may be given for x and y; none if it is not there.
+    fn maybe(&self, key: &str) -> Result<Option<f64>> {
+        match self.row.get(key).map(flat).as_deref() {
+            Some([x, rest @ ..]) if rest.iter().all(|y| y == x) => Ok(Some(*x)),
+            Some([_, ..]) => Err(self.refuse(key, "is not of revolution: its `x` and `y` differ")),
+            _ => Ok(None),
+        }
+    }
+
+    fn value(&self, key: &str) -> Result<f64> {
+        self.maybe(key)?.ok_or_else(|| {
+            Diagnostic::error(format!("surface {} has no number `{key}`", self.number))
+                .at(self.source, self.places.object(self.number))
+                .with_help("a surface has radius, thickness, ior and semi_aperture")
+        })
+    }
+
+    /// The surface. `medium` is that in front of it, and becomes that behind it.
+    fn surface(&self, medium: &mut Medium) -> Result<Surface> {
+        let radius = self.value("radius")?;
+        let glass = match self.row.get("ior").and_then(over_wavelengths) {
+            Some(glass) => glass,
+            None => Medium::constant(self.value("ior")?),
+        };
+        let is_stop = radius == 0.0 && glass.n_d == 0.0;
+        if !is_stop {
+            *medium = glass;
+        }
+        self.refuse_unsupported()?;
+        let k = match self.maybe("conic_constant")? {
+            Some(k) => k,
+            None => self.maybe("conic")?.unwrap_or(0.0),
+        };
+        let surface = Surface::sphere(
+            radius,
+            self.value("thickness")?,
+            medium.clone(),
+            self.value("semi_aperture")?,
+        );
+        Ok(Surface {
+            is_stop,
+            span: self.places.object(self.number),
+            shape: if k == 0.0 {
+                Shape::Sphere
+            } else {
+                Shape::Conic { k }
+            },
+            ..surface
+        })
+    }
+
+    fn refuse_unsupported(&self) -> Result<()> {
+        let turned = self.row.get("transform").map(flat).unwrap_or_default();
+        let identity = |(at, x): (usize, &f64)| *x == if at % 5 == 0 { 1.0 } else { 0.0 };
+        if !turned.iter().enumerate().all(identity) {
+            return Err(self.refuse(
+                "transform",
+                "is shifted or tilted, which ivcam does not trace",
+            ));
+        }
+        for key in ["aspheric_coefficients", "asphericCoefficients"] {
+            let coefficients = self.row.get(key).map(flat).unwrap_or_default();
+            if coefficients.iter().any(|a| *a != 0.0) {
+                return Err(self.refuse(
+                    key,
+                    "is a polynomial asphere, which is read from other formats only",
+                ));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The numbers of a value, of lists in it too.
@@ -141,7 +169,7 @@ fn over_wavelengths(value: &Value) -> Option<Medium> {
         table.first()?.1,
         table.iter().all(|(_, n)| *n == table[0].1),
     );
-    let at = |nm| super::seq::interpolated(&table, nm);
+    let at = |nm| interpolated(&table, nm);
     match (at(F_LINE), at(D_LINE), at(C_LINE)) {
         _ if same => Some(Medium::constant(first)),
         (Some(f), Some(d), Some(c)) => Some(Medium::from_lines(f, d, c)),

@@ -90,7 +90,7 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Value> {
     })
 }
 
-/// What serde_json says, without the place, which the message gives by itself.
+/// The words of serde_json without the position, which the message has by itself.
 fn reason(error: &serde_json::Error) -> String {
     let text = error.to_string();
     text.rsplit_once(" at line")
@@ -437,7 +437,7 @@ impl Reader<'_> {
     }
 }
 
-/// What the file says of the lens, as the comments of a `.dat` file would.
+/// The design data of the file, as comments of a `.dat` file.
 fn notes(root: &Value) -> Vec<String> {
     let said = |key: &str| root.get(key).and_then(Value::as_str).map(str::to_owned);
     let title = said("title").map(|title| format!("name: {title}"));

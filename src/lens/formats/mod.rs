@@ -1,7 +1,8 @@
-//! Reading prescriptions, by what a file says rather than by what it is called, and writing them.
+//! Reads prescriptions, whose format is recognized by their content, and writes them.
 
 mod apertures;
 pub mod dat;
+mod index_table;
 pub mod iset;
 pub mod json;
 pub mod origin;

@@ -1,4 +1,4 @@
-//! Reading prescriptions, by what a file says rather than by what it is called.
+//! Reads a prescription. The format is recognized by the content of a file, not by its name.
 
 use std::sync::Arc;
 
@@ -20,21 +20,27 @@ pub enum Format {
     CodeV,
 }
 
-/// What a reader cannot know from the file.
+/// Options of reading that a file does not state.
 #[derive(Clone, Debug, Default)]
 pub struct Reading {
     pub glasses: Catalogue,
     /// In four columns: whether the second is the distance from the vertex before (the order of
-    /// the older files of Kolb and CS348b) or to the next one. None: by what the file says.
+    /// the older files of Kolb and CS348b) or to the next one. None: as the file itself suggests.
     pub position_first: Option<bool>,
 }
 
-/// Reads a prescription in any format known here.
+/// Reads a prescription in any known format.
+///
+/// # Errors
+/// As [`read_with`].
 pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     read_with(source, &Reading::default(), sink)
 }
 
-/// The same, with glasses and habits of one's own.
+/// Reads a prescription in any known format, with given glasses and options.
+///
+/// # Errors
+/// A file in no known format, and whatever its reader finds wrong.
 pub fn read_with(source: &Arc<Source>, how: &Reading, sink: &mut Sink) -> Result<Prescription> {
     let source = &text::decoded(source);
     let before = sink.set_source(Some(source.clone()));
@@ -87,7 +93,7 @@ fn format(source: &Arc<Source>) -> Result<Format> {
     Ok(Format::Columns)
 }
 
-/// Refuses what is no prescription, and prescriptions of programs that are not read, by name.
+/// Refuses files that are no prescription, and those of programs that are not read, by name.
 fn known(source: &Arc<Source>) -> Result<()> {
     let text = text::text(source);
     let refuse = |what: &str, span: Span, help: &str| {

@@ -71,7 +71,7 @@ impl Catalogue {
         found.map(|(_, glass)| glass)
     }
 
-    /// The same, or the message that there is none, with the nearest name.
+    /// A glass by name, or a message with the nearest name.
     pub fn get(&self, name: &str, source: &Arc<Source>, span: Span) -> Result<Medium> {
         if let Some(glass) = self.find(name) {
             return Ok(glass.clone());

@@ -24,7 +24,7 @@ pub fn named_line(wavelength_nm: f64) -> f64 {
 /// How an index depends on the wavelength.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Dispersion {
-    /// The same at every wavelength: only `n_d` is known.
+    /// A constant index: only `n_d` is known.
     None,
     /// n = a + b/λ², through `n_d` and the Abbe number.
     Cauchy { a: f64, b: f64 },

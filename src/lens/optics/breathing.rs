@@ -1,4 +1,4 @@
-//! Focus breathing: what focusing nearer does to the field and to the light.
+//! Focus breathing: how the field and the exposure change when the lens is focused nearer.
 
 use serde::Serialize;
 
@@ -8,10 +8,10 @@ use super::focus::{Focus, FocusMethod};
 use crate::lens::lens::Lens;
 use crate::lens::surface::Plane;
 
-/// A lens focused at a distance.
+/// The field and the exposure of a lens focused at one distance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Breath {
-    /// In millimeters, counted as the focus method counts it; none is infinity.
+    /// In millimeters, counted as the focus method counts it; none for infinity.
     pub distance: Option<f64>,
     pub magnification: f64,
     /// How far the film, or the part that focuses, has moved.
@@ -73,7 +73,7 @@ impl Lens {
         }
     }
 
-    /// The nearest distance worth telling, in meters.
+    /// The nearest distance to be listed, in meters.
     fn nearest(&self, method: FocusMethod) -> Option<f64> {
         let focal = self.first_order().focal?;
         if method == FocusMethod::Group {

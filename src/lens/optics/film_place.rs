@@ -1,9 +1,9 @@
-//! Where the film stands behind the lens, and what shape it has: tilt, swing, shift and rise, and
-//! film bent to a sphere.
+//! The film behind the lens, its position and its shape: tilt, swing, shift and rise, and film bent
+//! to a sphere.
 //!
 //! A photographer moves the lens and leaves the film, so that the view stays: parallel lines that
 //! face the film stay parallel. Rays are traced in lens space, where the lens stays and the film
-//! moves; [`FilmPlace`] is the film there, and how to come back.
+//! moves; [`FilmPlace`] is the film there, and the transform back.
 
 use glam::{DQuat, DVec2, DVec3};
 use thiserror::Error;
@@ -16,7 +16,7 @@ use crate::lens::lens::Lens;
 use crate::lens::trace::meet::meet_sphere;
 use crate::lens::trace::ray::LensRay;
 
-/// How the lens is moved against the film, and how the film is bent. Nothing by default.
+/// How the lens is moved against the film, and how the film is bent. By default neither is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Movements {
     /// Forward about a level axis, in radians: the lens looks down, its sharp plane lies down.
@@ -32,7 +32,7 @@ pub struct Movements {
     pub film_radius: Option<f64>,
 }
 
-/// Why a film can't stand there.
+/// Why a film cannot be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum PlaceFault {
     #[error("tilted so far the middle of the picture comes into focus nowhere")]
@@ -104,7 +104,7 @@ impl FilmPlace {
             .landmarks(format)
             .map(|p| rear_z - p.z)
             .fold(f64::NEG_INFINITY, f64::max);
-        // Where nothing is moved, focusing has said so.
+        // Without movements, focusing has checked this already.
         if !(depth < 0.0) && *movements != Movements::default() {
             return Err(PlaceFault::FilmInsideLens { depth });
         }
@@ -177,7 +177,7 @@ impl FilmPlace {
         [self.axes[0], self.axes[1]]
     }
 
-    /// Whether the film looks the same turned about the axis of the lens.
+    /// Whether the film is symmetric about the axis of the lens.
     pub fn is_centered(&self) -> bool {
         self.axes[2] == DVec3::Z && self.center.truncate() == DVec2::ZERO
     }
@@ -189,7 +189,7 @@ impl FilmPlace {
         c * r2 / (1.0 + (1.0 - c * c * r2).max(0.0).sqrt())
     }
 
-    /// Corners, middles of the sides, and the middle.
+    /// The corners, the middles of the sides, and the middle.
     fn landmarks(&self, format: FilmFormat) -> impl Iterator<Item = DVec3> {
         let half = 0.5 * DVec2::new(format.width, format.height);
         let steps = [-1.0, 0.0, 1.0];
@@ -200,7 +200,7 @@ impl FilmPlace {
 }
 
 impl Movements {
-    /// What is moved, in words.
+    /// The movements that are not 0, with a name and a value in words.
     pub fn said(&self) -> impl Iterator<Item = (&'static str, String)> {
         let degrees = |angle: f64| format!("{} degrees", (angle.to_degrees() * 1e6).round() / 1e6);
         let length = |mm: f64| format!("{mm} mm");
@@ -221,7 +221,7 @@ impl Movements {
     }
 }
 
-/// A turn about a unit axis, by the same sine and cosine everywhere.
+/// A rotation about a unit axis, by sine and cosine that are the same on every machine.
 fn half_turned(axis: DVec3, angle: f64) -> DQuat {
     let (sin, cos) = libm::sincos(0.5 * angle);
     let v = sin * axis;

@@ -24,7 +24,7 @@ pub struct FirstOrder {
     /// Maps (y, n u) at the front vertex to (y, n u) at the rear vertex, row by row.
     pub matrix: [f64; 4],
     pub power: f64,
-    /// None for an afocal lens.
+    /// The focal lengths; none for an afocal lens.
     pub focal: Option<Focal>,
     /// The surface that acts as the stop: the one marked, or the first to limit an axial beam.
     pub stop: Option<usize>,
@@ -51,7 +51,7 @@ pub struct Focal {
     pub rear_principal_plane: f64,
 }
 
-/// An image of the stop.
+/// An image of the stop, in object or in image space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pupil {
     pub z: f64,
@@ -158,7 +158,7 @@ fn sum(terms: impl Iterator<Item = f64>) -> f64 {
     terms.fold(Dd::new(0.0), |s, t| s.add(Dd::new(t))).value()
 }
 
-/// What happens to (y, n u) between two places.
+/// The transfer of (y, n u) between two planes.
 struct Matrix {
     a: Dd,
     b: Dd,

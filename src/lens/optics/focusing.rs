@@ -6,8 +6,8 @@ use crate::lens::lens::Lens;
 use crate::math::{Meters, Mm};
 
 impl Lens {
-    /// Where the film goes for an object at a distance, see [`FocusMethod`]. A focusing group
-    /// changes the lens itself; [`Self::focused`] gives it too.
+    /// Focuses on an object at a distance; see [`FocusMethod`]. A focusing group changes the lens
+    /// itself, which [`Self::focused`] returns too.
     pub fn focus(&self, method: FocusMethod, distance: Meters) -> Result<Focus, FocusFault> {
         let distance = Mm::from(distance).0;
         match method {
@@ -18,7 +18,7 @@ impl Lens {
         }
     }
 
-    /// The lens as it is when focused, and where its film is.
+    /// The focused lens, and where its film is.
     pub fn focused(
         &self,
         method: FocusMethod,

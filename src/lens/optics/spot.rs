@@ -16,7 +16,7 @@ pub struct Spot {
     pub largest: f64,
     /// The cross-section of the beam that gets through, in mm².
     pub beam_area: f64,
-    /// How far to move the film for the least `rms`, and that.
+    /// How far to move the film for the least `rms`, and that least value.
     pub best_shift: f64,
     pub best_rms: f64,
 }
@@ -25,14 +25,14 @@ pub struct Spot {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxialBeam {
     pub height: f64,
-    /// What stops the next higher ray; none where nothing does.
+    /// What stops the next higher ray; none if nothing does.
     pub limit: Option<Loss>,
     /// The focal length over the beam's diameter.
     pub f_number: f64,
 }
 
 impl Lens {
-    /// The widest beam along the axis that gets through, from a ray at a time.
+    /// The widest beam along the axis that gets through, by single rays.
     pub fn axial_beam(&self) -> AxialBeam {
         let trace = |y: f64| {
             let start = self
@@ -163,7 +163,7 @@ impl Lens {
     }
 }
 
-/// The same ray turned by a right angle about the axis, for lenses that differ in x and y.
+/// A ray with x and y exchanged, for lenses that differ in both.
 fn mirrored(ray: &LensRay) -> LensRay {
     let turn = |v: DVec3| DVec3::new(v.y, v.x, v.z);
     LensRay {

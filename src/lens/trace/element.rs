@@ -27,9 +27,9 @@ pub(crate) struct Element {
     pub coating: Coating,
     /// The corners of a hole that is not round; it is inside the semi-diameter.
     pub hole: Option<Box<[DVec2]>>,
-    /// The edges of the convex figure around that hole: the way to each over the square of its
-    /// distance, so that a place inside is less than 1 along all. None where it is not around
-    /// the axis.
+    /// The edges of the convex hull of that hole: the vector from the axis to each, over the square of
+    /// its length, so that the dot product with a point inside is less than 1 for all. Empty if the
+    /// hull does not contain the axis.
     pub edges: Box<[DVec2]>,
 }
 
@@ -119,8 +119,8 @@ impl Element {
         self.coating.reflectance(from, into, cos, wavelength_nm)
     }
 
-    /// The hit, from the vertex, and the normal there, turned to the film. `sign` is +1 toward
-    /// the film and −1 toward the scene. None where the ray misses.
+    /// The point where a ray meets the surface, relative to the vertex, and the normal toward the film.
+    /// `sign` is +1 toward the film and −1 toward the scene. None if the ray misses.
     pub fn meet(&self, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
         match &self.form {
             Form::Sphere => meet_sphere(self.curvature, p, d, sign),
@@ -146,8 +146,8 @@ impl Element {
     }
 }
 
-/// The edges of the convex hull of a few corners, each as the foot of the perpendicular on it over
-/// the square of its length.
+/// The edges of the convex hull of a few corners, each as the foot of its perpendicular from the axis
+/// over the square of its length.
 fn edges_around(corners: &[DVec2]) -> Box<[DVec2]> {
     let size = corners.iter().map(|c| c.length()).fold(0.0, f64::max);
     let is_edge = |a: DVec2, b: DVec2| {

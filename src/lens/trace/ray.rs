@@ -10,7 +10,7 @@ pub struct LensRay {
 }
 
 impl LensRay {
-    /// Where it crosses a plane across the axis.
+    /// The point where the ray crosses a plane perpendicular to the axis.
     pub fn at_z(&self, z: f64) -> DVec3 {
         self.origin + (z - self.origin.z) / self.direction.z * self.direction
     }
@@ -41,7 +41,7 @@ pub enum Toward {
     Scene,
 }
 
-/// A path of a ray: what became of it and every point where it met a surface.
+/// The path of a ray: its outcome, and every point where it met a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayPath {
     pub outcome: std::result::Result<LensRay, Loss>,
@@ -50,8 +50,8 @@ pub struct RayPath {
 }
 
 /// A direction of unit length, whatever its length was: 1e-150 and 1e150 neither underflow nor
-/// overflow. One that is of unit length to rounding stays as it is, to the bit. None for zero
-/// and for anything not finite.
+/// overflow. A vector of unit length within rounding keeps its bits. None for zero and for what is not
+/// finite.
 pub fn unit(d: DVec3) -> Option<DVec3> {
     let square = d.length_squared();
     if (square - 1.0).abs() <= 8.0 * f64::EPSILON {

@@ -14,16 +14,17 @@ use super::meet::Hit;
 use super::ray::{LensRay, Loss, LossKind, Toward, unit};
 use super::refraction::refract;
 
-/// What a trace does beside giving the ray.
+/// A trace through all surfaces, in one direction.
 pub(crate) struct Tracer<'a> {
     pub elements: &'a [Element],
     pub toward: Toward,
-    /// Semi-diameters block; without, only the surfaces themselves end a ray.
+    /// Whether semi-diameters block rays. If not, only the surfaces themselves end a ray.
     pub apertures: bool,
 }
 
 impl Tracer<'_> {
-    /// Follows a ray from surface to surface; `at_hit` hears of every hit, the lost one included.
+    /// Follows a ray from surface to surface. `at_hit` is called at every hit, the last one of a lost
+    /// ray included.
     pub fn follow(
         &self,
         ray: LensRay,
@@ -34,7 +35,8 @@ impl Tracer<'_> {
         })
     }
 
-    /// The same, hearing of the hit from its vertex, the vertex's z, and the angle.
+    /// Follows a ray. `at_hit` is called with the surface, the z of its vertex, and the hit relative to
+    /// that vertex.
     pub fn walk(
         &self,
         ray: LensRay,

@@ -15,8 +15,8 @@ pub struct Bundle {
     pub dx: Lane,
     pub dy: Lane,
     pub dz: Lane,
-    /// 0 for a ray that is on its way or through; else what became of it, see [`Bundle::loss`].
-    /// (As a number among numbers, which every width of vectors can compare.)
+    /// 0 for a ray that is not lost, else a code: see [`Bundle::loss`]. It is a float, which vectors of
+    /// every width can compare.
     pub(super) lost: Lane,
     /// Without apertures: the square of the largest share of a semi-diameter used so far, and
     /// the surface it is used at.
@@ -24,7 +24,7 @@ pub struct Bundle {
     limit: [u64; LANES],
 }
 
-/// How much of the tightest semi-diameter rays use, and a number for the surface or edge.
+/// The fills of a bundle, and the number of the surface or edge that limits each.
 pub(crate) struct Fills {
     pub fill: Lane,
     pub limit: [u64; LANES],
@@ -62,8 +62,8 @@ impl Bundle {
         self.fill[lane] = 0.0;
     }
 
-    /// Of a bundle traced without apertures: how much of the tightest semi-diameter each ray
-    /// uses, and where; infinite for a ray lost for another reason.
+    /// The fills of a bundle that was traced without apertures; infinite for a ray that is lost for
+    /// another reason.
     pub(super) fn fills(&self) -> Fills {
         let lost = |lane: usize| self.lost[lane] != 0.0;
         let by = |lane: usize| {
@@ -82,7 +82,7 @@ impl Bundle {
         }
     }
 
-    /// Takes the lanes' rays, with directions of unit length, to be on their way.
+    /// Starts the rays in all lanes, whose directions must be of unit length.
     #[inline(always)]
     pub fn start(&mut self) {
         self.lost = [0.0; LANES];
@@ -102,7 +102,7 @@ impl Bundle {
         self.limit[lane] = if more { number } else { self.limit[lane] };
     }
 
-    /// Takes a ray out: its lane is empty from now on.
+    /// Empties a lane.
     pub fn clear(&mut self, lane: usize) {
         self.lost[lane] = EMPTY;
     }
@@ -125,7 +125,7 @@ impl Bundle {
         self.lost[lane] == 0.0
     }
 
-    /// Why the lane's ray was lost; none if it was not, or if the lane is empty.
+    /// Why the ray of a lane was lost; none if it was not, or if the lane is empty.
     pub fn loss(&self, lane: usize) -> Option<Loss> {
         if self.lost[lane] == EMPTY {
             return None;

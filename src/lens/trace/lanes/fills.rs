@@ -1,4 +1,4 @@
-//! Rays from a film point traced without blocking: how much of the tightest semi-diameter each uses.
+//! The fill of rays: traced without blocking, the largest share of a semi-diameter that each uses.
 
 use glam::{DVec2, DVec3};
 
@@ -10,7 +10,7 @@ use crate::lens::trace::tracer::Tracer;
 use crate::math::lanes::{LANES, Lane, SimdKernel, dispatch};
 
 impl Lens {
-    /// Traces from a film point to points of the rear vertex plane and on, without blocking.
+    /// The fills of rays from a film point through points of the rear vertex plane.
     pub(crate) fn fills(&self, film: DVec3, x: &Lane, y: &Lane) -> Fills {
         let tracer = &self.tracer(Toward::Scene, false);
         let toward = self.length();
@@ -23,14 +23,14 @@ impl Lens {
         })
     }
 
-    /// The fill of aims of a film point, as long as it is no more than `most` at the surface that is
-    /// met first and at all others; infinite for the others, which are dropped on their way as soon
-    /// as that is known.
+    /// The fills of rays from a film point, if they are no more than `most` at the surface that is met
+    /// first and at all others. The fills of the other rays are infinite; those are dropped as soon as
+    /// that is known.
     pub(crate) fn fills_up_to(&self, most: [f64; 2], film: DVec3, aims: &[DVec2]) -> Vec<f64> {
         let tracer = &self.tracer(Toward::Scene, false);
         let toward = self.length();
         let mut all = vec![f64::INFINITY; aims.len()];
-        // So many at once as stay in the processor's nearest memory.
+        // As many at once as stay in the processor's first-level cache.
         const ROOM: usize = 16 * LANES;
         for (aims, fills) in aims.chunks(ROOM).zip(all.chunks_mut(ROOM)) {
             dispatch(UpTo {
@@ -45,7 +45,7 @@ impl Lens {
         all
     }
 
-    /// Traces a bundle from the film side without blocking; a lane without a ray is lost.
+    /// The fills of a bundle from the film side; infinite for a lane without a ray.
     pub(crate) fn fills_of(&self, bundle: &mut Bundle) -> Lane {
         let tracer = &self.tracer(Toward::Scene, false);
         dispatch(Follow { tracer, bundle });
@@ -75,7 +75,7 @@ impl SimdKernel for FromFilm<'_> {
     }
 }
 
-/// Sets rays of a film point on their way to places of the plane at `toward`.
+/// Starts rays from a film point toward points of the plane at `toward`.
 #[inline(always)]
 fn aim_at(film: DVec3, toward: f64, x: &Lane, y: &Lane, bundle: &mut Bundle) {
     let dz = toward - film.z;
@@ -88,14 +88,14 @@ fn aim_at(film: DVec3, toward: f64, x: &Lane, y: &Lane, bundle: &mut Bundle) {
     bundle.start();
 }
 
-/// Many rays of one film point, of which only those of little fill matter.
+/// Many rays of one film point, of which only those of a small fill matter.
 struct UpTo<'a> {
     tracer: &'a Tracer<'a>,
     film: DVec3,
     toward: f64,
     most: [f64; 2],
     aims: &'a [DVec2],
-    /// Infinite to begin with.
+    /// Infinite at the start.
     fills: &'a mut [f64],
 }
 
@@ -104,7 +104,7 @@ impl SimdKernel for UpTo<'_> {
 
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
-        /// Surfaces after which rays are looked at again.
+        /// After this many surfaces, rays are tested again.
         const STRETCH: usize = 3;
         let mut bundles = vec![Bundle::default(); self.aims.len().div_ceil(LANES)];
         let mut numbers: Vec<u32> = (0..self.aims.len() as u32).collect();
@@ -119,7 +119,7 @@ impl SimdKernel for UpTo<'_> {
         let count = self.tracer.elements.len();
         let mut from = 0;
         while from < count {
-            // Much is beside the surface that is met first.
+            // Many rays miss the surface that is met first.
             let (to, most) = match from {
                 0 => (1, self.most[0]),
                 _ => (count.min(from + STRETCH), self.most[1]),
@@ -144,8 +144,8 @@ impl SimdKernel for UpTo<'_> {
     }
 }
 
-/// Puts the rays that are on their way into as few bundles as hold them, where that is fewer.
-/// `numbers` go with them.
+/// Compacts the rays that are not lost into as few bundles as hold them. Their `numbers` move with
+/// them.
 fn gather(bundles: &mut Vec<Bundle>, numbers: &mut Vec<u32>) {
     let left: u32 = bundles.iter().map(|b| b.through().count_ones()).sum();
     let enough = (left as usize).div_ceil(LANES);

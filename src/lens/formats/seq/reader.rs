@@ -1,0 +1,288 @@
+//! Obeys the commands of a file, one by one.
+
+use std::sync::Arc;
+
+use crate::diag::{Diagnostic, Result, Sink, Source, Span};
+use crate::lens::formats::apertures::{Beam, fill};
+use crate::lens::formats::origin::name_of;
+use crate::lens::formats::text::{Word, text};
+use crate::lens::glass::catalogue::Catalogue;
+use crate::lens::glass::medium::Medium;
+use crate::lens::prescription::{Prescription, ZoomPosition, check};
+use crate::lens::surface::Surface;
+
+use super::commands::{commands, take_private};
+
+/// Commands that say what no straight lens has.
+const REFUSED: [(&str, &str); 26] = [
+    ("ADE", "tilts a surface"),
+    ("BDE", "tilts a surface"),
+    ("CDE", "tilts a surface"),
+    ("XDE", "shifts a surface"),
+    ("YDE", "shifts a surface"),
+    ("ZDE", "shifts a surface"),
+    ("DAR", "tilts a surface"),
+    ("BEN", "folds the axis"),
+    ("REV", "tilts a surface"),
+    ("DIF", "diffracts"),
+    ("DOE", "diffracts"),
+    ("HOE", "diffracts"),
+    ("GRT", "is a grating"),
+    ("GRO", "is a grating"),
+    ("XTO", "is an x toroid"),
+    ("YTO", "is a y toroid"),
+    ("AAS", "is an anamorphic asphere"),
+    ("XYP", "is an xy polynomial"),
+    ("SPS", "is a special surface"),
+    ("SPL", "is a spline surface"),
+    ("ZRN", "is a Zernike surface"),
+    ("UDS", "is a user-defined surface"),
+    ("NSS", "is non-sequential"),
+    ("GRN", "has a gradient index"),
+    ("FRN", "is a Fresnel surface"),
+    ("MOD", "is an ideal lens module"),
+];
+
+/// Commands that may name a surface behind them, beside those that are refused.
+const OF_SURFACE: [&str; 29] = [
+    "RDY", "CUY", "THI", "GLA", "RMD", "STO", "CIR", "REX", "REY", "ELX", "ELY", "SPH", "CON",
+    "ASP", "CYL", "CUX", "RDX", "K", "A", "B", "C", "D", "E", "F", "G", "H", "J", "CUF", "IC",
+];
+
+/// Where the numbers of a surface stand.
+#[derive(Clone, Default)]
+pub(super) struct Places {
+    pub(super) command: Span,
+    pub(super) columns: [Option<Span>; 4],
+}
+
+/// What has been read so far.
+pub(super) struct Reader<'a> {
+    pub(super) source: &'a Arc<Source>,
+    pub(super) glasses: Catalogue,
+    /// Whether bends are radii; none while the file has not said so.
+    pub(super) radii: Option<bool>,
+    pub(super) unit: f64,
+    pub(super) title: Option<String>,
+    pub(super) beam: Beam,
+    pub(super) fields: Vec<f64>,
+    pub(super) upper_vignetting: Vec<f64>,
+    pub(super) object_medium: Medium,
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) places: Vec<Places>,
+    pub(super) zoom: Vec<ZoomPosition>,
+    /// The surface that a command without one is about; none at the image.
+    pub(super) current: Option<usize>,
+}
+
+/// Reads a decoded `.seq` file.
+pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
+    let mut reader = Reader {
+        source,
+        glasses: glasses.clone(),
+        radii: None,
+        unit: 1.0,
+        title: None,
+        beam: Beam {
+            edge_share: 1.0,
+            ..Beam::default()
+        },
+        fields: Vec::new(),
+        upper_vignetting: Vec::new(),
+        object_medium: Medium::air(),
+        surfaces: Vec::new(),
+        places: Vec::new(),
+        zoom: Vec::new(),
+        current: None,
+    };
+    let commands = commands(text(source));
+    // Private glasses may stand behind the surfaces that use them.
+    let (commands, private) = take_private(commands);
+    reader.private_glasses(&private)?;
+    for command in &commands {
+        reader.obey(command, sink)?;
+    }
+    reader.finish(sink)
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn fail(&self, span: Span, message: String) -> Box<Diagnostic> {
+        Diagnostic::error(message).at(self.source, span)
+    }
+
+    pub(super) fn value(&self, command: &[Word<'_>]) -> Result<f64> {
+        match command.get(1) {
+            Some(word) => word.number(self.source),
+            None => {
+                let message = format!("`{}` has no value", command[0].text);
+                Err(self.fail(command[0].span, message))
+            }
+        }
+    }
+
+    fn obey(&mut self, command: &[Word<'a>], sink: &mut Sink) -> Result<()> {
+        let word = command[0];
+        let name = word.text.to_ascii_uppercase();
+        // A surface may be named behind the command.
+        let refused = REFUSED.iter().find(|(refused, _)| *refused == name);
+        let (about, plain) = match command {
+            [_, surface, rest @ ..] if refused.is_some() || OF_SURFACE.contains(&&*name) => {
+                match self.named_surfaces(*surface)? {
+                    Some(about) => (about, [&command[..1], rest].concat()),
+                    None => (self.current.into_iter().collect(), command.to_vec()),
+                }
+            }
+            _ => (self.current.into_iter().collect(), command.to_vec()),
+        };
+        let tilts_by_nothing =
+            name.ends_with("DE") && plain.get(1).is_some_and(|w| w.text.parse() == Ok(0.0));
+        if let Some((_, what)) = refused
+            && (self.surfaces.is_empty() || !about.is_empty())
+            && !tilts_by_nothing
+        {
+            let surface = about.first().copied().unwrap_or(0);
+            let message = format!("`{name}` {what}, at surface {}", surface + 1);
+            return Err(self
+                .fail(word.span, message)
+                .with_help("ivcam traces lenses on one straight axis, without gratings"));
+        }
+        match name.as_str() {
+            "RDM" => self.radii = Some(!command.get(1).is_some_and(|w| w.is("N") || w.is("NO"))),
+            "TIT" | "TITLE" => self.title = command.get(1).map(|w| w.text.to_owned()),
+            "DIM" => self.unit = self.dimension(command)?,
+            "EPD" => self.beam.entrance_diameter = Some(self.value(command)?),
+            "FNO" => self.beam.f_number = Some(self.value(command)?),
+            "YAN" | "XAN" => self.fields.extend(self.list(command)?),
+            "YIM" | "XIM" | "YRI" | "XRI" => {
+                let heights = self.list(command)?;
+                let so_far = self.beam.image_height.unwrap_or(0.0);
+                let widest = heights.iter().fold(so_far, |most, h| most.max(h.abs()));
+                self.beam.image_height = Some(widest);
+            }
+            "VUY" => self.upper_vignetting = self.list(command)?,
+            "SO" | "S0" => self.object_medium = self.glass(command.get(3))?,
+            "SI" => self.current = None,
+            "S" => self.surface(command, sink)?,
+            "ZOO" => self.zoom(&command[1..], sink)?,
+            "THI" if !self.zoom.is_empty() && plain.len() > 2 => self.zoom(command, sink)?,
+            _ if let Some(Ok(number)) = name.strip_prefix('S').map(str::parse::<usize>) => {
+                self.numbered_surface(number, command, sink)?;
+            }
+            _ => {
+                let current = self.current;
+                for surface in about {
+                    self.current = Some(surface);
+                    self.of_surface(&name, &plain, sink)?;
+                }
+                self.current = current;
+            }
+        }
+        Ok(())
+    }
+
+    /// The surfaces that `S3`, `S2..5` or `SA` name; none where the word names none. The object's
+    /// and the image's names are of no surface of the lens.
+    pub(super) fn named_surfaces(&self, word: Word<'_>) -> Result<Option<Vec<usize>>> {
+        let Some((b'S' | b's', rest)) = word.text.as_bytes().split_first() else {
+            return Ok(None);
+        };
+        let rest = String::from_utf8_lossy(rest).to_ascii_uppercase();
+        let count = self.surfaces.len();
+        let (first, last) = rest.split_once("..").unwrap_or((&rest, &rest));
+        let number = |text: &str| text.trim_start_matches('S').parse::<usize>().ok();
+        let (first, last) = match (rest.as_str(), number(first), number(last)) {
+            ("O" | "I" | "0", ..) => return Ok(Some(Vec::new())),
+            ("A", ..) => (1, count),
+            (_, Some(first), Some(last)) => (first, last),
+            _ => return Ok(None),
+        };
+        if first == 0 || last > count || first > last {
+            let message = format!("there is no surface `{}` so far", word.text);
+            return Err(self
+                .fail(word.span, message)
+                .with_help("surfaces count from S1, behind the object's SO"));
+        }
+        Ok(Some((first - 1..last).collect()))
+    }
+
+    /// `S3`: a new surface, or, where the file has it already, that one again.
+    fn numbered_surface(
+        &mut self,
+        number: usize,
+        command: &[Word<'a>],
+        sink: &mut Sink,
+    ) -> Result<()> {
+        let count = self.surfaces.len();
+        if (1..=count).contains(&number) {
+            self.current = Some(number - 1);
+            if command.len() > 1 {
+                let (surface, places) = self.parsed(command, sink)?;
+                self.surfaces[number - 1] = surface;
+                self.places[number - 1] = places;
+            }
+            return Ok(());
+        }
+        if number != count + 1 {
+            let message = format!("`{}` is surface {} of the lens", command[0].text, count + 1);
+            sink.warn(command[0].span, message)
+                .help("is a surface lost in front of it?");
+        }
+        self.surface(command, sink)
+    }
+
+    fn list(&self, command: &[Word<'_>]) -> Result<Vec<f64>> {
+        command[1..].iter().map(|w| w.number(self.source)).collect()
+    }
+
+    fn dimension(&self, command: &[Word<'_>]) -> Result<f64> {
+        match command.get(1) {
+            Some(w) if w.is("M") || w.is("MM") => Ok(1.0),
+            Some(w) if w.is("C") || w.is("CM") => Ok(10.0),
+            Some(w) if w.is("I") || w.is("IN") => Ok(25.4),
+            _ => {
+                let span = command.last().map_or(Span::at(0), |w| w.span);
+                Err(self
+                    .fail(span, "this is not a unit of `DIM`".into())
+                    .with_help("M is millimeters, C centimeters, I inches"))
+            }
+        }
+    }
+
+    fn finish(mut self, sink: &mut Sink) -> Result<Prescription> {
+        let name = self.title.take().unwrap_or_else(|| name_of(self.source));
+        let mut lens = Prescription {
+            object_medium: self.object_medium,
+            ..Prescription::new(name, self.surfaces)
+        };
+        lens.zoom = self.zoom;
+        let widest = self.fields.iter().map(|a| a.abs()).fold(0.0, f64::max);
+        let beam = Beam {
+            half_field: widest,
+            edge_share: 1.0
+                - self
+                    .upper_vignetting
+                    .last()
+                    .copied()
+                    .unwrap_or(0.0)
+                    .clamp(0.0, 1.0),
+            ..self.beam
+        };
+        if fill(&mut lens, beam) {
+            sink.note(
+                Span::at(0),
+                "apertures that the file leaves out are those of its beam",
+            );
+        }
+        let places = self.places;
+        check(&mut lens, self.source, sink, |surface, column| {
+            places.get(surface).map_or(Span::at(0), |p| {
+                p.columns[column as usize].unwrap_or(p.command)
+            })
+        })?;
+        Ok(if self.unit == 1.0 {
+            lens
+        } else {
+            lens.scaled(self.unit)
+        })
+    }
+}
