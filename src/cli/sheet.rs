@@ -123,7 +123,7 @@ pub struct SurfaceRow {
 impl SurfaceRow {
     pub fn all(lens: &Prescription) -> Vec<Self> {
         let row = |s: &crate::lens::Surface| Self {
-            kind: kind(&s.shape),
+            kind: s.shape.name(),
             radius: s.curvature.radius(),
             thickness: s.thickness,
             n_d: s.medium.n_d,
@@ -134,17 +134,6 @@ impl SurfaceRow {
             coating: s.coating.name(),
         };
         lens.surfaces.iter().map(row).collect()
-    }
-}
-
-fn kind(shape: &Shape) -> &'static str {
-    match shape {
-        Shape::Sphere => "sphere",
-        Shape::Conic { .. } => "conic",
-        Shape::Asphere { .. } => "asphere",
-        Shape::CylinderX => "cyl_x",
-        Shape::CylinderY => "cyl_y",
-        Shape::Toroid { .. } => "toroid",
     }
 }
 
@@ -169,7 +158,7 @@ pub fn surfaces(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> {
         let v = s.medium.abbe().map_or(String::new(), |v| format!("{v:.1}"));
         let mut rest = s.medium.name.clone();
         if !matches!(s.shape, Shape::Sphere) {
-            rest = format!("{} {rest}", kind(&s.shape));
+            rest = format!("{} {rest}", s.shape.name());
         }
         let semi_diameter = match s.semi_diameter.is_finite() {
             true => format!("{:.3}", s.semi_diameter),
@@ -304,14 +293,7 @@ pub fn save_prescription(lens: &Lens, file: &str) -> Result<()> {
 /// Draws the section with rays.
 pub fn save_diagram(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<()> {
     let path = Path::new(file);
-    let sheet = LensSheet::of(lens);
-    let focus = lens.first_order().focal.map(|f| f.rear_focal_point);
-    let film_z = film_z.or(sheet.as_ref().map(|s| s.film_z)).or(focus);
-    let height = sheet.map_or(0.0, |s| s.image_height);
-    let mut options = SectionOptions::of(film_z.unwrap_or(1.3 * lens.length()), height);
-    if height == 0.0 {
-        options.fields = vec![0.0];
-    }
+    let options = SectionOptions::for_lens(lens, film_z);
     let drawing = LensDiagram::of(lens, options).drawing();
     match ending(path).as_str() {
         "svg" => save(path, &drawing.to_svg()),

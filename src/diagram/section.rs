@@ -5,6 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::{Lens, LensRay, Prescription, RayPath, Surface, Toward};
 
 use super::drawing::{Anchor, Drawing, Ink, Item};
@@ -30,6 +31,20 @@ pub struct SectionOptions {
 }
 
 impl SectionOptions {
+    /// The options for a lens whose film is at `film_z`, or else at its best focus. Without an image
+    /// only the beam on the axis is drawn.
+    pub fn for_lens(lens: &Lens, film_z: Option<f64>) -> Self {
+        let sheet = LensSheet::of(lens);
+        let focus = lens.first_order().focal.map(|f| f.rear_focal_point);
+        let film_z = film_z.or(sheet.as_ref().map(|s| s.film_z)).or(focus);
+        let height = sheet.map_or(0.0, |s| s.image_height);
+        let mut options = Self::of(film_z.unwrap_or(1.3 * lens.length()), height);
+        if height == 0.0 {
+            options.fields = vec![0.0];
+        }
+        options
+    }
+
     /// Beams on the axis, at 7/10 of the film's height and at its edge.
     pub fn of(film_z: f64, film_height: f64) -> Self {
         Self {

@@ -104,6 +104,18 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// The name of the kind, as in the JSON format.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Sphere => "sphere",
+            Self::Conic { .. } => "conic",
+            Self::Asphere { .. } => "asphere",
+            Self::CylinderX => "cyl_x",
+            Self::CylinderY => "cyl_y",
+            Self::Toroid { .. } => "toroid",
+        }
+    }
+
     /// Whether the surface is symmetric about the axis.
     pub fn is_rotational(&self) -> bool {
         matches!(

@@ -379,12 +379,7 @@ fn kind(surface: &Surface) -> &'static str {
     match &surface.shape {
         Shape::Sphere if surface.is_stop && surface.curvature.is_plane() => "stop",
         Shape::Sphere if surface.curvature.is_plane() => "plane",
-        Shape::Sphere => "sphere",
-        Shape::Conic { .. } => "conic",
-        Shape::Asphere { .. } => "asphere",
-        Shape::CylinderX => "cyl_x",
-        Shape::CylinderY => "cyl_y",
-        Shape::Toroid { .. } => "toroid",
+        shape => shape.name(),
     }
 }
 

@@ -7,4 +7,4 @@ pub mod medium;
 
 pub use catalogue::Catalogue;
 pub use coating::Coating;
-pub use medium::*;
+pub use medium::{C_LINE, D_LINE, Dispersion, F_LINE, Formula, Medium, named_line};
