@@ -1,8 +1,9 @@
-//! Round shapes as the meshes that Inventor programs cut them into: where their edges or corners
-//! are to be drawn, and for holding pictures against such a program's.
+//! Round shapes as the polygons into which Inventor programs divide them, for drawing their edges
+//! or corners.
 //!
-//! The numbers are Coin's: 30 slices and a stack less for a sphere at complexity 1, 40 sides for
-//! cylinders and cones, at least 4 and 2. A mesh begins at the back and goes round by the left.
+//! The numbers are Coin's: a sphere at complexity 1 has 30 slices and 29 stacks, and cylinders and
+//! cones have 40 sides. At complexity 0 there are 4 slices, 2 stacks and 4 sides. A mesh begins at
+//! the back and goes around by the left.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,16 +12,17 @@ use glam::{DVec3, Vec2};
 use super::corner::Corner;
 use super::quadric::QuadricKind;
 
-/// A circle about the axis: its radius and height, its normal's parts away from the axis and
-/// along it, and the texture's t.
+/// A circle about the axis.
 struct Ring {
     radius: f64,
     y: f64,
+    /// The normal's components away from the axis and along it.
     normal: [f64; 2],
+    /// The texture coordinate t.
     t: f64,
 }
 
-/// The polygons of a surface at a `Complexity`, each counterclockwise from outside.
+/// Returns the polygons of a surface at a complexity, each counterclockwise as seen from outside.
 pub fn facets(kind: QuadricKind, complexity: f32, material: u32) -> Vec<Vec<Corner>> {
     let steps = |most: f32, least: usize| ((most * complexity.clamp(0.0, 1.0)) as usize).max(least);
     let sides = steps(40.0, 4);
@@ -89,7 +91,8 @@ fn zone_ring(curvature: f64, off: f64) -> Ring {
     }
 }
 
-/// A fan about its first corner; the texture lies on it as the picture is seen from outside.
+/// Returns a disc as a fan about its first corner. The texture shows the picture as seen from
+/// outside.
 fn disc(radius: f64, y: f64, up: bool, sides: usize, material: u32) -> Vec<Vec<Corner>> {
     let ring = Ring {
         radius,
@@ -109,7 +112,7 @@ fn disc(radius: f64, y: f64, up: bool, sides: usize, material: u32) -> Vec<Vec<C
         .collect()
 }
 
-/// At a share of the turn.
+/// Returns the corner of a ring at a share of the full turn.
 fn corner(ring: &Ring, turn: f64, material: u32) -> Corner {
     let out = DVec3::new(-libm::sin(TAU * turn), 0.0, -libm::cos(TAU * turn));
     let normal = out * ring.normal[0] + DVec3::Y * ring.normal[1];
@@ -122,7 +125,8 @@ fn corner(ring: &Ring, turn: f64, material: u32) -> Corner {
     }
 }
 
-/// Quadrilaterals between rings from above, triangles at a tip.
+/// Returns the quadrilaterals between rings that are listed from above; at a tip they are
+/// triangles.
 fn between(
     rings: &[Ring],
     sides: usize,

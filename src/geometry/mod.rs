@@ -24,5 +24,5 @@ pub use extrusion::{Extrusion, extrusion};
 pub use facets::facets;
 pub use mesh::Mesh;
 pub use quadric::{Quadric, QuadricKind};
-pub use stroke::{Stroke, View};
+pub use stroke::{Stroke, StrokeView};
 pub use tessellate::tessellate;

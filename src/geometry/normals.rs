@@ -1,14 +1,15 @@
-//! Normals for shapes that have none, by crease angle, as Coin makes them.
+//! Normals by crease angle for shapes without normals, as Coin computes them.
 //!
-//! A corner's normal starts with its own face's and adds those of the other faces at the vertex
-//! whose normals are within the crease angle of it. All are of length 1 first, so a large face
-//! counts no more than a small one.
+//! A corner's normal is the sum of its own face's unit normal and of those of the other faces at
+//! the vertex that are within the crease angle of it. A large face therefore counts no more than a
+//! small one.
 
 use std::collections::HashMap;
 
 use glam::Vec3;
 
-/// The normal of a polygon: of a triangle by its edges, of others by Newell's sums.
+/// Returns the unit normal of a polygon: of a triangle from its edges, of others by Newell's
+/// method.
 pub fn face_normal(points: &[Vec3], counterclockwise: bool) -> Vec3 {
     let normal = match points {
         [a, b, c] => (*c - *b).cross(*a - *b),
@@ -18,6 +19,7 @@ pub fn face_normal(points: &[Vec3], counterclockwise: bool) -> Vec3 {
     if counterclockwise { normal } else { -normal }
 }
 
+/// Returns the normal of a polygon by Newell's method; its length is twice the area.
 pub fn newell(points: &[Vec3]) -> Vec3 {
     let mut sum = Vec3::ZERO;
     for (i, &a) in points.iter().enumerate() {
@@ -31,7 +33,8 @@ pub fn newell(points: &[Vec3]) -> Vec3 {
     sum
 }
 
-/// Of length 1, or zero where there is no direction; small faces do not vanish.
+/// Returns a vector of length 1, or zero where there is no direction. The length is computed in
+/// f64, so that the normals of small faces do not underflow.
 pub fn unit(v: Vec3) -> Vec3 {
     let wide = v.as_dvec3();
     let length = wide.length();
@@ -42,20 +45,21 @@ pub fn unit(v: Vec3) -> Vec3 {
     }
 }
 
-/// Faces over shared vertices.
+/// Faces that share vertices.
 #[derive(Default)]
 pub struct Faces {
     pub normals: Vec<Vec3>,
-    /// Vertex and face of each corner.
+    /// The vertex and the face of each corner.
     pub corners: Vec<(u32, u32)>,
 }
 
-/// More faces than this at one vertex, and their mean serves for all: the time would grow with
-/// the square.
-const CROWD: usize = 4096;
+/// At most this many faces are summed for a corner, because the time at a vertex grows with the
+/// square of their number. No smooth surface has as many; it is the tip of a fan of thousands of
+/// triangles.
+const MAX_FACES: usize = 4096;
 
 impl Faces {
-    /// The faces at each vertex, whose normals are to be made smooth.
+    /// Lists the faces around each vertex.
     pub fn around(&self, crease_angle: f32) -> Around<'_> {
         let count = self.corners.iter().map(|c| c.0 as usize + 1).max();
         let count = count.unwrap_or(0);
@@ -82,18 +86,18 @@ impl Faces {
     }
 }
 
-/// The faces around vertices.
+/// The faces around each vertex.
 pub struct Around<'f> {
     normals: &'f [Vec3],
-    /// Where the faces of each vertex begin: one list behind the other.
+    /// Where the faces of each vertex begin in `at_vertex`.
     starts: Vec<u32>,
     at_vertex: Vec<u32>,
-    /// Cosine of the crease angle.
+    /// The cosine of the crease angle.
     threshold: f32,
 }
 
 impl Around<'_> {
-    /// The normal at a vertex as seen from a face.
+    /// Returns the normal of a face's corner at a vertex.
     pub fn normal(&self, vertex: u32, face: u32) -> Vec3 {
         let own = self.normals[face as usize];
         let start = |v: usize| {
@@ -103,7 +107,11 @@ impl Around<'_> {
         };
         let around = &self.at_vertex[start(vertex as usize)..start(vertex as usize + 1)];
         let mut sum = own;
-        for &other in around.iter().take(CROWD).filter(|&&other| other != face) {
+        for &other in around
+            .iter()
+            .take(MAX_FACES)
+            .filter(|&&other| other != face)
+        {
             let normal = self.normals[other as usize];
             if normal.dot(own) > self.threshold {
                 sum += normal;
@@ -113,12 +121,12 @@ impl Around<'_> {
     }
 }
 
-/// Numbers points so that equal ones share a number, for shapes without indices.
+/// Numbers points so that equal points have equal numbers, for shapes without indices.
 pub fn merge_equal(points: impl Iterator<Item = Vec3>) -> Vec<u32> {
     let mut known: HashMap<[u32; 3], u32> = HashMap::new();
     points
         .map(|p| {
-            let key = (p + Vec3::ZERO).to_array().map(f32::to_bits); // −0 is 0
+            let key = (p + Vec3::ZERO).to_array().map(f32::to_bits); // −0 becomes 0
             let next = known.len() as u32;
             *known.entry(key).or_insert(next)
         })

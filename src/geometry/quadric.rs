@@ -1,7 +1,7 @@
-//! Spheres, cylinders, cones and their caps as they are, not as meshes.
+//! Spheres, cylinders, cones and their caps as exact surfaces, not as meshes.
 //!
-//! A ray is taken to the shape's own space and met there in f64: a sphere seen from a thousand
-//! radii away keeps its outline, and a non-uniform scale costs nothing more.
+//! A ray is transformed to the shape's own space and intersected there in f64, so that a sphere
+//! seen from a thousand radii away keeps its outline and a non-uniform scale needs no special case.
 
 use glam::{DAffine3, DVec2, DVec3};
 
@@ -13,18 +13,19 @@ pub enum QuadricKind {
     Sphere {
         radius: f64,
     },
-    /// The side of a cylinder, y from −half_height to half_height.
+    /// The side of a cylinder, from y = −half_height to half_height.
     CylinderSide {
         radius: f64,
         half_height: f64,
     },
-    /// The side of a cone with its tip at +half_height.
+    /// The side of a cone with its tip at y = +half_height and its base at −half_height.
     ConeSide {
         radius: f64,
         half_height: f64,
     },
-    /// The part of a sphere, or of a plane, from `inner` to `outer` off the y axis. Its vertex is
-    /// the origin, its center at 1/curvature on the y axis; it faces up. A lens surface is one.
+    /// The part of a sphere, or of a plane, whose distance from the y axis is between `inner` and
+    /// `outer`. Its vertex is the origin and its center is at y = 1/curvature; it faces up. A lens
+    /// surface is a zone.
     Zone {
         curvature: f64,
         inner: f64,
@@ -38,17 +39,18 @@ pub enum QuadricKind {
     },
 }
 
+/// A quadric surface in the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Quadric {
     pub kind: QuadricKind,
     pub scene_from_object: DAffine3,
     pub object_from_scene: DAffine3,
-    /// Which of the surface's materials.
+    /// Index of the material among those of the shape.
     pub material: u32,
 }
 
 impl Quadric {
-    /// `None` where the matrix flattens the shape to nothing a ray could meet.
+    /// Returns `None` where the matrix has no inverse: a flattened shape that no ray hits.
     pub fn new(kind: QuadricKind, scene_from_object: DAffine3, material: u32) -> Option<Self> {
         let object_from_scene = scene_from_object.inverse();
         object_from_scene.is_finite().then_some(Self {
@@ -59,8 +61,8 @@ impl Quadric {
         })
     }
 
-    /// Distances at which a ray meets the surface, near and far.
-    pub fn meet(&self, origin: DVec3, direction: DVec3) -> [Option<f64>; 2] {
+    /// Returns the near and the far distance at which a ray intersects the surface.
+    pub fn intersect(&self, origin: DVec3, direction: DVec3) -> [Option<f64>; 2] {
         let o = self.object_from_scene.transform_point3(origin);
         let d = self.object_from_scene.transform_vector3(direction);
         match self.kind {
@@ -91,7 +93,7 @@ impl Quadric {
                 inner,
                 outer,
             } => {
-                // c |p|² = 2 y, of which the half by the vertex is meant.
+                // c |p|² = 2 y is the whole sphere; the zone is in the half with the vertex.
                 let a = c * d.length_squared();
                 let b = c * o.dot(d) - d.y;
                 let found = roots(a, b, c * o.length_squared() - 2.0 * o.y);
@@ -112,9 +114,9 @@ impl Quadric {
         }
     }
 
-    /// The point on the surface nearest to where a ray met it, and the outward normal, both in
-    /// the shape's own space.
-    pub fn settle(&self, scene_point: DVec3) -> (DVec3, DVec3) {
+    /// Moves a point that a ray hit onto the surface, which takes the rounding of the ray's
+    /// distance back. Returns the point and the outward normal, both in the shape's own space.
+    pub fn project_to_surface(&self, scene_point: DVec3) -> (DVec3, DVec3) {
         let p = self.object_from_scene.transform_point3(scene_point);
         match self.kind {
             QuadricKind::Sphere { radius } => {
@@ -135,7 +137,7 @@ impl Quadric {
                 (at, (out + DVec3::Y * k).normalize())
             }
             QuadricKind::Zone { curvature: c, .. } => {
-                // Half the gradient of 2 y − c |p|², and a step of Newton's along it.
+                // A step of Newton's method along the gradient of y − ½ c |p|².
                 let n = DVec3::new(-c * p.x, 1.0 - c * p.y, -c * p.z);
                 let length = n.length();
                 let off = 0.5 * (c * p.length_squared() - 2.0 * p.y) / length;
@@ -149,8 +151,8 @@ impl Quadric {
         }
     }
 
-    /// Inventor's texture coordinates: around from the back and up for sides and spheres; the
-    /// caps show the picture as seen from outside, the top one with −z up.
+    /// Returns Inventor's texture coordinates. On sides and spheres s runs around from the back and
+    /// t runs up. Caps show the picture as seen from outside, the top one with −z up.
     pub fn texture_coordinates(&self, p: DVec3) -> DVec2 {
         let around = || {
             let turn = libm::atan2(p.x, p.z) / std::f64::consts::TAU;
@@ -175,7 +177,8 @@ impl Quadric {
         }
     }
 
-    /// Coordinates in a texture with depth: from 0 to 1 along each side of the shape's box.
+    /// Returns the coordinates in a texture with depth: from 0 to 1 along each side of the shape's
+    /// box.
     pub fn volume_coordinates(&self, p: DVec3) -> DVec3 {
         let (radius, half_height) = match self.kind {
             QuadricKind::Sphere { radius } => (radius, radius),
@@ -194,14 +197,14 @@ impl Quadric {
         0.5 * p / half + 0.5
     }
 
-    /// The exact box around the surface after its matrix: for each axis the support of an ellipse
-    /// or an ellipsoid, and the cone's tip.
+    /// Returns the exact box around the surface in the scene.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         exact_bounds(self.kind, &self.scene_from_object)
     }
 }
 
-/// The exact box around a surface under a matrix.
+/// Returns the exact box around a surface under a matrix: for each axis the support of an ellipse
+/// or an ellipsoid, and the cone's tip.
 pub fn exact_bounds(kind: QuadricKind, matrix: &DAffine3) -> (DVec3, DVec3) {
     let m = matrix.matrix3;
     let ring = |radius: f64, y: f64| {
@@ -233,7 +236,7 @@ pub fn exact_bounds(kind: QuadricKind, matrix: &DAffine3) -> (DVec3, DVec3) {
     }
 }
 
-/// The height of a sphere over its vertex, at a distance off the axis that it reaches.
+/// Returns the height of a sphere above its vertex, at a distance from the axis within its radius.
 fn sag(curvature: f64, off: f64) -> f64 {
     let square = (1.0 - (curvature * off) * (curvature * off)).max(0.0);
     curvature * off * off / (1.0 + square.sqrt())
@@ -243,8 +246,8 @@ fn join(a: (DVec3, DVec3), b: (DVec3, DVec3)) -> (DVec3, DVec3) {
     (a.0.min(b.0), a.1.max(b.1))
 }
 
-/// The sphere's discriminant from the foot of the perpendicular, not from b² − ac: far away the
-/// latter is a difference of two large numbers.
+/// Intersects a ray with a sphere. The discriminant is computed from the foot of the perpendicular
+/// and not as b² − ac, which for a distant sphere is a difference of two large numbers.
 fn sphere(o: DVec3, d: DVec3, radius: f64) -> [Option<f64>; 2] {
     let dd = d.length_squared();
     if dd == 0.0 {
@@ -264,7 +267,7 @@ fn sphere(o: DVec3, d: DVec3, radius: f64) -> [Option<f64>; 2] {
     sorted(c / q, q / dd)
 }
 
-/// Roots of a t² + 2 b t + c, the discriminant by Kahan's difference of products.
+/// Returns the roots of a t² + 2 b t + c, with the discriminant by Kahan's difference of products.
 fn roots(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
     if a == 0.0 {
         return [(b != 0.0).then(|| -0.5 * c / b), None];
@@ -299,7 +302,7 @@ mod tests {
     #[test]
     fn a_sphere_is_met_where_it_touches_the_axis() {
         let q = plain(QuadricKind::Sphere { radius: 2.0 });
-        let [near, far] = q.meet(DVec3::new(0.0, 0.0, 1e6), DVec3::NEG_Z);
+        let [near, far] = q.intersect(DVec3::new(0.0, 0.0, 1e6), DVec3::NEG_Z);
         assert!((near.expect("hit") - (1e6 - 2.0)).abs() < 1e-9);
         assert!((far.expect("hit") - (1e6 + 2.0)).abs() < 1e-9);
     }
@@ -310,7 +313,7 @@ mod tests {
             radius: 1.0,
             half_height: 1.0,
         });
-        let [near, far] = q.meet(DVec3::new(5.0, 0.0, 0.0), DVec3::NEG_X);
+        let [near, far] = q.intersect(DVec3::new(5.0, 0.0, 0.0), DVec3::NEG_X);
         assert!((near.expect("hit") - 4.5).abs() < 1e-12);
         assert!((far.expect("hit") - 5.5).abs() < 1e-12);
     }
@@ -324,11 +327,11 @@ mod tests {
             outer,
         });
         // Center at −2, so at x = 0.5 the surface lies at −2 + √(4 − 0.25).
-        let from = |x: f64| zone.meet(DVec3::new(x, 5.0, 0.0), DVec3::NEG_Y)[0];
+        let from = |x: f64| zone.intersect(DVec3::new(x, 5.0, 0.0), DVec3::NEG_Y)[0];
         let expected = 5.0 + 2.0 - 3.75f64.sqrt();
         assert!((from(0.5).expect("hit") - expected).abs() < 1e-14);
         assert_eq!(from(1.01), None);
-        let (_, normal) = zone.settle(DVec3::new(0.5, -2.0 + 3.75f64.sqrt(), 0.0));
+        let (_, normal) = zone.project_to_surface(DVec3::new(0.5, -2.0 + 3.75f64.sqrt(), 0.0));
         assert!((normal - DVec3::new(0.25, 3.75f64.sqrt() / 2.0, 0.0)).length() < 1e-14);
     }
 

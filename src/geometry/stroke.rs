@@ -1,34 +1,37 @@
-//! Lines and points as a camera's picture has them: a width in pixels, so one that grows with the
-//! depth from the camera, which is the scene's origin.
+//! Lines and points with a width in pixels, which therefore grows with the depth from the camera.
+//! The camera is the origin.
 //!
 //! A line is a ribbon. Its width is measured along the picture's rows or columns, whichever the
-//! line crosses more squarely, and it ends where the line does: that is OpenGL's rule for lines
-//! that are not smoothed, so a picture through a pinhole shows the same pixels. A point is a
+//! line crosses more steeply, and it ends where the line does. That is OpenGL's rule for lines that
+//! are not smoothed, so that a picture through a pinhole shows the same pixels. A point is a
 //! square.
 
 use glam::{DVec3, Vec2, Vec3};
 
-/// Pixels. A line whose edges run exactly through the middles of pixels, as those along an axis
-/// through the picture's center do, has the lower or the left ones, whatever the rounding; a point
-/// between pixels has the upper and the right ones, as in OpenGL.
-const TO_ONE_SIDE: f64 = 1.0 / 256.0;
+/// An offset in pixels that breaks ties. The edges of a line along an axis through the picture's
+/// center run exactly through the centers of pixels: the line covers the lower or the left ones,
+/// whatever the rounding. A point between pixels covers the upper and the right ones, as in OpenGL.
+/// The offset is far above the rounding of a pixel's place and far below what shows.
+const TIE_OFFSET: f64 = 1.0 / 256.0;
 
-/// The camera as strokes know it.
+/// The directions of a picture and the size of its pixels, for strokes.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct View {
+pub struct StrokeView {
     pub right: Vec3,
     pub up: Vec3,
     pub forward: Vec3,
-    /// A pixel's size in meters, and what is added a meter of depth.
+    /// A pixel's size in meters at depth 0.
     pub fixed: f32,
+    /// By how much a pixel's size grows with each meter of depth.
     pub per_depth: f32,
 }
 
-impl View {
+impl StrokeView {
     fn depth(&self, p: Vec3) -> f32 {
         p.dot(self.forward)
     }
 
+    /// Returns a pixel's size in meters at a point.
     fn pixel(&self, p: Vec3) -> f32 {
         self.fixed + self.per_depth * self.depth(p)
     }
@@ -57,24 +60,24 @@ pub struct Stroke {
     across: Vec3,
     /// The direction of the picture along which the line runs, of length 1.
     major: Vec3,
-    /// Half the width in pixels.
+    /// Half of the width in pixels.
     half: f32,
-    /// Materials at the ends; in between they mix.
+    /// Materials at the ends, which are interpolated along the line.
     pub materials: [u32; 2],
-    /// Normals at the ends, to be lit with; zero faces the camera.
+    /// Normals at the ends for the lighting; a zero normal faces the camera.
     pub normals: [Vec3; 2],
     pub coordinates: [Vec2; 2],
-    /// The outward normal of the face that it is an edge or a corner of, of any length; zero
-    /// for a line or a point of its own.
+    /// The outward normal, of any length, of the face whose edge or corner it is; zero for a line
+    /// or a point that belongs to no face.
     pub face: Vec3,
-    /// Sixteen dashes and gaps from the lowest bit on, each a pixel long.
+    /// A pattern of 16 dashes and gaps, each a pixel long, from the lowest bit on.
     pattern: u16,
-    /// How many pixels of the pattern the line before this one used.
+    /// The pixels of the pattern that preceding lines have used.
     start: f32,
 }
 
 impl Stroke {
-    pub fn new(ends: [Vec3; 2], width: f32, view: &View) -> Self {
+    pub fn new(ends: [Vec3; 2], width: f32, view: &StrokeView) -> Self {
         let [a, b] = ends;
         let (across, major) = if view.runs_across(a, b) {
             (view.up, view.right)
@@ -104,23 +107,24 @@ impl Stroke {
         }
     }
 
-    /// Whether its pattern leaves anything out.
+    /// Whether the pattern has gaps.
     pub fn has_gaps(&self) -> bool {
         self.pattern != 0xffff
     }
 
-    /// Where the pattern goes on behind this line: after whole pixels, as OpenGL counts them.
-    pub fn pattern_end(&self, view: &View) -> f32 {
+    /// Returns where the pattern continues behind this line: after whole pixels, as OpenGL counts
+    /// them.
+    pub fn pattern_end(&self, view: &StrokeView) -> f32 {
         self.start + self.pixels(view).ceil()
     }
 
-    /// The line's length in pixels along the picture's axis.
-    pub fn pixels(&self, view: &View) -> f32 {
+    /// Returns the line's length in pixels along the picture's axis.
+    pub fn pixels(&self, view: &StrokeView) -> f32 {
         self.pixels_to(self.b, view)
     }
 
-    /// Pixels along the picture's axis from the beginning.
-    fn pixels_to(&self, p: Vec3, view: &View) -> f32 {
+    /// Returns the number of pixels along the picture's axis from the beginning to a point.
+    fn pixels_to(&self, p: Vec3, view: &StrokeView) -> f32 {
         let at = |p: Vec3| p.dot(self.major) / view.pixel(p);
         let pixels = (at(p) - at(self.a)).abs();
         if pixels.is_finite() { pixels } else { 0.0 }
@@ -130,9 +134,9 @@ impl Stroke {
         self.a == self.b
     }
 
-    pub fn bounds(&self, view: &View) -> (Vec3, Vec3) {
+    pub fn bounds(&self, view: &StrokeView) -> (Vec3, Vec3) {
         let around = |p: Vec3| {
-            let reach = (self.half + TO_ONE_SIDE as f32) * view.pixel(p).max(0.0);
+            let reach = (self.half + TIE_OFFSET as f32) * view.pixel(p).max(0.0);
             let mut size = self.across.abs();
             if self.is_point() {
                 size += self.major.abs();
@@ -143,7 +147,7 @@ impl Stroke {
         (a.0.min(b.0), a.1.max(b.1))
     }
 
-    /// How far from `a` to `b` a point lies, 0 to 1.
+    /// Returns how far a point is along the way from `a` to `b`, from 0 to 1.
     pub fn share_at(&self, p: Vec3) -> f32 {
         let along = self.b - self.a;
         let s = (p - self.a).dot(along) / along.length_squared();
@@ -154,13 +158,13 @@ impl Stroke {
         }
     }
 
-    /// The normal at a share of the way, or none of its own.
+    /// Returns the normal at a share of the way, or `None` if it has none of its own.
     pub fn normal_at(&self, share: f32) -> Option<Vec3> {
         self.normals[0].lerp(self.normals[1], share).try_normalize()
     }
 
-    /// Where a ray meets the ribbon or the square.
-    pub fn meet(&self, origin: Vec3, direction: Vec3, view: &View) -> Option<f32> {
+    /// Returns the distance at which a ray intersects the ribbon or the square.
+    pub fn intersect(&self, origin: Vec3, direction: Vec3, view: &StrokeView) -> Option<f32> {
         let (a, d) = (self.a.as_dvec3(), direction.as_dvec3());
         let across = self.across.as_dvec3();
         let along = if self.is_point() {
@@ -171,32 +175,33 @@ impl Stroke {
         let normal = along.cross(across);
         let t = (a - origin.as_dvec3()).dot(normal) / d.dot(normal);
         if !t.is_finite() {
-            return None; // in the ribbon's plane
+            return None; // the ray is in the ribbon's plane
         }
         let p = origin.as_dvec3() + t * d - a;
         let square = normal.length_squared();
         let beside = p.dot(normal.cross(along)) / square;
         let forth = p.dot(across.cross(normal)) / square;
-        self.holds(a, along, forth, beside, view)
+        self.covers(a, along, forth, beside, view)
             .then_some(t as f32)
     }
 
-    fn holds(&self, a: DVec3, along: DVec3, forth: f64, beside: f64, view: &View) -> bool {
+    /// Whether the stroke covers a point of its plane.
+    fn covers(&self, a: DVec3, along: DVec3, forth: f64, beside: f64, view: &StrokeView) -> bool {
         let within = |v: f64, foot: Vec3, aside: f64| {
             let pixels = v / f64::from(view.pixel(foot)) + aside;
             pixels.abs() <= f64::from(self.half)
         };
         if self.is_point() {
-            let inside = |v| within(v, self.a, -TO_ONE_SIDE);
+            let inside = |v| within(v, self.a, -TIE_OFFSET);
             return inside(forth) && inside(beside);
         }
         let foot = (a + forth * along).as_vec3();
         (0.0..=1.0).contains(&forth)
-            && within(beside, foot, TO_ONE_SIDE)
+            && within(beside, foot, TIE_OFFSET)
             && self.is_inked(foot, view)
     }
 
-    fn is_inked(&self, foot: Vec3, view: &View) -> bool {
+    fn is_inked(&self, foot: Vec3, view: &StrokeView) -> bool {
         !self.has_gaps() || {
             let pixel = (self.start + self.pixels_to(foot, view)) as u64;
             self.pattern >> (pixel % 16) & 1 == 1
@@ -208,7 +213,7 @@ impl Stroke {
 mod tests {
     use super::*;
 
-    const VIEW: View = View {
+    const VIEW: StrokeView = StrokeView {
         right: Vec3::X,
         up: Vec3::Y,
         forward: Vec3::NEG_Z,
@@ -218,7 +223,7 @@ mod tests {
 
     fn meets(stroke: &Stroke, x: f32, y: f32) -> bool {
         let direction = Vec3::new(x * 0.01, y * 0.01, -1.0); // in pixels
-        stroke.meet(Vec3::ZERO, direction, &VIEW).is_some()
+        stroke.intersect(Vec3::ZERO, direction, &VIEW).is_some()
     }
 
     #[test]

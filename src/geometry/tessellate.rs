@@ -1,18 +1,20 @@
-//! Cuts polygons that may be concave into triangles.
+//! Cuts polygons into triangles, concave ones included.
 //!
-//! Ears are cut off one by one, the one with the smallest circumscribed circle first, on the plane
-//! that the polygon's normal is nearest to: Coin's choice, so that both programs cut alike. Ears of
-//! equal circles go by their place in a binary heap, whose order of operations is therefore
-//! Coin's too. Large polygons go to `earcut`: this search looks at every corner for every ear.
+//! Concave polygons are cut by ears. The ear with the smallest circumscribed circle is cut first,
+//! in the coordinate plane that is most parallel to the polygon. That is Coin's choice, so that
+//! both programs cut alike. Ears with equal circles are ordered by their place in a binary heap,
+//! whose order of operations is therefore Coin's as well. Large polygons are left to the crate
+//! `earcut`, because this search looks at every corner for every ear.
 
 use glam::Vec3;
 
 use super::normals::{newell, unit};
 
-/// More corners than this are cut by `earcut`.
+/// Polygons with more corners are cut by `earcut`. The search takes the square of the number of
+/// corners.
 const MANY: usize = 3000;
 
-/// Triangles of a polygon, as indices of its corners; n − 2 of them, some perhaps without area.
+/// Cuts a polygon and returns n − 2 triangles as indices of its corners, some perhaps without area.
 pub fn tessellate(points: &[Vec3]) -> Vec<[usize; 3]> {
     match points.len() {
         0..=2 => Vec::new(),
@@ -23,8 +25,8 @@ pub fn tessellate(points: &[Vec3]) -> Vec<[usize; 3]> {
     }
 }
 
-/// A corner that repeats the one before it stands in the way of its own ears: such corners are
-/// cut off first, as triangles without area, which keeps the count at n − 2.
+/// A corner that repeats the one before it blocks its own ears. Such corners are cut off first, as
+/// triangles without area, which keeps the count at n − 2.
 fn without_repeats(points: &[Vec3]) -> Vec<[usize; 3]> {
     let n = points.len();
     let kept: Vec<usize> = (0..n)
@@ -51,7 +53,7 @@ fn fan(n: usize) -> Vec<[usize; 3]> {
     (1..n - 1).map(|i| [0, i, i + 1]).collect()
 }
 
-/// The two axes to look along, and whether the polygon turns left there.
+/// Returns the two axes of the plane to project to, and whether the polygon turns left there.
 fn plane(points: &[Vec3]) -> (usize, usize, bool) {
     let n = unit(newell(points));
     let a = n.abs();
@@ -65,6 +67,7 @@ fn plane(points: &[Vec3]) -> (usize, usize, bool) {
     (0, 1, n.z > 0.0)
 }
 
+/// Cuts a polygon with `earcut`.
 fn many(points: &[Vec3]) -> Vec<[usize; 3]> {
     let (x, y, _) = plane(points);
     let flat = points.iter().map(|p| [f64::from(p[x]), f64::from(p[y])]);
@@ -78,22 +81,32 @@ fn many(points: &[Vec3]) -> Vec<[usize; 3]> {
         .collect()
 }
 
-/// The weight of a corner that cannot be cut.
+/// The weight of a corner that is no ear.
 const NEVER: f64 = f32::MAX as f64;
 
+/// A polygon whose ears are being cut. The ear of a corner is the triangle of it and the two after
+/// it.
 struct Ears {
+    /// The corners, projected to the plane.
     flat: Vec<[f32; 2]>,
+    /// The corners after and before each corner, of those that are left.
     next: Vec<usize>,
     prev: Vec<usize>,
+    /// The squared radius of the circle around each ear.
     weight: Vec<f64>,
+    /// The weights that have to be computed again.
     stale: Vec<bool>,
+    /// Whether the polygon turns left.
     left: bool,
+    /// The largest area that counts as none.
     smallest: f64,
+    /// A binary heap of the corners by weight.
     heap: Vec<usize>,
-    /// Where in the heap a corner is.
+    /// The place of each corner in the heap.
     slot: Vec<usize>,
-    /// Corners that stand in the way of ears; of equal points only the first is asked.
+    /// Corners that block ears. Of equal points only the first is tested.
     standing: Vec<bool>,
+    /// The first corner that is equal to each corner.
     first_of: Vec<usize>,
 }
 
@@ -154,7 +167,7 @@ impl Ears {
             self.update(v);
         }
         if remaining == 4 {
-            // Of the two diagonals the one whose worse half is better.
+            // Takes the diagonal whose larger triangle has the smaller circle.
             let opposite = self.next[self.next[v]];
             self.stale[self.next[v]] = true;
             self.stale[opposite] = true;
@@ -167,12 +180,13 @@ impl Ears {
             self.emit(v, &mut out);
         }
         if remaining > 4 {
-            // Crosses itself, or is a line: what is left has no ear.
+            // The rest has no ear: it crosses itself, or it is a line.
             self.give_up(v, &mut out);
         }
         out
     }
 
+    /// Cuts the rest with `earcut`.
     fn give_up(&self, start: usize, out: &mut Vec<[usize; 3]>) {
         let mut ring = vec![start];
         let mut v = self.next[start];
@@ -188,12 +202,12 @@ impl Ears {
             cut.chunks_exact(3)
                 .map(|t| [0, 1, 2].map(|k| ring[t[k] as usize])),
         );
-        // Inventor counts n − 2 triangles, with area or without.
+        // Inventor counts n − 2 triangles, with or without area.
         let missing = wanted.saturating_sub(cut.len() / 3);
         out.extend((0..missing).map(|_| [ring[0]; 3]));
     }
 
-    /// The triangle of a corner and the two after it; the middle one is gone then.
+    /// Outputs the ear of a corner, and removes the ear's tip.
     fn emit(&mut self, v: usize, out: &mut Vec<[usize; 3]>) {
         let (b, c) = (self.next[v], self.next[self.next[v]]);
         out.push([v, b, c]);
@@ -206,6 +220,7 @@ impl Ears {
         [self.flat[v], self.flat[b], self.flat[self.next[b]]]
     }
 
+    /// Returns a corner's weight: the squared radius of its ear's circle, or [`NEVER`].
     fn weigh(&mut self, v: usize) -> f64 {
         if std::mem::take(&mut self.stale[v]) {
             let [a, b, c] = self.corners(v);
@@ -221,7 +236,7 @@ impl Ears {
         self.weight[v]
     }
 
-    /// Whether no other corner stands in the triangle or on its border.
+    /// Whether no other corner is in an ear or on its border.
     fn is_empty(&self, v: usize) -> bool {
         let [a, b, c] = self.corners(v);
         let own = [v, self.next[v], self.next[self.next[v]]];
@@ -308,7 +323,8 @@ impl Ears {
     }
 }
 
-/// Whether a point is in a triangle or on its border, by its weights in f32.
+/// Whether a point is in a triangle or on its border, by its barycentric coordinates in f32 (as in
+/// Coin).
 fn inside(p: [f32; 2], a: [f32; 2], b: [f32; 2], c: [f32; 2]) -> bool {
     let scale = 1.0 / ((b[1] - c[1]) * (a[0] - c[0]) + (c[0] - b[0]) * (a[1] - c[1]));
     let u = ((b[1] - c[1]) * (p[0] - c[0]) + (c[0] - b[0]) * (p[1] - c[1])) * scale;
@@ -317,7 +333,7 @@ fn inside(p: [f32; 2], a: [f32; 2], b: [f32; 2], c: [f32; 2]) -> bool {
     [u, v, w].iter().all(|x| (0.0..=1.0).contains(x))
 }
 
-/// The squared radius of the circle through three points.
+/// Returns the squared radius of the circle through three points.
 fn circle(a: [f32; 2], b: [f32; 2], c: [f32; 2]) -> f64 {
     let wide = |p: f32| f64::from(p);
     let (ax, ay) = (wide(b[0] - a[0]), wide(b[1] - a[1]));

@@ -19,7 +19,7 @@ use super::{Census, CompileOptions, Light, Needs, RenderScene, Surface, survey};
 use crate::diag::{Diagnostic, Result};
 use crate::geometry::quadric::exact_bounds;
 use crate::geometry::text::Fonts;
-use crate::geometry::{Corner, Mesh, Quadric, QuadricKind, Stroke, View, facets};
+use crate::geometry::{Corner, Mesh, Quadric, QuadricKind, Stroke, StrokeView, facets};
 use crate::iv::{Document, NodeId, NodeRef, Value};
 use crate::pose::{CameraPose, Projection};
 use crate::traversal::Visitor;
@@ -1036,7 +1036,7 @@ impl<'a> Builder<'a> {
 }
 
 /// The camera as lines and points know it; without one, at the origin and a quarter turn wide.
-fn view(options: &CompileOptions) -> View {
+fn view(options: &CompileOptions) -> StrokeView {
     let (camera, pixel_rows) = (options.camera.as_ref(), options.pixel_rows);
     let rows = f64::from(pixel_rows.max(1));
     let turn = camera.map_or(glam::DQuat::IDENTITY, |c| c.orientation);
@@ -1047,7 +1047,7 @@ fn view(options: &CompileOptions) -> View {
         }
         None => (0.0, 2.0 * libm::tan(std::f64::consts::PI / 8.0) / rows),
     };
-    View {
+    StrokeView {
         right: (turn * DVec3::X).as_vec3(),
         up: (turn * DVec3::Y).as_vec3(),
         forward: camera.map_or(DVec3::NEG_Z, CameraPose::direction).as_vec3(),

@@ -24,7 +24,7 @@ use glam::{DVec3, Vec2, Vec3};
 use crate::bvh::{Block, BlockHits, Bvh, COPLANAR, Hit, PreparedRay, Ray};
 use crate::diag::{Diagnostic, Result};
 use crate::geometry::text::Fonts;
-use crate::geometry::{Quadric, Stroke, View};
+use crate::geometry::{Quadric, Stroke, StrokeView};
 use crate::iv::{Document, Limits};
 use crate::math::lanes::bits;
 use crate::pose::CameraPose;
@@ -182,7 +182,7 @@ pub struct RenderScene {
     /// Whether everything stops all light.
     solid: bool,
     /// The camera, for what is measured in pixels.
-    view: View,
+    view: StrokeView,
     pub(crate) background: background::Background,
     census: Census,
     bounds: Option<(Vec3, Vec3)>,
@@ -415,7 +415,7 @@ impl RenderScene {
         }
         let index = index - self.triangles.len();
         if let Some(quadric) = self.quadrics.get(index) {
-            let roots = quadric.meet(ray.origin.as_dvec3(), ray.direction.as_dvec3());
+            let roots = quadric.intersect(ray.origin.as_dvec3(), ray.direction.as_dvec3());
             let t = roots
                 .into_iter()
                 .flatten()
@@ -429,7 +429,7 @@ impl RenderScene {
             });
         }
         let stroke = self.strokes.get(index - self.quadrics.len())?;
-        let t = stroke.meet(ray.origin, ray.direction, &self.view)?;
+        let t = stroke.intersect(ray.origin, ray.direction, &self.view)?;
         (t > t_min && t < t_max).then_some(Hit {
             t,
             primitive,
@@ -543,7 +543,7 @@ impl RenderScene {
         let index = index - self.triangles.len();
         match self.quadrics.get(index) {
             Some(quadric) => {
-                let (_, n) = quadric.settle(ray.at(hit.t).as_dvec3());
+                let (_, n) = quadric.project_to_surface(ray.at(hit.t).as_dvec3());
                 let m = quadric.object_from_scene.matrix3.transpose();
                 (m * n).normalize_or(DVec3::Y).as_vec3()
             }
@@ -591,7 +591,7 @@ impl RenderScene {
         } else if let Some(quadric) = self.quadrics.get(index - self.triangles.len()) {
             let at = |p: Vec3| {
                 quadric
-                    .texture_coordinates(quadric.settle(p.as_dvec3()).0)
+                    .texture_coordinates(quadric.project_to_surface(p.as_dvec3()).0)
                     .as_vec2()
             };
             let (middle, (right, up)) =

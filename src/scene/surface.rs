@@ -256,7 +256,7 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
     let coordinates = if let Some(corners) = scene.triangles.get(index) {
         on_triangle(&mut out, corners, index, hit)
     } else if let Some(quadric) = scene.quadrics.get(index - scene.triangles.len()) {
-        let (settled, _) = quadric.settle(out.position.as_dvec3());
+        let (settled, _) = quadric.project_to_surface(out.position.as_dvec3());
         let position = quadric.scene_from_object.transform_point3(settled);
         out.position = position.as_vec3();
         let size = quadric.scene_from_object.matrix3.to_cols_array();

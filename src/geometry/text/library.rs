@@ -22,8 +22,8 @@ use crate::diag::{Diagnostic, Result};
 /// The endings of font files.
 const ENDINGS: [&str; 4] = ["otf", "ttf", "ttc", "otc"];
 
-/// Limits on the number of files, on the size of one, and on the depth of folders, far above what font
-/// folders have. They stop a search that was started in the wrong place.
+/// Limits on the number of files, on the size of one, and on the depth of folders, far above what
+/// font folders have. They stop a search that was started in the wrong place.
 const MAX_FILES: usize = 10_000;
 const MAX_BYTES: u64 = 256 << 20;
 const MAX_DEPTH: usize = 16;
