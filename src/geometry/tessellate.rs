@@ -14,8 +14,44 @@ use super::normals::{newell, unit};
 /// corners.
 const MANY: usize = 3000;
 
+/// Cuts a polygon of `n` corners as Coin does, and hands over each triangle as indices of its
+/// corners.
+///
+/// A quadrilateral is cut along its first diagonal, or along the other where only that is inside. A
+/// convex polygon becomes a fan, and other polygons are tessellated.
+#[inline]
+pub fn cut_polygon(
+    n: usize,
+    point: impl Fn(usize) -> Vec3,
+    convex: bool,
+    mut cut: impl FnMut([usize; 3]),
+) {
+    match n {
+        0..=2 => {}
+        3 => cut([0, 1, 2]),
+        4 if !convex && is_cut_outside([0, 1, 2, 3].map(&point)) => {
+            cut([1, 2, 3]);
+            cut([1, 3, 0]);
+        }
+        _ if convex || n == 4 => (2..n).for_each(|i| cut([0, i - 1, i])),
+        _ => {
+            let points: Vec<Vec3> = (0..n).map(point).collect();
+            tessellate(&points).into_iter().for_each(cut);
+        }
+    }
+}
+
+/// Whether the first diagonal of a quadrilateral is outside of it: its two triangles then face
+/// apart.
+fn is_cut_outside(q: [Vec3; 4]) -> bool {
+    let [a, b, c, d] = q.map(|p| p.as_dvec3());
+    let first = (b - a).cross(c - a);
+    let second = (c - a).cross(d - a);
+    first.dot(second) < 0.0
+}
+
 /// Cuts a polygon and returns n − 2 triangles as indices of its corners, some perhaps without area.
-pub fn tessellate(points: &[Vec3]) -> Vec<[usize; 3]> {
+fn tessellate(points: &[Vec3]) -> Vec<[usize; 3]> {
     match points.len() {
         0..=2 => Vec::new(),
         3 => vec![[0, 1, 2]],

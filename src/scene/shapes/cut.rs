@@ -7,7 +7,7 @@
 use glam::Vec3;
 
 use super::runs::Runs;
-use super::vertices::{By, Normals, Place, Vertices};
+use super::vertices::{By, Normals, Place, Vertices, wrapped};
 use crate::geometry::normals::face_normal;
 use crate::scene::Builder;
 use crate::traversal::state::{Binding, TextureCoordinates};
@@ -369,7 +369,7 @@ impl<'a, 's, 'v, 'b> Cutter<'a, 's, 'v, 'b> {
                 coordinates.extend(cuts.iter().map(|cut| {
                     let corners = cut.corners.map(point);
                     let normal = face_normal(&corners, true);
-                    corners.map(|p| boxed.wrapped(as_what, (p, normal)))
+                    corners.map(|p| wrapped(boxed, as_what, p, normal))
                 }));
                 if let Some(thirds) = thirds {
                     Numbers::Same.each(cuts, thirds, |_| 0.0);

@@ -1,18 +1,14 @@
 //! Face sets: polygons by index or by count, concave ones included.
 
-use std::ops::Range;
-
 use glam::Vec3;
 
-use super::BoxCoordinates;
 use super::cut::Cutter;
 use super::runs::{Broken, Runs};
 use super::vertices::{
     By, Normals, Place, Vertices, count, faces_are_parts, indices, is_per_vertex, without_index,
 };
-use crate::geometry::Corner;
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
-use crate::geometry::tessellate;
+use crate::geometry::{BoxCoordinates, Corner, cut_polygon};
 use crate::grammar::{face_set, indexed_face_set};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
@@ -163,7 +159,14 @@ fn draw<'a>(faces: &Runs<'_>, vertices: &Vertices<'a, '_>, convex: bool, out: &m
     }
     let mut cutter = Cutter::new(faces, vertices, faces.triangles(), out);
     for (number, face) in faces.runs.iter().enumerate() {
-        polygon(face.0.clone(), number, faces, vertices, convex, &mut cutter);
+        let first = face.start();
+        let point = |corner: usize| {
+            let point = vertices.coordinates.get(faces.coordinate(first + corner));
+            point.unwrap_or_default()
+        };
+        cut_polygon(face.len(), point, convex, |triangle| {
+            cutter.cut(triangle.map(|corner| first + corner), number, number);
+        });
     }
     cutter.finish();
 }
@@ -185,45 +188,4 @@ fn outlines(faces: &Runs<'_>, vertices: &Vertices<'_, '_>, out: &mut Builder<'_>
         count += face.len();
         out.outline(&corners);
     }
-}
-
-/// Cuts a polygon as Coin does: a triangle is one, a quadrilateral goes along its first diagonal
-/// (along the other where only that lies inside), a convex one is a fan, others are tessellated.
-fn polygon(
-    positions: Range<usize>,
-    face: usize,
-    faces: &Runs<'_>,
-    vertices: &Vertices<'_, '_>,
-    convex: bool,
-    cutter: &mut Cutter<'_, '_, '_, '_>,
-) {
-    let (first, n) = (positions.start, positions.len());
-    let mut cut = |[a, b, c]: [usize; 3]| {
-        cutter.cut([first + a, first + b, first + c], face, face);
-    };
-    let point = |position: usize| {
-        let point = vertices.coordinates.get(faces.coordinate(position));
-        point.unwrap_or_default()
-    };
-    match n {
-        0..=2 => {}
-        3 => cut([0, 1, 2]),
-        4 if !convex && is_cut_outside([0, 1, 2, 3].map(|i| point(first + i))) => {
-            cut([1, 2, 3]);
-            cut([1, 3, 0]);
-        }
-        _ if convex || n == 4 => (2..n).for_each(|i| cut([0, i - 1, i])),
-        _ => {
-            let points: Vec<Vec3> = positions.map(point).collect();
-            tessellate(&points).into_iter().for_each(cut);
-        }
-    }
-}
-
-/// Whether the first diagonal of a quadrilateral leaves it: its two triangles face apart.
-fn is_cut_outside(q: [Vec3; 4]) -> bool {
-    let [a, b, c, d] = q.map(|p| p.as_dvec3());
-    let first = (b - a).cross(c - a);
-    let second = (c - a).cross(d - a);
-    first.dot(second) < 0.0
 }

@@ -1,9 +1,9 @@
 //! Lines and points: strokes with a width in pixels.
 
-use super::BoxCoordinates;
 use super::markers;
 use super::runs::counted;
 use super::vertices::{Normals, Place, Vertices, count, indices, without_index};
+use crate::geometry::BoxCoordinates;
 use crate::grammar::{
     indexed_line_set, indexed_marker_set, indexed_point_set, line_set, marker_set, point_set,
 };

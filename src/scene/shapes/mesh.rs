@@ -4,10 +4,10 @@ use std::borrow::Cow;
 
 use glam::Vec3;
 
-use super::BoxCoordinates;
 use super::cut::Cutter;
 use super::runs::Runs;
 use super::vertices::{By, Normals, Vertices, count, is_per_vertex, without_index};
+use crate::geometry::BoxCoordinates;
 use crate::geometry::normals::unit;
 use crate::grammar::quad_mesh;
 use crate::iv::NodeRef;

@@ -14,15 +14,13 @@ pub mod text;
 mod vertices;
 mod vrml97;
 
-use glam::{Vec2, Vec3};
-
 use super::Builder;
 use crate::geometry::Corner;
 use crate::grammar::{self, Class, class, face_set};
 use crate::iv::NodeRef;
 use crate::traversal::property::vertex_property;
 use crate::traversal::role::is_vrml97;
-use crate::traversal::state::{DrawStyle, State, Wrapping};
+use crate::traversal::state::{DrawStyle, State};
 
 /// Draws a shape node with the state it was met in.
 pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
@@ -145,111 +143,15 @@ fn quad(corners: [Corner; 4], out: &mut Builder<'_>) {
     out.triangle([a, c, d]);
 }
 
-/// Inventor's texture coordinates for a shape without any: the two longest sides of its box,
-/// s along the longest from 0 to 1, t at the same scale.
-pub(super) struct BoxCoordinates {
-    origin: Vec3,
-    size: Vec3,
-    /// One over the longest side.
-    scale: f32,
-    axes: [usize; 3],
-}
-
-impl BoxCoordinates {
-    pub fn of(points: impl Iterator<Item = Vec3>) -> Self {
-        let mut min = Vec3::splat(f32::INFINITY);
-        let mut max = Vec3::splat(f32::NEG_INFINITY);
-        for p in points.filter(|p| p.is_finite()) {
-            min = min.min(p);
-            max = max.max(p);
-        }
-        let size = (max - min).max(Vec3::ZERO);
-        // The longest side first; of equal sides the later axis (Coin).
-        let mut order = [2usize, 1, 0];
-        order.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
-        let scale = |length: f32| if length > 0.0 { 1.0 / length } else { 0.0 };
-        Self {
-            origin: min,
-            size,
-            scale: scale(size[order[0]]),
-            axes: order,
-        }
-    }
-
-    pub fn at(&self, p: Vec3) -> Vec3 {
-        let [s, t, r] = self.axes.map(|axis| p[axis] - self.origin[axis]);
-        self.scale * Vec3::new(s, t, r)
-    }
-
-    /// Coordinates of a point and its normal, wrapped around the box; angles are about the origin
-    /// of the shape's space and begin behind it (Coin).
-    pub fn wrapped(&self, as_what: Wrapping, (p, normal): (Vec3, Vec3)) -> Vec2 {
-        use std::f32::consts::{PI, TAU};
-        let around = libm::atan2f(p.x, p.z) / TAU + 0.5;
-        let share = |size: Vec3, origin: Vec3| {
-            (p - origin) / Vec3::select(size.cmpeq(Vec3::ZERO), Vec3::ONE, size)
-        };
-        let steep = normal.abs();
-        let side = [1, 2]
-            .into_iter()
-            .fold(0, |most, i| if steep[i] > steep[most] { i } else { most });
-        let ahead = normal[side] >= 0.0;
-        match as_what {
-            Wrapping::Sphere => {
-                let up = libm::atan2f(p.y, libm::hypotf(p.x, p.z)) / PI + 0.5;
-                Vec2::new(around, up)
-            }
-            Wrapping::Cylinder => {
-                let q = share(self.size, self.origin);
-                match side {
-                    1 if normal.y > 0.0 => Vec2::new(q.x, 1.0 - q.z),
-                    1 => Vec2::new(q.x, q.z),
-                    _ => Vec2::new(around, q.y),
-                }
-            }
-            Wrapping::Cube => {
-                let size = Vec3::splat(self.size.max_element());
-                let q = share(size, self.origin + 0.5 * (self.size - size));
-                match (side, ahead) {
-                    (0, true) => Vec2::new(1.0 - q.z, q.y),
-                    (0, false) => Vec2::new(q.z, q.y),
-                    (1, true) => Vec2::new(q.x, 1.0 - q.z),
-                    (1, false) => Vec2::new(q.x, q.z),
-                    (_, true) => Vec2::new(q.x, q.y),
-                    (_, false) => Vec2::new(1.0 - q.x, q.y),
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::grammar::{CLASSES, Treatment};
     use crate::iv::{ClassRef, Document, Node};
     use crate::scene::CompileOptions;
     use crate::traversal::role::{Role, role_of};
-
-    /// Corners of a block 4 by 2 by 2, seen by the side they are on: Coin's values.
-    #[test]
-    fn textures_are_wrapped_around_a_box() {
-        let corners = [Vec3::new(-2.0, -1.0, -1.0), Vec3::new(2.0, 1.0, 1.0)];
-        let boxed = BoxCoordinates::of(corners.into_iter());
-        let p = Vec3::new(2.0, 1.0, 1.0);
-        for (as_what, normal, at) in [
-            (Wrapping::Cube, Vec3::Z, [1.0, 0.75]),
-            (Wrapping::Cube, Vec3::X, [0.25, 0.75]),
-            (Wrapping::Cube, Vec3::Y, [1.0, 0.25]),
-            (Wrapping::Cylinder, Vec3::Y, [1.0, 0.0]),
-            (Wrapping::Cylinder, Vec3::Z, [0.676_208_2, 1.0]),
-            (Wrapping::Sphere, Vec3::Z, [0.676_208_2, 0.633_859]),
-        ] {
-            let seen = boxed.wrapped(as_what, (p, normal));
-            let off = (seen - Vec2::from_array(at)).length();
-            assert!(off < 1e-5, "{as_what:?}: {seen}");
-        }
-    }
 
     /// A document with one node of every class, everything by default.
     fn one_of_each() -> Document {

@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use super::BoxCoordinates;
 use super::cut::Cutter;
 use super::runs::{Broken, Runs};
 use super::vertices::{By, Normals, Vertices, count, indices, is_per_vertex, without_index};
+use crate::geometry::BoxCoordinates;
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::grammar::{indexed_triangle_strip_set, triangle_strip_set};
 use crate::iv::NodeRef;

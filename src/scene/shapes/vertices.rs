@@ -1,14 +1,14 @@
 //! Corners of vertex shapes: which normal, material and texture coordinate each has.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
-use super::BoxCoordinates;
-use crate::geometry::Corner;
+use crate::geometry::{BoxCoordinates, Corner};
 use crate::grammar::Field;
 use crate::iv::NodeRef;
-use crate::traversal::state::{Binding, Coordinates, State, TextureCoordinates};
+use crate::traversal::state::{Binding, Coordinates, State, TextureCoordinates, Wrapping};
 
-/// Returns a list of indices, unless it is empty or starts with −1, which has Inventor take another one.
+/// Returns a list of indices, unless it is empty or starts with −1, which has Inventor take another
+/// one.
 pub fn indices<'a>(node: NodeRef<'a>, field: Field<[i32]>) -> Option<&'a [i32]> {
     let list = node.get(field);
     list.first()
@@ -153,9 +153,18 @@ impl Vertices<'_, '_> {
                 list.get(index).copied().unwrap_or_default().extend(0.0)
             }
             TextureCoordinates::Three(list) => list.get(index).copied().unwrap_or_default(),
-            TextureCoordinates::Wrapped(as_what) => boxed.wrapped(as_what, at).extend(0.0),
+            TextureCoordinates::Wrapped(as_what) => wrapped(boxed, as_what, at.0, at.1).extend(0.0),
             _ => boxed.at(at.0),
         }
+    }
+}
+
+/// Returns the texture coordinates of a point, wrapped around the box of its shape.
+pub fn wrapped(boxed: &BoxCoordinates, as_what: Wrapping, p: Vec3, normal: Vec3) -> Vec2 {
+    match as_what {
+        Wrapping::Sphere => boxed.on_sphere(p),
+        Wrapping::Cylinder => boxed.on_cylinder(p, normal),
+        Wrapping::Cube => boxed.on_cube(p, normal),
     }
 }
 
