@@ -132,7 +132,7 @@ impl<T: Get + ?Sized> FieldKey<T> for &str {
     }
 }
 
-/// Returns the nodes of a field by name: for code that is not yet written with handles.
+/// Returns the nodes of a field by name, for names that are data themselves: the parts of a node kit.
 pub fn nodes_in<'a>(node: NodeRef<'a>, name: &str) -> &'a [NodeId] {
     match node.value(name) {
         Some(Value::Nodes(list)) => list,

@@ -119,6 +119,7 @@ mod tests {
     use super::*;
     use crate::diag::Result;
     use crate::iv::{Document, Limits, Loader};
+    use crate::traversal::state::Language;
 
     #[test]
     fn the_sky_turns_from_one_color_to_the_next() {
@@ -151,7 +152,7 @@ mod tests {
         let document = Document::read("a.wrl", text.into(), Arc::new(Painter), &Limits::default())
             .expect("reads");
         let node = document.roots().next().expect("a root");
-        let (all, troubles) = Background::of(node, &State::new(false, true), Some(&[]));
+        let (all, troubles) = Background::of(node, &State::new(Language::Vrml97), Some(&[]));
         assert!(troubles.is_empty());
         // Turning the head from the front to the right, to the back and to the left, the right
         // half of each picture comes first from the left; up and down keep right where it is.

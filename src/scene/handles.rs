@@ -15,7 +15,7 @@ use crate::diag::{Diagnostic, Result, Span};
 use crate::grammar::{self, Class, Dialect, point_light, transform};
 use crate::iv::nodes_in;
 use crate::iv::{Document, FieldEntry, Limits, Loader, Node, NodeId, NodeRef, Value};
-use crate::traversal::State;
+use crate::traversal::state::{Language, State};
 
 /// The document with handles beside its draggers and manipulators.
 pub fn with_handles(document: &Document) -> Document {
@@ -152,7 +152,7 @@ fn surround(node: NodeRef<'_>, kind: &str) -> Option<Node> {
         let place = list.iter().position(|id| *id == node.id)?;
         Some(&list[place + 1..])
     });
-    let state = State::new(false, false);
+    let state = State::new(Language::Inventor);
     let (min, max) = after
         .filter_map(|list| bounds_of(node.document, list, state.clone()))
         .next()

@@ -1,22 +1,29 @@
 //! Groups that pick among their children, repeat them, or turn them to the camera.
 
-use glam::{DMat4, DVec3, Mat4, Vec3};
+use glam::{DMat4, DVec3, Mat4};
 
 use super::frame::Frame;
 use super::visitor::Visitor;
 use super::walk::Walk;
-use crate::grammar::value::Choice;
-use crate::iv::{NodeId, NodeRef, nodes_in};
+use crate::grammar::{
+    array, billboard, blinker, level_of_detail, lod, multiple_copy, path, path_switch, switch_node,
+    vrml97_group, vrml97_lod, vrml97_switch_node,
+};
+use crate::iv::{NodeId, NodeRef};
 use crate::pose::Projection;
 
 impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     /// The children among which a switch or a level of detail picks.
     fn choices(node: NodeRef<'a>) -> &'a [NodeId] {
-        ["choice", "level", "children"]
-            .iter()
-            .map(|field| nodes_in(node, field))
-            .find(|list| !list.is_empty())
-            .unwrap_or(&node.data().children)
+        [
+            vrml97_switch_node::CHOICE,
+            vrml97_lod::LEVEL,
+            vrml97_group::CHILDREN,
+        ]
+        .map(|field| node.get_nodes(field))
+        .into_iter()
+        .find(|list| !list.is_empty())
+        .unwrap_or(&node.data().children)
     }
 
     fn pick(&mut self, list: &'a [NodeId], index: usize) {
@@ -27,12 +34,11 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
 
     pub(super) fn switch(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
-        let vrml97 = node.value("whichChoice").is_some();
-        let field = if vrml97 { "whichChoice" } else { "whichChild" };
-        let mut which = node.read::<i32>(field).unwrap_or(-1);
-        if vrml97 {
+        let vrml97 = node.find(vrml97_switch_node::WHICH_CHOICE);
+        if vrml97.is_some() {
             self.keep_state();
         }
+        let mut which = vrml97.unwrap_or_else(|| node.get(switch_node::WHICH_CHILD));
         if which == -2 {
             which = self.state.switch;
             if which >= 0 && !list.is_empty() {
@@ -56,11 +62,11 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             self.stack.push(Frame::List { list, next: 0 });
             return;
         }
-        let stated = node.read::<i32>("whichChild").unwrap_or(-1);
-        let speed = f64::from(node.read::<f32>("speed").unwrap_or(1.0));
+        let stated = node.get(blinker::WHICH_CHILD);
+        let speed = f64::from(node.get(blinker::SPEED));
         let round = speed * self.options.time;
         let share = round - round.floor();
-        let which = match (node.read::<bool>("on").unwrap_or(true), list.len()) {
+        let which = match (node.get(blinker::ON), list.len()) {
             (false, _) => stated.max(0),
             (true, 1) if round > 0.0 => libm::floor(2.0 * share) as i32 - 1,
             (true, n) if round > 0.0 => libm::floor(share * n as f64) as i32,
@@ -74,11 +80,11 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
 
     /// Walks its children where the nodes above end with its path.
     pub(super) fn path_switch(&mut self, node: NodeRef<'a>) {
-        let Some(path) = node.node_in("path") else {
+        let Some(path) = node.get_node(path_switch::PATH) else {
             return;
         };
-        let mut wanted: Vec<NodeId> = nodes_in(path, "head").to_vec();
-        for &index in path.read::<[i32]>("indices").unwrap_or(&[]) {
+        let mut wanted: Vec<NodeId> = path.get_nodes(path::HEAD).to_vec();
+        for &index in path.get(path::INDICES) {
             let below = wanted.last().map(|&id| self.document.node(id));
             let child = below.and_then(|n| n.data().children.get(usize::try_from(index).ok()?));
             let Some(&child) = child else {
@@ -102,22 +108,20 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     /// Walks the children at every place of a grid, as Inventor does: z slowest, x fastest, and
     /// every copy from the state that the array itself was met in.
     pub(super) fn array(&mut self, node: NodeRef<'a>) {
-        let count = |i: usize| {
-            let n = node.read::<i16>(["numElements1", "numElements2", "numElements3"][i]);
-            i64::from(n.unwrap_or(1).max(0))
-        };
-        let step = |i: usize| {
-            node.read::<Vec3>(["separation1", "separation2", "separation3"][i])
-                .unwrap_or_default()
-                .as_dvec3()
-        };
-        let (n, s) = ([count(0), count(1), count(2)], [step(0), step(1), step(2)]);
+        let counts = [
+            array::NUM_ELEMENTS1,
+            array::NUM_ELEMENTS2,
+            array::NUM_ELEMENTS3,
+        ];
+        let steps = [array::SEPARATION1, array::SEPARATION2, array::SEPARATION3];
+        let n = counts.map(|field| i64::from(node.get(field).max(0)));
+        let s = steps.map(|field| node.get(field).as_dvec3());
         if n[0] * n[1] * n[2] > 10_000_000 {
             return;
         }
-        let from = |i: usize| match node.read::<Choice>("origin") {
-            Some(1) => -0.5 * (n[i] - 1) as f64,
-            Some(2) => -(n[i] - 1) as f64,
+        let from = |i: usize| match node.get(array::ORIGIN) {
+            array::ORIGIN_CENTER => -0.5 * (n[i] - 1) as f64,
+            array::ORIGIN_LAST => -(n[i] - 1) as f64,
             _ => 0.0,
         };
         let mut places = Vec::new();
@@ -135,7 +139,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     }
 
     pub(super) fn multiple_copy(&mut self, node: NodeRef<'a>) {
-        let matrices = node.read::<[Mat4]>("matrix").unwrap_or(&[]);
+        let matrices = node.get(multiple_copy::MATRIX);
         let places: Vec<DMat4> = matrices.iter().map(Mat4::as_dmat4).collect();
         self.place(node, &places);
     }
@@ -157,8 +161,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             self.stack.push(Frame::List { list, next: 0 });
             return;
         }
-        let ranges = node.read::<[f32]>("range").unwrap_or(&[]);
-        let center = node.read::<Vec3>("center").unwrap_or_default().as_dvec3();
+        let ranges = node.get(lod::RANGE);
+        let center = node.get(lod::CENTER).as_dvec3();
         let world = self.state.world_from_object.transform_point3(center);
         let level = match &self.options.camera {
             Some(camera) => {
@@ -191,7 +195,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             match self.visitor.screen_area(node, &self.state) {
                 Some(area) => {
                     let area = area * (f64::from(complexity) + 0.5);
-                    let limits = node.read::<[f32]>("screenArea").unwrap_or(&[0.0]);
+                    let limits = node.get(level_of_detail::SCREEN_AREA);
                     let level = limits.iter().position(|&limit| area > f64::from(limit));
                     let none = if limits.is_empty() { 0 } else { last };
                     level.unwrap_or(none).min(last)
@@ -212,8 +216,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             Projection::Perspective { .. } => inverse.transform_point3(camera.position),
             Projection::Orthographic { .. } => inverse.transform_vector3(-camera.direction()),
         };
-        let axis = node.read::<Vec3>("axisOfRotation").unwrap_or(Vec3::Y);
-        let turn = match axis.as_dvec3().try_normalize() {
+        let axis = node.get(billboard::AXIS_OF_ROTATION).as_dvec3();
+        let turn = match axis.try_normalize() {
             Some(axis) => {
                 let flat = (eye - axis * eye.dot(axis)).try_normalize();
                 let front = (DVec3::Z - axis * axis.z).try_normalize();

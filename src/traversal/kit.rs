@@ -3,14 +3,11 @@
 use std::sync::OnceLock;
 
 use super::frame::Frame;
-use super::role::{self, Role};
-use crate::diag::Span;
-use crate::grammar::{self, Class, Part};
-use crate::iv::nodes_in;
-use crate::iv::{ClassRef, Document, Node, NodeId, NodeRef};
+use crate::grammar::{self, Part, Role};
+use crate::iv::{Document, Node, NodeId, NodeRef, nodes_in};
 
 /// Puts the kit's parts on the stack, the first part on top.
-pub fn plan<'a>(kit: NodeRef<'a>, stack: &mut Vec<Frame<'a>>) {
+pub(super) fn plan<'a>(kit: NodeRef<'a>, stack: &mut Vec<Frame<'a>>) {
     let Some(class) = kit.known_class() else {
         return;
     };
@@ -62,7 +59,7 @@ fn inner<'a>(
         .first()
         .and_then(|&id| kit.document.node(id).known_class())
         .or_else(|| grammar::any(part.class));
-    let role = class.map_or(Role::Group, role::role_of);
+    let role = class.map_or(Role::Group, |c| c.role);
     if role == Role::Switch {
         return; // a part that shows only while something is dragged
     }
@@ -87,21 +84,10 @@ fn made_up(class: &str) -> Option<NodeRef<'static>> {
     let document = DEFAULTS.get_or_init(|| {
         let mut document = Document::default();
         for class in grammar::CLASSES {
-            document.add(plain(class));
+            document.add(Node::made(class, Vec::new(), Vec::new()));
         }
         document
     });
     let id = NodeId(u32::from(grammar::any(class)?.id.0));
     Some(document.node(id))
-}
-
-fn plain(class: &Class) -> Node {
-    Node {
-        class: ClassRef::Known(class.id),
-        name: None,
-        fields: Vec::new(),
-        children: Vec::new(),
-        span: Span::default(),
-        source: 0,
-    }
 }

@@ -8,8 +8,9 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3, Vec2, Vec3, Vec4};
 
+use crate::grammar::material_binding;
 use crate::grammar::value::NodeId;
-use crate::iv::NodeRef;
+use crate::iv::{Document, NodeRef};
 
 /// One value for everything, or one each.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,16 +122,16 @@ pub enum Binding {
 }
 
 impl Binding {
-    /// From the enumeration's value in files: `DEFAULT` 0, `NONE` and `OVERALL` 2, …
+    /// Converts the enumeration's value in files, which materials and normals number alike.
     pub fn from_value(value: i32, default: Self) -> Self {
         match value {
-            2 => Self::Overall,
-            3 => Self::PerPart,
-            4 => Self::PerPartIndexed,
-            5 => Self::PerFace,
-            6 => Self::PerFaceIndexed,
-            7 => Self::PerVertex,
-            8 => Self::PerVertexIndexed,
+            material_binding::VALUE_OVERALL => Self::Overall,
+            material_binding::VALUE_PER_PART => Self::PerPart,
+            material_binding::VALUE_PER_PART_INDEXED => Self::PerPartIndexed,
+            material_binding::VALUE_PER_FACE => Self::PerFace,
+            material_binding::VALUE_PER_FACE_INDEXED => Self::PerFaceIndexed,
+            material_binding::VALUE_PER_VERTEX => Self::PerVertex,
+            material_binding::VALUE_PER_VERTEX_INDEXED => Self::PerVertexIndexed,
             _ => default,
         }
     }
@@ -363,9 +364,11 @@ pub struct TextureElement<'a> {
 pub struct FontElement<'a> {
     pub name: &'a str,
     pub size: f32,
-    /// From a `FontStyle`: family and style count, the name does not.
+    /// Set by a `FontStyle`: family and style count, the name does not.
     pub is_style: bool,
+    /// One of `font_style::FAMILY_…`.
     pub family: i32,
+    /// Bits of `font_style::STYLE_…`.
     pub style: i32,
 }
 
@@ -385,7 +388,7 @@ pub enum ProfileCoordinates<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Complexity {
     pub value: f32,
-    /// 0 `OBJECT_SPACE`, 1 `SCREEN_SPACE`, 2 `BOUNDING_BOX`.
+    /// One of `complexity::TYPE_…`.
     pub kind: i32,
     pub texture_quality: f32,
 }
@@ -397,6 +400,25 @@ pub struct Highlight {
     pub color: Vec3,
     /// Whether it is the diffuse color too.
     pub diffuse_too: bool,
+}
+
+/// The language of a scene, whose rules differ in places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Language {
+    Inventor,
+    Vrml1,
+    Vrml97,
+}
+
+impl Language {
+    /// Returns the language that the document's header names.
+    pub fn of(document: &Document) -> Self {
+        match &document.format {
+            f if f.starts_with("VRML V1") => Self::Vrml1,
+            f if f.starts_with("VRML V2") => Self::Vrml97,
+            _ => Self::Inventor,
+        }
+    }
 }
 
 /// Everything a shape inherits.
@@ -438,16 +460,15 @@ pub struct State<'a> {
     pub switch: i32,
     /// Meters a unit.
     pub unit: f64,
-    /// Under a VRML 97 scene, whose geometry follows other rules.
-    pub vrml97: bool,
-    pub vrml1: bool,
+    /// The language whose rules hold for shapes here.
+    pub language: Language,
 }
 
 /// One point at the origin: what Inventor's coordinate element holds before any node sets it.
 static NO_COORDINATES: [Vec3; 1] = [Vec3::ZERO];
 
 impl State<'_> {
-    pub fn new(vrml1: bool, vrml97: bool) -> Self {
+    pub fn new(language: Language) -> Self {
         Self {
             world_from_object: DMat4::IDENTITY,
             coordinates: Coordinates::Three(&NO_COORDINATES),
@@ -460,7 +481,11 @@ impl State<'_> {
             texture_coordinates: TextureCoordinates::Default,
             texture_indexed: true,
             hints: ShapeHints {
-                crease_angle: if vrml1 { 0.5 } else { 0.0 },
+                crease_angle: if language == Language::Vrml1 {
+                    0.5
+                } else {
+                    0.0
+                },
                 ..ShapeHints::DEFAULT
             },
             base_color: false,
@@ -489,8 +514,7 @@ impl State<'_> {
             profiles: Arc::default(),
             switch: -1,
             unit: 1.0,
-            vrml97,
-            vrml1,
+            language,
         }
     }
 }

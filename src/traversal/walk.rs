@@ -6,10 +6,13 @@ use super::frame::Frame;
 use super::kit;
 use super::property;
 use super::role::{self, Role};
-use super::state::State;
+use super::state::{Language, State};
 use super::visitor::{Visitor, WalkOptions};
 use crate::diag::Diagnostic;
-use crate::iv::{Document, NodeId, NodeRef, nodes_in};
+use crate::grammar::{
+    class, node_kit_list_part, vrml97_group, vrml97_lod, vrml97_switch_node, vrml97_transform,
+};
+use crate::iv::{Document, NodeId, NodeRef};
 
 pub(super) struct Walk<'a, 'v, V> {
     pub(super) document: &'a Document,
@@ -25,9 +28,7 @@ pub(super) struct Walk<'a, 'v, V> {
 
 /// Walks all roots in order, under one state.
 pub fn walk<'a, V: Visitor<'a>>(document: &'a Document, options: &WalkOptions, visitor: &mut V) {
-    let vrml97 = document.format.starts_with("VRML V2");
-    let vrml1 = document.format.starts_with("VRML V1");
-    let state = State::new(vrml1, vrml97);
+    let state = State::new(Language::of(document));
     walk_list(document, &document.roots, state, options, visitor);
 }
 
@@ -117,7 +118,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         self.visitor.node(node, role);
         match role {
             // A class nobody knows, or nothing to draw: SGI and Coin walk past it too.
-            Role::Kept => {}
+            Role::Kept | Role::Held => {}
             Role::Property => {
                 property::apply(&mut self.state, node, self.options.time);
             }
@@ -165,9 +166,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                     self.stack.push(Frame::List { list, next: 0 });
                 }
             }
-            Role::Separator | Role::Collision => {
+            Role::Separator => {
                 self.open_separator();
-                self.state.on_top |= node.known_class().is_some_and(|c| c.is_a("Annotation"));
+                let class = node.known_class();
+                self.state.on_top |= class.is_some_and(|c| c.descends_from(class::ANNOTATION));
                 self.state.highlight = property::highlight(node).or(self.state.highlight);
                 self.children(node);
             }
@@ -176,9 +178,9 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                     .push(Frame::RestoreMatrix(self.state.world_from_object));
                 self.children(node);
             }
-            Role::Transform97 => {
+            Role::TransformGroup => {
                 self.open_separator();
-                self.state.world_from_object *= property::transform(node, "scale");
+                self.state.world_from_object *= property::transform(node, vrml97_transform::SCALE);
                 self.children(node);
             }
             Role::Billboard => {
@@ -196,7 +198,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             Role::AppearanceAndGeometry => self.appearance(node),
             Role::Kit => kit::plan(node, &mut self.stack),
             Role::ListPart => self.stack.push(Frame::List {
-                list: nodes_in(node, "containerNode"),
+                list: node.get_nodes(node_kit_list_part::CONTAINER_NODE),
                 next: 0,
             }),
             _ => {}
@@ -214,9 +216,13 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     }
 
     pub(super) fn children(&mut self, node: NodeRef<'a>) {
-        // VRML 97 keeps children in a field; the last pushed is walked first.
-        for field in ["level", "choice", "children"] {
-            let list = nodes_in(node, field);
+        // VRML97 keeps children in a field; the last pushed is walked first.
+        for field in [
+            vrml97_lod::LEVEL,
+            vrml97_switch_node::CHOICE,
+            vrml97_group::CHILDREN,
+        ] {
+            let list = node.get_nodes(field);
             if !list.is_empty() {
                 self.stack.push(Frame::List { list, next: 0 });
             }

@@ -12,7 +12,7 @@ use crate::geometry::{BoxCoordinates, Corner, cut_polygon};
 use crate::grammar::{face_set, indexed_face_set};
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::traversal::state::{Binding, State};
+use crate::traversal::state::{Binding, Language, State};
 
 /// The index fields of an indexed shape.
 pub struct Indices<'a> {
@@ -40,7 +40,7 @@ pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut Bui
     }
     let per_vertex_is_indexed = |binding: Binding| match binding {
         // VRML 1.0's PER_VERTEX goes by coordIndex.
-        Binding::PerVertex if state.vrml1 => Binding::PerVertexIndexed,
+        Binding::PerVertex if state.language == Language::Vrml1 => Binding::PerVertexIndexed,
         other => faces_are_parts(other),
     };
     // A face with a coordinate that does not exist is left out.

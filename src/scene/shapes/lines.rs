@@ -9,7 +9,7 @@ use crate::grammar::{
 };
 use crate::iv::NodeRef;
 use crate::scene::Builder;
-use crate::traversal::state::{Binding, DrawStyle, State};
+use crate::traversal::state::{Binding, DrawStyle, Language, State};
 
 fn vertices<'a, 's>(
     state: &'s State<'a>,
@@ -100,7 +100,7 @@ pub fn indexed_lines<'a>(
     out: &mut Builder<'a>,
 ) {
     let mut binding = segments_and_lines(state.material_binding);
-    if state.vrml1 && binding == Binding::PerVertex {
+    if state.language == Language::Vrml1 && binding == Binding::PerVertex {
         binding = Binding::PerVertexIndexed;
     }
     let mut vertices = vertices(state, binding, materials, Some(index), out);

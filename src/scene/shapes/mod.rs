@@ -152,6 +152,7 @@ mod tests {
     use crate::iv::{ClassRef, Document, Node};
     use crate::scene::CompileOptions;
     use crate::traversal::role::{Role, role_of};
+    use crate::traversal::state::Language;
 
     /// A document with one node of every class, everything by default.
     fn one_of_each() -> Document {
@@ -194,26 +195,6 @@ mod tests {
         ));
     }
 
-    /// VRML 97's nodes that stand in fields of shapes, which read them there.
-    const IN_FIELDS: [&str; 16] = [
-        "Appearance",
-        "Color",
-        "Contour2D",
-        "Coordinate",
-        "FontStyle",
-        "ImageTexture",
-        "Material",
-        "MovieTexture",
-        "Normal",
-        "NurbsCurve2D",
-        "PixelTexture",
-        "Polyline2D",
-        "TextureCoordinate",
-        "TextureTransform",
-        "GeoCoordinate",
-        "NurbsTextureSurface",
-    ];
-
     #[test]
     fn whatever_the_catalogue_calls_rendered_is_drawn() {
         let document = one_of_each();
@@ -230,36 +211,12 @@ mod tests {
                 class.name
             );
             let mut out = Builder::surveyor(&document, &options);
-            draw(node, &State::new(false, false), &mut out);
+            draw(node, &State::new(Language::Inventor), &mut out);
             let ignored = &out.census().ignored;
             assert!(
                 role != Role::Shape || class.name == "Shape" || ignored.is_empty(),
                 "{ignored:?}"
             );
-        }
-    }
-
-    #[test]
-    fn whatever_the_catalogue_says_changes_the_state_has_a_part_in_the_walk() {
-        let document = one_of_each();
-        for (class, node) in CLASSES.iter().zip(0..) {
-            let role = role_of(class);
-            match class.treatment {
-                Treatment::Group => assert!(role != Role::Kept, "{}", class.name),
-                Treatment::State if is_vrml97(class) && IN_FIELDS.contains(&class.name) => {}
-                Treatment::State => {
-                    assert!(role != Role::Kept, "{}", class.name);
-                    let node = document.node(crate::iv::NodeId(node));
-                    let mut state = State::new(false, false);
-                    assert!(
-                        role != Role::Property
-                            || crate::traversal::property::apply(&mut state, node, 0.0),
-                        "{}",
-                        class.name
-                    );
-                }
-                _ => {}
-            }
         }
     }
 }

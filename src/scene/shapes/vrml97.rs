@@ -16,7 +16,8 @@ use crate::grammar::{
 use crate::iv::NodeRef;
 use crate::scene::Builder;
 use crate::traversal::state::{
-    Binding, Coordinates, Diffuse, List, ShapeHints, State, TextureCoordinates, VertexOrdering,
+    Binding, Coordinates, Diffuse, Language, List, ShapeHints, State, TextureCoordinates,
+    VertexOrdering,
 };
 
 /// Puts what the shape itself holds into the state.
@@ -25,7 +26,7 @@ use crate::traversal::state::{
 /// class without such a field has its default.
 pub fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'a>) {
     let counterclockwise = node.get(faces97::CCW);
-    state.vrml1 = false;
+    state.language = Language::Vrml97;
     state.hints = ShapeHints {
         ordering: if counterclockwise {
             VertexOrdering::Counterclockwise

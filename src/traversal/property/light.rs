@@ -1,0 +1,63 @@
+//! Lights of all dialects, placed in the world.
+
+use glam::{DVec3, Vec3};
+
+use crate::grammar::{
+    Class, class, directional_light, light, point_light, spot_light, vrml97_point_light,
+    vrml97_spot_light,
+};
+use crate::iv::NodeRef;
+use crate::traversal::state::{LightElement, LightKind, State};
+
+/// Returns the light as it stands in the world, or `None` if it is switched off.
+pub(in crate::traversal) fn light<'a>(
+    state: &State<'a>,
+    node: NodeRef<'a>,
+) -> Option<LightElement> {
+    let class = node.known_class()?;
+    if !node.get(light::ON) {
+        return None;
+    }
+    let is_vrml97 = class.is_vrml97();
+    let world = state.world_from_object;
+    let direction = world.transform_vector3(node.get(directional_light::DIRECTION).as_dvec3());
+    let mut light = LightElement {
+        kind: kind(node, class),
+        color: node.get(light::COLOR),
+        intensity: node.get(light::INTENSITY),
+        ambient: 0.0,
+        position: world.transform_point3(node.get(point_light::LOCATION).as_dvec3()),
+        direction: direction.try_normalize().unwrap_or(DVec3::NEG_Z),
+        attenuation: state.environment.attenuation,
+        radius: f32::INFINITY,
+        node: node.id,
+    };
+    if is_vrml97 {
+        // VRML97 writes constant, linear, quadratic in each light; Inventor has them in the other
+        // order in the `Environment`.
+        let a = node.get(vrml97_point_light::ATTENUATION);
+        light.attenuation = Vec3::new(a.z, a.y, a.x);
+        light.ambient = node.get(vrml97_point_light::AMBIENT_INTENSITY);
+        light.radius = node.get(vrml97_point_light::RADIUS);
+    }
+    Some(light)
+}
+
+fn kind(node: NodeRef<'_>, class: &Class) -> LightKind {
+    let is_either = |inventor, vrml97| class.descends_from(inventor) || class.id == vrml97;
+    if is_either(class::DIRECTIONAL_LIGHT, class::VRML97_DIRECTIONAL_LIGHT) {
+        LightKind::Directional
+    } else if !is_either(class::SPOT_LIGHT, class::VRML97_SPOT_LIGHT) {
+        LightKind::Point
+    } else if class.is_vrml97() {
+        LightKind::Beam {
+            beam_width: node.get(vrml97_spot_light::BEAM_WIDTH),
+            cut_off: node.get(vrml97_spot_light::CUT_OFF_ANGLE),
+        }
+    } else {
+        LightKind::Spot {
+            drop_off: node.get(spot_light::DROP_OFF_RATE),
+            cut_off: node.get(spot_light::CUT_OFF_ANGLE),
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! What each property node does to the traversal state: one short function for each class.
+//!
+//! A new class of property is an entry in `grammar/`, a line in the table of `apply.rs`, and its
+//! function in the file of its subject.
+
+mod apply;
+mod environment;
+mod geometry;
+mod light;
+mod material;
+mod texture;
+mod transform;
+
+pub use apply::apply;
+pub use environment::fog97;
+pub use geometry::vertex_property;
+pub(super) use light::light;
+pub(super) use material::highlight;
+pub(super) use transform::{transform, turn_z};

@@ -1,0 +1,201 @@
+//! Transformations: matrices that come before what follows them.
+
+use std::f64::consts::TAU;
+
+use glam::{DMat3, DMat4, DVec3, Quat, Vec3};
+
+use crate::grammar::value::Rotation;
+use crate::grammar::{
+    Field, anti_squish, matrix_transform, pendulum, reset_transform, rotation, rotation_xyz, rotor,
+    scale, shuttle, transform, translation, units,
+};
+use crate::iv::NodeRef;
+use crate::pose::{quat, rotation_of};
+use crate::traversal::state::State;
+
+/// Inventor's `Transform`.
+pub(super) fn inventor_transform(node: NodeRef<'_>) -> DMat4 {
+    transform(node, transform::SCALE_FACTOR)
+}
+
+/// `Transform` of Inventor and of VRML97, which name the scale differently: moves, turns about the
+/// center, and scales along the axes that `scaleOrientation` turns.
+pub(in crate::traversal) fn transform(node: NodeRef<'_>, scale: Field<Vec3>) -> DMat4 {
+    let vector = |field: Field<Vec3>| node.acting_or_default(field).as_dvec3();
+    let turn = |field: Field<Rotation>| DMat4::from_quat(quat(node.acting_or_default(field)));
+    let center = vector(transform::CENTER);
+    let along = quat(node.acting_or_default(transform::SCALE_ORIENTATION));
+    DMat4::from_translation(vector(transform::TRANSLATION) + center)
+        * turn(transform::ROTATION)
+        * DMat4::from_quat(along)
+        * DMat4::from_scale(vector(scale))
+        * DMat4::from_quat(along.conjugate())
+        * DMat4::from_translation(-center)
+}
+
+pub(super) fn matrix_transform(node: NodeRef<'_>) -> DMat4 {
+    let matrix = node.acting_or_default(matrix_transform::MATRIX);
+    if matrix.is_finite() {
+        matrix.as_dmat4()
+    } else {
+        DMat4::IDENTITY
+    }
+}
+
+pub(super) fn translation(node: NodeRef<'_>) -> DMat4 {
+    DMat4::from_translation(node.acting_or_default(translation::TRANSLATION).as_dvec3())
+}
+
+pub(super) fn scale(node: NodeRef<'_>) -> DMat4 {
+    DMat4::from_scale(node.acting_or_default(scale::SCALE_FACTOR).as_dvec3())
+}
+
+pub(super) fn rotation(node: NodeRef<'_>) -> DMat4 {
+    DMat4::from_quat(quat(node.acting_or_default(rotation::ROTATION)))
+}
+
+pub(super) fn rotation_xyz(node: NodeRef<'_>) -> DMat4 {
+    let axis = match node.acting_or_default(rotation_xyz::AXIS) {
+        rotation_xyz::AXIS_Y => Vec3::Y,
+        rotation_xyz::AXIS_Z => Vec3::Z,
+        _ => Vec3::X,
+    };
+    let angle = node.acting_or_default(rotation_xyz::ANGLE);
+    DMat4::from_quat(quat(Rotation { axis, angle }))
+}
+
+/// Turns once in 1/speed seconds, on top of the angle in the file.
+pub(super) fn rotor(node: NodeRef<'_>, time: f64) -> DMat4 {
+    let start = node.acting_or_default(rotor::ROTATION);
+    let speed = f64::from(node.get(rotor::SPEED));
+    let turned = if node.get(rotor::ON) {
+        TAU * speed * time
+    } else {
+        0.0
+    };
+    let angle = start.angle + turned as f32;
+    DMat4::from_quat(quat(Rotation { angle, ..start }))
+}
+
+/// Swings back and forth in 1/speed seconds, slow at the ends. The ends are inputs of an engine: an
+/// ignore flag on them changes nothing.
+pub(super) fn pendulum(node: NodeRef<'_>, time: f64) -> DMat4 {
+    let speed = f64::from(node.get(pendulum::SPEED));
+    let share = if node.get(pendulum::ON) {
+        swing(speed * time)
+    } else {
+        0.0
+    };
+    let end = |field: Field<Rotation>| quat(node.get(field));
+    let (a, b) = (end(pendulum::ROTATION0), end(pendulum::ROTATION1));
+    DMat4::from_quat(a.slerp(b, share))
+}
+
+/// The same as [`pendulum`], along a line.
+pub(super) fn shuttle(node: NodeRef<'_>, time: f64) -> DMat4 {
+    let speed = f64::from(node.get(shuttle::SPEED));
+    let share = if node.get(shuttle::ON) {
+        swing(speed * time)
+    } else {
+        0.0
+    };
+    let end = |field: Field<Vec3>| node.get(field).as_dvec3();
+    let (a, b) = (end(shuttle::TRANSLATION0), end(shuttle::TRANSLATION1));
+    DMat4::from_translation(a.lerp(b, share))
+}
+
+fn swing(cycles: f64) -> f64 {
+    0.5 - 0.5 * libm::cos(std::f64::consts::TAU * cycles)
+}
+
+pub(super) fn reset<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    // A field that is ignored resets nothing.
+    let what = node.acting(reset_transform::WHAT_TO_RESET).unwrap_or(0);
+    if what & reset_transform::WHAT_TO_RESET_TRANSFORM != 0 {
+        state.world_from_object = DMat4::IDENTITY;
+    }
+}
+
+pub(super) fn units<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    let Some(unit) = meters(node.acting_or_default(units::UNITS)) else {
+        return;
+    };
+    state.world_from_object *= DMat4::from_scale(DVec3::splat(unit / state.unit));
+    state.unit = unit;
+}
+
+/// Returns the meters in one of Inventor's units.
+fn meters(unit: i32) -> Option<f64> {
+    Some(match unit {
+        units::UNITS_METERS => 1.0,
+        units::UNITS_CENTIMETERS => 0.01,
+        units::UNITS_MILLIMETERS => 0.001,
+        units::UNITS_MICROMETERS | units::UNITS_MICRONS => 1e-6,
+        units::UNITS_NANOMETERS => 1e-9,
+        units::UNITS_ANGSTROMS => 1e-10,
+        units::UNITS_KILOMETERS => 1000.0,
+        units::UNITS_FEET => 0.3048,
+        units::UNITS_INCHES => 0.0254,
+        units::UNITS_POINTS => 0.0254 / 72.0,
+        units::UNITS_YARDS => 0.9144,
+        units::UNITS_MILES => 1609.344,
+        units::UNITS_NAUTICAL_MILES => 1852.0,
+        _ => return None,
+    })
+}
+
+/// Makes the scale in force the same along every axis, so that handles keep their shape.
+pub(super) fn anti_squish<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    let matrix = state.world_from_object;
+    let turn = rotation_of(matrix);
+    let stretch = DMat4::from_quat(turn.conjugate()) * matrix;
+    let length = |axis: glam::DVec4| axis.truncate().length();
+    let principal = principal_stretches(stretch);
+    let scale = match node.acting_or_default(anti_squish::SIZING) {
+        anti_squish::SIZING_X => length(stretch.x_axis),
+        anti_squish::SIZING_Y => length(stretch.y_axis),
+        anti_squish::SIZING_Z => length(stretch.z_axis),
+        anti_squish::SIZING_BIGGEST_DIMENSION => principal[0],
+        anti_squish::SIZING_SMALLEST_DIMENSION => principal[2],
+        anti_squish::SIZING_LONGEST_DIAGONAL => longest_diagonal(stretch),
+        _ => principal.iter().sum::<f64>() / 3.0,
+    };
+    let origin = matrix.transform_point3(DVec3::ZERO);
+    state.world_from_object = DMat4::from_translation(origin)
+        * DMat4::from_quat(turn)
+        * DMat4::from_scale(DVec3::splat(scale));
+}
+
+/// Returns how much a symmetric matrix stretches along its own three axes, the largest first: its
+/// eigenvalues by the cosine formula for the cubic (Smith 1961).
+fn principal_stretches(stretch: DMat4) -> [f64; 3] {
+    let m = DMat3::from_mat4(stretch);
+    let mean = (m.x_axis.x + m.y_axis.y + m.z_axis.z) / 3.0;
+    let rest = m - DMat3::from_diagonal(DVec3::splat(mean));
+    let square =
+        rest.x_axis.length_squared() + rest.y_axis.length_squared() + rest.z_axis.length_squared();
+    let spread = (square / 6.0).sqrt();
+    if spread <= 1e-12 * mean.abs() {
+        return [mean; 3];
+    }
+    let half = (rest.determinant() / (2.0 * spread.powi(3))).clamp(-1.0, 1.0);
+    let angle = libm::acos(half) / 3.0;
+    let third = std::f64::consts::TAU / 3.0;
+    let most = mean + 2.0 * spread * libm::cos(angle);
+    let least = mean + 2.0 * spread * libm::cos(angle + third);
+    [most, 3.0 * mean - most - least, least]
+}
+
+/// Returns the length that the longest of the four diagonals (±1, ±1, ±1) is stretched to, as Coin
+/// measures it: from the center, and not against the diagonal's own √3.
+fn longest_diagonal(stretch: DMat4) -> f64 {
+    let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+    let lengths = corners.map(|(y, z)| stretch.transform_vector3(DVec3::new(1.0, y, z)).length());
+    lengths.into_iter().fold(0.0, f64::max)
+}
+
+/// Returns a rotation of the texture plane.
+pub(in crate::traversal) fn turn_z(angle: f32) -> Quat {
+    let axis = Vec3::Z;
+    Rotation { axis, angle }.to_quat()
+}
