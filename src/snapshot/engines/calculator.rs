@@ -6,8 +6,9 @@
 
 use glam::DVec3;
 
-use super::lists::{MAX_VALUES, floats, vectors};
+use super::lists::MAX_VALUES;
 use super::outputs::Outputs;
+use crate::grammar::calculator;
 use crate::grammar::value::Value;
 use crate::iv::NodeRef;
 
@@ -16,12 +17,21 @@ const MAX_NODES: usize = 1000;
 const MAX_WORK: usize = 100_000_000;
 
 pub fn outputs(node: NodeRef<'_>) -> Result<Outputs, String> {
-    let names = ["a", "b", "c", "d", "e", "f", "g", "h"];
-    let upper = ["A", "B", "C", "D", "E", "F", "G", "H"];
-    let scalars = names.map(|n| floats(node, n));
-    let points = upper.map(|n| vectors(node, n));
+    use calculator as c;
+    let scalars = [c::A, c::B, c::C, c::D, c::E, c::F, c::G, c::H].map(|f| node.get(f));
+    let points = [
+        c::CAPITAL_A,
+        c::CAPITAL_B,
+        c::CAPITAL_C,
+        c::CAPITAL_D,
+        c::CAPITAL_E,
+        c::CAPITAL_F,
+        c::CAPITAL_G,
+        c::CAPITAL_H,
+    ];
+    let points = points.map(|f| node.get(f));
     let mut program = Vec::new();
-    for line in node.read::<[String]>("expression").unwrap_or(&[]) {
+    for line in node.get(c::EXPRESSION) {
         program.extend(parse(line).map_err(|e| format!("expression `{}`: {e}", short(line)))?);
     }
     let lengths = scalars

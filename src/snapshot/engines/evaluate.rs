@@ -4,11 +4,12 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
+use super::compute::{self, Moment};
 use super::edges::{Edge, Slot, edges, sorted};
 use super::outputs::{Outputs, Pulses};
-use super::{compute, convert, sensors};
+use super::{clocks, convert};
 use crate::diag::Span;
-use crate::grammar::FieldType;
+use crate::grammar::{FieldType, class, compute_bounding_box};
 use crate::iv::{Document, FieldEntry, NodeId, Value};
 
 /// The box (smallest and largest corner) around what a document draws, for
@@ -144,9 +145,9 @@ impl Work<'_> {
     /// The trigger that comes out of a node. Clocks alone give any by themselves.
     fn pulses(&self, from: NodeId, output: &str) -> Pulses {
         let node = self.document.node(from);
-        match node.known_class().map(|c| c.name) {
-            Some("TimeCounter") if output == "syncOut" => compute::rounds(node, self.time),
-            Some("TriggerAny") => {
+        match node.known_class().map(|c| c.id) {
+            Some(class::TIME_COUNTER) if output == "syncOut" => clocks::rounds(node, self.time),
+            Some(class::TRIGGER_ANY) => {
                 let mine = self.triggers.iter().filter(|((to, _), _)| *to == from);
                 mine.fold(Pulses::default(), |sum, (_, p)| Pulses {
                     count: sum.count.saturating_add(p.count),
@@ -162,20 +163,22 @@ impl Work<'_> {
         let Some(class) = node.known_class() else {
             return Vec::new();
         };
-        let made = match class.name {
-            "ComputeBoundingBox" => Ok(self.bounding_box(from)),
-            _ => match sensors::outputs(node, class.name, self.time, &self.inputs) {
-                Some(outputs) => Ok(outputs),
-                None => {
-                    let fired = |name: &str| {
-                        let index = class.field(name).map(|(i, _)| i as u16);
-                        let pulses = index.and_then(|i| self.triggers.get(&(from, i)));
-                        pulses.copied().unwrap_or_default()
-                    };
-                    compute::outputs(node, class.name, self.time, &fired)
-                }
-            },
+        if class.id == class::COMPUTE_BOUNDING_BOX {
+            return self.bounding_box(from);
+        }
+        let fraction = match self.inputs.get(&(from, "set_fraction")) {
+            Some(Value::Float(fraction)) => Some(*fraction),
+            _ => None,
         };
+        let moment = Moment {
+            time: self.time,
+            fired: &|field| {
+                let pulses = self.triggers.get(&(from, field.index));
+                pulses.copied().unwrap_or_default()
+            },
+            fraction,
+        };
+        let made = compute::outputs(node, class.id, &moment);
         made.unwrap_or_else(|message| {
             self.warn(from, span, message);
             Vec::new()
@@ -184,7 +187,9 @@ impl Work<'_> {
 
     fn bounding_box(&mut self, engine: NodeId) -> Outputs {
         let node = self.document.node(engine);
-        let subject = node.node_in("node").or_else(|| node.node_in("path"));
+        let subject = node
+            .get_node(compute_bounding_box::NODE)
+            .or_else(|| node.get_node(compute_bounding_box::PATH));
         let Some(subject) = subject.map(|s| s.id).filter(|_| self.boxes < MAX_BOXES) else {
             return Vec::new();
         };
@@ -192,6 +197,19 @@ impl Work<'_> {
         let roots = std::mem::replace(&mut self.document.roots, vec![subject]);
         let found = (self.bounds)(&self.document);
         self.document.roots = roots;
-        found.map(compute::corners).unwrap_or_default()
+        found.map(corners).unwrap_or_default()
     }
+}
+
+/// Returns the outputs of a `ComputeBoundingBox`. Inventor's `objectCenter` is the box's center unless
+/// an action sets another one; here it always is.
+fn corners((min, max): (DVec3, DVec3)) -> Outputs {
+    let vector = |v: DVec3| Value::Vec3(v.as_vec3());
+    let center = vector(0.5 * (min + max));
+    vec![
+        ("min", vector(min)),
+        ("max", vector(max)),
+        ("boxCenter", center.clone()),
+        ("objectCenter", center),
+    ]
 }

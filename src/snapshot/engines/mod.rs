@@ -6,14 +6,19 @@
 //! from clocks alone. Scripts do not run.
 
 mod calculator;
+mod clocks;
+mod compose;
 mod compute;
 mod convert;
 mod edges;
 mod evaluate;
+mod interpolate;
 mod lists;
 mod matrix;
+mod movers;
 mod outputs;
 mod sensors;
+mod values;
 
 pub use evaluate::{BoundsOf, at_time, at_time_with};
 

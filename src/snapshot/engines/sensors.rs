@@ -1,51 +1,25 @@
-//! What VRML97's time sensors and interpolators, and Inventor's moving nodes, give at a time.
+//! VRML97's time sensors and interpolators at a time.
 
-use std::collections::HashMap;
+use glam::Vec3;
 
-use glam::{DQuat, Vec3};
-
-use super::convert::rotation_of;
+use super::interpolate::between;
 use super::outputs::Outputs;
-use crate::grammar::value::{Seconds, Value};
-use crate::iv::value::Rotation;
-use crate::iv::{NodeId, NodeRef};
+use crate::grammar::value::Value;
+use crate::grammar::{
+    ClassId, class, orientation_interpolator, position_interpolator, scalar_interpolator,
+    time_sensor, vrml_interpolator,
+};
+use crate::iv::NodeRef;
 
-/// Outputs of a node of one of these classes; `None` for another.
-pub fn outputs(
-    node: NodeRef<'_>,
-    class: &str,
-    time: f64,
-    inputs: &HashMap<(NodeId, &'static str), Value>,
-) -> Option<Outputs> {
-    if class == "TimeSensor" {
-        return Some(time_sensor(node, time));
-    }
-    if class == "Rotor" || class == "Pendulum" || class == "Shuttle" {
-        return Some(mover(node, class, time));
-    }
-    if !class.ends_with("Interpolator") {
-        return None;
-    }
-    let fraction = match inputs.get(&(node.id, "set_fraction")) {
-        Some(Value::Float(fraction)) => *fraction,
-        _ => return Some(Vec::new()), // no event has come in
-    };
-    let value = interpolate(node, class, fraction);
-    Some(value.map(|v| ("value_changed", v)).into_iter().collect())
-}
-
-/// A sensor that loops runs from its `startTime`. One that does not runs once, if the file gives
+/// A sensor that loops runs from its `startTime`. One that does not loop runs once, if the file gives
 /// it a start after 0 (0 is long ago in VRML97's time), and keeps its last fraction.
-fn time_sensor(node: NodeRef<'_>, time: f64) -> Outputs {
-    let seconds = |name| node.read::<Seconds>(name).unwrap_or(0.0);
-    let (start, stop) = (seconds("startTime"), seconds("stopTime"));
-    let cycle = node
-        .read::<Seconds>("cycleInterval")
-        .filter(|c| *c > 0.0)
-        .unwrap_or(1.0);
-    let loops = node.read::<bool>("loop").unwrap_or(false);
-    let enabled = node.read::<bool>("enabled").unwrap_or(true);
-    if !enabled || !(time >= start) || !(loops || start > 0.0) {
+pub fn time_sensor(node: NodeRef<'_>, time: f64) -> Outputs {
+    let start = node.get(time_sensor::START_TIME);
+    let stop = node.get(time_sensor::STOP_TIME);
+    let stated = node.get(time_sensor::CYCLE_INTERVAL);
+    let cycle = if stated > 0.0 { stated } else { 1.0 };
+    let loops = node.get(time_sensor::LOOP);
+    if !node.get(time_sensor::ENABLED) || !(time >= start) || !(loops || start > 0.0) {
         return vec![("isActive", Value::Bool(false))];
     }
     let stopped = stop > start && time >= stop;
@@ -61,7 +35,13 @@ fn time_sensor(node: NodeRef<'_>, time: f64) -> Outputs {
     ]
 }
 
-/// Where a fraction lies among keys: the key before, and the share of the way to the next.
+/// Returns the value at the last fraction that an interpolator was sent, if any.
+pub fn interpolator(node: NodeRef<'_>, class: ClassId, fraction: Option<f32>) -> Outputs {
+    let value = fraction.and_then(|fraction| interpolate(node, class, fraction));
+    value.map(|v| ("value_changed", v)).into_iter().collect()
+}
+
+/// Finds a fraction among the keys: the key before it, and its share of the way to the next.
 fn locate(keys: &[f32], fraction: f32) -> Option<(usize, f64)> {
     if keys.is_empty() || fraction.is_nan() {
         return None;
@@ -77,35 +57,34 @@ fn locate(keys: &[f32], fraction: f32) -> Option<(usize, f64)> {
     Some((next - 1, (f64::from(fraction) - a) / (b - a)))
 }
 
-fn interpolate(node: NodeRef<'_>, class: &str, fraction: f32) -> Option<Value> {
-    let keys = node.read::<[f32]>("key")?;
+fn interpolate(node: NodeRef<'_>, class: ClassId, fraction: f32) -> Option<Value> {
+    let keys = node.get(vrml_interpolator::KEY);
     let (at, share) = locate(keys, fraction)?;
-    let vectors = || node.read::<[Vec3]>("keyValue");
+    let vectors = node.get(position_interpolator::KEY_VALUE);
     Some(match class {
-        "ScalarInterpolator" => {
-            let values = node.read::<[f32]>("keyValue")?;
+        class::SCALAR_INTERPOLATOR => {
+            let values = node.get(scalar_interpolator::KEY_VALUE);
             let (a, b) = (*values.get(at)?, *values.get(at + 1).or(values.get(at))?);
             Value::Float((f64::from(a) + share * f64::from(b - a)) as f32)
         }
-        "PositionInterpolator" => {
-            let (a, b) = pair(vectors()?, at)?;
+        class::POSITION_INTERPOLATOR => {
+            let (a, b) = pair(vectors, at)?;
             Value::Vec3(a.lerp(b, share as f32))
         }
-        "ColorInterpolator" => {
-            let (a, b) = pair(vectors()?, at)?;
+        class::COLOR_INTERPOLATOR => {
+            let (a, b) = pair(vectors, at)?;
             Value::Vec3(to_rgb(to_hsv(a), to_hsv(b), share as f32))
         }
-        "OrientationInterpolator" => {
-            let (a, b) = pair(node.read::<[Rotation]>("keyValue")?, at)?;
+        class::ORIENTATION_INTERPOLATOR => {
+            let (a, b) = pair(node.get(orientation_interpolator::KEY_VALUE), at)?;
             Value::Rotation(between(a, b, share))
         }
-        "CoordinateInterpolator" | "NormalInterpolator" => {
-            let values = vectors()?;
-            let each = values.len() / keys.len();
-            let set = |i: usize| values.get(i * each..(i + 1) * each);
+        class::COORDINATE_INTERPOLATOR | class::NORMAL_INTERPOLATOR => {
+            let each = vectors.len() / keys.len();
+            let set = |i: usize| vectors.get(i * each..(i + 1) * each);
             let (a, b) = (set(at)?, set(at + 1).or(set(at))?);
             let mix = a.iter().zip(b).map(|(a, b)| a.lerp(*b, share as f32));
-            let normals = class == "NormalInterpolator";
+            let normals = class == class::NORMAL_INTERPOLATOR;
             let mix = mix.map(|v| if normals { v.normalize_or_zero() } else { v });
             Value::Vec3s(mix.collect())
         }
@@ -116,27 +95,6 @@ fn interpolate(node: NodeRef<'_>, class: &str, fraction: f32) -> Option<Value> {
 fn pair<T: Copy>(values: &[T], at: usize) -> Option<(T, T)> {
     let a = *values.get(at)?;
     Some((a, values.get(at + 1).copied().unwrap_or(a)))
-}
-
-/// The shorter way between two rotations.
-pub fn between(a: Rotation, b: Rotation, share: f64) -> Rotation {
-    let (a, mut b) = (a.to_quat().as_dquat(), b.to_quat().as_dquat());
-    let mut cosine = a.dot(b);
-    if cosine < 0.0 {
-        (b, cosine) = (-b, -cosine);
-    }
-    let angle = libm::acos(cosine.min(1.0));
-    let mixed = if angle < 1e-6 {
-        a * (1.0 - share) + b * share
-    } else {
-        (a * libm::sin((1.0 - share) * angle) + b * libm::sin(share * angle))
-            * (1.0 / libm::sin(angle))
-    };
-    rotation_of(if mixed.length_squared() > 0.0 {
-        mixed.normalize()
-    } else {
-        DQuat::IDENTITY
-    })
 }
 
 /// Hue in sixths of a turn, saturation, value; the standard interpolates colors in them.
@@ -171,30 +129,4 @@ fn to_rgb(a: Vec3, b: Vec3, share: f32) -> Vec3 {
         value - value * saturation * k.min(4.0 - k).clamp(0.0, 1.0)
     };
     Vec3::new(channel(5.0), channel(3.0), channel(1.0))
-}
-
-/// The field that a moving node changes, for whoever is connected to it.
-fn mover(node: NodeRef<'_>, class: &str, time: f64) -> Outputs {
-    if !node.read::<bool>("on").unwrap_or(true) {
-        return Vec::new();
-    }
-    let cycles = f64::from(node.read::<f32>("speed").unwrap_or(1.0)) * time;
-    let swing = 0.5 - 0.5 * libm::cos(std::f64::consts::TAU * cycles);
-    let turn = |name| node.read::<Rotation>(name).unwrap_or(Rotation::IDENTITY);
-    let place = |name| node.read::<Vec3>(name).unwrap_or(Vec3::ZERO);
-    match class {
-        "Rotor" => {
-            let start = turn("rotation");
-            let angle = start.angle + (std::f64::consts::TAU * cycles) as f32;
-            vec![("rotation", Value::Rotation(Rotation { angle, ..start }))]
-        }
-        "Pendulum" => {
-            let rotation = between(turn("rotation0"), turn("rotation1"), swing);
-            vec![("rotation", Value::Rotation(rotation))]
-        }
-        _ => {
-            let place = place("translation0").lerp(place("translation1"), swing as f32);
-            vec![("translation", Value::Vec3(place))]
-        }
-    }
 }

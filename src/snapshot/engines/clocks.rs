@@ -1,0 +1,138 @@
+//! Inventor's engines that depend on the time and on triggers.
+
+use super::outputs::{Outputs, Pulses};
+use crate::grammar::value::{Seconds, Trigger, Value};
+use crate::grammar::{Field, counter, elapsed_time, on_off, one_shot, time_counter};
+use crate::iv::NodeRef;
+
+/// Tells how often a trigger has fired.
+type Fired<'a> = &'a dyn Fn(Field<Trigger>) -> Pulses;
+
+pub fn elapsed_time(node: NodeRef<'_>, time: f64, fired: Fired<'_>) -> Outputs {
+    let runs = node.get(elapsed_time::ON) && !node.get(elapsed_time::PAUSE);
+    let since = time_in(node, elapsed_time::TIME_IN, time) - fired(elapsed_time::RESET).last;
+    let speed = f64::from(node.get(elapsed_time::SPEED));
+    let elapsed = if runs { speed * since } else { 0.0 };
+    vec![("timeOut", Value::Double(elapsed))]
+}
+
+/// Returns the connected `timeIn`. Without a connection it is the clock, whatever the file states.
+fn time_in(node: NodeRef<'_>, field: Field<Seconds>, time: f64) -> f64 {
+    let mut entries = node.data().fields.iter();
+    let joined = node.class_id() == Some(field.class)
+        && entries.any(|f| f.connection.is_some() && f.index == field.index);
+    if joined { node.get(field) } else { time }
+}
+
+/// An arithmetic series from `min` to `max` by `step`.
+struct Series {
+    min: i64,
+    max: i64,
+    step: i64,
+}
+
+impl Series {
+    /// Returns the number of its values, or `None` if the steps do not lead from `min` to `max`.
+    fn count(&self) -> Option<i64> {
+        let span = self.max - self.min;
+        let leads = self.step != 0 && span.signum() * self.step.signum() >= 0;
+        leads.then(|| span / self.step + 1)
+    }
+
+    fn at(&self, place: i64) -> Value {
+        Value::Int(i32::try_from(self.min + place * self.step).unwrap_or(i32::MAX))
+    }
+}
+
+/// Counts from `min` to `max` by `step`, a whole round in 1/frequency seconds; `duty` weighs how
+/// long each count lasts.
+pub fn time_counter(node: NodeRef<'_>, time: f64) -> Outputs {
+    let series = Series {
+        min: node.get(time_counter::MIN).into(),
+        max: node.get(time_counter::MAX).into(),
+        step: node.get(time_counter::STEP).into(),
+    };
+    let count = series.count().filter(|_| node.get(time_counter::ON));
+    let place = count.map_or(0, |count| {
+        let cycles = cycles(node, time);
+        place_in_round(node.get(time_counter::DUTY), cycles - cycles.floor(), count)
+    });
+    vec![("output", series.at(place))]
+}
+
+/// Returns which of `count` values holds at a phase, from 0 to 1, of the round.
+fn place_in_round(duty: &[f32], phase: f64, count: i64) -> i64 {
+    let total: f64 = duty.iter().map(|&d| f64::from(d.max(0.0))).sum();
+    if duty.len() as i64 == count && count > 1 && total > 0.0 {
+        let mut passed = 0.0;
+        let place = duty.iter().position(|&d| {
+            passed += f64::from(d.max(0.0)) / total;
+            phase < passed
+        });
+        place.map_or(count - 1, |p| p as i64)
+    } else {
+        ((phase * count as f64) as i64).clamp(0, count - 1)
+    }
+}
+
+fn cycles(node: NodeRef<'_>, time: f64) -> f64 {
+    let frequency = f64::from(node.get(time_counter::FREQUENCY));
+    time_in(node, time_counter::TIME_IN, time) * frequency
+}
+
+/// Returns the whole rounds of a `TimeCounter`: each fires its `syncOut`.
+pub fn rounds(node: NodeRef<'_>, time: f64) -> Pulses {
+    let cycles = cycles(node, time);
+    let whole = cycles.floor();
+    if !(whole > 0.0) || !node.get(time_counter::ON) {
+        return Pulses::default();
+    }
+    Pulses {
+        count: whole as u64,
+        last: time_in(node, time_counter::TIME_IN, time) * (whole / cycles),
+    }
+}
+
+/// Steps once for each trigger, and begins again at the end.
+pub fn counter(node: NodeRef<'_>, fired: Fired<'_>) -> Outputs {
+    let series = Series {
+        min: node.get(counter::MIN).into(),
+        max: node.get(counter::MAX).into(),
+        step: node.get(counter::STEP).into(),
+    };
+    let steps = fired(counter::TRIGGER).count;
+    let place = series.count().map_or(0, |n| (steps % n as u64) as i64);
+    vec![("output", series.at(place))]
+}
+
+/// Runs from its last trigger for `duration`; with `HOLD_FINAL` it stays at the end.
+pub fn one_shot(node: NodeRef<'_>, time: f64, fired: Fired<'_>) -> Outputs {
+    let trigger = fired(one_shot::TRIGGER);
+    let duration = node.get(one_shot::DURATION);
+    let started = trigger.count > 0 && !node.get(one_shot::DISABLE);
+    let since = time_in(node, one_shot::TIME_IN, time) - trigger.last;
+    let active = started && since < duration;
+    let holds = node.get(one_shot::FLAGS) & one_shot::FLAGS_HOLD_FINAL != 0;
+    let shown = match (started, active) {
+        (true, true) => since,
+        (true, false) if holds => duration,
+        _ => 0.0,
+    };
+    let ramp = if duration > 0.0 {
+        shown / duration
+    } else {
+        0.0
+    };
+    vec![
+        ("timeOut", Value::Double(shown)),
+        ("isActive", Value::Bool(active)),
+        ("ramp", Value::Float(ramp as f32)),
+    ]
+}
+
+pub fn on_off(fired: Fired<'_>) -> Outputs {
+    let (on, off) = (fired(on_off::ON), fired(on_off::OFF));
+    let turned_on = on.count > 0 && (off.count == 0 || on.last >= off.last);
+    let is_on = turned_on != (fired(on_off::TOGGLE).count % 2 == 1);
+    vec![("isOn", Value::Bool(is_on)), ("isOff", Value::Bool(!is_on))]
+}
