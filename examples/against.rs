@@ -18,6 +18,7 @@ use std::process::{Command, ExitCode};
 
 use ivcam::iv::{Document, Limits};
 use ivcam::scene::{CompileOptions, RenderScene};
+use ivcam::snapshot::Snapshot;
 
 /// What a process took.
 #[derive(Clone, Copy)]
@@ -87,7 +88,8 @@ fn seconds_each(work: &mut dyn FnMut()) -> f64 {
 /// Reads and compiles a scene and prints what it took.
 fn one(file: &Path) -> ExitCode {
     let open = || Document::open_with(file, &[], &Limits::default()).ok();
-    let compile = |d: Document| RenderScene::compile(&d, &CompileOptions::default()).ok();
+    let compile =
+        |d: Document| RenderScene::compile(&Snapshot::at(&d, 0.0), &CompileOptions::default()).ok();
     let ready = || open().and_then(compile).inspect(|scene| scene.prepare());
     if ready().is_none() {
         return ExitCode::from(1);

@@ -17,6 +17,7 @@ use ivcam::bvh::Ray;
 use ivcam::iv::{Document, Folder, Format, Limits};
 use ivcam::sampling::mix;
 use ivcam::scene::{CompileOptions, RenderScene};
+use ivcam::snapshot::SnapshotOptions;
 
 #[path = "shared/scenes.rs"]
 mod scenes;
@@ -144,8 +145,9 @@ fn use_up(file: &Path, bytes: Vec<u8>) -> bool {
         .map(|d| d.render(false).len())
         .sum();
     let options = CompileOptions::default();
-    let survey = RenderScene::survey(&document, &options);
-    if let Ok(scene) = RenderScene::compile(&document, &options) {
+    let snapshot = ivcam::scene::snapshot(&document, &SnapshotOptions::default(), &options);
+    let survey = RenderScene::survey(&snapshot, &options);
+    if let Ok(scene) = RenderScene::compile(&snapshot, &options) {
         let (min, max) = scene.bounds().unwrap_or((Vec3::ZERO, Vec3::ONE));
         for i in 0..64u8 {
             let at = min + (max - min) * Vec3::new(f32::from(i % 8), f32::from(i / 8), 0.0) / 8.0;

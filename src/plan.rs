@@ -40,8 +40,9 @@ use crate::render::ghosts::Flare;
 use crate::render::report::{RenderReport, Seconds};
 use crate::render::{Exposure, Progress, Render, Stop};
 use crate::sampling::{DiscMap, Filter, FilterTable, Sampler, SamplerKind};
-use crate::scene::{CompileOptions, Light, RenderScene};
+use crate::scene::{CompileOptions, Light, RenderScene, snapshot};
 use crate::shade::{ShadeOptions, Shader, Shading};
+use crate::snapshot::{Snapshot, SnapshotOptions};
 
 /// Rays in the ghosts of a light, for each sample of a pixel.
 const GHOST_RAYS: u32 = 1 << 17;
@@ -344,7 +345,7 @@ impl Session {
         let search: Vec<&Path> = plan.search.iter().map(PathBuf::as_path).collect();
         let mut document = Document::open_with(&plan.scene, &search, &plan.limits)?;
         let environment = match plan.environment.as_deref() {
-            Some(path) => Environment::join(&mut document, path)?,
+            Some(path) => Environment::join(&mut document, path, plan.time)?,
             None => Environment::default(),
         };
         let read = clock.elapsed().as_secs_f64();
@@ -362,7 +363,8 @@ impl Session {
         }
 
         let clock = Instant::now();
-        let overview = Overview::of(&document, plan.time);
+        let mut snapshot = snapshot_of(&document, &plan);
+        let overview = Overview::of(&snapshot);
         let headlight_sources = HeadlightSources {
             environment: plan
                 .environment
@@ -371,9 +373,12 @@ impl Session {
             navigation_info: overview.navigation_info,
             scene_has_light: overview.has_light,
         };
-        let mut pose = standing(&plan, &document, environment, overview.camera)?;
+        let mut pose = standing(&plan, &snapshot, environment, overview.camera)?;
         if plan.solids {
-            pose = lens_into_scene(&plan, pose, &mut document, &mut sink)?;
+            drop(snapshot);
+            lens_into_scene(&plan, &pose, &mut document, &mut sink)?;
+            snapshot = snapshot_of(&document, &plan);
+            pose = first_camera(&snapshot).unwrap_or(pose);
         }
         seconds.compile = clock.elapsed().as_secs_f64();
 
@@ -383,7 +388,8 @@ impl Session {
 
         let clock = Instant::now();
         let seen = camera.projection(&pose);
-        let scene = RenderScene::compile(&document, &options(&plan, plan.shading, &pose, seen))?;
+        let scene = RenderScene::compile(&snapshot, &options(&plan, plan.shading, &pose, seen))?;
+        drop(snapshot);
         scene.prepare();
         // A picture is made all the same, so none of these is an error.
         for trouble in &scene.census().troubles {
@@ -449,7 +455,8 @@ impl Session {
     pub fn compile(&mut self, shading: Shading) -> Result<()> {
         let seen = self.camera.projection(&self.pose);
         let options = options(&self.plan, shading, &self.pose, seen);
-        let scene = RenderScene::compile(&self.document, &options)?;
+        let snapshot = snapshot_of(&self.document, &self.plan);
+        let scene = RenderScene::compile(&snapshot, &options)?;
         scene.prepare();
         let camera = self.camera.clone();
         self.camera = camera.posed(&self.pose, scene.origin);
@@ -673,8 +680,6 @@ fn options(plan: &Plan, shading: Shading, pose: &CameraPose, seen: Projection) -
             ..pose.clone()
         }),
         needs: shading.needs(),
-        time: plan.time,
-        handles: plan.handles,
         pixel_rows: plan.resolution.height,
         texture_folders: plan.search.clone(),
         fonts: plan.fonts.clone(),
@@ -684,14 +689,29 @@ fn options(plan: &Plan, shading: Shading, pose: &CameraPose, seen: Projection) -
     }
 }
 
+/// The document at the plan's time.
+fn snapshot_of<'a>(document: &'a Document, plan: &Plan) -> Snapshot<'a> {
+    let at = SnapshotOptions {
+        time: plan.time,
+        handles: plan.handles,
+    };
+    let options = CompileOptions {
+        fonts: plan.fonts.clone(),
+        max_primitives: plan.limits.primitives,
+        max_visits: plan.limits.visits as u64,
+        ..CompileOptions::default()
+    };
+    snapshot(document, &at, &options)
+}
+
 /// Puts the lens into the scene as solids where the camera stands, and a film behind it, which is
 /// the camera then.
 fn lens_into_scene(
     plan: &Plan,
-    pose: CameraPose,
+    pose: &CameraPose,
     document: &mut Document,
     sink: &mut Sink,
-) -> Result<CameraPose> {
+) -> Result<()> {
     let Optics::Lens(choice) = &plan.optics else {
         return Err(Diagnostic::error("there is no lens to put into the scene")
             .with_help("leave out `--lens none`, or `--solids`"));
@@ -702,13 +722,13 @@ fn lens_into_scene(
         )
         .with_help("leave out `--tilt`, `--swing`, `--rise`, `--shift` and `--film-radius`"));
     }
-    let distance = plan.focus.unwrap_or_else(|| own_focus(&pose));
+    let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
     let (lens, focus) = choice.open_focused(distance, sink)?;
-    let text = lens_in_scene(&lens, &film_plane(&lens, focus.film_z), Some(&pose))?;
+    let text = lens_in_scene(&lens, &film_plane(&lens, focus.film_z), Some(pose))?;
     let roots = document.read_more("the lens", text.into_bytes())?;
     // In front of the scene, so that its film is the first camera.
     document.roots.splice(..0, roots);
-    Ok(first_camera(document, plan.time).unwrap_or(pose))
+    Ok(())
 }
 
 /// The name of a scene's picture where none is given: the scene's with `.png`, in the current

@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use ivcam::iv::{Document, NodeRef};
+use ivcam::snapshot::Snapshot;
 use ivcam::traversal::state::{LightElement, State};
 use ivcam::traversal::{Visitor, WalkOptions, walk};
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -93,7 +94,8 @@ impl<'a> Visitor<'a> for Events {
 fn compare(scene: &Path) -> Result<(), Failed> {
     let document = Document::open(scene).map_err(|e| e.message)?;
     let mut events = Events::default();
-    walk(&document, &WalkOptions::default(), &mut events);
+    let snapshot = Snapshot::at(&document, 0.0);
+    walk(&snapshot, &WalkOptions::default(), &mut events);
     let expected = scene.with_extension("txt");
     if std::env::var_os("UPDATE").is_some() {
         std::fs::write(&expected, &events.0)?;

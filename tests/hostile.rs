@@ -9,6 +9,7 @@ use ivcam::grammar::{CLASSES, Class, Default, Dialect, FieldType, Treatment};
 use ivcam::iv::{Document, Limits, NodeRef, Nowhere};
 use ivcam::pose::CameraPose;
 use ivcam::scene::{CompileOptions, RenderScene};
+use ivcam::snapshot::{Snapshot, SnapshotOptions};
 use ivcam::traversal::{Visitor, WalkOptions, walk};
 
 fn read(text: &str) -> Document {
@@ -23,7 +24,9 @@ fn read(text: &str) -> Document {
 }
 
 fn compile(text: &str) -> RenderScene {
-    RenderScene::compile(&read(text), &CompileOptions::default()).expect("the scene compiles")
+    let document = read(text);
+    RenderScene::compile(&Snapshot::at(&document, 0.0), &CompileOptions::default())
+        .expect("the scene compiles")
 }
 
 fn distance(scene: &RenderScene) -> Option<f32> {
@@ -64,7 +67,7 @@ fn a_tree_that_doubles_at_every_level_is_left_at_the_limit() {
         ..WalkOptions::default()
     };
     let mut count = Count::default();
-    walk(&document, &options, &mut count);
+    walk(&Snapshot::at(&document, 0.0), &options, &mut count);
     assert!(count.0 > 10_000 && count.0 <= 100_000);
     assert_eq!(count.1, 1, "one message");
 }
@@ -76,7 +79,8 @@ fn more_primitives_than_the_limit_are_left_out_with_a_message() {
         max_primitives: 120,
         ..CompileOptions::default()
     };
-    let scene = RenderScene::compile(&document, &options).expect("compiles");
+    let snapshot = Snapshot::at(&document, 0.0);
+    let scene = RenderScene::compile(&snapshot, &options).expect("compiles");
     assert_eq!(scene.primitives().0, 120);
     assert_eq!(scene.census().troubles.len(), 1);
 }
@@ -105,8 +109,9 @@ fn what_is_not_drawn_whole_is_told_once_a_node_and_with_its_place() {
         IndexedTriangleStripSet { coordIndex [ 0 1 2 99 -1 ] } Sphere { }";
     let document = read(text);
     let options = CompileOptions::default();
-    let survey = RenderScene::survey(&document, &options);
-    let scene = RenderScene::compile(&document, &options).expect("compiles");
+    let snapshot = Snapshot::at(&document, 0.0);
+    let survey = RenderScene::survey(&snapshot, &options);
+    let scene = RenderScene::compile(&snapshot, &options).expect("compiles");
     for troubles in [&survey.troubles, &scene.census().troubles] {
         let told: Vec<_> = troubles
             .iter()
@@ -181,7 +186,8 @@ fn what_stands_beside_the_origin_stands_there_from_any_origin() {
         origin: DVec3::new(100_000.0, 0.0, 0.01),
         ..CompileOptions::default()
     };
-    let scene = RenderScene::compile(&document, &options).expect("compiles");
+    let snapshot = Snapshot::at(&document, 0.0);
+    let scene = RenderScene::compile(&snapshot, &options).expect("compiles");
     let hit = scene
         .hit(&Ray::new(Vec3::ZERO, Vec3::NEG_Z))
         .expect("a hit");
@@ -265,8 +271,9 @@ fn whatever_number_stands_in_whatever_field_the_scene_compiles() {
             };
             let document = Document::read("t", text.into(), Arc::new(Nowhere), &Limits::default());
             let document = document.expect("reads");
-            RenderScene::survey(&document, &options);
-            RenderScene::compile(&document, &options).expect("compiles");
+            let snapshot = ivcam::scene::snapshot(&document, &SnapshotOptions::default(), &options);
+            RenderScene::survey(&snapshot, &options);
+            RenderScene::compile(&snapshot, &options).expect("compiles");
         }
     }
 }
@@ -292,7 +299,8 @@ fn a_refractive_index_reaches_the_material_through_fields_of_the_file_s_own() {
         let document = read(text);
         assert!(document.sink.items().is_empty(), "{text}");
         let mut last = LastMaterial::default();
-        walk(&document, &WalkOptions::default(), &mut last);
+        let snapshot = Snapshot::at(&document, 0.0);
+        walk(&snapshot, &WalkOptions::default(), &mut last);
         // The shininess is the catalogue's: the file does not speak of it.
         assert_eq!(last.0, Some((1.5, 0.2, Vec3::X)), "{text}");
     }

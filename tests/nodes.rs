@@ -9,6 +9,7 @@ use ivcam::bvh::{Hit, Ray};
 use ivcam::iv::{Document, Limits, Nowhere};
 use ivcam::pose::{CameraPose, Projection};
 use ivcam::scene::{CompileOptions, RenderScene};
+use ivcam::snapshot::Snapshot;
 use ivcam::traversal::state::FogKind;
 
 fn document(text: &str) -> Document {
@@ -27,7 +28,8 @@ fn compile_file(text: &str) -> RenderScene {
         pixel_rows: 100,
         ..CompileOptions::default()
     };
-    RenderScene::compile(&document(text), &options).expect("compiles")
+    let document = document(text);
+    RenderScene::compile(&Snapshot::at(&document, 0.0), &options).expect("compiles")
 }
 
 fn compile(text: &str) -> RenderScene {

@@ -17,6 +17,7 @@ use ivcam::render::{Render, Stop};
 use ivcam::sampling::{Filter, FilterTable, Sampler, SamplerKind};
 use ivcam::scene::{CompileOptions, RenderScene};
 use ivcam::shade::{ShadeOptions, Shader, Shading};
+use ivcam::snapshot::Snapshot;
 
 /// A lens in focus and the film behind it.
 struct Bench {
@@ -143,7 +144,7 @@ impl Bench {
 fn scene(body: &str) -> RenderScene {
     let text = format!("#Inventor V2.1 ascii\nLightModel {{ model BASE_COLOR }}\n{body}");
     let document = Document::read_headerless("test.iv", text.into_bytes()).unwrap();
-    RenderScene::compile(&document, &CompileOptions::default()).unwrap()
+    RenderScene::compile(&Snapshot::at(&document, 0.0), &CompileOptions::default()).unwrap()
 }
 
 /// A white board across the axis, by its middle and its size in meters.

@@ -16,6 +16,7 @@ use ivcam::picture::Raster;
 use ivcam::sampling::{DiscMap, Sampler, SamplerKind};
 use ivcam::scene::{CompileOptions, RenderScene};
 use ivcam::shade::{ShadeOptions, Shader, Shading};
+use ivcam::snapshot::Snapshot;
 
 /// Boards of several grays, 2 m away, and a black wall behind.
 const BOARDS: &str = "LightModel { model BASE_COLOR }
@@ -108,7 +109,8 @@ impl Bench {
 fn compiled(text: &str) -> RenderScene {
     let document = Document::read_headerless("lens.iv", text.as_bytes().to_vec());
     let document = document.expect("it is well formed");
-    RenderScene::compile(&document, &CompileOptions::default()).expect("it compiles")
+    let snapshot = Snapshot::at(&document, 0.0);
+    RenderScene::compile(&snapshot, &CompileOptions::default()).expect("it compiles")
 }
 
 fn radiance(scene: &RenderScene, origin: DVec3, direction: DVec3) -> f64 {

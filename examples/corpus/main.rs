@@ -18,7 +18,8 @@ use std::time::Instant;
 use glam::DVec3;
 use ivcam::geometry::text::Fonts;
 use ivcam::iv::{Document, Limits};
-use ivcam::scene::{CompileOptions, RenderScene};
+use ivcam::scene::{CompileOptions, RenderScene, snapshot};
+use ivcam::snapshot::SnapshotOptions;
 use pictures::Pictures;
 use serde_json::Value;
 
@@ -150,27 +151,29 @@ fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
         .ok()
         .and_then(|bytes| serde_json::from_slice(&bytes).ok())
         .unwrap_or(Value::Null);
-    let plain = CompileOptions {
+    let compile = CompileOptions {
         fonts: options.fonts.clone(),
         ..CompileOptions::default()
     };
-    let handles = CompileOptions {
+    let handles = SnapshotOptions {
         handles: true,
-        ..plain.clone()
+        ..SnapshotOptions::default()
     };
     let start = Instant::now();
-    let survey = RenderScene::survey(&document, &plain);
+    let plain = snapshot(&document, &SnapshotOptions::default(), &compile);
+    let survey = RenderScene::survey(&plain, &compile);
     let surveyed = start.elapsed();
     let mut notes = Vec::new();
     let exact = reference["ok"] == true && class.starts_with("exact");
     sums.boxes += usize::from(reference["bbox"]["max"].is_array());
     sums.exact += usize::from(exact);
+    let handles = snapshot(&document, &handles, &compile);
     let readings = [
         ("", &plain, &survey),
         (
             "with handles: ",
             &handles,
-            &RenderScene::survey(&document, &handles),
+            &RenderScene::survey(&handles, &compile),
         ),
     ];
     for ((prefix, reading, survey), equal) in readings.into_iter().zip(&mut sums.readings) {
@@ -187,7 +190,7 @@ fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
                 .folder
                 .join("reference")
                 .join(format!("{path}.tri.gz"));
-            sets::compare_sets(&document, reading, &file, diagonal, equal, &mut news);
+            sets::compare_sets((reading, &compile), &file, diagonal, equal, &mut news);
         }
         notes.extend(news.into_iter().map(|n| format!("{prefix}{n}")));
     }
@@ -196,7 +199,7 @@ fn row(options: &Options, path: &str, class: &str, sums: &mut Sums) {
         if let Some(folder) = &options.pictures {
             let theirs = options.folder.join("reference").join(format!("{path}.png"));
             sums.pictures.extend(pictures::compare(
-                &document, &plain, &reference, path, &theirs, folder,
+                &document, &compile, &reference, path, &theirs, folder,
             ));
         }
     }

@@ -9,8 +9,9 @@ use ivcam::bvh::Ray;
 use ivcam::camera::{Camera, Pinhole};
 use ivcam::iv::Document;
 use ivcam::pose::{CameraPose, Projection, ViewportMapping};
-use ivcam::scene::{CompileOptions, Light, RenderScene};
+use ivcam::scene::{CompileOptions, Light, RenderScene, snapshot};
 use ivcam::shade::{ShadeOptions, Shader, Shading, Work};
+use ivcam::snapshot::SnapshotOptions;
 use serde_json::Value;
 
 use crate::point;
@@ -105,10 +106,13 @@ fn draw(
         camera: Some(pose.clone()),
         needs: shading.needs(),
         pixel_rows: HEIGHT,
-        handles: shading == Shading::Gl,
         ..options.clone()
     };
-    let scene = RenderScene::compile(document, &options).ok()?;
+    let at = SnapshotOptions {
+        handles: shading == Shading::Gl,
+        ..SnapshotOptions::default()
+    };
+    let scene = RenderScene::compile(&snapshot(document, &at, &options), &options).ok()?;
     let headlight = reference["lights"]
         .as_array()?
         .iter()

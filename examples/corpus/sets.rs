@@ -5,14 +5,13 @@ use std::io::Read;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
-use ivcam::iv::Document;
 use ivcam::scene::{CompileOptions, OracleTriangle, RenderScene};
+use ivcam::snapshot::Snapshot;
 
 use crate::Equal;
 
 pub fn compare_sets(
-    document: &Document,
-    options: &CompileOptions,
+    (snapshot, options): (&Snapshot<'_>, &CompileOptions),
     file: &Path,
     diagonal: f64,
     equal: &mut Equal,
@@ -26,7 +25,7 @@ pub fn compare_sets(
         ignore_draw_style: true,
         ..options.clone()
     };
-    let scene = match RenderScene::compile(document, &options) {
+    let scene = match RenderScene::compile(snapshot, &options) {
         Ok(scene) => scene,
         Err(error) => {
             notes.push(error.message.clone());

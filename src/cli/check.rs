@@ -12,6 +12,7 @@ use super::{ERROR, switch, tell};
 use crate::diag::Result;
 use crate::scene::CompileOptions;
 use crate::scene::check::{Checked, classes, counted, scene_files};
+use crate::snapshot::SnapshotOptions;
 
 pub fn command() -> Command {
     let path = |name: &'static str| Arg::new(name).value_parser(value_parser!(PathBuf));
@@ -59,8 +60,11 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         fonts,
         max_primitives: limits.primitives,
         max_visits: limits.visits as u64,
-        handles: matches.get_flag("handles"),
         ..CompileOptions::default()
+    };
+    let at = SnapshotOptions {
+        handles: matches.get_flag("handles"),
+        ..SnapshotOptions::default()
     };
     let files = scene_files(&named)?;
     let json = matches.get_flag("json");
@@ -69,7 +73,7 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let bar = progress(files.len(), several);
     let mut total = Total::default();
     for file in &files {
-        let checked = Checked::read(file, &search, &limits, &options);
+        let checked = Checked::read(file, &search, &limits, &at, &options);
         total.add(&checked);
         let written = match (json, lines) {
             (true, _) if several => writeln!(out, "{}", checked.json()),

@@ -11,7 +11,8 @@ use crate::grammar::{class, directional_light, vrml97_navigation_info};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::math::Meters;
 use crate::pose::CameraPose;
-use crate::scene::{CompileOptions, Light, RenderScene};
+use crate::scene::{CompileOptions, Light, RenderScene, snapshot};
+use crate::snapshot::{Snapshot, SnapshotOptions};
 use crate::traversal::role::Role;
 use crate::traversal::state::{LightElement, State};
 use crate::traversal::{self, Visitor, WalkOptions};
@@ -20,7 +21,7 @@ use crate::traversal::{self, Visitor, WalkOptions};
 /// else a view of everything.
 pub fn standing(
     plan: &Plan,
-    document: &Document,
+    snapshot: &Snapshot<'_>,
     environment: &Environment,
     first: Option<CameraPose>,
 ) -> Result<CameraPose> {
@@ -28,7 +29,7 @@ pub fn standing(
         Some(path) => camera_of_file(path),
         None => Ok(match environment.pose.clone().or(first) {
             Some(pose) => pose,
-            None => view_of_everything(document, plan),
+            None => view_of_everything(snapshot, plan),
         }),
     }
 }
@@ -45,7 +46,9 @@ pub fn camera_of_file(path: &Path) -> Result<CameraPose> {
         let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
         Document::read_headerless(&path.display().to_string(), bytes)?
     };
-    first_camera(&document, 0.0).ok_or_else(|| {
+    let options = CompileOptions::default();
+    let snapshot = snapshot(&document, &SnapshotOptions::default(), &options);
+    first_camera(&snapshot).ok_or_else(|| {
         let example = "`PerspectiveCamera { position 0 0 5 }`";
         Diagnostic::error("there is no camera in the file")
             .in_file(path.display().to_string())
@@ -55,14 +58,12 @@ pub fn camera_of_file(path: &Path) -> Result<CameraPose> {
     })
 }
 
-fn view_of_everything(document: &Document, plan: &Plan) -> CameraPose {
+fn view_of_everything(snapshot: &Snapshot<'_>, plan: &Plan) -> CameraPose {
     let options = CompileOptions {
-        time: plan.time,
-        handles: plan.handles,
         fonts: plan.fonts.clone(),
         ..CompileOptions::default()
     };
-    let bounds = RenderScene::survey(document, &options).inventor_bounds;
+    let bounds = RenderScene::survey(snapshot, &options).inventor_bounds;
     let bounds = bounds.unwrap_or_default();
     view_through_lens(bounds, plan)
         .unwrap_or_else(|| CameraPose::view_all(bounds, plan.resolution.aspect()))
@@ -100,13 +101,9 @@ pub struct Overview {
 }
 
 impl Overview {
-    pub fn of(document: &Document, time: f64) -> Self {
+    pub fn of(snapshot: &Snapshot<'_>) -> Self {
         let mut overview = Self::default();
-        let options = WalkOptions {
-            time,
-            ..WalkOptions::default()
-        };
-        traversal::walk(document, &options, &mut overview);
+        traversal::walk(snapshot, &WalkOptions::default(), &mut overview);
         overview
     }
 }
@@ -133,8 +130,8 @@ impl<'a> Visitor<'a> for Overview {
 }
 
 /// The first camera that a walk meets.
-pub fn first_camera(document: &Document, time: f64) -> Option<CameraPose> {
-    Overview::of(document, time).camera
+pub fn first_camera(snapshot: &Snapshot<'_>) -> Option<CameraPose> {
+    Overview::of(snapshot).camera
 }
 
 /// What a SceneViewer environment file brings: its lights and fog go in front of the scene's own
@@ -148,13 +145,14 @@ pub struct Environment {
 impl Environment {
     /// Reads the file into the scene's document: `Label`, a camera, `Environment`, a `Group` of
     /// lights, and at the end, if the headlight is on, a `DirectionalLight` in camera space.
-    pub fn join(document: &mut Document, path: &Path) -> Result<Self> {
+    pub fn join(document: &mut Document, path: &Path, time: f64) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
         let roots = document.read_more(&path.display().to_string(), bytes)?;
         let mut this = Self::default();
         let mut around = Vec::new();
+        let snapshot = Snapshot::at(document, time);
         for root in roots {
-            let node = document.node(root);
+            let node = snapshot.document().node(root);
             if let Some(pose) = CameraPose::from_node(node, DMat4::IDENTITY) {
                 this.pose = Some(pose);
             } else if node.class_id() == Some(class::DIRECTIONAL_LIGHT) {

@@ -284,6 +284,7 @@ mod tests {
     use crate::math::Meters;
     use crate::pose::CameraPose;
     use crate::scene::CompileOptions;
+    use crate::snapshot::Snapshot;
 
     const SIZE: Resolution = Resolution {
         width: 36,
@@ -314,7 +315,7 @@ mod tests {
 
     fn scene(text: &str) -> RenderScene {
         let document = Document::read_headerless("scene.iv", text.into()).unwrap();
-        RenderScene::compile(&document, &CompileOptions::default()).unwrap()
+        RenderScene::compile(&Snapshot::at(&document, 0.0), &CompileOptions::default()).unwrap()
     }
 
     fn exposed(

@@ -20,8 +20,9 @@ use crate::diag::{Diagnostic, Result};
 use crate::geometry::quadric::exact_bounds;
 use crate::geometry::text::Fonts;
 use crate::geometry::{Corner, Mesh, Quadric, QuadricKind, Stroke, StrokeView, facets};
-use crate::iv::{Document, NodeId, NodeRef, Value};
+use crate::iv::{NodeId, NodeRef, Value};
 use crate::pose::{CameraPose, Projection};
+use crate::snapshot::Snapshot;
 use crate::traversal::Visitor;
 use crate::traversal::property::fog97;
 use crate::traversal::role::Role;
@@ -51,7 +52,7 @@ pub struct Lists<'b> {
 
 /// What a shape draws into: keeps primitives, or only counts and bounds them.
 pub struct Builder<'a> {
-    pub document: &'a Document,
+    pub snapshot: &'a Snapshot<'a>,
     pub needs: Needs,
     origin: DVec3,
     camera: Option<CameraPose>,
@@ -62,7 +63,6 @@ pub struct Builder<'a> {
     /// Counts and bounds only; nothing is kept.
     surveying: bool,
     ignore_draw_style: bool,
-    handles: bool,
     /// The current shape's.
     complexity: f32,
     /// Pixels of the line pattern used so far.
@@ -98,9 +98,9 @@ pub struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    pub fn new(document: &'a Document, options: &CompileOptions) -> Self {
+    pub fn new(snapshot: &'a Snapshot<'a>, options: &CompileOptions) -> Self {
         Self {
-            document,
+            snapshot,
             needs: options.needs,
             origin: options.origin,
             camera: options.camera.clone(),
@@ -110,7 +110,6 @@ impl<'a> Builder<'a> {
             fonts: options.fonts.clone(),
             surveying: false,
             ignore_draw_style: options.ignore_draw_style,
-            handles: options.handles,
             complexity: 0.5,
             pattern_at: 0.0,
             face_normal: Vec3::ZERO,
@@ -145,7 +144,12 @@ impl<'a> Builder<'a> {
     /// Makes room for as many triangles as the document's lists can give, used once: memory that
     /// is not written to costs nothing, and lists that grow are copied.
     pub(super) fn expect_all(&mut self) {
-        let fields = self.document.nodes.iter().flat_map(|n| &n.fields);
+        let fields = self
+            .snapshot
+            .document()
+            .nodes
+            .iter()
+            .flat_map(|n| &n.fields);
         let entries = fields.map(|f| match &f.value {
             Value::Ints(list) => list.len(),
             Value::Vec3s(list) => list.len(),
@@ -157,11 +161,11 @@ impl<'a> Builder<'a> {
         self.owners[0].reserve(most);
     }
 
-    pub(super) fn surveyor(document: &'a Document, options: &CompileOptions) -> Self {
+    pub(super) fn surveyor(snapshot: &'a Snapshot<'a>, options: &CompileOptions) -> Self {
         Self {
             surveying: true,
             origin: DVec3::ZERO,
-            ..Self::new(document, options)
+            ..Self::new(snapshot, options)
         }
     }
 
@@ -295,7 +299,7 @@ impl<'a> Builder<'a> {
             camera: self.camera.clone(),
             ..CompileOptions::default()
         };
-        let mut surveyor = Builder::surveyor(self.document, &options);
+        let mut surveyor = Builder::surveyor(self.snapshot, &options);
         shapes::draw(node, state, &mut surveyor);
         let Some((min, max)) = surveyor.object_bounds else {
             return false;
@@ -1113,7 +1117,7 @@ impl<'a> Visitor<'a> for Builder<'a> {
         if let Some(class) = node.known_class() {
             self.scene.census.see(class.name);
             let dragged = class.name.ends_with("Dragger") || class.name.ends_with("Manip");
-            if dragged && !self.handles {
+            if dragged && !self.snapshot.has_handles() {
                 self.scene
                     .census
                     .ignore(class.name, "handles are not drawn without `--handles`");
@@ -1136,7 +1140,8 @@ impl<'a> Visitor<'a> for Builder<'a> {
 
     fn screen_area(&mut self, node: NodeRef<'a>, state: &State<'a>) -> Option<f64> {
         self.camera.as_ref()?;
-        let bounds = survey::bounds_below(node, state)?;
+        let children = &node.data().children;
+        let bounds = survey::bounds_of(self.snapshot, children, state.clone())?;
         Some(self.screen()?.area(bounds))
     }
 

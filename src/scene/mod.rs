@@ -7,12 +7,12 @@ pub mod background;
 pub mod builder;
 pub mod census;
 pub mod check;
-pub mod handles;
 pub mod inventor_box;
 pub mod light;
 pub mod packets;
 pub mod screen;
 pub mod shapes;
+mod snapshot;
 pub mod surface;
 pub mod survey;
 pub mod texture;
@@ -25,14 +25,16 @@ use crate::bvh::{Block, BlockHits, Bvh, COPLANAR, Hit, PreparedRay, Ray};
 use crate::diag::{Diagnostic, Result};
 use crate::geometry::text::Fonts;
 use crate::geometry::{Quadric, Stroke, StrokeView};
-use crate::iv::{Document, Limits};
+use crate::iv::Limits;
 use crate::math::lanes::bits;
 use crate::pose::CameraPose;
+use crate::snapshot::Snapshot;
 use crate::traversal::{self, WalkOptions};
 
 pub use builder::Builder;
 pub use census::Census;
 pub use light::Light;
+pub use snapshot::snapshot;
 pub use surface::{Point, Surface};
 pub use survey::Survey;
 
@@ -70,8 +72,6 @@ pub struct CompileOptions {
     pub camera: Option<CameraPose>,
     /// Default: everything.
     pub needs: Needs,
-    /// Seconds, for what moves by itself. Default: 0.
-    pub time: f64,
     /// Height of the picture in pixels, for lines and points. Default: 240.
     pub pixel_rows: u32,
     /// Primitives kept before the rest is left out. Default: 16 million, below 3 GB.
@@ -81,8 +81,6 @@ pub struct CompileOptions {
     pub max_visits: u64,
     /// Compiles what `DrawStyle` hides or shows as lines like everything else. Default: no.
     pub ignore_draw_style: bool,
-    /// Draws the handles of draggers and manipulators. Default: no.
-    pub handles: bool,
     /// Folders besides the scene's own in which textures are looked for. Default: none.
     pub texture_folders: Vec<std::path::PathBuf>,
     /// Typefaces to draw text with before the shipped ones. Default: none.
@@ -95,12 +93,10 @@ impl Default for CompileOptions {
             origin: DVec3::ZERO,
             camera: None,
             needs: Needs::ALL,
-            time: 0.0,
             pixel_rows: 240,
             max_primitives: Limits::default().primitives,
             max_visits: Limits::default().visits as u64,
             ignore_draw_style: false,
-            handles: false,
             texture_folders: Vec::new(),
             fonts: Arc::default(),
         }
@@ -199,23 +195,20 @@ pub struct OracleTriangle {
 }
 
 impl RenderScene {
-    pub fn survey(document: &Document, options: &CompileOptions) -> Survey {
-        survey::survey(document, options)
+    pub fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Survey {
+        survey::survey(snapshot, options)
     }
 
-    /// Walks the document and compiles what it draws.
-    pub fn compile(document: &Document, options: &CompileOptions) -> Result<Self> {
-        let patched = survey::prepared(document, options);
-        let document = patched.as_ref().unwrap_or(document);
+    /// Walks the snapshot and compiles what it draws.
+    pub fn compile(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Result<Self> {
         let walk_options = WalkOptions {
-            time: options.time,
             camera: options.camera.clone(),
             max_visits: options.max_visits,
             ..WalkOptions::default()
         };
-        let mut builder = Builder::new(document, options);
+        let mut builder = Builder::new(snapshot, options);
         builder.expect_all();
-        traversal::walk(document, &walk_options, &mut builder);
+        traversal::walk(snapshot, &walk_options, &mut builder);
         let mut scene = builder.finish()?;
         scene.settle()?;
         Ok(scene)

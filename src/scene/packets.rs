@@ -65,6 +65,7 @@ mod tests {
     use crate::iv::Document;
     use crate::math::lanes::LANES;
     use crate::scene::CompileOptions;
+    use crate::snapshot::Snapshot;
 
     #[test]
     fn a_packet_hits_what_its_rays_hit() {
@@ -79,7 +80,9 @@ mod tests {
         ] {
             let text = text.replacen('\n', &format!("\n{hints}"), 1);
             let document = Document::read_headerless("bundle.iv", text.into_bytes()).unwrap();
-            let scene = RenderScene::compile(&document, &CompileOptions::default()).unwrap();
+            let scene =
+                RenderScene::compile(&Snapshot::at(&document, 0.0), &CompileOptions::default())
+                    .unwrap();
             let mut state = 1u64;
             let mut unit = move || {
                 state = crate::sampling::mix(state);

@@ -3,13 +3,13 @@
 use glam::{DMat4, DVec3};
 use indexmap::IndexMap;
 
-use super::handles::with_handles;
 use super::inventor_box::InventorBox;
 use super::{Builder, Census, CompileOptions};
 use crate::diag::Diagnostic;
 use crate::grammar::{class, reset_transform};
-use crate::iv::{Document, NodeId, NodeRef};
+use crate::iv::{NodeId, NodeRef};
 use crate::pose::CameraPose;
+use crate::snapshot::Snapshot;
 use crate::traversal::role::Role;
 use crate::traversal::state::{LightElement, State};
 use crate::traversal::{self, Visitor, WalkOptions};
@@ -51,60 +51,31 @@ impl Surveyor<'_> {
     }
 }
 
-pub fn survey(document: &Document, options: &CompileOptions) -> Survey {
-    let patched = prepared(document, options);
-    let mut survey = as_it_is(patched.as_ref().unwrap_or(document), options);
-    if let Some(patched) = &patched {
-        let news = patched
-            .sink
-            .items()
-            .iter()
-            .skip(document.sink.items().len());
-        survey.troubles.extend(news.cloned().map(Box::new));
-    }
-    survey
-}
-
-/// The document as the options want it drawn; `None` where that is as it is.
-pub fn prepared(document: &Document, options: &CompileOptions) -> Option<Document> {
-    let mut out = at_time(document, options);
-    if options.handles {
-        out = Some(with_handles(out.as_ref().unwrap_or(document)));
-    }
-    out
-}
-
-/// The document with its engines worked out, if it has any; a box that an engine asks for is
-/// surveyed.
-pub fn at_time(document: &Document, options: &CompileOptions) -> Option<Document> {
-    let bounds = |part: &Document| as_it_is(part, options).bounds;
-    crate::snapshot::engines::at_time_with(document, options.time, &bounds)
-}
-
-fn as_it_is(document: &Document, options: &CompileOptions) -> Survey {
-    let mut survey = walked(document, options, false);
+pub fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Survey {
+    let mut survey = walked(snapshot, options, false);
     // The box of what switches by itself or by the distance is around all it may show (Coin, SGI).
     let switches = ["Blinker", "LOD", "LevelOfDetail"];
     if switches.iter().any(|c| survey.census.seen.contains_key(c)) {
-        survey.inventor_bounds = walked(document, options, true).inventor_bounds;
+        survey.inventor_bounds = walked(snapshot, options, true).inventor_bounds;
     }
+    let found = snapshot.diagnostics().iter().cloned();
+    survey.troubles.extend(found.map(Box::new));
     survey
 }
 
-fn walked(document: &Document, options: &CompileOptions, all_levels: bool) -> Survey {
+fn walked(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bool) -> Survey {
     let walk_options = WalkOptions {
-        time: options.time,
         camera: options.camera.clone(),
         max_visits: options.max_visits,
         all_levels,
     };
     let mut surveyor = Surveyor {
-        builder: Builder::surveyor(document, options),
+        builder: Builder::surveyor(snapshot, options),
         survey: Survey::default(),
         open: vec![(DMat4::IDENTITY, None)],
         by_own_cameras: options.camera.is_none(),
     };
-    traversal::walk(document, &walk_options, &mut surveyor);
+    traversal::walk(snapshot, &walk_options, &mut surveyor);
     let Surveyor {
         builder,
         mut survey,
@@ -118,14 +89,9 @@ fn walked(document: &Document, options: &CompileOptions, all_levels: bool) -> Su
     survey
 }
 
-/// The exact box around what is below a node, in the world.
-pub(super) fn bounds_below<'a>(node: NodeRef<'a>, state: &State<'a>) -> Option<(DVec3, DVec3)> {
-    bounds_of(node.document, &node.data().children, state.clone())
-}
-
 /// The exact box around some nodes, met in this state, in the world.
 pub(super) fn bounds_of<'a>(
-    document: &'a Document,
+    snapshot: &'a Snapshot<'_>,
     list: &'a [NodeId],
     state: State<'a>,
 ) -> Option<(DVec3, DVec3)> {
@@ -143,9 +109,9 @@ pub(super) fn bounds_of<'a>(
         max_visits: 100_000,
         ..WalkOptions::default()
     };
-    let builder = Builder::surveyor(document, &CompileOptions::default());
+    let builder = Builder::surveyor(snapshot, &CompileOptions::default());
     let mut bounds = Bounds(builder, None);
-    traversal::walk_list(document, list, state, &options, &mut bounds);
+    traversal::walk_list(snapshot, list, state, &options, &mut bounds);
     bounds.1
 }
 

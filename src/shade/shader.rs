@@ -446,7 +446,9 @@ mod tests {
             Coordinate3 { point [ -1 -1 0, 1 -1 0, 0 1 0 ] } FaceSet { numVertices 3 }";
         let document = crate::iv::Document::read_headerless("t.iv", text.as_bytes().to_vec());
         let options = crate::scene::CompileOptions::default();
-        let scene = RenderScene::compile(&document.unwrap(), &options).unwrap();
+        let document = document.unwrap();
+        let snapshot = crate::snapshot::Snapshot::at(&document, 0.0);
+        let scene = RenderScene::compile(&snapshot, &options).unwrap();
         let seen = |shading, x, y| {
             let shader = Shader::new(&scene, shading, ShadeOptions::default());
             let ray = Ray::new(Vec3::new(x, y, 1.0), Vec3::NEG_Z);
@@ -473,7 +475,8 @@ mod tests {
                 needs: shading.needs(),
                 ..Default::default()
             };
-            let scene = RenderScene::compile(&document, &options).unwrap();
+            let snapshot = crate::snapshot::Snapshot::at(&document, 0.0);
+            let scene = RenderScene::compile(&snapshot, &options).unwrap();
             let (triangles, quadrics, _) = scene.primitives();
             assert_eq!(triangles > 0, shading == Shading::Gl);
             assert_eq!(quadrics == 0, shading == Shading::Gl);
@@ -503,8 +506,10 @@ mod tests {
         use crate::iv::Document;
         use crate::math::lanes::{LANES, of_lane};
         use crate::scene::CompileOptions;
+        use crate::snapshot::Snapshot;
         let document = Document::read_headerless("lit.iv", SCENE.as_bytes().to_vec()).unwrap();
-        let scene = RenderScene::compile(&document, &CompileOptions::default()).unwrap();
+        let scene = RenderScene::compile(&Snapshot::at(&document, 0.0), &CompileOptions::default())
+            .unwrap();
         for shading in Shading::ALL {
             let shader = Shader::new(&scene, shading, ShadeOptions::default());
             let (mut work, mut alone) = (Work::default(), Work::default());

@@ -64,7 +64,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
         let stated = node.get(blinker::WHICH_CHILD);
         let speed = f64::from(node.get(blinker::SPEED));
-        let round = speed * self.options.time;
+        let round = speed * self.time;
         let share = round - round.floor();
         let which = match (node.get(blinker::ON), list.len()) {
             (false, _) => stated.max(0),

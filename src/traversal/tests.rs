@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::*;
 use crate::iv::{Document, Limits, NodeRef, Nowhere};
+use crate::snapshot::Snapshot;
 
 /// Shapes with their places, and an area that every box is said to take up on the screen.
 struct Seen {
@@ -26,23 +27,20 @@ impl<'a> Visitor<'a> for Seen {
     }
 }
 
-fn seen_as(scene: &str, options: &WalkOptions, area: Option<f64>) -> Vec<String> {
+fn seen_as(scene: &str, time: f64, options: &WalkOptions, area: Option<f64>) -> Vec<String> {
     let text = format!("#Inventor V2.1 ascii\n{scene}").into_bytes();
     let document = Document::read("test.iv", text, Arc::new(Nowhere), &Limits::default());
     let mut seen = Seen {
         shapes: Vec::new(),
         area,
     };
-    walk(&document.expect("reads"), options, &mut seen);
+    let document = document.expect("reads");
+    walk(&Snapshot::at(&document, time), options, &mut seen);
     seen.shapes
 }
 
 fn seen(scene: &str, time: f64) -> Vec<String> {
-    let options = WalkOptions {
-        time,
-        ..WalkOptions::default()
-    };
-    seen_as(scene, &options, None)
+    seen_as(scene, time, &WalkOptions::default(), None)
 }
 
 #[test]
@@ -86,7 +84,7 @@ fn a_level_of_detail_goes_by_its_pixels() {
         )
     };
     let at = |complexity: &str, area| {
-        seen_as(&scene(complexity), &WalkOptions::default(), area).concat()
+        seen_as(&scene(complexity), 0.0, &WalkOptions::default(), area).concat()
     };
     assert_eq!(at("0.5", Some(101.0)), "Cube 0 0");
     assert_eq!(at("0.5", Some(99.0)), "Sphere 0 0");

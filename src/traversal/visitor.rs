@@ -10,8 +10,6 @@ use super::state::{LightElement, State};
 /// What a walk may take for granted, and where it stops.
 #[derive(Clone, Debug)]
 pub struct WalkOptions {
-    /// Seconds since the start, for nodes that move by themselves. Default: 0.
-    pub time: f64,
     /// The camera that levels of detail and billboards go by. Default: none, the finest level.
     pub camera: Option<CameraPose>,
     /// Nodes met before the walk gives up. Default: 300,000, or twice the
@@ -24,7 +22,6 @@ pub struct WalkOptions {
 impl Default for WalkOptions {
     fn default() -> Self {
         Self {
-            time: 0.0,
             camera: None,
             max_visits: 300_000,
             all_levels: false,

@@ -13,9 +13,11 @@ use crate::grammar::{
     class, node_kit_list_part, vrml97_group, vrml97_lod, vrml97_switch_node, vrml97_transform,
 };
 use crate::iv::{Document, NodeId, NodeRef};
+use crate::snapshot::Snapshot;
 
 pub(super) struct Walk<'a, 'v, V> {
     pub(super) document: &'a Document,
+    pub(super) time: f64,
     pub(super) options: &'v WalkOptions,
     pub(super) visitor: &'v mut V,
     pub(super) state: State<'a>,
@@ -27,21 +29,28 @@ pub(super) struct Walk<'a, 'v, V> {
 }
 
 /// Walks all roots in order, under one state.
-pub fn walk<'a, V: Visitor<'a>>(document: &'a Document, options: &WalkOptions, visitor: &mut V) {
+pub fn walk<'a, V: Visitor<'a>>(
+    snapshot: &'a Snapshot<'_>,
+    options: &WalkOptions,
+    visitor: &mut V,
+) {
+    let document = snapshot.document();
     let state = State::new(Language::of(document));
-    walk_list(document, &document.roots, state, options, visitor);
+    walk_list(snapshot, &document.roots, state, options, visitor);
 }
 
-/// Walks some nodes of a document in order, beginning with a state.
+/// Walks some nodes of a snapshot in order, beginning with a state.
 pub fn walk_list<'a, V: Visitor<'a>>(
-    document: &'a Document,
+    snapshot: &'a Snapshot<'_>,
     list: &'a [NodeId],
     state: State<'a>,
     options: &WalkOptions,
     visitor: &mut V,
 ) {
+    let document = snapshot.document();
     let mut walk = Walk {
         document,
+        time: snapshot.time(),
         options,
         visitor,
         state,
@@ -120,7 +129,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             // A class nobody knows, or nothing to draw: SGI and Coin walk past it too.
             Role::Kept | Role::Held => {}
             Role::Property => {
-                property::apply(&mut self.state, node, self.options.time);
+                property::apply(&mut self.state, node, self.time);
             }
             Role::Shape => self.visitor.shape(node, &self.state),
             Role::Light => self.light(node),

@@ -11,7 +11,8 @@ use super::json;
 use super::missing::{Missing, missing};
 use crate::diag::{Diagnostic, Result, Severity};
 use crate::iv::{Document, Limits};
-use crate::scene::{CompileOptions, RenderScene, Survey};
+use crate::scene::{CompileOptions, RenderScene, Survey, snapshot};
+use crate::snapshot::SnapshotOptions;
 
 /// A file that was read and surveyed, or why it could not be.
 pub struct Checked {
@@ -22,20 +23,27 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Reads a file and surveys its scene; what its pictures are is found out too.
-    pub fn read(path: &Path, search: &[&Path], limits: &Limits, options: &CompileOptions) -> Self {
+    /// Reads a file, surveys its scene and decodes its pictures.
+    pub fn read(
+        path: &Path,
+        search: &[&Path],
+        limits: &Limits,
+        at: &SnapshotOptions,
+        options: &CompileOptions,
+    ) -> Self {
+        let mut unreadable = Vec::new();
         let document = Document::open_with(path, search, limits).map(|document| {
-            let survey = RenderScene::survey(&document, options);
+            let survey = {
+                let snapshot = snapshot(&document, at, options);
+                unreadable = missing(&snapshot, &options.texture_folders);
+                RenderScene::survey(&snapshot, options)
+            };
             (document, survey)
         });
-        let missing = match &document {
-            Ok((document, _)) => missing(document, &options.texture_folders),
-            Err(_) => Vec::new(),
-        };
         Self {
             file: path.display().to_string(),
             document,
-            missing,
+            missing: unreadable,
         }
     }
 

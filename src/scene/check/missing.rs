@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use crate::diag::{Diagnostic, Severity};
 use crate::grammar::{class, inline, www_inline};
-use crate::iv::{Document, NodeId};
+use crate::iv::NodeId;
 use crate::scene::texture::{self, FileField, PANORAMA};
+use crate::snapshot::Snapshot;
 
 /// A file that is named and cannot be read.
 pub struct Missing {
@@ -22,7 +23,8 @@ const INCLUDED: [FileField; 2] = [
 
 /// Files that nodes name and that are not there or not readable: included scenes, which reading
 /// has told of, and pictures, which it has not opened.
-pub(super) fn missing(document: &Document, folders: &[PathBuf]) -> Vec<Missing> {
+pub(super) fn missing(snapshot: &Snapshot<'_>, folders: &[PathBuf]) -> Vec<Missing> {
+    let document = snapshot.document();
     let mut missing: Vec<Missing> = Vec::new();
     for index in 0..document.nodes.len() {
         let id = NodeId(index as u32);

@@ -151,6 +151,7 @@ mod tests {
     use crate::grammar::{CLASSES, Treatment};
     use crate::iv::{ClassRef, Document, Node};
     use crate::scene::CompileOptions;
+    use crate::snapshot::Snapshot;
     use crate::traversal::role::{Role, role_of};
     use crate::traversal::state::Language;
 
@@ -175,14 +176,15 @@ mod tests {
         let text = format!(
             "#Inventor V2.1 ascii\n{hints} DrawStyle {{ style LINES lineWidth 3 }} Cube {{ }}"
         );
-        let files = std::sync::Arc::new(crate::scene::handles::NoFiles);
+        let files = std::sync::Arc::new(crate::iv::Nowhere);
         let limits = crate::iv::Limits::default();
         let document = Document::read("a.iv", text.into_bytes(), files, &limits).expect("reads");
         let options = CompileOptions {
             origin: glam::DVec3::new(0.0, 0.0, 5.0),
             ..CompileOptions::default()
         };
-        let scene = crate::scene::RenderScene::compile(&document, &options).expect("compiles");
+        let snapshot = Snapshot::at(&document, 0.0);
+        let scene = crate::scene::RenderScene::compile(&snapshot, &options).expect("compiles");
         let ray = crate::bvh::Ray::new(Vec3::ZERO, Vec3::new(1.0, 0.1, -6.0));
         scene.hit(&ray).is_some()
     }
@@ -198,6 +200,7 @@ mod tests {
     #[test]
     fn whatever_the_catalogue_calls_rendered_is_drawn() {
         let document = one_of_each();
+        let snapshot = Snapshot::at(&document, 0.0);
         let options = CompileOptions::default();
         for (class, node) in CLASSES.iter().zip(0..) {
             if class.treatment != Treatment::Rendered {
@@ -210,7 +213,7 @@ mod tests {
                 "{}: {role:?}",
                 class.name
             );
-            let mut out = Builder::surveyor(&document, &options);
+            let mut out = Builder::surveyor(&snapshot, &options);
             draw(node, &State::new(Language::Inventor), &mut out);
             let ignored = &out.census().ignored;
             assert!(

@@ -232,17 +232,19 @@ mod tests {
 
     use glam::Vec3;
 
-    use crate::iv::{Document, Limits};
-    use crate::scene::handles::NoFiles;
+    use crate::iv::{Document, Limits, Nowhere};
     use crate::scene::{CompileOptions, Ray, RenderScene, Surface};
+    use crate::snapshot::Snapshot;
 
     fn document(text: &str) -> Document {
         let text = text.as_bytes().to_vec();
-        Document::read("a", text, Arc::new(NoFiles), &Limits::default()).expect("reads")
+        Document::read("a", text, Arc::new(Nowhere), &Limits::default()).expect("reads")
     }
 
     fn compiled(text: &str) -> RenderScene {
-        RenderScene::compile(&document(text), &CompileOptions::default()).expect("compiles")
+        let document = document(text);
+        let snapshot = Snapshot::at(&document, 0.0);
+        RenderScene::compile(&snapshot, &CompileOptions::default()).expect("compiles")
     }
 
     fn ahead(scene: &RenderScene) -> &Surface {
@@ -282,12 +284,13 @@ mod tests {
     fn a_billboard_faces_the_eye() {
         let text = "#VRML V2.0 utf8\nViewpoint { position 6 3 0 orientation 0 1 0 .3 }\nBillboard { children Shape { geometry IndexedFaceSet { coord Coordinate { point [-1 -1 0, 1 -1 0, 1 1 0, -1 1 0] } coordIndex [0 1 2 3] } } }";
         let document = document(text);
-        let survey = RenderScene::survey(&document, &CompileOptions::default());
+        let snapshot = Snapshot::at(&document, 0.0);
+        let survey = RenderScene::survey(&snapshot, &CompileOptions::default());
         let options = CompileOptions {
             camera: survey.cameras.first().cloned(),
             ..CompileOptions::default()
         };
-        let scene = RenderScene::compile(&document, &options).expect("compiles");
+        let scene = RenderScene::compile(&snapshot, &options).expect("compiles");
         let (_, max) = scene.bounds().expect("something");
         assert!(max.x.abs() < 1e-3, "{max}");
     }

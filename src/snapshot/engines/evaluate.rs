@@ -11,26 +11,23 @@ use super::{clocks, convert};
 use crate::diag::Span;
 use crate::grammar::{FieldType, class, compute_bounding_box};
 use crate::iv::{Document, FieldEntry, NodeId, Value};
+use crate::snapshot::at_time::Snapshot;
+use crate::snapshot::bounds::{Bounds, Corners};
 
-/// The box (smallest and largest corner) around what a document draws, for
-/// `ComputeBoundingBox`: the caller answers, since it can draw. The document it is given has the
-/// node in question as its only root, and the connections before that node worked out.
-pub type BoundsOf<'a> = dyn Fn(&Document) -> Option<(DVec3, DVec3)> + 'a;
-
-/// The document with connected fields at their values at `time`; `None` where nothing changes.
-pub fn at_time(document: &Document, time: f64) -> Option<Document> {
-    at_time_with(document, time, &|_| None)
-}
-
-/// The same, with an answer for `ComputeBoundingBox`. Warnings are added to the copy's sink.
-pub fn at_time_with(document: &Document, time: f64, bounds: &BoundsOf<'_>) -> Option<Document> {
+/// Returns the document with connected fields at their values at a time, or `None` if it has no
+/// connections. Warnings are added to the copy's sink.
+pub(in crate::snapshot) fn evaluate(
+    document: &Document,
+    time: f64,
+    bounds: &dyn Bounds,
+) -> Option<Document> {
     let edges = edges(document);
     if edges.is_empty() {
         return None;
     }
     let mut work = Work {
         document: document.clone(),
-        time: if time.is_finite() { time } else { 0.0 },
+        time,
         inputs: HashMap::new(),
         outputs: HashMap::new(),
         triggers: HashMap::new(),
@@ -42,7 +39,7 @@ pub fn at_time_with(document: &Document, time: f64, bounds: &BoundsOf<'_>) -> Op
     Some(work.document)
 }
 
-/// Boxes asked for; each is a walk.
+/// The most boxes that are measured; each is a walk.
 const MAX_BOXES: usize = 100;
 
 struct Work<'a> {
@@ -54,7 +51,7 @@ struct Work<'a> {
     /// What has come to the fields that are triggers.
     triggers: HashMap<(NodeId, u16), Pulses>,
     warned: HashSet<String>,
-    bounds: &'a BoundsOf<'a>,
+    bounds: &'a dyn Bounds,
     boxes: usize,
 }
 
@@ -195,7 +192,9 @@ impl Work<'_> {
         };
         self.boxes += 1;
         let roots = std::mem::replace(&mut self.document.roots, vec![subject]);
-        let found = (self.bounds)(&self.document);
+        let found = self
+            .bounds
+            .of_roots(&Snapshot::of_part(&self.document, self.time));
         self.document.roots = roots;
         found.map(corners).unwrap_or_default()
     }
@@ -203,7 +202,7 @@ impl Work<'_> {
 
 /// Returns the outputs of a `ComputeBoundingBox`. Inventor's `objectCenter` is the box's center unless
 /// an action sets another one; here it always is.
-fn corners((min, max): (DVec3, DVec3)) -> Outputs {
+fn corners((min, max): Corners) -> Outputs {
     let vector = |v: DVec3| Value::Vec3(v.as_vec3());
     let center = vector(0.5 * (min + max));
     vec![

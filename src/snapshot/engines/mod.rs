@@ -1,4 +1,4 @@
-//! Engines, connections and routes: values that come from other values, worked out at one time.
+//! Engines, connections and routes: values that come from other values, evaluated at one time.
 //!
 //! Inventor's `=` connections and VRML97's `ROUTE`s are followed from the fields that have them
 //! back to engines, sensors and other fields, once, at the time asked for; the walk then sees
@@ -20,7 +20,7 @@ mod outputs;
 mod sensors;
 mod values;
 
-pub use evaluate::{BoundsOf, at_time, at_time_with};
+pub(super) use evaluate::evaluate;
 
 #[cfg(test)]
 mod tests;

@@ -4,7 +4,8 @@ use glam::{DVec3, Vec3};
 
 use super::*;
 use crate::iv::value::Rotation;
-use crate::iv::{Document, Limits, Nowhere, Value};
+use crate::iv::{Document, Limits, NodeId, Nowhere, Value};
+use crate::snapshot::{Bounds, Corners, NoBounds, Snapshot};
 
 fn read(text: &str) -> Document {
     let bytes = text.as_bytes().to_vec();
@@ -19,13 +20,14 @@ fn field(document: &Document, name: &str, field: &str) -> Value {
 /// The value of a field of the node `X` in an Inventor scene at a time.
 fn x(scene: &str, name: &str, time: f64) -> Value {
     let document = read(&format!("#Inventor V2.1 ascii\n{scene}"));
-    let document = at_time(&document, time).unwrap_or(document);
+    let document = evaluate(&document, time, &NoBounds).unwrap_or(document);
     field(&document, "X", name)
 }
 
 #[test]
 fn a_scene_without_connections_is_left_alone() {
-    assert!(at_time(&read("#Inventor V2.1 ascii\nCube { }"), 1.0).is_none());
+    let document = read("#Inventor V2.1 ascii\nCube { }");
+    assert!(evaluate(&document, 1.0, &NoBounds).is_none());
 }
 
 #[test]
@@ -107,7 +109,7 @@ fn fields_convert_between_types() {
 fn a_circle_is_cut_with_a_warning() {
     let scene = "#Inventor V2.1 ascii\nSeparator {
         DEF A Cube { width 5 = DEF B Cube { width 6 = USE A . width } . width } }";
-    let document = at_time(&read(scene), 0.0).expect("has connections");
+    let document = evaluate(&read(scene), 0.0, &NoBounds).expect("has connections");
     let width = field(&document, "A", "width");
     assert!(width == Value::Float(5.0) || width == Value::Float(6.0));
     assert!(
@@ -125,7 +127,7 @@ fn a_long_chain_needs_no_stack() {
     for i in 1..20_000 {
         scene += &format!("DEF N{i} Cube {{ width = USE N{} . width }}\n", i - 1);
     }
-    let document = at_time(&read(&(scene + "}")), 0.0).expect("has connections");
+    let document = evaluate(&read(&(scene + "}")), 0.0, &NoBounds).expect("has connections");
     assert_eq!(field(&document, "N19999", "width"), Value::Float(4.0));
 }
 
@@ -146,14 +148,14 @@ ROUTE C.value_changed TO M.diffuseColor
 
 #[test]
 fn routes_carry_a_sensors_time_through_interpolators() {
-    let document = at_time(&read(ROUTED), 7.0).expect("has routes");
+    let document = evaluate(&read(ROUTED), 7.0, &NoBounds).expect("has routes");
     let place = field(&document, "X", "translation");
     assert_eq!(place, Value::Vec3(Vec3::new(2.0, 2.0, 0.0)));
     let Value::Rotation(turn) = field(&document, "X", "rotation") else {
         panic!()
     };
     assert!((turn.angle - 2.25).abs() < 1e-6 && (turn.axis - Vec3::Z).length() < 1e-6);
-    let half = at_time(&read(ROUTED), 2.0).expect("has routes");
+    let half = evaluate(&read(ROUTED), 2.0, &NoBounds).expect("has routes");
     assert_eq!(
         field(&half, "M", "diffuseColor"),
         Value::Vec3(Vec3::new(1.0, 1.0, 0.0))
@@ -163,23 +165,33 @@ fn routes_carry_a_sensors_time_through_interpolators() {
 #[test]
 fn a_sensor_that_has_not_started_sends_nothing() {
     let waiting = ROUTED.replace("loop TRUE", "loop FALSE");
-    let document = at_time(&read(&waiting), 2.0).expect("has routes");
+    let document = evaluate(&read(&waiting), 2.0, &NoBounds).expect("has routes");
     assert_eq!(
         field(&document, "X", "translation"),
         Value::Vec3(Vec3::splat(9.0))
     );
 }
 
+struct OneCube;
+
+impl Bounds for OneCube {
+    fn of_roots(&self, part: &Snapshot<'_>) -> Option<Corners> {
+        let mut roots = part.document().roots();
+        let only = roots.next().map(|n| n.class_name());
+        assert_eq!((only, roots.count()), (Some("Cube"), 0));
+        Some((DVec3::ZERO, DVec3::ONE))
+    }
+
+    fn of_nodes(&self, _: &Snapshot<'_>, _: &[NodeId]) -> Option<Corners> {
+        None
+    }
+}
+
 #[test]
 fn a_bounding_box_is_the_callers_to_know() {
     let scene = "#Inventor V2.1 ascii\nSeparator { DEF S Cube { }
         DEF X Translation { translation = ComputeBoundingBox { node USE S } . max } }";
-    let bounds = |document: &Document| {
-        let only = document.roots().next().map(|n| n.class_name().to_owned());
-        assert_eq!((document.roots.len(), only.as_deref()), (1, Some("Cube")));
-        Some((DVec3::ZERO, DVec3::ONE))
-    };
-    let document = at_time_with(&read(scene), 0.0, &bounds).expect("has connections");
+    let document = evaluate(&read(scene), 0.0, &OneCube).expect("has connections");
     assert_eq!(field(&document, "X", "translation"), Value::Vec3(Vec3::ONE));
 }
 

@@ -1,0 +1,95 @@
+//! Takes snapshots of documents, and measures for them what only drawing tells.
+
+use super::CompileOptions;
+use super::survey::{bounds_of, survey};
+use crate::iv::{Document, NodeId};
+use crate::snapshot::{Bounds, Corners, Snapshot, SnapshotOptions};
+use crate::traversal::state::{Language, State};
+
+/// Takes a snapshot of a document. The compile options say how the boxes that engines ask for are
+/// measured.
+pub fn snapshot<'a>(
+    document: &'a Document,
+    at: &SnapshotOptions,
+    options: &CompileOptions,
+) -> Snapshot<'a> {
+    Snapshot::take(document, at, &Surveying(options))
+}
+
+/// Measures by surveying.
+struct Surveying<'a>(&'a CompileOptions);
+
+impl Bounds for Surveying<'_> {
+    fn of_roots(&self, part: &Snapshot<'_>) -> Option<Corners> {
+        survey(part, self.0).bounds
+    }
+
+    fn of_nodes(&self, part: &Snapshot<'_>, nodes: &[NodeId]) -> Option<Corners> {
+        bounds_of(part, nodes, State::new(Language::Inventor))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::DVec3;
+
+    use super::*;
+    use crate::grammar;
+    use crate::iv::{Limits, Nowhere};
+    use crate::scene::RenderScene;
+
+    fn bounds(text: &str) -> Option<(DVec3, DVec3)> {
+        let text = format!("#Inventor V2.1 ascii\n{text}").into_bytes();
+        let document = Document::read("a.iv", text, Arc::new(Nowhere), &Limits::default());
+        let document = document.expect("reads");
+        let at = SnapshotOptions {
+            handles: true,
+            ..SnapshotOptions::default()
+        };
+        let options = CompileOptions::default();
+        RenderScene::survey(&snapshot(&document, &at, &options), &options).bounds
+    }
+
+    #[test]
+    fn every_dragger_of_the_catalogue_has_handles() {
+        for class in grammar::CLASSES
+            .iter()
+            .filter(|c| c.name.ends_with("Dragger"))
+        {
+            if class.treatment != grammar::Treatment::Abstract && class.name != "Dragger" {
+                assert!(
+                    bounds(&format!("{} {{ }}", class.name)).is_some(),
+                    "{}",
+                    class.name
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_dragger_s_handles_move_with_it_and_nothing_else_does() {
+        let (min, max) = bounds("Translate1Dragger { translation 10 0 0 } Cube { }").expect("both");
+        assert!((min.x + 1.0).abs() < 1e-5 && (max.x - 11.5).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_manipulator_s_handles_surround_what_it_moves() {
+        let (min, max) = bounds(
+            "Separator { HandleBoxManip { } Translation { translation 3 0 0 } Cube { width 4 } }",
+        )
+        .expect("both");
+        assert!(
+            min.x < 1.0 && min.x > 0.0 && max.x > 5.0 && max.x < 6.5,
+            "{min} {max}"
+        );
+    }
+
+    #[test]
+    fn a_part_in_the_file_takes_the_place_of_the_usual_handles() {
+        let (min, _) =
+            bounds("Translate1Dragger { translator Sphere { radius 7 } }").expect("a ball");
+        assert!((min.x + 7.0).abs() < 1e-5);
+    }
+}

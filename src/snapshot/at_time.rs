@@ -1,0 +1,57 @@
+//! The snapshot itself; `take` makes it.
+
+use std::borrow::Cow;
+
+use crate::diag::Diagnostic;
+use crate::iv::Document;
+
+/// When a snapshot is taken, and what is added to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SnapshotOptions {
+    /// Seconds since the scene was opened. Default: 0. A time that is not finite counts as 0.
+    pub time: f64,
+    /// Adds the handles of draggers and manipulators. Default: no.
+    pub handles: bool,
+}
+
+/// A document at one time.
+#[derive(Clone, Debug)]
+pub struct Snapshot<'a> {
+    pub(super) document: Cow<'a, Document>,
+    time: f64,
+    pub(super) has_handles: bool,
+    /// How many diagnostics the document had before.
+    known_diagnostics: usize,
+}
+
+impl<'a> Snapshot<'a> {
+    /// A document as it is, in the middle of its evaluation.
+    pub(super) fn of_part(document: &'a Document, time: f64) -> Self {
+        Self {
+            document: Cow::Borrowed(document),
+            time,
+            has_handles: false,
+            known_diagnostics: document.sink.items().len(),
+        }
+    }
+
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// Returns the time in seconds since the scene was opened.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Whether the handles of draggers and manipulators are in the document.
+    pub fn has_handles(&self) -> bool {
+        self.has_handles
+    }
+
+    /// Returns what was found wrong with engines and routes.
+    pub fn diagnostics(&self) -> &[Diagnostic] {
+        let all = self.document.sink.items();
+        all.get(self.known_diagnostics..).unwrap_or_default()
+    }
+}

@@ -1,0 +1,39 @@
+//! Takes snapshots: evaluates, then adds handles.
+
+use std::borrow::Cow;
+
+use super::at_time::{Snapshot, SnapshotOptions};
+use super::bounds::{Bounds, NoBounds};
+use super::{engines, handles};
+use crate::iv::Document;
+
+impl<'a> Snapshot<'a> {
+    /// Evaluates the document's engines and routes, and adds handles if they are asked for. The
+    /// document is copied only if that changes it.
+    pub fn take(document: &'a Document, options: &SnapshotOptions, bounds: &dyn Bounds) -> Self {
+        let time = if options.time.is_finite() {
+            options.time
+        } else {
+            0.0
+        };
+        let mut snapshot = Self::of_part(document, time);
+        if let Some(evaluated) = engines::evaluate(document, time, bounds) {
+            snapshot.document = Cow::Owned(evaluated);
+        }
+        if options.handles {
+            let with_handles = handles::with_handles(&snapshot, bounds);
+            snapshot.document = Cow::Owned(with_handles);
+            snapshot.has_handles = true;
+        }
+        snapshot
+    }
+
+    /// Takes a snapshot at a time, of a document whose engines do not ask for boxes.
+    pub fn at(document: &'a Document, time: f64) -> Self {
+        let options = SnapshotOptions {
+            time,
+            ..SnapshotOptions::default()
+        };
+        Self::take(document, &options, &NoBounds)
+    }
+}
