@@ -5,7 +5,7 @@ use glam::{DMat4, DQuat, DVec3};
 use super::projection::{Projection, ViewportMapping};
 use super::rotation::{quat, rotation_of};
 use crate::grammar::{
-    Field, camera, film_camera, orthographic_camera, perspective_camera, viewpoint,
+    Field, camera, class, film_camera, orthographic_camera, perspective_camera, viewpoint,
 };
 use crate::iv::NodeRef;
 
@@ -54,15 +54,18 @@ impl CameraPose {
                 field.default()
             })
         };
-        let projection = if class.is_a("PerspectiveCamera") || class.name == "FrustumCamera" {
+        let is_perspective = [class::PERSPECTIVE_CAMERA, class::FRUSTUM_CAMERA]
+            .into_iter()
+            .any(|c| class.descends_from(c));
+        let projection = if is_perspective {
             Projection::Perspective {
                 height_angle: number(perspective_camera::HEIGHT_ANGLE),
             }
-        } else if class.is_a("OrthographicCamera") {
+        } else if class.descends_from(class::ORTHOGRAPHIC_CAMERA) {
             Projection::Orthographic {
                 height: number(orthographic_camera::HEIGHT),
             }
-        } else if class.name.ends_with("Viewpoint") {
+        } else if class.id == class::VIEWPOINT {
             Projection::Perspective {
                 height_angle: number(viewpoint::FIELD_OF_VIEW),
             }
@@ -80,7 +83,7 @@ impl CameraPose {
             focal_distance: number(camera::FOCAL_DISTANCE),
             aspect_ratio: number(camera::ASPECT_RATIO),
             viewport_mapping: ViewportMapping::of(node.get(camera::VIEWPORT_MAPPING)),
-            film: class.is_a("FilmCamera").then(|| FilmPlane {
+            film: class.descends_from(class::FILM_CAMERA).then(|| FilmPlane {
                 height_angle: number(film_camera::HEIGHT_ANGLE),
                 film_z: number(film_camera::FILM_DISTANCE),
                 rear_z: number(film_camera::REAR_DISTANCE),
