@@ -18,18 +18,18 @@ impl Dialect {
     pub const COIN: u8 = 16;
 }
 
-/// What becomes of a node of a class.
+/// How a class takes part in a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Treatment {
-    /// Has a picture.
+    /// It is drawn.
     Rendered,
-    /// Changes the traversal state.
+    /// It changes the traversal state.
     State,
-    /// Has children that are walked.
+    /// Its children are walked.
     Group,
-    /// Read and written back, not drawn.
+    /// It is read and written back, and not drawn.
     Kept,
-    /// A family; no node is of it.
+    /// It is a family, of which no node is.
     Abstract,
 }
 
@@ -142,7 +142,7 @@ pub struct Part {
     pub made: bool,
 }
 
-/// The class of that name in any of the dialects (a set of bits), the first declared winning.
+/// Finds a class by its name and dialects (a set of bits); the first declared wins.
 pub fn by_name(name: &str, dialects: u8) -> Option<&'static Class> {
     index()
         .get(name)?
@@ -151,7 +151,7 @@ pub fn by_name(name: &str, dialects: u8) -> Option<&'static Class> {
         .find(|c| c.dialects & dialects != 0)
 }
 
-/// The class of that name in whatever dialect knows it; people mix them.
+/// Finds a class by its name in any dialect, since files mix them.
 pub fn any(name: &str) -> Option<&'static Class> {
     index().get(name)?.first().map(|id| id.get())
 }

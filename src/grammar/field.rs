@@ -9,7 +9,7 @@ pub struct FieldDecl {
     pub name: &'static str,
     pub kind: FieldType,
     pub default: Default,
-    /// Names of an enumeration's or bit mask's values.
+    /// The names of an enumeration's or bit mask's values.
     pub names: &'static [(&'static str, i64)],
     /// The legal range, for the manual and for hints.
     pub range: Option<&'static str>,
@@ -37,7 +37,7 @@ macro_rules! field_types {
                 match self { $(Self::$name => stringify!($name)),* }
             }
 
-            /// By Inventor's name; the old `SFLong`, `SFULong` and theirs are the 32-bit ones.
+            /// Finds a type by Inventor's name. `SFLong`, `SFULong` and their lists are the 32-bit types.
             pub fn named(name: &str) -> Option<Self> {
                 let name = match name {
                     "SFLong" => "SFInt32",
@@ -49,7 +49,7 @@ macro_rules! field_types {
                 Self::ALL.iter().copied().find(|k| k.name() == name)
             }
 
-            /// How many numbers one value has; 1 for what is not numbers.
+            /// Returns how many numbers one value has, or 1 if it has none.
             pub fn width(self) -> usize {
                 match self.name().trim_start_matches(['S', 'M']).trim_start_matches('F') {
                     "Vec2f" | "Vec2s" | "Vec2i32" => 2,

@@ -23,7 +23,14 @@ impl Rotation {
         angle: 0.0,
     };
 
-    /// The unit quaternion; an axis of no length turns nothing, as in Inventor.
+    fn of(numbers: &[f64]) -> Self {
+        Self {
+            axis: Vec3::new(numbers[0] as f32, numbers[1] as f32, numbers[2] as f32),
+            angle: numbers[3] as f32,
+        }
+    }
+
+    /// Returns the unit quaternion; an axis of no length turns nothing, as in Inventor.
     pub fn to_quat(self) -> Quat {
         let half = 0.5 * f64::from(self.angle);
         match self.axis.as_dvec3().try_normalize() {
@@ -110,7 +117,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// Whether all numbers in it are numbers, none without end.
+    /// Whether no number in it is NaN or infinite.
     pub fn is_finite(&self) -> bool {
         match self {
             Self::Float(v) => v.is_finite(),
@@ -140,35 +147,34 @@ impl Value {
     }
 
     fn from_default(kind: FieldType, default: &Default) -> Self {
+        let (numbers, strings): (&[f64], &[&str]) = match default {
+            Default::Numbers(n) => (n, &[]),
+            Default::Strings(s) => (&[], s),
+            Default::Nothing => (&[], &[]),
+        };
+        if kind.is_multiple() {
+            Self::list_of(kind, numbers, strings)
+        } else {
+            let text = strings.first().copied().unwrap_or_default();
+            Self::single_of(kind, numbers, text)
+        }
+    }
+
+    fn single_of(kind: FieldType, numbers: &[f64], text: &str) -> Self {
         use FieldType as F;
-        let numbers: &[f64] = match default {
-            Default::Numbers(n) => n,
-            _ => &[],
-        };
-        let strings: &[&str] = match default {
-            Default::Strings(s) => s,
-            _ => &[],
-        };
         let at = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
         let f = |i: usize| at(i) as f32;
-        let rotation = |n: &[f64]| Rotation {
-            axis: Vec3::new(n[0] as f32, n[1] as f32, n[2] as f32),
-            angle: n[3] as f32,
-        };
         match kind {
             F::SFBool => Self::Bool(at(0) != 0.0),
-            F::SFInt32 | F::SFShort | F::SFEnum | F::SFBitMask => Self::Int(at(0) as i32),
             F::SFUInt32 | F::SFUShort => Self::UInt(at(0) as u32),
             F::SFFloat => Self::Float(f(0)),
             F::SFDouble | F::SFTime => Self::Double(at(0)),
-            F::SFString | F::SFName => {
-                Self::String(strings.first().copied().unwrap_or_default().into())
-            }
+            F::SFString | F::SFName => Self::String(text.into()),
             F::SFVec2f => Self::Vec2(Vec2::new(f(0), f(1))),
             F::SFVec3f | F::SFColor => Self::Vec3(Vec3::new(f(0), f(1), f(2))),
             F::SFVec4f => Self::Vec4(Vec4::new(f(0), f(1), f(2), f(3))),
             F::SFRotation if numbers.len() < 4 => Self::Rotation(Rotation::IDENTITY),
-            F::SFRotation => Self::Rotation(rotation(numbers)),
+            F::SFRotation => Self::Rotation(Rotation::of(numbers)),
             F::SFMatrix if numbers.len() < 16 => Self::Matrix(Box::new(Mat4::IDENTITY)),
             F::SFMatrix => Self::Matrix(Box::new(Mat4::from_cols_array(&std::array::from_fn(f)))),
             F::SFPlane => Self::Plane(Plane {
@@ -184,57 +190,48 @@ impl Value {
             })),
             F::SFNode | F::SFPath | F::SFEngine => Self::Node(None),
             F::SFTrigger => Self::Trigger,
-            F::MFBool => Self::Bools(numbers.iter().map(|&n| n != 0.0).collect()),
             F::SFVec2s | F::SFVec2i32 | F::SFVec3i32 | F::SFVec4i32 => {
                 Self::Ints((0..kind.width()).map(|i| at(i) as i32).collect())
             }
             F::SFVec3d => Self::Doubles((0..3).map(at).collect()),
-            F::MFInt32 | F::MFShort | F::MFEnum | F::MFVec2i32 | F::MFVec3i32 | F::MFVec4i32 => {
-                Self::Ints(numbers.iter().map(|&n| n as i32).collect())
-            }
+            // `SFInt32`, `SFShort`, `SFEnum`, `SFBitMask`.
+            _ => Self::Int(at(0) as i32),
+        }
+    }
+
+    fn list_of(kind: FieldType, numbers: &[f64], strings: &[&str]) -> Self {
+        use FieldType as F;
+        let f = |n: &f64| *n as f32;
+        match kind {
+            F::MFBool => Self::Bools(numbers.iter().map(|&n| n != 0.0).collect()),
             F::MFUInt32 | F::MFUShort => Self::UInts(numbers.iter().map(|&n| n as u32).collect()),
-            F::MFFloat => Self::Floats(numbers.iter().map(|&n| n as f32).collect()),
+            F::MFFloat => Self::Floats(numbers.iter().map(f).collect()),
             F::MFDouble | F::MFTime | F::MFVec3d => Self::Doubles(numbers.to_vec()),
             F::MFString | F::MFName => {
                 Self::Strings(strings.iter().map(|&s| s.to_owned()).collect())
             }
-            F::MFVec2f => Self::Vec2s(
-                numbers
-                    .chunks_exact(2)
-                    .map(|n| Vec2::new(n[0] as f32, n[1] as f32))
-                    .collect(),
-            ),
-            F::MFVec3f | F::MFColor => Self::Vec3s(
-                numbers
-                    .chunks_exact(3)
-                    .map(|n| Vec3::new(n[0] as f32, n[1] as f32, n[2] as f32))
-                    .collect(),
-            ),
-            F::MFVec4f => Self::Vec4s(
-                numbers
-                    .chunks_exact(4)
-                    .map(|n| Vec4::new(n[0] as f32, n[1] as f32, n[2] as f32, n[3] as f32))
-                    .collect(),
-            ),
-            F::MFRotation => Self::Rotations(numbers.chunks_exact(4).map(rotation).collect()),
-            F::MFMatrix => Self::Matrices(
-                numbers
-                    .chunks_exact(16)
-                    .map(|n| Mat4::from_cols_array(&std::array::from_fn(|i| n[i] as f32)))
-                    .collect(),
-            ),
-            F::MFPlane => Self::Planes(
-                numbers
-                    .chunks_exact(4)
-                    .map(|n| Plane {
-                        normal: Vec3::new(n[0] as f32, n[1] as f32, n[2] as f32),
-                        distance: n[3] as f32,
-                    })
-                    .collect(),
-            ),
+            F::MFVec2f => Self::Vec2s(each(numbers, |n: [f32; 2]| n.into())),
+            F::MFVec3f | F::MFColor => Self::Vec3s(each(numbers, |n: [f32; 3]| n.into())),
+            F::MFVec4f => Self::Vec4s(each(numbers, |n: [f32; 4]| n.into())),
+            F::MFRotation => Self::Rotations(numbers.chunks_exact(4).map(Rotation::of).collect()),
+            F::MFMatrix => Self::Matrices(each(numbers, |n| Mat4::from_cols_array(&n))),
+            F::MFPlane => Self::Planes(each(numbers, |[x, y, z, distance]: [f32; 4]| Plane {
+                normal: Vec3::new(x, y, z),
+                distance,
+            })),
             F::MFNode => Self::Nodes(Vec::new()),
+            // `MFInt32`, `MFShort`, `MFEnum`, `MFVec2i32` and their like.
+            _ => Self::Ints(numbers.iter().map(|&n| n as i32).collect()),
         }
     }
+}
+
+/// Makes a value of each N numbers.
+fn each<T, const N: usize>(numbers: &[f64], make: impl Fn([f32; N]) -> T) -> Vec<T> {
+    let chunks = numbers.chunks_exact(N);
+    chunks
+        .map(|n| make(std::array::from_fn(|i| n[i] as f32)))
+        .collect()
 }
 
 /// Returns the default of a class's field, which is made the first time that a field of the class is
@@ -351,7 +348,8 @@ impl Get for Trigger {
     }
 }
 
-/// Whether no number is infinite or NaN: without a branch or a sum that waits for the one before.
+/// Whether no number is infinite or NaN. Neither branches nor sums depend on the element before, so
+/// that the compiler can use vector instructions.
 fn all_finite<T, const N: usize>(values: &[T], numbers: impl Fn(&T) -> [f32; N]) -> bool {
     let each = |v: &T| numbers(v).iter().fold(true, |all, n| all & n.is_finite());
     values.iter().fold(true, |all, v| all & each(v))

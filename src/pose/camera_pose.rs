@@ -12,13 +12,13 @@ use crate::iv::NodeRef;
 /// A film behind a lens of solids, in the camera's frame: meters, the front vertex at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilmPlane {
-    /// Of a film 24 mm high, by the paper's equation 7, in radians.
+    /// The height angle for a film 24 mm high, by the paper's equation 7, in radians.
     pub height_angle: f64,
-    /// The film's z, and that of the disc that its rays aim at.
     pub film_z: f64,
+    /// The z of the disc that rays from the film aim at.
     pub rear_z: f64,
     pub rear_radius: f64,
-    /// On the axis from radiance 1, in steradians: what renders as white.
+    /// The irradiance on the axis from radiance 1, in steradians; it renders as white.
     pub irradiance: f64,
 }
 
@@ -29,18 +29,18 @@ pub struct CameraPose {
     pub projection: Projection,
     pub near: f64,
     pub far: f64,
-    /// The distance that the scene says is in focus.
+    /// The distance in focus, as the scene states it.
     pub focal_distance: f64,
     pub aspect_ratio: f64,
     pub viewport_mapping: ViewportMapping,
-    /// Of a `FilmCamera`: the film, behind a lens that stands in the scene.
+    /// The film of a `FilmCamera`, behind a lens that stands in the scene.
     pub film: Option<FilmPlane>,
-    /// Where the pose is from, for messages: `PerspectiveCamera`, `viewAll`, ….
+    /// Where the pose comes from, for messages: `PerspectiveCamera`, `viewAll`, ….
     pub source: String,
 }
 
 impl CameraPose {
-    /// The pose of a camera node or a VRML 97 `Viewpoint`; `None` for any other node.
+    /// Returns the pose of a camera node or a VRML97 `Viewpoint`; `None` for any other node.
     ///
     /// The world's matrix moves the position and turns the orientation; its scale does not change
     /// the projection (Coin does the same).
@@ -94,8 +94,8 @@ impl CameraPose {
         })
     }
 
-    /// The view of everything as Inventor's `viewAll` takes it: down −z, height angle π/4, the
-    /// box's circumscribed sphere touching the frustum on the narrower side.
+    /// Returns the view of everything that Inventor's `viewAll` takes: down −z, with a height angle of
+    /// π/4, the box's circumscribed sphere touching the frustum on the narrower side.
     pub fn view_all(bounds: (DVec3, DVec3), aspect: f64) -> Self {
         let height_angle = std::f64::consts::FRAC_PI_4;
         let radius = 0.5 * (bounds.1 - bounds.0).length();
@@ -103,8 +103,8 @@ impl CameraPose {
         Self::in_front_of(bounds, distance, height_angle)
     }
 
-    /// The same through a lens that sees this half angle (radians) on the film's shorter side: the
-    /// sphere lies within it.
+    /// Returns the view of everything through a lens that sees this half angle (radians) on the film's
+    /// shorter side. The box's circumscribed sphere lies within it.
     pub fn view_all_within(bounds: (DVec3, DVec3), half_angle: f64) -> Self {
         let radius = 0.5 * (bounds.1 - bounds.0).length();
         let distance = radius / libm::sin(half_angle);
@@ -114,7 +114,7 @@ impl CameraPose {
         }
     }
 
-    /// Looks down −z at the middle of a box from a distance.
+    /// Returns a pose that looks down −z at the middle of a box from a distance.
     fn in_front_of(bounds: (DVec3, DVec3), distance: f64, height_angle: f64) -> Self {
         let center = 0.5 * (bounds.0 + bounds.1);
         let radius = 0.5 * (bounds.1 - bounds.0).length();
@@ -132,7 +132,7 @@ impl CameraPose {
         }
     }
 
-    /// Where the camera looks, of length 1.
+    /// Returns the unit vector in which the camera looks.
     pub fn direction(&self) -> DVec3 {
         self.orientation * DVec3::NEG_Z
     }

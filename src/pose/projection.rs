@@ -24,7 +24,7 @@ pub enum ViewportMapping {
 }
 
 impl ViewportMapping {
-    /// From the field's value in files.
+    /// Converts the field's value in files.
     pub fn of(value: i32) -> Self {
         match value {
             camera::VIEWPORT_MAPPING_CROP_VIEWPORT_FILL_FRAME => Self::CropViewportFillFrame,

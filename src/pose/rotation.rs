@@ -4,7 +4,7 @@ use glam::{DMat3, DMat4, DQuat, DVec3};
 
 use crate::grammar::value::Rotation;
 
-/// A rotation at full precision; an axis of no length turns nothing.
+/// Converts a rotation at full precision. An axis of no length turns nothing.
 pub fn quat(rotation: Rotation) -> DQuat {
     let half = 0.5 * f64::from(rotation.angle);
     match rotation.axis.as_dvec3().try_normalize() {
@@ -16,15 +16,15 @@ pub fn quat(rotation: Rotation) -> DQuat {
     }
 }
 
-/// A turn's axis, of length 1, and its angle in radians.
+/// Returns the axis, of length 1, and the angle in radians.
 pub fn axis_angle(turn: DQuat) -> (DVec3, f64) {
     let v = DVec3::new(turn.x, turn.y, turn.z);
     let angle = 2.0 * libm::atan2(v.length(), turn.w);
     (v.try_normalize().unwrap_or(DVec3::Z), angle)
 }
 
-/// The rotation in a matrix: its orthogonal polar factor, by Higham's iteration, which a shear
-/// or a scale does not disturb. A mirror or a flat matrix gives the nearest rotation or none.
+/// Returns the rotation in a matrix: its orthogonal polar factor, by Higham's iteration, which does
+/// not depend on a scale. A mirrored matrix gives the nearest rotation, a flat one the identity.
 pub fn rotation_of(matrix: DMat4) -> DQuat {
     let mut m = DMat3::from_mat4(matrix);
     if m.determinant() == 0.0 || !m.is_finite() {

@@ -1,4 +1,4 @@
-//! What waits on the walk's stack.
+//! The entries of the walk's stack: what is still to be done.
 
 use glam::DMat4;
 
@@ -8,22 +8,22 @@ use crate::iv::{NodeId, NodeRef};
 pub(super) enum Frame<'a> {
     Visit(NodeId),
     VisitDefault(NodeRef<'a>),
-    /// The children of a list from an index on.
+    /// Walks the nodes of a list from an index on.
     List {
         list: &'a [NodeId],
         next: usize,
     },
     Leave(NodeId),
     Restore(Box<State<'a>>),
-    /// The same at the end of a separator.
+    /// Restores the state at the end of a separator.
     Close(Box<State<'a>>),
     RestoreMatrix(DMat4),
-    /// Frames, the first to be walked first, inside a separator that a kit makes.
+    /// Frames in walking order, inside a separator that a kit makes.
     Scope {
         inner: Vec<Frame<'a>>,
         matrix_only: bool,
     },
-    /// A subtree walked again under another matrix.
+    /// Walks a node's children under a further matrix.
     Place {
         node: NodeRef<'a>,
         matrix: DMat4,

@@ -13,7 +13,7 @@ use crate::iv::{NodeId, NodeRef};
 use crate::pose::Projection;
 
 impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
-    /// The children among which a switch or a level of detail picks.
+    /// Returns the children among which a switch or a level of detail picks.
     fn choices(node: NodeRef<'a>) -> &'a [NodeId] {
         [
             vrml97_switch_node::CHOICE,
@@ -53,9 +53,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
-    /// One child after the other, a round every 1/speed seconds; a single child comes and goes.
-    /// Before the clock starts the file's own choice holds, and one that is off shows a child (as
-    /// Coin does, measured).
+    /// Shows one child after the other, a round in 1/speed seconds; a single child comes and goes. At
+    /// time 0 the file's own choice holds, and a blinker that is off shows a child (measured in Coin).
     pub(super) fn blinker(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
@@ -78,7 +77,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
-    /// Walks its children where the nodes above end with its path.
+    /// Walks the children if the nodes above end with the node's path.
     pub(super) fn path_switch(&mut self, node: NodeRef<'a>) {
         let Some(path) = node.get_node(path_switch::PATH) else {
             return;
@@ -154,7 +153,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
-    /// Inventor's LOD: by the distance from the eye to the center, both in the world.
+    /// Picks by the distance from the eye to the center in the world.
     pub(super) fn lod(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
@@ -177,8 +176,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         self.pick(list, level.min(list.len().saturating_sub(1)));
     }
 
-    /// SGI's LevelOfDetail goes by the pixels that the box around its children takes up, times
-    /// `Complexity` and a half (Coin); `Complexity` 0 asks for the coarsest, 1 for the finest.
+    /// Picks by the pixels that the box around the children covers, times `Complexity` + ½ as in Coin.
+    /// `Complexity` 0 asks for the coarsest level, 1 for the finest.
     pub(super) fn level_of_detail(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
@@ -206,7 +205,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         self.pick(list, index);
     }
 
-    /// VRML 97's Billboard turns +z to the camera, about its axis or freely.
+    /// Turns +z to the camera, about an axis or freely.
     pub(super) fn turn_to_camera(&mut self, node: NodeRef<'a>) {
         let Some(camera) = &self.options.camera else {
             return;

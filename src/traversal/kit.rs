@@ -1,4 +1,4 @@
-//! Node kits: the tree that a kit's parts make.
+//! Node kits: the tree that a kit builds from its parts.
 
 use std::sync::OnceLock;
 
@@ -46,7 +46,7 @@ fn parts_below<'a>(
     }
 }
 
-/// A part with parts below it: a separator or a group that the kit makes.
+/// Plans a part with parts below it: a separator or a group that the kit makes.
 fn inner<'a>(
     part: &'static Part,
     stated: &'a [NodeId],
@@ -78,7 +78,7 @@ fn inner<'a>(
     }
 }
 
-/// A node of a class with everything by default: what a kit makes where a file is silent.
+/// Returns a node of a class with default values, which a kit makes where the file states none.
 fn made_up(class: &str) -> Option<NodeRef<'static>> {
     static DEFAULTS: OnceLock<Document> = OnceLock::new();
     let document = DEFAULTS.get_or_init(|| {

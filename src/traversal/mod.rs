@@ -1,7 +1,7 @@
-//! Walks a document with Inventor's state rules and tells a visitor what it meets.
+//! Walks a document by Inventor's rules of state, and calls a visitor for what it meets.
 //!
-//! The stack is a `Vec`, so depth costs memory, not the program's stack; a node that contains
-//! itself is entered once a path; a budget of visits bounds trees that double at every level.
+//! The stack is a `Vec`, so that depth costs memory and not the program's stack. A node that contains
+//! itself is entered once on each path. A limit on visits bounds trees that double at every level.
 
 mod appearance;
 mod frame;

@@ -12,7 +12,7 @@ use crate::grammar::material_binding;
 use crate::grammar::value::NodeId;
 use crate::iv::{Document, NodeRef};
 
-/// One value for everything, or one each.
+/// One value for a whole shape, or a list with one value for each part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum List<'a, T> {
     One(T),
@@ -20,7 +20,7 @@ pub enum List<'a, T> {
 }
 
 impl<'a, T: Copy> List<'a, T> {
-    /// The slice, unless the file gave an empty one, which Inventor takes as no change.
+    /// Wraps a slice, unless it is empty, which Inventor takes as no change.
     pub fn of(values: &'a [T]) -> Option<Self> {
         (!values.is_empty()).then_some(Self::Many(values))
     }
@@ -36,7 +36,7 @@ impl<'a, T: Copy> List<'a, T> {
         self.len() == 0
     }
 
-    /// The value at an index, clamped to the last as Coin does.
+    /// Returns the value at an index, or the last one past the end, as Coin does.
     pub fn at(&self, index: usize) -> T {
         match self {
             Self::One(v) => *v,
@@ -49,7 +49,7 @@ impl<'a, T: Copy> List<'a, T> {
     }
 }
 
-/// Diffuse colors: plain, or `0xrrggbbaa` with the transparency inside.
+/// Diffuse colors, either plain or packed as `0xrrggbbaa`, which holds the transparency too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Diffuse<'a> {
     Colors(List<'a, Vec3>),
@@ -66,7 +66,7 @@ pub struct MaterialElement<'a> {
     pub emissive: Vec3,
     pub shininess: f32,
     pub transparency: List<'a, f32>,
-    /// Index of refraction, an extension field; 1 where the file is silent.
+    /// The index of refraction, from a field that files declare themselves. Default: 1.
     pub refraction: f32,
 }
 
@@ -103,13 +103,13 @@ impl MaterialElement<'_> {
     }
 }
 
-/// Color and transparency of `0xrrggbbaa`.
+/// Returns the color and the transparency in `0xrrggbbaa`.
 pub fn unpack(rgba: u32) -> (Vec3, f32) {
     let [r, g, b, a] = rgba.to_be_bytes().map(|byte| f32::from(byte) / 255.0);
     (Vec3::new(r, g, b), 1.0 - a)
 }
 
-/// How materials or normals are dealt out over a shape.
+/// How a list of materials or normals is distributed over a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Binding {
     Overall,
@@ -155,7 +155,7 @@ impl Coordinates<'_> {
         self.len() == 0
     }
 
-    /// The point, divided by its weight where it has one.
+    /// Returns a point, divided by its weight if it has one.
     pub fn get(&self, index: usize) -> Option<Vec3> {
         match self {
             Self::Three(c) => c.get(index).copied(),
@@ -170,7 +170,7 @@ impl Coordinates<'_> {
 /// Where texture coordinates come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TextureCoordinates<'a> {
-    /// None given: each shape makes its own.
+    /// No node gives any, and each shape makes its own.
     Default,
     Two(&'a [Vec2]),
     Three(&'a [Vec3]),
@@ -186,11 +186,11 @@ pub enum TextureCoordinates<'a> {
         s: Vec4,
         t: Vec4,
     },
-    /// Wrapped around the shape's box, for shapes of corners; others have their own.
+    /// Wrapped around the box of a shape made of vertices; other shapes have coordinates of their own.
     Wrapped(Wrapping),
 }
 
-/// What a texture is wrapped around a shape as.
+/// The solid that a texture is wrapped around.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrapping {
     /// `TextureCoordinateSphere`: by the angles about the origin.
@@ -212,9 +212,9 @@ pub enum VertexOrdering {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeHints {
     pub ordering: VertexOrdering,
-    /// `SOLID`: closed, so the insides of its faces are never seen.
+    /// The shape is closed (`SOLID`), so the backs of its faces are never seen.
     pub solid: bool,
-    /// `CONVEX`: every face is.
+    /// Every face is convex (`CONVEX`).
     pub convex: bool,
     pub crease_angle: f32,
 }
@@ -227,12 +227,12 @@ impl ShapeHints {
         crease_angle: 0.0,
     };
 
-    /// Lights both sides of a face: its order is known, and it is not closed.
+    /// Whether both sides of a face are lit: the order is known, and the shape is not closed.
     pub fn two_sided(&self) -> bool {
         self.ordering != VertexOrdering::Unknown && !self.solid
     }
 
-    /// Leaves out faces seen from behind: the order is known, and it is closed.
+    /// Whether faces seen from behind are left out: the order is known, and the shape is closed.
     pub fn culls(&self) -> bool {
         self.ordering != VertexOrdering::Unknown && self.solid
     }
@@ -253,13 +253,14 @@ pub enum DrawStyle {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drawing {
     pub style: DrawStyle,
-    /// Width of lines and size of points in pixels; 0 means 1.
+    /// Width of lines in pixels; 0 means 1.
     pub line_width: f32,
+    /// Size of points in pixels; 0 means 1.
     pub point_size: f32,
     pub line_pattern: u16,
-    /// `PolygonOffset`: 1 puts faces behind what lies in their plane, −1 in front of it.
+    /// `PolygonOffset`: 1 moves faces behind what lies in the same plane, −1 in front of it.
     pub offset: i8,
-    /// The draw styles that this goes for: filled 1, lines 2, points 4.
+    /// The draw styles that the offset applies to, bits of `polygon_offset::STYLES_…`.
     pub offset_styles: i32,
 }
 
@@ -280,12 +281,12 @@ pub enum FogKind {
     Haze,
     Fog,
     Smoke,
-    /// VRML 97: by the distance from the eye, gone at the visibility.
+    /// VRML97: grows with the distance from the eye, and hides everything at the visibility range.
     Linear,
     Exponential,
 }
 
-/// What is between the shapes: ambient light, the weakening of lights with distance, fog.
+/// Ambient light, the attenuation of lights with distance, and fog.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentElement {
     pub ambient: Vec3,
@@ -315,25 +316,25 @@ pub enum LightKind {
         drop_off: f32,
         cut_off: f32,
     },
-    /// VRML 97: intensity falls from 1 inside `beam_width` to 0 at `cut_off`.
+    /// VRML97: the intensity falls from 1 inside `beam_width` to 0 at `cut_off`.
     Beam {
         beam_width: f32,
         cut_off: f32,
     },
 }
 
-/// A light where it stands in the world (meters).
+/// A light in world space, in meters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightElement {
     pub kind: LightKind,
     pub color: Vec3,
     pub intensity: f32,
-    /// VRML 97's share of the light that reaches every face.
+    /// VRML97: the share of the light that is ambient.
     pub ambient: f32,
     pub position: DVec3,
     pub direction: DVec3,
     pub attenuation: Vec3,
-    /// VRML 97: reaches no farther than this.
+    /// VRML97: the light reaches no farther than this.
     pub radius: f32,
     pub node: NodeId,
 }
@@ -346,12 +347,12 @@ pub enum TextureModel {
     Replace,
 }
 
-/// The texture in force: the node that holds it, decoded only if a picture needs it.
+/// The current texture: the node that holds it. It is decoded only if a picture needs it.
 #[derive(Clone, Copy)]
 pub struct TextureElement<'a> {
-    /// `Complexity`'s `textureQuality` where the texture is, not where the shape is.
+    /// `Complexity`'s `textureQuality` as it was at the texture, not at the shape.
     pub quality: f32,
-    /// Along the depth of a `Texture3`.
+    /// Whether a `Texture3` repeats along its depth.
     pub repeat_r: bool,
     pub node: NodeRef<'a>,
     pub model: TextureModel,
@@ -372,7 +373,7 @@ pub struct FontElement<'a> {
     pub style: i32,
 }
 
-/// One profile of a Text3 or NURBS shape: the node with its coordinates.
+/// One profile of a `Text3` or NURBS shape: the node and the coordinates that it indexes.
 #[derive(Clone, Copy)]
 pub struct Profile<'a> {
     pub node: NodeRef<'a>,
@@ -393,12 +394,12 @@ pub struct Complexity {
     pub texture_quality: f32,
 }
 
-/// What a `LocateHighlight` puts over the materials below it.
+/// How a `LocateHighlight` changes the materials below it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Highlight {
-    /// Given off, whatever the materials say.
+    /// The emissive color that replaces the materials'.
     pub color: Vec3,
-    /// Whether it is the diffuse color too.
+    /// Whether the color replaces the diffuse color too.
     pub diffuse_too: bool,
 }
 
@@ -424,7 +425,7 @@ impl Language {
 /// Everything a shape inherits.
 #[derive(Clone)]
 pub struct State<'a> {
-    /// World (meters) from the shape's own space.
+    /// Converts from the shape's own space to world space, in meters.
     pub world_from_object: DMat4,
     pub coordinates: Coordinates<'a>,
     pub normals: &'a [Vec3],
@@ -434,31 +435,31 @@ pub struct State<'a> {
     pub texture: Option<TextureElement<'a>>,
     pub texture_matrix: glam::Mat4,
     pub texture_coordinates: TextureCoordinates<'a>,
-    /// Texture coordinates go by `coordIndex` or `textureCoordIndex`, not by counting vertices.
+    /// Whether texture coordinates are indexed by `coordIndex` or `textureCoordIndex`, not counted.
     pub texture_indexed: bool,
     pub hints: ShapeHints,
-    /// `LightModel` `BASE_COLOR`: the diffuse color, unlit.
+    /// Whether shapes show their diffuse color unlit (`LightModel` `BASE_COLOR`).
     pub base_color: bool,
     pub drawing: Drawing,
-    /// `ShadowStyle`: whether shapes throw shadows.
+    /// Whether shapes cast shadows (`ShadowStyle`).
     pub casts_shadow: bool,
-    /// Under an `Annotation`, which is drawn over everything else.
+    /// Whether shapes are drawn over everything else (`Annotation`).
     pub on_top: bool,
-    /// Inside a `LocateHighlight` that is on.
+    /// The highlight of the nearest `LocateHighlight` above that is on.
     pub highlight: Option<Highlight>,
-    /// `TextureUnit`: textures of units other than 0 are not drawn.
+    /// The current `TextureUnit`. Textures of units other than 0 are not drawn.
     pub texture_unit: i32,
     pub complexity: Complexity,
     pub font: FontElement<'a>,
     pub environment: EnvironmentElement,
     pub lights: Arc<Vec<LightElement>>,
-    /// World half spaces that shapes are cut by: the kept side has p·normal ≥ distance.
+    /// Half spaces of the world that shapes are cut by: p·normal ≥ distance is kept.
     pub clip_planes: Arc<Vec<(DVec3, f64)>>,
     pub profile_coordinates: ProfileCoordinates<'a>,
     pub profiles: Arc<Vec<Profile<'a>>>,
     /// The last `Switch`'s choice, for `SWITCH_INHERIT`.
     pub switch: i32,
-    /// Meters a unit.
+    /// Meters in one unit of length.
     pub unit: f64,
     /// The language whose rules hold for shapes here.
     pub language: Language,
@@ -501,7 +502,7 @@ impl State<'_> {
             },
             font: FontElement {
                 name: "defaultFont",
-                // Coin's where no node says; a `Font` that states no size has 10.
+                // Coin's size before any node sets one. A `Font` that states no size has 10.
                 size: 12.0,
                 is_style: false,
                 family: 0,

@@ -22,10 +22,10 @@ pub(super) struct Walk<'a, 'v, V> {
     pub(super) visitor: &'v mut V,
     pub(super) state: State<'a>,
     pub(super) stack: Vec<Frame<'a>>,
-    /// Whether a node is on the path from the root to here.
+    /// For each node, whether it is on the path from the root to the current node.
     on_path: Vec<bool>,
     pub(super) visits: u64,
-    told_cycle: bool,
+    reported_cycle: bool,
 }
 
 /// Walks all roots in order, under one state.
@@ -57,7 +57,7 @@ pub fn walk_list<'a, V: Visitor<'a>>(
         stack: vec![Frame::List { list, next: 0 }],
         on_path: vec![false; document.nodes.len()],
         visits: 0,
-        told_cycle: false,
+        reported_cycle: false,
     };
     let most = options.max_visits.max(2 * document.nodes.len() as u64);
     while let Some(frame) = walk.stack.pop() {
@@ -66,10 +66,10 @@ pub fn walk_list<'a, V: Visitor<'a>>(
             break;
         }
         if walk.visits > most {
-            let trouble = Diagnostic::warning(format!(
+            let diagnostic = Diagnostic::warning(format!(
                 "the scene has more than {most} nodes to walk; the rest is left out"
             ));
-            walk.visitor.trouble(trouble.with_help(
+            walk.visitor.trouble(diagnostic.with_help(
                 "a subtree used by subtrees used again grows fast; `--scene-limit visits=N` raises this",
             ));
             break;
@@ -126,7 +126,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         let role = role::role(node);
         self.visitor.node(node, role);
         match role {
-            // A class nobody knows, or nothing to draw: SGI and Coin walk past it too.
+            // Nodes of unknown classes and those without a picture; SGI and Coin skip them too.
             Role::Kept | Role::Held => {}
             Role::Property => {
                 property::apply(&mut self.state, node, self.time);
@@ -146,23 +146,23 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
-    /// A node with children. Being on the path already means that it contains itself.
+    /// Enters a node with children, unless it is on the path already: then it contains itself.
     pub(super) fn enter(&mut self, node: NodeRef<'a>, role: Role) {
         let index = node.id.0 as usize;
         if !std::ptr::eq(node.document, self.document) {
             return; // a part that a kit makes up: it has no children
         }
         if self.on_path[index] {
-            if !self.told_cycle {
-                self.told_cycle = true;
-                let mut trouble = Diagnostic::warning(format!(
+            if !self.reported_cycle {
+                self.reported_cycle = true;
+                let mut diagnostic = Diagnostic::warning(format!(
                     "this `{}` contains itself; it is entered once",
                     node.class_name()
                 ));
                 if let Some(source) = node.source() {
-                    trouble = trouble.at(source, node.span());
+                    diagnostic = diagnostic.at(source, node.span());
                 }
-                self.visitor.trouble(trouble);
+                self.visitor.trouble(diagnostic);
             }
             return;
         }
