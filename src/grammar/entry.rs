@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use super::catalogue::CLASSES;
+use super::class_id::ClassId;
 use super::field::{FieldDecl, FieldType};
 
 /// Which languages know a class, as a set of bits.
@@ -68,9 +69,6 @@ pub enum Role {
     /// A kit's list of children, in a container of its own.
     ListPart,
 }
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ClassId(pub u16);
 
 impl ClassId {
     pub fn get(self) -> &'static Class {

@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use super::entry::ClassId;
+use super::class_id::ClassId;
 
 #[derive(Debug)]
 pub struct FieldDecl {

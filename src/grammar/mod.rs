@@ -3,25 +3,17 @@
 //! Generated from `grammar/*.nodes`, whose format is in `grammar/README.md`. A class is found by
 //! dialect and name; a field by a typed handle (`cone::BOTTOM_RADIUS`) that cannot be misspelt.
 
+mod catalogue;
+mod class_id;
+mod defaults;
 mod entry;
 mod field;
 pub mod value;
 
-mod catalogue {
-    #![allow(clippy::all)]
-    #![allow(dead_code, unused_imports)]
-    use super::entry::{Class, ClassId, Dialect, Part, Role, Treatment};
-    use super::field::{Default, Field, FieldDecl, FieldType};
-    use super::value::{
-        Choice, Image, NodeId, NodeRefValue, Plane, Rotation, Seconds, Text, Trigger,
-    };
-    use glam::{Mat4, Vec2, Vec3, Vec4};
-
-    include!(concat!(env!("OUT_DIR"), "/catalogue.rs"));
-}
-
 pub use catalogue::*;
-pub use entry::{Class, ClassId, Dialect, Part, Role, Treatment, any, by_name};
+pub use class_id::ClassId;
+pub use defaults::default_value;
+pub use entry::{Class, Dialect, Part, Role, Treatment, any, by_name};
 pub use field::{Default, Field, FieldDecl, FieldType};
 
 #[cfg(test)]

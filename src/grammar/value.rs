@@ -1,10 +1,10 @@
 //! What a field holds, and how a typed handle reads it.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 
-use super::{CLASSES, ClassId, Default, Field, FieldDecl, FieldType};
+use super::field::{Default, FieldDecl, FieldType};
 
 /// A node of a `Document`, by its place in the arena.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -232,24 +232,6 @@ fn each<T, const N: usize>(numbers: &[f64], make: impl Fn([f32; N]) -> T) -> Vec
     chunks
         .map(|n| make(std::array::from_fn(|i| n[i] as f32)))
         .collect()
-}
-
-/// Returns the default of a class's field, which is made the first time that a field of the class is
-/// asked for.
-pub fn default_value(class: ClassId, index: u16) -> &'static Value {
-    static DEFAULTS: OnceLock<Vec<OnceLock<Vec<Value>>>> = OnceLock::new();
-    let classes = DEFAULTS.get_or_init(|| CLASSES.iter().map(|_| OnceLock::new()).collect());
-    let fields = classes[usize::from(class.0)]
-        .get_or_init(|| class.get().fields.iter().map(Value::default_of).collect());
-    &fields[usize::from(index)]
-}
-
-impl<T: Get + ?Sized> Field<T> {
-    /// Returns the default that the catalogue states for the handle's class.
-    pub fn default<'a>(self) -> T::Out<'a> {
-        T::from_value(default_value(self.class, self.index))
-            .expect("the catalogue's default has the catalogue's type")
-    }
 }
 
 /// Reads a [`Value`] as the Rust type of a field handle. `None`: the value is of another type,

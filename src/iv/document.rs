@@ -12,8 +12,8 @@ use indexmap::IndexMap;
 use super::declarations::{Extension, Passage, Proto, Route};
 use super::loader::Loader;
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::grammar::value::{NodeId, Value, default_value};
-use crate::grammar::{Class, ClassId};
+use crate::grammar::value::{NodeId, Value};
+use crate::grammar::{Class, ClassId, default_value};
 
 /// The class of a node: one of the catalogue's, or one that the file itself declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -6,8 +6,8 @@
 //! VRML97 `Cone`).
 
 use super::document::{ClassRef, NodeRef};
-use crate::grammar::value::{Get, NodeId, NodeRefValue, Value, default_value};
-use crate::grammar::{self, Class, Field};
+use crate::grammar::value::{Get, NodeId, NodeRefValue, Value};
+use crate::grammar::{self, Class, Field, default_value};
 
 impl<'a> NodeRef<'a> {
     /// Returns the field's value as written, or the default that the catalogue states for the node's
