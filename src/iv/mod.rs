@@ -19,6 +19,5 @@ pub use declarations::Route;
 pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
 pub use limits::Limits;
 pub use loader::{Folder, Loader, Nowhere};
-pub use node_fields::nodes_in;
 pub use read::Header;
 pub use write::Format;

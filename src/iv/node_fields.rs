@@ -31,14 +31,11 @@ impl<'a> NodeRef<'a> {
 
     /// Returns the value that acts on the traversal state: `None` if the file marks the field with
     /// `~` (Inventor's ignore flag), or if the node's class has no such field.
-    pub fn acting<T: Get + ?Sized>(self, field: impl FieldKey<T>) -> Option<T::Out<'a>> {
-        let index = field.index_in(self)?;
-        let ignored = self
-            .data()
-            .fields
-            .iter()
-            .any(|f| f.index == index && f.ignored);
-        if ignored { None } else { field.value_in(self) }
+    pub fn acting<T: Get + ?Sized>(self, field: Field<T>) -> Option<T::Out<'a>> {
+        let index = self.index_of(field)?;
+        let mut fields = self.data().fields.iter();
+        let ignored = fields.any(|f| f.index == index && f.ignored);
+        if ignored { None } else { self.find(field) }
     }
 
     /// Returns the value that acts on the traversal state, with the catalogue's default in the place
@@ -54,11 +51,7 @@ impl<'a> NodeRef<'a> {
 
     /// Returns the nodes that a field holds: all of an `MFNode` field, the one of an `SFNode` field.
     pub fn get_nodes<T: ?Sized>(self, field: Field<T>) -> &'a [NodeId] {
-        match self.value(field.decl().name) {
-            Some(Value::Nodes(list)) => list,
-            Some(Value::Node(Some(id))) => std::slice::from_ref(id),
-            _ => &[],
-        }
+        self.nodes_named(field.decl().name)
     }
 
     /// Returns the class to treat the node as: its own, or the nearest known one that the file says
@@ -73,16 +66,12 @@ impl<'a> NodeRef<'a> {
         }
     }
 
-    /// Reads a field by name: for code that is not yet written with handles.
-    pub fn read<T: Get + ?Sized>(self, name: &str) -> Option<T::Out<'a>> {
-        T::from_value(self.value(name)?)
-    }
-
-    /// Returns the node in an `SFNode` field by name: for code that is not yet written with handles.
-    pub fn node_in(self, name: &str) -> Option<NodeRef<'a>> {
-        match self.value(name)? {
-            Value::Node(Some(id)) => Some(self.document.node(*id)),
-            _ => None,
+    /// Returns the nodes of a field by name, for names that are data themselves: the parts of a kit.
+    pub fn nodes_named(self, name: &str) -> &'a [NodeId] {
+        match self.value(name) {
+            Some(Value::Nodes(list)) => list,
+            Some(Value::Node(Some(id))) => std::slice::from_ref(id),
+            _ => &[],
         }
     }
 
@@ -91,8 +80,11 @@ impl<'a> NodeRef<'a> {
         Some(&entry.value)
     }
 
-    fn index_of(self, name: &str) -> Option<u16> {
+    /// The field's place in the node's own class.
+    fn index_of<T: ?Sized>(self, field: Field<T>) -> Option<u16> {
+        let name = field.decl().name;
         let index = match self.data().class {
+            ClassRef::Known(id) if id == field.class => return Some(field.index),
             ClassRef::Known(id) => id.get().field(name)?.0,
             ClassRef::Extension(i) => self.document.extensions[i as usize]
                 .fields
@@ -100,43 +92,5 @@ impl<'a> NodeRef<'a> {
                 .position(|(n, _)| **n == *name)?,
         };
         Some(index as u16)
-    }
-}
-
-/// What names a field whose value is a `T`: a handle, or the field's name.
-pub trait FieldKey<T: Get + ?Sized>: Copy {
-    fn index_in(self, node: NodeRef<'_>) -> Option<u16>;
-    fn value_in(self, node: NodeRef<'_>) -> Option<T::Out<'_>>;
-}
-
-impl<T: Get + ?Sized> FieldKey<T> for Field<T> {
-    fn index_in(self, node: NodeRef<'_>) -> Option<u16> {
-        match node.class_id() {
-            Some(class) if class == self.class => Some(self.index),
-            _ => node.index_of(self.decl().name),
-        }
-    }
-
-    fn value_in(self, node: NodeRef<'_>) -> Option<T::Out<'_>> {
-        node.find(self)
-    }
-}
-
-impl<T: Get + ?Sized> FieldKey<T> for &str {
-    fn index_in(self, node: NodeRef<'_>) -> Option<u16> {
-        node.index_of(self)
-    }
-
-    fn value_in(self, node: NodeRef<'_>) -> Option<T::Out<'_>> {
-        T::from_value(node.value(self)?)
-    }
-}
-
-/// Returns the nodes of a field by name, for names that are data themselves: the parts of a node kit.
-pub fn nodes_in<'a>(node: NodeRef<'a>, name: &str) -> &'a [NodeId] {
-    match node.value(name) {
-        Some(Value::Nodes(list)) => list,
-        Some(Value::Node(Some(id))) => std::slice::from_ref(id),
-        _ => &[],
     }
 }

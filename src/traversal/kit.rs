@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::frame::Frame;
 use crate::grammar::{self, Part, Role};
-use crate::iv::{Document, Node, NodeId, NodeRef, nodes_in};
+use crate::iv::{Document, Node, NodeId, NodeRef};
 
 /// Puts the kit's parts on the stack, the first part on top.
 pub(super) fn plan<'a>(kit: NodeRef<'a>, stack: &mut Vec<Frame<'a>>) {
@@ -33,7 +33,7 @@ fn parts_below<'a>(
         if part.name == "callbackList" {
             continue;
         }
-        let stated = nodes_in(kit, part.name);
+        let stated = kit.nodes_named(part.name);
         if parts.iter().any(|p| p.parent == part.name) {
             inner(part, stated, kit, parts, depth, plan);
         } else if let Some(&id) = stated.first() {

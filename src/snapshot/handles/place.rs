@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use crate::diag::Span;
 use crate::grammar::{self, Class, Field, class, point_light, transform};
-use crate::iv::{Document, FieldEntry, Limits, Node, NodeId, NodeRef, Nowhere, Value, nodes_in};
+use crate::iv::{Document, FieldEntry, Limits, Node, NodeId, NodeRef, Nowhere, Value};
 use crate::snapshot::at_time::Snapshot;
 use crate::snapshot::bounds::{Bounds, Corners};
 
@@ -115,7 +115,7 @@ fn stated_parts(node: NodeRef<'_>, dragger: &Class) -> Vec<NodeId> {
     };
     let parts = dragger.parts.iter().filter(|p| shown(p.name));
     parts
-        .filter_map(|p| nodes_in(node, p.name).first().copied())
+        .filter_map(|p| node.nodes_named(p.name).first().copied())
         .collect()
 }
 
