@@ -43,20 +43,6 @@ pub struct FieldEntry {
     pub span: Span,
 }
 
-impl FieldEntry {
-    /// A field of a class that no file states; `None` where the class has none of that name.
-    pub fn made(class: &Class, field: &str, value: Value) -> Option<Self> {
-        let (index, _) = class.field(field)?;
-        Some(Self {
-            index: index as u16,
-            value,
-            ignored: false,
-            connection: None,
-            span: Span::default(),
-        })
-    }
-}
-
 #[derive(Clone, Debug)]
 pub struct Node {
     pub class: ClassRef,
