@@ -10,10 +10,11 @@ use std::process::ExitCode;
 use glam::{DVec2, DVec3};
 use ivcam::lens::{
     Bundle, Focus, FocusFault, FocusMethod, LANES, Lens, LensRay, LossKind, Plane, PupilTarget,
-    PupilWindow, RearElement, Toward, formats, glass, optics,
+    PupilWindow, RearElement, Toward, optics,
 };
 use ivcam::math::Meters;
 use ivcam::math::lanes::Width;
+use ivcam::prescription::{formats, glass};
 use ivcam::sampling::{DiscMap, mix};
 use serde_json::{Value, json};
 

@@ -23,6 +23,7 @@ pub mod movie;
 pub mod picture;
 pub mod plan;
 pub mod pose;
+pub mod prescription;
 pub mod render;
 pub mod sampling;
 pub mod scene;

@@ -28,13 +28,13 @@ use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::film::{Film, FilmFormat, Glare, Metering, Resolution, Response};
 use crate::geometry::text::Fonts;
 use crate::iv::{Document, Limits};
-use crate::lens::glass::D_LINE;
 use crate::lens::{
     Coating, Focus, FocusMethod, Iris, Lens, Movements, Reading, at_zoom_list, open_prescription,
 };
 use crate::math::{Meters, Mm};
 use crate::picture::{Depth, Picture};
 use crate::pose::{CameraPose, Projection};
+use crate::prescription::glass::D_LINE;
 use crate::render::diffraction::diffract;
 use crate::render::ghosts::Flare;
 use crate::render::report::{RenderReport, Seconds};

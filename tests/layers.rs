@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The folders of `src` from the ground up: each imports only from those before it.
-const ORDER: [&str; 28] = [
+const ORDER: [&str; 29] = [
     "diag",
     "math",
     "spectrum",
@@ -21,6 +21,7 @@ const ORDER: [&str; 28] = [
     "bvh",
     "scene",
     "shade",
+    "prescription",
     "lens",
     "camera",
     "render",

@@ -18,10 +18,11 @@ use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::{
     About, Coating, FirstOrder, Focus, FocusMethod, Lens, LensRay, LossKind, Plane, Pupil, Reading,
-    Toward, glass, trace,
+    Toward, trace,
 };
 use crate::math::{LengthUnit, Meters, parse_length};
 use crate::picture::write_whole;
+use crate::prescription::glass;
 
 /// Half of the film's height in equation 7, in millimeters.
 const HALF_HEIGHT: f64 = 12.0;

@@ -9,9 +9,9 @@ use serde::Serialize;
 use crate::diag::{Diagnostic, Result};
 use crate::diagram::{LensDiagram, SectionOptions, html_page, point_spreads, svg_page};
 use crate::lens::analysis::sheet::LensSheet;
-use crate::lens::formats::write::{Target, write};
 use crate::lens::{About, Focus, Lens, Prescription, Shape, shipped_names};
 use crate::picture::{Depth, PictureFormat, write_whole};
+use crate::prescription::formats::write::{Target, write};
 
 /// A line of the list of lenses.
 #[derive(Serialize)]

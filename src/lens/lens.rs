@@ -2,16 +2,16 @@
 
 use glam::DVec2;
 
-use super::glass::coating::Coating;
-use super::glass::medium::D_LINE;
-use super::optics::first_order::FirstOrder;
-use super::prescription::{Iris, Prescription};
-use super::surface::{Plane, Surface};
-use super::trace::element::Element;
-use super::trace::ray::{LensRay, Loss, RayPath, Toward};
-use super::trace::tracer::Tracer;
 use crate::diag::Result;
+use crate::lens::trace::element::Element;
+use crate::lens::trace::ray::{LensRay, Loss, RayPath, Toward};
+use crate::lens::trace::tracer::Tracer;
 use crate::math::Mm;
+use crate::prescription::first_order::FirstOrder;
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::glass::medium::D_LINE;
+use crate::prescription::prescription::{Iris, Prescription};
+use crate::prescription::surface::{Plane, Surface};
 
 /// A prescription made ready for tracing.
 #[derive(Clone, Debug)]

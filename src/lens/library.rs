@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::formats::origin;
-use super::formats::read::{self, Reading};
-use super::lens::Lens;
-use super::prescription::Prescription;
 use crate::diag::{Diagnostic, Result, Sink, Source, nearest};
+use crate::lens::lens::Lens;
+use crate::prescription::formats::origin;
+use crate::prescription::formats::read::{self, Reading};
+use crate::prescription::prescription::Prescription;
 
 mod shipped {
     include!(concat!(env!("OUT_DIR"), "/lenses.rs"));

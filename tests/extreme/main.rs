@@ -6,9 +6,10 @@ use glam::{DVec2, DVec3};
 use ivcam::diag::{Result, Sink, Source};
 use ivcam::lens::{
     FocusFault, FocusMethod, Lens, LensRay, Loss, LossKind, Medium, Prescription, PupilTarget,
-    Shape, Surface, Toward, formats,
+    Shape, Surface, Toward,
 };
 use ivcam::math::{Meters, Mm};
+use ivcam::prescription::formats;
 
 fn lens(rows: &[(f64, f64, f64, f64)]) -> Lens {
     let row = |&(r, t, n, a): &(f64, f64, f64, f64)| Surface::sphere(r, t, Medium::constant(n), a);

@@ -281,7 +281,7 @@ proptest! {
         k in -2.0..1.0f64, quartic in -2e-5..2e-5f64, sixth in -1e-7..1e-7f64,
         x in -6.0..6.0f64, y in -6.0..6.0f64, u in -0.3..0.3f64, v in -0.3..0.3f64,
     ) {
-        let mut terms = Box::new([0.0; ivcam::lens::surface::MAX_POWER + 1]);
+        let mut terms = Box::new([0.0; ivcam::prescription::surface::MAX_POWER + 1]);
         (terms[4], terms[6]) = (quartic, sixth);
         let profile = move |y: f64| {
             let r2 = y * y;
@@ -466,7 +466,8 @@ fn a_focusing_group_brings_a_near_object_onto_the_film_of_infinity() {
     ])
     .prescription()
     .clone();
-    prescription.focus_group = Some(ivcam::lens::prescription::FocusGroup { first: 0, last: 1 });
+    prescription.focus_group =
+        Some(ivcam::prescription::prescription::FocusGroup { first: 0, last: 1 });
     let lens = Lens::new(prescription);
     let film = lens
         .focus(FocusMethod::Film, Meters(f64::INFINITY))

@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::beam::Beam;
+use crate::lens::analysis::beam::Beam;
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::LensRay;
 

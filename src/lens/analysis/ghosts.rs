@@ -7,12 +7,12 @@
 
 use glam::DVec3;
 
-use crate::lens::glass::coating::Coating;
 use crate::lens::lens::Lens;
 use crate::lens::trace::element::Element;
 use crate::lens::trace::meet::Hit;
 use crate::lens::trace::ray::{LensRay, Toward, unit};
 use crate::lens::trace::refraction::refract;
+use crate::prescription::glass::coating::Coating;
 
 /// Two surfaces that reflect, by number from the front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -173,8 +173,8 @@ fn sign(toward: Toward) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lens::glass::Medium;
     use crate::lens::{Prescription, Surface};
+    use crate::prescription::glass::Medium;
     use crate::sampling::{concentric_disc, mix};
 
     const NM: [f64; 3] = [550.0; 3];

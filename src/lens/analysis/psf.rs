@@ -3,10 +3,10 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::beam::Beam;
-use super::diffraction::{Openings, Wavefront};
-use super::sheet::LensSheet;
 use crate::diag::{Diagnostic, Result};
+use crate::lens::analysis::beam::Beam;
+use crate::lens::analysis::diffraction::{Openings, Wavefront};
+use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::lens::Lens;
 use crate::lens::optics::focus::{Focus, FocusMethod};
 

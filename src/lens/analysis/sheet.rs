@@ -8,14 +8,14 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use super::beam::{Beam, polygon_area};
-use super::diffraction::{Openings, Wavefront};
-use crate::lens::about::About;
-use crate::lens::glass::medium::{C_LINE, D_LINE, F_LINE};
+use crate::lens::analysis::beam::{Beam, polygon_area};
+use crate::lens::analysis::diffraction::{Openings, Wavefront};
 use crate::lens::lens::Lens;
 use crate::lens::optics::breathing::Breath;
-use crate::lens::surface::Plane;
 use crate::lens::trace::ray::{LensRay, Toward};
+use crate::prescription::about::About;
+use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
+use crate::prescription::surface::Plane;
 
 /// Steps of the curves over the film's height.
 const STEPS: usize = 40;

@@ -67,9 +67,9 @@ fn transmittance(tracer: &Tracer<'_>, ray: &LensRay, wavelength_nm: f64) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lens::glass::coating::Coating;
-    use crate::lens::glass::medium::Medium;
     use crate::lens::{Prescription, Surface};
+    use crate::prescription::glass::coating::Coating;
+    use crate::prescription::glass::medium::Medium;
 
     fn window(coating: Coating) -> Lens {
         let glass = Medium::constant(1.5168);

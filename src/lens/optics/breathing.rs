@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use crate::math::Meters;
 
-use super::focus::{Focus, FocusMethod};
 use crate::lens::lens::Lens;
-use crate::lens::surface::Plane;
+use crate::lens::optics::focus::{Focus, FocusMethod};
+use crate::prescription::surface::Plane;
 
 /// The field and the exposure of a lens focused at one distance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

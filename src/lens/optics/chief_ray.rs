@@ -5,8 +5,8 @@
 use glam::{DVec2, DVec3};
 
 use crate::lens::lens::Lens;
-use crate::lens::surface::Plane;
 use crate::lens::trace::ray::{LensRay, Toward};
+use crate::prescription::surface::Plane;
 
 /// Where a chief ray leaves the lens and how its image lies against two ideal projections.
 #[derive(Clone, Copy, Debug, PartialEq)]

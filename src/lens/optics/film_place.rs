@@ -11,8 +11,8 @@ use thiserror::Error;
 use crate::diag::Diagnostic;
 use crate::film::FilmFormat;
 
-use super::focus::Focus;
 use crate::lens::lens::Lens;
+use crate::lens::optics::focus::Focus;
 use crate::lens::trace::meet::meet_sphere;
 use crate::lens::trace::ray::LensRay;
 

@@ -7,8 +7,8 @@
 
 use thiserror::Error;
 
-use super::first_order::{FirstOrder, Focal};
 use crate::diag::Diagnostic;
+use crate::prescription::first_order::{FirstOrder, Focal};
 
 /// What moves when the lens is focused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

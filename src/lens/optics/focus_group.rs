@@ -1,10 +1,10 @@
 //! Focuses by moving a group of surfaces, as many lenses do.
 
-use super::first_order::FirstOrder;
-use super::focus::{Focus, FocusFault, FocusMethod, focus};
 use crate::lens::lens::Lens;
-use crate::lens::prescription::{FocusGroup, Prescription};
-use crate::lens::surface::Plane;
+use crate::lens::optics::focus::{Focus, FocusFault, FocusMethod, focus};
+use crate::prescription::first_order::FirstOrder;
+use crate::prescription::prescription::{FocusGroup, Prescription};
+use crate::prescription::surface::Plane;
 
 /// Moves the focusing group until the film of infinity is in focus again, and returns the lens with
 /// its gaps changed. The group stays between its neighbors.

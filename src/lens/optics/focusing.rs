@@ -1,8 +1,8 @@
 //! Focuses a lens by any method.
 
-use super::focus::{Focus, FocusFault, FocusMethod, focus};
-use super::focus_group::move_group;
 use crate::lens::lens::Lens;
+use crate::lens::optics::focus::{Focus, FocusFault, FocusMethod, focus};
+use crate::lens::optics::focus_group::move_group;
 use crate::math::{Meters, Mm};
 
 impl Lens {

@@ -1,8 +1,8 @@
 //! Points of the rear vertex plane to aim at, a lane for each ray.
 
-use super::spans::Spans;
-use super::transmission::PupilTransmission;
-use super::window::PupilWindow;
+use crate::lens::pupil::spans::Spans;
+use crate::lens::pupil::transmission::PupilTransmission;
+use crate::lens::pupil::window::PupilWindow;
 use crate::math::lanes::{LANES, Lane, SimdKernel};
 
 /// Points of the rear vertex plane to aim at, a lane for each ray.
@@ -35,7 +35,7 @@ impl Aims {
     }
 }
 
-/// The work of [`PupilTarget::aims`](super::target::PupilTarget::aims) by a table over the film's
+/// The work of [`PupilTarget::aims`](crate::lens::pupil::target::PupilTarget::aims) by a table over the film's
 /// radius.
 pub struct SpanAims<'a> {
     pub spans: &'a Spans,

@@ -2,18 +2,18 @@
 
 use glam::DVec2;
 
-use super::polar::Cells;
-use super::polygon::{Outline, Polygon, SIDES, directions_along};
-use super::radial::{Radial, radial_around, radial_at, radial_table, support_around};
-use super::rear_element::reach_of;
-use super::sampler::{PupilSampler, union};
-use super::search::outline::OutlineGuess;
-use super::search::pupil_search::PupilSearch;
-use super::spans::Spans;
-use super::support::Figure;
-use super::window::{PupilWindow, disc};
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
+use crate::lens::pupil::polar::Cells;
+use crate::lens::pupil::polygon::{Outline, Polygon, SIDES, directions_along};
+use crate::lens::pupil::radial::{Radial, radial_around, radial_at, radial_table, support_around};
+use crate::lens::pupil::rear_element::reach_of;
+use crate::lens::pupil::sampler::{PupilSampler, union};
+use crate::lens::pupil::search::outline::OutlineGuess;
+use crate::lens::pupil::search::pupil_search::PupilSearch;
+use crate::lens::pupil::spans::Spans;
+use crate::lens::pupil::support::Figure;
+use crate::lens::pupil::window::{PupilWindow, disc};
 
 /// The part of the rear vertex plane through which light reaches each film point, and a margin.
 ///

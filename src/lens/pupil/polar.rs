@@ -11,14 +11,14 @@ use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 
-use super::polygon::{SIDES, Support};
-use super::sampler::PupilSampler;
-use super::search::outline::{OutlineGuess, PupilOutline};
-use super::search::pupil_search::PupilSearch;
-use super::support::{Figure, MARGIN, excess, hull, mix, widened};
-use super::symmetry::{Symmetry, inverse};
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
+use crate::lens::pupil::polygon::{SIDES, Support};
+use crate::lens::pupil::sampler::PupilSampler;
+use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
+use crate::lens::pupil::search::pupil_search::PupilSearch;
+use crate::lens::pupil::support::{Figure, MARGIN, excess, hull, mix, widened};
+use crate::lens::pupil::symmetry::{Symmetry, inverse};
 
 /// A cell is halved until interpolation between its corners cuts off less than this share of the half
 /// width at its middle and at the middles of its sides. What is cut off is added to its margin.

@@ -1,8 +1,8 @@
 //! The pupil by film radius, for a lens and a film that are symmetric about the axis.
 
-use super::polygon::{SIDES, Support};
-use super::search::outline::{OutlineGuess, PupilOutline};
-use super::support::{MARGIN, excess, hull, mix, widened};
+use crate::lens::pupil::polygon::{SIDES, Support};
+use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
+use crate::lens::pupil::support::{MARGIN, excess, hull, mix, widened};
 
 /// An interval of film radii is halved until interpolation at its middle cuts off less of the pupil
 /// than this share of its half width. That is 5/8 of [`MARGIN`], which is added on each side.

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-use super::support::MARGIN;
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
+use crate::lens::pupil::support::MARGIN;
 use crate::sampling::DiscMap;
 
 /// The disc of the rear-most element, the same from every film point.

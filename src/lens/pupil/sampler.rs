@@ -4,12 +4,12 @@ use std::cell::RefCell;
 
 use glam::{DVec2, DVec3};
 
-use super::polygon::SIDES;
-use super::search::outline::{OutlineGuess, PupilOutline};
-use super::search::pupil_search::PupilSearch;
-use super::search::secondary_openings::is_outside;
-use super::support::{MARGIN, widened};
 use crate::lens::optics::film_place::FilmPlace;
+use crate::lens::pupil::polygon::SIDES;
+use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
+use crate::lens::pupil::search::pupil_search::PupilSearch;
+use crate::lens::pupil::search::secondary_openings::is_outside;
+use crate::lens::pupil::support::{MARGIN, widened};
 
 /// Film points on a radius from which secondary openings are searched.
 const SEARCHES: usize = 16;

@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 
-use super::polygon::{Outline, Polygon, SIDES, Span, Support};
-use super::radial::Radial;
+use crate::lens::pupil::polygon::{Outline, Polygon, SIDES, Span, Support};
+use crate::lens::pupil::radial::Radial;
 use crate::math::lanes::Lane;
 
 /// A table of pupils over the film's radius, prepared for aiming.

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::polygon::{SIDES, Support};
+use crate::lens::pupil::polygon::{SIDES, Support};
 
 /// The Minkowski mixture of two figures.
 pub fn mix(a: &Support, b: &Support, t: f64) -> Support {

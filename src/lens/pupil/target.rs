@@ -7,13 +7,13 @@
 
 use glam::DVec2;
 
-use super::aims::{Aims, SpanAims};
-use super::exit_pupil::{ExitPupil, Table};
-use super::rear_element::RearElement;
-use super::transmission::PupilTransmission;
-use super::window::PupilWindow;
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
+use crate::lens::pupil::aims::{Aims, SpanAims};
+use crate::lens::pupil::exit_pupil::{ExitPupil, Table};
+use crate::lens::pupil::rear_element::RearElement;
+use crate::lens::pupil::transmission::PupilTransmission;
+use crate::lens::pupil::window::PupilWindow;
 use crate::math::lanes::{LANES, Lane, dispatch};
 use crate::sampling::DiscMap;
 

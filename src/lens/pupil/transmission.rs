@@ -7,10 +7,10 @@
 
 use glam::DVec2;
 
-use super::polygon::{SIDES, Span};
-use super::spans::Spans;
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
+use crate::lens::pupil::polygon::{SIDES, Span};
+use crate::lens::pupil::spans::Spans;
 use crate::lens::trace::lanes::bundle::Bundle;
 use crate::lens::trace::ray::LensRay;
 use crate::math::lanes::LANES;
@@ -153,10 +153,10 @@ impl ShareProbe<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::exit_pupil::{ExitPupil, Table};
-    use super::super::target::PupilTarget;
     use super::*;
     use crate::lens::FocusMethod;
+    use crate::lens::pupil::exit_pupil::{ExitPupil, Table};
+    use crate::lens::pupil::target::PupilTarget;
     use crate::math::Meters;
     use crate::sampling::mix;
 

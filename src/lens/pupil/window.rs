@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec2;
 
-use super::polygon::Polygon;
+use crate::lens::pupil::polygon::Polygon;
 use crate::sampling::DiscMap;
 
 /// The share of the aims that go anywhere in a disc, if light may come through secondary openings: a

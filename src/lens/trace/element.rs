@@ -2,12 +2,12 @@
 
 use glam::{DVec2, DVec3};
 
-use super::meet::{Hit, meet_profile, meet_quadric, meet_sphere, toroid};
-use super::profile::Profile;
-use super::ray::Toward;
-use super::refraction::Bend;
-use crate::lens::glass::coating::Coating;
-use crate::lens::surface::{Shape, Surface};
+use crate::lens::trace::meet::{Hit, meet_profile, meet_quadric, meet_sphere, toroid};
+use crate::lens::trace::profile::Profile;
+use crate::lens::trace::ray::Toward;
+use crate::lens::trace::refraction::Bend;
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::surface::{Shape, Surface};
 
 /// A surface made ready for tracing at one wavelength.
 #[derive(Clone, Debug)]

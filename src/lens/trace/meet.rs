@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::profile::Profile;
+use crate::lens::trace::profile::Profile;
 
 /// A point of a surface, from its vertex.
 pub(crate) struct Hit {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::meet::Hit;
+use crate::lens::trace::meet::Hit;
 
 /// How a surface bends a ray that crosses it one way.
 #[derive(Clone, Copy, Debug)]

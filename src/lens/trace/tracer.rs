@@ -9,10 +9,10 @@
 
 use glam::DVec3;
 
-use super::element::Element;
-use super::meet::Hit;
-use super::ray::{LensRay, Loss, LossKind, Toward, unit};
-use super::refraction::refract;
+use crate::lens::trace::element::Element;
+use crate::lens::trace::meet::Hit;
+use crate::lens::trace::ray::{LensRay, Loss, LossKind, Toward, unit};
+use crate::lens::trace::refraction::refract;
 
 /// A trace through all surfaces, in one direction.
 pub(crate) struct Tracer<'a> {

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::outline::{DIRECTIONS, Direction, OutlineGuess, PupilOutline};
-use super::pupil_search::{InnerPoint, PupilSearch};
-use super::rim::{RimPoint, RimRow, corner};
 use crate::lens::pupil::polygon::{SIDES, Support};
+use crate::lens::pupil::search::outline::{DIRECTIONS, Direction, OutlineGuess, PupilOutline};
+use crate::lens::pupil::search::pupil_search::{InnerPoint, PupilSearch};
+use crate::lens::pupil::search::rim::{RimPoint, RimRow, corner};
 use crate::math::lanes::{LANES, Lane};
 
 /// The relative width within which the outlines of a pupil table are known: a tenth of the margin

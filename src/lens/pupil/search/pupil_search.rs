@@ -4,10 +4,10 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::outline::{DIRECTIONS, Direction};
-use super::rim::{Bracket, RimPoint};
 use crate::lens::lens::Lens;
 use crate::lens::pupil::rear_element::RearElement;
+use crate::lens::pupil::search::outline::{DIRECTIONS, Direction};
+use crate::lens::pupil::search::rim::{Bracket, RimPoint};
 use crate::math::lanes::{LANES, Lane};
 
 /// A point of this fill is far enough inside the pupil to measure the outline around it.

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::outline::PupilOutline;
-use super::pupil_search::PupilSearch;
 use crate::lens::pupil::polygon::{SIDES, Support};
+use crate::lens::pupil::search::outline::PupilOutline;
+use crate::lens::pupil::search::pupil_search::PupilSearch;
 use crate::lens::trace::lanes::bundle::Bundle;
 use crate::lens::trace::ray::{LensRay, unit};
 use crate::math::lanes::LANES;

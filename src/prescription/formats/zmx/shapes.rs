@@ -1,11 +1,11 @@
 //! The shapes of surfaces.
 
 use crate::diag::{Diagnostic, Result};
-use crate::lens::formats::text::Word;
-use crate::lens::surface::{Curvature, MAX_POWER, Shape};
+use crate::prescription::formats::text::Word;
+use crate::prescription::surface::{Curvature, MAX_POWER, Shape};
 
-use super::file::{Block, pair};
-use super::reader::Reader;
+use crate::prescription::formats::zmx::file::{Block, pair};
+use crate::prescription::formats::zmx::reader::Reader;
 
 impl Reader<'_> {
     pub(super) fn shape(&self, block: &Block<'_>, curvature: Curvature) -> Result<Shape> {

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 
-use super::{dat, iset, json, seq, text, zmx};
-use crate::lens::glass::catalogue::Catalogue;
-use crate::lens::prescription::Prescription;
+use crate::prescription::formats::{dat, iset, json, seq, text, zmx};
+use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::prescription::Prescription;
 
 /// The formats of prescriptions that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,8 +134,8 @@ fn is_catalogue(text: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::write;
     use super::*;
+    use crate::prescription::formats::write;
 
     #[test]
     fn a_format_is_known_by_what_the_file_says() {

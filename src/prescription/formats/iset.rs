@@ -12,12 +12,12 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::lens::glass::medium::{C_LINE, D_LINE, F_LINE, Medium};
-use crate::lens::prescription::{Column, Prescription, check};
-use crate::lens::surface::{Shape, Surface};
+use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE, Medium};
+use crate::prescription::prescription::{Column, Prescription, check};
+use crate::prescription::surface::{Shape, Surface};
 
-use super::index_table::interpolated;
-use super::json::{Places, parse};
+use crate::prescription::formats::index_table::interpolated;
+use crate::prescription::formats::json::{Places, parse};
 
 /// Whether a JSON text is one of these: it speaks of `semi_aperture`, and of no schema.
 pub fn is_iset(text: &str) -> bool {
@@ -44,13 +44,16 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     }
     let name = root.get("name").and_then(Value::as_str).map(str::trim);
     let name = name.filter(|n| !n.is_empty());
-    let name = name.map_or_else(|| super::origin::name_of(source), str::to_owned);
+    let name = name.map_or_else(
+        || crate::prescription::formats::origin::name_of(source),
+        str::to_owned,
+    );
     let microlenses = root.get("microlens").and_then(Value::as_object);
     if microlenses.is_some_and(|m| !m.is_empty()) {
         sink.warn(Span::at(0), "the array of microlenses is left out");
     }
     let mut lens = Prescription::new(name, surfaces);
-    super::dat::adopt_a_stop(&mut lens);
+    crate::prescription::formats::dat::adopt_a_stop(&mut lens);
     check(&mut lens, source, sink, |surface, column| match column {
         Column::Radius => places.value(surface, &["\"radius\""]),
         Column::Thickness => places.value(surface, &["\"thickness\""]),

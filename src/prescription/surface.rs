@@ -2,8 +2,8 @@
 
 use crate::diag::Span;
 
-use super::glass::coating::Coating;
-use super::glass::medium::Medium;
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::glass::medium::Medium;
 
 /// The curvature of a surface, stored as it was given: as a radius or as a curvature.
 ///

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Source, Span, nearest};
 
-use super::agf;
-use super::medium::{Formula, Medium};
+use crate::prescription::glass::agf;
+use crate::prescription::glass::medium::{Formula, Medium};
 
 const TABLE: &str = include_str!("../../../lenses/glasses.txt");
 
@@ -136,8 +136,8 @@ fn row(line: &str) -> Option<(String, Medium)> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::medium::{C_LINE, D_LINE, F_LINE};
     use super::*;
+    use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
 
     #[test]
     fn every_row_of_the_table_is_a_glass() {

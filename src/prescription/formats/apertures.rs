@@ -3,10 +3,10 @@
 //! The rule of every design program: a surface is as wide as the first-order beam on it, the
 //! height of the marginal ray plus that of the chief ray at the edge of the field.
 
-use crate::lens::glass::D_LINE;
-use crate::lens::optics::first_order::FirstOrder;
-use crate::lens::prescription::Prescription;
-use crate::lens::surface::Plane;
+use crate::prescription::first_order::FirstOrder;
+use crate::prescription::glass::D_LINE;
+use crate::prescription::prescription::Prescription;
+use crate::prescription::surface::Plane;
 
 /// What a file says about the beam.
 #[derive(Clone, Copy, Debug, Default)]
@@ -85,8 +85,8 @@ fn heights(lens: &Prescription, indices: &[f64], (mut y, u): (f64, f64)) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lens::glass::Medium;
-    use crate::lens::surface::Surface;
+    use crate::prescription::glass::Medium;
+    use crate::prescription::surface::Surface;
 
     /// A stop 10 mm in front of a thin lens: at 45 degrees the beam is 10 mm lower there.
     #[test]

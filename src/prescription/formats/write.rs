@@ -7,12 +7,12 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::diag::{Diagnostic, Result};
-use crate::lens::about::{About, KEYS};
-use crate::lens::glass::catalogue::Catalogue;
-use crate::lens::glass::coating::Coating;
-use crate::lens::glass::medium::{Dispersion, Formula, Medium};
-use crate::lens::prescription::{Iris, Prescription};
-use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
+use crate::prescription::about::{About, KEYS};
+use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
+use crate::prescription::prescription::{Iris, Prescription};
+use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
 /// A format that is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -471,15 +471,15 @@ fn zoom_value(lens: &Prescription) -> String {
 mod tests {
     use super::*;
     use crate::diag::{Sink, Source};
-    use crate::lens::glass::medium::{C_LINE, D_LINE, F_LINE};
     use crate::lens::{Lens, shipped_names};
+    use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
     use std::sync::Arc;
 
     fn again(lens: &Prescription, target: Target) -> Prescription {
         let (text, _) = write(lens, target).unwrap();
         let name = format!("{}.x", lens.name);
         let source = Arc::new(Source::new(name, text.clone().into_bytes()));
-        let read = super::super::read(&source, &mut Sink::new());
+        let read = crate::prescription::formats::read(&source, &mut Sink::new());
         read.unwrap_or_else(|e| panic!("{e}\n{text}"))
     }
 

@@ -1,12 +1,12 @@
 //! Glasses by name, by code, and private ones.
 
 use crate::diag::Result;
-use crate::lens::formats::index_table::interpolated;
-use crate::lens::formats::text::Word;
-use crate::lens::glass::medium::{C_LINE, D_LINE, F_LINE, Medium, named_line};
+use crate::prescription::formats::index_table::interpolated;
+use crate::prescription::formats::text::Word;
+use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE, Medium, named_line};
 
-use super::commands::Command;
-use super::reader::Reader;
+use crate::prescription::formats::seq::commands::Command;
+use crate::prescription::formats::seq::reader::Reader;
 
 impl Reader<'_> {
     /// Tables of index over wavelength, in nanometers: what is between is interpolated.

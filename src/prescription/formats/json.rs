@@ -18,12 +18,14 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span, nearest};
-use crate::lens::glass::catalogue::Catalogue;
-use crate::lens::glass::coating::Coating;
-use crate::lens::glass::medium::{Dispersion, Formula, Medium};
-use crate::lens::prescription::{Column, FocusGroup, Iris, Prescription, ZoomPosition, check};
-use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
 use crate::math::LengthUnit;
+use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
+use crate::prescription::prescription::{
+    Column, FocusGroup, Iris, Prescription, ZoomPosition, check,
+};
+use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
 const KINDS: [&str; 8] = [
     "sphere", "plane", "stop", "conic", "asphere", "cyl_x", "cyl_y", "toroid",
@@ -158,7 +160,10 @@ impl Reader<'_> {
             surfaces.push(surface);
         }
         let name = root.get("name").and_then(Value::as_str);
-        let name = name.map_or_else(|| super::origin::name_of(self.source), str::to_owned);
+        let name = name.map_or_else(
+            || crate::prescription::formats::origin::name_of(self.source),
+            str::to_owned,
+        );
         let mut lens = Prescription {
             object_medium,
             ..Prescription::new(name, surfaces)
@@ -263,7 +268,10 @@ impl Reader<'_> {
                     };
                     let message = format!("zoom position `{name}`: {message}");
                     let error = Diagnostic::error(message).at(self.source, Span::at(0));
-                    return Err(super::origin::at_zoom_list(error, self.source));
+                    return Err(crate::prescription::formats::origin::at_zoom_list(
+                        error,
+                        self.source,
+                    ));
                 };
                 gaps.push((number, gap));
             }
@@ -441,7 +449,7 @@ impl Reader<'_> {
 fn notes(root: &Value) -> Vec<String> {
     let said = |key: &str| root.get(key).and_then(Value::as_str).map(str::to_owned);
     let title = said("title").map(|title| format!("name: {title}"));
-    let others = crate::lens::about::KEYS.iter().skip(1);
+    let others = crate::prescription::about::KEYS.iter().skip(1);
     let others = others.filter_map(|key| said(key).map(|value| format!("{key}: {value}")));
     let list = root.get("note").and_then(Value::as_array);
     let listed = list.into_iter().flatten().filter_map(Value::as_str);

@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::lens::formats::apertures::{Beam, fill};
-use crate::lens::formats::origin::name_of;
-use crate::lens::formats::text::{Word, text};
-use crate::lens::glass::catalogue::Catalogue;
-use crate::lens::glass::medium::Medium;
-use crate::lens::prescription::{Prescription, ZoomPosition, check};
-use crate::lens::surface::Surface;
+use crate::prescription::formats::apertures::{Beam, fill};
+use crate::prescription::formats::origin::name_of;
+use crate::prescription::formats::text::{Word, text};
+use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::glass::medium::Medium;
+use crate::prescription::prescription::{Prescription, ZoomPosition, check};
+use crate::prescription::surface::Surface;
 
-use super::commands::{commands, take_private};
+use crate::prescription::formats::seq::commands::{commands, take_private};
 
 /// Commands that say what no straight lens has.
 const REFUSED: [(&str, &str); 26] = [

@@ -1,11 +1,11 @@
 //! The commands that make a surface or change one.
 
 use crate::diag::{Diagnostic, Result, Sink, Span};
-use crate::lens::formats::text::Word;
-use crate::lens::glass::coating::Coating;
-use crate::lens::surface::{Curvature, MAX_POWER, Shape, Surface};
+use crate::prescription::formats::text::Word;
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
-use super::reader::{Places, Reader};
+use crate::prescription::formats::seq::reader::{Places, Reader};
 
 impl Reader<'_> {
     pub(super) fn surface(&mut self, command: &[Word<'_>], sink: &mut Sink) -> Result<()> {

@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn coatings_are_written_and_read_surface_by_surface() {
         use crate::diag::{Sink, Source};
-        use crate::lens::formats::{read, write};
+        use crate::prescription::formats::{read, write};
         let mut lens = Lens::named("cooke-triplet").unwrap().prescription().clone();
         lens.surfaces[1].coating = Coating::MagnesiumFluoride;
         lens.surfaces[4].coating = Coating::Bare;

@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::lens::formats::apertures::{Beam, fill};
-use crate::lens::formats::origin::name_of;
-use crate::lens::glass::catalogue::Catalogue;
-use crate::lens::glass::coating::Coating;
-use crate::lens::glass::medium::Medium;
-use crate::lens::prescription::{Prescription, check};
-use crate::lens::surface::{Curvature, Shape, Surface};
 use crate::math::LengthUnit;
+use crate::prescription::formats::apertures::{Beam, fill};
+use crate::prescription::formats::origin::name_of;
+use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::glass::medium::Medium;
+use crate::prescription::prescription::{Prescription, check};
+use crate::prescription::surface::{Curvature, Shape, Surface};
 
-use super::file::{Block, Line, place, split};
+use crate::prescription::formats::zmx::file::{Block, Line, place, split};
 
 /// A surface of the lens: its number in the file, and the gaps that lie behind it with the numbers
 /// of the surfaces that they are of, its own and those of dummies that are dropped.

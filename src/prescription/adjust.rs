@@ -1,10 +1,10 @@
 //! Prescriptions with another focal length or another stop.
 
-use super::first_order::FirstOrder;
 use crate::diag::{Diagnostic, Result};
-use crate::lens::prescription::Prescription;
-use crate::lens::surface::Plane;
 use crate::math::Mm;
+use crate::prescription::first_order::FirstOrder;
+use crate::prescription::prescription::Prescription;
+use crate::prescription::surface::Plane;
 
 impl Prescription {
     /// First-order data in the y plane at a wavelength.

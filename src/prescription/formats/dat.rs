@@ -21,14 +21,14 @@ use nom::combinator::{consumed, eof, opt};
 use nom::multi::{many_till, many0};
 use nom::sequence::{preceded, terminated};
 
-use super::text::{Failure, Word};
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::lens::about::About;
-use crate::lens::glass::{D_LINE, Medium};
-use crate::lens::optics::first_order::FirstOrder;
-use crate::lens::prescription::{Column, Prescription, check};
-use crate::lens::surface::{Plane, Surface};
 use crate::math::LengthUnit;
+use crate::prescription::about::About;
+use crate::prescription::first_order::FirstOrder;
+use crate::prescription::formats::text::{Failure, Word};
+use crate::prescription::glass::{D_LINE, Medium};
+use crate::prescription::prescription::{Column, Prescription, check};
+use crate::prescription::surface::{Plane, Surface};
 
 /// A line of the file.
 struct Line<'a> {
@@ -281,7 +281,7 @@ fn build(source: &Source, rows: &[Row], notes: Vec<String>) -> Prescription {
     }
     let mut lens = Prescription {
         notes,
-        ..Prescription::new(super::name_of(source), surfaces)
+        ..Prescription::new(crate::prescription::formats::name_of(source), surfaces)
     };
     adopt_a_stop(&mut lens);
     lens

@@ -1,10 +1,10 @@
 //! Zoom positions.
 
 use crate::diag::{Result, Sink};
-use crate::lens::formats::text::Word;
-use crate::lens::prescription::ZoomPosition;
+use crate::prescription::formats::text::Word;
+use crate::prescription::prescription::ZoomPosition;
 
-use super::reader::Reader;
+use crate::prescription::formats::seq::reader::Reader;
 
 impl Reader<'_> {
     /// `ZOO n`, then `ZOO THI S5 v1 v2 …`; here without the `ZOO`.

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::text;
 use crate::diag::{Diagnostic, Source, Span};
+use crate::prescription::formats::text;
 
 /// `wide-angle` of `some/folder/wide-angle.dat`.
 pub(super) fn name_of(source: &Source) -> String {

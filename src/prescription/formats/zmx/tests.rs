@@ -1,10 +1,10 @@
 use std::sync::Arc;
 
-use super::read;
 use crate::diag::{Result, Sink, Source, Span};
-use crate::lens::glass::catalogue::Catalogue;
-use crate::lens::prescription::Prescription;
-use crate::lens::surface::Shape;
+use crate::prescription::formats::zmx::read;
+use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::prescription::Prescription;
+use crate::prescription::surface::Shape;
 
 fn parse(text: &str) -> Result<Prescription> {
     let source = Arc::new(Source::new("a.zmx", text.as_bytes().to_vec()));

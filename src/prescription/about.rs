@@ -10,7 +10,7 @@
 //! # source: US 2,673,491 (A. W. Tronnier)
 //! ```
 
-use super::prescription::Prescription;
+use crate::prescription::prescription::Prescription;
 
 /// The keys that are read; the first is the title of the design.
 pub const KEYS: [&str; 8] = [
@@ -78,8 +78,8 @@ fn number(text: &str) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Lens, LensRay, Toward, shipped_names};
     use super::*;
+    use crate::lens::{Lens, LensRay, Toward, shipped_names};
     use glam::DVec3;
 
     fn shipped() -> Vec<(Lens, About)> {

@@ -1,10 +1,10 @@
 //! Configurations, as zoom positions.
 
 use crate::diag::{Result, Sink};
-use crate::lens::prescription::ZoomPosition;
+use crate::prescription::prescription::ZoomPosition;
 
-use super::file::{Block, Line};
-use super::reader::{Kept, Reader};
+use crate::prescription::formats::zmx::file::{Block, Line};
+use crate::prescription::formats::zmx::reader::{Kept, Reader};
 
 /// Configurations that change a lens in a way that is not read.
 const OTHER_OPERANDS: [&str; 14] = [

@@ -9,8 +9,8 @@
 //! principal plane is behind the lens, in a telephoto in front of it, in a double Gauss the two
 //! are crossed. A lens without power (a telescope) is an answer, not an error.
 
-use crate::lens::prescription::Prescription;
-use crate::lens::surface::{Plane, Shape, Surface};
+use crate::prescription::prescription::Prescription;
+use crate::prescription::surface::{Plane, Shape, Surface};
 
 /// The first-order data of a lens in one plane. Positions are from the front vertex, +z to the
 /// film, in millimeters.
@@ -303,7 +303,7 @@ impl Dd {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lens::glass::medium::Medium;
+    use crate::prescription::glass::medium::Medium;
 
     fn lens(rows: &[(f64, f64, f64)]) -> FirstOrder {
         let surfaces = rows

@@ -6,9 +6,9 @@ use glam::DVec2;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 
-use super::glass::coating::Coating;
-use super::glass::medium::Medium;
-use super::surface::{Shape, Surface};
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::glass::medium::Medium;
+use crate::prescription::surface::{Shape, Surface};
 
 /// A lens as its designer wrote it down: surfaces front to back and what fills the gaps.
 #[derive(Clone, Debug, PartialEq)]

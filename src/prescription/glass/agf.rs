@@ -3,9 +3,9 @@
 
 use std::sync::Arc;
 
-use super::medium::{Formula, Medium};
 use crate::diag::{Diagnostic, Result, Source};
-use crate::lens::formats::text::{Word, decoded, lines, text, words};
+use crate::prescription::formats::text::{Word, decoded, lines, text, words};
+use crate::prescription::glass::medium::{Formula, Medium};
 
 /// All glasses of a catalogue, in its order.
 pub fn read(source: &Arc<Source>) -> Result<Vec<Medium>> {
