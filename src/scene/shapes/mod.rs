@@ -1,4 +1,17 @@
 //! What each shape class draws, one function a class.
+//!
+//! A class that draws is added in three places:
+//!
+//! 1. `grammar/shapes.nodes`: its entry, marked `rendered`. Reading, writing, defaults and the
+//!    manual follow from it, and the build makes `class::NAME` and a handle for each field.
+//! 2. `draw_class` here, or `vrml97::draw` for a class of VRML97: one line with its constant.
+//! 3. The function, in the file of its kind. It reads fields by handles, which bring the defaults
+//!    (`node.get(cone::HEIGHT)`), takes what earlier nodes have set from the [`State`], and draws
+//!    into the [`Builder`]. Mathematics that needs no node goes into a file of the same name in
+//!    [`crate::geometry`].
+//!
+//! The test at the end fails while a `rendered` class has no line in the table. A scene in
+//! `tests/golden/shapes/` shows what the class draws.
 
 pub(super) mod cut;
 mod faces;
