@@ -1,22 +1,19 @@
-//! The tree above what obvhs is given to build over: a few boxes at a time.
+//! Splits boxes into parts by the surface area heuristic in bins.
 //!
-//! By the surface area heuristic in bins down to parts of some dozens. PLOC joins pairs of boxes that
-//! are each other's nearest; of boxes that are the same, lie in each other or stand in an even row
-//! there is one such pair a round, and its time grows with the square of their number: 20,000 cubes
-//! in a row took half a minute, 150,000 in one place took minutes. Nor are its trees of many boxes
-//! better for that: of a million triangles rays go a fifth slower through them.
+//! obvhs builds over the parts. docs/decisions/0005-who-builds-the-tree.md says which scenes are split.
 
 use std::ops::Range;
 
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
-type Box3 = (Vec3, Vec3);
+use super::binary::Box3;
 
-/// A box with its primitive: moved as one, so that looking at a part runs through memory in order.
+/// A box with its primitive. The two move together, so that a part is read in order of memory.
 #[derive(Clone, Copy)]
 pub struct Item {
-    /// The fourth numbers mean nothing.
+    /// The smallest corner. The fourth number means nothing.
     low: Vec4,
+    /// The largest corner. The fourth number means nothing.
     high: Vec4,
     pub primitive: u32,
 }
@@ -40,13 +37,14 @@ impl Item {
     }
 }
 
-/// What lies in a part.
+/// Bounds of the items of a part.
 #[derive(Clone, Copy)]
 struct Extent {
     low: Vec4,
     high: Vec4,
-    /// Of [`Item::middle`].
+    /// The least [`Item::middle`].
     first: Vec4,
+    /// The greatest [`Item::middle`].
     last: Vec4,
 }
 
@@ -74,20 +72,20 @@ impl Extent {
     }
 }
 
-/// A node above the parts: its two children stand behind one another.
+/// A node above the parts. Its two children follow each other.
 pub enum Above {
     Inner { first: usize, around: Box3 },
     Part(Range<usize>),
 }
 
-/// Orders items so that parts of at most `most` lie together, and gives the tree above them, the
+/// Orders items so that parts of at most `most` lie together, and returns the tree above them, the
 /// root first. A part is larger only if all its boxes are the same.
 pub fn split_by_sah(items: &mut [Item], most: usize) -> Vec<Above> {
     let mut above = vec![Above::Part(0..items.len())];
     if items.len() <= most {
         return above;
     }
-    // No branch is deeper: from there on it is cut in halves.
+    // Below this depth parts are cut in halves, so that no branch becomes much deeper.
     let deep = 2 * items.len().max(1).ilog2() + 8;
     let mut cutter = Cutter::default();
     let mut ahead = vec![(0, 0, Extent::of(items))];
@@ -124,7 +122,7 @@ fn area(low: Vec4, high: Vec4) -> f32 {
 
 const BINS: usize = 32;
 
-/// What lies between two places along an axis.
+/// Bounds and number of the items between two places along an axis.
 #[derive(Clone, Copy)]
 struct Bin {
     low: Vec4,
@@ -161,7 +159,7 @@ struct Places {
 impl Places {
     fn of(extent: &Extent) -> Self {
         let size = extent.last - extent.first;
-        // Where centers do not part all are in the first bin.
+        // Where all centers are the same, all items are in the first bin.
         let scale = size.to_array().map(|size| match size > 0.0 {
             true => BINS as f32 * (1.0 - 1e-6) / size,
             false => 0.0,
@@ -172,7 +170,7 @@ impl Places {
         }
     }
 
-    /// To the nearest whole number, in the last bits of a float.
+    /// Rounds to the nearest integer in the last bits of a float.
     #[inline(always)]
     fn bins(&self, item: &Item) -> [usize; 3] {
         const SHIFT: f32 = 12_582_912.0; // 1.5 · 2^23: floats are whole from half of it on
@@ -188,10 +186,10 @@ struct Cutter {
 }
 
 impl Cutter {
-    /// Cuts where the sum of areas times counts is least, of as many places along each axis (Wald
+    /// Cuts where the sum of area times count is least, of [`BINS`] places along each axis (Wald
     /// 2007, *On fast Construction of SAH-based Bounding Volume Hierarchies*), or in halves where
-    /// the centers do not part or `in_halves`. How many items are in the first part, neither of
-    /// them empty, and what lies in both.
+    /// all centers are the same or `in_halves` is set. Returns the number of items in the first part
+    /// and the bounds of both; neither is empty.
     fn cut(
         &mut self,
         items: &mut [Item],
@@ -214,7 +212,7 @@ impl Cutter {
         self.behind.resize(items.len(), items[0]);
         let mut extents = [Extent::NONE; 2];
         let mut counts = [0; 2];
-        // Without a branch that nobody could guess: both places are written, one of them moves on.
+        // Without a branch, which would be mispredicted: both places are written, and one advances.
         for i in 0..items.len() {
             let item = items[i];
             let side = usize::from(places.bins(&item)[axis] >= k);
@@ -264,6 +262,8 @@ fn best(items: &[Item], places: &Places) -> Option<(usize, usize)> {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     fn items(boxes: &[Box3]) -> Vec<Item> {
