@@ -9,13 +9,17 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4, Vec2, Vec3, Vec4};
 
-use super::background::Background;
-use super::screen::Screen;
+use super::census::Census;
+use super::looks::{
+    Background, CornerNormals, Filter, Light, Mapping, Repeat, Surface, Texture, TextureUse,
+    texture,
+};
+use super::options::{CompileOptions, Needs};
+use super::pixel_footprint::Screen;
+use super::render_scene::RenderScene;
 use super::shapes;
 use super::shapes::cut::Scratch;
-use super::surface::{CornerNormals, Mapping, TextureUse};
-use super::texture::{self, Filter, Texture};
-use super::{Census, CompileOptions, Light, Needs, RenderScene, Surface, survey};
+use super::survey;
 use crate::diag::{Diagnostic, Result};
 use crate::geometry::quadric::exact_bounds;
 use crate::geometry::text::Fonts;
@@ -23,13 +27,13 @@ use crate::geometry::{Corner, Mesh, Quadric, QuadricKind, Stroke, StrokeView, fa
 use crate::iv::{NodeId, NodeRef, Value};
 use crate::pose::{CameraPose, Projection};
 use crate::snapshot::Snapshot;
-use crate::traversal::Visitor;
 use crate::traversal::property::fog97;
 use crate::traversal::role::Role;
 use crate::traversal::state::{
     Diffuse, DrawStyle, Drawing, EnvironmentElement, FogKind, LightElement, State,
     TextureCoordinates,
 };
+use crate::traversal::{self, Visitor, WalkOptions};
 
 /// A corner, and where it lies in the scene.
 #[derive(Clone, Copy, Debug)]
@@ -471,9 +475,11 @@ impl<'a> Builder<'a> {
             texture,
             model: element.model,
             blend_color: element.blend_color,
-            repeat_s: element.repeat_s,
-            repeat_t: element.repeat_t,
-            repeat_r: element.repeat_r,
+            repeat: Repeat {
+                s: element.repeat_s,
+                t: element.repeat_t,
+                r: element.repeat_r,
+            },
             filter: Filter::of(element.quality),
             matrix: state.texture_matrix,
             mapping: self.mapping(state),
@@ -843,9 +849,7 @@ impl<'a> Builder<'a> {
             texture: Arc::new(letters),
             model: crate::traversal::state::TextureModel::Modulate,
             blend_color: Vec3::ZERO,
-            repeat_s: false,
-            repeat_t: false,
-            repeat_r: false,
+            repeat: Repeat::NONE,
             filter: Filter::Nearest,
             matrix: glam::Mat4::IDENTITY,
             mapping: Mapping::Stored,
@@ -1027,16 +1031,6 @@ impl<'a> Builder<'a> {
         self.scene.census.troubles = self.troubles;
         Ok(self.scene)
     }
-
-    /// The current shape's matrix, the compile origin at zero.
-    pub fn scene_from_object(&self) -> &DAffine3 {
-        &self.scene_from_object
-    }
-
-    /// The camera that the scene is compiled for.
-    pub fn camera(&self) -> Option<&CameraPose> {
-        self.camera.as_ref()
-    }
 }
 
 /// The camera as lines and points know it; without one, at the origin and a quarter turn wide.
@@ -1106,6 +1100,23 @@ pub(super) fn grow(bounds: &mut Option<(DVec3, DVec3)>, min: DVec3, max: DVec3) 
         Some((a, b)) => (a.min(min), b.max(max)),
         None => (min, max),
     });
+}
+
+impl RenderScene {
+    /// Walks the snapshot and compiles what it draws.
+    pub fn compile(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Result<Self> {
+        let walk_options = WalkOptions {
+            camera: options.camera.clone(),
+            max_visits: options.max_visits,
+            ..WalkOptions::default()
+        };
+        let mut builder = Builder::new(snapshot, options);
+        builder.expect_all();
+        traversal::walk(snapshot, &walk_options, &mut builder);
+        let mut scene = builder.finish()?;
+        scene.finalize()?;
+        Ok(scene)
+    }
 }
 
 impl<'a> Visitor<'a> for Builder<'a> {

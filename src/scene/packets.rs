@@ -2,8 +2,8 @@
 //!
 //! The answers have the bits of those for one ray by itself.
 
-use super::{Hit, PreparedRay, RenderScene};
-use crate::bvh::{NonTriangles, PacketHits, RayPacket};
+use super::render_scene::RenderScene;
+use crate::bvh::{Hit, NonTriangles, PacketHits, PreparedRay, RayPacket};
 use crate::math::lanes::{Lanes, bits};
 
 impl NonTriangles for RenderScene {

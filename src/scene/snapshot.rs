@@ -1,6 +1,6 @@
 //! Takes snapshots of documents, and measures for them what only drawing tells.
 
-use super::CompileOptions;
+use super::options::CompileOptions;
 use super::survey::{bounds_of, survey};
 use crate::iv::{Document, NodeId};
 use crate::snapshot::{Bounds, Corners, Snapshot, SnapshotOptions};

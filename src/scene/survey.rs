@@ -3,8 +3,11 @@
 use glam::{DMat4, DVec3};
 use indexmap::IndexMap;
 
+use super::builder::Builder;
+use super::census::Census;
 use super::inventor_box::InventorBox;
-use super::{Builder, Census, CompileOptions};
+use super::options::CompileOptions;
+use super::render_scene::RenderScene;
 use crate::diag::Diagnostic;
 use crate::grammar::{class, reset_transform};
 use crate::iv::{NodeId, NodeRef};
@@ -51,7 +54,13 @@ impl Surveyor<'_> {
     }
 }
 
-pub fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Survey {
+impl RenderScene {
+    pub fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Survey {
+        survey(snapshot, options)
+    }
+}
+
+pub(super) fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Survey {
     let mut survey = walked(snapshot, options, false);
     // The box of what switches by itself or by the distance is around all it may show (Coin, SGI).
     let switches = ["Blinker", "LOD", "LevelOfDetail"];

@@ -2,7 +2,7 @@
 //!
 //! A plain surface is lit by its diffuse color and nothing else: no texture, no highlight, no
 //! mirror, no transparency, no fog. Most surfaces of most scenes are plain. Points on their
-//! triangles are computed side by side with the arithmetic of `scene::surface::point`, to rounding.
+//! triangles are computed side by side with the arithmetic of `RenderScene::point`, to rounding.
 //! Other points are computed one by one and then join them to be lit: [`PointLanes::take`].
 
 use glam::Vec3;

@@ -2,8 +2,7 @@
 
 use glam::Vec3;
 
-use crate::scene::Point;
-use crate::scene::light::Reaching;
+use crate::scene::{Point, Reaching};
 use crate::traversal::state::FogKind;
 
 /// What shines by itself and what the surroundings give.

@@ -9,8 +9,7 @@ use super::lighting;
 use super::shading::Shading;
 use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
 use crate::math::lanes::{Vec3Lanes, bits, set_lane};
-use crate::scene::light::Reaching;
-use crate::scene::{Light, Point, RenderScene};
+use crate::scene::{Light, Point, Reaching, RenderScene};
 
 #[derive(Clone, Debug)]
 pub struct ShadeOptions {

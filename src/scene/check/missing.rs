@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::diag::{Diagnostic, Severity};
 use crate::grammar::{class, inline, www_inline};
 use crate::iv::NodeId;
-use crate::scene::texture::{self, FileField, PANORAMA};
+use crate::scene::looks::texture::{self, FileField, PANORAMA};
 use crate::snapshot::Snapshot;
 
 /// A file that is named and cannot be read.

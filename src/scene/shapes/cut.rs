@@ -9,7 +9,7 @@ use glam::Vec3;
 use super::runs::Runs;
 use super::vertices::{By, Normals, Place, Vertices, wrapped};
 use crate::geometry::normals::face_normal;
-use crate::scene::Builder;
+use crate::scene::builder::Builder;
 use crate::traversal::state::{Binding, TextureCoordinates};
 
 /// A triangle by the places of its corners.

@@ -11,7 +11,7 @@ use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::geometry::{BoxCoordinates, Corner, cut_polygon};
 use crate::grammar::{face_set, indexed_face_set};
 use crate::iv::NodeRef;
-use crate::scene::Builder;
+use crate::scene::builder::Builder;
 use crate::traversal::state::{Binding, Language, State};
 
 /// The index fields of an indexed shape.

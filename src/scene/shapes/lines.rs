@@ -8,7 +8,7 @@ use crate::grammar::{
     indexed_line_set, indexed_marker_set, indexed_point_set, line_set, marker_set, point_set,
 };
 use crate::iv::NodeRef;
-use crate::scene::Builder;
+use crate::scene::builder::Builder;
 use crate::traversal::state::{Binding, DrawStyle, Language, State};
 
 fn vertices<'a, 's>(

@@ -5,7 +5,7 @@ use glam::{DMat4, DVec2, Vec2, Vec3};
 use super::quad;
 use super::screen_aligned::facing;
 use crate::geometry::{Corner, MarkerBitmap, marker_bitmap};
-use crate::scene::Builder;
+use crate::scene::builder::Builder;
 
 /// Draws a marker with its middle on the pixel of a corner; a negative index draws none.
 pub fn marker(corner: Corner, index: i32, world_from_object: DMat4, out: &mut Builder<'_>) {

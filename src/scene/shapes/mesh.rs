@@ -11,7 +11,7 @@ use crate::geometry::BoxCoordinates;
 use crate::geometry::normals::unit;
 use crate::grammar::quad_mesh;
 use crate::iv::NodeRef;
-use crate::scene::Builder;
+use crate::scene::builder::Builder;
 use crate::traversal::state::{Binding, Coordinates, State};
 
 pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {

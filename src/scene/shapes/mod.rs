@@ -13,7 +13,7 @@
 //! The test at the end fails while a `rendered` class has no line in the table. A scene in
 //! `tests/golden/shapes/` shows what the class draws.
 
-pub(super) mod cut;
+pub mod cut;
 mod faces;
 mod lines;
 mod markers;
@@ -21,22 +21,22 @@ mod mesh;
 pub mod nurbs;
 mod runs;
 mod screen_aligned;
-pub(super) mod solids;
+pub mod solids;
 mod strips;
 pub mod text;
 mod vertices;
 mod vrml97;
 
-use super::Builder;
 use crate::geometry::Corner;
 use crate::grammar::{self, Class, class, face_set};
 use crate::iv::NodeRef;
+use crate::scene::builder::Builder;
 use crate::traversal::property::vertex_property;
 use crate::traversal::role::is_vrml97;
 use crate::traversal::state::{DrawStyle, State};
 
 /// Draws a shape node with the state it was met in.
-pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let Some(class) = node.known_class() else {
         return;
     };

@@ -11,7 +11,7 @@ use crate::grammar::{
     vrml97_nurbs_surface,
 };
 use crate::iv::{NodeId, NodeRef};
-use crate::scene::Builder;
+use crate::scene::builder::Builder;
 use crate::traversal::State;
 use crate::traversal::state::{Coordinates, ProfileCoordinates, TextureCoordinates};
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::scene::Builder;
+use crate::scene::builder::Builder;
 use crate::traversal::state::Coordinates;
 
 /// The corners of a face or a strip: positions in the index, or counted from the first coordinate.

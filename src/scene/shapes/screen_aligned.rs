@@ -7,8 +7,8 @@ use crate::geometry::Corner;
 use crate::geometry::text::PixelText;
 use crate::grammar::{Field, image};
 use crate::iv::NodeRef;
-use crate::scene::Builder;
-use crate::scene::texture::Texture;
+use crate::scene::builder::Builder;
+use crate::scene::looks::Texture;
 use crate::traversal::state::{State, TextureCoordinates, TextureElement, TextureModel};
 
 /// Draws with a unit of a pixel, facing the camera, around a point of the world. Nothing where

@@ -8,7 +8,7 @@ use super::quad;
 use crate::geometry::{Corner, QuadricKind};
 use crate::grammar::{Field, cone, cube, cylinder, lens_surface, sphere};
 use crate::iv::NodeRef;
-use crate::scene::Builder;
+use crate::scene::builder::Builder;
 use crate::traversal::state::{Binding, State};
 
 /// The material of a part: its own where the binding deals them out by part.
@@ -20,7 +20,7 @@ fn part(state: &State<'_>, index: u32) -> u32 {
 }
 
 /// Returns a size without its sign, or its default if it is not finite.
-pub(super) fn size(node: NodeRef<'_>, field: Field<f32>) -> f32 {
+pub fn size(node: NodeRef<'_>, field: Field<f32>) -> f32 {
     let stated = node.get(field);
     let size = if stated.is_finite() {
         stated

@@ -9,7 +9,7 @@ use crate::geometry::BoxCoordinates;
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::grammar::{indexed_triangle_strip_set, triangle_strip_set};
 use crate::iv::NodeRef;
-use crate::scene::Builder;
+use crate::scene::builder::Builder;
 use crate::traversal::state::{Binding, State};
 
 pub fn indexed_triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {

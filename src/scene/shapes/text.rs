@@ -10,7 +10,7 @@ use crate::grammar::{
     ascii_text, font_style, linear_profile, text, text2, text2_set, text3, vrml97_font_style,
 };
 use crate::iv::NodeRef;
-use crate::scene::Builder;
+use crate::scene::builder::Builder;
 use crate::traversal::State;
 use crate::traversal::state::{Binding, ProfileCoordinates};
 

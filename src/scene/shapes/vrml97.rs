@@ -14,7 +14,7 @@ use crate::grammar::{
     vrml97_nurbs_surface,
 };
 use crate::iv::NodeRef;
-use crate::scene::Builder;
+use crate::scene::builder::Builder;
 use crate::traversal::state::{
     Binding, Coordinates, Diffuse, Language, List, ShapeHints, State, TextureCoordinates,
     VertexOrdering,
@@ -232,8 +232,9 @@ mod tests {
 
     use glam::Vec3;
 
+    use crate::bvh::Ray;
     use crate::iv::{Document, Limits, Nowhere};
-    use crate::scene::{CompileOptions, Ray, RenderScene, Surface};
+    use crate::scene::{CompileOptions, RenderScene, Surface};
     use crate::snapshot::Snapshot;
 
     fn document(text: &str) -> Document {

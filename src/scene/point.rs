@@ -1,178 +1,11 @@
-//! How a shape looks: one surface a shape, and the point on it that a ray meets.
+//! The point where a ray meets a scene, with all that shading asks for.
 
-use std::sync::Arc;
+use glam::{Vec2, Vec3, Vec4};
 
-use glam::{Mat4, Vec2, Vec3, Vec4};
-
-use super::RenderScene;
-use super::texture::{Filter, Texture};
+use super::looks::{Mapping, Surface, TextureUse};
+use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
-use crate::traversal::state::{EnvironmentElement, TextureModel};
-
-/// Texture coordinates that depend on where a ray comes from, or on nothing stored.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Mapping {
-    /// From the corners, or from the quadric itself.
-    Stored,
-    /// s and t along two directions of the shape's own space.
-    Plane { s: Vec4, t: Vec4 },
-    /// A sphere map: the picture of the surroundings in a shiny ball. The rows are the camera's
-    /// right and up.
-    Environment { right: Vec3, up: Vec3 },
-}
-
-#[derive(Clone, Debug)]
-pub struct TextureUse {
-    pub texture: Arc<Texture>,
-    pub model: TextureModel,
-    pub blend_color: Vec3,
-    pub repeat_s: bool,
-    pub repeat_t: bool,
-    /// Into the depth, for several pictures behind one another.
-    pub repeat_r: bool,
-    pub filter: Filter,
-    pub matrix: Mat4,
-    pub mapping: Mapping,
-}
-
-/// Normals of triangles' corners. Corners share them, so each triangle has the numbers of three:
-/// a third of the memory, which is what compiling a large scene waits for.
-#[derive(Clone, Debug, Default)]
-pub struct CornerNormals {
-    list: Vec<Vec3>,
-    corners: Vec<[u32; 3]>,
-}
-
-impl CornerNormals {
-    pub fn is_empty(&self) -> bool {
-        self.corners.is_empty()
-    }
-
-    /// The normals of a triangle; `None` where it has none of its own.
-    #[inline]
-    pub fn get(&self, triangle: usize) -> Option<[Vec3; 3]> {
-        let numbers = self.corners.get(triangle)?;
-        Some(numbers.map(|n| self.list[n as usize]))
-    }
-
-    pub(super) fn reserve(&mut self, triangles: usize) {
-        self.corners.reserve_exact(triangles);
-    }
-
-    /// Appends a triangle's.
-    pub(super) fn push(&mut self, normals: [Vec3; 3]) {
-        let numbers = normals.map(|normal| {
-            // Neighbors of a flat face are alike.
-            if self.list.last() != Some(&normal) {
-                self.list.push(normal);
-            }
-            self.list.len() as u32 - 1
-        });
-        self.corners.push(numbers);
-    }
-
-    /// Appends a list, and gives the number of its first.
-    pub(super) fn append(&mut self, list: Vec<Vec3>) -> u32 {
-        let first = self.list.len() as u32;
-        if first == 0 {
-            self.list = list;
-        } else {
-            self.list.extend_from_slice(&list);
-        }
-        first
-    }
-
-    /// Which entries the triangles so far have.
-    pub(super) fn corners(&mut self) -> &mut Vec<[u32; 3]> {
-        &mut self.corners
-    }
-}
-
-/// What all primitives of a shape share, and what they have each.
-#[derive(Clone, Debug)]
-pub struct Surface {
-    /// Order of traversal, counted over shapes.
-    pub shape: u32,
-    pub class: &'static str,
-    pub ambient: Vec3,
-    pub diffuse: Vec<Vec3>,
-    pub specular: Vec3,
-    pub emissive: Vec3,
-    pub shininess: f32,
-    pub transparency: Vec<f32>,
-    pub refraction: f32,
-    /// Unlit: the diffuse color as it is.
-    pub base_color: bool,
-    /// Lit from both sides.
-    pub two_sided: bool,
-    /// Seen from outside only.
-    pub culls: bool,
-    pub counterclockwise: bool,
-    /// Who wins in a plane: the higher one, then what is drawn later.
-    pub layer: u8,
-    pub casts_shadow: bool,
-    /// Under an `Annotation`: seen before everything else, however far away.
-    pub on_top: bool,
-    pub environment: EnvironmentElement,
-    pub lights: u32,
-    pub texture: Option<TextureUse>,
-    /// Kept half spaces: p·normal ≥ distance.
-    pub clip: Vec<(Vec3, f32)>,
-    /// The first of the surface's triangles.
-    pub first: u32,
-    /// Normals of each triangle's corners; empty where every face is flat.
-    pub normals: CornerNormals,
-    /// Materials of each triangle's corners; empty where all are the first.
-    pub materials: Vec<[u32; 3]>,
-    pub coordinates: Vec<[Vec2; 3]>,
-    /// Third texture coordinates; empty but for pictures in depth.
-    pub thirds: Vec<[f32; 3]>,
-    /// The center of its box, by which blended surfaces are sorted.
-    pub center: Vec3,
-}
-
-impl Surface {
-    pub fn diffuse_at(&self, index: u32) -> Vec3 {
-        let last = self.diffuse.len() - 1;
-        self.diffuse[(index as usize).min(last)]
-    }
-
-    /// Of the cosine to the half-way vector, for highlights.
-    pub fn exponent(&self) -> f32 {
-        128.0 * self.shininess.clamp(0.0, 1.0)
-    }
-
-    pub fn transparency_at(&self, index: u32) -> f32 {
-        let last = self.transparency.len() - 1;
-        self.transparency[(index as usize).min(last)]
-    }
-
-    /// What the surface gives off by itself and of the ambient light.
-    pub fn glow(&self) -> Vec3 {
-        self.emissive + self.ambient * self.environment.ambient
-    }
-
-    /// The diffuse color of one of the surface's triangles at the weights of a hit.
-    #[inline(always)]
-    pub fn diffuse_between(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
-        let [a, b, c] = self.materials_of(triangle);
-        let first = self.diffuse_at(a);
-        if a == b && b == c {
-            return first;
-        }
-        first * (1.0 - u - v) + self.diffuse_at(b) * u + self.diffuse_at(c) * v
-    }
-
-    /// Whether no light goes through anywhere.
-    pub fn is_opaque(&self) -> bool {
-        let whole = |t: &TextureUse| t.model == TextureModel::Decal || !t.texture.has_alpha();
-        self.transparency.iter().all(|t| *t == 0.0) && self.texture.as_ref().is_none_or(whole)
-    }
-
-    pub fn materials_of(&self, triangle: usize) -> [u32; 3] {
-        self.materials.get(triangle).copied().unwrap_or([0; 3])
-    }
-}
+use crate::traversal::state::TextureModel;
 
 /// A point of the scene with all that shading asks for.
 #[derive(Clone, Debug)]
@@ -232,8 +65,29 @@ impl Point<'_> {
     }
 }
 
+impl RenderScene {
+    /// Everything about the point where a ray met the scene.
+    pub fn point(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
+        point(self, ray, hit)
+    }
+
+    /// A hit triangle's corners as points, with their weights; `None` for other primitives.
+    pub fn corner_points(&self, ray: &Ray, hit: &Hit) -> Option<[(Point<'_>, f32); 3]> {
+        self.triangles.get(hit.primitive as usize)?;
+        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        Some([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(u, v)| {
+            let i = if u == 1.0 {
+                1
+            } else {
+                2 * usize::from(v == 1.0)
+            };
+            (self.point(ray, &Hit { u, v, ..*hit }), weights[i])
+        }))
+    }
+}
+
 /// Works out the point of a hit.
-pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
+fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
     let surface = scene.surface(hit);
     let index = hit.primitive as usize;
     let outward = scene.geometric_normal(ray, hit);
@@ -289,10 +143,9 @@ pub(super) fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'
     if let Some(texture) = &surface.texture {
         let at = texture.at(&out, ray, coordinates);
         let wide = scene.texels_across(&out, ray, hit, texture);
-        let repeat = [texture.repeat_s, texture.repeat_t, texture.repeat_r];
         let texel = texture
             .texture
-            .sample_deep(at, wide, texture.filter, repeat);
+            .sample_deep(at, wide, texture.filter, texture.repeat);
         if texture.model != TextureModel::Decal {
             out.transparency = 1.0 - (1.0 - out.transparency) * texel.w;
         }

@@ -32,6 +32,23 @@ impl Filter {
     }
 }
 
+/// Along which coordinates a texture repeats; along the others its edge continues.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Repeat {
+    pub s: bool,
+    pub t: bool,
+    /// Into the depth, for several pictures behind one another.
+    pub r: bool,
+}
+
+impl Repeat {
+    pub const NONE: Self = Self {
+        s: false,
+        t: false,
+        r: false,
+    };
+}
+
 /// Rows from the bottom up, as Inventor has them.
 #[derive(Debug, Default)]
 pub struct Texture {
@@ -70,7 +87,7 @@ impl Texture {
     }
 
     /// The color at (s, t), each texel's center at half its width; edges repeat or continue.
-    pub fn sample(&self, at: Vec2, filter: Filter, repeat_s: bool, repeat_t: bool) -> Vec4 {
+    pub fn sample(&self, at: Vec2, filter: Filter, repeat: Repeat) -> Vec4 {
         let texels = self.texels();
         if texels.is_empty() || !at.is_finite() {
             return Vec4::ONE;
@@ -79,8 +96,8 @@ impl Texture {
             Filter::Nearest => nearest,
             _ => between,
         };
-        let (x0, x1, fx) = side(at.x, self.width, repeat_s);
-        let (y0, y1, fy) = side(at.y, self.height, repeat_t);
+        let (x0, x1, fx) = side(at.x, self.width, repeat.s);
+        let (y0, y1, fy) = side(at.y, self.height, repeat.t);
         let texel = |x: usize, y: usize| {
             Vec4::from_array(texels[y * self.width + x].map(|c| f32::from(c) / 255.0))
         };
@@ -95,12 +112,12 @@ impl Texture {
     }
 
     /// The color at (s, t, r), between two pictures of those behind one another.
-    pub fn sample_deep(&self, at: Vec3, texels: f32, filter: Filter, repeat: [bool; 3]) -> Vec4 {
+    pub fn sample_deep(&self, at: Vec3, texels: f32, filter: Filter, repeat: Repeat) -> Vec4 {
         let slice = |i: usize| match i {
             0 => self,
             _ => &self.deeper[i - 1],
         };
-        let flat = |i| slice(i).sample_wide(at.truncate(), texels, filter, repeat[0], repeat[1]);
+        let flat = |i| slice(i).sample_wide(at.truncate(), texels, filter, repeat);
         if !self.is_deep() || !at.is_finite() {
             return flat(0);
         }
@@ -108,26 +125,19 @@ impl Texture {
             Filter::Nearest => nearest,
             _ => between,
         };
-        let (near, far, share) = side(at.z, self.depth(), repeat[2]);
+        let (near, far, share) = side(at.z, self.depth(), repeat.r);
         flat(near).lerp(flat(far), share)
     }
 
     /// The color where a pixel covers `texels` texels across: between the two versions whose
     /// texels are just smaller and just larger than the pixel, as OpenGL's trilinear filter.
-    pub fn sample_wide(
-        &self,
-        at: Vec2,
-        texels: f32,
-        filter: Filter,
-        repeat_s: bool,
-        repeat_t: bool,
-    ) -> Vec4 {
+    pub fn sample_wide(&self, at: Vec2, texels: f32, filter: Filter, repeat: Repeat) -> Vec4 {
         if filter != Filter::Smooth || !(texels > 1.0) {
-            return self.sample(at, filter, repeat_s, repeat_t);
+            return self.sample(at, filter, repeat);
         }
         let smaller = self.smaller();
         if smaller.is_empty() {
-            return self.sample(at, filter, repeat_s, repeat_t);
+            return self.sample(at, filter, repeat);
         }
         let level = libm::log2f(texels).min(smaller.len() as f32);
         let below = level.floor();
@@ -135,22 +145,19 @@ impl Texture {
             0 => self,
             _ => &smaller[i - 1],
         };
-        let fine = version(below as usize).sample(at, filter, repeat_s, repeat_t);
+        let fine = version(below as usize).sample(at, filter, repeat);
         let next = (below as usize + 1).min(smaller.len());
-        fine.lerp(
-            version(next).sample(at, filter, repeat_s, repeat_t),
-            level - below,
-        )
+        fine.lerp(version(next).sample(at, filter, repeat), level - below)
     }
 
     /// Row by row from the bottom up.
-    pub(super) fn texels(&self) -> &[[u8; 4]] {
+    pub(in crate::scene) fn texels(&self) -> &[[u8; 4]] {
         let unpacked = || self.image.as_ref().map_or_else(Vec::new, unpack);
         self.texels.get_or_init(unpacked)
     }
 
     /// How many pictures lie behind one another.
-    pub(super) fn depth(&self) -> usize {
+    pub(in crate::scene) fn depth(&self) -> usize {
         self.deeper.len() + 1
     }
 
@@ -405,6 +412,12 @@ fn unpack(image: &Image) -> Vec<[u8; 4]> {
 mod tests {
     use super::*;
 
+    const ALL: Repeat = Repeat {
+        s: true,
+        t: true,
+        r: true,
+    };
+
     fn two_by_one() -> Texture {
         Texture {
             width: 2,
@@ -418,24 +431,21 @@ mod tests {
     #[test]
     fn a_texture_is_exact_at_texel_centers_and_even_between() {
         let t = two_by_one();
-        let at = |s: f32| t.sample(Vec2::new(s, 0.5), Filter::Linear, false, false).x;
+        let at = |s: f32| t.sample(Vec2::new(s, 0.5), Filter::Linear, Repeat::NONE).x;
         assert_eq!((at(0.25), at(0.5), at(0.75)), (0.0, 0.5, 1.0));
     }
 
     #[test]
     fn edges_repeat_or_continue() {
         let t = two_by_one();
+        assert_eq!(t.sample(Vec2::new(1.0, 0.5), Filter::Linear, ALL).x, 0.5);
         assert_eq!(
-            t.sample(Vec2::new(1.0, 0.5), Filter::Linear, true, true).x,
-            0.5
-        );
-        assert_eq!(
-            t.sample(Vec2::new(1.0, 0.5), Filter::Linear, false, false)
+            t.sample(Vec2::new(1.0, 0.5), Filter::Linear, Repeat::NONE)
                 .x,
             1.0
         );
         assert_eq!(
-            t.sample(Vec2::new(-3.0, 0.5), Filter::Linear, false, false)
+            t.sample(Vec2::new(-3.0, 0.5), Filter::Linear, Repeat::NONE)
                 .x,
             0.0
         );
@@ -446,7 +456,7 @@ mod tests {
         let t = two_by_one();
         let at = |s: f32| {
             let at = Vec3::new(s, 0.5, 0.0);
-            t.sample_deep(at, 9.0, Filter::of(0.1), [true; 3]).x
+            t.sample_deep(at, 9.0, Filter::of(0.1), ALL).x
         };
         let seen = [0.0, 0.49, 0.51, 0.99, 1.0, -0.2].map(at);
         assert_eq!(seen, [0.0, 0.0, 1.0, 1.0, 0.0, 1.0]);
@@ -466,7 +476,13 @@ mod tests {
         };
         let at = |r: f32, repeat: bool| {
             let at = Vec3::new(0.5, 0.5, r);
-            t.sample_deep(at, 0.0, Filter::Linear, [repeat; 3]).x
+            t.sample_deep(
+                at,
+                0.0,
+                Filter::Linear,
+                if repeat { ALL } else { Repeat::NONE },
+            )
+            .x
         };
         assert_eq!(at(0.375, true), 0.2);
         assert!((at(0.5, true) - 0.3).abs() < 1e-6);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, Quat, Vec2, Vec3};
 
-use super::texture::{self, Filter, Texture};
+use super::texture::{self, Filter, Repeat, Texture};
 use crate::diag::Diagnostic;
 use crate::grammar::{Field, vrml97_background};
 use crate::iv::NodeRef;
@@ -93,7 +93,7 @@ impl Background {
             }
             if let Some(picture) = picture {
                 let across = Vec2::new(direction.dot(right), direction.dot(top)) / depth;
-                let texel = picture.sample(0.5 * across + 0.5, Filter::Linear, false, false);
+                let texel = picture.sample(0.5 * across + 0.5, Filter::Linear, Repeat::NONE);
                 return plain.lerp(texel.truncate(), texel.w);
             }
         }

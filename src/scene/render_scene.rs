@@ -1,0 +1,246 @@
+//! A compiled scene.
+
+use std::sync::{Arc, OnceLock};
+
+use glam::{DVec3, Vec3};
+
+use super::census::Census;
+use super::looks::{Background, Light, Surface, Texture};
+use crate::bvh::{Bvh, Hit};
+use crate::diag::{Diagnostic, Result};
+use crate::geometry::{Quadric, Stroke, StrokeView};
+
+/// What a ray can hit, and how it looks.
+#[derive(Debug, Default)]
+pub struct RenderScene {
+    pub origin: DVec3,
+    pub(super) triangles: Vec<[Vec3; 3]>,
+    pub(super) quadrics: Vec<Quadric>,
+    pub(super) strokes: Vec<Stroke>,
+    /// Surface of each triangle, quadric and stroke.
+    pub(super) owners: Vec<u32>,
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) light_sets: Vec<Arc<Vec<Light>>>,
+    pub(super) textures: Vec<Arc<Texture>>,
+    /// Built when the first ray asks for it.
+    pub(super) tree: OnceLock<Bvh>,
+    /// Whether any surface is see-through in places or seen from one side only.
+    pub(super) special: bool,
+    /// Whether any surface is seen before everything else.
+    pub(super) annotated: bool,
+    /// Whether everything stops all light.
+    pub(super) solid: bool,
+    /// The camera, for what is measured in pixels.
+    pub(super) view: StrokeView,
+    pub(super) background: Background,
+    pub(super) census: Census,
+    pub(super) bounds: Option<(Vec3, Vec3)>,
+}
+
+/// A triangle as Coin's triangle callback gives it: world space, three corners each.
+#[derive(Clone, Copy, Debug)]
+pub struct OracleTriangle {
+    pub position: [DVec3; 3],
+    pub normal: [Vec3; 3],
+    pub diffuse: [Vec3; 3],
+    pub transparency: f32,
+    pub shape: u32,
+}
+
+impl RenderScene {
+    /// What is known once everything is collected: the box around it, fog, what lets light through.
+    pub(super) fn finalize(&mut self) -> Result<()> {
+        if u32::try_from(self.owners.len()).is_err() {
+            return Err(Diagnostic::error("the scene has more than 2^32 primitives"));
+        }
+        let triangles = around(self.triangles.as_flattened());
+        let others = self.boxes_of_others().chain(triangles);
+        self.bounds = others.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        self.resolve_fog_distance();
+        if self.census.transparent {
+            self.find_centers();
+        }
+        self.solid = self
+            .surfaces
+            .iter()
+            .all(|s| s.casts_shadow && s.clip.is_empty() && s.is_opaque());
+        Ok(())
+    }
+
+    /// The box around each primitive.
+    fn boxes(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
+        let triangles = self.triangles.iter();
+        let triangles = triangles.map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)));
+        triangles.chain(self.boxes_of_others())
+    }
+
+    fn boxes_of_others(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
+        let quadrics = self.quadrics.iter().map(|q| {
+            let (min, max) = q.bounds();
+            widen(min, max)
+        });
+        let strokes = self.strokes.iter().map(|s| s.bounds(&self.view));
+        quadrics.chain(strokes)
+    }
+
+    /// The tree that rays go through, built when it is first asked for: what needs no ray (bounds,
+    /// counts, triangles) does not wait for it. The same tree whoever asks.
+    pub(super) fn tree(&self) -> &Bvh {
+        self.tree.get_or_init(|| {
+            let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
+            Bvh::build(self.boxes().collect(), corners)
+        })
+    }
+
+    /// Builds what rays need now, so that the first ray does not wait.
+    pub fn prepare(&self) {
+        self.tree();
+        for texture in &self.textures {
+            texture.texels();
+        }
+    }
+
+    /// Where the box of each surface has its center.
+    fn find_centers(&mut self) {
+        let mut around: Vec<Option<(Vec3, Vec3)>> = vec![None; self.surfaces.len()];
+        for (owner, (min, max)) in self.owners.iter().zip(self.boxes()) {
+            let all = &mut around[*owner as usize];
+            *all = Some(all.map_or((min, max), |(a, b)| (a.min(min), b.max(max))));
+        }
+        for (surface, around) in self.surfaces.iter_mut().zip(around) {
+            surface.center = around.map_or(Vec3::ZERO, |(min, max)| 0.5 * (min + max));
+        }
+    }
+
+    /// Fog without a visibility reaches to the far end of what the camera sees (Coin).
+    fn resolve_fog_distance(&mut self) {
+        let Some((min, max)) = self.bounds else {
+            return;
+        };
+        let corner = |i: usize| {
+            Vec3::new(
+                if i & 1 == 0 { min.x } else { max.x },
+                if i & 2 == 0 { min.y } else { max.y },
+                if i & 4 == 0 { min.z } else { max.z },
+            )
+        };
+        let far = (0..8)
+            .map(|i| corner(i).dot(self.view.forward))
+            .fold(0.0, f32::max);
+        for surface in &mut self.surfaces {
+            if surface.environment.visibility <= 0.0 {
+                surface.environment.visibility = far;
+            }
+        }
+    }
+
+    pub fn surface(&self, hit: &Hit) -> &Surface {
+        &self.surfaces[self.owners[hit.primitive as usize] as usize]
+    }
+
+    pub fn census(&self) -> &Census {
+        &self.census
+    }
+
+    /// The lights of a surface.
+    pub fn lights_of(&self, surface: &Surface) -> &[Light] {
+        self.lights_of_set(surface.lights)
+    }
+
+    /// The lights of a number that surfaces have.
+    pub fn lights_of_set(&self, set: u32) -> &[Light] {
+        &self.light_sets[set as usize]
+    }
+
+    /// All lights, each once.
+    pub fn lights(&self) -> Vec<Light> {
+        let mut all: Vec<Light> = Vec::new();
+        for light in self.light_sets.iter().flat_map(|s| s.iter()) {
+            if !all.contains(light) {
+                all.push(*light);
+            }
+        }
+        all
+    }
+
+    /// What a ray that meets nothing sees: black, or the first `Background`.
+    pub fn background(&self) -> &Background {
+        &self.background
+    }
+
+    /// The box around everything, the compile origin at zero.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        self.bounds
+    }
+
+    pub fn primitives(&self) -> (usize, usize, usize) {
+        (
+            self.triangles.len(),
+            self.quadrics.len(),
+            self.strokes.len(),
+        )
+    }
+
+    /// The corners of a primitive, or nothing if it is not a triangle.
+    #[inline]
+    pub fn corners(&self, primitive: u32) -> Option<&[Vec3; 3]> {
+        self.triangles.get(primitive as usize)
+    }
+
+    /// The number of a primitive's surface.
+    #[inline]
+    pub fn surface_number(&self, primitive: u32) -> usize {
+        self.owners[primitive as usize] as usize
+    }
+
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
+    /// The triangles in order of traversal, for holding against another program's.
+    pub fn triangles(&self) -> impl Iterator<Item = OracleTriangle> + '_ {
+        self.triangles.iter().enumerate().map(|(i, corners)| {
+            let surface = &self.surfaces[self.owners[i] as usize];
+            let local = i - surface.first as usize;
+            let materials = surface.materials_of(local);
+            let flat = (corners[1] - corners[0])
+                .cross(corners[2] - corners[0])
+                .normalize_or_zero();
+            OracleTriangle {
+                position: corners.map(|p| p.as_dvec3() + self.origin),
+                normal: surface.normals.get(local).unwrap_or([flat; 3]),
+                diffuse: materials.map(|m| surface.diffuse_at(m)),
+                transparency: surface.transparency_at(materials[0]),
+                shape: surface.shape,
+            }
+        })
+    }
+}
+
+/// The box around points, none of them NaN.
+fn around(points: &[Vec3]) -> Option<(Vec3, Vec3)> {
+    // Four at a time, as processors do it.
+    let mut low = [*points.first()?; 4];
+    let mut high = low;
+    let fours = points.chunks_exact(4);
+    for (i, &p) in fours.remainder().iter().enumerate() {
+        (low[i], high[i]) = (low[i].min(p), high[i].max(p));
+    }
+    for four in fours {
+        for (i, &p) in four.iter().enumerate() {
+            (low[i], high[i]) = (low[i].min(p), high[i].max(p));
+        }
+    }
+    let low = low.into_iter().reduce(Vec3::min)?;
+    Some((low, high.into_iter().reduce(Vec3::max)?))
+}
+
+/// An f64 box as an f32 box that holds it.
+fn widen(min: DVec3, max: DVec3) -> (Vec3, Vec3) {
+    let down = |v: f64| (v as f32).next_down();
+    let up = |v: f64| (v as f32).next_up();
+    (
+        Vec3::new(down(min.x), down(min.y), down(min.z)),
+        Vec3::new(up(max.x), up(max.y), up(max.z)),
+    )
+}
