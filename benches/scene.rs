@@ -6,7 +6,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use ivcam::film::Resolution;
-use ivcam::plan::{Era, LensChoice, Optics, Plan, Session};
+use ivcam::photo::{CameraChoice, Era, LensChoice, Optics, Plan, Session};
 use ivcam::sampling::Sampler;
 
 #[path = "../examples/shared/mesh.rs"]
@@ -52,7 +52,7 @@ fn rays(c: &mut Criterion) {
 /// The living room at 90x60, 4 samples a pixel, on the threads that rayon takes.
 fn picture(c: &mut Criterion) {
     let mut plan = Plan::of_era(Era::Modern, "scenes/livroom/livroom.iv");
-    plan.camera = Some("camera/cam-1.dat".into());
+    plan.camera = Some(CameraChoice::File("camera/cam-1.dat".into()));
     let mut lens = LensChoice::named("wide-angle");
     lens.efl = Some(ivcam::math::Mm(20.0));
     plan.optics = Optics::Lens(lens);

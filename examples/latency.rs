@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ivcam::math::Mm;
-use ivcam::plan::{Era, Plan};
+use ivcam::photo::{Era, Plan};
 use ivcam::viewer::draft::Preview;
 use ivcam::viewer::engine::{Engine, News, Order};
 use ivcam::viewer::live::{Asked, Frame};
@@ -102,7 +102,7 @@ fn main() {
 
 fn row(path: &std::path::Path) -> Option<()> {
     let mut plan = Plan::of_era(Era::Modern, path);
-    if let ivcam::plan::Optics::Lens(lens) = &mut plan.optics {
+    if let ivcam::photo::Optics::Lens(lens) = &mut plan.optics {
         lens.efl = Some(Mm(20.0));
     }
     let engine = Engine::start(THREADS, Arc::new(|| ())).ok()?;

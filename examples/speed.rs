@@ -22,7 +22,7 @@ use ivcam::camera::Aim;
 use ivcam::film::Resolution;
 use ivcam::lens::{Bundle, LANES, Lens, LensRay, PupilTarget, Toward};
 use ivcam::math::lanes::Width;
-use ivcam::plan::{Era, LensChoice, Optics, Plan, Session};
+use ivcam::photo::{CameraChoice, Era, LensChoice, Optics, Plan, Session};
 use ivcam::render::Stop;
 use ivcam::sampling::{DiscMap, Sampler, SamplerKind};
 use ivcam::shade::Shading;
@@ -360,7 +360,7 @@ fn rates(tree: &Bvh, rays: &mesh::Rays) -> [f64; 2] {
 
 fn living_room() -> Plan {
     let mut plan = Plan::of_era(Era::Modern, "scenes/livroom/livroom.iv");
-    plan.camera = Some("camera/cam-1.dat".into());
+    plan.camera = Some(CameraChoice::File("camera/cam-1.dat".into()));
     plan.focus = Some(ivcam::math::Meters(1.2));
     let mut lens = LensChoice::named("wide-angle");
     lens.efl = Some(ivcam::math::Mm(20.0));

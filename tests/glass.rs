@@ -6,7 +6,7 @@ use ivcam::camera::Aim;
 use ivcam::film::{FilmFormat, Resolution};
 use ivcam::lens::{Lens, LensRay};
 use ivcam::math::Meters;
-use ivcam::plan::{Era, LensChoice, Optics, Plan, Session};
+use ivcam::photo::{Era, LensChoice, Optics, Plan, Session};
 use ivcam::render::{Exposure, Stop};
 use ivcam::sampling::DiscMap;
 use ivcam::shade::Shading;

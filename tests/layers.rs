@@ -26,7 +26,7 @@ const ORDER: [&str; 29] = [
     "camera",
     "render",
     "photo",
-    "plan",
+    "photo",
     "movie",
     "compare",
     "diagram",

@@ -21,7 +21,7 @@ use glam::DVec3;
 use ivcam::film::{Resolution, Response};
 use ivcam::lens::{FocusMethod, Iris};
 use ivcam::math::Mm;
-use ivcam::plan::{Era, Headlight, LensChoice, Optics, Plan};
+use ivcam::photo::{Era, Headlight, LensChoice, Optics, Plan};
 use ivcam::sampling::SamplerKind;
 use ivcam::shade::Shading;
 use ivcam::viewer::archive::Way;
@@ -60,7 +60,7 @@ impl Scratch {
 
     fn plan(&self) -> Plan {
         let mut plan = Plan::of_era(Era::Modern, self.path("scene.iv"));
-        plan.optics = Optics::Lens(ivcam::plan::LensChoice::named("double-gauss"));
+        plan.optics = Optics::Lens(ivcam::photo::LensChoice::named("double-gauss"));
         plan.resolution = Resolution {
             width: 96,
             height: 64,
@@ -603,15 +603,14 @@ fn a_command_line_says_its_plan_exactly() {
         let rest = words.iter().skip(if modern { 2 } else { 1 });
         let matches = clap::Command::new("ivcam")
             .no_binary_name(true)
-            .args(ivcam::cli::flags::arguments(ivcam::cli::flags::RENDER))
+            .args(ivcam::cli::flags::photograph())
             .arg(clap::Arg::new("scene"))
             .try_get_matches_from(rest)
             .unwrap();
         let plan = ivcam::cli::render::plan(&matches, setup.plan.era).unwrap();
         assert_eq!(plan, setup.plan, "{words:?}");
         if let Some(camera) = &setup.plan.camera {
-            let pose = ivcam::plan::camera_of_file(camera).unwrap();
-            assert_eq!(pose, setup.pose);
+            assert_eq!(camera.pose().unwrap(), setup.pose);
         }
     };
     check(&setup);
@@ -861,7 +860,7 @@ fn a_name_that_is_made_up_is_one_that_no_file_has() {
 fn window_plan(words: &str, era: Era) -> Plan {
     let matches = clap::Command::new("ivcam")
         .no_binary_name(true)
-        .args(ivcam::cli::flags::arguments(ivcam::cli::flags::RENDER))
+        .args(ivcam::cli::flags::photograph())
         .arg(clap::Arg::new("scene"))
         .try_get_matches_from(words.split_whitespace())
         .unwrap();
@@ -977,6 +976,7 @@ fn still(scratch: &Scratch) -> Bench {
     frame.rate = 1e6;
     let mut model = Model::new(Plan::of_era(Era::Modern, ""));
     model.setup = setup;
+    model.headlight = live.session().headlight_sources;
     model.depths = Some(Arc::new(frame.view.depths(&|| true).unwrap()));
     model.frame = Some(frame);
     model.scenes = vec![model.setup.plan.scene.clone()];

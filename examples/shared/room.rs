@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use ivcam::math::{Meters, Mm};
-use ivcam::plan::{Era, IdealChoice, LensChoice, Optics, Plan, Session};
+use ivcam::photo::{Era, IdealChoice, LensChoice, Optics, Plan, Session};
 use ivcam::render::Stop;
 use ivcam::render::report::Deviation;
 use ivcam::sampling::Sampler;

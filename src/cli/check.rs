@@ -41,7 +41,7 @@ pub fn command() -> Command {
                 .action(ArgAction::Append)
                 .help("also look here for files that a scene names"),
         )
-        .args(super::flags::arguments(&[FONTS, LIMIT]))
+        .args([FONTS, LIMIT].iter().map(super::flags::argument))
 }
 
 pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {

@@ -74,7 +74,7 @@ pub fn command() -> Command {
             "FILE.dat",
             "NEW is a scene: finds the camera of OLD, starting from the flags, and writes it",
         ))
-        .args(flags::arguments(flags::RENDER))
+        .args(flags::photograph())
         .arg(Arg::new("scene").long("scene").hide(true))
         .arg(
             value(

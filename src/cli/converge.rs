@@ -5,12 +5,12 @@ use std::path::Path;
 
 use clap::{Arg, ArgMatches, Command};
 
-use super::render::{Talk, plan, tell_headlight};
+use super::render::{OutputOptions, plan, tell_headlight};
 use super::{flags, parsed, scene_argument, tell_all, text};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result};
+use crate::photo::{Era, Plan, Session};
 use crate::picture::{Raster, Samples, write_whole};
-use crate::plan::{Era, Plan, Session};
 use crate::render::Stop;
 use crate::render::report::{Convergence, Row};
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
@@ -21,7 +21,7 @@ pub fn command() -> Command {
     };
     Command::new("converge")
         .about("Measures error against samples and run time, for a list of methods")
-        .args(flags::arguments(flags::RENDER))
+        .args(flags::photograph())
         .mut_arg("output", |arg| arg.hide(true))
         .arg(value(
             "methods",
@@ -61,7 +61,7 @@ pub fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
                 .with_help("a convergence run makes tables: give `--csv`, `--json` or `--svg`"),
         );
     }
-    let talk = Talk::of(m)?;
+    let options = OutputOptions::of(m)?;
     let plan = plan(m, Era::Modern)?;
     let most = plan.sampler.samples;
     let whole = |w: &str| w.parse::<u32>().ok().filter(|n| (1..=1 << 24).contains(n));
@@ -74,7 +74,7 @@ pub fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .collect::<Result<_>>()?;
     let base = Session::open(plan.clone())?;
     tell_all(&base.sink);
-    tell_headlight(&base, talk.quiet);
+    tell_headlight(&base, options.quiet);
 
     let mut table = Convergence {
         scene: plan.scene.display().to_string(),
@@ -92,7 +92,7 @@ pub fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
                 seed: !plan.sampler.seed,
             };
             let run = || base.expose_with(sampler, Stop::after(deep), &|_| ());
-            let exposure = talk.on_threads(run)?;
+            let exposure = options.on_threads(run)?;
             let error = exposure.film.relative_rmse().unwrap_or(f64::NAN);
             table.reference = format!("{deep} spp of sobol, relRMSE {error:.1e}");
             exposure
@@ -114,9 +114,9 @@ pub fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
                 ..session.plan.sampler
             };
             let run = || session.expose_with(sampler, Stop::after(samples), &|_| ());
-            let exposure = talk.on_threads(run)?;
+            let exposure = options.on_threads(run)?;
             table.push(Row::new(&method.name, &exposure, &reference));
-            if !talk.quiet {
+            if !options.quiet {
                 super::say!("{} {samples} spp: {:.2} s", method.name, exposure.seconds);
             }
             write(m, &table)?;

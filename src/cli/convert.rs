@@ -34,9 +34,7 @@ pub fn command() -> Command {
                 .default_value("ascii")
                 .help("text, or Inventor's binary form"),
         )
-        .args(super::flags::arguments(std::slice::from_ref(
-            &super::flags::LIMIT,
-        )))
+        .arg(super::flags::argument(&super::flags::LIMIT))
 }
 
 pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {

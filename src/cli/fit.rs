@@ -9,8 +9,8 @@ use super::{render, tell_all, text, written};
 use crate::compare::Plate;
 use crate::compare::camera_fit::CameraFit;
 use crate::diag::{Diagnostic, Result};
+use crate::photo::{Era, Session};
 use crate::picture::write_whole;
-use crate::plan::{Era, Session};
 
 /// Fits, writes the camera, and gives the best rendering.
 pub fn run(

@@ -11,16 +11,16 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::render::f_number;
+use super::flags;
 use super::sheet::{AboutRow, SurfaceRow};
 use crate::camera::{film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::{
-    About, Coating, FirstOrder, Focus, FocusMethod, Lens, LensRay, LossKind, Plane, Pupil, Reading,
-    Toward, trace,
+    About, Coating, FirstOrder, Focus, Lens, LensRay, LossKind, Plane, Pupil, Reading, Toward,
+    trace,
 };
-use crate::math::{LengthUnit, Meters, parse_length};
+use crate::photo::{LensChoice, options};
 use crate::picture::write_whole;
 use crate::prescription::glass;
 
@@ -48,37 +48,12 @@ pub fn command() -> Command {
                 .help("answer as JSON")
                 .action(ArgAction::SetTrue),
         )
-        .arg(value("scale", "FACTOR", "multiply every length").visible_alias("zoom"))
-        .arg(value("efl", "LENGTH", "scale to this focal length").conflicts_with("scale"))
-        .arg(value(
-            "zoom-position",
-            "N",
-            "a tabulated position of a zoom lens, from 0",
-        ))
-        .arg(
-            value("f-number", "N", "close the stop to this f-number, such as f/8 or 8")
-                .visible_alias("aperture"),
-        )
-        .arg(value(
-            "coating",
-            "none|mgf2|ideal",
-            "what lies on every surface [the prescription's, else ideal]",
-        ))
-        .arg(value(
-            "focus",
-            "DISTANCE",
-            "focus, in meters from the front vertex (or `inf`)",
-        ))
-        .arg(
-            value(
-                "focus-by",
-                "PART",
-                "what moves: the film, the whole lens by equation 5, the focusing group; or the film to the best spot",
-            )
-            .visible_alias("focus-method")
-            .value_parser(["film", "lens", "group", "best"])
-            .default_value("film"),
-        )
+        .args(options::for_a_lens_alone().map(flags::argument))
+        .mut_arg("zoom", |arg| arg.visible_alias("scale"))
+        .mut_arg("efl", |arg| arg.conflicts_with("zoom"))
+        .mut_arg("focus", |arg| {
+            arg.help("focus, in meters from the front vertex (or `inf`)")
+        })
         .arg(value(
             "wavelength",
             "NM",
@@ -108,14 +83,6 @@ pub fn command() -> Command {
             "curves",
             "with --json: the data sheet's curves too",
         ))
-        .arg(
-            value(
-                "glass-catalogue",
-                "FILE.agf",
-                "glasses that the prescription may name; may be repeated",
-            )
-            .action(ArgAction::Append),
-        )
         .arg(super::switch(
             "position-first",
             "in four columns, the second is the distance from the vertex before (Kolb's older files)",
@@ -139,44 +106,25 @@ pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         return super::sheet::list(matches.get_flag("json"), out);
     };
     let mut sink = Sink::new();
-    let opened = Lens::open_as(name, &reading(matches)?, &mut sink);
+    let (choice, distance) = LensChoice::from_words(name, &flags::words(matches), &mut sink)?;
+    let reading = Reading {
+        position_first: matches.get_flag("position-first").then_some(true),
+        ..Reading::default()
+    };
+    let opened = choice.open_as(reading, &mut sink);
     sink.items().iter().for_each(super::tell);
     let mut lens = opened?;
-    if let Some(position) = text("zoom-position") {
-        let position = parse(position, "zoom-position", "a number from 0")?;
-        lens = lens
-            .at_zoom(position)
-            .map_err(|e| crate::lens::at_zoom_list(e, name))?;
-    }
-    if let Some(factor) = text("scale") {
-        lens = lens.scaled(positive(factor, "scale")?);
-    }
-    if let Some(efl) = text("efl") {
-        let length = parse_length(efl, LengthUnit::Millimeter);
-        lens = lens.scaled_to(length.ok_or_else(|| wrong("efl", efl, "a length such as 20mm"))?)?;
-    }
-    if let Some(number) = text("f-number") {
-        let wanted = || wrong("f-number", number, "an f-number such as f/8 or 8");
-        lens = lens.at_f_number(f_number(number).ok_or_else(wanted)?)?;
-    }
-    if let Some(coating) = super::render::named(matches, "coating", &Coating::ALL)? {
-        lens = lens.with_coating(coating);
-    }
     if let Some(nm) = text("wavelength") {
         lens = lens.at_wavelength(wavelength(positive(nm, "wavelength")?)?);
     }
     if let Some(file) = text("trace") {
         return trace_file(&lens, file, out);
     }
-    let method = match text("focus-by") {
-        Some("lens") => FocusMethod::Lens,
-        Some("group") => FocusMethod::Group,
-        Some("best") => FocusMethod::Best,
-        _ => FocusMethod::Film,
-    };
-    let focus = text("focus")
-        .map(|distance| focus(&lens, method, distance))
-        .transpose()?;
+    let focus = distance.map(|distance| {
+        lens.focus(choice.method, distance)
+            .map_err(|fault| fault.diagnostic(lens.name()))
+    });
+    let focus = focus.transpose()?;
     let film_z = focus.as_ref().map(|f| f.film_z);
     if let Some(file) = text("as-scene") {
         return save_scene(&lens, film_z, file);
@@ -227,31 +175,6 @@ fn save_scene(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<i32> {
     let scene = lens_in_scene(lens, &film_plane(lens, film_z), None)?;
     write_whole(Path::new(file), |to| to.write_all(scene.as_bytes()))?;
     Ok(0)
-}
-
-/// What the flags say about reading.
-fn reading(matches: &ArgMatches) -> Result<Reading> {
-    let mut reading = Reading {
-        position_first: matches.get_flag("position-first").then_some(true),
-        ..Reading::default()
-    };
-    let files = matches.get_many::<String>("glass-catalogue");
-    for file in files.into_iter().flatten() {
-        reading.glasses.add_file(file)?;
-    }
-    Ok(reading)
-}
-
-fn focus(lens: &Lens, method: FocusMethod, distance: &str) -> Result<Focus> {
-    let Some(distance) = parse_length(distance, LengthUnit::Meter) else {
-        return Err(wrong(
-            "focus",
-            distance,
-            "a distance in meters, such as 1.2, 40cm or inf",
-        ));
-    };
-    lens.focus(method, Meters::from(distance))
-        .map_err(|fault| fault.diagnostic(lens.name()))
 }
 
 fn wrong(flag: &str, value: &str, wanted: &str) -> Box<Diagnostic> {

@@ -35,7 +35,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::geometry::text::Fonts;
 use crate::iv::Limits;
-use crate::plan::Era;
+use crate::photo::{Era, options};
 
 /// Exit code: what was asked for could not be done.
 pub const ERROR: i32 = 2;
@@ -148,7 +148,7 @@ pub fn commands() -> Command {
             Command::new("render")
                 .about("Makes the photograph of a scene through a lens")
                 .args_override_self(true)
-                .args(flags::arguments(flags::RENDER))
+                .args(flags::photograph())
                 .arg(scene_argument()),
         )
         .subcommand(check::command())
@@ -168,7 +168,7 @@ fn vintage_command() -> Command {
         .version(env!("CARGO_PKG_VERSION"))
         .about("Photographs a scene as the 1999 program did; see also `ivcam help`")
         .args_override_self(true)
-        .args(flags::arguments(flags::RENDER))
+        .args(flags::photograph())
         .arg(scene_argument())
 }
 
@@ -195,28 +195,12 @@ pub fn tell_all(sink: &Sink) {
 
 /// The limits on scenes, as `--scene-limit` changes them.
 pub fn limits(matches: &ArgMatches) -> Result<Limits> {
-    let mut limits = Limits::default();
-    let words = matches.get_many::<std::path::PathBuf>("scene-limit");
-    for word in words.into_iter().flatten() {
-        let word = word.to_string_lossy();
-        limits.set(&word).ok_or_else(|| {
-            Diagnostic::error(format!(
-                "`--scene-limit {word}` is not a limit and a number"
-            ))
-            .with_help(format!(
-                "such as `bytes=2G`; the limits are {}",
-                Limits::NAMES.join(", ")
-            ))
-        })?;
-    }
-    Ok(limits)
+    options::limits(&flags::words(matches))
 }
 
 /// The typefaces below the folders of `--fonts`.
 pub fn fonts(matches: &ArgMatches) -> Result<Arc<Fonts>> {
-    let folders = matches.get_many::<std::path::PathBuf>("fonts");
-    let folders: Vec<_> = folders.into_iter().flatten().collect();
-    Fonts::open(&folders).map(Arc::new)
+    options::typefaces(&flags::words(matches))
 }
 
 /// A flag that does nothing but switch on.
@@ -244,9 +228,7 @@ pub fn parsed<T>(
     };
     match parse(word) {
         Some(value) => Ok(Some(value)),
-        None => Err(Diagnostic::error(format!(
-            "`--{name} {word}` is not {expects}"
-        ))),
+        None => Err(options::not_understood(name, word, expects)),
     }
 }
 

@@ -7,12 +7,13 @@ use std::time::{Duration, Instant};
 
 use clap::{Arg, ArgMatches, Command};
 
-use super::render::{Frame, Shutter, Talk, plan_of};
+use super::render::{OutputOptions, movie_plan};
 use super::{flags, parsed, scene_argument, tell_all, text};
 use crate::diag::{Diagnostic, Result, Source};
 use crate::math::{LengthUnit, Meters, parse_length};
 use crate::movie::{Container, Ease, Event, Shoot, Timeline, has_ffmpeg};
-use crate::plan::Era;
+use crate::photo::Era;
+use crate::photo::options::{MovieFrame, Shutter, command_line};
 
 pub fn command() -> Command {
     let value = |name: &'static str, value: &'static str, help: &'static str| {
@@ -20,7 +21,7 @@ pub fn command() -> Command {
     };
     Command::new("pull-focus")
         .about("Makes a film that pulls focus, or follows a timeline")
-        .args(flags::arguments(flags::RENDER))
+        .args(flags::photograph())
         .mut_arg("output", |arg| {
             arg.value_name("FILM")
                 .help("film to write: .mov, .mp4 or .png (animated) [the scene's name, .mov and .mp4; .png without ffmpeg]")
@@ -50,13 +51,13 @@ pub fn command() -> Command {
 /// Runs the command; the number is the exit code.
 pub fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
     let timeline = timeline(m)?;
-    let frame = Frame {
+    let frame = MovieFrame {
         seconds: 1.0 / timeline.rate,
         open: timeline.shutter,
     };
-    let plan = plan_of(m, Era::Modern, Some(frame))?;
+    let plan = movie_plan(m, Era::Modern, frame)?;
     let movies = movies(m)?;
-    let talk = Talk::of_film(m)?;
+    let options = OutputOptions::of_movie(m)?;
     let folder = text(m, "folder").map_or_else(
         || {
             let (movie, _) = &movies[0];
@@ -66,11 +67,11 @@ pub fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
         PathBuf::from,
     );
     let (frames, rate) = (timeline.frames, timeline.rate);
-    let shoot = Shoot::new(plan, timeline, folder, super::render::command_line(words))?;
-    render(&shoot, frames, &talk)?;
+    let shoot = Shoot::new(plan, timeline, folder, command_line(words))?;
+    render(&shoot, frames, &options)?;
     for (movie, container) in &movies {
         container.write(movie, &shoot.frame_paths(), rate)?;
-        if !talk.quiet {
+        if !options.quiet {
             super::say!("{frames} frames in {}", movie.display());
         }
     }
@@ -78,16 +79,16 @@ pub fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
 }
 
 /// Renders the frames that are missing, with a line for each.
-fn render(shoot: &Shoot, frames: u32, talk: &Talk) -> Result<()> {
+fn render(shoot: &Shoot, frames: u32, options: &OutputOptions) -> Result<()> {
     let missing = shoot.missing();
     let there = frames as usize - missing.len();
-    if there > 0 && !talk.quiet {
+    if there > 0 && !options.quiet {
         super::say!("{there} frames are there already");
     }
     let start = Instant::now();
     let mut tell = |event: Event<'_>| match event {
         Event::Opened(sink) => tell_all(sink),
-        Event::Frame { .. } if talk.quiet => {}
+        Event::Frame { .. } if options.quiet => {}
         Event::Frame {
             number,
             focus,
@@ -103,7 +104,7 @@ fn render(shoot: &Shoot, frames: u32, talk: &Talk) -> Result<()> {
             );
         }
     };
-    talk.on_threads(|| shoot.render(&missing, &mut tell))?
+    options.on_threads(|| shoot.render(&missing, &mut tell))?
 }
 
 fn timeline(m: &ArgMatches) -> Result<Timeline> {
@@ -129,7 +130,7 @@ fn timeline(m: &ArgMatches) -> Result<Timeline> {
     if let Some(rate) = parsed(m, "rate", "frames a second, from 0.1 to 1000", rate)? {
         timeline.rate = rate;
     }
-    match Shutter::of(m)? {
+    match Shutter::of(&flags::words(m))? {
         None => {}
         Some(Shutter::Part(part)) => timeline.shutter = part,
         Some(Shutter::Seconds(time)) if time * timeline.rate <= 1.0 + 1e-9 => {

@@ -4,13 +4,13 @@ use clap::{Arg, ArgMatches, Command};
 
 use super::flags;
 use crate::diag::Result;
-use crate::plan::Era;
+use crate::photo::Era;
 
 pub fn command() -> Command {
     Command::new("view")
         .about("Composes a photograph in a window, with the real lens live on screen")
         .args_override_self(true)
-        .args(flags::arguments(flags::RENDER))
+        .args(flags::photograph())
         .arg(
             Arg::new("scene")
                 .value_name("SCENE")

@@ -13,7 +13,7 @@ use super::plane::{Plane, Plate};
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::film::Resolution;
 use crate::math::{Meters, Mm};
-use crate::plan::{Optics, Plan, Session};
+use crate::photo::{Optics, Plan, Session};
 use crate::pose::{CameraPose, Projection, axis_angle};
 use crate::render::Exposure;
 

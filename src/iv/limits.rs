@@ -51,6 +51,21 @@ impl Limits {
         "primitives",
     ];
 
+    /// Every limit by its name.
+    pub fn entries(&self) -> [(&'static str, usize); 8] {
+        let values = [
+            self.bytes,
+            self.nodes,
+            self.copies,
+            self.depth,
+            self.include_depth,
+            self.files,
+            self.visits,
+            self.primitives,
+        ];
+        std::array::from_fn(|i| (Self::NAMES[i], values[i]))
+    }
+
     /// Sets a limit by a word such as `bytes=2G` or `visits=100000`; k, M and G are powers of
     /// 1024. `None` if the word is not one.
     pub fn set(&mut self, word: &str) -> Option<()> {
@@ -90,7 +105,11 @@ mod tests {
         let mut limits = Limits::default();
         for name in Limits::NAMES {
             assert_eq!(limits.set(&format!("{name}=7")), Some(()), "{name}");
+            let mut changed = limits.entries().into_iter().filter(|(_, n)| *n == 7);
+            assert_eq!(changed.next().map(|(name, _)| name), Some(name));
+            limits = Limits::default();
         }
+        assert_eq!(limits.set("visits=7"), Some(()));
         assert_eq!(limits.set("bytes=2M"), Some(()));
         assert_eq!((limits.bytes, limits.visits), (2 << 20, 7));
         assert_eq!(limits.set("bytes=lots"), None);

@@ -1,6 +1,6 @@
 use super::*;
 use crate::film::{Exposed, Film, Resolution};
-use crate::plan::{Era, LensChoice, Optics, Plan, Session};
+use crate::photo::{Era, LensChoice, Optics, Plan, Session};
 use crate::sampling::{Filter, FilterTable, Sampler, SamplerKind};
 use crate::shade::{Shader, Work};
 

@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use crate::plan::{Optics, Session};
+use crate::photo::{Optics, Session};
 use crate::render::{Render, Stop};
 use crate::sampling::FilterTable;
 use crate::shade::Work;

@@ -13,8 +13,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
 use crate::diag::{Diagnostic, Result};
+use crate::photo::{HeadlightSources, Plan, Session};
 use crate::picture::PictureFormat;
-use crate::plan::{HeadlightSources, Plan, Session};
 
 use super::autofocus::{Focused, focus_at};
 use super::live::{Asked, Frame, Live};

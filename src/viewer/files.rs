@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use crate::diag::{Diagnostic, Result};
 use crate::grammar::class;
 use crate::iv::{Document, Format};
+use crate::photo::{CameraChoice, CameraNode};
 use crate::picture::write_whole;
 use crate::pose::CameraPose;
 
-use super::setup::{Setup, node};
+use super::setup::Setup;
 
 const HEADER: &str = "#Inventor V2.1 ascii\n";
 
@@ -35,7 +36,7 @@ impl Kind {
             | "tga" | "rgb" | "sgi" | "bw" | "exr" => Self::Picture,
             "zmx" | "seq" | "json" => Self::Lens,
             "env" => Self::Environment,
-            "dat" if crate::plan::camera_of_file(path).is_ok() => Self::Camera,
+            "dat" if CameraChoice::File(path.to_owned()).pose().is_ok() => Self::Camera,
             "dat" => Self::Lens,
             _ => Self::Scene,
         }
@@ -55,7 +56,7 @@ pub fn camera_text(setup: &Setup) -> String {
     };
     format!(
         "{HEADER}# Written by ivcam.\n{}\n",
-        laid_out(&node(&pose).0)
+        laid_out(CameraNode::of(&pose).text())
     )
 }
 

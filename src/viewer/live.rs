@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::diag::Result;
 use crate::film::{ErrorEstimate, Film, Resolution};
-use crate::plan::{Optics, Plan, Session};
+use crate::photo::{Optics, Plan, Session};
 use crate::render::{Counts, Render, Stop, Tile};
 use crate::sampling::FilterTable;
 use crate::shade::Shading;

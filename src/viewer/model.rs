@@ -13,7 +13,7 @@ use glam::DVec3;
 use crate::camera::Camera;
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::math::Meters;
-use crate::plan::{HeadlightSources, Optics, Plan, picture_name};
+use crate::photo::{CameraChoice, HeadlightSources, Optics, Plan, picture_name};
 use crate::pose::{CameraPose, Projection};
 
 use super::archive::Archive;
@@ -248,9 +248,10 @@ impl Model {
     /// # Errors
     /// A file without a camera.
     pub fn read_camera(&mut self, path: &Path) -> Result<()> {
-        let pose = crate::plan::camera_of_file(path)?;
+        let camera = CameraChoice::File(path.to_owned());
+        let pose = camera.pose()?;
         self.edit("camera file", |setup| {
-            setup.plan.camera = Some(path.to_owned());
+            setup.plan.camera = Some(camera);
             setup.plan.focus = None;
             setup.pose = pose;
         });

@@ -3,7 +3,7 @@
 use eframe::egui;
 
 use crate::diag::{Diagnostic, Result};
-use crate::plan::Plan;
+use crate::photo::Plan;
 
 use super::engine::Engine;
 use super::lenses::LensMenu;

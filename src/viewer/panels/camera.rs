@@ -5,7 +5,7 @@ use egui::{Sense, Ui, WidgetInfo, WidgetType, vec2};
 use crate::film::FilmFormat;
 use crate::lens::FocusMethod;
 use crate::math::Mm;
-use crate::plan::Optics;
+use crate::photo::Optics;
 use crate::viewer::lenses::Entry;
 use crate::viewer::model::Model;
 

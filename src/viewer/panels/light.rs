@@ -3,7 +3,7 @@
 use egui::{Color32, Sense, Ui, pos2, vec2};
 
 use crate::film::Response;
-use crate::plan::Headlight;
+use crate::photo::Headlight;
 use crate::shade::Shading;
 use crate::viewer::develop::{BINS, Histogram};
 use crate::viewer::model::Model;

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use egui::{Context, Key, Modifiers, TextureHandle};
 
 use crate::diag::Sink;
-use crate::plan::LensChoice;
+use crate::photo::LensChoice;
 
 use super::engine::Engine;
 use super::lenses::LensMenu;

@@ -135,7 +135,7 @@ pub fn aperture(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     blades(ui, &mut next.iris);
     if next != lens {
         model.edit("aperture", |s| {
-            s.plan.optics = crate::plan::Optics::Lens(next)
+            s.plan.optics = crate::photo::Optics::Lens(next)
         });
     }
     ui.separator();

@@ -1,20 +1,20 @@
-//! The camera that a plan asks for, and what its lens has to say of itself.
+//! The camera that a plan asks for, and the settings of its lens for the report.
 
 use indexmap::IndexMap;
 
-use super::standing::own_focus;
-use super::{IdealChoice, LensChoice, Optics, Plan};
+use super::plan::{IdealChoice, LensChoice, Optics, Plan};
+use super::pose::own_focus;
 use crate::camera::{Camera, FilmCamera, IdealLens, LensCamera, Pinhole, pixel_aspect};
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::lens::{FilmPlace, Focus, Lens};
 use crate::math::Meters;
 use crate::pose::{CameraPose, FilmPlane};
 
-/// What a report tells of the camera, by name, in the order said.
-type Said = IndexMap<String, String>;
+/// What a report tells of the camera, by name, in the order settings.
+type LensSettings = IndexMap<String, String>;
 
 /// The camera, and the choices that its lens brought with it.
-pub fn camera(plan: &Plan, pose: &CameraPose, sink: &mut Sink) -> Result<(Camera, Said)> {
+pub fn camera(plan: &Plan, pose: &CameraPose, sink: &mut Sink) -> Result<(Camera, LensSettings)> {
     if let Some(plane) = pose.film {
         return Ok(film_alone(plan, plane, pose));
     }
@@ -25,13 +25,13 @@ pub fn camera(plan: &Plan, pose: &CameraPose, sink: &mut Sink) -> Result<(Camera
     }
 }
 
-fn film_alone(plan: &Plan, plane: FilmPlane, pose: &CameraPose) -> (Camera, Said) {
+fn film_alone(plan: &Plan, plane: FilmPlane, pose: &CameraPose) -> (Camera, LensSettings) {
     let film = FilmCamera::new(plane, plan.film, plan.aim, pose);
-    let said = [("lens", "in the scene, as solids".into())];
-    (Camera::Film(film), all(said))
+    let settings = [("lens", "in the scene, as solids".into())];
+    (Camera::Film(film), all(settings))
 }
 
-fn pinhole(plan: &Plan, pose: &CameraPose) -> Result<(Camera, Said)> {
+fn pinhole(plan: &Plan, pose: &CameraPose) -> Result<(Camera, LensSettings)> {
     if plan.metering.is_some() {
         return Err(
             Diagnostic::error("a pinhole has no aperture to expose a film through")
@@ -39,11 +39,11 @@ fn pinhole(plan: &Plan, pose: &CameraPose) -> Result<(Camera, Said)> {
         );
     }
     let pinhole = Pinhole::new(pose, plan.resolution.aspect());
-    let said = [("lens", "none (pinhole)".into())];
-    Ok((Camera::Pinhole(pinhole), all(said)))
+    let settings = [("lens", "none (pinhole)".into())];
+    Ok((Camera::Pinhole(pinhole), all(settings)))
 }
 
-fn ideal(choice: &IdealChoice, plan: &Plan, pose: &CameraPose) -> Result<(Camera, Said)> {
+fn ideal(choice: &IdealChoice, plan: &Plan, pose: &CameraPose) -> Result<(Camera, LensSettings)> {
     let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
     let lens = IdealLens::new(choice.efl, choice.f_number, distance, plan.film, pose);
     let lens = lens.ok_or_else(|| {
@@ -53,14 +53,14 @@ fn ideal(choice: &IdealChoice, plan: &Plan, pose: &CameraPose) -> Result<(Camera
         ))
         .with_help("focus farther away than the focal length")
     })?;
-    let said = [
+    let settings = [
         ("lens", "ideal".into()),
         ("efl", format!("{:.3} mm", choice.efl.0)),
         ("f-number", format!("f/{:.2}", choice.f_number)),
         ("focus", in_meters(distance)),
         ("film position", format!("{:.4} mm", lens.film_distance)),
     ];
-    Ok((Camera::Ideal(lens), all(said)))
+    Ok((Camera::Ideal(lens), all(settings)))
 }
 
 fn through_lens(
@@ -68,13 +68,13 @@ fn through_lens(
     plan: &Plan,
     pose: &CameraPose,
     sink: &mut Sink,
-) -> Result<(Camera, Said)> {
+) -> Result<(Camera, LensSettings)> {
     let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
     let (lens, focus) = choice.open_focused(distance, sink)?;
     warn(plan, &lens, sink);
-    let mut said = of_lens(choice, plan, &lens);
-    said.extend(of_exposure(plan, &lens));
-    said.extend(of_focus(choice, plan, distance, &focus));
+    let mut settings = of_lens(choice, plan, &lens);
+    settings.extend(of_exposure(plan, &lens));
+    settings.extend(of_focus(choice, plan, distance, &focus));
     let place = FilmPlace::new(&lens, &focus, &plan.movements, plan.film);
     let place = place.map_err(|fault| fault.diagnostic(lens.name()))?;
     let mut camera = LensCamera::with_film(lens, focus, place, plan.film, plan.aim, pose);
@@ -82,8 +82,8 @@ fn through_lens(
         camera = camera.dispersing();
     }
     let waves = if camera.is_dispersing() { "on" } else { "off" };
-    said.insert("dispersion".into(), waves.into());
-    Ok((Camera::Lens(Box::new(camera)), said))
+    settings.insert("dispersion".into(), waves.into());
+    Ok((Camera::Lens(Box::new(camera)), settings))
 }
 
 fn warn(plan: &Plan, lens: &Lens, sink: &mut Sink) {
@@ -99,56 +99,56 @@ fn warn(plan: &Plan, lens: &Lens, sink: &mut Sink) {
     }
 }
 
-fn of_lens(choice: &LensChoice, plan: &Plan, lens: &Lens) -> Said {
-    let mut said = all([
+fn of_lens(choice: &LensChoice, plan: &Plan, lens: &Lens) -> LensSettings {
+    let mut settings = all([
         ("lens", choice.name.clone()),
         ("efl", format!("{:.3} mm", lens.first_order().efl())),
     ]);
     if let Some(n) = lens.first_order().f_number() {
-        said.insert("f-number".into(), format!("f/{n:.2}"));
+        settings.insert("f-number".into(), format!("f/{n:.2}"));
     }
     if let Some(t) = lens.t_number().filter(|_| lens.reflects()) {
-        said.insert("t-number".into(), format!("T/{t:.2}"));
+        settings.insert("t-number".into(), format!("T/{t:.2}"));
     }
     if plan.ghosts {
         let pairs = lens.ghost_pairs().len();
-        said.insert("ghosts".into(), format!("{pairs} pairs of surfaces"));
+        settings.insert("ghosts".into(), format!("{pairs} pairs of surfaces"));
     }
-    said
+    settings
 }
 
-fn of_exposure(plan: &Plan, lens: &Lens) -> Said {
+fn of_exposure(plan: &Plan, lens: &Lens) -> LensSettings {
     let Some(metering) = &plan.metering else {
-        return Said::new();
+        return LensSettings::new();
     };
-    let mut said = all([
+    let mut settings = all([
         ("shutter", metering.dial()),
         ("iso", metering.iso.to_string()),
         ("white", format!("{:.0} cd/m2", metering.white)),
     ]);
     if let Some(n) = lens.first_order().f_number() {
         let value = metering.exposure_value(n);
-        said.insert("ev".into(), format!("{value:.1}"));
+        settings.insert("ev".into(), format!("{value:.1}"));
     }
-    said
+    settings
 }
 
-fn of_focus(choice: &LensChoice, plan: &Plan, distance: Meters, focus: &Focus) -> Said {
-    let mut said = all([
+fn of_focus(choice: &LensChoice, plan: &Plan, distance: Meters, focus: &Focus) -> LensSettings {
+    let mut settings = all([
         ("focus", in_meters(distance)),
         ("focus method", choice.method.name().into()),
         ("film position", format!("{:.4} mm", focus.film_z)),
     ]);
     let moved = plan.movements.said();
-    said.extend(
+    settings.extend(
         moved
             .into_iter()
             .map(|(name, value)| (name.to_owned(), value)),
     );
     if plan.diffraction {
-        said.insert("diffraction".into(), "on".into());
+        settings.insert("diffraction".into(), "on".into());
     }
-    said
+    settings
 }
 
 /// Five digits after the point: hundredths of a millimeter.
@@ -156,6 +156,6 @@ fn in_meters(distance: Meters) -> String {
     format!("{} m", (distance.0 * 1e5).round() / 1e5)
 }
 
-fn all<const N: usize>(said: [(&str, String); N]) -> Said {
-    said.map(|(key, value)| (key.to_owned(), value)).into()
+fn all<const N: usize>(settings: [(&str, String); N]) -> LensSettings {
+    settings.map(|(key, value)| (key.to_owned(), value)).into()
 }

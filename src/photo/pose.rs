@@ -4,58 +4,31 @@ use std::path::Path;
 
 use glam::{DMat4, DVec3};
 
-use super::{Optics, Plan};
+use super::plan::{Optics, Plan};
 use crate::camera::half_field;
 use crate::diag::{Diagnostic, Result, Sink};
-use crate::grammar::{class, directional_light, vrml97_navigation_info};
+use crate::grammar::{class, directional_light};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::math::Meters;
 use crate::pose::CameraPose;
-use crate::scene::{CompileOptions, Light, RenderScene, snapshot};
-use crate::snapshot::{Snapshot, SnapshotOptions};
-use crate::traversal::role::Role;
-use crate::traversal::state::{LightElement, State};
-use crate::traversal::{self, Visitor, WalkOptions};
+use crate::scene::{CompileOptions, Light, RenderScene};
+use crate::snapshot::Snapshot;
 
-/// Where the camera stands: the `-camread` file's, else the environment's, else the scene's first,
-/// else a view of everything.
-pub fn standing(
+/// Returns where the camera stands: the `-camread` file's camera, else the environment's, else the
+/// scene's first, else a view of everything.
+pub fn resolve_pose(
     plan: &Plan,
     snapshot: &Snapshot<'_>,
     environment: &Environment,
     first: Option<CameraPose>,
 ) -> Result<CameraPose> {
-    match plan.camera.as_deref() {
-        Some(path) => camera_of_file(path),
+    match &plan.camera {
+        Some(choice) => choice.pose(),
         None => Ok(match environment.pose.clone().or(first) {
             Some(pose) => pose,
             None => view_of_everything(snapshot, plan),
         }),
     }
-}
-
-/// The camera of a file, or of the node itself (see [`Plan::camera`]).
-///
-/// # Errors
-/// A file that can't be read, or without a camera.
-pub fn camera_of_file(path: &Path) -> Result<CameraPose> {
-    let text = path.to_string_lossy();
-    let document = if text.contains('{') {
-        Document::read_headerless("the camera", text.into_owned().into_bytes())?
-    } else {
-        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
-        Document::read_headerless(&path.display().to_string(), bytes)?
-    };
-    let options = CompileOptions::default();
-    let snapshot = snapshot(&document, &SnapshotOptions::default(), &options);
-    first_camera(&snapshot).ok_or_else(|| {
-        let example = "`PerspectiveCamera { position 0 0 5 }`";
-        Diagnostic::error("there is no camera in the file")
-            .in_file(path.display().to_string())
-            .with_help(format!(
-                "a camera file holds a camera node, such as {example}"
-            ))
-    })
 }
 
 fn view_of_everything(snapshot: &Snapshot<'_>, plan: &Plan) -> CameraPose {
@@ -87,51 +60,6 @@ fn view_through_lens(bounds: (DVec3, DVec3), plan: &Plan) -> Option<CameraPose> 
     }
     pose.source = format!("{}, {:.3} m away", pose.source, pose.focal_distance);
     Some(pose)
-}
-
-/// What a plan takes from the scene without compiling it.
-#[derive(Default)]
-pub struct Overview {
-    /// The first camera.
-    pub camera: Option<CameraPose>,
-    /// Whether there is a light that is on.
-    pub has_light: bool,
-    /// The field `headlight` of the first VRML 97 `NavigationInfo`.
-    pub navigation_info: Option<bool>,
-}
-
-impl Overview {
-    pub fn of(snapshot: &Snapshot<'_>) -> Self {
-        let mut overview = Self::default();
-        traversal::walk(snapshot, &WalkOptions::default(), &mut overview);
-        overview
-    }
-}
-
-impl<'a> Visitor<'a> for Overview {
-    fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
-
-    fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-        if self.camera.is_none() {
-            self.camera = CameraPose::from_node(node, state.world_from_object);
-        }
-    }
-
-    fn light(&mut self, _: &LightElement, _: &State<'a>) {
-        self.has_light = true;
-    }
-
-    fn node(&mut self, node: NodeRef<'a>, _: Role) {
-        let is_info = node.class_id() == Some(class::VRML97_NAVIGATION_INFO);
-        if is_info && self.navigation_info.is_none() {
-            self.navigation_info = Some(node.get(vrml97_navigation_info::HEADLIGHT));
-        }
-    }
-}
-
-/// The first camera that a walk meets.
-pub fn first_camera(snapshot: &Snapshot<'_>) -> Option<CameraPose> {
-    Overview::of(snapshot).camera
 }
 
 /// What a SceneViewer environment file brings: its lights and fog go in front of the scene's own

@@ -1,18 +1,6 @@
-//! Every choice of a photograph in one value, and the value made ready to render.
-//!
-//! 1999 and now differ by the [`Plan`] they start from, never by an `if` in a loop. The command
-//! line, the window, convergence runs and films all make a `Plan` and open a [`Session`] of it, so
-//! they render by the same code.
-
-mod headlight;
-mod optics;
-mod standing;
-
-pub use headlight::{Headlight, HeadlightCause, HeadlightSources, HeadlightState};
-pub use standing::camera_of_file;
+//! A plan made ready to render.
 
 use std::borrow::Cow;
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -20,26 +8,23 @@ use std::time::Instant;
 use glam::DVec3;
 use indexmap::IndexMap;
 
-use optics::camera;
-use standing::{Environment, Overview, first_camera, own_focus, standing};
-
-use crate::camera::{Aim, Camera, film_plane, lens_in_scene};
+use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, in_world};
+use super::lens_settings::camera;
+use super::overview::{Overview, first_camera};
+use super::plan::{Optics, Plan};
+use super::pose::{Environment, own_focus, resolve_pose};
+use crate::camera::{Camera, film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
-use crate::film::{Film, FilmFormat, Glare, Metering, Resolution, Response};
-use crate::geometry::text::Fonts;
-use crate::iv::{Document, Limits};
-use crate::lens::{
-    Coating, Focus, FocusMethod, Iris, Lens, Movements, Reading, at_zoom_list, open_prescription,
-};
-use crate::math::{Meters, Mm};
-use crate::picture::{Depth, Picture};
+use crate::film::{Film, Glare};
+use crate::iv::Document;
+use crate::lens::Movements;
+use crate::picture::Picture;
 use crate::pose::{CameraPose, Projection};
-use crate::prescription::glass::D_LINE;
 use crate::render::diffraction::diffract;
 use crate::render::ghosts::Flare;
 use crate::render::report::{RenderReport, Seconds};
 use crate::render::{Exposure, Progress, Render, Stop};
-use crate::sampling::{DiscMap, Filter, FilterTable, Sampler, SamplerKind};
+use crate::sampling::{FilterTable, Sampler};
 use crate::scene::{CompileOptions, Light, RenderScene, snapshot};
 use crate::shade::{ShadeOptions, Shader, Shading};
 use crate::snapshot::{Snapshot, SnapshotOptions};
@@ -47,280 +32,13 @@ use crate::snapshot::{Snapshot, SnapshotOptions};
 /// Rays in the ghosts of a light, for each sample of a pixel.
 const GHOST_RAYS: u32 = 1 << 17;
 
-/// Whose choices a plan starts from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Era {
-    /// The 1999 program (`docs/vintage.md`).
-    Vintage,
-    Modern,
-}
-
-impl Era {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Vintage => "1999",
-            Self::Modern => "modern",
-        }
-    }
-}
-
-/// What stands in front of the film.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Optics {
-    /// The scene's own camera, without an aperture.
-    Pinhole,
-    Ideal(IdealChoice),
-    Lens(LensChoice),
-}
-
-/// A lens without thickness or faults.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IdealChoice {
-    pub efl: Mm,
-    pub f_number: f64,
-}
-
-impl Default for IdealChoice {
-    /// 50 mm, f/2.
-    fn default() -> Self {
-        Self {
-            efl: Mm(50.0),
-            f_number: 2.0,
-        }
-    }
-}
-
-/// A lens with its changes, in the order in which they are made.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LensChoice {
-    /// A name under `lenses/`, or a path.
-    pub name: String,
-    /// Scale to this focal length first.
-    pub efl: Option<Mm>,
-    /// Then by this factor.
-    pub zoom: f64,
-    /// A tabulated position of a zoom lens, from 0, before anything else.
-    pub zoom_position: Option<usize>,
-    /// Stop down to this f-number; full aperture without.
-    pub f_number: Option<f64>,
-    pub iris: Iris,
-    /// On every surface; what the prescription says without.
-    pub coating: Option<Coating>,
-    pub method: FocusMethod,
-    /// `.agf` files with glasses that the prescription names, besides the built-in table.
-    pub catalogues: Vec<PathBuf>,
-}
-
-impl LensChoice {
-    pub fn named(name: impl Into<String>) -> Self {
-        Self {
-            name: name.into(),
-            efl: None,
-            zoom: 1.0,
-            zoom_position: None,
-            f_number: None,
-            iris: Iris::Round,
-            coating: None,
-            method: FocusMethod::Film,
-            catalogues: Vec::new(),
-        }
-    }
-
-    /// Opens the lens and makes the changes.
-    pub fn open(&self, sink: &mut Sink) -> Result<Lens> {
-        let mut reading = Reading::default();
-        for file in &self.catalogues {
-            reading.glasses.add_file(file)?;
-        }
-        let mut lens = open_prescription(&self.name, &reading, sink)?;
-        if let Some(position) = self.zoom_position {
-            lens = lens
-                .at_zoom(position)
-                .map_err(|e| at_zoom_list(e, &self.name))?;
-        }
-        if let Some(length) = self.efl {
-            lens = lens.scaled_to(length, D_LINE)?;
-        }
-        if self.zoom != 1.0 {
-            lens = lens.scaled(self.zoom);
-        }
-        if let Some(n) = self.f_number {
-            lens = lens.at_f_number(n, D_LINE)?;
-        }
-        if self.iris != Iris::Round {
-            lens.iris = self.iris.clone();
-        }
-        if let Some(coating) = self.coating {
-            lens = lens.with_coating(coating);
-        }
-        Ok(Lens::new(lens))
-    }
-}
-
-impl LensChoice {
-    /// The lens focused at a distance, and where the film is then.
-    ///
-    /// # Errors
-    /// A lens that can't be opened, or can't focus there.
-    pub fn open_focused(&self, distance: Meters, sink: &mut Sink) -> Result<(Lens, Focus)> {
-        let lens = self.open(sink)?;
-        lens.focused(self.method, distance)
-            .map_err(|f| f.diagnostic(lens.name()))
-    }
-}
-
-/// Every choice of a photograph.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
-    pub era: Era,
-    pub scene: PathBuf,
-    /// A file with a camera node, or the node itself (anything with a brace); without, the
-    /// environment's, the scene's own, or a view of everything.
-    pub camera: Option<PathBuf>,
-    pub environment: Option<PathBuf>,
-    pub optics: Optics,
-    /// From the camera. Without: the scene camera's `focalDistance`.
-    pub focus: Option<Meters>,
-    pub shading: Shading,
-    pub headlight: Headlight,
-    pub sampler: Sampler,
-    /// How a pixel weighs the light around its middle.
-    pub filter: Filter,
-    /// Whether samples go where a first look finds noise.
-    pub adaptive: bool,
-    pub aim: Aim,
-    /// Whether glass with dispersion parts colors. The 1999 program: no. Default: yes.
-    pub dispersion: bool,
-    pub film: FilmFormat,
-    /// Of the lens against the film; nothing for the scene's own pinhole.
-    pub movements: Movements,
-    pub resolution: Resolution,
-    /// Multiplies the exposure; 1 renders white on the axis as white.
-    pub exposure: f64,
-    /// Shutter and ISO, instead of the paper's constant; `exposure` then multiplies what they give.
-    pub metering: Option<Metering>,
-    /// Two reflections inside the lens, of the scene's lights. Default: no; 1999 had none.
-    pub ghosts: bool,
-    /// Spread the film's light by the pupil's diffraction, see [`crate::diffraction`].
-    pub diffraction: bool,
-    pub response: Response,
-    pub depth: Depth,
-    /// Reflections and refractions in a row. Default: 5, through a lens of solids 64.
-    pub max_depth: Option<u32>,
-    /// The lens stands in the scene as solids, the film behind it: the paper's first approach.
-    pub solids: bool,
-    /// The scene's own time in seconds.
-    pub time: f64,
-    /// Draws the handles of draggers and manipulators. Default: no.
-    pub handles: bool,
-    pub stop: Stop,
-    /// Folders besides the scene's own in which files that it names are looked for.
-    pub search: Vec<PathBuf>,
-    /// Typefaces to draw text with before the shipped ones. Default: none.
-    pub fonts: Arc<Fonts>,
-    /// How much the scene may ask for.
-    pub limits: Limits,
-}
-
-impl Plan {
-    /// The one place where 1999 and now part.
-    pub fn of_era(era: Era, scene: impl Into<PathBuf>) -> Self {
-        let (kind, aim, samples, headlight) = match era {
-            Era::Vintage => (
-                SamplerKind::Jittered,
-                Aim::RearElement(DiscMap::Polar),
-                1,
-                Headlight::Environment,
-            ),
-            Era::Modern => (SamplerKind::Sobol, Aim::ExitPupil, 16, Headlight::Automatic),
-        };
-        Self {
-            era,
-            scene: scene.into(),
-            camera: None,
-            environment: None,
-            optics: Optics::Lens(LensChoice::named("wide-angle")),
-            focus: None,
-            shading: Shading::Recursive,
-            headlight,
-            sampler: Sampler {
-                kind,
-                samples,
-                seed: 0,
-            },
-            filter: Filter::Box,
-            adaptive: false,
-            aim,
-            dispersion: era == Era::Modern,
-            film: FilmFormat::STANDARD,
-            movements: Movements::default(),
-            resolution: Resolution::VINTAGE,
-            exposure: 1.0,
-            metering: None,
-            ghosts: false,
-            diffraction: false,
-            response: Response::Linear,
-            depth: Depth::Eight,
-            max_depth: None,
-            solids: false,
-            time: 0.0,
-            handles: false,
-            stop: Stop::after(samples),
-            search: Vec::new(),
-            fonts: Arc::default(),
-            limits: Limits::default(),
-        }
-    }
-
-    /// The plan that the window starts from. It shows a picture that goes on refining, and saves
-    /// what it shows, so the samples and the pupil of 1999 are only for those who ask for them.
-    pub fn for_window(era: Era, scene: impl Into<PathBuf>) -> Self {
-        let modern = Self::of_era(Era::Modern, "");
-        let mut plan = Self::of_era(era, scene);
-        plan.aim = modern.aim;
-        plan.sampler.samples = modern.sampler.samples;
-        plan.stop = modern.stop;
-        plan
-    }
-
-    /// The choices that make the picture what it is, for its metadata and the report.
-    pub fn describe(&self) -> IndexMap<String, String> {
-        let pupil = match self.aim {
-            Aim::RearElement(DiscMap::Polar) => "rear element, polar map",
-            Aim::RearElement(DiscMap::Concentric) => "rear element, concentric map",
-            Aim::ExitPupil => "exit pupil",
-        };
-        let Resolution { width, height } = self.resolution;
-        [
-            ("era", self.era.name().to_owned()),
-            ("shading", self.shading.name().to_owned()),
-            ("samples", self.sampler.samples.to_string()),
-            ("sampler", self.sampler.kind.name().to_owned()),
-            ("seed", self.sampler.seed.to_string()),
-            ("pupil", pupil.to_owned()),
-            (
-                "film",
-                format!("{}x{} mm", self.film.width, self.film.height),
-            ),
-            ("size", format!("{width}x{height}")),
-            ("exposure", self.exposure.to_string()),
-            ("response", self.response.name()),
-        ]
-        .into_iter()
-        .chain((self.filter != Filter::Box).then(|| ("filter", self.filter.name().to_owned())))
-        .chain(self.adaptive.then(|| ("adaptive", "yes".to_owned())))
-        .map(|(k, v)| (k.to_owned(), v))
-        .collect()
-    }
-}
-
 /// A plan made ready: scene compiled, camera in place, lens focused.
 pub struct Session {
     pub plan: Plan,
     pub document: Arc<Document>,
     pub scene: Arc<RenderScene>,
     /// What the scene was compiled for (see [`Camera::projection`]).
-    seen: Projection,
+    pub(super) seen: Projection,
     pub pose: CameraPose,
     pub camera: Camera,
     pub headlight: Option<Light>,
@@ -373,7 +91,7 @@ impl Session {
             navigation_info: overview.navigation_info,
             scene_has_light: overview.has_light,
         };
-        let mut pose = standing(&plan, &snapshot, environment, overview.camera)?;
+        let mut pose = resolve_pose(&plan, &snapshot, environment, overview.camera)?;
         if plan.solids {
             drop(snapshot);
             lens_into_scene(&plan, &pose, &mut document, &mut sink)?;
@@ -383,7 +101,7 @@ impl Session {
         seconds.compile = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let (camera, optics) = camera(&plan, &pose, &mut sink)?;
+        let (camera, settings) = camera(&plan, &pose, &mut sink)?;
         seconds.pupil = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
@@ -403,7 +121,7 @@ impl Session {
 
         let mut described = plan.describe();
         described.insert("camera".into(), pose.source.clone());
-        described.extend(optics);
+        described.extend(settings);
         let lit = headlight_sources.resolve(plan.headlight);
         described.insert("headlight".into(), lit.describe().into());
         if plan.shading.needs().lights && is_left_dark(headlight_sources, lit) {
@@ -412,7 +130,7 @@ impl Session {
             sink.add(*Diagnostic::warning(dark).with_help(help));
         }
         Ok(Self {
-            headlight: headlight::in_world(lit.on, environment.headlight, &pose),
+            headlight: in_world(lit.on, environment.headlight, &pose),
             headlight_sources,
             lamp: environment.headlight,
             plan,
@@ -481,8 +199,8 @@ impl Session {
         let fresh = if same_lens {
             self.camera.clone()
         } else {
-            let (fresh, optics) = camera(&plan, &pose, &mut self.sink)?;
-            self.described.extend(optics);
+            let (fresh, settings) = camera(&plan, &pose, &mut self.sink)?;
+            self.described.extend(settings);
             fresh
         };
         self.camera = fresh.posed(&pose, self.scene.origin);
@@ -490,7 +208,7 @@ impl Session {
         let lit = self.headlight_sources.resolve(plan.headlight);
         self.described
             .insert("headlight".into(), lit.describe().into());
-        self.headlight = headlight::in_world(lit.on, self.lamp, &pose);
+        self.headlight = in_world(lit.on, self.lamp, &pose);
         (self.plan, self.pose) = (plan, pose);
         Ok(())
     }
@@ -584,7 +302,7 @@ impl Session {
     }
 
     /// The film with diffraction, where the plan has it and there is a pupil.
-    fn left_by_waves<'a>(&self, film: &'a Film) -> Cow<'a, Film> {
+    fn with_diffraction<'a>(&self, film: &'a Film) -> Cow<'a, Film> {
         match &self.camera {
             Camera::Lens(camera) if self.plan.diffraction => Cow::Owned(diffract(film, camera)),
             _ => Cow::Borrowed(film),
@@ -593,7 +311,7 @@ impl Session {
 
     /// The picture of an exposure, with how it was made.
     pub fn develop(&self, exposure: &Exposure, command: &str) -> Picture {
-        let film = self.left_by_waves(&exposure.film);
+        let film = self.with_diffraction(&exposure.film);
         let mut picture = Picture::develop(&film, self.plan.response.clone());
         let mut say = |key: &str, value: &str| {
             picture.provenance.insert(key.to_owned(), value.to_owned());
@@ -729,120 +447,4 @@ fn lens_into_scene(
     // In front of the scene, so that its film is the first camera.
     document.roots.splice(..0, roots);
     Ok(())
-}
-
-/// The name of a scene's picture where none is given: the scene's with `.png`, in the current
-/// folder. Where the 1999 program put it is unknown.
-pub fn picture_name(scene: &Path) -> PathBuf {
-    let name = scene.file_name().unwrap_or_default().to_string_lossy();
-    let stem = name.trim_end_matches(".gz");
-    let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
-    if stem.is_empty() {
-        return "picture.png".into();
-    }
-    PathBuf::from(stem).with_extension("png")
-}
-
-/// The line that was typed, quoted where a shell would need it.
-pub fn command_line<W: AsRef<OsStr>>(words: &[W]) -> String {
-    let quote = |w: &W| {
-        let w = w.as_ref().to_string_lossy();
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@".contains(c);
-        if !w.is_empty() && w.chars().all(plain) {
-            w.into_owned()
-        } else {
-            format!("'{}'", w.replace('\'', "'\\''"))
-        }
-    };
-    let rest = words.iter().skip(1).map(quote);
-    std::iter::once("ivcam".to_owned())
-        .chain(rest)
-        .collect::<Vec<_>>()
-        .join(" ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SCENE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 }\n\
-        PointLight { location 2 3 4 }\nSphere { }\nTranslation { translation 1.5 .4 .5 } Cube { }\n";
-
-    fn plan(folder: &Path) -> Plan {
-        std::fs::create_dir_all(folder).expect("a folder for the scene");
-        let scene = folder.join("scene.iv");
-        std::fs::write(&scene, SCENE).expect("the scene can be written");
-        let mut plan = Plan::of_era(Era::Modern, scene);
-        plan.resolution = Resolution {
-            width: 36,
-            height: 24,
-        };
-        plan.focus = Some(Meters(3.0));
-        plan
-    }
-
-    /// The scene is compiled in floats around its camera, so a camera a meter off sees it with
-    /// other roundings: the same picture to a part in ten thousand, but for rays at an edge.
-    #[test]
-    fn a_camera_that_is_only_aimed_sees_what_it_sees_after_compiling() {
-        let folder = std::env::temp_dir().join(format!("ivcam-plan-{}", std::process::id()));
-        let mut session = Session::open(plan(&folder)).expect("the scene is whole");
-        let mut pose = session.pose.clone();
-        pose.position += DVec3::new(1.0, 0.2, -0.1);
-        pose.orientation = glam::DQuat::from_rotation_y(0.2);
-        let plan = session.plan.clone();
-        session.aim(plan.clone(), pose.clone()).unwrap();
-        let aimed = session.expose(&|_| ()).film;
-        session.change(plan, pose.clone()).unwrap();
-        assert_eq!(session.scene.origin, pose.position);
-        let compiled = session.expose(&|_| ()).film;
-        let apart = |(a, b): (&crate::film::Exposed, &crate::film::Exposed)| {
-            (a.mean - b.mean).abs().max_element() > 1e-4
-        };
-        let off = aimed
-            .pixels
-            .iter()
-            .zip(&compiled.pixels)
-            .filter(|p| apart(*p));
-        assert!(off.count() < 8);
-        assert!(compiled.mean() > 0.01);
-        std::fs::remove_dir_all(folder).unwrap();
-    }
-
-    /// Textures and lines are as fine as the lens makes them, also where it stands as solids.
-    #[test]
-    fn the_scene_is_compiled_for_what_the_lens_sees() {
-        let folder = std::env::temp_dir().join(format!("ivcam-seen-{}", std::process::id()));
-        let mut session = Session::open(plan(&folder)).expect("the scene is whole");
-        let tangent = |session: &Session| match session.seen {
-            Projection::Perspective { height_angle } => libm::tan(0.5 * height_angle),
-            Projection::Orthographic { .. } => f64::NAN,
-        };
-        let Camera::Lens(lens) = &session.camera else {
-            panic!("the plan has a lens")
-        };
-        let sees = 12.0 / lens.focus.image_distance;
-        assert!((tangent(&session) / sees - 1.0).abs() < 1e-12);
-
-        let mut solid = session.plan.clone();
-        solid.solids = true;
-        let solid = Session::open(solid).expect("its surfaces are spheres");
-        // The angle goes through a file, as a float.
-        assert!((tangent(&solid) / sees - 1.0).abs() < 1e-6);
-
-        let mut nearer = session.plan.clone();
-        nearer.focus = Some(Meters(0.8));
-        let pose = session.pose.clone();
-        session.change(nearer, pose).unwrap();
-        assert!(session.is_compiled_from_here());
-        assert!(tangent(&session) < sees);
-        std::fs::remove_dir_all(folder).unwrap();
-    }
-
-    #[test]
-    fn a_camera_may_be_given_as_the_node_itself() {
-        let pose = camera_of_file(Path::new("PerspectiveCamera { position 1 2 3.5 }")).unwrap();
-        assert_eq!(pose.position, DVec3::new(1.0, 2.0, 3.5));
-        assert!(camera_of_file(Path::new("Cube { }")).is_err());
-    }
 }

@@ -1,0 +1,204 @@
+//! The camera that a plan names: a file with a camera node, or the node itself.
+
+use std::ffi::OsStr;
+use std::path::PathBuf;
+
+use glam::DQuat;
+use glam::DVec3;
+
+use super::overview::first_camera;
+use crate::diag::{Diagnostic, Result};
+use crate::grammar::value::Rotation;
+use crate::iv::Document;
+use crate::pose::{CameraPose, Projection, ViewportMapping, quat};
+use crate::scene::{CompileOptions, snapshot};
+use crate::snapshot::SnapshotOptions;
+
+/// The camera that a plan names.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraChoice {
+    File(PathBuf),
+    Node(CameraNode),
+}
+
+/// A camera node, and where it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraNode {
+    text: String,
+    pose: CameraPose,
+}
+
+impl CameraChoice {
+    /// A word with a brace is a node, any other the name of a file.
+    ///
+    /// # Errors
+    /// A text that holds no camera.
+    pub fn parse(word: &OsStr) -> Result<Self> {
+        match word.to_str().filter(|text| text.contains('{')) {
+            Some(text) => CameraNode::read(text).map(Self::Node),
+            None => Ok(Self::File(word.into())),
+        }
+    }
+
+    /// The word that [`Self::parse`] reads as this camera.
+    pub fn word(&self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::Node(node) => node.text.clone(),
+        }
+    }
+
+    /// # Errors
+    /// A file that can't be read, or without a camera.
+    pub fn pose(&self) -> Result<CameraPose> {
+        match self {
+            Self::Node(node) => Ok(node.pose.clone()),
+            Self::File(path) => {
+                let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+                read(&path.display().to_string(), bytes)
+            }
+        }
+    }
+}
+
+impl CameraNode {
+    /// # Errors
+    /// A text that holds no camera.
+    pub fn read(text: &str) -> Result<Self> {
+        Ok(Self {
+            text: text.to_owned(),
+            pose: read("the camera", text.as_bytes().to_vec())?,
+        })
+    }
+
+    /// The node nearest to a pose: a node holds floats, and a turn by axis and angle.
+    pub fn of(pose: &CameraPose) -> Self {
+        let (text, pose) = node(pose);
+        Self { text, pose }
+    }
+
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    pub fn pose(&self) -> &CameraPose {
+        &self.pose
+    }
+}
+
+/// The first camera of a text without a header.
+fn read(name: &str, bytes: Vec<u8>) -> Result<CameraPose> {
+    let document = Document::read_headerless(name, bytes)?;
+    let options = CompileOptions::default();
+    let snapshot = snapshot(&document, &SnapshotOptions::default(), &options);
+    first_camera(&snapshot).ok_or_else(|| {
+        let example = "`PerspectiveCamera { position 0 0 5 }`";
+        Diagnostic::error("there is no camera in the file")
+            .in_file(name)
+            .with_help(format!(
+                "a camera file holds a camera node, such as {example}"
+            ))
+    })
+}
+
+/// Axis and angle in floats. An axis of a quaternion that turns nothing is any.
+fn turn(orientation: DQuat) -> (glam::Vec3, f32) {
+    let q = if orientation.w < 0.0 {
+        -orientation
+    } else {
+        orientation
+    };
+    let v = DVec3::new(q.x, q.y, q.z);
+    match v.try_normalize() {
+        Some(axis) => (axis.as_vec3(), 2.0 * libm::atan2(v.length(), q.w) as f32),
+        None => (glam::Vec3::Z, 0.0),
+    }
+}
+
+/// A camera node that stands as the pose does, and the pose as that node says it: in floats, with
+/// a turn by axis and angle.
+fn node(pose: &CameraPose) -> (String, CameraPose) {
+    let float = |x: f64| f64::from(x as f32);
+    let p = pose.position.as_vec3();
+    let (axis, angle) = turn(pose.orientation);
+    let (class, size, projection) = match pose.projection {
+        Projection::Perspective { height_angle } => (
+            "PerspectiveCamera",
+            format!("heightAngle {}", height_angle as f32),
+            Projection::Perspective {
+                height_angle: float(height_angle),
+            },
+        ),
+        Projection::Orthographic { height } => (
+            "OrthographicCamera",
+            format!("height {}", height as f32),
+            Projection::Orthographic {
+                height: float(height),
+            },
+        ),
+    };
+    let text = format!(
+        "{class} {{ position {} {} {} orientation {} {} {} {angle} nearDistance {} farDistance {} \
+         focalDistance {} aspectRatio {} {size}{} }}",
+        p.x,
+        p.y,
+        p.z,
+        axis.x,
+        axis.y,
+        axis.z,
+        pose.near as f32,
+        pose.far as f32,
+        pose.focal_distance as f32,
+        pose.aspect_ratio as f32,
+        mapping(pose.viewport_mapping),
+    );
+    let said = CameraPose {
+        position: p.as_dvec3(),
+        orientation: quat(Rotation { axis, angle }).normalize(),
+        projection,
+        near: float(pose.near),
+        far: float(pose.far),
+        focal_distance: float(pose.focal_distance),
+        aspect_ratio: float(pose.aspect_ratio),
+        viewport_mapping: pose.viewport_mapping,
+        film: None,
+        source: class.into(),
+    };
+    (text, said)
+}
+
+fn mapping(mapping: ViewportMapping) -> &'static str {
+    match mapping {
+        ViewportMapping::CropViewportFillFrame => " viewportMapping CROP_VIEWPORT_FILL_FRAME",
+        ViewportMapping::CropViewportLineFrame => " viewportMapping CROP_VIEWPORT_LINE_FRAME",
+        ViewportMapping::CropViewportNoFrame => " viewportMapping CROP_VIEWPORT_NO_FRAME",
+        ViewportMapping::AdjustCamera => "",
+        ViewportMapping::LeaveAlone => " viewportMapping LEAVE_ALONE",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_may_be_given_as_the_node_itself() {
+        let word = "PerspectiveCamera { position 1 2 3.5 }";
+        let choice = CameraChoice::parse(OsStr::new(word)).unwrap();
+        assert_eq!(choice.pose().unwrap().position, DVec3::new(1.0, 2.0, 3.5));
+        assert_eq!(choice.word(), word);
+        assert!(CameraChoice::parse(OsStr::new("Cube { }")).is_err());
+    }
+
+    #[test]
+    fn a_node_reads_back_as_the_pose_that_it_was_written_for() {
+        for i in 0..40 {
+            let t = f64::from(i);
+            let mut pose = CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.5);
+            pose.position = DVec3::new(t / 7.0, -t / 3.0, 1e-3 * t * t);
+            pose.orientation = DQuat::from_euler(glam::EulerRot::XYZ, t, t / 3.0, t / 17.0);
+            let node = CameraNode::of(&pose);
+            assert_eq!(CameraNode::read(node.text()).unwrap(), node);
+        }
+    }
+}

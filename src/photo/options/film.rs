@@ -1,0 +1,236 @@
+//! Options of the film: its size and place, and how it is exposed.
+
+use super::option::{Opt, Takes};
+use super::shutter::{metering, shutter_word};
+use super::values::{POSITIVE, angle, degrees, if_any, length, pair, positive, set, unless_usual};
+use crate::film::{FilmFormat, Metering, Resolution, Response};
+use crate::picture::Depth;
+
+const ANGLE: &str = "an angle in degrees, less than 90, such as 8 or -5";
+const LENGTH: &str = "a length in millimeters, such as 8 or -5mm";
+
+pub static OPTIONS: [Opt; 13] = [
+    Opt::new(
+        "film",
+        Takes::One("WxH"),
+        "film size in millimeters [36x24]",
+    )
+    .plan(
+        |plan, words, _| {
+            let size = words.parsed("film", "a film size such as 36x24", film_size)?;
+            set(&mut plan.film, size);
+            Ok(())
+        },
+        |plan, usual| {
+            unless_usual(plan.film, usual.film, |f| {
+                format!("{}x{}", f.width, f.height)
+            })
+        },
+    )
+    .describe(|plan| Some(format!("{}x{} mm", plan.film.width, plan.film.height)))
+    .examples(&["--film 24x36", "--film 10.26x7.49mm"]),
+    Opt::new(
+        "size",
+        Takes::One("WxH"),
+        "picture size in pixels [360x240]",
+    )
+    .plan(
+        |plan, words, _| {
+            if let Some((width, height)) =
+                words.parsed("size", "a size such as 360x240", pair::<u32>)?
+            {
+                plan.resolution = Resolution::new(width, height)?;
+            }
+            Ok(())
+        },
+        |plan, usual| unless_usual(plan.resolution, usual.resolution, pixels),
+    )
+    .describe(|plan| Some(pixels(plan.resolution)))
+    .examples(&["--size 96x64", "--size 1x1"]),
+    Opt::new(
+        "tilt",
+        Takes::One("DEGREES"),
+        "tilts the lens forward against the film: the sharp plane lies down [0]",
+    )
+    .plan(
+        |plan, words, _| {
+            set(&mut plan.movements.tilt, words.parsed("tilt", ANGLE, angle)?);
+            Ok(())
+        },
+        |plan, _| unless_usual(degrees(plan.movements.tilt), 0.0, |d| d.to_string()),
+    )
+    .examples(&["--tilt 8", "--tilt -5.25"]),
+    Opt::new(
+        "swing",
+        Takes::One("DEGREES"),
+        "swings the lens to the right against the film [0]",
+    )
+    .plan(
+        |plan, words, _| {
+            let swing = words.parsed("swing", ANGLE, angle)?;
+            set(&mut plan.movements.swing, swing);
+            Ok(())
+        },
+        |plan, _| unless_usual(degrees(plan.movements.swing), 0.0, |d| d.to_string()),
+    )
+    .examples(&["--swing 13", "--swing -0.5"]),
+    Opt::new(
+        "rise",
+        Takes::One("LENGTH"),
+        "raises the lens against the film, such as 8mm; falls if negative [0]",
+    )
+    .plan(
+        |plan, words, _| {
+            let rise = words.parsed("rise", LENGTH, length)?;
+            set(&mut plan.movements.rise, rise);
+            Ok(())
+        },
+        |plan, _| unless_usual(plan.movements.rise, 0.0, |mm| mm.to_string()),
+    )
+    .examples(&["--rise 8mm", "--rise -3.7"]),
+    Opt::new(
+        "shift",
+        Takes::One("LENGTH"),
+        "shifts the lens to the right against the film, such as 8mm [0]",
+    )
+    .plan(
+        |plan, words, _| {
+            let shift = words.parsed("shift", LENGTH, length)?;
+            set(&mut plan.movements.shift, shift);
+            Ok(())
+        },
+        |plan, _| unless_usual(plan.movements.shift, 0.0, |mm| mm.to_string()),
+    )
+    .examples(&["--shift 1cm", "--shift -2.1"]),
+    Opt::new(
+        "film-radius",
+        Takes::One("LENGTH"),
+        "film bent to a sphere; less than 0 is hollow toward the lens [flat]",
+    )
+    .plan(
+        |plan, words, _| {
+            let radius = |word: &str| match word {
+                "flat" => Some(None),
+                _ => length(word).filter(|r| *r != 0.0).map(Some),
+            };
+            let expects = "a length in millimeters other than 0, or flat";
+            let radius = words.parsed("film-radius", expects, radius)?;
+            set(&mut plan.movements.film_radius, radius);
+            Ok(())
+        },
+        |plan, _| if_any(plan.movements.film_radius, |mm| mm.to_string()),
+    )
+    .examples(&["--film-radius -150", "--film-radius flat", "--film-radius 1m"]),
+    Opt::new(
+        "exposure",
+        Takes::One("FACTOR"),
+        "multiplies the exposure; 1 renders white on the axis as white [1]",
+    )
+    .plan(
+        |plan, words, _| {
+            let factor = words.parsed("exposure", POSITIVE, positive)?;
+            set(&mut plan.exposure, factor);
+            Ok(())
+        },
+        |plan, usual| unless_usual(plan.exposure, usual.exposure, |x| x.to_string()),
+    )
+    .describe(|plan| Some(plan.exposure.to_string()))
+    .examples(&["--exposure 2", "--exposure 0.3333333333333333"]),
+    Opt::new(
+        "shutter",
+        Takes::One("TIME"),
+        "exposes by the lens's light instead: open for 1/60, 0.5s …; of a film's frame also 0.5 or 180deg, for its blur",
+    )
+    .plan(
+        |plan, words, _| {
+            plan.metering = metering(words)?;
+            Ok(())
+        },
+        |plan, _| if_any(plan.metering, |metering| shutter_word(metering.shutter)),
+    )
+    .examples(&[
+        "--shutter 1/60",
+        "--shutter 0.5s",
+        "--shutter 2s",
+        "--shutter 16.7ms",
+        "--shutter 3/70",
+    ]),
+    Opt::new(
+        "iso",
+        Takes::One("N"),
+        "speed of the film, with --shutter [100]",
+    )
+    .plan(
+        |_, _, _| Ok(()), // `--shutter` reads it
+        |plan, _| {
+            let metering = plan.metering.filter(|m| m.iso != Metering::new(1.0).iso);
+            if_any(metering, |metering| metering.iso.to_string())
+        },
+    )
+    .examples(&["--shutter 1/60 --iso 400", "--iso 12.5 --shutter 1s"]),
+    Opt::new(
+        "white",
+        Takes::One("CD/M2"),
+        "luminance of Inventor's white, with --shutter [25424: sunny 16]",
+    )
+    .plan(
+        |_, _, _| Ok(()), // `--shutter` reads it
+        |plan, _| {
+            let metering = plan.metering.filter(|m| m.white != Metering::SUNLIT_WHITE);
+            if_any(metering, |metering| metering.white.to_string())
+        },
+    )
+    .examples(&["--shutter 1/60 --white 200", "--shutter 2s --white 25424"]),
+    Opt::new(
+        "response",
+        Takes::One("FILM"),
+        "how exposure becomes levels: linear, srgb, reversal, negative,paper, or files of density curves [linear]",
+    )
+    .plan(
+        |plan, words, _| {
+            if let Some(films) = words.text("response") {
+                plan.response = Response::open(films)?;
+            }
+            Ok(())
+        },
+        |plan, usual| {
+            unless_usual(&plan.response, &usual.response, |response| response.name())
+        },
+    )
+    .describe(|plan| Some(plan.response.name()))
+    .examples(&[
+        "--response linear",
+        "--response srgb",
+        "--response reversal",
+        "--response negative,paper",
+        "--response films/negative.txt",
+    ]),
+    Opt::new(
+        "depth",
+        Takes::One("8|16"),
+        "bits a channel in PNG and PPM [8]",
+    )
+    .plan(
+        |plan, words, _| {
+            let depths = [("8", Depth::Eight), ("16", Depth::Sixteen)];
+            set(&mut plan.depth, words.named("depth", &depths)?);
+            Ok(())
+        },
+        |plan, usual| {
+            unless_usual(plan.depth, usual.depth, |depth| {
+                if depth == Depth::Eight { "8" } else { "16" }.into()
+            })
+        },
+    )
+    .examples(&["--depth 8", "--depth 16"]),
+];
+
+fn film_size(word: &str) -> Option<FilmFormat> {
+    let (width, height) = pair::<f64>(word.trim_end_matches("mm"))?;
+    let fits = |x: f64| x > 0.0 && x.is_finite();
+    (fits(width) && fits(height)).then_some(FilmFormat { width, height })
+}
+
+fn pixels(size: Resolution) -> String {
+    format!("{}x{}", size.width, size.height)
+}

@@ -1,0 +1,328 @@
+//! Options of the lens and of its focus.
+
+use super::option::{Needs, Opt, Takes};
+use super::table::all;
+use super::values::{
+    POSITIVE, degrees, distance, distance_word, finite, if_any, on_off, paths, positive, set,
+    switch, unless_usual,
+};
+use super::words::Words;
+use crate::diag::{Diagnostic, Result, Sink};
+use crate::lens::{Coating, FocusMethod, Iris};
+use crate::math::{LengthUnit, Mm, parse_length};
+use crate::photo::plan::{IdealChoice, LensChoice, Optics, Plan};
+
+const METHODS: [FocusMethod; 4] = [
+    FocusMethod::Film,
+    FocusMethod::Lens,
+    FocusMethod::Group,
+    FocusMethod::Best,
+];
+
+pub static OPTIONS: [Opt; 14] = [
+    Opt::new(
+        "lens",
+        Takes::One("LENS"),
+        "lens by name or prescription file; ideal has no faults, none is the scene's own pinhole [wide-angle]",
+    )
+    .needs(Needs::Camera)
+    .plan(
+        |plan, words, _| {
+            match words.text("lens") {
+                None => {}
+                Some("none") => plan.optics = Optics::Pinhole,
+                Some("ideal") => plan.optics = Optics::Ideal(IdealChoice::default()),
+                Some(name) => plan.optics = Optics::Lens(LensChoice::named(name)),
+            }
+            Ok(())
+        },
+        |plan, usual| {
+            let name = |plan: &Plan| match &plan.optics {
+                Optics::Lens(lens) => lens.name.clone(),
+                Optics::Ideal(_) => "ideal".into(),
+                Optics::Pinhole => "none".into(),
+            };
+            unless_usual(name(plan), name(usual), |name| name)
+        },
+    )
+    .examples(&["--lens double-gauss", "--lens none", "--lens ideal"]),
+    Opt::new(
+        "focus",
+        Takes::One("DISTANCE"),
+        "distance in focus, from the camera; a bare number is meters [the scene camera's focalDistance]",
+    )
+    .vintage("f")
+    .needs(Needs::Lens)
+    .plan(
+        |plan, words, _| {
+            let expects = "a distance greater than 0, such as 1.2 or 40cm";
+            plan.focus = words.parsed("focus", expects, distance)?;
+            Ok(())
+        },
+        |plan, _| if_any(plan.focus, distance_word),
+    )
+    .examples(&["-f 1.2", "--focus 40cm", "--focus inf", "--focus 0.3333333mm"]),
+    Opt::new(
+        "zoom",
+        Takes::One("FACTOR"),
+        "scales the lens by this factor; the lenses shipped are about 100 mm [1]",
+    )
+    .vintage("z")
+    .needs(Needs::Prescription)
+    .plan(
+        |plan, words, _| {
+            if let Some(lens) = plan.lens_mut() {
+                set(&mut lens.zoom, words.parsed("zoom", POSITIVE, positive)?);
+            }
+            Ok(())
+        },
+        |plan, _| {
+            let lens = plan.lens();
+            lens.map_or(Vec::new(), |l| unless_usual(l.zoom, 1.0, |z| z.to_string()))
+        },
+    )
+    .examples(&["-z 0.2", "--zoom 3"]),
+    Opt::new(
+        "efl",
+        Takes::One("LENGTH"),
+        "scales the lens to this focal length, such as 20mm; --zoom then scales on from there",
+    )
+    .needs(Needs::Lens)
+    .plan(focal_length, |plan, _| match &plan.optics {
+        Optics::Lens(lens) => if_any(lens.efl, |efl| format!("{}mm", efl.0)),
+        Optics::Ideal(ideal) => vec![format!("{}mm", ideal.efl.0)],
+        Optics::Pinhole => Vec::new(),
+    })
+    .examples(&["--efl 20mm", "--efl 20mm --zoom 2", "--lens ideal --efl 3cm"]),
+    Opt::new(
+        "aperture",
+        Takes::One("F-NUMBER"),
+        "stops the lens down, such as f/8 or 8 [full aperture]",
+    )
+    .aliases(&["f-number"])
+    .needs(Needs::Lens)
+    .plan(
+        |plan, words, _| {
+            let number = words.parsed("aperture", "an f-number such as f/8", f_number)?;
+            match &mut plan.optics {
+                Optics::Lens(lens) => lens.f_number = number.or(lens.f_number),
+                Optics::Ideal(ideal) => set(&mut ideal.f_number, number),
+                Optics::Pinhole => {}
+            }
+            Ok(())
+        },
+        |plan, _| match &plan.optics {
+            Optics::Lens(lens) => if_any(lens.f_number, |n| n.to_string()),
+            Optics::Ideal(ideal) => vec![ideal.f_number.to_string()],
+            Optics::Pinhole => Vec::new(),
+        },
+    )
+    .examples(&["--aperture f/8", "--f-number 5.6", "--lens ideal --aperture 1.2"]),
+    Opt::new(
+        "zoom-position",
+        Takes::One("N"),
+        "a tabulated position of a zoom lens, from 0",
+    )
+    .needs(Needs::Prescription)
+    .plan(
+        |plan, words, _| {
+            if let Some(lens) = plan.lens_mut() {
+                let expects = "a position of the zoom, from 0";
+                let position = words.parsed("zoom-position", expects, |w| w.parse().ok())?;
+                lens.zoom_position = position.or(lens.zoom_position);
+            }
+            Ok(())
+        },
+        |plan, _| if_any(plan.lens().and_then(|l| l.zoom_position), |n| n.to_string()),
+    )
+    .examples(&["--zoom-position 0", "--zoom-position 2"]),
+    Opt::new(
+        "blades",
+        Takes::One("N[@DEGREES]"),
+        "iris of 3 to 64 straight blades, turned by an angle [round]",
+    )
+    .needs(Needs::Prescription)
+    .plan(
+        |plan, words, _| {
+            if let Some(lens) = plan.lens_mut() {
+                let expects = "3 to 64 blades, such as 6 or 6@15";
+                set(&mut lens.iris, words.parsed("blades", expects, blades)?);
+            }
+            Ok(())
+        },
+        |plan, _| match plan.lens().map(|lens| &lens.iris) {
+            Some(Iris::Blades { count, rotation }) => vec![match degrees(*rotation) {
+                0.0 => count.to_string(),
+                turned => format!("{count}@{turned}"),
+            }],
+            _ => Vec::new(),
+        },
+    )
+    .examples(&["--blades 6", "--blades 7@13", "--blades 5@-12.5deg"]),
+    Opt::new(
+        "focus-method",
+        Takes::One("METHOD"),
+        "what moves: film (distance from the front vertex), lens (from the film), group, or best: the film to the least spot [film]",
+    )
+    .aliases(&["focus-by"])
+    .needs(Needs::Prescription)
+    .plan(
+        |plan, words, _| {
+            if let Some(lens) = plan.lens_mut() {
+                let methods = METHODS.map(|method| (method.name(), method));
+                set(&mut lens.method, words.named("focus-method", &methods)?);
+            }
+            Ok(())
+        },
+        |plan, _| {
+            let method = plan.lens().map_or(FocusMethod::Film, |lens| lens.method);
+            unless_usual(method, FocusMethod::Film, |method| method.name().into())
+        },
+    )
+    .examples(&[
+        "--focus-method film",
+        "--focus-by lens",
+        "--focus-method group",
+        "--focus-method best",
+    ]),
+    Opt::new(
+        "coating",
+        Takes::One("none|mgf2|ideal"),
+        "on every glass surface: none (Fresnel's loss), a quarter wave of MgF2, or ideal [the prescription's, else ideal]",
+    )
+    .plan(
+        |plan, words, _| {
+            if let Some(lens) = plan.lens_mut() {
+                let coating = words.named("coating", &Coating::ALL)?;
+                lens.coating = coating.or(lens.coating);
+            }
+            Ok(())
+        },
+        |plan, _| if_any(plan.lens().and_then(|l| l.coating), |c| c.name().into()),
+    )
+    .examples(&["--coating none", "--coating mgf2", "--coating ideal"]),
+    Opt::new(
+        "ghosts",
+        Takes::One("on|off"),
+        "reflections of the scene's lights inside the lens, by its coatings [off]",
+    )
+    .plan(
+        |plan, words, _| {
+            set(&mut plan.ghosts, words.on_or_off("ghosts")?);
+            Ok(())
+        },
+        |plan, usual| unless_usual(plan.ghosts, usual.ghosts, |on| on_off(on).into()),
+    )
+    .examples(&["--ghosts on", "--ghosts off"]),
+    Opt::new(
+        "glass-catalogue",
+        Takes::Many("FILE.agf"),
+        "glasses that the prescription may name; may be repeated",
+    )
+    .plan(
+        |plan, words, _| {
+            if let Some(lens) = plan.lens_mut() {
+                lens.catalogues = words.paths("glass-catalogue");
+            }
+            Ok(())
+        },
+        |plan, _| plan.lens().map_or(Vec::new(), |lens| paths(&lens.catalogues)),
+    )
+    .examples(&[
+        "--glass-catalogue a.agf",
+        "--glass-catalogue a.agf --glass-catalogue b/c.agf",
+    ]),
+    Opt::new(
+        "dispersion",
+        Takes::One("on|off"),
+        "whether glass with dispersion parts colors [1999: off, now: on]",
+    )
+    .plan(
+        |plan, words, _| {
+            set(&mut plan.dispersion, words.on_or_off("dispersion")?);
+            Ok(())
+        },
+        |plan, usual| unless_usual(plan.dispersion, usual.dispersion, |on| on_off(on).into()),
+    )
+    .examples(&["--dispersion on", "--dispersion off"]),
+    Opt::new(
+        "diffraction",
+        Takes::One("on|off"),
+        "spreads the light by the diffraction of the pupil, blades and all [off]",
+    )
+    .plan(
+        |plan, words, _| {
+            set(&mut plan.diffraction, words.on_or_off("diffraction")?);
+            Ok(())
+        },
+        |plan, usual| {
+            unless_usual(plan.diffraction, usual.diffraction, |on| on_off(on).into())
+        },
+    )
+    .examples(&["--diffraction on", "--diffraction off"]),
+    Opt::new(
+        "solids",
+        Takes::Nothing,
+        "puts the lens into the scene as solid glass, as the paper first meant to, and exposes the film behind it",
+    )
+    .plan(
+        |plan, words, _| {
+            plan.solids = words.has("solids");
+            Ok(())
+        },
+        |plan, _| switch(plan.solids),
+    )
+    .examples(&["--solids"]),
+];
+
+/// The options that mean something for a lens without a scene, as `ivcam lens` has them.
+pub fn for_a_lens_alone() -> impl Iterator<Item = &'static Opt> {
+    const NAMES: [&str; 8] = [
+        "zoom",
+        "efl",
+        "zoom-position",
+        "aperture",
+        "coating",
+        "focus",
+        "focus-method",
+        "glass-catalogue",
+    ];
+    all().filter(|option| NAMES.contains(&option.name))
+}
+
+fn focal_length(plan: &mut Plan, words: &Words, sink: &mut Sink) -> Result<()> {
+    let length = |word: &str| {
+        parse_length(word, LengthUnit::Millimeter).filter(|l| l.0 > 0.0 && l.0.is_finite())
+    };
+    let Some(efl): Option<Mm> = words.parsed("efl", "a focal length such as 20mm", length)? else {
+        return Ok(());
+    };
+    match &mut plan.optics {
+        Optics::Lens(lens) => {
+            lens.efl = Some(efl);
+            if words.has("zoom") {
+                let whole = (efl.0 * lens.zoom * 1e3).round() / 1e3;
+                sink.add(*Diagnostic::warning(format!(
+                    "`--efl` and `--zoom` both scale the lens: it becomes {whole} mm"
+                )));
+            }
+        }
+        Optics::Ideal(ideal) => ideal.efl = efl,
+        Optics::Pinhole => {}
+    }
+    Ok(())
+}
+
+/// `f/8`, `F8` or `8`.
+fn f_number(word: &str) -> Option<f64> {
+    let bare = word.trim_start_matches(['f', 'F']).trim_start_matches('/');
+    positive(bare)
+}
+
+/// `6` blades, or `6@15`: turned by 15 degrees.
+fn blades(word: &str) -> Option<Iris> {
+    let (count, turn) = word.split_once('@').unwrap_or((word, "0"));
+    let count = count.parse().ok().filter(|n| (3..=64).contains(n))?;
+    let rotation = finite(turn.trim_end_matches("deg"))?.to_radians();
+    Some(Iris::Blades { count, rotation })
+}

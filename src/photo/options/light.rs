@@ -1,0 +1,77 @@
+//! Options of light and shading.
+
+use super::option::{Opt, Takes};
+use super::values::{if_any, set};
+use crate::photo::headlight::Headlight;
+use crate::shade::Shading;
+
+pub static OPTIONS: [Opt; 3] = [
+    Opt::new(
+        "shading",
+        Takes::One("MODEL"),
+        "f flat, n normal, a ambient, d diffuse, p Phong, g as OpenGL draws (gl), r recursive [r]",
+    )
+    .vintage("s")
+    .plan(
+        |plan, words, _| {
+            let model = words.parsed("shading", &models(), Shading::named)?;
+            set(&mut plan.shading, model);
+            Ok(())
+        },
+        |plan, _| vec![plan.shading.letter().to_string()],
+    )
+    .describe(|plan| Some(plan.shading.name().to_owned()))
+    .examples(&["-s f", "-s n", "--shading ambient", "-s d", "-s p", "-s gl", "-s r"]),
+    Opt::new(
+        "headlight",
+        Takes::Maybe("on|off"),
+        "flips the headlight on the camera, as a flash, or sets it [1999: off; now: on where the scene has no light]",
+    )
+    .vintage("headlight")
+    .plan(
+        |plan, words, _| {
+            let choice = words.parsed("headlight", "on or off", headlight)?;
+            set(&mut plan.headlight, choice);
+            Ok(())
+        },
+        |plan, _| match plan.headlight {
+            Headlight::Automatic | Headlight::Environment => Vec::new(),
+            Headlight::Flipped => vec![String::new()],
+            Headlight::Set(true) => vec!["on".into()],
+            Headlight::Set(false) => vec!["off".into()],
+        },
+    )
+    .examples(&["--headlight", "--headlight=on", "--headlight=off"]),
+    Opt::new(
+        "max-depth",
+        Takes::One("N"),
+        "reflections and refractions in a row, for model r [5; with --solids: 64]",
+    )
+    .plan(
+        |plan, words, _| {
+            let depth = |w: &str| w.parse().ok().filter(|n| *n <= 10_000);
+            plan.max_depth = words.parsed("max-depth", "a number from 0 to 10000", depth)?;
+            Ok(())
+        },
+        |plan, _| if_any(plan.max_depth, |n| n.to_string()),
+    )
+    .examples(&["--max-depth 0", "--max-depth 12"]),
+];
+
+/// What `--shading` expects.
+fn models() -> String {
+    let letters = Shading::ALL.map(|model| model.letter().to_string());
+    match letters.split_last() {
+        Some((last, rest)) => format!("a shading model: {} or {last}", rest.join(", ")),
+        None => "a shading model".into(),
+    }
+}
+
+fn headlight(word: &str) -> Option<Headlight> {
+    match word {
+        "flip" => Some(Headlight::Flipped),
+        "on" => Some(Headlight::Set(true)),
+        "off" => Some(Headlight::Set(false)),
+        _ => None,
+    }
+}

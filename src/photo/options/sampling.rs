@@ -1,0 +1,231 @@
+//! Options of sampling, and of when to stop.
+
+use super::option::{Needs, Opt, Takes};
+use super::values::{duration, if_any, set, share, switch, unless_usual};
+use super::words::Words;
+use crate::camera::Aim;
+use crate::diag::{Diagnostic, Result};
+use crate::photo::plan::{Era, Plan};
+use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
+
+/// Samples a pixel at most, where the error or the time is to end a render.
+const SAMPLE_LIMIT: u32 = 65_536;
+
+const DISC_MAPS: [(&str, DiscMap); 2] = [
+    ("polar", DiscMap::Polar),
+    ("concentric", DiscMap::Concentric),
+];
+
+pub static OPTIONS: [Opt; 9] = [
+    Opt::new(
+        "samples",
+        Takes::One("N"),
+        "samples a pixel [1999: 1, now: 16]",
+    )
+    .vintage("j")
+    .plan(samples, |plan, usual| {
+        let limit_only = plan.stop.samples == SAMPLE_LIMIT && has_other_end(plan);
+        if limit_only && plan.sampler.samples == usual.sampler.samples {
+            return Vec::new();
+        }
+        vec![plan.sampler.samples.to_string()]
+    })
+    .describe(|plan| Some(plan.sampler.samples.to_string()))
+    .examples(&["-j 1", "--samples 16", "--samples 100"]),
+    Opt::new(
+        "sampler",
+        Takes::One("NAME"),
+        "jittered, random, sobol, blue or golden [1999: jittered, now: sobol]",
+    )
+    .plan(
+        |plan, words, _| {
+            let kind = words.named("sampler", &SamplerKind::ALL)?;
+            set(&mut plan.sampler.kind, kind);
+            Ok(())
+        },
+        |plan, usual| {
+            unless_usual(plan.sampler.kind, usual.sampler.kind, |k| k.name().into())
+        },
+    )
+    .describe(|plan| Some(plan.sampler.kind.name().to_owned()))
+    .examples(&[
+        "--sampler jittered",
+        "--sampler sobol",
+        "--sampler blue",
+        "--sampler golden",
+        "--sampler random",
+    ]),
+    Opt::new("seed", Takes::One("N"), "seed of all random numbers [0]")
+        .plan(
+            |plan, words, _| {
+                let seed = words.parsed("seed", "a whole number", |w| w.parse().ok())?;
+                set(&mut plan.sampler.seed, seed);
+                Ok(())
+            },
+            |plan, usual| {
+                unless_usual(plan.sampler.seed, usual.sampler.seed, |n| n.to_string())
+            },
+        )
+        .describe(|plan| Some(plan.sampler.seed.to_string()))
+        .examples(&["--seed 1", "--seed 18446744073709551615"]),
+    Opt::new(
+        "pupil",
+        Takes::One("rear|exit"),
+        "where on the lens to aim: rear element or exit pupil [1999: rear, now: exit]",
+    )
+    .needs(Needs::Pupil)
+    .plan(
+        |plan, words, _| {
+            let rear = Aim::RearElement(disc_map_of(plan.era));
+            let aims = [("rear", rear), ("exit", Aim::ExitPupil)];
+            set(&mut plan.aim, words.named("pupil", &aims)?);
+            Ok(())
+        },
+        |plan, usual| {
+            let is_rear = |plan: &Plan| matches!(plan.aim, Aim::RearElement(_));
+            unless_usual(is_rear(plan), is_rear(usual), |rear| {
+                if rear { "rear" } else { "exit" }.into()
+            })
+        },
+    )
+    .describe(|plan| {
+        Some(match plan.aim {
+            Aim::RearElement(DiscMap::Polar) => "rear element, polar map".into(),
+            Aim::RearElement(DiscMap::Concentric) => "rear element, concentric map".into(),
+            Aim::ExitPupil => "exit pupil".into(),
+        })
+    })
+    .examples(&["--pupil rear", "--pupil exit"]),
+    Opt::new(
+        "disc",
+        Takes::One("polar|concentric"),
+        "map from samples to the lens [1999: polar, now: concentric]",
+    )
+    .needs(Needs::Pupil)
+    .plan(
+        |plan, words, _| {
+            let map = words.named("disc", &DISC_MAPS)?;
+            if let Aim::RearElement(present) = &mut plan.aim {
+                set(present, map);
+            }
+            Ok(())
+        },
+        |plan, _| match plan.aim {
+            Aim::RearElement(map) => unless_usual(map, disc_map_of(plan.era), |map| {
+                let known = DISC_MAPS.iter().find(|(_, m)| *m == map);
+                known.map_or(String::new(), |(name, _)| (*name).into())
+            }),
+            Aim::ExitPupil => Vec::new(),
+        },
+    )
+    .examples(&[
+        "--pupil rear --disc polar",
+        "--pupil rear --disc concentric",
+    ]),
+    Opt::new(
+        "filter",
+        Takes::One("NAME"),
+        "how a pixel weighs the light around it: box, gaussian, blackman-harris or mitchell [box]",
+    )
+    .plan(
+        |plan, words, _| {
+            set(&mut plan.filter, words.named("filter", &Filter::ALL)?);
+            Ok(())
+        },
+        |plan, usual| unless_usual(plan.filter, usual.filter, |f| f.name().into()),
+    )
+    .describe(|plan| (plan.filter != Filter::Box).then(|| plan.filter.name().to_owned()))
+    .examples(&[
+        "--filter box",
+        "--filter gaussian",
+        "--filter blackman-harris",
+        "--filter mitchell",
+    ]),
+    Opt::new(
+        "adaptive",
+        Takes::Nothing,
+        "sends the samples where a first look, an eighth of them, finds noise; the picture stays unbiased",
+    )
+    .plan(
+        |plan, words, _| {
+            plan.adaptive = words.has("adaptive");
+            if plan.adaptive {
+                can_adapt(&plan.sampler)?;
+            }
+            Ok(())
+        },
+        |plan, _| switch(plan.adaptive),
+    )
+    .describe(|plan| plan.adaptive.then(|| "yes".into()))
+    .examples(&["--adaptive --sampler sobol"]),
+    Opt::new(
+        "target-error",
+        Takes::One("SHARE"),
+        "stops when the estimated relative error is at most this, such as 1%; --samples is then a limit [65536]",
+    )
+    .plan(
+        |plan, words, _| {
+            let expects = "a relative error such as 1% or 0.01";
+            plan.stop.error = words.parsed("target-error", expects, share)?;
+            limit_samples(plan, words);
+            Ok(())
+        },
+        |plan, _| if_any(plan.stop.error, |share| share.to_string()),
+    )
+    .examples(&["--target-error 1%", "--target-error 0.03 --samples 64"]),
+    Opt::new(
+        "time",
+        Takes::One("LENGTH"),
+        "stops in time for this, such as 30s; whole passes, at least one; --samples is then a limit [65536]",
+    )
+    .plan(
+        |plan, words, _| {
+            let expects = "a length of time such as 30s, 500ms or 2m";
+            plan.stop.time = words.parsed("time", expects, duration)?;
+            limit_samples(plan, words);
+            Ok(())
+        },
+        |plan, _| if_any(plan.stop.time, |time| format!("{}s", time.as_secs_f64())),
+    )
+    .examples(&["--time 30s", "--time 1500ms --samples 8", "--time 2m"]),
+];
+
+fn samples(plan: &mut Plan, words: &Words, _: &mut crate::diag::Sink) -> Result<()> {
+    let count = |w: &str| w.parse().ok().filter(|n| (1..=1 << 24).contains(n));
+    if let Some(count) = words.parsed("samples", "a number from 1 to 2^24", count)? {
+        plan.sampler.samples = count;
+        plan.stop.samples = count;
+    }
+    Ok(())
+}
+
+/// Without `--samples`, a render that the error or the time ends may take many.
+fn limit_samples(plan: &mut Plan, words: &Words) {
+    if has_other_end(plan) && !words.has("samples") {
+        plan.stop.samples = SAMPLE_LIMIT;
+    }
+}
+
+fn has_other_end(plan: &Plan) -> bool {
+    plan.stop.error.is_some() || plan.stop.time.is_some()
+}
+
+/// The map of an era where `--disc` is not given.
+fn disc_map_of(era: Era) -> DiscMap {
+    match era {
+        Era::Vintage => DiscMap::Polar,
+        Era::Modern => DiscMap::Concentric,
+    }
+}
+
+/// Fewer jittered samples than were laid out leave parts of pixel and pupil out.
+fn can_adapt(sampler: &Sampler) -> Result<()> {
+    if sampler.kind != SamplerKind::Jittered {
+        return Ok(());
+    }
+    let name = sampler.kind.name();
+    Err(Diagnostic::error(format!(
+        "`--adaptive` does not go with the sampler `{name}`"
+    ))
+    .with_help("choose one whose every beginning is even: `--sampler sobol`"))
+}

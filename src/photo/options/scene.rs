@@ -1,0 +1,160 @@
+//! Options of the scene, the camera's place in it, and the era.
+
+use std::sync::Arc;
+
+use super::option::{Opt, Takes};
+use super::values::{finite, paths, set, switch, unless_usual};
+use super::words::Words;
+use crate::diag::{Diagnostic, Result};
+use crate::geometry::text::Fonts;
+use crate::iv::Limits;
+use crate::photo::camera_choice::CameraChoice;
+
+/// How much a scene may ask for; every command that reads scenes takes it.
+pub const LIMIT: Opt = Opt::new(
+    "scene-limit",
+    Takes::Many("NAME=N"),
+    "raises or lowers a limit on the scene: bytes of a file [512M], nodes [10000000], copies by protos [1000000], depth [1000000], files it names [1000], include-depth [32], visits on the way through it [300000, or twice its nodes], primitives [16000000]",
+)
+.plan(
+    |plan, words, _| {
+        plan.limits = limits(words)?;
+        Ok(())
+    },
+    |plan, usual| {
+        let own = plan.limits.entries().into_iter().zip(usual.limits.entries());
+        own.filter(|(own, usual)| own != usual)
+            .map(|((name, n), _)| format!("{name}={n}"))
+            .collect()
+    },
+)
+.examples(&["--scene-limit bytes=2G", "--scene-limit nodes=7 --scene-limit visits=90k"]);
+
+/// Typefaces of the user's own; every command that sets text takes it.
+pub const FONTS: Opt = Opt::new(
+    "fonts",
+    Takes::Many("FOLDER"),
+    "typefaces (.otf, .ttf, .ttc) below this folder go before the shipped ones, by name or as the usual stand-in: Nimbus Roman for Times",
+)
+.plan(
+    |plan, words, _| {
+        plan.fonts = typefaces(words)?;
+        Ok(())
+    },
+    |plan, _| paths(plan.fonts.folders()),
+)
+.examples(&["--fonts films", "--fonts films --fonts lenses"]);
+
+pub static OPTIONS: [Opt; 8] = [
+    Opt::new(
+        "era",
+        Takes::One("1999|modern"),
+        "which program's choices to start from [`ivcam …`: 1999, `ivcam render`: modern]",
+    )
+    .plan(
+        |_, _, _| Ok(()), // `Plan::from_words` begins with it
+        |_, _| Vec::new(), // the command's form says it
+    )
+    .describe(|plan| Some(plan.era.name().to_owned()))
+    .examples(&["--era 1999", "--era modern", "--era vintage -j 4"]),
+    Opt::new(
+        "camera",
+        Takes::One("FILE"),
+        "camera to use: a file with a camera node (camera/FORMAT.md), or the node itself",
+    )
+    .vintage("camread")
+    .plan(
+        |plan, words, _| {
+            let word = words.text("camera").map(str::as_ref);
+            plan.camera = word.map(CameraChoice::parse).transpose()?;
+            Ok(())
+        },
+        |plan, _| plan.camera.iter().map(CameraChoice::word).collect(),
+    )
+    .examples(&["--camera camera/cam-1.dat", "--camera OrthographicCamera{}"]),
+    Opt::new(
+        "environment",
+        Takes::One("FILE"),
+        "SceneViewer environment file: camera, fog, lights, headlight",
+    )
+    .vintage("e")
+    .plan(
+        |plan, words, _| {
+            plan.environment = words.text("environment").map(Into::into);
+            Ok(())
+        },
+        |plan, _| paths(plan.environment.as_slice()),
+    )
+    .examples(&["-e a.env", "--environment room/b.env"]),
+    Opt::new(
+        "scene-time",
+        Takes::One("SECONDS"),
+        "the scene's own time, for engines and sensors [0]",
+    )
+    .plan(
+        |plan, words, _| {
+            let time = words.parsed("scene-time", "a time in seconds", finite)?;
+            set(&mut plan.time, time);
+            Ok(())
+        },
+        |plan, usual| unless_usual(plan.time, usual.time, |t| t.to_string()),
+    )
+    .examples(&["--scene-time 1.5", "--scene-time -3"]),
+    Opt::new(
+        "handles",
+        Takes::Nothing,
+        "draws the handles of draggers and manipulators: the parts that the file gives them, or plain ones",
+    )
+    .plan(
+        |plan, words, _| {
+            plan.handles = words.has("handles");
+            Ok(())
+        },
+        |plan, _| switch(plan.handles),
+    )
+    .examples(&["--handles"]),
+    Opt::new(
+        "search",
+        Takes::Many("FOLDER"),
+        "also look here for files that the scene names",
+    )
+    .plan(
+        |plan, words, _| {
+            plan.search = words.paths("search");
+            Ok(())
+        },
+        |plan, _| paths(&plan.search),
+    )
+    .examples(&["--search a", "--search a --search b/c"]),
+    FONTS,
+    LIMIT,
+];
+
+/// The limits on scenes, as `--scene-limit` changes them.
+///
+/// # Errors
+/// A word that is not a limit and a number.
+pub fn limits(words: &Words) -> Result<Limits> {
+    let mut limits = Limits::default();
+    for word in words.paths("scene-limit") {
+        let word = word.to_string_lossy();
+        limits.set(&word).ok_or_else(|| {
+            Diagnostic::error(format!(
+                "`--scene-limit {word}` is not a limit and a number"
+            ))
+            .with_help(format!(
+                "such as `bytes=2G`; the limits are {}",
+                Limits::NAMES.join(", ")
+            ))
+        })?;
+    }
+    Ok(limits)
+}
+
+/// The typefaces below the folders of `--fonts`.
+///
+/// # Errors
+/// A folder that can't be read.
+pub fn typefaces(words: &Words) -> Result<Arc<Fonts>> {
+    Fonts::open(&words.paths("fonts")).map(Arc::new)
+}

@@ -1,0 +1,54 @@
+//! What a photograph needs to know of a scene before it is compiled.
+
+use crate::grammar::{class, vrml97_navigation_info};
+use crate::iv::NodeRef;
+use crate::pose::CameraPose;
+use crate::snapshot::Snapshot;
+use crate::traversal::role::Role;
+use crate::traversal::state::{LightElement, State};
+use crate::traversal::{self, Visitor, WalkOptions};
+
+/// What a plan takes from the scene without compiling it.
+#[derive(Default)]
+pub struct Overview {
+    /// The first camera.
+    pub camera: Option<CameraPose>,
+    /// Whether there is a light that is on.
+    pub has_light: bool,
+    /// The field `headlight` of the first VRML 97 `NavigationInfo`.
+    pub navigation_info: Option<bool>,
+}
+
+impl Overview {
+    pub fn of(snapshot: &Snapshot<'_>) -> Self {
+        let mut overview = Self::default();
+        traversal::walk(snapshot, &WalkOptions::default(), &mut overview);
+        overview
+    }
+}
+
+impl<'a> Visitor<'a> for Overview {
+    fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
+
+    fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        if self.camera.is_none() {
+            self.camera = CameraPose::from_node(node, state.world_from_object);
+        }
+    }
+
+    fn light(&mut self, _: &LightElement, _: &State<'a>) {
+        self.has_light = true;
+    }
+
+    fn node(&mut self, node: NodeRef<'a>, _: Role) {
+        let is_info = node.class_id() == Some(class::VRML97_NAVIGATION_INFO);
+        if is_info && self.navigation_info.is_none() {
+            self.navigation_info = Some(node.get(vrml97_navigation_info::HEADLIGHT));
+        }
+    }
+}
+
+/// The first camera that a walk meets.
+pub fn first_camera(snapshot: &Snapshot<'_>) -> Option<CameraPose> {
+    Overview::of(snapshot).camera
+}
