@@ -1,5 +1,8 @@
 //! What a file declares: node classes of its own (`fields [ … ]`, `PROTO`, `Script`) and routes.
 
+use std::collections::HashMap;
+use std::ops::Range;
+
 use crate::grammar::FieldType;
 use crate::grammar::value::NodeId;
 
@@ -95,5 +98,42 @@ pub struct Proto {
     pub within: Option<usize>,
 }
 
-/// An event of an instance, and the node of the body that has it.
+/// An event of an instance, the node of the body that has it, and its name there.
 pub type Passage = (Box<str>, NodeId, Box<str>);
+
+/// The protos of a document, and what is known of their instances.
+#[derive(Clone, Debug, Default)]
+pub struct Protos {
+    /// The protos in the order of their declaration.
+    pub list: Vec<Proto>,
+    /// The places in `list` of the protos whose classes extensions are.
+    places: HashMap<u32, usize>,
+    /// Nodes that are not part of the scene, by their places in the arena: the bodies of protos.
+    pub templates: Vec<Range<u32>>,
+    /// Where the events of an instance lead.
+    pub passages: HashMap<NodeId, Vec<Passage>>,
+    /// The protos of each file that an `EXTERNPROTO` names, by name.
+    pub libraries: HashMap<String, HashMap<Box<str>, u32>>,
+    /// The number of nodes that are copies of protos' bodies.
+    pub copies: usize,
+}
+
+impl Protos {
+    /// Adds a proto and returns its place in the list.
+    pub fn add(&mut self, proto: Proto) -> usize {
+        self.places.insert(proto.extension, self.list.len());
+        self.list.push(proto);
+        self.list.len() - 1
+    }
+
+    /// The place in the list of the proto whose class an extension is.
+    pub fn of_extension(&self, extension: u32) -> Option<usize> {
+        self.places.get(&extension).copied()
+    }
+
+    /// Whether a node is part of a proto's body, and not of the scene.
+    pub fn is_template(&self, id: NodeId) -> bool {
+        let after = self.templates.partition_point(|r| r.end <= id.0);
+        self.templates.get(after).is_some_and(|r| r.contains(&id.0))
+    }
+}

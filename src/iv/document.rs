@@ -4,12 +4,11 @@
 //! file does not state comes from the catalogue when it is asked for.
 
 use std::collections::HashMap;
-use std::ops::Range;
 use std::sync::Arc;
 
 use indexmap::IndexMap;
 
-use super::declarations::{Extension, Passage, Proto, Route};
+use super::declarations::{Extension, Protos, Route};
 use super::loader::Loader;
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::grammar::value::{NodeId, Value};
@@ -84,20 +83,10 @@ pub struct Document {
     pub routes: Vec<Route>,
     /// Routes as the file states them.
     pub stated_routes: Vec<Route>,
-    /// Classes defined by nodes.
-    pub protos: Vec<Proto>,
-    /// Nodes that are not part of the scene, by their places: the bodies of protos.
-    pub templates: Vec<Range<u32>>,
-    /// Where the proto of an extension is in `protos`.
-    pub(super) proto_places: HashMap<u32, usize>,
+    /// The classes that `PROTO`s and `EXTERNPROTO`s define.
+    pub protos: Protos,
     /// Extensions by name, those of protos and scripts left out.
     pub(super) extension_names: HashMap<Box<str>, Vec<u32>>,
-    /// How many nodes are copies of protos' bodies.
-    pub(super) copies: usize,
-    /// Where an event of an instance leads.
-    pub(super) passages: HashMap<NodeId, Vec<Passage>>,
-    /// Protos of the files that `EXTERNPROTO`s name.
-    pub(super) libraries: HashMap<String, HashMap<Box<str>, u32>>,
     /// The roots of the file that a `File`, `WWWInline` or `Inline` names, once it is read.
     pub included: HashMap<NodeId, Vec<NodeId>>,
     /// What stands for a node: the first node of its proto's body.
@@ -118,15 +107,9 @@ impl Document {
         NodeRef { document: self, id }
     }
 
-    /// The proto whose class an extension is.
-    pub fn proto_of_extension(&self, extension: u32) -> Option<usize> {
-        self.proto_places.get(&extension).copied()
-    }
-
     /// Whether a node is part of a proto's body, and not of the scene.
     pub fn is_template(&self, id: NodeId) -> bool {
-        let after = self.templates.partition_point(|r| r.end <= id.0);
-        self.templates.get(after).is_some_and(|r| r.contains(&id.0))
+        self.protos.is_template(id)
     }
 
     /// A file that a node names (a texture, a font), looked for beside the file the node is in.

@@ -26,7 +26,7 @@ impl Document {
     /// Of the protos of a name that the document defines, the one with so many before it.
     fn proto_called(&self, name: &str, rank: usize) -> Option<&Proto> {
         let named = |p: &&Proto| !p.external && self.proto_name(p) == name;
-        self.protos.iter().filter(named).nth(rank)
+        self.protos.list.iter().filter(named).nth(rank)
     }
 
     fn proto_name(&self, proto: &Proto) -> &str {
@@ -49,7 +49,7 @@ impl Comparison<'_> {
         self.drain()?;
         self.routes(&self.a.stated_routes, &self.b.stated_routes)?;
         let mut ranks = HashMap::new();
-        for proto in &self.a.protos {
+        for proto in &self.a.protos.list {
             if proto.external {
                 self.declared(proto)?;
             } else if self.a.nodes[proto.defaults.0 as usize].source == 0 {
@@ -63,7 +63,7 @@ impl Comparison<'_> {
 
     /// An `EXTERNPROTO`; the same one again is written once.
     fn declared(&self, proto: &Proto) -> Same {
-        if self.b.protos.iter().any(|o| self.declares(proto, o)) {
+        if self.b.protos.list.iter().any(|o| self.declares(proto, o)) {
             return Ok(());
         }
         let name = self.a.proto_name(proto);

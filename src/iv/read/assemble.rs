@@ -174,7 +174,7 @@ impl<'d> Assembler<'d> {
     /// The class of a proto that has a body, by name.
     pub fn proto_named(&self, name: &str) -> Option<u32> {
         let &class = self.declared.get(name)?;
-        let proto = &self.document.protos[self.document.proto_of_extension(class)?];
+        let proto = &self.document.protos.list[self.document.protos.of_extension(class)?];
         (!proto.external || !proto.body.is_empty()).then_some(class)
     }
 
@@ -322,8 +322,9 @@ impl<'d> Assembler<'d> {
             .extension_names
             .entry(extension.name.clone())
             .or_default();
-        let (extensions, protos) = (&self.document.extensions, &self.document.proto_places);
-        let same = |i: &&u32| extensions[**i as usize] == extension && !protos.contains_key(*i);
+        let (extensions, protos) = (&self.document.extensions, &self.document.protos);
+        let same =
+            |i: &&u32| extensions[**i as usize] == extension && protos.of_extension(**i).is_none();
         if let Some(&known) = alike.iter().rev().take(64).find(same) {
             return known;
         }
@@ -400,7 +401,7 @@ impl<'d> Assembler<'d> {
     /// declare, unless it is a proto's.
     pub fn blank(&mut self, name: &str, known: Option<ClassRef>) -> ClassRef {
         match known {
-            Some(ClassRef::Extension(i)) if self.document.proto_of_extension(i).is_none() => {
+            Some(ClassRef::Extension(i)) if self.document.protos.of_extension(i).is_none() => {
                 self.unknown(name)
             }
             Some(class) => class,

@@ -20,7 +20,7 @@ pub fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Res
         let Some(proto) = proto_of(document, instance) else {
             continue;
         };
-        let proto = document.protos[proto].clone();
+        let proto = document.protos.list[proto].clone();
         let Some(&first) = proto.body.first() else {
             continue;
         };
@@ -36,7 +36,7 @@ pub fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Res
                 passages.push((link.interface.clone(), node, link.name.clone()));
             }
         }
-        document.passages.insert(instance, passages);
+        document.protos.passages.insert(instance, passages);
         for route in &proto.routes {
             let end = |id: &NodeId| copies.get(id).copied().unwrap_or(*id);
             let route = Route {
@@ -60,7 +60,7 @@ pub fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Res
 /// The proto that a node is an instance of.
 pub fn proto_of(document: &Document, node: NodeId) -> Option<usize> {
     match document.nodes[node.0 as usize].class {
-        ClassRef::Extension(i) => document.proto_of_extension(i),
+        ClassRef::Extension(i) => document.protos.of_extension(i),
         ClassRef::Known(_) => None,
     }
 }
@@ -78,8 +78,8 @@ fn copy(
         if copies.contains_key(&id) {
             continue;
         }
-        document.copies += 1;
-        if document.copies > limits.copies || document.nodes.len() >= limits.nodes {
+        document.protos.copies += 1;
+        if document.protos.copies > limits.copies || document.nodes.len() >= limits.nodes {
             let message = format!("protos expand to more than {} nodes", limits.copies);
             let span = document.nodes[id.0 as usize].span;
             let error = document.sink.error(span, message);
@@ -230,7 +230,7 @@ fn ends(document: &Document, node: NodeId, name: &str) -> Vec<(NodeId, Box<str>)
     let mut out = Vec::new();
     let mut work = vec![(node, Box::<str>::from(name))];
     while let Some((node, name)) = work.pop() {
-        let Some(passages) = document.passages.get(&node) else {
+        let Some(passages) = document.protos.passages.get(&node) else {
             out.push((node, name));
             continue;
         };

@@ -214,7 +214,7 @@ impl<'d> Ascii<'d> {
         let interface: &'d [Interface] = match node.class {
             ClassRef::Extension(i) => {
                 let extension = &document.extensions[i as usize];
-                if document.proto_of_extension(i).is_none() {
+                if document.protos.of_extension(i).is_none() {
                     self.declaration(node.class, extension, !node.children.is_empty());
                 }
                 &extension.interface
@@ -262,7 +262,7 @@ impl<'d> Ascii<'d> {
         };
         let extension = &self.document.extensions[i as usize];
         let declared = !extension.fields.is_empty() || !extension.is_a.is_empty();
-        if declared || !node.children.is_empty() || self.document.proto_of_extension(i).is_some() {
+        if declared || !node.children.is_empty() || self.document.protos.of_extension(i).is_some() {
             return None;
         }
         let source = self
@@ -406,7 +406,7 @@ impl<'d> Ascii<'d> {
     /// The protos that are declared in the body of another, or in none.
     fn protos_within(&mut self, within: Option<usize>) {
         for place in self.within.remove(&within).unwrap_or_default() {
-            let proto = &self.document.protos[place];
+            let proto = &self.document.protos.list[place];
             if !self.is_declared(proto) {
                 self.proto(place, proto);
             }
@@ -421,7 +421,7 @@ impl<'d> Ascii<'d> {
                 && (named(p), &p.interface, &p.urls)
                     == (named(proto), &proto.interface, &proto.urls)
         };
-        let first = self.document.protos.iter().find(same);
+        let first = self.document.protos.list.iter().find(same);
         let Some(first) = first.filter(|_| proto.external) else {
             return false;
         };
@@ -436,7 +436,7 @@ impl<'d> Ascii<'d> {
     /// it nor one that the body around it has instances of. Those without instances may share it,
     /// as an `EXTERNPROTO` in several forms of which a class known to us serves.
     fn name_for(&self, proto: &Proto) -> String {
-        let protos = &self.document.protos;
+        let protos = &self.document.protos.list;
         let beside = protos.iter().filter(|p| p.within == proto.within);
         let around = proto.within.map(|p| instances_in(self.document, p));
         let used = around.iter().flatten().map(|&p| &protos[p]);

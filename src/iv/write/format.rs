@@ -27,7 +27,7 @@ impl Document {
             return Vec::new();
         }
         let mut out = Vec::new();
-        if !self.protos.is_empty() {
+        if !self.protos.list.is_empty() {
             out.push(
                 "the binary form has no protos; what stands for their instances is written".into(),
             );

@@ -12,7 +12,7 @@ pub fn protos_by_body(document: &Document) -> HashMap<Option<usize>, Vec<usize>>
     let written: HashSet<usize> = order.iter().copied().collect();
     let mut within: HashMap<Option<usize>, Vec<usize>> = HashMap::new();
     for place in order {
-        let around = document.protos[place].within;
+        let around = document.protos.list[place].within;
         let around = around.filter(|p| written.contains(p));
         within.entry(around).or_default().push(place);
     }
@@ -23,7 +23,7 @@ pub fn protos_by_body(document: &Document) -> HashMap<Option<usize>, Vec<usize>>
 fn proto_order(document: &Document) -> Vec<usize> {
     let own = |p: &Proto| document.nodes[p.defaults.0 as usize].source == 0;
     let mut order = Vec::new();
-    for (i, proto) in document.protos.iter().enumerate() {
+    for (i, proto) in document.protos.list.iter().enumerate() {
         if !own(proto) && !proto.external {
             continue;
         }
@@ -37,7 +37,7 @@ fn proto_order(document: &Document) -> Vec<usize> {
                 continue;
             }
             stack.push((i, true));
-            if !document.protos[i].external {
+            if !document.protos.list[i].external {
                 stack.extend(instances_in(document, i).into_iter().map(|k| (k, false)));
             }
         }
@@ -47,12 +47,12 @@ fn proto_order(document: &Document) -> Vec<usize> {
 
 /// The classes of protos that nodes have, those that hold a proto's defaults left out.
 pub fn instanced(document: &Document) -> HashSet<u32> {
-    let defaults: HashSet<NodeId> = document.protos.iter().map(|p| p.defaults).collect();
+    let defaults: HashSet<NodeId> = document.protos.list.iter().map(|p| p.defaults).collect();
     let ids = (0..document.nodes.len()).map(|i| NodeId(i as u32));
     let nodes = ids.filter(|id| !defaults.contains(id));
     nodes
         .filter_map(|id| match document.nodes[id.0 as usize].class {
-            ClassRef::Extension(i) if document.proto_of_extension(i).is_some() => Some(i),
+            ClassRef::Extension(i) if document.protos.of_extension(i).is_some() => Some(i),
             _ => None,
         })
         .collect()
@@ -60,7 +60,7 @@ pub fn instanced(document: &Document) -> HashSet<u32> {
 
 /// The protos of which a proto's body and defaults have instances.
 pub fn instances_in(document: &Document, proto: usize) -> Vec<usize> {
-    let proto = &document.protos[proto];
+    let proto = &document.protos.list[proto];
     let mut stack = proto.body.clone();
     stack.push(proto.defaults);
     let mut seen = HashSet::new();
@@ -73,7 +73,7 @@ pub fn instances_in(document: &Document, proto: usize) -> Vec<usize> {
         if id != proto.defaults
             && let ClassRef::Extension(i) = node.class
         {
-            out.extend(document.proto_of_extension(i));
+            out.extend(document.protos.of_extension(i));
         }
         stack.extend(targets(document, id));
     }

@@ -207,7 +207,7 @@ impl<'s> Reader<'_, '_, 's> {
                 }
             }
             Target::Source(..) | Target::Nowhere => {}
-            Target::Proto(proto) => self.asm.document.protos[proto].body.push(node),
+            Target::Proto(proto) => self.asm.document.protos.list[proto].body.push(node),
         }
     }
 

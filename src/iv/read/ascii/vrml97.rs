@@ -131,7 +131,7 @@ impl<'s> Reader<'_, '_, 's> {
         let Some(proto) = self.proto_around() else {
             return Ok(());
         };
-        let proto = &mut self.asm.document.protos[proto];
+        let proto = &mut self.asm.document.protos.list[proto];
         if !proto.interface.iter().any(|i| *i.name == *interface) {
             let names: Vec<&str> = proto.interface.iter().map(|i| &*i.name).collect();
             let help = format!("the proto has {}", names.join(", "));
@@ -183,7 +183,7 @@ impl<'s> Reader<'_, '_, 's> {
         let extension = document.extensions.len() as u32 - 1;
         let span = self.here();
         let defaults = self.asm.add(ClassRef::Extension(extension), None, span)?;
-        self.asm.document.protos.push(Proto {
+        let proto = self.asm.document.protos.add(Proto {
             extension,
             interface: Vec::new(),
             defaults,
@@ -202,8 +202,6 @@ impl<'s> Reader<'_, '_, 's> {
             first,
         };
         self.asm.in_protos += 1;
-        let proto = self.asm.document.protos.len() - 1;
-        self.asm.document.proto_places.insert(extension, proto);
         self.stack.push(Level::Interface { proto, scope });
         Ok(())
     }
@@ -226,7 +224,7 @@ impl<'s> Reader<'_, '_, 's> {
         let Some(interface) = self.interface_item(access) else {
             return Ok(());
         };
-        let data = &mut self.asm.document.protos[proto];
+        let data = &mut self.asm.document.protos.list[proto];
         let (extension, defaults, external) = (data.extension, data.defaults, data.external);
         data.interface.push(interface.clone());
         self.add_field(extension, &interface);
@@ -244,13 +242,13 @@ impl<'s> Reader<'_, '_, 's> {
         };
         // Defaults may use the names of the file around the proto; the body may not.
         scope.names = std::mem::take(&mut self.asm.names);
-        if self.asm.document.protos[proto].external {
+        if self.asm.document.protos.list[proto].external {
             self.rest = skip(self.rest);
             let start = self.rest;
             let urls = values::value(self.rest, FieldType::MFString, EnumNames::NONE);
             if let Ok((rest, read)) = urls {
                 if let Value::Strings(urls) = read.value {
-                    self.asm.document.protos[proto].urls = urls;
+                    self.asm.document.protos.list[proto].urls = urls;
                 }
                 self.rest = rest;
             }
@@ -278,17 +276,18 @@ impl<'s> Reader<'_, '_, 's> {
         };
         self.asm.in_protos -= 1;
         let document = &mut *self.asm.document;
-        let data = &mut document.protos[proto];
+        let data = &mut document.protos.list[proto];
         data.routes = std::mem::replace(&mut document.routes, scope.routes);
         let extension = data.extension;
         if self.asm.in_protos == 0 {
             document
+                .protos
                 .templates
                 .push(scope.first..document.nodes.len() as u32);
         }
         self.asm.names = scope.names;
         self.asm.end_scope(scope.shadowed);
-        if !self.asm.document.protos[proto].external {
+        if !self.asm.document.protos.list[proto].external {
             self.asm.declare_class(scope.name, Some(extension));
         }
     }
@@ -297,7 +296,7 @@ impl<'s> Reader<'_, '_, 's> {
     /// one, what the name meant before (a `PROTO` of the file, a class that we know) serves;
     /// without that, nothing is drawn (VRML97, 4.9.1).
     fn external(&mut self, proto: usize, span: Span) -> Result<()> {
-        let data = &self.asm.document.protos[proto];
+        let data = &self.asm.document.protos.list[proto];
         let (urls, extension) = (data.urls.clone(), data.extension);
         let name = self.asm.document.extensions[extension as usize]
             .name
@@ -342,12 +341,12 @@ impl<'s> Reader<'_, '_, 's> {
     /// Takes the body that another file defines. Its own interface counts.
     fn adopt(&mut self, proto: usize, found: u32) {
         let document = &mut *self.asm.document;
-        let Some(from) = document.proto_of_extension(found) else {
+        let Some(from) = document.protos.of_extension(found) else {
             return;
         };
-        let other = document.protos[from].clone();
+        let other = document.protos.list[from].clone();
         let fields = document.extensions[found as usize].fields.clone();
-        let own = &mut document.protos[proto];
+        let own = &mut document.protos.list[proto];
         let (extension, urls) = (own.extension, std::mem::take(&mut own.urls));
         *own = Proto {
             extension,
@@ -368,7 +367,7 @@ impl<'s> Reader<'_, '_, 's> {
             return Err(Diagnostic::error("the document has no loader"));
         };
         let (name, bytes) = loader.load(&from, url)?;
-        if let Some(known) = document.libraries.get(&name) {
+        if let Some(known) = document.protos.libraries.get(&name) {
             return Ok(known.clone());
         }
         let own = &self.asm.limits;
@@ -378,7 +377,10 @@ impl<'s> Reader<'_, '_, 's> {
             )));
         }
         // Until it is read it defines nothing, so that files that name each other end.
-        document.libraries.insert(name.clone(), HashMap::new());
+        document
+            .protos
+            .libraries
+            .insert(name.clone(), HashMap::new());
         let limits = Limits {
             include_depth: own.include_depth - 1,
             ..own.clone()
@@ -387,12 +389,15 @@ impl<'s> Reader<'_, '_, 's> {
         let first = document.nodes.len() as u32;
         let read = read_file(document, &name, bytes, &limits, None);
         document.routes = routes;
-        document.templates.retain(|r| r.start < first);
+        document.protos.templates.retain(|r| r.start < first);
         if self.asm.in_protos == 0 {
-            document.templates.push(first..document.nodes.len() as u32);
+            document
+                .protos
+                .templates
+                .push(first..document.nodes.len() as u32);
         }
         let declared = read?.declared;
-        document.libraries.insert(name, declared.clone());
+        document.protos.libraries.insert(name, declared.clone());
         Ok(declared)
     }
 
