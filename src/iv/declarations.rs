@@ -1,4 +1,6 @@
 //! What a file declares: node classes of its own (`fields [ … ]`, `PROTO`, `Script`) and routes.
+//!
+//! These are data only. `read` fills them in and `write` writes them.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -6,26 +8,27 @@ use std::ops::Range;
 use crate::grammar::FieldType;
 use crate::grammar::value::NodeId;
 
-/// `ROUTE from.output TO to.input`, and what becomes of it when protos are expanded.
+/// A route, written `ROUTE from.output TO to.input`. Expanding a proto adds the routes of its body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Route {
     pub from: NodeId,
     pub output: Box<str>,
     pub to: NodeId,
     pub input: Box<str>,
-    /// The file has it as a statement of its own, not in the body of a proto.
+    /// Whether the file states it outside of the body of a proto.
     pub stated: bool,
 }
 
-/// A class declared in the file (`fields [ … ] isA [ … ]`), or met without a declaration.
+/// A class that the catalogue lacks: the file declares it (`fields [ … ] isA [ … ]`), or only uses
+/// it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extension {
     pub name: Box<str>,
-    /// Name and type of each field, in the order of declaration.
+    /// The name and type of each field, in the order of declaration.
     pub fields: Vec<(Box<str>, FieldType)>,
-    /// The known classes it may be treated as, nearest first.
+    /// The known classes as which it may be treated, nearest first.
     pub is_a: Vec<Box<str>>,
-    /// What a `Script` declares, fields and events in their order.
+    /// The fields and events that a `Script` declares, in their order.
     pub interface: Vec<Interface>,
 }
 
@@ -39,6 +42,7 @@ pub enum Access {
 }
 
 impl Access {
+    /// The access that a keyword of VRML97 or X3D means.
     pub fn named(word: &[u8]) -> Option<Self> {
         match word {
             b"field" | b"initializeOnly" => Some(Self::Field),
@@ -49,6 +53,7 @@ impl Access {
         }
     }
 
+    /// The keyword of VRML97.
     pub fn name(self) -> &'static str {
         match self {
             Self::Field => "field",
@@ -58,12 +63,13 @@ impl Access {
         }
     }
 
+    /// Whether it has a value, as events have not.
     pub fn has_value(self) -> bool {
         matches!(self, Self::Field | Self::ExposedField)
     }
 }
 
-/// `eventIn SFBool set_on` and its like, in a `PROTO` or `Script`.
+/// A field or event of a `PROTO` or `Script`, such as `eventIn SFBool set_on`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interface {
     pub access: Access,
@@ -71,7 +77,7 @@ pub struct Interface {
     pub name: Box<str>,
 }
 
-/// `name IS interface` in a body.
+/// A field of a node in a proto's body that is one of the interface: `name IS interface`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     pub node: NodeId,
@@ -79,22 +85,23 @@ pub struct Link {
     pub interface: Box<str>,
 }
 
-/// A class that a file defines by nodes.
+/// A class that a file defines by nodes, with `PROTO` or `EXTERNPROTO`.
 #[derive(Clone, Debug)]
 pub struct Proto {
-    /// Its class, in [`Document::extensions`]; the fields there are those of the interface.
+    /// Its class, in `Document::extensions`; the fields there are those of the interface.
     pub extension: u32,
     pub interface: Vec<Interface>,
-    /// A node of the class that states the defaults.
+    /// A node of the class whose fields are the defaults.
     pub defaults: NodeId,
     pub body: Vec<NodeId>,
     pub links: Vec<Link>,
     pub routes: Vec<Route>,
-    /// An `EXTERNPROTO` whose definition was not found: where it should have been.
+    /// The files in which an `EXTERNPROTO` may be defined.
     pub urls: Vec<String>,
-    /// Is defined in another file, which `urls` names.
+    /// Whether it is an `EXTERNPROTO`.
     pub external: bool,
-    /// The proto in whose body it is declared, in [`Document::protos`]; only there is it known.
+    /// The proto in whose body it is declared, by its place in [`Protos::list`]. It is known only
+    /// there.
     pub within: Option<usize>,
 }
 

@@ -18,11 +18,11 @@ use crate::grammar::{Class, ClassId, default_value};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ClassRef {
     Known(ClassId),
-    /// An index into [`Document::extensions`]: a `fields [ ]` or `PROTO` of the file's own.
+    /// A class of the file's own, by its place in [`Document::extensions`].
     Extension(u32),
 }
 
-/// A field's value that comes from elsewhere: `translation = USE Engine . outVector`.
+/// Where the value of a connected field comes from: `translation = USE Engine . outVector`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Connection {
     pub from: NodeId,
@@ -33,15 +33,16 @@ pub struct Connection {
 /// A field that the file states.
 #[derive(Clone, Debug)]
 pub struct FieldEntry {
-    /// Index into the class's fields (the catalogue's or the extension's).
+    /// The place of the field among the fields of its class.
     pub index: u16,
     pub value: Value,
-    /// Written with `~`: as if the field were not there.
+    /// Whether the field is written with `~`, which means that it has no effect.
     pub ignored: bool,
     pub connection: Option<Box<Connection>>,
     pub span: Span,
 }
 
+/// A node as the file has it.
 #[derive(Clone, Debug)]
 pub struct Node {
     pub class: ClassRef,
@@ -49,12 +50,12 @@ pub struct Node {
     pub fields: Vec<FieldEntry>,
     pub children: Vec<NodeId>,
     pub span: Span,
-    /// Index into [`Document::sources`].
+    /// The file that it is in, by its place in [`Document::sources`].
     pub source: u16,
 }
 
 impl Node {
-    /// A node without a name that no file has.
+    /// Makes a node that no file has. It has no name.
     pub fn made(class: &Class, fields: Vec<FieldEntry>, children: Vec<NodeId>) -> Self {
         Self {
             class: ClassRef::Known(class.id),
@@ -67,7 +68,7 @@ impl Node {
     }
 }
 
-/// A file, with the files that it names read in.
+/// A file, together with the files that it names.
 #[derive(Clone, Debug, Default)]
 pub struct Document {
     pub nodes: Vec<Node>,
@@ -76,29 +77,28 @@ pub struct Document {
     pub sources: Vec<Arc<Source>>,
     /// The header's words, such as `Inventor V2.1 ascii`.
     pub format: String,
-    /// `DEF` names; a name defined twice means its latest node.
+    /// The nodes that have names, by name. A name that is defined twice means the later node.
     pub names: IndexMap<Arc<str>, NodeId>,
-    /// Events that go from node to node; where a proto's instance has them, between the nodes of
-    /// its body.
+    /// The routes between nodes. A route of a proto's instance leads to the nodes of its body.
     pub routes: Vec<Route>,
-    /// Routes as the file states them.
+    /// The routes as the file states them.
     pub stated_routes: Vec<Route>,
     /// The classes that `PROTO`s and `EXTERNPROTO`s define.
     pub protos: Protos,
-    /// Extensions by name, those of protos and scripts left out.
+    /// The extensions by name, without those of protos and scripts.
     pub(super) extension_names: HashMap<Box<str>, Vec<u32>>,
-    /// The roots of the file that a `File`, `WWWInline` or `Inline` names, once it is read.
+    /// For each `File`, `WWWInline` and `Inline` node, the roots of the file that it names.
     pub included: HashMap<NodeId, Vec<NodeId>>,
-    /// What stands for a node: the first node of its proto's body.
+    /// For each instance of a proto, the node that stands for it: the first of the body's copy.
     pub stands_for: HashMap<NodeId, NodeId>,
     /// Opens the files that nodes name.
     pub loader: Option<Arc<dyn Loader>>,
-    /// What reading had to say.
+    /// The messages of reading.
     pub sink: Sink,
 }
 
 impl Document {
-    /// A node, or what stands for it: an instance of a proto is its body's first node.
+    /// Returns a node, or the node that stands for it: the first of the body of a proto's instance.
     pub fn node(&self, id: NodeId) -> NodeRef<'_> {
         let mut id = id;
         while let Some(&other) = self.stands_for.get(&id) {
@@ -112,7 +112,10 @@ impl Document {
         self.protos.is_template(id)
     }
 
-    /// A file that a node names (a texture, a font), looked for beside the file the node is in.
+    /// Opens a file that a node names (a texture, a font), beside the file that the node is in.
+    ///
+    /// # Errors
+    /// The loader does not find the file or may not open it, or the document has no loader.
     pub fn load_beside(&self, node: NodeId, reference: &str) -> Result<(String, Vec<u8>)> {
         let source = &self.sources[usize::from(self.nodes[node.0 as usize].source)];
         match &self.loader {
@@ -123,10 +126,12 @@ impl Document {
         }
     }
 
+    /// The nodes that are inside no other.
     pub fn roots(&self) -> impl Iterator<Item = NodeRef<'_>> {
         self.roots.iter().map(|&id| self.node(id))
     }
 
+    /// Adds a node to the arena.
     pub fn add(&mut self, node: Node) -> NodeId {
         let id = NodeId(u32::try_from(self.nodes.len()).expect("fewer than 2^32 nodes"));
         self.nodes.push(node);
@@ -142,11 +147,12 @@ pub struct NodeRef<'a> {
 }
 
 impl<'a> NodeRef<'a> {
+    /// The node itself.
     pub fn data(self) -> &'a Node {
         &self.document.nodes[self.id.0 as usize]
     }
 
-    /// The catalogue's class, if the node is of one.
+    /// The catalogue's class, or `None` for a class of the file's own.
     pub fn class(self) -> Option<&'static Class> {
         match self.data().class {
             ClassRef::Known(id) => Some(id.get()),
@@ -165,7 +171,7 @@ impl<'a> NodeRef<'a> {
         }
     }
 
-    /// Its children; those of a node that names a file are what is in the file.
+    /// The children. Those of a node that names a file are the roots of the file.
     pub fn children(self) -> impl DoubleEndedIterator<Item = NodeRef<'a>> + ExactSizeIterator {
         let included = self.document.included.get(&self.id);
         included
@@ -182,7 +188,7 @@ impl<'a> NodeRef<'a> {
         self.document.sources.get(usize::from(self.data().source))
     }
 
-    /// The field as the file states it, unless it is silent or says to ignore it.
+    /// Returns the field as the file states it, unless it does not or marks it with `~`.
     pub fn entry(self, index: u16) -> Option<&'a FieldEntry> {
         self.data()
             .fields
@@ -190,7 +196,7 @@ impl<'a> NodeRef<'a> {
             .find(|f| f.index == index && !f.ignored)
     }
 
-    /// A field by name, as written or by default, whatever the class: for tools and families.
+    /// Returns the value of a field by name, as written or by default, whatever the class.
     pub fn value(self, name: &str) -> Option<&'a Value> {
         let data = self.data();
         match data.class {
@@ -210,7 +216,7 @@ impl<'a> NodeRef<'a> {
                     let entry = data.fields.iter().find(|f| usize::from(f.index) == index);
                     entry.map(|f| &f.value)
                 });
-                // What the file is silent about is as in the class that it says this is.
+                // A field that the file does not state is as in the class that it says this is.
                 stated.or_else(|| {
                     let known = extension.is_a.iter().find_map(|n| crate::grammar::any(n))?;
                     let (index, _) = known.field(name)?;

@@ -1,25 +1,25 @@
-//! How much a scene may ask for.
+//! Bounds on what a scene may ask for.
 
-/// Bounds on what reading and compiling a scene may take. Whatever passes one is told and left
+/// Bounds on what reading and compiling a scene may take. Whatever passes one is reported and left
 /// out, or ends reading with a message that names the limit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of one file, after unpacking. Default: 512 MiB.
+    /// The bytes of one file, after unpacking. Default: 512 MiB.
     pub bytes: usize,
-    /// Nodes of a document, included files with it. Default: 10 million.
+    /// The nodes of a document and of the files that it includes. Default: 10 million.
     pub nodes: usize,
-    /// Nodes made by expanding protos. Default: 1 million.
+    /// The nodes made by expanding protos. Default: 1 million.
     pub copies: usize,
-    /// Nodes inside nodes. Default: 1 million.
+    /// How deep nodes may be nested. Default: 1 million.
     pub depth: usize,
-    /// Files in files. Default: 32.
+    /// How deep included files may be nested. Default: 32.
     pub include_depth: usize,
-    /// Files that a document includes. Default: 1,000.
+    /// The files that a document includes. Default: 1,000.
     pub files: usize,
-    /// Nodes met on the way through the scene, each as often as it is used. Default: 300,000, or twice the
-    /// nodes of the document if that is more.
+    /// The nodes met in traversing the scene, each counted as often as it is used. Default:
+    /// 300,000, or twice the nodes of the document if that is more.
     pub visits: usize,
-    /// Triangles, exact solids and strokes. Default: 16 million, below 3 GB.
+    /// Triangles, exact solids and strokes. Default: 16 million, which take less than 3 GB.
     pub primitives: usize,
 }
 

@@ -9,12 +9,15 @@ use crate::diag::{Diagnostic, Result};
 
 /// Opens a file that a scene names. A reader of scenes without a file system implements this.
 pub trait Loader: Debug + Send + Sync {
-    /// `reference` as it stands in the file called `from`; the answer is a name, which may be
-    /// `from` in its turn, and the bytes.
+    /// Opens the file that `reference` means in the file called `from`. Returns its bytes and its
+    /// name, which is `from` for the files that it names itself.
+    ///
+    /// # Errors
+    /// There is no such file, or it may not be opened.
     fn load(&self, from: &str, reference: &str) -> Result<(String, Vec<u8>)>;
 }
 
-/// Opens nothing.
+/// A loader that opens nothing.
 #[derive(Debug)]
 pub struct Nowhere;
 
@@ -26,17 +29,17 @@ impl Loader for Nowhere {
     }
 }
 
-/// Opens files below a scene's folder and below the search paths, and no others.
+/// A loader for the files below a scene's folder and below the search paths.
 #[derive(Debug)]
 pub struct Folder {
     allowed: Vec<PathBuf>,
     bytes: usize,
-    /// Where folders really are, as far as they were asked for.
+    /// Canonical paths of the folders that were asked for.
     real: Mutex<HashMap<PathBuf, Option<PathBuf>>>,
 }
 
 impl Folder {
-    /// For the scene at `path`. Files of more than `bytes` are refused.
+    /// Makes a loader for the scene at `path`, which refuses files of more than `bytes`.
     pub fn of(path: &Path, search: &[&Path], bytes: usize) -> Self {
         let own = std::iter::once(folder_of(path));
         let given = search.iter().map(|p| p.to_path_buf());
@@ -50,7 +53,7 @@ impl Folder {
         }
     }
 
-    /// Where a folder really is; asked once.
+    /// Returns the canonical path of a folder, for which the system is asked once.
     fn real_folder(&self, folder: &Path) -> Option<PathBuf> {
         let mut real = self.real.lock().unwrap_or_else(PoisonError::into_inner);
         let known = real.get(folder).cloned();
@@ -61,8 +64,8 @@ impl Folder {
         })
     }
 
-    /// Where a file below a folder really is. Without links on the way that is where its name
-    /// says, and the way to the folder need not be gone again.
+    /// Returns the canonical path of a file below a folder. Unless there are links below the
+    /// folder, that is the canonical folder and the rest of the path.
     fn real(&self, base: &Path, tail: &Path) -> Option<PathBuf> {
         let mut path = self.real_folder(base)?;
         for part in tail.components() {
@@ -77,7 +80,8 @@ impl Folder {
         Some(path)
     }
 
-    /// The file below a folder, if it is there and below an allowed one; `Err` if it is elsewhere.
+    /// Returns the canonical path of a file below a folder, if there is one. `Err` means that it is
+    /// outside of the allowed folders.
     fn permitted(&self, base: &Path, tail: &Path) -> std::result::Result<Option<PathBuf>, ()> {
         let real = self.real(base, tail);
         let Some(real) = real.or_else(|| other_case(&base.join(tail))) else {
@@ -101,7 +105,7 @@ fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// The same name in other case, as scenes from systems that did not care have it.
+/// Finds a file whose name differs in case only, as scenes from systems that ignored case need it.
 fn other_case(path: &Path) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
     let entries = std::fs::read_dir(path.parent()?).ok()?;
@@ -115,7 +119,7 @@ fn other_case(path: &Path) -> Option<PathBuf> {
     names.into_iter().find(same)?.canonicalize().ok()
 }
 
-/// Whether a reference is a path from a root, of any system.
+/// Whether a reference is an absolute path of any system.
 pub fn is_absolute(reference: &str) -> bool {
     let drive =
         reference.as_bytes().get(1) == Some(&b':') && reference.as_bytes()[0].is_ascii_alphabetic();
@@ -135,7 +139,7 @@ impl Loader for Folder {
         let beside = folder_of(Path::new(from));
         let mut bases = vec![beside];
         bases.extend(self.allowed.iter().cloned());
-        // A path from a root only ever means its last parts: the file it names is not opened.
+        // Of an absolute path only the last parts are used: the file that it names is not opened.
         let mut refused = is_absolute(&plain) && Path::new(&plain).is_file();
         for tail in tails(&plain) {
             for base in &bases {
@@ -176,7 +180,7 @@ impl Folder {
         Ok((name, bytes))
     }
 
-    /// A path as the user would write it, where it is below the folder that `from` is in.
+    /// Returns a path as the user would write it, if it is below the folder that `from` is in.
     fn shown(&self, from: &str, path: &Path) -> String {
         let base = folder_of(Path::new(from));
         let short = self
@@ -191,8 +195,8 @@ impl Folder {
     }
 }
 
-/// The path itself, then its last parts: all but the first, and so on to the file's name alone.
-/// A path from a root only ever means its last parts.
+/// Returns the path itself, then its last parts: all but the first, and so on to the file's name
+/// alone. Of an absolute path only the last parts are returned.
 fn tails(path: &str) -> Vec<PathBuf> {
     let mut out = Vec::new();
     for path in [Some(path), path.split_once('#').map(|(p, _)| p)]

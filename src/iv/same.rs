@@ -1,4 +1,4 @@
-//! Whether two documents say the same.
+//! Compares two documents.
 
 use std::collections::HashMap;
 
@@ -7,9 +7,10 @@ use super::document::{ClassRef, Document, FieldEntry};
 use crate::grammar::value::{NodeId, Value};
 
 impl Document {
-    /// What is different in another document, at the first place where something is; `None` if
-    /// both say the same. Where the nodes are in memory, spans and messages do not count; which
-    /// nodes are the same node does.
+    /// Describes the first difference from another document, or returns `None` if there is none.
+    ///
+    /// The order of the nodes in the arena, spans and messages do not count. It does count which
+    /// uses of a node mean the same node.
     pub fn difference(&self, other: &Self) -> Option<String> {
         Comparison {
             a: self,
@@ -23,7 +24,7 @@ impl Document {
 }
 
 impl Document {
-    /// Of the protos of a name that the document defines, the one with so many before it.
+    /// Returns the proto that is number `rank`, from 0, of those with a name.
     fn proto_called(&self, name: &str, rank: usize) -> Option<&Proto> {
         let named = |p: &&Proto| !p.external && self.proto_name(p) == name;
         self.protos.list.iter().filter(named).nth(rank)
@@ -61,7 +62,8 @@ impl Comparison<'_> {
         Ok(())
     }
 
-    /// An `EXTERNPROTO`; the same one again is written once.
+    /// Looks for an `EXTERNPROTO` in the other document, once for all equal ones: they are written
+    /// once.
     fn declared(&self, proto: &Proto) -> Same {
         if self.b.protos.list.iter().any(|o| self.declares(proto, o)) {
             return Ok(());
@@ -78,7 +80,8 @@ impl Comparison<'_> {
         if proto.interface != other.interface {
             return Err(format!("the interface of `{name}`"));
         }
-        // Names do not cross a proto's border: a node used on both sides is written twice.
+        // A name means nothing on the other side of a proto's border, so a node that is used on
+        // both sides is written twice.
         let outside = std::mem::take(&mut self.pairs);
         self.pair(proto.defaults, other.defaults)?;
         self.lists(&proto.body, &other.body, "a proto's body")?;
@@ -92,7 +95,7 @@ impl Comparison<'_> {
         Ok(())
     }
 
-    /// Whether two `EXTERNPROTO`s say the same.
+    /// Whether two `EXTERNPROTO`s are equal.
     fn declares(&self, x: &Proto, y: &Proto) -> bool {
         let names = self.a.proto_name(x) == self.b.proto_name(y);
         names && x.external == y.external && x.interface == y.interface && x.urls == y.urls
@@ -191,7 +194,7 @@ impl Comparison<'_> {
     }
 }
 
-/// A value as text, in which one NaN is like another.
+/// Writes a value as text, in which every NaN is the same.
 fn bits(value: &Value) -> String {
     format!("{value:?}")
 }

@@ -1,6 +1,5 @@
-//! Puts nodes together while a file is read: classes by name, fields by name, `DEF` and `USE`.
-//!
-//! What the ASCII and the binary reader have in common.
+//! Puts nodes together while a file is read: finds classes and fields by name, and keeps track of
+//! `DEF`. The ASCII and the binary reader share it.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -23,7 +22,7 @@ pub enum Slot {
         index: u16,
         kind: FieldType,
     },
-    /// A field that later versions do not have; [`upgrade`] turns it into what they have.
+    /// A field that later versions lack. [`upgrade`] turns it into fields that they have.
     Old(&'static upgrade::OldField),
 }
 
@@ -36,7 +35,7 @@ impl Slot {
     }
 }
 
-/// Fields that a file may declare for a class; they are looked through one by one.
+/// The most fields that a file may declare for a class. A field is searched for one by one.
 const MOST_FIELDS: usize = 5_000;
 
 /// What a file adds to a document.
@@ -50,23 +49,24 @@ pub struct FileRead {
 /// are needed while the file that names them is being read.
 pub type ReadFile = fn(&mut Document, &str, Vec<u8>, &Limits, Option<Header>) -> Result<FileRead>;
 
+/// The document that is being read, and what is known of the file so far.
 pub struct Assembler<'d> {
     pub document: &'d mut Document,
     pub header: Header,
     pub limits: Limits,
     pub read_file: ReadFile,
     pub source: u16,
-    /// By the whole token after `DEF`, reference number and all.
+    /// The nodes by the whole token after `DEF`, with its reference number.
     pub names: HashMap<Box<[u8]>, NodeId>,
-    /// Classes that this file declares, by name.
+    /// The classes that this file declares, by name.
     pub declared: HashMap<Box<str>, u32>,
-    /// What each declaration hid, to be taken back where a proto's body ends.
+    /// The meaning that each declared name had before, which it has again at the end of the proto.
     pub shadowed: Vec<(Box<str>, Option<u32>)>,
-    /// How many more did-you-mean hints to look for: each takes a look at every name there is.
+    /// How many more hints (`did you mean`) to search for. Each search compares all names.
     hints: usize,
-    /// How many proto bodies we are inside of.
+    /// How many bodies of protos are open.
     pub in_protos: usize,
-    /// Values of fields that are gone, for [`upgrade`].
+    /// The values of fields that later versions lack, for [`upgrade`].
     pub old: Vec<(NodeId, &'static upgrade::OldField, Value)>,
 }
 
@@ -93,8 +93,9 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// The class that a file means by a name: of its own dialect, then of any, without `So`, and
-    /// `VRML…` as Coin writes VRML97's classes.
+    /// Finds the class that a file means by a name: one that it declares, else one of its dialect,
+    /// else of any dialect. `So…` is Inventor's prefix in C++, and `VRML…` Coin's for VRML97's
+    /// classes.
     pub fn class_named(&self, name: &str) -> Option<ClassRef> {
         if let Some(&extension) = self.declared.get(name) {
             return Some(ClassRef::Extension(extension));
@@ -102,6 +103,7 @@ impl<'d> Assembler<'d> {
         self.known_class(name).map(ClassRef::Known)
     }
 
+    /// Finds the catalogue's class for a name.
     pub fn known_class(&self, name: &str) -> Option<ClassId> {
         let find = |name: &str| {
             let class =
@@ -120,7 +122,10 @@ impl<'d> Assembler<'d> {
             .or_else(|| bare.and_then(|b| find(b).or_else(|| vrml97(b))))
     }
 
-    /// A new node; `Err` when there are more than the limit.
+    /// Adds a node.
+    ///
+    /// # Errors
+    /// The document has as many nodes as the limit allows.
     pub fn add(&mut self, class: ClassRef, name: Option<Arc<str>>, span: Span) -> Result<NodeId> {
         if self.document.nodes.len() >= self.limits.nodes {
             let message = format!("more than {} nodes", self.limits.nodes);
@@ -142,8 +147,8 @@ impl<'d> Assembler<'d> {
         &mut self.document.nodes[node.0 as usize]
     }
 
-    /// Remembers a node under the token after `DEF`, and names it: `name+3` is reference 3 of
-    /// nodes called `name`, `+3` one without a name.
+    /// Notes a node under the token after `DEF`, and names it. `name+3` is a node called `name`
+    /// with the reference number 3; `+3` has no name.
     pub fn define(&mut self, token: &[u8], node: NodeId) {
         self.names.insert(token.into(), node);
         let name = base_name(token);
@@ -157,12 +162,13 @@ impl<'d> Assembler<'d> {
         }
     }
 
+    /// Finds the node that a token after `USE` means.
     pub fn used(&self, token: &[u8]) -> Option<NodeId> {
         let base = || self.names.get(base_name(token));
         self.names.get(token).or_else(base).copied()
     }
 
-    /// Makes a name mean a class, or no class of the file's own, until the scope ends.
+    /// Makes a name mean a class of the file's own, or none of them, until the scope ends.
     pub fn declare_class(&mut self, name: Box<str>, class: Option<u32>) {
         let before = match class {
             Some(class) => self.declared.insert(name.clone(), class),
@@ -171,14 +177,14 @@ impl<'d> Assembler<'d> {
         self.shadowed.push((name, before));
     }
 
-    /// The class of a proto that has a body, by name.
+    /// Finds the class of a proto that has a body, by name.
     pub fn proto_named(&self, name: &str) -> Option<u32> {
         let &class = self.declared.get(name)?;
         let proto = &self.document.protos.list[self.document.protos.of_extension(class)?];
         (!proto.external || !proto.body.is_empty()).then_some(class)
     }
 
-    /// Takes back what was declared since there were so many shadowed classes.
+    /// Takes back all declarations but the first `shadowed` ones.
     pub fn end_scope(&mut self, shadowed: usize) {
         for (name, before) in self
             .shadowed
@@ -192,23 +198,24 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// Whether a hint may still be looked for.
+    /// Whether another hint may be searched for. Counts it.
     pub fn may_hint(&mut self) -> bool {
         self.hints = self.hints.saturating_sub(1);
         self.hints > 0
     }
 
-    /// The `DEF` name nearest in spelling.
+    /// Finds the `DEF` name that is nearest in spelling. Of several, every run takes the same one.
     pub fn nearest_name(&mut self, name: &str) -> Option<String> {
         if self.names.len() > 10_000 || !self.may_hint() {
             return None;
         }
         let keys = self.names.keys();
         let mut names: Vec<&str> = keys.filter_map(|k| std::str::from_utf8(k).ok()).collect();
-        names.sort_unstable(); // of equally near names, the same one in every run
+        names.sort_unstable();
         nearest(name, names).map(str::to_owned)
     }
 
+    /// Finds a field of a node by name.
     pub fn slot(&self, node: NodeId, name: &str) -> Option<Slot> {
         let found = match self.document.nodes[node.0 as usize].class {
             ClassRef::Known(id) => match id.get().field(name) {
@@ -252,8 +259,8 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// The type to read a value by. The names of an enumeration that a file declares are not
-    /// known, so they are kept as text.
+    /// The type by which to read a value. The names of an enumeration that a file declares are not
+    /// known, so its values are kept as text.
     pub fn written_as(&self, node: NodeId, slot: Slot) -> FieldType {
         let own = matches!(
             self.document.nodes[node.0 as usize].class,
@@ -267,6 +274,7 @@ impl<'d> Assembler<'d> {
         }
     }
 
+    /// The names of the fields of a node's class.
     pub fn field_names(&self, node: NodeId) -> Vec<&str> {
         match self.document.nodes[node.0 as usize].class {
             ClassRef::Known(id) => id.get().fields.iter().map(|f| f.name).collect(),
@@ -278,10 +286,11 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// States a field; one stated before is replaced. Returns its place among the node's fields.
+    /// Sets a field, also one that was set before. Returns its place among the node's stated
+    /// fields.
     pub fn set(&mut self, node: NodeId, index: u16, value: Value, span: Span) -> usize {
         if !value.is_finite() {
-            self.tell_of_numbers(node, index, span);
+            self.warn_about_numbers(node, index, span);
         }
         let entry = FieldEntry {
             index,
@@ -299,8 +308,8 @@ impl<'d> Assembler<'d> {
         fields.len() - 1
     }
 
-    /// Says that a field has numbers that are none, which stay what they are.
-    fn tell_of_numbers(&mut self, node: NodeId, index: u16, span: Span) {
+    /// Warns that a field has numbers that are NaN or infinite. The field keeps them.
+    fn warn_about_numbers(&mut self, node: NodeId, index: u16, span: Span) {
         let node = self.document.node(node);
         let class = node.class_name();
         let field = match node.class() {
@@ -314,9 +323,9 @@ impl<'d> Assembler<'d> {
         self.document.sink.warn(span, message);
     }
 
-    /// The index of an extension equal to this one, new or not.
+    /// Returns the index of an extension equal to this one, which is added if there is none.
     pub fn extension(&mut self, extension: Extension) -> u32 {
-        // A file may declare a class of one name in very many ways; looking at the last few is enough.
+        // A file may declare very many classes of one name, so only the last 64 are compared.
         let alike = self
             .document
             .extension_names
@@ -334,9 +343,8 @@ impl<'d> Assembler<'d> {
         index
     }
 
-    /// Makes a node one of a class that the file declares with `fields [ … ]` and `isA [ … ]`.
-    /// A class that is in the catalogue stays what it is, unless it draws nothing itself and the
-    /// file gives it more fields.
+    /// Gives a node the class that the file declares with `fields [ … ]` and `isA [ … ]`. A class
+    /// of the catalogue stays, unless it draws nothing itself and the file adds fields to it.
     pub fn declare(
         &mut self,
         node: NodeId,
@@ -397,8 +405,8 @@ impl<'d> Assembler<'d> {
         self.data(node).class = ClassRef::Extension(index);
     }
 
-    /// The class of a node that declares its fields itself: whatever other nodes of that name
-    /// declare, unless it is a proto's.
+    /// The class of a node before its own declaration of fields is read. What other nodes of that
+    /// name declare does not count, but a proto does.
     pub fn blank(&mut self, name: &str, known: Option<ClassRef>) -> ClassRef {
         match known {
             Some(ClassRef::Extension(i)) if self.document.protos.of_extension(i).is_none() => {
@@ -409,7 +417,7 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// A class that nothing declares: its nodes keep their name and lose their contents.
+    /// The class without fields for a name that nothing declares.
     pub fn unknown(&mut self, name: &str) -> ClassRef {
         let extension = Extension {
             name: name.into(),
@@ -420,7 +428,8 @@ impl<'d> Assembler<'d> {
         ClassRef::Extension(self.extension(extension))
     }
 
-    /// Gives engines whose fields depend on their `type`, and `GlobalField`, those fields.
+    /// Gives a `GlobalField`, or an engine whose fields depend on its `type`, those fields. Returns
+    /// `None` if the node is neither.
     pub fn specialize(&mut self, node: NodeId, type_name: &str, field: Option<&str>) -> Option<()> {
         let ClassRef::Known(id) = self.document.nodes[node.0 as usize].class else {
             return None;
@@ -458,7 +467,7 @@ impl<'d> Assembler<'d> {
     }
 }
 
-/// A name without the reference number after its last `+`.
+/// The part of a token before its reference number, such as `name` of `name+3`.
 fn base_name(token: &[u8]) -> &[u8] {
     match token.iter().rposition(|&b| b == b'+') {
         Some(i) if token[i + 1..].iter().all(u8::is_ascii_digit) => &token[..i],

@@ -1,10 +1,9 @@
 //! Reads the binary formats V1.0, V2.0 and V2.1: big-endian words, as XDR lays them out.
 //!
-//! A string is its length and its bytes, filled up to a multiple of four. A node is its class's
-//! name, from V2.1 on a word of flags (2: has children), the number of its fields, the fields,
-//! and, for groups, the number of its children and the children. A field is its name, its value
-//! and a word of flags: 1 ignored, 2 connected, 4 default. There is nothing to resume at after a
-//! mistake, so the first one ends reading; what was read before stays.
+//! A node is its class's name, from V2.1 on a word of flags (2: has children), the number of its
+//! fields, the fields, and, for groups, the number of its children and the children. A field is its
+//! name, its value and a word of flags: 1 ignored, 2 connected, 4 default. Reading cannot resume
+//! after a mistake, so the first one ends it; what was read before stays.
 
 use nom::Parser;
 
@@ -20,7 +19,7 @@ const IGNORED: u32 = 1;
 const CONNECTED: u32 = 2;
 const DEFAULT: u32 = 4;
 const HAS_CHILDREN: u32 = 2;
-/// In the number of fields: the types and names of the fields come first.
+/// In the number of fields: the types and names of the fields follow it.
 const DESCRIBED: u32 = 0x4000;
 
 #[derive(Clone, Copy)]
@@ -52,7 +51,7 @@ enum Level {
     },
 }
 
-/// What ends reading, and the offset where.
+/// A mistake, which ends reading: its offset and the message.
 struct Stop(usize, String);
 
 type Step<T> = std::result::Result<T, Stop>;
@@ -60,15 +59,18 @@ type Step<T> = std::result::Result<T, Stop>;
 struct Reader<'r, 'd, 's> {
     asm: &'r mut Assembler<'d>,
     bytes: &'s [u8],
-    /// What is left to read, a suffix of `bytes`.
+    /// The suffix of `bytes` that is left to read.
     rest: &'s [u8],
     stack: Vec<Level>,
     roots: Vec<NodeId>,
-    /// A limit that was passed, which is an error and not a wrong file.
+    /// The error for a limit that was passed, which is no mistake of the file.
     limit: Option<Box<crate::diag::Diagnostic>>,
 }
 
-/// Reads the nodes of a file. `Err` is a limit that was passed.
+/// Reads the nodes of a file.
+///
+/// # Errors
+/// A limit is passed.
 pub fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
     let rest = &bytes[asm.header.length.min(bytes.len())..];
     let mut reader = Reader {
@@ -102,7 +104,7 @@ impl<'s> Reader<'_, '_, 's> {
             .sink
             .warn(Span::at(at), message)
             .help("a binary file cannot be resumed after a mistake; what came before it is kept");
-        // Close what is open, so that the nodes that were read hang together.
+        // Put each open node in its place, so that the nodes that were read form a tree.
         while let Some(level) = self.stack.pop() {
             match level {
                 Level::Fields { node, target, .. } | Level::Children { node, target, .. } => {
@@ -113,12 +115,12 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// The offset of what is read next.
+    /// The offset of the next byte to read.
     fn at(&self) -> usize {
         self.bytes.len() - self.rest.len()
     }
 
-    /// Reads with a parser, and passes what it has read.
+    /// Runs a parser on the rest of the file and moves past what it reads.
     fn parse<T>(
         &mut self,
         mut parser: impl Parser<&'s [u8], Output = T, Error = SyntaxError<'s>>,
@@ -143,7 +145,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.parse(binary_values::string)
     }
 
-    /// How many things of at least four bytes follow.
+    /// Reads a count of items, of at least four bytes each.
     fn count(&mut self) -> Step<u32> {
         self.parse(|input| binary_values::promised(input, 4))
             .map(|count| count as u32)
@@ -266,7 +268,7 @@ impl<'s> Reader<'_, '_, 's> {
             self.asm.define(defined.as_bytes(), node);
         }
         if class == ClassRef::Known(class::PATH) {
-            // The head, then the numbers of the children to follow.
+            // The head is read first, then the numbers of the children to follow.
             self.stack.push(Level::Fields {
                 node,
                 target,
@@ -319,8 +321,8 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Engines whose fields depend on their type state it before the number of their fields, and
-    /// so does a `GlobalField`, without flags after it.
+    /// Reads the type of a `GlobalField` and of engines whose fields depend on it. It stands before
+    /// the number of fields, in a `GlobalField` without flags after it.
     fn type_first(&mut self, node: NodeId) -> Step<()> {
         let ClassRef::Known(id) = self.asm.document.nodes[node.0 as usize].class else {
             return Ok(());
@@ -350,8 +352,8 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Before V2.1 a `Group`, which has no fields, went without their number. Another group
-    /// without fields does so where the word that should be 0 is not.
+    /// Whether the number of fields is missing. Before V2.1 a `Group`, which has none, lacks it.
+    /// Another group without fields lacks it if the next word is not 0.
     fn lacks_field_count(&self, class: ClassRef) -> bool {
         let ClassRef::Known(id) = class else {
             return false;
@@ -366,7 +368,7 @@ impl<'s> Reader<'_, '_, 's> {
         Err(Stop(self.at(), String::new()))
     }
 
-    /// Types and names of a class's own fields.
+    /// Reads the types and names of the fields of a class that the file declares.
     fn descriptions(&mut self, node: NodeId, count: u32) -> Step<()> {
         let mut fields = Vec::new();
         for _ in 0..count {
@@ -439,7 +441,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// A value that holds no nodes. A name that its enumeration lacks is reported.
+    /// Reads a value that holds no nodes, and reports names that the enumeration lacks.
     fn value(&mut self, node: NodeId, slot: Slot) -> Step<Value> {
         let mut context = Context {
             names: self.asm.names_of(node, slot),
@@ -455,7 +457,7 @@ impl<'s> Reader<'_, '_, 's> {
         value
     }
 
-    /// In binary, `isA` is a field like any other.
+    /// Reads `isA`, which is a field like any other in this format.
     fn is_a(&mut self, node: NodeId) -> Step<()> {
         let list = self.parse(|input| binary_values::list(input, binary_values::string))?;
         self.word()?;
@@ -464,11 +466,11 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// A field's flags, and the node and output that it is connected to.
+    /// Reads a field's flags, and the node and output to which it is connected.
     fn tail(&mut self, node: NodeId, entry: usize) -> Step<()> {
         let flags = self.word()?;
         self.asm.data(node).fields[entry].ignored = flags & IGNORED != 0;
-        // A connected field may hold its default, and still be connected.
+        // A field that is marked as default and as connected is connected.
         if flags == DEFAULT && self.is_default(node, entry) {
             self.asm.data(node).fields.remove(entry);
             return Ok(());
@@ -485,7 +487,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Whether a field marked as default says what it would mean unsaid.
+    /// Whether the value of a field that is marked as default is the catalogue's default.
     fn is_default(&self, node: NodeId, entry: usize) -> bool {
         let data = &self.asm.document.nodes[node.0 as usize];
         let field = &data.fields[entry];
@@ -540,7 +542,7 @@ impl<'s> Reader<'_, '_, 's> {
     }
 }
 
-/// Whether a string can be the name of a class: garbage after a mistake is not.
+/// Whether a string can be the name of a class. What is read after a mistake mostly cannot.
 fn is_name(name: &str) -> bool {
     !name.is_empty()
         && name

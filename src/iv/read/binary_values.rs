@@ -110,7 +110,8 @@ fn long(high: u32, low: u32) -> f64 {
     f64::from_bits(u64::from(high) << 32 | u64::from(low))
 }
 
-/// Bytes, and behind them those that fill them up to a multiple of four, as far as the file has them.
+/// Bytes, and behind them those that fill them up to a multiple of four, as far as the file has
+/// them.
 fn padded(input: &[u8], promised: usize) -> Parsed<'_, &[u8]> {
     let left = input.len();
     let (rest, bytes) = or(Problem::MissingBytes { promised, left }, take(promised))(input)?;

@@ -1,10 +1,10 @@
-//! Takes out the edges of a document that lead a node back to itself.
+//! Removes the edges of a document that lead a node back to itself.
 
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{self, Treatment};
 use crate::iv::document::{ClassRef, Document};
 
-/// Where one may go from a node, in the order of walking.
+/// A way from a node to another, in the order of traversal.
 #[derive(Clone, Copy)]
 enum Edge {
     Child(usize),
@@ -14,6 +14,7 @@ enum Edge {
     StandsFor,
 }
 
+/// The edges of a node and where they lead.
 fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
     let node = &document.nodes[id.0 as usize];
     let mut out = Vec::new();
@@ -56,7 +57,8 @@ fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
     out
 }
 
-/// Takes out every edge that leads a node back to itself, so that a walk ends. Without recursion.
+/// Removes every edge that leads a node back to itself, so that traversal ends. It does not
+/// recurse, since a file may nest deeper than the program's stack.
 pub fn cut_cycles(document: &mut Document) {
     const NEW: u8 = 0;
     const OPEN: u8 = 1;

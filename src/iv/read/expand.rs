@@ -1,8 +1,8 @@
 //! Expands the instances of protos, and leads routes through them.
 //!
-//! A proto's body is a template that nobody walks. An instance is a node with the fields that its
-//! file states; a copy of the body, with the fields that are `IS` one of the interface's filled
-//! in, stands for it in [`Document::stands_for`].
+//! A proto's body is a template that is not part of the scene. An instance is a node with the
+//! fields that the file states. A copy of the body, whose `IS` fields have the instance's values,
+//! stands for it in [`Document::stands_for`].
 
 use std::collections::HashMap;
 
@@ -14,6 +14,9 @@ use crate::iv::document::{ClassRef, Document, FieldEntry};
 use crate::iv::limits::Limits;
 
 /// Expands an instance, and the instances in its body.
+///
+/// # Errors
+/// The limit of copies or of nodes is passed.
 pub fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Result<()> {
     let mut work = vec![instance];
     while let Some(instance) = work.pop() {
@@ -30,7 +33,7 @@ pub fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Res
         }
         let mut passages = Vec::new();
         for link in &proto.links {
-            // A link may be in a node that the body does not reach, such as a dropped child.
+            // A node with a link need not be in the body: a child that is not allowed is dropped.
             if let Some(&node) = copies.get(&link.node) {
                 fill(document, instance, &proto, link, node, &mut copies, limits)?;
                 passages.push((link.interface.clone(), node, link.name.clone()));
@@ -65,7 +68,7 @@ pub fn proto_of(document: &Document, node: NodeId) -> Option<usize> {
     }
 }
 
-/// Copies a node of a template with all that hangs on it. A node met twice is copied once.
+/// Copies a node of a template and all nodes below it. A node that is met twice is copied once.
 fn copy(
     document: &mut Document,
     root: NodeId,
@@ -119,7 +122,7 @@ fn copy(
     Ok(copies[&root])
 }
 
-/// Gives a field of the body the value that the instance, or else the interface, states.
+/// Gives a field of the body the value that the instance states, or else the interface's default.
 fn fill(
     document: &mut Document,
     instance: NodeId,
@@ -131,7 +134,7 @@ fn fill(
 ) -> Result<()> {
     let fields = &document.extensions[proto.extension as usize].fields;
     let Some(source) = fields.iter().position(|(n, _)| *n == link.interface) else {
-        return Ok(()); // an event, which has no value
+        return Ok(()); // It is an event, which has no value.
     };
     let kind = fields[source].1;
     let Some((index, inner_kind)) = field_of(document, node, &link.name) else {
@@ -159,7 +162,7 @@ fn fill(
     let value = match stated(document, instance) {
         Some(value) => value,
         None => match stated(document, proto.defaults) {
-            // The default's nodes are part of the template: each instance has its own.
+            // The nodes of a default are part of the template, so each instance has its own copy.
             Some(Value::Node(Some(id))) => Value::Node(Some(copy(document, id, copies, limits)?)),
             Some(Value::Nodes(ids)) => {
                 let ids = ids.into_iter().map(|id| copy(document, id, copies, limits));
@@ -181,7 +184,7 @@ fn fill(
     Ok(())
 }
 
-/// A field by name, also as `set_name` or `name_changed`.
+/// Finds a field by name, also as `set_name` or `name_changed`.
 fn field_of(document: &Document, node: NodeId, name: &str) -> Option<(u16, FieldType)> {
     let find = |name: &str| match document.nodes[node.0 as usize].class {
         ClassRef::Known(id) => id.get().field(name).map(|(i, f)| (i as u16, f.kind)),
@@ -194,13 +197,13 @@ fn field_of(document: &Document, node: NodeId, name: &str) -> Option<(u16, Field
     find(name).or_else(|| find(bare(name)))
 }
 
-/// An exposed field's name, from that of its events.
+/// The name of an exposed field, from that of its events.
 pub fn bare(name: &str) -> &str {
     let name = name.strip_prefix("set_").unwrap_or(name);
     name.strip_suffix("_changed").unwrap_or(name)
 }
 
-/// Leads routes that begin or end at an instance to the nodes that the events mean.
+/// Makes routes that begin or end at an instance begin or end at nodes of its body.
 pub fn resolve_routes(document: &mut Document) {
     document.stated_routes = document
         .routes
@@ -226,6 +229,7 @@ pub fn resolve_routes(document: &mut Document) {
     }
 }
 
+/// The nodes of which an event of a node is one, with its names there.
 fn ends(document: &Document, node: NodeId, name: &str) -> Vec<(NodeId, Box<str>)> {
     let mut out = Vec::new();
     let mut work = vec![(node, Box::<str>::from(name))];

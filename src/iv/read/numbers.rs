@@ -6,13 +6,14 @@ use nom::combinator::map_opt;
 use super::syntax_error::{Parsed, Problem, fail, or};
 use super::tokens::def_name;
 
-/// Where a number ends and what it is, before rounding: digits · 10^exponent.
+/// A decimal number before rounding: digits · 10^exponent.
 struct Decimal {
+    /// The number of bytes that it takes in the file.
     length: usize,
     negative: bool,
     digits: u64,
     exponent: i32,
-    /// More digits than `digits` holds.
+    /// Whether there are more digits than `digits` holds.
     long: bool,
 }
 
@@ -81,14 +82,14 @@ fn decimal(input: &[u8]) -> Option<Decimal> {
     })
 }
 
-/// Powers of ten that an f64 holds exactly.
+/// The powers of ten that an `f64` holds exactly.
 static TENS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
 impl Decimal {
-    /// The nearest f64, where one rounding of exact operands gives it.
+    /// The nearest `f64`, if one rounding of exact operands gives it.
     #[inline]
     fn quick(&self) -> Option<f64> {
         if self.long || self.digits >= 1 << 53 || self.exponent.unsigned_abs() > 22 {
@@ -101,7 +102,7 @@ impl Decimal {
     }
 }
 
-/// `1`, `+1`, `1.`, `.5`, `-1e-3`, `nan`, `inf`.
+/// A number in single precision: `1`, `+1`, `1.`, `.5`, `-1e-3`, `nan`, `inf`.
 #[inline]
 pub fn float(input: &[u8]) -> Parsed<'_, f32> {
     let Some(d) = decimal(input) else {
@@ -109,7 +110,7 @@ pub fn float(input: &[u8]) -> Parsed<'_, f32> {
     };
     let rest = &input[d.length..];
     if let Some(n) = d.quick() {
-        // Rounding twice goes wrong only where the f64 lies half way between two f32.
+        // Rounding twice is wrong only if the `f64` lies half way between two `f32`.
         if n.to_bits() & 0x1fff_ffff != 0x1000_0000
             && (n == 0.0 || n.abs() >= f64::from(f32::MIN_POSITIVE))
         {
@@ -122,7 +123,7 @@ pub fn float(input: &[u8]) -> Parsed<'_, f32> {
     Ok((rest, slow.unwrap_or(0.0)))
 }
 
-/// A number in double precision, written as [`float`] has it.
+/// A number in double precision, in the same spellings.
 pub fn double(input: &[u8]) -> Parsed<'_, f64> {
     let Some(d) = decimal(input) else {
         return odd_float(input);
@@ -154,8 +155,7 @@ fn odd_float(input: &[u8]) -> Parsed<'_, f64> {
     or(Problem::Expected("a number"), odd)(input)
 }
 
-/// Decimal, `0x` hexadecimal, or octal with a leading 0, as C has them. More than 31 bits wrap,
-/// so that `0xffffffff` is −1.
+/// A whole number: decimal, hexadecimal with `0x`, or octal with a leading 0, as in C.
 #[inline]
 pub fn integer(input: &[u8]) -> Parsed<'_, i64> {
     let signed = matches!(input.first(), Some(b'-' | b'+'));
@@ -182,7 +182,7 @@ pub fn integer(input: &[u8]) -> Parsed<'_, i64> {
     Ok((rest, if input[0] == b'-' { -n } else { n }))
 }
 
-/// An integer of 32 bits, with or without sign.
+/// A whole number of 32 bits. More than 31 bits wrap, so that `0xffffffff` is −1.
 #[inline]
 pub fn int32(input: &[u8]) -> Parsed<'_, i32> {
     let (rest, n) = integer(input)?;
@@ -192,7 +192,7 @@ pub fn int32(input: &[u8]) -> Parsed<'_, i32> {
     Ok((rest, n as i32))
 }
 
-/// An integer of 32 bits, of which negative ones wrap.
+/// A whole number of 32 bits. Negative ones wrap, so that −1 is `0xffffffff`.
 #[inline]
 pub fn uint32(input: &[u8]) -> Parsed<'_, u32> {
     int32.map(|n| n as u32).parse(input)

@@ -1,6 +1,6 @@
-//! Turns nodes of V1.0, V2.0 and VRML 1.0 into V2.1 before anything else looks.
+//! Turns nodes of Inventor V1.0 and V2.0 and VRML 1.0 into V2.1, before anything else sees them.
 //!
-//! What later versions dropped is read by its old type and becomes what replaced it.
+//! A field that V2.1 lacks is read by its old type and becomes the fields that replaced it.
 
 use glam::{Vec2, Vec3};
 
@@ -13,7 +13,7 @@ use crate::grammar::{
 };
 use crate::iv::document::{ClassRef, Document, FieldEntry, Node};
 
-/// A field that a class once had.
+/// A field that a class had in an older version.
 #[derive(Debug)]
 pub struct OldField {
     pub name: &'static str,
@@ -111,13 +111,14 @@ const FILTERS: &[(&str, i64)] = &[
     ("MIPMAP_TRILINEAR", 5),
 ];
 
+/// Finds a field of an older version by name.
 pub fn old_field(class: ClassId, name: &str) -> Option<&'static OldField> {
     OLD.iter()
         .find(|(c, f)| *c == class && f.name == name)
         .map(|(_, f)| f)
 }
 
-/// Names that an enumeration once had, as the values that replaced them.
+/// The names that an enumeration had in older versions, as the values that replaced them.
 pub fn old_names(class: ClassId, index: u16) -> fn(&str) -> Option<i64> {
     match (class, class.get().fields[usize::from(index)].name) {
         (class::ENVIRONMENT, "fogType") => |name| match name {
@@ -127,7 +128,7 @@ pub fn old_names(class: ClassId, index: u16) -> fn(&str) -> Option<i64> {
             _ => None,
         },
         (class::PICK_STYLE, "style") => |name| (name == "PICKABLE").then_some(0),
-        // Depth cueing is gone; what it colored is drawn in its own color.
+        // V2.1 has no depth cueing; what it colored is drawn in its own color.
         (class::LIGHT_MODEL, "model") => |name| (name == "DEPTH").then_some(0),
         _ => |_| None,
     }
@@ -166,7 +167,7 @@ fn state(document: &mut Document, node: usize, index: u16, value: Value) {
     fields.push(entry);
 }
 
-/// IRIS GL, and so V1.0, took a shininess of 0 for no highlight at all.
+/// Removes the highlight of a material whose shininess is 0, as IRIS GL and so V1.0 did.
 fn shine(document: &mut Document, node: usize) {
     let shininess = material::SHININESS.index;
     let field = document.nodes[node]
@@ -211,7 +212,7 @@ fn hints(document: &mut Document, node: NodeId, value: &Value) {
     set(shape_hints::FACE_TYPE.index, face);
 }
 
-/// `rgba` had its bytes the other way round: 0xaabbggrr.
+/// `rgba` had its bytes in the other order: 0xaabbggrr.
 fn packed(document: &mut Document, node: NodeId, value: &Value) {
     let Value::UInts(colors) = value else { return };
     let ordered = colors.iter().map(|c| c.swap_bytes()).collect();
@@ -237,9 +238,9 @@ fn fog_density(document: &mut Document, node: NodeId, value: &Value) {
     }
 }
 
-/// V1.0's texture planes gave one coordinate each, by the distance from a plane, and the other
-/// came from an earlier node. What was not set is as SGI's own upgrader has it: both follow the
-/// plane x = 0, a unit each.
+/// Turns texture planes of V1.0 into directions. Such a plane gave one coordinate, by the distance
+/// from it, and the other came from an earlier node. A coordinate that no node gives is as in SGI's
+/// own upgrader: both follow the plane x = 0.
 fn planes(document: &mut Document, old: &[(NodeId, &'static OldField, Value)]) {
     let is_plane = |id: NodeId| {
         let class = document.nodes[id.0 as usize].class;
@@ -267,7 +268,7 @@ fn planes(document: &mut Document, old: &[(NodeId, &'static OldField, Value)]) {
             Some(&Value::Int(which)) => which,
             _ => 2,
         };
-        // A direction's length is the interval at which the texture repeats.
+        // The length of a direction is the interval at which the texture repeats.
         if which != 1 {
             s = normal * interval;
         }
@@ -288,7 +289,7 @@ fn planes(document: &mut Document, old: &[(NodeId, &'static OldField, Value)]) {
     }
 }
 
-/// Puts a `Texture2Transform` behind a node, wherever it is a child.
+/// Puts a `Texture2Transform` after a node, wherever it is a child.
 fn shift_texture(document: &mut Document, after: NodeId, by: Vec2) {
     let before = &document.nodes[after.0 as usize];
     let (span, source) = (before.span, before.source);

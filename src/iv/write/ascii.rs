@@ -1,6 +1,6 @@
 //! Writes text: Inventor V2.1, or VRML97 for a document of that kind.
 //!
-//! Nodes wait on a `Vec`, not on the program's stack.
+//! Open nodes stand on a `Vec` and not on the program's stack.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -19,14 +19,14 @@ pub fn write(document: &Document) -> Vec<u8> {
     Ascii::new(document).document()
 }
 
-/// Deeper nodes stand no further right: a file may nest a hundred thousand.
+/// The deepest indentation. A file may nest a hundred thousand nodes.
 const DEEPEST_INDENT: usize = 40;
 
-/// What is left to write, the next last.
+/// What is left to write. The next task is last on the stack.
 enum Task<'d> {
     Node(NodeId),
     Field(NodeId, usize),
-    /// After a field's value: `~` and the connection.
+    /// What follows a field's value: `~` and the connection.
     Tail(NodeId, usize),
     Output(&'d str),
     Close,
@@ -41,17 +41,17 @@ struct Ascii<'d> {
     vrml97: bool,
     out: String,
     indent: usize,
-    /// The first of two passes, which only notes the order of nodes.
+    /// Whether this is the first of two passes, which only notes the order of the nodes.
     dry: bool,
     met: Vec<NodeId>,
     written: HashSet<NodeId>,
     tokens: Tokens,
-    /// `IS` of the proto being written.
+    /// The fields of each node that are `IS` one of the interface, in the proto that is written.
     links: HashMap<NodeId, Vec<(&'d str, &'d str)>>,
     proto_names: HashMap<u32, String>,
-    /// The protos to write, by the one in whose body they are.
+    /// The protos to write, by the proto in whose body they are declared.
     within: HashMap<Option<usize>, Vec<usize>>,
-    /// The classes of protos that some node has.
+    /// The classes of protos that have instances.
     instanced: HashSet<u32>,
 }
 
@@ -86,7 +86,8 @@ impl<'d> Ascii<'d> {
         self.out.into_bytes()
     }
 
-    /// Nodes and routes with names of their own, twice: to see what is used again, and to write.
+    /// Writes nodes and routes in a scope of names, in two passes: the first sees which nodes are
+    /// used again.
     fn scope(&mut self, nodes: &'d [NodeId], routes: &'d [Route]) {
         let tasks = |_: &mut Self| -> Vec<Task<'d>> {
             nodes
@@ -118,7 +119,7 @@ impl<'d> Ascii<'d> {
     fn route(&mut self, route: &Route) {
         let both = self.written.contains(&route.from) && self.written.contains(&route.to);
         if !both {
-            return; // one end is in nothing that is drawn or kept
+            return; // A node that is not written cannot be named.
         }
         if self.dry {
             self.met.extend([route.from, route.to]);
@@ -230,31 +231,31 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// Fields in their order, and with each that the node declares its place in the interface,
-    /// events before it included.
+    /// Writes the fields in their order. A field that the node declares is written with the events
+    /// that stand before it in the interface.
     fn body(&mut self, id: NodeId, interface: &'d [Interface], tasks: &mut Vec<Task<'d>>) {
         let document = self.document;
         let node = &document.nodes[id.0 as usize];
         let mut out = Vec::new();
-        let mut told = 0;
+        let mut declared = 0;
         for i in field_order(document, id) {
             let name = described(document, node.class, node.fields[i].index).0;
             match interface.iter().position(|item| *item.name == *name) {
                 Some(place) => {
-                    let until = told.max(place + 1);
-                    let items = &interface[told..until];
+                    let until = declared.max(place + 1);
+                    let items = &interface[declared..until];
                     out.extend(items.iter().map(|item| Task::Interface(id, item)));
-                    told = until;
+                    declared = until;
                 }
                 None => out.extend([Task::Indent(0), Task::Field(id, i), Task::Line]),
             }
         }
-        let rest = &interface[told..];
+        let rest = &interface[declared..];
         out.extend(rest.iter().map(|item| Task::Interface(id, item)));
         tasks.extend(out.into_iter().rev());
     }
 
-    /// The braces, as the file has them, of a node whose class nothing declares.
+    /// The body, as the file has it, of a node whose class nothing declares.
     fn skipped(&self, id: NodeId) -> Option<String> {
         let node = &self.document.nodes[id.0 as usize];
         let ClassRef::Extension(i) = node.class else {
@@ -277,7 +278,7 @@ impl<'d> Ascii<'d> {
         bytes.ends_with(b"}").then(|| text(&bytes[open..]))
     }
 
-    /// The head, and the numbers of the children from there.
+    /// Writes the head of a path, and the numbers of the children from there.
     fn path(&mut self, id: NodeId, tasks: &mut Vec<Task<'d>>) {
         let fields = &self.document.nodes[id.0 as usize].fields;
         let value = |index| fields.iter().find(|f| f.index == index).map(|f| &f.value);
@@ -293,7 +294,7 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// `fields [ … ]` and `isA [ … ]` of a class that the file declares.
+    /// Writes `fields [ … ]` and `isA [ … ]` of a class that the file declares.
     fn declaration(&mut self, class: ClassRef, extension: &Extension, children: bool) {
         if has_type_first(self.document, class) || !extension.interface.is_empty() {
             return;
@@ -315,7 +316,7 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// A line of a script's or proto's interface, with its value.
+    /// Writes a line of the interface of a script or proto, with its value.
     fn interface(&mut self, id: NodeId, interface: &'d Interface, tasks: &mut Vec<Task<'d>>) {
         self.start_line();
         let head = format!(
@@ -395,7 +396,7 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// A value that holds no nodes.
+    /// Writes a value that holds no nodes.
     fn plain(&mut self, value: &Value, kind: FieldType, names: &[(&str, i64)]) {
         if !self.dry {
             let indent = self.indent.min(DEEPEST_INDENT);
@@ -403,7 +404,7 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// The protos that are declared in the body of another, or in none.
+    /// Writes the protos that are declared in the body of another, or in none.
     fn protos_within(&mut self, within: Option<usize>) {
         for place in self.within.remove(&within).unwrap_or_default() {
             let proto = &self.document.protos.list[place];
@@ -413,7 +414,7 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// Whether this is an `EXTERNPROTO` once more, which then goes by the name of the first.
+    /// Whether an equal `EXTERNPROTO` is written already. Then this one goes by its name.
     fn is_declared(&mut self, proto: &Proto) -> bool {
         let named = |p: &Proto| &self.document.extensions[p.extension as usize].name;
         let same = |p: &&Proto| {
@@ -432,9 +433,9 @@ impl<'d> Ascii<'d> {
         is_declared
     }
 
-    /// A name that means nothing else where the proto is declared: neither one declared beside
-    /// it nor one that the body around it has instances of. Those without instances may share it,
-    /// as an `EXTERNPROTO` in several forms of which a class known to us serves.
+    /// Makes a name that means nothing else where the proto is declared: no proto beside it, and
+    /// none of which the body around it has instances. Protos without instances may share a name,
+    /// as several forms of an `EXTERNPROTO` do for which a class of the catalogue serves.
     fn name_for(&self, proto: &Proto) -> String {
         let protos = &self.document.protos.list;
         let beside = protos.iter().filter(|p| p.within == proto.within);

@@ -1,4 +1,4 @@
-//! Writes binary V2.1: the layout that `binary` reads.
+//! Writes binary V2.1, in the layout that `read::binary` describes.
 
 use std::collections::HashSet;
 
@@ -7,6 +7,7 @@ use super::spelling::{
 };
 use crate::grammar::value::{Image, NodeId, Rotation, Value};
 use crate::grammar::{FieldType, class, path};
+use crate::iv::declarations::Extension;
 use crate::iv::document::{ClassRef, Document, FieldEntry};
 
 const HEADER: &[u8; 24] = b"#Inventor V2.1 binary  \n";
@@ -89,7 +90,8 @@ impl<'d> Writer<'d> {
         }
     }
 
-    /// What stands for an instance of a proto is written in its place.
+    /// Writes a node up to its fields. For an instance of a proto, the node that stands for it is
+    /// written.
     fn node(&mut self, id: NodeId, tasks: &mut Vec<Task<'d>>) {
         let document = self.document;
         let id = document.node(id).id;
@@ -146,11 +148,25 @@ impl<'d> Writer<'d> {
                 self.word(0);
             }
         }
-        let Some(extension) = declared else {
-            self.word(order.len() as u32);
-            tasks.extend(order.into_iter().rev().map(|i| Task::Field(id, i)));
-            return;
-        };
+        match declared {
+            Some(extension) => self.declaration(id, extension, order, tasks),
+            None => {
+                self.word(order.len() as u32);
+                tasks.extend(order.into_iter().rev().map(|i| Task::Field(id, i)));
+            }
+        }
+    }
+
+    /// Writes the names and types of all fields that the file declares for a class, then the fields
+    /// of a node of that class: the stated ones in their order, then the others.
+    fn declaration(
+        &mut self,
+        id: NodeId,
+        extension: &'d Extension,
+        order: Vec<usize>,
+        tasks: &mut Vec<Task<'d>>,
+    ) {
+        let node = &self.document.nodes[id.0 as usize];
         let own_name = extension.is_a.len() == 1 && extension.is_a[0] == extension.name;
         let is_a = !extension.is_a.is_empty() && !own_name;
         self.word(DESCRIBED | (extension.fields.len() + usize::from(is_a)) as u32);

@@ -1,19 +1,20 @@
-//! The forms in which a document is written, and what each cannot say.
+//! The formats in which a document is written, and what each cannot express.
 
 use super::{ascii, binary};
 use crate::iv::document::Document;
 
-/// What [`Document::write`] makes.
+/// The formats that [`Document::write`] knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Text: Inventor V2.1, or VRML97 for a document of that kind.
+    /// Inventor V2.1 ASCII, or VRML97 for a document that was read from VRML97.
     Ascii,
-    /// Inventor V2.1 binary. Protos are written expanded; routes and the interfaces of scripts,
-    /// which the format lacks, are left out.
+    /// Inventor V2.1 binary. It has no protos, which are written expanded, and no routes or
+    /// interfaces of scripts, which are left out.
     Binary,
 }
 
 impl Document {
+    /// Writes the document.
     pub fn write(&self, format: Format) -> Vec<u8> {
         match format {
             Format::Ascii => ascii::write(self),
@@ -21,7 +22,7 @@ impl Document {
         }
     }
 
-    /// What a form cannot say of this document, for people who keep archives.
+    /// Lists what a format cannot express of this document.
     pub fn losses(&self, format: Format) -> Vec<String> {
         if format == Format::Ascii {
             return Vec::new();

@@ -1,8 +1,7 @@
-//! Writes a document: ASCII and binary V2.1, and VRML97 where that is what it holds.
+//! Writes a document as Inventor V2.1, ASCII or binary, or as VRML97.
 //!
-//! What was read is written, field by field in its order; what a file leaves to the catalogue
-//! stays unsaid. Reading the result gives the same document. Files that a scene includes stay
-//! files.
+//! The fields that the file states are written in their order, and no others. Reading the result
+//! gives the same document. Files that a scene includes are not written.
 
 mod ascii;
 mod binary;

@@ -1,4 +1,4 @@
-//! The protos of a document, in the order in which to declare them.
+//! The order in which to declare the protos of a document.
 
 use std::collections::{HashMap, HashSet};
 
@@ -6,7 +6,8 @@ use crate::grammar::value::{NodeId, Value};
 use crate::iv::declarations::Proto;
 use crate::iv::document::{ClassRef, Document};
 
-/// The file's own protos by the one in whose body they are, each after those that it needs.
+/// The file's own protos, by the proto in whose body they are declared, each after those that it
+/// needs.
 pub fn protos_by_body(document: &Document) -> HashMap<Option<usize>, Vec<usize>> {
     let order = proto_order(document);
     let written: HashSet<usize> = order.iter().copied().collect();
@@ -19,7 +20,7 @@ pub fn protos_by_body(document: &Document) -> HashMap<Option<usize>, Vec<usize>>
     within
 }
 
-/// The file's own protos, each after those whose instances its body has.
+/// The file's own protos, each after those of which its body has instances.
 fn proto_order(document: &Document) -> Vec<usize> {
     let own = |p: &Proto| document.nodes[p.defaults.0 as usize].source == 0;
     let mut order = Vec::new();
@@ -45,7 +46,7 @@ fn proto_order(document: &Document) -> Vec<usize> {
     order
 }
 
-/// The classes of protos that nodes have, those that hold a proto's defaults left out.
+/// The classes of protos that have instances. The nodes that hold defaults are none.
 pub fn instanced(document: &Document) -> HashSet<u32> {
     let defaults: HashSet<NodeId> = document.protos.list.iter().map(|p| p.defaults).collect();
     let ids = (0..document.nodes.len()).map(|i| NodeId(i as u32));
@@ -80,7 +81,7 @@ pub fn instances_in(document: &Document, proto: usize) -> Vec<usize> {
     out
 }
 
-/// Every node that a node names: children, values, sources of connections.
+/// All nodes to which a node refers: children, values, sources of connections.
 fn targets(document: &Document, id: NodeId) -> Vec<NodeId> {
     let node = &document.nodes[id.0 as usize];
     let mut out = node.children.clone();

@@ -1,5 +1,5 @@
-//! How a document's things are spelled in every form: classes, fields, enumerations, and the tokens of nodes that
-//! are used again.
+//! Spelling that all formats share: classes, fields, enumerations, and the tokens of nodes that are
+//! used again.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,7 +7,7 @@ use crate::grammar::value::NodeId;
 use crate::grammar::{Dialect, FieldType};
 use crate::iv::document::{ClassRef, Document};
 
-/// The name to write for a class: one of VRML97's in an Inventor file is `VRML…`, as Coin has it.
+/// The name to write for a class. In an Inventor file a class of VRML97 is `VRML…`, as in Coin.
 pub fn class_name(document: &Document, class: ClassRef, vrml97: bool) -> String {
     match class {
         ClassRef::Known(id) if id.get().dialects == Dialect::VRML97 && !vrml97 => {
@@ -26,7 +26,7 @@ pub fn class_name(document: &Document, class: ClassRef, vrml97: bool) -> String 
     }
 }
 
-/// A field's name, type and the names of its values.
+/// The name and type of a field, and the names of its values.
 pub type Described<'d> = (&'d str, FieldType, &'static [(&'static str, i64)]);
 
 pub fn described(document: &Document, class: ClassRef, index: u16) -> Described<'_> {
@@ -48,7 +48,8 @@ pub fn described(document: &Document, class: ClassRef, index: u16) -> Described<
     }
 }
 
-/// An engine or global field whose other fields follow from its type, which comes first.
+/// Whether a node is an engine or global field whose other fields depend on its type, which is
+/// written first.
 pub fn has_type_first(document: &Document, class: ClassRef) -> bool {
     let name = match class {
         ClassRef::Known(id) => id.get().name,
@@ -57,7 +58,7 @@ pub fn has_type_first(document: &Document, class: ClassRef) -> bool {
     matches!(name, "Gate" | "SelectOne" | "Concatenate" | "GlobalField")
 }
 
-/// The order in which to write fields: as they are, but a type that others follow first.
+/// The order in which to write fields: as they are, but a type on which others depend is first.
 pub fn field_order(document: &Document, id: NodeId) -> Vec<usize> {
     let node = &document.nodes[id.0 as usize];
     let mut order: Vec<usize> = (0..node.fields.len()).collect();
@@ -67,15 +68,16 @@ pub fn field_order(document: &Document, id: NodeId) -> Vec<usize> {
     order
 }
 
-/// What nodes are called in the file: the tokens after `DEF` and `USE`.
+/// The tokens of nodes in the file, which stand after `DEF` and `USE`.
 #[derive(Default)]
 pub struct Tokens {
     tokens: HashMap<NodeId, String>,
 }
 
 impl Tokens {
-    /// From the order in which nodes are met: the first time a node is written, after that used.
-    /// A name that means another node by the time it is used gets a number.
+    /// Makes tokens for the nodes in the order in which they are met: a node is written the first
+    /// time and used after that. A name that means another node by the time it is used gets a
+    /// number.
     pub fn new(document: &Document, met: &[NodeId]) -> Self {
         let name = |id: NodeId| document.nodes[id.0 as usize].name.as_deref();
         let mut latest: HashMap<&str, NodeId> = HashMap::new();
@@ -113,6 +115,7 @@ impl Tokens {
     }
 }
 
+/// The name of an enumeration's value, or the value as a number.
 pub fn enumeration(n: i32, names: &[(&str, i64)]) -> String {
     let name = names
         .iter()
@@ -121,7 +124,7 @@ pub fn enumeration(n: i32, names: &[(&str, i64)]) -> String {
     name.map_or_else(|| n.to_string(), str::to_owned)
 }
 
-/// The names whose bits make up a value, and what no name covers as a number.
+/// The names whose bits make up a value, and as a number the bits that no name has.
 pub fn bit_names(n: i32, names: &[(&str, i64)]) -> Vec<String> {
     if let Some((name, _)) = names.iter().find(|(_, v)| *v == i64::from(n)) {
         return vec![(*name).to_owned()];

@@ -81,7 +81,7 @@ fn integer(out: &mut String, n: i32) {
     let _ = write!(out, "{n}");
 }
 
-/// The shortest text that reads back as the same number.
+/// Appends the shortest text that reads back as the same number.
 fn float(out: &mut String, n: f32) {
     let plain = n == 0.0 || (1e-5..1e9).contains(&n.abs());
     let _ = match n {
@@ -161,7 +161,7 @@ fn image(out: &mut String, image: &Image, solid: bool) {
     }
 }
 
-/// In quotes. A backslash is doubled only where the reader would take it for an escape.
+/// Puts text in quotes. A backslash is doubled only if the reader would take it for an escape.
 pub fn quoted(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     out.push('"');

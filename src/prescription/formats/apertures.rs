@@ -1,27 +1,29 @@
 //! Clear apertures for prescriptions that list none, or only the stop or the entrance beam.
 //!
-//! The rule of every design program: a surface is as wide as the first-order beam on it, the
-//! height of the marginal ray plus that of the chief ray at the edge of the field.
+//! The rule is that of design programs: the semi-diameter of a surface is the height of the
+//! first-order beam on it, which is that of the marginal ray plus that of the chief ray at the edge
+//! of the field.
 
 use crate::prescription::first_order::FirstOrder;
 use crate::prescription::glass::D_LINE;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::Plane;
 
-/// What a file says about the beam.
+/// The beam as a file describes it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Beam {
-    /// Diameter of the entrance pupil.
+    /// The diameter of the entrance pupil.
     pub entrance_diameter: Option<f64>,
     pub f_number: Option<f64>,
-    /// Half of the field, in degrees, with the vignetting of its edge taken off the beam.
+    /// Half of the field, in degrees.
     pub half_field: f64,
+    /// The part of the beam's radius that vignetting leaves at the edge of the field.
     pub edge_share: f64,
-    /// Height of the edge of the field in the image, where the file gives it instead of an angle.
+    /// The height of the edge of the field in the image, if the file gives it instead of an angle.
     pub image_height: Option<f64>,
 }
 
-/// Fills in the semi-diameters that are not finite. Says whether there were any.
+/// Fills in the semi-diameters that are not finite. Returns whether there were any.
 pub fn fill(lens: &mut Prescription, beam: Beam) -> bool {
     if lens.surfaces.iter().all(|s| s.semi_diameter.is_finite()) {
         return false;
@@ -70,7 +72,8 @@ pub fn fill(lens: &mut Prescription, beam: Beam) -> bool {
     true
 }
 
-/// Heights of a first-order ray on every surface; it enters the front vertex plane with (y, u).
+/// The heights on all surfaces of a first-order ray, which has the height y and the slope u at the
+/// plane of the front vertex.
 fn heights(lens: &Prescription, indices: &[f64], (mut y, u): (f64, f64)) -> Vec<f64> {
     let mut nu = u * indices[0];
     let mut heights = Vec::with_capacity(lens.surfaces.len());

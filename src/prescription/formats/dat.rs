@@ -1,16 +1,17 @@
-//! The four columns: radius, thickness, index, aperture diameter, one surface a line.
+//! Reads tables of four columns: radius, thickness, index, aperture diameter; a surface a line.
 //!
-//! The paper's own table and pbrt's `.dat` files. A stop is a row with radius 0 and index 0, or
-//! as the paper prints it, a row without a radius (`10.353 1.000 39.8`). Radius 0 with an index
-//! is a plane. A stop takes the medium in front of it, so one in a fluid stays in it (pbrt
-//! assumes air). `#` starts a comment; header words are skipped; commas count as blanks.
+//! The paper prints such a table, and pbrt's `.dat` files are such tables. A stop is a row with
+//! radius 0 and index 0, or as the paper prints it, a row without a radius (`10.353 1.000 39.8`).
+//! Radius 0 with an index is a plane. A stop takes the medium in front of it, so one in a fluid
+//! stays in it (pbrt assumes air). `#` starts a comment; header words are skipped; commas count as
+//! blanks.
 //!
 //! Where the heading of the table names a fifth column `V_d` (`Vd`, `V-no`, `abbe`), as the last or
 //! before the aperture, glasses have an Abbe number there.
-//! A comment `units: cm` (mm, cm, in or m) scales them all.
+//! A comment `units: cm` (mm, cm, in or m) scales all lengths.
 //!
-//! Kolb's and CS348b's older files put the distance from the vertex before in the second column;
-//! they say `axpos` above it, or begin with a distance of 0 that no lens has.
+//! Kolb's and CS348b's older files have the distance from the previous vertex in the second column.
+//! They say `axpos` above it, or begin with a distance of 0, which no lens has.
 
 use std::sync::Arc;
 
@@ -32,20 +33,21 @@ use crate::prescription::surface::{Plane, Surface};
 
 /// A line of the file.
 struct Line<'a> {
-    /// What stands before `#`, and its words.
+    /// The text before `#`.
     data: &'a str,
+    /// The words of that text.
     cells: Vec<Cell<'a>>,
-    /// What stands behind `#`.
+    /// The text after `#`.
     comment: &'a str,
 }
 
-/// A word of a line, and the number it is, if it is one.
+/// A word of a line, and its value if it is a number.
 struct Cell<'a> {
     word: Word<'a>,
     number: Option<f64>,
 }
 
-/// A row of four numbers; `None` where the file leaves a column empty.
+/// A row of the table. A column that the file leaves empty is `None`.
 struct Row {
     radius: f64,
     thickness: f64,
@@ -55,7 +57,10 @@ struct Row {
     spans: [Span; 4],
 }
 
-/// Reads four columns, or five.
+/// Reads a table of four or five columns.
+///
+/// # Errors
+/// A row is no row of numbers, a number is impossible, or there is no surface.
 pub fn read(
     source: &Arc<Source>,
     position_first: Option<bool>,
@@ -106,7 +111,7 @@ pub fn read(
     }
 }
 
-/// Millimeters of the unit that a comment `units: cm` names.
+/// The length in millimeters of the unit that a comment such as `units: cm` names.
 fn unit(text: &str, source: &Arc<Source>) -> Result<f64> {
     let Some(at) = text.find("# units:") else {
         return Ok(1.0);
@@ -123,7 +128,7 @@ fn unit(text: &str, source: &Arc<Source>) -> Result<f64> {
     }
 }
 
-/// Which column of a heading is the Abbe number: of five, from 0.
+/// The column of the Abbe number in a heading, from 0, if it is the fourth or fifth.
 fn abbe_column(heading: &str) -> Option<usize> {
     const NAMES: [&str; 6] = ["v_d", "vd", "v-no", "v", "abbe", "abbe-no"];
     let blank = |c: char| c.is_whitespace() || c == ',' || c == '#';
@@ -134,7 +139,7 @@ fn abbe_column(heading: &str) -> Option<usize> {
     at.filter(|at| *at == 3 || *at == 4)
 }
 
-/// A comment that names the columns.
+/// Whether a comment names the columns.
 fn is_heading(comment: &str) -> bool {
     let mut words = comment.split_whitespace();
     words
@@ -143,8 +148,8 @@ fn is_heading(comment: &str) -> bool {
         && words.next().is_some()
 }
 
-/// Whether the second column counts from the vertex before: the header says so, or the first
-/// distance is 0 and the last is not.
+/// Whether the second column is the distance from the previous vertex: the header says so, or the
+/// first distance is 0 and the last is not.
 fn says_positions(text: &str, rows: &[Row]) -> bool {
     let mut words = text.lines().take(20).flat_map(str::split_whitespace);
     if words.any(|w| w.trim_start_matches('#').eq_ignore_ascii_case("axpos")) {
@@ -162,8 +167,8 @@ fn lines(text: &str) -> Vec<Line<'_>> {
     lines.map_or(Vec::new(), |(_, (lines, _))| lines)
 }
 
-/// Cells between blanks, a comment, and the end of the line; each of them may be missing. `text` is
-/// the whole file, in which the cells have their places.
+/// A parser of a line: cells between blanks, a comment, and the end of the line, each of which may
+/// be missing. `text` is the whole file, in which the cells have their places.
 fn line<'a>(text: &'a str) -> impl Parser<&'a str, Output = Line<'a>, Error = Failure<'a>> {
     let blank = || take_while(|c| is_blank(c) && !is_line_end(c));
     let cell = take_till1(|c| is_blank(c) || c == '#').map(|cell: &'a str| Cell {
@@ -187,7 +192,8 @@ fn is_line_end(c: char) -> bool {
     matches!(c, '\r' | '\n')
 }
 
-/// The numbers of one line; `before` is the index in front of it.
+/// Makes a row of the cells of a line. `before` is the refractive index in front of it, and `abbe`
+/// the column of the Abbe number.
 fn row(
     source: &Arc<Source>,
     mut cells: Vec<Cell<'_>>,
@@ -218,13 +224,13 @@ fn row(
         [radius, thickness, index, diameter] => Ok(Row {
             radius,
             thickness,
-            // 0 says: the medium goes on. Only a stop may say so.
+            // A stop with an index of 0 does not change the medium.
             index: (index != 0.0 || radius != 0.0).then_some(index),
             diameter,
             abbe,
             spans: spans([0, 1, 2, 3]),
         }),
-        // The paper's stop: no radius, and the index of the medium that goes on.
+        // The paper's stop has no radius, and the index of the medium before it.
         [thickness, index, diameter] if index == before => Ok(Row {
             radius: 0.0,
             thickness,
@@ -233,7 +239,7 @@ fn row(
             abbe,
             spans: spans([0, 0, 1, 2]),
         }),
-        // A radius of 0 and no index.
+        // A stop with a radius of 0 and no index.
         [0.0, thickness, diameter] => Ok(Row {
             radius: 0.0,
             thickness,
@@ -287,8 +293,8 @@ fn build(source: &Source, rows: &[Row], notes: Vec<String>) -> Prescription {
     lens
 }
 
-/// A plane with the same medium on both sides only limits the beam: in a table with no other
-/// stop, and just one such row, it is the stop.
+/// Makes a plane with the same medium on both sides the stop, if the table has no stop and no other
+/// such plane: it does nothing but limit the beam.
 pub(super) fn adopt_a_stop(lens: &mut Prescription) {
     if lens.stop().is_some() {
         return;
@@ -303,9 +309,9 @@ pub(super) fn adopt_a_stop(lens: &mut Prescription) {
     }
 }
 
-/// The last thickness of a printed table is the distance to the film: where it disagrees with
-/// the back focus by more than 5% of the focal length, a row or a digit is lost. The table of the
-/// 1999 paper has lost one.
+/// Warns if the last thickness, which is the distance to the film in a printed table, differs from
+/// the back focal distance by more than 5% of the focal length: a row or a digit is lost then. The
+/// table of the 1999 paper has lost one.
 fn warn_if_a_row_is_lost(lens: &Prescription, rows: &[Row], sink: &mut Sink) {
     let indices = lens.indices(D_LINE);
     let Some(focal) = FirstOrder::of(lens, &indices, Plane::Y).focal else {
@@ -381,7 +387,7 @@ mod tests {
         };
         assert_eq!(gaps(old), gaps(now));
         assert_eq!(gaps(&format!("# radius axpos N ap\n{old}")), gaps(now));
-        // A stop may touch the first surface: that is no older file.
+        // A stop that touches the first surface does not make it an older file.
         assert_eq!(
             gaps("0 0 0 8\n50 3 1.5 20\n-50 90 1 20\n"),
             [0.0, 3.0, 90.0]

@@ -1,4 +1,4 @@
-//! Prescription files as text: whatever they are encoded in, and words with their places.
+//! The text of prescription files: its encoding, its lines, and its words with their places.
 
 use std::sync::Arc;
 
@@ -12,15 +12,16 @@ use nom::{IResult, Offset, Parser};
 
 use crate::diag::{Diagnostic, Result, Source, Span};
 
-/// The file as UTF-8. Zemax writes UTF-16 of either order or 8 bits of Windows' Western page.
+/// Returns the file in UTF-8. Zemax writes UTF-16 of either byte order, or Windows' Western code
+/// page.
 ///
-/// Places in messages count in the text as it is read, so columns are those an editor shows.
+/// Places in messages count in the decoded text, so that columns are those that an editor shows.
 pub fn decoded(source: &Arc<Source>) -> Arc<Source> {
     let bytes = &source.bytes;
     let text = match bytes[..] {
         [0xff, 0xfe, ..] => utf16(&bytes[2..], u16::from_le_bytes),
         [0xfe, 0xff, ..] => utf16(&bytes[2..], u16::from_be_bytes),
-        // Without a mark: text in UTF-16 begins with an ASCII letter beside a zero.
+        // UTF-16 without a mark of the byte order begins with an ASCII letter and a zero byte.
         [first, 0, _, 0, ..] if first != 0 => utf16(bytes, u16::from_le_bytes),
         [0, first, 0, _, ..] if first != 0 => utf16(bytes, u16::from_be_bytes),
         [0xef, 0xbb, 0xbf, ..] => String::from_utf8_lossy(&bytes[3..]).into_owned(),
@@ -44,7 +45,7 @@ pub fn text(source: &Source) -> &str {
     std::str::from_utf8(&source.bytes).unwrap_or("")
 }
 
-/// A word and where it stands. In quotes it may hold blanks; the quotes are not part of it.
+/// A word and its place. A word in quotes may contain blanks, and its quotes are not part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Word<'a> {
     pub text: &'a str,
@@ -52,14 +53,17 @@ pub struct Word<'a> {
 }
 
 impl<'a> Word<'a> {
-    /// A word of a piece that begins at byte `start` of its file.
+    /// Makes a word of a piece of text that begins at byte `start` of its file.
     pub fn at(piece: &'a str, text: &'a str, start: usize) -> Self {
         let begin = start + piece.offset(text);
         let span = Span::new(begin, begin + text.len());
         Self { text, span }
     }
 
-    /// The number it is, or what is wrong with it.
+    /// Reads the word as a number.
+    ///
+    /// # Errors
+    /// It is not a finite number.
     pub fn number(&self, source: &Arc<Source>) -> Result<f64> {
         match self.text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
@@ -75,10 +79,10 @@ impl<'a> Word<'a> {
     }
 }
 
-/// What fails in a piece of text, and where.
+/// The error type of the parsers here. It is only ever dropped.
 pub type Failure<'a> = nom::error::Error<&'a str>;
 
-/// The words of a piece of text that begins at byte `start` of its file.
+/// Returns the words of a piece of text that begins at byte `start` of its file.
 pub fn words(piece: &str, start: usize) -> Vec<Word<'_>> {
     let blank = take_while(|c: char| c.is_whitespace() || c.is_control());
     let word = alt((quoted('"'), quoted('\''), take_till1(char::is_whitespace)));
@@ -87,7 +91,7 @@ pub fn words(piece: &str, start: usize) -> Vec<Word<'_>> {
     words.map_or(Vec::new(), |(_, words)| words)
 }
 
-/// What stands in quotes, or behind a quote that nothing closes.
+/// The text in quotes, or after a quote that is not closed.
 fn quoted<'a>(quote: char) -> impl Parser<&'a str, Output = &'a str, Error = Failure<'a>> {
     delimited(
         char(quote),
@@ -96,7 +100,7 @@ fn quoted<'a>(quote: char) -> impl Parser<&'a str, Output = &'a str, Error = Fai
     )
 }
 
-/// The lines of a text with the byte each begins at; CR, LF and CRLF each end one.
+/// Returns the lines of a text, each with the byte at which it begins. CR, LF and CRLF end a line.
 pub fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -107,7 +111,7 @@ pub fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-/// A line without what ends it.
+/// A line, without the characters that end it.
 fn line(input: &str) -> IResult<&str, &str, Failure<'_>> {
     let end = alt((tag("\r\n"), tag("\r"), tag("\n")));
     terminated(take_till(|c| matches!(c, '\r' | '\n')), opt(end)).parse(input)

@@ -13,7 +13,7 @@ use crate::iv::read::tokens::{def_name, past_token, skip, string, word};
 use crate::iv::read::values;
 
 impl<'s> Reader<'_, '_, 's> {
-    /// One item of a node's body: a field, a child, or a declaration.
+    /// Reads one item of a node's body: a field, a child, or a declaration.
     pub(super) fn item(&mut self, node: NodeId) -> Result<()> {
         let start = self.rest;
         let Ok((rest, token)) = word(start) else {
@@ -58,7 +58,7 @@ impl<'s> Reader<'_, '_, 's> {
             && let Some(Value::String(kind)) = self.asm.document.node(node).value("type").cloned()
             && self.asm.specialize(node, &kind, Some(name)).is_some()
         {
-            return Ok(()); // the word is a field's name now
+            return Ok(()); // The class now has a field of this name, which is read next.
         }
         self.rest = rest;
         self.no_field(node, name, self.span(start, rest))
@@ -118,8 +118,8 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Whether a node comes next that is the value of a field and not a child. Where children
-    /// stand among the fields, what follows a mistake may be one of them.
+    /// Whether a node comes next that is the value of an unknown field. In a group it is more
+    /// likely a child, since children stand among the fields.
     pub(super) fn value_is_node(&mut self, node: NodeId) -> bool {
         self.rest = skip(self.rest);
         let has_children = !self.asm.header.is_vrml97()
@@ -133,7 +133,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Skips to what can be read again: a field of this node, a child, or the closing brace.
+    /// Skips to where reading can go on: a field of this node, a child, or the closing brace.
     pub(super) fn recover(&mut self, node: NodeId) {
         loop {
             let Some(next) = self.peek() else { return };
@@ -152,7 +152,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// A field's value, its name having been read.
+    /// Reads the value of a field, whose name has been read.
     pub(super) fn field(&mut self, node: NodeId, slot: Slot, name: Span) -> Result<()> {
         let kind = slot.kind();
         let next = self.peek();
@@ -209,7 +209,7 @@ impl<'s> Reader<'_, '_, 's> {
                 let error = SyntaxError::from(error);
                 self.bad_value(node, index, &error);
                 if error.problem == Problem::UnclosedString {
-                    self.truncated = true; // this was reported: nothing after the quote is left
+                    self.truncated = true; // Reported above; the string takes the rest of the file.
                     self.rest = &[];
                 } else {
                     self.rest = at;
@@ -220,7 +220,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// The type that an engine's other fields follow, if this is the field that says so.
+    /// The type of an engine's other fields, if this is the field that states it.
     pub(super) fn dynamic_type(&self, node: NodeId, index: u16, value: &Value) -> Option<Box<str>> {
         let name = self.class_of(node)?.get().fields[usize::from(index)].name;
         match value {
@@ -229,7 +229,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// An escaped quote at a line's end was sometimes meant to end the string.
+    /// Warns of an escaped quote at the end of a line, which was sometimes meant to end the string.
     pub(super) fn long_string(&mut self, string: &str, at: &[u8]) {
         if string.contains("\"\n") || string.contains("\"\r") {
             let span = self.span(at, &at[1..]);
@@ -282,7 +282,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// What may follow a value: `~`, and `= node . output`.
+    /// Reads what may follow a value: `~`, and `= node . output`.
     pub(super) fn tail(&mut self, node: NodeId, entry: usize) -> Result<()> {
         if self.take(b'~') {
             self.asm.data(node).fields[entry].ignored = true;
@@ -294,7 +294,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// The numbers of a path: how many, then the child's number at each step from the head.
+    /// Reads the numbers of a path: their count, then the number of the child at each step.
     pub(super) fn path_indices(&mut self, node: NodeId) {
         let start = self.rest;
         let mut numbers = Vec::new();
@@ -311,7 +311,7 @@ impl<'s> Reader<'_, '_, 's> {
             .set(node, path::INDICES.index, Value::Ints(numbers), span);
     }
 
-    /// `fields [ SFFloat width, … ]` or `isA [ "Group" ]`.
+    /// Reads `fields [ SFFloat width, … ]` or `isA [ "Group" ]`.
     pub(super) fn declaration(&mut self, node: NodeId, is_a: bool) -> Result<()> {
         let list = &self.rest[1..];
         let mut rest = skip(list);

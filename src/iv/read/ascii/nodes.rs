@@ -1,4 +1,4 @@
-//! Nodes, `USE`, and what a node is the value of.
+//! Statements: nodes, `DEF` and `USE`, and the place where each node goes.
 use super::reader::{Level, Reader, Target};
 use crate::diag::{Result, Span, nearest};
 use crate::grammar;
@@ -9,7 +9,7 @@ use crate::iv::read::syntax_error::expected;
 use crate::iv::read::tokens::{def_name, past_braces, past_token, skip, word};
 
 impl<'s> Reader<'_, '_, 's> {
-    /// A node, or a `USE`, or `NULL`, or one of VRML97's statements.
+    /// Reads a node, a `USE`, `NULL`, or one of VRML97's statements.
     pub(super) fn statement(&mut self, target: Target) -> Result<()> {
         let start = self.rest;
         let Ok((rest, token)) = word(start) else {
@@ -48,7 +48,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Something that begins nothing: said, and skipped.
+    /// Reports and skips a token that begins neither a node nor a field.
     pub(super) fn stray(&mut self) -> Result<()> {
         let span = self.here();
         let message = expected("a node or a field", self.rest);
@@ -60,7 +60,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// `Class {`, its name having been read; `start` is where the statement began.
+    /// Reads `Class {`. A name before it has been read; `start` is where the statement began.
     pub(super) fn node(
         &mut self,
         target: Target,
@@ -112,7 +112,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Whether the body that is about to be read says what its fields are.
+    /// Whether the body that is about to be read begins with a declaration of its fields.
     pub(super) fn declares(&mut self) -> bool {
         self.rest = skip(self.rest);
         word(self.rest).is_ok_and(|(rest, w)| {
@@ -141,13 +141,13 @@ impl<'s> Reader<'_, '_, 's> {
         .help(help);
         let inside = self.rest;
         let after = past_braces(inside);
-        // Stay before the closing brace, which is closed like any other.
+        // Stop before the closing brace, which ends the node as it ends any other.
         let skipped = inside.len() - after.len();
         let closed = inside[..skipped].last() == Some(&b'}');
         self.rest = &inside[skipped - usize::from(closed)..];
     }
 
-    /// A name after `USE`. In `USE engine.output` the dot is not part of it.
+    /// Reads the name after `USE`. In `USE engine.output` the dot is not part of it.
     pub(super) fn use_node(&mut self, target: Target) -> Result<()> {
         let at = self.rest;
         let Ok((mut rest, token)) = def_name(at) else {
@@ -184,7 +184,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.deliver(target, node)
     }
 
-    /// Puts a node where it goes, and reads what may follow it there.
+    /// Puts a node in its place, and reads what may follow it there.
     pub(super) fn deliver(&mut self, target: Target, node: NodeId) -> Result<()> {
         self.attach(target, node);
         match target {
@@ -218,7 +218,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// `. output` after the node of a connection.
+    /// Reads `. output` after the node of a connection.
     pub(super) fn output(&mut self, holder: NodeId, entry: usize, from: NodeId) -> Result<()> {
         if !self.take(b'.') {
             let span = self.here();

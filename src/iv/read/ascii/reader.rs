@@ -1,4 +1,4 @@
-//! The reader of an ASCII file: what is open, and the step from one thing to the next.
+//! The reader of an ASCII file: the stack of open nodes, and the step from one item to the next.
 
 use std::collections::HashMap;
 
@@ -13,12 +13,13 @@ use crate::iv::read::tokens::{skip, word};
 pub(super) enum Target {
     Root,
     Child(NodeId),
-    /// The value of an `SFNode`, by its place among the node's fields.
+    /// The value of an `SFNode`, by the field's place among the stated fields of the node.
     Field(NodeId, usize),
-    /// One of an `MFNode`'s, in brackets or alone.
+    /// One of the nodes of an `MFNode` in brackets.
     Element(NodeId, usize),
+    /// The only node of an `MFNode` without brackets.
     Alone(NodeId, usize),
-    /// The node that a field's value comes from.
+    /// The node to which a field is connected.
     Source(NodeId, usize),
     /// A node of a proto's body.
     Proto(usize),
@@ -26,7 +27,7 @@ pub(super) enum Target {
     Nowhere,
 }
 
-/// What is open, innermost last.
+/// What is open. The innermost is last on the stack.
 pub(super) enum Level {
     Body {
         node: NodeId,
@@ -49,10 +50,10 @@ pub(super) enum Level {
     },
 }
 
-/// What a proto's body hides while it is read.
+/// What is put aside while a proto is read.
 pub(super) struct Scope {
     pub(super) names: HashMap<Box<[u8]>, NodeId>,
-    /// How many classes were hidden before it.
+    /// The number of declarations before it, as `Assembler::shadowed` counts them.
     pub(super) shadowed: usize,
     pub(super) routes: Vec<Route>,
     pub(super) name: Box<str>,
@@ -66,14 +67,16 @@ pub(super) struct Reader<'r, 'd, 's> {
     pub(super) rest: &'s [u8],
     pub(super) stack: Vec<Level>,
     pub(super) roots: Vec<NodeId>,
-    /// Said that the file ends too soon.
+    /// Whether it has been reported that the file ends too soon.
     pub(super) truncated: bool,
 }
 
-/// Reads the nodes of a file. `Err` is a limit that was passed.
+/// Reads the nodes of a file.
+///
+/// # Errors
+/// A limit is passed.
 pub fn read(asm: &mut Assembler<'_>, text: &[u8]) -> Result<Vec<NodeId>> {
     let rest = &text[asm.header.length.min(text.len())..];
-    // Anything after the header on its line is a comment.
     let mut reader = Reader {
         asm,
         text,
@@ -104,7 +107,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.asm.document.sink.warn(span, message)
     }
 
-    /// Skips space, then takes a byte if it is the next one.
+    /// Skips blanks, then takes a byte if it is the next one.
     pub(super) fn take(&mut self, byte: u8) -> bool {
         self.rest = skip(self.rest);
         let next = self.rest.first() == Some(&byte);
@@ -117,7 +120,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.rest.first().copied()
     }
 
-    /// Reads one thing. `false`: the file is at its end.
+    /// Reads one item. Returns `false` at the end of the file.
     pub(super) fn step(&mut self) -> Result<bool> {
         let next = self.peek();
         match (self.stack.last(), next) {
@@ -176,7 +179,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// The file ends inside a node or list: says so once, and closes it.
+    /// Closes a node or list inside of which the file ends, and reports that once.
     pub(super) fn end_early(&mut self) {
         if !self.truncated {
             self.truncated = true;

@@ -1,4 +1,5 @@
-//! What only VRML97 has: `PROTO`, `EXTERNPROTO`, `IS`, `ROUTE`, and the interface of a `Script`.
+//! The statements that only VRML97 has: `PROTO`, `EXTERNPROTO`, `IS`, `ROUTE`, and the interface of
+//! a `Script`.
 
 use std::collections::HashMap;
 
@@ -27,7 +28,8 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// `field SFFloat x 1`, `eventIn SFTime now` in a `Script`, which gets a class of its own.
+    /// Reads `field SFFloat x 1` or `eventIn SFTime now` in a `Script`, which gets a class of its
+    /// own.
     pub(super) fn script_interface(&mut self, node: NodeId, access: Access) -> Result<()> {
         let Some(interface) = self.interface_item(access) else {
             return Ok(());
@@ -65,7 +67,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.interface_value(node, &interface)
     }
 
-    /// A field that a node declares has a value, also where none can be read.
+    /// Gives a field that a node declares an empty value, in case that none can be read.
     fn set_empty(&mut self, node: NodeId, interface: &Interface) {
         if interface.access.has_value()
             && let Some(Slot::Field { index, kind }) = self.asm.slot(node, &interface.name)
@@ -86,7 +88,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// The value after an interface's name, if it is of a kind that has one.
+    /// Reads the value after the name of an interface's field. Events have none.
     fn interface_value(&mut self, node: NodeId, interface: &Interface) -> Result<()> {
         if !interface.access.has_value() {
             return Ok(());
@@ -97,7 +99,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// A type and a name, after `field` or its like.
+    /// Reads a type and a name, after `field` or its like.
     fn interface_item(&mut self, access: Access) -> Option<Interface> {
         let at = skip(self.rest);
         let (rest, kind_name) = word(at).ok()?;
@@ -116,7 +118,7 @@ impl<'s> Reader<'_, '_, 's> {
         })
     }
 
-    /// `name IS interface`, the name having been read.
+    /// Reads `IS interface` after the name of a field.
     pub(super) fn is_link(&mut self, node: NodeId, name: &str) -> Result<()> {
         let (rest, _) = word(skip(self.rest)).unwrap_or((self.rest, &[]));
         let at = skip(rest);
@@ -159,7 +161,7 @@ impl<'s> Reader<'_, '_, 's> {
         })
     }
 
-    /// `PROTO Name [`, the keyword having been read.
+    /// Reads `Name [` after `PROTO` or `EXTERNPROTO`.
     pub(super) fn proto(&mut self, external: bool) -> Result<()> {
         let Ok((rest, name)) = word(self.rest) else {
             return self.stray();
@@ -206,7 +208,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// One line of a proto's interface.
+    /// Reads one line of a proto's interface.
     pub(super) fn interface(&mut self, proto: usize) -> Result<()> {
         let start = self.rest;
         let Ok((rest, token)) = word(start) else {
@@ -235,7 +237,8 @@ impl<'s> Reader<'_, '_, 's> {
         self.interface_value(defaults, &interface)
     }
 
-    /// After `]`: the body of a `PROTO`, or where an `EXTERNPROTO` is.
+    /// Ends the interface at `]`, and begins the body of a `PROTO` or reads the files of an
+    /// `EXTERNPROTO`.
     pub(super) fn interface_done(&mut self) -> Result<()> {
         let Some(Level::Interface { proto, mut scope }) = self.stack.pop() else {
             return Ok(());
@@ -268,7 +271,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// After the body: what it hid is in view again, and its class with it.
+    /// Ends the body. The names around it are known again, and so is the class.
     pub(super) fn proto_done(&mut self) {
         let popped = self.stack.pop();
         let Some(Level::Proto { proto, scope } | Level::Interface { proto, scope }) = popped else {
@@ -292,9 +295,9 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Finds the definition of an `EXTERNPROTO`, in the first of its files that has it. Without
-    /// one, what the name meant before (a `PROTO` of the file, a class that we know) serves;
-    /// without that, nothing is drawn (VRML97, 4.9.1).
+    /// Finds the definition of an `EXTERNPROTO`, in the first of its files that has it. If there is
+    /// none, the name keeps its meaning (a `PROTO` of the file, a class of the catalogue); if it
+    /// has none, nothing is drawn (VRML97, 4.9.1).
     fn external(&mut self, proto: usize, span: Span) -> Result<()> {
         let data = &self.asm.document.protos.list[proto];
         let (urls, extension) = (data.urls.clone(), data.extension);
@@ -317,7 +320,7 @@ impl<'s> Reader<'_, '_, 's> {
                 Err(error) => reason = reason.or(Some(error)),
             }
         }
-        // A class that we know by ourselves needs no definition.
+        // A class of the catalogue needs no definition.
         let known = self.asm.known_class(&name).is_some();
         let instead = match before {
             Some(_) => "the `PROTO` before it serves",
@@ -338,7 +341,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Takes the body that another file defines. Its own interface counts.
+    /// Gives an `EXTERNPROTO` the interface and body that another file defines.
     fn adopt(&mut self, proto: usize, found: u32) {
         let document = &mut *self.asm.document;
         let Some(from) = document.protos.of_extension(found) else {
@@ -358,7 +361,7 @@ impl<'s> Reader<'_, '_, 's> {
         document.extensions[extension as usize].fields = fields;
     }
 
-    /// The protos of another file, by name; read once.
+    /// Returns the protos of another file by name. A file is read once.
     fn library(&mut self, url: &str) -> Result<HashMap<Box<str>, u32>> {
         let read_file = self.asm.read_file;
         let document = &mut *self.asm.document;
@@ -376,7 +379,7 @@ impl<'s> Reader<'_, '_, 's> {
                 "`{name}` is left out: too many files in files"
             )));
         }
-        // Until it is read it defines nothing, so that files that name each other end.
+        // While it is read it defines nothing, so that files that name each other come to an end.
         document
             .protos
             .libraries
@@ -401,7 +404,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(declared)
     }
 
-    /// An instance outside of any proto's body gets a copy of its own proto's body.
+    /// Expands a node, if it is an instance of a proto and not part of a proto's body.
     pub(super) fn expand(&mut self, node: NodeId) -> Result<()> {
         if self.asm.in_protos > 0 || proto_of(self.asm.document, node).is_none() {
             return Ok(());
@@ -409,7 +412,7 @@ impl<'s> Reader<'_, '_, 's> {
         expand::expand(self.asm.document, node, &self.asm.limits)
     }
 
-    /// `ROUTE node.event TO node.event`, the keyword having been read.
+    /// Reads `node.event TO node.event` after `ROUTE`.
     pub(super) fn route(&mut self) {
         let from = self.route_end();
         let (rest, to) = word(skip(self.rest)).unwrap_or((self.rest, &[]));
