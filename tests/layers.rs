@@ -55,7 +55,41 @@ const NEVER: [(&str, &str); 12] = [
 
 /// The order inside the large folders. An entry is a file or a folder; what is not named may stand
 /// anywhere.
-const INSIDE: [(&str, &[&str]); 0] = [];
+const INSIDE: [(&str, &[&str]); 3] = [
+    (
+        "iv",
+        &[
+            "limits",
+            "encoding",
+            "declarations",
+            "loader",
+            "document",
+            "node_fields",
+            "same",
+            "read",
+            "write",
+        ],
+    ),
+    (
+        "prescription",
+        &[
+            "text",
+            "glass",
+            "surface",
+            "prescription",
+            "about",
+            "first_order",
+            "adjust",
+            "formats",
+        ],
+    ),
+    (
+        "lens",
+        &[
+            "trace", "lens", "lanes", "library", "optics", "pupil", "analysis",
+        ],
+    ),
+];
 
 /// A module's path below the crate, such as `lens::pupil`, in parts.
 type Module = Vec<String>;

@@ -4,11 +4,12 @@
 //! film is at positive z. A [`Lens`] is a [`Prescription`] made ready for tracing. Nothing here
 //! knows about scenes, pixels or samples.
 //!
-//! The folder's parts, from the ground up: `trace` follows rays; `lens` is a prescription made
-//! ready, and `library` finds one by name; `optics` answers what a photographer asks of it, `pupil`
+//! The folder's parts, from the ground up: `trace` follows one ray; `lens` is a prescription made
+//! ready, `lanes` traces many rays, `library` finds a lens by name; `optics` answers what a photographer asks of it, `pupil`
 //! where to aim rays, `analysis` what it does to a picture.
 
 pub mod analysis;
+pub mod lanes;
 // The file of the central type has its name.
 #[allow(clippy::module_inception)]
 mod lens;
@@ -28,6 +29,7 @@ pub use analysis::beam::Beam;
 pub use analysis::diffraction::{Openings, Wavefront};
 pub use analysis::ghosts::GhostPair;
 pub use analysis::sheet::LensSheet;
+pub use lanes::bundle::Bundle;
 pub use lens::Lens;
 pub use library::{at_zoom_list, open_prescription, shipped_names};
 pub use optics::breathing::Breath;
@@ -41,5 +43,4 @@ pub use pupil::rear_element::RearElement;
 pub use pupil::target::PupilTarget;
 pub use pupil::transmission::PupilTransmission;
 pub use pupil::window::PupilWindow;
-pub use trace::lanes::bundle::Bundle;
 pub use trace::ray::{LensRay, Loss, LossKind, RayPath, Toward};

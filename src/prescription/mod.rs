@@ -18,6 +18,7 @@ pub mod glass;
 #[allow(clippy::module_inception)]
 pub mod prescription;
 pub mod surface;
+pub(crate) mod text;
 
 pub use about::About;
 pub use first_order::{FirstOrder, Focal, Pupil};

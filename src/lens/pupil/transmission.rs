@@ -7,11 +7,11 @@
 
 use glam::DVec2;
 
+use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::polygon::{SIDES, Span};
 use crate::lens::pupil::spans::Spans;
-use crate::lens::trace::lanes::bundle::Bundle;
 use crate::lens::trace::ray::LensRay;
 use crate::math::lanes::LANES;
 

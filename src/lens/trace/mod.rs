@@ -1,9 +1,8 @@
-//! Exact tracing: a ray at a time ([`tracer`]), and many side by side ([`lanes`]).
+//! Exact tracing, a ray at a time; `lens::lanes` traces many side by side.
 
 pub mod element;
-pub mod lanes;
 pub mod meet;
-mod profile;
+pub(super) mod profile;
 pub mod ray;
 pub mod refraction;
 pub mod tracer;

@@ -26,10 +26,10 @@ use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::math::LengthUnit;
 use crate::prescription::about::About;
 use crate::prescription::first_order::FirstOrder;
-use crate::prescription::formats::text::{Failure, Word};
 use crate::prescription::glass::{D_LINE, Medium};
 use crate::prescription::prescription::{Column, Prescription, check};
 use crate::prescription::surface::{Plane, Surface};
+use crate::prescription::text::{Failure, Word};
 
 /// A line of the file.
 struct Line<'a> {

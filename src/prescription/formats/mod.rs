@@ -8,7 +8,6 @@ pub mod json;
 pub mod origin;
 pub mod read;
 pub mod seq;
-pub(crate) mod text;
 pub mod write;
 pub mod zmx;
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Source, Span};
-use crate::prescription::formats::text;
+use crate::prescription::text;
 
 /// `wide-angle` of `some/folder/wide-angle.dat`.
 pub(super) fn name_of(source: &Source) -> String {

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 
-use crate::prescription::formats::{dat, iset, json, seq, text, zmx};
+use crate::prescription::formats::{dat, iset, json, seq, zmx};
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::prescription::Prescription;
+use crate::prescription::text;
 
 /// The formats of prescriptions that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

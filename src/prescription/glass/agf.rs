@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Source};
-use crate::prescription::formats::text::{Word, decoded, lines, text, words};
 use crate::prescription::glass::medium::{Formula, Medium};
+use crate::prescription::text::{Word, decoded, lines, text, words};
 
 /// All glasses of a catalogue, in its order.
 pub fn read(source: &Arc<Source>) -> Result<Vec<Medium>> {

@@ -1,6 +1,6 @@
 //! The commands of a file.
 
-use crate::prescription::formats::text::{Word, lines, words};
+use crate::prescription::text::{Word, lines, words};
 
 /// A command: its name and what is behind it.
 pub(super) type Command<'a> = Vec<Word<'a>>;

@@ -2,8 +2,8 @@
 
 use crate::diag::Result;
 use crate::prescription::formats::index_table::interpolated;
-use crate::prescription::formats::text::Word;
 use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE, Medium, named_line};
+use crate::prescription::text::Word;
 
 use crate::prescription::formats::seq::commands::Command;
 use crate::prescription::formats::seq::reader::Reader;

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::prescription::formats::apertures::{Beam, fill};
 use crate::prescription::formats::origin::name_of;
-use crate::prescription::formats::text::{Word, text};
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::{Prescription, ZoomPosition, check};
 use crate::prescription::surface::Surface;
+use crate::prescription::text::{Word, text};
 
 use crate::prescription::formats::seq::commands::{commands, take_private};
 

@@ -1,9 +1,9 @@
 //! The commands that make a surface or change one.
 
 use crate::diag::{Diagnostic, Result, Sink, Span};
-use crate::prescription::formats::text::Word;
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
+use crate::prescription::text::Word;
 
 use crate::prescription::formats::seq::reader::{Places, Reader};
 

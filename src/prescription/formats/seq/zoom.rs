@@ -1,8 +1,8 @@
 //! Zoom positions.
 
 use crate::diag::{Result, Sink};
-use crate::prescription::formats::text::Word;
 use crate::prescription::prescription::ZoomPosition;
+use crate::prescription::text::Word;
 
 use crate::prescription::formats::seq::reader::Reader;
 

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Source, Span};
-use crate::prescription::formats::text::{Word, lines, text, words};
 use crate::prescription::prescription::Column;
+use crate::prescription::text::{Word, lines, text, words};
 
 /// A line of the file: its keyword and values.
 pub(super) type Line<'a> = Vec<Word<'a>>;

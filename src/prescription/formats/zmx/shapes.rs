@@ -1,8 +1,8 @@
 //! The shapes of surfaces.
 
 use crate::diag::{Diagnostic, Result};
-use crate::prescription::formats::text::Word;
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape};
+use crate::prescription::text::Word;
 
 use crate::prescription::formats::zmx::file::{Block, pair};
 use crate::prescription::formats::zmx::reader::Reader;

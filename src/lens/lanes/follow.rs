@@ -4,14 +4,14 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::lens::lanes::asphere::asphere;
+use crate::lens::lanes::bundle::Bundle;
+use crate::lens::lanes::one_by_one::{iris, iris_fill, one_by_one};
+use crate::lens::lanes::quadric::quadric;
+use crate::lens::lanes::sphere::{SphereTerms, approach, sphere};
+use crate::lens::lanes::step::{BEND, NO_BEND, SLIGHT_BEND, Step, kind_of};
 use crate::lens::lens::Lens;
 use crate::lens::trace::element::Form;
-use crate::lens::trace::lanes::asphere::asphere;
-use crate::lens::trace::lanes::bundle::Bundle;
-use crate::lens::trace::lanes::one_by_one::{iris, iris_fill, one_by_one};
-use crate::lens::trace::lanes::quadric::quadric;
-use crate::lens::trace::lanes::sphere::{SphereTerms, approach, sphere};
-use crate::lens::trace::lanes::step::{BEND, NO_BEND, SLIGHT_BEND, Step, kind_of};
 use crate::lens::trace::ray::Toward;
 use crate::lens::trace::tracer::Tracer;
 use crate::math::lanes::{LANES, SimdKernel, Width};

@@ -1,7 +1,7 @@
 //! Polynomial aspheres, in all lanes at once.
 
-use crate::lens::trace::lanes::bundle::Bundle;
-use crate::lens::trace::lanes::step::{LaneHit, Step};
+use crate::lens::lanes::bundle::Bundle;
+use crate::lens::lanes::step::{LaneHit, Step};
 use crate::lens::trace::profile::Profile;
 use crate::math::lanes::{LANES, Lane, fused};
 

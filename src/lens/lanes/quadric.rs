@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::lens::trace::lanes::bundle::Bundle;
-use crate::lens::trace::lanes::step::{LaneHit, Step};
+use crate::lens::lanes::bundle::Bundle;
+use crate::lens::lanes::step::{LaneHit, Step};
 use crate::math::lanes::LANES;
 
 /// Crosses the quadric c (w.x x² + w.y y² + w.z z²) = 2 z.

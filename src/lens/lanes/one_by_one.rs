@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::lens::trace::lanes::bundle::Bundle;
-use crate::lens::trace::lanes::step::Step;
+use crate::lens::lanes::bundle::Bundle;
+use crate::lens::lanes::step::Step;
 use crate::lens::trace::refraction::refract;
 use crate::math::lanes::LANES;
 

@@ -1,7 +1,7 @@
 //! Spheres and planes, in all lanes at once.
 
-use crate::lens::trace::lanes::bundle::Bundle;
-use crate::lens::trace::lanes::step::{NO_BEND, SLIGHT_BEND, Step};
+use crate::lens::lanes::bundle::Bundle;
+use crate::lens::lanes::step::{NO_BEND, SLIGHT_BEND, Step};
 use crate::math::lanes::{LANES, Lane, fused};
 
 /// Moves rays to their point nearest the vertex, so that origins 1e12 mm away cost no more than their

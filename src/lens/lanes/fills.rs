@@ -2,9 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::lens::lanes::bundle::{Bundle, EMPTY, Fills};
+use crate::lens::lanes::follow::{Follow, follow, stretch};
 use crate::lens::lens::Lens;
-use crate::lens::trace::lanes::bundle::{Bundle, EMPTY, Fills};
-use crate::lens::trace::lanes::follow::{Follow, follow, stretch};
 use crate::lens::trace::ray::Toward;
 use crate::lens::trace::tracer::Tracer;
 use crate::math::lanes::{LANES, Lane, SimdKernel, dispatch};

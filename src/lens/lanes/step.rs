@@ -1,7 +1,7 @@
 //! What every lane does at one surface.
 
+use crate::lens::lanes::bundle::{BLOCKED, Bundle, MISSED, REFLECTED};
 use crate::lens::trace::element::Element;
-use crate::lens::trace::lanes::bundle::{BLOCKED, Bundle, MISSED, REFLECTED};
 use crate::lens::trace::refraction::Bend;
 
 /// One surface on the way of a bundle.
