@@ -133,6 +133,38 @@ pub fn merge_equal(points: impl Iterator<Item = Vec3>) -> Vec<u32> {
         .collect()
 }
 
+/// Returns the normals of the quadrilaterals between rows of `columns` points. The normal is that
+/// of the plane at the first corner, not the mean over the four (Coin).
+pub fn grid_face_normals(points: &[Vec3], columns: usize, counterclockwise: bool) -> Vec<Vec3> {
+    let rows: Vec<&[Vec3]> = points.chunks_exact(columns).collect();
+    let mut out = Vec::with_capacity(rows.len().saturating_sub(1) * (columns - 1));
+    for pair in rows.windows(2) {
+        for (corners, &below) in pair[0].windows(2).zip(pair[1]) {
+            let normal = unit((below - corners[0]).cross(corners[1] - corners[0]));
+            out.push(if counterclockwise { normal } else { -normal });
+        }
+    }
+    out
+}
+
+/// Returns the normals of a grid's vertices: the unit mean of the normals of the quadrilaterals
+/// around each. A grid is smooth everywhere, whatever the crease angle (Coin).
+pub fn grid_vertex_normals(faces: &[Vec3], rows: usize, columns: usize) -> Vec<Vec3> {
+    let mut out = Vec::with_capacity(rows * columns);
+    for r in 0..rows {
+        for c in 0..columns {
+            let mut sum = Vec3::ZERO;
+            for (dr, dc) in [(0, 0), (1, 0), (1, 1), (0, 1)] {
+                if r >= dr && c >= dc && r - dr < rows - 1 && c - dc < columns - 1 {
+                    sum += faces[(r - dr) * (columns - 1) + c - dc];
+                }
+            }
+            out.push(unit(sum));
+        }
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

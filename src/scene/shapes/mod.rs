@@ -17,8 +17,8 @@ pub mod cut;
 mod faces;
 mod lines;
 mod markers;
-mod mesh;
 pub mod nurbs;
+mod quad_mesh;
 mod runs;
 mod screen_aligned;
 pub mod solids;
@@ -28,7 +28,7 @@ mod vertices;
 mod vrml97;
 
 use crate::geometry::Corner;
-use crate::grammar::{self, Class, class, face_set};
+use crate::grammar::{self, Class, class, complexity, face_set};
 use crate::iv::NodeRef;
 use crate::scene::builder::Builder;
 use crate::traversal::property::vertex_property;
@@ -82,7 +82,10 @@ fn draw_whole<'a>(
     state: &State<'a>,
     out: &mut Builder<'a>,
 ) -> bool {
-    if state.complexity.kind == 2 && !out.ignores_draw_style() && out.draw_box(node, state) {
+    if state.complexity.kind == complexity::TYPE_BOUNDING_BOX
+        && !out.ignores_draw_style()
+        && out.draw_box(node, state)
+    {
         return true;
     }
     if is_vrml97(class) {
@@ -112,7 +115,7 @@ fn draw_class<'a>(
             class::INDEXED_TRIANGLE_STRIP_SET => {
                 strips::indexed_triangle_strip_set(node, state, out)
             }
-            class::QUAD_MESH => mesh::quad_mesh(node, state, out),
+            class::QUAD_MESH => quad_mesh::quad_mesh(node, state, out),
             class::LINE_SET => lines::line_set(node, state, out),
             class::INDEXED_LINE_SET => lines::indexed_line_set(node, state, out),
             class::IMAGE => screen_aligned::image(node, state, out),

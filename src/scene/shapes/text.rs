@@ -78,7 +78,8 @@ pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
         let Some(&place) = places.get(i).or(places.last()) else {
             return;
         };
-        let side = sides.get(i).or(sides.last()).copied().unwrap_or(1);
+        let side = sides.get(i).or(sides.last()).copied();
+        let side = side.unwrap_or(text2_set::JUSTIFICATION_LEFT);
         let style = TextStyle {
             justify: justify(side),
             ..plain

@@ -8,7 +8,7 @@ use super::cut::Cutter;
 use super::runs::Runs;
 use super::vertices::{By, Normals, Vertices, count, is_per_vertex, without_index};
 use crate::geometry::BoxCoordinates;
-use crate::geometry::normals::unit;
+use crate::geometry::normals::{grid_face_normals, grid_vertex_normals, unit};
 use crate::grammar::quad_mesh;
 use crate::iv::NodeRef;
 use crate::scene::builder::Builder;
@@ -75,7 +75,9 @@ fn normals<'a>(
     }
     let faces = face_normals(state, start, rows, columns);
     match binding {
-        _ if is_per_vertex(binding) => Normals::Made(smooth(&faces, rows, columns), By::Position),
+        _ if is_per_vertex(binding) => {
+            Normals::Made(grid_vertex_normals(&faces, rows, columns), By::Position)
+        }
         Binding::PerFace => Normals::Made(faces, By::Face),
         Binding::PerPart => {
             let of_rows = faces.chunks(columns - 1).map(|row| unit(row.iter().sum()));
@@ -91,35 +93,5 @@ fn face_normals(state: &State<'_>, start: usize, rows: usize, columns: usize) ->
         Coordinates::Three(all) => all[used].into(),
         all => used.map(|c| all.get(c).unwrap_or_default()).collect(),
     };
-    let mut out = Vec::with_capacity((rows - 1) * (columns - 1));
-    let rows: Vec<&[Vec3]> = points.chunks_exact(columns).collect();
-    for pair in rows.windows(2) {
-        for (corners, &below) in pair[0].windows(2).zip(pair[1]) {
-            // Coin's choice: the plane at the first corner, not the mean of the four.
-            let normal = unit((below - corners[0]).cross(corners[1] - corners[0]));
-            out.push(if state.hints.counterclockwise() {
-                normal
-            } else {
-                -normal
-            });
-        }
-    }
-    out
-}
-
-/// A mesh is smooth everywhere, whatever the crease angle (Coin).
-fn smooth(faces: &[Vec3], rows: usize, columns: usize) -> Vec<Vec3> {
-    let mut out = Vec::with_capacity(rows * columns);
-    for r in 0..rows {
-        for c in 0..columns {
-            let mut sum = Vec3::ZERO;
-            for (dr, dc) in [(0, 0), (1, 0), (1, 1), (0, 1)] {
-                if r >= dr && c >= dc && r - dr < rows - 1 && c - dc < columns - 1 {
-                    sum += faces[(r - dr) * (columns - 1) + c - dc];
-                }
-            }
-            out.push(unit(sum));
-        }
-    }
-    out
+    grid_face_normals(&points, columns, state.hints.counterclockwise())
 }
