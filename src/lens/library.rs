@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::diag::{Diagnostic, Result, Sink, Source, nearest};
 use crate::lens::lens::Lens;
 use crate::prescription::formats::origin;
-use crate::prescription::formats::read::{self, Reading};
+use crate::prescription::formats::{Reading, read};
 use crate::prescription::prescription::Prescription;
 
 mod shipped {

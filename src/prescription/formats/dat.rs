@@ -26,6 +26,7 @@ use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::math::LengthUnit;
 use crate::prescription::about::About;
 use crate::prescription::first_order::FirstOrder;
+use crate::prescription::formats::format::Format;
 use crate::prescription::glass::{D_LINE, Medium};
 use crate::prescription::prescription::{Column, Prescription, check};
 use crate::prescription::surface::{Plane, Surface};
@@ -56,6 +57,13 @@ struct Row {
     abbe: Option<f64>,
     spans: [Span; 4],
 }
+/// The paper's and pbrt's four columns, and ISET's with a focal length above them: whatever is no
+/// other format.
+pub static FORMAT: Format = Format {
+    name: "four columns",
+    recognizes: |_| true,
+    read: |source, how, sink| read(source, how.position_first, sink),
+};
 
 /// Reads a table of four or five columns.
 ///

@@ -16,8 +16,15 @@ use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE, Medium};
 use crate::prescription::prescription::{Column, Prescription, check};
 use crate::prescription::surface::{Shape, Surface};
 
+use crate::prescription::formats::format::Format;
 use crate::prescription::formats::index_table::interpolated;
 use crate::prescription::formats::json::{Places, parse};
+/// ISET's JSON.
+pub static FORMAT: Format = Format {
+    name: "JSON of ISET",
+    recognizes: |text| text.trim_start().starts_with('{') && is_iset(text),
+    read: |source, _, sink| read(source, sink),
+};
 
 /// Whether a JSON text is one of these: it speaks of `semi_aperture`, and of no schema.
 pub fn is_iset(text: &str) -> bool {

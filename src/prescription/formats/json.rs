@@ -19,6 +19,7 @@ use serde_json::{Map, Value};
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span, nearest};
 use crate::math::LengthUnit;
+use crate::prescription::formats::format::Format;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
@@ -60,6 +61,12 @@ const FIELDS: [(&str, bool); 26] = [
     ("c_x", true),
     ("coating", false),
 ];
+/// ivcam's own JSON, schema `ivlens-1`.
+pub static FORMAT: Format = Format {
+    name: "JSON",
+    recognizes: |text| text.trim_start().starts_with('{'),
+    read: |source, how, sink| read(source, &how.glasses, sink),
+};
 
 /// Reads a prescription of schema `ivlens-1`.
 pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {

@@ -2,6 +2,7 @@
 
 mod apertures;
 pub mod dat;
+mod format;
 mod index_table;
 pub mod iset;
 pub mod json;
@@ -11,5 +12,15 @@ pub mod seq;
 pub mod write;
 pub mod zmx;
 
+pub use format::{Format, Reading};
 use origin::name_of;
-pub use read::{Format, Reading, read, read_with};
+pub use read::{read, read_with};
+
+/// The formats that are read; a file is in the first that recognizes it.
+pub static FORMATS: [&Format; 5] = [
+    &iset::FORMAT,
+    &json::FORMAT,
+    &zmx::FORMAT,
+    &seq::FORMAT,
+    &dat::FORMAT,
+];

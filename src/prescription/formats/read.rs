@@ -4,31 +4,10 @@ use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 
-use crate::prescription::formats::{dat, iset, json, seq, zmx};
-use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::formats::FORMATS;
+use crate::prescription::formats::format::Reading;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::text;
-
-/// The formats of prescriptions that are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// The paper's and pbrt's four columns, and ISET's with a focal length above them.
-    Columns,
-    /// ivcam's own, schema `ivlens-1`.
-    Json,
-    IsetJson,
-    Zemax,
-    CodeV,
-}
-
-/// Options of reading that a file does not state.
-#[derive(Clone, Debug, Default)]
-pub struct Reading {
-    pub glasses: Catalogue,
-    /// In four columns: whether the second is the distance from the vertex before (the order of
-    /// the older files of Kolb and CS348b) or to the next one. None: as the file itself suggests.
-    pub position_first: Option<bool>,
-}
 
 /// Reads a prescription in any known format.
 ///
@@ -45,53 +24,16 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
 pub fn read_with(source: &Arc<Source>, how: &Reading, sink: &mut Sink) -> Result<Prescription> {
     let source = &text::decoded(source);
     let before = sink.set_source(Some(source.clone()));
-    let result = known(source)
-        .and_then(|()| format(source))
-        .and_then(|format| match format {
-            Format::Json => json::read(source, &how.glasses, sink),
-            Format::IsetJson => iset::read(source, sink),
-            Format::Zemax => zmx::read(source, &how.glasses, sink),
-            Format::CodeV => seq::read(source, &how.glasses, sink),
-            Format::Columns => dat::read(source, how.position_first, sink),
-        });
+    let result = known(source).and_then(|()| {
+        let text = text::text(source);
+        let format = FORMATS.iter().find(|format| (format.recognizes)(text));
+        format.map_or_else(
+            || Err(Diagnostic::error("this is no prescription").at(source, Span::at(0))),
+            |format| (format.read)(source, how, sink),
+        )
+    });
     sink.set_source(before);
     result
-}
-
-/// Recognizes a format by the first words that say anything.
-fn format(source: &Arc<Source>) -> Result<Format> {
-    let text = text::text(source);
-    if text.trim_start().starts_with('{') {
-        let iset = iset::is_iset(text);
-        return Ok(if iset { Format::IsetJson } else { Format::Json });
-    }
-    if is_catalogue(text) {
-        let message = "this is a glass catalogue, not a lens";
-        let error = Diagnostic::error(message).at(source, Span::at(0));
-        return Err(error.with_help("give it as --glass-catalogue FILE.agf"));
-    }
-    let begins = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
-    if begins("SURF 0") && begins("SURF 1") {
-        return Ok(Format::Zemax);
-    }
-    for (start, line) in text::lines(text) {
-        let words = text::words(line.split(['#', '!']).next().unwrap_or(""), start);
-        let Some(first) = words.first() else { continue };
-        let name = first
-            .text
-            .split(';')
-            .next()
-            .unwrap_or("")
-            .to_ascii_uppercase();
-        return Ok(match name.as_str() {
-            "VERS" | "MODE" | "SURF" | "UNIT" => Format::Zemax,
-            "RDM" | "LEN" | "TIT" | "TITLE" | "S" | "SO" | "S0" | "DIM" | "EPD" | "FNO" | "NA"
-            | "NAO" | "WL" | "REF" | "WTW" | "INI" | "YAN" | "XAN" | "YIM" | "PRV" | "IN"
-            | "RES" => Format::CodeV,
-            _ => Format::Columns,
-        });
-    }
-    Ok(Format::Columns)
 }
 
 /// Refuses files that are no prescription, and those of programs that are not read, by name.
@@ -108,6 +50,13 @@ fn known(source: &Arc<Source>) -> Result<()> {
             "this is not text: it is no prescription",
             Span::at(at),
             "of a Zemax archive (.zar, .zos) open and save the lens as `.zmx`",
+        );
+    }
+    if is_catalogue(text) {
+        return refuse(
+            "this is a glass catalogue, not a lens",
+            Span::at(0),
+            "give it as --glass-catalogue FILE.agf",
         );
     }
     let mut lens = None;
@@ -140,24 +89,24 @@ mod tests {
 
     #[test]
     fn a_format_is_known_by_what_the_file_says() {
-        for (text, format_) in [
-            ("# Inch\n10 2 1.5 9\n", Format::Columns),
-            ("VERS 1\r\nMODE SEQ\r\n", Format::Zemax),
-            ("RDM;LEN \"x\"\n", Format::CodeV),
-            ("! old\nlen\ntit 'x'\n", Format::CodeV),
-            (" {\"surfaces\": []}", Format::Json),
-            ("{\"surfaces\": [{\"semi_aperture\": 1}]}", Format::IsetJson),
-            ("", Format::Columns),
+        for (text, name) in [
+            ("# Inch\n10 2 1.5 9\n", "four columns"),
+            ("VERS 1\r\nMODE SEQ\r\n", "Zemax"),
+            ("RDM;LEN \"x\"\n", "CODE V"),
+            ("! old\nlen\ntit 'x'\n", "CODE V"),
+            (" {\"surfaces\": []}", "JSON"),
+            ("{\"surfaces\": [{\"semi_aperture\": 1}]}", "JSON of ISET"),
+            ("", "four columns"),
         ] {
-            let source = Arc::new(Source::new("any.name", text.as_bytes().to_vec()));
-            assert_eq!(format(&source).unwrap(), format_, "{text}");
+            let format = FORMATS.iter().find(|f| (f.recognizes)(text)).unwrap();
+            assert_eq!(format.name, name, "{text}");
         }
         for text in [
             "CC a\nNM A 2\nCD 1 2\n",
             "Copied by leave.\r\nCC a\nNM A 2\nCD 1 2\n",
         ] {
             let agf = Source::new("a.agf", text.as_bytes().to_vec());
-            let error = format(&Arc::new(agf)).unwrap_err();
+            let error = read(&Arc::new(agf), &mut Sink::new()).unwrap_err();
             assert!(error.message.contains("glass catalogue"));
         }
     }

@@ -14,4 +14,4 @@ mod surfaces;
 mod tests;
 mod zoom;
 
-pub use reader::read;
+pub use reader::{FORMAT, read};

@@ -11,6 +11,7 @@ use crate::prescription::prescription::{Prescription, ZoomPosition, check};
 use crate::prescription::surface::Surface;
 use crate::prescription::text::{Word, text};
 
+use crate::prescription::formats::format::{Format, first_word};
 use crate::prescription::formats::seq::commands::{commands, take_private};
 
 /// Commands that say what no straight lens has.
@@ -74,6 +75,18 @@ pub(super) struct Reader<'a> {
     /// The surface that a command without one is about; none at the image.
     pub(super) current: Option<usize>,
 }
+/// CODE V's sequence files, recognized by their first command.
+pub static FORMAT: Format = Format {
+    name: "CODE V",
+    recognizes: |text| COMMANDS.contains(&first_word(text).as_str()),
+    read: |source, how, sink| read(source, &how.glasses, sink),
+};
+
+/// Commands that a file may begin with.
+const COMMANDS: [&str; 22] = [
+    "RDM", "LEN", "TIT", "TITLE", "S", "SO", "S0", "DIM", "EPD", "FNO", "NA", "NAO", "WL", "REF",
+    "WTW", "INI", "YAN", "XAN", "YIM", "PRV", "IN", "RES",
+];
 
 /// Reads a decoded `.seq` file.
 pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {

@@ -12,6 +12,7 @@ use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::{Prescription, check};
 use crate::prescription::surface::{Curvature, Shape, Surface};
 
+use crate::prescription::formats::format::{Format, first_word};
 use crate::prescription::formats::zmx::file::{Block, Line, place, split};
 
 /// A surface of the lens: its number in the file, and the gaps that lie behind it with the numbers
@@ -25,6 +26,16 @@ pub(super) struct Reader<'a> {
     pub(super) source: &'a Arc<Source>,
     pub(super) glasses: &'a Catalogue,
 }
+/// Zemax's sequential files, recognized by their first keyword or two numbered surfaces.
+pub static FORMAT: Format = Format {
+    name: "Zemax",
+    recognizes: |text| {
+        let begins = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
+        (begins("SURF 0") && begins("SURF 1"))
+            || ["VERS", "MODE", "SURF", "UNIT"].contains(&first_word(text).as_str())
+    },
+    read: |source, how, sink| read(source, &how.glasses, sink),
+};
 
 /// Reads a decoded `.zmx` file.
 pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {

@@ -1,0 +1,36 @@
+//! What a file format of prescriptions is: how it is recognized, and who reads it.
+
+use std::sync::Arc;
+
+use crate::diag::{Result, Sink, Source};
+use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::prescription::Prescription;
+use crate::prescription::text;
+
+/// One format.
+pub struct Format {
+    pub name: &'static str,
+    /// Whether a text is in this format, judged by its content.
+    pub recognizes: fn(&str) -> bool,
+    pub read: fn(&Arc<Source>, &Reading, &mut Sink) -> Result<Prescription>,
+}
+
+/// Options of reading that a file does not state.
+#[derive(Clone, Debug, Default)]
+pub struct Reading {
+    pub glasses: Catalogue,
+    /// In four columns: whether the second is the distance from the vertex before (the order of
+    /// the older files of Kolb and CS348b) or to the next one. None: as the file itself suggests.
+    pub position_first: Option<bool>,
+}
+
+/// The first word that is no comment, in capitals; empty if there is none.
+pub fn first_word(text: &str) -> String {
+    text::lines(text)
+        .find_map(|(start, line)| {
+            let words = text::words(line.split(['#', '!']).next().unwrap_or(""), start);
+            let first = words.first()?.text.split(';').next()?;
+            Some(first.to_ascii_uppercase())
+        })
+        .unwrap_or_default()
+}
