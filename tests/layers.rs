@@ -53,9 +53,9 @@ const NEVER: [(&str, &str); 12] = [
     ("diagram", "scene"),
 ];
 
-/// The order inside the large folders. An entry is a file or a folder; what is not named may stand
-/// anywhere.
-const INSIDE: [(&str, &[&str]); 3] = [
+/// The order inside the large folders, each by its path. An entry is a file or a folder; what is not
+/// named may stand anywhere.
+const INSIDE: [(&str, &[&str]); 4] = [
     (
         "iv",
         &[
@@ -68,6 +68,27 @@ const INSIDE: [(&str, &[&str]); 3] = [
             "same",
             "read",
             "write",
+        ],
+    ),
+    (
+        "iv::read",
+        &[
+            "enum_names",
+            "syntax_error",
+            "tokens",
+            "numbers",
+            "values",
+            "binary_values",
+            "header",
+            "upgrade",
+            "assemble",
+            "expand",
+            "cycles",
+            "ascii",
+            "binary",
+            "file",
+            "inline",
+            "open",
         ],
     ),
     (
@@ -333,15 +354,17 @@ fn no_file_of_a_large_folder_imports_one_after_it() {
     let house = House::read();
     let mut wrong = Vec::new();
     for (folder, order) in INSIDE {
+        let folder: Module = folder.split("::").map(str::to_owned).collect();
         let place = |module: &Module| {
-            let inside = module.strip_prefix(&[folder.to_owned()])?.first()?;
+            let inside = module.strip_prefix(&folder[..])?.first()?;
             order.iter().position(|o| o == inside)
         };
         for name in order {
-            let named = vec![folder.to_owned(), (*name).to_owned()];
+            let named = [&folder[..], &[(*name).to_owned()]].concat();
             assert!(
                 house.files.contains_key(&named),
-                "there is no {folder}::{name}"
+                "there is no {}",
+                named.join("::")
             );
         }
         for (module, imports) in &house.imports {

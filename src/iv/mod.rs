@@ -19,5 +19,4 @@ pub use declarations::Route;
 pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
 pub use limits::Limits;
 pub use loader::{Folder, Loader, Nowhere};
-pub use read::Header;
 pub use write::Format;

@@ -5,8 +5,10 @@
 //!
 //! The layers, each of which imports only those before it:
 //!
-//! * `tokens`, `numbers`, `values` and `binary_values` parse bytes and know no document;
-//! * `upgrade` and `assemble` know what a class or field name means, and put nodes together;
+//! * `syntax_error`, `tokens`, `numbers`, `values` and `binary_values` parse bytes with nom, and know
+//!   no document. The nesting of nodes is not theirs: it is a stack of the readers;
+//! * `header`, `upgrade` and `assemble` know what a class or field name means in a version of the
+//!   format, and put nodes together;
 //! * `expand` and `cycles` finish a document: instances of protos, and nodes inside themselves;
 //! * `ascii` and `binary` read the nodes of one file;
 //! * `file`, `inline` and `open` read whole files.
@@ -27,5 +29,3 @@ mod syntax_error;
 mod tokens;
 mod upgrade;
 mod values;
-
-pub use header::Header;

@@ -5,7 +5,7 @@ use nom::error::{ErrorKind, ParseError};
 use nom::{IResult, Parser};
 
 use super::enum_names::EnumNames;
-use super::tokens::first_token;
+use crate::iv::encoding::text;
 
 /// A failed parse. Making one allocates nothing, except for a name that an enumeration lacks.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,9 +66,10 @@ impl SyntaxError<'_> {
     }
 }
 
-/// Says what should stand at a place, and what stands there instead.
+/// Says what should stand at a place, and what stands there instead, up to a blank.
 pub fn expected(what: &str, at: &[u8]) -> String {
-    let token = first_token(at);
+    let end = at.iter().position(|&b| b <= b' ' || b == b',');
+    let token = text(&at[..end.unwrap_or(at.len()).min(24)]);
     if token.is_empty() {
         format!("expected {what}, but the file ends")
     } else {

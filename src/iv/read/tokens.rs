@@ -133,12 +133,6 @@ fn quoted(input: &[u8]) -> Parsed<'_, String> {
     .parse(input)
 }
 
-/// What stands at a place, shortened, for a message.
-pub fn first_token(at: &[u8]) -> String {
-    let end = at.iter().position(|&b| is(b, SPACE)).unwrap_or(at.len());
-    text(&at[..end.min(24)])
-}
-
 /// Past one token: a string, something in brackets or braces, a word, or a single byte.
 pub fn past_token(rest: &[u8]) -> &[u8] {
     match rest.first() {
