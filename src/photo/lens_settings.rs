@@ -10,10 +10,10 @@ use crate::lens::{FilmPlace, Focus, Lens};
 use crate::math::Meters;
 use crate::pose::{CameraPose, FilmPlane};
 
-/// What a report tells of the camera, by name, in the order settings.
+/// The settings of a camera by name, in the order of the report.
 type LensSettings = IndexMap<String, String>;
 
-/// The camera, and the choices that its lens brought with it.
+/// Returns the camera of a plan, and the settings that its lens brought with it.
 pub fn camera(plan: &Plan, pose: &CameraPose, sink: &mut Sink) -> Result<(Camera, LensSettings)> {
     if let Some(plane) = pose.film {
         return Ok(film_alone(plan, plane, pose));

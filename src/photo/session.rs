@@ -37,7 +37,7 @@ pub struct Session {
     pub plan: Plan,
     pub document: Arc<Document>,
     pub scene: Arc<RenderScene>,
-    /// What the scene was compiled for (see [`Camera::projection`]).
+    /// The projection that the scene was compiled for (see [`Camera::projection`]).
     pub(super) seen: Projection,
     pub pose: CameraPose,
     pub camera: Camera,
