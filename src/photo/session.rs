@@ -114,7 +114,7 @@ impl Session {
             let severity = trouble.severity.min(Severity::Warning);
             sink.add(Diagnostic {
                 severity,
-                ..(**trouble).clone()
+                ..trouble.clone()
             });
         }
         seconds.compile += clock.elapsed().as_secs_f64();

@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 
 use crate::diag::Diagnostic;
+use crate::iv::NodeRef;
 
 /// Counts by class, in the order in which classes were first met.
 #[derive(Clone, Debug, Default)]
@@ -25,10 +26,21 @@ pub struct Census {
     /// Corners that were not numbers, and indices out of range.
     pub bad_corners: u64,
     /// What compiling had to say.
-    pub troubles: Vec<Box<Diagnostic>>,
+    pub troubles: Vec<Diagnostic>,
 }
 
 impl Census {
+    /// Counts a node that a walk meets.
+    pub(super) fn see_node(&mut self, node: NodeRef<'_>, handles_are_drawn: bool) {
+        if let Some(class) = node.known_class() {
+            self.see(class.name);
+            let dragged = class.name.ends_with("Dragger") || class.name.ends_with("Manip");
+            if dragged && !handles_are_drawn {
+                self.ignore(class.name, "handles are not drawn without `--handles`");
+            }
+        }
+    }
+
     pub fn see(&mut self, class: &'static str) {
         *self.seen.entry(class).or_default() += 1;
     }

@@ -3,9 +3,10 @@
 //! The scene is moved in f64 so that the compile origin (the camera) is at zero, then kept in
 //! f32. What a picture does not need is left out, and the census says so.
 
-pub mod builder;
+mod canvas;
 mod census;
 pub mod check;
+mod compile;
 mod hit;
 mod inventor_box;
 mod looks;

@@ -3,11 +3,12 @@
 use glam::{DMat4, DVec3};
 use indexmap::IndexMap;
 
-use super::builder::Builder;
+use super::canvas::{BoundsCanvas, Corners, PictureView, grow};
 use super::census::Census;
 use super::inventor_box::InventorBox;
 use super::options::CompileOptions;
 use super::render_scene::RenderScene;
+use super::shapes;
 use crate::diag::Diagnostic;
 use crate::grammar::{class, reset_transform};
 use crate::iv::{NodeId, NodeRef};
@@ -31,11 +32,12 @@ pub struct Survey {
     /// Shapes met, by class.
     pub shapes: IndexMap<&'static str, u64>,
     pub census: Census,
-    pub troubles: Vec<Box<Diagnostic>>,
+    pub troubles: Vec<Diagnostic>,
 }
 
 struct Surveyor<'a> {
-    builder: Builder<'a>,
+    snapshot: &'a Snapshot<'a>,
+    canvas: BoundsCanvas,
     survey: Survey,
     /// Each open separator's matrix and the box of what it holds so far; the root's first.
     open: Vec<(DMat4, Option<InventorBox>)>,
@@ -68,7 +70,7 @@ pub(super) fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Surve
         survey.inventor_bounds = walked(snapshot, options, true).inventor_bounds;
     }
     let found = snapshot.diagnostics().iter().cloned();
-    survey.troubles.extend(found.map(Box::new));
+    survey.troubles.extend(found);
     survey
 }
 
@@ -79,22 +81,23 @@ fn walked(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bool) -
         all_levels,
     };
     let mut surveyor = Surveyor {
-        builder: Builder::surveyor(snapshot, options),
+        snapshot,
+        canvas: BoundsCanvas::new(PictureView::of(options)),
         survey: Survey::default(),
         open: vec![(DMat4::IDENTITY, None)],
         by_own_cameras: options.camera.is_none(),
     };
     traversal::walk(snapshot, &walk_options, &mut surveyor);
     let Surveyor {
-        builder,
+        canvas,
         mut survey,
         open,
         ..
     } = surveyor;
     survey.inventor_bounds = open[0].1.map(|b| b.project());
-    survey.triangles = builder.triangle_count;
-    survey.census = builder.census().clone();
-    survey.troubles = builder.troubles;
+    survey.triangles = canvas.triangle_count;
+    survey.census = canvas.census;
+    survey.troubles = canvas.reports.diagnostics;
     survey
 }
 
@@ -103,13 +106,13 @@ pub(super) fn bounds_of<'a>(
     snapshot: &'a Snapshot<'_>,
     list: &'a [NodeId],
     state: State<'a>,
-) -> Option<(DVec3, DVec3)> {
-    struct Bounds<'a>(Builder<'a>, Option<(DVec3, DVec3)>);
-    impl<'a> Visitor<'a> for Bounds<'a> {
+) -> Option<Corners> {
+    struct Bounds(BoundsCanvas, Option<Corners>);
+    impl<'a> Visitor<'a> for Bounds {
         fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-            self.0.shape(node, state);
-            if let Some((min, max)) = self.0.bounds.take() {
-                super::builder::grow(&mut self.1, min, max);
+            shapes::draw(node, state, &mut self.0);
+            if let Some(bounds) = self.0.bounds.take() {
+                grow(&mut self.1, bounds);
             }
         }
     }
@@ -118,10 +121,23 @@ pub(super) fn bounds_of<'a>(
         max_visits: 100_000,
         ..WalkOptions::default()
     };
-    let builder = Builder::surveyor(snapshot, &CompileOptions::default());
-    let mut bounds = Bounds(builder, None);
+    let picture = PictureView::of(&CompileOptions::default());
+    let mut bounds = Bounds(BoundsCanvas::new(picture), None);
     traversal::walk_list(snapshot, list, state, &options, &mut bounds);
     bounds.1
+}
+
+/// How many pixels of a picture the box around a node's children covers, if somebody looks.
+pub(super) fn screen_area<'a>(
+    snapshot: &'a Snapshot<'_>,
+    node: NodeRef<'a>,
+    state: &State<'a>,
+    picture: &PictureView,
+) -> Option<f64> {
+    let screen = picture.screen()?;
+    let children = &node.data().children;
+    let bounds = bounds_of(snapshot, children, state.clone())?;
+    Some(screen.area(bounds))
 }
 
 /// Whether a node asks Inventor to forget the box of what its separator held so far.
@@ -139,11 +155,11 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
         if let Some(class) = node.known_class() {
             *self.survey.shapes.entry(class.name).or_default() += 1;
         }
-        self.builder.shape(node, state);
-        if let Some((min, max)) = self.builder.bounds {
-            super::builder::grow(&mut self.survey.bounds, min, max);
+        shapes::draw(node, state, &mut self.canvas);
+        if let Some(bounds) = self.canvas.bounds {
+            grow(&mut self.survey.bounds, bounds);
         }
-        if let Some(object) = self.builder.object_bounds
+        if let Some(object) = self.canvas.object_bounds
             && let Some((matrix, _)) = self.open.last()
         {
             let local = matrix.inverse() * state.world_from_object;
@@ -151,8 +167,8 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
                 self.join(InventorBox::new(object, local));
             }
         }
-        self.builder.bounds = None;
-        self.builder.object_bounds = None;
+        self.canvas.bounds = None;
+        self.canvas.object_bounds = None;
     }
 
     fn open(&mut self, state: &State<'a>) {
@@ -183,25 +199,26 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
             .known_class()
             .is_some_and(|c| c.name.ends_with("Viewpoint"));
         if self.by_own_cameras && !is_viewpoint {
-            self.builder.set_camera(pose.clone());
+            self.canvas.picture.camera = Some(pose.clone());
         }
         self.survey.cameras.push(pose);
     }
 
-    fn node(&mut self, node: NodeRef<'a>, role: Role) {
+    fn node(&mut self, node: NodeRef<'a>, _role: Role) {
         if resets_box(node)
             && let Some((_, all)) = self.open.last_mut()
         {
             *all = None;
         }
-        self.builder.node(node, role);
+        let handles = self.snapshot.has_handles();
+        self.canvas.census.see_node(node, handles);
     }
 
     fn screen_area(&mut self, node: NodeRef<'a>, state: &State<'a>) -> Option<f64> {
-        self.builder.screen_area(node, state)
+        screen_area(self.snapshot, node, state, &self.canvas.picture)
     }
 
     fn trouble(&mut self, trouble: Box<Diagnostic>) {
-        self.builder.trouble(trouble);
+        self.canvas.reports.add(*trouble);
     }
 }

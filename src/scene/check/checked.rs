@@ -50,7 +50,7 @@ impl Checked {
     fn diagnostics(&self) -> Vec<&Diagnostic> {
         match &self.document {
             Ok((document, survey)) => {
-                let troubles = survey.troubles.iter().map(|t| &**t);
+                let troubles = survey.troubles.iter();
                 let textures = self.missing.iter().filter_map(|m| m.trouble.as_deref());
                 let all = document.sink.items().iter().chain(troubles);
                 all.chain(textures).collect()

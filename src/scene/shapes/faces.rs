@@ -2,16 +2,14 @@
 
 use glam::Vec3;
 
-use super::cut::Cutter;
-use super::runs::{Broken, Runs};
-use super::vertices::{
-    By, Normals, Place, Vertices, count, faces_are_parts, indices, is_per_vertex, without_index,
-};
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::geometry::{BoxCoordinates, Corner, cut_polygon};
 use crate::grammar::{face_set, indexed_face_set};
 use crate::iv::NodeRef;
-use crate::scene::builder::Builder;
+use crate::scene::canvas::{
+    Broken, By, Canvas, Normals, Place, Runs, Vertices, count, faces_are_parts, indices,
+    is_per_vertex, without_index,
+};
 use crate::traversal::state::{Binding, Language, State};
 
 /// The index fields of an indexed shape.
@@ -22,7 +20,7 @@ pub struct Indices<'a> {
     pub texture: Option<&'a [i32]>,
 }
 
-pub fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let indices = Indices {
         coord: node.get(indexed_face_set::COORD_INDEX),
         normal: indices(node, indexed_face_set::NORMAL_INDEX),
@@ -33,7 +31,7 @@ pub fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Buil
 }
 
 /// Faces by index, of Inventor's shape and of VRML 97's.
-pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let index = indices.coord;
     if index.len() < 3 {
         return;
@@ -58,17 +56,17 @@ pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut Bui
         coord_index: Some(index),
         boxed: None,
     };
-    if out.wants_coordinates() {
+    if out.wants().coordinates {
         let used = faces.all().filter_map(|c| state.coordinates.get(c));
         vertices.boxed = Some(BoxCoordinates::of(used));
     }
-    if out.wants_normals() {
+    if out.wants().normals {
         vertices.normals = normals(&faces, state, normal_binding, false);
     }
     draw(&faces, &vertices, state.hints.convex, out);
 }
 
-pub fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let counts = node.get(face_set::NUM_VERTICES);
     let start = count(node, face_set::START_INDEX);
     let faces = Runs::by_count(counts, start, state.coordinates.len());
@@ -85,11 +83,11 @@ pub fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>)
         coord_index: None,
         boxed: None,
     };
-    if out.wants_coordinates() {
+    if out.wants().coordinates {
         let used = faces.all().filter_map(|c| state.coordinates.get(c));
         vertices.boxed = Some(BoxCoordinates::of(used));
     }
-    if out.wants_normals() {
+    if out.wants().normals {
         vertices.normals = normals(&faces, state, normal_binding, true);
     }
     draw(&faces, &vertices, state.hints.convex, out);
@@ -153,25 +151,25 @@ fn corners(faces: &Runs<'_>, state: &State<'_>, by_position: bool) -> Vec<(u32, 
     corners
 }
 
-fn draw<'a>(faces: &Runs<'_>, vertices: &Vertices<'a, '_>, convex: bool, out: &mut Builder<'a>) {
-    if out.outlines() {
+fn draw<'a>(faces: &Runs<'_>, vertices: &Vertices<'a, '_>, convex: bool, out: &mut dyn Canvas) {
+    if out.wants().outlines {
         return outlines(faces, vertices, out);
     }
-    let mut cutter = Cutter::new(faces, vertices, faces.triangles(), out);
-    for (number, face) in faces.runs.iter().enumerate() {
-        let first = face.start();
-        let point = |corner: usize| {
-            let point = vertices.coordinates.get(faces.coordinate(first + corner));
-            point.unwrap_or_default()
-        };
-        cut_polygon(face.len(), point, convex, |triangle| {
-            cutter.cut(triangle.map(|corner| first + corner), number, number);
-        });
-    }
-    cutter.finish();
+    out.triangles(faces, vertices, faces.triangles(), &mut |list| {
+        for (number, face) in faces.runs.iter().enumerate() {
+            let first = face.start();
+            let point = |corner: usize| {
+                let point = vertices.coordinates.get(faces.coordinate(first + corner));
+                point.unwrap_or_default()
+            };
+            cut_polygon(face.len(), point, convex, |triangle| {
+                list.add(triangle.map(|corner| first + corner), number, number);
+            });
+        }
+    });
 }
 
-fn outlines(faces: &Runs<'_>, vertices: &Vertices<'_, '_>, out: &mut Builder<'_>) {
+fn outlines(faces: &Runs<'_>, vertices: &Vertices<'_, '_>, out: &mut dyn Canvas) {
     let mut count = 0;
     let mut corners: Vec<Corner> = Vec::new();
     for (number, face) in faces.runs.iter().enumerate() {

@@ -1,14 +1,14 @@
 //! Lines and points: strokes with a width in pixels.
 
 use super::markers;
-use super::runs::counted;
-use super::vertices::{Normals, Place, Vertices, count, indices, without_index};
 use crate::geometry::BoxCoordinates;
 use crate::grammar::{
     indexed_line_set, indexed_marker_set, indexed_point_set, line_set, marker_set, point_set,
 };
 use crate::iv::NodeRef;
-use crate::scene::builder::Builder;
+use crate::scene::canvas::{
+    Canvas, Normals, Place, Vertices, count, counted, indices, without_index,
+};
 use crate::traversal::state::{Binding, DrawStyle, Language, State};
 
 fn vertices<'a, 's>(
@@ -16,7 +16,7 @@ fn vertices<'a, 's>(
     material_binding: Binding,
     material_index: Option<&'a [i32]>,
     coord_index: Option<&'a [i32]>,
-    out: &Builder<'_>,
+    out: &dyn Canvas,
 ) -> Vertices<'a, 's> {
     let all = 0..state.coordinates.len();
     let points = all.filter_map(|c| state.coordinates.get(c));
@@ -37,7 +37,7 @@ fn vertices<'a, 's>(
         material_index,
         texture_index: None,
         coord_index,
-        boxed: out.wants_coordinates().then(|| BoxCoordinates::of(points)),
+        boxed: out.wants().coordinates.then(|| BoxCoordinates::of(points)),
     }
 }
 
@@ -52,7 +52,7 @@ fn segments_and_lines(binding: Binding) -> Binding {
     }
 }
 
-pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let counts = node.get(line_set::NUM_VERTICES);
     let start = count(node, line_set::START_INDEX);
@@ -74,7 +74,7 @@ pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>)
     }
 }
 
-pub fn indexed_line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn indexed_line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let index = node.get(indexed_line_set::COORD_INDEX);
     let others = [
@@ -85,7 +85,7 @@ pub fn indexed_line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Buil
 }
 
 /// Lines and points without normals are drawn in their color, as by Coin and SGI.
-fn unlit_without_normals(state: &State<'_>, out: &mut Builder<'_>) {
+fn unlit_without_normals(state: &State<'_>, out: &mut dyn Canvas) {
     if state.normals.is_empty() {
         out.set_unlit();
     }
@@ -97,7 +97,7 @@ pub fn indexed_lines<'a>(
     index: &'a [i32],
     [materials, normals]: [Option<&'a [i32]>; 2],
     state: &State<'a>,
-    out: &mut Builder<'a>,
+    out: &mut dyn Canvas,
 ) {
     let mut binding = segments_and_lines(state.material_binding);
     if state.language == Language::Vrml1 && binding == Binding::PerVertex {
@@ -130,7 +130,7 @@ fn polyline(
     line: &[(usize, usize)],
     vertices: &Vertices<'_, '_>,
     before: (usize, usize, usize),
-    out: &mut Builder<'_>,
+    out: &mut dyn Canvas,
 ) {
     let drawing = &vertices.state.drawing;
     let corner = |i: usize, k: usize| {
@@ -142,7 +142,7 @@ fn polyline(
             part: before.2,
         })
     };
-    if out.outlines() && drawing.style == DrawStyle::Points {
+    if out.wants().outlines && drawing.style == DrawStyle::Points {
         let corners = (0..line.len()).filter_map(|i| corner(i, 0));
         corners.for_each(|c| out.dot(c, drawing.point_size));
         return;
@@ -159,7 +159,7 @@ fn polyline(
 fn points<'a, 's>(
     node: NodeRef<'a>,
     state: &'s State<'a>,
-    out: &Builder<'a>,
+    out: &dyn Canvas,
 ) -> (Vertices<'a, 's>, usize, usize) {
     let start = count(node, point_set::START_INDEX);
     let stated = node.get(point_set::NUM_POINTS);
@@ -173,7 +173,7 @@ fn points<'a, 's>(
     (vertices, start, count)
 }
 
-pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let (vertices, start, count) = points(node, state, out);
     for i in 0..count {
@@ -182,7 +182,7 @@ pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
 }
 
 /// Signs of 5, 7 or 9 pixels at points, facing the camera.
-pub fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     out.set_unlit();
     let (vertices, start, count) = points(node, state, out);
     for i in 0..count {
@@ -190,7 +190,7 @@ pub fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
     }
 }
 
-pub fn indexed_marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn indexed_marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     out.set_unlit();
     let index = node.get(indexed_marker_set::COORD_INDEX);
     let materials = indices(node, indexed_marker_set::MATERIAL_INDEX);
@@ -207,7 +207,7 @@ fn marker<'a>(
     coordinate: usize,
     i: usize,
     node: NodeRef<'a>,
-    out: &mut Builder<'a>,
+    out: &mut dyn Canvas,
 ) {
     let markers = node.get(marker_set::MARKER_INDEX);
     let index = markers.get(i).or(markers.last()).copied().unwrap_or(0);
@@ -216,7 +216,7 @@ fn marker<'a>(
     }
 }
 
-pub fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let index = node.get(indexed_point_set::COORD_INDEX);
     let vertices = vertices(
@@ -233,7 +233,7 @@ pub fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Bui
     }
 }
 
-fn dot(vertices: &Vertices<'_, '_>, coordinate: usize, i: usize, size: f32, out: &mut Builder<'_>) {
+fn dot(vertices: &Vertices<'_, '_>, coordinate: usize, i: usize, size: f32, out: &mut dyn Canvas) {
     if let Some(corner) = vertices.corner(place_of(coordinate, i)) {
         out.dot(corner, size);
     }

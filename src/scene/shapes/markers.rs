@@ -5,22 +5,22 @@ use glam::{DMat4, DVec2, Vec2, Vec3};
 use super::quad;
 use super::screen_aligned::facing;
 use crate::geometry::{Corner, MarkerBitmap, marker_bitmap};
-use crate::scene::builder::Builder;
+use crate::scene::canvas::Canvas;
 
 /// Draws a marker with its middle on the pixel of a corner; a negative index draws none.
-pub fn marker(corner: Corner, index: i32, world_from_object: DMat4, out: &mut Builder<'_>) {
+pub fn marker(corner: Corner, index: i32, world_from_object: DMat4, out: &mut dyn Canvas) {
     let Ok(index) = usize::try_from(index) else {
         return;
     };
     let MarkerBitmap { side, pixels } = marker_bitmap(index);
     let at = world_from_object.transform_point3(corner.position.as_dvec3());
-    let Some(screen) = out.screen() else {
+    let Some(screen) = out.picture().screen() else {
         return out.dot(corner, side as f32);
     };
     let Some(point) = screen.project(at) else {
         return;
     };
-    let middle = DVec2::new(0.0, 0.5 * f64::from(out.pixel_rows() % 2));
+    let middle = DVec2::new(0.0, 0.5 * f64::from(out.picture().rows % 2));
     let low = (point + middle).floor() - middle - point - (side / 2) as f64;
     facing(at, out, |out| {
         for (y, row) in pixels.chunks_exact(side).enumerate() {
@@ -37,7 +37,7 @@ pub fn marker(corner: Corner, index: i32, world_from_object: DMat4, out: &mut Bu
 }
 
 /// Draws a run of pixels in a row.
-fn strip(corner: Corner, low: Vec2, length: f32, out: &mut Builder<'_>) {
+fn strip(corner: Corner, low: Vec2, length: f32, out: &mut dyn Canvas) {
     let at = |x: f32, y: f32| Corner {
         position: Vec3::new(low.x + x, low.y + y, 0.0),
         normal: Vec3::Z,

@@ -7,41 +7,40 @@
 //! 2. `draw_class` here, or `vrml97::draw` for a class of VRML97: one line with its constant.
 //! 3. The function, in the file of its kind. It reads fields by handles, which bring the defaults
 //!    (`node.get(cone::HEIGHT)`), takes what earlier nodes have set from the [`State`], and draws
-//!    into the [`Builder`]. Mathematics that needs no node goes into a file of the same name in
+//!    into the [`Canvas`]. Mathematics that needs no node goes into a file of the same name in
 //!    [`crate::geometry`].
 //!
 //! The test at the end fails while a `rendered` class has no line in the table. A scene in
 //! `tests/golden/shapes/` shows what the class draws.
 
-pub mod cut;
 mod faces;
 mod lines;
 mod markers;
-pub mod nurbs;
+mod nurbs;
 mod quad_mesh;
-mod runs;
 mod screen_aligned;
-pub mod solids;
+mod solids;
 mod strips;
-pub mod text;
-mod vertices;
+mod text;
 mod vrml97;
+
+use glam::DMat4;
 
 use crate::geometry::Corner;
 use crate::grammar::{self, Class, class, complexity, face_set};
 use crate::iv::NodeRef;
-use crate::scene::builder::Builder;
+use crate::scene::canvas::{BoundsCanvas, Canvas};
 use crate::traversal::property::vertex_property;
 use crate::traversal::role::is_vrml97;
 use crate::traversal::state::{DrawStyle, State};
 
 /// Draws a shape node with the state it was met in.
-pub fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let Some(class) = node.known_class() else {
         return;
     };
     if state.drawing.style == DrawStyle::Invisible && !out.ignores_draw_style() {
-        out.census_mut().ignore(class.name, "DrawStyle INVISIBLE");
+        out.census().ignore(class.name, "DrawStyle INVISIBLE");
         return;
     }
     // A shape's own vertex property acts on the shape alone.
@@ -62,16 +61,16 @@ pub fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
         state
     };
     out.begin(node, state);
-    let bad = out.census_mut().bad_corners;
+    let bad = out.census().bad_corners;
     let drawn = draw_whole(class, node, state, out);
     if drawn {
-        out.census_mut().draw(class.name);
+        out.census().draw(class.name);
     } else {
         let why = "this version does not draw it";
-        out.census_mut().ignore(class.name, why);
+        out.census().ignore(class.name, why);
     }
-    if out.census_mut().bad_corners > bad || out.is_collapsed() {
-        out.tell_of_bad_parts(node);
+    if out.census().bad_corners > bad || out.placement().is_collapsed() {
+        out.report_bad_parts(node);
     }
 }
 
@@ -80,11 +79,11 @@ fn draw_whole<'a>(
     class: &'static Class,
     node: NodeRef<'a>,
     state: &State<'a>,
-    out: &mut Builder<'a>,
+    out: &mut dyn Canvas,
 ) -> bool {
     if state.complexity.kind == complexity::TYPE_BOUNDING_BOX
         && !out.ignores_draw_style()
-        && out.draw_box(node, state)
+        && draw_box(node, state, out)
     {
         return true;
     }
@@ -95,11 +94,24 @@ fn draw_whole<'a>(
     }
 }
 
+/// `Complexity` `BOUNDING_BOX`: draws the box around a shape instead of it, if it has one.
+fn draw_box<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) -> bool {
+    let mut bounds = BoundsCanvas::new(out.picture().clone());
+    draw(node, state, &mut bounds);
+    let Some((min, max)) = bounds.object_bounds else {
+        return false;
+    };
+    let center = DMat4::from_translation(0.5 * (min + max));
+    let half = (0.5 * (max - min)).as_vec3();
+    out.with_matrix(center, |out| solids::block(half, false, out));
+    true
+}
+
 fn draw_class<'a>(
     class: &'static Class,
     node: NodeRef<'a>,
     state: &State<'a>,
-    out: &mut Builder<'a>,
+    out: &mut dyn Canvas,
 ) -> bool {
     let mut class = class;
     loop {
@@ -149,8 +161,8 @@ fn draw_class<'a>(
 }
 
 /// A flat polygon of corners in order, as two triangles.
-fn quad(corners: [Corner; 4], out: &mut Builder<'_>) {
-    if out.outlines() {
+fn quad(corners: [Corner; 4], out: &mut dyn Canvas) {
+    if out.wants().outlines {
         out.outline(&corners);
         return;
     }
@@ -167,6 +179,7 @@ mod tests {
     use crate::grammar::{CLASSES, Treatment};
     use crate::iv::{ClassRef, Document, Node};
     use crate::scene::CompileOptions;
+    use crate::scene::canvas::PictureView;
     use crate::snapshot::Snapshot;
     use crate::traversal::role::{Role, role_of};
     use crate::traversal::state::Language;
@@ -216,7 +229,6 @@ mod tests {
     #[test]
     fn whatever_the_catalogue_calls_rendered_is_drawn() {
         let document = one_of_each();
-        let snapshot = Snapshot::at(&document, 0.0);
         let options = CompileOptions::default();
         for (class, node) in CLASSES.iter().zip(0..) {
             if class.treatment != Treatment::Rendered {
@@ -229,9 +241,9 @@ mod tests {
                 "{}: {role:?}",
                 class.name
             );
-            let mut out = Builder::surveyor(&snapshot, &options);
+            let mut out = BoundsCanvas::new(PictureView::of(&options));
             draw(node, &State::new(Language::Inventor), &mut out);
-            let ignored = &out.census().ignored;
+            let ignored = &out.census.ignored;
             assert!(
                 role != Role::Shape || class.name == "Shape" || ignored.is_empty(),
                 "{ignored:?}"

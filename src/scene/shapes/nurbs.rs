@@ -2,7 +2,6 @@
 
 use glam::{DVec2, DVec3, DVec4, Vec2, Vec3};
 
-use super::vertices::{count, indices};
 use crate::geometry::Corner;
 use crate::geometry::nurbs::{Curve, Surface, trim_curve};
 use crate::grammar::{
@@ -11,31 +10,31 @@ use crate::grammar::{
     vrml97_nurbs_surface,
 };
 use crate::iv::{NodeId, NodeRef};
-use crate::scene::builder::Builder;
+use crate::scene::canvas::{Canvas, count, indices};
 use crate::traversal::State;
 use crate::traversal::state::{Coordinates, ProfileCoordinates, TextureCoordinates};
 
-pub fn nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let points: Vec<DVec4> = (0..state.coordinates.len())
         .filter_map(|i| control_point(state, i))
         .collect();
     surface(node, state, points, None, out);
 }
 
-pub fn indexed_nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn indexed_nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let index = node.get(indexed_nurbs_surface::COORD_INDEX);
     let texture = indices(node, indexed_nurbs_surface::TEXTURE_COORD_INDEX);
     surface(node, state, picked(state, index), texture, out);
 }
 
-pub fn nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let points: Vec<DVec4> = (0..state.coordinates.len())
         .filter_map(|i| control_point(state, i))
         .collect();
     curve(node, state, points, out);
 }
 
-pub fn indexed_nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn indexed_nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let index = node.get(indexed_nurbs_curve::COORD_INDEX);
     curve(node, state, picked(state, index), out);
 }
@@ -59,7 +58,7 @@ fn surface<'a>(
     state: &State<'a>,
     points: Vec<DVec4>,
     texture_index: Option<&[i32]>,
-    out: &mut Builder<'a>,
+    out: &mut dyn Canvas,
 ) {
     for p in &points {
         out.bound((p.truncate() / if p.w == 0.0 { 1.0 } else { p.w }).as_vec3());
@@ -78,9 +77,9 @@ fn surface<'a>(
     });
     match made {
         Ok(mesh) => {
-            out.without_counting(|out| out.mesh(&mesh, false));
+            out.curved_mesh(&mesh);
         }
-        Err(why) => out.complain(node, &why),
+        Err(why) => out.report(node, &why),
     }
 }
 
@@ -111,7 +110,7 @@ fn texture_surface(node: NodeRef<'_>, state: &State<'_>, index: Option<&[i32]>) 
 }
 
 /// Trimming loops: profiles linked to one another make one loop.
-fn trims<'a>(state: &State<'a>, out: &mut Builder<'a>, shape: NodeRef<'a>) -> Vec<Vec<DVec2>> {
+fn trims<'a>(state: &State<'a>, out: &mut dyn Canvas, shape: NodeRef<'a>) -> Vec<Vec<DVec2>> {
     let mut loops: Vec<Vec<DVec2>> = Vec::new();
     for profile in state.profiles.iter() {
         let node = profile.node;
@@ -128,7 +127,7 @@ fn trims<'a>(state: &State<'a>, out: &mut Builder<'a>, shape: NodeRef<'a>) -> Ve
             Some(knots) => match trim_curve(&points, knots, state.complexity.value) {
                 Ok(line) => line,
                 Err(why) => {
-                    out.complain(shape, &format!("its trimming: {why}"));
+                    out.report(shape, &format!("its trimming: {why}"));
                     continue;
                 }
             },
@@ -143,7 +142,7 @@ fn trims<'a>(state: &State<'a>, out: &mut Builder<'a>, shape: NodeRef<'a>) -> Ve
     loops
 }
 
-fn curve<'a>(node: NodeRef<'a>, state: &State<'a>, points: Vec<DVec4>, out: &mut Builder<'a>) {
+fn curve<'a>(node: NodeRef<'a>, state: &State<'a>, points: Vec<DVec4>, out: &mut dyn Canvas) {
     for p in &points {
         out.bound((p.truncate() / if p.w == 0.0 { 1.0 } else { p.w }).as_vec3());
     }
@@ -157,7 +156,7 @@ fn curve_through<'a>(
     state: &State<'a>,
     points: Vec<DVec4>,
     knots: &[f32],
-    out: &mut Builder<'a>,
+    out: &mut dyn Canvas,
 ) {
     out.set_unlit();
     let made = Curve::new(points, knots).and_then(|c| c.polyline(state.complexity.value));
@@ -177,7 +176,7 @@ fn curve_through<'a>(
                 );
             }
         }
-        Err(why) => out.complain(node, &why),
+        Err(why) => out.report(node, &why),
     }
 }
 
@@ -209,7 +208,7 @@ pub fn surface97<'a>(
     node: NodeRef<'a>,
     trims: &[Vec<DVec2>],
     state: &State<'a>,
-    out: &mut Builder<'a>,
+    out: &mut dyn Canvas,
 ) {
     let points = weighted(node);
     for p in &points {
@@ -218,7 +217,7 @@ pub fn surface97<'a>(
     let u = count(node, vrml97_nurbs_surface::U_DIMENSION);
     let v = count(node, vrml97_nurbs_surface::V_DIMENSION);
     if u.saturating_mul(v) > points.len() {
-        return out.complain(node, "it has fewer control points than its dimensions say");
+        return out.report(node, "it has fewer control points than its dimensions say");
     }
     let made = Surface::new(
         u,
@@ -239,8 +238,8 @@ pub fn surface97<'a>(
     )
     .and_then(|s| s.tessellate(state.complexity.value, trims, None));
     match made {
-        Ok(mesh) => out.without_counting(|out| out.mesh(&mesh, false)),
-        Err(why) => out.complain(node, &why),
+        Ok(mesh) => out.curved_mesh(&mesh),
+        Err(why) => out.report(node, &why),
     }
 }
 
@@ -274,7 +273,7 @@ fn contour_part(node: NodeRef<'_>, state: &State<'_>) -> Vec<DVec2> {
 }
 
 /// VRML 97's `NurbsCurve`.
-pub fn curve97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn curve97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let points = weighted(node);
     let knots = knots97(
         node,

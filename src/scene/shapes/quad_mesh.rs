@@ -4,17 +4,16 @@ use std::borrow::Cow;
 
 use glam::Vec3;
 
-use super::cut::Cutter;
-use super::runs::Runs;
-use super::vertices::{By, Normals, Vertices, count, is_per_vertex, without_index};
 use crate::geometry::BoxCoordinates;
 use crate::geometry::normals::{grid_face_normals, grid_vertex_normals, unit};
 use crate::grammar::quad_mesh;
 use crate::iv::NodeRef;
-use crate::scene::builder::Builder;
+use crate::scene::canvas::{
+    By, Canvas, Normals, Runs, Vertices, count, is_per_vertex, without_index,
+};
 use crate::traversal::state::{Binding, Coordinates, State};
 
-pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let rows = count(node, quad_mesh::VERTICES_PER_COLUMN);
     let columns = count(node, quad_mesh::VERTICES_PER_ROW);
     let start = count(node, quad_mesh::START_INDEX);
@@ -22,7 +21,7 @@ pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
         .checked_mul(columns)
         .is_some_and(|n| n <= state.coordinates.len().saturating_sub(start));
     if !enough || rows < 1 || columns < 1 {
-        out.census_mut().bad_corners += 1;
+        out.census().bad_corners += 1;
         return;
     }
     out.bound_all((start..start + rows * columns).filter_map(|c| state.coordinates.get(c)));
@@ -42,25 +41,25 @@ pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
         coord_index: None,
         boxed: None,
     };
-    if out.wants_coordinates() {
+    if out.wants().coordinates {
         let used = (start..start + rows * columns).filter_map(|c| state.coordinates.get(c));
         vertices.boxed = Some(BoxCoordinates::of(used));
     }
-    if out.wants_normals() {
+    if out.wants().normals {
         vertices.normals = normals(state, normal_binding, start, rows, columns);
     }
     let whole = Runs::whole(start, rows * columns);
     let triangles = 2 * (rows - 1) * (columns - 1);
-    let mut cutter = Cutter::new(&whole, &vertices, triangles, out);
-    for r in 0..rows - 1 {
-        for c in 0..columns - 1 {
-            let (first, face) = (r * columns + c, r * (columns - 1) + c);
-            let below = first + columns;
-            cutter.cut([first, below, below + 1], face, r);
-            cutter.cut([first, below + 1, first + 1], face, r);
+    out.triangles(&whole, &vertices, triangles, &mut |list| {
+        for r in 0..rows - 1 {
+            for c in 0..columns - 1 {
+                let (first, face) = (r * columns + c, r * (columns - 1) + c);
+                let below = first + columns;
+                list.add([first, below, below + 1], face, r);
+                list.add([first, below + 1, first + 1], face, r);
+            }
         }
-    }
-    cutter.finish();
+    });
 }
 
 fn normals<'a>(

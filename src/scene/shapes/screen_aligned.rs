@@ -7,14 +7,14 @@ use crate::geometry::Corner;
 use crate::geometry::text::PixelText;
 use crate::grammar::{Field, image};
 use crate::iv::NodeRef;
-use crate::scene::builder::Builder;
+use crate::scene::canvas::Canvas;
 use crate::scene::looks::Texture;
 use crate::traversal::state::{State, TextureCoordinates, TextureElement, TextureModel};
 
 /// Draws with a unit of a pixel, facing the camera, around a point of the world. Nothing where
 /// nobody looks or the point is behind the camera.
-pub fn facing<'a>(at: DVec3, out: &mut Builder<'a>, draw: impl FnOnce(&mut Builder<'a>)) {
-    let placed = out.screen().and_then(|screen| {
+pub fn facing(at: DVec3, out: &mut dyn Canvas, draw: impl FnOnce(&mut dyn Canvas)) {
+    let placed = out.picture().screen().and_then(|screen| {
         let scale = DVec3::splat(screen.pixel_at(at)?);
         let turn = screen.camera.orientation;
         Some(DMat4::from_scale_rotation_translation(scale, turn, at))
@@ -30,14 +30,14 @@ const ASPECT: f64 = 4.0 / 3.0;
 /// The corners of the rectangle that Inventor takes for a text at a point of the world, or nothing
 /// where the camera does not see it. Without a camera it is Inventor's default view: the cube from
 /// −1 to 1.
-pub fn seen_around(at: DVec3, text: &PixelText, out: &Builder<'_>) -> Option<[DVec3; 4]> {
+pub fn seen_around(at: DVec3, text: &PixelText, out: &dyn Canvas) -> Option<[DVec3; 4]> {
     let (low, high) = text.rectangle;
     if low.x > high.x {
         return None;
     }
-    let rows = f64::from(out.pixel_rows());
+    let rows = f64::from(out.picture().rows);
     let window = DVec2::new(ASPECT * rows, rows);
-    let (pixel, from_middle, right, up) = match out.screen() {
+    let (pixel, from_middle, right, up) = match out.picture().screen() {
         Some(screen) => {
             let turn = screen.camera.orientation;
             let pixel = DVec2::splat(screen.pixel_at(at)?);
@@ -60,7 +60,7 @@ pub fn seen_around(at: DVec3, text: &PixelText, out: &Builder<'_>) -> Option<[DV
     let (low, high) = (corner + low.as_dvec2(), corner + high.as_dvec2());
     // What touches the right edge is outside, what touches another is not (Coin).
     let outside = low.x >= window.x || low.y > window.y || high.cmplt(DVec2::ZERO).any();
-    let beyond = out.screen().is_none() && at.z.abs() > 1.0;
+    let beyond = out.picture().screen().is_none() && at.z.abs() > 1.0;
     if outside || beyond {
         return None;
     }
@@ -77,12 +77,12 @@ pub fn seen_around(at: DVec3, text: &PixelText, out: &Builder<'_>) -> Option<[DV
 }
 
 /// Letters as pixels, on whole ones of a picture with an even number of columns.
-pub fn pixels(at: DVec3, text: &PixelText, out: &mut Builder<'_>) {
-    let shown = out.screen().and_then(|screen| screen.project(at));
+pub fn pixels(at: DVec3, text: &PixelText, out: &mut dyn Canvas) {
+    let shown = out.picture().screen().and_then(|screen| screen.project(at));
     let (Some(point), false) = (shown, text.coverage.is_empty()) else {
         return;
     };
-    let middle = DVec2::new(0.0, 0.5 * f64::from(out.pixel_rows() % 2));
+    let middle = DVec2::new(0.0, 0.5 * f64::from(out.picture().rows % 2));
     let anchor = DVec2::new(f64::from(text.anchor), 0.0);
     let corner = (point + middle - anchor + 0.5).floor() - middle - point;
     let low = corner.as_vec2() + Vec2::new(text.left as f32, text.bottom as f32);
@@ -92,7 +92,7 @@ pub fn pixels(at: DVec3, text: &PixelText, out: &mut Builder<'_>) {
 }
 
 /// A rectangle with the texture once, in pixels.
-fn rectangle(low: Vec2, size: Vec2, out: &mut Builder<'_>) {
+fn rectangle(low: Vec2, size: Vec2, out: &mut dyn Canvas) {
     let corner = |x: f32, y: f32| Corner {
         position: (low + size * Vec2::new(x, y)).extend(0.0),
         normal: Vec3::Z,
@@ -127,16 +127,19 @@ pub fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 
 /// An `Image`: a picture facing the camera at the origin of its space, pixel for pixel unless the
 /// node states another size.
-pub fn image<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn image<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     out.bound(Vec3::ZERO);
     let inline = node.find(image::IMAGE);
-    let size = out.texture_size().or_else(|| {
-        let image = inline.filter(|i| i.width > 0 && i.height > 0)?;
-        Some((
-            f64::from(image.width) as f32,
-            f64::from(image.height) as f32,
-        ))
-    });
+    let size = out
+        .texture()
+        .map(|t| (t.width as f32, t.height as f32))
+        .or_else(|| {
+            let image = inline.filter(|i| i.width > 0 && i.height > 0)?;
+            Some((
+                f64::from(image.width) as f32,
+                f64::from(image.height) as f32,
+            ))
+        });
     let Some((width, height)) = size else {
         return;
     };

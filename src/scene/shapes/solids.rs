@@ -8,7 +8,8 @@ use super::quad;
 use crate::geometry::{Corner, QuadricKind};
 use crate::grammar::{Field, cone, cube, cylinder, lens_surface, sphere};
 use crate::iv::NodeRef;
-use crate::scene::builder::Builder;
+use crate::scene::canvas::{Canvas, Sides};
+use crate::scene::looks::Texture;
 use crate::traversal::state::{Binding, State};
 
 /// The material of a part: its own where the binding deals them out by part.
@@ -31,7 +32,7 @@ pub fn size(node: NodeRef<'_>, field: Field<f32>) -> f32 {
 }
 
 /// Parts in Inventor's order: front, back, left, right, top, bottom. `PER_FACE` is by part too.
-pub fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let half = 0.5
         * Vec3::new(
             size(node, cube::WIDTH),
@@ -46,7 +47,7 @@ pub fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
 }
 
 /// The six sides of a box, each with the texture once.
-pub fn block(half: Vec3, by_part: bool, out: &mut Builder<'_>) {
+pub fn block(half: Vec3, by_part: bool, out: &mut dyn Canvas) {
     // Outward normal, and the direction in which the texture's s grows.
     const SIDES: [(Vec3, Vec3); 6] = [
         (Vec3::Z, Vec3::X),
@@ -56,7 +57,7 @@ pub fn block(half: Vec3, by_part: bool, out: &mut Builder<'_>) {
         (Vec3::Y, Vec3::X),
         (Vec3::NEG_Y, Vec3::X),
     ];
-    let volume = out.has_volume_texture();
+    let volume = out.texture().is_some_and(Texture::is_deep);
     for (index, (normal, right)) in SIDES.into_iter().enumerate() {
         let up = normal.cross(right);
         let place =
@@ -87,14 +88,14 @@ pub fn block(half: Vec3, by_part: bool, out: &mut Builder<'_>) {
     }
 }
 
-pub fn sphere<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
+pub fn sphere<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
     let radius = f64::from(size(node, sphere::RADIUS));
     out.quadric(QuadricKind::Sphere { radius }, 0);
 }
 
 /// A part of a sphere about its vertex, or of a plane where the radius is 0, as lenses have them.
 /// Seen from both sides; the outside, for indices of refraction, is where y is larger.
-pub fn lens_surface<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
+pub fn lens_surface<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
     let radius = f64::from(node.get(lens_surface::RADIUS));
     let curvature = if radius == 0.0 { 0.0 } else { 1.0 / radius };
     let inner = f64::from(node.get(lens_surface::INNER)).abs();
@@ -102,7 +103,7 @@ pub fn lens_surface<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
     if curvature != 0.0 {
         outer = outer.min(radius.abs());
     }
-    out.set_sides(true, true, false);
+    out.set_sides(Sides::BOTH);
     out.set_refraction(node.get(lens_surface::REFRACTION_INDEX));
     if curvature.is_finite() && outer.is_finite() && outer > inner {
         out.quadric(
@@ -116,7 +117,7 @@ pub fn lens_surface<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
     }
 }
 
-pub fn cylinder<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn cylinder<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let parts = node.get(cylinder::PARTS);
     let radius = f64::from(size(node, cylinder::RADIUS));
     let half_height = 0.5 * f64::from(size(node, cylinder::HEIGHT));
@@ -140,10 +141,10 @@ pub fn cylinder_of(
     half_height: f64,
     parts: [bool; 3],
     materials: [u32; 3],
-    out: &mut Builder<'_>,
+    out: &mut dyn Canvas,
 ) {
     // A cylinder without height is a ring where it is drawn as lines (draggers have such).
-    if parts[0] && radius != 0.0 && (half_height != 0.0 || out.outlines()) {
+    if parts[0] && radius != 0.0 && (half_height != 0.0 || out.wants().outlines) {
         out.quadric(
             QuadricKind::CylinderSide {
                 radius,
@@ -160,7 +161,7 @@ pub fn cylinder_of(
     }
 }
 
-pub fn cone<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn cone<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let parts = node.get(cone::PARTS);
     let radius = f64::from(size(node, cone::BOTTOM_RADIUS));
     let half_height = 0.5 * f64::from(size(node, cone::HEIGHT));
@@ -179,7 +180,7 @@ pub fn cone_of(
     half_height: f64,
     parts: [bool; 2],
     materials: [u32; 2],
-    out: &mut Builder<'_>,
+    out: &mut dyn Canvas,
 ) {
     if parts[0] && half_height != 0.0 {
         out.quadric(

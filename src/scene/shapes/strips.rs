@@ -2,17 +2,16 @@
 
 use glam::Vec3;
 
-use super::cut::Cutter;
-use super::runs::{Broken, Runs};
-use super::vertices::{By, Normals, Vertices, count, indices, is_per_vertex, without_index};
 use crate::geometry::BoxCoordinates;
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::grammar::{indexed_triangle_strip_set, triangle_strip_set};
 use crate::iv::NodeRef;
-use crate::scene::builder::Builder;
+use crate::scene::canvas::{
+    Broken, By, Canvas, Normals, Runs, Vertices, count, indices, is_per_vertex, without_index,
+};
 use crate::traversal::state::{Binding, State};
 
-pub fn indexed_triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn indexed_triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let index = node.get(indexed_triangle_strip_set::COORD_INDEX);
     let strips = Runs::by_index(index, state.coordinates, Broken::Kept, out);
     let mut vertices = Vertices {
@@ -30,7 +29,7 @@ pub fn indexed_triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out:
     finish(&strips, &mut vertices, false, out);
 }
 
-pub fn triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let counts = node.get(triangle_strip_set::NUM_VERTICES);
     let start = count(node, triangle_strip_set::START_INDEX);
     let strips = Runs::by_count(counts, start, state.coordinates.len());
@@ -53,31 +52,31 @@ fn finish<'a>(
     strips: &Runs<'_>,
     vertices: &mut Vertices<'a, '_>,
     by_position: bool,
-    out: &mut Builder<'a>,
+    out: &mut dyn Canvas,
 ) {
-    if out.wants_coordinates() {
+    if out.wants().coordinates {
         let used = strips.all().filter_map(|c| vertices.coordinates.get(c));
         vertices.boxed = Some(BoxCoordinates::of(used));
     }
-    if out.wants_normals() {
+    if out.wants().normals {
         vertices.normals = normals(strips, vertices, by_position);
     }
-    let mut cutter = Cutter::new(strips, vertices, strips.triangles(), out);
-    let mut face = 0;
-    for (part, strip) in strips.runs.iter().enumerate() {
-        // Every other triangle is turned over, so that all face alike.
-        for i in 0..strip.len() - 2 {
-            let at = strip.start() + i;
-            let (a, b) = if i % 2 == 0 {
-                (at, at + 1)
-            } else {
-                (at + 1, at)
-            };
-            cutter.cut([a, b, at + 2], face, part);
-            face += 1;
+    out.triangles(strips, vertices, strips.triangles(), &mut |list| {
+        let mut face = 0;
+        for (part, strip) in strips.runs.iter().enumerate() {
+            // Every other triangle is turned over, so that all face alike.
+            for i in 0..strip.len() - 2 {
+                let at = strip.start() + i;
+                let (a, b) = if i % 2 == 0 {
+                    (at, at + 1)
+                } else {
+                    (at + 1, at)
+                };
+                list.add([a, b, at + 2], face, part);
+                face += 1;
+            }
         }
-    }
-    cutter.finish();
+    });
 }
 
 fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool) -> Normals<'a> {

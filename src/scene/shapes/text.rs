@@ -10,7 +10,7 @@ use crate::grammar::{
     ascii_text, font_style, linear_profile, text, text2, text2_set, text3, vrml97_font_style,
 };
 use crate::iv::NodeRef;
-use crate::scene::builder::Builder;
+use crate::scene::canvas::{Canvas, MaterialsBy, Sides};
 use crate::traversal::State;
 use crate::traversal::state::{Binding, ProfileCoordinates};
 
@@ -51,13 +51,16 @@ fn justify(value: i32) -> Justify {
 }
 
 /// Letters facing the camera, as many pixels high as the font's size says, at the text's origin.
-pub fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let fonts = out.fonts();
+pub fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+    let fonts = out.picture().fonts.clone();
     let text = typeset::pixel_text(node.get(text2::STRING), &style(node, state, &fonts));
     let at = state.world_from_object.transform_point3(DVec3::ZERO);
     out.set_unlit();
     screen_aligned::pixels(at, &text, out);
     out.bound(Vec3::ZERO);
+    if !out.wants().bounds {
+        return;
+    }
     let object_from_world = state.world_from_object.inverse();
     let around = screen_aligned::seen_around(at, &text, out);
     let corners = around.iter().flatten();
@@ -69,10 +72,10 @@ pub fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
 }
 
 /// A `Text2` at each of several points.
-pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let places = node.get(text2_set::POSITION);
     let sides = node.get(text2_set::JUSTIFICATION);
-    let fonts = out.fonts();
+    let fonts = out.picture().fonts.clone();
     let plain = style(node, state, &fonts);
     for (i, line) in node.get(text2_set::STRING).iter().enumerate() {
         let Some(&place) = places.get(i).or(places.last()) else {
@@ -92,7 +95,7 @@ pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>
     }
 }
 
-pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let parts = node.get(text3::PARTS);
     let parts = SolidParts {
         front: parts & text3::PARTS_FRONT != 0,
@@ -100,7 +103,7 @@ pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
         back: parts & text3::PARTS_BACK != 0,
     };
     let profile = profile(state);
-    let fonts = out.fonts();
+    let fonts = out.picture().fonts.clone();
     let style = style(node, state, &fonts);
     let (mesh, laid) = typeset::text3(
         node.get(text3::STRING),
@@ -109,13 +112,16 @@ pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
         profile.as_deref(),
         state.hints.crease_angle,
     );
-    let by_part = matches!(
-        state.material_binding,
-        Binding::PerPart | Binding::PerPartIndexed
-    );
-    out.set_sides(true, false, false);
-    out.mesh(&mesh, by_part);
-    if out.object_bounds.is_some() {
+    let materials = match state.material_binding {
+        Binding::PerPart | Binding::PerPartIndexed => MaterialsBy::Part,
+        _ => MaterialsBy::Vertex,
+    };
+    out.set_sides(Sides {
+        two_sided: false,
+        ..Sides::BOTH
+    });
+    out.mesh(&mesh, materials);
+    if out.inventor_box().is_some() {
         out.set_inventor_box(Some(text3_box(&laid, parts, profile.as_deref())));
     }
 }
@@ -151,13 +157,13 @@ fn profile(state: &State<'_>) -> Option<Vec<Vec2>> {
     (line.len() > 1).then_some(line)
 }
 
-pub fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+pub fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let widths = node.get(ascii_text::WIDTH);
-    let fonts = out.fonts();
+    let fonts = out.picture().fonts.clone();
     let style = style(node, state, &fonts);
     let (mesh, laid) = typeset::ascii_text(node.get(ascii_text::STRING), &style, widths);
-    out.mesh(&mesh, false);
-    if let Some((mut min, mut max)) = out.object_bounds {
+    out.mesh(&mesh, MaterialsBy::Vertex);
+    if let Some((mut min, mut max)) = out.inventor_box() {
         // Inventor's box begins where the line does and is as high as the font (Coin).
         (min.x, max.x) = (f64::from(laid.left), f64::from(laid.right));
         (min.y, max.y) = (f64::from(laid.bottom), f64::from(style.size));
@@ -166,8 +172,8 @@ pub fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
 }
 
 /// VRML 97's `Text`.
-pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
-    let fonts = out.fonts();
+pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+    let fonts = out.picture().fonts.clone();
     let style = node
         .get_node(text::FONT_STYLE)
         .map_or(Vrml97Style::DEFAULT, |f| style97(f, state, &fonts));
@@ -175,9 +181,9 @@ pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
     let most = node.get(text::MAX_EXTENT);
     let strings = node.get(text::STRING);
     let mesh = typeset::vrml97_text(strings, &style, lengths, most);
-    out.set_sides(true, true, false);
-    out.mesh(&mesh, false);
-    if out.object_bounds.is_some() {
+    out.set_sides(Sides::BOTH);
+    out.mesh(&mesh, MaterialsBy::Vertex);
+    if out.inventor_box().is_some() {
         let around = typeset::vrml97_bounds(strings, &style, lengths);
         let flat = |p: Vec2| p.extend(0.0).as_dvec3();
         out.set_inventor_box(around.map(|(low, high)| (flat(low), flat(high))));

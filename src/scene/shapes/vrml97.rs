@@ -5,7 +5,7 @@
 use glam::DVec2;
 
 use super::faces::{Indices, indexed_faces};
-use super::{lines, nurbs, solids, text, vertices};
+use super::{lines, nurbs, solids, text};
 use crate::geometry::{self, ElevationGrid, Extrusion};
 use crate::grammar::{
     ClassId, Field, box_node, class, color, coordinate, elevation_grid, extrusion,
@@ -14,7 +14,7 @@ use crate::grammar::{
     vrml97_nurbs_surface,
 };
 use crate::iv::NodeRef;
-use crate::scene::builder::Builder;
+use crate::scene::canvas::{Canvas, MaterialsBy, Sides, indices};
 use crate::traversal::state::{
     Binding, Coordinates, Diffuse, Language, List, ShapeHints, State, TextureCoordinates,
     VertexOrdering,
@@ -46,7 +46,7 @@ pub fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'a>) {
     };
     let normals = node.get_node(faces97::NORMAL);
     state.normals = normals.map_or(&[], |n| n.get(vrml97_normal::VECTOR));
-    let indexed = vertices::indices(node, faces97::NORMAL_INDEX).is_some();
+    let indexed = indices(node, faces97::NORMAL_INDEX).is_some();
     state.normal_binding = by(node.get(faces97::NORMAL_PER_VERTEX), indexed);
     state.material_binding = Binding::Overall;
     let colors = node
@@ -59,7 +59,7 @@ pub fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'a>) {
     );
     if let Some(colors) = colors {
         state.material.diffuse = Diffuse::Colors(List::Many(colors));
-        let indexed = vertices::indices(node, faces97::COLOR_INDEX).is_some();
+        let indexed = indices(node, faces97::COLOR_INDEX).is_some();
         state.material_binding = match class {
             class::VRML97_POINT_SET => Binding::PerVertex,
             _ => by(node.get(faces97::COLOR_PER_VERTEX), indexed),
@@ -88,7 +88,7 @@ pub fn draw<'a>(
     class: ClassId,
     node: NodeRef<'a>,
     state: &State<'a>,
-    out: &mut Builder<'a>,
+    out: &mut dyn Canvas,
 ) -> bool {
     match class {
         class::BOX_NODE => {
@@ -118,18 +118,15 @@ pub fn draw<'a>(
         class::VRML97_INDEXED_FACE_SET => {
             let indices = Indices {
                 coord: node.get(faces97::COORD_INDEX),
-                normal: vertices::indices(node, faces97::NORMAL_INDEX),
-                material: vertices::indices(node, faces97::COLOR_INDEX),
-                texture: vertices::indices(node, faces97::TEX_COORD_INDEX),
+                normal: indices(node, faces97::NORMAL_INDEX),
+                material: indices(node, faces97::COLOR_INDEX),
+                texture: indices(node, faces97::TEX_COORD_INDEX),
             };
             indexed_faces(&indices, state, out);
         }
         class::VRML97_INDEXED_LINE_SET => lines::indexed_lines(
             node.get(vrml97_indexed_line_set::COORD_INDEX),
-            [
-                vertices::indices(node, vrml97_indexed_line_set::COLOR_INDEX),
-                None,
-            ],
+            [indices(node, vrml97_indexed_line_set::COLOR_INDEX), None],
             state,
             out,
         ),
@@ -154,14 +151,15 @@ fn nurbs_surface<'a>(
     node: NodeRef<'a>,
     trims: &[Vec<DVec2>],
     state: &State<'a>,
-    out: &mut Builder<'a>,
+    out: &mut dyn Canvas,
 ) {
     let solid = node.get(vrml97_nurbs_surface::SOLID);
-    out.set_sides(node.get(vrml97_nurbs_surface::CCW), !solid, solid);
+    let counterclockwise = node.get(vrml97_nurbs_surface::CCW);
+    out.set_sides(Sides::of_solid(solid, counterclockwise));
     nurbs::surface97(node, trims, state, out);
 }
 
-fn extrusion<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
+fn extrusion<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
     let orientation: Vec<glam::Quat> = node
         .get(extrusion::ORIENTATION)
         .iter()
@@ -181,14 +179,14 @@ fn extrusion<'a>(node: NodeRef<'a>, out: &mut Builder<'a>) {
     match made {
         Ok(mesh) => {
             let solid = node.get(extrusion::SOLID);
-            out.set_sides(true, !solid, solid);
-            out.mesh(&mesh, false);
+            out.set_sides(Sides::of_solid(solid, true));
+            out.mesh(&mesh, MaterialsBy::Vertex);
         }
-        Err(why) => out.complain(node, &why),
+        Err(why) => out.report(node, &why),
     }
 }
 
-fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a>) {
+fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let texcoords = match state.texture_coordinates {
         TextureCoordinates::Two(list) => list,
         _ => &[],
@@ -210,9 +208,9 @@ fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
     match made {
         Ok(mesh) => {
             let solid = node.get(elevation_grid::SOLID);
-            out.set_sides(true, !solid, solid);
-            out.mesh(&mesh, false);
-            if let Some((min, mut max)) = out.object_bounds {
+            out.set_sides(Sides::of_solid(solid, true));
+            out.mesh(&mesh, MaterialsBy::Vertex);
+            if let Some((min, mut max)) = out.inventor_box() {
                 // Coin counts a row and a column too many.
                 let side = |count: Field<i32>, step: Field<f32>| {
                     f64::from(node.get(count)) * f64::from(node.get(step))
@@ -222,7 +220,7 @@ fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut Builder<'a
                 out.set_inventor_box(Some((min, max)));
             }
         }
-        Err(why) => out.complain(node, &why),
+        Err(why) => out.report(node, &why),
     }
 }
 

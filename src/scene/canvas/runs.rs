@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::scene::builder::Builder;
+use super::drawing::Canvas;
 use crate::traversal::state::Coordinates;
 
 /// The corners of a face or a strip: positions in the index, or counted from the first coordinate.
@@ -46,7 +46,7 @@ impl<'a> Runs<'a> {
         index: &'a [i32],
         coordinates: Coordinates<'_>,
         broken: Broken,
-        out: &mut Builder<'_>,
+        out: &mut dyn Canvas,
     ) -> Self {
         let mut runs = Vec::with_capacity(index.len() / 4);
         let (mut start, mut bad) = (0, 0);
@@ -71,7 +71,7 @@ impl<'a> Runs<'a> {
             bad += bad_here;
             start += len + 1;
         }
-        out.census_mut().bad_corners += bad;
+        out.census().bad_corners += bad;
         Self {
             index: Some(index),
             first: 0,

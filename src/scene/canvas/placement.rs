@@ -1,0 +1,71 @@
+//! The current shape's matrix, with the compile origin at zero.
+
+use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3};
+
+/// Where a shape stands in the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Placement {
+    /// The point of the world that is the scene's origin.
+    pub origin: DVec3,
+    pub scene_from_object: DAffine3,
+    normal_matrix: DMat3,
+}
+
+impl Placement {
+    /// The world's own axes around an origin.
+    pub fn around(origin: DVec3) -> Self {
+        Self {
+            origin,
+            scene_from_object: DAffine3::IDENTITY,
+            normal_matrix: DMat3::IDENTITY,
+        }
+    }
+
+    /// The placement of a matrix to the world.
+    pub fn moved_to(&self, world_from_object: DMat4) -> Self {
+        let mut affine = DAffine3::from_mat4(world_from_object);
+        affine.translation -= self.origin;
+        let inverse = affine.matrix3.inverse();
+        Self {
+            origin: self.origin,
+            scene_from_object: affine,
+            normal_matrix: if inverse.is_finite() {
+                inverse.transpose()
+            } else {
+                affine.matrix3
+            },
+        }
+    }
+
+    /// The placement under a further matrix.
+    pub fn times(&self, matrix: DMat4) -> Self {
+        let mut world = self.scene_from_object;
+        world.translation += self.origin;
+        self.moved_to(DMat4::from(world) * matrix)
+    }
+
+    /// Whether the matrix leaves a line or a point of a shape: a scale of 0 in two directions.
+    pub fn is_collapsed(&self) -> bool {
+        let m = self.scene_from_object.matrix3;
+        let areas = [
+            m.x_axis.cross(m.y_axis),
+            m.y_axis.cross(m.z_axis),
+            m.z_axis.cross(m.x_axis),
+        ];
+        areas.iter().all(|area| *area == DVec3::ZERO)
+    }
+
+    /// A point of the shape in the scene.
+    #[inline]
+    pub fn point(&self, p: Vec3) -> Vec3 {
+        let moved = self.scene_from_object.transform_point3(p.as_dvec3());
+        moved.as_vec3()
+    }
+
+    /// A normal of the shape in the scene, of length 1 or 0.
+    #[inline]
+    pub fn normal(&self, normal: Vec3) -> Vec3 {
+        let turned = self.normal_matrix * normal.as_dvec3();
+        turned.normalize_or_zero().as_vec3()
+    }
+}

@@ -1,0 +1,240 @@
+//! How the current shape looks: its surface with material, texture and lights.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use glam::{DVec3, DVec4, Vec3, Vec4};
+
+use super::scene_builder::SceneBuilder;
+use crate::iv::{NodeId, NodeRef};
+use crate::scene::looks::{
+    CornerNormals, Filter, Light, Mapping, Repeat, Surface, Texture, TextureUse, texture,
+};
+use crate::traversal::state::{
+    Binding, Diffuse, DrawStyle, Drawing, LightElement, State, TextureCoordinates, TextureModel,
+};
+
+/// Lights and textures that shapes share.
+#[derive(Debug, Default)]
+pub(super) struct Shared {
+    light_sets: HashMap<*const Vec<LightElement>, (u32, Arc<Vec<LightElement>>)>,
+    decoded: HashMap<NodeId, Option<Arc<Texture>>>,
+}
+
+impl Shared {
+    /// How many lights there are.
+    pub(super) fn lights(&self) -> u64 {
+        let sets = self.light_sets.values();
+        let lights: HashSet<NodeId> = sets
+            .flat_map(|(_, set)| set.iter().map(|l| l.node))
+            .collect();
+        lights.len() as u64
+    }
+}
+
+impl SceneBuilder {
+    /// The surface of a shape that is about to be drawn.
+    pub(super) fn surface(&mut self, node: NodeRef<'_>, state: &State<'_>) -> Surface {
+        let m = &state.material;
+        let (mut diffuse, mut transparency) = match m.diffuse {
+            Diffuse::Packed(_) => {
+                let n = m.diffuse_count();
+                (
+                    (0..n).map(|i| m.diffuse_at(i)).collect::<Vec<_>>(),
+                    (0..n).map(|i| m.transparency_at(i)).collect::<Vec<_>>(),
+                )
+            }
+            Diffuse::Colors(c) => (
+                (0..c.len()).map(|i| c.at(i)).collect(),
+                (0..m.transparency.len())
+                    .map(|i| m.transparency.at(i))
+                    .collect(),
+            ),
+        };
+        if state.material_binding == Binding::Overall {
+            diffuse.truncate(1);
+            transparency.truncate(1);
+        }
+        for t in &mut transparency {
+            *t = if t.is_finite() {
+                t.clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+        }
+        let mut emissive = m.emissive;
+        if let Some(highlight) = state.highlight {
+            emissive = highlight.color;
+            if highlight.diffuse_too {
+                diffuse = vec![highlight.color];
+            }
+        }
+        let texture = self.texture_use(state);
+        self.scene.census.transparent |= transparency.iter().any(|&t| t > 0.0)
+            || texture.as_ref().is_some_and(|t| t.texture.has_alpha());
+        Surface {
+            shape: self.shape.number,
+            class: node.known_class().map_or("", |c| c.name),
+            ambient: m.ambient,
+            diffuse,
+            specular: m.specular,
+            emissive,
+            shininess: m.shininess,
+            transparency,
+            refraction: m.refraction,
+            base_color: state.base_color,
+            two_sided: state.hints.two_sided(),
+            culls: state.hints.culls(),
+            counterclockwise: state.hints.counterclockwise(),
+            layer: layer(&state.drawing),
+            casts_shadow: state.casts_shadow,
+            on_top: state.on_top,
+            environment: state.environment,
+            lights: self.light_set(&state.lights),
+            texture,
+            clip: state
+                .clip_planes
+                .iter()
+                .map(|(n, d)| (n.as_vec3(), (d - n.dot(self.scene.origin)) as f32))
+                .collect(),
+            first: self.scene.triangles.len() as u32,
+            normals: CornerNormals::default(),
+            materials: Vec::new(),
+            coordinates: Vec::new(),
+            thirds: Vec::new(),
+            center: Vec3::ZERO,
+        }
+    }
+
+    fn light_set(&mut self, lights: &Arc<Vec<LightElement>>) -> u32 {
+        if let Some((index, _)) = self.shared.light_sets.get(&Arc::as_ptr(lights)) {
+            return *index;
+        }
+        let set = if self.options.needs.lights {
+            lights
+                .iter()
+                .map(|l| Light::new(l, self.scene.origin))
+                .collect()
+        } else {
+            Vec::new()
+        };
+        let index = self.scene.light_sets.len() as u32;
+        self.scene.light_sets.push(Arc::new(set));
+        // Holding the list keeps its address its own.
+        self.shared
+            .light_sets
+            .insert(Arc::as_ptr(lights), (index, lights.clone()));
+        index
+    }
+
+    fn texture_use(&mut self, state: &State<'_>) -> Option<TextureUse> {
+        let element = state.texture?;
+        if !self.options.needs.textures {
+            self.scene.census.textures_left_out += 1;
+            return None;
+        }
+        if element.quality <= 0.0 {
+            return None; // Inventor's way to switch textures off
+        }
+        let id = element.node.id;
+        if !self.shared.decoded.contains_key(&id) {
+            let decoded = match texture::decode(element.node, &self.options.texture_folders) {
+                Ok(t) => t.map(Arc::new),
+                Err(trouble) => {
+                    self.reports.add(*trouble);
+                    None
+                }
+            };
+            self.scene.census.textures += u64::from(decoded.is_some());
+            self.scene.textures.extend(decoded.clone());
+            self.shared.decoded.insert(id, decoded);
+        }
+        let texture = self.shared.decoded.get(&id)?.clone()?;
+        Some(TextureUse {
+            texture,
+            model: element.model,
+            blend_color: element.blend_color,
+            repeat: Repeat {
+                s: element.repeat_s,
+                t: element.repeat_t,
+                r: element.repeat_r,
+            },
+            filter: Filter::of(element.quality),
+            matrix: state.texture_matrix,
+            mapping: self.mapping(state),
+        })
+    }
+
+    fn mapping(&self, state: &State<'_>) -> Mapping {
+        match state.texture_coordinates {
+            TextureCoordinates::Plane { s, t } => {
+                // The two are length-scaled: a direction of length 2 repeats every 2 units.
+                let row = |v: Vec3| {
+                    let v = v.as_dvec3();
+                    self.plane((v / v.length_squared().max(1e-30)).extend(0.0))
+                };
+                Mapping::Plane {
+                    s: row(s),
+                    t: row(t),
+                }
+            }
+            TextureCoordinates::Object { s, t } => Mapping::Plane {
+                s: self.plane(s.as_dvec4()),
+                t: self.plane(t.as_dvec4()),
+            },
+            TextureCoordinates::Environment => {
+                let turn = self
+                    .picture
+                    .camera
+                    .as_ref()
+                    .map_or(glam::DQuat::IDENTITY, |c| c.orientation);
+                Mapping::Environment {
+                    right: (turn * DVec3::X).as_vec3(),
+                    up: (turn * DVec3::Y).as_vec3(),
+                }
+            }
+            _ => Mapping::Stored,
+        }
+    }
+
+    /// A linear function of the shape's own space as one of the scene.
+    fn plane(&self, v: DVec4) -> Vec4 {
+        let object = self.placement.scene_from_object.inverse();
+        let normal = object.matrix3.transpose() * v.truncate();
+        let distance = v.truncate().dot(object.translation) + v.w;
+        normal.extend(distance).as_vec4()
+    }
+
+    /// Replaces the current shape's texture by letters, texel for texel.
+    pub(super) fn put_letters(&mut self, letters: Texture) {
+        let Some(surface) = self.scene.surfaces.last_mut() else {
+            return;
+        };
+        surface.texture = Some(TextureUse {
+            texture: Arc::new(letters),
+            model: TextureModel::Modulate,
+            blend_color: Vec3::ZERO,
+            repeat: Repeat::NONE,
+            filter: Filter::Nearest,
+            matrix: glam::Mat4::IDENTITY,
+            mapping: Mapping::Stored,
+        });
+        self.shape.uses.coordinates = true;
+        self.scene.census.transparent = true;
+    }
+}
+
+/// 0 for faces that are pushed back, 1 for most, 2 for those that are pulled forward.
+fn layer(drawing: &Drawing) -> u8 {
+    let style = match drawing.style {
+        DrawStyle::Filled => 1,
+        DrawStyle::Lines => 2,
+        DrawStyle::Points => 4,
+        DrawStyle::Invisible => 0,
+    };
+    match drawing.offset {
+        1 if drawing.offset_styles & style != 0 => 0,
+        -1 if drawing.offset_styles & style != 0 => 2,
+        _ => 1,
+    }
+}

@@ -1,0 +1,8 @@
+//! Compiles a walk into a scene: the canvas that keeps triangles and materials.
+
+mod appearance;
+mod numbers;
+mod scene_builder;
+mod strokes;
+mod triangles;
+mod walk;

@@ -1,0 +1,347 @@
+//! Collects surfaces and primitives while a walk goes on.
+
+use glam::{DVec3, Vec3};
+
+use super::appearance::Shared;
+use super::strokes;
+use crate::diag::Diagnostic;
+use crate::geometry::{Corner, Mesh, Quadric, QuadricKind, facets};
+use crate::iv::NodeRef;
+use crate::scene::canvas::{
+    Canvas, MaterialsBy, PictureView, Placement, Reports, Runs, Sides, TriangleList, Vertices,
+    Wants,
+};
+use crate::scene::census::Census;
+use crate::scene::looks::{Mapping, Texture};
+use crate::scene::options::CompileOptions;
+use crate::scene::render_scene::RenderScene;
+use crate::traversal::state::{DrawStyle, Drawing, State};
+
+/// Which lists of the current shape's triangles are filled.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Uses {
+    pub normals: bool,
+    pub materials: bool,
+    pub coordinates: bool,
+    pub thirds: bool,
+}
+
+/// What is known of the current shape while it is drawn.
+#[derive(Debug)]
+pub(super) struct CurrentShape {
+    /// Shapes before it.
+    pub number: u32,
+    pub complexity: f32,
+    /// Whole, as edges or as corners.
+    pub drawing: Drawing,
+    pub uses: Uses,
+    /// Pixels of the line pattern used so far.
+    pub pattern_at: f32,
+    /// The normal of the face whose edges or corners are being drawn; zero for lines of their own.
+    pub face_normal: Vec3,
+}
+
+impl CurrentShape {
+    /// Whether faces are drawn as their edges or corners.
+    pub fn outlines(&self) -> bool {
+        matches!(self.drawing.style, DrawStyle::Lines | DrawStyle::Points)
+    }
+}
+
+/// The surface of each primitive, by their kinds.
+#[derive(Debug, Default)]
+pub(super) struct Owners {
+    pub triangles: Vec<u32>,
+    pub quadrics: Vec<u32>,
+    pub strokes: Vec<u32>,
+}
+
+/// The canvas that keeps triangles, quadrics, lines and what they look like.
+pub(super) struct SceneBuilder {
+    pub options: CompileOptions,
+    pub picture: PictureView,
+    pub placement: Placement,
+    pub scene: RenderScene,
+    pub owners: Owners,
+    pub shared: Shared,
+    pub shape: CurrentShape,
+    pub reports: Reports,
+    /// More primitives were drawn than are kept.
+    pub over_limit: bool,
+    shapes: u32,
+    /// Memory for the moved points of a shape, to use again.
+    pub points: Vec<Vec3>,
+}
+
+impl SceneBuilder {
+    pub fn new(options: &CompileOptions) -> Self {
+        Self {
+            picture: PictureView::of(options),
+            placement: Placement::around(options.origin),
+            scene: RenderScene {
+                origin: options.origin,
+                view: strokes::view(options),
+                ..RenderScene::default()
+            },
+            owners: Owners::default(),
+            shared: Shared::default(),
+            shape: CurrentShape {
+                number: 0,
+                complexity: 0.5,
+                drawing: Drawing::DEFAULT,
+                uses: Uses::default(),
+                pattern_at: 0.0,
+                face_normal: Vec3::ZERO,
+            },
+            reports: Reports::default(),
+            over_limit: false,
+            shapes: 0,
+            points: Vec::new(),
+            options: options.clone(),
+        }
+    }
+
+    /// The triangles since the last time belong to the last surface.
+    pub fn own(&mut self) {
+        let owner = self.scene.surfaces.len().saturating_sub(1) as u32;
+        let triangles = self.scene.triangles.len();
+        self.owners.triangles.resize(triangles, owner);
+    }
+
+    pub fn last_surface(&self) -> u32 {
+        self.scene.surfaces.len() as u32 - 1
+    }
+
+    /// Makes room for as many triangles of the current shape as are to come at most.
+    pub fn reserve(&mut self, triangles: usize) {
+        if self.shape.outlines() {
+            return;
+        }
+        let kept = self.scene.triangles.len();
+        let room = self.options.max_primitives.saturating_sub(kept);
+        let triangles = triangles.min(room);
+        self.scene.triangles.reserve(triangles);
+        let Some(surface) = self.scene.surfaces.last_mut() else {
+            return;
+        };
+        let uses = self.shape.uses;
+        if uses.normals {
+            surface.normals.reserve(triangles);
+        }
+        if uses.materials {
+            surface.materials.reserve_exact(triangles);
+        }
+        if uses.coordinates {
+            surface.coordinates.reserve_exact(triangles);
+        }
+    }
+
+    /// How many primitives can still be kept.
+    fn left(&self) -> usize {
+        let (triangles, quadrics, strokes) = self.scene.primitives();
+        let kept = triangles + quadrics + strokes;
+        self.options.max_primitives.saturating_sub(kept)
+    }
+
+    /// How many of so many triangles more can be kept; they are counted.
+    pub fn room(&mut self, triangles: usize) -> usize {
+        let left = self.left();
+        if triangles > left {
+            self.report_the_limit();
+        }
+        let room = triangles.min(left);
+        self.scene.census.triangles += room as u64;
+        room
+    }
+
+    pub fn has_no_room(&mut self) -> bool {
+        let full = self.left() == 0;
+        if full {
+            self.report_the_limit();
+        }
+        full
+    }
+
+    fn report_the_limit(&mut self) {
+        if !self.over_limit {
+            self.over_limit = true;
+            let most = self.options.max_primitives;
+            let warning = Diagnostic::warning(format!(
+                "the scene has more than {most} primitives; the rest is left out"
+            ));
+            let help = "`--scene-limit primitives=N` raises this";
+            self.reports.add(*warning.with_help(help));
+        }
+    }
+
+    /// Draws a round shape as polygons.
+    fn facets(&mut self, kind: QuadricKind, material: u32) {
+        for polygon in facets(kind, self.shape.complexity, material) {
+            if self.shape.outlines() {
+                self.edges(&polygon);
+                continue;
+            }
+            for pair in polygon[1..].windows(2) {
+                self.keep_triangle([polygon[0], pair[0], pair[1]]);
+            }
+        }
+    }
+}
+
+impl Canvas for SceneBuilder {
+    fn wants(&self) -> Wants {
+        Wants {
+            normals: self.options.needs.normals,
+            coordinates: self.shape.uses.coordinates,
+            outlines: self.shape.outlines(),
+            bounds: false,
+        }
+    }
+
+    fn picture(&self) -> &PictureView {
+        &self.picture
+    }
+
+    fn ignores_draw_style(&self) -> bool {
+        self.options.ignore_draw_style
+    }
+
+    fn begin(&mut self, node: NodeRef<'_>, state: &State<'_>) {
+        self.placement = self.placement.moved_to(state.world_from_object);
+        self.shape.number = self.shapes;
+        self.shapes += 1;
+        self.shape.drawing = if self.options.ignore_draw_style {
+            Drawing::DEFAULT
+        } else {
+            state.drawing
+        };
+        self.shape.complexity = state.complexity.value;
+        let surface = self.surface(node, state);
+        self.scene.special |= surface.culls || surface.on_top || !surface.clip.is_empty();
+        self.scene.annotated |= surface.on_top;
+        let texture = surface.texture.as_ref();
+        self.shape.uses = Uses {
+            normals: self.options.needs.normals,
+            materials: surface.diffuse.len() > 1 || surface.transparency.len() > 1,
+            coordinates: texture.is_some_and(|t| t.mapping == Mapping::Stored),
+            thirds: texture.is_some_and(|t| t.texture.is_deep()),
+        };
+        self.own();
+        self.scene.surfaces.push(surface);
+    }
+
+    fn placement(&self) -> &Placement {
+        &self.placement
+    }
+
+    fn set_placement(&mut self, placement: Placement) {
+        self.placement = placement;
+    }
+
+    fn texture(&self) -> Option<&Texture> {
+        Some(&self.scene.surfaces.last()?.texture.as_ref()?.texture)
+    }
+
+    fn set_sides(&mut self, sides: Sides) {
+        if let Some(surface) = self.scene.surfaces.last_mut() {
+            surface.counterclockwise = sides.counterclockwise;
+            surface.two_sided = sides.two_sided;
+            // A shape that is cut open shows its inside.
+            surface.culls = sides.culls && surface.clip.is_empty();
+            self.scene.special |= surface.culls;
+        }
+    }
+
+    fn set_unlit(&mut self) {
+        if let Some(surface) = self.scene.surfaces.last_mut() {
+            surface.base_color = true;
+        }
+    }
+
+    fn set_refraction(&mut self, index: f32) {
+        if let Some(surface) = self.scene.surfaces.last_mut() {
+            surface.refraction = index;
+        }
+    }
+
+    fn set_letters(&mut self, letters: Texture) {
+        self.put_letters(letters);
+    }
+
+    fn triangles(
+        &mut self,
+        runs: &Runs<'_>,
+        vertices: &Vertices<'_, '_>,
+        most: usize,
+        cut: &mut dyn FnMut(&mut TriangleList<'_>),
+    ) {
+        self.keep_triangles(runs, vertices, most, cut);
+    }
+
+    fn triangle(&mut self, corners: [Corner; 3]) {
+        self.keep_triangle(corners);
+    }
+
+    fn outline(&mut self, corners: &[Corner]) {
+        self.edges(corners);
+    }
+
+    fn mesh(&mut self, mesh: &Mesh, materials: MaterialsBy) {
+        self.keep_mesh(mesh, materials);
+    }
+
+    fn quadric(&mut self, kind: QuadricKind, material: u32) {
+        // A texture with depth needs the exact points.
+        let cuts = self.options.needs.facets && !self.shape.uses.thirds;
+        if cuts || self.shape.outlines() {
+            return self.facets(kind, material);
+        }
+        if self.has_no_room() {
+            return;
+        }
+        match Quadric::new(kind, self.placement.scene_from_object, material) {
+            Some(quadric) if is_box_in_reach(quadric.bounds()) => {
+                self.scene.census.quadrics += 1;
+                self.scene.quadrics.push(quadric);
+                self.owners.quadrics.push(self.last_surface());
+            }
+            Some(_) => self.scene.census.bad_corners += 1,
+            // Pressed flat, it has no inside that a ray could be asked about.
+            None => self.facets(kind, material),
+        }
+    }
+
+    fn begin_line(&mut self) {
+        self.shape.pattern_at = 0.0;
+    }
+
+    fn line(&mut self, ends: [Corner; 2], width: f32) {
+        self.stroke(ends, width);
+    }
+
+    fn census(&mut self) -> &mut Census {
+        &mut self.scene.census
+    }
+
+    fn report(&mut self, node: NodeRef<'_>, what: &str) {
+        self.reports.not_drawn(node, what);
+    }
+
+    fn report_bad_parts(&mut self, node: NodeRef<'_>) {
+        self.reports.bad_parts(node);
+    }
+}
+
+/// Points farther away than this are left out: the squares of distances are no `f32` any more.
+const FARTHEST: f32 = 1e18;
+
+/// Whether a point can be drawn: finite, and not too far away.
+#[inline]
+pub(super) fn in_reach(p: Vec3) -> bool {
+    let reaches = |v: f32| v.abs() < FARTHEST; // not so for NaN
+    reaches(p.x) & reaches(p.y) & reaches(p.z)
+}
+
+fn is_box_in_reach((min, max): (DVec3, DVec3)) -> bool {
+    in_reach(min.as_vec3()) && in_reach(max.as_vec3())
+}

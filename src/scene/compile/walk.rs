@@ -1,0 +1,134 @@
+//! Walks a snapshot into the scene builder.
+
+use super::scene_builder::SceneBuilder;
+use crate::diag::{Diagnostic, Result};
+use crate::iv::{NodeRef, Value};
+use crate::scene::canvas::Canvas;
+use crate::scene::looks::Background;
+use crate::scene::options::CompileOptions;
+use crate::scene::render_scene::RenderScene;
+use crate::scene::{shapes, survey};
+use crate::snapshot::Snapshot;
+use crate::traversal::property::fog97;
+use crate::traversal::role::Role;
+use crate::traversal::state::{EnvironmentElement, FogKind, State};
+use crate::traversal::{self, Visitor, WalkOptions};
+
+/// Room for more triangles is made as they come.
+const MOST_EXPECTED: usize = 1 << 18;
+
+struct Compiler<'a> {
+    snapshot: &'a Snapshot<'a>,
+    builder: SceneBuilder,
+    background_set: bool,
+    /// The first VRML 97 `Fog`, with the environment it stands in.
+    fog: Option<Option<EnvironmentElement>>,
+}
+
+impl RenderScene {
+    /// Walks the snapshot and compiles what it draws.
+    ///
+    /// # Errors
+    /// A scene with more primitives than can be numbered.
+    pub fn compile(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Result<Self> {
+        let walk_options = WalkOptions {
+            camera: options.camera.clone(),
+            max_visits: options.max_visits,
+            ..WalkOptions::default()
+        };
+        let mut compiler = Compiler {
+            snapshot,
+            builder: SceneBuilder::new(options),
+            background_set: false,
+            fog: None,
+        };
+        compiler.reserve_all();
+        traversal::walk(snapshot, &walk_options, &mut compiler);
+        compiler.finish()
+    }
+}
+
+impl Compiler<'_> {
+    /// Makes room for as many triangles as the document's lists can give, used once: memory that
+    /// is not written to costs nothing, and lists that grow are copied.
+    fn reserve_all(&mut self) {
+        let nodes = &self.snapshot.document().nodes;
+        let entries = nodes
+            .iter()
+            .flat_map(|n| &n.fields)
+            .map(|f| match &f.value {
+                Value::Ints(list) => list.len(),
+                Value::Vec3s(list) => list.len(),
+                _ => 0,
+            });
+        let most = entries.sum::<usize>().min(MOST_EXPECTED);
+        let most = most.min(self.builder.options.max_primitives);
+        self.builder.scene.triangles.reserve(most);
+        self.builder.owners.triangles.reserve(most);
+    }
+
+    fn finish(self) -> Result<RenderScene> {
+        let mut builder = self.builder;
+        builder.own();
+        let mut scene = builder.scene;
+        if let Some(Some(fog)) = self.fog {
+            let surfaces = scene.surfaces.iter_mut();
+            for surface in surfaces.filter(|s| s.environment.fog == FogKind::None) {
+                let (fog, fog_color, visibility) = (fog.fog, fog.fog_color, fog.visibility);
+                surface.environment = EnvironmentElement {
+                    fog,
+                    fog_color,
+                    visibility,
+                    ..surface.environment
+                };
+            }
+        }
+        let mut owners = builder.owners;
+        scene.owners = owners.triangles;
+        scene.owners.append(&mut owners.quadrics);
+        scene.owners.append(&mut owners.strokes);
+        scene.census.lights = builder.shared.lights();
+        scene.census.troubles = builder.reports.diagnostics;
+        scene.finalize()?;
+        Ok(scene)
+    }
+}
+
+impl<'a> Visitor<'a> for Compiler<'a> {
+    fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        shapes::draw(node, state, &mut self.builder);
+    }
+
+    fn node(&mut self, node: NodeRef<'a>, _role: Role) {
+        let handles = self.snapshot.has_handles();
+        self.builder.census().see_node(node, handles);
+    }
+
+    fn bindable(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        let is_fog = node.known_class().is_some_and(|c| c.name.ends_with("Fog"));
+        if is_fog {
+            self.fog.get_or_insert_with(|| fog97(node, state));
+        } else if !self.background_set {
+            self.background_set = true;
+            let options = &self.builder.options;
+            let pictures = options.needs.textures.then_some(&*options.texture_folders);
+            let (background, diagnostics) = Background::of(node, state, pictures);
+            self.builder.scene.background = background;
+            diagnostics
+                .into_iter()
+                .for_each(|d| self.builder.reports.add(*d));
+        }
+    }
+
+    fn screen_area(&mut self, node: NodeRef<'a>, state: &State<'a>) -> Option<f64> {
+        survey::screen_area(self.snapshot, node, state, self.builder.picture())
+    }
+
+    fn trouble(&mut self, trouble: Box<Diagnostic>) {
+        self.builder.reports.add(*trouble);
+    }
+
+    fn is_full(&self) -> bool {
+        self.builder.over_limit
+    }
+}
