@@ -1,7 +1,7 @@
-//! Which boxes of a binary tree become boxes of wide nodes.
+//! Collapses a binary tree into nodes of eight boxes.
 //!
-//! By the surface area heuristic, exactly: of all ways to gather a binary tree into nodes of eight
-//! the one is taken that a ray is expected to test the fewest nodes and blocks of (Ylitie, Karras
+//! Of all ways to do so, the one is chosen for which a ray is expected to test the fewest nodes and
+//! blocks by the surface area heuristic (Ylitie, Karras
 //! and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Bvh BVHs*, 2017,
 //! section 3.1).
 
@@ -12,8 +12,8 @@ use super::block::{BLOCK, Block};
 use super::nodes::{Bvh, Child, Node, WIDTH};
 
 impl Bvh {
-    /// Collapses a binary tree. `triangle` gives a primitive's corners, nothing for what is no
-    /// triangle.
+    /// Collapses a binary tree. `triangle` gives a primitive's corners, or nothing for a primitive
+    /// that is not a triangle.
     pub(super) fn collapse(
         binary: &BinaryBvh,
         triangle: impl Fn(u32) -> Option<[Vec3; 3]>,
@@ -91,15 +91,17 @@ impl Bvh {
     }
 }
 
-/// What becomes of a binary node: whether it is a leaf, and how it is opened. Where it stands for
-/// `n` boxes of a wide node, three bits say how many of them, less one, are from its first child,
-/// or that one box less is as good; `n` = 1 is how it is opened as a wide node of its own.
+/// What becomes of a binary node: whether it is a leaf, and how it is opened.
+///
+/// For each number `n` of boxes of a wide node that it may stand for, three bits hold how many of
+/// them, less one, come from its first child, or [`Plan::FEWER`] if `n` − 1 boxes are as good. The
+/// bits for `n` = 1 say how it is opened as a wide node of its own.
 #[derive(Clone, Copy)]
 struct Plan(u32);
 
 impl Plan {
     const LEAF: u32 = 1 << 31;
-    /// A leaf that the binary tree does not part either.
+    /// A leaf of the binary tree, too.
     const WHOLE: u32 = 1 << 30;
     const FEWER: u32 = 7;
 
@@ -111,7 +113,7 @@ impl Plan {
         self.0 & Self::WHOLE != 0
     }
 
-    /// Of how it is gathered into `boxes` boxes.
+    /// The three bits for a number of boxes.
     fn of(self, boxes: usize) -> u32 {
         self.0 >> (3 * (boxes - 1)) & 7
     }
@@ -121,18 +123,18 @@ impl Plan {
     }
 }
 
-/// What is expected of a subtree.
+/// The expected cost of a subtree.
 struct Cost {
     primitives: u32,
-    /// Tests, times the surface of the box, if it stands for at most so many boxes, less one.
+    /// Tests times the surface of the box. Entry `n` is for at most `n` + 1 boxes.
     boxes: [f32; WIDTH],
 }
 
-/// What becomes of every binary node, and what is expected of the root. A node's boxes and a
-/// block's triangles take about the same time.
+/// Plans every binary node, and returns the cost of the root. A node's boxes and a block's
+/// triangles take about the same time.
 fn plans(binary: &BinaryBvh) -> (Vec<Plan>, Cost) {
     let mut plans = vec![Plan(0); binary.nodes.len()];
-    // Backwards, this has the first child, then the second, then the node.
+    // Read backwards, this order has the first child, then the second, then the node.
     let mut order = Vec::with_capacity(binary.nodes.len());
     let mut ahead = vec![0];
     while let Some(at) = ahead.pop() {
@@ -200,7 +202,7 @@ fn inner(area: f32, first: &Cost, second: &Cost, plan: &mut Plan) -> Cost {
     Cost { primitives, boxes }
 }
 
-/// The up to eight descendants that stand in a node's place, and how many they are.
+/// Finds the up to eight descendants that become the boxes of a wide node, and returns their number.
 fn gather(binary: &BinaryBvh, plans: &[Plan], from: u32, children: &mut [u32; WIDTH]) -> usize {
     let plan = plans[from as usize];
     if plan.is_leaf() {
@@ -233,7 +235,7 @@ fn gather(binary: &BinaryBvh, plans: &[Plan], from: u32, children: &mut [u32; WI
     count
 }
 
-/// The primitives under a node.
+/// Appends the primitives under a node.
 fn primitives(binary: &BinaryBvh, from: u32, held: &mut Vec<u32>) {
     let mut ahead = vec![from];
     while let Some(at) = ahead.pop() {
@@ -257,7 +259,7 @@ mod tests {
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
-    /// Tests that a ray is expected to make, times the surface of the scene's box.
+    /// The expected number of tests of a ray, times the surface of the scene's box.
     fn cost(tree: &Bvh) -> f64 {
         let mut sum = 0.0;
         for (node, i) in tree

@@ -1,4 +1,4 @@
-//! A lens without thickness, without faults and without loss: what a real lens is held against.
+//! A lens without thickness, aberrations and loss, to compare real lenses with.
 //!
 //! It stands where the camera stands. Every ray from a film point through the aperture goes to
 //! the same point of the plane in focus, and the aperture is round and empty: no vignetting but
@@ -17,13 +17,14 @@ use crate::sampling::Samples;
 use super::film_samples::FilmSamples;
 use super::rays::{CameraRay, CameraRays, ExitRays, METERS_FROM_MM};
 
-/// See the module.
+/// A thin lens that is perfect.
 #[derive(Clone, Copy, Debug)]
 pub struct IdealLens {
-    /// Of the aperture, in millimeters.
+    /// The aperture's radius in millimeters.
     radius: f64,
-    /// From the lens to the film, in millimeters, and to the plane in focus, in meters.
+    /// The distance from the lens to the film in millimeters.
     pub film_distance: f64,
+    /// The distance from the lens to the plane in focus in meters.
     distance: f64,
     format: FilmFormat,
     pub(super) world_from_camera: DQuat,

@@ -69,8 +69,8 @@ impl LensCamera {
         this
     }
 
-    /// The same camera seeing colors by their wavelengths. Through a lens without dispersion and
-    /// without coatings they take the same way, and it goes on to see one.
+    /// The same camera seeing colors by their wavelengths. A lens without dispersion and without
+    /// coatings keeps seeing one, for all wavelengths take the same path through it.
     pub fn dispersing(mut self) -> Self {
         if self.lens.prescription().is_chromatic() {
             let lenses = SpectralLenses::of(&self.lens, &self.target, &self.place, self.format);

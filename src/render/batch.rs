@@ -1,4 +1,4 @@
-//! Samples of a tile on their way from the film to the scene and back, a bundle at a time.
+//! Samples of a tile on their way from the film to the scene and back, a packet at a time.
 
 use std::ops::Range;
 

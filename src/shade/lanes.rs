@@ -16,24 +16,25 @@ use crate::traversal::state::{FogKind, LightKind};
 
 const ZERO: Vec3Lanes = [[0.0; LANES]; 3];
 
-/// What lighting needs of the points that a bundle of rays meets, one light after another. It is
-/// filled again and again; what a lane holds that is not asked for means nothing.
+/// The points that a packet of rays hits, as lighting needs them, one light after another. Numbers
+/// in lanes that are not in `mask` mean nothing.
 #[derive(Clone, Debug, Default)]
 pub struct PointLanes {
-    /// Which rays meet a plain surface, or another that was taken: bits.
+    /// Which lanes hold a point, of a plain surface or of another that was taken: bits.
     pub mask: u32,
-    /// Those of them that have a highlight.
+    /// Which of them have a highlight: bits.
     shiny: u32,
     gathered: Gathered,
     placed: Placed,
-    /// What a light brings: see [`PointLanes::reach`].
+    /// The light that reaches the points: see [`PointLanes::reach`].
     pub lit: LightLanes,
 }
 
+/// Positions and normals of the points.
 #[derive(Clone, Debug)]
 struct Placed {
     position: Vec3Lanes,
-    /// Of length 1, on the side that the ray came from.
+    /// The geometric normal, of length 1, on the side that the ray came from.
     geometric: Vec3Lanes,
     normal: Vec3Lanes,
     /// How far rounding may have moved the position.
@@ -66,8 +67,9 @@ pub struct PlainSurface {
     /// 1 where the back is lit like the front, else 0.
     two_sided: f32,
     is_plain: bool,
-    /// Corners with normals, or with colors, of their own.
+    /// Whether corners have normals of their own.
     has_normals: bool,
+    /// Whether corners have materials of their own.
     has_materials: bool,
 }
 
@@ -103,7 +105,7 @@ struct Gathered {
     /// 1 where the corners have normals, else 0.
     smooth: Lanes<f32>,
     diffuse: Vec3Lanes,
-    /// Of points that are not of plain surfaces.
+    /// The specular color of points that are not of plain surfaces.
     specular: Vec3Lanes,
     exponent: Lanes<f32>,
     /// What the surface gives off without any light.
@@ -233,7 +235,7 @@ impl SimdKernel for Placing<'_> {
             to.area[i] = area;
             (flat[0][i], flat[1][i], flat[2][i]) = (nx * scale, ny * scale, nz * scale);
         }
-        // What the normals are multiplied by: the geometric one, and the one to light with.
+        // The signs of the geometric normal and of the one to light with.
         let [mut away, mut lit, mut toward] = [[0.0f32; LANES]; 3];
         for (flat, direction) in flat.iter().zip(&rays.direction) {
             for i in 0..LANES {
@@ -267,7 +269,7 @@ impl SimdKernel for Placing<'_> {
         }
         for i in 0..LANES {
             to.error[i] = 8.0 * f32::EPSILON * error[i];
-            // Corners without normals, or with such as cancel, leave nothing: unlit.
+            // Corners without normals, or with normals that cancel, give zero: unlit.
             size[i] = if size[i] > 0.0 {
                 1.0 / size[i].sqrt()
             } else {
@@ -286,21 +288,21 @@ impl SimdKernel for Placing<'_> {
     }
 }
 
-/// What of a light reaches the points of a bundle, as [`Light::reach`] has it for one.
+/// The light that reaches the points of a packet: [`Light::reach`] side by side.
 #[derive(Clone, Debug, Default)]
 pub struct LightLanes {
-    /// From the points, clear of their surfaces, to the light; those that it could light.
+    /// Rays from the points that the light may reach to the light, clear of the points' surfaces.
     pub rays: RayPacket,
-    /// What the light's color is multiplied by,
+    /// The factor of the light's color without the angle to the normal.
     factor: Lanes<f32>,
-    /// and with the angle to the normal included.
+    /// The factor of the light's color with the angle to the normal.
     share: Lanes<f32>,
-    /// What the highlight is multiplied by.
+    /// The factor of the light's color in the highlight.
     highlight: Lanes<f32>,
 }
 
 impl PointLanes {
-    /// Starts with what the points of some lanes give off by themselves.
+    /// Sets the radiances of some lanes to what their points give off without any light.
     pub fn glow(&self, lanes: u32, radiances: &mut Vec3Lanes) {
         dispatch(Glow {
             glow: &self.gathered.glow,

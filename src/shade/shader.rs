@@ -48,9 +48,9 @@ pub struct Shader<'a> {
 /// Rays that were followed through the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
-    /// From the camera, mirrored, and refracted.
+    /// Rays from the camera, mirrored rays and refracted rays.
     pub scene: u64,
-    /// Towards a light.
+    /// Rays towards a light.
     pub shadow: u64,
 }
 
@@ -132,7 +132,7 @@ impl<'a> Shader<'a> {
         self.follow_pending(color, work)
     }
 
-    /// [`Shader::radiance`] along a bundle of rays: the same to rounding, in less time.
+    /// [`Shader::radiance`] along a packet of rays: the same to rounding, in less time.
     pub fn radiances(&self, rays: &RayPacket, radiances: &mut Vec3Lanes, work: &mut Work) {
         work.counts.scene += u64::from(rays.mask.count_ones());
         let mut hits = std::mem::take(&mut work.hits);
