@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec3};
 use indexmap::IndexMap;
 
-use super::canvas::{BoundsCanvas, Corners, PictureView, grow};
+use super::canvas::{BoundsCanvas, PictureView, grow};
 use super::census::Census;
 use super::inventor_box::InventorBox;
 use super::options::CompileOptions;
@@ -13,7 +13,7 @@ use crate::diag::Diagnostic;
 use crate::grammar::{class, reset_transform};
 use crate::iv::{NodeId, NodeRef};
 use crate::pose::CameraPose;
-use crate::snapshot::Snapshot;
+use crate::snapshot::{Corners, Snapshot};
 use crate::traversal::role::Role;
 use crate::traversal::state::{LightElement, State};
 use crate::traversal::{self, Visitor, WalkOptions};

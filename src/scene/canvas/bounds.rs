@@ -14,10 +14,8 @@ use crate::geometry::quadric::exact_bounds;
 use crate::geometry::{Corner, Mesh, QuadricKind};
 use crate::iv::NodeRef;
 use crate::scene::census::Census;
+use crate::snapshot::Corners;
 use crate::traversal::state::State;
-
-/// The smallest and the largest corner of a box.
-pub type Corners = (DVec3, DVec3);
 
 /// Makes a box larger, so that it holds another one.
 pub fn grow(bounds: &mut Option<Corners>, (min, max): Corners) {

@@ -2,7 +2,6 @@
 
 use glam::{DMat4, Vec3};
 
-use super::bounds::Corners;
 use super::picture_view::PictureView;
 use super::placement::Placement;
 use super::runs::Runs;
@@ -12,6 +11,7 @@ use crate::geometry::{Corner, Mesh, QuadricKind};
 use crate::iv::NodeRef;
 use crate::scene::census::Census;
 use crate::scene::looks::Texture;
+use crate::snapshot::Corners;
 use crate::traversal::state::State;
 
 /// What of the current shape is read. Shapes leave out the rest.

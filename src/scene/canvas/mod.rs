@@ -15,7 +15,7 @@ mod runs;
 mod triangle_list;
 mod vertices;
 
-pub use bounds::{BoundsCanvas, Corners, grow};
+pub use bounds::{BoundsCanvas, grow};
 pub use drawing::{Canvas, MaterialsBy, Sides, Wants};
 pub use picture_view::PictureView;
 pub use placement::Placement;
