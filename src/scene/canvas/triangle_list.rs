@@ -31,7 +31,7 @@ impl<'f> TriangleList<'f> {
         list.hand_over();
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn add(&mut self, corners: [usize; 3], face: usize, part: usize) {
         self.triangles.push(IndexedTriangle {
             corners: corners.map(|c| c as u32),
@@ -43,6 +43,7 @@ impl<'f> TriangleList<'f> {
         }
     }
 
+    #[cold]
     fn hand_over(&mut self) {
         (self.take)(&mut self.triangles);
         self.triangles.clear();

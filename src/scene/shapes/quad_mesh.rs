@@ -50,7 +50,7 @@ pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas)
     }
     let whole = Runs::whole(start, rows * columns);
     let triangles = 2 * (rows - 1) * (columns - 1);
-    out.triangles(&whole, &vertices, triangles, &mut |list| {
+    out.triangles(&whole, &vertices, triangles, &mut move |list| {
         for r in 0..rows - 1 {
             for c in 0..columns - 1 {
                 let (first, face) = (r * columns + c, r * (columns - 1) + c);
