@@ -54,7 +54,7 @@ const NEVER: [(&str, &str); 12] = [
 
 /// The order inside the large folders, each by its path. An entry is a file or a folder; what is not
 /// named may stand anywhere.
-const INSIDE: [(&str, &[&str]); 4] = [
+const INSIDE: [(&str, &[&str]); 6] = [
     (
         "iv",
         &[
@@ -101,6 +101,48 @@ const INSIDE: [(&str, &[&str]); 4] = [
             "first_order",
             "adjust",
             "formats",
+        ],
+    ),
+    (
+        "scene",
+        &[
+            "census",
+            "inventor_box",
+            "options",
+            "looks",
+            "pixel_footprint",
+            "render_scene",
+            "hit",
+            "point",
+            "texel_footprint",
+            "packets",
+            "canvas",
+            "shapes",
+            "survey",
+            "snapshot",
+            "compile",
+            "check",
+        ],
+    ),
+    (
+        "cli",
+        &[
+            "messages",
+            "flags",
+            "words",
+            "sheet",
+            "render",
+            "fit",
+            "check",
+            "compare",
+            "converge",
+            "convert",
+            "expose",
+            "lens",
+            "nodes",
+            "pull_focus",
+            "view",
+            "dispatch",
         ],
     ),
     (

@@ -3,240 +3,24 @@
 //! Data goes to stdout, talk to stderr. Exit 0: done; 1: pictures differ, or a limit was passed;
 //! 2: an error.
 
-/// A line to stderr. One that nobody reads any more is no error.
-macro_rules! say {
-    ($($part:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), $($part)*);
-    }};
-}
-pub(crate) use say;
-
 pub mod check;
 pub mod compare;
 pub mod converge;
 pub mod convert;
+mod dispatch;
 pub mod expose;
 pub mod fit;
 pub mod flags;
 pub mod lens;
+mod messages;
 pub mod nodes;
 pub mod pull_focus;
 pub mod render;
 pub mod sheet;
 pub mod view;
+mod words;
 
-use std::ffi::OsString;
-use std::io::IsTerminal;
-use std::sync::Arc;
-
-use clap::{Arg, ArgAction, ArgMatches, Command};
-
-use crate::diag::{Diagnostic, Result, Severity, Sink};
-use crate::geometry::text::Fonts;
-use crate::iv::Limits;
-use crate::photo::{Era, options};
-
-/// Exit code: what was asked for could not be done.
-pub const ERROR: i32 = 2;
-
-/// Runs the program for its words, the first being its own name. Returns the exit code.
-pub fn run(words: impl IntoIterator<Item = OsString>) -> i32 {
-    let words = flags::modernize(words);
-    match dispatch(&words) {
-        Ok(code) => code,
-        Err(error) => {
-            tell(&error);
-            ERROR
-        }
-    }
-}
-
-fn dispatch(words: &[OsString]) -> Result<i32> {
-    let named = words.get(1).and_then(|w| w.to_str()).unwrap_or_default();
-    let is_command = commands().get_subcommands().any(|c| c.get_name() == named)
-        || ["help", "--help", "-h", "--version", "-V"].contains(&named)
-        || words.len() < 2;
-    if !is_command {
-        known_or_scene(named)?;
-    }
-    if !is_command || RENDERING.contains(&named) {
-        known_flags(words)?;
-    }
-    let parsed = if is_command {
-        commands().try_get_matches_from(words)
-    } else {
-        vintage_command().try_get_matches_from(words)
-    };
-    let matches = match parsed {
-        Ok(matches) => matches,
-        Err(error) => {
-            let _ = error.print();
-            return Ok(if error.use_stderr() { ERROR } else { 0 });
-        }
-    };
-    let out = &mut std::io::stdout().lock();
-    match matches.subcommand() {
-        None if !matches.get_flag("batch") => view::run(&matches, Era::Vintage),
-        None => render::run(&matches, Era::Vintage, words),
-        Some(("render", m)) => render::run(m, Era::Modern, words),
-        Some(("check", m)) => check::run(m, out),
-        Some(("compare", m)) => compare::run(m, out),
-        Some(("expose", m)) => expose::run(m, out),
-        Some(("pull-focus", m)) => pull_focus::run(m, words),
-        Some(("converge", m)) => converge::run(m, out),
-        Some(("convert", m)) => convert::run(m, out),
-        Some(("lens", m)) => lens::run(m, out),
-        Some(("nodes", m)) => nodes::run(m, out),
-        Some(("view", m)) => view::run(m, Era::Modern),
-        Some((name, _)) => Err(Diagnostic::error(format!(
-            "`{name}` has no program behind it"
-        ))),
-    }
-}
-
-/// Commands that take the flags of a render.
-const RENDERING: [&str; 4] = ["render", "compare", "converge", "pull-focus"];
-
-fn known_flags(words: &[OsString]) -> Result<()> {
-    let Some(word) = flags::unknown(words.get(1..).unwrap_or_default()) else {
-        return Ok(());
-    };
-    let error = Diagnostic::error(format!("there is no flag `{word}`"));
-    let doubled = format!("-{word}");
-    let known: Vec<String> = flags::spellings().collect();
-    let known = known.iter().map(String::as_str);
-    let near = known
-        .clone()
-        .find(|k| *k == doubled)
-        .or_else(|| crate::diag::nearest(word, known));
-    Err(match near {
-        Some(near) => error.with_help(format!("did you mean `{near}`?")),
-        None => error.with_help("`ivcam render --help` lists the flags"),
-    })
-}
-
-/// A first word that is no flag, no command and no file is most likely a slip.
-fn known_or_scene(word: &str) -> Result<()> {
-    let scene_like = word.starts_with('-') || word.contains(['.', '/', '\\']);
-    if scene_like || std::path::Path::new(word).exists() {
-        return Ok(());
-    }
-    let error = Diagnostic::error(format!("there is no command and no scene `{word}`"));
-    let names = commands();
-    let names = names.get_subcommands().map(clap::Command::get_name);
-    Err(match crate::diag::nearest(word, names) {
-        Some(near) => error.with_help(format!("did you mean `{near}`?")),
-        None => error.with_help("`ivcam help` lists the commands"),
-    })
-}
-
-/// `ivcam COMMAND …`.
-pub fn commands() -> Command {
-    Command::new("ivcam")
-        .version(env!("CARGO_PKG_VERSION"))
-        .about("Photographs Open Inventor and VRML scenes through real lenses")
-        .after_help(
-            "As in 1999, without a command:\n  \
-             ivcam -batch -j 16 -s r -f 1.2 -z 0.2 -camread camera/cam-1.dat scene.iv\n\n\
-             Exit code 0: done; 1: pictures differ, or a limit was passed; 2: an error.",
-        )
-        .subcommand_required(true)
-        .arg_required_else_help(true)
-        .args_override_self(true)
-        .subcommand(
-            Command::new("render")
-                .about("Makes the photograph of a scene through a lens")
-                .args_override_self(true)
-                .args(flags::photograph())
-                .arg(scene_argument()),
-        )
-        .subcommand(check::command())
-        .subcommand(compare::command())
-        .subcommand(converge::command())
-        .subcommand(convert::command())
-        .subcommand(expose::command())
-        .subcommand(pull_focus::command())
-        .subcommand(lens::command())
-        .subcommand(nodes::command())
-        .subcommand(view::command())
-}
-
-/// `ivcam [flags] scene.iv`: the 1999 program.
-fn vintage_command() -> Command {
-    Command::new("ivcam")
-        .version(env!("CARGO_PKG_VERSION"))
-        .about("Photographs a scene as the 1999 program did; see also `ivcam help`")
-        .args_override_self(true)
-        .args(flags::photograph())
-        .arg(scene_argument())
-}
-
-fn scene_argument() -> Arg {
-    Arg::new("scene")
-        .value_name("SCENE")
-        .required(true)
-        .help("scene file: .iv, .wrl, plain or .gz")
-}
-
-/// Prints a message to stderr as a compiler would.
-pub fn tell(diagnostic: &Diagnostic) {
-    let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    say!("{}", diagnostic.render(color));
-}
-
-/// Prints what reading or compiling had to say, notes left out.
-pub fn tell_all(sink: &Sink) {
-    sink.items()
-        .iter()
-        .filter(|d| d.severity >= Severity::Warning)
-        .for_each(tell);
-}
-
-/// The limits on scenes, as `--scene-limit` changes them.
-pub fn limits(matches: &ArgMatches) -> Result<Limits> {
-    options::limits(&flags::words(matches))
-}
-
-/// The typefaces below the folders of `--fonts`.
-pub fn fonts(matches: &ArgMatches) -> Result<Arc<Fonts>> {
-    options::typefaces(&flags::words(matches))
-}
-
-/// A flag that does nothing but switch on.
-pub fn switch(name: &'static str, help: &'static str) -> Arg {
-    Arg::new(name)
-        .long(name)
-        .action(ArgAction::SetTrue)
-        .help(help)
-}
-
-/// The text of a flag, if it was given.
-pub fn text<'a>(matches: &'a ArgMatches, name: &str) -> Option<&'a str> {
-    matches.get_one::<String>(name).map(String::as_str)
-}
-
-/// A flag's value read by `parse`, or an error that names the flag and what it expects.
-pub fn parsed<T>(
-    matches: &ArgMatches,
-    name: &str,
-    expects: &str,
-    parse: impl FnOnce(&str) -> Option<T>,
-) -> Result<Option<T>> {
-    let Some(word) = text(matches, name) else {
-        return Ok(None);
-    };
-    match parse(word) {
-        Some(value) => Ok(Some(value)),
-        None => Err(options::not_understood(name, word, expects)),
-    }
-}
-
-/// What writing to stdout came to: a reader that has gone away is no error.
-pub fn written(result: std::io::Result<()>) -> Result<i32> {
-    match result {
-        Ok(()) => Ok(0),
-        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(0),
-        Err(e) => Err(Diagnostic::io("standard output", &e)),
-    }
-}
+pub use dispatch::{commands, run};
+pub(crate) use messages::say;
+pub use messages::{ERROR, tell, tell_all, written};
+pub use words::{fonts, limits, parsed, scene_argument, switch, text};
