@@ -14,7 +14,7 @@ use ivcam::lens::{
 };
 use ivcam::math::Meters;
 use ivcam::math::lanes::Width;
-use ivcam::prescription::{formats, glass};
+use ivcam::prescription::{FirstOrder, Focal, formats, glass};
 use ivcam::sampling::{DiscMap, mix};
 use serde_json::{Value, json};
 
@@ -1095,7 +1095,28 @@ fn extreme_focus(folder: &Path, case: &Value, id: &str, table: &mut Table) {
 fn extreme_quadratic(case: &Value, id: &str, table: &mut Table) {
     let (input, exact) = (&case["input"], &case["exact"]);
     let (z, f, t) = (num(&input["z"]), num(&input["f"]), num(&input["t"]));
-    let ours = optics::focus::kolb_extension(z, f, t);
+    let lens = FirstOrder {
+        length: 0.0,
+        n_object: 1.0,
+        n_image: 1.0,
+        matrix: [1.0, 0.0, -1.0 / f, 1.0],
+        power: 1.0 / f,
+        focal: Some(Focal {
+            efl: f,
+            front_efl: f,
+            bfl: t + f,
+            ffl: -f,
+            front_focal_point: -f,
+            rear_focal_point: t + f,
+            front_principal_plane: 0.0,
+            rear_principal_plane: t,
+        }),
+        stop: None,
+        entrance_pupil: None,
+        exit_pupil: None,
+    };
+    let ours = optics::focus::focus(&lens, FocusMethod::Lens, z);
+    let ours = ours.ok().map(|focus| focus.extension);
     let wanted = if exact["T"].is_null() {
         num(&exact["T_small"])
     } else {

@@ -237,33 +237,52 @@ fn move_lens(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus,
     })
 }
 
-/// The small root of equation 5 as it stands in the paper, for one f, the distance t between the
-/// principal planes and the distance z from object to film; none nearer than t + 4f.
-pub fn kolb_extension(z: f64, f: f64, t: f64) -> Option<f64> {
-    let b = z - t - 2.0 * f;
-    let (inner, outer) = (b - 2.0 * f, b + 2.0 * f);
-    (inner >= 0.0).then(|| 2.0 * f * f / (b + (inner * outer).sqrt()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// A lens in air with its front principal plane at the origin.
+    fn lens_of(f: f64, t: f64) -> FirstOrder {
+        FirstOrder {
+            length: 0.0,
+            n_object: 1.0,
+            n_image: 1.0,
+            matrix: [1.0, 0.0, -1.0 / f, 1.0],
+            power: 1.0 / f,
+            focal: Some(Focal {
+                efl: f,
+                front_efl: f,
+                bfl: t + f,
+                ffl: -f,
+                front_focal_point: -f,
+                rear_focal_point: t + f,
+                front_principal_plane: 0.0,
+                rear_principal_plane: t,
+            }),
+            stop: None,
+            entrance_pupil: None,
+            exit_pupil: None,
+        }
+    }
+
     /// The exact roots, to 40 digits, of T² + T(2f + t − z) + f² for f = 50, t = −5.
     #[test]
     fn the_quadratic_keeps_its_digits_at_any_distance() {
+        let lens = lens_of(50.0, -5.0);
         // For large z, T = f²/b (1 + f²/b² + 2 f⁴/b⁴ + …) with b = z − t − 2f.
         for z in [1e4, 1e6, 1e9, 1e12, 1e15] {
             let b: f64 = z + 5.0 - 100.0;
             let q = 2500.0 / (b * b);
             let series = 2500.0 / b * (1.0 + q + 2.0 * q * q + 5.0 * q * q * q);
-            let root = kolb_extension(z, 50.0, -5.0).unwrap();
+            let root = focus(&lens, FocusMethod::Lens, z).unwrap().extension;
             assert!(
                 (root / series - 1.0).abs() < 1e-15,
                 "z = {z}: {root} {series}"
             );
         }
-        assert_eq!(kolb_extension(195.0, 50.0, -5.0), Some(50.0));
-        assert_eq!(kolb_extension(194.999, 50.0, -5.0), None);
+        let nearest = focus(&lens, FocusMethod::Lens, 195.0).unwrap();
+        assert_eq!(nearest.extension, 50.0);
+        let nearer = focus(&lens, FocusMethod::Lens, 194.999);
+        assert_eq!(nearer, Err(FocusFault::TooNear { nearest: 195.0 }));
     }
 }
