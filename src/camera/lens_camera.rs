@@ -142,7 +142,7 @@ impl LensCamera {
         self.ray_through(&self.lens, film, window, pupil)
     }
 
-    /// The same through the lens at another wavelength.
+    /// The ray of [`Self::ray`], through a lens that stands for another wavelength.
     fn ray_through(
         &self,
         lens: &Lens,

@@ -110,12 +110,12 @@ pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
     changed(m, era, Plan::of_era, None)
 }
 
-/// The same for the window.
+/// The plan that the words ask for, for the window.
 pub fn window_plan(m: &ArgMatches, era: Era) -> Result<Plan> {
     changed(m, era, Plan::for_window, None)
 }
 
-/// The same for pictures that are frames of a movie.
+/// The plan that the words ask for, for pictures that are frames of a movie.
 pub fn movie_plan(m: &ArgMatches, era: Era, frame: MovieFrame) -> Result<Plan> {
     changed(m, era, Plan::of_era, Some(frame))
 }

@@ -17,7 +17,7 @@ impl Lens {
     /// Opens a lens by the name of a shipped one or by the path of a file.
     ///
     /// # Errors
-    /// As [`open_prescription`].
+    /// Returns the errors of [`open_prescription`].
     pub fn open(name_or_path: impl AsRef<Path>) -> Result<Self> {
         Self::open_with(name_or_path, &mut Sink::new())
     }
@@ -25,7 +25,7 @@ impl Lens {
     /// Opens a lens; the reader's warnings go to `sink`.
     ///
     /// # Errors
-    /// As [`open_prescription`].
+    /// Returns the errors of [`open_prescription`].
     pub fn open_with(name_or_path: impl AsRef<Path>, sink: &mut Sink) -> Result<Self> {
         Self::open_as(name_or_path, &Reading::default(), sink)
     }
@@ -33,7 +33,7 @@ impl Lens {
     /// Opens a lens with given glass catalogues and reading options.
     ///
     /// # Errors
-    /// As [`open_prescription`].
+    /// Returns the errors of [`open_prescription`].
     pub fn open_as(name_or_path: impl AsRef<Path>, how: &Reading, sink: &mut Sink) -> Result<Self> {
         open_prescription(name_or_path, how, sink).map(Self::new)
     }

@@ -114,10 +114,10 @@ impl LensChoice {
         self.open_as(Reading::default(), sink)
     }
 
-    /// The same with what is known of the file's form.
+    /// Opens the lens like [`LensChoice::open`], with given glasses and a given form of its file.
     ///
     /// # Errors
-    /// As [`LensChoice::open`].
+    /// Returns the errors of [`LensChoice::open`].
     pub fn open_as(&self, mut reading: Reading, sink: &mut Sink) -> Result<Lens> {
         for file in &self.catalogues {
             reading.glasses.add_file(file)?;

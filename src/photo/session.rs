@@ -227,7 +227,7 @@ impl Session {
         self.expose_with(self.plan.sampler, self.plan.stop, progress)
     }
 
-    /// The same with other samples.
+    /// Exposes a film with other samples than those of the plan.
     pub fn expose_with(
         &self,
         sampler: Sampler,

@@ -280,7 +280,7 @@ pub fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>>
 /// The same, with the file named by one of some fields.
 ///
 /// # Errors
-/// As [`decode`].
+/// Returns the errors of [`decode`].
 pub fn decode_named(
     node: NodeRef<'_>,
     fields: &[FileField],

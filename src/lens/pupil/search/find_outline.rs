@@ -13,7 +13,7 @@ use crate::math::lanes::{LANES, Lane};
 /// The relative width within which the outlines of a pupil table are known: a tenth of the margin
 /// that the table adds.
 const COARSE: f64 = 4e-4;
-/// The same for areas and irradiance.
+/// The relative width within which outlines are known where areas and irradiance are asked for.
 const FINE: f64 = 1e-10;
 /// A point inside of less fill than this is far enough from the rim to start from.
 const OFF_THE_RIM: f64 = 0.99;
