@@ -1,17 +1,17 @@
-//! What reading makes of files as people wrote them: every file under `tests/iv`.
+//! Reads every file under `tests/iv`, files as people wrote them.
 //!
-//! A file in `accept` reads without a word, and as what its `# means:` lines say, if it has any;
-//! one in `tolerate` reads with the messages of its `# says:` lines and no others; one in `reject`
-//! does not read, with the message of its `# fails:` line.
+//! A file in `accept` reads without a message, and as what its `# means:` lines say, if it has any. A
+//! file in `tolerate` reads with the messages of its `# says:` lines and no others. A file in `reject`
+//! does not read, and fails with the message of its `# fails:` line.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ivcam::iv::{Document, Format, Limits, Nowhere};
-use libtest_mimic::{Arguments, Failed, Trial};
+use libtest_mimic::{Failed, Trial};
 
-fn main() {
-    let arguments = Arguments::from_args();
+/// Returns one trial for each file, named `iv/<folder>/<file>`.
+pub fn trials() -> Vec<Trial> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/iv");
     let mut trials = Vec::new();
     for (kind, check) in [
@@ -21,10 +21,11 @@ fn main() {
     ] {
         for file in files(&root.join(kind)) {
             let name = file.file_stem().unwrap_or_default().to_string_lossy();
-            trials.push(Trial::test(format!("{kind}/{name}"), move || check(&file)));
+            let name = format!("iv/{kind}/{name}");
+            trials.push(Trial::test(name, move || check(&file)));
         }
     }
-    libtest_mimic::run(&arguments, trials).exit();
+    trials
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -35,7 +36,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// What stands behind a word at the beginning of comments.
+/// Returns the texts of the comments that begin with a word and a colon.
 fn stated(file: &Path, word: &str) -> Result<Vec<String>, Failed> {
     let bytes = std::fs::read(file)?;
     let text: String = bytes.iter().map(|&b| char::from(b)).collect();
