@@ -33,3 +33,11 @@ pub mod spectrum;
 pub mod traversal;
 #[cfg(feature = "panels")]
 pub mod viewer;
+
+#[cfg(feature = "tools")]
+#[path = "../tools/mod.rs"]
+pub mod tools;
+
+#[cfg(test)]
+#[path = "../tests/internal/mod.rs"]
+mod internal_tests;

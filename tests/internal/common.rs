@@ -1,0 +1,37 @@
+//! What tests of the program share: a folder of their own, and a call in this process.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// A folder of a test's own, removed at the end.
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    pub fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("ivcam-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    pub fn path(&self, name: &str) -> String {
+        self.0.join(name).display().to_string()
+    }
+
+    /// Writes a file and gives its path.
+    pub fn file(&self, name: &str, text: &str) -> String {
+        std::fs::write(self.0.join(name), text).unwrap();
+        self.path(name)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Runs the program for a line of words without spaces in them, then some more; its exit code.
+pub fn ivcam(line: &str, more: &[&str]) -> i32 {
+    let words = ["ivcam"].into_iter().chain(line.split_whitespace());
+    crate::cli::run(words.chain(more.iter().copied()).map(OsString::from))
+}

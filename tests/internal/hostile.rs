@@ -1,0 +1,307 @@
+//! Scenes that nobody draws: deep, growing, flat, not numbers. None of them panics, and what makes
+//! sense is drawn.
+
+use std::sync::Arc;
+
+use crate::bvh::Ray;
+use crate::grammar::{CLASSES, Class, Default, Dialect, FieldType, Treatment};
+use crate::iv::{Document, Limits, NodeRef, Nowhere};
+use crate::pose::CameraPose;
+use crate::scene::{CompileOptions, RenderScene};
+use crate::snapshot::{Snapshot, SnapshotOptions};
+use crate::traversal::{Visitor, WalkOptions, walk};
+use glam::{DVec3, Vec3};
+
+fn read(text: &str) -> Document {
+    let text = format!("#Inventor V2.1 ascii\n{text}");
+    Document::read(
+        "test.iv",
+        text.into_bytes(),
+        Arc::new(Nowhere),
+        &Limits::default(),
+    )
+    .expect("the scene reads")
+}
+
+fn compile(text: &str) -> RenderScene {
+    let document = read(text);
+    RenderScene::compile(&Snapshot::at(&document, 0.0), &CompileOptions::default())
+        .expect("the scene compiles")
+}
+
+fn distance(scene: &RenderScene) -> Option<f32> {
+    let ray = Ray::new(Vec3::new(0.1, 0.2, 10.0), Vec3::NEG_Z);
+    scene.hit(&ray).map(|h| h.t)
+}
+
+#[derive(Default)]
+struct Count(u64, usize);
+
+impl<'a> Visitor<'a> for Count {
+    fn shape(&mut self, _: NodeRef<'a>, _: &crate::traversal::State<'a>) {
+        self.0 += 1;
+    }
+    fn trouble(&mut self, _: Box<crate::diag::Diagnostic>) {
+        self.1 += 1;
+    }
+}
+
+#[test]
+fn a_hundred_thousand_separators_deep_there_is_a_cube() {
+    let n = 100_000;
+    let text = format!("{}Cube {{ }}{}", "Separator { ".repeat(n), " }".repeat(n));
+    assert_eq!(distance(&compile(&text)), Some(9.0));
+}
+
+#[test]
+fn a_tree_that_doubles_at_every_level_is_left_at_the_limit() {
+    let mut text = String::from("Switch { DEF L0 Cube { }\n");
+    for i in 1..60 {
+        let below = i - 1;
+        text += &format!("DEF L{i} Group {{ USE L{below} USE L{below} }}\n");
+    }
+    text += "} USE L59";
+    let document = read(&text);
+    let options = WalkOptions {
+        max_visits: 100_000,
+        ..WalkOptions::default()
+    };
+    let mut count = Count::default();
+    walk(&Snapshot::at(&document, 0.0), &options, &mut count);
+    assert!(count.0 > 10_000 && count.0 <= 100_000);
+    assert_eq!(count.1, 1, "one message");
+}
+
+#[test]
+fn more_primitives_than_the_limit_are_left_out_with_a_message() {
+    let document = read("Separator { Array { numElements1 1000 Cube { } } }");
+    let options = CompileOptions {
+        max_primitives: 120,
+        ..CompileOptions::default()
+    };
+    let snapshot = Snapshot::at(&document, 0.0);
+    let scene = RenderScene::compile(&snapshot, &options).expect("compiles");
+    assert_eq!(scene.primitives().0, 120);
+    assert_eq!(scene.census().troubles.len(), 1);
+}
+
+#[test]
+fn corners_that_are_no_numbers_are_left_out_and_the_rest_is_drawn() {
+    let scene = compile(
+        "Coordinate3 { point [ -1 -1 0, 1 -1 0, 0 1 0, nan 0 0, inf 1 1 ] }
+         IndexedFaceSet { coordIndex [ 0 1 2 -1 0 1 3 -1 2 3 4 -1 0 1 77 -1 0 -1 -1 -1 ] }",
+    );
+    assert_eq!(distance(&scene), Some(10.0));
+    assert_eq!(scene.primitives().0, 1);
+    let told: Vec<&str> = scene
+        .census()
+        .troubles
+        .iter()
+        .map(|t| &*t.message)
+        .collect();
+    assert_eq!(told, ["parts of this `IndexedFaceSet` are left out"]);
+}
+
+#[test]
+fn what_is_not_drawn_whole_is_told_once_a_node_and_with_its_place() {
+    let text = "DEF a Separator { Scale { scaleFactor 0 0 0 } Sphere { } }\nUSE a USE a
+        Cone { }\nCoordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] }
+        IndexedTriangleStripSet { coordIndex [ 0 1 2 99 -1 ] } Sphere { }";
+    let document = read(text);
+    let options = CompileOptions::default();
+    let snapshot = Snapshot::at(&document, 0.0);
+    let survey = RenderScene::survey(&snapshot, &options);
+    let scene = RenderScene::compile(&snapshot, &options).expect("compiles");
+    for troubles in [&survey.troubles, &scene.census().troubles] {
+        let told: Vec<_> = troubles
+            .iter()
+            .map(|t| (&*t.message, t.location().1))
+            .collect();
+        let part = |class: &str| format!("parts of this `{class}` are left out");
+        let expected = [("Sphere", 2), ("IndexedTriangleStripSet", 6)];
+        assert_eq!(told.len(), expected.len(), "{told:?}");
+        for ((message, place), (class, line)) in told.iter().zip(expected) {
+            assert_eq!(**message, part(class));
+            assert_eq!(place.map(|p| p.0), Some(line));
+        }
+    }
+}
+
+#[test]
+fn a_face_without_a_corner_left_is_no_face_in_any_style() {
+    for style in ["FILLED", "LINES", "POINTS"] {
+        let scene = compile(&format!(
+            "DrawStyle {{ style {style} }}
+             Coordinate3 {{ point [ 0 0 0, 1 0 0, 0 1 0 ] }}
+             IndexedFaceSet {{ coordIndex [ 7, 8, 9, -1, 0, 1, 2, -1, 5, -1 ] }}"
+        ));
+        let face = (style == "FILLED").then_some(10.0);
+        assert_eq!(
+            distance(&scene),
+            face,
+            "{style}: only the face in the middle"
+        );
+    }
+}
+
+#[test]
+fn a_scale_of_zero_draws_nothing_and_hides_nothing() {
+    let scene = compile(
+        "Separator { Scale { scaleFactor 0 0 0 } Cube { } Sphere { } Cone { } }
+         Translation { translation 0 0 -5 } Cube { }",
+    );
+    assert_eq!(distance(&scene), Some(14.0));
+}
+
+#[test]
+fn what_a_scale_presses_flat_is_drawn_flat() {
+    for shape in ["Cube", "Sphere", "Cylinder", "Cone"] {
+        let scene = compile(&format!("Scale {{ scaleFactor 1 1 0 }} {shape} {{ }}"));
+        let t = distance(&scene).unwrap_or(f32::NAN);
+        assert!((t - 10.0).abs() < 1e-5, "{shape}: {t}");
+        assert!(scene.census().troubles.is_empty(), "{shape}");
+    }
+    let lines = ["1 0 0", "0 0 1"].map(|left| {
+        let scene = compile(&format!("Scale {{ scaleFactor {left} }} Cube {{ }}"));
+        scene.census().troubles.len()
+    });
+    assert_eq!(lines, [1, 1]);
+}
+
+#[test]
+fn a_sphere_is_round_under_a_scale_and_from_far_away() {
+    // An ellipsoid with half axes 2, 1, 3: a ray along z at (1, 0.5) meets it where
+    // (1/2)² + 0.5² + (z/3)² = 1.
+    let scene = compile("Scale { scaleFactor 2 1 3 } Sphere { }");
+    let ray = Ray::new(Vec3::new(1.0, 0.5, 1000.0), Vec3::NEG_Z);
+    let t = scene.hit(&ray).expect("a hit").t;
+    let z = 3.0 * 0.5f32.sqrt();
+    assert!((t - (1000.0 - z)).abs() < 1e-4, "{t}");
+}
+
+#[test]
+fn what_stands_beside_the_origin_stands_there_from_any_origin() {
+    let document = read("Translation { translation 100000 0 0 } Sphere { radius 0.001 }");
+    let options = CompileOptions {
+        origin: DVec3::new(100_000.0, 0.0, 0.01),
+        ..CompileOptions::default()
+    };
+    let snapshot = Snapshot::at(&document, 0.0);
+    let scene = RenderScene::compile(&snapshot, &options).expect("compiles");
+    let hit = scene
+        .hit(&Ray::new(Vec3::ZERO, Vec3::NEG_Z))
+        .expect("a hit");
+    assert!((hit.t - 0.009).abs() < 1e-8, "{}", hit.t);
+}
+
+#[test]
+fn a_point_does_not_shade_itself_in_millimeters_or_in_kilometers() {
+    for size in [1e-3, 1.0, 1e5] {
+        let text = format!("Scale {{ scaleFactor {size} {size} {size} }} Sphere {{ }}");
+        let scene = compile(&text);
+        let mut hits = 0;
+        for i in 0..2000 {
+            let at = i as f32 * 0.618_034;
+            let (x, y) = (0.9 * (at.fract() - 0.5), 0.9 * ((at * 7.3).fract() - 0.5));
+            let size = size as f32;
+            let origin = Vec3::new(x * size, y * size, 50.0 * size);
+            let ray = Ray::new(origin, Vec3::NEG_Z);
+            let hit = scene.hit(&ray).expect("the sphere is there");
+            let point = scene.point(&ray, &hit);
+            let away = point.leave(point.geometric);
+            hits += usize::from(scene.hit_any_side(&away).is_some());
+        }
+        assert_eq!(hits, 0, "at size {size}");
+    }
+}
+
+/// A scene with a node of a class, every number in it a word, among shapes that it may act on.
+fn with_every_number(class: &Class, word: &str) -> String {
+    let mut text = format!("{} {{\n", class.name);
+    for field in class.fields {
+        let numbers = match field.kind {
+            kind if kind.name().ends_with("Image") => continue,
+            FieldType::SFBool | FieldType::MFBool => continue,
+            kind if matches!(field.default, Default::Numbers(_)) || kind.is_multiple() => {
+                kind.width()
+            }
+            _ => continue,
+        };
+        if field.kind.name().contains("String") || field.kind.name().contains("Node") {
+            continue;
+        }
+        text += &format!(
+            "  {} [ {} ]\n",
+            field.name,
+            vec![word; numbers * 4].join(" ")
+        );
+        if !field.kind.is_multiple() {
+            text += &format!("  {} {}\n", field.name, vec![word; numbers].join(" "));
+        }
+    }
+    text + "}"
+}
+
+#[test]
+fn whatever_number_stands_in_whatever_field_the_scene_compiles() {
+    let camera = CameraPose::view_all((DVec3::splat(-3.0), DVec3::splat(3.0)), 1.5);
+    let options = CompileOptions {
+        camera: Some(camera.clone()),
+        origin: camera.position,
+        max_primitives: 2_000,
+        max_visits: 2_000,
+        ..CompileOptions::default()
+    };
+    for class in CLASSES
+        .iter()
+        .filter(|c| c.treatment != Treatment::Abstract)
+    {
+        let vrml97 = class.dialects & Dialect::VRML97 != 0 && class.dialects & Dialect::IV2 == 0;
+        for word in ["nan", "-inf", "-1", "3e38"] {
+            let node = with_every_number(class, word);
+            let text = if vrml97 {
+                format!(
+                    "#VRML V2.0 utf8\n{node} Shape {{ geometry {node} }} Shape {{ appearance {node} geometry Box {{ }} }}"
+                )
+            } else {
+                format!(
+                    "#Inventor V2.1 ascii\nSeparator {{ Coordinate3 {{ point [ 0 0 0, 1 0 0, 1 1 0, 0 1 0 ] }}
+                     {node} Cube {{ }} Sphere {{ }} FaceSet {{ numVertices 4 }} LineSet {{ }} Text3 {{ string a parts ALL }} {node} }}"
+                )
+            };
+            let document = Document::read("t", text.into(), Arc::new(Nowhere), &Limits::default());
+            let document = document.expect("reads");
+            let snapshot = crate::scene::snapshot(&document, &SnapshotOptions::default(), &options);
+            RenderScene::survey(&snapshot, &options);
+            RenderScene::compile(&snapshot, &options).expect("compiles");
+        }
+    }
+}
+
+/// The material of the last shape.
+#[derive(Default)]
+struct LastMaterial(Option<(f32, f32, Vec3)>);
+
+impl<'a> Visitor<'a> for LastMaterial {
+    fn shape(&mut self, _: NodeRef<'a>, state: &crate::traversal::State<'a>) {
+        let m = &state.material;
+        self.0 = Some((m.refraction, m.shininess, m.diffuse_at(0)));
+    }
+}
+
+#[test]
+fn a_refractive_index_reaches_the_material_through_fields_of_the_file_s_own() {
+    let own = "Material { fields [ SFColor diffuseColor, SFFloat refractionIndex ]
+        diffuseColor 1 0 0 refractionIndex 1.5 } Cube { }";
+    let derived = "Glass { fields [ SFFloat refractionIndex, MFColor diffuseColor ]
+        isA [ \"Material\" ] refractionIndex 1.5 diffuseColor [ 1 0 0 ] } Cube { }";
+    for text in [own, derived] {
+        let document = read(text);
+        assert!(document.sink.items().is_empty(), "{text}");
+        let mut last = LastMaterial::default();
+        let snapshot = Snapshot::at(&document, 0.0);
+        walk(&snapshot, &WalkOptions::default(), &mut last);
+        // The shininess is the catalogue's: the file does not speak of it.
+        assert_eq!(last.0, Some((1.5, 0.2, Vec3::X)), "{text}");
+    }
+}

@@ -1,0 +1,24 @@
+//! Tests of several modules together, compiled into the crate so that they may use anything in it.
+//!
+//! A test of one file stands in that file; a test of one scene or one scene file is a file under
+//! `tests/golden` or `tests/iv`; a test of the program as a process is in `tests/cli.rs`.
+
+mod common;
+mod extreme;
+mod film;
+mod fit;
+mod glass;
+mod hostile;
+mod iv;
+mod layers;
+mod lens;
+mod movements;
+mod nodes;
+mod options;
+mod photograph;
+mod roundtrip;
+mod second_approach;
+mod snapshot;
+#[cfg(feature = "viewer-tests")]
+mod viewer;
+mod walk;

@@ -1,0 +1,135 @@
+//! The table of options: every option goes from words to a plan, to words, and to the same plan.
+
+use std::ffi::OsString;
+
+use crate::cli::flags;
+use crate::diag::Sink;
+use crate::photo::options::{Opt, Takes, Words, all};
+use crate::photo::{Era, Plan};
+
+const ERAS: [Era; 2] = [Era::Vintage, Era::Modern];
+
+/// The plan of a line; none if it is not one.
+fn read(words: &[String], era: Era) -> Option<Plan> {
+    let words = flags::modernize(words.iter().map(OsString::from));
+    let matches = clap::Command::new("ivcam")
+        .no_binary_name(true)
+        .args_override_self(true)
+        .args(flags::photograph())
+        .arg(clap::Arg::new("scene"))
+        .try_get_matches_from(words)
+        .ok()?;
+    let start = |era| Plan::of_era(era, "a.iv");
+    Plan::from_words(&flags::words(&matches), era, start, &mut Sink::new()).ok()
+}
+
+fn of_line(line: &str, era: Era) -> Option<Plan> {
+    let words = line.split_whitespace().map(str::to_owned);
+    read(&words.chain(["a.iv".into()]).collect::<Vec<_>>(), era)
+}
+
+/// The plan of the command line of a plan.
+fn again(plan: &Plan) -> (Vec<String>, Option<Plan>) {
+    let words = plan.to_words("a.png".as_ref());
+    let rest = match words[1].as_str() {
+        "render" => &words[2..],
+        _ => &words[1..],
+    };
+    (words.clone(), read(rest, plan.era))
+}
+
+fn of_plans() -> impl Iterator<Item = &'static Opt> {
+    all().filter(|option| option.plan.is_some())
+}
+
+#[test]
+fn every_option_goes_to_a_plan_and_back() {
+    for option in of_plans() {
+        let least = if option.takes == Takes::Nothing { 1 } else { 2 };
+        assert!(
+            option.examples.len() >= least,
+            "`--{}` has too few examples to be tested by",
+            option.name
+        );
+        let mut plans = Vec::new();
+        for era in ERAS {
+            plans.push(Plan::of_era(era, "a.iv"));
+            for line in option.examples {
+                let plan = of_line(line, era).unwrap_or_else(|| panic!("`{line}` is refused"));
+                let (words, back) = again(&plan);
+                assert_eq!(back.as_ref(), Some(&plan), "{line}: {words:?}");
+                plans.push(plan);
+            }
+        }
+        let usual = |plan: &&Plan| **plan == Plan::of_era(plan.era, "a.iv");
+        let changed = plans.iter().filter(|plan| !usual(plan)).count();
+        assert!(
+            changed > 0 || option.name == "era",
+            "no example of `--{}` changes a plan",
+            option.name
+        );
+    }
+}
+
+/// Options that work on one field of the plan must not hide each other.
+#[test]
+fn any_two_options_go_to_a_plan_and_back() {
+    let lines: Vec<&str> = of_plans()
+        .flat_map(|o| o.examples.iter().copied())
+        .collect();
+    let (mut made, mut refused) = (0, 0);
+    for (i, first) in lines.iter().enumerate() {
+        for second in &lines[i + 1..] {
+            for era in ERAS {
+                let line = format!("{first} {second}");
+                let Some(plan) = of_line(&line, era) else {
+                    refused += 1;
+                    continue;
+                };
+                made += 1;
+                let (words, back) = again(&plan);
+                assert_eq!(back, Some(plan), "{line}: {words:?}");
+            }
+        }
+    }
+    // Jittered samples do not adapt, and that is all that does not go together.
+    assert!(refused * 50 < made, "{refused} of {made} are refused");
+}
+
+/// The window's *Copy command* once forgot these.
+#[test]
+fn the_copied_command_says_all_that_was_asked_for() {
+    for line in [
+        "--filter mitchell",
+        "--adaptive",
+        "--shutter 1/60 --iso 400 --white 200",
+        "--ghosts on",
+        "--diffraction on",
+        "--max-depth 3",
+        "--solids",
+        "--handles",
+        "--scene-limit nodes=9",
+    ] {
+        let plan = of_line(line, Era::Modern).unwrap();
+        let words = plan.to_words("a.png".as_ref()).join(" ");
+        assert!(words.contains(line), "{line} is missing in {words}");
+    }
+}
+
+#[test]
+fn no_two_options_share_a_spelling() {
+    let mut spellings: Vec<String> = flags::spellings().collect();
+    let count = spellings.len();
+    spellings.sort();
+    spellings.dedup();
+    assert_eq!(spellings.len(), count);
+}
+
+#[test]
+fn the_error_of_a_shading_model_lists_the_models() {
+    let mut words = Words::default();
+    words.add("shading", vec!["q".into()]);
+    let start = |era| Plan::of_era(era, "a.iv");
+    let error = Plan::from_words(&words, Era::Modern, start, &mut Sink::new()).unwrap_err();
+    assert!(error.message.contains("f, n, a, d, p, g or r"), "{error}");
+}

@@ -1,0 +1,64 @@
+//! Measuring programs, compiled into the crate by the feature `tools` so that they may use anything
+//! in it: `cargo run --release --features tools --bin measure -- NAME ARGUMENTS`.
+//!
+//! What they need from outside (oracle tables, scene folders, other programs) is an argument.
+
+mod against;
+mod corpus;
+mod damage;
+#[cfg(feature = "panels")]
+mod latency;
+mod optics;
+mod paper_claims;
+mod readall;
+mod roundtrip;
+mod shared;
+mod speed;
+
+use std::process::ExitCode;
+
+/// A measuring program: its name, its arguments in one line, and what runs it.
+type Tool = (&'static str, &'static str, fn(Vec<String>) -> ExitCode);
+
+const TOOLS: &[Tool] = &[
+    (
+        "against",
+        "PROGRAM FOLDER [--least BYTES] [--rows]",
+        against::run,
+    ),
+    (
+        "corpus",
+        "FOLDER [--only NAME] [--verbose] [--pictures FOLDER]",
+        corpus::run,
+    ),
+    ("damage", "FOLDER [--seconds S] [--mb MB]", damage::run),
+    #[cfg(feature = "panels")]
+    ("latency", "SCENE...", latency::run),
+    ("optics", "FOLDER [PART...]", optics::run),
+    ("paper-claims", "[FILE]", paper_claims::run),
+    ("readall", "FOLDER... [-q]", readall::run),
+    (
+        "roundtrip",
+        "FOLDER [--only NAME] [--keep FOLDER]",
+        roundtrip::run,
+    ),
+    (
+        "speed",
+        "[--only PART] [--large] [--room FILE] [--peer COMMAND]",
+        speed::run,
+    ),
+];
+
+/// Runs the program that the first argument names. Exit code 2: there is none of that name.
+pub fn run(arguments: Vec<String>) -> ExitCode {
+    let mut arguments = arguments.into_iter();
+    let name = arguments.next().unwrap_or_default();
+    if let Some((.., program)) = TOOLS.iter().find(|tool| tool.0 == name) {
+        return program(arguments.collect());
+    }
+    eprintln!("usage: measure NAME ARGUMENTS, where NAME is one of");
+    for (name, arguments, _) in TOOLS {
+        eprintln!("  {name} {arguments}");
+    }
+    ExitCode::from(2)
+}

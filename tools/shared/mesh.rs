@@ -1,0 +1,163 @@
+//! A mesh made by a formula, and rays through it: for whoever measures trees of triangles.
+
+use std::hint::black_box;
+
+use crate::bvh::{Block, BlockHits, Bvh, NonTriangles, PacketHits, PreparedRay, Ray, RayPacket};
+use crate::math::lanes::{LANES, bits};
+use crate::sampling::mix;
+use glam::{DVec3, Vec3};
+
+/// A bumpy ball of about `count` triangles.
+pub fn ball(count: usize) -> Vec<[Vec3; 3]> {
+    let rows = ((count / 4) as f64).sqrt() as usize;
+    let columns = 2 * rows;
+    let point = |i: usize, j: usize| {
+        let (a, b) = (
+            std::f64::consts::PI * i as f64 / rows as f64,
+            std::f64::consts::TAU * j as f64 / columns as f64,
+        );
+        let r = 1.0 + 0.1 * libm::sin(9.0 * a) * libm::cos(7.0 * b);
+        let p = DVec3::new(
+            libm::sin(a) * libm::cos(b),
+            libm::cos(a),
+            libm::sin(a) * libm::sin(b),
+        );
+        (r * p).as_vec3()
+    };
+    let mut triangles = Vec::with_capacity(2 * rows * columns);
+    for i in 0..rows {
+        for j in 0..columns {
+            let [a, b, c, d] = [
+                point(i, j),
+                point(i + 1, j),
+                point(i + 1, j + 1),
+                point(i, j + 1),
+            ];
+            triangles.push([a, b, c]);
+            triangles.push([a, c, d]);
+        }
+    }
+    triangles
+}
+
+pub fn tree(triangles: &[[Vec3; 3]]) -> Bvh {
+    let boxes: Vec<(Vec3, Vec3)> = triangles
+        .iter()
+        .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)))
+        .collect();
+    Bvh::build(boxes, |p| Some(triangles[p as usize]))
+}
+
+/// Rays of a kind, and whether any hit will do.
+pub struct Rays {
+    pub name: &'static str,
+    pub any: bool,
+    pub rays: Vec<Ray>,
+}
+
+/// From a point outside (rows of a picture), from what they meet to a light, and from there in
+/// any direction.
+pub fn rays(tree: &Bvh) -> [Rays; 3] {
+    let eye = Vec3::new(0.3, 0.4, 4.0);
+    let side = 256;
+    let primary: Vec<Ray> = (0..side * side)
+        .map(|i| {
+            let (x, y) = (
+                (i % side) as f32 / side as f32,
+                (i / side) as f32 / side as f32,
+            );
+            Ray::new(eye, Vec3::new(2.0 * x - 1.0, 2.0 * y - 1.0, -3.0))
+        })
+        .collect();
+    let hits: Vec<Vec3> = primary
+        .iter()
+        .filter_map(|r| nearest(tree, r).map(|(t, ..)| r.at(t * (1.0 - 1e-4))))
+        .collect();
+    let light = Vec3::new(3.0, 5.0, 3.0);
+    let to_light = |p: &Vec3| {
+        let mut ray = Ray::new(*p, light - *p);
+        ray.t_max = 1.0;
+        ray
+    };
+    let mut state = 1;
+    let mut unit = || {
+        state = mix(state);
+        (state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+    };
+    let kind = |name, any, rays| Rays { name, any, rays };
+    [
+        kind("shadow", true, hits.iter().map(to_light).collect()),
+        kind(
+            "incoherent",
+            false,
+            hits.iter()
+                .map(|p| Ray::new(*p, Vec3::new(unit(), unit(), unit())))
+                .collect(),
+        ),
+        kind("primary", false, primary),
+    ]
+}
+
+/// Distance, weights of the second and third corner, and number.
+fn nearest(tree: &Bvh, ray: &Ray) -> Option<(f32, [f32; 2], u32)> {
+    let prepared = PreparedRay::new(ray);
+    let mut best = None;
+    let visit = |block: &Block, hits: &BlockHits, mut t_max| {
+        for lane in bits(hits.mask) {
+            if hits.t[lane] < t_max {
+                t_max = hits.t[lane];
+                best = Some((t_max, [hits.u[lane], hits.v[lane]], block.primitive(lane)));
+            }
+        }
+        t_max
+    };
+    tree.walk(&prepared, 0.0, ray.t_max, visit);
+    best
+}
+
+fn is_blocked(tree: &Bvh, ray: &Ray) -> bool {
+    let prepared = PreparedRay::new(ray);
+    let mut found = false;
+    tree.walk_any(&prepared, 0.0, ray.t_max, |_, hits, t_max| {
+        found |= hits.mask != 0;
+        if found { -1.0 } else { t_max }
+    });
+    found
+}
+
+/// Nothing but triangles.
+struct TrianglesOnly;
+
+impl NonTriangles for TrianglesOnly {
+    fn intersect(&self, _: &PreparedRay, _: u32, _: f32, _: f32) -> Option<f32> {
+        None
+    }
+}
+
+/// How many of the rays hit something, traced one by one.
+pub fn one_by_one(tree: &Bvh, rays: &Rays) -> usize {
+    let meets = |ray: &&Ray| match rays.any {
+        true => is_blocked(tree, ray),
+        false => black_box(nearest(tree, ray)).is_some(),
+    };
+    rays.rays.iter().filter(meets).count()
+}
+
+/// How many of the rays hit something, traced in packets.
+pub fn in_packets(tree: &Bvh, rays: &Rays) -> usize {
+    let mut hits = PacketHits::default();
+    let mut found = 0;
+    for some in rays.rays.chunks(LANES) {
+        let mut packet = RayPacket::default();
+        for (lane, ray) in some.iter().enumerate() {
+            packet.set(lane, ray);
+        }
+        if rays.any {
+            tree.any_hits(&packet, &TrianglesOnly, &mut hits);
+        } else {
+            black_box(tree.nearest_hits(&packet, &TrianglesOnly, &mut hits));
+        }
+        found += hits.mask.count_ones() as usize;
+    }
+    found
+}

@@ -1,0 +1,156 @@
+//! One scene of 128,000 triangles through a real lens and an ideal one, beside what another
+//! program says of itself.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+use crate::math::{Meters, Mm};
+use crate::photo::{Era, IdealChoice, LensChoice, Optics, Plan, Session};
+use crate::render::Stop;
+use crate::render::report::Deviation;
+use crate::sampling::Sampler;
+
+/// Samples a pixel of the references.
+const REFERENCE: u32 = 2048;
+
+/// Time and error of one picture.
+struct Made {
+    name: String,
+    samples: u32,
+    seconds: f64,
+    error: f64,
+}
+
+fn plan(scene: &Path, optics: Optics) -> Plan {
+    let mut plan = Plan::of_era(Era::Modern, scene);
+    plan.focus = Some(Meters(1.35));
+    plan.optics = optics;
+    plan
+}
+
+fn optics() -> [(&'static str, Optics); 2] {
+    let mut lens = LensChoice::named("double-gauss");
+    lens.efl = Some(Mm(50.0));
+    let ideal = Optics::Ideal(IdealChoice::default());
+    [("double Gauss", Optics::Lens(lens)), ("ideal lens", ideal)]
+}
+
+/// The table. `peer` is a command that prints lines of a name, samples a pixel, seconds, and the
+/// relative RMSE against its own reference, parted by tabs.
+pub fn table(report: &mut String, scene: &Path, peer: Option<&str>, seconds: &dyn Fn() -> f64) {
+    report.push_str(
+        "## A room of 128,000 triangles\n\nAreas over nine decades, one point light, shadows, \
+         matte; 360x240, 50 mm f/2, focused at 1.35 m, one thread. Seconds of rendering, the \
+         pupil's set-up included; reading and compiling the scene are beside. Errors are relative \
+         RMSE against each camera's own reference of other samples.\n\n\
+         | | samples | s | relRMSE |\n|---|---|---|---|\n",
+    );
+    let mut all = Vec::new();
+    let mut beside = String::new();
+    for (name, optics) in optics() {
+        let mut truth = Vec::new();
+        for adaptive in [false, true] {
+            let mut plan = plan(scene, optics.clone());
+            plan.adaptive = adaptive;
+            let session = match Session::open(plan) {
+                Ok(session) => session,
+                Err(error) => return eprintln!("{}", error.message),
+            };
+            if truth.is_empty() {
+                truth = reference(&session);
+                let own = session.seconds;
+                let _ = writeln!(
+                    beside,
+                    "\n{name}: reading {:.3} s, compiling {:.3} s, pupil {:.4} s of the clock.",
+                    own.read, own.compile, own.pupil
+                );
+            }
+            for samples in [4, 16, 64, 256] {
+                all.push(made(&session, samples, &truth, name, adaptive, seconds));
+            }
+        }
+    }
+    all.extend(peer.into_iter().flat_map(peers));
+    for m in &all {
+        let _ = writeln!(
+            report,
+            "| {} | {} | {:.3} | {:.4} |",
+            m.name, m.samples, m.seconds, m.error
+        );
+    }
+    report.push_str(
+        "\nSeconds to an error, along the line through the two nearest points of the table in \
+         logarithms:\n\n| | s to .06 | s to .03 |\n|---|---|---|\n",
+    );
+    for of_one in all.chunk_by(|a, b| a.name == b.name) {
+        let [a, b] = [0.06, 0.03].map(|error| seconds_to(error, of_one));
+        let _ = writeln!(report, "| {} | {a:.2} | {b:.2} |", of_one[0].name);
+    }
+    report.push_str(&beside);
+    report.push('\n');
+}
+
+/// Of points with falling errors.
+fn seconds_to(error: f64, points: &[Made]) -> f64 {
+    let behind = points.partition_point(|m| m.error > error);
+    let first = behind.saturating_sub(1).min(points.len().saturating_sub(2));
+    let [a, b] = [first, first + 1].map(|i| &points[i.min(points.len() - 1)]);
+    let share = (a.error / error).ln() / (a.error / b.error).ln();
+    a.seconds * (b.seconds / a.seconds).powf(share)
+}
+
+/// Levels of the same plan by many other samples, evenly.
+fn reference(session: &Session) -> Vec<[f64; 3]> {
+    let sampler = Sampler {
+        seed: 0x5eed,
+        samples: REFERENCE,
+        ..session.plan.sampler
+    };
+    let made = session.expose_with(sampler, Stop::after(REFERENCE), &|_| ());
+    made.film.pixels.iter().map(|p| p.mean.to_array()).collect()
+}
+
+fn made(
+    session: &Session,
+    samples: u32,
+    truth: &[[f64; 3]],
+    name: &str,
+    adaptive: bool,
+    seconds: &dyn Fn() -> f64,
+) -> Made {
+    let sampler = Sampler {
+        samples,
+        ..session.plan.sampler
+    };
+    let mut least = f64::INFINITY;
+    let mut error = 0.0;
+    for _ in 0..if samples < 256 { 3 } else { 1 } {
+        let start = seconds();
+        let made = session.expose_with(sampler, Stop::after(samples), &|_| ());
+        least = least.min(seconds() - start);
+        error = Deviation::of(&made.film, truth).rel_mse.sqrt();
+    }
+    let how = if adaptive { ", adaptive" } else { "" };
+    Made {
+        name: format!("{name}{how}"),
+        samples,
+        seconds: least + session.seconds.pupil,
+        error,
+    }
+}
+
+fn peers(command: &str) -> Vec<Made> {
+    let output = Command::new("sh").args(["-c", command]).output();
+    let text = output.map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
+    let line = |line: &str| {
+        let mut words = line.split('\t');
+        Some(Made {
+            name: words.next()?.to_owned(),
+            samples: words.next()?.parse().ok()?,
+            seconds: words.next()?.parse().ok()?,
+            error: words.next()?.trim().parse().ok()?,
+        })
+    };
+    text.unwrap_or_default().lines().filter_map(line).collect()
+}

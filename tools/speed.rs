@@ -1,0 +1,682 @@
+//! Measures speed and writes the tables of docs/performance.md.
+//!
+//! `cargo run --release --features tools --bin measure -- speed -- [--out FILE.md] [--only NAME] [--large]
+//! [--room SCENE.iv] [--peer COMMAND] [--rays MESH.tri PREFIX]`
+//!
+//! In FILE the tables stand between lines `<!-- speed: NAME -->` and `<!-- end -->`, and only they
+//! are written anew. `--large` adds a mesh of ten million triangles; `--room` a scene to photograph
+//! by a real lens and an ideal one, `--peer` a program that does the same (`shared/room.rs`), and
+//! `--rays` a mesh and rays that another program has traced (`shared/files.rs`). Times are of the
+//! processor, not of the clock, so that a machine that does other things too gives the same
+//! numbers, but for its caches.
+
+use std::fmt::Write as _;
+use std::hint::black_box;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+
+use super::shared::{files, mesh, room};
+use crate::bvh::Bvh;
+use crate::camera::Aim;
+use crate::film::Resolution;
+use crate::lens::{Bundle, LANES, Lens, LensRay, PupilTarget, Toward};
+use crate::math::lanes::Width;
+use crate::photo::{CameraChoice, Era, LensChoice, Optics, Plan, Session};
+use crate::render::Stop;
+use crate::sampling::{DiscMap, Sampler, SamplerKind};
+use crate::shade::Shading;
+
+/// A part of the tables, by name.
+type Part<'a> = (&'a str, &'a dyn Fn(&mut String));
+
+/// The words behind a flag.
+fn after<'a>(words: &'a [String], flag: &str, number: usize) -> Option<&'a str> {
+    let at = words.iter().position(|w| w == flag)?;
+    words.get(at + number).map(String::as_str)
+}
+
+pub(crate) fn run(words: Vec<String>) -> ExitCode {
+    let large = words.iter().any(|w| w == "--large");
+    let only = after(&words, "--only", 1);
+    let scene = after(&words, "--room", 1);
+    let peer = after(&words, "--peer", 1);
+    let parts: [Part; 9] = [
+        ("lenses", &lenses),
+        ("meshes", &|report| meshes(report, large)),
+        ("rays", &|report| {
+            if let Some((mesh, rays)) = after(&words, "--rays", 1).zip(after(&words, "--rays", 2)) {
+                others_rays(report, mesh, rays);
+            }
+        }),
+        ("room", &|report| {
+            if let Some(scene) = scene {
+                one_thread(|| room::table(report, Path::new(scene), peer, &thread_seconds));
+            }
+        }),
+        ("pictures", &pictures),
+        ("left-out", &left_out),
+        ("dispersion", &dispersion),
+        ("growth", &growth),
+        ("threads", &threads),
+    ];
+    let mut tables = Vec::new();
+    for (name, part) in parts {
+        if only.is_none_or(|o| o == name) {
+            let mut table = String::new();
+            part(&mut table);
+            print!("{table}");
+            if !table.is_empty() {
+                tables.push((name, format!("{}.\n\n{table}", machine())));
+            }
+        }
+    }
+    if let Some(file) = after(&words, "--out", 1)
+        && let Err(error) = write(Path::new(file), &tables)
+    {
+        eprintln!("{file}: {error}");
+        return ExitCode::FAILURE;
+    }
+    ExitCode::SUCCESS
+}
+
+/// Puts tables where a file has a place for them, and others at its end.
+fn write(file: &Path, tables: &[(&str, String)]) -> std::io::Result<()> {
+    let mut text = std::fs::read_to_string(file).unwrap_or_else(|_| "# Performance\n".to_owned());
+    for (name, table) in tables {
+        let (start, end) = (format!("<!-- speed: {name} -->\n"), "<!-- end -->");
+        let body = format!("{start}{}\n{end}", table.trim_end());
+        let place = text.find(&start).and_then(|from| {
+            let length = text[from..].find(end)? + end.len();
+            Some(from..from + length)
+        });
+        match place {
+            Some(place) => text.replace_range(place, &body),
+            None => text.push_str(&format!("\n{body}\n")),
+        }
+    }
+    std::fs::write(file, text)
+}
+
+/// Does work on this thread and no other.
+fn one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .use_current_thread();
+    match pool.build() {
+        Ok(pool) => pool.install(work),
+        Err(_) => work(),
+    }
+}
+
+/// What the machine calls itself.
+fn machine() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text.lines().find_map(|l| l.strip_prefix("model name"));
+    let name = name.map_or("unknown processor", |n| {
+        n.trim_start_matches([' ', '\t', ':'])
+    });
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{name}, {cores} cores, lanes {:?}", Width::detect())
+}
+
+/// Seconds that this thread has run, of the clock where the system does not tell.
+fn thread_seconds() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = text.split(' ').next().and_then(|n| n.parse::<f64>().ok());
+    nanoseconds.map_or_else(
+        || {
+            let since = std::time::SystemTime::UNIX_EPOCH.elapsed();
+            since.unwrap_or_default().as_secs_f64()
+        },
+        |n| n * 1e-9,
+    )
+}
+
+/// The processor's clock goes in steps of 4 ms on some machines.
+const ROUND: Duration = Duration::from_millis(200);
+
+/// Seconds for one call: the least of three rounds of at least [`ROUND`].
+fn time(mut work: impl FnMut()) -> f64 {
+    let mut best = f64::INFINITY;
+    for _ in 0..3 {
+        let start = thread_seconds();
+        let mut calls = 0;
+        let clock = Instant::now();
+        while clock.elapsed() < ROUND {
+            work();
+            calls += 1;
+        }
+        best = best.min((thread_seconds() - start) / f64::from(calls));
+    }
+    best
+}
+
+fn lenses(report: &mut String) {
+    report.push_str(
+        "## Lenses\n\nNanoseconds a ray that gets through or not, focused at 100 times its focal \
+         length, on film as large as the lens is made for (`radius`, mm), aimed at the exit pupil; \
+         4096 rays. `pupil` is the set-up of its table; of a lens without rotational symmetry the \
+         table itself is measured as film points ask for it, in parts: behind the plus, all of it.\n\n\
+         | lens | surfaces | radius | one by one | SSE2 | AVX2 | AVX-512 | through | pupil, ms |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
+    );
+    for name in crate::lens::shipped_names() {
+        let Ok(lens) = Lens::named(name) else {
+            continue;
+        };
+        let method = crate::lens::FocusMethod::Film;
+        let away = crate::math::Meters(0.1 * lens.first_order().efl().abs());
+        let Ok(focus) = lens.focus(method, away) else {
+            continue;
+        };
+        let own = lens.prescription().image_height;
+        let radius = own.unwrap_or(0.43 * lens.first_order().efl().abs());
+        let pupil = || PupilTarget::exit_pupil(&lens, focus.film_z, radius);
+        let set_up = time(|| {
+            black_box(pupil());
+        });
+        // Over the film as a square: points of one quarter, and so of all.
+        let asked = || {
+            let target = pupil();
+            for k in 0..1600 {
+                let point = glam::DVec2::new(f64::from(k % 40), f64::from(k / 40)) / 39.0;
+                black_box(target.window(0.707 * radius * point).is_closed());
+            }
+        };
+        let more = match lens.prescription().is_rotational() {
+            true => String::new(),
+            false => format!(" + {:.1}", 1e3 * (time(asked) - set_up)),
+        };
+        let target = pupil();
+        let rays = rays_of(&lens, &target, focus.film_z, radius);
+        let through = rays
+            .iter()
+            .filter(|r| lens.trace_from_film(r).is_ok())
+            .count();
+        let single = time(|| {
+            for ray in &rays {
+                let _ = black_box(lens.trace_from_film(ray));
+            }
+        }) / rays.len() as f64;
+        let _ = write!(
+            report,
+            "| {name} | {} | {radius:.1} | {:.1}",
+            lens.prescription().surfaces.len(),
+            1e9 * single
+        );
+        for width in widths() {
+            let _ = write!(report, " | {:.1}", 1e9 * in_lanes(&lens, &rays, width));
+        }
+        let share = 100.0 * through as f64 / rays.len() as f64;
+        let _ = writeln!(report, " | {share:.1}% | {:.1}{more} |", 1e3 * set_up);
+    }
+    report.push('\n');
+}
+
+#[cfg(target_arch = "x86_64")]
+fn widths() -> [Width; 3] {
+    [Width::Plain, Width::Avx2, Width::Avx512]
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn widths() -> [Width; 1] {
+    [Width::Plain]
+}
+
+/// Rays from a film of three to two within the radius.
+fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64, radius: f64) -> Vec<LensRay> {
+    let sampler = Sampler {
+        kind: SamplerKind::Sobol,
+        samples: 4096,
+        seed: 1,
+    };
+    (0..4096)
+        .filter_map(|i| {
+            let at = sampler.sample(0, i);
+            let [x, y] = at
+                .film
+                .map(|f| radius / 1.8_f64.hypot(1.2) * 1.2 * 2.0 * (f - 0.5));
+            let film = glam::DVec2::new(1.5 * x, y);
+            // Where the film sees nothing no ray is sent.
+            let window = target.window(film);
+            let aim = (!window.is_closed()).then(|| window.point(at.pupil[0], at.pupil[1]))?;
+            let origin = film.extend(film_z);
+            Some(LensRay {
+                origin,
+                direction: (aim.extend(lens.length()) - origin).normalize_or(DVec3::NEG_Z),
+            })
+        })
+        .collect()
+}
+
+/// Seconds a ray, filling and reading the bundles not counted.
+fn in_lanes(lens: &Lens, rays: &[LensRay], width: Width) -> f64 {
+    let bundles: Vec<Bundle> = rays
+        .chunks(LANES)
+        .map(|rays| {
+            let mut bundle = Bundle::default();
+            let lanes = rays.iter().enumerate();
+            lanes.for_each(|(lane, ray)| bundle.set(lane, ray));
+            bundle
+        })
+        .collect();
+    let copy = time(|| {
+        for bundle in &bundles {
+            black_box(bundle.clone());
+        }
+    });
+    let both = time(|| {
+        for bundle in &bundles {
+            let mut bundle = bundle.clone();
+            lens.trace_bundle(&mut bundle, Toward::Scene, width);
+            black_box(&bundle);
+        }
+    });
+    (both - copy) / rays.len() as f64
+}
+
+fn meshes(report: &mut String, large: bool) {
+    report.push_str(
+        "## Triangles\n\nA bumpy ball. Millions of rays a second, one thread, one by one / in packets of 32: \
+         from a point outside (rows of a picture), from there to a light, and from points on the \
+         ball in any direction. Memory is the tree's, with its triangles.\n\n\
+         | triangles | build, s | primary | shadow | incoherent | MB |\n|---|---|---|---|---|---|\n",
+    );
+    let mut points = Vec::new();
+    let sizes = [10_000, 100_000, 1_000_000, 10_000_000];
+    for count in sizes.iter().take(if large { 4 } else { 3 }) {
+        let triangles = mesh::ball(*count);
+        let start = thread_seconds();
+        let tree = one_thread(|| mesh::tree(&triangles));
+        let seconds = thread_seconds() - start;
+        let sets = mesh::rays(&tree);
+        let of = |name: &str| {
+            let set = sets.iter().find(|set| set.name == name);
+            set.map_or([f64::NAN; 2], |set| rates(&tree, set))
+        };
+        let [primary, shadow, incoherent] = ["primary", "shadow", "incoherent"].map(of);
+        points.push(((triangles.len() as f64).ln(), -primary[1].ln()));
+        let two = |[a, b]: [f64; 2]| format!("{:.2} / {:.2}", 1e-6 * a, 1e-6 * b);
+        let _ = writeln!(
+            report,
+            "| {} | {seconds:.2} | {} | {} | {} | {:.0} |",
+            triangles.len(),
+            two(primary),
+            two(shadow),
+            two(incoherent),
+            tree.bytes() as f64 / 1e6
+        );
+    }
+    let _ = writeln!(
+        report,
+        "\nTime of a primary ray in packets grows as triangles^{:.2}.\n",
+        slope(&points)
+    );
+}
+
+/// A mesh and rays that another program traces too.
+fn others_rays(report: &mut String, file: &str, prefix: &str) {
+    let (Ok(triangles), Ok(sets)) = (files::read(Path::new(file)), files::read_rays(prefix)) else {
+        return eprintln!("{file} or {prefix}.*.rays can't be read");
+    };
+    let start = thread_seconds();
+    let tree = one_thread(|| mesh::tree(&triangles));
+    let _ = writeln!(
+        report,
+        "## Rays that another program traces\n\n{} triangles, built in {:.0} ms, {:.0} MB. Millions \
+         of rays a second, one thread.\n\n| rays | one by one | packets of 32 |\n|---|---|---|",
+        triangles.len(),
+        1e3 * (thread_seconds() - start),
+        tree.bytes() as f64 / 1e6
+    );
+    for set in &sets {
+        let [single, packets] = rates(&tree, set).map(|rate| 1e-6 * rate);
+        let _ = writeln!(report, "| {} | {single:.2} | {packets:.2} |", set.name);
+    }
+    report.push('\n');
+}
+
+/// Rays a second, one by one and in packets.
+fn rates(tree: &Bvh, rays: &mesh::Rays) -> [f64; 2] {
+    let rate = |work: &dyn Fn() -> usize| {
+        let mut found = 0;
+        let seconds = time(|| found += work());
+        black_box(found);
+        rays.rays.len() as f64 / seconds
+    };
+    [
+        rate(&|| mesh::one_by_one(tree, rays)),
+        rate(&|| mesh::in_packets(tree, rays)),
+    ]
+}
+
+fn living_room() -> Plan {
+    let mut plan = Plan::of_era(Era::Modern, "scenes/livroom/livroom.iv");
+    plan.camera = Some(CameraChoice::File("camera/cam-1.dat".into()));
+    plan.focus = Some(crate::math::Meters(1.2));
+    let mut lens = LensChoice::named("wide-angle");
+    lens.efl = Some(crate::math::Mm(20.0));
+    plan.optics = Optics::Lens(lens);
+    plan.resolution = Resolution {
+        width: 360,
+        height: 240,
+    };
+    plan
+}
+
+/// Renders on this thread: seconds of rendering, rays, and the error.
+fn render(session: &Session, samples: u32) -> (f64, crate::render::Exposure) {
+    let sampler = Sampler {
+        samples,
+        ..session.plan.sampler
+    };
+    one_thread(|| {
+        let start = thread_seconds();
+        let made = session.expose_with(sampler, Stop::after(samples), &|_| ());
+        (thread_seconds() - start, made)
+    })
+}
+
+fn pictures(report: &mut String) {
+    report.push_str(
+        "## Pictures\n\nThe living room at 360x240, 16 samples a pixel, one thread. Compile is \
+         everything from the file's nodes to the tree; left out is what the shading did not \
+         need.\n\n\
+         | shading | optics | compile, s | render, s | film rays | scene rays | shadow rays | relRMSE | left out |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
+    );
+    let mut cases: Vec<(Plan, &str)> = Vec::new();
+    for shading in Shading::ALL {
+        let mut plan = living_room();
+        plan.shading = shading;
+        cases.push((plan, "wide-angle"));
+    }
+    let mut plan = living_room();
+    plan.optics = Optics::Pinhole;
+    cases.push((plan, "pinhole"));
+    let mut plan = living_room();
+    plan.sampler.kind = SamplerKind::Jittered;
+    plan.aim = Aim::RearElement(DiscMap::Polar);
+    cases.push((plan, "wide-angle, 1999's samples and pupil"));
+    for (plan, optics) in cases {
+        let shading = plan.shading.name();
+        let session = match Session::open(plan) {
+            Ok(session) => session,
+            Err(error) => {
+                eprintln!("{}", error.message);
+                return;
+            }
+        };
+        let (seconds, made) = render(&session, 16);
+        let c = made.counts;
+        let _ = writeln!(
+            report,
+            "| {shading} | {optics} | {:.2} | {seconds:.2} | {} | {} | {} | {:.2e} | {} |",
+            session.seconds.compile,
+            c.film_rays,
+            c.scene_rays,
+            c.shadow_rays,
+            made.film.relative_rmse().unwrap_or(f64::NAN),
+            session.report(&made).left_out.join(", ")
+        );
+    }
+    report.push('\n');
+}
+
+/// One wavelength against the wavelengths of a hero set: what a picture costs at the same number
+/// of samples, and at the same error.
+fn dispersion(report: &mut String) {
+    report.push_str(
+        "## Dispersion\n\nThe living room at 360x240 through a Flektogon of 20 mm, Phong and \
+         recursive, one thread. Time to 3% is seconds times the square of the error over 3%.\n\n\
+         | shading | dispersion | samples | render, s | film rays | scene rays | relRMSE | to 3%, s |\n\
+         |---|---|---|---|---|---|---|---|\n",
+    );
+    for shading in [Shading::Phong, Shading::Recursive] {
+        for dispersion in [false, true] {
+            let mut plan = living_room();
+            let mut lens = LensChoice::named("flektogon");
+            lens.efl = Some(crate::math::Mm(20.0));
+            plan.optics = Optics::Lens(lens);
+            (plan.shading, plan.dispersion) = (shading, dispersion);
+            let session = match Session::open(plan) {
+                Ok(session) => session,
+                Err(error) => return eprintln!("{}", error.message),
+            };
+            for samples in [4, 16] {
+                let (seconds, made) = render(&session, samples);
+                let error = made.film.relative_rmse().unwrap_or(f64::NAN);
+                let _ = writeln!(
+                    report,
+                    "| {} | {} | {samples} | {seconds:.2} | {} | {} | {error:.2e} | {:.1} |",
+                    shading.name(),
+                    if dispersion { "on" } else { "off" },
+                    made.counts.film_rays,
+                    made.counts.scene_rays,
+                    seconds * (error / 0.03) * (error / 0.03)
+                );
+            }
+        }
+    }
+    report.push('\n');
+}
+
+/// What shadings leave out of the same picture, and the time that it saves.
+fn left_out(report: &mut String) {
+    report.push_str(
+        "## Leaving out\n\nThe living room at 360x240, 16 samples, one thread: what was not read, \
+         built or traced (as `--report` has it), and seconds against everything (recursive, through \
+         glass with dispersion).\n\n\
+         | shading | optics | left out | compile | pupil | render | saved |\n|---|---|---|---|---|---|---|\n",
+    );
+    let glass = |dispersion: bool| {
+        let mut plan = living_room();
+        let mut lens = LensChoice::named("flektogon");
+        lens.efl = Some(crate::math::Mm(20.0));
+        (plan.optics, plan.dispersion) = (Optics::Lens(lens), dispersion);
+        plan
+    };
+    let mut cases = vec![
+        (glass(true), "glass"),
+        (glass(false), "glass, one wavelength"),
+    ];
+    for shading in [
+        Shading::Phong,
+        Shading::Ambient,
+        Shading::Normal,
+        Shading::Flat,
+    ] {
+        let mut plan = glass(false);
+        plan.shading = shading;
+        cases.push((plan, "glass, one wavelength"));
+    }
+    let mut plan = glass(false);
+    (plan.optics, plan.shading) = (Optics::Pinhole, Shading::Flat);
+    cases.push((plan, "pinhole"));
+    let mut everything = None;
+    for (plan, optics) in cases {
+        let shading = plan.shading.name();
+        let session = match Session::open(plan) {
+            Ok(session) => session,
+            Err(error) => return eprintln!("{}", error.message),
+        };
+        let (seconds, made) = render(&session, 16);
+        let own = session.seconds;
+        let total = own.compile + own.pupil + seconds;
+        let all = *everything.get_or_insert(total);
+        let _ = writeln!(
+            report,
+            "| {shading} | {optics} | {} | {:.3} | {:.4} | {seconds:.2} | {:.0}% |",
+            session.report(&made).left_out.join(", "),
+            own.compile,
+            own.pupil,
+            100.0 * (1.0 - total / all)
+        );
+    }
+    report.push('\n');
+}
+
+/// A plan of a scene that is written for it.
+fn written(name: &str, nodes: &str) -> Option<Plan> {
+    let folder = std::env::temp_dir().join(format!("ivcam-speed-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).ok()?;
+    let file = folder.join(name);
+    let text = format!(
+        "#Inventor V2.1 ascii\nPerspectiveCamera {{ position 0 0 4 focalDistance 4 }}\n{nodes}"
+    );
+    std::fs::write(&file, text).ok()?;
+    let mut plan = Plan::of_era(Era::Modern, file);
+    plan.optics = living_room().optics;
+    plan.resolution = Resolution {
+        width: 180,
+        height: 120,
+    };
+    Some(plan)
+}
+
+/// A bumpy ball as a file would have it.
+fn ball_nodes(count: usize) -> String {
+    let mut points = String::new();
+    let triangles = mesh::ball(count);
+    for corner in triangles.iter().flatten() {
+        let _ = writeln!(points, "{} {} {},", corner.x, corner.y, corner.z);
+    }
+    let mut faces = String::new();
+    for i in 0..triangles.len() {
+        let _ = writeln!(faces, "{},{},{},-1,", 3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    format!(
+        "PointLight {{ location 3 5 3 }} Coordinate3 {{ point [ {points} ] }}\n\
+         IndexedFaceSet {{ coordIndex [ {faces} ] }}\n"
+    )
+}
+
+/// Slope of log seconds of rendering over log number.
+fn slope_of(plans: impl Iterator<Item = (f64, Plan)>, samples: u32) -> f64 {
+    let point = |(number, plan): (f64, Plan)| {
+        let session = Session::open(plan).ok()?;
+        let least = (0..3).map(|_| render(&session, samples).0);
+        Some((number.ln(), least.fold(f64::INFINITY, f64::min).ln()))
+    };
+    slope(&plans.filter_map(point).collect::<Vec<_>>())
+}
+
+fn growth(report: &mut String) {
+    report.push_str(
+        "## Growth\n\nSlopes of log time of rendering over log number, one thread; 1 is linear. \
+         The living room by samples and pixels; elsewhere a ball with the lights and triangles \
+         in question, 180x120 pixels.\n\n",
+    );
+    let mut plan = living_room();
+    plan.shading = Shading::Phong;
+    let sized = |(width, height): (u32, u32)| {
+        let mut plan = plan.clone();
+        plan.resolution = Resolution { width, height };
+        (f64::from(width * height), plan)
+    };
+    let sizes = [(90, 60), (180, 120), (360, 240), (720, 480)];
+    let by_pixels = slope_of(sizes.into_iter().map(sized), 4);
+    let mut by_samples = Vec::new();
+    if let Ok(session) = Session::open(sized((180, 120)).1) {
+        for samples in [4, 8, 16, 32, 64] {
+            let (seconds, _) = render(&session, samples);
+            by_samples.push((f64::from(samples).ln(), seconds.ln()));
+        }
+    }
+    let lit = |count: usize| {
+        let light = |i: usize| {
+            let turn = i as f64 * 2.4;
+            let (sin, cos) = libm::sincos(turn);
+            format!(
+                "PointLight {{ intensity .1 location {:.3} 3 {:.3} }}\n",
+                4.0 * cos,
+                4.0 * sin
+            )
+        };
+        let lights: String = (0..count).map(light).collect();
+        let nodes = format!(
+            "{lights}Sphere {{ }} Translation {{ translation 0 -1 0 }} Cube {{ width 9 depth 9 height .1 }}"
+        );
+        Some((
+            count as f64,
+            written(&format!("lights-{count}.iv"), &nodes)?,
+        ))
+    };
+    let by_lights = slope_of([4, 16, 64].into_iter().filter_map(lit), 16);
+    let meshed = |count: usize| {
+        let nodes = ball_nodes(count);
+        Some((count as f64, written(&format!("ball-{count}.iv"), &nodes)?))
+    };
+    let by_triangles = slope_of(
+        [10_000, 100_000, 1_000_000].into_iter().filter_map(meshed),
+        16,
+    );
+    let _ = writeln!(
+        report,
+        "* samples, 4 to 64: {:.2}\n* pixels, 90x60 to 720x480: {by_pixels:.2}\n\
+         * lights, 4 to 64: {by_lights:.2}\n* triangles, 10,000 to 1,000,000: {by_triangles:.2}\n\
+         * surfaces of a lens, as rays in lanes (all shipped of spheres): {:.2}\n",
+        slope(&by_samples),
+        by_surfaces()
+    );
+}
+
+/// Slope of the time of a ray in lanes over the number of surfaces.
+fn by_surfaces() -> f64 {
+    let mut points = Vec::new();
+    for name in crate::lens::shipped_names() {
+        let Ok(lens) = Lens::named(name) else {
+            continue;
+        };
+        let surfaces = &lens.prescription().surfaces;
+        let spheres = surfaces
+            .iter()
+            .all(|s| s.shape == crate::lens::Shape::Sphere);
+        let Some(focal) = lens.first_order().focal.filter(|_| spheres) else {
+            continue;
+        };
+        let radius = 0.4 * focal.efl.abs();
+        let target = PupilTarget::exit_pupil(&lens, focal.rear_focal_point, radius);
+        let rays = rays_of(&lens, &target, focal.rear_focal_point, radius);
+        let seconds = in_lanes(&lens, &rays, Width::detect());
+        points.push(((surfaces.len() as f64).ln(), seconds.ln()));
+    }
+    slope(&points)
+}
+
+/// Seconds of the clock on one thread and on two.
+fn threads(report: &mut String) {
+    let Ok(session) = Session::open(living_room()) else {
+        return;
+    };
+    let clock = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let Ok(pool) = pool else { return f64::NAN };
+        let once = || {
+            let start = Instant::now();
+            let sampler = session.plan.sampler;
+            pool.install(|| black_box(session.expose_with(sampler, Stop::after(16), &|_| ())));
+            start.elapsed().as_secs_f64()
+        };
+        (0..5).map(|_| once()).fold(f64::INFINITY, f64::min)
+    };
+    let (one, two) = (clock(1), clock(2));
+    let _ = writeln!(
+        report,
+        "## Threads\n\nThe living room at 360x240, 16 samples, seconds of the clock: {one:.2} on one \
+         thread, {two:.2} on two: {:.2} times as fast. Only a machine without other work shows this.\n",
+        one / two
+    );
+}
+
+/// Least squares through (x, y).
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let mean = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
+    let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
+    let over = mean(&|p| (p.0 - x) * (p.1 - y));
+    over / mean(&|p| (p.0 - x) * (p.0 - x))
+}
