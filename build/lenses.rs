@@ -9,7 +9,7 @@ pub fn embed() {
     let mut files = Vec::new();
     collect(&folder, &mut files);
     files.sort();
-    let mut table = String::from("pub static LENSES: &[(&str, &str)] = &[\n");
+    let mut table = String::from("pub(crate) static LENSES: &[(&str, &str)] = &[\n");
     for file in &files {
         let name = file
             .strip_prefix(&folder)

@@ -6,33 +6,36 @@
 //! nothing prints, and a wrong file is a [`diag::Diagnostic`].
 
 #![forbid(unsafe_op_in_unsafe_fn)]
+#![warn(unreachable_pub)]
 
-pub mod bvh;
+mod bvh;
 pub mod camera;
 pub mod cli;
 pub mod compare;
 pub mod diag;
-pub mod diagram;
+mod diagram;
 pub mod film;
-pub mod geometry;
+mod geometry;
 pub mod grammar;
 pub mod iv;
 pub mod lens;
 pub mod math;
-pub mod movie;
+mod movie;
 pub mod photo;
 pub mod picture;
 pub mod pose;
 pub mod prescription;
 pub mod render;
-pub mod sampling;
+mod sampling;
 pub mod scene;
-pub mod shade;
+mod shade;
 pub mod snapshot;
-pub mod spectrum;
-pub mod traversal;
+mod spectrum;
+mod traversal;
+// Without the window itself, only tests and `measure latency` drive what is in it.
 #[cfg(feature = "panels")]
-pub mod viewer;
+#[cfg_attr(not(feature = "viewer"), allow(dead_code))]
+mod viewer;
 
 #[cfg(feature = "tools")]
 #[path = "../tools/mod.rs"]

@@ -594,9 +594,9 @@ fn colour(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64 {
         table.check(name, error < 1e-6, || format!("{what} {ours}, not {exact}"));
     };
     for (line, nm) in [
-        ("F", glass::F_LINE),
+        ("F", glass::medium::F_LINE),
         ("d", glass::D_LINE),
-        ("C", glass::C_LINE),
+        ("C", glass::medium::C_LINE),
     ] {
         let there = lens.at_wavelength(nm);
         let Some(focal) = there.first_order().focal else {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 /// The smallest and the largest corner of a box.
-pub type Box3 = (Vec3, Vec3);
+pub(super) type Box3 = (Vec3, Vec3);
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BinaryNode {
@@ -16,7 +16,7 @@ pub(super) struct BinaryNode {
 }
 
 impl BinaryNode {
-    pub const NONE: Self = Self {
+    pub(super) const NONE: Self = Self {
         min: Vec3::ZERO,
         first: 0,
         max: Vec3::ZERO,

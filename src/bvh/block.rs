@@ -8,12 +8,12 @@ use glam::Vec3;
 use super::triangle::PreparedRay;
 
 /// Primitives in a block.
-pub const BLOCK: usize = 4;
+pub(super) const BLOCK: usize = 4;
 
 /// Four primitives of a leaf.
 #[derive(Clone, Debug)]
 #[repr(C, align(16))]
-pub struct Block {
+pub(crate) struct Block {
     /// Corner by corner, axis by axis. Where there is no triangle they are NaN, which no ray hits.
     pub(super) corners: [[[f32; BLOCK]; 3]; 3],
     pub(super) primitives: [u32; BLOCK],
@@ -31,12 +31,12 @@ impl Block {
         last: true,
     };
 
-    pub fn primitive(&self, lane: usize) -> u32 {
+    pub(crate) fn primitive(&self, lane: usize) -> u32 {
         self.primitives[lane]
     }
 
     /// Which of the four are primitives other than triangles: bits.
-    pub fn non_triangles(&self) -> u32 {
+    pub(crate) fn non_triangles(&self) -> u32 {
         self.non_triangles
     }
 
@@ -47,7 +47,7 @@ impl Block {
 }
 
 /// The triangles of a block that a ray meets, and where.
-pub struct BlockHits {
+pub(crate) struct BlockHits {
     /// Which of the four are met: bits.
     pub mask: u32,
     pub t: [f32; BLOCK],
@@ -92,7 +92,7 @@ impl<'a> BlockTest<'a> {
 }
 
 #[cfg(target_arch = "x86_64")]
-pub use lanes::BlockTest;
+pub(crate) use lanes::BlockTest;
 
 #[cfg(target_arch = "x86_64")]
 mod lanes {
@@ -101,7 +101,7 @@ mod lanes {
     use super::*;
 
     /// The part of the test of a block's triangles that depends on the ray alone, in lanes.
-    pub struct BlockTest {
+    pub(crate) struct BlockTest {
         /// The ray's axes, which are the rows of a block's corners.
         rows: [usize; 3],
         /// The ray's origin along those axes.
@@ -112,7 +112,7 @@ mod lanes {
 
     impl BlockTest {
         #[inline(always)]
-        pub fn new(ray: &PreparedRay, t_min: f32) -> Self {
+        pub(crate) fn new(ray: &PreparedRay, t_min: f32) -> Self {
             // SAFETY: SSE is part of every x86-64 processor.
             let all = |x: f32| unsafe { _mm_set1_ps(x) };
             let rows = ray.axes.map(|axis| axis.min(2));
@@ -126,7 +126,7 @@ mod lanes {
 
         /// [`PreparedRay::triangle`] for all four, the same operations in the same order.
         #[inline(always)]
-        pub fn intersect(&self, block: &Block, t_max: f32) -> BlockHits {
+        pub(crate) fn intersect(&self, block: &Block, t_max: f32) -> BlockHits {
             let [x, y, z] = self.rows;
             let [sx, sy, sz] = self.shear;
             let mut hits = BlockHits::NONE;

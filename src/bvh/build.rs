@@ -83,7 +83,7 @@ impl Boundable for Item {
 
 impl BinaryBvh {
     /// Builds over boxes, one for each primitive.
-    pub fn build(boxes: &[Box3]) -> Self {
+    pub(super) fn build(boxes: &[Box3]) -> Self {
         if boxes.is_empty() {
             return Self::default();
         }

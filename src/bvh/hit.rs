@@ -16,10 +16,10 @@ pub struct Hit {
 
 /// Hits nearer together than this share of their distance lie in one plane. That is about what a
 /// depth buffer of 24 bits tells apart when its near plane is a tenth as far as the scene.
-pub const COPLANAR: f32 = 1.0 / (1 << 20) as f32;
+pub(crate) const COPLANAR: f32 = 1.0 / (1 << 20) as f32;
 
 /// Intersects primitives that are not triangles.
-pub trait NonTriangles {
+pub(crate) trait NonTriangles {
     /// The distance of a ray's nearest hit on a primitive, between the two distances.
     fn intersect(&self, ray: &PreparedRay, primitive: u32, t_min: f32, t_max: f32) -> Option<f32>;
 }

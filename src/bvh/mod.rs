@@ -28,9 +28,9 @@ mod stack;
 mod triangle;
 mod walk;
 
-pub use block::{Block, BlockHits};
-pub use hit::{COPLANAR, Hit, NonTriangles};
-pub use nodes::Bvh;
-pub use packet::{PacketHits, RayPacket};
-pub use ray::Ray;
-pub use triangle::PreparedRay;
+pub(crate) use block::{Block, BlockHits};
+pub(crate) use hit::{COPLANAR, Hit, NonTriangles};
+pub(crate) use nodes::Bvh;
+pub(crate) use packet::{PacketHits, RayPacket};
+pub(crate) use ray::Ray;
+pub(crate) use triangle::PreparedRay;

@@ -22,27 +22,27 @@ pub(super) struct Node {
 pub(super) struct Child(pub u32);
 
 impl Child {
-    pub const LEAF: u32 = 1 << 31;
-    pub const ROOT: Self = Self(0);
+    pub(super) const LEAF: u32 = 1 << 31;
+    pub(super) const ROOT: Self = Self(0);
 
-    pub fn leaf(block: usize) -> Self {
+    pub(super) fn leaf(block: usize) -> Self {
         Self(block as u32 | Self::LEAF)
     }
 
     #[inline(always)]
-    pub fn is_leaf(self) -> bool {
+    pub(super) fn is_leaf(self) -> bool {
         self.0 & Self::LEAF != 0
     }
 
     #[inline(always)]
-    pub fn place(self) -> usize {
+    pub(super) fn place(self) -> usize {
         (self.0 & !Self::LEAF) as usize
     }
 }
 
 /// A tree of boxes around primitives.
 #[derive(Clone, Debug, Default)]
-pub struct Bvh {
+pub(crate) struct Bvh {
     pub(super) nodes: Vec<Node>,
     pub(super) blocks: Vec<Block>,
     /// The largest number of boxes that can be on a traversal stack at once.
@@ -52,14 +52,15 @@ pub struct Bvh {
 impl Bvh {
     /// Builds over the boxes of primitives. `triangle` gives a primitive's corners, or nothing for
     /// a primitive that is not a triangle.
-    pub fn build(boxes: Vec<Box3>, triangle: impl Fn(u32) -> Option<[Vec3; 3]>) -> Self {
+    pub(crate) fn build(boxes: Vec<Box3>, triangle: impl Fn(u32) -> Option<[Vec3; 3]>) -> Self {
         let binary = BinaryBvh::build(&boxes);
         drop(boxes);
         Self::collapse(&binary, triangle)
     }
 
     /// Bytes of memory that nodes and blocks take.
-    pub fn bytes(&self) -> usize {
+    #[cfg(feature = "tools")]
+    pub(crate) fn bytes(&self) -> usize {
         std::mem::size_of_val(&self.nodes[..]) + std::mem::size_of_val(&self.blocks[..])
     }
 }

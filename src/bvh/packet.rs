@@ -127,7 +127,7 @@ impl SimdKernel for OneOctant<'_> {
 /// The hits of a packet's rays, side by side.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-pub struct PacketHits {
+pub(crate) struct PacketHits {
     pub t: Lanes<f32>,
     pub u: Lanes<f32>,
     pub v: Lanes<f32>,
@@ -151,7 +151,7 @@ impl PacketHits {
         mask: 0,
     };
 
-    pub fn hit(&self, lane: usize) -> Option<Hit> {
+    pub(crate) fn hit(&self, lane: usize) -> Option<Hit> {
         (self.mask >> lane & 1 == 1).then(|| Hit {
             t: self.t[lane],
             primitive: self.primitive[lane],
@@ -160,7 +160,7 @@ impl PacketHits {
         })
     }
 
-    pub fn set(&mut self, lane: usize, hit: Option<Hit>) {
+    pub(crate) fn set(&mut self, lane: usize, hit: Option<Hit>) {
         self.mask &= !(1 << lane);
         if let Some(hit) = hit {
             (self.t[lane], self.u[lane], self.v[lane]) = (hit.t, hit.u, hit.v);
@@ -185,7 +185,7 @@ impl PacketHits {
 impl Bvh {
     /// Finds the nearest hit of every ray. Returns, as bits, the rays that have two hits so near
     /// together that a caller may prefer the other one: trace those by themselves.
-    pub fn nearest_hits(
+    pub(crate) fn nearest_hits(
         &self,
         rays: &RayPacket,
         non_triangles: &impl NonTriangles,
@@ -204,7 +204,7 @@ impl Bvh {
     }
 
     /// Finds the rays that hit anything, as the hits' `mask`, and one `primitive` of each.
-    pub fn any_hits(
+    pub(crate) fn any_hits(
         &self,
         rays: &RayPacket,
         non_triangles: &impl NonTriangles,

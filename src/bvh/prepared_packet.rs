@@ -19,7 +19,7 @@ pub(super) const CLOSE: f32 = 2.0 * COPLANAR;
 /// A packet during its walk: rays from distance 0 that have one direction octant.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-pub struct PreparedPacket {
+pub(super) struct PreparedPacket {
     pub(super) origin: Vec3Lanes,
     pub(super) direction: Vec3Lanes,
     pub(super) inverse: Vec3Lanes,
@@ -54,7 +54,7 @@ pub(super) struct Interval {
 }
 
 impl PreparedPacket {
-    pub const fn empty() -> Self {
+    pub(super) const fn empty() -> Self {
         Self {
             origin: [[0.0; LANES]; 3],
             direction: [[1.0; LANES]; 3],
@@ -76,7 +76,7 @@ impl PreparedPacket {
     }
 
     /// Whether this processor has the instructions that make packets faster than single rays.
-    pub fn is_fast() -> bool {
+    pub(super) fn is_fast() -> bool {
         #[cfg(target_arch = "x86_64")]
         {
             is_x86_feature_detected!("avx512f")
@@ -89,7 +89,7 @@ impl PreparedPacket {
     }
 
     /// Takes the rays of a packet, at least one.
-    pub fn load(&mut self, rays: &RayPacket) {
+    pub(super) fn load(&mut self, rays: &RayPacket) {
         #[cfg(target_arch = "x86_64")]
         if Self::is_fast() {
             // SAFETY: the processor was just asked.

@@ -43,7 +43,7 @@ impl Ray {
 
 /// The axis along which a direction is longest: 0, 1 or 2.
 #[inline(always)]
-pub fn longest_axis([x, y, z]: [f32; 3]) -> usize {
+pub(super) fn longest_axis([x, y, z]: [f32; 3]) -> usize {
     let [x, y, z] = [x.abs(), y.abs(), z.abs()];
     let y_or_z = if y > z { 1 } else { 2 };
     if (x > y) & (x > z) { 0 } else { y_or_z }
@@ -51,7 +51,7 @@ pub fn longest_axis([x, y, z]: [f32; 3]) -> usize {
 
 /// What the rays of a packet must agree on: the three signs of the direction and its longest axis.
 #[inline(always)]
-pub fn direction_octant(direction: [f32; 3]) -> u32 {
+pub(super) fn direction_octant(direction: [f32; 3]) -> u32 {
     let [x, y, z] = direction;
     let bit = |d: f32, bit: u32| if d < 0.0 { bit } else { 0 };
     (longest_axis(direction) as u32) << 3 | bit(x, 1) | bit(y, 2) | bit(z, 4)

@@ -10,7 +10,7 @@ use super::binary::Box3;
 
 /// A box with its primitive. The two move together, so that a part is read in order of memory.
 #[derive(Clone, Copy)]
-pub struct Item {
+pub(super) struct Item {
     /// The smallest corner. The fourth number means nothing.
     low: Vec4,
     /// The largest corner. The fourth number means nothing.
@@ -19,7 +19,7 @@ pub struct Item {
 }
 
 impl Item {
-    pub fn new((min, max): Box3, primitive: u32) -> Self {
+    pub(super) fn new((min, max): Box3, primitive: u32) -> Self {
         Self {
             low: min.extend(0.0),
             high: max.extend(0.0),
@@ -27,7 +27,7 @@ impl Item {
         }
     }
 
-    pub fn around(&self) -> Box3 {
+    pub(super) fn around(&self) -> Box3 {
         (self.low.truncate(), self.high.truncate())
     }
 
@@ -73,14 +73,14 @@ impl Extent {
 }
 
 /// A node above the parts. Its two children follow each other.
-pub enum Above {
+pub(super) enum Above {
     Inner { first: usize, around: Box3 },
     Part(Range<usize>),
 }
 
 /// Orders items so that parts of at most `most` lie together, and returns the tree above them, the
 /// root first. A part is larger only if all its boxes are the same.
-pub fn split_by_sah(items: &mut [Item], most: usize) -> Vec<Above> {
+pub(super) fn split_by_sah(items: &mut [Item], most: usize) -> Vec<Above> {
     let mut above = vec![Above::Part(0..items.len())];
     if items.len() <= most {
         return above;

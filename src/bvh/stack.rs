@@ -10,14 +10,14 @@ const INLINE: usize = 256;
 /// A tree knows how large the stack can become, so the memory is provided before the walk. Growing
 /// on the way would be a call in the loop of the walk. Even a call that never happens keeps the
 /// ray out of the vector registers and costs a third of the time.
-pub struct StackStorage<T> {
+pub(super) struct StackStorage<T> {
     array: [MaybeUninit<T>; INLINE],
     heap: Vec<MaybeUninit<T>>,
 }
 
 impl<T: Copy> StackStorage<T> {
     #[inline(always)]
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             array: [const { MaybeUninit::uninit() }; INLINE],
             heap: Vec::new(),
@@ -26,7 +26,7 @@ impl<T: Copy> StackStorage<T> {
 
     /// An empty stack that can hold `size` entries.
     #[inline(always)]
-    pub fn stack(&mut self, size: usize) -> TraversalStack<'_, T> {
+    pub(super) fn stack(&mut self, size: usize) -> TraversalStack<'_, T> {
         let entries = if size > INLINE {
             self.grow(size);
             &mut self.heap[..]
@@ -43,25 +43,25 @@ impl<T: Copy> StackStorage<T> {
 }
 
 /// The entries still to be visited, the next on top.
-pub struct TraversalStack<'a, T> {
+pub(super) struct TraversalStack<'a, T> {
     entries: &'a mut [MaybeUninit<T>],
     len: usize,
 }
 
 impl<T: Copy> TraversalStack<'_, T> {
     #[inline(always)]
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.len
     }
 
     #[inline(always)]
-    pub fn push(&mut self, entry: T) {
+    pub(super) fn push(&mut self, entry: T) {
         self.entries[self.len] = MaybeUninit::new(entry);
         self.len += 1;
     }
 
     #[inline(always)]
-    pub fn pop(&mut self) -> Option<T> {
+    pub(super) fn pop(&mut self) -> Option<T> {
         let top = self.len.checked_sub(1)?;
         self.len = top;
         // SAFETY: every entry below the old length has been written.
@@ -70,7 +70,7 @@ impl<T: Copy> TraversalStack<'_, T> {
 
     /// Inserts an entry among those from `start` on, which are sorted with the least on top.
     #[inline(always)]
-    pub fn insert_sorted(&mut self, start: usize, entry: T)
+    pub(super) fn insert_sorted(&mut self, start: usize, entry: T)
     where
         T: Ord,
     {

@@ -8,7 +8,7 @@ const LARGEST_INVERSE: f32 = 18_446_744_073_709_551_616.0; // 2^64
 
 /// The part of the box test and the triangle test that depends on the ray alone.
 #[derive(Clone, Copy, Debug)]
-pub struct PreparedRay {
+pub(crate) struct PreparedRay {
     pub origin: Vec3,
     pub direction: Vec3,
     pub(super) inverse: Vec3,
@@ -19,7 +19,7 @@ pub struct PreparedRay {
 
 impl PreparedRay {
     #[inline]
-    pub fn new(ray: &Ray) -> Self {
+    pub(crate) fn new(ray: &Ray) -> Self {
         let d = ray.direction + Vec3::ZERO; // turns −0.0 into +0.0
         let inverse = Vec3::new(invert(d.x), invert(d.y), invert(d.z));
         let z = longest_axis(d.to_array());
@@ -40,7 +40,12 @@ impl PreparedRay {
     ///
     /// Woop, Benthin and Wald's test: the edge signs are the same for two triangles that share an
     /// edge, so no ray slips between them; an edge value of exactly 0 is decided in f64.
-    pub fn triangle(&self, corners: &[Vec3; 3], t_min: f32, t_max: f32) -> Option<(f32, f32, f32)> {
+    pub(crate) fn triangle(
+        &self,
+        corners: &[Vec3; 3],
+        t_min: f32,
+        t_max: f32,
+    ) -> Option<(f32, f32, f32)> {
         let [kx, ky, kz] = self.axes;
         let (a, b, c) = (
             corners[0] - self.origin,
@@ -92,11 +97,11 @@ pub(super) fn invert(component: f32) -> f32 {
 }
 
 #[cfg(test)]
-pub mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// The nearest hit by asking every triangle.
-    pub fn brute(triangles: &[[Vec3; 3]], ray: &Ray) -> Option<f32> {
+    pub(crate) fn brute(triangles: &[[Vec3; 3]], ray: &Ray) -> Option<f32> {
         let prepared = PreparedRay::new(ray);
         triangles
             .iter()

@@ -224,7 +224,7 @@ impl Bvh {
     /// `visit` gets a block, the hits of its triangles, and the farthest distance that still
     /// counts. It returns that distance again; a value below `t_min` ends the walk.
     #[inline]
-    pub fn walk(
+    pub(crate) fn walk(
         &self,
         ray: &PreparedRay,
         t_min: f32,
@@ -239,7 +239,7 @@ impl Bvh {
     /// Walks as [`Bvh::walk`] does, but in no particular order. That is faster where any hit will
     /// do.
     #[inline]
-    pub fn walk_any(
+    pub(crate) fn walk_any(
         &self,
         ray: &PreparedRay,
         t_min: f32,

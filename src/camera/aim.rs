@@ -54,6 +54,6 @@ pub(super) fn equation_1(across: DVec3, normal: DVec3) -> f64 {
 }
 
 /// The picture's aspect and the film's must agree, or pixels are not square.
-pub fn pixel_aspect(format: FilmFormat, resolution: Resolution) -> f64 {
+pub(crate) fn pixel_aspect(format: FilmFormat, resolution: Resolution) -> f64 {
     (format.width / f64::from(resolution.width)) / (format.height / f64::from(resolution.height))
 }

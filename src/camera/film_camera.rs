@@ -23,7 +23,7 @@ pub struct FilmCamera {
 }
 
 impl FilmCamera {
-    pub fn new(plane: FilmPlane, format: FilmFormat, aim: Aim, pose: &CameraPose) -> Self {
+    pub(crate) fn new(plane: FilmPlane, format: FilmFormat, aim: Aim, pose: &CameraPose) -> Self {
         Self {
             format,
             plane,
@@ -59,7 +59,7 @@ impl FilmCamera {
 const FILM_HALF_HEIGHT: f64 = 12.0;
 
 /// The film behind a lens that stands in the scene as solids, to write into that scene.
-pub fn film_plane(lens: &Lens, film_z: f64) -> FilmPlane {
+pub(crate) fn film_plane(lens: &Lens, film_z: f64) -> FilmPlane {
     let focal = lens.first_order().focal;
     let image_distance = film_z - focal.map_or(0.0, |f| f.rear_principal_plane);
     FilmPlane {

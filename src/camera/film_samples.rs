@@ -15,7 +15,7 @@ pub(super) struct FilmSamples {
 
 impl FilmSamples {
     /// Takes the samples with the given numbers, at most [`LANES`].
-    pub fn take(&mut self, format: FilmFormat, samples: &Samples, numbers: &[usize]) {
+    pub(super) fn take(&mut self, format: FilmFormat, samples: &Samples, numbers: &[usize]) {
         let at = |lane: usize| numbers.get(lane).copied().unwrap_or(numbers[0]);
         self.fill(format, samples, numbers.len(), |lane, all| {
             *lane = std::array::from_fn(|i| all[at(i)]);
@@ -23,7 +23,7 @@ impl FilmSamples {
     }
 
     /// Takes the samples from number `first` on.
-    pub fn take_from(&mut self, format: FilmFormat, samples: &Samples, first: usize) {
+    pub(super) fn take_from(&mut self, format: FilmFormat, samples: &Samples, first: usize) {
         let count = (samples.len() - first).min(LANES);
         self.fill(format, samples, count, |lane, all| {
             lane[count..].fill(all[first]);

@@ -161,7 +161,7 @@ fn sin_cos<const FUSED: bool>(angle: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampling::concentric_disc;
+    use crate::sampling::disc::concentric_disc;
 
     #[test]
     fn points_of_the_disc_are_those_of_the_samplers_map() {

@@ -89,7 +89,7 @@ impl Camera {
     }
 
     /// How many samples are best taken together: enough that resampled rays fill lanes.
-    pub fn batch(&self) -> usize {
+    pub(crate) fn batch(&self) -> usize {
         match self {
             Self::Lens(_) if self.is_spectral() => SETS * LANES,
             Self::Lens(_) => 16 * LANES,
@@ -98,7 +98,12 @@ impl Camera {
     }
 
     /// Adds the radiances along rays, packet by packet, to the exposures of their samples.
-    pub fn expose(&self, rays: &CameraRays, radiances: &[Vec3Lanes], exposures: &mut [DVec3]) {
+    pub(crate) fn expose(
+        &self,
+        rays: &CameraRays,
+        radiances: &[Vec3Lanes],
+        exposures: &mut [DVec3],
+    ) {
         for (number, (packet, light)) in rays.packets().iter().zip(radiances).enumerate() {
             for lane in bits(packet.rays.mask) {
                 let mut light = of_lane(light, lane).as_dvec3() * packet.weights[lane];
@@ -111,7 +116,7 @@ impl Camera {
     }
 
     /// The rays of one sample from the film: one, or one for each wavelength of a hero set.
-    pub fn rays_each(&self) -> usize {
+    pub(crate) fn rays_each(&self) -> usize {
         if self.is_spectral() { HERO } else { 1 }
     }
 }

@@ -40,7 +40,7 @@ impl LensCamera {
     }
 
     /// With a film that is moved or bent.
-    pub fn with_film(
+    pub(crate) fn with_film(
         lens: Lens,
         focus: Focus,
         place: FilmPlace,
@@ -71,7 +71,7 @@ impl LensCamera {
 
     /// The same camera seeing colors by their wavelengths. A lens without dispersion and without
     /// coatings keeps seeing one, for all wavelengths take the same path through it.
-    pub fn dispersing(mut self) -> Self {
+    pub(crate) fn dispersing(mut self) -> Self {
         if self.lens.prescription().is_chromatic() {
             let lenses = SpectralLenses::of(&self.lens, &self.target, &self.place, self.format);
             self.spectral = Some(Box::new(lenses));
@@ -80,7 +80,7 @@ impl LensCamera {
     }
 
     /// Whether the picture is made of wavelengths.
-    pub fn is_dispersing(&self) -> bool {
+    pub(crate) fn is_dispersing(&self) -> bool {
         self.spectral.is_some()
     }
 
@@ -91,28 +91,28 @@ impl LensCamera {
     }
 
     /// Where the film stands.
-    pub fn place(&self) -> &FilmPlace {
+    pub(crate) fn place(&self) -> &FilmPlace {
         &self.place
     }
 
     /// What a film point aims at.
-    pub fn window(&self, film: DVec2) -> PupilWindow<'_> {
+    pub(crate) fn window(&self, film: DVec2) -> PupilWindow<'_> {
         self.target.window(film)
     }
 
     /// Irradiance on the axis from radiance 1, in steradians: π/(4 N²) for an ideal lens.
-    pub fn axial_irradiance(&self) -> f64 {
+    pub(crate) fn axial_irradiance(&self) -> f64 {
         self.axial_irradiance
     }
 
     /// Millimeters on the film of a point of the upright picture.
-    pub fn film_point(&self, x: f64, y: f64) -> DVec2 {
+    pub(crate) fn film_point(&self, x: f64, y: f64) -> DVec2 {
         film_point(self.format, x, y)
     }
 
     /// The pixel that a ray behind the lens falls on, and how much of its area the film has there:
     /// bent film has more than what it is bent from. `None` beside the film.
-    pub fn pixel(&self, out: &LensRay, resolution: Resolution) -> Option<(u32, f64)> {
+    pub(crate) fn pixel(&self, out: &LensRay, resolution: Resolution) -> Option<(u32, f64)> {
         let film = self.place.meet(out)?;
         let x = (0.5 - film.x / self.format.width) * f64::from(resolution.width);
         let y = (film.y / self.format.height + 0.5) * f64::from(resolution.height);
@@ -123,17 +123,17 @@ impl LensCamera {
     }
 
     /// A point of the scene, from its origin, in lens space.
-    pub fn lens_point(&self, world: DVec3) -> DVec3 {
+    pub(crate) fn lens_point(&self, world: DVec3) -> DVec3 {
         self.lens_direction(world - self.eye) / METERS_FROM_MM
     }
 
     /// A direction of the scene in lens space.
-    pub fn lens_direction(&self, world: DVec3) -> DVec3 {
+    pub(crate) fn lens_direction(&self, world: DVec3) -> DVec3 {
         self.world_from_lens.inverse() * world
     }
 
     /// A point of lens space in the scene, from its origin.
-    pub fn world_point(&self, lens: DVec3) -> DVec3 {
+    pub(crate) fn world_point(&self, lens: DVec3) -> DVec3 {
         self.eye + self.world_from_lens * (lens * METERS_FROM_MM)
     }
 
@@ -194,7 +194,7 @@ pub(super) fn kept(lens: &Lens, inside: &LensRay) -> f64 {
 
 /// Half of the angle (radians) that a lens sees on a film's shorter side, focused at infinity: that
 /// of the real ray through the middle of the exit pupil, or what the focal length says.
-pub fn half_field(lens: &Lens, format: FilmFormat) -> Option<f64> {
+pub(crate) fn half_field(lens: &Lens, format: FilmFormat) -> Option<f64> {
     let optics = lens.first_order();
     let focal = optics.focal?;
     let height = 0.5 * format.width.min(format.height);

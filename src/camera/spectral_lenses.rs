@@ -16,7 +16,12 @@ pub(super) struct SpectralLenses {
 }
 
 impl SpectralLenses {
-    pub fn of(lens: &Lens, target: &PupilTarget, place: &FilmPlace, format: FilmFormat) -> Self {
+    pub(super) fn of(
+        lens: &Lens,
+        target: &PupilTarget,
+        place: &FilmPlace,
+        format: FilmFormat,
+    ) -> Self {
         let sets = Spectrum::default().hero_sets();
         let lenses = sets
             .each_ref()

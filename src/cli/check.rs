@@ -14,7 +14,7 @@ use crate::scene::CompileOptions;
 use crate::scene::check::{Checked, classes, counted, scene_files};
 use crate::snapshot::SnapshotOptions;
 
-pub fn command() -> Command {
+pub(crate) fn command() -> Command {
     let path = |name: &'static str| Arg::new(name).value_parser(value_parser!(PathBuf));
     Command::new("check")
         .about("Tells what is in scene files, what is drawn of it, and what is wrong")
@@ -44,7 +44,7 @@ pub fn command() -> Command {
         .args([FONTS, LIMIT].iter().map(super::flags::argument))
 }
 
-pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let named: Vec<&PathBuf> = matches.get_many("scenes").into_iter().flatten().collect();
     let search: Vec<&Path> = matches
         .get_many::<PathBuf>("search")

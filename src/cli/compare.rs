@@ -16,7 +16,7 @@ use crate::picture::{Raster, write_whole};
 /// Exit code: a limit was passed.
 const DIFFERENT: i32 = 1;
 
-pub fn command() -> Command {
+pub(crate) fn command() -> Command {
     let value = |name: &'static str, value: &'static str, help: &'static str| {
         Arg::new(name).long(name).value_name(value).help(help)
     };
@@ -87,7 +87,7 @@ pub fn command() -> Command {
 }
 
 /// Runs the command; the number is the exit code.
-pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let name = |which: &str| text(matches, which).unwrap_or_default();
     let limits = limits(matches)?;
     let outputs = ["sheet", "fit"].map(|name| text(matches, name).map(Path::new));

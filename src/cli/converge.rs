@@ -15,7 +15,7 @@ use crate::render::Stop;
 use crate::render::report::{Convergence, Row};
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 
-pub fn command() -> Command {
+pub(crate) fn command() -> Command {
     let value = |name: &'static str, value: &'static str, help: &'static str| {
         Arg::new(name).long(name).value_name(value).help(help)
     };
@@ -54,7 +54,7 @@ pub fn command() -> Command {
         .arg(scene_argument())
 }
 
-pub fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     if let Some(output) = text(m, "output") {
         return Err(
             Diagnostic::error(format!("there is no picture to write to `{output}`"))

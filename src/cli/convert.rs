@@ -9,7 +9,7 @@ use super::{tell, tell_all, text};
 use crate::diag::{Diagnostic, Result};
 use crate::iv::{Document, Format};
 
-pub fn command() -> Command {
+pub(crate) fn command() -> Command {
     let path = |name: &'static str| Arg::new(name).value_parser(value_parser!(PathBuf));
     Command::new("convert")
         .about("Writes a scene file anew: any version and form to Inventor V2.1, VRML97 to VRML97")
@@ -37,7 +37,7 @@ pub fn command() -> Command {
         .arg(super::flags::argument(&super::flags::LIMIT))
 }
 
-pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let Some(scene) = matches.get_one::<PathBuf>("scene") else {
         return Err(Diagnostic::error("no scene was given"));
     };

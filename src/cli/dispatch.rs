@@ -104,7 +104,7 @@ fn known_or_scene(word: &str) -> Result<()> {
 }
 
 /// `ivcam COMMAND …`.
-pub fn commands() -> Command {
+pub(super) fn commands() -> Command {
     Command::new("ivcam")
         .version(env!("CARGO_PKG_VERSION"))
         .about("Photographs Open Inventor and VRML scenes through real lenses")

@@ -11,7 +11,7 @@ use crate::diag::{Diagnostic, Result};
 use crate::film::Response;
 use crate::picture::{Depth, Picture, PictureFormat, Raster};
 
-pub fn command() -> Command {
+pub(crate) fn command() -> Command {
     Command::new("expose")
         .about("Adds exposures, as a film does that is exposed more than once")
         .arg(
@@ -44,7 +44,7 @@ pub fn command() -> Command {
 }
 
 /// Runs the command; the number is the exit code.
-pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let names: Vec<&String> = matches.get_many("pictures").into_iter().flatten().collect();
     let weights = weights(matches, names.len())?;
     let output = Path::new(text(matches, "output").unwrap_or_default());

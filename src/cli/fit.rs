@@ -13,7 +13,7 @@ use crate::photo::{Era, Session};
 use crate::picture::write_whole;
 
 /// Fits, writes the camera, and gives the best rendering.
-pub fn run(
+pub(crate) fn run(
     matches: &ArgMatches,
     target: &Plate,
     file: &Path,

@@ -8,11 +8,11 @@ use std::ffi::OsString;
 
 use clap::{Arg, ArgAction, ArgMatches, value_parser};
 
-pub use crate::photo::options::{FONTS, LIMIT};
+pub(crate) use crate::photo::options::{FONTS, LIMIT};
 use crate::photo::options::{Opt, Takes, Words, all, groups};
 
 /// Arguments for everything that a photograph takes, under headings.
-pub fn photograph() -> impl Iterator<Item = Arg> {
+pub(crate) fn photograph() -> impl Iterator<Item = Arg> {
     groups().iter().flat_map(|group| {
         let arguments = group.options.iter().map(argument);
         arguments.map(|arg| arg.help_heading(group.heading))
@@ -20,7 +20,7 @@ pub fn photograph() -> impl Iterator<Item = Arg> {
 }
 
 /// The argument of one option.
-pub fn argument(option: &Opt) -> Arg {
+pub(crate) fn argument(option: &Opt) -> Arg {
     let mut arg = Arg::new(option.name).long(option.name).help(option.help);
     if let Some(short) = letter(option) {
         arg = arg.short(short);
@@ -47,7 +47,7 @@ fn letter(option: &Opt) -> Option<char> {
 }
 
 /// The options that were given, of those that the command has.
-pub fn words(matches: &ArgMatches) -> Words {
+pub(crate) fn words(matches: &ArgMatches) -> Words {
     let mut words = Words::default();
     for option in all() {
         // A command may have a part of the table, and a switch is there without being given.
@@ -63,7 +63,7 @@ pub fn words(matches: &ArgMatches) -> Words {
 
 /// A word of one dash that clap would take apart into a letter and its value, though it is no such
 /// thing: `-foo` is not a focus of `oo`. Values that look like one may hang on: `-f1.2`, `-j16`.
-pub fn unknown(words: &[OsString]) -> Option<&str> {
+pub(crate) fn unknown(words: &[OsString]) -> Option<&str> {
     let takes_next = |word: &OsString| {
         let name = word.to_str().and_then(|w| w.strip_prefix("--"));
         let one = |o: &&Opt| matches!(o.takes, Takes::One(_) | Takes::Many(_));
@@ -101,7 +101,7 @@ fn slurred(word: &str) -> bool {
 }
 
 /// Every spelling of every flag, with its dashes.
-pub fn spellings() -> impl Iterator<Item = String> {
+pub(crate) fn spellings() -> impl Iterator<Item = String> {
     all().flat_map(|option| {
         let modern = std::iter::once(option.name).chain(option.aliases.iter().copied());
         let modern = modern.map(|name| format!("--{name}"));
@@ -111,7 +111,7 @@ pub fn spellings() -> impl Iterator<Item = String> {
 
 /// Rewrites the 1999 program's one-dash words (`-batch`) to the modern spelling (`--batch`).
 /// Words after `--` and everything unknown stay as they are. `-headlight on` becomes one word.
-pub fn modernize(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+pub(crate) fn modernize(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut out: Vec<OsString> = Vec::new();
     for word in modern_spellings(words) {
         match out.last_mut() {

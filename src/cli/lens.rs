@@ -27,7 +27,7 @@ use crate::prescription::glass;
 /// Half of the film's height in equation 7, in millimeters.
 const HALF_HEIGHT: f64 = 12.0;
 
-pub fn command() -> Command {
+pub(crate) fn command() -> Command {
     let value = |name: &'static str, value: &'static str, help: &'static str| {
         Arg::new(name)
             .long(name)
@@ -100,7 +100,7 @@ pub fn command() -> Command {
 }
 
 /// Runs the command; the number is the exit code.
-pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
     let Some(name) = text("lens") else {
         return super::sheet::list(matches.get_flag("json"), out);

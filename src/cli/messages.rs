@@ -14,16 +14,16 @@ macro_rules! say {
 pub(crate) use say;
 
 /// Exit code: what was asked for could not be done.
-pub const ERROR: i32 = 2;
+pub(crate) const ERROR: i32 = 2;
 
 /// Prints a message to stderr as a compiler would.
-pub fn tell(diagnostic: &Diagnostic) {
+pub(crate) fn tell(diagnostic: &Diagnostic) {
     let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     say!("{}", diagnostic.render(color));
 }
 
 /// Prints what reading or compiling had to say, notes left out.
-pub fn tell_all(sink: &Sink) {
+pub(crate) fn tell_all(sink: &Sink) {
     sink.items()
         .iter()
         .filter(|d| d.severity >= Severity::Warning)
@@ -31,7 +31,7 @@ pub fn tell_all(sink: &Sink) {
 }
 
 /// What writing to stdout came to: a reader that has gone away is no error.
-pub fn written(result: std::io::Result<()>) -> Result<i32> {
+pub(crate) fn written(result: std::io::Result<()>) -> Result<i32> {
     match result {
         Ok(()) => Ok(0),
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(0),

@@ -3,24 +3,24 @@
 //! Data goes to stdout, talk to stderr. Exit 0: done; 1: pictures differ, or a limit was passed;
 //! 2: an error.
 
-pub mod check;
-pub mod compare;
-pub mod converge;
-pub mod convert;
+pub(crate) mod check;
+pub(crate) mod compare;
+pub(crate) mod converge;
+pub(crate) mod convert;
 mod dispatch;
-pub mod expose;
-pub mod fit;
-pub mod flags;
-pub mod lens;
+pub(crate) mod expose;
+pub(crate) mod fit;
+pub(crate) mod flags;
+pub(crate) mod lens;
 mod messages;
-pub mod nodes;
-pub mod pull_focus;
-pub mod render;
-pub mod sheet;
-pub mod view;
+pub(crate) mod nodes;
+pub(crate) mod pull_focus;
+pub(crate) mod render;
+pub(crate) mod sheet;
+pub(crate) mod view;
 mod words;
 
-pub use dispatch::{commands, run};
+pub use dispatch::run;
 pub(crate) use messages::say;
-pub use messages::{ERROR, tell, tell_all, written};
-pub use words::{fonts, limits, parsed, scene_argument, switch, text};
+pub(crate) use messages::{ERROR, tell, tell_all, written};
+pub(crate) use words::{fonts, limits, parsed, scene_argument, switch, text};

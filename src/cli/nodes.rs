@@ -8,7 +8,7 @@ use super::{switch, text};
 use crate::diag::{Diagnostic, Result, nearest};
 use crate::grammar::{CLASSES, Class, Default, Dialect, FieldDecl, FieldType, Treatment};
 
-pub fn command() -> Command {
+pub(crate) fn command() -> Command {
     Command::new("nodes")
         .about("Tells what a node class is: fields, types, defaults, and who knows it")
         .arg(
@@ -19,7 +19,7 @@ pub fn command() -> Command {
         .arg(switch("json", "answer as JSON"))
 }
 
-pub fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let classes: Vec<&Class> = match text(matches, "class") {
         None => CLASSES
             .iter()

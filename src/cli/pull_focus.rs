@@ -15,7 +15,7 @@ use crate::movie::{Container, Ease, Event, Shoot, Timeline, has_ffmpeg};
 use crate::photo::Era;
 use crate::photo::options::{MovieFrame, Shutter, command_line};
 
-pub fn command() -> Command {
+pub(crate) fn command() -> Command {
     let value = |name: &'static str, value: &'static str, help: &'static str| {
         Arg::new(name).long(name).value_name(value).help(help)
     };
@@ -49,7 +49,7 @@ pub fn command() -> Command {
 }
 
 /// Runs the command; the number is the exit code.
-pub fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
+pub(crate) fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
     let timeline = timeline(m)?;
     let frame = MovieFrame {
         seconds: 1.0 / timeline.rate,

@@ -16,7 +16,7 @@ use crate::render::report::RenderReport;
 use crate::render::{Exposure, Progress};
 
 /// Where a picture and its report go, how much is said, and on how many threads it is made.
-pub struct OutputOptions {
+pub(crate) struct OutputOptions {
     pub output: PathBuf,
     pub report: Option<PathBuf>,
     pub threads: usize,
@@ -24,7 +24,7 @@ pub struct OutputOptions {
 }
 
 impl OutputOptions {
-    pub fn of(m: &ArgMatches) -> Result<Self> {
+    pub(crate) fn of(m: &ArgMatches) -> Result<Self> {
         let output = output(m);
         PictureFormat::of(&output)?;
         writable(&output)?;
@@ -41,7 +41,7 @@ impl OutputOptions {
     }
 
     /// The same for a movie, whose name does not end as a picture's.
-    pub fn of_movie(m: &ArgMatches) -> Result<Self> {
+    pub(crate) fn of_movie(m: &ArgMatches) -> Result<Self> {
         Self::to(m, PathBuf::from(text(m, "output").unwrap_or_default()))
     }
 
@@ -55,7 +55,7 @@ impl OutputOptions {
     }
 
     /// Runs on this many threads.
-    pub fn on_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T> {
+    pub(crate) fn on_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T> {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(self.threads)
             .build();
@@ -67,13 +67,13 @@ impl OutputOptions {
 }
 
 /// Where the picture goes: what `-o` says, else a name made of the scene's.
-pub fn output(m: &ArgMatches) -> PathBuf {
+pub(crate) fn output(m: &ArgMatches) -> PathBuf {
     let scene = Path::new(text(m, "scene").unwrap_or_default());
     text(m, "output").map_or_else(|| picture_name(scene), PathBuf::from)
 }
 
 /// Threads to use: all cores, unless said otherwise.
-pub fn threads(m: &ArgMatches) -> Result<usize> {
+pub(crate) fn threads(m: &ArgMatches) -> Result<usize> {
     let here = std::thread::available_parallelism().map_or(1, usize::from);
     let count = |w: &str| w.parse().ok().filter(|n| (1..=1024).contains(n));
     let threads = parsed(m, "threads", "a number of threads from 1 to 1024", count)?;
@@ -85,7 +85,7 @@ pub fn threads(m: &ArgMatches) -> Result<usize> {
 }
 
 /// Whether a file can come to be there, asked before hours of work and not after.
-pub fn writable(path: &Path) -> Result<()> {
+pub(crate) fn writable(path: &Path) -> Result<()> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -106,17 +106,18 @@ pub fn writable(path: &Path) -> Result<()> {
 }
 
 /// The plan that the words ask for.
-pub fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
+pub(crate) fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
     changed(m, era, Plan::of_era, None)
 }
 
 /// The plan that the words ask for, for the window.
-pub fn window_plan(m: &ArgMatches, era: Era) -> Result<Plan> {
+#[cfg(any(feature = "viewer", all(test, feature = "panels")))]
+pub(crate) fn window_plan(m: &ArgMatches, era: Era) -> Result<Plan> {
     changed(m, era, Plan::for_window, None)
 }
 
 /// The plan that the words ask for, for pictures that are frames of a movie.
-pub fn movie_plan(m: &ArgMatches, era: Era, frame: MovieFrame) -> Result<Plan> {
+pub(crate) fn movie_plan(m: &ArgMatches, era: Era, frame: MovieFrame) -> Result<Plan> {
     changed(m, era, Plan::of_era, Some(frame))
 }
 
@@ -137,7 +138,7 @@ fn changed(
 }
 
 /// Renders and writes the picture; the exit code.
-pub fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
+pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
     let options = OutputOptions::of(matches)?;
     let session = Session::open(plan(matches, era)?)?;
     tell_all(&session.sink);
@@ -177,7 +178,7 @@ pub fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
 }
 
 /// Says that the headlight is on without being asked for.
-pub fn tell_headlight(session: &Session, quiet: bool) {
+pub(crate) fn tell_headlight(session: &Session, quiet: bool) {
     if let Some(line) = session.headlight_notice().filter(|_| !quiet) {
         super::say!("{line}");
     }

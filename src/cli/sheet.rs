@@ -27,7 +27,7 @@ struct Listed {
 }
 
 /// Lists the shipped lenses, by kind.
-pub fn list(json: bool, out: &mut dyn Write) -> Result<i32> {
+pub(crate) fn list(json: bool, out: &mut dyn Write) -> Result<i32> {
     let mut lenses = Vec::new();
     for name in shipped_names() {
         let lens = Lens::named(name)?;
@@ -82,7 +82,7 @@ fn list_text(lenses: &[Listed], out: &mut dyn Write) -> std::io::Result<()> {
 
 /// What a file says of its lens, for other programs.
 #[derive(Serialize)]
-pub struct AboutRow {
+pub(crate) struct AboutRow {
     title: Option<String>,
     kind: Option<String>,
     year: Option<String>,
@@ -92,7 +92,7 @@ pub struct AboutRow {
 }
 
 impl AboutRow {
-    pub fn of(lens: &Prescription) -> Self {
+    pub(crate) fn of(lens: &Prescription) -> Self {
         let about = About::of(lens);
         Self {
             title: about.title,
@@ -107,7 +107,7 @@ impl AboutRow {
 
 /// A surface, for other programs; a plane has radius 0, what does not limit is null.
 #[derive(Serialize)]
-pub struct SurfaceRow {
+pub(crate) struct SurfaceRow {
     kind: &'static str,
     radius: f64,
     thickness: f64,
@@ -121,7 +121,7 @@ pub struct SurfaceRow {
 }
 
 impl SurfaceRow {
-    pub fn all(lens: &Prescription) -> Vec<Self> {
+    pub(crate) fn all(lens: &Prescription) -> Vec<Self> {
         let row = |s: &crate::lens::Surface| Self {
             kind: s.shape.name(),
             radius: s.curvature.radius(),
@@ -138,7 +138,7 @@ impl SurfaceRow {
 }
 
 /// The table of surfaces.
-pub fn surfaces(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> {
+pub(crate) fn surfaces(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(
         out,
         "\n    {:>12} {:>10} {:>9} {:>6} {:>10}",
@@ -174,7 +174,7 @@ pub fn surfaces(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> {
 }
 
 /// The curves as a table of heights.
-pub fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
+pub(crate) fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(
         out,
         "\n  film at {:.4} mm, best focus on the axis ({:+.4} mm from the paraxial)",
@@ -281,7 +281,7 @@ fn breathing(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
 }
 
 /// Writes the prescription, in the format of the file's ending; says what it leaves out.
-pub fn save_prescription(lens: &Lens, file: &str) -> Result<()> {
+pub(crate) fn save_prescription(lens: &Lens, file: &str) -> Result<()> {
     let path = Path::new(file);
     let (text, left_out) = write(lens.prescription(), Target::of(path)?)?;
     for what in left_out {
@@ -291,7 +291,7 @@ pub fn save_prescription(lens: &Lens, file: &str) -> Result<()> {
 }
 
 /// Draws the section with rays.
-pub fn save_diagram(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<()> {
+pub(crate) fn save_diagram(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<()> {
     let path = Path::new(file);
     let options = SectionOptions::for_lens(lens, film_z);
     let drawing = LensDiagram::of(lens, options).drawing();
@@ -303,7 +303,7 @@ pub fn save_diagram(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<()> 
 }
 
 /// Writes the data sheet as one page.
-pub fn save_sheet(lens: &Lens, file: &str) -> Result<()> {
+pub(crate) fn save_sheet(lens: &Lens, file: &str) -> Result<()> {
     let path = Path::new(file);
     let page = match ending(path).as_str() {
         "svg" => svg_page,
@@ -314,7 +314,7 @@ pub fn save_sheet(lens: &Lens, file: &str) -> Result<()> {
 }
 
 /// Writes the images of points, as a picture.
-pub fn save_point_spreads(lens: &Lens, focus: Option<&Focus>, file: &str) -> Result<()> {
+pub(crate) fn save_point_spreads(lens: &Lens, focus: Option<&Focus>, file: &str) -> Result<()> {
     let path = Path::new(file);
     let picture = point_spreads(lens, focus, PictureFormat::of(path)?)?;
     picture.save(path, Depth::Eight)

@@ -6,7 +6,7 @@ use super::flags;
 use crate::diag::Result;
 use crate::photo::Era;
 
-pub fn command() -> Command {
+pub(crate) fn command() -> Command {
     Command::new("view")
         .about("Composes a photograph in a window, with the real lens live on screen")
         .args_override_self(true)
@@ -23,7 +23,7 @@ pub fn command() -> Command {
 /// # Errors
 /// A flag that is wrong, no display, or a program built without the window.
 #[cfg(feature = "viewer")]
-pub fn run(matches: &ArgMatches, era: Era) -> Result<i32> {
+pub(crate) fn run(matches: &ArgMatches, era: Era) -> Result<i32> {
     let plan = super::render::window_plan(matches, era)?;
     let output = super::text(matches, "output").map(str::to_owned);
     let threads = super::render::threads(matches)?;
@@ -36,7 +36,7 @@ pub fn run(matches: &ArgMatches, era: Era) -> Result<i32> {
 /// # Errors
 /// Always.
 #[cfg(not(feature = "viewer"))]
-pub fn run(_: &ArgMatches, _: Era) -> Result<i32> {
+pub(crate) fn run(_: &ArgMatches, _: Era) -> Result<i32> {
     let error = "this ivcam was built without its window; `-batch` (or `ivcam render`) makes the picture without one";
     Err(crate::diag::Diagnostic::error(error).with_help(
         "`cargo build --release --features viewer` builds it with the window; no system package is needed",

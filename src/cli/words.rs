@@ -10,7 +10,7 @@ use crate::geometry::text::Fonts;
 use crate::iv::Limits;
 use crate::photo::options;
 
-pub fn scene_argument() -> Arg {
+pub(crate) fn scene_argument() -> Arg {
     Arg::new("scene")
         .value_name("SCENE")
         .required(true)
@@ -18,17 +18,17 @@ pub fn scene_argument() -> Arg {
 }
 
 /// The limits on scenes, as `--scene-limit` changes them.
-pub fn limits(matches: &ArgMatches) -> Result<Limits> {
+pub(crate) fn limits(matches: &ArgMatches) -> Result<Limits> {
     options::limits(&flags::words(matches))
 }
 
 /// The typefaces below the folders of `--fonts`.
-pub fn fonts(matches: &ArgMatches) -> Result<Arc<Fonts>> {
+pub(crate) fn fonts(matches: &ArgMatches) -> Result<Arc<Fonts>> {
     options::typefaces(&flags::words(matches))
 }
 
 /// A flag that does nothing but switch on.
-pub fn switch(name: &'static str, help: &'static str) -> Arg {
+pub(crate) fn switch(name: &'static str, help: &'static str) -> Arg {
     Arg::new(name)
         .long(name)
         .action(ArgAction::SetTrue)
@@ -36,12 +36,12 @@ pub fn switch(name: &'static str, help: &'static str) -> Arg {
 }
 
 /// The text of a flag, if it was given.
-pub fn text<'a>(matches: &'a ArgMatches, name: &str) -> Option<&'a str> {
+pub(crate) fn text<'a>(matches: &'a ArgMatches, name: &str) -> Option<&'a str> {
     matches.get_one::<String>(name).map(String::as_str)
 }
 
 /// A flag's value read by `parse`, or an error that names the flag and what it expects.
-pub fn parsed<T>(
+pub(crate) fn parsed<T>(
     matches: &ArgMatches,
     name: &str,
     expects: &str,

@@ -32,7 +32,7 @@ const LEAST_AGREEMENT: f64 = 0.3;
 
 /// Where a point of the new picture lies in the old one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Warp {
+pub(crate) struct Warp {
     /// A scaled rotation: (cosine, sine) times pixels of the old picture in one of the new.
     pub turn: DVec2,
     pub shift: DVec2,
@@ -52,14 +52,6 @@ pub struct Alignment {
 }
 
 impl Warp {
-    /// The old picture stretched to the new one's width.
-    pub fn resize(new: &Plate, old: &Plate) -> Self {
-        Self {
-            turn: DVec2::new(old.width as f64 / new.width as f64, 0.0),
-            shift: DVec2::ZERO,
-        }
-    }
-
     fn apply(self, p: DVec2) -> DVec2 {
         self.turn.rotate(p) + self.shift
     }
@@ -89,7 +81,7 @@ impl Warp {
 }
 
 /// The old picture on the new one's pixels, and where there is any of it.
-pub fn resample(old: &Plate, warp: Warp, width: usize, height: usize) -> (Plate, Mask) {
+pub(crate) fn resample(old: &Plate, warp: Warp, width: usize, height: usize) -> (Plate, Mask) {
     let ratio = warp.scale().max(1.0);
     let reduced = old.map(|p| reduced(p, ratio));
     let warp = warp.between(1.0, ratio);
@@ -114,7 +106,7 @@ pub fn resample(old: &Plate, warp: Warp, width: usize, height: usize) -> (Plate,
 ///
 /// # Errors
 /// Pictures in which nothing agrees.
-pub fn align(new: &Plate, old: &Plate) -> Result<(Warp, Alignment)> {
+pub(crate) fn align(new: &Plate, old: &Plate) -> Result<(Warp, Alignment)> {
     let (new, old) = (new.luma(), old.luma());
     let longer = |p: &Plane| p.width.max(p.height) as f64;
     let new_ratio = (longer(&new) / SMALL).max(1.0);

@@ -22,7 +22,7 @@ use crate::render::Exposure;
 /// The parameters: shift and turn in the start's own frame, then logarithms of the
 /// film's distance from a thin lens and of the focus distance. With the film's distance held, focus
 /// only blurs; a longer focal length and a nearer focus would enlarge the picture alike.
-pub struct CameraFit {
+pub(crate) struct CameraFit {
     plan: Plan,
     pose: CameraPose,
     /// In millimeters; a pinhole's for the film's height.
@@ -34,7 +34,7 @@ pub struct CameraFit {
 }
 
 /// The camera that was found, as values and as its rendering.
-pub struct Found {
+pub(crate) struct Found {
     pub fitted: Fitted,
     pub rendering: Plate,
 }
@@ -83,7 +83,7 @@ impl CameraFit {
     ///
     /// # Errors
     /// An ideal lens, an orthographic camera, or a lens without a positive focal length.
-    pub fn of(session: &Session) -> Result<Self> {
+    pub(crate) fn of(session: &Session) -> Result<Self> {
         let (plan, pose) = (session.plan.clone(), session.pose.clone());
         let focus = plan.focus.map_or(pose.focal_distance, |d| d.0);
         let mut opening = None;
@@ -212,7 +212,7 @@ impl CameraFit {
     ///
     /// # Errors
     /// A target of another shape than the rendering, or a search that cannot go on.
-    pub fn search(
+    pub(crate) fn search(
         &self,
         session: &mut Session,
         target: &Plate,
@@ -262,7 +262,7 @@ impl CameraFit {
     }
 
     /// A camera file, with what it can't say about the lens in its comments.
-    pub fn camera_text(&self, fitted: &Fitted) -> String {
+    pub(crate) fn camera_text(&self, fitted: &Fitted) -> String {
         let pose = self.pose_at(&fitted.values);
         let (efl, focus) = self.optics(&fitted.values);
         let (axis, angle) = axis_angle(pose.orientation);
@@ -287,7 +287,7 @@ impl CameraFit {
     ///
     /// # Errors
     /// What writing brings.
-    pub fn report(&self, fitted: &Fitted, out: &mut dyn Write) -> std::io::Result<()> {
+    pub(crate) fn report(&self, fitted: &Fitted, out: &mut dyn Write) -> std::io::Result<()> {
         let v = &fitted.values;
         let error = |i: usize| fitted.error(i);
         let length = |a: f64, b: f64, c: f64| (a * a + b * b + c * c).sqrt();

@@ -11,7 +11,7 @@ use super::plane::{Plane, length};
 
 /// Where edges are, in pixels.
 #[derive(Clone, Debug)]
-pub struct Edges {
+pub(crate) struct Edges {
     pub width: usize,
     pub height: usize,
     pub on: Vec<bool>,
@@ -30,7 +30,7 @@ pub struct EdgeDistance {
 }
 
 /// An edge without a partner counts as this far, in pixels.
-pub const FAR: f64 = 10.0;
+pub(crate) const FAR: f64 = 10.0;
 
 /// Gaussian before the gradient, in pixels.
 const SIGMA: f64 = 1.4;
@@ -39,7 +39,7 @@ const START: f32 = 0.05;
 const CONTINUE: f32 = 0.02;
 
 impl Edges {
-    pub fn of(luma: &Plane) -> Self {
+    pub(crate) fn of(luma: &Plane) -> Self {
         let smooth = luma.blurred(SIGMA);
         // 0.02 keeps the noise of black corners from being edges.
         let around = luma.blurred(8.0).map(|v| v.abs() + 0.02);
@@ -66,7 +66,7 @@ impl Edges {
         }
     }
 
-    pub fn count(&self, mask: &Mask) -> usize {
+    pub(crate) fn count(&self, mask: &Mask) -> usize {
         let both = self.on.iter().zip(&mask.counts);
         both.filter(|(on, counts)| **on && **counts).count()
     }
@@ -97,7 +97,7 @@ impl Edges {
 }
 
 /// Both ways between two sets of edges; `None` where either has no edge that counts.
-pub fn distance(a: &Edges, b: &Edges, mask: &Mask) -> Option<EdgeDistance> {
+pub(crate) fn distance(a: &Edges, b: &Edges, mask: &Mask) -> Option<EdgeDistance> {
     if a.count(mask) == 0 || b.count(mask) == 0 {
         return None;
     }

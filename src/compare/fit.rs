@@ -18,11 +18,11 @@ use crate::diag::Result;
 use crate::math::symmetric::solve;
 
 /// Renders parameters at a size in pixels; the last number says with which random numbers.
-pub type Renderer<'r> = dyn FnMut(&[f64], (usize, usize), Half) -> Result<Plate> + 'r;
+pub(crate) type Renderer<'r> = dyn FnMut(&[f64], (usize, usize), Half) -> Result<Plate> + 'r;
 
 /// Which of two renderings of the same place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Half {
+pub(crate) enum Half {
     First,
     Second,
 }
@@ -46,7 +46,7 @@ const BLOCK: usize = 12;
 const SEARCH: i32 = 6;
 
 /// What is to be matched, and how.
-pub struct Fit<'a> {
+pub(crate) struct Fit<'a> {
     pub target: &'a Plate,
     /// Sizes to render at, from small to large.
     pub sizes: Vec<(usize, usize)>,
@@ -58,7 +58,7 @@ pub struct Fit<'a> {
 
 /// Where the search ended.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fitted {
+pub(crate) struct Fitted {
     pub values: Vec<f64>,
     /// Covariance of the values, row by row, from the differences left, taken to be independent
     /// only between squares of 12 pixels; infinite where the picture does not tell.
@@ -70,7 +70,7 @@ pub struct Fitted {
 
 impl Fitted {
     /// Standard error of a sum of the values with these factors.
-    pub fn error_of(&self, factors: &[(usize, f64)]) -> f64 {
+    pub(crate) fn error_of(&self, factors: &[(usize, f64)]) -> f64 {
         let n = self.values.len();
         let term = |(i, a): (usize, f64), (j, b): (usize, f64)| a * b * self.covariance[i * n + j];
         let all = factors.iter();
@@ -83,7 +83,7 @@ impl Fitted {
     }
 
     /// Standard error of one value.
-    pub fn error(&self, i: usize) -> f64 {
+    pub(crate) fn error(&self, i: usize) -> f64 {
         self.error_of(&[(i, 1.0)])
     }
 }
@@ -156,7 +156,7 @@ struct System {
 
 impl Fit<'_> {
     /// Sizes from about 48 pixels on the longer side up to this one, each double the last.
-    pub fn pyramid((width, height): (usize, usize)) -> Vec<(usize, usize)> {
+    pub(crate) fn pyramid((width, height): (usize, usize)) -> Vec<(usize, usize)> {
         let mut sizes = vec![(width, height)];
         let half = |n: usize| n.div_ceil(2).max(1);
         while let Some(&(w, h)) = sizes.last()
@@ -172,7 +172,7 @@ impl Fit<'_> {
     ///
     /// # Errors
     /// What rendering says.
-    pub fn cost_of(&self, values: &[f64], render: &mut Renderer<'_>) -> Result<f64> {
+    pub(crate) fn cost_of(&self, values: &[f64], render: &mut Renderer<'_>) -> Result<f64> {
         let mut level = Level::new(self, self.sizes[0], Measure::Contrast, render);
         let off = level.off(values)?;
         Ok(off.cost(&vec![1.0; off.first.len()]))
@@ -182,7 +182,7 @@ impl Fit<'_> {
     ///
     /// # Errors
     /// What rendering the start says.
-    pub fn run(
+    pub(crate) fn run(
         &self,
         start: &[f64],
         render: &mut Renderer<'_>,

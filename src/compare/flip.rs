@@ -7,7 +7,7 @@
 use super::plane::{Plane, Plate, gaussian, length};
 
 /// Pixels a degree: a 0.7 m wide screen of 3840 pixels, seen from 0.7 m. The paper's own.
-pub const PIXELS_PER_DEGREE: f64 = 0.7 * 3840.0 / 0.7 * std::f64::consts::PI / 180.0;
+pub(crate) const PIXELS_PER_DEGREE: f64 = 0.7 * 3840.0 / 0.7 * std::f64::consts::PI / 180.0;
 
 /// Exponent, and the two ends of the linear piece, of the color error (section 4.1.4).
 const Q_C: f64 = 0.7;
@@ -44,7 +44,7 @@ const XYZ_FROM_RGB: [[f64; 3]; 3] = [
 ];
 
 /// The error of each pixel.
-pub fn flip(new: &Plate, old: &Plate, pixels_per_degree: f64) -> Plane {
+pub(crate) fn flip(new: &Plate, old: &Plate, pixels_per_degree: f64) -> Plane {
     let (new, old) = (opponent(new), opponent(old));
     let color = color_error(
         &perceived(&new, pixels_per_degree),

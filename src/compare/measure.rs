@@ -117,7 +117,7 @@ impl Metric {
     }
 
     /// Whether the measure is as good as the limit. What could not be measured is not.
-    pub fn holds(&self, measures: &Measures, limit: f64) -> bool {
+    pub(crate) fn holds(&self, measures: &Measures, limit: f64) -> bool {
         let value = (self.get)(measures);
         if self.more_is_better {
             value >= limit
@@ -291,7 +291,7 @@ mod tests {
             level.min(255) as f32 / 255.0
         };
         Plate::from_planes(
-            [0, 1, 2].map(|c| crate::compare::Plane::from_fn(64, 48, |x, y| level(x, y, c))),
+            [0, 1, 2].map(|c| crate::compare::plane::Plane::from_fn(64, 48, |x, y| level(x, y, c))),
         )
     }
 

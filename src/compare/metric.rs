@@ -19,12 +19,12 @@ impl Mask {
         }
     }
 
-    pub fn pixels(&self) -> usize {
+    pub(crate) fn pixels(&self) -> usize {
         self.counts.iter().filter(|c| **c).count()
     }
 
     /// Only pixels that count in both.
-    pub fn and(mut self, other: &Self) -> Self {
+    pub(crate) fn and(mut self, other: &Self) -> Self {
         for (a, b) in self.counts.iter_mut().zip(&other.counts) {
             *a &= b;
         }
@@ -32,20 +32,20 @@ impl Mask {
     }
 
     /// The mean of a plane over the pixels that count.
-    pub fn mean(&self, plane: &Plane) -> f64 {
+    pub(crate) fn mean(&self, plane: &Plane) -> f64 {
         let sum: f64 = self.kept(plane).map(f64::from).sum();
         sum / self.pixels() as f64
     }
 
     /// The values of the pixels that count.
-    pub fn kept<'a>(&'a self, plane: &'a Plane) -> impl Iterator<Item = f32> + 'a {
+    pub(crate) fn kept<'a>(&'a self, plane: &'a Plane) -> impl Iterator<Item = f32> + 'a {
         let pairs = plane.values.iter().zip(&self.counts);
         pairs.filter(|(_, c)| **c).map(|(v, _)| *v)
     }
 }
 
 /// Mean square error over all channels.
-pub fn mse(new: &Plate, old: &Plate, mask: &Mask) -> f64 {
+pub(crate) fn mse(new: &Plate, old: &Plate, mask: &Mask) -> f64 {
     let one = |c: usize| {
         let squares = new.channels[c].zip(&old.channels[c], |a, b| (a - b) * (a - b));
         mask.mean(&squares)
@@ -54,13 +54,13 @@ pub fn mse(new: &Plate, old: &Plate, mask: &Mask) -> f64 {
 }
 
 /// Peak signal to noise in decibels, the peak being 1; infinite for equal pictures.
-pub fn psnr(mse: f64) -> f64 {
+pub(crate) fn psnr(mse: f64) -> f64 {
     -10.0 * libm::log10(mse)
 }
 
 /// Structural similarity of the brightness at each pixel (Wang, Bovik, Sheikh, Simoncelli 2004):
 /// an 11×11 Gaussian window with σ = 1.5, K1 = 0.01, K2 = 0.03, range 1.
-pub fn ssim(new: &Plate, old: &Plate) -> Plane {
+pub(crate) fn ssim(new: &Plate, old: &Plate) -> Plane {
     const C1: f32 = 0.01 * 0.01;
     const C2: f32 = 0.03 * 0.03;
     let kernel = gaussian(1.5, 5);
@@ -80,7 +80,7 @@ pub fn ssim(new: &Plate, old: &Plate) -> Plane {
 
 /// Pixels whose whole SSIM window lies in the picture, as its authors average; all of them where
 /// the picture is no larger than the window.
-pub fn ssim_interior(width: usize, height: usize) -> Mask {
+pub(crate) fn ssim_interior(width: usize, height: usize) -> Mask {
     let mut mask = Mask::all(width, height);
     if width > 10 && height > 10 {
         for (i, counts) in mask.counts.iter_mut().enumerate() {

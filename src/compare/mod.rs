@@ -4,20 +4,19 @@
 //! Levels are what is compared, 0 to 1, as a file holds them; exposures (EXR) are taken as the
 //! levels that a linear film would show.
 
-pub mod align;
-pub mod camera_fit;
-pub mod edges;
-pub mod fit;
-pub mod flip;
+pub(crate) mod align;
+pub(crate) mod camera_fit;
+pub(crate) mod edges;
+pub(crate) mod fit;
+pub(crate) mod flip;
 mod measure;
-pub mod metric;
-pub mod plane;
-pub mod sheet;
-pub mod tone;
+pub(crate) mod metric;
+pub(crate) mod plane;
+pub(crate) mod sheet;
+pub(crate) mod tone;
 
 pub use align::Alignment;
-pub use edges::EdgeDistance;
 pub use measure::{Comparison, METRICS, Measures, Metric, Options, Registration, compare};
 pub use metric::Mask;
-pub use plane::{Plane, Plate};
+pub(crate) use plane::Plate;
 pub use tone::{Matching, Tone};

@@ -161,7 +161,7 @@ impl Plate {
 }
 
 /// A normalized Gaussian of 2·radius + 1 taps.
-pub fn gaussian(sigma: f64, radius: usize) -> Vec<f64> {
+pub(crate) fn gaussian(sigma: f64, radius: usize) -> Vec<f64> {
     let bell = |i: usize| {
         let x = i as f64 - radius as f64;
         libm::exp(-0.5 * x * x / (sigma * sigma))
@@ -172,7 +172,7 @@ pub fn gaussian(sigma: f64, radius: usize) -> Vec<f64> {
 }
 
 /// Length of a gradient.
-pub fn length(x: f32, y: f32) -> f32 {
+pub(crate) fn length(x: f32, y: f32) -> f32 {
     (x * x + y * y).sqrt()
 }
 

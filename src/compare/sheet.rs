@@ -18,7 +18,7 @@ const LINE: usize = 11;
 const NARROWEST: usize = 240;
 
 /// Levels, 8 bits a channel, rows from the top.
-pub struct Sheet {
+pub(crate) struct Sheet {
     pub width: usize,
     pub height: usize,
     pub pixels: Vec<[u8; 3]>,
@@ -39,7 +39,7 @@ const FAINT: [u8; 3] = [64, 64, 68];
 
 impl Sheet {
     /// Draws the sheet of a comparison; the names are the panels' titles.
-    pub fn draw(comparison: &Comparison, new_name: &str, old_name: &str) -> Self {
+    pub(crate) fn draw(comparison: &Comparison, new_name: &str, old_name: &str) -> Self {
         let (width, height) = (comparison.width, comparison.height);
         let zoom = NARROWEST.div_ceil(width).max(1);
         let (wide, tall) = (width * zoom, height * zoom);
@@ -121,7 +121,7 @@ impl Sheet {
     ///
     /// # Errors
     /// An ending that is not of a format of 8 bits a channel, or what the encoder says.
-    pub fn encode(&self, name: &Path) -> Result<Vec<u8>> {
+    pub(crate) fn encode(&self, name: &Path) -> Result<Vec<u8>> {
         let format = format_of(name)?;
         let levels = self.pixels.as_flattened().to_vec();
         let picture = image::RgbImage::from_raw(self.width as u32, self.height as u32, levels)
@@ -145,7 +145,7 @@ impl Sheet {
 ///
 /// # Errors
 /// An ending that is of no format that sheets are written in.
-pub fn format_of(name: &Path) -> Result<ImageFormat> {
+pub(crate) fn format_of(name: &Path) -> Result<ImageFormat> {
     const KNOWN: [ImageFormat; 4] = [
         ImageFormat::Png,
         ImageFormat::Jpeg,
@@ -213,7 +213,7 @@ fn number(value: f64) -> String {
 }
 
 /// The numbers of a comparison, a line each.
-pub fn words(comparison: &Comparison) -> Vec<String> {
+pub(crate) fn words(comparison: &Comparison) -> Vec<String> {
     let m = &comparison.measures;
     let mut lines = vec![
         format!("MSE {:.6}  PSNR {:.2} dB", m.mse, m.psnr),
@@ -351,7 +351,8 @@ fn upright(c: char) -> [u8; 7] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::{Options, Plane, compare};
+    use crate::compare::plane::Plane;
+    use crate::compare::{Options, compare};
 
     #[test]
     fn equal_pictures_make_a_dark_difference_and_the_sheet_is_what_its_name_says() {

@@ -33,7 +33,7 @@ impl Tone {
         gamma: 1.0,
     };
 
-    pub fn apply(self, level: f32) -> f32 {
+    pub(crate) fn apply(self, level: f32) -> f32 {
         if self == Self::IDENTITY {
             return level;
         }
@@ -43,7 +43,7 @@ impl Tone {
 }
 
 /// The curves that bring `old` nearest to `new`, one for each channel.
-pub fn fit(new: &Plate, old: &Plate, mask: &Mask, matching: Matching) -> [Tone; 3] {
+pub(crate) fn fit(new: &Plate, old: &Plate, mask: &Mask, matching: Matching) -> [Tone; 3] {
     let pairs = |c: usize| Pairs::of(&new.channels[c], &old.channels[c], mask);
     match matching {
         Matching::None => [Tone::IDENTITY; 3],

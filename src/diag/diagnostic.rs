@@ -22,7 +22,7 @@ pub enum Severity {
 }
 
 impl Severity {
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Note => "note",
             Self::Warning => "warning",
@@ -56,36 +56,36 @@ impl Diagnostic {
         }
     }
 
-    pub fn error(message: impl Into<String>) -> Box<Self> {
+    pub(crate) fn error(message: impl Into<String>) -> Box<Self> {
         Box::new(Self::new(Severity::Error, message))
     }
 
-    pub fn warning(message: impl Into<String>) -> Box<Self> {
+    pub(crate) fn warning(message: impl Into<String>) -> Box<Self> {
         Box::new(Self::new(Severity::Warning, message))
     }
 
     /// An I/O error on a named file.
-    pub fn io(file: impl fmt::Display, error: &std::io::Error) -> Box<Self> {
+    pub(crate) fn io(file: impl fmt::Display, error: &std::io::Error) -> Box<Self> {
         Self::error(format!("`{file}`: {}", io_words(error))).in_file(file.to_string())
     }
 
-    pub fn at(mut self: Box<Self>, source: &Arc<Source>, span: Span) -> Box<Self> {
+    pub(crate) fn at(mut self: Box<Self>, source: &Arc<Source>, span: Span) -> Box<Self> {
         self.place = Some((source.clone(), span));
         self
     }
 
-    pub fn in_file(mut self: Box<Self>, file: impl Into<String>) -> Box<Self> {
+    pub(crate) fn in_file(mut self: Box<Self>, file: impl Into<String>) -> Box<Self> {
         self.file = Some(file.into());
         self
     }
 
-    pub fn with_help(mut self: Box<Self>, help: impl Into<String>) -> Box<Self> {
+    pub(crate) fn with_help(mut self: Box<Self>, help: impl Into<String>) -> Box<Self> {
         self.help = Some(help.into());
         self
     }
 
     /// Adds what to do next, on a message just put into a [`Sink`].
-    pub fn help(&mut self, help: impl Into<String>) -> &mut Self {
+    pub(crate) fn help(&mut self, help: impl Into<String>) -> &mut Self {
         if self.help.is_none() {
             self.help = Some(help.into());
         }

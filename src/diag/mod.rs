@@ -12,4 +12,4 @@ mod spelling;
 pub use diagnostic::{Diagnostic, Result, Severity};
 pub use sink::Sink;
 pub use source::{Source, Span};
-pub use spelling::nearest;
+pub(crate) use spelling::nearest;

@@ -20,11 +20,11 @@ impl Sink {
     }
 
     /// Spans given from now on are in this source. Returns the one before, to be put back.
-    pub fn set_source(&mut self, source: Option<Arc<Source>>) -> Option<Arc<Source>> {
+    pub(crate) fn set_source(&mut self, source: Option<Arc<Source>>) -> Option<Arc<Source>> {
         std::mem::replace(&mut self.source, source)
     }
 
-    pub fn warn(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
+    pub(crate) fn warn(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
         let place = self.source.clone().map(|s| (s, span));
         self.add(Diagnostic {
             place,
@@ -32,7 +32,7 @@ impl Sink {
         })
     }
 
-    pub fn note(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
+    pub(crate) fn note(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
         let place = self.source.clone().map(|s| (s, span));
         self.add(Diagnostic {
             place,
@@ -41,7 +41,7 @@ impl Sink {
     }
 
     /// Adds one, or counts it where the same message was said before.
-    pub fn add(&mut self, diagnostic: Diagnostic) -> &mut Diagnostic {
+    pub(crate) fn add(&mut self, diagnostic: Diagnostic) -> &mut Diagnostic {
         let key = (diagnostic.severity, diagnostic.message.clone());
         let next = self.items.len();
         let index = *self.seen.entry(key).or_insert(next);
@@ -54,7 +54,7 @@ impl Sink {
     }
 
     /// An error made for the current source, to be returned.
-    pub fn error(&self, span: Span, message: impl Into<String>) -> Box<Diagnostic> {
+    pub(crate) fn error(&self, span: Span, message: impl Into<String>) -> Box<Diagnostic> {
         let error = Diagnostic::error(message);
         match &self.source {
             Some(source) => error.at(source, span),
@@ -67,7 +67,7 @@ impl Sink {
     }
 
     /// Adds everything that another sink has.
-    pub fn extend_from(&mut self, other: &Sink) {
+    pub(crate) fn extend_from(&mut self, other: &Sink) {
         for item in &other.items {
             self.add(item.clone());
         }

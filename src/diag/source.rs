@@ -12,7 +12,7 @@ pub struct Span {
 
 impl Span {
     /// The bytes `start..end`; offsets past 4 GiB saturate.
-    pub fn new(start: usize, end: usize) -> Self {
+    pub(crate) fn new(start: usize, end: usize) -> Self {
         let narrow = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         Self {
             start: narrow(start),
@@ -21,7 +21,7 @@ impl Span {
     }
 
     /// A span of no length, between two bytes.
-    pub fn at(offset: usize) -> Self {
+    pub(crate) fn at(offset: usize) -> Self {
         Self::new(offset, offset)
     }
 }
@@ -36,7 +36,7 @@ pub struct Source {
 }
 
 impl Source {
-    pub fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
+    pub(crate) fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
         Self {
             name: name.into(),
             bytes,
@@ -46,14 +46,14 @@ impl Source {
     }
 
     /// Marks the bytes as binary, so that messages give offsets instead of lines.
-    pub fn into_binary(mut self) -> Self {
+    pub(crate) fn into_binary(mut self) -> Self {
         self.binary = true;
         self
     }
 
     /// Line and column of a byte offset, both counted from 1. CR, LF and CRLF each end a line.
     /// A binary source is one line whose column is the offset plus one.
-    pub fn line_column(&self, offset: u32) -> (u32, u32) {
+    pub(crate) fn line_column(&self, offset: u32) -> (u32, u32) {
         if self.binary {
             return (1, offset + 1);
         }

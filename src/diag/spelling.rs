@@ -1,7 +1,10 @@
 //! Finds the word that was probably meant.
 
 /// The candidate nearest in spelling, for "did you mean", if any is near enough.
-pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
     let limit = 1 + word.len() / 4;
     candidates
         .into_iter()

@@ -5,7 +5,7 @@
 
 /// What a stroke or a word stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ink {
+pub(crate) enum Ink {
     /// The optical axis.
     Axis,
     /// A lens element; the number is how dense its glass is, 0 to 3.
@@ -31,7 +31,7 @@ pub enum Ink {
 
 /// The part of a text that stands at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
@@ -39,7 +39,7 @@ pub enum Anchor {
 
 /// How letters are set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lettering {
+pub(crate) enum Lettering {
     Plain,
     Italic,
     Bold,
@@ -47,7 +47,7 @@ pub enum Lettering {
 
 /// A line through points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Path {
+pub(crate) struct Path {
     pub points: Vec<[f64; 2]>,
     pub closed: bool,
     pub ink: Ink,
@@ -56,7 +56,7 @@ pub struct Path {
 
 /// A line of text.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Text {
+pub(crate) struct Text {
     pub at: [f64; 2],
     pub anchor: Anchor,
     pub size: f64,
@@ -67,7 +67,7 @@ pub struct Text {
 
 /// A piece of a drawing.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Item {
+pub(crate) enum Item {
     Path(Path),
     Dot {
         at: [f64; 2],
@@ -90,7 +90,7 @@ pub enum Item {
 }
 
 /// What a drawing is drawn on: it knows how every ink looks.
-pub trait Output {
+pub(crate) trait Output {
     fn path(&mut self, path: &Path);
     fn dot(&mut self, at: [f64; 2], radius: f64, ink: Ink);
     fn dots(&mut self, places: &[[f64; 2]], radius: f64, ink: Ink);
@@ -100,7 +100,7 @@ pub trait Output {
 
 /// A drawing of a width and a height.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Drawing {
+pub(crate) struct Drawing {
     pub width: f64,
     pub height: f64,
     pub items: Vec<Item>,
@@ -121,7 +121,7 @@ impl Item {
 }
 
 impl Drawing {
-    pub fn new(width: f64, height: f64) -> Self {
+    pub(crate) fn new(width: f64, height: f64) -> Self {
         Self {
             width,
             height,
@@ -130,7 +130,7 @@ impl Drawing {
     }
 
     /// Draws all items, in their order.
-    pub fn draw(&self, output: &mut dyn Output) {
+    pub(crate) fn draw(&self, output: &mut dyn Output) {
         for item in &self.items {
             match item {
                 Item::Path(path) => output.path(path),
@@ -146,16 +146,16 @@ impl Drawing {
         }
     }
 
-    pub fn line(&mut self, from: [f64; 2], to: [f64; 2], ink: Ink) {
+    pub(crate) fn line(&mut self, from: [f64; 2], to: [f64; 2], ink: Ink) {
         self.path(vec![from, to], ink);
     }
 
-    pub fn path(&mut self, points: Vec<[f64; 2]>, ink: Ink) {
+    pub(crate) fn path(&mut self, points: Vec<[f64; 2]>, ink: Ink) {
         self.curve(points, ink, false);
     }
 
     /// A path that may be dashed.
-    pub fn curve(&mut self, points: Vec<[f64; 2]>, ink: Ink, dashed: bool) {
+    pub(crate) fn curve(&mut self, points: Vec<[f64; 2]>, ink: Ink, dashed: bool) {
         self.items.push(Item::Path(Path {
             points,
             closed: false,
@@ -164,7 +164,7 @@ impl Drawing {
         }));
     }
 
-    pub fn shape(&mut self, points: Vec<[f64; 2]>, ink: Ink) {
+    pub(crate) fn shape(&mut self, points: Vec<[f64; 2]>, ink: Ink) {
         self.items.push(Item::Path(Path {
             points,
             closed: true,
@@ -173,21 +173,39 @@ impl Drawing {
         }));
     }
 
-    pub fn text(&mut self, at: [f64; 2], anchor: Anchor, size: f64, words: impl Into<String>) {
+    pub(crate) fn text(
+        &mut self,
+        at: [f64; 2],
+        anchor: Anchor,
+        size: f64,
+        words: impl Into<String>,
+    ) {
         self.letters(at, anchor, size, (Lettering::Plain, Ink::Label), words);
     }
 
     /// A symbol, in italics.
-    pub fn symbol(&mut self, at: [f64; 2], anchor: Anchor, size: f64, words: impl Into<String>) {
+    pub(crate) fn symbol(
+        &mut self,
+        at: [f64; 2],
+        anchor: Anchor,
+        size: f64,
+        words: impl Into<String>,
+    ) {
         self.letters(at, anchor, size, (Lettering::Italic, Ink::Label), words);
     }
 
     /// Secondary lettering.
-    pub fn note(&mut self, at: [f64; 2], anchor: Anchor, size: f64, words: impl Into<String>) {
+    pub(crate) fn note(
+        &mut self,
+        at: [f64; 2],
+        anchor: Anchor,
+        size: f64,
+        words: impl Into<String>,
+    ) {
         self.letters(at, anchor, size, (Lettering::Plain, Ink::Faint), words);
     }
 
-    pub fn heading(&mut self, at: [f64; 2], size: f64, words: impl Into<String>) {
+    pub(crate) fn heading(&mut self, at: [f64; 2], size: f64, words: impl Into<String>) {
         let look = (Lettering::Bold, Ink::Label);
         self.letters(at, Anchor::Start, size, look, words);
     }
@@ -211,7 +229,7 @@ impl Drawing {
     }
 
     /// Puts another drawing into this one, with its corner at a position.
-    pub fn put(&mut self, other: Drawing, by: [f64; 2]) {
+    pub(crate) fn put(&mut self, other: Drawing, by: [f64; 2]) {
         for mut item in other.items {
             item.shift(by);
             self.items.push(item);

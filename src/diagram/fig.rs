@@ -32,7 +32,7 @@ struct Look {
 }
 
 impl Drawing {
-    pub fn to_fig(&self) -> String {
+    pub(crate) fn to_fig(&self) -> String {
         let mut text =
             String::from("#FIG 3.2\nLandscape\nCenter\nMetric\nA4\n100.00\nSingle\n-2\n1200 2\n");
         for (i, color) in COLORS.iter().enumerate() {

@@ -4,7 +4,7 @@
 //! Nothing here computes optics: `lens::analysis` does.
 
 mod chart;
-mod drawing;
+pub(crate) mod drawing;
 mod fig;
 mod numbers;
 mod page;
@@ -12,7 +12,6 @@ mod point_spreads;
 mod section;
 mod svg;
 
-pub use drawing::{Anchor, Drawing, Ink, Item, Output, Path, Text};
-pub use page::{html_page, svg_page};
-pub use point_spreads::point_spreads;
-pub use section::{LensDiagram, SectionOptions};
+pub(crate) use page::{html_page, svg_page};
+pub(crate) use point_spreads::point_spreads;
+pub(crate) use section::{LensDiagram, SectionOptions};

@@ -14,12 +14,12 @@ const GUTTER: f64 = 32.0;
 const CHART_HEIGHT: f64 = 190.0;
 
 /// The page as one SVG picture.
-pub fn svg_page(lens: &Lens, sheet: Option<&LensSheet>) -> String {
+pub(crate) fn svg_page(lens: &Lens, sheet: Option<&LensSheet>) -> String {
     page(lens, sheet).to_svg()
 }
 
 /// The page in an HTML file.
-pub fn html_page(lens: &Lens, sheet: Option<&LensSheet>) -> String {
+pub(crate) fn html_page(lens: &Lens, sheet: Option<&LensSheet>) -> String {
     let about = About::of(lens.prescription());
     let title = about.title.unwrap_or_else(|| lens.name().to_owned());
     let title = title.replace('&', "&amp;").replace('<', "&lt;");

@@ -24,7 +24,11 @@ const LAST: i32 = 700;
 ///
 /// # Errors
 /// A lens that makes no image of a point, or one too unsharp to be computed by waves.
-pub fn point_spreads(lens: &Lens, focus: Option<&Focus>, format: PictureFormat) -> Result<Picture> {
+pub(crate) fn point_spreads(
+    lens: &Lens,
+    focus: Option<&Focus>,
+    format: PictureFormat,
+) -> Result<Picture> {
     let PointSpreads { pitch, images, .. } = PointSpreads::of(lens, focus, &white_light(), SIDE)?;
     let width = (images.len() * (SIDE + GAP)).saturating_sub(GAP);
     let mut picture = Picture {

@@ -13,7 +13,7 @@ use super::numbers::{round_number, tidy};
 
 /// The options of a section.
 #[derive(Clone, Debug)]
-pub struct SectionOptions {
+pub(crate) struct SectionOptions {
     /// The width of the drawing; its height follows.
     pub width: f64,
     /// The greatest height.
@@ -33,7 +33,7 @@ pub struct SectionOptions {
 impl SectionOptions {
     /// The options for a lens whose film is at `film_z`, or else at its best focus. Without an image
     /// only the beam on the axis is drawn.
-    pub fn for_lens(lens: &Lens, film_z: Option<f64>) -> Self {
+    pub(crate) fn for_lens(lens: &Lens, film_z: Option<f64>) -> Self {
         let sheet = LensSheet::of(lens);
         let focus = lens.first_order().focal.map(|f| f.rear_focal_point);
         let film_z = film_z.or(sheet.as_ref().map(|s| s.film_z)).or(focus);
@@ -46,7 +46,7 @@ impl SectionOptions {
     }
 
     /// Beams on the axis, at 7/10 of the film's height and at its edge.
-    pub fn of(film_z: f64, film_height: f64) -> Self {
+    pub(crate) fn of(film_z: f64, film_height: f64) -> Self {
         Self {
             width: 960.0,
             height: 420.0,
@@ -61,7 +61,7 @@ impl SectionOptions {
 
 /// A lens section with rays, in lens space, to be drawn at any size.
 #[derive(Clone, Debug)]
-pub struct LensDiagram {
+pub(crate) struct LensDiagram {
     /// In millimeters, z to the right and y up.
     strokes: Vec<Stroke>,
     signs: Vec<Sign>,
@@ -87,7 +87,7 @@ struct Sign {
 }
 
 impl LensDiagram {
-    pub fn of(lens: &Lens, options: SectionOptions) -> Self {
+    pub(crate) fn of(lens: &Lens, options: SectionOptions) -> Self {
         let mut this = Self {
             strokes: Vec::new(),
             signs: Vec::new(),
@@ -119,7 +119,8 @@ impl LensDiagram {
 
     /// Draws the way of one more ray, given in lens space (z, then height); a lost one ends in a
     /// cross.
-    pub fn add_path(&mut self, points: Vec<DVec2>, lost: bool) {
+    #[cfg(feature = "panels")]
+    pub(crate) fn add_path(&mut self, points: Vec<DVec2>, lost: bool) {
         self.strokes.push(Stroke {
             points,
             closed: false,
@@ -314,7 +315,7 @@ impl LensDiagram {
     }
 
     /// The drawing, with a scale of millimeters.
-    pub fn drawing(&self) -> Drawing {
+    pub(crate) fn drawing(&self) -> Drawing {
         let all = self.strokes.iter().flat_map(|s| s.points.iter());
         let all = all.chain(self.signs.iter().map(|s| &s.at));
         let (low, high) = all.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {

@@ -42,7 +42,7 @@ circle.c1{fill:#56b4e9}circle.c2{fill:#f28a3c}circle.c3{fill:#2fc79a}circle.c4{f
 ";
 
 impl Drawing {
-    pub fn to_svg(&self) -> String {
+    pub(crate) fn to_svg(&self) -> String {
         let (w, h) = (short(self.width), short(self.height));
         let mut svg = Svg(format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" \

@@ -9,7 +9,7 @@ use crate::sampling::mix;
 /// A second exposure of a pixel by other samples. It is not in the picture; the difference of
 /// the two tells how wrong the first is, whatever the samples' order.
 #[derive(Clone, Copy, Debug)]
-pub struct Twin {
+pub(crate) struct Twin {
     pub pixel: u32,
     pub exposed: Exposed,
 }
@@ -77,7 +77,7 @@ impl Glare {
 }
 
 impl Film {
-    pub fn new(resolution: Resolution) -> Self {
+    pub(crate) fn new(resolution: Resolution) -> Self {
         Self {
             resolution,
             pixels: vec![Exposed::default(); resolution.pixels()],
@@ -88,7 +88,7 @@ impl Film {
 
     /// Adds what another film of the same size has received, for a share of the whole. A pixel's
     /// number of samples does not say what share: it may be large where the error is.
-    pub fn join(&mut self, other: &Self, share: f64) {
+    pub(crate) fn join(&mut self, other: &Self, share: f64) {
         self.glare = match (&self.glare, &other.glare) {
             (Some(a), Some(b)) => {
                 let mut sum = a.scaled(1.0 - share);
@@ -122,19 +122,19 @@ impl Film {
     }
 
     /// Whether a pixel is exposed twice, to tell the error: a fixed random choice.
-    pub fn has_twin(&self, pixel: u32) -> bool {
+    pub(crate) fn has_twin(&self, pixel: u32) -> bool {
         let count = self.pixels.len() as u64;
         let wanted = (count / TWIN_SHARE).max(FEWEST_TWINS);
         mix(u64::from(pixel) ^ 0x7477_696e) % count < wanted
     }
 
-    pub fn set_twins(&mut self, mut twins: Vec<Twin>) {
+    pub(crate) fn set_twins(&mut self, mut twins: Vec<Twin>) {
         twins.sort_unstable_by_key(|t| t.pixel);
         self.twins = twins;
     }
 
     /// The second exposure of a pixel so far.
-    pub fn twin(&self, pixel: u32) -> Exposed {
+    pub(crate) fn twin(&self, pixel: u32) -> Exposed {
         let found = self.twins.binary_search_by_key(&pixel, |t| t.pixel);
         found.map_or(Exposed::default(), |i| self.twins[i].exposed)
     }

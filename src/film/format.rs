@@ -16,7 +16,7 @@ impl FilmFormat {
         height: 24.0,
     };
 
-    pub fn half_diagonal(self) -> f64 {
+    pub(crate) fn half_diagonal(self) -> f64 {
         0.5 * self.width.hypot(self.height)
     }
 }
@@ -59,7 +59,7 @@ impl Resolution {
         self.width as usize * self.height as usize
     }
 
-    pub fn aspect(self) -> f64 {
+    pub(crate) fn aspect(self) -> f64 {
         f64::from(self.width) / f64::from(self.height)
     }
 }

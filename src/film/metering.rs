@@ -36,7 +36,7 @@ impl Metering {
 
     /// The level of white on the axis, for a lens that brings it an irradiance of so many
     /// steradians from radiance 1: π/(4N²) for a distant scene.
-    pub fn level_of_white(&self, steradians: f64) -> f64 {
+    pub(crate) fn level_of_white(&self, steradians: f64) -> f64 {
         let lux_seconds = self.white * steradians * self.shutter;
         lux_seconds * self.iso / SATURATION
     }
@@ -47,7 +47,7 @@ impl Metering {
     }
 
     /// The time as a camera's dial writes it.
-    pub fn dial(&self) -> String {
+    pub(crate) fn dial(&self) -> String {
         let t = self.shutter;
         if t < 0.3 {
             format!("1/{} s", (100.0 / t).round() / 100.0)

@@ -12,8 +12,9 @@ mod metering;
 mod pixel;
 mod response;
 
-pub use exposed_film::{ErrorEstimate, Film, Glare, Twin};
+pub use exposed_film::{ErrorEstimate, Film};
+pub(crate) use exposed_film::{Glare, Twin};
 pub use format::{FilmFormat, Resolution};
 pub use metering::Metering;
-pub use pixel::Exposed;
+pub(crate) use pixel::Exposed;
 pub use response::{Emulsion, Response};

@@ -126,7 +126,7 @@ impl Emulsion {
     ///
     /// # Errors
     /// Anything else, with its line.
-    pub fn read(source: &Arc<Source>) -> Result<Self> {
+    pub(crate) fn read(source: &Arc<Source>) -> Result<Self> {
         let mut film = Self {
             name: source.name.clone(),
             white: 0.0,

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 
 /// The box around a shape without texture coordinates, by which it gets some. By default s runs
 /// along the longest side of the box from 0 to 1, and t along the next one at the same scale.
-pub struct BoxCoordinates {
+pub(crate) struct BoxCoordinates {
     origin: Vec3,
     size: Vec3,
     /// One over the longest side.
@@ -17,7 +17,7 @@ pub struct BoxCoordinates {
 
 impl BoxCoordinates {
     /// Finds the box around points.
-    pub fn of(points: impl Iterator<Item = Vec3>) -> Self {
+    pub(crate) fn of(points: impl Iterator<Item = Vec3>) -> Self {
         let mut min = Vec3::splat(f32::INFINITY);
         let mut max = Vec3::splat(f32::NEG_INFINITY);
         for p in points.filter(|p| p.is_finite()) {
@@ -38,20 +38,20 @@ impl BoxCoordinates {
     }
 
     /// Returns the default coordinates of a point.
-    pub fn at(&self, p: Vec3) -> Vec3 {
+    pub(crate) fn at(&self, p: Vec3) -> Vec3 {
         Vec3::from_array(self.axes.map(|axis| p[axis] - self.origin[axis])) * self.scale
     }
 
     /// Returns the coordinates of a point on a sphere around the origin of the shape's space. s
     /// runs around from the back and t runs up (Coin).
-    pub fn on_sphere(&self, p: Vec3) -> Vec2 {
+    pub(crate) fn on_sphere(&self, p: Vec3) -> Vec2 {
         let up = libm::atan2f(p.y, libm::hypotf(p.x, p.z)) / PI + 0.5;
         Vec2::new(around(p), up)
     }
 
     /// Returns the coordinates of a point on a cylinder about the y axis with the height of the
     /// box, or on one of its caps if the normal is steeper along y than along x and z (Coin).
-    pub fn on_cylinder(&self, p: Vec3, normal: Vec3) -> Vec2 {
+    pub(crate) fn on_cylinder(&self, p: Vec3, normal: Vec3) -> Vec2 {
         let q = share(p, self.origin, self.size);
         match steepest(normal) {
             1 if normal.y > 0.0 => Vec2::new(q.x, 1.0 - q.z),
@@ -62,7 +62,7 @@ impl BoxCoordinates {
 
     /// Returns the coordinates of a point on the side of a cube that its normal points to. The cube
     /// has the center of the box and its longest side (Coin).
-    pub fn on_cube(&self, p: Vec3, normal: Vec3) -> Vec2 {
+    pub(crate) fn on_cube(&self, p: Vec3, normal: Vec3) -> Vec2 {
         let size = Vec3::splat(self.size.max_element());
         let q = share(p, self.origin + 0.5 * (self.size - size), size);
         let side = steepest(normal);

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 /// A polygon's corner in the shape's own space.
 #[derive(Clone, Copy, Debug)]
-pub struct Corner {
+pub(crate) struct Corner {
     pub position: Vec3,
     pub normal: Vec3,
     /// Index of the diffuse color and transparency.

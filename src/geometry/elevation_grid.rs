@@ -9,7 +9,7 @@ use super::mesh::{Mesh, QUAD_CORNERS};
 
 /// The fields of an `ElevationGrid` with the nodes they hold.
 #[derive(Clone, Copy, Debug)]
-pub struct ElevationGrid<'a> {
+pub(crate) struct ElevationGrid<'a> {
     pub x_dimension: i32,
     pub z_dimension: i32,
     pub x_spacing: f32,
@@ -30,7 +30,7 @@ pub struct ElevationGrid<'a> {
 ///
 /// Columns run along x and rows along z. Each quadrilateral is cut from the corner with less x and
 /// more z to the opposite one, as in Coin. Texture coordinates go from 0 to 1 along x and z.
-pub fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
+pub(crate) fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
     let dimension = |d: i32| usize::try_from(d).unwrap_or(0);
     let (nx, nz) = (dimension(node.x_dimension), dimension(node.z_dimension));
     if nx < 2 || nz < 2 {

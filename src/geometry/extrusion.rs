@@ -12,11 +12,11 @@ use super::mesh::{Mesh, QUAD_CORNERS};
 use super::normals::{Faces, face_normal, merge_equal};
 
 /// The largest number of quadrilaterals of one extrusion.
-pub const MAX_QUADS: usize = 1 << 22;
+pub(super) const MAX_QUADS: usize = 1 << 22;
 
 /// The fields of an `Extrusion`.
 #[derive(Clone, Copy, Debug)]
-pub struct Extrusion<'a> {
+pub(crate) struct Extrusion<'a> {
     /// Points in the plane of x and z.
     pub cross_section: &'a [Vec2],
     pub spine: &'a [Vec3],
@@ -34,7 +34,7 @@ pub struct Extrusion<'a> {
 
 /// Returns the triangles of an extrusion. The sides are part 0, the first cap is part 1 and the
 /// second part 2; the standard gives all three the same material.
-pub fn extrusion(node: &Extrusion<'_>) -> Result<Mesh, String> {
+pub(crate) fn extrusion(node: &Extrusion<'_>) -> Result<Mesh, String> {
     let Extrusion {
         cross_section: cross,
         spine,

@@ -23,7 +23,7 @@ struct Ring {
 }
 
 /// Returns the polygons of a surface at a complexity, each counterclockwise as seen from outside.
-pub fn facets(kind: QuadricKind, complexity: f32, material: u32) -> Vec<Vec<Corner>> {
+pub(crate) fn facets(kind: QuadricKind, complexity: f32, material: u32) -> Vec<Vec<Corner>> {
     let steps = |most: f32, least: usize| ((most * complexity.clamp(0.0, 1.0)) as usize).max(least);
     let sides = steps(40.0, 4);
     let corner = |ring: &Ring, i: f64, sides: usize| corner(ring, i / sides as f64, material);

@@ -106,7 +106,7 @@ const MARKERS: [&[&[(f32, f32)]]; 20] = {
 };
 
 /// The pixels of a marker.
-pub struct MarkerBitmap {
+pub(crate) struct MarkerBitmap {
     /// The number of pixels a side: 5, 7 or 9.
     pub side: usize,
     /// Whether each pixel is set, row by row from the bottom up.
@@ -114,7 +114,7 @@ pub struct MarkerBitmap {
 }
 
 /// Returns the marker of an index. There are 90: 30 of each of the three sizes.
-pub fn marker_bitmap(index: usize) -> MarkerBitmap {
+pub(crate) fn marker_bitmap(index: usize) -> MarkerBitmap {
     let side = 5 + 2 * (index / 30).min(2);
     let kind = index % 30;
     let filled = kind >= 20;

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 /// Triangles over shared vertices. `positions`, `normals` and `texcoords` have one entry a vertex;
 /// front faces are counterclockwise.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Mesh {
+pub(crate) struct Mesh {
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
     pub texcoords: Vec<Vec2>,
@@ -17,7 +17,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    pub fn vertex(&mut self, position: Vec3, normal: Vec3, texcoord: Vec2) -> u32 {
+    pub(crate) fn vertex(&mut self, position: Vec3, normal: Vec3, texcoord: Vec2) -> u32 {
         let index = self.positions.len() as u32;
         self.positions.push(position);
         self.normals.push(normal);
@@ -26,7 +26,7 @@ impl Mesh {
     }
 
     /// The materials of a triangle's corners: its part's, or those that the vertices have.
-    pub fn materials(&self, triangle: usize, by_part: bool) -> [u32; 3] {
+    pub(crate) fn materials(&self, triangle: usize, by_part: bool) -> [u32; 3] {
         if by_part {
             return [self.parts.get(triangle).map_or(0, |&p| u32::from(p)); 3];
         }
@@ -34,7 +34,8 @@ impl Mesh {
     }
 
     /// The smallest and largest corner; `None` for no vertices.
-    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+    #[cfg(test)]
+    pub(crate) fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let first = *self.positions.first()?;
         Some(
             self.positions
@@ -44,7 +45,7 @@ impl Mesh {
     }
 
     /// Whether every number is finite and every index has its vertex.
-    pub fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         let n = self.positions.len();
         n == self.normals.len()
             && n == self.texcoords.len()

@@ -10,7 +10,7 @@ use glam::Vec3;
 
 /// Returns the unit normal of a polygon: of a triangle from its edges, of others by Newell's
 /// method.
-pub fn face_normal(points: &[Vec3], counterclockwise: bool) -> Vec3 {
+pub(crate) fn face_normal(points: &[Vec3], counterclockwise: bool) -> Vec3 {
     let normal = match points {
         [a, b, c] => (*c - *b).cross(*a - *b),
         _ => newell(points),
@@ -20,7 +20,7 @@ pub fn face_normal(points: &[Vec3], counterclockwise: bool) -> Vec3 {
 }
 
 /// Returns the normal of a polygon by Newell's method; its length is twice the area.
-pub fn newell(points: &[Vec3]) -> Vec3 {
+pub(crate) fn newell(points: &[Vec3]) -> Vec3 {
     let mut sum = Vec3::ZERO;
     for (i, &a) in points.iter().enumerate() {
         let b = points[(i + 1) % points.len()];
@@ -35,7 +35,7 @@ pub fn newell(points: &[Vec3]) -> Vec3 {
 
 /// Returns a vector of length 1, or zero where there is no direction. The length is computed in
 /// f64, so that the normals of small faces do not underflow.
-pub fn unit(v: Vec3) -> Vec3 {
+pub(crate) fn unit(v: Vec3) -> Vec3 {
     let wide = v.as_dvec3();
     let length = wide.length();
     if length > 0.0 && length.is_finite() {
@@ -47,7 +47,7 @@ pub fn unit(v: Vec3) -> Vec3 {
 
 /// Faces that share vertices.
 #[derive(Default)]
-pub struct Faces {
+pub(crate) struct Faces {
     pub normals: Vec<Vec3>,
     /// The vertex and the face of each corner.
     pub corners: Vec<(u32, u32)>,
@@ -60,7 +60,7 @@ const MAX_FACES: usize = 4096;
 
 impl Faces {
     /// Lists the faces around each vertex.
-    pub fn around(&self, crease_angle: f32) -> Around<'_> {
+    pub(crate) fn around(&self, crease_angle: f32) -> Around<'_> {
         let count = self.corners.iter().map(|c| c.0 as usize + 1).max();
         let count = count.unwrap_or(0);
         let mut starts = vec![0u32; count + 1];
@@ -87,7 +87,7 @@ impl Faces {
 }
 
 /// The faces around each vertex.
-pub struct Around<'f> {
+pub(crate) struct Around<'f> {
     normals: &'f [Vec3],
     /// Where the faces of each vertex begin in `at_vertex`.
     starts: Vec<u32>,
@@ -98,7 +98,7 @@ pub struct Around<'f> {
 
 impl Around<'_> {
     /// Returns the normal of a face's corner at a vertex.
-    pub fn normal(&self, vertex: u32, face: u32) -> Vec3 {
+    pub(crate) fn normal(&self, vertex: u32, face: u32) -> Vec3 {
         let own = self.normals[face as usize];
         let start = |v: usize| {
             self.starts
@@ -122,7 +122,7 @@ impl Around<'_> {
 }
 
 /// Numbers points so that equal points have equal numbers, for shapes without indices.
-pub fn merge_equal(points: impl Iterator<Item = Vec3>) -> Vec<u32> {
+pub(crate) fn merge_equal(points: impl Iterator<Item = Vec3>) -> Vec<u32> {
     let mut known: HashMap<[u32; 3], u32> = HashMap::new();
     points
         .map(|p| {
@@ -135,7 +135,11 @@ pub fn merge_equal(points: impl Iterator<Item = Vec3>) -> Vec<u32> {
 
 /// Returns the normals of the quadrilaterals between rows of `columns` points. The normal is that
 /// of the plane at the first corner, not the mean over the four (Coin).
-pub fn grid_face_normals(points: &[Vec3], columns: usize, counterclockwise: bool) -> Vec<Vec3> {
+pub(crate) fn grid_face_normals(
+    points: &[Vec3],
+    columns: usize,
+    counterclockwise: bool,
+) -> Vec<Vec3> {
     let rows: Vec<&[Vec3]> = points.chunks_exact(columns).collect();
     let mut out = Vec::with_capacity(rows.len().saturating_sub(1) * (columns - 1));
     for pair in rows.windows(2) {
@@ -149,7 +153,7 @@ pub fn grid_face_normals(points: &[Vec3], columns: usize, counterclockwise: bool
 
 /// Returns the normals of a grid's vertices: the unit mean of the normals of the quadrilaterals
 /// around each. A grid is smooth everywhere, whatever the crease angle (Coin).
-pub fn grid_vertex_normals(faces: &[Vec3], rows: usize, columns: usize) -> Vec<Vec3> {
+pub(crate) fn grid_vertex_normals(faces: &[Vec3], rows: usize, columns: usize) -> Vec<Vec3> {
     let mut out = Vec::with_capacity(rows * columns);
     for r in 0..rows {
         for c in 0..columns {

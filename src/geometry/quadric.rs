@@ -9,7 +9,7 @@ use crate::math;
 
 /// A surface about the y axis of its own space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum QuadricKind {
+pub(crate) enum QuadricKind {
     Sphere {
         radius: f64,
     },
@@ -41,7 +41,7 @@ pub enum QuadricKind {
 
 /// A quadric surface in the scene.
 #[derive(Clone, Copy, Debug)]
-pub struct Quadric {
+pub(crate) struct Quadric {
     pub kind: QuadricKind,
     pub scene_from_object: DAffine3,
     pub object_from_scene: DAffine3,
@@ -51,7 +51,11 @@ pub struct Quadric {
 
 impl Quadric {
     /// Returns `None` where the matrix has no inverse: a flattened shape that no ray hits.
-    pub fn new(kind: QuadricKind, scene_from_object: DAffine3, material: u32) -> Option<Self> {
+    pub(crate) fn new(
+        kind: QuadricKind,
+        scene_from_object: DAffine3,
+        material: u32,
+    ) -> Option<Self> {
         let object_from_scene = scene_from_object.inverse();
         object_from_scene.is_finite().then_some(Self {
             kind,
@@ -62,7 +66,7 @@ impl Quadric {
     }
 
     /// Returns the near and the far distance at which a ray intersects the surface.
-    pub fn intersect(&self, origin: DVec3, direction: DVec3) -> [Option<f64>; 2] {
+    pub(crate) fn intersect(&self, origin: DVec3, direction: DVec3) -> [Option<f64>; 2] {
         let o = self.object_from_scene.transform_point3(origin);
         let d = self.object_from_scene.transform_vector3(direction);
         match self.kind {
@@ -116,7 +120,7 @@ impl Quadric {
 
     /// Moves a point that a ray hit onto the surface, which takes the rounding of the ray's
     /// distance back. Returns the point and the outward normal, both in the shape's own space.
-    pub fn project_to_surface(&self, scene_point: DVec3) -> (DVec3, DVec3) {
+    pub(crate) fn project_to_surface(&self, scene_point: DVec3) -> (DVec3, DVec3) {
         let p = self.object_from_scene.transform_point3(scene_point);
         match self.kind {
             QuadricKind::Sphere { radius } => {
@@ -153,7 +157,7 @@ impl Quadric {
 
     /// Returns Inventor's texture coordinates. On sides and spheres s runs around from the back and
     /// t runs up. Caps show the picture as seen from outside, the top one with −z up.
-    pub fn texture_coordinates(&self, p: DVec3) -> DVec2 {
+    pub(crate) fn texture_coordinates(&self, p: DVec3) -> DVec2 {
         let around = || {
             let turn = libm::atan2(p.x, p.z) / std::f64::consts::TAU;
             turn + 0.5
@@ -179,7 +183,7 @@ impl Quadric {
 
     /// Returns the coordinates in a texture with depth: from 0 to 1 along each side of the shape's
     /// box.
-    pub fn volume_coordinates(&self, p: DVec3) -> DVec3 {
+    pub(crate) fn volume_coordinates(&self, p: DVec3) -> DVec3 {
         let (radius, half_height) = match self.kind {
             QuadricKind::Sphere { radius } => (radius, radius),
             QuadricKind::CylinderSide {
@@ -198,14 +202,14 @@ impl Quadric {
     }
 
     /// Returns the exact box around the surface in the scene.
-    pub fn bounds(&self) -> (DVec3, DVec3) {
+    pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
         exact_bounds(self.kind, &self.scene_from_object)
     }
 }
 
 /// Returns the exact box around a surface under a matrix: for each axis the support of an ellipse
 /// or an ellipsoid, and the cone's tip.
-pub fn exact_bounds(kind: QuadricKind, matrix: &DAffine3) -> (DVec3, DVec3) {
+pub(crate) fn exact_bounds(kind: QuadricKind, matrix: &DAffine3) -> (DVec3, DVec3) {
     let m = matrix.matrix3;
     let ring = |radius: f64, y: f64| {
         let center = matrix.transform_point3(DVec3::Y * y);

@@ -16,7 +16,7 @@ const TIE_OFFSET: f64 = 1.0 / 256.0;
 
 /// The directions of a picture and the size of its pixels, for strokes.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct StrokeView {
+pub(crate) struct StrokeView {
     pub right: Vec3,
     pub up: Vec3,
     pub forward: Vec3,
@@ -53,7 +53,7 @@ impl StrokeView {
 
 /// A ribbon between two points, or a square where they are one.
 #[derive(Clone, Copy, Debug)]
-pub struct Stroke {
+pub(crate) struct Stroke {
     pub a: Vec3,
     pub b: Vec3,
     /// The direction of the width, of length 1.
@@ -77,7 +77,7 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    pub fn new(ends: [Vec3; 2], width: f32, view: &StrokeView) -> Self {
+    pub(crate) fn new(ends: [Vec3; 2], width: f32, view: &StrokeView) -> Self {
         let [a, b] = ends;
         let (across, major) = if view.runs_across(a, b) {
             (view.up, view.right)
@@ -99,7 +99,7 @@ impl Stroke {
         }
     }
 
-    pub fn with_pattern(self, pattern: u16, start: f32) -> Self {
+    pub(crate) fn with_pattern(self, pattern: u16, start: f32) -> Self {
         Self {
             pattern,
             start,
@@ -108,18 +108,18 @@ impl Stroke {
     }
 
     /// Whether the pattern has gaps.
-    pub fn has_gaps(&self) -> bool {
+    pub(crate) fn has_gaps(&self) -> bool {
         self.pattern != 0xffff
     }
 
     /// Returns where the pattern continues behind this line: after whole pixels, as OpenGL counts
     /// them.
-    pub fn pattern_end(&self, view: &StrokeView) -> f32 {
+    pub(crate) fn pattern_end(&self, view: &StrokeView) -> f32 {
         self.start + self.pixels(view).ceil()
     }
 
     /// Returns the line's length in pixels along the picture's axis.
-    pub fn pixels(&self, view: &StrokeView) -> f32 {
+    pub(crate) fn pixels(&self, view: &StrokeView) -> f32 {
         self.pixels_to(self.b, view)
     }
 
@@ -134,7 +134,7 @@ impl Stroke {
         self.a == self.b
     }
 
-    pub fn bounds(&self, view: &StrokeView) -> (Vec3, Vec3) {
+    pub(crate) fn bounds(&self, view: &StrokeView) -> (Vec3, Vec3) {
         let around = |p: Vec3| {
             let reach = (self.half + TIE_OFFSET as f32) * view.pixel(p).max(0.0);
             let mut size = self.across.abs();
@@ -148,7 +148,7 @@ impl Stroke {
     }
 
     /// Returns how far a point is along the way from `a` to `b`, from 0 to 1.
-    pub fn share_at(&self, p: Vec3) -> f32 {
+    pub(crate) fn share_at(&self, p: Vec3) -> f32 {
         let along = self.b - self.a;
         let s = (p - self.a).dot(along) / along.length_squared();
         if s.is_finite() {
@@ -159,12 +159,17 @@ impl Stroke {
     }
 
     /// Returns the normal at a share of the way, or `None` if it has none of its own.
-    pub fn normal_at(&self, share: f32) -> Option<Vec3> {
+    pub(crate) fn normal_at(&self, share: f32) -> Option<Vec3> {
         self.normals[0].lerp(self.normals[1], share).try_normalize()
     }
 
     /// Returns the distance at which a ray intersects the ribbon or the square.
-    pub fn intersect(&self, origin: Vec3, direction: Vec3, view: &StrokeView) -> Option<f32> {
+    pub(crate) fn intersect(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        view: &StrokeView,
+    ) -> Option<f32> {
         let (a, d) = (self.a.as_dvec3(), direction.as_dvec3());
         let across = self.across.as_dvec3();
         let along = if self.is_point() {

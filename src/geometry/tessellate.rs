@@ -20,7 +20,7 @@ const MANY: usize = 3000;
 /// A quadrilateral is cut along its first diagonal, or along the other where only that is inside. A
 /// convex polygon becomes a fan, and other polygons are tessellated.
 #[inline]
-pub fn cut_polygon(
+pub(crate) fn cut_polygon(
     n: usize,
     point: impl Fn(usize) -> Vec3,
     convex: bool,

@@ -9,7 +9,7 @@ use super::value::{Get, Value};
 
 /// Returns the default of a class's field, which is made the first time that a field of the class is
 /// asked for.
-pub fn default_value(class: ClassId, index: u16) -> &'static Value {
+pub(crate) fn default_value(class: ClassId, index: u16) -> &'static Value {
     static DEFAULTS: OnceLock<Vec<OnceLock<Vec<Value>>>> = OnceLock::new();
     let classes = DEFAULTS.get_or_init(|| CLASSES.iter().map(|_| OnceLock::new()).collect());
     let fields = classes[usize::from(class.0)]

@@ -71,7 +71,7 @@ pub enum Role {
 }
 
 impl ClassId {
-    pub fn get(self) -> &'static Class {
+    pub(crate) fn get(self) -> &'static Class {
         &CLASSES[usize::from(self.0)]
     }
 }
@@ -110,17 +110,17 @@ impl Class {
     }
 
     /// Whether the class is, or descends from, another.
-    pub fn descends_from(&self, ancestor: ClassId) -> bool {
+    pub(crate) fn descends_from(&self, ancestor: ClassId) -> bool {
         self.lineage().any(|c| c.id == ancestor)
     }
 
     /// The class itself, its family, that one's family, and so on.
-    pub fn lineage(&self) -> impl Iterator<Item = &Self> {
+    pub(crate) fn lineage(&self) -> impl Iterator<Item = &Self> {
         std::iter::successors(Some(self), |c| c.parent.map(ClassId::get))
     }
 
     /// Whether the class is VRML97's alone.
-    pub fn is_vrml97(&self) -> bool {
+    pub(crate) fn is_vrml97(&self) -> bool {
         self.dialects & Dialect::VRML97 != 0
             && self.dialects & (Dialect::IV1 | Dialect::IV2 | Dialect::VRML1) == 0
     }

@@ -92,7 +92,7 @@ impl<T: ?Sized> Field<T> {
         }
     }
 
-    pub fn decl(&self) -> &'static FieldDecl {
+    pub(crate) fn decl(&self) -> &'static FieldDecl {
         &self.class.get().fields[usize::from(self.index)]
     }
 }

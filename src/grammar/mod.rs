@@ -8,11 +8,11 @@ mod class_id;
 mod defaults;
 mod entry;
 mod field;
-pub mod value;
+pub(crate) mod value;
 
 pub use catalogue::*;
 pub use class_id::ClassId;
-pub use defaults::default_value;
+pub(crate) use defaults::default_value;
 pub use entry::{Class, Dialect, Part, Role, Treatment, any, by_name};
 pub use field::{Default, Field, FieldDecl, FieldType};
 

@@ -137,12 +137,12 @@ impl Value {
     }
 
     /// The default that the catalogue states.
-    pub fn default_of(decl: &FieldDecl) -> Self {
+    pub(crate) fn default_of(decl: &FieldDecl) -> Self {
         Self::from_default(decl.kind, &decl.default)
     }
 
     /// The value a field of this type has where nothing states one: zeros, nothing, empty.
-    pub fn empty(kind: FieldType) -> Self {
+    pub(crate) fn empty(kind: FieldType) -> Self {
         Self::from_default(kind, &Default::Nothing)
     }
 

@@ -106,7 +106,7 @@ pub struct Proto {
 }
 
 /// An event of an instance, the node of the body that has it, and its name there.
-pub type Passage = (Box<str>, NodeId, Box<str>);
+pub(crate) type Passage = (Box<str>, NodeId, Box<str>);
 
 /// The protos of a document, and what is known of their instances.
 #[derive(Clone, Debug, Default)]

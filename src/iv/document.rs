@@ -56,7 +56,7 @@ pub struct Node {
 
 impl Node {
     /// Makes a node that no file has. It has no name.
-    pub fn made(class: &Class, fields: Vec<FieldEntry>, children: Vec<NodeId>) -> Self {
+    pub(crate) fn made(class: &Class, fields: Vec<FieldEntry>, children: Vec<NodeId>) -> Self {
         Self {
             class: ClassRef::Known(class.id),
             name: None,
@@ -108,7 +108,7 @@ impl Document {
     }
 
     /// Whether a node is part of a proto's body, and not of the scene.
-    pub fn is_template(&self, id: NodeId) -> bool {
+    pub(crate) fn is_template(&self, id: NodeId) -> bool {
         self.protos.is_template(id)
     }
 
@@ -116,7 +116,7 @@ impl Document {
     ///
     /// # Errors
     /// The loader does not find the file or may not open it, or the document has no loader.
-    pub fn load_beside(&self, node: NodeId, reference: &str) -> Result<(String, Vec<u8>)> {
+    pub(crate) fn load_beside(&self, node: NodeId, reference: &str) -> Result<(String, Vec<u8>)> {
         let source = &self.sources[usize::from(self.nodes[node.0 as usize].source)];
         match &self.loader {
             Some(loader) => loader.load(&source.name, reference),
@@ -132,7 +132,7 @@ impl Document {
     }
 
     /// Adds a node to the arena.
-    pub fn add(&mut self, node: Node) -> NodeId {
+    pub(crate) fn add(&mut self, node: Node) -> NodeId {
         let id = NodeId(u32::try_from(self.nodes.len()).expect("fewer than 2^32 nodes"));
         self.nodes.push(node);
         id
@@ -148,7 +148,7 @@ pub struct NodeRef<'a> {
 
 impl<'a> NodeRef<'a> {
     /// The node itself.
-    pub fn data(self) -> &'a Node {
+    pub(crate) fn data(self) -> &'a Node {
         &self.document.nodes[self.id.0 as usize]
     }
 
@@ -160,7 +160,7 @@ impl<'a> NodeRef<'a> {
         }
     }
 
-    pub fn class_id(self) -> Option<ClassId> {
+    pub(crate) fn class_id(self) -> Option<ClassId> {
         self.class().map(|c| c.id)
     }
 
@@ -189,7 +189,7 @@ impl<'a> NodeRef<'a> {
     }
 
     /// Returns the field as the file states it, unless it does not or marks it with `~`.
-    pub fn entry(self, index: u16) -> Option<&'a FieldEntry> {
+    pub(crate) fn entry(self, index: u16) -> Option<&'a FieldEntry> {
         self.data()
             .fields
             .iter()

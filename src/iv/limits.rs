@@ -40,7 +40,7 @@ impl Default for Limits {
 
 impl Limits {
     /// The names that [`Self::set`] knows.
-    pub const NAMES: [&'static str; 8] = [
+    pub(crate) const NAMES: [&'static str; 8] = [
         "bytes",
         "nodes",
         "copies",
@@ -52,7 +52,7 @@ impl Limits {
     ];
 
     /// Every limit by its name.
-    pub fn entries(&self) -> [(&'static str, usize); 8] {
+    pub(crate) fn entries(&self) -> [(&'static str, usize); 8] {
         let values = [
             self.bytes,
             self.nodes,
@@ -68,7 +68,7 @@ impl Limits {
 
     /// Sets a limit by a word such as `bytes=2G` or `visits=100000`; k, M and G are powers of
     /// 1024. `None` if the word is not one.
-    pub fn set(&mut self, word: &str) -> Option<()> {
+    pub(crate) fn set(&mut self, word: &str) -> Option<()> {
         let (name, value) = word.split_once('=')?;
         let (digits, power) = match value.trim_end_matches(|c: char| c.is_ascii_alphabetic()) {
             digits if digits.len() == value.len() => (digits, 0),

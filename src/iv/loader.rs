@@ -120,7 +120,7 @@ fn other_case(path: &Path) -> Option<PathBuf> {
 }
 
 /// Whether a reference is an absolute path of any system.
-pub fn is_absolute(reference: &str) -> bool {
+pub(super) fn is_absolute(reference: &str) -> bool {
     let drive =
         reference.as_bytes().get(1) == Some(&b':') && reference.as_bytes()[0].is_ascii_alphabetic();
     reference.starts_with(['/', '\\']) || drive

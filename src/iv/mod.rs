@@ -4,8 +4,8 @@
 //! declares. `read` makes a document from bytes and `write` makes bytes from a document; neither
 //! imports the other.
 
-pub mod declarations;
-pub mod document;
+pub(crate) mod declarations;
+pub(crate) mod document;
 mod encoding;
 mod limits;
 mod loader;
@@ -14,7 +14,7 @@ mod read;
 mod same;
 mod write;
 
-pub use crate::grammar::value::{self, NodeId, Value};
+pub use crate::grammar::value::{NodeId, Value};
 pub use declarations::Route;
 pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
 pub use limits::Limits;

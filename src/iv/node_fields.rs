@@ -40,7 +40,7 @@ impl<'a> NodeRef<'a> {
 
     /// Returns the value that acts on the traversal state, with the catalogue's default in the place
     /// of a field that is ignored.
-    pub fn acting_or_default<T: Get + ?Sized>(self, field: Field<T>) -> T::Out<'a> {
+    pub(crate) fn acting_or_default<T: Get + ?Sized>(self, field: Field<T>) -> T::Out<'a> {
         self.acting(field).unwrap_or_else(|| field.default())
     }
 
@@ -56,7 +56,7 @@ impl<'a> NodeRef<'a> {
 
     /// Returns the class to treat the node as: its own, or the nearest known one that the file says
     /// it is (`isA`).
-    pub fn known_class(self) -> Option<&'static Class> {
+    pub(crate) fn known_class(self) -> Option<&'static Class> {
         match self.data().class {
             ClassRef::Known(id) => Some(id.get()),
             ClassRef::Extension(i) => self.document.extensions[i as usize]

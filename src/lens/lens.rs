@@ -103,7 +103,7 @@ impl Lens {
     }
 
     /// First-order data in the x plane, which differs for cylinders and toroids.
-    pub fn first_order_in(&self, plane: Plane) -> FirstOrder {
+    pub(crate) fn first_order_in(&self, plane: Plane) -> FirstOrder {
         FirstOrder::of(
             &self.prescription,
             &self.prescription.indices(self.wavelength_nm),
@@ -147,7 +147,7 @@ impl Lens {
     }
 
     /// Whether any surface reflects, so that rays lose some of their light.
-    pub fn reflects(&self) -> bool {
+    pub(crate) fn reflects(&self) -> bool {
         self.reflects
     }
 

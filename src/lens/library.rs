@@ -42,7 +42,7 @@ impl Lens {
     ///
     /// # Errors
     /// A name that no shipped lens has.
-    pub fn named(name: &str) -> Result<Self> {
+    pub(crate) fn named(name: &str) -> Result<Self> {
         read::read(&shipped_source(name)?, &mut Sink::new()).map(Self::new)
     }
 }
@@ -88,7 +88,10 @@ fn shipped_source(name: &str) -> Result<Arc<Source>> {
 }
 
 /// Points a message about a zoom position at the place where the lens's file lists them.
-pub fn at_zoom_list(error: Box<Diagnostic>, name_or_path: impl AsRef<Path>) -> Box<Diagnostic> {
+pub(crate) fn at_zoom_list(
+    error: Box<Diagnostic>,
+    name_or_path: impl AsRef<Path>,
+) -> Box<Diagnostic> {
     match source(name_or_path.as_ref()) {
         Ok(source) => origin::at_zoom_list(error, &source),
         Err(_) => error,

@@ -4,14 +4,14 @@ use glam::DVec2;
 
 /// A square of complex numbers, the side a power of two.
 #[derive(Clone)]
-pub struct Spectrum {
+pub(crate) struct Spectrum {
     side: usize,
     values: Vec<DVec2>,
 }
 
 impl Spectrum {
     /// The transform of a square field.
-    pub fn of(side: usize, mut values: Vec<DVec2>) -> Self {
+    pub(crate) fn of(side: usize, mut values: Vec<DVec2>) -> Self {
         debug_assert!(side.is_power_of_two() && values.len() == side * side);
         transform_square(&mut values, side, -1.0);
         Self { side, values }
@@ -19,7 +19,7 @@ impl Spectrum {
 
     /// The shift of `self` against `other` with the largest correlation (real part), and that
     /// correlation: `self` at `p + shift` looks like `other` at `p`.
-    pub fn best_shift(&self, other: &Self) -> ([isize; 2], f64) {
+    pub(crate) fn best_shift(&self, other: &Self) -> ([isize; 2], f64) {
         let products = self.values.iter().zip(&other.values);
         let mut cross: Vec<DVec2> = products.map(|(a, b)| times(*a, conjugate(*b))).collect();
         transform_square(&mut cross, self.side, 1.0);
@@ -35,7 +35,7 @@ impl Spectrum {
 }
 
 /// Rows, then columns; not divided by the number of points.
-pub fn transform_square(values: &mut [DVec2], side: usize, sign: f64) {
+pub(crate) fn transform_square(values: &mut [DVec2], side: usize, sign: f64) {
     let turns: Vec<DVec2> = (0..side / 2)
         .map(|k| {
             let angle = sign * std::f64::consts::TAU * k as f64 / side as f64;
@@ -82,7 +82,7 @@ fn transform(line: &mut [DVec2], turns: &[DVec2]) {
 }
 
 /// The product of two complex numbers.
-pub fn times(a: DVec2, b: DVec2) -> DVec2 {
+pub(crate) fn times(a: DVec2, b: DVec2) -> DVec2 {
     DVec2::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x)
 }
 

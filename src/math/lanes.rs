@@ -10,31 +10,31 @@ use glam::Vec3;
 
 /// The number of values side by side, the same for rays in lenses, trees and shading. It is enough
 /// for four of the widest vectors of `f64`, which hides the latency of roots and quotients.
-pub const LANES: usize = 32;
+pub(crate) const LANES: usize = 32;
 
 /// A number of each lane.
-pub type Lanes<T> = [T; LANES];
+pub(crate) type Lanes<T> = [T; LANES];
 
 /// A double-precision number of each lane.
-pub type Lane = Lanes<f64>;
+pub(crate) type Lane = Lanes<f64>;
 
 /// A point or direction of each lane, axis by axis.
-pub type Vec3Lanes = [Lanes<f32>; 3];
+pub(crate) type Vec3Lanes = [Lanes<f32>; 3];
 
 /// The point or direction of one lane.
 #[inline(always)]
-pub fn of_lane(all: &Vec3Lanes, lane: usize) -> Vec3 {
+pub(crate) fn of_lane(all: &Vec3Lanes, lane: usize) -> Vec3 {
     Vec3::new(all[0][lane], all[1][lane], all[2][lane])
 }
 
 /// Sets the point or direction of one lane.
 #[inline(always)]
-pub fn set_lane(all: &mut Vec3Lanes, lane: usize, value: Vec3) {
+pub(crate) fn set_lane(all: &mut Vec3Lanes, lane: usize, value: Vec3) {
     (all[0][lane], all[1][lane], all[2][lane]) = (value.x, value.y, value.z);
 }
 
 /// The numbers of the bits that are set, lowest first.
-pub fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+pub(crate) fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let at = (mask != 0).then(|| mask.trailing_zeros() as usize);
         mask &= mask.wrapping_sub(1);
@@ -44,7 +44,7 @@ pub fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
 
 /// Arithmetic to be compiled for each width. `run` and everything that it calls in its loops must
 /// be `#[inline(always)]`.
-pub trait SimdKernel {
+pub(crate) trait SimdKernel {
     type Output;
 
     fn run<const FUSED: bool>(self) -> Self::Output;
@@ -52,7 +52,7 @@ pub trait SimdKernel {
 
 /// A sum of a product, rounded once where that is fast.
 #[inline(always)]
-pub fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
+pub(crate) fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
@@ -61,7 +61,7 @@ const ALWAYS_FUSED: bool = cfg!(any(target_arch = "aarch64", target_feature = "f
 
 /// The width of the vectors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Width {
+pub(crate) enum Width {
     Plain,
     #[cfg(target_arch = "x86_64")]
     Avx2,
@@ -72,7 +72,7 @@ pub enum Width {
 impl Width {
     /// The widest that this processor has.
     #[inline]
-    pub fn detect() -> Self {
+    pub(crate) fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
             let widest = is_x86_feature_detected!("avx512f")
@@ -86,7 +86,7 @@ impl Width {
 
     /// Does the work with vectors of this width, or of the widest that the processor has.
     #[inline]
-    pub fn run<W: SimdKernel>(self, work: W) -> W::Output {
+    pub(crate) fn run<W: SimdKernel>(self, work: W) -> W::Output {
         match self.min(Self::detect()) {
             Self::Plain => work.run::<ALWAYS_FUSED>(),
             // SAFETY: the processor was just asked.
@@ -113,7 +113,7 @@ fn run_avx512<W: SimdKernel>(work: W) -> W::Output {
 
 /// Runs a kernel with the widest vectors of this processor.
 #[inline]
-pub fn dispatch<W: SimdKernel>(work: W) -> W::Output {
+pub(crate) fn dispatch<W: SimdKernel>(work: W) -> W::Output {
     Width::detect().run(work)
 }
 
@@ -121,7 +121,7 @@ pub fn dispatch<W: SimdKernel>(work: W) -> W::Output {
 /// itself, and the same on every machine. The logarithm is the series of the inverse hyperbolic
 /// tangent, for at most (√2 − 1)/(√2 + 1); the power of two is the exponential's, up to 1/2.
 #[inline(always)]
-pub fn power(base: f32, exponent: f32) -> f32 {
+pub(crate) fn power(base: f32, exponent: f32) -> f32 {
     // base = m 2^k with m from √½ to √2.
     let bits = base.max(f32::MIN_POSITIVE).to_bits() as i32;
     let k = (bits - 0x3f35_04f3) >> 23;

@@ -40,7 +40,7 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
-    pub fn millimeters(self) -> f64 {
+    pub(crate) fn millimeters(self) -> f64 {
         match self {
             Self::Millimeter => 1.0,
             Self::Centimeter => 10.0,
@@ -50,7 +50,7 @@ impl LengthUnit {
     }
 
     /// `mm`, `cm`, `in` or `m`, as written after a number.
-    pub fn parse(suffix: &str) -> Option<Self> {
+    pub(crate) fn parse(suffix: &str) -> Option<Self> {
         match suffix {
             "mm" | "millimeters" => Some(Self::Millimeter),
             "cm" | "centimeters" => Some(Self::Centimeter),

@@ -2,7 +2,7 @@
 
 /// Solves a symmetric system of which the lower half is given, row by row, with its diagonal
 /// damped; Cholesky's factors. `None` where it is singular.
-pub fn solve(matrix: &[f64], right: &[f64], damping: f64) -> Option<Vec<f64>> {
+pub(crate) fn solve(matrix: &[f64], right: &[f64], damping: f64) -> Option<Vec<f64>> {
     let n = right.len();
     let mut l = matrix.to_vec();
     for i in 0..n {

@@ -7,7 +7,7 @@ use crate::picture::{Raster, Samples, write_whole};
 
 /// What kind of file a movie is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Container {
+pub(crate) enum Container {
     AnimatedPng,
     /// H.264, made by ffmpeg.
     Mov,
@@ -19,7 +19,7 @@ impl Container {
     ///
     /// # Errors
     /// Another ending, or one that needs ffmpeg where there is none.
-    pub fn of(path: &Path) -> Result<Self> {
+    pub(crate) fn of(path: &Path) -> Result<Self> {
         let end = path.extension().unwrap_or_default().to_ascii_lowercase();
         let container = match end.to_str() {
             Some("png") => return Ok(Self::AnimatedPng),
@@ -51,7 +51,7 @@ impl Container {
     ///
     /// # Errors
     /// A frame that cannot be read, a full disk, or what ffmpeg reports.
-    pub fn write(self, movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
+    pub(crate) fn write(self, movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
         match self {
             Self::AnimatedPng => animated_png(movie, frames, rate),
             Self::Mov => by_ffmpeg(movie, "mov", frames, rate),
@@ -147,7 +147,7 @@ fn levels(raster: &Raster) -> Vec<u8> {
 }
 
 /// Whether ffmpeg can be run.
-pub fn has_ffmpeg() -> bool {
+pub(crate) fn has_ffmpeg() -> bool {
     let run = std::process::Command::new("ffmpeg")
         .arg("-version")
         .stdout(std::process::Stdio::null())

@@ -2,14 +2,14 @@
 
 /// How a value goes from the key before to this one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Ease {
+pub(crate) struct Ease {
     pub pace: Pace,
     pub scale: Scale,
 }
 
 /// How fast, over the frames between two keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Pace {
+pub(crate) enum Pace {
     /// At one speed.
     #[default]
     Linear,
@@ -21,7 +21,7 @@ pub enum Pace {
 
 /// In what a focus moves evenly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Scale {
+pub(crate) enum Scale {
     #[default]
     Distance,
     /// One over the distance: blur grows evenly.
@@ -32,7 +32,7 @@ pub enum Scale {
 
 impl Pace {
     /// The part of the way after a part of the time.
-    pub fn at(self, t: f64) -> f64 {
+    pub(crate) fn at(self, t: f64) -> f64 {
         match self {
             Self::Linear => t,
             Self::Smooth => t * t * (3.0 - 2.0 * t),
@@ -42,12 +42,12 @@ impl Pace {
 }
 
 /// The words for a pace and a scale.
-pub const PACES: [(&str, Pace); 3] = [
+pub(crate) const PACES: [(&str, Pace); 3] = [
     ("linear", Pace::Linear),
     ("smooth", Pace::Smooth),
     ("hold", Pace::Hold),
 ];
-pub const SCALES: [(&str, Scale); 3] = [
+pub(crate) const SCALES: [(&str, Scale); 3] = [
     ("distance", Scale::Distance),
     ("diopters", Scale::Diopters),
     ("travel", Scale::Travel),
@@ -55,7 +55,7 @@ pub const SCALES: [(&str, Scale); 3] = [
 
 impl Ease {
     /// Reads words such as `diopters smooth`; those left out stay as they are by default.
-    pub fn parse(words: &str) -> Option<Self> {
+    pub(crate) fn parse(words: &str) -> Option<Self> {
         let mut ease = Self::default();
         for word in words.split([' ', ',', '+']).filter(|w| !w.is_empty()) {
             if let Some((_, pace)) = PACES.iter().find(|(n, _)| *n == word) {
@@ -70,7 +70,7 @@ impl Ease {
 
 /// A value at a frame, and how it is reached from the key before.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Key<T> {
+pub(crate) struct Key<T> {
     pub frame: f64,
     pub value: T,
     pub ease: Ease,
@@ -78,7 +78,7 @@ pub struct Key<T> {
 
 /// The keys of one value, by rising frame. Before the first and after the last it stands still.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Track<T> {
+pub(crate) struct Track<T> {
     keys: Vec<Key<T>>,
 }
 
@@ -89,15 +89,11 @@ impl<T> Default for Track<T> {
 }
 
 impl<T: Copy> Track<T> {
-    pub fn keys(&self) -> &[Key<T>] {
-        &self.keys
-    }
-
     /// Adds a key after the last.
     ///
     /// # Errors
     /// A frame that is not after the last one's, which is given back.
-    pub fn push(&mut self, key: Key<T>) -> std::result::Result<(), f64> {
+    pub(crate) fn push(&mut self, key: Key<T>) -> std::result::Result<(), f64> {
         match self.keys.last() {
             Some(last) if !(key.frame > last.frame) => Err(last.frame),
             _ => {
@@ -108,7 +104,7 @@ impl<T: Copy> Track<T> {
     }
 
     /// The value at a frame; `between(a, b, part, scale)` mixes two. `None` without keys.
-    pub fn at(&self, frame: f64, between: impl Fn(T, T, f64, Scale) -> T) -> Option<T> {
+    pub(crate) fn at(&self, frame: f64, between: impl Fn(T, T, f64, Scale) -> T) -> Option<T> {
         let after = self.keys.partition_point(|k| k.frame <= frame);
         let Some(last) = after.checked_sub(1).map(|i| self.keys[i]) else {
             return self.keys.first().map(|k| k.value);

@@ -9,7 +9,7 @@ mod shoot;
 mod timeline;
 mod timeline_file;
 
-pub use container::{Container, has_ffmpeg};
-pub use ease::{Ease, Key, PACES, Pace, SCALES, Scale, Track};
-pub use shoot::{Event, Shoot};
-pub use timeline::{Moment, Timeline, Travel};
+pub(crate) use container::{Container, has_ffmpeg};
+pub(crate) use ease::Ease;
+pub(crate) use shoot::{Event, Shoot};
+pub(crate) use timeline::Timeline;

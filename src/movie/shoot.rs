@@ -20,7 +20,7 @@ const MOST_MOMENTS: u32 = 16;
 const LABEL: &str = "film.txt";
 
 /// A movie to be rendered.
-pub struct Shoot {
+pub(crate) struct Shoot {
     plan: Plan,
     timeline: Timeline,
     folder: PathBuf,
@@ -31,7 +31,7 @@ pub struct Shoot {
 }
 
 /// What happens while frames are rendered.
-pub enum Event<'a> {
+pub(crate) enum Event<'a> {
     /// The scene is read; these are the messages about it.
     Opened(&'a Sink),
     /// A frame is written, so many are still missing.
@@ -50,7 +50,7 @@ impl Shoot {
     /// # Errors
     /// A plan that no movie can be made of, a distance at which the lens cannot focus, a folder
     /// with the frames of another movie.
-    pub fn new(
+    pub(crate) fn new(
         mut plan: Plan,
         timeline: Timeline,
         folder: PathBuf,
@@ -78,14 +78,14 @@ impl Shoot {
     }
 
     /// The files of all frames, in order.
-    pub fn frame_paths(&self) -> Vec<PathBuf> {
+    pub(crate) fn frame_paths(&self) -> Vec<PathBuf> {
         (0..self.timeline.frames)
             .map(|frame| self.frame_path(frame))
             .collect()
     }
 
     /// The frames that are not there.
-    pub fn missing(&self) -> Vec<u32> {
+    pub(crate) fn missing(&self) -> Vec<u32> {
         (0..self.timeline.frames)
             .filter(|&frame| !self.frame_path(frame).exists())
             .collect()
@@ -99,7 +99,7 @@ impl Shoot {
     ///
     /// # Errors
     /// What opening the scene, moving the lens or writing a frame brings.
-    pub fn render(&self, frames: &[u32], happened: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+    pub(crate) fn render(&self, frames: &[u32], happened: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if frames.is_empty() {
             return Ok(());
         }

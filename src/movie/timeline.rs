@@ -10,7 +10,7 @@ pub(super) const MOST_FRAMES: u32 = 200_000;
 
 /// Everything that a film can change. A track without keys leaves its value as the plan has it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Timeline {
+pub(crate) struct Timeline {
     pub frames: u32,
     /// Frames a second of the film.
     pub rate: f64,
@@ -30,7 +30,7 @@ pub struct Timeline {
 
 /// The values at one moment; `None` is left as the plan has it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moment {
+pub(crate) struct Moment {
     pub focus: Option<f64>,
     pub zoom: Option<f64>,
     pub f_number: Option<f64>,
@@ -41,11 +41,11 @@ pub struct Moment {
 
 /// The way of film or lens (millimeters) that focuses at a distance (meters); `None` where none
 /// does.
-pub type Travel<'a> = dyn Fn(f64) -> Option<f64> + 'a;
+pub(crate) type Travel<'a> = dyn Fn(f64) -> Option<f64> + 'a;
 
 impl Timeline {
     /// Nothing moves.
-    pub fn still(frames: u32) -> Self {
+    pub(crate) fn still(frames: u32) -> Self {
         Self {
             frames,
             rate: 24.0,
@@ -57,7 +57,7 @@ impl Timeline {
     ///
     /// # Errors
     /// No frames, or too many.
-    pub fn pull_focus(from: f64, to: f64, frames: u32, ease: Ease) -> Result<Self> {
+    pub(crate) fn pull_focus(from: f64, to: f64, frames: u32, ease: Ease) -> Result<Self> {
         if !(2..=MOST_FRAMES).contains(&frames) {
             return Err(
                 Diagnostic::error(format!("a pull of focus can't have {frames} frames"))
@@ -73,7 +73,7 @@ impl Timeline {
     }
 
     /// What is to be seen at a frame, or between two.
-    pub fn at(&self, frame: f64, travel: &Travel<'_>) -> Moment {
+    pub(crate) fn at(&self, frame: f64, travel: &Travel<'_>) -> Moment {
         let even = |a: f64, b: f64, t: f64, _| a + t * (b - a);
         let ratio = |a: f64, b: f64, t: f64, _| a * libm::pow(b / a, t);
         Moment {
@@ -91,7 +91,7 @@ impl Timeline {
     }
 
     /// Moments over which one frame is exposed, each for an equal part of it.
-    pub fn exposures(&self, frame: u32, count: u32, travel: &Travel<'_>) -> Vec<Moment> {
+    pub(crate) fn exposures(&self, frame: u32, count: u32, travel: &Travel<'_>) -> Vec<Moment> {
         if self.shutter <= 0.0 {
             return vec![self.at(f64::from(frame), travel)];
         }
@@ -106,7 +106,7 @@ impl Timeline {
     ///
     /// # Errors
     /// The first frame at which it can't, and the distance.
-    pub fn check_focus(
+    pub(crate) fn check_focus(
         &self,
         travel: &Travel<'_>,
         reaches: &dyn Fn(&Moment) -> bool,

@@ -26,7 +26,7 @@ impl Timeline {
     ///
     /// # Errors
     /// The first line that is wrong, with its place.
-    pub fn read(source: &Arc<Source>) -> Result<Self> {
+    pub(crate) fn read(source: &Arc<Source>) -> Result<Self> {
         Reader::new(source).read()
     }
 }

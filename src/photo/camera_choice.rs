@@ -41,7 +41,7 @@ impl CameraChoice {
     }
 
     /// The word that [`Self::parse`] reads as this camera.
-    pub fn word(&self) -> String {
+    pub(crate) fn word(&self) -> String {
         match self {
             Self::File(path) => path.display().to_string(),
             Self::Node(node) => node.text.clone(),
@@ -50,7 +50,7 @@ impl CameraChoice {
 
     /// # Errors
     /// A file that can't be read, or without a camera.
-    pub fn pose(&self) -> Result<CameraPose> {
+    pub(crate) fn pose(&self) -> Result<CameraPose> {
         match self {
             Self::Node(node) => Ok(node.pose.clone()),
             Self::File(path) => {

@@ -49,7 +49,7 @@ pub struct HeadlightState {
 }
 
 impl HeadlightSources {
-    pub fn resolve(self, asked: Headlight) -> HeadlightState {
+    pub(crate) fn resolve(self, asked: Headlight) -> HeadlightState {
         let (on, cause) = match (asked, self.environment, self.navigation_info) {
             (Headlight::Set(on), ..) => (on, HeadlightCause::Option),
             (Headlight::Flipped, environment, _) => {

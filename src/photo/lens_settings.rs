@@ -14,7 +14,11 @@ use crate::pose::{CameraPose, FilmPlane};
 type LensSettings = IndexMap<String, String>;
 
 /// Returns the camera of a plan, and the settings that its lens brought with it.
-pub fn camera(plan: &Plan, pose: &CameraPose, sink: &mut Sink) -> Result<(Camera, LensSettings)> {
+pub(super) fn camera(
+    plan: &Plan,
+    pose: &CameraPose,
+    sink: &mut Sink,
+) -> Result<(Camera, LensSettings)> {
     if let Some(plane) = pose.film {
         return Ok(film_alone(plan, plane, pose));
     }

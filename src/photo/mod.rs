@@ -5,9 +5,9 @@
 //! they render by the same code. [`options`] is the table of everything that can be asked for.
 
 mod camera_choice;
-mod headlight;
+pub(crate) mod headlight;
 mod lens_settings;
-pub mod options;
+pub(crate) mod options;
 mod overview;
 mod plan;
 mod pose;
@@ -16,6 +16,6 @@ mod session;
 mod tests;
 
 pub use camera_choice::{CameraChoice, CameraNode};
-pub use headlight::{Headlight, HeadlightCause, HeadlightSources, HeadlightState};
+pub use headlight::{Headlight, HeadlightCause, HeadlightState};
 pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};
 pub use session::Session;

@@ -10,7 +10,7 @@ use crate::traversal::{self, Visitor, WalkOptions};
 
 /// What a plan takes from the scene without compiling it.
 #[derive(Default)]
-pub struct Overview {
+pub(super) struct Overview {
     /// The first camera.
     pub camera: Option<CameraPose>,
     /// Whether there is a light that is on.
@@ -20,7 +20,7 @@ pub struct Overview {
 }
 
 impl Overview {
-    pub fn of(snapshot: &Snapshot<'_>) -> Self {
+    pub(super) fn of(snapshot: &Snapshot<'_>) -> Self {
         let mut overview = Self::default();
         traversal::walk(snapshot, &WalkOptions::default(), &mut overview);
         overview
@@ -49,6 +49,6 @@ impl<'a> Visitor<'a> for Overview {
 }
 
 /// The first camera that a walk meets.
-pub fn first_camera(snapshot: &Snapshot<'_>) -> Option<CameraPose> {
+pub(super) fn first_camera(snapshot: &Snapshot<'_>) -> Option<CameraPose> {
     Overview::of(snapshot).camera
 }

@@ -211,14 +211,14 @@ pub struct Plan {
 
 impl Plan {
     /// The lens, if it has a prescription.
-    pub fn lens(&self) -> Option<&LensChoice> {
+    pub(crate) fn lens(&self) -> Option<&LensChoice> {
         match &self.optics {
             Optics::Lens(choice) => Some(choice),
             Optics::Pinhole | Optics::Ideal(_) => None,
         }
     }
 
-    pub fn lens_mut(&mut self) -> Option<&mut LensChoice> {
+    pub(crate) fn lens_mut(&mut self) -> Option<&mut LensChoice> {
         match &mut self.optics {
             Optics::Lens(choice) => Some(choice),
             Optics::Pinhole | Optics::Ideal(_) => None,
@@ -276,7 +276,8 @@ impl Plan {
 
     /// The plan that the window starts from. It shows a picture that goes on refining, and saves
     /// what it shows, so the samples and the pupil of 1999 are only for those who ask for them.
-    pub fn for_window(era: Era, scene: impl Into<PathBuf>) -> Self {
+    #[cfg(any(feature = "viewer", all(test, feature = "panels")))]
+    pub(crate) fn for_window(era: Era, scene: impl Into<PathBuf>) -> Self {
         let modern = Self::of_era(Era::Modern, "");
         let mut plan = Self::of_era(era, scene);
         plan.aim = modern.aim;

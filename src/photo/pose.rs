@@ -16,7 +16,7 @@ use crate::snapshot::Snapshot;
 
 /// Returns where the camera stands: the `-camread` file's camera, else the environment's, else the
 /// scene's first, else a view of everything.
-pub fn resolve_pose(
+pub(super) fn resolve_pose(
     plan: &Plan,
     snapshot: &Snapshot<'_>,
     environment: &Environment,
@@ -65,7 +65,7 @@ fn view_through_lens(bounds: (DVec3, DVec3), plan: &Plan) -> Option<CameraPose> 
 /// What a SceneViewer environment file brings: its lights and fog go in front of the scene's own
 /// nodes, its camera and headlight are kept apart.
 #[derive(Default)]
-pub struct Environment {
+pub(super) struct Environment {
     pub pose: Option<CameraPose>,
     pub headlight: Option<Light>,
 }
@@ -73,7 +73,7 @@ pub struct Environment {
 impl Environment {
     /// Reads the file into the scene's document: `Label`, a camera, `Environment`, a `Group` of
     /// lights, and at the end, if the headlight is on, a `DirectionalLight` in camera space.
-    pub fn join(document: &mut Document, path: &Path, time: f64) -> Result<Self> {
+    pub(super) fn join(document: &mut Document, path: &Path, time: f64) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
         let roots = document.read_more(&path.display().to_string(), bytes)?;
         let mut this = Self::default();
@@ -110,7 +110,7 @@ fn lamp(node: NodeRef<'_>) -> Option<Light> {
 }
 
 /// The distance that the scene's camera says is in focus; infinity where it says nothing of use.
-pub fn own_focus(pose: &CameraPose) -> Meters {
+pub(super) fn own_focus(pose: &CameraPose) -> Meters {
     let distance = pose.focal_distance;
     Meters(if distance > 0.0 {
         distance

@@ -149,7 +149,7 @@ impl Session {
     ///
     /// # Errors
     /// A lens that can't focus there, or a scene that does not compile.
-    pub fn change(&mut self, plan: Plan, pose: CameraPose) -> Result<()> {
+    pub(crate) fn change(&mut self, plan: Plan, pose: CameraPose) -> Result<()> {
         let stands = pose.orientation == self.pose.orientation
             && plan.time == self.plan.time
             && plan.shading == self.plan.shading
@@ -162,7 +162,7 @@ impl Session {
     }
 
     /// Whether the scene was compiled around where the camera stands, for what it sees.
-    pub fn is_compiled_from_here(&self) -> bool {
+    pub(crate) fn is_compiled_from_here(&self) -> bool {
         self.scene.origin == self.pose.position && self.seen == self.camera.projection(&self.pose)
     }
 
@@ -188,7 +188,7 @@ impl Session {
     ///
     /// # Errors
     /// A lens that can't focus there. Nothing has changed then.
-    pub fn aim(&mut self, plan: Plan, pose: CameraPose) -> Result<()> {
+    pub(crate) fn aim(&mut self, plan: Plan, pose: CameraPose) -> Result<()> {
         let focus = |plan: &Plan, pose: &CameraPose| plan.focus.unwrap_or_else(|| own_focus(pose));
         let same_lens = matches!(plan.optics, Optics::Lens(_))
             && plan.optics == self.plan.optics
@@ -252,7 +252,7 @@ impl Session {
     }
 
     /// What turns the plan's rays into radiance.
-    pub fn shader(&self) -> Shader<'_> {
+    pub(crate) fn shader(&self) -> Shader<'_> {
         let options = ShadeOptions {
             headlight: self.headlight,
             backward: (self.pose.orientation * DVec3::Z).as_vec3(),
@@ -281,7 +281,7 @@ impl Session {
     }
 
     /// What exposures are multiplied by.
-    pub fn exposure_factor(&self) -> f64 {
+    pub(crate) fn exposure_factor(&self) -> f64 {
         let metered = match (&self.plan.metering, &self.camera) {
             (Some(metering), Camera::Lens(camera)) => {
                 metering.level_of_white(camera.axial_irradiance())

@@ -13,5 +13,5 @@ mod whole_file;
 mod write;
 
 pub use developed::{Depth, Picture, PictureFormat};
-pub use raster::{Raster, Samples};
-pub use whole_file::write_whole;
+pub(crate) use raster::{Raster, Samples};
+pub(crate) use whole_file::write_whole;

@@ -7,7 +7,7 @@ use super::raster::{Raster, Samples, check_size};
 use crate::diag::{Diagnostic, Result};
 
 /// The first two bytes of every file.
-pub const MAGIC: [u8; 2] = [0x01, 0xda];
+pub(super) const MAGIC: [u8; 2] = [0x01, 0xda];
 
 /// The header is padded to this length.
 const HEADER: usize = 512;
@@ -26,7 +26,7 @@ struct Header {
 ///
 /// # Errors
 /// Bytes that are no SGI picture, end too early, or hold color-map indices.
-pub fn decode(bytes: &[u8]) -> Result<Raster> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Raster> {
     let header = header(bytes)?;
     // More than four channels are allowed; the rest has no meaning that the format names.
     let kept = header.channels.min(4);

@@ -9,7 +9,7 @@ use crate::diag::{Diagnostic, Result};
 ///
 /// # Errors
 /// The folder does not exist, the disk is full, or what `write` returns.
-pub fn write_whole(
+pub(crate) fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<()> {

@@ -105,7 +105,7 @@ impl CameraPose {
 
     /// Returns the view of everything through a lens that sees this half angle (radians) on the film's
     /// shorter side. The box's circumscribed sphere lies within it.
-    pub fn view_all_within(bounds: (DVec3, DVec3), half_angle: f64) -> Self {
+    pub(crate) fn view_all_within(bounds: (DVec3, DVec3), half_angle: f64) -> Self {
         let radius = 0.5 * (bounds.1 - bounds.0).length();
         let distance = radius / libm::sin(half_angle);
         Self {

@@ -9,4 +9,4 @@ mod rotation;
 
 pub use camera_pose::{CameraPose, FilmPlane};
 pub use projection::{Projection, ViewportMapping};
-pub use rotation::{axis_angle, quat, rotation_of};
+pub(crate) use rotation::{axis_angle, quat, rotation_of};

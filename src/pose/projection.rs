@@ -25,7 +25,7 @@ pub enum ViewportMapping {
 
 impl ViewportMapping {
     /// Converts the field's value in files.
-    pub fn of(value: i32) -> Self {
+    pub(crate) fn of(value: i32) -> Self {
         match value {
             camera::VIEWPORT_MAPPING_CROP_VIEWPORT_FILL_FRAME => Self::CropViewportFillFrame,
             camera::VIEWPORT_MAPPING_CROP_VIEWPORT_LINE_FRAME => Self::CropViewportLineFrame,

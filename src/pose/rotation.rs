@@ -5,7 +5,7 @@ use glam::{DMat3, DMat4, DQuat, DVec3};
 use crate::grammar::value::Rotation;
 
 /// Converts a rotation at full precision. An axis of no length turns nothing.
-pub fn quat(rotation: Rotation) -> DQuat {
+pub(crate) fn quat(rotation: Rotation) -> DQuat {
     let half = 0.5 * f64::from(rotation.angle);
     match rotation.axis.as_dvec3().try_normalize() {
         Some(axis) if half.is_finite() => {
@@ -17,7 +17,7 @@ pub fn quat(rotation: Rotation) -> DQuat {
 }
 
 /// Returns the axis, of length 1, and the angle in radians.
-pub fn axis_angle(turn: DQuat) -> (DVec3, f64) {
+pub(crate) fn axis_angle(turn: DQuat) -> (DVec3, f64) {
     let v = DVec3::new(turn.x, turn.y, turn.z);
     let angle = 2.0 * libm::atan2(v.length(), turn.w);
     (v.try_normalize().unwrap_or(DVec3::Z), angle)
@@ -25,7 +25,7 @@ pub fn axis_angle(turn: DQuat) -> (DVec3, f64) {
 
 /// Returns the rotation in a matrix: its orthogonal polar factor, by Higham's iteration, which does
 /// not depend on a scale. A mirrored matrix gives the nearest rotation, a flat one the identity.
-pub fn rotation_of(matrix: DMat4) -> DQuat {
+pub(crate) fn rotation_of(matrix: DMat4) -> DQuat {
     let mut m = DMat3::from_mat4(matrix);
     if m.determinant() == 0.0 || !m.is_finite() {
         return DQuat::IDENTITY;

@@ -13,7 +13,7 @@
 use crate::prescription::prescription::Prescription;
 
 /// The keys that are read; the first is the title of the design.
-pub const KEYS: [&str; 8] = [
+pub(crate) const KEYS: [&str; 8] = [
     "name",
     "kind",
     "year",
@@ -45,7 +45,7 @@ pub struct About {
 }
 
 impl About {
-    pub fn of(lens: &Prescription) -> Self {
+    pub(crate) fn of(lens: &Prescription) -> Self {
         let mut about = Self::default();
         for note in &lens.notes {
             let (key, value) = note.split_once(": ").unwrap_or(("", note));

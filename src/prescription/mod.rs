@@ -9,15 +9,15 @@
 //! `about` its sources in words, `first_order` its focal lengths and pupils, `adjust` makes another
 //! table of it (scaled, stopped down, zoomed); `formats` reads and writes files.
 
-pub mod about;
+pub(crate) mod about;
 mod adjust;
-pub mod first_order;
-pub mod formats;
-pub mod glass;
+pub(crate) mod first_order;
+pub(crate) mod formats;
+pub(crate) mod glass;
 // The file of the central type has its name.
 #[allow(clippy::module_inception)]
-pub mod prescription;
-pub mod surface;
+pub(crate) mod prescription;
+pub(crate) mod surface;
 pub(crate) mod text;
 
 pub use about::About;

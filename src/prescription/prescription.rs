@@ -74,7 +74,7 @@ impl Prescription {
     }
 
     /// The index in front of every surface and, last, the one behind the lens.
-    pub fn indices(&self, wavelength_nm: f64) -> Vec<f64> {
+    pub(crate) fn indices(&self, wavelength_nm: f64) -> Vec<f64> {
         std::iter::once(&self.object_medium)
             .chain(self.surfaces.iter().map(|s| &s.medium))
             .map(|m| m.index(wavelength_nm))
@@ -87,7 +87,7 @@ impl Prescription {
     }
 
     /// The medium in front of a surface.
-    pub fn medium_before(&self, surface: usize) -> &Medium {
+    pub(crate) fn medium_before(&self, surface: usize) -> &Medium {
         match surface.checked_sub(1) {
             Some(before) => &self.surfaces[before].medium,
             None => &self.object_medium,
@@ -95,16 +95,16 @@ impl Prescription {
     }
 
     /// Whether the lens is symmetric about its axis.
-    pub fn is_rotational(&self) -> bool {
+    pub(crate) fn is_rotational(&self) -> bool {
         self.iris == Iris::Round && self.surfaces.iter().all(|s| s.shape.is_rotational())
     }
 
-    pub fn is_dispersive(&self) -> bool {
+    pub(crate) fn is_dispersive(&self) -> bool {
         self.surfaces.iter().any(|s| s.medium.is_dispersive()) || self.object_medium.is_dispersive()
     }
 
     /// Whether the path or the transmittance depends on the wavelength.
-    pub fn is_chromatic(&self) -> bool {
+    pub(crate) fn is_chromatic(&self) -> bool {
         let tints = |s: &Surface| s.coating == Coating::MagnesiumFluoride;
         self.is_dispersive() || self.surfaces.iter().any(tints)
     }
@@ -181,7 +181,7 @@ impl Prescription {
 impl Iris {
     /// The corners of the hole in a stop of this semi-diameter, counterclockwise; none for a
     /// round one, and for less than three corners, which close nothing.
-    pub fn outline(&self, semi_diameter: f64) -> Option<Box<[DVec2]>> {
+    pub(crate) fn outline(&self, semi_diameter: f64) -> Option<Box<[DVec2]>> {
         let turned = |angle: f64| {
             let (sin, cos) = libm::sincos(angle);
             DVec2::new(cos, sin)
@@ -208,7 +208,7 @@ impl Iris {
 
 /// The columns of a row that a check can point at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Column {
+pub(crate) enum Column {
     Radius,
     Thickness,
     Index,
@@ -218,7 +218,7 @@ pub enum Column {
 /// Checks a prescription after any reader. Errors end it; warnings go to `sink`.
 ///
 /// `place` gives the span of a surface's value in the file.
-pub fn check(
+pub(crate) fn check(
     prescription: &mut Prescription,
     source: &Arc<Source>,
     sink: &mut Sink,

@@ -33,7 +33,7 @@ impl Curvature {
     }
 
     /// From a curvature per millimeter.
-    pub fn from_curvature(per_mm: f64) -> Self {
+    pub(crate) fn from_curvature(per_mm: f64) -> Self {
         if per_mm == 0.0 {
             return Self::PLANE;
         }
@@ -52,7 +52,7 @@ impl Curvature {
         self.radius
     }
 
-    pub fn is_plane(self) -> bool {
+    pub(crate) fn is_plane(self) -> bool {
         self.per_mm == 0.0
     }
 
@@ -76,7 +76,7 @@ pub enum Plane {
 }
 
 /// The highest power of r in a polynomial asphere.
-pub const MAX_POWER: usize = 20;
+pub(crate) const MAX_POWER: usize = 20;
 
 /// The kind of a surface, apart from its curvature.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,7 +105,7 @@ pub enum Shape {
 
 impl Shape {
     /// The name of the kind, as in the JSON format.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         match self {
             Self::Sphere => "sphere",
             Self::Conic { .. } => "conic",
@@ -117,7 +117,7 @@ impl Shape {
     }
 
     /// Whether the surface is symmetric about the axis.
-    pub fn is_rotational(&self) -> bool {
+    pub(crate) fn is_rotational(&self) -> bool {
         matches!(
             self,
             Self::Sphere | Self::Conic { .. } | Self::Asphere { .. }
@@ -186,7 +186,7 @@ impl Surface {
         }
     }
 
-    pub fn is_plane(&self) -> bool {
+    pub(crate) fn is_plane(&self) -> bool {
         self.curvature.is_plane() && self.shape.is_rotational() && !self.has_terms()
     }
 
@@ -195,7 +195,7 @@ impl Surface {
     }
 
     /// The curvature at the vertex in the plane of the axis and y, or of the axis and x.
-    pub fn vertex_curvature(&self, plane: Plane) -> f64 {
+    pub(crate) fn vertex_curvature(&self, plane: Plane) -> f64 {
         let c = self.curvature.per_mm();
         match (&self.shape, plane) {
             (Shape::CylinderX, Plane::X) | (Shape::CylinderY, Plane::Y) => 0.0,
@@ -228,7 +228,7 @@ impl Surface {
     }
 
     /// The surface with every length multiplied.
-    pub fn scaled(&self, factor: f64) -> Self {
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         let mut shape = self.shape.map_terms(|power, term| match power {
             0 => term * factor,
             _ => term / factor.powi(power as i32 - 1),
@@ -246,7 +246,7 @@ impl Surface {
     }
 
     /// The surface seen from the other side. Its gap and medium are not changed.
-    pub fn reversed(&self) -> Self {
+    pub(crate) fn reversed(&self) -> Self {
         let mut shape = self.shape.map_terms(|_, term| -term);
         if let Shape::Toroid { across, .. } = &mut shape {
             *across = across.reversed();

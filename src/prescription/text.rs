@@ -16,7 +16,7 @@ use crate::diag::{Diagnostic, Result, Source, Span};
 /// page.
 ///
 /// Places in messages count in the decoded text, so that columns are those that an editor shows.
-pub fn decoded(source: &Arc<Source>) -> Arc<Source> {
+pub(crate) fn decoded(source: &Arc<Source>) -> Arc<Source> {
     let bytes = &source.bytes;
     let text = match bytes[..] {
         [0xff, 0xfe, ..] => utf16(&bytes[2..], u16::from_le_bytes),
@@ -41,20 +41,20 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
 }
 
 /// The text of a decoded source.
-pub fn text(source: &Source) -> &str {
+pub(crate) fn text(source: &Source) -> &str {
     std::str::from_utf8(&source.bytes).unwrap_or("")
 }
 
 /// A word and its place. A word in quotes may contain blanks, and its quotes are not part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Word<'a> {
+pub(crate) struct Word<'a> {
     pub text: &'a str,
     pub span: Span,
 }
 
 impl<'a> Word<'a> {
     /// Makes a word of a piece of text that begins at byte `start` of its file.
-    pub fn at(piece: &'a str, text: &'a str, start: usize) -> Self {
+    pub(crate) fn at(piece: &'a str, text: &'a str, start: usize) -> Self {
         let begin = start + piece.offset(text);
         let span = Span::new(begin, begin + text.len());
         Self { text, span }
@@ -64,7 +64,7 @@ impl<'a> Word<'a> {
     ///
     /// # Errors
     /// It is not a finite number.
-    pub fn number(&self, source: &Arc<Source>) -> Result<f64> {
+    pub(crate) fn number(&self, source: &Arc<Source>) -> Result<f64> {
         match self.text.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
             _ => {
@@ -74,16 +74,16 @@ impl<'a> Word<'a> {
         }
     }
 
-    pub fn is(&self, word: &str) -> bool {
+    pub(crate) fn is(&self, word: &str) -> bool {
         self.text.eq_ignore_ascii_case(word)
     }
 }
 
 /// The error type of the parsers here. It is only ever dropped.
-pub type Failure<'a> = nom::error::Error<&'a str>;
+pub(crate) type Failure<'a> = nom::error::Error<&'a str>;
 
 /// Returns the words of a piece of text that begins at byte `start` of its file.
-pub fn words(piece: &str, start: usize) -> Vec<Word<'_>> {
+pub(crate) fn words(piece: &str, start: usize) -> Vec<Word<'_>> {
     let blank = take_while(|c: char| c.is_whitespace() || c.is_control());
     let word = alt((quoted('"'), quoted('\''), take_till1(char::is_whitespace)));
     let located = |text| Word::at(piece, text, start);
@@ -101,7 +101,7 @@ fn quoted<'a>(quote: char) -> impl Parser<&'a str, Output = &'a str, Error = Fai
 }
 
 /// Returns the lines of a text, each with the byte at which it begins. CR, LF and CRLF end a line.
-pub fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut rest = text;
     std::iter::from_fn(move || {
         let begin = text.len() - rest.len();

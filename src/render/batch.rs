@@ -71,7 +71,7 @@ pub(super) struct Batch<'a> {
 }
 
 impl<'a> Batch<'a> {
-    pub fn new(render: &'a Render<'a>) -> Self {
+    pub(super) fn new(render: &'a Render<'a>) -> Self {
         Self {
             render,
             samples: Samples::default(),
@@ -93,7 +93,7 @@ impl<'a> Batch<'a> {
     }
 
     /// Asks for samples of a pixel, which add to the last of the sums.
-    pub fn add(
+    pub(super) fn add(
         &mut self,
         at: (u32, u32),
         sampler: Sampler,
@@ -123,7 +123,7 @@ impl<'a> Batch<'a> {
     }
 
     /// Traces what was asked for, in order.
-    pub fn flush(&mut self, sums: &mut [Exposed]) {
+    pub(super) fn flush(&mut self, sums: &mut [Exposed]) {
         self.samples.draw();
         self.place();
         let camera = self.render.camera;

@@ -34,7 +34,7 @@ const FIRST: i32 = 400;
 const LAST: i32 = 700;
 
 /// The film as the wave leaves it. Means alone change; errors stay those of the rays.
-pub fn diffract(film: &Film, camera: &LensCamera) -> Film {
+pub(crate) fn diffract(film: &Film, camera: &LensCamera) -> Film {
     let size = film.resolution;
     let colors = colors();
     let places: Vec<(usize, usize)> = (0..PLACES[1])

@@ -49,7 +49,7 @@ pub struct Exposure {
 
 impl Exposure {
     /// Adds a part made with other samples, or at another moment.
-    pub fn join(&mut self, part: &Self) {
+    pub(crate) fn join(&mut self, part: &Self) {
         let all = f64::from(self.samples + part.samples).max(1.0);
         self.film.join(&part.film, f64::from(part.samples) / all);
         self.counts.add(&part.counts);
@@ -74,7 +74,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    pub fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         self.film_rays += other.film_rays;
         self.passed += other.passed;
         self.scene_rays += other.scene_rays;

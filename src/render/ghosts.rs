@@ -30,7 +30,7 @@ const PILOT: u32 = 48;
 const FEWEST: f64 = 256.0;
 
 /// What makes ghosts.
-pub struct Flare<'a> {
+pub(crate) struct Flare<'a> {
     pub scene: &'a RenderScene,
     pub camera: &'a LensCamera,
     pub resolution: Resolution,
@@ -43,7 +43,7 @@ pub struct Flare<'a> {
 
 impl Flare<'_> {
     /// The ghosts of lights. Uses rayon's current pool.
-    pub fn expose(&self, lights: &[Light]) -> Glare {
+    pub(crate) fn expose(&self, lights: &[Light]) -> Glare {
         let lenses = self.lenses();
         let pairs = self.camera.lens.ghost_pairs();
         let mut glare = Glare::new(self.resolution);

@@ -9,16 +9,15 @@
 //! [`report`] says what a render cost and how wrong its picture is.
 
 mod batch;
-pub mod diffraction;
+pub(crate) mod diffraction;
 mod exposure;
-pub mod ghosts;
+pub(crate) mod ghosts;
 mod passes;
-pub mod report;
+pub(crate) mod report;
 mod shares;
 #[cfg(test)]
 mod tests;
-mod tile;
+pub(crate) mod tile;
 
 pub use exposure::{Counts, Exposure, Progress, Stop};
 pub use passes::Render;
-pub use tile::Tile;

@@ -74,7 +74,7 @@ impl Render<'_> {
 
     /// Adds samples to every pixel. `goes_on` hears after every tile how many are done, and may
     /// end the pass: the film is then as it was, and there are no counts.
-    pub fn pass(
+    pub(crate) fn pass(
         &self,
         tiles: &[Tile],
         film: &mut Film,

@@ -196,7 +196,7 @@ fn the_true_error_lies_in_the_stated_interval_nine_to_ten_times_in_ten() {
     for seed in 0..200 {
         let film = render_of(&session, seed, 4);
         let error = film.error().expect("the picture has an error");
-        let relative = crate::render::report::Deviation::of(&film, &truth)
+        let relative = crate::render::report::deviation::Deviation::of(&film, &truth)
             .rel_mse
             .sqrt();
         inside += u32::from(error.low <= relative && relative <= error.high);

@@ -7,7 +7,7 @@ const TILE: u32 = 8;
 
 /// A part of the picture: pixels `x0..x1`, `y0..y1`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tile {
+pub(crate) struct Tile {
     pub x0: u32,
     pub y0: u32,
     pub x1: u32,
@@ -16,7 +16,7 @@ pub struct Tile {
 
 impl Tile {
     /// All tiles of a picture, row by row.
-    pub fn all(resolution: Resolution) -> Vec<Self> {
+    pub(crate) fn all(resolution: Resolution) -> Vec<Self> {
         let Resolution { width, height } = resolution;
         let rows = (0..height).step_by(TILE as usize);
         rows.flat_map(|y0| {

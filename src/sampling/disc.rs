@@ -22,13 +22,13 @@ impl DiscMap {
 }
 
 /// r = √u, θ = 2πv: equation 3 of the paper.
-pub fn polar_disc(u: f64, v: f64) -> [f64; 2] {
+pub(crate) fn polar_disc(u: f64, v: f64) -> [f64; 2] {
     let (r, angle) = (u.sqrt(), std::f64::consts::TAU * v);
     [r * cos(angle), r * sin(angle)]
 }
 
 /// Shirley and Chiu, "A low distortion map between disk and square", 1997.
-pub fn concentric_disc(u: f64, v: f64) -> [f64; 2] {
+pub(crate) fn concentric_disc(u: f64, v: f64) -> [f64; 2] {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
     let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
     if x == 0.0 && y == 0.0 {

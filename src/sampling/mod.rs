@@ -3,13 +3,13 @@
 //! A sample is a function of (seed, pixel, index) alone, so tiles, threads and ranks agree on it.
 //! No state is carried from one sample to the next.
 
-mod disc;
+pub(crate) mod disc;
 mod filter;
 mod hash;
 mod sampler;
 mod sobol;
 
-pub use disc::{DiscMap, concentric_disc, polar_disc};
-pub use filter::{Filter, FilterTable};
-pub use hash::mix;
-pub use sampler::{LensSample, PixelSampler, Sampler, SamplerKind, Samples, split};
+pub(crate) use disc::DiscMap;
+pub(crate) use filter::{Filter, FilterTable};
+pub(crate) use hash::mix;
+pub(crate) use sampler::{PixelSampler, Sampler, SamplerKind, Samples};

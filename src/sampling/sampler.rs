@@ -280,7 +280,7 @@ fn jittered(key: u64, samples: u32, index: u32) -> LensSample {
 
 /// How `n` samples are shared out: pixel samples, and pupil samples for each. The pupil gets the
 /// larger factor, for it makes more of the noise. 16 is 4 and 4.
-pub fn split(n: u32) -> (u32, u32) {
+pub(crate) fn split(n: u32) -> (u32, u32) {
     let on_pixel = largest_factor(n.max(1));
     (on_pixel, n.max(1) / on_pixel)
 }

@@ -93,12 +93,12 @@ const fn tables() -> [[[u32; 4]; 256]; 4] {
 
 /// Points of one scrambling.
 #[derive(Clone, Copy, Debug)]
-pub struct Sobol {
+pub(super) struct Sobol {
     seeds: [u32; 4],
 }
 
 impl Sobol {
-    pub fn new(key: u64) -> Self {
+    pub(super) fn new(key: u64) -> Self {
         let (a, b) = (mix(key), mix(!key));
         Self {
             seeds: [a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32],
@@ -106,7 +106,7 @@ impl Sobol {
     }
 
     #[inline]
-    pub fn point(&self, index: u32) -> [f64; 4] {
+    pub(super) fn point(&self, index: u32) -> [f64; 4] {
         let byte = |i: u32| &TABLES[i as usize][(index >> (8 * i)) as usize & 255];
         let mut x = *byte(0);
         for i in 1..4 {
@@ -124,7 +124,7 @@ impl Sobol {
 impl Sobol {
     /// The first dimension in an order of its own: every aligned 2^k indices are shuffled among
     /// themselves, so that it goes with the dimensions of another scrambling.
-    pub fn shuffled(&self, index: u32) -> f64 {
+    pub(super) fn shuffled(&self, index: u32) -> f64 {
         let shuffled = scramble(index.reverse_bits(), self.seeds[1]).reverse_bits();
         self.point(shuffled)[0]
     }
@@ -132,14 +132,14 @@ impl Sobol {
 
 /// Points of many scramblings, to be drawn together.
 #[derive(Clone, Debug, Default)]
-pub struct Waiting {
+pub(super) struct Waiting {
     places: Vec<u32>,
     seeds: [Vec<u32>; 4],
 }
 
 impl Waiting {
     #[inline]
-    pub fn push(&mut self, sobol: &Sobol, place: u32) {
+    pub(super) fn push(&mut self, sobol: &Sobol, place: u32) {
         self.places.push(place);
         for (all, seed) in self.seeds.iter_mut().zip(sobol.seeds) {
             all.push(seed);
@@ -147,7 +147,7 @@ impl Waiting {
     }
 
     /// Consecutive points of one scrambling.
-    pub fn push_all(&mut self, sobol: &Sobol, places: Range<u32>) {
+    pub(super) fn push_all(&mut self, sobol: &Sobol, places: Range<u32>) {
         let count = self.places.len() + places.len();
         self.places.extend(places);
         for (all, seed) in self.seeds.iter_mut().zip(sobol.seeds) {
@@ -156,7 +156,7 @@ impl Waiting {
     }
 
     /// Adds the points' coordinates to `out`, and nothing waits any more.
-    pub fn draw(&mut self, out: [&mut Vec<f64>; 4]) {
+    pub(super) fn draw(&mut self, out: [&mut Vec<f64>; 4]) {
         let count = self.places.len();
         let [a, b, c, d] = out;
         let filled = a.len();

@@ -41,15 +41,15 @@ impl Census {
         }
     }
 
-    pub fn see(&mut self, class: &'static str) {
+    pub(crate) fn see(&mut self, class: &'static str) {
         *self.seen.entry(class).or_default() += 1;
     }
 
-    pub fn draw(&mut self, class: &'static str) {
+    pub(crate) fn draw(&mut self, class: &'static str) {
         *self.drawn.entry(class).or_default() += 1;
     }
 
-    pub fn ignore(&mut self, class: &'static str, why: &'static str) {
+    pub(crate) fn ignore(&mut self, class: &'static str, why: &'static str) {
         self.ignored.entry(class).or_insert((0, why)).0 += 1;
     }
 

@@ -64,7 +64,7 @@ impl Front {
 impl RenderScene {
     /// The nearest thing a ray sees: closed surfaces from outside only, clip planes applied. Of
     /// things in one plane it is the one drawn last, as in OpenGL with Inventor's depth test.
-    pub fn hit(&self, ray: &Ray) -> Option<Hit> {
+    pub(crate) fn hit(&self, ray: &Ray) -> Option<Hit> {
         if !self.special {
             return self.hit_any_side(ray);
         }
@@ -78,7 +78,7 @@ impl RenderScene {
     }
 
     /// The nearest primitive whatever side of it the ray meets.
-    pub fn hit_any_side(&self, ray: &Ray) -> Option<Hit> {
+    pub(crate) fn hit_any_side(&self, ray: &Ray) -> Option<Hit> {
         self.nearest(ray, |_| true)
     }
 
@@ -107,7 +107,7 @@ impl RenderScene {
     }
 
     /// Where a primitive stands in the order of drawing: the blended ones after the others.
-    pub fn rank(&self, hit: &Hit) -> u64 {
+    pub(crate) fn rank(&self, hit: &Hit) -> u64 {
         let owner = self.owners[hit.primitive as usize];
         let surface = &self.surfaces[owner as usize];
         let first = u64::from(surface.layer) << 1 | u64::from(!surface.is_opaque());
@@ -117,7 +117,7 @@ impl RenderScene {
 
     /// The ray that goes on behind what it met: to the rest of what lies in the same plane, from
     /// the last drawn to the first, then farther on. Nothing is met twice or left out.
-    pub fn continue_behind(&self, ray: &Ray, hit: &Hit) -> Ray {
+    pub(crate) fn continue_behind(&self, ray: &Ray, hit: &Hit) -> Ray {
         let mut ahead = *ray;
         if hit.t > ray.plane_end {
             let thickness = hit.t.abs() * COPLANAR;
@@ -225,7 +225,7 @@ impl RenderScene {
     /// The share of light that gets through between the ray's ends: 1 where nothing is in the
     /// way, the product of the transparencies otherwise. The first opaque thing ends the search,
     /// in whatever order things are met.
-    pub fn transmittance(&self, ray: &Ray, t_max: f32) -> f32 {
+    pub(crate) fn transmittance(&self, ray: &Ray, t_max: f32) -> f32 {
         let prepared = PreparedRay::new(ray);
         let mut through = 1.0;
         self.tree()
@@ -266,7 +266,7 @@ impl RenderScene {
 
     /// Whether what two neighboring rays meet may be lit quite differently: other surfaces, or
     /// faces that are turned from each other by more than 10 degrees.
-    pub fn is_unlike(&self, [a, b]: [(&Ray, Option<Hit>); 2]) -> bool {
+    pub(crate) fn is_unlike(&self, [a, b]: [(&Ray, Option<Hit>); 2]) -> bool {
         let (ray, other) = (a.0, b.0);
         let (Some(a), Some(b)) = (a.1, b.1) else {
             return a.1.is_some() != b.1.is_some();

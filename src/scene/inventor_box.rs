@@ -7,26 +7,26 @@
 use glam::{DMat4, DVec3};
 
 #[derive(Clone, Copy, Debug)]
-pub struct InventorBox {
+pub(super) struct InventorBox {
     min: DVec3,
     max: DVec3,
     matrix: DMat4,
 }
 
 impl InventorBox {
-    pub fn new((min, max): (DVec3, DVec3), matrix: DMat4) -> Self {
+    pub(super) fn new((min, max): (DVec3, DVec3), matrix: DMat4) -> Self {
         Self { min, max, matrix }
     }
 
     /// The box seen from outside a further matrix.
-    pub fn under(self, matrix: DMat4) -> Self {
+    pub(super) fn under(self, matrix: DMat4) -> Self {
         Self {
             matrix: matrix * self.matrix,
             ..self
         }
     }
 
-    pub fn join(self, other: Self) -> Self {
+    pub(super) fn join(self, other: Self) -> Self {
         let first = self.extended_by(&other);
         let second = other.extended_by(&self);
         match (first, second) {
@@ -92,7 +92,7 @@ impl InventorBox {
     }
 
     /// The box along the axes around this one.
-    pub fn project(&self) -> (DVec3, DVec3) {
+    pub(super) fn project(&self) -> (DVec3, DVec3) {
         let mut points = self.corners().map(|c| self.matrix.project_point3(c));
         let first = points.next().unwrap_or_default();
         points.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p)))

@@ -5,7 +5,7 @@
 
 mod canvas;
 mod census;
-pub mod check;
+pub(crate) mod check;
 mod compile;
 mod hit;
 mod inventor_box;
@@ -21,9 +21,12 @@ mod survey;
 mod texel_footprint;
 
 pub use census::Census;
-pub use looks::{Background, Light, Reaching, Surface};
-pub use options::{CompileOptions, Needs};
-pub use point::Point;
-pub use render_scene::{OracleTriangle, RenderScene};
+pub(crate) use looks::{Light, Reaching, Surface};
+pub use options::CompileOptions;
+pub(crate) use options::Needs;
+pub(crate) use point::Point;
+#[cfg(feature = "tools")]
+pub(crate) use render_scene::OracleTriangle;
+pub use render_scene::RenderScene;
 pub use snapshot::snapshot;
 pub use survey::Survey;

@@ -14,7 +14,7 @@ impl NonTriangles for RenderScene {
 
 impl RenderScene {
     /// [`RenderScene::hit`] for a packet of rays.
-    pub fn hits(&self, rays: &RayPacket, hits: &mut PacketHits) {
+    pub(crate) fn hits(&self, rays: &RayPacket, hits: &mut PacketHits) {
         if self.annotated || !RayPacket::is_fast() {
             hits.mask = 0;
             bits(rays.mask).for_each(|lane| hits.set(lane, self.hit(&rays.ray(lane))));
@@ -32,7 +32,7 @@ impl RenderScene {
     }
 
     /// [`RenderScene::transmittance`] for a packet of rays, each up to its own `t_max`.
-    pub fn transmittances(&self, rays: &RayPacket, through: &mut Lanes<f32>) {
+    pub(crate) fn transmittances(&self, rays: &RayPacket, through: &mut Lanes<f32>) {
         if !RayPacket::is_fast() {
             for lane in bits(rays.mask) {
                 through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);

@@ -5,14 +5,14 @@ use glam::{DVec2, DVec3};
 use crate::pose::{CameraPose, Projection};
 
 /// A camera's picture, so many rows high.
-pub struct Screen<'a> {
+pub(super) struct Screen<'a> {
     pub camera: &'a CameraPose,
     pub rows: f64,
 }
 
 impl Screen<'_> {
     /// Meters a pixel at a point, or nothing where the point is behind the camera.
-    pub fn pixel_at(&self, world: DVec3) -> Option<f64> {
+    pub(super) fn pixel_at(&self, world: DVec3) -> Option<f64> {
         let pixel = match self.camera.projection {
             Projection::Perspective { height_angle } => {
                 let depth = (world - self.camera.position).dot(self.camera.direction());
@@ -24,14 +24,14 @@ impl Screen<'_> {
     }
 
     /// Pixels right of and above the middle of the picture.
-    pub fn project(&self, world: DVec3) -> Option<DVec2> {
+    pub(super) fn project(&self, world: DVec3) -> Option<DVec2> {
         let pixel = self.pixel_at(world)?;
         let local = self.camera.orientation.conjugate() * (world - self.camera.position);
         Some(local.truncate() / pixel)
     }
 
     /// Pixels in the rectangle around a box; without end where a corner is behind the camera.
-    pub fn area(&self, (min, max): (DVec3, DVec3)) -> f64 {
+    pub(super) fn area(&self, (min, max): (DVec3, DVec3)) -> f64 {
         let mut low = DVec2::splat(f64::INFINITY);
         let mut high = DVec2::splat(f64::NEG_INFINITY);
         for i in 0..8 {

@@ -9,7 +9,7 @@ use crate::traversal::state::TextureModel;
 
 /// A point of the scene with all that shading asks for.
 #[derive(Clone, Debug)]
-pub struct Point<'a> {
+pub(crate) struct Point<'a> {
     pub position: Vec3,
     /// Of length 1, on the side the ray came from.
     pub geometric: Vec3,
@@ -30,7 +30,7 @@ pub struct Point<'a> {
 
 impl Point<'_> {
     /// Where a ray leaving towards a direction starts, clear of the surface by the error.
-    pub fn leave(&self, direction: Vec3) -> Ray {
+    pub(crate) fn leave(&self, direction: Vec3) -> Ray {
         let side = if direction.dot(self.geometric) < 0.0 {
             -self.geometric
         } else {
@@ -51,7 +51,7 @@ impl Point<'_> {
     }
 
     /// A lit color under the texture, by OpenGL's texture environment.
-    pub fn textured(&self, color: Vec3) -> Vec3 {
+    pub(crate) fn textured(&self, color: Vec3) -> Vec3 {
         let (Some(texel), Some(texture)) = (self.texel, &self.surface.texture) else {
             return color;
         };
@@ -67,12 +67,12 @@ impl Point<'_> {
 
 impl RenderScene {
     /// Everything about the point where a ray met the scene.
-    pub fn point(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
+    pub(crate) fn point(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
         point(self, ray, hit)
     }
 
     /// A hit triangle's corners as points, with their weights; `None` for other primitives.
-    pub fn corner_points(&self, ray: &Ray, hit: &Hit) -> Option<[(Point<'_>, f32); 3]> {
+    pub(crate) fn corner_points(&self, ray: &Ray, hit: &Hit) -> Option<[(Point<'_>, f32); 3]> {
         self.triangles.get(hit.primitive as usize)?;
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         Some([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(u, v)| {

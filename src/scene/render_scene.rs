@@ -38,13 +38,13 @@ pub struct RenderScene {
 }
 
 /// A triangle as Coin's triangle callback gives it: world space, three corners each.
+#[cfg(feature = "tools")]
 #[derive(Clone, Copy, Debug)]
-pub struct OracleTriangle {
+pub(crate) struct OracleTriangle {
     pub position: [DVec3; 3],
     pub normal: [Vec3; 3],
     pub diffuse: [Vec3; 3],
     pub transparency: f32,
-    pub shape: u32,
 }
 
 impl RenderScene {
@@ -93,7 +93,7 @@ impl RenderScene {
     }
 
     /// Builds what rays need now, so that the first ray does not wait.
-    pub fn prepare(&self) {
+    pub(crate) fn prepare(&self) {
         self.tree();
         for texture in &self.textures {
             texture.texels();
@@ -134,7 +134,7 @@ impl RenderScene {
         }
     }
 
-    pub fn surface(&self, hit: &Hit) -> &Surface {
+    pub(crate) fn surface(&self, hit: &Hit) -> &Surface {
         &self.surfaces[self.owners[hit.primitive as usize] as usize]
     }
 
@@ -143,17 +143,17 @@ impl RenderScene {
     }
 
     /// The lights of a surface.
-    pub fn lights_of(&self, surface: &Surface) -> &[Light] {
+    pub(crate) fn lights_of(&self, surface: &Surface) -> &[Light] {
         self.lights_of_set(surface.lights)
     }
 
     /// The lights of a number that surfaces have.
-    pub fn lights_of_set(&self, set: u32) -> &[Light] {
+    pub(crate) fn lights_of_set(&self, set: u32) -> &[Light] {
         &self.light_sets[set as usize]
     }
 
     /// All lights, each once.
-    pub fn lights(&self) -> Vec<Light> {
+    pub(crate) fn lights(&self) -> Vec<Light> {
         let mut all: Vec<Light> = Vec::new();
         for light in self.light_sets.iter().flat_map(|s| s.iter()) {
             if !all.contains(light) {
@@ -164,7 +164,7 @@ impl RenderScene {
     }
 
     /// What a ray that meets nothing sees: black, or the first `Background`.
-    pub fn background(&self) -> &Background {
+    pub(crate) fn background(&self) -> &Background {
         &self.background
     }
 
@@ -183,22 +183,23 @@ impl RenderScene {
 
     /// The corners of a primitive, or nothing if it is not a triangle.
     #[inline]
-    pub fn corners(&self, primitive: u32) -> Option<&[Vec3; 3]> {
+    pub(crate) fn corners(&self, primitive: u32) -> Option<&[Vec3; 3]> {
         self.triangles.get(primitive as usize)
     }
 
     /// The number of a primitive's surface.
     #[inline]
-    pub fn surface_number(&self, primitive: u32) -> usize {
+    pub(crate) fn surface_number(&self, primitive: u32) -> usize {
         self.owners[primitive as usize] as usize
     }
 
-    pub fn surfaces(&self) -> &[Surface] {
+    pub(crate) fn surfaces(&self) -> &[Surface] {
         &self.surfaces
     }
 
     /// The triangles in order of traversal, for holding against another program's.
-    pub fn triangles(&self) -> impl Iterator<Item = OracleTriangle> + '_ {
+    #[cfg(feature = "tools")]
+    pub(crate) fn triangles(&self) -> impl Iterator<Item = OracleTriangle> + '_ {
         self.triangles.iter().enumerate().map(|(i, corners)| {
             let surface = &self.surfaces[self.owners[i] as usize];
             let local = i - surface.first as usize;
@@ -211,7 +212,6 @@ impl RenderScene {
                 normal: surface.normals.get(local).unwrap_or([flat; 3]),
                 diffuse: materials.map(|m| surface.diffuse_at(m)),
                 transparency: surface.transparency_at(materials[0]),
-                shape: surface.shape,
             }
         })
     }

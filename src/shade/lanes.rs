@@ -19,7 +19,7 @@ const ZERO: Vec3Lanes = [[0.0; LANES]; 3];
 /// The points that a packet of rays hits, as lighting needs them, one light after another. Numbers
 /// in lanes that are not in `mask` mean nothing.
 #[derive(Clone, Debug, Default)]
-pub struct PointLanes {
+pub(super) struct PointLanes {
     /// Which lanes hold a point, of a plain surface or of another that was taken: bits.
     pub mask: u32,
     /// Which of them have a highlight: bits.
@@ -57,7 +57,7 @@ impl Default for Placed {
 
 /// The part of a surface that a packet of points needs: a cache line in place of many fields.
 #[derive(Clone, Copy, Debug)]
-pub struct PlainSurface {
+pub(super) struct PlainSurface {
     diffuse: Vec3,
     glow: Vec3,
     lights: u32,
@@ -74,7 +74,7 @@ pub struct PlainSurface {
 }
 
 impl PlainSurface {
-    pub fn new(surface: &Surface) -> Self {
+    pub(super) fn new(surface: &Surface) -> Self {
         Self {
             diffuse: surface.diffuse_at(0).clamp(Vec3::ZERO, Vec3::ONE),
             glow: surface.glow(),
@@ -133,7 +133,7 @@ impl Default for Gathered {
 
 impl PointLanes {
     /// Computes the points of a packet's hits on plain surfaces and forgets all others.
-    pub fn gather(
+    pub(super) fn gather(
         &mut self,
         scene: &RenderScene,
         surfaces: &[PlainSurface],
@@ -290,7 +290,7 @@ impl SimdKernel for Placing<'_> {
 
 /// The light that reaches the points of a packet: [`Light::reach`] side by side.
 #[derive(Clone, Debug, Default)]
-pub struct LightLanes {
+pub(super) struct LightLanes {
     /// Rays from the points that the light may reach to the light, clear of the points' surfaces.
     pub rays: RayPacket,
     /// The factor of the light's color without the angle to the normal.
@@ -303,7 +303,7 @@ pub struct LightLanes {
 
 impl PointLanes {
     /// Sets the radiances of some lanes to what their points give off without any light.
-    pub fn glow(&self, lanes: u32, radiances: &mut Vec3Lanes) {
+    pub(super) fn glow(&self, lanes: u32, radiances: &mut Vec3Lanes) {
         dispatch(Glow {
             glow: &self.gathered.glow,
             lanes,
@@ -312,13 +312,13 @@ impl PointLanes {
     }
 
     /// Forgets all points.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         (self.mask, self.shiny) = (0, 0);
     }
 
     /// Takes a point that is not of a plain surface, to be lit with the others. One without
     /// `highlight` is matt.
-    pub fn take(&mut self, lane: usize, point: &Point<'_>, highlight: bool) {
+    pub(super) fn take(&mut self, lane: usize, point: &Point<'_>, highlight: bool) {
         let (placed, gathered) = (&mut self.placed, &mut self.gathered);
         set_lane(&mut placed.position, lane, point.position);
         set_lane(&mut placed.geometric, lane, point.geometric);
@@ -337,7 +337,7 @@ impl PointLanes {
     }
 
     /// What of a light reaches the points of some lanes.
-    pub fn reach(&mut self, light: &Light, lanes: u32) {
+    pub(super) fn reach(&mut self, light: &Light, lanes: u32) {
         let facing = dispatch(Reach {
             points: &self.placed,
             light,
@@ -363,7 +363,7 @@ impl PointLanes {
 
     /// Adds the light that was reached for, as much of it as comes through. Highlights lie where
     /// the normal is halfway between the light and `backward`.
-    pub fn add(
+    pub(super) fn add(
         &mut self,
         color: Vec3,
         backward: Vec3,
@@ -389,12 +389,12 @@ impl PointLanes {
     }
 
     /// A lane's set of lights.
-    pub fn lights(&self, lane: usize) -> u32 {
+    pub(super) fn lights(&self, lane: usize) -> u32 {
         self.gathered.lights[lane]
     }
 
     /// The points whose surfaces have a set of lights: bits.
-    pub fn with_lights(&self, set: u32) -> u32 {
+    pub(super) fn with_lights(&self, set: u32) -> u32 {
         let lights = self.gathered.lights.iter().enumerate();
         self.mask & lights.fold(0, |all, (i, of)| all | u32::from(*of == set) << i)
     }

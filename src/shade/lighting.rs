@@ -6,12 +6,12 @@ use crate::scene::{Point, Reaching};
 use crate::traversal::state::FogKind;
 
 /// What shines by itself and what the surroundings give.
-pub fn ambient(point: &Point<'_>) -> Vec3 {
+pub(super) fn ambient(point: &Point<'_>) -> Vec3 {
     point.surface.glow()
 }
 
 /// What a light that reaches a point gives, times the share of it that is not in shadow.
-pub fn direct(
+pub(super) fn direct(
     point: &Point<'_>,
     reaching: &Reaching,
     backward: Vec3,
@@ -44,7 +44,7 @@ pub fn direct(
 ///
 /// Coin's densities: at the visibility distance an 8-bit picture no longer shows the color, that
 /// is e^−5.545 = 1/256 for FOG and e^−(2.35)² for SMOKE; HAZE is linear.
-pub fn fogged(color: Vec3, point: &Point<'_>, eye: Vec3, backward: Vec3) -> Vec3 {
+pub(super) fn fogged(color: Vec3, point: &Point<'_>, eye: Vec3, backward: Vec3) -> Vec3 {
     let environment = &point.surface.environment;
     if environment.fog == FogKind::None || environment.visibility <= 0.0 {
         return color;

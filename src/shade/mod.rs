@@ -20,5 +20,5 @@ mod packet;
 mod shader;
 mod shading;
 
-pub use shader::{RayCounts, ShadeOptions, Shader, Work};
-pub use shading::Shading;
+pub(crate) use shader::{ShadeOptions, Shader, Work};
+pub(crate) use shading::Shading;

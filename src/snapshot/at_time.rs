@@ -45,7 +45,7 @@ impl<'a> Snapshot<'a> {
     }
 
     /// Whether the handles of draggers and manipulators are in the document.
-    pub fn has_handles(&self) -> bool {
+    pub(crate) fn has_handles(&self) -> bool {
         self.has_handles
     }
 

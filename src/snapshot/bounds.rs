@@ -6,7 +6,7 @@ use super::at_time::Snapshot;
 use crate::iv::NodeId;
 
 /// The smallest and the largest corner of a box in the world.
-pub type Corners = (DVec3, DVec3);
+pub(crate) type Corners = (DVec3, DVec3);
 
 /// Measures parts of a scene.
 pub trait Bounds {
@@ -19,7 +19,7 @@ pub trait Bounds {
 }
 
 /// Measures nothing: `ComputeBoundingBox` has no outputs, and handles surround a cube.
-pub struct NoBounds;
+pub(crate) struct NoBounds;
 
 impl Bounds for NoBounds {
     fn of_roots(&self, _: &Snapshot<'_>) -> Option<Corners> {

@@ -14,4 +14,4 @@ mod handles;
 mod take;
 
 pub use at_time::{Snapshot, SnapshotOptions};
-pub use bounds::{Bounds, Corners, NoBounds};
+pub(crate) use bounds::{Bounds, Corners};

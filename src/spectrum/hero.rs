@@ -3,13 +3,13 @@
 use glam::{DMat3, DVec3};
 
 /// Wavelengths that one sample sees.
-pub const HERO: usize = 4;
+pub(crate) const HERO: usize = 4;
 /// Sets of wavelengths; a sample takes one.
-pub const SETS: usize = 8;
+pub(crate) const SETS: usize = 8;
 
 /// One of the wavelengths that a picture is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub(crate) struct Line {
     pub nm: f64,
     /// What a radiance in linear RGB, seen at this wavelength, adds to the film.
     pub color: DMat3,
@@ -39,7 +39,7 @@ fn bump(nm: f64, middle: f64, below: f64, above: f64) -> f64 {
 }
 
 /// The CIE 1931 matching functions x̄, ȳ, z̄.
-pub fn matching(nm: f64) -> DVec3 {
+pub(crate) fn matching(nm: f64) -> DVec3 {
     DVec3::new(
         1.056 * bump(nm, 599.8, 37.9, 31.0) + 0.362 * bump(nm, 442.0, 16.0, 26.7)
             - 0.065 * bump(nm, 501.1, 20.4, 26.2),
@@ -49,7 +49,7 @@ pub fn matching(nm: f64) -> DVec3 {
 }
 
 /// The power of D65, straight between the entries of its table.
-pub fn daylight(nm: f64) -> f64 {
+pub(crate) fn daylight(nm: f64) -> f64 {
     let place = ((nm - f64::from(FIRST)) / 10.0).clamp(0.0, 40.0);
     let i = (place as usize).min(39);
     D65[i] + (place - i as f64) * (D65[i + 1] - D65[i])
@@ -73,7 +73,7 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
 
 /// The light of colors and the answer to it, made to fit each other.
 #[derive(Clone, Debug)]
-pub struct Spectrum {
+pub(crate) struct Spectrum {
     /// Makes linear RGB of D65 white exactly 1.
     white: DVec3,
     /// Mixes bands into basis functions.
@@ -96,17 +96,17 @@ impl Default for Spectrum {
 
 impl Spectrum {
     /// What red, green and blue of strength 1 have at a wavelength, against daylight.
-    pub fn basis(&self, nm: f64) -> DVec3 {
+    pub(crate) fn basis(&self, nm: f64) -> DVec3 {
         self.mix * bands(nm)
     }
 
     /// The linear RGB that daylight of 1 nm around a wavelength has; over all of them, white.
-    pub fn answer(&self, nm: f64) -> DVec3 {
+    pub(crate) fn answer(&self, nm: f64) -> DVec3 {
         RGB_FROM_XYZ * matching(nm) * daylight(nm) * self.white
     }
 
     /// What a color seen at 1 nm around a wavelength adds to the film.
-    pub fn color(&self, nm: f64) -> DMat3 {
+    pub(crate) fn color(&self, nm: f64) -> DMat3 {
         outer(self.answer(nm), self.basis(nm))
     }
 
@@ -116,7 +116,7 @@ impl Spectrum {
     /// What four wavelengths lack of the identity, at most 0.15 of it, is added to each of them
     /// in equal parts. Over all sets that comes to less than 0.005, so the colors of a spectrum
     /// stay those of the matching functions.
-    pub fn hero_sets(&self) -> [[Line; HERO]; SETS] {
+    pub(crate) fn hero_sets(&self) -> [[Line; HERO]; SETS] {
         let total: f64 = range().map(weight).sum();
         std::array::from_fn(|set| {
             let mut lines = std::array::from_fn(|i| {

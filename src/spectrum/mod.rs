@@ -17,4 +17,4 @@
 
 mod hero;
 
-pub use hero::{HERO, Line, SETS, Spectrum, daylight, matching};
+pub(crate) use hero::{HERO, Line, SETS, Spectrum};

@@ -7,15 +7,15 @@ mod appearance;
 mod frame;
 mod groups;
 mod kit;
-pub mod property;
-pub mod role;
-pub mod state;
+pub(crate) mod property;
+pub(crate) mod role;
+pub(crate) mod state;
 mod visitor;
 mod walk;
 
-pub use state::State;
-pub use visitor::{Visitor, WalkOptions};
-pub use walk::{walk, walk_list};
+pub(crate) use state::State;
+pub(crate) use visitor::{Visitor, WalkOptions};
+pub(crate) use walk::{walk, walk_list};
 
 #[cfg(test)]
 mod tests;

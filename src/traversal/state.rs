@@ -14,44 +14,36 @@ use crate::iv::{Document, NodeRef};
 
 /// One value for a whole shape, or a list with one value for each part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum List<'a, T> {
+pub(crate) enum List<'a, T> {
     One(T),
     Many(&'a [T]),
 }
 
 impl<'a, T: Copy> List<'a, T> {
     /// Wraps a slice, unless it is empty, which Inventor takes as no change.
-    pub fn of(values: &'a [T]) -> Option<Self> {
+    pub(crate) fn of(values: &'a [T]) -> Option<Self> {
         (!values.is_empty()).then_some(Self::Many(values))
     }
 
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self {
             Self::One(_) => 1,
             Self::Many(v) => v.len(),
         }
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// Returns the value at an index, or the last one past the end, as Coin does.
-    pub fn at(&self, index: usize) -> T {
+    pub(crate) fn at(&self, index: usize) -> T {
         match self {
             Self::One(v) => *v,
             Self::Many(v) => v[index.min(v.len() - 1)],
         }
     }
-
-    pub fn first(&self) -> T {
-        self.at(0)
-    }
 }
 
 /// Diffuse colors, either plain or packed as `0xrrggbbaa`, which holds the transparency too.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Diffuse<'a> {
+pub(crate) enum Diffuse<'a> {
     Colors(List<'a, Vec3>),
     Packed(&'a [u32]),
 }
@@ -59,7 +51,7 @@ pub enum Diffuse<'a> {
 /// The material element. Only diffuse color and transparency vary inside a shape; of the others
 /// the first value counts, in SGI's 2.1 and in Coin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MaterialElement<'a> {
+pub(crate) struct MaterialElement<'a> {
     pub ambient: Vec3,
     pub diffuse: Diffuse<'a>,
     pub specular: Vec3,
@@ -71,7 +63,7 @@ pub struct MaterialElement<'a> {
 }
 
 impl MaterialElement<'_> {
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         ambient: Vec3::splat(0.2),
         diffuse: Diffuse::Colors(List::One(Vec3::splat(0.8))),
         specular: Vec3::ZERO,
@@ -81,21 +73,21 @@ impl MaterialElement<'_> {
         refraction: 1.0,
     };
 
-    pub fn diffuse_count(&self) -> usize {
+    pub(crate) fn diffuse_count(&self) -> usize {
         match self.diffuse {
             Diffuse::Colors(c) => c.len(),
             Diffuse::Packed(p) => p.len(),
         }
     }
 
-    pub fn diffuse_at(&self, index: usize) -> Vec3 {
+    pub(crate) fn diffuse_at(&self, index: usize) -> Vec3 {
         match self.diffuse {
             Diffuse::Colors(c) => c.at(index),
             Diffuse::Packed(p) => unpack(p[index.min(p.len() - 1)]).0,
         }
     }
 
-    pub fn transparency_at(&self, index: usize) -> f32 {
+    pub(crate) fn transparency_at(&self, index: usize) -> f32 {
         match self.diffuse {
             Diffuse::Colors(_) => self.transparency.at(index),
             Diffuse::Packed(p) => unpack(p[index.min(p.len() - 1)]).1,
@@ -104,14 +96,14 @@ impl MaterialElement<'_> {
 }
 
 /// Returns the color and the transparency in `0xrrggbbaa`.
-pub fn unpack(rgba: u32) -> (Vec3, f32) {
+pub(crate) fn unpack(rgba: u32) -> (Vec3, f32) {
     let [r, g, b, a] = rgba.to_be_bytes().map(|byte| f32::from(byte) / 255.0);
     (Vec3::new(r, g, b), 1.0 - a)
 }
 
 /// How a list of materials or normals is distributed over a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Binding {
+pub(crate) enum Binding {
     Overall,
     PerPart,
     PerPartIndexed,
@@ -123,7 +115,7 @@ pub enum Binding {
 
 impl Binding {
     /// Converts the enumeration's value in files, which materials and normals number alike.
-    pub fn from_value(value: i32, default: Self) -> Self {
+    pub(crate) fn from_value(value: i32, default: Self) -> Self {
         match value {
             material_binding::VALUE_OVERALL => Self::Overall,
             material_binding::VALUE_PER_PART => Self::PerPart,
@@ -138,25 +130,21 @@ impl Binding {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Coordinates<'a> {
+pub(crate) enum Coordinates<'a> {
     Three(&'a [Vec3]),
     Four(&'a [Vec4]),
 }
 
 impl Coordinates<'_> {
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self {
             Self::Three(c) => c.len(),
             Self::Four(c) => c.len(),
         }
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// Returns a point, divided by its weight if it has one.
-    pub fn get(&self, index: usize) -> Option<Vec3> {
+    pub(crate) fn get(&self, index: usize) -> Option<Vec3> {
         match self {
             Self::Three(c) => c.get(index).copied(),
             Self::Four(c) => c.get(index).map(|p| {
@@ -169,7 +157,7 @@ impl Coordinates<'_> {
 
 /// Where texture coordinates come from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TextureCoordinates<'a> {
+pub(crate) enum TextureCoordinates<'a> {
     /// No node gives any, and each shape makes its own.
     Default,
     Two(&'a [Vec2]),
@@ -192,7 +180,7 @@ pub enum TextureCoordinates<'a> {
 
 /// The solid that a texture is wrapped around.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wrapping {
+pub(crate) enum Wrapping {
     /// `TextureCoordinateSphere`: by the angles about the origin.
     Sphere,
     /// `TextureCoordinateCylinder`: by the angle about y and the height, flat where a face looks
@@ -203,14 +191,14 @@ pub enum Wrapping {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VertexOrdering {
+pub(crate) enum VertexOrdering {
     Unknown,
     Clockwise,
     Counterclockwise,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShapeHints {
+pub(crate) struct ShapeHints {
     pub ordering: VertexOrdering,
     /// The shape is closed (`SOLID`), so the backs of its faces are never seen.
     pub solid: bool,
@@ -220,7 +208,7 @@ pub struct ShapeHints {
 }
 
 impl ShapeHints {
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         ordering: VertexOrdering::Unknown,
         solid: false,
         convex: true,
@@ -228,22 +216,22 @@ impl ShapeHints {
     };
 
     /// Whether both sides of a face are lit: the order is known, and the shape is not closed.
-    pub fn two_sided(&self) -> bool {
+    pub(crate) fn two_sided(&self) -> bool {
         self.ordering != VertexOrdering::Unknown && !self.solid
     }
 
     /// Whether faces seen from behind are left out: the order is known, and the shape is closed.
-    pub fn culls(&self) -> bool {
+    pub(crate) fn culls(&self) -> bool {
         self.ordering != VertexOrdering::Unknown && self.solid
     }
 
-    pub fn counterclockwise(&self) -> bool {
+    pub(crate) fn counterclockwise(&self) -> bool {
         self.ordering != VertexOrdering::Clockwise
     }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DrawStyle {
+pub(crate) enum DrawStyle {
     Filled,
     Lines,
     Points,
@@ -251,7 +239,7 @@ pub enum DrawStyle {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawing {
+pub(crate) struct Drawing {
     pub style: DrawStyle,
     /// Width of lines in pixels; 0 means 1.
     pub line_width: f32,
@@ -265,7 +253,7 @@ pub struct Drawing {
 }
 
 impl Drawing {
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         style: DrawStyle::Filled,
         line_width: 0.0,
         point_size: 0.0,
@@ -276,7 +264,7 @@ impl Drawing {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FogKind {
+pub(crate) enum FogKind {
     None,
     Haze,
     Fog,
@@ -288,7 +276,7 @@ pub enum FogKind {
 
 /// Ambient light, the attenuation of lights with distance, and fog.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EnvironmentElement {
+pub(crate) struct EnvironmentElement {
     pub ambient: Vec3,
     /// Quadratic, linear, constant: 1 / (a₀d² + a₁d + a₂).
     pub attenuation: Vec3,
@@ -298,7 +286,7 @@ pub struct EnvironmentElement {
 }
 
 impl EnvironmentElement {
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         ambient: Vec3::splat(0.2),
         attenuation: Vec3::new(0.0, 0.0, 1.0),
         fog: FogKind::None,
@@ -340,7 +328,7 @@ pub struct LightElement {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TextureModel {
+pub(crate) enum TextureModel {
     Modulate,
     Decal,
     Blend,
@@ -349,7 +337,7 @@ pub enum TextureModel {
 
 /// The current texture: the node that holds it. It is decoded only if a picture needs it.
 #[derive(Clone, Copy)]
-pub struct TextureElement<'a> {
+pub(crate) struct TextureElement<'a> {
     /// `Complexity`'s `textureQuality` as it was at the texture, not at the shape.
     pub quality: f32,
     /// Whether a `Texture3` repeats along its depth.
@@ -362,7 +350,7 @@ pub struct TextureElement<'a> {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FontElement<'a> {
+pub(crate) struct FontElement<'a> {
     pub name: &'a str,
     pub size: f32,
     /// Set by a `FontStyle`: family and style count, the name does not.
@@ -375,19 +363,19 @@ pub struct FontElement<'a> {
 
 /// One profile of a `Text3` or NURBS shape: the node and the coordinates that it indexes.
 #[derive(Clone, Copy)]
-pub struct Profile<'a> {
+pub(crate) struct Profile<'a> {
     pub node: NodeRef<'a>,
     pub coordinates: ProfileCoordinates<'a>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ProfileCoordinates<'a> {
+pub(crate) enum ProfileCoordinates<'a> {
     Two(&'a [Vec2]),
     Three(&'a [Vec3]),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Complexity {
+pub(crate) struct Complexity {
     pub value: f32,
     /// One of `complexity::TYPE_…`.
     pub kind: i32,
@@ -396,7 +384,7 @@ pub struct Complexity {
 
 /// How a `LocateHighlight` changes the materials below it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Highlight {
+pub(crate) struct Highlight {
     /// The emissive color that replaces the materials'.
     pub color: Vec3,
     /// Whether the color replaces the diffuse color too.
@@ -405,7 +393,7 @@ pub struct Highlight {
 
 /// The language of a scene, whose rules differ in places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Language {
+pub(crate) enum Language {
     Inventor,
     Vrml1,
     Vrml97,
@@ -413,7 +401,7 @@ pub enum Language {
 
 impl Language {
     /// Returns the language that the document's header names.
-    pub fn of(document: &Document) -> Self {
+    pub(crate) fn of(document: &Document) -> Self {
         match &document.format {
             f if f.starts_with("VRML V1") => Self::Vrml1,
             f if f.starts_with("VRML V2") => Self::Vrml97,
@@ -424,7 +412,7 @@ impl Language {
 
 /// Everything a shape inherits.
 #[derive(Clone)]
-pub struct State<'a> {
+pub(crate) struct State<'a> {
     /// Converts from the shape's own space to world space, in meters.
     pub world_from_object: DMat4,
     pub coordinates: Coordinates<'a>,
@@ -469,7 +457,7 @@ pub struct State<'a> {
 static NO_COORDINATES: [Vec3; 1] = [Vec3::ZERO];
 
 impl State<'_> {
-    pub fn new(language: Language) -> Self {
+    pub(crate) fn new(language: Language) -> Self {
         Self {
             world_from_object: DMat4::IDENTITY,
             coordinates: Coordinates::Three(&NO_COORDINATES),

@@ -9,7 +9,7 @@ use super::state::{LightElement, State};
 
 /// How a walk chooses among levels of detail, and where it stops.
 #[derive(Clone, Debug)]
-pub struct WalkOptions {
+pub(crate) struct WalkOptions {
     /// The camera that levels of detail and billboards depend on. Default: none, the finest level.
     pub camera: Option<CameraPose>,
     /// The most nodes to visit. Default: 300,000, or twice the document's nodes if that is more.
@@ -29,7 +29,7 @@ impl Default for WalkOptions {
 }
 
 /// Is called for what a walk meets, with the state that holds at the node.
-pub trait Visitor<'a> {
+pub(crate) trait Visitor<'a> {
     /// Draws a shape.
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>);
     fn light(&mut self, _light: &LightElement, _state: &State<'a>) {}

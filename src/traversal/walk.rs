@@ -29,7 +29,7 @@ pub(super) struct Walk<'a, 'v, V> {
 }
 
 /// Walks all roots in order, under one state.
-pub fn walk<'a, V: Visitor<'a>>(
+pub(crate) fn walk<'a, V: Visitor<'a>>(
     snapshot: &'a Snapshot<'_>,
     options: &WalkOptions,
     visitor: &mut V,
@@ -40,7 +40,7 @@ pub fn walk<'a, V: Visitor<'a>>(
 }
 
 /// Walks some nodes of a snapshot in order, beginning with a state.
-pub fn walk_list<'a, V: Visitor<'a>>(
+pub(crate) fn walk_list<'a, V: Visitor<'a>>(
     snapshot: &'a Snapshot<'_>,
     list: &'a [NodeId],
     state: State<'a>,

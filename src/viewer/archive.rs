@@ -7,7 +7,7 @@ use crate::picture::Raster;
 
 /// How two pictures are shown in one place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Way {
+pub(crate) enum Way {
     #[default]
     Off,
     /// One after the other.
@@ -19,7 +19,7 @@ pub enum Way {
 }
 
 impl Way {
-    pub const ALL: [(Self, &'static str); 4] = [
+    pub(crate) const ALL: [(Self, &'static str); 4] = [
         (Self::Off, "Off"),
         (Self::Blink, "Blink"),
         (Self::Wipe, "Wipe"),
@@ -28,11 +28,11 @@ impl Way {
 }
 
 /// Seconds that each picture is seen when they blink.
-pub const BLINK: f64 = 0.6;
+pub(crate) const BLINK: f64 = 0.6;
 
 /// The picture and how it is shown.
 #[derive(Clone, Debug)]
-pub struct Archive {
+pub(crate) struct Archive {
     pub path: PathBuf,
     pub picture: Option<Raster>,
     pub way: Way,
@@ -62,7 +62,7 @@ impl Archive {
     ///
     /// # Errors
     /// A file that is no picture.
-    pub fn load(&mut self, path: &Path) -> Result<()> {
+    pub(crate) fn load(&mut self, path: &Path) -> Result<()> {
         self.picture = Some(Raster::open(path)?);
         self.path = path.to_owned();
         self.version += 1;
@@ -73,7 +73,7 @@ impl Archive {
     }
 
     /// Its levels, 8 bits of red, green and blue.
-    pub fn levels(&self) -> Option<([usize; 2], Vec<u8>)> {
+    pub(crate) fn levels(&self) -> Option<([usize; 2], Vec<u8>)> {
         let picture = self.picture.as_ref()?;
         let level = |v: f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
         let levels = (0..picture.pixels())
@@ -83,7 +83,7 @@ impl Archive {
     }
 
     /// Whether the old picture is the one seen now, as they blink.
-    pub fn blinks_on(&self, now: f64) -> bool {
+    pub(crate) fn blinks_on(&self, now: f64) -> bool {
         self.way == Way::Blink && (now / BLINK) as i64 % 2 == 1
     }
 }

@@ -26,7 +26,7 @@ const BETTER: f64 = 1.05;
 
 /// What autofocus found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Focused {
+pub(crate) struct Focused {
     /// Meters.
     pub distance: f64,
     /// The distance of what is there, before looking at contrast.
@@ -36,7 +36,7 @@ pub struct Focused {
 }
 
 /// Focuses on a place of the picture (x and y from 0 to 1); none where there is nothing.
-pub fn focus_at(live: &mut Live, x: f64, y: f64) -> Option<Focused> {
+pub(crate) fn focus_at(live: &mut Live, x: f64, y: f64) -> Option<Focused> {
     let plain = live.view().look(x, y)?.distance;
     if !(plain > 0.0) {
         return None;

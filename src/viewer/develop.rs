@@ -8,11 +8,11 @@ use super::model::Marks;
 use super::view::{DepthMap, FocalSurface};
 
 /// Bins of the histogram.
-pub const BINS: usize = 64;
+pub(crate) const BINS: usize = 64;
 
 /// How many pixels have which level, and how many are at the ends.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Histogram {
+pub(crate) struct Histogram {
     /// Red, green, blue; shares of the fullest bin between the ends.
     pub bins: [[f32; BINS]; 3],
     /// Shares of pixels with a channel that is full, and of those that are black in all.
@@ -21,14 +21,14 @@ pub struct Histogram {
 }
 
 /// A frame's levels, 8 bits of red, green and blue, as the saved picture has them.
-pub fn levels(frame: &Frame, exposure: f64, response: &Response) -> Vec<u8> {
+pub(crate) fn levels(frame: &Frame, exposure: f64, response: &Response) -> Vec<u8> {
     let channels = frame.pixels.iter().flatten().enumerate();
     let exposure = exposure * frame.metered;
     let level = |(i, x): (usize, &f32)| response.level(f64::from(*x) * exposure, i % 3);
     channels.map(|c| (255.0 * level(c)).round() as u8).collect()
 }
 
-pub fn histogram(levels: &[u8]) -> Histogram {
+pub(crate) fn histogram(levels: &[u8]) -> Histogram {
     let mut counts = [[0u32; BINS]; 3];
     let (mut clipped, mut black) = (0u32, 0u32);
     let pixels = levels.chunks_exact(3);
@@ -50,7 +50,7 @@ pub fn histogram(levels: &[u8]) -> Histogram {
 }
 
 /// What marks need besides the picture.
-pub struct Marking<'a> {
+pub(crate) struct Marking<'a> {
     pub marks: Marks,
     pub depths: Option<&'a DepthMap>,
     pub surface: Option<&'a FocalSurface>,
@@ -62,7 +62,7 @@ const PLANE: [f32; 3] = [70.0, 150.0, 255.0];
 const FOCUS: [u8; 3] = [255, 64, 40];
 
 /// Draws the marks into levels. Stripes go by the place on the picture, not by its pixels.
-pub fn mark(levels: &mut [u8], size: [usize; 2], marking: &Marking<'_>) {
+pub(crate) fn mark(levels: &mut [u8], size: [usize; 2], marking: &Marking<'_>) {
     if marking.marks.peaking {
         peak(levels, size);
     }

@@ -12,7 +12,7 @@ use crate::pose::{CameraPose, Projection, ViewportMapping};
 
 /// What the window shows of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Preview {
+pub(crate) enum Preview {
     /// The picture itself, through the lens.
     #[default]
     Lens,
@@ -23,7 +23,7 @@ pub enum Preview {
 }
 
 impl Preview {
-    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+    pub(crate) const ALL: [(Self, &'static str, &'static str); 3] = [
         (Self::Lens, "Lens", "the picture itself, through the lens"),
         (
             Self::Draft1999,
@@ -39,12 +39,12 @@ impl Preview {
 }
 
 /// The height angle of equation 7 for a focused lens on its film, in radians.
-pub fn height_angle(camera: &LensCamera) -> f64 {
+pub(crate) fn height_angle(camera: &LensCamera) -> f64 {
     camera.focus.height_angle(0.5 * camera.format.height)
 }
 
 /// The pinhole's pose: the lens camera's own, moved to the principal plane if it is to be right.
-pub fn pose(camera: &LensCamera, pose: &CameraPose, preview: Preview) -> CameraPose {
+pub(crate) fn pose(camera: &LensCamera, pose: &CameraPose, preview: Preview) -> CameraPose {
     let plane = camera
         .lens
         .first_order()
@@ -67,7 +67,12 @@ pub fn pose(camera: &LensCamera, pose: &CameraPose, preview: Preview) -> CameraP
 }
 
 /// The camera that a preview looks through, for a scene compiled around `origin`.
-pub fn camera(camera: &Camera, stands: &CameraPose, origin: DVec3, preview: Preview) -> Camera {
+pub(crate) fn camera(
+    camera: &Camera,
+    stands: &CameraPose,
+    origin: DVec3,
+    preview: Preview,
+) -> Camera {
     match (camera, preview) {
         (Camera::Lens(lens), Preview::Draft1999 | Preview::Draft) => {
             let pose = pose(lens, stands, preview);

@@ -13,7 +13,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
 use crate::diag::{Diagnostic, Result};
-use crate::photo::{HeadlightSources, Plan, Session};
+use crate::photo::headlight::HeadlightSources;
+use crate::photo::{Plan, Session};
 use crate::picture::PictureFormat;
 
 use super::autofocus::{Focused, focus_at};
@@ -22,7 +23,7 @@ use super::setup::Setup;
 use super::view::{DepthMap, FocalSurface};
 
 /// What the window asks for.
-pub enum Order {
+pub(crate) enum Order {
     /// Another scene; the old one stays if it can't be opened.
     Open(Box<Plan>),
     /// Focus on a place of the picture, from 0 to 1.
@@ -30,7 +31,7 @@ pub enum Order {
 }
 
 /// What the renderer tells.
-pub enum News {
+pub(crate) enum News {
     Opened(Box<Opened>),
     /// A scene that can't be opened.
     NotOpened(PathBuf, Box<Diagnostic>),
@@ -47,7 +48,7 @@ pub enum News {
 }
 
 /// A scene that was opened.
-pub struct Opened {
+pub(crate) struct Opened {
     pub setup: Setup,
     pub messages: Vec<Diagnostic>,
     pub headlight: HeadlightSources,
@@ -79,7 +80,7 @@ impl Shared {
 }
 
 /// The way to the renderer's thread.
-pub struct Engine {
+pub(crate) struct Engine {
     shared: Arc<Shared>,
     news: Receiver<News>,
     sender: Sender<News>,
@@ -93,7 +94,7 @@ impl Engine {
     ///
     /// # Errors
     /// Threads that can't be started.
-    pub fn start(threads: usize, wake: Arc<dyn Fn() + Send + Sync>) -> Result<Self> {
+    pub(crate) fn start(threads: usize, wake: Arc<dyn Fn() + Send + Sync>) -> Result<Self> {
         let (sender, news) = channel();
         let shared = Arc::new(Shared::default());
         shared.lock().refine = true;
@@ -119,16 +120,16 @@ impl Engine {
         })
     }
 
-    pub fn order(&self, order: Order) {
+    pub(crate) fn order(&self, order: Order) {
         self.tell(|inbox| inbox.orders.push_back(order));
     }
 
-    pub fn show(&self, asked: Asked) {
+    pub(crate) fn show(&self, asked: Asked) {
         self.tell(|inbox| inbox.show = Some(asked));
     }
 
     /// Whether to go on refining. Saying the same again does not end the pass that is running.
-    pub fn refine(&self, on: bool) {
+    pub(crate) fn refine(&self, on: bool) {
         if self.shared.lock().refine != on {
             self.tell(|inbox| inbox.refine = on);
         }
@@ -142,12 +143,12 @@ impl Engine {
     }
 
     /// News that has come since.
-    pub fn news(&self) -> Vec<News> {
+    pub(crate) fn news(&self) -> Vec<News> {
         self.news.try_iter().collect()
     }
 
     /// Makes and writes the picture of a plan, as a batch run does.
-    pub fn save(&self, setup: Setup, output: PathBuf) {
+    pub(crate) fn save(&self, setup: Setup, output: PathBuf) {
         let (sender, wake, threads) = (self.sender.clone(), self.wake.clone(), self.threads);
         std::thread::spawn(move || {
             let made = catch_unwind(AssertUnwindSafe(|| save(&setup, &output, threads)));

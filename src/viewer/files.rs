@@ -15,7 +15,7 @@ const HEADER: &str = "#Inventor V2.1 ascii\n";
 
 /// What a file that was dropped or named is most likely meant to be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     Scene,
     Camera,
     Environment,
@@ -25,7 +25,7 @@ pub enum Kind {
 
 impl Kind {
     /// By the name's ending; a `.dat` is a camera if it holds a camera node, else a lens.
-    pub fn of(path: &Path) -> Self {
+    pub(crate) fn of(path: &Path) -> Self {
         let end = path
             .extension()
             .unwrap_or_default()
@@ -44,7 +44,7 @@ impl Kind {
 }
 
 /// A camera file: the pose, and the distance in focus as the camera's own.
-pub fn camera_text(setup: &Setup) -> String {
+pub(crate) fn camera_text(setup: &Setup) -> String {
     let distance = setup.focus();
     let pose = CameraPose {
         focal_distance: if distance.is_finite() {
@@ -86,7 +86,7 @@ fn laid_out(node: &str) -> String {
 ///
 /// # Errors
 /// An environment read before that can't be read again.
-pub fn environment_text(setup: &Setup, lit: bool) -> Result<String> {
+pub(crate) fn environment_text(setup: &Setup, lit: bool) -> Result<String> {
     let mut text = camera_text(setup);
     let mut lamp = None;
     if let Some(path) = &setup.plan.environment {
@@ -125,7 +125,7 @@ fn body(document: &Document) -> String {
 }
 
 /// The first of `name.png`, `name-2.png`, `name-3.png`, … that is not taken.
-pub fn free_name(path: &Path, taken: impl Fn(&Path) -> bool) -> PathBuf {
+pub(crate) fn free_name(path: &Path, taken: impl Fn(&Path) -> bool) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let end = path.extension().unwrap_or_default().to_string_lossy();
     let numbered = (2..).map(|n: u32| path.with_file_name(format!("{stem}-{n}.{end}")));
@@ -139,6 +139,6 @@ pub fn free_name(path: &Path, taken: impl Fn(&Path) -> bool) -> PathBuf {
 ///
 /// # Errors
 /// Whatever the disk has to say.
-pub fn write(path: &Path, text: &str) -> Result<()> {
+pub(crate) fn write(path: &Path, text: &str) -> Result<()> {
     write_whole(path, |file| file.write_all(text.as_bytes()))
 }

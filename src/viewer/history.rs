@@ -12,7 +12,7 @@ const CHOICES: [&str; 2] = ["lens", "camera file"];
 
 /// The setups before and after the present one.
 #[derive(Default)]
-pub struct History {
+pub(crate) struct History {
     before: Vec<Setup>,
     after: Vec<Setup>,
     /// The control that made the last change, and when.
@@ -22,7 +22,7 @@ pub struct History {
 impl History {
     /// Keeps a setup that a control is about to change. `held`: a button is still pressed, so it
     /// is one gesture with what came before.
-    pub fn keep(&mut self, before: &Setup, control: &'static str, now: f64, held: bool) {
+    pub(crate) fn keep(&mut self, before: &Setup, control: &'static str, now: f64, held: bool) {
         let goes_on = self
             .last
             .is_some_and(|(c, at)| c == control && (held || now - at < TOGETHER))
@@ -38,29 +38,29 @@ impl History {
         }
     }
 
-    pub fn undo(&mut self, present: &Setup) -> Option<Setup> {
+    pub(crate) fn undo(&mut self, present: &Setup) -> Option<Setup> {
         let setup = self.before.pop()?;
         self.after.push(present.clone());
         self.last = None;
         Some(setup)
     }
 
-    pub fn redo(&mut self, present: &Setup) -> Option<Setup> {
+    pub(crate) fn redo(&mut self, present: &Setup) -> Option<Setup> {
         let setup = self.after.pop()?;
         self.before.push(present.clone());
         self.last = None;
         Some(setup)
     }
 
-    pub fn can_undo(&self) -> bool {
+    pub(crate) fn can_undo(&self) -> bool {
         !self.before.is_empty()
     }
 
-    pub fn can_redo(&self) -> bool {
+    pub(crate) fn can_redo(&self) -> bool {
         !self.after.is_empty()
     }
 
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         *self = Self::default();
     }
 }

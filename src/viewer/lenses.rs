@@ -2,12 +2,13 @@
 
 use std::sync::{Arc, OnceLock};
 
-use crate::diagram::{Drawing, Item, LensDiagram, SectionOptions};
+use crate::diagram::drawing::{Drawing, Item};
+use crate::diagram::{LensDiagram, SectionOptions};
 use crate::lens::{About, Lens, shipped_names};
 
 /// A lens of the menu.
 #[derive(Clone, Debug)]
-pub struct Entry {
+pub(crate) struct Entry {
     pub name: &'static str,
     pub title: String,
     pub kind: String,
@@ -35,7 +36,7 @@ impl Entry {
     }
 
     /// Focal length and f-number.
-    pub fn numbers(&self) -> String {
+    pub(crate) fn numbers(&self) -> String {
         let efl = if self.efl.is_finite() {
             format!("{:.0} mm", self.efl)
         } else {
@@ -61,12 +62,12 @@ fn thumbnail() -> SectionOptions {
 
 /// The menu, which is made by a thread of its own: forty lenses take a moment.
 #[derive(Clone, Default)]
-pub struct LensMenu {
+pub(crate) struct LensMenu {
     entries: Arc<OnceLock<Vec<Entry>>>,
 }
 
 impl LensMenu {
-    pub fn start(wake: Arc<dyn Fn() + Send + Sync>) -> Self {
+    pub(crate) fn start(wake: Arc<dyn Fn() + Send + Sync>) -> Self {
         let menu = Self::default();
         let entries = menu.entries.clone();
         std::thread::spawn(move || {
@@ -77,7 +78,8 @@ impl LensMenu {
     }
 
     /// With all lenses there: for tests.
-    pub fn ready() -> Self {
+    #[cfg(test)]
+    pub(crate) fn ready() -> Self {
         let menu = Self::default();
         let _ = menu
             .entries
@@ -85,7 +87,7 @@ impl LensMenu {
         menu
     }
 
-    pub fn entries(&self) -> &[Entry] {
+    pub(crate) fn entries(&self) -> &[Entry] {
         self.entries.get().map_or(&[], Vec::as_slice)
     }
 }

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use crate::diag::Result;
 use crate::film::{ErrorEstimate, Film, Resolution};
 use crate::photo::{Optics, Plan, Session};
-use crate::render::{Counts, Render, Stop, Tile};
+use crate::render::tile::Tile;
+use crate::render::{Counts, Render, Stop};
 use crate::sampling::FilterTable;
 use crate::shade::Shading;
 
@@ -30,7 +31,7 @@ const STANDING: Duration = Duration::from_millis(600);
 
 /// What the window wants to see.
 #[derive(Clone, Debug)]
-pub struct Asked {
+pub(crate) struct Asked {
     pub setup: Setup,
     pub preview: Preview,
     /// Counts what was asked.
@@ -41,7 +42,7 @@ pub struct Asked {
 
 /// The picture so far.
 #[derive(Clone, Debug)]
-pub struct Frame {
+pub(crate) struct Frame {
     /// Of what was asked.
     pub serial: u64,
     pub resolution: Resolution,
@@ -57,6 +58,10 @@ pub struct Frame {
     /// Rays from the film a second.
     pub rate: f64,
     /// From asking to here.
+    #[cfg_attr(
+        not(feature = "tools"),
+        expect(dead_code, reason = "`measure latency` reads it")
+    )]
     pub latency: Duration,
     pub view: Arc<View>,
 }
@@ -91,7 +96,7 @@ impl Exposing {
 }
 
 /// A session on screen.
-pub struct Live {
+pub(crate) struct Live {
     session: Session,
     asked: Asked,
     view: Arc<View>,
@@ -106,7 +111,7 @@ impl Live {
     ///
     /// # Errors
     /// A scene that can't be read or compiled, or a camera file without a camera.
-    pub fn open(plan: &Plan) -> Result<Self> {
+    pub(crate) fn open(plan: &Plan) -> Result<Self> {
         let mut bare = plan.clone();
         bare.optics = Optics::Pinhole;
         bare.shading = compiled_for(plan.shading);
@@ -130,19 +135,19 @@ impl Live {
         })
     }
 
-    pub fn setup(&self) -> &Setup {
+    pub(crate) fn setup(&self) -> &Setup {
         &self.asked.setup
     }
 
-    pub fn session(&self) -> &Session {
+    pub(crate) fn session(&self) -> &Session {
         &self.session
     }
 
-    pub fn view(&self) -> &Arc<View> {
+    pub(crate) fn view(&self) -> &Arc<View> {
         &self.view
     }
 
-    pub fn asked(&self) -> &Asked {
+    pub(crate) fn asked(&self) -> &Asked {
         &self.asked
     }
 
@@ -150,7 +155,7 @@ impl Live {
     ///
     /// # Errors
     /// A lens that can't be opened or can't focus there.
-    pub fn show(&mut self, asked: Asked) -> Result<()> {
+    pub(crate) fn show(&mut self, asked: Asked) -> Result<()> {
         let plan = &asked.setup.plan;
         let before = self.asked.setup.clone();
         self.session.aim(as_shown(plan), asked.setup.pose.clone())?;
@@ -176,7 +181,7 @@ impl Live {
     }
 
     /// One more pass, unless `goes_on` says no. Uses rayon's current pool.
-    pub fn step(&mut self, goes_on: &(dyn Fn() -> bool + Sync)) -> Option<Frame> {
+    pub(crate) fn step(&mut self, goes_on: &(dyn Fn() -> bool + Sync)) -> Option<Frame> {
         self.compile_where_it_stands();
         let exposing = &mut self.exposing;
         if exposing.samples > 0 && exposing.divisor > 1 {

@@ -4,20 +4,20 @@
 //! thread; the panels under [`panels`] only show the model and change it. What is saved is made
 //! from the [`setup`]'s plan by the code of batch runs.
 
-pub mod archive;
-pub mod autofocus;
-pub mod develop;
-pub mod draft;
-pub mod engine;
-pub mod files;
-pub mod history;
-pub mod lenses;
-pub mod live;
-pub mod model;
-pub mod navigate;
-pub mod panels;
-pub mod setup;
-pub mod sharpness;
-pub mod view;
+pub(crate) mod archive;
+pub(crate) mod autofocus;
+pub(crate) mod develop;
+pub(crate) mod draft;
+pub(crate) mod engine;
+pub(crate) mod files;
+pub(crate) mod history;
+pub(crate) mod lenses;
+pub(crate) mod live;
+pub(crate) mod model;
+pub(crate) mod navigate;
+pub(crate) mod panels;
+pub(crate) mod setup;
+pub(crate) mod sharpness;
+pub(crate) mod view;
 #[cfg(feature = "viewer")]
-pub mod window;
+pub(crate) mod window;

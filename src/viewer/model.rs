@@ -13,7 +13,8 @@ use glam::DVec3;
 use crate::camera::Camera;
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::math::Meters;
-use crate::photo::{CameraChoice, HeadlightSources, Optics, Plan, picture_name};
+use crate::photo::headlight::HeadlightSources;
+use crate::photo::{CameraChoice, Optics, Plan, picture_name};
 use crate::pose::{CameraPose, Projection};
 
 use super::archive::Archive;
@@ -30,7 +31,7 @@ use super::view::{DepthMap, FocalSurface, Seen};
 
 /// What is drawn over the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Marks {
+pub(crate) struct Marks {
     /// The focus plane of the paper: a tint behind it, and a frame that shrinks with distance.
     pub plane: bool,
     /// The surface that is really sharp instead of the plane.
@@ -43,7 +44,7 @@ pub struct Marks {
 
 /// A way from one pose to another, being gone.
 #[derive(Clone, Debug)]
-pub struct Flight {
+pub(crate) struct Flight {
     from: CameraPose,
     to: CameraPose,
     start: f64,
@@ -54,14 +55,14 @@ const FLIGHT: f64 = 0.6;
 
 /// Why the picture that is asked for can't be made, and the nearest distance that could.
 #[derive(Clone, Debug)]
-pub struct Refusal {
+pub(crate) struct Refusal {
     pub why: Diagnostic,
     pub nearest: Option<f64>,
 }
 
 /// What the window writes to files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Output {
+pub(crate) enum Output {
     Picture,
     Camera,
     /// The camera with what surrounds the scene, as SceneViewer saves it.
@@ -69,7 +70,7 @@ pub enum Output {
 }
 
 /// The state of the window.
-pub struct Model {
+pub(crate) struct Model {
     pub setup: Setup,
     pub preview: Preview,
     pub tool: Tool,
@@ -121,7 +122,7 @@ pub struct Model {
 }
 
 impl Model {
-    pub fn new(plan: Plan) -> Self {
+    pub(crate) fn new(plan: Plan) -> Self {
         let pose = CameraPose::view_all((DVec3::splat(-1.0), DVec3::splat(1.0)), 1.5);
         let mut model = Self {
             setup: Setup { plan, pose },
@@ -167,7 +168,7 @@ impl Model {
     }
 
     /// Takes on another setup, as a control made it; undo goes back to the one before.
-    pub fn change(&mut self, control: &'static str, next: Setup) {
+    pub(crate) fn change(&mut self, control: &'static str, next: Setup) {
         if next == self.setup {
             return;
         }
@@ -176,19 +177,19 @@ impl Model {
     }
 
     /// The same with the setup changed in place.
-    pub fn edit(&mut self, control: &'static str, edit: impl FnOnce(&mut Setup)) {
+    pub(crate) fn edit(&mut self, control: &'static str, edit: impl FnOnce(&mut Setup)) {
         let mut next = self.setup.clone();
         edit(&mut next);
         self.change(control, next);
     }
 
-    pub fn undo(&mut self) {
+    pub(crate) fn undo(&mut self) {
         if let Some(setup) = self.history.undo(&self.setup) {
             self.go_to(setup);
         }
     }
 
-    pub fn redo(&mut self) {
+    pub(crate) fn redo(&mut self) {
         if let Some(setup) = self.history.redo(&self.setup) {
             self.go_to(setup);
         }
@@ -204,7 +205,7 @@ impl Model {
     }
 
     /// Another scene, with the lens and everything else as it is, seen from its own camera.
-    pub fn open_scene(&mut self, path: &Path) {
+    pub(crate) fn open_scene(&mut self, path: &Path) {
         let mut plan = self.setup.plan.clone();
         (plan.scene, plan.camera, plan.focus) = (path.to_owned(), None, None);
         self.order_open(plan);
@@ -221,7 +222,7 @@ impl Model {
     }
 
     /// A file that was dropped on the window or named: whatever it is.
-    pub fn take_file(&mut self, path: &Path) {
+    pub(crate) fn take_file(&mut self, path: &Path) {
         let taken = match files::Kind::of(path) {
             files::Kind::Scene => {
                 self.open_scene(path);
@@ -247,7 +248,7 @@ impl Model {
     ///
     /// # Errors
     /// A file without a camera.
-    pub fn read_camera(&mut self, path: &Path) -> Result<()> {
+    pub(crate) fn read_camera(&mut self, path: &Path) -> Result<()> {
         let camera = CameraChoice::File(path.to_owned());
         let pose = camera.pose()?;
         self.edit("camera file", |setup| {
@@ -260,14 +261,14 @@ impl Model {
     }
 
     /// Opens the scene again with a SceneViewer environment.
-    pub fn read_environment(&mut self, path: &Path) {
+    pub(crate) fn read_environment(&mut self, path: &Path) {
         let mut plan = self.setup.plan.clone();
         (plan.environment, plan.camera) = (Some(path.to_owned()), None);
         self.order_open(plan);
     }
 
     /// Saves the picture. A name that the program made up is one that no file has.
-    pub fn save_picture(&mut self) {
+    pub(crate) fn save_picture(&mut self) {
         if self.output == self.made_up {
             self.make_up_name();
         }
@@ -283,7 +284,7 @@ impl Model {
     }
 
     /// Writes a file, once the user has agreed to replace the one that is there.
-    pub fn write(&mut self, output: Output, path: &Path) {
+    pub(crate) fn write(&mut self, output: Output, path: &Path) {
         if path.exists() || self.saving.iter().any(|p| p == path) {
             self.replacing = Some((output, path.to_owned()));
         } else {
@@ -292,7 +293,7 @@ impl Model {
     }
 
     /// The user's answer to [`Model::replacing`].
-    pub fn answer_replacing(&mut self, replace: bool) {
+    pub(crate) fn answer_replacing(&mut self, replace: bool) {
         let Some((output, path)) = self.replacing.take() else {
             return;
         };
@@ -324,24 +325,24 @@ impl Model {
     }
 
     /// Pictures to be made.
-    pub fn saves(&mut self) -> Vec<(Setup, PathBuf)> {
+    pub(crate) fn saves(&mut self) -> Vec<(Setup, PathBuf)> {
         std::mem::take(&mut self.saves)
     }
 
     /// Adds a message and shows its lines.
-    pub fn say(&mut self, message: Diagnostic) {
+    pub(crate) fn say(&mut self, message: Diagnostic) {
         self.status = message.message.clone();
         self.messages.push(message);
         self.shown_message = Some(self.messages.len() - 1);
     }
 
     /// What the window is to pass on to the renderer.
-    pub fn orders(&mut self) -> Vec<Order> {
+    pub(crate) fn orders(&mut self) -> Vec<Order> {
         std::mem::take(&mut self.orders)
     }
 
     /// What is to be shown, if it is something new.
-    pub fn ask(&mut self) -> Option<Asked> {
+    pub(crate) fn ask(&mut self) -> Option<Asked> {
         let wanted = (self.setup.clone(), self.preview);
         if !self.open || self.asked.as_ref() == Some(&wanted) {
             return None;
@@ -357,7 +358,7 @@ impl Model {
     }
 
     /// Takes in what the renderer tells.
-    pub fn hear(&mut self, news: News) {
+    pub(crate) fn hear(&mut self, news: News) {
         match news {
             News::Opened(opened) => self.opened(*opened),
             News::NotOpened(path, error) => {
@@ -432,12 +433,12 @@ impl Model {
     }
 
     /// Asks for the same once more, as after a panic.
-    pub fn try_again(&mut self) {
+    pub(crate) fn try_again(&mut self) {
         self.asked = None;
     }
 
     /// Focuses on a place of the picture, from 0 to 1, as soon as the renderer can.
-    pub fn focus_at(&mut self, x: f64, y: f64) {
+    pub(crate) fn focus_at(&mut self, x: f64, y: f64) {
         self.orders.push(Order::FocusAt(x, y));
     }
 
@@ -450,12 +451,12 @@ impl Model {
     }
 
     /// What is under a place of the picture.
-    pub fn look(&self, x: f64, y: f64) -> Option<Seen> {
+    pub(crate) fn look(&self, x: f64, y: f64) -> Option<Seen> {
         self.frame.as_ref()?.view.look(x, y)
     }
 
     /// The height angle of what is seen, in radians.
-    pub fn height_angle(&self) -> f64 {
+    pub(crate) fn height_angle(&self) -> f64 {
         let view = self.frame.as_ref().map(|f| &f.view.camera);
         match (view, self.setup.pose.projection) {
             (Some(Camera::Lens(camera)), _) => draft::height_angle(camera),
@@ -464,12 +465,12 @@ impl Model {
         }
     }
 
-    pub fn depth_of_field(&self) -> Option<DepthOfField> {
+    pub(crate) fn depth_of_field(&self) -> Option<DepthOfField> {
         depth_of_field(self.frame.as_ref()?.view.lens_camera()?)
     }
 
     /// Where the camera stands and what turns it: the middle of the picture, or the focus.
-    pub fn stand(&self) -> Stand {
+    pub(crate) fn stand(&self) -> Stand {
         let bounds = self.frame.as_ref().and_then(|f| f.view.bounds());
         let extent = bounds.map_or(1.0, |(a, b)| (b - a).length()).max(1e-6);
         let focus = self.setup.focus();
@@ -486,12 +487,12 @@ impl Model {
     }
 
     /// Puts the camera elsewhere.
-    pub fn go(&mut self, control: &'static str, pose: &CameraPose) {
+    pub(crate) fn go(&mut self, control: &'static str, pose: &CameraPose) {
         self.flight = None;
         self.edit(control, |s| s.set_pose(pose));
     }
 
-    pub fn view_all(&mut self) {
+    pub(crate) fn view_all(&mut self) {
         let Some(bounds) = self.frame.as_ref().and_then(|f| f.view.bounds()) else {
             return;
         };
@@ -502,7 +503,7 @@ impl Model {
     }
 
     /// Sets off for a point, as Inventor's seek does.
-    pub fn seek(&mut self, x: f64, y: f64) {
+    pub(crate) fn seek(&mut self, x: f64, y: f64) {
         let Some(seen) = self.look(x, y) else {
             self.status = "nothing there to go to".into();
             return;
@@ -515,7 +516,7 @@ impl Model {
     }
 
     /// Moves on along a flight. Whether there is one.
-    pub fn fly_on(&mut self) -> bool {
+    pub(crate) fn fly_on(&mut self) -> bool {
         let Some(flight) = self.flight.take() else {
             return false;
         };
@@ -529,7 +530,7 @@ impl Model {
     }
 
     /// The command line that makes the picture.
-    pub fn command(&self) -> String {
+    pub(crate) fn command(&self) -> String {
         self.setup.command(Path::new(&self.output))
     }
 }

@@ -8,7 +8,7 @@ use crate::pose::CameraPose;
 
 /// What the mouse does on the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Tool {
+pub(crate) enum Tool {
     /// A click focuses there.
     #[default]
     Focus,
@@ -22,7 +22,7 @@ pub enum Tool {
 }
 
 impl Tool {
-    pub const ALL: [(Self, &'static str, &'static str); 6] = [
+    pub(crate) const ALL: [(Self, &'static str, &'static str); 6] = [
         (Self::Focus, "Focus", "click: focus there (1)"),
         (
             Self::Orbit,
@@ -50,7 +50,7 @@ impl Tool {
 
 /// Where the camera is, and what its movements are measured by.
 #[derive(Clone, Debug)]
-pub struct Stand {
+pub(crate) struct Stand {
     pub pose: CameraPose,
     /// The distance of the pivot in front of the camera, in meters.
     pub distance: f64,
@@ -60,7 +60,7 @@ pub struct Stand {
 
 impl Stand {
     /// Turns around the pivot: radians to the right and up. The horizon stays level.
-    pub fn orbit(&self, by: DVec2) -> CameraPose {
+    pub(crate) fn orbit(&self, by: DVec2) -> CameraPose {
         let pivot = self.pose.position + self.distance * self.pose.direction();
         let orientation = self.looked(by);
         CameraPose {
@@ -71,7 +71,7 @@ impl Stand {
     }
 
     /// Looks elsewhere from the same place.
-    pub fn look(&self, by: DVec2) -> CameraPose {
+    pub(crate) fn look(&self, by: DVec2) -> CameraPose {
         CameraPose {
             orientation: self.looked(by),
             ..self.pose.clone()
@@ -91,19 +91,19 @@ impl Stand {
     }
 
     /// Moves across by shares of the view's height at the pivot.
-    pub fn pan(&self, by: DVec2, height_angle: f64) -> CameraPose {
+    pub(crate) fn pan(&self, by: DVec2, height_angle: f64) -> CameraPose {
         let height = 2.0 * self.distance * libm::tan(0.5 * height_angle);
         self.moved(height * DVec3::new(-by.x, by.y, 0.0))
     }
 
     /// Nearer (positive) or farther: each unit leaves 1/e of the distance to the pivot.
-    pub fn dolly(&self, by: f64) -> CameraPose {
+    pub(crate) fn dolly(&self, by: f64) -> CameraPose {
         let go = self.distance * (1.0 - libm::exp(-by));
         self.moved(DVec3::new(0.0, 0.0, -go))
     }
 
     /// Goes right, up and forward, in shares of the scene's size.
-    pub fn fly(&self, by: DVec3) -> CameraPose {
+    pub(crate) fn fly(&self, by: DVec3) -> CameraPose {
         self.moved(self.extent * DVec3::new(by.x, by.y, -by.z))
     }
 
@@ -122,7 +122,7 @@ impl Stand {
 
 /// Steps back along the view until the sphere around the box fills the shorter side of the
 /// picture, as Inventor's `viewAll` does; the camera keeps looking the way it looks.
-pub fn view_all(
+pub(crate) fn view_all(
     pose: &CameraPose,
     bounds: (DVec3, DVec3),
     height_angle: f64,
@@ -142,7 +142,7 @@ pub fn view_all(
 }
 
 /// Where a seek to a point ends: half the way there, looking at it.
-pub fn seek(pose: &CameraPose, point: DVec3) -> CameraPose {
+pub(crate) fn seek(pose: &CameraPose, point: DVec3) -> CameraPose {
     let way = point - pose.position;
     let Some(toward) = way.try_normalize() else {
         return pose.clone();
@@ -169,7 +169,7 @@ fn leveled(orientation: DQuat) -> DQuat {
 }
 
 /// A place on the way from one pose to another, from 0 to 1, slow at both ends.
-pub fn between(from: &CameraPose, to: &CameraPose, at: f64) -> CameraPose {
+pub(crate) fn between(from: &CameraPose, to: &CameraPose, at: f64) -> CameraPose {
     let t = at.clamp(0.0, 1.0);
     let s = t * t * (3.0 - 2.0 * t);
     CameraPose {

@@ -15,19 +15,19 @@ use crate::pose::CameraPose;
 
 /// A photograph to be made. Undo goes from one to another.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Setup {
+pub(crate) struct Setup {
     pub plan: Plan,
     pub pose: CameraPose,
 }
 
 impl Setup {
     /// The lens, if it has a prescription.
-    pub fn lens(&self) -> Option<&LensChoice> {
+    pub(crate) fn lens(&self) -> Option<&LensChoice> {
         self.plan.lens()
     }
 
     /// Another lens, wide open and in its own size; how it focuses stays.
-    pub fn choose_lens(&mut self, name: &str) {
+    pub(crate) fn choose_lens(&mut self, name: &str) {
         let method = self.lens().map(|l| l.method);
         let mut choice = LensChoice::named(name);
         if let Some(method @ (FocusMethod::Film | FocusMethod::Lens | FocusMethod::Best)) = method {
@@ -37,27 +37,27 @@ impl Setup {
     }
 
     /// The distance in focus, in meters.
-    pub fn focus(&self) -> f64 {
+    pub(crate) fn focus(&self) -> f64 {
         let own = self.pose.focal_distance;
         let own = if own > 0.0 { own } else { f64::INFINITY };
         self.plan.focus.map_or(own, |d| d.0)
     }
 
-    pub fn set_focus(&mut self, meters: f64) {
+    pub(crate) fn set_focus(&mut self, meters: f64) {
         if meters > 0.0 {
             self.plan.focus = Some(Meters(settled(meters)));
         }
     }
 
     /// Puts the camera elsewhere, to the nearest place that a camera node can say.
-    pub fn set_pose(&mut self, pose: &CameraPose) {
+    pub(crate) fn set_pose(&mut self, pose: &CameraPose) {
         let node = CameraNode::of(pose);
         self.pose = node.pose().clone();
         self.plan.camera = Some(CameraChoice::Node(node));
     }
 
     /// Another film, with pixels as many and as square as before.
-    pub fn set_film(&mut self, film: FilmFormat) {
+    pub(crate) fn set_film(&mut self, film: FilmFormat) {
         let Resolution { width, height } = self.plan.resolution;
         let pixels = f64::from(width) * f64::from(height);
         let aspect = film.width / film.height;
@@ -70,12 +70,12 @@ impl Setup {
     }
 
     /// The words that make this picture without a window.
-    pub fn words(&self, output: &Path) -> Vec<String> {
+    pub(crate) fn words(&self, output: &Path) -> Vec<String> {
         self.plan.to_words(output)
     }
 
     /// The same as one line for a shell.
-    pub fn command(&self, output: &Path) -> String {
+    pub(crate) fn command(&self, output: &Path) -> String {
         command_line(&self.words(output))
     }
 }

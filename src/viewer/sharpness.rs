@@ -6,7 +6,7 @@ use crate::lens::Lens;
 
 /// What is sharp enough, in meters from where the focus distance is counted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DepthOfField {
+pub(crate) struct DepthOfField {
     pub near: f64,
     pub far: f64,
     /// The nearest focus whose far limit is infinity.
@@ -16,7 +16,7 @@ pub struct DepthOfField {
 }
 
 /// The usual circle of confusion: 1/1500 of the film's diagonal, 0.029 mm for 36×24.
-pub fn circle_of_confusion(film: FilmFormat) -> f64 {
+pub(crate) fn circle_of_confusion(film: FilmFormat) -> f64 {
     film.half_diagonal() / 750.0
 }
 
@@ -27,7 +27,7 @@ pub fn circle_of_confusion(film: FilmFormat) -> f64 {
 /// D |x'₀ − x'| / (x' + a) on the film. No thin lens is assumed anywhere: principal planes may be
 /// crossed, and pupils need not be in them.
 #[derive(Clone, Copy, Debug)]
-pub struct Blur {
+pub(crate) struct Blur {
     diameter: f64,
     pupil_to_focus: f64,
     /// f f', mm².
@@ -39,7 +39,7 @@ pub struct Blur {
 
 impl Blur {
     /// None where the lens has no focal length, or its exit pupil is at infinity.
-    pub fn of(lens: &Lens, film_z: f64) -> Option<Self> {
+    pub(crate) fn of(lens: &Lens, film_z: f64) -> Option<Self> {
         let focal = lens.first_order().focal?;
         let pupil = lens.first_order().exit_pupil?;
         Some(Self {
@@ -52,7 +52,8 @@ impl Blur {
     }
 
     /// The disc's diameter in millimeters, for a point a distance in meters from the front vertex.
-    pub fn at(&self, meters: f64) -> f64 {
+    #[cfg(test)]
+    pub(crate) fn at(&self, meters: f64) -> f64 {
         let image = self.image(meters);
         self.diameter * (self.film - image).abs() / (image + self.pupil_to_focus).abs()
     }
@@ -76,13 +77,13 @@ impl Blur {
 
     /// The distance whose point has a disc of so many millimeters with the film as it is for
     /// `meters`: behind it for a positive disc, in front for a negative one.
-    pub fn beside(&self, meters: f64, disc: f64) -> f64 {
+    pub(crate) fn beside(&self, meters: f64, disc: f64) -> f64 {
         let film = self.image(meters);
         let shift = disc * (film + self.pupil_to_focus) / (self.diameter + disc);
         self.object(film - shift)
     }
 
-    pub fn depth_of_field(&self, circle: f64) -> DepthOfField {
+    pub(crate) fn depth_of_field(&self, circle: f64) -> DepthOfField {
         let (d, a) = (self.diameter, self.pupil_to_focus);
         let far = (d * self.film - circle * a) / (d + circle);
         let near = if d > circle {
@@ -104,7 +105,7 @@ impl Blur {
 }
 
 /// The depth of field of a camera. Distances count from the front vertex.
-pub fn depth_of_field(camera: &LensCamera) -> Option<DepthOfField> {
+pub(crate) fn depth_of_field(camera: &LensCamera) -> Option<DepthOfField> {
     let blur = Blur::of(&camera.lens, camera.focus.film_z)?;
     Some(blur.depth_of_field(circle_of_confusion(camera.format)))
 }
@@ -117,7 +118,7 @@ const FARTHEST: f64 = 10_000.0;
 /// The plane moves by a share of its distance, so its speed grows with the distance; and, as in
 /// 1999, faster than in proportion when the wheel is turned fast (the paper, Focus Wheel). Past
 /// the end of the scale is infinity.
-pub fn wheel(distance: f64, radians: f64, speed: f64) -> f64 {
+pub(crate) fn wheel(distance: f64, radians: f64, speed: f64) -> f64 {
     let from = if distance.is_finite() {
         distance
     } else {

@@ -18,7 +18,7 @@ const TRIES: [[f64; 2]; 5] = [[0.5, 0.5], [0.3, 0.5], [0.7, 0.5], [0.5, 0.3], [0
 
 /// A scene seen by a camera.
 #[derive(Clone, Debug)]
-pub struct View {
+pub(crate) struct View {
     pub scene: Arc<RenderScene>,
     pub camera: Camera,
     pub pose: CameraPose,
@@ -27,7 +27,7 @@ pub struct View {
 
 /// What is under a point of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub(crate) struct Seen {
     /// In the world, meters.
     pub point: DVec3,
     /// Along the optical axis from the front vertex, meters: what a focus distance counts.
@@ -36,7 +36,7 @@ pub struct Seen {
 
 impl View {
     /// What the middle ray of a place on the picture meets; x and y from 0 to 1.
-    pub fn look(&self, x: f64, y: f64) -> Option<Seen> {
+    pub(crate) fn look(&self, x: f64, y: f64) -> Option<Seen> {
         let at = self.camera.at(x, y);
         let ray = TRIES.iter().find_map(|pupil| at.ray(*pupil))?;
         self.met(&ray)
@@ -50,7 +50,7 @@ impl View {
         Some(Seen { point, distance })
     }
 
-    pub fn lens_camera(&self) -> Option<&LensCamera> {
+    pub(crate) fn lens_camera(&self) -> Option<&LensCamera> {
         match &self.camera {
             Camera::Lens(camera) => Some(camera),
             _ => None,
@@ -58,14 +58,14 @@ impl View {
     }
 
     /// The box around the scene, in the world.
-    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+    pub(crate) fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let (min, max) = self.scene.bounds()?;
         let world = |v: glam::Vec3| v.as_dvec3() + self.scene.origin;
         Some((world(min), world(max)))
     }
 
     /// Distances over the whole picture, unless `goes_on` says no. Uses rayon's current pool.
-    pub fn depths(&self, goes_on: &(dyn Fn() -> bool + Sync)) -> Option<DepthMap> {
+    pub(crate) fn depths(&self, goes_on: &(dyn Fn() -> bool + Sync)) -> Option<DepthMap> {
         let Resolution { width, height } = reduced(self.resolution);
         let distance = |i: u32| {
             let x = (f64::from(i % width) + 0.5) / f64::from(width);
@@ -99,7 +99,7 @@ fn reduced(resolution: Resolution) -> Resolution {
 
 /// How far away everything in the picture is, along the axis; infinite where there is nothing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DepthMap {
+pub(crate) struct DepthMap {
     pub width: u32,
     pub height: u32,
     pub meters: Vec<f32>,
@@ -107,7 +107,7 @@ pub struct DepthMap {
 
 impl DepthMap {
     /// At a place on the picture, from 0 to 1.
-    pub fn at(&self, x: f64, y: f64) -> f64 {
+    pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         let cell = |t: f64, n: u32| ((t * f64::from(n)) as u32).min(n.saturating_sub(1)) as usize;
         let i = cell(y, self.height) * self.width as usize + cell(x, self.width);
         self.meters.get(i).map_or(f64::INFINITY, |d| f64::from(*d))
@@ -117,7 +117,7 @@ impl DepthMap {
 /// Where a focused lens is really sharp: for each height on the film, the distance at which the
 /// rays through the whole pupil come closest together. The paper's "spherical manifold", exact.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FocalSurface {
+pub(crate) struct FocalSurface {
     /// Meters along the axis, at even steps of film height from the axis to the corner.
     pub meters: Vec<f64>,
     half_diagonal: f64,
@@ -127,7 +127,7 @@ pub struct FocalSurface {
 impl FocalSurface {
     const STEPS: usize = 24;
 
-    pub fn of(camera: &LensCamera) -> Self {
+    pub(crate) fn of(camera: &LensCamera) -> Self {
         let half_diagonal = camera.format.half_diagonal();
         let height = |i: usize| half_diagonal * i as f64 / (Self::STEPS - 1) as f64;
         let mut meters: Vec<f64> = Vec::with_capacity(Self::STEPS);
@@ -145,7 +145,7 @@ impl FocalSurface {
     }
 
     /// The sharp distance at a place on the picture, from 0 to 1.
-    pub fn at(&self, x: f64, y: f64) -> f64 {
+    pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         let height = ((DVec2::new(x, y) - 0.5) * self.film).length();
         let step = height / self.half_diagonal * (Self::STEPS - 1) as f64;
         let i = (step as usize).min(Self::STEPS - 2);

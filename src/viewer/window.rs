@@ -17,7 +17,7 @@ const BATCH: &str = "make the picture without a window: `-batch`, or `ivcam rend
 ///
 /// # Errors
 /// No display, or no OpenGL on it.
-pub fn run(plan: Plan, output: Option<String>, threads: usize, say: fn(&str)) -> Result<()> {
+pub(crate) fn run(plan: Plan, output: Option<String>, threads: usize, say: fn(&str)) -> Result<()> {
     displayed()?;
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()

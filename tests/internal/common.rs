@@ -4,21 +4,21 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// A folder of a test's own, removed at the end.
-pub struct Folder(pub PathBuf);
+pub(crate) struct Folder(pub PathBuf);
 
 impl Folder {
-    pub fn new(name: &str) -> Self {
+    pub(crate) fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("ivcam-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&path).unwrap();
         Self(path)
     }
 
-    pub fn path(&self, name: &str) -> String {
+    pub(crate) fn path(&self, name: &str) -> String {
         self.0.join(name).display().to_string()
     }
 
     /// Writes a file and gives its path.
-    pub fn file(&self, name: &str, text: &str) -> String {
+    pub(crate) fn file(&self, name: &str, text: &str) -> String {
         std::fs::write(self.0.join(name), text).unwrap();
         self.path(name)
     }
@@ -31,7 +31,7 @@ impl Drop for Folder {
 }
 
 /// Runs the program for a line of words without spaces in them, then some more; its exit code.
-pub fn ivcam(line: &str, more: &[&str]) -> i32 {
+pub(crate) fn ivcam(line: &str, more: &[&str]) -> i32 {
     let words = ["ivcam"].into_iter().chain(line.split_whitespace());
     crate::cli::run(words.chain(more.iter().copied()).map(OsString::from))
 }

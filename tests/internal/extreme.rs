@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use crate::diag::{Result, Sink, Source};
 use crate::lens::{
-    FocusFault, FocusMethod, Lens, LensRay, Loss, LossKind, Medium, Prescription, PupilTarget,
-    Shape, Surface, Toward,
+    FocusFault, FocusMethod, Lens, LensRay, Loss, LossKind, Prescription, PupilTarget, Shape,
+    Surface, Toward,
 };
 use crate::math::{Meters, Mm};
+use crate::prescription::Medium;
 use crate::prescription::formats;
 use glam::{DVec2, DVec3};
 
@@ -269,7 +270,7 @@ mod stigmatic {
     fn conic(radius: f64, k: f64, rows: &[(f64, f64, f64, f64)], i: usize) -> Lens {
         let mut prescription = lens(rows).prescription().clone();
         prescription.surfaces[i].shape = Shape::Conic { k };
-        prescription.surfaces[i].curvature = crate::lens::Curvature::from_radius(radius);
+        prescription.surfaces[i].curvature = crate::prescription::Curvature::from_radius(radius);
         Lens::new(prescription)
     }
 

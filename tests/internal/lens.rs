@@ -2,11 +2,12 @@
 
 use crate::film::FilmFormat;
 use crate::lens::{
-    Bundle, FilmPlace, FocusMethod, Iris, LANES, Lens, LensRay, LossKind, Medium, Movements, Plane,
+    Bundle, FilmPlace, FocusMethod, Iris, LANES, Lens, LensRay, LossKind, Movements, Plane,
     Prescription, PupilTarget, PupilWindow, Surface, Toward, shipped_names, trace::ray::unit,
 };
 use crate::math::Meters;
 use crate::math::lanes::Width;
+use crate::prescription::Medium;
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
@@ -296,7 +297,7 @@ proptest! {
         };
         let mut surface = Surface::sphere(1.0 / c, 0.0, Medium::constant(1.6), f64::INFINITY);
         surface.shape = crate::lens::Shape::Toroid {
-            across: crate::lens::Curvature::from_curvature(across), k, terms,
+            across: crate::prescription::Curvature::from_curvature(across), k, terms,
         };
         let lens = Lens::new(Prescription::new("toroid", vec![surface]));
         let ray = scene_ray(x, y, u, v);

@@ -3,11 +3,11 @@
 use crate::camera::{Aim, Camera, CameraRay, LensCamera};
 use crate::film::FilmFormat;
 use crate::lens::{
-    FilmPlace, Focus, FocusMethod, Lens, LensRay, Medium, Movements, Prescription, PupilTarget,
-    Surface,
+    FilmPlace, Focus, FocusMethod, Lens, LensRay, Movements, Prescription, PupilTarget, Surface,
 };
 use crate::math::Meters;
 use crate::pose::CameraPose;
+use crate::prescription::Medium;
 use glam::{DQuat, DVec2, DVec3};
 
 const FILM: FilmFormat = FilmFormat::STANDARD;

@@ -24,7 +24,7 @@ const FRAME_GRAY: Vec3 = Vec3::splat(0.8);
 
 /// How a picture of ours compares with theirs.
 #[derive(Clone, Copy)]
-pub struct Likeness {
+pub(super) struct Likeness {
     /// Share of the pixels that either shows which both show.
     pub overlap: f64,
     /// Mean difference in levels where both show something.
@@ -32,7 +32,7 @@ pub struct Likeness {
 }
 
 impl Likeness {
-    pub fn is_alike(self) -> bool {
+    pub(super) fn is_alike(self) -> bool {
         self.overlap >= 0.98 && self.difference <= 4.0
     }
 
@@ -59,14 +59,14 @@ impl Likeness {
 }
 
 /// A file's two pictures.
-pub struct Pictures {
+pub(super) struct Pictures {
     pub path: String,
     pub by_point: Likeness,
     pub by_corner: Likeness,
 }
 
 /// `None` where the reference has no picture or no camera that we could take.
-pub fn compare(
+pub(super) fn compare(
     document: &Document,
     options: &CompileOptions,
     reference: &Value,
@@ -170,7 +170,7 @@ fn pose(reference: &Value) -> Option<CameraPose> {
 }
 
 /// The sums, and a row for each file whose picture by `--shading g` is not alike, by cause.
-pub fn table(pictures: &mut [Pictures], cause: impl Fn(&str) -> String) {
+pub(super) fn table(pictures: &mut [Pictures], cause: impl Fn(&str) -> String) {
     let good = |of: fn(&Pictures) -> Likeness| pictures.iter().filter(|p| of(p).is_alike()).count();
     let median = |of: fn(&Pictures) -> Likeness| {
         let mut overlaps: Vec<f64> = pictures.iter().map(|p| of(p).overlap).collect();

@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 
 use super::Equal;
 
-pub fn compare_sets(
+pub(super) fn compare_sets(
     (snapshot, options): (&Snapshot<'_>, &CompileOptions),
     file: &Path,
     diagonal: f64,
@@ -156,7 +156,6 @@ fn triangles(file: &Path) -> Option<Vec<OracleTriangle>> {
             normal: [v(9), v(12), v(15)],
             diffuse: [v(18), v(21), v(24)],
             transparency: f(27),
-            shape: u32::from_le_bytes(word(r, 28)),
         }
     };
     Some(records.chunks_exact(116).map(triangle).collect())

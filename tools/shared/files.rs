@@ -9,7 +9,7 @@ use super::mesh::Rays;
 
 /// A mesh from a file: counts of corners and triangles, corners as three f32, triangles as three
 /// u32, little-endian.
-pub fn read(file: &Path) -> std::io::Result<Vec<[Vec3; 3]>> {
+pub(crate) fn read(file: &Path) -> std::io::Result<Vec<[Vec3; 3]>> {
     let bytes = std::fs::read(file)?;
     let words: Vec<[u8; 4]> = bytes.as_chunks().0.to_vec();
     let count = u32::from_le_bytes(words[0]) as usize;
@@ -24,7 +24,7 @@ pub fn read(file: &Path) -> std::io::Result<Vec<[Vec3; 3]>> {
 }
 
 /// Rays from files that begin alike: origin, direction and farthest distance, seven f32 each.
-pub fn read_rays(prefix: &str) -> std::io::Result<Vec<Rays>> {
+pub(crate) fn read_rays(prefix: &str) -> std::io::Result<Vec<Rays>> {
     let kinds = [("primary", false), ("shadow", true), ("bounce", false)];
     let set = |(name, any): (&'static str, bool)| {
         let bytes = std::fs::read(format!("{prefix}.{name}.rays"))?;

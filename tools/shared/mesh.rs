@@ -8,7 +8,7 @@ use crate::sampling::mix;
 use glam::{DVec3, Vec3};
 
 /// A bumpy ball of about `count` triangles.
-pub fn ball(count: usize) -> Vec<[Vec3; 3]> {
+pub(crate) fn ball(count: usize) -> Vec<[Vec3; 3]> {
     let rows = ((count / 4) as f64).sqrt() as usize;
     let columns = 2 * rows;
     let point = |i: usize, j: usize| {
@@ -40,7 +40,7 @@ pub fn ball(count: usize) -> Vec<[Vec3; 3]> {
     triangles
 }
 
-pub fn tree(triangles: &[[Vec3; 3]]) -> Bvh {
+pub(crate) fn tree(triangles: &[[Vec3; 3]]) -> Bvh {
     let boxes: Vec<(Vec3, Vec3)> = triangles
         .iter()
         .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)))
@@ -49,7 +49,7 @@ pub fn tree(triangles: &[[Vec3; 3]]) -> Bvh {
 }
 
 /// Rays of a kind, and whether any hit will do.
-pub struct Rays {
+pub(crate) struct Rays {
     pub name: &'static str,
     pub any: bool,
     pub rays: Vec<Ray>,
@@ -57,7 +57,7 @@ pub struct Rays {
 
 /// From a point outside (rows of a picture), from what they meet to a light, and from there in
 /// any direction.
-pub fn rays(tree: &Bvh) -> [Rays; 3] {
+pub(crate) fn rays(tree: &Bvh) -> [Rays; 3] {
     let eye = Vec3::new(0.3, 0.4, 4.0);
     let side = 256;
     let primary: Vec<Ray> = (0..side * side)
@@ -135,7 +135,7 @@ impl NonTriangles for TrianglesOnly {
 }
 
 /// How many of the rays hit something, traced one by one.
-pub fn one_by_one(tree: &Bvh, rays: &Rays) -> usize {
+pub(crate) fn one_by_one(tree: &Bvh, rays: &Rays) -> usize {
     let meets = |ray: &&Ray| match rays.any {
         true => is_blocked(tree, ray),
         false => black_box(nearest(tree, ray)).is_some(),
@@ -144,7 +144,7 @@ pub fn one_by_one(tree: &Bvh, rays: &Rays) -> usize {
 }
 
 /// How many of the rays hit something, traced in packets.
-pub fn in_packets(tree: &Bvh, rays: &Rays) -> usize {
+pub(crate) fn in_packets(tree: &Bvh, rays: &Rays) -> usize {
     let mut hits = PacketHits::default();
     let mut found = 0;
     for some in rays.rays.chunks(LANES) {

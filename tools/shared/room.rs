@@ -8,7 +8,7 @@ use std::process::Command;
 use crate::math::{Meters, Mm};
 use crate::photo::{Era, IdealChoice, LensChoice, Optics, Plan, Session};
 use crate::render::Stop;
-use crate::render::report::Deviation;
+use crate::render::report::deviation::Deviation;
 use crate::sampling::Sampler;
 
 /// Samples a pixel of the references.
@@ -38,7 +38,12 @@ fn optics() -> [(&'static str, Optics); 2] {
 
 /// The table. `peer` is a command that prints lines of a name, samples a pixel, seconds, and the
 /// relative RMSE against its own reference, parted by tabs.
-pub fn table(report: &mut String, scene: &Path, peer: Option<&str>, seconds: &dyn Fn() -> f64) {
+pub(crate) fn table(
+    report: &mut String,
+    scene: &Path,
+    peer: Option<&str>,
+    seconds: &dyn Fn() -> f64,
+) {
     report.push_str(
         "## A room of 128,000 triangles\n\nAreas over nine decades, one point light, shadows, \
          matte; 360x240, 50 mm f/2, focused at 1.35 m, one thread. Seconds of rendering, the \

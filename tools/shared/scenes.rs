@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Every scene file, plain or gzipped, in the order of names.
-pub fn below(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn below(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     collect(folder, &mut files);
     files.sort();

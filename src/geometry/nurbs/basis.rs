@@ -1,12 +1,12 @@
 //! B-spline basis functions of one parameter.
 
 /// The largest order that is drawn. GLU's limit is 24.
-pub const MAX_ORDER: usize = 64;
+pub(crate) const MAX_ORDER: usize = 64;
 
 /// The knots of a curve or of one direction of a surface. The order is the number of knots minus
 /// the number of control points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Basis {
+pub(super) struct Basis {
     pub(super) order: usize,
     /// The number of control points.
     pub(super) count: usize,
@@ -14,7 +14,7 @@ pub struct Basis {
 }
 
 impl Basis {
-    pub fn new(count: usize, knots: &[f32]) -> Result<Self, String> {
+    pub(super) fn new(count: usize, knots: &[f32]) -> Result<Self, String> {
         let Some(order) = knots.len().checked_sub(count).filter(|&o| o >= 2) else {
             return Err(format!(
                 "{} knots are too few for {count} control points: there must be at least {}",
@@ -50,7 +50,7 @@ impl Basis {
         })
     }
 
-    pub fn domain(&self) -> (f64, f64) {
+    pub(super) fn domain(&self) -> (f64, f64) {
         (self.knots[self.order - 1], self.knots[self.count])
     }
 

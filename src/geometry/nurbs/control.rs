@@ -3,7 +3,7 @@
 use glam::{DVec3, DVec4};
 
 /// The largest number of grid cells of one surface, and of points of one curve.
-pub const MAX_CELLS: usize = 1 << 20;
+pub(crate) const MAX_CELLS: usize = 1 << 20;
 
 /// Returns into how many pieces to cut each knot span, for a complexity from 0 to 1.
 ///

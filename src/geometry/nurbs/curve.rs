@@ -7,24 +7,25 @@ use super::control::{MAX_CELLS, at_infinity, bend, check_points, pieces, project
 
 /// A curve in space or, with z = 0, in the plane of a surface's parameters.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub(crate) struct Curve {
     basis: Basis,
     points: Vec<DVec4>,
 }
 
 impl Curve {
-    pub fn new(points: Vec<DVec4>, knots: &[f32]) -> Result<Self, String> {
+    pub(crate) fn new(points: Vec<DVec4>, knots: &[f32]) -> Result<Self, String> {
         check_points(&points)?;
         let basis = Basis::new(points.len(), knots)?;
         Ok(Self { basis, points })
     }
 
-    pub fn domain(&self) -> (f64, f64) {
+    #[cfg(test)]
+    pub(crate) fn domain(&self) -> (f64, f64) {
         self.basis.domain()
     }
 
     /// Returns the point at a parameter, or `None` where it is at infinity.
-    pub fn point(&self, t: f64) -> Option<DVec3> {
+    pub(crate) fn point(&self, t: f64) -> Option<DVec3> {
         let mut f = BasisFunctions::default();
         self.basis.functions(self.basis.clamp(t), &mut f);
         let sum = (0..f.value.len()).map(|i| f.value[i] * self.points[f.first + i]);
@@ -32,7 +33,7 @@ impl Curve {
     }
 
     /// Returns points along the curve from end to end.
-    pub fn polyline(&self, complexity: f32) -> Result<Vec<DVec3>, String> {
+    pub(crate) fn polyline(&self, complexity: f32) -> Result<Vec<DVec3>, String> {
         let bend = bend(self.points.iter().copied());
         let degree = self.basis.order - 1;
         let wanted = pieces(complexity, degree, bend, size_of(&self.points));

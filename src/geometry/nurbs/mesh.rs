@@ -16,7 +16,7 @@ impl Surface {
     /// inside, and a clockwise one is a hole. If all loops are holes, the domain's edge is the
     /// outer loop, which OpenGL requires the file to state. Texture coordinates are x and y of the
     /// surface given for them or, without one, the parameters from 0 to 1 across the domain.
-    pub fn tessellate(
+    pub(crate) fn tessellate(
         &self,
         complexity: f32,
         trims: &[Vec<DVec2>],

@@ -14,11 +14,9 @@ mod mesh;
 mod surface;
 mod trim;
 
-pub use basis::MAX_ORDER;
-pub use control::MAX_CELLS;
-pub use curve::Curve;
-pub use surface::Surface;
-pub use trim::trim_curve;
+pub(crate) use curve::Curve;
+pub(crate) use surface::Surface;
+pub(crate) use trim::trim_curve;
 
 #[cfg(test)]
 mod tests;

@@ -7,7 +7,7 @@ use super::control::{MAX_CELLS, bend, check_points, pieces, project, size_of};
 
 /// A surface. Its control points run along u first, as in Inventor.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Surface {
+pub(crate) struct Surface {
     pub(super) u: Basis,
     pub(super) v: Basis,
     points: Vec<DVec4>,
@@ -15,7 +15,7 @@ pub struct Surface {
 
 /// A surface's point and its derivatives along u and v.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfacePoint {
+pub(crate) struct SurfacePoint {
     pub position: DVec3,
     pub du: DVec3,
     pub dv: DVec3,
@@ -47,7 +47,7 @@ impl SurfacePoint {
 
 impl Surface {
     /// Makes a surface of the first `u_count · v_count` points; further ones are ignored.
-    pub fn new(
+    pub(crate) fn new(
         u_count: usize,
         v_count: usize,
         u_knots: &[f32],
@@ -68,16 +68,16 @@ impl Surface {
         Ok(Self { u, v, points })
     }
 
-    pub fn u_domain(&self) -> (f64, f64) {
+    pub(crate) fn u_domain(&self) -> (f64, f64) {
         self.u.domain()
     }
 
-    pub fn v_domain(&self) -> (f64, f64) {
+    pub(crate) fn v_domain(&self) -> (f64, f64) {
         self.v.domain()
     }
 
     /// Returns the point and its derivatives, or `None` where it is at infinity.
-    pub fn point(&self, u: f64, v: f64) -> Option<SurfacePoint> {
+    pub(crate) fn point(&self, u: f64, v: f64) -> Option<SurfacePoint> {
         let (mut fu, mut fv) = (BasisFunctions::default(), BasisFunctions::default());
         self.u.functions(self.u.clamp(u), &mut fu);
         self.v.functions(self.v.clamp(v), &mut fv);

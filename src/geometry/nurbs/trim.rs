@@ -11,7 +11,11 @@ use super::curve::Curve;
 
 /// Returns a trimming curve with control points `(u, v, w)` as a polyline of the surface's
 /// parameters.
-pub fn trim_curve(points: &[DVec3], knots: &[f32], complexity: f32) -> Result<Vec<DVec2>, String> {
+pub(crate) fn trim_curve(
+    points: &[DVec3],
+    knots: &[f32],
+    complexity: f32,
+) -> Result<Vec<DVec2>, String> {
     let points = points
         .iter()
         .map(|p| DVec4::new(p.x, p.y, 0.0, p.z))

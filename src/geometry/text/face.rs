@@ -6,7 +6,7 @@ use super::library::{Fonts, UserFont};
 
 /// The families of the shipped typefaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Family {
+pub(crate) enum Family {
     Serif,
     Sans,
     Mono,
@@ -19,7 +19,7 @@ const MONO_NAME: &str = "Courier";
 
 /// The typeface to draw with.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face<'a> {
+pub(crate) struct Face<'a> {
     pub family: Family,
     pub bold: bool,
     pub italic: bool,
@@ -31,7 +31,7 @@ pub struct Face<'a> {
 }
 
 impl<'a> Face<'a> {
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         family: Family::Serif,
         bold: false,
         italic: false,
@@ -57,7 +57,7 @@ impl<'a> Face<'a> {
     /// Returns the shipped typeface for the name in an Inventor `Font` (`Times-Roman`,
     /// `Helvetica:Bold Italic`, …). An unknown name gets serifs, as in SGI's library, whose
     /// fallback was Utopia.
-    pub fn named(name: &str) -> Self {
+    pub(crate) fn named(name: &str) -> Self {
         let name = name.to_ascii_lowercase();
         if name.is_empty() || name.starts_with("defaultfont") {
             return Self::DEFAULT;
@@ -104,7 +104,7 @@ impl<'a> Face<'a> {
 
     /// Returns the user's typeface for the name in an Inventor `Font`, or the one of
     /// [`Face::named`].
-    pub fn named_of(name: &str, fonts: &'a Fonts) -> Self {
+    pub(crate) fn named_of(name: &str, fonts: &'a Fonts) -> Self {
         let shipped = Self::named(name);
         if shipped.built_in {
             return shipped;
@@ -118,7 +118,7 @@ impl<'a> Face<'a> {
     }
 
     /// Returns the typeface of a family: the user's, or the shipped one.
-    pub fn of_family(family: Family, bold: bool, italic: bool, fonts: &'a Fonts) -> Self {
+    pub(crate) fn of_family(family: Family, bold: bool, italic: bool, fonts: &'a Fonts) -> Self {
         let name = match family {
             Family::Serif => SERIF_NAME,
             Family::Sans => SANS_NAME,
@@ -129,7 +129,7 @@ impl<'a> Face<'a> {
 
     /// Returns the typeface for a VRML97 `FontStyle`: of its families the first that is known or
     /// that the user has. Serifs, which are also the default, are set as the built-in font is.
-    pub fn of_vrml97<S: AsRef<str>>(families: &[S], style: &str, fonts: &'a Fonts) -> Self {
+    pub(crate) fn of_vrml97<S: AsRef<str>>(families: &[S], style: &str, fonts: &'a Fonts) -> Self {
         let (bold, italic) = (style.contains("BOLD"), style.contains("ITALIC"));
         let of = |family: Family, own: Option<UserFont<'a>>| Self {
             built_in: family == Family::Serif && own.is_none(),

@@ -10,7 +10,7 @@ use super::vrml97::vrml97_layout;
 use crate::geometry::mesh::Mesh;
 
 /// Returns the triangles of an `AsciiText`, and where its glyphs stand.
-pub fn ascii_text<S: AsRef<str>>(
+pub(crate) fn ascii_text<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle<'_>,
     widths: &[f32],
@@ -40,7 +40,7 @@ fn flat(laid: &Layout, face: Face<'_>, size: f32, complexity: f32) -> Mesh {
 }
 
 /// Returns the triangles of a VRML97 `Text`, placed as the standard says.
-pub fn vrml97_text<S: AsRef<str>>(
+pub(crate) fn vrml97_text<S: AsRef<str>>(
     strings: &[S],
     style: &Vrml97Style<'_>,
     lengths: &[f32],

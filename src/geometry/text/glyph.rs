@@ -30,7 +30,7 @@ pub(super) struct FlatGlyph {
 impl FlatGlyph {
     /// Fills outlines by the nonzero rule. lyon's tolerances are absolute, so that it works at 2048
     /// units to the size, as TrueType fonts do.
-    pub fn fill(outlines: Vec<Vec<Vec2>>) -> Self {
+    pub(super) fn fill(outlines: Vec<Vec<Vec2>>) -> Self {
         const UNITS: f32 = 2048.0;
         let mut builder = Path::builder();
         for outline in &outlines {
@@ -89,7 +89,7 @@ impl<'a> GlyphCache<'a> {
     /// Opens a typeface. Lines stay within 0.01 · 0.005^complexity of a glyph's curves, as a share
     /// of the size: 0.01 at complexity 0, 0.0007 at 0.5, and 0.00005 at 1. At 0.5 Coin is within
     /// 0.0012, with 32 lines for Helvetica's o.
-    pub fn new(face: Face<'a>, complexity: f32) -> Self {
+    pub(super) fn new(face: Face<'a>, complexity: f32) -> Self {
         let c = complexity.clamp(0.0, 1.0);
         Self {
             font: Typeface::open(face),
@@ -102,7 +102,7 @@ impl<'a> GlyphCache<'a> {
         }
     }
 
-    pub fn get(&mut self, character: char) -> &FlatGlyph {
+    pub(super) fn get(&mut self, character: char) -> &FlatGlyph {
         let (font, tolerance) = (&self.font, self.tolerance);
         self.cuts
             .entry(character)
@@ -144,12 +144,12 @@ const ODD_ADVANCES: [(char, f32); 14] = [
 ];
 
 impl<'a> Typeface<'a> {
-    pub fn open(face: Face<'a>) -> Self {
+    pub(super) fn open(face: Face<'a>) -> Self {
         Self::open_at(face, HINTED_PIXELS)
     }
 
     /// Opens a typeface for glyphs of that size in pixels.
-    pub fn open_at(face: Face<'a>, pixels: f32) -> Self {
+    pub(super) fn open_at(face: Face<'a>, pixels: f32) -> Self {
         let font = face.font();
         let hinting = font.as_ref().filter(|_| !face.built_in).and_then(|font| {
             let (size, place) = (Size::new(pixels), LocationRef::default());
@@ -172,7 +172,7 @@ impl<'a> Typeface<'a> {
     /// Returns the characters with their advances. Coin has FreeType scale glyphs to 40 pixels,
     /// which rounds the advances to fortieths of the size; these are rounded alike, so that lines
     /// are as long.
-    pub fn advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
+    pub(super) fn advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
         let mut advances = self.advances_at(text, HINTED_PIXELS);
         for (character, advance) in &mut advances {
             *advance = size
@@ -209,7 +209,7 @@ impl<'a> Typeface<'a> {
     }
 
     /// Returns the advances in whole pixels, for a font of that size in pixels.
-    pub fn pixel_advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
+    pub(super) fn pixel_advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
         let mut advances = self.advances_at(text, size);
         for (_, advance) in &mut advances {
             *advance = (*advance + 0.5).floor();
@@ -235,7 +235,7 @@ impl<'a> Typeface<'a> {
     }
 
     /// Returns the box around a letter's ink and its origin, at size 1.
-    pub fn reach(&self, character: char) -> (Vec2, Vec2) {
+    pub(super) fn reach(&self, character: char) -> (Vec2, Vec2) {
         let outlines = self.outlines(character, 1e-3);
         let points = outlines.iter().flatten();
         points.fold((Vec2::ZERO, Vec2::ZERO), |(low, high), &p| {
@@ -244,13 +244,13 @@ impl<'a> Typeface<'a> {
     }
 
     /// Returns the width of a letter, from its origin or its ink, whichever begins first.
-    pub fn width(&self, character: char) -> f32 {
+    pub(super) fn width(&self, character: char) -> f32 {
         let (low, high) = self.reach(character);
         high.x - low.x
     }
 
     /// Returns the length of a line, with the last letter's width in place of its advance.
-    pub fn ink_width(&self, advances: &[(char, f32)], size: f32) -> f32 {
+    pub(super) fn ink_width(&self, advances: &[(char, f32)], size: f32) -> f32 {
         let full: f32 = advances.iter().map(|a| a.1).sum();
         advances.last().map_or(full, |&(last, advance)| {
             full - advance + self.width(last) * size
@@ -258,7 +258,7 @@ impl<'a> Typeface<'a> {
     }
 
     /// Returns a glyph's outlines as closed polylines with the fill on the right.
-    pub fn outlines(&self, character: char, tolerance: f32) -> Vec<Vec<Vec2>> {
+    pub(super) fn outlines(&self, character: char, tolerance: f32) -> Vec<Vec<Vec2>> {
         let Some(font) = &self.font else {
             return Vec::new();
         };

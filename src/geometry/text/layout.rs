@@ -7,7 +7,7 @@ use super::style::{Justify, TextStyle};
 
 /// A character, the place of its origin, and the scale of its width.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlacedGlyph {
+pub(crate) struct PlacedGlyph {
     pub character: char,
     pub origin: Vec2,
     pub stretch: f32,
@@ -15,7 +15,7 @@ pub struct PlacedGlyph {
 
 /// The characters of a text at their places.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Layout {
+pub(crate) struct Layout {
     pub glyphs: Vec<PlacedGlyph>,
     /// The extent of the lines in x, by advances and not by ink, as Coin's bounding boxes have it.
     pub left: f32,
@@ -26,7 +26,7 @@ pub struct Layout {
 }
 
 /// Places the glyphs of an Inventor text. The baseline of line n is at y = −n · spacing · size.
-pub fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Layout {
+pub(crate) fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Layout {
     let font = Typeface::open(style.face);
     let mut out = Layout::default();
     let (mut low, mut high) = (0.0f32, 0.0f32);
@@ -59,7 +59,11 @@ pub fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Layout {
 /// A line with a positive width is brought to it by the steps between its letters, never by the
 /// letters themselves (Coin); a width below that of a letter puts them all in one place. A line
 /// ends where the ink of its last letter ends, so that `RIGHT` is flush.
-pub fn ascii_layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>, widths: &[f32]) -> Layout {
+pub(crate) fn ascii_layout<S: AsRef<str>>(
+    strings: &[S],
+    style: &TextStyle<'_>,
+    widths: &[f32],
+) -> Layout {
     let font = Typeface::open(style.face);
     let mut out = Layout::default();
     let mut low = 0.0f32;

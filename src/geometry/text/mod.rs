@@ -19,15 +19,14 @@ mod style;
 mod vrml97;
 mod vrml97_bounds;
 
-pub use face::{Face, Family};
-pub use flat::{ascii_text, vrml97_text};
-pub use layout::{Layout, PlacedGlyph, ascii_layout, layout};
-pub use library::{Fonts, UserFont};
-pub use pixels::{PixelText, pixel_text};
-pub use solid::{SolidParts, text3};
-pub use style::{Align, Justify, TextStyle, Vrml97Style};
-pub use vrml97::vrml97_layout;
-pub use vrml97_bounds::vrml97_bounds;
+pub(crate) use face::{Face, Family};
+pub(crate) use flat::{ascii_text, vrml97_text};
+pub(crate) use layout::Layout;
+pub(crate) use library::Fonts;
+pub(crate) use pixels::{PixelText, pixel_text};
+pub(crate) use solid::{SolidParts, text3};
+pub(crate) use style::{Justify, TextStyle, Vrml97Style};
+pub(crate) use vrml97_bounds::vrml97_bounds;
 
 #[cfg(test)]
 mod tests;

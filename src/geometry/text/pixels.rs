@@ -13,7 +13,7 @@ use super::style::{Justify, TextStyle};
 
 /// A text as a picture.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct PixelText {
+pub(crate) struct PixelText {
     /// The place of the lower left corner relative to the text's point, in pixels.
     pub left: i32,
     pub bottom: i32,
@@ -54,7 +54,7 @@ const BUILT_IN: [(f32, i32, usize); 4] = [
 
 /// Draws the strings of a `Text2`. The distance between lines is the font's size in whole pixels,
 /// times the spacing.
-pub fn pixel_text<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> PixelText {
+pub(crate) fn pixel_text<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> PixelText {
     let font = PixelFont::open(style);
     let mut room = MAX_PIXELS;
     let lines: Vec<Vec<Letter>> = strings

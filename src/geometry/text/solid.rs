@@ -9,19 +9,20 @@ use crate::geometry::mesh::Mesh;
 
 /// The parts of a `Text3` that are drawn. In the [`Mesh`] they are parts 0, 1 and 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SolidParts {
+pub(crate) struct SolidParts {
     pub front: bool,
     pub sides: bool,
     pub back: bool,
 }
 
 impl SolidParts {
-    pub const FRONT: Self = Self {
+    pub(crate) const FRONT: Self = Self {
         front: true,
         sides: false,
         back: false,
     };
-    pub const ALL: Self = Self {
+    #[cfg(test)]
+    pub(crate) const ALL: Self = Self {
         front: true,
         sides: true,
         back: true,
@@ -38,7 +39,7 @@ impl SolidParts {
 ///
 /// Coin leaves the front face at the outline where the profile does not start at distance 0; the
 /// faces here follow the profile, which closes the gap.
-pub fn text3<S: AsRef<str>>(
+pub(crate) fn text3<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle<'_>,
     parts: SolidParts,

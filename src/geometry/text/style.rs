@@ -4,7 +4,7 @@ use super::face::Face;
 
 /// Inventor's justification of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Justify {
+pub(crate) enum Justify {
     Left,
     Right,
     Center,
@@ -12,7 +12,7 @@ pub enum Justify {
 
 /// How a text of Inventor or VRML 1.0 is set.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TextStyle<'a> {
+pub(crate) struct TextStyle<'a> {
     pub face: Face<'a>,
     /// The font's size, which is the distance between baselines at spacing 1.
     pub size: f32,
@@ -24,7 +24,7 @@ pub struct TextStyle<'a> {
 
 /// VRML97's justification along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Align {
+pub(crate) enum Align {
     Begin,
     First,
     Middle,
@@ -32,7 +32,7 @@ pub enum Align {
 }
 
 impl Align {
-    pub fn named(name: &str) -> Option<Self> {
+    pub(crate) fn named(name: &str) -> Option<Self> {
         match name {
             "BEGIN" => Some(Self::Begin),
             "FIRST" => Some(Self::First),
@@ -45,7 +45,7 @@ impl Align {
 
 /// How a VRML97 text is set: the fields of its `FontStyle`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Vrml97Style<'a> {
+pub(crate) struct Vrml97Style<'a> {
     pub face: Face<'a>,
     pub size: f32,
     pub spacing: f32,
@@ -58,7 +58,7 @@ pub struct Vrml97Style<'a> {
 }
 
 impl Vrml97Style<'_> {
-    pub const DEFAULT: Self = Self {
+    pub(crate) const DEFAULT: Self = Self {
         face: Face::DEFAULT,
         size: 1.0,
         spacing: 1.0,
@@ -72,7 +72,7 @@ impl Vrml97Style<'_> {
 
     /// Sets the major and minor justification from the field `justify`. An empty major string means
     /// `BEGIN`, and a missing minor one `FIRST`.
-    pub fn justified<S: AsRef<str>>(mut self, justify: &[S]) -> Self {
+    pub(crate) fn justified<S: AsRef<str>>(mut self, justify: &[S]) -> Self {
         let named = |i: usize| justify.get(i).and_then(|s| Align::named(s.as_ref()));
         self.major = named(0).unwrap_or(Align::Begin);
         self.minor = named(1).unwrap_or(Align::First);

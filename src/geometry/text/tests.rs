@@ -1,7 +1,8 @@
 use glam::Vec2;
 
 use super::glyph::MAX_GLYPHS;
-use super::vrml97::ABOVE;
+use super::layout::layout;
+use super::vrml97::{ABOVE, vrml97_layout};
 use super::*;
 use crate::geometry::Mesh;
 

@@ -11,7 +11,7 @@ pub(super) const ABOVE: f32 = 0.8;
 
 /// Places the glyphs of a VRML97 `Text`. The standard leaves the height of a line open; here it is
 /// the font's size.
-pub fn vrml97_layout<S: AsRef<str>>(
+pub(crate) fn vrml97_layout<S: AsRef<str>>(
     strings: &[S],
     style: &Vrml97Style<'_>,
     lengths: &[f32],

@@ -33,7 +33,7 @@ impl Lines {
 const FONT_SIZE: f32 = 12.0;
 
 /// Returns the lower left and upper right corner of Coin's box, by lines and sizes rather than ink.
-pub fn vrml97_bounds<S: AsRef<str>>(
+pub(crate) fn vrml97_bounds<S: AsRef<str>>(
     strings: &[S],
     style: &Vrml97Style<'_>,
     lengths: &[f32],

@@ -17,7 +17,7 @@ use crate::iv::limits::Limits;
 
 /// A field of a node's class, found by name.
 #[derive(Clone, Copy)]
-pub enum Slot {
+pub(super) enum Slot {
     Field {
         index: u16,
         kind: FieldType,
@@ -27,7 +27,7 @@ pub enum Slot {
 }
 
 impl Slot {
-    pub fn kind(self) -> FieldType {
+    pub(super) fn kind(self) -> FieldType {
         match self {
             Self::Field { kind, .. } => kind,
             Self::Old(old) => old.kind,
@@ -39,7 +39,7 @@ impl Slot {
 const MOST_FIELDS: usize = 5_000;
 
 /// What a file adds to a document.
-pub struct FileRead {
+pub(super) struct FileRead {
     pub roots: Vec<NodeId>,
     /// The classes that it declares, by name, in [`Document::extensions`].
     pub declared: HashMap<Box<str>, u32>,
@@ -47,10 +47,11 @@ pub struct FileRead {
 
 /// Reads a file into a document: the whole of `file::read_into`, for `EXTERNPROTO`s, whose files
 /// are needed while the file that names them is being read.
-pub type ReadFile = fn(&mut Document, &str, Vec<u8>, &Limits, Option<Header>) -> Result<FileRead>;
+pub(super) type ReadFile =
+    fn(&mut Document, &str, Vec<u8>, &Limits, Option<Header>) -> Result<FileRead>;
 
 /// The document that is being read, and what is known of the file so far.
-pub struct Assembler<'d> {
+pub(super) struct Assembler<'d> {
     pub document: &'d mut Document,
     pub header: Header,
     pub limits: Limits,
@@ -71,7 +72,7 @@ pub struct Assembler<'d> {
 }
 
 impl<'d> Assembler<'d> {
-    pub fn new(
+    pub(super) fn new(
         document: &'d mut Document,
         header: Header,
         limits: &Limits,
@@ -96,7 +97,7 @@ impl<'d> Assembler<'d> {
     /// Finds the class that a file means by a name: one that it declares, else one of its dialect,
     /// else of any dialect. `So…` is Inventor's prefix in C++, and `VRML…` Coin's for VRML97's
     /// classes.
-    pub fn class_named(&self, name: &str) -> Option<ClassRef> {
+    pub(super) fn class_named(&self, name: &str) -> Option<ClassRef> {
         if let Some(&extension) = self.declared.get(name) {
             return Some(ClassRef::Extension(extension));
         }
@@ -104,7 +105,7 @@ impl<'d> Assembler<'d> {
     }
 
     /// Finds the catalogue's class for a name.
-    pub fn known_class(&self, name: &str) -> Option<ClassId> {
+    pub(super) fn known_class(&self, name: &str) -> Option<ClassId> {
         let find = |name: &str| {
             let class =
                 grammar::by_name(name, self.header.dialect).or_else(|| grammar::any(name))?;
@@ -126,7 +127,12 @@ impl<'d> Assembler<'d> {
     ///
     /// # Errors
     /// The document has as many nodes as the limit allows.
-    pub fn add(&mut self, class: ClassRef, name: Option<Arc<str>>, span: Span) -> Result<NodeId> {
+    pub(super) fn add(
+        &mut self,
+        class: ClassRef,
+        name: Option<Arc<str>>,
+        span: Span,
+    ) -> Result<NodeId> {
         if self.document.nodes.len() >= self.limits.nodes {
             let message = format!("more than {} nodes", self.limits.nodes);
             let mut error = self.document.sink.error(span, message);
@@ -143,13 +149,13 @@ impl<'d> Assembler<'d> {
         }))
     }
 
-    pub fn data(&mut self, node: NodeId) -> &mut Node {
+    pub(super) fn data(&mut self, node: NodeId) -> &mut Node {
         &mut self.document.nodes[node.0 as usize]
     }
 
     /// Notes a node under the token after `DEF`, and names it. `name+3` is a node called `name`
     /// with the reference number 3; `+3` has no name.
-    pub fn define(&mut self, token: &[u8], node: NodeId) {
+    pub(super) fn define(&mut self, token: &[u8], node: NodeId) {
         self.names.insert(token.into(), node);
         let name = base_name(token);
         if name.is_empty() {
@@ -163,13 +169,13 @@ impl<'d> Assembler<'d> {
     }
 
     /// Finds the node that a token after `USE` means.
-    pub fn used(&self, token: &[u8]) -> Option<NodeId> {
+    pub(super) fn used(&self, token: &[u8]) -> Option<NodeId> {
         let base = || self.names.get(base_name(token));
         self.names.get(token).or_else(base).copied()
     }
 
     /// Makes a name mean a class of the file's own, or none of them, until the scope ends.
-    pub fn declare_class(&mut self, name: Box<str>, class: Option<u32>) {
+    pub(super) fn declare_class(&mut self, name: Box<str>, class: Option<u32>) {
         let before = match class {
             Some(class) => self.declared.insert(name.clone(), class),
             None => self.declared.remove(&name),
@@ -178,14 +184,14 @@ impl<'d> Assembler<'d> {
     }
 
     /// Finds the class of a proto that has a body, by name.
-    pub fn proto_named(&self, name: &str) -> Option<u32> {
+    pub(super) fn proto_named(&self, name: &str) -> Option<u32> {
         let &class = self.declared.get(name)?;
         let proto = &self.document.protos.list[self.document.protos.of_extension(class)?];
         (!proto.external || !proto.body.is_empty()).then_some(class)
     }
 
     /// Takes back all declarations but the first `shadowed` ones.
-    pub fn end_scope(&mut self, shadowed: usize) {
+    pub(super) fn end_scope(&mut self, shadowed: usize) {
         for (name, before) in self
             .shadowed
             .drain(shadowed.min(self.shadowed.len())..)
@@ -199,13 +205,13 @@ impl<'d> Assembler<'d> {
     }
 
     /// Whether another hint may be searched for. Counts it.
-    pub fn may_hint(&mut self) -> bool {
+    pub(super) fn may_hint(&mut self) -> bool {
         self.hints = self.hints.saturating_sub(1);
         self.hints > 0
     }
 
     /// Finds the `DEF` name that is nearest in spelling. Of several, every run takes the same one.
-    pub fn nearest_name(&mut self, name: &str) -> Option<String> {
+    pub(super) fn nearest_name(&mut self, name: &str) -> Option<String> {
         if self.names.len() > 10_000 || !self.may_hint() {
             return None;
         }
@@ -216,7 +222,7 @@ impl<'d> Assembler<'d> {
     }
 
     /// Finds a field of a node by name.
-    pub fn slot(&self, node: NodeId, name: &str) -> Option<Slot> {
+    pub(super) fn slot(&self, node: NodeId, name: &str) -> Option<Slot> {
         let found = match self.document.nodes[node.0 as usize].class {
             ClassRef::Known(id) => match id.get().field(name) {
                 Some((i, decl)) => (i, decl.kind),
@@ -235,7 +241,7 @@ impl<'d> Assembler<'d> {
     }
 
     /// The names of an enumeration's values.
-    pub fn names_of(&self, node: NodeId, slot: Slot) -> EnumNames {
+    pub(super) fn names_of(&self, node: NodeId, slot: Slot) -> EnumNames {
         let none = |_: &str| None;
         match (slot, self.document.nodes[node.0 as usize].class) {
             (Slot::Old(old), _) => EnumNames {
@@ -261,7 +267,7 @@ impl<'d> Assembler<'d> {
 
     /// The type by which to read a value. The names of an enumeration that a file declares are not
     /// known, so its values are kept as text.
-    pub fn written_as(&self, node: NodeId, slot: Slot) -> FieldType {
+    pub(super) fn written_as(&self, node: NodeId, slot: Slot) -> FieldType {
         let own = matches!(
             self.document.nodes[node.0 as usize].class,
             ClassRef::Extension(_)
@@ -275,7 +281,7 @@ impl<'d> Assembler<'d> {
     }
 
     /// The names of the fields of a node's class.
-    pub fn field_names(&self, node: NodeId) -> Vec<&str> {
+    pub(super) fn field_names(&self, node: NodeId) -> Vec<&str> {
         match self.document.nodes[node.0 as usize].class {
             ClassRef::Known(id) => id.get().fields.iter().map(|f| f.name).collect(),
             ClassRef::Extension(i) => self.document.extensions[i as usize]
@@ -288,7 +294,7 @@ impl<'d> Assembler<'d> {
 
     /// Sets a field, also one that was set before. Returns its place among the node's stated
     /// fields.
-    pub fn set(&mut self, node: NodeId, index: u16, value: Value, span: Span) -> usize {
+    pub(super) fn set(&mut self, node: NodeId, index: u16, value: Value, span: Span) -> usize {
         if !value.is_finite() {
             self.warn_about_numbers(node, index, span);
         }
@@ -324,7 +330,7 @@ impl<'d> Assembler<'d> {
     }
 
     /// Returns the index of an extension equal to this one, which is added if there is none.
-    pub fn extension(&mut self, extension: Extension) -> u32 {
+    pub(super) fn extension(&mut self, extension: Extension) -> u32 {
         // A file may declare very many classes of one name, so only the last 64 are compared.
         let alike = self
             .document
@@ -345,7 +351,7 @@ impl<'d> Assembler<'d> {
 
     /// Gives a node the class that the file declares with `fields [ … ]` and `isA [ … ]`. A class
     /// of the catalogue stays, unless it draws nothing itself and the file adds fields to it.
-    pub fn declare(
+    pub(super) fn declare(
         &mut self,
         node: NodeId,
         fields: Vec<(Box<str>, FieldType)>,
@@ -407,7 +413,7 @@ impl<'d> Assembler<'d> {
 
     /// The class of a node before its own declaration of fields is read. What other nodes of that
     /// name declare does not count, but a proto does.
-    pub fn blank(&mut self, name: &str, known: Option<ClassRef>) -> ClassRef {
+    pub(super) fn blank(&mut self, name: &str, known: Option<ClassRef>) -> ClassRef {
         match known {
             Some(ClassRef::Extension(i)) if self.document.protos.of_extension(i).is_none() => {
                 self.unknown(name)
@@ -418,7 +424,7 @@ impl<'d> Assembler<'d> {
     }
 
     /// The class without fields for a name that nothing declares.
-    pub fn unknown(&mut self, name: &str) -> ClassRef {
+    pub(super) fn unknown(&mut self, name: &str) -> ClassRef {
         let extension = Extension {
             name: name.into(),
             fields: Vec::new(),
@@ -430,7 +436,12 @@ impl<'d> Assembler<'d> {
 
     /// Gives a `GlobalField`, or an engine whose fields depend on its `type`, those fields. Returns
     /// `None` if the node is neither.
-    pub fn specialize(&mut self, node: NodeId, type_name: &str, field: Option<&str>) -> Option<()> {
+    pub(super) fn specialize(
+        &mut self,
+        node: NodeId,
+        type_name: &str,
+        field: Option<&str>,
+    ) -> Option<()> {
         let ClassRef::Known(id) = self.document.nodes[node.0 as usize].class else {
             return None;
         };

@@ -71,7 +71,7 @@ struct Reader<'r, 'd, 's> {
 ///
 /// # Errors
 /// A limit is passed.
-pub fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
+pub(super) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
     let rest = &bytes[asm.header.length.min(bytes.len())..];
     let mut reader = Reader {
         asm,

@@ -19,7 +19,7 @@ use crate::grammar::value::{Image, Plane, Rotation, Value};
 use crate::iv::encoding::text;
 
 /// What the parser of a value needs to know beside its type.
-pub struct Context<'a> {
+pub(super) struct Context<'a> {
     pub names: EnumNames,
     /// Images have a word a pixel, as before V2.1, and not a byte a component.
     pub wide_pixels: bool,
@@ -28,7 +28,11 @@ pub struct Context<'a> {
 }
 
 /// Reads a value of any type, except that the nodes of a field are left to the reader of nodes.
-pub fn value<'a>(input: &'a [u8], kind: FieldType, context: &mut Context<'a>) -> Parsed<'a, Value> {
+pub(super) fn value<'a>(
+    input: &'a [u8],
+    kind: FieldType,
+    context: &mut Context<'a>,
+) -> Parsed<'a, Value> {
     use FieldType as F;
     let wide = context.wide_pixels;
     let mut choice = |input: &'a [u8]| choice(input, context);
@@ -86,12 +90,12 @@ fn read<'a, T>(parsed: Parsed<'a, T>, make: impl Fn(T) -> Value) -> Parsed<'a, V
 }
 
 /// A word of four bytes.
-pub fn word(input: &[u8]) -> Parsed<'_, u32> {
+pub(super) fn word(input: &[u8]) -> Parsed<'_, u32> {
     or(Problem::CutOff, be_u32)(input)
 }
 
 /// A word as a signed number.
-pub fn int(input: &[u8]) -> Parsed<'_, i32> {
+pub(super) fn int(input: &[u8]) -> Parsed<'_, i32> {
     word.map(u32::cast_signed).parse(input)
 }
 
@@ -121,14 +125,14 @@ fn padded(input: &[u8], promised: usize) -> Parsed<'_, &[u8]> {
 }
 
 /// A length and so many bytes of text.
-pub fn string(input: &[u8]) -> Parsed<'_, String> {
+pub(super) fn string(input: &[u8]) -> Parsed<'_, String> {
     let (rest, length) = word(input)?;
     let (rest, bytes) = padded(rest, length as usize)?;
     Ok((rest, text(bytes)))
 }
 
 /// How many things of at least `size` bytes follow. The rest of the file must be able to hold them.
-pub fn promised(input: &[u8], size: usize) -> Parsed<'_, usize> {
+pub(super) fn promised(input: &[u8], size: usize) -> Parsed<'_, usize> {
     let (rest, count) = word.map(|n| n as usize).parse(input)?;
     if count.saturating_mul(size) > rest.len() {
         return fail(input, Problem::MissingValues(count));
@@ -137,7 +141,7 @@ pub fn promised(input: &[u8], size: usize) -> Parsed<'_, usize> {
 }
 
 /// A count and so many values, of four bytes or more each.
-pub fn list<'a, T>(
+pub(super) fn list<'a, T>(
     input: &'a [u8],
     one: impl FnMut(&'a [u8]) -> Parsed<'a, T>,
 ) -> Parsed<'a, Vec<T>> {

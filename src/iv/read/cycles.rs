@@ -59,7 +59,7 @@ fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
 
 /// Removes every edge that leads a node back to itself, so that traversal ends. It does not
 /// recurse, since a file may nest deeper than the program's stack.
-pub fn cut_cycles(document: &mut Document) {
+pub(super) fn cut_cycles(document: &mut Document) {
     const NEW: u8 = 0;
     const OPEN: u8 = 1;
     const DONE: u8 = 2;

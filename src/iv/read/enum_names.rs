@@ -2,7 +2,7 @@
 
 /// The names of an enumeration's values, and how names of older versions are read.
 #[derive(Clone, Copy, Debug)]
-pub struct EnumNames {
+pub(super) struct EnumNames {
     pub names: &'static [(&'static str, i64)],
     pub old: fn(&str) -> Option<i64>,
 }
@@ -15,13 +15,13 @@ impl PartialEq for EnumNames {
 
 impl EnumNames {
     /// For the values of fields that have no names.
-    pub const NONE: Self = Self {
+    pub(super) const NONE: Self = Self {
         names: &[],
         old: |_| None,
     };
 
     /// The value of a name: as it is spelled, else in other case, else of an older version.
-    pub fn value(self, name: &str) -> Option<i64> {
+    pub(super) fn value(self, name: &str) -> Option<i64> {
         let exact = self.names.iter().find(|(n, _)| *n == name);
         let loose = || {
             self.names
@@ -35,7 +35,7 @@ impl EnumNames {
     }
 
     /// The message for a name that is none of them.
-    pub fn unknown(self, name: &str) -> String {
+    pub(super) fn unknown(self, name: &str) -> String {
         let all: Vec<&str> = self.names.iter().map(|(n, _)| *n).collect();
         match crate::diag::nearest(name, all.iter().copied()) {
             Some(near) => format!("`{name}` is not one of its values; did you mean `{near}`?"),

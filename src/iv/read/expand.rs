@@ -17,7 +17,7 @@ use crate::iv::limits::Limits;
 ///
 /// # Errors
 /// The limit of copies or of nodes is passed.
-pub fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Result<()> {
+pub(super) fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Result<()> {
     let mut work = vec![instance];
     while let Some(instance) = work.pop() {
         let Some(proto) = proto_of(document, instance) else {
@@ -61,7 +61,7 @@ pub fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Res
 }
 
 /// The proto that a node is an instance of.
-pub fn proto_of(document: &Document, node: NodeId) -> Option<usize> {
+pub(super) fn proto_of(document: &Document, node: NodeId) -> Option<usize> {
     match document.nodes[node.0 as usize].class {
         ClassRef::Extension(i) => document.protos.of_extension(i),
         ClassRef::Known(_) => None,
@@ -198,13 +198,13 @@ fn field_of(document: &Document, node: NodeId, name: &str) -> Option<(u16, Field
 }
 
 /// The name of an exposed field, from that of its events.
-pub fn bare(name: &str) -> &str {
+pub(super) fn bare(name: &str) -> &str {
     let name = name.strip_prefix("set_").unwrap_or(name);
     name.strip_suffix("_changed").unwrap_or(name)
 }
 
 /// Makes routes that begin or end at an instance begin or end at nodes of its body.
-pub fn resolve_routes(document: &mut Document) {
+pub(super) fn resolve_routes(document: &mut Document) {
     document.stated_routes = document
         .routes
         .iter()

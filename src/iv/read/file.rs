@@ -11,7 +11,7 @@ use crate::iv::limits::Limits;
 
 /// Reads one file into a document, which may hold others already. `otherwise` stands in for a
 /// header that is missing.
-pub fn read_into(
+pub(super) fn read_into(
     document: &mut Document,
     name: &str,
     bytes: Vec<u8>,

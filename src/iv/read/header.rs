@@ -17,7 +17,7 @@ use crate::iv::limits::Limits;
 
 /// The first line of a file, understood.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Header {
+pub(super) struct Header {
     /// The classes to look names up in first: bits of [`Dialect`].
     pub dialect: u8,
     pub version: (u8, u8),
@@ -30,7 +30,7 @@ pub struct Header {
 
 impl Header {
     /// What a `.dat` or `.env` file without a header is taken for.
-    pub fn ascii_2_1() -> Self {
+    pub(super) fn ascii_2_1() -> Self {
         Self {
             dialect: Dialect::IV2 | Dialect::COIN,
             version: (2, 1),
@@ -41,7 +41,7 @@ impl Header {
     }
 
     /// Whether the file is VRML97.
-    pub fn is_vrml97(&self) -> bool {
+    pub(super) fn is_vrml97(&self) -> bool {
         self.dialect == Dialect::VRML97
     }
 
@@ -49,7 +49,7 @@ impl Header {
     ///
     /// # Errors
     /// The line names no format that is read. The message says what the file begins with.
-    pub fn parse(bytes: &[u8], name: &str) -> Result<Self> {
+    pub(super) fn parse(bytes: &[u8], name: &str) -> Result<Self> {
         let start = before(bytes).map_or(bytes, |(start, _)| start);
         match first_line(start) {
             Ok((rest, ((dialect, version), binary, words))) => Ok(Self {
@@ -143,7 +143,7 @@ fn wrong(name: &str, start: &[u8]) -> Box<Diagnostic> {
 }
 
 /// Unpacks gzip, as long as what comes out stays within the limit.
-pub fn unpack(bytes: Vec<u8>, name: &str, limits: &Limits) -> Result<Vec<u8>> {
+pub(super) fn unpack(bytes: Vec<u8>, name: &str, limits: &Limits) -> Result<Vec<u8>> {
     let too_big = |n: usize| {
         Diagnostic::error(format!("`{name}` is larger than {n} bytes"))
             .in_file(name)

@@ -12,7 +12,7 @@ use crate::iv::limits::Limits;
 use crate::iv::loader::{Loader, is_absolute};
 
 /// Reads in the files that nodes name, and those that they name in turn.
-pub fn include(document: &mut Document, limits: &Limits) {
+pub(super) fn include(document: &mut Document, limits: &Limits) {
     let Some(loader) = document.loader.clone() else {
         return;
     };

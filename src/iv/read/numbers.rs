@@ -104,7 +104,7 @@ impl Decimal {
 
 /// A number in single precision: `1`, `+1`, `1.`, `.5`, `-1e-3`, `nan`, `inf`.
 #[inline]
-pub fn float(input: &[u8]) -> Parsed<'_, f32> {
+pub(super) fn float(input: &[u8]) -> Parsed<'_, f32> {
     let Some(d) = decimal(input) else {
         return odd_float(input).map(|(rest, n)| (rest, n as f32));
     };
@@ -124,7 +124,7 @@ pub fn float(input: &[u8]) -> Parsed<'_, f32> {
 }
 
 /// A number in double precision, in the same spellings.
-pub fn double(input: &[u8]) -> Parsed<'_, f64> {
+pub(super) fn double(input: &[u8]) -> Parsed<'_, f64> {
     let Some(d) = decimal(input) else {
         return odd_float(input);
     };
@@ -157,7 +157,7 @@ fn odd_float(input: &[u8]) -> Parsed<'_, f64> {
 
 /// A whole number: decimal, hexadecimal with `0x`, or octal with a leading 0, as in C.
 #[inline]
-pub fn integer(input: &[u8]) -> Parsed<'_, i64> {
+pub(super) fn integer(input: &[u8]) -> Parsed<'_, i64> {
     let signed = matches!(input.first(), Some(b'-' | b'+'));
     let digits = &input[usize::from(signed)..];
     let (radix, digits) = match digits {
@@ -184,7 +184,7 @@ pub fn integer(input: &[u8]) -> Parsed<'_, i64> {
 
 /// A whole number of 32 bits. More than 31 bits wrap, so that `0xffffffff` is −1.
 #[inline]
-pub fn int32(input: &[u8]) -> Parsed<'_, i32> {
+pub(super) fn int32(input: &[u8]) -> Parsed<'_, i32> {
     let (rest, n) = integer(input)?;
     if n < i64::from(i32::MIN) || n > i64::from(u32::MAX) {
         return fail(input, Problem::MoreThan32Bits);
@@ -194,6 +194,6 @@ pub fn int32(input: &[u8]) -> Parsed<'_, i32> {
 
 /// A whole number of 32 bits. Negative ones wrap, so that −1 is `0xffffffff`.
 #[inline]
-pub fn uint32(input: &[u8]) -> Parsed<'_, u32> {
+pub(super) fn uint32(input: &[u8]) -> Parsed<'_, u32> {
     int32.map(|n| n as u32).parse(input)
 }

@@ -50,7 +50,7 @@ impl Document {
     ///
     /// # Errors
     /// The bytes pass a limit.
-    pub fn read_headerless(name: &str, bytes: Vec<u8>) -> Result<Self> {
+    pub(crate) fn read_headerless(name: &str, bytes: Vec<u8>) -> Result<Self> {
         let header = Some(Header::ascii_2_1());
         Self::read_as(name, bytes, Arc::new(Nowhere), &Limits::default(), header)
     }
@@ -60,7 +60,7 @@ impl Document {
     ///
     /// # Errors
     /// The bytes pass a limit.
-    pub fn read_more(&mut self, name: &str, bytes: Vec<u8>) -> Result<Vec<NodeId>> {
+    pub(crate) fn read_more(&mut self, name: &str, bytes: Vec<u8>) -> Result<Vec<NodeId>> {
         let header = Some(Header::ascii_2_1());
         let roots = read_into(self, name, bytes, &Limits::default(), header)?.roots;
         cycles::cut_cycles(self);

@@ -9,7 +9,7 @@ use crate::iv::encoding::text;
 
 /// A failed parse. Making one allocates nothing, except for a name that an enumeration lacks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SyntaxError<'a> {
+pub(super) struct SyntaxError<'a> {
     /// The suffix of the source that begins where the mistake is.
     pub at: &'a [u8],
     pub problem: Problem,
@@ -17,7 +17,7 @@ pub struct SyntaxError<'a> {
 
 /// The mistakes that parsers find.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Problem {
+pub(super) enum Problem {
     /// Something else stands where this should be.
     Expected(&'static str),
     /// The file ends inside a string.
@@ -42,7 +42,7 @@ pub enum Problem {
 
 impl SyntaxError<'_> {
     /// The text of the message.
-    pub fn message(&self) -> String {
+    pub(super) fn message(&self) -> String {
         match &self.problem {
             Problem::Expected(what) => expected(what, self.at),
             Problem::UnclosedString => "this string has no closing quote".into(),
@@ -67,7 +67,7 @@ impl SyntaxError<'_> {
 }
 
 /// Says what should stand at a place, and what stands there instead, up to a blank.
-pub fn expected(what: &str, at: &[u8]) -> String {
+pub(super) fn expected(what: &str, at: &[u8]) -> String {
     let end = at.iter().position(|&b| b <= b' ' || b == b',');
     let token = text(&at[..end.unwrap_or(at.len()).min(24)]);
     if token.is_empty() {
@@ -102,15 +102,15 @@ impl<'a> From<NomErr<SyntaxError<'a>>> for SyntaxError<'a> {
 }
 
 /// The result of a parser: the rest of the source and what was read, or a [`SyntaxError`].
-pub type Parsed<'a, T> = IResult<&'a [u8], T, SyntaxError<'a>>;
+pub(super) type Parsed<'a, T> = IResult<&'a [u8], T, SyntaxError<'a>>;
 
 /// A failed parse at a place.
-pub fn fail<'a, T>(at: &'a [u8], problem: Problem) -> Parsed<'a, T> {
+pub(super) fn fail<'a, T>(at: &'a [u8], problem: Problem) -> Parsed<'a, T> {
     Err(NomErr::Error(SyntaxError { at, problem }))
 }
 
 /// Makes a parser that fails with `problem`, at the place where it began.
-pub fn or<'a, T>(
+pub(super) fn or<'a, T>(
     problem: Problem,
     mut parser: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,
 ) -> impl FnMut(&'a [u8]) -> Parsed<'a, T> {

@@ -52,7 +52,7 @@ fn is(byte: u8, kind: u8) -> bool {
 ///
 /// The loop is by hand: it runs before every number, and `take_while` costs a tenth of all reading.
 #[inline]
-pub fn blank(mut input: &[u8]) -> Parsed<'_, ()> {
+pub(super) fn blank(mut input: &[u8]) -> Parsed<'_, ()> {
     while let Some(&b) = input.first()
         && is(b, SPACE)
     {
@@ -73,13 +73,13 @@ fn comments(input: &[u8]) -> Parsed<'_, ()> {
 
 /// Skips what [`blank`] reads.
 #[inline]
-pub fn skip(input: &[u8]) -> &[u8] {
+pub(super) fn skip(input: &[u8]) -> &[u8] {
     blank(input).map_or(input, |(rest, ())| rest)
 }
 
 /// Makes a parser that may have white space and comments in front of it.
 #[inline]
-pub fn token<'a, T>(
+pub(super) fn token<'a, T>(
     parser: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,
 ) -> impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>> {
     preceded(blank, parser)
@@ -87,22 +87,22 @@ pub fn token<'a, T>(
 
 /// A punctuation mark.
 #[inline]
-pub fn mark<'a>(c: char) -> impl Parser<&'a [u8], Output = char, Error = SyntaxError<'a>> {
+pub(super) fn mark<'a>(c: char) -> impl Parser<&'a [u8], Output = char, Error = SyntaxError<'a>> {
     char(c)
 }
 
 /// The name of a class or field, or a keyword.
-pub fn word(input: &[u8]) -> Parsed<'_, &[u8]> {
+pub(super) fn word(input: &[u8]) -> Parsed<'_, &[u8]> {
     take_while1(|b| !is(b, ENDS_WORD))(input)
 }
 
 /// A name after `DEF` or `USE`: `Text01-TIMER`, `name+0`, `+0`, even `a.b`.
-pub fn def_name(input: &[u8]) -> Parsed<'_, &[u8]> {
+pub(super) fn def_name(input: &[u8]) -> Parsed<'_, &[u8]> {
     take_while1(|b| !is(b, ENDS_NAME))(input)
 }
 
 /// A string in quotes, over as many lines as it takes, or a bare word.
-pub fn string(input: &[u8]) -> Parsed<'_, String> {
+pub(super) fn string(input: &[u8]) -> Parsed<'_, String> {
     if input.first() == Some(&b'"') {
         return quoted(input);
     }
@@ -134,7 +134,7 @@ fn quoted(input: &[u8]) -> Parsed<'_, String> {
 }
 
 /// Past one token: a string, something in brackets or braces, a word, or a single byte.
-pub fn past_token(rest: &[u8]) -> &[u8] {
+pub(super) fn past_token(rest: &[u8]) -> &[u8] {
     match rest.first() {
         None => rest,
         Some(b'"') => string(rest).map_or(&[], |(rest, _)| rest),
@@ -147,7 +147,7 @@ pub fn past_token(rest: &[u8]) -> &[u8] {
 }
 
 /// Past the brace or bracket that closes the one already passed. Without recursion.
-pub fn past_braces(mut rest: &[u8]) -> &[u8] {
+pub(super) fn past_braces(mut rest: &[u8]) -> &[u8] {
     let mut depth = 1usize;
     loop {
         rest = skip(rest);
@@ -169,7 +169,7 @@ pub fn past_braces(mut rest: &[u8]) -> &[u8] {
 }
 
 /// Past the `]` that closes the list we are in; a `}` before it means that there is none.
-pub fn past_list(mut rest: &[u8]) -> &[u8] {
+pub(super) fn past_list(mut rest: &[u8]) -> &[u8] {
     loop {
         rest = skip(rest);
         match rest.first() {

@@ -15,7 +15,7 @@ use crate::iv::document::{ClassRef, Document, FieldEntry, Node};
 
 /// A field that a class had in an older version.
 #[derive(Debug)]
-pub struct OldField {
+pub(super) struct OldField {
     pub name: &'static str,
     pub kind: FieldType,
     pub names: &'static [(&'static str, i64)],
@@ -112,14 +112,14 @@ const FILTERS: &[(&str, i64)] = &[
 ];
 
 /// Finds a field of an older version by name.
-pub fn old_field(class: ClassId, name: &str) -> Option<&'static OldField> {
+pub(super) fn old_field(class: ClassId, name: &str) -> Option<&'static OldField> {
     OLD.iter()
         .find(|(c, f)| *c == class && f.name == name)
         .map(|(_, f)| f)
 }
 
 /// The names that an enumeration had in older versions, as the values that replaced them.
-pub fn old_names(class: ClassId, index: u16) -> fn(&str) -> Option<i64> {
+pub(super) fn old_names(class: ClassId, index: u16) -> fn(&str) -> Option<i64> {
     match (class, class.get().fields[usize::from(index)].name) {
         (class::ENVIRONMENT, "fogType") => |name| match name {
             "LINEAR" => Some(1),
@@ -135,7 +135,7 @@ pub fn old_names(class: ClassId, index: u16) -> fn(&str) -> Option<i64> {
 }
 
 /// Upgrades the nodes of one file, which are those from `first` on.
-pub fn upgrade(
+pub(super) fn upgrade(
     document: &mut Document,
     header: &Header,
     first: usize,

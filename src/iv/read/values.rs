@@ -18,7 +18,7 @@ use crate::grammar::value::{Image, Plane, Rotation, Value};
 use crate::iv::encoding::text;
 
 /// A value as far as it could be read.
-pub struct Read<'a> {
+pub(super) struct Read<'a> {
     pub value: Value,
     /// The mistake that ended a list early. The values before it stand, and the rest of the source
     /// begins behind the list.
@@ -26,7 +26,11 @@ pub struct Read<'a> {
 }
 
 /// Reads a value of any type, except that the nodes of a field are left to the reader of nodes.
-pub fn value<'a>(input: &'a [u8], kind: FieldType, names: EnumNames) -> Parsed<'a, Read<'a>> {
+pub(super) fn value<'a>(
+    input: &'a [u8],
+    kind: FieldType,
+    names: EnumNames,
+) -> Parsed<'a, Read<'a>> {
     use FieldType as F;
     let choice = |input| enumeration(input, names);
     match kind {

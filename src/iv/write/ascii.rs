@@ -15,7 +15,7 @@ use crate::iv::declarations::{Extension, Interface, Proto, Route};
 use crate::iv::document::{ClassRef, Document, FieldEntry};
 use crate::iv::encoding::text;
 
-pub fn write(document: &Document) -> Vec<u8> {
+pub(super) fn write(document: &Document) -> Vec<u8> {
     Ascii::new(document).document()
 }
 

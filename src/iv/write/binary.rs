@@ -37,7 +37,7 @@ struct Writer<'d> {
     tokens: Tokens,
 }
 
-pub fn write(document: &Document) -> Vec<u8> {
+pub(super) fn write(document: &Document) -> Vec<u8> {
     let mut writer = Writer {
         document,
         out: Vec::new(),

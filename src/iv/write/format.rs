@@ -54,7 +54,7 @@ impl Document {
     }
 
     /// Whether the file was VRML97.
-    pub fn is_vrml97(&self) -> bool {
+    pub(crate) fn is_vrml97(&self) -> bool {
         self.format.starts_with("VRML V2.0")
     }
 }

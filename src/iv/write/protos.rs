@@ -8,7 +8,7 @@ use crate::iv::document::{ClassRef, Document};
 
 /// The file's own protos, by the proto in whose body they are declared, each after those that it
 /// needs.
-pub fn protos_by_body(document: &Document) -> HashMap<Option<usize>, Vec<usize>> {
+pub(super) fn protos_by_body(document: &Document) -> HashMap<Option<usize>, Vec<usize>> {
     let order = proto_order(document);
     let written: HashSet<usize> = order.iter().copied().collect();
     let mut within: HashMap<Option<usize>, Vec<usize>> = HashMap::new();
@@ -47,7 +47,7 @@ fn proto_order(document: &Document) -> Vec<usize> {
 }
 
 /// The classes of protos that have instances. The nodes that hold defaults are none.
-pub fn instanced(document: &Document) -> HashSet<u32> {
+pub(super) fn instanced(document: &Document) -> HashSet<u32> {
     let defaults: HashSet<NodeId> = document.protos.list.iter().map(|p| p.defaults).collect();
     let ids = (0..document.nodes.len()).map(|i| NodeId(i as u32));
     let nodes = ids.filter(|id| !defaults.contains(id));
@@ -60,7 +60,7 @@ pub fn instanced(document: &Document) -> HashSet<u32> {
 }
 
 /// The protos of which a proto's body and defaults have instances.
-pub fn instances_in(document: &Document, proto: usize) -> Vec<usize> {
+pub(super) fn instances_in(document: &Document, proto: usize) -> Vec<usize> {
     let proto = &document.protos.list[proto];
     let mut stack = proto.body.clone();
     stack.push(proto.defaults);

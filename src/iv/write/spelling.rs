@@ -8,7 +8,7 @@ use crate::grammar::{Dialect, FieldType};
 use crate::iv::document::{ClassRef, Document};
 
 /// The name to write for a class. In an Inventor file a class of VRML97 is `VRML…`, as in Coin.
-pub fn class_name(document: &Document, class: ClassRef, vrml97: bool) -> String {
+pub(super) fn class_name(document: &Document, class: ClassRef, vrml97: bool) -> String {
     match class {
         ClassRef::Known(id) if id.get().dialects == Dialect::VRML97 && !vrml97 => {
             format!("VRML{}", id.get().name)
@@ -27,9 +27,9 @@ pub fn class_name(document: &Document, class: ClassRef, vrml97: bool) -> String 
 }
 
 /// The name and type of a field, and the names of its values.
-pub type Described<'d> = (&'d str, FieldType, &'static [(&'static str, i64)]);
+pub(super) type Described<'d> = (&'d str, FieldType, &'static [(&'static str, i64)]);
 
-pub fn described(document: &Document, class: ClassRef, index: u16) -> Described<'_> {
+pub(super) fn described(document: &Document, class: ClassRef, index: u16) -> Described<'_> {
     match class {
         ClassRef::Known(id) => {
             let decl = &id.get().fields[usize::from(index)];
@@ -50,7 +50,7 @@ pub fn described(document: &Document, class: ClassRef, index: u16) -> Described<
 
 /// Whether a node is an engine or global field whose other fields depend on its type, which is
 /// written first.
-pub fn has_type_first(document: &Document, class: ClassRef) -> bool {
+pub(super) fn has_type_first(document: &Document, class: ClassRef) -> bool {
     let name = match class {
         ClassRef::Known(id) => id.get().name,
         ClassRef::Extension(i) => &document.extensions[i as usize].name,
@@ -59,7 +59,7 @@ pub fn has_type_first(document: &Document, class: ClassRef) -> bool {
 }
 
 /// The order in which to write fields: as they are, but a type on which others depend is first.
-pub fn field_order(document: &Document, id: NodeId) -> Vec<usize> {
+pub(super) fn field_order(document: &Document, id: NodeId) -> Vec<usize> {
     let node = &document.nodes[id.0 as usize];
     let mut order: Vec<usize> = (0..node.fields.len()).collect();
     if has_type_first(document, node.class) {
@@ -70,7 +70,7 @@ pub fn field_order(document: &Document, id: NodeId) -> Vec<usize> {
 
 /// The tokens of nodes in the file, which stand after `DEF` and `USE`.
 #[derive(Default)]
-pub struct Tokens {
+pub(super) struct Tokens {
     tokens: HashMap<NodeId, String>,
 }
 
@@ -78,7 +78,7 @@ impl Tokens {
     /// Makes tokens for the nodes in the order in which they are met: a node is written the first
     /// time and used after that. A name that means another node by the time it is used gets a
     /// number.
-    pub fn new(document: &Document, met: &[NodeId]) -> Self {
+    pub(super) fn new(document: &Document, met: &[NodeId]) -> Self {
         let name = |id: NodeId| document.nodes[id.0 as usize].name.as_deref();
         let mut latest: HashMap<&str, NodeId> = HashMap::new();
         let mut seen = HashSet::new();
@@ -110,13 +110,13 @@ impl Tokens {
         Self { tokens }
     }
 
-    pub fn get(&self, id: NodeId) -> Option<&str> {
+    pub(super) fn get(&self, id: NodeId) -> Option<&str> {
         self.tokens.get(&id).map(String::as_str)
     }
 }
 
 /// The name of an enumeration's value, or the value as a number.
-pub fn enumeration(n: i32, names: &[(&str, i64)]) -> String {
+pub(super) fn enumeration(n: i32, names: &[(&str, i64)]) -> String {
     let name = names
         .iter()
         .find(|(_, v)| *v == i64::from(n))
@@ -125,7 +125,7 @@ pub fn enumeration(n: i32, names: &[(&str, i64)]) -> String {
 }
 
 /// The names whose bits make up a value, and as a number the bits that no name has.
-pub fn bit_names(n: i32, names: &[(&str, i64)]) -> Vec<String> {
+pub(super) fn bit_names(n: i32, names: &[(&str, i64)]) -> Vec<String> {
     if let Some((name, _)) = names.iter().find(|(_, v)| *v == i64::from(n)) {
         return vec![(*name).to_owned()];
     }

@@ -7,7 +7,13 @@ use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Rotation, Value};
 
 /// Appends a value that holds no nodes.
-pub fn put(out: &mut String, indent: usize, value: &Value, kind: FieldType, names: &[(&str, i64)]) {
+pub(super) fn put(
+    out: &mut String,
+    indent: usize,
+    value: &Value,
+    kind: FieldType,
+    names: &[(&str, i64)],
+) {
     match value {
         Value::Bool(b) => out.push_str(boolean(*b)),
         Value::Int(n) => match kind {
@@ -117,7 +123,7 @@ fn rotation(r: &Rotation) -> [f32; 4] {
     [r.axis.x, r.axis.y, r.axis.z, r.angle]
 }
 
-pub fn list<T>(
+pub(super) fn list<T>(
     out: &mut String,
     indent: usize,
     list: &[T],
@@ -162,7 +168,7 @@ fn image(out: &mut String, image: &Image, solid: bool) {
 }
 
 /// Puts text in quotes. A backslash is doubled only if the reader would take it for an escape.
-pub fn quoted(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     out.push('"');
     let mut chars = text.chars().peekable();

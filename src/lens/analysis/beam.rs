@@ -113,7 +113,7 @@ impl<'a> Beam<'a> {
 
     /// The ray through a place as it leaves the lens, and its optical path to the foot of the
     /// perpendicular from a point on the film. Rims do not block it.
-    pub fn arrival(
+    pub(crate) fn arrival(
         &self,
         lens: &Lens,
         place: DVec2,
@@ -141,7 +141,7 @@ impl<'a> Beam<'a> {
     }
 
     /// The outline of what gets through, around a point that does.
-    pub fn outline(&self) -> Vec<DVec2> {
+    pub(crate) fn outline(&self) -> Vec<DVec2> {
         let middle = 0.5 * (self.low + self.high);
         let Some(inside) = self.inside(middle) else {
             return Vec::new();
@@ -183,13 +183,13 @@ impl<'a> Beam<'a> {
     }
 
     /// The radius of a circle as large as the beam.
-    pub fn outline_radius(&self) -> f64 {
+    pub(crate) fn outline_radius(&self) -> f64 {
         (polygon_area(&self.outline()) / (0.5 * TAU)).sqrt()
     }
 }
 
 /// The area inside a row of corners.
-pub fn polygon_area(corners: &[DVec2]) -> f64 {
+pub(crate) fn polygon_area(corners: &[DVec2]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     let twice: f64 = corners.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum();
     0.5 * twice.abs()

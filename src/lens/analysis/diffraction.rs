@@ -125,7 +125,7 @@ impl Wavefront {
 
     /// Cells each way across a beam so that the phase of this wavelength is linear enough in each:
     /// by how much the rays of neighbors land and travel apart.
-    pub fn cells_needed(lens: &Lens, beam: &Beam<'_>, film_z: f64) -> usize {
+    pub(crate) fn cells_needed(lens: &Lens, beam: &Beam<'_>, film_z: f64) -> usize {
         const RAYS: usize = 48;
         let (low, high) = beam.bounds();
         let step = (high - low) / RAYS as f64;
@@ -329,7 +329,7 @@ fn phasor(angle: f64) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lens::{Curvature, Iris, Medium, Prescription, Shape, Surface};
+    use crate::prescription::{Curvature, Iris, Medium, Prescription, Shape, Surface};
 
     const NM: f64 = 550.0;
 

@@ -22,7 +22,7 @@ pub struct GhostPair {
 }
 
 /// Three wavelengths in nanometers: what a film's red, green and blue stand for.
-pub const RGB_LINES: [f64; 3] = [611.0, 549.0, 465.0];
+pub(crate) const RGB_LINES: [f64; 3] = [611.0, 549.0, 465.0];
 
 impl Lens {
     /// The pairs of surfaces that reflect, front to back.
@@ -43,7 +43,7 @@ impl Lens {
     /// Follows a ray to the film, or backwards from it, by the way of a pair. What comes back is
     /// the ray behind the lens and the share of light left of three wavelengths, which the
     /// reflectances are for; the way itself is at the lens's wavelength. None for a lost ray.
-    pub fn trace_ghost(
+    pub(crate) fn trace_ghost(
         &self,
         ray: &LensRay,
         pair: GhostPair,
@@ -175,7 +175,8 @@ mod tests {
     use super::*;
     use crate::lens::{Prescription, Surface};
     use crate::prescription::glass::Medium;
-    use crate::sampling::{concentric_disc, mix};
+    use crate::sampling::disc::concentric_disc;
+    use crate::sampling::mix;
 
     const NM: [f64; 3] = [550.0; 3];
 

@@ -14,7 +14,7 @@ impl Lens {
 
     /// The irradiance and the area of the rear vertex plane that the film point sees light
     /// through, in mm².
-    pub fn irradiance_and_area(&self, film: DVec2, film_z: f64) -> (f64, f64) {
+    pub(crate) fn irradiance_and_area(&self, film: DVec2, film_z: f64) -> (f64, f64) {
         let z = film_z - self.length();
         let outline = PupilSearch::new(self).outline_points(film.extend(film_z), 1440);
         let Some((center, rims)) = outline else {

@@ -1,9 +1,9 @@
 //! What a lens does to a picture, computed from its rays: no sampling noise, no scene.
 
-pub mod beam;
-pub mod diffraction;
-pub mod ghosts;
+pub(crate) mod beam;
+pub(crate) mod diffraction;
+pub(crate) mod ghosts;
 mod irradiance;
-pub mod psf;
-pub mod sheet;
+pub(crate) mod psf;
+pub(crate) mod sheet;
 mod transmittance;

@@ -18,9 +18,7 @@ const GRID: (usize, usize) = (64, 512);
 
 /// The images of points on the film's diagonal, all at one scale.
 #[derive(Clone, Debug)]
-pub struct PointSpreads {
-    /// Pixels along a side of each image.
-    pub side: usize,
+pub(crate) struct PointSpreads {
     /// The size of a pixel, in millimeters.
     pub pitch: f64,
     /// The colors of each image, row by row as the film has them, from a point source of color 1, per
@@ -31,7 +29,7 @@ pub struct PointSpreads {
 impl PointSpreads {
     /// Computes the images from the wavelengths, in nanometers, and the color that each adds. Without
     /// a focus the points are at infinity, and the film is where the data sheet has it.
-    pub fn of(
+    pub(crate) fn of(
         lens: &Lens,
         focus: Option<&Focus>,
         colors: &[(f64, DVec3)],
@@ -79,11 +77,7 @@ impl PointSpreads {
                 *sum += colors[c].1 * *value;
             }
         }
-        Ok(Self {
-            side,
-            pitch,
-            images,
-        })
+        Ok(Self { pitch, images })
     }
 }
 

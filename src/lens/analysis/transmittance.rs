@@ -18,7 +18,7 @@ impl Lens {
 
     /// The share of the light of the widest beam along the axis that gets through, of what the
     /// stop would let pass. None if no beam gets through.
-    pub fn axial_transmittance(&self) -> Option<f64> {
+    pub(crate) fn axial_transmittance(&self) -> Option<f64> {
         const RINGS: u32 = 32;
         const SPOKES: u32 = 16;
         if !self.reflects() {

@@ -19,12 +19,12 @@ use crate::math::lanes::{LANES, SimdKernel, Width};
 impl Lens {
     /// Traces a bundle from the film side into the scene. Rays that get through end on the front
     /// surface; for the others only [`Bundle::loss`] has a meaning.
-    pub fn trace_bundle_from_film(&self, bundle: &mut Bundle) {
+    pub(crate) fn trace_bundle_from_film(&self, bundle: &mut Bundle) {
         self.trace_bundle(bundle, Toward::Scene, Width::detect());
     }
 
     /// Traces a bundle either way, with vectors of a given width.
-    pub fn trace_bundle(&self, bundle: &mut Bundle, toward: Toward, width: Width) {
+    pub(crate) fn trace_bundle(&self, bundle: &mut Bundle, toward: Toward, width: Width) {
         let tracer = &self.tracer(toward, true);
         width.run(Follow { tracer, bundle });
     }

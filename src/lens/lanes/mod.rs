@@ -6,9 +6,9 @@
 //! (docs/decisions/0002-fused-arithmetic.md).
 
 mod asphere;
-pub mod bundle;
-pub mod fills;
-pub mod follow;
+pub(crate) mod bundle;
+pub(crate) mod fills;
+pub(crate) mod follow;
 mod one_by_one;
 mod quadric;
 mod sphere;

@@ -41,7 +41,7 @@ pub(super) struct LaneHit {
 impl Step<'_> {
     /// The code of what becomes of a ray that was on its way: see [`Bundle::loss`].
     #[inline(always)]
-    pub fn outcome(&self, met: bool, clear: bool, bends: bool) -> f64 {
+    pub(super) fn outcome(&self, met: bool, clear: bool, bends: bool) -> f64 {
         let of = |kind: u64| (self.number | kind) as f64;
         let code = if bends { 0.0 } else { of(REFLECTED) };
         let code = if clear { code } else { of(BLOCKED) };
@@ -50,7 +50,7 @@ impl Step<'_> {
 
     /// Puts a lane's ray to its hit and refracts it, or notes why it is lost.
     #[inline(always)]
-    pub fn cross<const STOPS: bool>(&self, b: &mut Bundle, i: usize, hit: LaneHit) {
+    pub(super) fn cross<const STOPS: bool>(&self, b: &mut Bundle, i: usize, hit: LaneHit) {
         let (mu, bend, clear, sign) = (self.bend.mu, self.bend.step, self.element.clear, self.sign);
         let ([x, y, z], [nx, ny, nz], cos) = (hit.point, hit.normal, hit.cos);
         let r2 = x * x + y * y;

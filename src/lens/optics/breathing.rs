@@ -26,7 +26,7 @@ pub struct Breath {
 
 impl Lens {
     /// The focusing group where the prescription has one, else the film.
-    pub fn usual_focus(&self) -> FocusMethod {
+    pub(crate) fn usual_focus(&self) -> FocusMethod {
         match self.prescription().focus_group {
             Some(_) => FocusMethod::Group,
             None => FocusMethod::Film,

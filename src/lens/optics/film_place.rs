@@ -44,7 +44,7 @@ pub enum PlaceFault {
 }
 
 impl PlaceFault {
-    pub fn diagnostic(self, lens: &str) -> Box<Diagnostic> {
+    pub(crate) fn diagnostic(self, lens: &str) -> Box<Diagnostic> {
         let help = match self {
             Self::NoFocus => "tilt less, or focus farther away",
             Self::FilmInsideLens { .. } => "tilt less, focus nearer, or use a smaller film",
@@ -149,14 +149,14 @@ impl FilmPlace {
 
     /// The unit normal of the film there, toward the lens.
     #[inline(always)]
-    pub fn normal(&self, film: DVec2) -> DVec3 {
+    pub(crate) fn normal(&self, film: DVec2) -> DVec3 {
         let [x, y, z] = self.axes;
         let c = self.curvature;
         c * film.x * x + c * film.y * y - (1.0 - c * self.sag(film)) * z
     }
 
     /// The film point that a ray from the lens falls on.
-    pub fn meet(&self, ray: &LensRay) -> Option<DVec2> {
+    pub(crate) fn meet(&self, ray: &LensRay) -> Option<DVec2> {
         let seen = |v: DVec3| DVec3::from_array(self.axes.map(|axis| axis.dot(v)));
         let (from, d) = (seen(ray.origin - self.center), seen(ray.direction));
         let hit = meet_sphere(self.curvature, from, d, 1.0).filter(|_| d.z > 0.0)?;
@@ -164,7 +164,7 @@ impl FilmPlace {
     }
 
     /// The point of the film behind a point across the axis. None beside a film that is bent.
-    pub fn over(&self, across: DVec2) -> Option<DVec3> {
+    pub(crate) fn over(&self, across: DVec2) -> Option<DVec3> {
         let ray = LensRay {
             origin: across.extend(self.center.z),
             direction: DVec3::Z,
@@ -173,7 +173,7 @@ impl FilmPlace {
     }
 
     /// The directions of the film's x and y where it is flat.
-    pub fn across(&self) -> [DVec3; 2] {
+    pub(crate) fn across(&self) -> [DVec3; 2] {
         [self.axes[0], self.axes[1]]
     }
 
@@ -201,7 +201,7 @@ impl FilmPlace {
 
 impl Movements {
     /// The movements that are not 0, with a name and a value in words.
-    pub fn said(&self) -> impl Iterator<Item = (&'static str, String)> {
+    pub(crate) fn said(&self) -> impl Iterator<Item = (&'static str, String)> {
         let degrees = |angle: f64| format!("{} degrees", (angle.to_degrees() * 1e6).round() / 1e6);
         let length = |mm: f64| format!("{mm} mm");
         let moved = [

@@ -27,7 +27,7 @@ pub enum FocusMethod {
 }
 
 impl FocusMethod {
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Film => "film",
             Self::Lens => "lens",
@@ -56,7 +56,7 @@ pub struct Focus {
 impl Focus {
     /// The height angle of the whole film by equation 7, θ = 2 atan(h/z), in radians; `height`
     /// is half of the film's height, 12 mm in the paper.
-    pub fn height_angle(&self, height: f64) -> f64 {
+    pub(crate) fn height_angle(&self, height: f64) -> f64 {
         2.0 * libm::atan(height / self.image_distance.abs())
     }
 }
@@ -108,7 +108,7 @@ impl FocusFault {
         }
     }
 
-    pub fn diagnostic(self, lens: &str) -> Box<Diagnostic> {
+    pub(crate) fn diagnostic(self, lens: &str) -> Box<Diagnostic> {
         let help = match self {
             Self::NotADistance => "give a distance in meters, such as 1.2, or `inf`".to_owned(),
             Self::NoGroup => "move the film or the whole lens instead".to_owned(),
@@ -152,7 +152,11 @@ fn meters(length: f64, round: fn(f64) -> f64) -> String {
 
 /// Focuses from first-order data alone, moving the film or the whole lens. A method that needs
 /// more than those moves the film.
-pub fn focus(optics: &FirstOrder, method: FocusMethod, distance: f64) -> Result<Focus, FocusFault> {
+pub(crate) fn focus(
+    optics: &FirstOrder,
+    method: FocusMethod,
+    distance: f64,
+) -> Result<Focus, FocusFault> {
     if !(distance > 0.0) {
         return Err(FocusFault::NotADistance);
     }

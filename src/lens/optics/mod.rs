@@ -1,9 +1,9 @@
 //! The optics of a lens with a film: focusing, movements, chief rays and spots.
 
-pub mod breathing;
-pub mod chief_ray;
-pub mod film_place;
-pub mod focus;
+pub(crate) mod breathing;
+pub(crate) mod chief_ray;
+pub(crate) mod film_place;
+pub(crate) mod focus;
 mod focus_group;
 mod focusing;
-pub mod spot;
+pub(crate) mod spot;

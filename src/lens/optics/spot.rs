@@ -23,7 +23,7 @@ pub struct Spot {
 
 /// The widest beam along the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AxialBeam {
+pub(crate) struct AxialBeam {
     pub height: f64,
     /// What stops the next higher ray; none if nothing does.
     pub limit: Option<Loss>,
@@ -33,7 +33,7 @@ pub struct AxialBeam {
 
 impl Lens {
     /// The widest beam along the axis that gets through, by single rays.
-    pub fn axial_beam(&self) -> AxialBeam {
+    pub(crate) fn axial_beam(&self) -> AxialBeam {
         let trace = |y: f64| {
             let start = self
                 .prescription()

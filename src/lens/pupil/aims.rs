@@ -37,7 +37,7 @@ impl Aims {
 
 /// The work of [`PupilTarget::aims`](crate::lens::pupil::target::PupilTarget::aims) by a table over the film's
 /// radius.
-pub struct SpanAims<'a> {
+pub(crate) struct SpanAims<'a> {
     pub spans: &'a Spans,
     pub transmission: &'a PupilTransmission,
     pub film: &'a [Lane; 2],

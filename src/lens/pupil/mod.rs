@@ -4,19 +4,17 @@
 //! `radial` and `polar` are tables of outlines over the film, with and without rotational symmetry,
 //! and `exit_pupil` is either. `polygon`, `spans` and `aims` draw points from an outline.
 
-pub mod aims;
-pub mod exit_pupil;
+pub(crate) mod aims;
+pub(crate) mod exit_pupil;
 mod polar;
 mod polygon;
 mod radial;
-pub mod rear_element;
+pub(crate) mod rear_element;
 mod sampler;
 pub(crate) mod search;
 mod spans;
 mod support;
 mod symmetry;
-pub mod target;
-pub mod transmission;
-pub mod window;
-
-pub use polygon::{Polygon, SIDES, Support};
+pub(crate) mod target;
+pub(crate) mod transmission;
+pub(crate) mod window;

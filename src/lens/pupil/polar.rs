@@ -131,7 +131,12 @@ impl Cell {
 }
 
 impl Cells {
-    pub fn new(lens: &Lens, place: &FilmPlace, sides: &[DVec2; SIDES], film_radius: f64) -> Self {
+    pub(super) fn new(
+        lens: &Lens,
+        place: &FilmPlace,
+        sides: &[DVec2; SIDES],
+        film_radius: f64,
+    ) -> Self {
         let place = *place;
         let far = |k: i32| {
             let film = 1.01 * film_radius * DVec2::from_angle(TAU * f64::from(k) / 64.0);
@@ -200,7 +205,7 @@ impl Cells {
     }
 
     /// The figure of the pupil from a film point; none if no light reaches it.
-    pub fn figure(&self, film: DVec2) -> Option<Figure> {
+    pub(super) fn figure(&self, film: DVec2) -> Option<Figure> {
         let point = self.place.point(film).truncate();
         let direction = point.try_normalize().unwrap_or(DVec2::X);
         let (into, turn, mirror) = self.symmetry.fold(direction);

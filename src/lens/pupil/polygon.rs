@@ -10,15 +10,15 @@ use std::f64::consts::TAU;
 use glam::DVec2;
 
 /// The number of sides of every pupil polygon.
-pub const SIDES: usize = 32;
+pub(crate) const SIDES: usize = 32;
 
 /// The reach of a convex figure in each of [`SIDES`] directions, from the axis: its support function.
 /// A mixture of two supports is the support of a convex figure again, the Minkowski mixture, which is
 /// why pupils interpolate well in this form.
-pub type Support = [f64; SIDES];
+pub(crate) type Support = [f64; SIDES];
 
 /// The outward normals of the sides; the first is +x.
-pub fn directions() -> [DVec2; SIDES] {
+pub(super) fn directions() -> [DVec2; SIDES] {
     std::array::from_fn(|j| {
         let (sin, cos) = libm::sincos(TAU * j as f64 / SIDES as f64);
         DVec2::new(cos, sin)
@@ -27,7 +27,7 @@ pub fn directions() -> [DVec2; SIDES] {
 
 /// The normals, some of them turned a little so that they are parallel to those of an iris's edges.
 /// Opposite sides stay parallel.
-pub fn directions_along(edges: &[DVec2]) -> [DVec2; SIDES] {
+pub(super) fn directions_along(edges: &[DVec2]) -> [DVec2; SIDES] {
     const HALF: usize = SIDES / 2;
     let mut sides = directions();
     for edge in edges {

@@ -30,7 +30,7 @@ pub(super) struct PupilSampler<'a> {
 }
 
 impl<'a> PupilSampler<'a> {
-    pub fn new(
+    pub(super) fn new(
         search: &'a PupilSearch<'a>,
         place: &'a FilmPlace,
         sides: &'a [DVec2; SIDES],
@@ -44,12 +44,16 @@ impl<'a> PupilSampler<'a> {
     }
 
     /// The outline from a film point; none if no light reaches it.
-    pub fn at(&self, point: DVec3, guess: Option<&OutlineGuess>) -> Option<PupilOutline> {
+    pub(super) fn at(&self, point: DVec3, guess: Option<&OutlineGuess>) -> Option<PupilOutline> {
         self.search.find_outline(point, self.sides, guess)
     }
 
     /// The outline from the film point (radius, 0).
-    pub fn at_radius(&self, radius: f64, guess: Option<&OutlineGuess>) -> Option<PupilOutline> {
+    pub(super) fn at_radius(
+        &self,
+        radius: f64,
+        guess: Option<&OutlineGuess>,
+    ) -> Option<PupilOutline> {
         let known = |(r, outline): &(f64, Option<PupilOutline>)| (*r == radius).then_some(*outline);
         if let Some(outline) = self.outward.borrow().iter().find_map(known) {
             return outline;
@@ -60,7 +64,7 @@ impl<'a> PupilSampler<'a> {
     }
 
     /// Whether there is light again beyond the end of a table.
-    pub fn opens_again(&self, end: f64, film_radius: f64) -> bool {
+    pub(super) fn opens_again(&self, end: f64, film_radius: f64) -> bool {
         let known = |r: &f64, outline: &Option<PupilOutline>| *r > end && outline.is_some();
         let mut again = self.outward.borrow().iter().any(|(r, s)| known(r, s));
         let step = (film_radius - end) / SEARCHES_BEYOND as f64;
@@ -74,7 +78,7 @@ impl<'a> PupilSampler<'a> {
 
     /// The film radii beyond the end of a table that any light reaches, by a closer row of film
     /// points and a search between them.
-    pub fn lit_beyond(&self, end: f64, film_radius: f64) -> Option<[f64; 2]> {
+    pub(super) fn lit_beyond(&self, end: f64, film_radius: f64) -> Option<[f64; 2]> {
         let step = (film_radius - end) / SEARCHES_BEYOND as f64;
         let film_point = |radius: f64| {
             let beyond = radius > end && radius <= film_radius;
@@ -117,7 +121,7 @@ impl<'a> PupilSampler<'a> {
     ///
     /// They are searched from film points in a row from the middle outward. Where light nearly comes
     /// through, the film point is moved until it does, or cannot.
-    pub fn stray_radii(
+    pub(super) fn stray_radii(
         &self,
         film_radius: f64,
         is_even: bool,

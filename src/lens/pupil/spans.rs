@@ -8,7 +8,7 @@ use crate::math::lanes::Lane;
 
 /// A table of pupils over the film's radius, prepared for aiming.
 #[derive(Clone, Debug, Default)]
-pub struct Spans {
+pub(crate) struct Spans {
     /// The radii at which the spans end, ascending; the first span begins at 0.
     pub ends: Vec<f64>,
     pub spans: Vec<Span>,
@@ -24,7 +24,7 @@ pub struct Spans {
 const CELLS: usize = 256;
 
 impl Spans {
-    pub fn new(nodes: &Radial, sides: &[DVec2; SIDES]) -> Self {
+    pub(crate) fn new(nodes: &Radial, sides: &[DVec2; SIDES]) -> Self {
         let outline = |node: &(f64, Support)| Outline::of(&node.1, sides);
         let mut this = Self::default();
         this.spans.reserve_exact(nodes.len().saturating_sub(1));
@@ -46,7 +46,7 @@ impl Spans {
         this
     }
 
-    pub fn window(&self, film: DVec2) -> Option<Polygon<'_>> {
+    pub(crate) fn window(&self, film: DVec2) -> Option<Polygon<'_>> {
         let (span, t, turn) = self.find(film)?;
         Polygon::between(span, t, turn)
     }
@@ -60,7 +60,7 @@ impl Spans {
 
     /// The number of the span of a film radius, and the parameter in it.
     #[inline(always)]
-    pub fn at(&self, radius: f64) -> Option<(usize, f64)> {
+    pub(crate) fn at(&self, radius: f64) -> Option<(usize, f64)> {
         let i = self.number(radius)?;
         Some((i, (radius - self.start(i)) * self.steepness[i]))
     }
@@ -98,7 +98,7 @@ impl Spans {
 
     /// The film radius where a span begins.
     #[inline(always)]
-    pub fn start(&self, number: usize) -> f64 {
+    pub(crate) fn start(&self, number: usize) -> f64 {
         if number > 0 {
             self.ends[number - 1]
         } else {

@@ -5,17 +5,17 @@ use glam::DVec2;
 use crate::lens::pupil::polygon::{SIDES, Support};
 
 /// The Minkowski mixture of two figures.
-pub fn mix(a: &Support, b: &Support, t: f64) -> Support {
+pub(super) fn mix(a: &Support, b: &Support, t: f64) -> Support {
     std::array::from_fn(|j| a[j] + t * (b[j] - a[j]))
 }
 
 /// The support of the smallest convex figure around two.
-pub fn hull(a: &Support, b: &Support) -> Support {
+pub(super) fn hull(a: &Support, b: &Support) -> Support {
     std::array::from_fn(|j| a[j].max(b[j]))
 }
 
 /// A figure widened by a share of its own half width in each direction.
-pub fn widened(support: &Support, share: f64) -> Support {
+pub(super) fn widened(support: &Support, share: f64) -> Support {
     std::array::from_fn(|j| {
         let opposite = support[(j + SIDES / 2) % SIDES];
         support[j] + share * 0.5 * (support[j] + opposite)
@@ -24,7 +24,7 @@ pub fn widened(support: &Support, share: f64) -> Support {
 
 /// The most by which `inner` reaches out of `outer`, as a share of the half width of `outer`. It is
 /// negative if `inner` lies inside.
-pub fn excess(inner: &Support, outer: &Support) -> f64 {
+pub(super) fn excess(inner: &Support, outer: &Support) -> f64 {
     (0..SIDES)
         .map(|j| {
             let half = 0.5 * (outer[j] + outer[(j + SIDES / 2) % SIDES]);

@@ -25,7 +25,7 @@ impl Symmetry {
         mirrored: false,
     };
 
-    pub fn of(lens: &Lens, place: &FilmPlace) -> Self {
+    pub(super) fn of(lens: &Lens, place: &FilmPlace) -> Self {
         if !place.is_centered() {
             return Self::NONE;
         }
@@ -58,14 +58,14 @@ impl Symmetry {
     }
 
     /// The angle of a wedge.
-    pub fn wedge(&self) -> f64 {
+    pub(super) fn wedge(&self) -> f64 {
         let circle = if self.mirrored { PI } else { TAU };
         circle / f64::from(self.turns)
     }
 
     /// The position of a direction in the wedge, 0 to 1, and the rotation and the signs that bring a
     /// figure from there to it.
-    pub fn fold(&self, direction: DVec2) -> (f64, DVec2, DVec2) {
+    pub(super) fn fold(&self, direction: DVec2) -> (f64, DVec2, DVec2) {
         let part = TAU / f64::from(self.turns);
         let angle = libm::atan2(direction.y, direction.x) - self.base;
         let whole = (angle / part).floor();

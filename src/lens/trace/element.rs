@@ -53,7 +53,7 @@ pub(crate) enum Form {
 }
 
 impl Element {
-    pub fn new(surface: &Surface, vertex_z: f64, before: f64, behind: f64) -> Self {
+    pub(crate) fn new(surface: &Surface, vertex_z: f64, before: f64, behind: f64) -> Self {
         let curvature = surface.curvature.per_mm();
         let form = match &surface.shape {
             Shape::Sphere => Form::Sphere,
@@ -90,19 +90,19 @@ impl Element {
     }
 
     /// Gives the surface a hole with these corners.
-    pub fn set_hole(&mut self, corners: Option<Box<[DVec2]>>) {
+    pub(crate) fn set_hole(&mut self, corners: Option<Box<[DVec2]>>) {
         self.edges = corners.as_deref().map(edges_around).unwrap_or_default();
         self.hole = corners;
     }
 
     /// Whether a hit is inside the hole of the iris; always, if that is round.
-    pub fn is_open_at(&self, hit: DVec3) -> bool {
+    pub(crate) fn is_open_at(&self, hit: DVec3) -> bool {
         self.hole
             .as_deref()
             .is_none_or(|corners| is_inside(corners, hit.truncate()))
     }
 
-    pub fn bend(&self, toward: Toward) -> Bend {
+    pub(crate) fn bend(&self, toward: Toward) -> Bend {
         match toward {
             Toward::Film => self.to_film,
             Toward::Scene => self.to_scene,
@@ -110,7 +110,7 @@ impl Element {
     }
 
     /// The share of light that is reflected where a ray meets the surface.
-    pub fn reflectance(&self, toward: Toward, cos: f64, wavelength_nm: f64) -> f64 {
+    pub(crate) fn reflectance(&self, toward: Toward, cos: f64, wavelength_nm: f64) -> f64 {
         let [front, behind] = self.indices;
         let (from, into) = match toward {
             Toward::Film => (front, behind),
@@ -121,7 +121,7 @@ impl Element {
 
     /// The point where a ray meets the surface, relative to the vertex, and the normal toward the film.
     /// `sign` is +1 toward the film and −1 toward the scene. None if the ray misses.
-    pub fn meet(&self, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
+    pub(crate) fn meet(&self, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
         match &self.form {
             Form::Sphere => meet_sphere(self.curvature, p, d, sign),
             Form::Conic { k } => {

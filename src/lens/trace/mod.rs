@@ -1,8 +1,8 @@
 //! Exact tracing, a ray at a time; `lens::lanes` traces many side by side.
 
-pub mod element;
-pub mod meet;
+pub(crate) mod element;
+pub(crate) mod meet;
 pub(super) mod profile;
-pub mod ray;
-pub mod refraction;
-pub mod tracer;
+pub(crate) mod ray;
+pub(crate) mod refraction;
+pub(crate) mod tracer;

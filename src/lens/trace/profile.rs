@@ -11,7 +11,7 @@ pub(crate) struct Profile {
 }
 
 impl Profile {
-    pub fn new(c: f64, k: f64, terms: &[f64]) -> Self {
+    pub(crate) fn new(c: f64, k: f64, terms: &[f64]) -> Self {
         let used = terms
             .iter()
             .rposition(|t| *t != 0.0)
@@ -27,7 +27,7 @@ impl Profile {
     }
 
     /// Sag and slope over radius at a squared radius; none outside the conic.
-    pub fn sag(&self, r2: f64) -> Option<(f64, f64)> {
+    pub(crate) fn sag(&self, r2: f64) -> Option<(f64, f64)> {
         let inside = 1.0 - (1.0 + self.k) * self.c * self.c * r2;
         if !(inside > 0.0) {
             return None;

@@ -11,7 +11,7 @@ pub struct LensRay {
 
 impl LensRay {
     /// The point where the ray crosses a plane perpendicular to the axis.
-    pub fn at_z(&self, z: f64) -> DVec3 {
+    pub(crate) fn at_z(&self, z: f64) -> DVec3 {
         self.origin + (z - self.origin.z) / self.direction.z * self.direction
     }
 }
@@ -52,7 +52,7 @@ pub struct RayPath {
 /// A direction of unit length, whatever its length was: 1e-150 and 1e150 neither underflow nor
 /// overflow. A vector of unit length within rounding keeps its bits. None for zero and for what is not
 /// finite.
-pub fn unit(d: DVec3) -> Option<DVec3> {
+pub(crate) fn unit(d: DVec3) -> Option<DVec3> {
     let square = d.length_squared();
     if (square - 1.0).abs() <= 8.0 * f64::EPSILON {
         return Some(d);

@@ -14,7 +14,7 @@ pub(crate) struct Bend {
 }
 
 impl Bend {
-    pub fn new(before: f64, behind: f64) -> Self {
+    pub(crate) fn new(before: f64, behind: f64) -> Self {
         let step = (behind - before) * (behind + before) / (behind * behind);
         Self {
             mu: before / behind,
@@ -23,7 +23,7 @@ impl Bend {
     }
 
     /// Indices so nearly equal that the difference of cosines would lose digits that matter.
-    pub fn is_slight(self) -> bool {
+    pub(crate) fn is_slight(self) -> bool {
         self.step.abs() < 0.01
     }
 }

@@ -25,7 +25,7 @@ pub(crate) struct Tracer<'a> {
 impl Tracer<'_> {
     /// Follows a ray from surface to surface. `at_hit` is called at every hit, the last one of a lost
     /// ray included.
-    pub fn follow(
+    pub(crate) fn follow(
         &self,
         ray: LensRay,
         mut at_hit: impl FnMut(usize, DVec3),
@@ -37,7 +37,7 @@ impl Tracer<'_> {
 
     /// Follows a ray. `at_hit` is called with the surface, the z of its vertex, and the hit relative to
     /// that vertex.
-    pub fn walk(
+    pub(crate) fn walk(
         &self,
         ray: LensRay,
         mut at_hit: impl FnMut(usize, f64, &Hit),

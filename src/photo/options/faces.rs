@@ -110,7 +110,7 @@ impl LensChoice {
 }
 
 /// A warning about the options given that have no effect, for lack of what they need.
-pub fn idle_options(
+pub(crate) fn idle_options(
     words: &Words,
     lacking: &[Needs],
     circumstance: &str,
@@ -131,7 +131,7 @@ pub fn idle_options(
 
 /// A command line of these words, quoted where a shell would need it. The first word is the
 /// program, by whatever name.
-pub fn command_line<W: AsRef<OsStr>>(words: &[W]) -> String {
+pub(crate) fn command_line<W: AsRef<OsStr>>(words: &[W]) -> String {
     let quote = |w: &W| {
         let w = w.as_ref().to_string_lossy();
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@".contains(c);

@@ -9,7 +9,7 @@ use crate::picture::Depth;
 const ANGLE: &str = "an angle in degrees, less than 90, such as 8 or -5";
 const LENGTH: &str = "a length in millimeters, such as 8 or -5mm";
 
-pub static OPTIONS: [Opt; 13] = [
+pub(super) static OPTIONS: [Opt; 13] = [
     Opt::new(
         "film",
         Takes::One("WxH"),

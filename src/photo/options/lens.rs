@@ -19,7 +19,7 @@ const METHODS: [FocusMethod; 4] = [
     FocusMethod::Best,
 ];
 
-pub static OPTIONS: [Opt; 14] = [
+pub(super) static OPTIONS: [Opt; 14] = [
     Opt::new(
         "lens",
         Takes::One("LENS"),
@@ -276,7 +276,7 @@ pub static OPTIONS: [Opt; 14] = [
 ];
 
 /// The options that mean something for a lens without a scene, as `ivcam lens` has them.
-pub fn for_a_lens_alone() -> impl Iterator<Item = &'static Opt> {
+pub(crate) fn for_a_lens_alone() -> impl Iterator<Item = &'static Opt> {
     const NAMES: [&str; 8] = [
         "zoom",
         "efl",

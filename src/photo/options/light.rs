@@ -5,7 +5,7 @@ use super::values::{if_any, set};
 use crate::photo::headlight::Headlight;
 use crate::shade::Shading;
 
-pub static OPTIONS: [Opt; 3] = [
+pub(super) static OPTIONS: [Opt; 3] = [
     Opt::new(
         "shading",
         Takes::One("MODEL"),

@@ -19,10 +19,10 @@ mod table;
 mod values;
 mod words;
 
-pub use faces::{command_line, idle_options};
-pub use lens::for_a_lens_alone;
-pub use option::{Needs, Opt, Takes};
-pub use scene::{FONTS, LIMIT, limits, typefaces};
-pub use shutter::Shutter;
-pub use table::{Group, all, groups};
-pub use words::{MovieFrame, Words, not_understood};
+pub(crate) use faces::{command_line, idle_options};
+pub(crate) use lens::for_a_lens_alone;
+pub(crate) use option::{Needs, Opt, Takes};
+pub(crate) use scene::{FONTS, LIMIT, limits, typefaces};
+pub(crate) use shutter::Shutter;
+pub(crate) use table::{all, groups};
+pub(crate) use words::{MovieFrame, Words, not_understood};

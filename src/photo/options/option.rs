@@ -6,18 +6,18 @@ use crate::photo::plan::Plan;
 
 /// Changes a plan as the words say. It is called whether the option was given or not, in the
 /// order of the table.
-pub type Parse = fn(&mut Plan, &Words, &mut Sink) -> Result<()>;
+pub(super) type Parse = fn(&mut Plan, &Words, &mut Sink) -> Result<()>;
 
 /// The values by which a plan differs from `usual`, its era's own; none if it does not. An empty
 /// value is an option without a value.
-pub type Print = fn(plan: &Plan, usual: &Plan) -> Vec<String>;
+pub(super) type Print = fn(plan: &Plan, usual: &Plan) -> Vec<String>;
 
 /// What the metadata and the report say, if there is something to say.
-pub type Describe = fn(&Plan) -> Option<String>;
+pub(super) type Describe = fn(&Plan) -> Option<String>;
 
 /// What follows an option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Takes {
+pub(crate) enum Takes {
     Nothing,
     /// A value, shown by this name.
     One(&'static str),
@@ -29,7 +29,7 @@ pub enum Takes {
 
 /// What an option has no effect without.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Needs {
+pub(crate) enum Needs {
     Nothing,
     /// A camera that has its lens of its own, not as solids of the scene.
     Camera,
@@ -42,7 +42,7 @@ pub enum Needs {
 }
 
 /// One option.
-pub struct Opt {
+pub(crate) struct Opt {
     /// The key that code asks for, and today's long spelling.
     pub name: &'static str,
     /// The 1999 spelling, without its dash; one letter is also today's short form.
@@ -60,7 +60,7 @@ pub struct Opt {
 }
 
 impl Opt {
-    pub const fn new(name: &'static str, takes: Takes, help: &'static str) -> Self {
+    pub(crate) const fn new(name: &'static str, takes: Takes, help: &'static str) -> Self {
         Self {
             name,
             vintage: None,
@@ -74,32 +74,32 @@ impl Opt {
         }
     }
 
-    pub const fn vintage(mut self, old: &'static str) -> Self {
+    pub(crate) const fn vintage(mut self, old: &'static str) -> Self {
         self.vintage = Some(old);
         self
     }
 
-    pub const fn aliases(mut self, aliases: &'static [&'static str]) -> Self {
+    pub(crate) const fn aliases(mut self, aliases: &'static [&'static str]) -> Self {
         self.aliases = aliases;
         self
     }
 
-    pub const fn needs(mut self, needs: Needs) -> Self {
+    pub(crate) const fn needs(mut self, needs: Needs) -> Self {
         self.needs = needs;
         self
     }
 
-    pub const fn plan(mut self, parse: Parse, print: Print) -> Self {
+    pub(crate) const fn plan(mut self, parse: Parse, print: Print) -> Self {
         self.plan = Some((parse, print));
         self
     }
 
-    pub const fn describe(mut self, describe: Describe) -> Self {
+    pub(crate) const fn describe(mut self, describe: Describe) -> Self {
         self.describe = Some(describe);
         self
     }
 
-    pub const fn examples(mut self, lines: &'static [&'static str]) -> Self {
+    pub(crate) const fn examples(mut self, lines: &'static [&'static str]) -> Self {
         self.examples = lines;
         self
     }

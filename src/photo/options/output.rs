@@ -2,7 +2,7 @@
 
 use super::option::{Opt, Takes};
 
-pub static OPTIONS: [Opt; 5] = [
+pub(super) static OPTIONS: [Opt; 5] = [
     Opt::new(
         "output",
         Takes::One("FILE"),

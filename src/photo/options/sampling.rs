@@ -16,7 +16,7 @@ const DISC_MAPS: [(&str, DiscMap); 2] = [
     ("concentric", DiscMap::Concentric),
 ];
 
-pub static OPTIONS: [Opt; 9] = [
+pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new(
         "samples",
         Takes::One("N"),

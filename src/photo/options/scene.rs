@@ -11,7 +11,7 @@ use crate::iv::Limits;
 use crate::photo::camera_choice::CameraChoice;
 
 /// How much a scene may ask for; every command that reads scenes takes it.
-pub const LIMIT: Opt = Opt::new(
+pub(crate) const LIMIT: Opt = Opt::new(
     "scene-limit",
     Takes::Many("NAME=N"),
     "raises or lowers a limit on the scene: bytes of a file [512M], nodes [10000000], copies by protos [1000000], depth [1000000], files it names [1000], include-depth [32], visits on the way through it [300000, or twice its nodes], primitives [16000000]",
@@ -31,7 +31,7 @@ pub const LIMIT: Opt = Opt::new(
 .examples(&["--scene-limit bytes=2G", "--scene-limit nodes=7 --scene-limit visits=90k"]);
 
 /// Typefaces of the user's own; every command that sets text takes it.
-pub const FONTS: Opt = Opt::new(
+pub(crate) const FONTS: Opt = Opt::new(
     "fonts",
     Takes::Many("FOLDER"),
     "typefaces (.otf, .ttf, .ttc) below this folder go before the shipped ones, by name or as the usual stand-in: Nimbus Roman for Times",
@@ -45,7 +45,7 @@ pub const FONTS: Opt = Opt::new(
 )
 .examples(&["--fonts films", "--fonts films --fonts lenses"]);
 
-pub static OPTIONS: [Opt; 8] = [
+pub(super) static OPTIONS: [Opt; 8] = [
     Opt::new(
         "era",
         Takes::One("1999|modern"),
@@ -134,7 +134,7 @@ pub static OPTIONS: [Opt; 8] = [
 ///
 /// # Errors
 /// A word that is not a limit and a number.
-pub fn limits(words: &Words) -> Result<Limits> {
+pub(crate) fn limits(words: &Words) -> Result<Limits> {
     let mut limits = Limits::default();
     for word in words.paths("scene-limit") {
         let word = word.to_string_lossy();
@@ -155,6 +155,6 @@ pub fn limits(words: &Words) -> Result<Limits> {
 ///
 /// # Errors
 /// A folder that can't be read.
-pub fn typefaces(words: &Words) -> Result<Arc<Fonts>> {
+pub(crate) fn typefaces(words: &Words) -> Result<Arc<Fonts>> {
     Fonts::open(&words.paths("fonts")).map(Arc::new)
 }

@@ -7,14 +7,14 @@ use crate::film::Metering;
 
 /// How long a shutter is open: a time, or a part of a movie's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shutter {
+pub(crate) enum Shutter {
     Seconds(f64),
     Part(f64),
 }
 
 impl Shutter {
     /// `1/60`, `0.5s`, `20ms`; `0.5` of a frame, or `180deg` of a movie camera's turning shutter.
-    pub fn parse(word: &str) -> Option<Self> {
+    pub(crate) fn parse(word: &str) -> Option<Self> {
         let part = |part: f64| (0.0..=1.0).contains(&part).then_some(Self::Part(part));
         let bare = word.trim_end_matches('s');
         if let Some((over, under)) = bare.split_once('/') {
@@ -31,14 +31,14 @@ impl Shutter {
 
     /// # Errors
     /// A value that is neither a time nor a part of a frame.
-    pub fn of(words: &Words) -> Result<Option<Self>> {
+    pub(crate) fn of(words: &Words) -> Result<Option<Self>> {
         let expects = "a time such as 1/60 or 0.5s, nor a part of a frame such as 0.5 or 180deg";
         words.parsed("shutter", expects, Self::parse)
     }
 }
 
 /// The word that [`Shutter::parse`] reads as exactly this time.
-pub fn shutter_word(seconds: f64) -> String {
+pub(super) fn shutter_word(seconds: f64) -> String {
     let candidates = [
         format!("1/{}", (1.0 / seconds).round()),
         format!("{seconds}s"),
@@ -49,7 +49,7 @@ pub fn shutter_word(seconds: f64) -> String {
 }
 
 /// Shutter and ISO, where a time or an ISO is given; a part of a frame alone is for the blur.
-pub fn metering(words: &Words) -> Result<Option<Metering>> {
+pub(super) fn metering(words: &Words) -> Result<Option<Metering>> {
     let iso = words.parsed("iso", POSITIVE, positive)?;
     let expects = "a luminance in cd/m2 greater than 0";
     let white = words.parsed("white", expects, positive)?;

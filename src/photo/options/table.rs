@@ -4,7 +4,7 @@ use super::option::Opt;
 use super::{film, lens, light, output, sampling, scene};
 
 /// Options under one heading of the help.
-pub struct Group {
+pub(crate) struct Group {
     pub heading: &'static str,
     pub options: &'static [Opt],
 }
@@ -37,11 +37,11 @@ static GROUPS: [Group; 6] = [
     },
 ];
 
-pub fn groups() -> &'static [Group] {
+pub(crate) fn groups() -> &'static [Group] {
     &GROUPS
 }
 
 /// Every option, in the order in which they change a plan.
-pub fn all() -> impl Iterator<Item = &'static Opt> {
+pub(crate) fn all() -> impl Iterator<Item = &'static Opt> {
     GROUPS.iter().flat_map(|group| group.options)
 }

@@ -4,24 +4,24 @@ use std::time::Duration;
 
 use crate::math::{LengthUnit, Meters, Mm, parse_length};
 
-pub const POSITIVE: &str = "a number greater than 0";
+pub(super) const POSITIVE: &str = "a number greater than 0";
 
-pub fn set<T>(slot: &mut T, value: Option<T>) {
+pub(super) fn set<T>(slot: &mut T, value: Option<T>) {
     if let Some(value) = value {
         *slot = value;
     }
 }
 
-pub fn finite(word: &str) -> Option<f64> {
+pub(super) fn finite(word: &str) -> Option<f64> {
     word.parse().ok().filter(|x: &f64| x.is_finite())
 }
 
-pub fn positive(word: &str) -> Option<f64> {
+pub(super) fn positive(word: &str) -> Option<f64> {
     finite(word).filter(|x| *x > 0.0)
 }
 
 /// `1%` or `0.01`.
-pub fn share(word: &str) -> Option<f64> {
+pub(super) fn share(word: &str) -> Option<f64> {
     match word.strip_suffix('%') {
         Some(percent) => positive(percent.trim()).map(|p| p / 100.0),
         None => positive(word),
@@ -29,7 +29,7 @@ pub fn share(word: &str) -> Option<f64> {
 }
 
 /// `30s`, `500ms`, `2m` or `1h`.
-pub fn duration(word: &str) -> Option<Duration> {
+pub(super) fn duration(word: &str) -> Option<Duration> {
     let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
     let (number, unit) = units
         .iter()
@@ -38,13 +38,13 @@ pub fn duration(word: &str) -> Option<Duration> {
 }
 
 /// `360x240`.
-pub fn pair<T: std::str::FromStr>(word: &str) -> Option<(T, T)> {
+pub(super) fn pair<T: std::str::FromStr>(word: &str) -> Option<(T, T)> {
     let (a, b) = word.split_once(['x', 'X', '×'])?;
     Some((a.trim().parse().ok()?, b.trim().parse().ok()?))
 }
 
 /// A distance greater than 0; a bare number is meters.
-pub fn distance(word: &str) -> Option<Meters> {
+pub(super) fn distance(word: &str) -> Option<Meters> {
     parse_length(word, LengthUnit::Meter)
         .filter(|l| l.0 > 0.0)
         .map(Meters::from)
@@ -52,7 +52,7 @@ pub fn distance(word: &str) -> Option<Meters> {
 
 /// The word that [`distance`] reads as this distance. Meters pass through millimeters there, which
 /// may round.
-pub fn distance_word(meters: Meters) -> String {
+pub(super) fn distance_word(meters: Meters) -> String {
     let word = meters.0.to_string();
     if distance(&word) == Some(meters) {
         word
@@ -62,28 +62,32 @@ pub fn distance_word(meters: Meters) -> String {
 }
 
 /// A length in millimeters, which may be negative.
-pub fn length(word: &str) -> Option<f64> {
+pub(super) fn length(word: &str) -> Option<f64> {
     let length = parse_length(word, LengthUnit::Millimeter)?;
     length.0.is_finite().then_some(length.0)
 }
 
 /// An angle in degrees, less than 90, as radians.
-pub fn angle(word: &str) -> Option<f64> {
+pub(super) fn angle(word: &str) -> Option<f64> {
     let degrees = finite(word.trim_end_matches("deg"))?;
     (degrees.abs() < 90.0).then(|| degrees.to_radians())
 }
 
 /// Radians as degrees, to a millionth.
-pub fn degrees(radians: f64) -> f64 {
+pub(super) fn degrees(radians: f64) -> f64 {
     (radians.to_degrees() * 1e6).round() / 1e6
 }
 
-pub fn on_off(on: bool) -> &'static str {
+pub(super) fn on_off(on: bool) -> &'static str {
     if on { "on" } else { "off" }
 }
 
 /// The value if it is not the usual one.
-pub fn unless_usual<T: PartialEq>(value: T, usual: T, word: impl Fn(T) -> String) -> Vec<String> {
+pub(super) fn unless_usual<T: PartialEq>(
+    value: T,
+    usual: T,
+    word: impl Fn(T) -> String,
+) -> Vec<String> {
     if value == usual {
         Vec::new()
     } else {
@@ -92,16 +96,16 @@ pub fn unless_usual<T: PartialEq>(value: T, usual: T, word: impl Fn(T) -> String
 }
 
 /// A switch that is on.
-pub fn switch(on: bool) -> Vec<String> {
+pub(super) fn switch(on: bool) -> Vec<String> {
     if on { vec![String::new()] } else { Vec::new() }
 }
 
 /// The value if there is one.
-pub fn if_any<T>(value: Option<T>, word: impl Fn(T) -> String) -> Vec<String> {
+pub(super) fn if_any<T>(value: Option<T>, word: impl Fn(T) -> String) -> Vec<String> {
     value.map(word).into_iter().collect()
 }
 
 /// The paths as words.
-pub fn paths(paths: &[std::path::PathBuf]) -> Vec<String> {
+pub(super) fn paths(paths: &[std::path::PathBuf]) -> Vec<String> {
     paths.iter().map(|p| p.display().to_string()).collect()
 }

@@ -79,6 +79,6 @@ impl Words {
 }
 
 /// A value that is not what an option expects.
-pub fn not_understood(name: &str, word: &str, expects: &str) -> Box<Diagnostic> {
+pub(crate) fn not_understood(name: &str, word: &str, expects: &str) -> Box<Diagnostic> {
     Diagnostic::error(format!("`--{name} {word}` is not {expects}"))
 }

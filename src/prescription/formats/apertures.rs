@@ -11,7 +11,7 @@ use crate::prescription::surface::Plane;
 
 /// The beam as a file describes it.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Beam {
+pub(super) struct Beam {
     /// The diameter of the entrance pupil.
     pub entrance_diameter: Option<f64>,
     pub f_number: Option<f64>,
@@ -24,7 +24,7 @@ pub struct Beam {
 }
 
 /// Fills in the semi-diameters that are not finite. Returns whether there were any.
-pub fn fill(lens: &mut Prescription, beam: Beam) -> bool {
+pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> bool {
     if lens.surfaces.iter().all(|s| s.semi_diameter.is_finite()) {
         return false;
     }

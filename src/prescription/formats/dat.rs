@@ -59,7 +59,7 @@ struct Row {
 }
 /// The paper's and pbrt's four columns, and ISET's with a focal length above them: whatever is no
 /// other format.
-pub static FORMAT: Format = Format {
+pub(crate) static FORMAT: Format = Format {
     name: "four columns",
     recognizes: |_| true,
     read: |source, how, sink| read(source, how.position_first, sink),
@@ -69,7 +69,7 @@ pub static FORMAT: Format = Format {
 ///
 /// # Errors
 /// A row is no row of numbers, a number is impossible, or there is no surface.
-pub fn read(
+pub(crate) fn read(
     source: &Arc<Source>,
     position_first: Option<bool>,
     sink: &mut Sink,

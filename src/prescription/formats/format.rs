@@ -8,7 +8,12 @@ use crate::prescription::prescription::Prescription;
 use crate::prescription::text;
 
 /// One format.
-pub struct Format {
+pub(crate) struct Format {
+    /// The name for people.
+    #[cfg_attr(
+        not(test),
+        expect(dead_code, reason = "tests ask which format was recognized")
+    )]
     pub name: &'static str,
     /// Whether a text is in this format, judged by its content.
     pub recognizes: fn(&str) -> bool,
@@ -25,7 +30,7 @@ pub struct Reading {
 }
 
 /// The first word that is no comment, in capitals; empty if there is none.
-pub fn first_word(text: &str) -> String {
+pub(super) fn first_word(text: &str) -> String {
     text::lines(text)
         .find_map(|(start, line)| {
             let words = text::words(line.split(['#', '!']).next().unwrap_or(""), start);

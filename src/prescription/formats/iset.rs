@@ -20,18 +20,18 @@ use crate::prescription::formats::format::Format;
 use crate::prescription::formats::index_table::interpolated;
 use crate::prescription::formats::json::{Places, parse};
 /// ISET's JSON.
-pub static FORMAT: Format = Format {
+pub(crate) static FORMAT: Format = Format {
     name: "JSON of ISET",
     recognizes: |text| text.trim_start().starts_with('{') && is_iset(text),
     read: |source, _, sink| read(source, sink),
 };
 
 /// Whether a JSON text is one of these: it speaks of `semi_aperture`, and of no schema.
-pub fn is_iset(text: &str) -> bool {
+pub(crate) fn is_iset(text: &str) -> bool {
     text.contains("\"semi_aperture\"") && !text.contains("\"schema\"")
 }
 
-pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
+pub(crate) fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     let root = parse(source)?;
     let places = Places::new(source);
     let rows = root.get("surfaces").and_then(Value::as_array);

@@ -62,14 +62,18 @@ const FIELDS: [(&str, bool); 26] = [
     ("coating", false),
 ];
 /// ivcam's own JSON, schema `ivlens-1`.
-pub static FORMAT: Format = Format {
+pub(crate) static FORMAT: Format = Format {
     name: "JSON",
     recognizes: |text| text.trim_start().starts_with('{'),
     read: |source, how, sink| read(source, &how.glasses, sink),
 };
 
 /// Reads a prescription of schema `ivlens-1`.
-pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
+pub(crate) fn read(
+    source: &Arc<Source>,
+    glasses: &Catalogue,
+    sink: &mut Sink,
+) -> Result<Prescription> {
     let root = parse(source)?;
     let places = Places::new(source);
     let reader = Reader {

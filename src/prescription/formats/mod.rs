@@ -1,23 +1,24 @@
 //! Reads prescriptions, whose format is recognized by their content, and writes them.
 
 mod apertures;
-pub mod dat;
+pub(crate) mod dat;
 mod format;
 mod index_table;
-pub mod iset;
-pub mod json;
-pub mod origin;
-pub mod read;
-pub mod seq;
-pub mod write;
-pub mod zmx;
+pub(crate) mod iset;
+pub(crate) mod json;
+pub(crate) mod origin;
+pub(crate) mod read;
+pub(crate) mod seq;
+pub(crate) mod write;
+pub(crate) mod zmx;
 
-pub use format::{Format, Reading};
+pub(crate) use format::Format;
+pub use format::Reading;
 use origin::name_of;
-pub use read::{read, read_with};
+pub(crate) use read::read;
 
 /// The formats that are read; a file is in the first that recognizes it.
-pub static FORMATS: [&Format; 5] = [
+pub(crate) static FORMATS: [&Format; 5] = [
     &iset::FORMAT,
     &json::FORMAT,
     &zmx::FORMAT,

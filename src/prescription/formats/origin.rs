@@ -19,7 +19,7 @@ pub(super) fn name_of(source: &Source) -> String {
 
 /// Puts a message at the list of zoom positions: JSON's `zoom`, Zemax's `MNUM`, CODE V's `ZOO`;
 /// without one, at the beginning.
-pub fn at_zoom_list(error: Box<Diagnostic>, source: &Arc<Source>) -> Box<Diagnostic> {
+pub(crate) fn at_zoom_list(error: Box<Diagnostic>, source: &Arc<Source>) -> Box<Diagnostic> {
     let source = text::decoded(source);
     let text = text::text(&source);
     let is_key = |at: &usize| text[at + 6..].trim_start().starts_with(':');

@@ -13,7 +13,7 @@ use crate::prescription::text;
 ///
 /// # Errors
 /// Returns the errors of [`read_with`].
-pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
+pub(crate) fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     read_with(source, &Reading::default(), sink)
 }
 
@@ -21,7 +21,11 @@ pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
 ///
 /// # Errors
 /// A file in no known format, and whatever its reader finds wrong.
-pub fn read_with(source: &Arc<Source>, how: &Reading, sink: &mut Sink) -> Result<Prescription> {
+pub(crate) fn read_with(
+    source: &Arc<Source>,
+    how: &Reading,
+    sink: &mut Sink,
+) -> Result<Prescription> {
     let source = &text::decoded(source);
     let before = sink.set_source(Some(source.clone()));
     let result = known(source).and_then(|()| {

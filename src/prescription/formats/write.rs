@@ -16,7 +16,7 @@ use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
 /// A format that is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub(crate) enum Target {
     Columns,
     Zemax,
     Json,
@@ -24,7 +24,7 @@ pub enum Target {
 
 impl Target {
     /// By the ending of a file name.
-    pub fn of(path: &Path) -> Result<Self> {
+    pub(crate) fn of(path: &Path) -> Result<Self> {
         let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         match ending.to_ascii_lowercase().as_str() {
             "dat" => Ok(Self::Columns),
@@ -40,7 +40,7 @@ impl Target {
 }
 
 /// A prescription as text, and what the format left out.
-pub fn write(lens: &Prescription, target: Target) -> Result<(String, Vec<String>)> {
+pub(crate) fn write(lens: &Prescription, target: Target) -> Result<(String, Vec<String>)> {
     match target {
         Target::Columns => columns(lens),
         Target::Zemax => zemax(lens),

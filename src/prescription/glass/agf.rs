@@ -8,7 +8,7 @@ use crate::prescription::glass::medium::{Formula, Medium};
 use crate::prescription::text::{Word, decoded, lines, text, words};
 
 /// All glasses of a catalogue, in its order.
-pub fn read(source: &Arc<Source>) -> Result<Vec<Medium>> {
+pub(crate) fn read(source: &Arc<Source>) -> Result<Vec<Medium>> {
     let source = &decoded(source);
     let mut glasses = Vec::new();
     let mut open: Option<(Word<'_>, Formula)> = None;

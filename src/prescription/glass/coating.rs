@@ -24,20 +24,20 @@ const QUARTER_WAVE_AT: f64 = 550.0;
 const THIN: f64 = 1.2;
 
 impl Coating {
-    pub const ALL: [(&'static str, Self); 3] = [
+    pub(crate) const ALL: [(&'static str, Self); 3] = [
         ("ideal", Self::Ideal),
         ("none", Self::Bare),
         ("mgf2", Self::MagnesiumFluoride),
     ];
 
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         Self::ALL
             .iter()
             .find(|(_, c)| *c == self)
             .map_or("", |(n, _)| n)
     }
 
-    pub fn named(name: &str) -> Option<Self> {
+    pub(crate) fn named(name: &str) -> Option<Self> {
         Self::ALL.iter().find(|(n, _)| *n == name).map(|(_, c)| *c)
     }
 

@@ -4,17 +4,17 @@
 //! nanometers at the borders; the formulas want micrometers.
 
 /// The Fraunhofer F line of hydrogen, in nanometers.
-pub const F_LINE: f64 = 486.1327;
+pub(crate) const F_LINE: f64 = 486.1327;
 /// The d line of helium, the wavelength of every `n_d`, in nanometers.
-pub const D_LINE: f64 = 587.5618;
+pub(crate) const D_LINE: f64 = 587.5618;
 /// The Fraunhofer C line of hydrogen, in nanometers.
-pub const C_LINE: f64 = 656.2725;
+pub(crate) const C_LINE: f64 = 656.2725;
 
 /// A wavelength as people write it, made exact where it names a line: 587.6 is the d line.
 ///
 /// Half of the last digit of the usual four-digit names is 0.05 nm; an index differs by 1e-6
 /// within it, which is more than the rest of the arithmetic errs by.
-pub fn named_line(wavelength_nm: f64) -> f64 {
+pub(crate) fn named_line(wavelength_nm: f64) -> f64 {
     [F_LINE, D_LINE, C_LINE]
         .into_iter()
         .find(|line| (wavelength_nm - line).abs() < 0.05)
@@ -117,12 +117,12 @@ pub struct Medium {
 }
 
 impl Medium {
-    pub fn air() -> Self {
+    pub(crate) fn air() -> Self {
         Self::constant(1.0)
     }
 
     /// A medium of which only the index at the d line is known.
-    pub fn constant(n_d: f64) -> Self {
+    pub(crate) fn constant(n_d: f64) -> Self {
         Self {
             name: String::new(),
             n_d,
@@ -146,7 +146,7 @@ impl Medium {
     }
 
     /// A glass by its indices at the F, d and C lines.
-    pub fn from_lines(n_f: f64, n_d: f64, n_c: f64) -> Self {
+    pub(crate) fn from_lines(n_f: f64, n_d: f64, n_c: f64) -> Self {
         let [f, d, c] = [F_LINE, D_LINE, C_LINE].map(|nm| 1e6 / (nm * nm));
         // Newton's divided differences in x = 1/λ².
         let fd = (n_f - n_d) / (f - d);
@@ -167,7 +167,7 @@ impl Medium {
     }
 
     /// A glass by a catalogue's formula; none if the formula has no index at the d line.
-    pub fn from_formula(formula: Formula, coefficients: [f64; 10]) -> Option<Self> {
+    pub(crate) fn from_formula(formula: Formula, coefficients: [f64; 10]) -> Option<Self> {
         let n_d = formula.index(&coefficients, D_LINE * 1e-3);
         let dispersion = Dispersion::Catalogue {
             formula,
@@ -207,7 +207,7 @@ impl Medium {
         if n > 0.5 && n < 100.0 { n } else { self.n_d }
     }
 
-    pub fn is_dispersive(&self) -> bool {
+    pub(crate) fn is_dispersive(&self) -> bool {
         self.dispersion != Dispersion::None
     }
 

@@ -1,10 +1,11 @@
 //! Glasses: indices and dispersion, the catalogue of names, and coatings.
 
-pub mod agf;
-pub mod catalogue;
-pub mod coating;
-pub mod medium;
+pub(crate) mod agf;
+pub(crate) mod catalogue;
+pub(crate) mod coating;
+pub(crate) mod medium;
 
 pub use catalogue::Catalogue;
 pub use coating::Coating;
-pub use medium::{C_LINE, D_LINE, Dispersion, F_LINE, Formula, Medium, named_line};
+pub use medium::Medium;
+pub(crate) use medium::{D_LINE, named_line};

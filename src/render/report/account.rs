@@ -120,7 +120,7 @@ impl RenderReport {
 }
 
 /// 1234567 as `1.23M`.
-pub fn count(n: u64) -> String {
+pub(crate) fn count(n: u64) -> String {
     match n {
         0..1_000 => n.to_string(),
         1_000..1_000_000 => format!("{:.1}k", n as f64 / 1e3),

@@ -57,7 +57,7 @@ fn error(row: &Row) -> f64 {
     row.deviation.rel_mse.sqrt()
 }
 
-pub fn chart(table: &Convergence) -> String {
+pub(super) fn chart(table: &Convergence) -> String {
     let [left, right, top, bottom] = MARGIN;
     let (x1, y1) = (WIDTH - right, HEIGHT - bottom);
     let x = Axis::over(table.rows.iter().map(|r| r.seconds), left, x1);

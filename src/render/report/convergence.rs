@@ -12,7 +12,7 @@ use crate::render::exposure::Exposure;
 
 /// One render of a convergence table.
 #[derive(Clone, Debug, Serialize)]
-pub struct Row {
+pub(crate) struct Row {
     pub method: String,
     pub samples: u32,
     /// Of rendering alone.
@@ -27,7 +27,7 @@ pub struct Row {
 }
 
 impl Row {
-    pub fn new(method: &str, exposure: &Exposure, reference: &[[f64; 3]]) -> Self {
+    pub(crate) fn new(method: &str, exposure: &Exposure, reference: &[[f64; 3]]) -> Self {
         let deviation = Deviation::of(&exposure.film, reference);
         Self {
             method: method.to_owned(),
@@ -43,7 +43,7 @@ impl Row {
 
 /// Error against samples and time, for several methods.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Convergence {
+pub(crate) struct Convergence {
     pub scene: String,
     pub reference: String,
     pub rows: Vec<Row>,
@@ -52,7 +52,7 @@ pub struct Convergence {
 }
 
 impl Convergence {
-    pub fn push(&mut self, row: Row) {
+    pub(crate) fn push(&mut self, row: Row) {
         let method = row.method.clone();
         self.rows.push(row);
         let points: Vec<(f64, f64)> = self
@@ -66,7 +66,7 @@ impl Convergence {
         }
     }
 
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut out = format!("{}, against {}\n", self.scene, self.reference);
         let head = [
             "method",
@@ -115,7 +115,7 @@ impl Convergence {
         out
     }
 
-    pub fn csv(&self) -> String {
+    pub(crate) fn csv(&self) -> String {
         let mut out = String::from(
             "method,samples,seconds,rays,mse,rel_mse,bias,bias_error,worst,efficiency,estimated\n",
         );
@@ -141,7 +141,7 @@ impl Convergence {
     }
 
     /// relRMSE over seconds, both logarithmic, one line a method.
-    pub fn svg(&self) -> String {
+    pub(crate) fn svg(&self) -> String {
         chart(self)
     }
 }

@@ -6,7 +6,7 @@ use crate::film::{Exposed, Film};
 
 /// How far an exposure is from a reference. Errors are over all channels of all pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Deviation {
+pub(crate) struct Deviation {
     pub mse: f64,
     /// MSE over the squared mean of the reference.
     pub rel_mse: f64,
@@ -20,7 +20,7 @@ pub struct Deviation {
 
 impl Deviation {
     /// Holds a film against another of the same size; values are channel by channel.
-    pub fn of(film: &Film, reference: &[[f64; 3]]) -> Self {
+    pub(crate) fn of(film: &Film, reference: &[[f64; 3]]) -> Self {
         let pixels = film.pixels.iter().zip(reference);
         let difference =
             |(p, r): (&Exposed, &[f64; 3])| (p.mean - glam::DVec3::from_array(*r)).to_array();

@@ -2,11 +2,10 @@
 //!
 //! The JSON form is an interface that other programs read: `docs/guide/machine.md`.
 
-mod account;
+pub(crate) mod account;
 mod chart;
 mod convergence;
-mod deviation;
+pub(crate) mod deviation;
 
-pub use account::{RenderReport, Seconds, count};
-pub use convergence::{Convergence, Row};
-pub use deviation::Deviation;
+pub(crate) use account::{RenderReport, Seconds};
+pub(crate) use convergence::{Convergence, Row};

@@ -18,7 +18,7 @@ use crate::snapshot::Corners;
 use crate::traversal::state::State;
 
 /// Makes a box larger, so that it holds another one.
-pub fn grow(bounds: &mut Option<Corners>, (min, max): Corners) {
+pub(crate) fn grow(bounds: &mut Option<Corners>, (min, max): Corners) {
     *bounds = Some(match *bounds {
         Some((a, b)) => (a.min(min), b.max(max)),
         None => (min, max),
@@ -26,7 +26,7 @@ pub fn grow(bounds: &mut Option<Corners>, (min, max): Corners) {
 }
 
 #[derive(Debug)]
-pub struct BoundsCanvas {
+pub(crate) struct BoundsCanvas {
     pub picture: PictureView,
     pub census: Census,
     pub reports: Reports,
@@ -40,7 +40,7 @@ pub struct BoundsCanvas {
 }
 
 impl BoundsCanvas {
-    pub fn new(picture: PictureView) -> Self {
+    pub(crate) fn new(picture: PictureView) -> Self {
         Self {
             picture,
             census: Census::default(),

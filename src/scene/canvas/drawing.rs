@@ -16,7 +16,7 @@ use crate::traversal::state::State;
 
 /// What of the current shape is read. Shapes leave out the rest.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Wants {
+pub(crate) struct Wants {
     pub normals: bool,
     /// Texture coordinates that corners bring.
     pub coordinates: bool,
@@ -28,7 +28,7 @@ pub struct Wants {
 
 /// Which sides of a shape's faces are lit and seen.
 #[derive(Clone, Copy, Debug)]
-pub struct Sides {
+pub(crate) struct Sides {
     /// Corners run counterclockwise as seen from outside.
     pub counterclockwise: bool,
     /// The back is lit as the front is.
@@ -39,14 +39,14 @@ pub struct Sides {
 
 impl Sides {
     /// Both sides are seen and lit.
-    pub const BOTH: Self = Self {
+    pub(crate) const BOTH: Self = Self {
         counterclockwise: true,
         two_sided: true,
         culls: false,
     };
 
     /// The sides of VRML 97's field `solid`.
-    pub fn of_solid(solid: bool, counterclockwise: bool) -> Self {
+    pub(crate) fn of_solid(solid: bool, counterclockwise: bool) -> Self {
         Self {
             counterclockwise,
             two_sided: !solid,
@@ -57,7 +57,7 @@ impl Sides {
 
 /// What the materials of a mesh are dealt out by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MaterialsBy {
+pub(crate) enum MaterialsBy {
     /// The colors of its vertices; the first where it has none.
     Vertex,
     /// The parts of its triangles, unless its vertices have colors.
@@ -65,7 +65,7 @@ pub enum MaterialsBy {
 }
 
 /// Takes what shapes draw, in the shape's own space.
-pub trait Canvas {
+pub(crate) trait Canvas {
     fn wants(&self) -> Wants;
 
     /// The picture by which sizes in pixels are measured.
@@ -158,19 +158,19 @@ pub trait Canvas {
 
 impl dyn Canvas + '_ {
     /// Adds points to the shape's box. Where boxes are not wanted the points are not computed.
-    pub fn bound_all(&mut self, points: impl Iterator<Item = Vec3>) {
+    pub(crate) fn bound_all(&mut self, points: impl Iterator<Item = Vec3>) {
         if self.wants().bounds {
             points.for_each(|p| self.bound(p));
         }
     }
 
     /// Draws under a further matrix, in the shape's own space.
-    pub fn with_matrix(&mut self, matrix: DMat4, draw: impl FnOnce(&mut dyn Canvas)) {
+    pub(crate) fn with_matrix(&mut self, matrix: DMat4, draw: impl FnOnce(&mut dyn Canvas)) {
         self.with_placement(self.placement().times(matrix), draw);
     }
 
     /// Draws under a matrix of its own.
-    pub fn with_world(&mut self, world: DMat4, draw: impl FnOnce(&mut dyn Canvas)) {
+    pub(crate) fn with_world(&mut self, world: DMat4, draw: impl FnOnce(&mut dyn Canvas)) {
         self.with_placement(self.placement().moved_to(world), draw);
     }
 

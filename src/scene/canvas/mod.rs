@@ -15,15 +15,15 @@ mod runs;
 mod triangle_list;
 mod vertices;
 
-pub use bounds::{BoundsCanvas, grow};
-pub use drawing::{Canvas, MaterialsBy, Sides, Wants};
-pub use picture_view::PictureView;
-pub use placement::Placement;
-pub use points::{FAR_MORE, Points};
-pub use reports::Reports;
-pub use runs::{Broken, Runs, counted};
-pub use triangle_list::{IndexedTriangle, TriangleList};
-pub use vertices::{
+pub(crate) use bounds::{BoundsCanvas, grow};
+pub(crate) use drawing::{Canvas, MaterialsBy, Sides, Wants};
+pub(crate) use picture_view::PictureView;
+pub(crate) use placement::Placement;
+pub(crate) use points::{FAR_MORE, Points};
+pub(crate) use reports::Reports;
+pub(crate) use runs::{Broken, Runs, counted};
+pub(crate) use triangle_list::{IndexedTriangle, TriangleList};
+pub(crate) use vertices::{
     By, Normals, Place, Vertices, count, faces_are_parts, indices, is_per_vertex, without_index,
     wrapped,
 };

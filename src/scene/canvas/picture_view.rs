@@ -8,7 +8,7 @@ use crate::scene::options::CompileOptions;
 use crate::scene::pixel_footprint::Screen;
 
 #[derive(Clone, Debug)]
-pub struct PictureView {
+pub(crate) struct PictureView {
     pub camera: Option<CameraPose>,
     /// Its height in pixels, at least 1.
     pub rows: u32,
@@ -17,7 +17,7 @@ pub struct PictureView {
 }
 
 impl PictureView {
-    pub fn of(options: &CompileOptions) -> Self {
+    pub(crate) fn of(options: &CompileOptions) -> Self {
         Self {
             camera: options.camera.clone(),
             rows: options.pixel_rows.max(1),
@@ -26,7 +26,7 @@ impl PictureView {
     }
 
     /// The picture with its camera; `None` where nobody looks.
-    pub fn screen(&self) -> Option<Screen<'_>> {
+    pub(crate) fn screen(&self) -> Option<Screen<'_>> {
         let rows = f64::from(self.rows);
         let camera = self.camera.as_ref()?;
         Some(Screen { camera, rows })

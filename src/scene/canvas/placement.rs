@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3};
 
 /// Where a shape stands in the scene.
 #[derive(Clone, Copy, Debug)]
-pub struct Placement {
+pub(crate) struct Placement {
     /// The point of the world that is the scene's origin.
     pub origin: DVec3,
     pub scene_from_object: DAffine3,
@@ -13,7 +13,7 @@ pub struct Placement {
 
 impl Placement {
     /// The world's own axes around an origin.
-    pub fn around(origin: DVec3) -> Self {
+    pub(crate) fn around(origin: DVec3) -> Self {
         Self {
             origin,
             scene_from_object: DAffine3::IDENTITY,
@@ -22,7 +22,7 @@ impl Placement {
     }
 
     /// The placement of a matrix to the world.
-    pub fn moved_to(&self, world_from_object: DMat4) -> Self {
+    pub(crate) fn moved_to(&self, world_from_object: DMat4) -> Self {
         let mut affine = DAffine3::from_mat4(world_from_object);
         affine.translation -= self.origin;
         let inverse = affine.matrix3.inverse();
@@ -38,14 +38,14 @@ impl Placement {
     }
 
     /// The placement under a further matrix.
-    pub fn times(&self, matrix: DMat4) -> Self {
+    pub(crate) fn times(&self, matrix: DMat4) -> Self {
         let mut world = self.scene_from_object;
         world.translation += self.origin;
         self.moved_to(DMat4::from(world) * matrix)
     }
 
     /// Whether the matrix leaves a line or a point of a shape: a scale of 0 in two directions.
-    pub fn is_collapsed(&self) -> bool {
+    pub(crate) fn is_collapsed(&self) -> bool {
         let m = self.scene_from_object.matrix3;
         let areas = [
             m.x_axis.cross(m.y_axis),
@@ -57,14 +57,14 @@ impl Placement {
 
     /// A point of the shape in the scene.
     #[inline]
-    pub fn point(&self, p: Vec3) -> Vec3 {
+    pub(crate) fn point(&self, p: Vec3) -> Vec3 {
         let moved = self.scene_from_object.transform_point3(p.as_dvec3());
         moved.as_vec3()
     }
 
     /// A normal of the shape in the scene, of length 1 or 0.
     #[inline]
-    pub fn normal(&self, normal: Vec3) -> Vec3 {
+    pub(crate) fn normal(&self, normal: Vec3) -> Vec3 {
         let turned = self.normal_matrix * normal.as_dvec3();
         turned.normalize_or_zero().as_vec3()
     }

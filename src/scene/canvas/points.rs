@@ -7,10 +7,10 @@ use super::triangle_list::IndexedTriangle;
 use super::vertices::Vertices;
 
 /// A list with far more entries than a shape has corners is read corner by corner.
-pub const FAR_MORE: usize = 2;
+pub(crate) const FAR_MORE: usize = 2;
 
 /// The moved points, and which of them each position has.
-pub struct Points<'v> {
+pub(crate) struct Points<'v> {
     pub all: Vec<Vec3>,
     pub index: Option<&'v [i32]>,
     /// The coordinate that is first among the moved.
@@ -23,7 +23,7 @@ pub struct Points<'v> {
 
 impl<'v> Points<'v> {
     /// Moves the points that a shape uses into `all`, whose entries are dropped.
-    pub fn of(
+    pub(crate) fn of(
         runs: &Runs<'v>,
         vertices: &Vertices<'_, '_>,
         mut all: Vec<Vec3>,
@@ -52,7 +52,7 @@ impl<'v> Points<'v> {
 
     /// The entry of a position.
     #[inline(always)]
-    pub fn number(&self, position: u32) -> usize {
+    pub(crate) fn number(&self, position: u32) -> usize {
         match self.index {
             Some(index) => (index[position as usize] as u32 - self.first) as usize,
             None => position as usize,
@@ -60,7 +60,7 @@ impl<'v> Points<'v> {
     }
 
     /// Takes triangles out that have a corner without a coordinate.
-    pub fn drop_missing(
+    pub(crate) fn drop_missing(
         &self,
         triangles: &mut Vec<IndexedTriangle>,
         runs: &Runs<'_>,
@@ -74,7 +74,7 @@ impl<'v> Points<'v> {
     }
 
     /// Takes triangles out that have a corner which cannot be drawn. Returns how many they are.
-    pub fn drop_unsound(
+    pub(crate) fn drop_unsound(
         &self,
         triangles: &mut Vec<IndexedTriangle>,
         is_sound: impl Fn(Vec3) -> bool,

@@ -6,24 +6,24 @@ use crate::diag::Diagnostic;
 use crate::iv::{NodeId, NodeRef};
 
 #[derive(Debug, Default)]
-pub struct Reports {
+pub(crate) struct Reports {
     pub diagnostics: Vec<Diagnostic>,
     /// Shapes of which was reported that parts are left out.
     reported: HashSet<NodeId>,
 }
 
 impl Reports {
-    pub fn add(&mut self, diagnostic: Diagnostic) {
+    pub(crate) fn add(&mut self, diagnostic: Diagnostic) {
         self.diagnostics.push(diagnostic);
     }
 
-    pub fn not_drawn(&mut self, node: NodeRef<'_>, what: &str) {
+    pub(crate) fn not_drawn(&mut self, node: NodeRef<'_>, what: &str) {
         let class = node.class_name();
         self.at(node, format!("this `{class}` is not drawn: {what}"), None);
     }
 
     /// Reports that a shape is not drawn whole, once a node.
-    pub fn bad_parts(&mut self, node: NodeRef<'_>) {
+    pub(crate) fn bad_parts(&mut self, node: NodeRef<'_>) {
         if self.reported.insert(node.id) {
             let class = node.class_name();
             let help = "an index without a coordinate, a number that is none or far too large, or a scale of 0";

@@ -7,28 +7,28 @@ use crate::traversal::state::Coordinates;
 
 /// The corners of a face or a strip: positions in the index, or counted from the first coordinate.
 #[derive(Clone, Debug)]
-pub struct Run(pub Range<usize>);
+pub(crate) struct Run(pub Range<usize>);
 
 impl Run {
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.0.len()
     }
 
-    pub fn start(&self) -> usize {
+    pub(crate) fn start(&self) -> usize {
         self.0.start
     }
 }
 
 /// What becomes of a run with a corner that does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Broken {
+pub(crate) enum Broken {
     /// It counts, and has no corners.
     Empty,
     Kept,
 }
 
 /// The runs of a shape.
-pub struct Runs<'a> {
+pub(crate) struct Runs<'a> {
     index: Option<&'a [i32]>,
     /// The coordinate at position 0, where there is no index.
     first: usize,
@@ -42,7 +42,7 @@ pub struct Runs<'a> {
 impl<'a> Runs<'a> {
     /// At −1 a run ends; those of fewer than three corners are left out. Coin gives up on the rest
     /// of a face set there when asked for its triangles, and draws it in pictures.
-    pub fn by_index(
+    pub(crate) fn by_index(
         index: &'a [i32],
         coordinates: Coordinates<'_>,
         broken: Broken,
@@ -82,7 +82,7 @@ impl<'a> Runs<'a> {
     }
 
     /// One run of all the coordinates from one on.
-    pub fn whole(first: usize, count: usize) -> Self {
+    pub(crate) fn whole(first: usize, count: usize) -> Self {
         Self {
             index: None,
             first,
@@ -93,7 +93,7 @@ impl<'a> Runs<'a> {
     }
 
     /// Runs of so many corners each, one behind the other.
-    pub fn by_count(counts: &[i32], first: usize, available: usize) -> Self {
+    pub(crate) fn by_count(counts: &[i32], first: usize, available: usize) -> Self {
         let runs = counted(counts, first, available).into_iter();
         Self {
             index: None,
@@ -107,19 +107,19 @@ impl<'a> Runs<'a> {
         }
     }
 
-    pub fn coordinate(&self, position: usize) -> usize {
+    pub(crate) fn coordinate(&self, position: usize) -> usize {
         match self.index {
             Some(index) => index[position] as usize,
             None => self.first + position,
         }
     }
 
-    pub fn index(&self) -> Option<&'a [i32]> {
+    pub(crate) fn index(&self) -> Option<&'a [i32]> {
         self.index
     }
 
     /// The coordinates among which are all that are used and exist.
-    pub fn used(&self) -> Range<usize> {
+    pub(crate) fn used(&self) -> Range<usize> {
         match self.index {
             Some(_) => self.used.clone(),
             None => self.first..self.first + self.positions(),
@@ -127,20 +127,20 @@ impl<'a> Runs<'a> {
     }
 
     /// Whether some corner has no coordinate.
-    pub fn is_missing(&self) -> bool {
+    pub(crate) fn is_missing(&self) -> bool {
         self.missing
     }
 
-    pub fn coordinates(&self, run: &Run) -> impl ExactSizeIterator<Item = usize> + '_ {
+    pub(crate) fn coordinates(&self, run: &Run) -> impl ExactSizeIterator<Item = usize> + '_ {
         run.0.clone().map(|position| self.coordinate(position))
     }
 
-    pub fn all(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn all(&self) -> impl Iterator<Item = usize> + '_ {
         self.runs.iter().flat_map(|run| self.coordinates(run))
     }
 
     /// All positions are below this.
-    pub fn positions(&self) -> usize {
+    pub(crate) fn positions(&self) -> usize {
         match self.index {
             Some(index) => index.len(),
             None => self.runs.last().map_or(0, |run| run.0.end),
@@ -148,14 +148,14 @@ impl<'a> Runs<'a> {
     }
 
     /// As many triangles at most.
-    pub fn triangles(&self) -> usize {
+    pub(crate) fn triangles(&self) -> usize {
         self.runs.iter().map(|r| r.len().saturating_sub(2)).sum()
     }
 }
 
 /// First coordinate and number of each run; −1 takes all that are left. Runs past the end are
 /// cut off.
-pub fn counted(counts: &[i32], start: usize, available: usize) -> Vec<(usize, usize)> {
+pub(crate) fn counted(counts: &[i32], start: usize, available: usize) -> Vec<(usize, usize)> {
     let mut at = start;
     let mut out = Vec::new();
     for &count in counts {

@@ -2,7 +2,7 @@
 
 /// A triangle by the places of its corners.
 #[derive(Clone, Copy, Debug)]
-pub struct IndexedTriangle {
+pub(crate) struct IndexedTriangle {
     /// Positions in the shape's index, or numbers of its corners where it has none.
     pub corners: [u32; 3],
     /// What goes by face or by part goes by these for all three corners.
@@ -14,14 +14,14 @@ pub struct IndexedTriangle {
 const AT_ONCE: usize = 512;
 
 /// Collects triangles, and hands them over whenever there are many.
-pub struct TriangleList<'f> {
+pub(crate) struct TriangleList<'f> {
     triangles: Vec<IndexedTriangle>,
     take: &'f mut dyn FnMut(&mut Vec<IndexedTriangle>),
 }
 
 impl<'f> TriangleList<'f> {
     /// Lets `cut` add triangles, and hands all of them to `take`, which may change the list.
-    pub fn fill(
+    pub(crate) fn fill(
         cut: &mut dyn FnMut(&mut TriangleList<'_>),
         take: &'f mut dyn FnMut(&mut Vec<IndexedTriangle>),
     ) {
@@ -32,7 +32,7 @@ impl<'f> TriangleList<'f> {
     }
 
     #[inline(always)]
-    pub fn add(&mut self, corners: [usize; 3], face: usize, part: usize) {
+    pub(crate) fn add(&mut self, corners: [usize; 3], face: usize, part: usize) {
         self.triangles.push(IndexedTriangle {
             corners: corners.map(|c| c as u32),
             face: face as u32,

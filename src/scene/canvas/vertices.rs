@@ -9,7 +9,7 @@ use crate::traversal::state::{Binding, Coordinates, State, TextureCoordinates, W
 
 /// Returns a list of indices, unless it is empty or starts with −1, which has Inventor take another
 /// one.
-pub fn indices<'a>(node: NodeRef<'a>, field: Field<[i32]>) -> Option<&'a [i32]> {
+pub(crate) fn indices<'a>(node: NodeRef<'a>, field: Field<[i32]>) -> Option<&'a [i32]> {
     let list = node.get(field);
     list.first()
         .is_some_and(|&first| first >= 0)
@@ -17,13 +17,13 @@ pub fn indices<'a>(node: NodeRef<'a>, field: Field<[i32]>) -> Option<&'a [i32]> 
 }
 
 /// Returns a count or an index that a field states; a negative one counts as 0.
-pub fn count(node: NodeRef<'_>, field: Field<i32>) -> usize {
+pub(crate) fn count(node: NodeRef<'_>, field: Field<i32>) -> usize {
     usize::try_from(node.get(field)).unwrap_or(0)
 }
 
 /// Where a corner stands in its shape, by every way of counting.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub(crate) struct Place {
     /// Index into the coordinates.
     pub coordinate: usize,
     /// Index into `coordIndex`, or the corner's number where there is none.
@@ -37,7 +37,7 @@ pub struct Place {
 }
 
 /// Normals as the shape uses them.
-pub enum Normals<'a> {
+pub(crate) enum Normals<'a> {
     Given(&'a [Vec3]),
     Made(Vec<Vec3>, By),
     /// None to be had: +z, as in Inventor.
@@ -48,7 +48,7 @@ pub enum Normals<'a> {
 
 /// What made normals are one each of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum By {
+pub(crate) enum By {
     /// `Place::position`.
     Position,
     Face,
@@ -57,7 +57,7 @@ pub enum By {
 }
 
 /// Hands out corners by the bindings in force.
-pub struct Vertices<'a, 's> {
+pub(crate) struct Vertices<'a, 's> {
     pub state: &'s State<'a>,
     pub coordinates: Coordinates<'a>,
     pub normals: Normals<'a>,
@@ -73,7 +73,7 @@ pub struct Vertices<'a, 's> {
 
 impl Vertices<'_, '_> {
     /// The corner; `None` where the coordinate does not exist.
-    pub fn corner(&self, place: Place) -> Option<Corner> {
+    pub(crate) fn corner(&self, place: Place) -> Option<Corner> {
         let position = self.coordinates.get(place.coordinate)?;
         let normal = self.normal(place);
         let texture = match &self.boxed {
@@ -160,7 +160,7 @@ impl Vertices<'_, '_> {
 }
 
 /// Returns the texture coordinates of a point, wrapped around the box of its shape.
-pub fn wrapped(boxed: &BoxCoordinates, as_what: Wrapping, p: Vec3, normal: Vec3) -> Vec2 {
+pub(crate) fn wrapped(boxed: &BoxCoordinates, as_what: Wrapping, p: Vec3, normal: Vec3) -> Vec2 {
     match as_what {
         Wrapping::Sphere => boxed.on_sphere(p),
         Wrapping::Cylinder => boxed.on_cylinder(p, normal),
@@ -169,7 +169,7 @@ pub fn wrapped(boxed: &BoxCoordinates, as_what: Wrapping, p: Vec3, normal: Vec3)
 }
 
 /// For shapes whose faces are their parts, and for those that have no index.
-pub fn faces_are_parts(binding: Binding) -> Binding {
+pub(crate) fn faces_are_parts(binding: Binding) -> Binding {
     match binding {
         Binding::PerPart => Binding::PerFace,
         Binding::PerPartIndexed => Binding::PerFaceIndexed,
@@ -177,7 +177,7 @@ pub fn faces_are_parts(binding: Binding) -> Binding {
     }
 }
 
-pub fn without_index(binding: Binding) -> Binding {
+pub(crate) fn without_index(binding: Binding) -> Binding {
     match binding {
         Binding::PerPartIndexed => Binding::PerPart,
         Binding::PerFaceIndexed => Binding::PerFace,
@@ -186,6 +186,6 @@ pub fn without_index(binding: Binding) -> Binding {
     }
 }
 
-pub fn is_per_vertex(binding: Binding) -> bool {
+pub(crate) fn is_per_vertex(binding: Binding) -> bool {
     matches!(binding, Binding::PerVertex | Binding::PerVertexIndexed)
 }

@@ -15,7 +15,7 @@ use crate::scene::{CompileOptions, RenderScene, Survey, snapshot};
 use crate::snapshot::SnapshotOptions;
 
 /// A file that was read and surveyed, or why it could not be.
-pub struct Checked {
+pub(crate) struct Checked {
     pub file: String,
     pub document: Result<(Document, Survey)>,
     /// Files that the scene names and that cannot be read, with why.
@@ -24,7 +24,7 @@ pub struct Checked {
 
 impl Checked {
     /// Reads a file, surveys its scene and decodes its pictures.
-    pub fn read(
+    pub(crate) fn read(
         path: &Path,
         search: &[&Path],
         limits: &Limits,
@@ -60,7 +60,7 @@ impl Checked {
     }
 
     /// The answer as JSON: docs/guide/machine.md.
-    pub fn json(&self) -> Json {
+    pub(crate) fn json(&self) -> Json {
         let diagnostics: Vec<Json> = self
             .diagnostics()
             .into_iter()
@@ -93,7 +93,7 @@ impl Checked {
     }
 
     /// One line: file, format, nodes and what becomes of them, triangles, problems.
-    pub fn summary(&self) -> String {
+    pub(crate) fn summary(&self) -> String {
         match &self.document {
             Err(error) => format!("{}: {}", self.file, self.beside_its_name(error)),
             Ok((document, survey)) => {
@@ -140,7 +140,7 @@ impl Checked {
     }
 
     /// Warnings and errors.
-    pub fn problems(&self) -> impl Iterator<Item = &Diagnostic> {
+    pub(crate) fn problems(&self) -> impl Iterator<Item = &Diagnostic> {
         self.diagnostics()
             .into_iter()
             .filter(|d| d.severity >= Severity::Warning)
@@ -150,7 +150,7 @@ impl Checked {
     ///
     /// # Errors
     /// What writing brings.
-    pub fn report(&self, out: &mut dyn Write) -> std::io::Result<()> {
+    pub(crate) fn report(&self, out: &mut dyn Write) -> std::io::Result<()> {
         let Ok((document, survey)) = &self.document else {
             return Ok(());
         };
@@ -198,6 +198,6 @@ impl Checked {
 }
 
 /// `1 node`, `2 nodes`.
-pub fn counted(n: usize, what: &str) -> String {
+pub(crate) fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

@@ -6,7 +6,7 @@ use crate::grammar::Treatment;
 use crate::iv::{Document, NodeId};
 
 /// Nodes by class and by what becomes of them, the most frequent first.
-pub fn classes(document: &Document) -> [(&'static str, Vec<(String, usize)>); 4] {
+pub(crate) fn classes(document: &Document) -> [(&'static str, Vec<(String, usize)>); 4] {
     let mut counts: IndexMap<(&str, usize), usize> = IndexMap::new();
     for id in 0..document.nodes.len() {
         let id = NodeId(id as u32);

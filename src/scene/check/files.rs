@@ -11,7 +11,7 @@ const ENDINGS: [&str; 6] = [".iv", ".wrl", ".iv.gz", ".wrl.gz", ".wrz", ".vrml"]
 ///
 /// # Errors
 /// A folder that cannot be read, or holds no scene file.
-pub fn scene_files(named: &[&PathBuf]) -> Result<Vec<PathBuf>> {
+pub(crate) fn scene_files(named: &[&PathBuf]) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in named {
         if !path.is_dir() {

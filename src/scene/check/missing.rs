@@ -9,7 +9,7 @@ use crate::scene::looks::texture::{self, FileField, PANORAMA};
 use crate::snapshot::Snapshot;
 
 /// A file that is named and cannot be read.
-pub struct Missing {
+pub(crate) struct Missing {
     pub name: String,
     /// Why not; an included file was reported on when it was read.
     pub trouble: Option<Box<Diagnostic>>,

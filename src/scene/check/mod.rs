@@ -8,7 +8,6 @@ mod files;
 mod json;
 mod missing;
 
-pub use checked::{Checked, counted};
-pub use classes::classes;
-pub use files::scene_files;
-pub use missing::Missing;
+pub(crate) use checked::{Checked, counted};
+pub(crate) use classes::classes;
+pub(crate) use files::scene_files;

@@ -73,7 +73,6 @@ impl SceneBuilder {
         self.scene.census.transparent |= transparency.iter().any(|&t| t > 0.0)
             || texture.as_ref().is_some_and(|t| t.texture.has_alpha());
         Surface {
-            shape: self.shape.number,
             class: node.known_class().map_or("", |c| c.name),
             ambient: m.ambient,
             diffuse,

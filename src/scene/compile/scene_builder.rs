@@ -43,7 +43,7 @@ pub(super) struct CurrentShape {
 
 impl CurrentShape {
     /// Whether faces are drawn as their edges or corners.
-    pub fn outlines(&self) -> bool {
+    pub(super) fn outlines(&self) -> bool {
         matches!(self.drawing.style, DrawStyle::Lines | DrawStyle::Points)
     }
 }
@@ -74,7 +74,7 @@ pub(super) struct SceneBuilder {
 }
 
 impl SceneBuilder {
-    pub fn new(options: &CompileOptions) -> Self {
+    pub(super) fn new(options: &CompileOptions) -> Self {
         Self {
             picture: PictureView::of(options),
             placement: Placement::around(options.origin),
@@ -102,18 +102,18 @@ impl SceneBuilder {
     }
 
     /// The triangles since the last time belong to the last surface.
-    pub fn own(&mut self) {
+    pub(super) fn own(&mut self) {
         let owner = self.scene.surfaces.len().saturating_sub(1) as u32;
         let triangles = self.scene.triangles.len();
         self.owners.triangles.resize(triangles, owner);
     }
 
-    pub fn last_surface(&self) -> u32 {
+    pub(super) fn last_surface(&self) -> u32 {
         self.scene.surfaces.len() as u32 - 1
     }
 
     /// Makes room for as many triangles of the current shape as are to come at most.
-    pub fn reserve(&mut self, triangles: usize) {
+    pub(super) fn reserve(&mut self, triangles: usize) {
         if self.shape.outlines() {
             return;
         }
@@ -144,7 +144,7 @@ impl SceneBuilder {
     }
 
     /// How many of so many triangles more can be kept; they are counted.
-    pub fn room(&mut self, triangles: usize) -> usize {
+    pub(super) fn room(&mut self, triangles: usize) -> usize {
         let left = self.left();
         if triangles > left {
             self.report_the_limit();
@@ -154,7 +154,7 @@ impl SceneBuilder {
         room
     }
 
-    pub fn has_no_room(&mut self) -> bool {
+    pub(super) fn has_no_room(&mut self) -> bool {
         let full = self.left() == 0;
         if full {
             self.report_the_limit();

@@ -16,7 +16,7 @@ use crate::pose::rotation_of;
 use crate::traversal::state::State;
 
 #[derive(Clone, Debug, Default)]
-pub struct Background {
+pub(crate) struct Background {
     /// Angle from straight up, and the color there.
     sky: Vec<(f32, Vec3)>,
     /// Angle from straight down.
@@ -41,7 +41,7 @@ const SIDES: [[Vec3; 3]; 6] = [
 impl Background {
     /// The background of a node met in a state, its pictures looked for beside the scene and in
     /// folders; without folders none is read. And what was wrong with the pictures.
-    pub fn of(
+    pub(crate) fn of(
         node: NodeRef<'_>,
         state: &State<'_>,
         folders: Option<&[PathBuf]>,
@@ -73,7 +73,7 @@ impl Background {
     }
 
     /// The color in a direction; black without a background.
-    pub fn color(&self, direction: Vec3) -> Vec3 {
+    pub(crate) fn color(&self, direction: Vec3) -> Vec3 {
         let direction = self.turn * direction.normalize_or(Vec3::NEG_Z);
         let up = direction.y.clamp(-1.0, 1.0);
         let from_below = libm::acosf(-up);

@@ -3,9 +3,9 @@
 mod background;
 mod light;
 mod surface;
-pub mod texture;
+pub(super) mod texture;
 
-pub use background::Background;
-pub use light::{Light, Reaching};
-pub use surface::{CornerNormals, Mapping, Surface, TextureUse};
-pub use texture::{Filter, Repeat, Texture};
+pub(crate) use background::Background;
+pub(crate) use light::{Light, Reaching};
+pub(crate) use surface::{CornerNormals, Mapping, Surface, TextureUse};
+pub(crate) use texture::{Filter, Repeat, Texture};

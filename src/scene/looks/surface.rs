@@ -9,7 +9,7 @@ use crate::traversal::state::{EnvironmentElement, TextureModel};
 
 /// Texture coordinates that depend on where a ray comes from, or on nothing stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Mapping {
+pub(crate) enum Mapping {
     /// From the corners, or from the quadric itself.
     Stored,
     /// s and t along two directions of the shape's own space.
@@ -20,7 +20,7 @@ pub enum Mapping {
 }
 
 #[derive(Clone, Debug)]
-pub struct TextureUse {
+pub(crate) struct TextureUse {
     pub texture: Arc<Texture>,
     pub model: TextureModel,
     pub blend_color: Vec3,
@@ -33,19 +33,19 @@ pub struct TextureUse {
 /// Normals of triangles' corners. Corners share them, so each triangle has the numbers of three:
 /// a third of the memory, which is what compiling a large scene waits for.
 #[derive(Clone, Debug, Default)]
-pub struct CornerNormals {
+pub(crate) struct CornerNormals {
     list: Vec<Vec3>,
     corners: Vec<[u32; 3]>,
 }
 
 impl CornerNormals {
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.corners.is_empty()
     }
 
     /// The normals of a triangle; `None` where it has none of its own.
     #[inline]
-    pub fn get(&self, triangle: usize) -> Option<[Vec3; 3]> {
+    pub(crate) fn get(&self, triangle: usize) -> Option<[Vec3; 3]> {
         let numbers = self.corners.get(triangle)?;
         Some(numbers.map(|n| self.list[n as usize]))
     }
@@ -85,9 +85,9 @@ impl CornerNormals {
 
 /// What all primitives of a shape share, and what they have each.
 #[derive(Clone, Debug)]
-pub struct Surface {
-    /// Order of traversal, counted over shapes.
-    pub shape: u32,
+pub(crate) struct Surface {
+    /// The name of the shape's class.
+    #[cfg_attr(not(test), expect(dead_code, reason = "tests ask what a ray has hit"))]
     pub class: &'static str,
     pub ambient: Vec3,
     pub diffuse: Vec<Vec3>,
@@ -127,29 +127,29 @@ pub struct Surface {
 }
 
 impl Surface {
-    pub fn diffuse_at(&self, index: u32) -> Vec3 {
+    pub(crate) fn diffuse_at(&self, index: u32) -> Vec3 {
         let last = self.diffuse.len() - 1;
         self.diffuse[(index as usize).min(last)]
     }
 
     /// Of the cosine to the half-way vector, for highlights.
-    pub fn exponent(&self) -> f32 {
+    pub(crate) fn exponent(&self) -> f32 {
         128.0 * self.shininess.clamp(0.0, 1.0)
     }
 
-    pub fn transparency_at(&self, index: u32) -> f32 {
+    pub(crate) fn transparency_at(&self, index: u32) -> f32 {
         let last = self.transparency.len() - 1;
         self.transparency[(index as usize).min(last)]
     }
 
     /// What the surface gives off by itself and of the ambient light.
-    pub fn glow(&self) -> Vec3 {
+    pub(crate) fn glow(&self) -> Vec3 {
         self.emissive + self.ambient * self.environment.ambient
     }
 
     /// The diffuse color of one of the surface's triangles at the weights of a hit.
     #[inline(always)]
-    pub fn diffuse_between(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
+    pub(crate) fn diffuse_between(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
         let [a, b, c] = self.materials_of(triangle);
         let first = self.diffuse_at(a);
         if a == b && b == c {
@@ -159,12 +159,12 @@ impl Surface {
     }
 
     /// Whether no light goes through anywhere.
-    pub fn is_opaque(&self) -> bool {
+    pub(crate) fn is_opaque(&self) -> bool {
         let whole = |t: &TextureUse| t.model == TextureModel::Decal || !t.texture.has_alpha();
         self.transparency.iter().all(|t| *t == 0.0) && self.texture.as_ref().is_none_or(whole)
     }
 
-    pub fn materials_of(&self, triangle: usize) -> [u32; 3] {
+    pub(crate) fn materials_of(&self, triangle: usize) -> [u32; 3] {
         self.materials.get(triangle).copied().unwrap_or([0; 3])
     }
 }

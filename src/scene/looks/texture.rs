@@ -13,7 +13,7 @@ use crate::picture::Raster;
 
 /// How a texture is read, by `Complexity`'s `textureQuality`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Filter {
+pub(crate) enum Filter {
     /// The texel's own color: below 0.2 (Coin's limits).
     Nearest,
     /// Between texels: below 0.5.
@@ -23,7 +23,7 @@ pub enum Filter {
 }
 
 impl Filter {
-    pub fn of(quality: f32) -> Self {
+    pub(crate) fn of(quality: f32) -> Self {
         match quality {
             q if q < 0.2 => Self::Nearest,
             q if q < 0.5 => Self::Linear,
@@ -34,7 +34,7 @@ impl Filter {
 
 /// Along which coordinates a texture repeats; along the others its edge continues.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Repeat {
+pub(crate) struct Repeat {
     pub s: bool,
     pub t: bool,
     /// Into the depth, for several pictures behind one another.
@@ -42,7 +42,7 @@ pub struct Repeat {
 }
 
 impl Repeat {
-    pub const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         s: false,
         t: false,
         r: false,
@@ -51,7 +51,7 @@ impl Repeat {
 
 /// Rows from the bottom up, as Inventor has them.
 #[derive(Debug, Default)]
-pub struct Texture {
+pub(crate) struct Texture {
     pub width: usize,
     pub height: usize,
     /// Red, green, blue, alpha; those of a picture in the scene are unpacked when first read.
@@ -67,7 +67,7 @@ pub struct Texture {
 
 impl Texture {
     /// White letters, as opaque as they cover each pixel; rows from the bottom up.
-    pub fn of_letters(width: usize, height: usize, coverage: &[u8]) -> Self {
+    pub(crate) fn of_letters(width: usize, height: usize, coverage: &[u8]) -> Self {
         Self {
             width,
             height,
@@ -82,12 +82,12 @@ impl Texture {
         }
     }
 
-    pub fn has_alpha(&self) -> bool {
+    pub(crate) fn has_alpha(&self) -> bool {
         matches!(self.components, 2 | 4)
     }
 
     /// The color at (s, t), each texel's center at half its width; edges repeat or continue.
-    pub fn sample(&self, at: Vec2, filter: Filter, repeat: Repeat) -> Vec4 {
+    pub(crate) fn sample(&self, at: Vec2, filter: Filter, repeat: Repeat) -> Vec4 {
         let texels = self.texels();
         if texels.is_empty() || !at.is_finite() {
             return Vec4::ONE;
@@ -107,12 +107,18 @@ impl Texture {
     }
 
     /// Whether it is one of several pictures behind one another.
-    pub fn is_deep(&self) -> bool {
+    pub(crate) fn is_deep(&self) -> bool {
         !self.deeper.is_empty()
     }
 
     /// The color at (s, t, r), between two pictures of those behind one another.
-    pub fn sample_deep(&self, at: Vec3, texels: f32, filter: Filter, repeat: Repeat) -> Vec4 {
+    pub(crate) fn sample_deep(
+        &self,
+        at: Vec3,
+        texels: f32,
+        filter: Filter,
+        repeat: Repeat,
+    ) -> Vec4 {
         let slice = |i: usize| match i {
             0 => self,
             _ => &self.deeper[i - 1],
@@ -131,7 +137,13 @@ impl Texture {
 
     /// The color where a pixel covers `texels` texels across: between the two versions whose
     /// texels are just smaller and just larger than the pixel, as OpenGL's trilinear filter.
-    pub fn sample_wide(&self, at: Vec2, texels: f32, filter: Filter, repeat: Repeat) -> Vec4 {
+    pub(crate) fn sample_wide(
+        &self,
+        at: Vec2,
+        texels: f32,
+        filter: Filter,
+        repeat: Repeat,
+    ) -> Vec4 {
         if filter != Filter::Smooth || !(texels > 1.0) {
             return self.sample(at, filter, repeat);
         }
@@ -235,14 +247,14 @@ fn between(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
 
 /// A field that names files: one file, or several.
 #[derive(Clone, Copy)]
-pub enum FileField {
+pub(crate) enum FileField {
     One(Field<Text>),
     Several(Field<[String]>),
 }
 
 impl FileField {
     /// Returns the names that the field of a node states; none if the node has no such field.
-    pub fn names<'a>(self, node: NodeRef<'a>) -> impl Iterator<Item = &'a str> {
+    pub(crate) fn names<'a>(self, node: NodeRef<'a>) -> impl Iterator<Item = &'a str> {
         let (one, several): (_, &[String]) = match self {
             Self::One(field) => (node.find(field), &[]),
             Self::Several(field) => (None, node.find(field).unwrap_or(&[])),
@@ -253,7 +265,7 @@ impl FileField {
 }
 
 /// The fields of a VRML 97 `Background` that name pictures.
-pub const PANORAMA: [FileField; 6] = [
+pub(crate) const PANORAMA: [FileField; 6] = [
     FileField::Several(vrml97_background::BACK_URL),
     FileField::Several(vrml97_background::BOTTOM_URL),
     FileField::Several(vrml97_background::FRONT_URL),
@@ -263,7 +275,7 @@ pub const PANORAMA: [FileField; 6] = [
 ];
 
 /// The fields of texture nodes that name pictures.
-pub const PICTURES: [FileField; 3] = [
+pub(crate) const PICTURES: [FileField; 3] = [
     FileField::One(texture2::FILENAME),
     FileField::Several(image_texture::URL),
     FileField::Several(texture3::FILENAMES),
@@ -273,7 +285,7 @@ pub const PICTURES: [FileField; 3] = [
 ///
 /// # Errors
 /// A file that cannot be found or read; the message names it and where it was looked for.
-pub fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>> {
+pub(crate) fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>> {
     decode_named(node, &PICTURES, folders)
 }
 
@@ -281,7 +293,7 @@ pub fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>>
 ///
 /// # Errors
 /// Returns the errors of [`decode`].
-pub fn decode_named(
+pub(crate) fn decode_named(
     node: NodeRef<'_>,
     fields: &[FileField],
     folders: &[PathBuf],

@@ -13,14 +13,14 @@ use crate::scene::canvas::{
 use crate::traversal::state::{Binding, Language, State};
 
 /// The index fields of an indexed shape.
-pub struct Indices<'a> {
+pub(super) struct Indices<'a> {
     pub coord: &'a [i32],
     pub normal: Option<&'a [i32]>,
     pub material: Option<&'a [i32]>,
     pub texture: Option<&'a [i32]>,
 }
 
-pub fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let indices = Indices {
         coord: node.get(indexed_face_set::COORD_INDEX),
         normal: indices(node, indexed_face_set::NORMAL_INDEX),
@@ -31,7 +31,7 @@ pub fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn 
 }
 
 /// Faces by index, of Inventor's shape and of VRML 97's.
-pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let index = indices.coord;
     if index.len() < 3 {
         return;
@@ -66,7 +66,7 @@ pub fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut dyn
     draw(&faces, &vertices, state.hints.convex, out);
 }
 
-pub fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let counts = node.get(face_set::NUM_VERTICES);
     let start = count(node, face_set::START_INDEX);
     let faces = Runs::by_count(counts, start, state.coordinates.len());

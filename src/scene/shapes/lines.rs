@@ -52,7 +52,7 @@ fn segments_and_lines(binding: Binding) -> Binding {
     }
 }
 
-pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let counts = node.get(line_set::NUM_VERTICES);
     let start = count(node, line_set::START_INDEX);
@@ -74,7 +74,7 @@ pub fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) 
     }
 }
 
-pub fn indexed_line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn indexed_line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let index = node.get(indexed_line_set::COORD_INDEX);
     let others = [
@@ -93,7 +93,7 @@ fn unlit_without_normals(state: &State<'_>, out: &mut dyn Canvas) {
 
 /// Lines by index, of Inventor's shape and of VRML 97's.
 /// `others` are the indices of materials and of normals.
-pub fn indexed_lines<'a>(
+pub(super) fn indexed_lines<'a>(
     index: &'a [i32],
     [materials, normals]: [Option<&'a [i32]>; 2],
     state: &State<'a>,
@@ -173,7 +173,7 @@ fn points<'a, 's>(
     (vertices, start, count)
 }
 
-pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let (vertices, start, count) = points(node, state, out);
     for i in 0..count {
@@ -182,7 +182,7 @@ pub fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas)
 }
 
 /// Signs of 5, 7 or 9 pixels at points, facing the camera.
-pub fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     out.set_unlit();
     let (vertices, start, count) = points(node, state, out);
     for i in 0..count {
@@ -190,7 +190,7 @@ pub fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas
     }
 }
 
-pub fn indexed_marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn indexed_marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     out.set_unlit();
     let index = node.get(indexed_marker_set::COORD_INDEX);
     let materials = indices(node, indexed_marker_set::MATERIAL_INDEX);
@@ -216,7 +216,7 @@ fn marker<'a>(
     }
 }
 
-pub fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let index = node.get(indexed_point_set::COORD_INDEX);
     let vertices = vertices(

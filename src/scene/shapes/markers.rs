@@ -8,7 +8,7 @@ use crate::geometry::{Corner, MarkerBitmap, marker_bitmap};
 use crate::scene::canvas::Canvas;
 
 /// Draws a marker with its middle on the pixel of a corner; a negative index draws none.
-pub fn marker(corner: Corner, index: i32, world_from_object: DMat4, out: &mut dyn Canvas) {
+pub(super) fn marker(corner: Corner, index: i32, world_from_object: DMat4, out: &mut dyn Canvas) {
     let Ok(index) = usize::try_from(index) else {
         return;
     };

@@ -35,7 +35,7 @@ use crate::traversal::role::is_vrml97;
 use crate::traversal::state::{DrawStyle, State};
 
 /// Draws a shape node with the state it was met in.
-pub fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let Some(class) = node.known_class() else {
         return;
     };

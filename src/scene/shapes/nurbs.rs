@@ -14,27 +14,31 @@ use crate::scene::canvas::{Canvas, count, indices};
 use crate::traversal::State;
 use crate::traversal::state::{Coordinates, ProfileCoordinates, TextureCoordinates};
 
-pub fn nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let points: Vec<DVec4> = (0..state.coordinates.len())
         .filter_map(|i| control_point(state, i))
         .collect();
     surface(node, state, points, None, out);
 }
 
-pub fn indexed_nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn indexed_nurbs_surface<'a>(
+    node: NodeRef<'a>,
+    state: &State<'a>,
+    out: &mut dyn Canvas,
+) {
     let index = node.get(indexed_nurbs_surface::COORD_INDEX);
     let texture = indices(node, indexed_nurbs_surface::TEXTURE_COORD_INDEX);
     surface(node, state, picked(state, index), texture, out);
 }
 
-pub fn nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let points: Vec<DVec4> = (0..state.coordinates.len())
         .filter_map(|i| control_point(state, i))
         .collect();
     curve(node, state, points, out);
 }
 
-pub fn indexed_nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn indexed_nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let index = node.get(indexed_nurbs_curve::COORD_INDEX);
     curve(node, state, picked(state, index), out);
 }
@@ -204,7 +208,7 @@ fn knots97(node: NodeRef<'_>, knots: Field<[f32]>, order: Field<i32>, points: us
 }
 
 /// VRML 97's `NurbsSurface`, cut by loops in its parameters.
-pub fn surface97<'a>(
+pub(super) fn surface97<'a>(
     node: NodeRef<'a>,
     trims: &[Vec<DVec2>],
     state: &State<'a>,
@@ -244,7 +248,7 @@ pub fn surface97<'a>(
 }
 
 /// The loops of a `TrimmedSurface`: each `Contour2D` is one.
-pub fn contours97(node: NodeRef<'_>, state: &State<'_>) -> Vec<Vec<DVec2>> {
+pub(super) fn contours97(node: NodeRef<'_>, state: &State<'_>) -> Vec<Vec<DVec2>> {
     let contours = node.get_nodes(trimmed_surface::TRIMMING_CONTOUR);
     let contour = |&id: &NodeId| {
         let parts = node.document.node(id).get_nodes(contour2_d::CHILDREN);
@@ -273,7 +277,7 @@ fn contour_part(node: NodeRef<'_>, state: &State<'_>) -> Vec<DVec2> {
 }
 
 /// VRML 97's `NurbsCurve`.
-pub fn curve97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn curve97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let points = weighted(node);
     let knots = knots97(
         node,

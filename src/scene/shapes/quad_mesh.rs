@@ -13,7 +13,7 @@ use crate::scene::canvas::{
 };
 use crate::traversal::state::{Binding, Coordinates, State};
 
-pub fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let rows = count(node, quad_mesh::VERTICES_PER_COLUMN);
     let columns = count(node, quad_mesh::VERTICES_PER_ROW);
     let start = count(node, quad_mesh::START_INDEX);

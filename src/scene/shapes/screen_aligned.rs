@@ -13,7 +13,7 @@ use crate::traversal::state::{State, TextureCoordinates, TextureElement, Texture
 
 /// Draws with a unit of a pixel, facing the camera, around a point of the world. Nothing where
 /// nobody looks or the point is behind the camera.
-pub fn facing(at: DVec3, out: &mut dyn Canvas, draw: impl FnOnce(&mut dyn Canvas)) {
+pub(super) fn facing(at: DVec3, out: &mut dyn Canvas, draw: impl FnOnce(&mut dyn Canvas)) {
     let placed = out.picture().screen().and_then(|screen| {
         let scale = DVec3::splat(screen.pixel_at(at)?);
         let turn = screen.camera.orientation;
@@ -30,7 +30,7 @@ const ASPECT: f64 = 4.0 / 3.0;
 /// The corners of the rectangle that Inventor takes for a text at a point of the world, or nothing
 /// where the camera does not see it. Without a camera it is Inventor's default view: the cube from
 /// −1 to 1.
-pub fn seen_around(at: DVec3, text: &PixelText, out: &dyn Canvas) -> Option<[DVec3; 4]> {
+pub(super) fn seen_around(at: DVec3, text: &PixelText, out: &dyn Canvas) -> Option<[DVec3; 4]> {
     let (low, high) = text.rectangle;
     if low.x > high.x {
         return None;
@@ -77,7 +77,7 @@ pub fn seen_around(at: DVec3, text: &PixelText, out: &dyn Canvas) -> Option<[DVe
 }
 
 /// Letters as pixels, on whole ones of a picture with an even number of columns.
-pub fn pixels(at: DVec3, text: &PixelText, out: &mut dyn Canvas) {
+pub(super) fn pixels(at: DVec3, text: &PixelText, out: &mut dyn Canvas) {
     let shown = out.picture().screen().and_then(|screen| screen.project(at));
     let (Some(point), false) = (shown, text.coverage.is_empty()) else {
         return;
@@ -110,7 +110,7 @@ fn rectangle(low: Vec2, size: Vec2, out: &mut dyn Canvas) {
 }
 
 /// Puts an `Image`'s own picture into the state, unlit.
-pub fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+pub(super) fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.texture = Some(TextureElement {
         node,
         model: TextureModel::Replace,
@@ -127,7 +127,7 @@ pub fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 
 /// An `Image`: a picture facing the camera at the origin of its space, pixel for pixel unless the
 /// node states another size.
-pub fn image<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn image<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     out.bound(Vec3::ZERO);
     let inline = node.find(image::IMAGE);
     let size = out

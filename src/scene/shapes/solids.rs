@@ -21,7 +21,7 @@ fn part(state: &State<'_>, index: u32) -> u32 {
 }
 
 /// Returns a size without its sign, or its default if it is not finite.
-pub fn size(node: NodeRef<'_>, field: Field<f32>) -> f32 {
+pub(super) fn size(node: NodeRef<'_>, field: Field<f32>) -> f32 {
     let stated = node.get(field);
     let size = if stated.is_finite() {
         stated
@@ -32,7 +32,7 @@ pub fn size(node: NodeRef<'_>, field: Field<f32>) -> f32 {
 }
 
 /// Parts in Inventor's order: front, back, left, right, top, bottom. `PER_FACE` is by part too.
-pub fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let half = 0.5
         * Vec3::new(
             size(node, cube::WIDTH),
@@ -47,7 +47,7 @@ pub fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
 }
 
 /// The six sides of a box, each with the texture once.
-pub fn block(half: Vec3, by_part: bool, out: &mut dyn Canvas) {
+pub(super) fn block(half: Vec3, by_part: bool, out: &mut dyn Canvas) {
     // Outward normal, and the direction in which the texture's s grows.
     const SIDES: [(Vec3, Vec3); 6] = [
         (Vec3::Z, Vec3::X),
@@ -88,14 +88,14 @@ pub fn block(half: Vec3, by_part: bool, out: &mut dyn Canvas) {
     }
 }
 
-pub fn sphere<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
+pub(super) fn sphere<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
     let radius = f64::from(size(node, sphere::RADIUS));
     out.quadric(QuadricKind::Sphere { radius }, 0);
 }
 
 /// A part of a sphere about its vertex, or of a plane where the radius is 0, as lenses have them.
 /// Seen from both sides; the outside, for indices of refraction, is where y is larger.
-pub fn lens_surface<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
+pub(super) fn lens_surface<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
     let radius = f64::from(node.get(lens_surface::RADIUS));
     let curvature = if radius == 0.0 { 0.0 } else { 1.0 / radius };
     let inner = f64::from(node.get(lens_surface::INNER)).abs();
@@ -117,7 +117,7 @@ pub fn lens_surface<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
     }
 }
 
-pub fn cylinder<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn cylinder<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let parts = node.get(cylinder::PARTS);
     let radius = f64::from(size(node, cylinder::RADIUS));
     let half_height = 0.5 * f64::from(size(node, cylinder::HEIGHT));
@@ -136,7 +136,7 @@ pub fn cylinder<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) 
 }
 
 /// Sides, top and bottom with their materials.
-pub fn cylinder_of(
+pub(super) fn cylinder_of(
     radius: f64,
     half_height: f64,
     parts: [bool; 3],
@@ -161,7 +161,7 @@ pub fn cylinder_of(
     }
 }
 
-pub fn cone<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn cone<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let parts = node.get(cone::PARTS);
     let radius = f64::from(size(node, cone::BOTTOM_RADIUS));
     let half_height = 0.5 * f64::from(size(node, cone::HEIGHT));
@@ -175,7 +175,7 @@ pub fn cone<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
 }
 
 /// Sides and bottom with their materials.
-pub fn cone_of(
+pub(super) fn cone_of(
     radius: f64,
     half_height: f64,
     parts: [bool; 2],

@@ -11,7 +11,11 @@ use crate::scene::canvas::{
 };
 use crate::traversal::state::{Binding, State};
 
-pub fn indexed_triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn indexed_triangle_strip_set<'a>(
+    node: NodeRef<'a>,
+    state: &State<'a>,
+    out: &mut dyn Canvas,
+) {
     let index = node.get(indexed_triangle_strip_set::COORD_INDEX);
     let strips = Runs::by_index(index, state.coordinates, Broken::Kept, out);
     let mut vertices = Vertices {
@@ -29,7 +33,7 @@ pub fn indexed_triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out:
     finish(&strips, &mut vertices, false, out);
 }
 
-pub fn triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let counts = node.get(triangle_strip_set::NUM_VERTICES);
     let start = count(node, triangle_strip_set::START_INDEX);
     let strips = Runs::by_count(counts, start, state.coordinates.len());

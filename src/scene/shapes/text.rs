@@ -51,7 +51,7 @@ fn justify(value: i32) -> Justify {
 }
 
 /// Letters facing the camera, as many pixels high as the font's size says, at the text's origin.
-pub fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let fonts = out.picture().fonts.clone();
     let text = typeset::pixel_text(node.get(text2::STRING), &style(node, state, &fonts));
     let at = state.world_from_object.transform_point3(DVec3::ZERO);
@@ -72,7 +72,7 @@ pub fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
 }
 
 /// A `Text2` at each of several points.
-pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let places = node.get(text2_set::POSITION);
     let sides = node.get(text2_set::JUSTIFICATION);
     let fonts = out.picture().fonts.clone();
@@ -95,7 +95,7 @@ pub fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas)
     }
 }
 
-pub fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let parts = node.get(text3::PARTS);
     let parts = SolidParts {
         front: parts & text3::PARTS_FRONT != 0,
@@ -157,7 +157,7 @@ fn profile(state: &State<'_>) -> Option<Vec<Vec2>> {
     (line.len() > 1).then_some(line)
 }
 
-pub fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let widths = node.get(ascii_text::WIDTH);
     let fonts = out.picture().fonts.clone();
     let style = style(node, state, &fonts);
@@ -172,7 +172,7 @@ pub fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas
 }
 
 /// VRML 97's `Text`.
-pub fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
+pub(super) fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let fonts = out.picture().fonts.clone();
     let style = node
         .get_node(text::FONT_STYLE)

@@ -24,7 +24,7 @@ use crate::traversal::state::{
 ///
 /// The handles of a face set and an elevation grid read the fields of the same names of every class; a
 /// class without such a field has its default.
-pub fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'a>) {
+pub(super) fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'a>) {
     let counterclockwise = node.get(faces97::CCW);
     state.language = Language::Vrml97;
     state.hints = ShapeHints {
@@ -84,7 +84,7 @@ pub fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'a>) {
 }
 
 /// Draws a geometry node; `false` if its class has no picture here.
-pub fn draw<'a>(
+pub(super) fn draw<'a>(
     class: ClassId,
     node: NodeRef<'a>,
     state: &State<'a>,

@@ -8,7 +8,7 @@ use crate::iv::NodeRef;
 /// Tells how often a trigger has fired.
 type Fired<'a> = &'a dyn Fn(Field<Trigger>) -> Pulses;
 
-pub fn elapsed_time(node: NodeRef<'_>, time: f64, fired: Fired<'_>) -> Outputs {
+pub(super) fn elapsed_time(node: NodeRef<'_>, time: f64, fired: Fired<'_>) -> Outputs {
     let runs = node.get(elapsed_time::ON) && !node.get(elapsed_time::PAUSE);
     let since = time_in(node, elapsed_time::TIME_IN, time) - fired(elapsed_time::RESET).last;
     let speed = f64::from(node.get(elapsed_time::SPEED));
@@ -46,7 +46,7 @@ impl Series {
 
 /// Counts from `min` to `max` by `step`, a whole round in 1/frequency seconds; `duty` weighs how
 /// long each count lasts.
-pub fn time_counter(node: NodeRef<'_>, time: f64) -> Outputs {
+pub(super) fn time_counter(node: NodeRef<'_>, time: f64) -> Outputs {
     let series = Series {
         min: node.get(time_counter::MIN).into(),
         max: node.get(time_counter::MAX).into(),
@@ -81,7 +81,7 @@ fn cycles(node: NodeRef<'_>, time: f64) -> f64 {
 }
 
 /// Returns the whole rounds of a `TimeCounter`: each fires its `syncOut`.
-pub fn rounds(node: NodeRef<'_>, time: f64) -> Pulses {
+pub(super) fn rounds(node: NodeRef<'_>, time: f64) -> Pulses {
     let cycles = cycles(node, time);
     let whole = cycles.floor();
     if !(whole > 0.0) || !node.get(time_counter::ON) {
@@ -94,7 +94,7 @@ pub fn rounds(node: NodeRef<'_>, time: f64) -> Pulses {
 }
 
 /// Steps once for each trigger, and begins again at the end.
-pub fn counter(node: NodeRef<'_>, fired: Fired<'_>) -> Outputs {
+pub(super) fn counter(node: NodeRef<'_>, fired: Fired<'_>) -> Outputs {
     let series = Series {
         min: node.get(counter::MIN).into(),
         max: node.get(counter::MAX).into(),
@@ -106,7 +106,7 @@ pub fn counter(node: NodeRef<'_>, fired: Fired<'_>) -> Outputs {
 }
 
 /// Runs from its last trigger for `duration`; with `HOLD_FINAL` it stays at the end.
-pub fn one_shot(node: NodeRef<'_>, time: f64, fired: Fired<'_>) -> Outputs {
+pub(super) fn one_shot(node: NodeRef<'_>, time: f64, fired: Fired<'_>) -> Outputs {
     let trigger = fired(one_shot::TRIGGER);
     let duration = node.get(one_shot::DURATION);
     let started = trigger.count > 0 && !node.get(one_shot::DISABLE);
@@ -130,7 +130,7 @@ pub fn one_shot(node: NodeRef<'_>, time: f64, fired: Fired<'_>) -> Outputs {
     ]
 }
 
-pub fn on_off(fired: Fired<'_>) -> Outputs {
+pub(super) fn on_off(fired: Fired<'_>) -> Outputs {
     let (on, off) = (fired(on_off::ON), fired(on_off::OFF));
     let turned_on = on.count > 0 && (off.count == 0 || on.last >= off.last);
     let is_on = turned_on != (fired(on_off::TOGGLE).count % 2 == 1);

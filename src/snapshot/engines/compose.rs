@@ -16,13 +16,13 @@ use crate::grammar::{
 };
 use crate::iv::NodeRef;
 
-pub fn vec2(node: NodeRef<'_>) -> Outputs {
+pub(super) fn vec2(node: NodeRef<'_>) -> Outputs {
     let (x, y) = (node.get(compose_vec2f::X), node.get(compose_vec2f::Y));
     let make = |i| Vec2::new(at(x, i), at(y, i));
     vec![("vector", Value::Vec2s(run([x.len(), y.len()], make)))]
 }
 
-pub fn vec3(node: NodeRef<'_>) -> Outputs {
+pub(super) fn vec3(node: NodeRef<'_>) -> Outputs {
     let fields = [compose_vec3f::X, compose_vec3f::Y, compose_vec3f::Z];
     let [x, y, z] = fields.map(|field| node.get(field));
     let make = |i| Vec3::new(at(x, i), at(y, i), at(z, i));
@@ -30,7 +30,7 @@ pub fn vec3(node: NodeRef<'_>) -> Outputs {
     vec![("vector", Value::Vec3s(vectors))]
 }
 
-pub fn vec4(node: NodeRef<'_>) -> Outputs {
+pub(super) fn vec4(node: NodeRef<'_>) -> Outputs {
     let (x, y) = (node.get(compose_vec4f::X), node.get(compose_vec4f::Y));
     let (z, w) = (node.get(compose_vec4f::Z), node.get(compose_vec4f::W));
     let make = |i| Vec4::new(at(x, i), at(y, i), at(z, i), at(w, i));
@@ -38,12 +38,12 @@ pub fn vec4(node: NodeRef<'_>) -> Outputs {
     vec![("vector", Value::Vec4s(vectors))]
 }
 
-pub fn parts_of_vec2(node: NodeRef<'_>) -> Outputs {
+pub(super) fn parts_of_vec2(node: NodeRef<'_>) -> Outputs {
     let v = node.get(decompose_vec2f::VECTOR);
     vec![("x", components(v, |v| v.x)), ("y", components(v, |v| v.y))]
 }
 
-pub fn parts_of_vec3(node: NodeRef<'_>) -> Outputs {
+pub(super) fn parts_of_vec3(node: NodeRef<'_>) -> Outputs {
     let v = node.get(decompose_vec3f::VECTOR);
     vec![
         ("x", components(v, |v| v.x)),
@@ -52,7 +52,7 @@ pub fn parts_of_vec3(node: NodeRef<'_>) -> Outputs {
     ]
 }
 
-pub fn parts_of_vec4(node: NodeRef<'_>) -> Outputs {
+pub(super) fn parts_of_vec4(node: NodeRef<'_>) -> Outputs {
     let v = node.get(decompose_vec4f::VECTOR);
     vec![
         ("x", components(v, |v| v.x)),
@@ -66,7 +66,7 @@ fn components<T>(values: &[T], part: impl Fn(&T) -> f32) -> Value {
     Value::Floats(values.iter().map(part).collect())
 }
 
-pub fn rotation(node: NodeRef<'_>) -> Outputs {
+pub(super) fn rotation(node: NodeRef<'_>) -> Outputs {
     let axis = node.get(compose_rotation::AXIS);
     let angle = node.get(compose_rotation::ANGLE);
     let make = |i| Rotation {
@@ -77,7 +77,7 @@ pub fn rotation(node: NodeRef<'_>) -> Outputs {
     vec![("rotation", Value::Rotations(rotations))]
 }
 
-pub fn rotation_from_to(node: NodeRef<'_>) -> Outputs {
+pub(super) fn rotation_from_to(node: NodeRef<'_>) -> Outputs {
     let from = node.get(compose_rotation_from_to::FROM);
     let to = node.get(compose_rotation_from_to::TO);
     let make = |i| from_to(at_or(from, i, Vec3::Z), at_or(to, i, Vec3::Z));
@@ -85,7 +85,7 @@ pub fn rotation_from_to(node: NodeRef<'_>) -> Outputs {
     vec![("rotation", Value::Rotations(rotations))]
 }
 
-pub fn parts_of_rotation(node: NodeRef<'_>) -> Outputs {
+pub(super) fn parts_of_rotation(node: NodeRef<'_>) -> Outputs {
     let turns = node.get(decompose_rotation::ROTATION);
     let unit = |r: &Rotation| r.axis.try_normalize().unwrap_or(Vec3::Z);
     let angles = turns.iter().map(|r| r.angle).collect();
@@ -116,7 +116,7 @@ fn from_to(from: Vec3, to: Vec3) -> Rotation {
     }
 }
 
-pub fn matrix(node: NodeRef<'_>) -> Outputs {
+pub(super) fn matrix(node: NodeRef<'_>) -> Outputs {
     let translation = node.get(compose_matrix::TRANSLATION);
     let scale = node.get(compose_matrix::SCALE_FACTOR);
     let center = node.get(compose_matrix::CENTER);
@@ -143,7 +143,7 @@ pub fn matrix(node: NodeRef<'_>) -> Outputs {
     vec![("matrix", Value::Matrices(run(lengths, make)))]
 }
 
-pub fn parts_of_matrix(node: NodeRef<'_>) -> Outputs {
+pub(super) fn parts_of_matrix(node: NodeRef<'_>) -> Outputs {
     let matrices = node.get(decompose_matrix::MATRIX);
     let center = node.get(decompose_matrix::CENTER);
     let parts: Vec<Parts> = matrices
@@ -164,7 +164,7 @@ pub fn parts_of_matrix(node: NodeRef<'_>) -> Outputs {
     ]
 }
 
-pub fn transformed(node: NodeRef<'_>) -> Outputs {
+pub(super) fn transformed(node: NodeRef<'_>) -> Outputs {
     let v = node.get(transform_vec3f::VECTOR);
     let m = node.get(transform_vec3f::MATRIX);
     let matrix = |i| at_or(m, i, Mat4::IDENTITY).as_dmat4();

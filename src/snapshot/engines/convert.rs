@@ -6,12 +6,12 @@ use glam::{DMat4, DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
 
 use super::matrix;
 use crate::grammar::FieldType as F;
+use crate::grammar::value::{Plane, Rotation};
 use crate::iv::Value;
-use crate::iv::value::{Plane, Rotation};
 
 /// The value as that type; a single value is a list of one, and a list gives its first. `None`
 /// where there is no way.
-pub fn to_type(value: &Value, kind: F) -> Option<Value> {
+pub(super) fn to_type(value: &Value, kind: F) -> Option<Value> {
     if same_shape(value, kind) {
         return Some(value.clone());
     }
@@ -147,7 +147,7 @@ fn rewidth(value: &Value, numbers: Vec<f64>, width: usize, kind: F) -> Option<Ve
 }
 
 /// Axis and angle of a unit quaternion.
-pub fn rotation_of(q: DQuat) -> Rotation {
+pub(super) fn rotation_of(q: DQuat) -> Rotation {
     let v = DVec3::new(q.x, q.y, q.z);
     match v.try_normalize() {
         Some(axis) => Rotation {

@@ -12,7 +12,7 @@ use crate::grammar::{
 };
 use crate::iv::NodeRef;
 
-pub fn floats(node: NodeRef<'_>) -> Outputs {
+pub(super) fn floats(node: NodeRef<'_>) -> Outputs {
     let a = node.get(interpolate_float::INPUT0);
     let b = node.get(interpolate_float::INPUT1);
     let t = node.get(interpolate::ALPHA);
@@ -20,7 +20,7 @@ pub fn floats(node: NodeRef<'_>) -> Outputs {
     vec![("output", Value::Floats(run([a.len(), b.len()], make)))]
 }
 
-pub fn vec2s(node: NodeRef<'_>) -> Outputs {
+pub(super) fn vec2s(node: NodeRef<'_>) -> Outputs {
     let a = node.get(interpolate_vec2f::INPUT0);
     let b = node.get(interpolate_vec2f::INPUT1);
     let t = node.get(interpolate::ALPHA);
@@ -28,7 +28,7 @@ pub fn vec2s(node: NodeRef<'_>) -> Outputs {
     vec![("output", Value::Vec2s(run([a.len(), b.len()], make)))]
 }
 
-pub fn vec3s(node: NodeRef<'_>) -> Outputs {
+pub(super) fn vec3s(node: NodeRef<'_>) -> Outputs {
     let a = node.get(interpolate_vec3f::INPUT0);
     let b = node.get(interpolate_vec3f::INPUT1);
     let t = node.get(interpolate::ALPHA);
@@ -36,7 +36,7 @@ pub fn vec3s(node: NodeRef<'_>) -> Outputs {
     vec![("output", Value::Vec3s(run([a.len(), b.len()], make)))]
 }
 
-pub fn vec4s(node: NodeRef<'_>) -> Outputs {
+pub(super) fn vec4s(node: NodeRef<'_>) -> Outputs {
     let a = node.get(interpolate_vec4f::INPUT0);
     let b = node.get(interpolate_vec4f::INPUT1);
     let t = node.get(interpolate::ALPHA);
@@ -44,7 +44,7 @@ pub fn vec4s(node: NodeRef<'_>) -> Outputs {
     vec![("output", Value::Vec4s(run([a.len(), b.len()], make)))]
 }
 
-pub fn rotations(node: NodeRef<'_>) -> Outputs {
+pub(super) fn rotations(node: NodeRef<'_>) -> Outputs {
     let a = node.get(interpolate_rotation::INPUT0);
     let b = node.get(interpolate_rotation::INPUT1);
     let t = f64::from(node.get(interpolate::ALPHA));
@@ -54,7 +54,7 @@ pub fn rotations(node: NodeRef<'_>) -> Outputs {
 }
 
 /// Returns a rotation between two, the shorter way round.
-pub fn between(a: Rotation, b: Rotation, share: f64) -> Rotation {
+pub(super) fn between(a: Rotation, b: Rotation, share: f64) -> Rotation {
     let (a, mut b) = (a.to_quat().as_dquat(), b.to_quat().as_dquat());
     let mut cosine = a.dot(b);
     if cosine < 0.0 {

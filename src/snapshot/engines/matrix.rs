@@ -4,14 +4,14 @@ use glam::{DMat3, DMat4, DQuat, DVec3};
 
 /// Move, about a center turn, and scale along the axes that `scale_orientation` turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parts {
+pub(super) struct Parts {
     pub translation: DVec3,
     pub rotation: DQuat,
     pub scale: DVec3,
     pub scale_orientation: DQuat,
 }
 
-pub fn compose(parts: &Parts, center: DVec3) -> DMat4 {
+pub(super) fn compose(parts: &Parts, center: DVec3) -> DMat4 {
     let along = DMat4::from_quat(parts.scale_orientation);
     DMat4::from_translation(parts.translation + center)
         * DMat4::from_quat(parts.rotation)
@@ -23,7 +23,7 @@ pub fn compose(parts: &Parts, center: DVec3) -> DMat4 {
 
 /// Takes a matrix apart by polar decomposition; what it does beside (perspective, or flattening
 /// to a plane or less) is lost.
-pub fn decompose(m: DMat4, center: DVec3) -> Parts {
+pub(super) fn decompose(m: DMat4, center: DVec3) -> Parts {
     let linear = DMat3::from_mat4(m);
     let translation = m.w_axis.truncate() - center + linear * center;
     let identity = Parts {
@@ -102,7 +102,7 @@ fn diagonal(mut s: DMat3) -> (DVec3, DMat3) {
 }
 
 /// A unit quaternion from a matrix that only turns.
-pub fn quaternion(turn: DMat3) -> DQuat {
+pub(super) fn quaternion(turn: DMat3) -> DQuat {
     DQuat::from_mat3(&turn).normalize()
 }
 

@@ -8,7 +8,7 @@ use crate::grammar::value::{Rotation, Value};
 use crate::grammar::{Field, pendulum, rotor, shuttle};
 use crate::iv::NodeRef;
 
-pub fn rotor(node: NodeRef<'_>, time: f64) -> Outputs {
+pub(super) fn rotor(node: NodeRef<'_>, time: f64) -> Outputs {
     let Some(cycles) = cycles(node, (rotor::ON, rotor::SPEED), time) else {
         return Vec::new();
     };
@@ -17,7 +17,7 @@ pub fn rotor(node: NodeRef<'_>, time: f64) -> Outputs {
     vec![("rotation", Value::Rotation(Rotation { angle, ..start }))]
 }
 
-pub fn pendulum(node: NodeRef<'_>, time: f64) -> Outputs {
+pub(super) fn pendulum(node: NodeRef<'_>, time: f64) -> Outputs {
     let Some(cycles) = cycles(node, (pendulum::ON, pendulum::SPEED), time) else {
         return Vec::new();
     };
@@ -25,7 +25,7 @@ pub fn pendulum(node: NodeRef<'_>, time: f64) -> Outputs {
     vec![("rotation", Value::Rotation(between(a, b, swing(cycles))))]
 }
 
-pub fn shuttle(node: NodeRef<'_>, time: f64) -> Outputs {
+pub(super) fn shuttle(node: NodeRef<'_>, time: f64) -> Outputs {
     let Some(cycles) = cycles(node, (shuttle::ON, shuttle::SPEED), time) else {
         return Vec::new();
     };

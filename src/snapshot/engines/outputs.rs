@@ -4,10 +4,10 @@ use crate::iv::Value;
 
 /// How often a trigger has fired by now, and when it last did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pulses {
+pub(super) struct Pulses {
     pub count: u64,
     pub last: f64,
 }
 
 /// Values by the names of an engine's outputs.
-pub type Outputs = Vec<(&'static str, Value)>;
+pub(super) type Outputs = Vec<(&'static str, Value)>;

@@ -13,7 +13,7 @@ use crate::iv::NodeRef;
 
 /// A sensor that loops runs from its `startTime`. One that does not loop runs once, if the file gives
 /// it a start after 0 (0 is long ago in VRML97's time), and keeps its last fraction.
-pub fn time_sensor(node: NodeRef<'_>, time: f64) -> Outputs {
+pub(super) fn time_sensor(node: NodeRef<'_>, time: f64) -> Outputs {
     let start = node.get(time_sensor::START_TIME);
     let stop = node.get(time_sensor::STOP_TIME);
     let stated = node.get(time_sensor::CYCLE_INTERVAL);
@@ -36,7 +36,7 @@ pub fn time_sensor(node: NodeRef<'_>, time: f64) -> Outputs {
 }
 
 /// Returns the value at the last fraction that an interpolator was sent, if any.
-pub fn interpolator(node: NodeRef<'_>, class: ClassId, fraction: Option<f32>) -> Outputs {
+pub(super) fn interpolator(node: NodeRef<'_>, class: ClassId, fraction: Option<f32>) -> Outputs {
     let value = fraction.and_then(|fraction| interpolate(node, class, fraction));
     value.map(|v| ("value_changed", v)).into_iter().collect()
 }

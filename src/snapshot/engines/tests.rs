@@ -3,9 +3,10 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::*;
-use crate::iv::value::Rotation;
+use crate::grammar::value::Rotation;
 use crate::iv::{Document, Limits, NodeId, Nowhere, Value};
-use crate::snapshot::{Bounds, Corners, NoBounds, Snapshot};
+use crate::snapshot::bounds::NoBounds;
+use crate::snapshot::{Bounds, Corners, Snapshot};
 
 fn read(text: &str) -> Document {
     let bytes = text.as_bytes().to_vec();

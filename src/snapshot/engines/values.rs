@@ -6,7 +6,7 @@ use crate::grammar::value::{Trigger, Value};
 use crate::grammar::{Field, bool_operation as op, gate, select_one};
 use crate::iv::NodeRef;
 
-pub fn bool_operation(node: NodeRef<'_>) -> Outputs {
+pub(super) fn bool_operation(node: NodeRef<'_>) -> Outputs {
     let (a, b) = (node.get(op::A), node.get(op::B));
     let operation = node.get(op::OPERATION);
     let make = |i| {
@@ -39,14 +39,14 @@ pub fn bool_operation(node: NodeRef<'_>) -> Outputs {
 }
 
 /// Passes its input on while it is enabled, or once it has been triggered.
-pub fn gate(node: NodeRef<'_>, fired: &dyn Fn(Field<Trigger>) -> Pulses) -> Outputs {
+pub(super) fn gate(node: NodeRef<'_>, fired: &dyn Fn(Field<Trigger>) -> Pulses) -> Outputs {
     let open = node.get(gate::ENABLE) || fired(gate::TRIGGER).count > 0;
     let passed = node.value("input").filter(|_| open);
     passed.map(|v| ("output", v.clone())).into_iter().collect()
 }
 
 /// Gives one value of a list, the last one for an index past its end.
-pub fn select_one(node: NodeRef<'_>) -> Outputs {
+pub(super) fn select_one(node: NodeRef<'_>) -> Outputs {
     let index = usize::try_from(node.get(select_one::INDEX)).unwrap_or(0);
     let chosen = node.value("input").and_then(|input| element(input, index));
     chosen.map(|v| ("output", v)).into_iter().collect()
@@ -75,7 +75,7 @@ fn element(list: &Value, i: usize) -> Option<Value> {
 }
 
 /// Joins `input0` to `input9`, whose type the engine's `type` field states.
-pub fn concatenate(node: NodeRef<'_>) -> Outputs {
+pub(super) fn concatenate(node: NodeRef<'_>) -> Outputs {
     let mut all: Option<Value> = None;
     for input in (0..10).filter_map(|i| node.value(&format!("input{i}"))) {
         match &mut all {

@@ -99,7 +99,7 @@ const ACTIONS: &[(ClassId, Action)] = &[
 
 /// Changes the state as a property node says, at a time in seconds. Returns whether the node's class
 /// has an action.
-pub fn apply<'a>(state: &mut State<'a>, node: NodeRef<'a>, time: f64) -> bool {
+pub(crate) fn apply<'a>(state: &mut State<'a>, node: NodeRef<'a>, time: f64) -> bool {
     let Some(action) = node.known_class().and_then(action_of) else {
         return false;
     };

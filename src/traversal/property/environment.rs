@@ -30,7 +30,7 @@ pub(super) fn local_fog<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 
 /// Returns the environment with the fog that a VRML97 `Fog` or a `LocalFog` makes, or `None` if it
 /// asks for none. The range is in the units of the node's own space.
-pub fn fog97(node: NodeRef<'_>, state: &State<'_>) -> Option<EnvironmentElement> {
+pub(crate) fn fog97(node: NodeRef<'_>, state: &State<'_>) -> Option<EnvironmentElement> {
     let range = node.get(fog::VISIBILITY_RANGE);
     let scale = libm::cbrt(state.world_from_object.determinant().abs());
     let visibility = range * scale as f32;

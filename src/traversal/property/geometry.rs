@@ -39,7 +39,7 @@ pub(super) fn coordinate4<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 
 /// Sets what a `VertexProperty` states, as a node of the scene or in a shape's field. Empty fields
 /// leave the state as it is.
-pub fn vertex_property<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+pub(crate) fn vertex_property<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let points = node.acting(vertex_property::VERTEX);
     if let Some(p) = points.filter(|p| !p.is_empty()) {
         state.coordinates = Coordinates::Three(p);

@@ -11,9 +11,9 @@ mod material;
 mod texture;
 mod transform;
 
-pub use apply::apply;
-pub use environment::fog97;
-pub use geometry::vertex_property;
+pub(crate) use apply::apply;
+pub(crate) use environment::fog97;
+pub(crate) use geometry::vertex_property;
 pub(super) use light::light;
 pub(super) use material::highlight;
 pub(super) use transform::{transform, turn_z};

@@ -2,12 +2,12 @@
 
 use egui::Ui;
 
-use crate::render::report::count;
+use crate::render::report::account::count;
 use crate::viewer::draft::Preview;
 use crate::viewer::model::Model;
 use crate::viewer::navigate::Tool;
 
-pub fn top(ui: &mut Ui, model: &mut Model) {
+pub(super) fn top(ui: &mut Ui, model: &mut Model) {
     ui.horizontal_wrapped(|ui| {
         scenes(ui, model);
         ui.separator();
@@ -65,7 +65,7 @@ fn scenes(ui: &mut Ui, model: &mut Model) {
     }
 }
 
-pub fn status(ui: &mut Ui, model: &mut Model) {
+pub(super) fn status(ui: &mut Ui, model: &mut Model) {
     ui.horizontal(|ui| {
         ui.checkbox(&mut model.refine, "Refine")
             .on_hover_text("go on making the picture better");

@@ -12,7 +12,7 @@ use crate::viewer::model::Model;
 use super::{Kit, drawing};
 
 /// Film formats: name, width and height in millimeters.
-pub const FILMS: [(&str, f64, f64); 10] = [
+pub(super) const FILMS: [(&str, f64, f64); 10] = [
     ("35 mm", 36.0, 24.0),
     ("35 mm upright", 24.0, 36.0),
     ("Half frame", 18.0, 24.0),
@@ -25,7 +25,7 @@ pub const FILMS: [(&str, f64, f64); 10] = [
     ("4x5 in", 121.0, 97.0),
 ];
 
-pub fn menu(ui: &mut Ui, model: &mut Model, kit: &Kit) {
+pub(super) fn menu(ui: &mut Ui, model: &mut Model, kit: &Kit) {
     ui.heading("Camera");
     film(ui, model);
     ui.separator();
@@ -129,7 +129,7 @@ fn film(ui: &mut Ui, model: &mut Model) {
 }
 
 /// The lens's size: the paper's zoom, or a focal length.
-pub fn zoom(ui: &mut Ui, model: &mut Model) {
+pub(super) fn zoom(ui: &mut Ui, model: &mut Model) {
     let Some(lens) = model.setup.lens().cloned() else {
         return;
     };
@@ -163,7 +163,7 @@ pub fn zoom(ui: &mut Ui, model: &mut Model) {
 }
 
 /// The movements of a view camera.
-pub fn movements(ui: &mut Ui, model: &mut Model) {
+pub(super) fn movements(ui: &mut Ui, model: &mut Model) {
     let mut next = model.setup.clone();
     let moved = &mut next.plan.movements;
     egui::CollapsingHeader::new("Movements").show(ui, |ui| {

@@ -7,7 +7,7 @@ use crate::viewer::model::Model;
 
 use super::Kit;
 
-pub fn show(ui: &mut Ui, model: &mut Model) {
+pub(super) fn show(ui: &mut Ui, model: &mut Model) {
     ui.heading("Comparison");
     let archive = &mut model.archive;
     if archive.picture.is_none() {
@@ -38,7 +38,7 @@ pub fn show(ui: &mut Ui, model: &mut Model) {
 }
 
 /// Draws the old picture over the live one.
-pub fn paint(painter: &Painter, rect: Rect, model: &Model, kit: &mut Kit) {
+pub(super) fn paint(painter: &Painter, rect: Rect, model: &Model, kit: &mut Kit) {
     let archive = &model.archive;
     let Some(texture) = texture(painter, archive, kit) else {
         return;

@@ -3,10 +3,10 @@
 use egui::epaint::{Mesh, Vertex, WHITE_UV};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, pos2};
 
-use crate::diagram::{Anchor, Drawing, Ink, Output, Path, Text};
+use crate::diagram::drawing::{Anchor, Drawing, Ink, Output, Path, Text};
 
 /// Draws into a rectangle, as large as fits.
-pub fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool) {
+pub(super) fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool) {
     let (w, h) = (
         drawing.width.max(1.0) as f32,
         drawing.height.max(1.0) as f32,

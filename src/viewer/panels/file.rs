@@ -6,7 +6,7 @@ use egui::{Context, Ui};
 
 use crate::viewer::model::{Model, Output};
 
-pub fn show(ui: &mut Ui, model: &mut Model) {
+pub(super) fn show(ui: &mut Ui, model: &mut Model) {
     ui.heading("Save");
     let mut next = model.setup.clone();
     ui.horizontal(|ui| {
@@ -105,7 +105,7 @@ fn write(ui: &mut Ui, model: &mut Model) {
 }
 
 /// Asks before a file is replaced.
-pub fn confirm(ctx: &Context, model: &mut Model) {
+pub(super) fn confirm(ctx: &Context, model: &mut Model) {
     let Some((_, path)) = &model.replacing else {
         return;
     };

@@ -10,7 +10,7 @@ use crate::viewer::model::Model;
 
 use super::Kit;
 
-pub fn show(ui: &mut Ui, model: &mut Model, kit: &Kit) {
+pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &Kit) {
     let mut next = model.setup.clone();
     let plan = &mut next.plan;
     ui.heading(format!("Exposure {:+.1} EV", libm::log2(plan.exposure)));

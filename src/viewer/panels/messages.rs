@@ -7,7 +7,7 @@ use crate::viewer::model::Model;
 
 use super::settings::meters;
 
-pub fn show(ui: &mut Ui, model: &mut Model) {
+pub(super) fn show(ui: &mut Ui, model: &mut Model) {
     refusal(ui, model);
     if model.messages.is_empty() {
         return;

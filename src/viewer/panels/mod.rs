@@ -25,10 +25,10 @@ use super::lenses::LensMenu;
 use super::model::Model;
 use super::navigate::Tool;
 
-pub use wheel::{Turn, wheel};
+pub(crate) use wheel::{Turn, wheel};
 
 /// What panels keep from one frame of the window to the next, besides the model.
-pub struct Kit {
+pub(crate) struct Kit {
     pub lenses: LensMenu,
     /// The picture on screen, and what it was made of.
     picture: Option<TextureHandle>,
@@ -62,14 +62,14 @@ impl Kit {
 }
 
 /// The window: model, renderer and panels.
-pub struct Window {
+pub(crate) struct Window {
     pub model: Model,
     pub engine: Engine,
     kit: Kit,
 }
 
 impl Window {
-    pub fn new(model: Model, engine: Engine, lenses: LensMenu) -> Self {
+    pub(crate) fn new(model: Model, engine: Engine, lenses: LensMenu) -> Self {
         let kit = Kit {
             lenses,
             picture: None,
@@ -84,7 +84,7 @@ impl Window {
     }
 
     /// One frame: news in, panels, orders out.
-    pub fn show(&mut self, ctx: &Context) {
+    pub(crate) fn show(&mut self, ctx: &Context) {
         let model = &mut self.model;
         for news in self.engine.news() {
             model.hear(news);
@@ -186,7 +186,7 @@ fn keys(ctx: &Context, model: &mut Model) {
 }
 
 /// Wakes the window when there is news.
-pub fn waker(ctx: &Context) -> Arc<dyn Fn() + Send + Sync> {
+pub(crate) fn waker(ctx: &Context) -> Arc<dyn Fn() + Send + Sync> {
     let ctx = ctx.clone();
     Arc::new(move || ctx.request_repaint())
 }

@@ -4,7 +4,7 @@ use egui::{Color32, Painter, Rect, Stroke, Ui, pos2, vec2};
 
 use crate::viewer::model::Model;
 
-pub fn choices(ui: &mut Ui, model: &mut Model) {
+pub(super) fn choices(ui: &mut Ui, model: &mut Model) {
     ui.heading("Overlays");
     let marks = &mut model.marks;
     ui.horizontal(|ui| {
@@ -29,7 +29,7 @@ pub fn choices(ui: &mut Ui, model: &mut Model) {
 }
 
 /// Lines over the picture.
-pub fn lines(painter: &Painter, rect: Rect, model: &Model) {
+pub(super) fn lines(painter: &Painter, rect: Rect, model: &Model) {
     let pen = Stroke::new(1.0, Color32::from_white_alpha(90));
     if model.marks.thirds {
         parts(painter, rect, 3, pen);

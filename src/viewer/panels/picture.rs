@@ -15,7 +15,7 @@ use super::{Kit, compare, overlay};
 
 /// What the texture on screen was made of.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shown {
+pub(super) struct Shown {
     serial: u64,
     samples: u32,
     width: u32,
@@ -26,7 +26,7 @@ pub struct Shown {
     depths: usize,
 }
 
-pub fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     let room = ui.available_rect_before_wrap();
     let film = model.setup.plan.film;
     let aspect = (film.width / film.height) as f32;
@@ -193,7 +193,7 @@ fn keep_focus(model: &mut Model, control: &'static str, pose: &crate::pose::Came
 }
 
 /// The keys of flying: a tenth of the scene a second, faster with Shift.
-pub fn fly(ctx: &Context, model: &mut Model) {
+pub(super) fn fly(ctx: &Context, model: &mut Model) {
     if model.tool != Tool::Fly {
         return;
     }

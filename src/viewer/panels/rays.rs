@@ -16,13 +16,13 @@ const RAYS: u32 = 24;
 
 /// The section with its rays, until the pixel or the lens changes.
 #[derive(Default)]
-pub struct Section {
+pub(super) struct Section {
     of: Option<(u64, [u32; 2])>,
-    drawing: crate::diagram::Drawing,
+    drawing: crate::diagram::drawing::Drawing,
     passed: usize,
 }
 
-pub fn show(ui: &mut Ui, model: &Model, section: &mut Section) {
+pub(super) fn show(ui: &mut Ui, model: &Model, section: &mut Section) {
     let Some(frame) = &model.frame else { return };
     let Some(camera) = frame.view.lens_camera() else {
         ui.weak("no lens: a pinhole");
@@ -68,7 +68,7 @@ fn draw(
     model: &Model,
     [px, py]: [u32; 2],
     number: u64,
-) -> (crate::diagram::Drawing, usize) {
+) -> (crate::diagram::drawing::Drawing, usize) {
     let plan = &model.setup.plan;
     let options = SectionOptions {
         width: 960.0,

@@ -9,12 +9,12 @@ use crate::viewer::sharpness::{self, DepthOfField};
 use super::{Kit, Turn, camera, wheel};
 
 /// The full stops, from f/1.
-pub const STOPS: [f64; 13] = [
+pub(super) const STOPS: [f64; 13] = [
     1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0, 45.0, 64.0,
 ];
 
 /// A distance for people.
-pub fn meters(distance: f64) -> String {
+pub(super) fn meters(distance: f64) -> String {
     match distance {
         d if !d.is_finite() => "∞".into(),
         d if d < 1.0 => format!("{:.1} cm", 100.0 * d),
@@ -24,7 +24,7 @@ pub fn meters(distance: f64) -> String {
     }
 }
 
-pub fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+pub(super) fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     let heading = ui.heading(format!("Focus {}", meters(model.setup.focus())));
     let (_, turn) = wheel(ui, "Focus wheel", &mut kit.wheel);
     if turn != Turn::default() && turn.radians != 0.0 {
@@ -105,7 +105,7 @@ fn depth_of_field(ui: &mut Ui, model: &Model) {
         });
 }
 
-pub fn aperture(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+pub(super) fn aperture(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     let Some(lens) = model.setup.lens().cloned() else {
         return;
     };

@@ -9,14 +9,14 @@ const RIDGES: usize = 36;
 
 /// How far the wheel was turned in this frame, in radians, and how fast, in radians a second.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Turn {
+pub(crate) struct Turn {
     pub radians: f64,
     pub speed: f64,
 }
 
 /// Shows a wheel that can be dragged, scrolled over, or turned by the arrow keys when it has the
 /// keyboard. `angle` is where it stands, for its ridges.
-pub fn wheel(ui: &mut Ui, name: &str, angle: &mut f32) -> (Response, Turn) {
+pub(crate) fn wheel(ui: &mut Ui, name: &str, angle: &mut f32) -> (Response, Turn) {
     let size = vec2(ui.available_width().min(260.0), 26.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(WidgetType::Slider, true, name));

@@ -12,7 +12,7 @@ type Texels = ([usize; 2], Vec<Color32>);
 
 /// The textures that egui has sent so far.
 #[derive(Clone, Default)]
-pub struct Textures(Arc<Mutex<HashMap<TextureId, Texels>>>);
+pub(crate) struct Textures(Arc<Mutex<HashMap<TextureId, Texels>>>);
 
 impl egui_kittest::TestRenderer for Textures {
     fn handle_delta(&mut self, delta: &TexturesDelta) {
@@ -41,14 +41,18 @@ impl egui_kittest::TestRenderer for Textures {
 }
 
 /// A picture of the window, red, green and blue.
-pub struct Canvas {
+pub(crate) struct Canvas {
     pub width: usize,
     pub height: usize,
     pub pixels: Vec<[f32; 3]>,
 }
 
 impl Canvas {
-    pub fn draw(ctx: &egui::Context, output: &egui::FullOutput, textures: &Textures) -> Self {
+    pub(crate) fn draw(
+        ctx: &egui::Context,
+        output: &egui::FullOutput,
+        textures: &Textures,
+    ) -> Self {
         let screen = ctx.viewport_rect();
         let (width, height) = (screen.width() as usize, screen.height() as usize);
         let mut canvas = Self {
@@ -125,7 +129,7 @@ impl Canvas {
         }
     }
 
-    pub fn levels(&self) -> Vec<u8> {
+    pub(crate) fn levels(&self) -> Vec<u8> {
         let level = |x: &f32| (255.0 * x).round() as u8;
         self.pixels.iter().flatten().map(level).collect()
     }

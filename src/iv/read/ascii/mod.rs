@@ -9,4 +9,4 @@ mod nodes;
 mod reader;
 mod vrml97;
 
-pub use reader::read;
+pub(crate) use reader::read;

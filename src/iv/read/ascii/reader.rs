@@ -75,7 +75,7 @@ pub(super) struct Reader<'r, 'd, 's> {
 ///
 /// # Errors
 /// A limit is passed.
-pub fn read(asm: &mut Assembler<'_>, text: &[u8]) -> Result<Vec<NodeId>> {
+pub(crate) fn read(asm: &mut Assembler<'_>, text: &[u8]) -> Result<Vec<NodeId>> {
     let rest = &text[asm.header.length.min(text.len())..];
     let mut reader = Reader {
         asm,

@@ -24,7 +24,7 @@ const LEAST_DISTANCE: f64 = 0.2;
 impl PupilSearch<'_> {
     /// Finds the outline from a film point, or nothing if no light reaches it. `guess` comes from a
     /// neighboring film point.
-    pub fn find_outline(
+    pub(crate) fn find_outline(
         &self,
         film: DVec3,
         sides: &[DVec2; SIDES],
@@ -286,7 +286,7 @@ impl PupilSearch<'_> {
     }
 
     /// Finds a point inside the pupil, and the points of the outline relative to it.
-    pub fn outline_points(&self, film: DVec3, count: usize) -> Option<(DVec2, Vec<DVec2>)> {
+    pub(crate) fn outline_points(&self, film: DVec3, count: usize) -> Option<(DVec2, Vec<DVec2>)> {
         let inside = self.inner_point(film)?;
         let rims = self.fine_rim_points(film, inside, count);
         let around = |rim: &RimPoint| rim.point - inside.center;

@@ -6,8 +6,8 @@
 //! few rays, at f/1024 as well as at full aperture. Rays are traced in bundles: 32 directions of an
 //! outline are searched at once.
 
-pub mod find_outline;
-pub mod outline;
-pub mod pupil_search;
+pub(crate) mod find_outline;
+pub(crate) mod outline;
+pub(crate) mod pupil_search;
 mod rim;
-pub mod secondary_openings;
+pub(crate) mod secondary_openings;

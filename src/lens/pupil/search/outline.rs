@@ -17,7 +17,7 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    pub fn at(angle: f64) -> Self {
+    pub(super) fn at(angle: f64) -> Self {
         let (sin, cos) = libm::sincos(angle);
         Self {
             angle,
@@ -45,7 +45,7 @@ pub(crate) struct OutlineGuess {
 
 impl OutlineGuess {
     /// The guess for a film point halfway between two.
-    pub fn between(a: &PupilOutline, b: &PupilOutline) -> Self {
+    pub(crate) fn between(a: &PupilOutline, b: &PupilOutline) -> Self {
         let (a, b) = (&a.guess, &b.guess);
         Self {
             center: a.center.midpoint(b.center),
@@ -56,7 +56,7 @@ impl OutlineGuess {
 
     /// The guess for the film point that follows the last two of a row. The center is extrapolated
     /// linearly, 2b − a.
-    pub fn following(last: [Option<Self>; 2]) -> Option<Self> {
+    pub(crate) fn following(last: [Option<Self>; 2]) -> Option<Self> {
         match last {
             [Some(a), Some(b)] => Some(Self {
                 center: 2.0 * b.center - a.center,
@@ -66,17 +66,17 @@ impl OutlineGuess {
         }
     }
 
-    pub fn center(&self) -> DVec2 {
+    pub(crate) fn center(&self) -> DVec2 {
         self.center
     }
 
     /// The steepest slope of the fill at the rim, per millimeter.
-    pub fn slope(&self) -> f64 {
+    pub(crate) fn slope(&self) -> f64 {
         self.slopes.into_iter().fold(0.0, f64::max)
     }
 
     /// The same guess with its center rotated about the axis and scaled, by a complex factor.
-    pub fn turned(&self, factor: DVec2) -> Self {
+    pub(crate) fn turned(&self, factor: DVec2) -> Self {
         Self {
             center: factor.rotate(self.center),
             ..*self

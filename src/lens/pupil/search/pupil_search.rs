@@ -39,7 +39,7 @@ pub(super) struct InnerPoint {
 }
 
 impl<'a> PupilSearch<'a> {
-    pub fn new(lens: &'a Lens) -> Self {
+    pub(crate) fn new(lens: &'a Lens) -> Self {
         let rear = RearElement::of(lens, crate::sampling::DiscMap::Concentric).radius;
         Self {
             lens,

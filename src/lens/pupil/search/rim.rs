@@ -24,7 +24,7 @@ pub(super) struct RimRow<'a> {
 
 impl RimRow<'_> {
     /// The point of an index, which may lie before the first point or behind the last one.
-    pub fn at(&self, index: isize) -> RimPoint {
+    pub(super) fn at(&self, index: isize) -> RimPoint {
         let count = self.rims.len() as isize;
         let period = if self.mirrored {
             2 * (count - 1)
@@ -63,7 +63,7 @@ pub(super) struct Bracket {
 const SECANT_ROUNDS: usize = 6;
 
 impl Bracket {
-    pub fn new(f_center: f64, guess: f64) -> Self {
+    pub(super) fn new(f_center: f64, guess: f64) -> Self {
         Self {
             low: 0.0,
             high: guess,
@@ -75,7 +75,7 @@ impl Bracket {
         }
     }
 
-    pub fn is_open(&self, width: f64) -> bool {
+    pub(super) fn is_open(&self, width: f64) -> bool {
         !(self.f_high > 0.0) || self.high - self.low > width * self.high
     }
 
@@ -88,7 +88,7 @@ impl Bracket {
 
     /// Chooses the next distance to try. Near the root it is placed a little less than half of
     /// the width away (0.45), in turn on both sides, so that two rays close the bracket.
-    pub fn choose(&mut self, width: f64, round: usize, farthest: f64) {
+    pub(super) fn choose(&mut self, width: f64, round: usize, farthest: f64) {
         if round == 0 {
             return;
         }
@@ -126,7 +126,7 @@ impl Bracket {
         }
     }
 
-    pub fn learn(&mut self, over: f64, limit: u64, farthest: f64) {
+    pub(super) fn learn(&mut self, over: f64, limit: u64, farthest: f64) {
         self.tried = [self.tried[1], (self.next, over)];
         if over <= 0.0 && self.next < farthest {
             (self.low, self.f_low) = (self.next, over);

@@ -23,7 +23,7 @@ const NARROWER: f64 = 12.0;
 const GOLDEN_ANGLE: f64 = 0.381966;
 
 /// A ray, by the film radius it starts at and its aim.
-pub type RadiusAndAim = (f64, DVec2);
+pub(crate) type RadiusAndAim = (f64, DVec2);
 
 impl PupilSearch<'_> {
     /// Finds aims outside the `outline` of the pupil through which light comes, or nearly comes,
@@ -32,7 +32,7 @@ impl PupilSearch<'_> {
     /// The fill is measured on a grid over all that is in reach, and followed downhill from every
     /// local minimum. `slope` is the slope of the fill at the rim of a pupil; with an infinite one
     /// every ray is traced to its end. `nearly` is the fill up to which an aim is returned.
-    pub fn secondary_openings(
+    pub(crate) fn secondary_openings(
         &self,
         film: DVec3,
         outline: Option<&PupilOutline>,
@@ -98,7 +98,7 @@ impl PupilSearch<'_> {
     ///
     /// The best ray of a bundle becomes the center of the next. If that gains less than a
     /// thousandth of the size of the neighborhood, the neighborhood is shrunk to 0.7 of it.
-    pub fn least_around(
+    pub(crate) fn least_around(
         &self,
         (radius, aim): RadiusAndAim,
         step: f64,

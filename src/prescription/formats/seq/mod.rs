@@ -14,4 +14,4 @@ mod surfaces;
 mod tests;
 mod zoom;
 
-pub use reader::{FORMAT, read};
+pub(crate) use reader::FORMAT;

@@ -76,7 +76,7 @@ pub(super) struct Reader<'a> {
     pub(super) current: Option<usize>,
 }
 /// CODE V's sequence files, recognized by their first command.
-pub static FORMAT: Format = Format {
+pub(crate) static FORMAT: Format = Format {
     name: "CODE V",
     recognizes: |text| COMMANDS.contains(&first_word(text).as_str()),
     read: |source, how, sink| read(source, &how.glasses, sink),
@@ -89,7 +89,11 @@ const COMMANDS: [&str; 22] = [
 ];
 
 /// Reads a decoded `.seq` file.
-pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
+pub(crate) fn read(
+    source: &Arc<Source>,
+    glasses: &Catalogue,
+    sink: &mut Sink,
+) -> Result<Prescription> {
     let mut reader = Reader {
         source,
         glasses: glasses.clone(),

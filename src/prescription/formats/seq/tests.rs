@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use crate::diag::{Result, Sink, Source, Span};
-use crate::prescription::formats::seq::read;
+use crate::prescription::formats::seq::reader::read;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::Shape;

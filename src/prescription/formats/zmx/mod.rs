@@ -12,4 +12,4 @@ mod shapes;
 mod tests;
 mod zoom;
 
-pub use reader::{FORMAT, read};
+pub(crate) use reader::FORMAT;

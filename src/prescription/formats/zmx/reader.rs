@@ -27,7 +27,7 @@ pub(super) struct Reader<'a> {
     pub(super) glasses: &'a Catalogue,
 }
 /// Zemax's sequential files, recognized by their first keyword or two numbered surfaces.
-pub static FORMAT: Format = Format {
+pub(crate) static FORMAT: Format = Format {
     name: "Zemax",
     recognizes: |text| {
         let begins = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
@@ -38,7 +38,11 @@ pub static FORMAT: Format = Format {
 };
 
 /// Reads a decoded `.zmx` file.
-pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
+pub(crate) fn read(
+    source: &Arc<Source>,
+    glasses: &Catalogue,
+    sink: &mut Sink,
+) -> Result<Prescription> {
     let reader = Reader { source, glasses };
     let (header, blocks) = split(source)?;
     reader.refuse_modes(&header)?;

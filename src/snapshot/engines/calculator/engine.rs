@@ -13,7 +13,7 @@ use crate::snapshot::engines::outputs::Outputs;
 /// The most operations over all values.
 const MAX_WORK: usize = 100_000_000;
 
-pub fn outputs(node: NodeRef<'_>) -> Result<Outputs, String> {
+pub(crate) fn outputs(node: NodeRef<'_>) -> Result<Outputs, String> {
     use calculator as c;
     let scalars = [c::A, c::B, c::C, c::D, c::E, c::F, c::G, c::H].map(|f| node.get(f));
     let points = [

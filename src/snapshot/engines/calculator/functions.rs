@@ -6,7 +6,7 @@ use super::program::{Function, Val};
 
 macro_rules! functions {
     ($($name:literal $count:literal ($($arg:ident: $kind:ident),*) => $out:ident $body:expr;)*) => {
-        pub static FUNCTIONS: &[Function] = &[$(Function {
+        pub(crate) static FUNCTIONS: &[Function] = &[$(Function {
             name: $name,
             arguments: $count,
             apply: |values, _| match values {
@@ -49,7 +49,7 @@ functions! {
 }
 
 /// A number from 0 to its argument. The same file gives the same numbers every time.
-pub static RANDOM: Function = Function {
+pub(super) static RANDOM: Function = Function {
     name: "rand",
     arguments: 1,
     apply: |values, draws| match values {
@@ -65,7 +65,7 @@ pub static RANDOM: Function = Function {
     },
 };
 
-pub fn constant(name: &str) -> Option<f64> {
+pub(super) fn constant(name: &str) -> Option<f64> {
     use std::f64::consts as c;
     Some(match name {
         "MAXFLOAT" => f64::from(f32::MAX),

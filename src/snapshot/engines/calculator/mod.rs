@@ -9,7 +9,7 @@ mod functions;
 mod parse;
 mod program;
 
-pub use engine::outputs;
+pub(crate) use engine::outputs;
 
 #[cfg(test)]
 mod tests;

@@ -21,7 +21,7 @@ const LEVELS: [&[(&str, Op)]; 6] = [
     &[("*", Op::Multiply), ("/", Op::Divide), ("%", Op::Remainder)],
 ];
 
-pub fn parse(text: &str) -> Result<Vec<Statement>, String> {
+pub(super) fn parse(text: &str) -> Result<Vec<Statement>, String> {
     let mut parser = Parser {
         rest: text,
         size: 0,
@@ -246,6 +246,6 @@ impl<'a> Parser<'a> {
 }
 
 /// Returns the beginning of a line, for messages.
-pub fn short(line: &str) -> String {
+pub(super) fn short(line: &str) -> String {
     line.chars().take(60).collect()
 }

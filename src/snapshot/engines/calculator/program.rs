@@ -4,28 +4,28 @@ use glam::DVec3;
 
 /// The values of all variables: inputs, temporaries, outputs.
 #[derive(Clone, Copy, Default)]
-pub struct Bank {
+pub(super) struct Bank {
     pub scalars: [[f64; 8]; 3],
     pub vectors: [[DVec3; 8]; 3],
     pub draws: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub(super) enum Kind {
     Input = 0,
     Temporary = 1,
     Output = 2,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Variable {
+pub(super) struct Variable {
     pub kind: Kind,
     pub vector: bool,
     pub index: usize,
 }
 
 impl Variable {
-    pub fn named(name: &str) -> Option<Self> {
+    pub(super) fn named(name: &str) -> Option<Self> {
         let (kind, letter) = match name.as_bytes() {
             [letter] => (Kind::Input, *letter),
             [b't', letter] => (Kind::Temporary, *letter),
@@ -43,13 +43,13 @@ impl Variable {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Val {
+pub(super) enum Val {
     Number(f64),
     Vector(DVec3),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Op {
+pub(super) enum Op {
     Or,
     And,
     Equal,
@@ -66,7 +66,7 @@ pub enum Op {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub enum Expr {
+pub(super) enum Expr {
     Number(f64),
     Variable(Variable),
     Component(Box<Expr>, Box<Expr>),
@@ -78,7 +78,7 @@ pub enum Expr {
 }
 
 #[derive(Debug)]
-pub struct Function {
+pub(super) struct Function {
     pub name: &'static str,
     pub arguments: usize,
     pub apply: fn(&[Val], &mut u32) -> Option<Val>,
@@ -91,7 +91,7 @@ impl PartialEq for Function {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Statement {
+pub(super) struct Statement {
     pub target: Variable,
     pub component: Option<Expr>,
     pub value: Expr,
@@ -99,7 +99,7 @@ pub struct Statement {
 }
 
 impl Statement {
-    pub fn run(&self, bank: &mut Bank) -> Result<(), String> {
+    pub(super) fn run(&self, bank: &mut Bank) -> Result<(), String> {
         let value = eval(&self.value, bank)?;
         let (kind, index) = (self.target.kind as usize, self.target.index);
         if !self.target.vector {
