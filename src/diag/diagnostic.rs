@@ -1,4 +1,4 @@
-//! One message with its severity, its place, and what to do next.
+//! One message: its severity, its location, and what the user can do about it.
 
 use std::fmt;
 use std::sync::Arc;
@@ -7,21 +7,26 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
 use super::source::{Source, Span};
 
-/// The error of every fallible call in this crate: one message with its place.
+/// The result of every fallible function in this crate. The error is one message with its location.
 pub type Result<T> = std::result::Result<T, Box<Diagnostic>>;
 
-/// Longer lines are not quoted: a whole scene can stand on one.
+/// The longest source line that a message quotes, in bytes. A scene file can consist of one line,
+/// and quoting it would bury the message. The value was chosen as about five lines of a terminal.
 const LONGEST_LINE: usize = 400;
 
-/// How bad it is. An `Error` ends what was asked for; a `Warning` does not.
+/// How severe a message is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
+    /// The message only informs; nothing is wrong.
     Note,
+    /// Something is wrong, and the program continues with a substitute or without it.
     Warning,
+    /// The operation failed.
     Error,
 }
 
 impl Severity {
+    /// Returns the severity as the word that starts a message.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Note => "note",
@@ -31,20 +36,25 @@ impl Severity {
     }
 }
 
-/// One message: what, where, and what to do next.
+/// One message: what is wrong, where, and what the user can do about it.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
+    /// How severe the message is.
     pub severity: Severity,
+    /// What is wrong, in lower case and without a full stop.
     pub message: String,
+    /// What the user can do about it.
     pub help: Option<String>,
+    /// The source and the range of bytes in it that the message is about.
     pub place: Option<(Arc<Source>, Span)>,
-    /// The file it is about, where there is no source to quote.
+    /// The name of the file that the message is about, if there is no source to quote.
     pub file: Option<String>,
-    /// How often the same was said; the place is the first.
+    /// The number of times that this message was reported. `place` is that of the first report.
     pub count: usize,
 }
 
 impl Diagnostic {
+    /// Creates a message without a location.
     pub(super) fn new(severity: Severity, message: impl Into<String>) -> Self {
         Self {
             severity,
@@ -56,35 +66,41 @@ impl Diagnostic {
         }
     }
 
+    /// Creates an error without a location.
     pub(crate) fn error(message: impl Into<String>) -> Box<Self> {
         Box::new(Self::new(Severity::Error, message))
     }
 
+    /// Creates a warning without a location.
     pub(crate) fn warning(message: impl Into<String>) -> Box<Self> {
         Box::new(Self::new(Severity::Warning, message))
     }
 
-    /// An I/O error on a named file.
+    /// Creates an error that reports an I/O error on a named file.
     pub(crate) fn io(file: impl fmt::Display, error: &std::io::Error) -> Box<Self> {
-        Self::error(format!("`{file}`: {}", io_words(error))).in_file(file.to_string())
+        Self::error(format!("`{file}`: {}", describe_io(error))).in_file(file.to_string())
     }
 
+    /// Sets the source and the range of bytes that the message is about.
     pub(crate) fn at(mut self: Box<Self>, source: &Arc<Source>, span: Span) -> Box<Self> {
         self.place = Some((source.clone(), span));
         self
     }
 
+    /// Sets the name of the file that the message is about.
     pub(crate) fn in_file(mut self: Box<Self>, file: impl Into<String>) -> Box<Self> {
         self.file = Some(file.into());
         self
     }
 
+    /// Sets the text that tells the user what to do.
     pub(crate) fn with_help(mut self: Box<Self>, help: impl Into<String>) -> Box<Self> {
         self.help = Some(help.into());
         self
     }
 
-    /// Adds what to do next, on a message just put into a [`Sink`].
+    /// Sets the help of a message that is already in a [`Sink`](super::Sink). A help that the
+    /// message already has stays.
     pub(crate) fn help(&mut self, help: impl Into<String>) -> &mut Self {
         if self.help.is_none() {
             self.help = Some(help.into());
@@ -92,7 +108,7 @@ impl Diagnostic {
         self
     }
 
-    /// File, line and column (from 1), as far as they are known.
+    /// Returns the file name, and the line and column (counted from 1), as far as they are known.
     pub fn location(&self) -> (Option<&str>, Option<(u32, u32)>) {
         match &self.place {
             Some((source, span)) => (Some(&source.name), Some(source.line_column(span.start))),
@@ -100,7 +116,8 @@ impl Diagnostic {
         }
     }
 
-    /// The message as a compiler would print it: file, line, column, the line itself, a caret.
+    /// Formats the message as a compiler would print it: file, line, column, the source line, and
+    /// a caret below the range. `color` adds terminal escape sequences.
     pub fn render(&self, color: bool) -> String {
         let level = match self.severity {
             Severity::Error => Level::ERROR,
@@ -163,8 +180,8 @@ impl fmt::Display for Diagnostic {
 
 impl std::error::Error for Diagnostic {}
 
-/// What an I/O error is, without the operating system's number.
-fn io_words(error: &std::io::Error) -> String {
+/// Describes an I/O error without the operating system's error number.
+fn describe_io(error: &std::io::Error) -> String {
     use std::io::ErrorKind;
     match error.kind() {
         ErrorKind::NotFound => "no such file or folder".into(),

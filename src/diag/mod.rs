@@ -1,8 +1,9 @@
-//! Where something is, and what to say about it.
+//! Messages about files, and the locations in files that they refer to.
 //!
-//! A wrong file is a [`Diagnostic`]: what, where, and what to do next. Messages are lower case,
-//! without a full stop, names in backticks. Nothing here prints; [`Diagnostic::render`] makes the
-//! text and the caller decides where it goes.
+//! A mistake in a file becomes a [`Diagnostic`], which states what is wrong, where, and what the
+//! user can do about it. Messages are in lower case, without a full stop, with names in backticks.
+//! Nothing in this module prints: [`Diagnostic::render`] returns text, and the caller decides where
+//! to write it.
 
 mod diagnostic;
 mod sink;

@@ -1,4 +1,4 @@
-//! Collects diagnostics.
+//! A list that collects diagnostics and counts repeated ones.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::diagnostic::{Diagnostic, Severity};
 use super::source::{Source, Span};
 
-/// Collects diagnostics. The same mistake a thousand times is one message with a count.
+/// A list of diagnostics. A message that is reported again is counted and not added.
 #[derive(Clone, Debug, Default)]
 pub struct Sink {
     items: Vec<Diagnostic>,
@@ -15,15 +15,18 @@ pub struct Sink {
 }
 
 impl Sink {
+    /// Creates an empty list.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Spans given from now on are in this source. Returns the one before, to be put back.
+    /// Sets the source that later spans refer to. Returns the previous source, which the caller
+    /// sets again when it is done.
     pub(crate) fn set_source(&mut self, source: Option<Arc<Source>>) -> Option<Arc<Source>> {
         std::mem::replace(&mut self.source, source)
     }
 
+    /// Adds a warning about a range of the current source.
     pub(crate) fn warn(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
         let place = self.source.clone().map(|s| (s, span));
         self.add(Diagnostic {
@@ -32,6 +35,7 @@ impl Sink {
         })
     }
 
+    /// Adds a note about a range of the current source.
     pub(crate) fn note(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
         let place = self.source.clone().map(|s| (s, span));
         self.add(Diagnostic {
@@ -40,7 +44,7 @@ impl Sink {
         })
     }
 
-    /// Adds one, or counts it where the same message was said before.
+    /// Adds a diagnostic, or counts it if the list already has the same message.
     pub(crate) fn add(&mut self, diagnostic: Diagnostic) -> &mut Diagnostic {
         let key = (diagnostic.severity, diagnostic.message.clone());
         let next = self.items.len();
@@ -53,7 +57,7 @@ impl Sink {
         &mut self.items[index]
     }
 
-    /// An error made for the current source, to be returned.
+    /// Creates an error about a range of the current source. It is not added to the list.
     pub(crate) fn error(&self, span: Span, message: impl Into<String>) -> Box<Diagnostic> {
         let error = Diagnostic::error(message);
         match &self.source {
@@ -62,11 +66,12 @@ impl Sink {
         }
     }
 
+    /// Returns the diagnostics in the order in which they were first reported.
     pub fn items(&self) -> &[Diagnostic] {
         &self.items
     }
 
-    /// Adds everything that another sink has.
+    /// Adds all diagnostics of another sink.
     pub(crate) fn extend_from(&mut self, other: &Sink) {
         for item in &other.items {
             self.add(item.clone());

@@ -1,4 +1,4 @@
-//! Files as they were read, and places in them.
+//! The bytes of a file, and locations in them.
 
 use std::fmt;
 use std::sync::OnceLock;
@@ -6,12 +6,14 @@ use std::sync::OnceLock;
 /// A range of bytes in a [`Source`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Span {
+    /// The offset of the first byte.
     pub start: u32,
+    /// The offset after the last byte.
     pub end: u32,
 }
 
 impl Span {
-    /// The bytes `start..end`; offsets past 4 GiB saturate.
+    /// Creates the range `start..end`. Offsets above 4 GiB saturate.
     pub(crate) fn new(start: usize, end: usize) -> Self {
         let narrow = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
         Self {
@@ -20,22 +22,25 @@ impl Span {
         }
     }
 
-    /// A span of no length, between two bytes.
+    /// Creates an empty range before the byte at `offset`.
     pub(crate) fn at(offset: usize) -> Self {
         Self::new(offset, offset)
     }
 }
 
-/// A file as it was read, with a name for messages.
+/// The bytes of a file, with its name for messages.
 pub struct Source {
+    /// The file's path, or what to call it in messages if it has no path.
     pub name: String,
+    /// The whole content of the file.
     pub bytes: Vec<u8>,
-    /// Not text: places are byte offsets, and no line is quoted.
+    /// Whether the content is not text. Messages then give byte offsets and quote no line.
     pub binary: bool,
     line_starts: OnceLock<Vec<u32>>,
 }
 
 impl Source {
+    /// Creates a text source.
     pub(crate) fn new(name: impl Into<String>, bytes: Vec<u8>) -> Self {
         Self {
             name: name.into(),
@@ -51,8 +56,8 @@ impl Source {
         self
     }
 
-    /// Line and column of a byte offset, both counted from 1. CR, LF and CRLF each end a line.
-    /// A binary source is one line whose column is the offset plus one.
+    /// Returns the line and column of a byte offset, both counted from 1. CR, LF and CRLF each end
+    /// a line. A binary source is one line whose column is the offset plus one.
     pub(crate) fn line_column(&self, offset: u32) -> (u32, u32) {
         if self.binary {
             return (1, offset + 1);
@@ -62,6 +67,7 @@ impl Source {
         (line as u32 + 1, offset - starts[line] + 1)
     }
 
+    /// Returns the offsets of the first bytes of all lines.
     fn line_starts(&self) -> &[u32] {
         self.line_starts.get_or_init(|| {
             let mut starts = vec![0];
@@ -75,7 +81,7 @@ impl Source {
         })
     }
 
-    /// How many bytes the line around an offset has, its end included.
+    /// Returns the number of bytes of the line that contains an offset, including its line ending.
     pub(super) fn line_length(&self, offset: u32) -> usize {
         let starts = self.line_starts();
         let i = starts.partition_point(|&s| s <= offset) - 1;
@@ -83,7 +89,8 @@ impl Source {
         end - starts[i] as usize
     }
 
-    /// The line around an offset, as text that is safe to show, with the offset of its first byte.
+    /// Returns the line that contains an offset, and the offset of its first byte. Bytes that are
+    /// not printable ASCII become spaces.
     pub(super) fn line_text(&self, offset: u32) -> (String, u32) {
         let starts = self.line_starts();
         let i = starts.partition_point(|&s| s <= offset) - 1;

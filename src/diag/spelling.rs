@@ -1,6 +1,9 @@
-//! Finds the word that was probably meant.
+//! Finds the known name that is nearest to a misspelt one.
 
-/// The candidate nearest in spelling, for "did you mean", if any is near enough.
+/// Returns the candidate with the smallest edit distance from `word`, for "did you mean".
+///
+/// Case does not count. Candidates at a distance of more than 1 + length/4 are too different; this
+/// bound was chosen by trial.
 pub(crate) fn nearest<'a>(
     word: &str,
     candidates: impl IntoIterator<Item = &'a str>,
@@ -14,7 +17,7 @@ pub(crate) fn nearest<'a>(
         .map(|(_, c)| c)
 }
 
-/// Levenshtein's distance, by one row.
+/// Returns the Levenshtein distance between two words. It keeps only one row of the table.
 fn edit_distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

@@ -1,7 +1,7 @@
-//! A scene file as it was read: an arena of nodes with spans.
+//! The content of a scene file: an arena of nodes with their locations in the file.
 //!
-//! `DEF` and `USE` are edges to the same node, not copies. Fields are kept as written; what a
-//! file does not state comes from the catalogue when it is asked for.
+//! A `USE` refers to the node of its `DEF`; it is not a copy. A node stores only the fields that
+//! the file states. The other fields have the catalogue's defaults, which are looked up on access.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -14,49 +14,59 @@ use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{Class, ClassId, default_value};
 
-/// The class of a node: one of the catalogue's, or one that the file itself declares.
+/// The class of a node: a class of the catalogue, or one that the file declares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ClassRef {
+    /// A class of the node catalogue.
     Known(ClassId),
-    /// A class of the file's own, by its place in [`Document::extensions`].
+    /// A class that the file declares, as its index in [`Document::extensions`].
     Extension(u32),
 }
 
-/// Where the value of a connected field comes from: `translation = USE Engine . outVector`.
+/// The source of a connected field's value: `translation = USE Engine . outVector`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Connection {
+    /// The engine or node that supplies the value.
     pub from: NodeId,
-    /// The output of an engine, or the field of a node.
+    /// The name of the engine's output, or of the node's field.
     pub output: Box<str>,
 }
 
 /// A field that the file states.
 #[derive(Clone, Debug)]
 pub struct FieldEntry {
-    /// The place of the field among the fields of its class.
+    /// The index of the field among the fields of its class.
     pub index: u16,
+    /// The value that the file states. A connected field without one has the default.
     pub value: Value,
-    /// Whether the field is written with `~`, which means that it has no effect.
+    /// Whether the field is written with `~`, Inventor's ignore flag: it then has no effect.
     pub ignored: bool,
+    /// The source of the value, if the field is connected.
     pub connection: Option<Box<Connection>>,
+    /// The range of the file with the field's name and value.
     pub span: Span,
 }
 
-/// A node as the file has it.
+/// A node with the fields and children that the file states.
 #[derive(Clone, Debug)]
 pub struct Node {
+    /// The node's class.
     pub class: ClassRef,
+    /// The name after `DEF`.
     pub name: Option<Arc<str>>,
+    /// The fields that the file states, in the file's order.
     pub fields: Vec<FieldEntry>,
+    /// The children that are written between the braces, and not in a field.
     pub children: Vec<NodeId>,
+    /// The range of the file that the node is in.
     pub span: Span,
-    /// The file that it is in, by its place in [`Document::sources`].
+    /// The file that the node is in, as its index in [`Document::sources`].
     pub source: u16,
 }
 
 impl Node {
-    /// Makes a node that no file has. It has no name.
-    pub(crate) fn made(class: &Class, fields: Vec<FieldEntry>, children: Vec<NodeId>) -> Self {
+    /// Creates a node without a name and without a location in a file.
+    pub(crate) fn synthetic(class: &Class, fields: Vec<FieldEntry>, children: Vec<NodeId>) -> Self {
         Self {
             class: ClassRef::Known(class.id),
             name: None,
@@ -68,54 +78,61 @@ impl Node {
     }
 }
 
-/// A file, together with the files that it names.
+/// The content of a scene file and of the files that it includes.
 #[derive(Clone, Debug, Default)]
 pub struct Document {
+    /// All nodes. A [`NodeId`] is an index into this list.
     pub nodes: Vec<Node>,
+    /// The top-level nodes of the main file, in the file's order.
     pub roots: Vec<NodeId>,
+    /// The classes that the files declare.
     pub extensions: Vec<Extension>,
+    /// The files that were read. The first is the main file.
     pub sources: Vec<Arc<Source>>,
-    /// The header's words, such as `Inventor V2.1 ascii`.
+    /// The format that the header states, such as `Inventor V2.1 ascii`.
     pub format: String,
-    /// The nodes that have names, by name. A name that is defined twice means the later node.
+    /// The named nodes of the main file, by name. If a name is defined twice, the later node has
+    /// it.
     pub names: IndexMap<Arc<str>, NodeId>,
-    /// The routes between nodes. A route of a proto's instance leads to the nodes of its body.
+    /// The routes between nodes. A route to a proto's instance leads to the nodes of its body.
     pub routes: Vec<Route>,
-    /// The routes as the file states them.
+    /// The routes as the file states them, before protos are expanded.
     pub stated_routes: Vec<Route>,
     /// The classes that `PROTO`s and `EXTERNPROTO`s define.
     pub protos: Protos,
-    /// The extensions by name, without those of protos and scripts.
+    /// The indices of the extensions by name, without those of protos and scripts.
     pub(super) extension_names: HashMap<Box<str>, Vec<u32>>,
-    /// For each `File`, `WWWInline` and `Inline` node, the roots of the file that it names.
+    /// The roots of the included file, for each `File`, `WWWInline` and `Inline` node.
     pub included: HashMap<NodeId, Vec<NodeId>>,
-    /// For each instance of a proto, the node that stands for it: the first of the body's copy.
-    pub stands_for: HashMap<NodeId, NodeId>,
-    /// Opens the files that nodes name.
+    /// The node that represents each instance of a proto: the first node of the body's copy.
+    pub expansions: HashMap<NodeId, NodeId>,
+    /// Opens the files that nodes refer to.
     pub loader: Option<Arc<dyn Loader>>,
-    /// The messages of reading.
+    /// The diagnostics that reading reported.
     pub sink: Sink,
 }
 
 impl Document {
-    /// Returns a node, or the node that stands for it: the first of the body of a proto's instance.
+    /// Returns a node. For an instance of a proto it returns the first node of the body's copy.
     pub fn node(&self, id: NodeId) -> NodeRef<'_> {
         let mut id = id;
-        while let Some(&other) = self.stands_for.get(&id) {
+        while let Some(&other) = self.expansions.get(&id) {
             id = other;
         }
         NodeRef { document: self, id }
     }
 
-    /// Whether a node is part of a proto's body, and not of the scene.
+    /// Returns whether a node is part of a proto's definition and not of the scene.
     pub(crate) fn is_template(&self, id: NodeId) -> bool {
         self.protos.is_template(id)
     }
 
-    /// Opens a file that a node names (a texture, a font), beside the file that the node is in.
+    /// Reads a file that a node refers to, such as a texture or a font. A relative path starts at
+    /// the folder of the file that the node is in. Returns the file's name and bytes.
     ///
     /// # Errors
-    /// The loader does not find the file or may not open it, or the document has no loader.
+    /// Returns an error if the loader does not find the file or may not open it, or if the document
+    /// has no loader.
     pub(crate) fn load_beside(&self, node: NodeId, reference: &str) -> Result<(String, Vec<u8>)> {
         let source = &self.sources[usize::from(self.nodes[node.0 as usize].source)];
         match &self.loader {
@@ -126,12 +143,12 @@ impl Document {
         }
     }
 
-    /// The nodes that are inside no other.
+    /// Returns the top-level nodes of the main file.
     pub fn roots(&self) -> impl Iterator<Item = NodeRef<'_>> {
         self.roots.iter().map(|&id| self.node(id))
     }
 
-    /// Adds a node to the arena.
+    /// Adds a node to the arena and returns its index.
     pub(crate) fn add(&mut self, node: Node) -> NodeId {
         let id = NodeId(u32::try_from(self.nodes.len()).expect("fewer than 2^32 nodes"));
         self.nodes.push(node);
@@ -139,20 +156,22 @@ impl Document {
     }
 }
 
-/// A node together with its document.
+/// A reference to a node of a document.
 #[derive(Clone, Copy)]
 pub struct NodeRef<'a> {
+    /// The document that contains the node.
     pub document: &'a Document,
+    /// The node's index.
     pub id: NodeId,
 }
 
 impl<'a> NodeRef<'a> {
-    /// The node itself.
+    /// Returns the node's entry in the arena.
     pub(crate) fn data(self) -> &'a Node {
         &self.document.nodes[self.id.0 as usize]
     }
 
-    /// The catalogue's class, or `None` for a class of the file's own.
+    /// Returns the catalogue's class, or `None` for a class that the file declares.
     pub fn class(self) -> Option<&'static Class> {
         match self.data().class {
             ClassRef::Known(id) => Some(id.get()),
@@ -160,10 +179,12 @@ impl<'a> NodeRef<'a> {
         }
     }
 
+    /// Returns the identifier of the catalogue's class, or `None` as [`NodeRef::class`] does.
     pub(crate) fn class_id(self) -> Option<ClassId> {
         self.class().map(|c| c.id)
     }
 
+    /// Returns the name of the node's class.
     pub fn class_name(self) -> &'a str {
         match self.data().class {
             ClassRef::Known(id) => id.get().name,
@@ -171,7 +192,7 @@ impl<'a> NodeRef<'a> {
         }
     }
 
-    /// The children. Those of a node that names a file are the roots of the file.
+    /// Returns the children. For a node that includes a file they are the roots of that file.
     pub fn children(self) -> impl DoubleEndedIterator<Item = NodeRef<'a>> + ExactSizeIterator {
         let included = self.document.included.get(&self.id);
         included
@@ -180,15 +201,17 @@ impl<'a> NodeRef<'a> {
             .map(move |&id| self.document.node(id))
     }
 
+    /// Returns the range of the file that the node is in.
     pub fn span(self) -> Span {
         self.data().span
     }
 
+    /// Returns the file that the node is in. A document without files has none.
     pub fn source(self) -> Option<&'a Arc<Source>> {
         self.document.sources.get(usize::from(self.data().source))
     }
 
-    /// Returns the field as the file states it, unless it does not or marks it with `~`.
+    /// Returns the entry of a field that the file states and does not mark with `~`.
     pub(crate) fn entry(self, index: u16) -> Option<&'a FieldEntry> {
         self.data()
             .fields
@@ -196,7 +219,9 @@ impl<'a> NodeRef<'a> {
             .find(|f| f.index == index && !f.ignored)
     }
 
-    /// Returns the value of a field by name, as written or by default, whatever the class.
+    /// Returns the value of a field by name: the stated value or the default. The ignore flag `~`
+    /// does not count. Returns `None` if the class has no field of this name, or if the file
+    /// declares the class and neither the node nor a known base class has a value.
     pub fn value(self, name: &str) -> Option<&'a Value> {
         let data = self.data();
         match data.class {
@@ -216,7 +241,7 @@ impl<'a> NodeRef<'a> {
                     let entry = data.fields.iter().find(|f| usize::from(f.index) == index);
                     entry.map(|f| &f.value)
                 });
-                // A field that the file does not state is as in the class that it says this is.
+                // A field that the file does not state has the default of the class in `isA`.
                 stated.or_else(|| {
                     let known = extension.is_a.iter().find_map(|n| crate::grammar::any(n))?;
                     let (index, _) = known.field(name)?;
@@ -233,7 +258,7 @@ mod tests {
     use crate::grammar::{class, cone};
 
     #[test]
-    fn a_silent_file_means_the_catalogues_default() {
+    fn a_field_that_the_file_does_not_state_has_the_catalogues_default() {
         let mut document = Document::default();
         let fields = vec![FieldEntry {
             index: cone::HEIGHT.index,

@@ -1,8 +1,8 @@
-//! Inventor and VRML files to a [`Document`] and back.
+//! Reads Inventor and VRML files into a [`Document`], and writes documents as such files.
 //!
-//! [`document`] holds the nodes of a file, [`declarations`] the classes and routes that a file
-//! declares. `read` makes a document from bytes and `write` makes bytes from a document; neither
-//! imports the other.
+//! [`document`] defines the nodes of a file, and [`declarations`] the classes and routes that a
+//! file declares. `read` makes a document from bytes and `write` makes bytes from a document;
+//! neither imports the other.
 
 pub(crate) mod declarations;
 pub(crate) mod document;

@@ -84,7 +84,7 @@ fn made_up(class: &str) -> Option<NodeRef<'static>> {
     let document = DEFAULTS.get_or_init(|| {
         let mut document = Document::default();
         for class in grammar::CLASSES {
-            document.add(Node::made(class, Vec::new(), Vec::new()));
+            document.add(Node::synthetic(class, Vec::new(), Vec::new()));
         }
         document
     });

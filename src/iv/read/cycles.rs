@@ -18,7 +18,7 @@ enum Edge {
 fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
     let node = &document.nodes[id.0 as usize];
     let mut out = Vec::new();
-    if let Some(&other) = document.stands_for.get(&id) {
+    if let Some(&other) = document.expansions.get(&id) {
         out.push((Edge::StandsFor, other));
         return out;
     }
@@ -122,7 +122,7 @@ fn cut(document: &mut Document, id: NodeId, edge: Edge, target: NodeId) {
             }
         }
         Edge::StandsFor => {
-            document.stands_for.remove(&id);
+            document.expansions.remove(&id);
         }
     }
 }

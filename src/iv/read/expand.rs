@@ -2,7 +2,7 @@
 //!
 //! A proto's body is a template that is not part of the scene. An instance is a node with the
 //! fields that the file states. A copy of the body, whose `IS` fields have the instance's values,
-//! stands for it in [`Document::stands_for`].
+//! stands for it in [`Document::expansions`].
 
 use std::collections::HashMap;
 
@@ -49,7 +49,7 @@ pub(super) fn expand(document: &mut Document, instance: NodeId, limits: &Limits)
             };
             document.routes.push(route);
         }
-        document.stands_for.insert(instance, copies[&first]);
+        document.expansions.insert(instance, copies[&first]);
         let mut inner: Vec<NodeId> = copies
             .into_values()
             .filter(|&id| proto_of(document, id).is_some())

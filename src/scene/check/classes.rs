@@ -10,7 +10,7 @@ pub(crate) fn classes(document: &Document) -> [(&'static str, Vec<(String, usize
     let mut counts: IndexMap<(&str, usize), usize> = IndexMap::new();
     for id in 0..document.nodes.len() {
         let id = NodeId(id as u32);
-        if document.is_template(id) || document.stands_for.contains_key(&id) {
+        if document.is_template(id) || document.expansions.contains_key(&id) {
             continue; // a proto's body is counted where it is used, by its own nodes
         }
         let node = document.node(id);

@@ -95,7 +95,11 @@ fn handles_of(
     if children.len() == 1 {
         children.extend([library.get("material")?, library.get(dragger.name)?]);
     }
-    Some(out.add(Node::made(class::SEPARATOR.get(), Vec::new(), children)))
+    Some(out.add(Node::synthetic(
+        class::SEPARATOR.get(),
+        Vec::new(),
+        children,
+    )))
 }
 
 /// The parts that a file gives a dragger, those left out that show while it is dragged.
@@ -183,5 +187,5 @@ fn entry<T: ?Sized>(field: Field<T>, value: Value) -> FieldEntry {
 }
 
 fn transform(fields: Vec<FieldEntry>) -> Node {
-    Node::made(class::TRANSFORM.get(), fields, Vec::new())
+    Node::synthetic(class::TRANSFORM.get(), fields, Vec::new())
 }
