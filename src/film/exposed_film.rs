@@ -1,4 +1,4 @@
-//! The exposed film: every pixel's samples, light that comes another way, and the error.
+//! The exposed film: every pixel's samples, the ghosts of lights, and the estimated error.
 
 use glam::DVec3;
 
@@ -6,49 +6,56 @@ use super::format::Resolution;
 use super::pixel::Exposed;
 use crate::sampling::mix;
 
-/// A second exposure of a pixel by other samples. It is not in the picture; the difference of
-/// the two tells how wrong the first is, whatever the samples' order.
+/// A second exposure of a pixel with independent samples. It is not part of the picture; the
+/// difference of the two exposures estimates the error of the first for any sampler.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Twin {
     pub pixel: u32,
     pub exposed: Exposed,
 }
 
-/// How wrong a picture is, as estimated from itself: root mean square error over its mean, and
-/// the interval in which the true one lies 95 times in 100.
+/// The error of a picture, as estimated from its own samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorEstimate {
+    /// Root mean square error over the mean of the picture.
     pub relative_rmse: f64,
+    /// The lower end of the 95% confidence interval.
     pub low: f64,
+    /// The upper end of the 95% confidence interval.
     pub high: f64,
 }
 
-/// One pixel in so many has a twin,
+/// One pixel in this many has a twin. The twins take about 3% of the time.
 const TWIN_SHARE: u64 = 32;
-/// and at least so many of a picture have one, if there are as many.
+/// The smallest number of twins in a picture with at least as many pixels. It bounds the width of
+/// the confidence interval of small pictures.
 const FEWEST_TWINS: u64 = 512;
 
-/// The exposed film: row by row from the top, as the picture is seen (upright).
+/// The exposed film, row by row from the top of the upright picture.
 #[derive(Clone, Debug)]
 pub struct Film {
+    /// The size of the picture in pixels.
     pub resolution: Resolution,
+    /// The exposure of each pixel, without ghosts.
     pub pixels: Vec<Exposed>,
-    /// In order of pixels.
+    /// The twins in order of pixels.
     twins: Vec<Twin>,
-    /// Light that comes another way than through the samples.
-    pub glare: Option<Glare>,
+    /// The ghosts of lights, which are not traced by the pixels' samples.
+    pub ghosts: Option<GhostImage>,
 }
 
-/// Ghosts of lights, apart from the exposures: they have no twins, and no share in the error.
+/// The ghosts of lights. They are kept apart from the exposures because they have no twins and are
+/// not part of the error estimate.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Glare {
-    /// Row by row, as levels.
+pub struct GhostImage {
+    /// The level of each pixel, row by row.
     pub pixels: Vec<DVec3>,
-    /// What the lights' own images would bring, as levels summed over pixels and channels.
+    /// The light that the lights' own images would have, as levels summed over pixels and channels.
     pub of_lights: f64,
 }
 
-impl Glare {
+impl GhostImage {
+    /// Returns an image without light.
     pub fn new(resolution: Resolution) -> Self {
         Self {
             pixels: vec![DVec3::ZERO; resolution.pixels()],
@@ -56,7 +63,7 @@ impl Glare {
         }
     }
 
-    /// Levels summed over pixels and channels.
+    /// Returns the sum of levels over pixels and channels.
     pub fn sum(&self) -> f64 {
         self.pixels.iter().map(|p| p.element_sum()).sum()
     }
@@ -77,19 +84,20 @@ impl Glare {
 }
 
 impl Film {
+    /// Returns an unexposed film.
     pub(crate) fn new(resolution: Resolution) -> Self {
         Self {
             resolution,
             pixels: vec![Exposed::default(); resolution.pixels()],
             twins: Vec::new(),
-            glare: None,
+            ghosts: None,
         }
     }
 
-    /// Adds what another film of the same size has received, for a share of the whole. A pixel's
-    /// number of samples does not say what share: it may be large where the error is.
+    /// Adds the exposure of another film of the same size, with a share of the sum. The share is
+    /// not the ratio of a pixel's sample counts, because adaptive sampling changes those by pixel.
     pub(crate) fn join(&mut self, other: &Self, share: f64) {
-        self.glare = match (&self.glare, &other.glare) {
+        self.ghosts = match (&self.ghosts, &other.ghosts) {
             (Some(a), Some(b)) => {
                 let mut sum = a.scaled(1.0 - share);
                 sum.add(&b.scaled(share));
@@ -109,52 +117,58 @@ impl Film {
         }
     }
 
-    /// What a pixel has received in all.
+    /// Returns the level of a pixel, ghosts included.
     pub fn level(&self, pixel: usize) -> DVec3 {
-        let glare = self.glare.as_ref().map_or(DVec3::ZERO, |g| g.pixels[pixel]);
-        self.pixels[pixel].mean + glare
+        let ghosts = self
+            .ghosts
+            .as_ref()
+            .map_or(DVec3::ZERO, |g| g.pixels[pixel]);
+        self.pixels[pixel].mean + ghosts
     }
 
-    /// Mean of all channels of all pixels, without glare.
+    /// Returns the mean of all channels of all pixels, without ghosts.
     pub fn mean(&self) -> f64 {
         let sum: f64 = self.pixels.iter().map(|p| p.mean.element_sum()).sum();
         sum / (3.0 * self.pixels.len() as f64)
     }
 
-    /// Whether a pixel is exposed twice, to tell the error: a fixed random choice.
+    /// Returns whether a pixel has a twin. The choice is random but the same for every render.
     pub(crate) fn has_twin(&self, pixel: u32) -> bool {
         let count = self.pixels.len() as u64;
         let wanted = (count / TWIN_SHARE).max(FEWEST_TWINS);
         mix(u64::from(pixel) ^ 0x7477_696e) % count < wanted
     }
 
+    /// Replaces the twins.
     pub(crate) fn set_twins(&mut self, mut twins: Vec<Twin>) {
         twins.sort_unstable_by_key(|t| t.pixel);
         self.twins = twins;
     }
 
-    /// The second exposure of a pixel so far.
+    /// Returns the twin of a pixel; it is empty before the first pass.
     pub(crate) fn twin(&self, pixel: u32) -> Exposed {
         let found = self.twins.binary_search_by_key(&pixel, |t| t.pixel);
         found.map_or(Exposed::default(), |i| self.twins[i].exposed)
     }
 
-    /// Estimated root mean square error over the mean of the picture. `None` without twins, and
-    /// for a black picture.
+    /// Returns the estimated root mean square error over the mean of the picture, or `None` for a
+    /// film without twins and for a black picture.
     pub fn relative_rmse(&self) -> Option<f64> {
         self.error().map(|e| e.relative_rmse)
     }
 
-    /// The error of the picture.
+    /// Estimates the error of the picture, or returns `None` for a film without twins and for a
+    /// black picture.
     ///
-    /// Half the squared difference of a pixel and its twin is the variance of either, on average,
-    /// for any sampler. The samples' variance within the pixels, which is too large for
-    /// stratified samples but known everywhere, carries it over to the whole picture: a ratio
-    /// estimate. Its standard error comes from the residuals, for the twins that were drawn and
-    /// for the picture that came out, and the interval is even in the logarithm.
+    /// Half the squared difference of a pixel and its twin has the expectation of the pixel's
+    /// variance, for any sampler. The sample variance within pixels is too large for stratified
+    /// samples but is known for all pixels; a ratio estimator with it as the auxiliary variable
+    /// extends the measurement from the twins to the whole picture. The standard error comes from
+    /// the residuals of the twins and of the picture, and the interval is symmetric in the
+    /// logarithm.
     pub fn error(&self) -> Option<ErrorEstimate> {
         let naive = |p: &Exposed| match p.count {
-            0 | 1 => 1.0, // nothing known: all pixels alike
+            0 | 1 => 1.0, // The variance is unknown, so all pixels get equal weight.
             _ => p.variance_of_mean().element_sum(),
         };
         let pairs: Vec<(f64, f64)> = self
@@ -178,7 +192,7 @@ impl Film {
         let residual = |(d, v): &(f64, f64)| (d - ratio * v) * (d - ratio * v);
         let scatter = pairs.iter().map(residual).sum::<f64>() / (n - 1.0);
         let relative = (scatter * (1.0 / n + 1.0 / all)).sqrt() / (measured / n);
-        // Half, for the error is the root of the mean square.
+        // The factor is half, because the error is the root of the mean square.
         let reach = libm::exp(0.5 * 1.96 * relative);
         let rmse = mse.sqrt() / self.mean();
         rmse.is_finite().then_some(ErrorEstimate {
@@ -194,7 +208,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_without_a_second_exposure_says_nothing_about_its_error() {
+    fn a_picture_without_twins_has_no_error_estimate() {
         let mut film = Film::new(Resolution {
             width: 1,
             height: 1,
@@ -203,8 +217,8 @@ mod tests {
         assert_eq!(film.relative_rmse(), None);
     }
 
-    /// Pixels of 16 samples in pairs of opposite error: the spread within a pixel is 1, the error
-    /// of its mean exactly 0.1 times a known number.
+    /// Each pixel has 16 samples whose spread is 1, and a mean that is off by 0.1 either way. The
+    /// relative error of the picture is therefore 0.1 / 5.
     #[test]
     fn the_error_is_that_of_the_means_and_not_of_the_samples() {
         let mut film = Film::new(Resolution {

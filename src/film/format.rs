@@ -5,39 +5,47 @@ use crate::diag::{Diagnostic, Result};
 /// The size of the exposed film, in millimeters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilmFormat {
+    /// Millimeters across.
     pub width: f64,
+    /// Millimeters down.
     pub height: f64,
 }
 
 impl FilmFormat {
-    /// 35 mm still film: the paper's.
+    /// The format of 35 mm still film, 36×24 mm, which the paper uses.
     pub const STANDARD: Self = Self {
         width: 36.0,
         height: 24.0,
     };
 
+    /// Returns half of the diagonal, in millimeters.
     pub(crate) fn half_diagonal(self) -> f64 {
         0.5 * self.width.hypot(self.height)
     }
 }
 
-/// Pixels across and down. Ten a millimeter in 1999: 360×240.
+/// The size of a picture in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {
+    /// Pixels across.
     pub width: u32,
+    /// Pixels down.
     pub height: u32,
 }
 
 impl Resolution {
+    /// The size of the 1999 program's pictures: ten pixels per millimeter of film.
     pub const VINTAGE: Self = Self {
         width: 360,
         height: 240,
     };
-    /// A side of more pixels than this is refused: a slip of the finger, not a wish.
+    /// The largest number of pixels on a side. A larger one is taken for a typing error.
     pub const LIMIT: u32 = 65_536;
 
+    /// Returns a size that a picture can have.
+    ///
     /// # Errors
-    /// A picture of no pixels, or one too large to be meant.
+    /// Fails if a side is 0 or exceeds [`Resolution::LIMIT`], or if there are more than 2^30 pixels.
     pub fn new(width: u32, height: u32) -> Result<Self> {
         if width == 0 || height == 0 {
             return Err(
@@ -55,10 +63,12 @@ impl Resolution {
         Ok(Self { width, height })
     }
 
+    /// Returns the number of pixels.
     pub fn pixels(self) -> usize {
         self.width as usize * self.height as usize
     }
 
+    /// Returns the width over the height.
     pub(crate) fn aspect(self) -> f64 {
         f64::from(self.width) / f64::from(self.height)
     }

@@ -1,31 +1,34 @@
-//! Exposure in a photographer's terms: shutter, ISO and aperture, instead of the paper's constant.
+//! Exposure by shutter time, ISO speed and aperture, instead of the paper's constant.
 //!
-//! Scenes are in Inventor's units, where 1 is a white surface in full light. One number says how
-//! many candela per square meter that is; the rest is photometry. Film of ISO S is saturated,
-//! level 1, by H = 78/S lux seconds (ISO 12232, saturation-based speed), and H is the irradiance
-//! of equation 1, with the solid angle and the glass's losses, times the shutter's time.
+//! Radiance in scenes is in Inventor's units, where 1 is a white surface in full light. One number
+//! states how many candela per square meter that is; the rest is photometry. Film of ISO S is
+//! saturated (level 1) by H = 78/S lux seconds (ISO 12232, saturation-based speed), where H is the
+//! irradiance of the paper's equation 1, with the solid angle and the losses of the glass, times the
+//! shutter time.
 
 use std::f64::consts::PI;
 
-/// Lux seconds that saturate a film of ISO 1.
+/// The exposure that saturates a film of ISO 1, in lux seconds (ISO 12232).
 const SATURATION: f64 = 78.0;
 
-/// What a photographer sets beside the aperture.
+/// The settings that determine the exposure together with the aperture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metering {
-    /// Seconds that the shutter is open.
+    /// The time that the shutter is open, in seconds.
     pub shutter: f64,
+    /// The ISO speed of the film.
     pub iso: f64,
-    /// Candela per square meter of radiance 1.
+    /// The luminance of radiance 1, in candela per square meter.
     pub white: f64,
 }
 
 impl Metering {
-    /// The luminance of a white surface in full sun, in cd/m², from the rule of photographers: at
-    /// f/16 and 1/ISO seconds it is just white. π/(4·16²) L/S = 78/S gives 25,424, which is a
-    /// sun of 80,000 lux.
+    /// The luminance of a white surface in full sun, in cd/m², by the "sunny 16" rule: at f/16 and
+    /// 1/ISO seconds it just saturates the film. π/(4·16²) L/S = 78/S gives 25,424 cd/m², an
+    /// illuminance of 80,000 lux.
     pub const SUNLIT_WHITE: f64 = SATURATION * 1024.0 / PI;
 
+    /// Returns the settings of a shutter time in seconds at ISO 100 in full sun.
     pub fn new(shutter: f64) -> Self {
         Self {
             shutter,
@@ -34,19 +37,19 @@ impl Metering {
         }
     }
 
-    /// The level of white on the axis, for a lens that brings it an irradiance of so many
-    /// steradians from radiance 1: π/(4N²) for a distant scene.
+    /// Returns the level of a white surface on the axis. `steradians` is the irradiance on the film
+    /// for radiance 1: π/(4N²) for a distant scene.
     pub(crate) fn level_of_white(&self, steradians: f64) -> f64 {
         let lux_seconds = self.white * steradians * self.shutter;
         lux_seconds * self.iso / SATURATION
     }
 
-    /// The exposure value of the settings, log₂ N²/t: 15 is f/16 and 1/125 s. No ISO is in it.
+    /// Returns the exposure value log₂(N²/t): f/16 and 1/125 s give 15. It does not depend on ISO.
     pub fn exposure_value(&self, f_number: f64) -> f64 {
         libm::log2(f_number * f_number / self.shutter)
     }
 
-    /// The time as a camera's dial writes it.
+    /// Formats the shutter time as on a camera's dial: `1/60 s`, `2.5 s`.
     pub(crate) fn dial(&self) -> String {
         let t = self.shutter;
         if t < 0.3 {
@@ -74,9 +77,9 @@ mod tests {
         assert!((Metering::SUNLIT_WHITE - 25_424.0).abs() < 1.0);
     }
 
-    /// A stop more of aperture, a stop less of time, or twice the ISO.
+    /// A stop is a factor of √2 in the f-number, or of 2 in the time or the ISO speed.
     #[test]
-    fn a_stop_is_a_factor_of_two_whichever_way_it_is_made() {
+    fn a_stop_of_aperture_time_or_iso_doubles_the_level() {
         let at = |n: f64, shutter: f64, iso: f64| {
             let metering = Metering {
                 iso,

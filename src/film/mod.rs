@@ -1,19 +1,18 @@
-//! Adds radiance up into irradiance, and turns that into exposure and levels.
+//! The film: sums of radiance as irradiance, exposure, and levels.
 //!
-//! Film is 36×24 mm with unlimited resolution, and saturates in proportion to exposure (the
-//! paper, section Assumptions); [`Metering`] and [`Response`] are for films that do not. The sums
-//! of a pixel are made in one fixed order, so that a picture has the same bits at any number of
-//! threads.
+//! By default the film is 36×24 mm, has unlimited resolution, and responds in proportion to
+//! exposure (the paper, section Assumptions). [`Metering`] sets the exposure in photometric units,
+//! and [`Response`] has other characteristic curves. The samples of a pixel are added in one fixed
+//! order, so that a picture has the same bits at any number of threads.
 
 mod exposed_film;
-
 mod format;
 mod metering;
 mod pixel;
 mod response;
 
 pub use exposed_film::{ErrorEstimate, Film};
-pub(crate) use exposed_film::{Glare, Twin};
+pub(crate) use exposed_film::{GhostImage, Twin};
 pub use format::{FilmFormat, Resolution};
 pub use metering::Metering;
 pub(crate) use pixel::Exposed;

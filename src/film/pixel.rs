@@ -1,17 +1,20 @@
-//! What one pixel of the film has received.
+//! The samples of one pixel of the film.
 
 use glam::DVec3;
 
-/// What a pixel has received: a running mean and sum of squared deviations of each channel.
+/// The exposure of a pixel: the running mean of its samples and their scatter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exposed {
+    /// The number of samples.
     pub count: u32,
+    /// The mean of red, green and blue.
     pub mean: DVec3,
+    /// The sum of squared deviations of each channel.
     squares: DVec3,
 }
 
 impl Exposed {
-    /// Adds one sample; Welford's update, which does not cancel.
+    /// Adds one sample by Welford's update, which has no cancellation.
     pub fn add(&mut self, value: DVec3) {
         self.count += 1;
         let off = value - self.mean;
@@ -31,7 +34,8 @@ impl Exposed {
         self.squares += other.squares + off * off * (n * m / (n + m));
     }
 
-    /// The same, but so that the other has a given share of the mean, however many its samples are.
+    /// Adds another pixel's samples so that they have a given share of the mean, independent of
+    /// their number.
     pub fn join_as(&mut self, other: &Self, share: f64) {
         let (n, m) = (f64::from(self.count), f64::from(other.count));
         if n < 2.0 || m < 2.0 || (m - share * (n + m)).abs() < 1e-9 * m {
@@ -44,8 +48,8 @@ impl Exposed {
         self.squares = variance * (n + m) * (n + m - 1.0);
     }
 
-    /// The variance of the mean, as for independent samples: for stratified ones it is an upper
-    /// bound. Infinite for fewer than two samples.
+    /// Returns the variance of the mean for independent samples, which is an upper bound for
+    /// stratified ones. It is infinite for fewer than two samples.
     pub fn variance_of_mean(&self) -> DVec3 {
         match self.count {
             0 | 1 => DVec3::INFINITY,
@@ -83,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moment_s_share_is_not_its_number_of_samples() {
+    fn the_share_of_a_moment_does_not_depend_on_its_number_of_samples() {
         let of = |values: &[f64]| {
             let mut pixel = Exposed::default();
             values.iter().for_each(|&v| pixel.add(DVec3::splat(v)));

@@ -1,39 +1,41 @@
-//! How exposure becomes a level: in proportion, by a display's curve, or by a film's.
+//! The response: how an exposure becomes a level, linearly, by a display's curve, or by a film's.
 //!
-//! A film is a table of density against the logarithm of exposure, the characteristic curve of
-//! Hurter and Driffield. What is seen is the light that the developed film lets through, against
-//! that through its clearest part, on a display: 10^−(D − D_min), encoded as sRGB. Several films
-//! in a row are copies: each is exposed through the one before it, so a negative and a paper
-//! make a print. Grain is left out.
+//! An emulsion is a table of density against the logarithm of exposure, the characteristic curve of
+//! Hurter and Driffield. Its level is the transmittance of the developed film relative to its
+//! clearest part, 10^−(D − D_min), encoded as sRGB for display. A sequence of emulsions is a chain
+//! of copies: each is exposed through the one before it, so a negative and a paper make a print.
+//! Grain is not simulated.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Source, Span, nearest};
 
-/// How exposure becomes a level between 0 and 1.
+/// A map from exposure to a level between 0 and 1.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Response {
-    /// Level is proportional to exposure, then clipped: the paper's film, and the right one for
-    /// Inventor's colors, which are display values.
+    /// The level is the exposure, clipped at 1, as in the paper. It suits Inventor's colors, which
+    /// are display values.
     Linear,
     /// The sRGB transfer curve over linear light.
     Srgb,
-    /// A film, or a negative and what it is printed on.
+    /// One emulsion, or several that are exposed through each other in turn.
     Film(Arc<[Emulsion]>),
 }
 
-/// A film by its characteristic curves.
+/// A film stock, described by its characteristic curves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emulsion {
+    /// The name of a shipped emulsion, or the path of its file.
     pub name: String,
-    /// The logarithm of the exposure, in the table's own units, that exposure 1 is.
+    /// The decimal logarithm, in the table's units, of exposure 1.
     white: f64,
-    /// Logarithms of exposure, ascending, with the density of each layer there.
+    /// Decimal logarithms of exposure, ascending, with the densities of the red, green and blue
+    /// layers.
     rows: Vec<(f64, [f64; 3])>,
 }
 
-/// The films that come with the program.
+/// The names and tables of the emulsions in the program.
 const SHIPPED: [(&str, &str); 3] = [
     ("reversal", include_str!("../../films/reversal.txt")),
     ("negative", include_str!("../../films/negative.txt")),
@@ -41,10 +43,11 @@ const SHIPPED: [(&str, &str); 3] = [
 ];
 
 impl Response {
-    /// `linear`, `srgb`, or films with commas between: names of shipped ones, or files.
+    /// Returns the response that `words` names: `linear`, `srgb`, or emulsions separated by commas,
+    /// each the name of a shipped one or the path of a file.
     ///
     /// # Errors
-    /// A file that can't be read, or is no table of a film.
+    /// Fails if a file cannot be read or is not the table of an emulsion.
     pub fn open(words: &str) -> Result<Self> {
         match words {
             "linear" => return Ok(Self::Linear),
@@ -55,7 +58,7 @@ impl Response {
         Ok(Self::Film(films.collect::<Result<_>>()?))
     }
 
-    /// The words that it is opened by.
+    /// Returns the words that [`Response::open`] accepts for this response.
     pub fn name(&self) -> String {
         match self {
             Self::Linear => "linear".into(),
@@ -67,7 +70,7 @@ impl Response {
         }
     }
 
-    /// The level of an exposure in a channel: 0 red, 1 green, 2 blue.
+    /// Returns the level of an exposure in a channel: 0 red, 1 green, 2 blue.
     pub fn level(&self, exposure: f64, channel: usize) -> f64 {
         match self {
             Self::Linear => clipped(exposure),
@@ -81,6 +84,7 @@ impl Response {
     }
 }
 
+/// Clips to 0 to 1; NaN and infinite values become 0.
 fn clipped(x: f64) -> f64 {
     if x.is_finite() {
         x.clamp(0.0, 1.0)
@@ -89,7 +93,7 @@ fn clipped(x: f64) -> f64 {
     }
 }
 
-/// The sRGB transfer curve (IEC 61966-2-1).
+/// Applies the sRGB transfer curve (IEC 61966-2-1).
 fn encoded(x: f64) -> f64 {
     if x <= 0.003_130_8 {
         12.92 * x
@@ -99,10 +103,10 @@ fn encoded(x: f64) -> f64 {
 }
 
 impl Emulsion {
-    /// A film that comes with the program, or a file.
+    /// Returns the shipped emulsion of a name, or reads the file at a path.
     ///
     /// # Errors
-    /// A file that can't be read, or is no table.
+    /// Fails if the file cannot be read or is not the table of an emulsion.
     pub fn open(word: &str) -> Result<Self> {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == word) {
             let source = Source::new(format!("films/{name}.txt"), text.as_bytes().to_vec());
@@ -121,11 +125,11 @@ impl Emulsion {
         self
     }
 
-    /// Reads a table: `white LOG`, `sense positive` or `negative`, then rows of the logarithm
+    /// Reads a table: `white LOG`, `sense positive` or `sense negative`, then rows of a logarithm
     /// of exposure and one density, or one for each of red, green and blue. `#` begins a comment.
     ///
     /// # Errors
-    /// Anything else, with its line.
+    /// Fails at the first line of any other form, and if the table is too short or too long.
     pub(crate) fn read(source: &Arc<Source>) -> Result<Self> {
         let mut film = Self {
             name: source.name.clone(),
@@ -162,24 +166,25 @@ impl Emulsion {
         Ok(film)
     }
 
+    /// Checks the number of rows, and that the densities have the stated sense.
     fn check(&self, positive: Option<bool>, source: &Arc<Source>) -> Result<()> {
         let fail = |message: &str| Diagnostic::error(message).in_file(source.name.clone());
         let ([first, .., last], true) = (&self.rows[..], self.rows.len() < 100_000) else {
             return Err(
-                fail("a film's table has two rows or more, and less than 100,000").with_help(
-                    "a row is the logarithm of an exposure and a density, as `-1.5 0.3`",
+                fail("a film's table needs at least 2 and fewer than 100,000 rows").with_help(
+                    "a row is the logarithm of an exposure and a density, such as `-1.5 0.3`",
                 ),
             );
         };
         let falls = last.1[1] < first.1[1];
         if positive.is_some_and(|positive| positive != falls) {
-            return Err(fail("the densities go the other way than the sense says")
+            return Err(fail("the densities contradict the `sense` line")
                 .with_help("a negative's density rises with exposure, a positive's falls"));
         }
         Ok(())
     }
 
-    /// The light through the developed film, 1 through its clearest part.
+    /// Returns the transmittance of the developed film relative to its clearest part.
     fn light_through(&self, exposure: f64, channel: usize) -> f64 {
         let layer = channel.min(2);
         let clear = self.rows.iter().map(|r| r.1[layer]);
@@ -188,7 +193,8 @@ impl Emulsion {
         libm::pow(10.0, clear - density)
     }
 
-    /// Between rows in proportion, beyond the table as at its ends.
+    /// Returns the density of a layer at a logarithm of exposure: linear between rows, constant
+    /// beyond the ends of the table.
     fn density(&self, log: f64, layer: usize) -> f64 {
         let after = self.rows.partition_point(|r| r.0 < log);
         let at = |i: usize| (self.rows[i].0, self.rows[i].1[layer]);
@@ -203,13 +209,14 @@ impl Emulsion {
     }
 }
 
+/// Returns the error for a name that is not a response.
 fn unknown(word: &str) -> Box<Diagnostic> {
     let names = ["linear", "srgb"].into_iter();
     let names = names.chain(SHIPPED.iter().map(|(name, _)| *name));
     let help = match nearest(word, names.clone()) {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!(
-            "there are {}, and files of your own",
+            "use {}, or the path of a film's table",
             names.collect::<Vec<_>>().join(", ")
         ),
     };
@@ -220,10 +227,14 @@ fn number(word: &str) -> Option<f64> {
     word.parse().ok().filter(|x: &f64| x.is_finite())
 }
 
+/// Parses a row of a table. The error is a message.
 fn row(words: &[&str]) -> std::result::Result<(f64, [f64; 3]), String> {
     let numbers: Option<Vec<f64>> = words.iter().map(|w| number(w)).collect();
     let Some(numbers) = numbers else {
-        return Err(format!("`{}` is no row of a film's table", words.join(" ")));
+        return Err(format!(
+            "`{}` is not a row of a film's table",
+            words.join(" ")
+        ));
     };
     match numbers[..] {
         [log, d] => Ok((log, [d; 3])),
@@ -255,17 +266,17 @@ mod tests {
         }
     }
 
-    /// A positive whose density falls by 1 over a tenfold exposure copies light as it is.
+    /// A positive whose density falls by 1 for a tenfold exposure reproduces light unchanged.
     #[test]
     fn a_straight_positive_of_contrast_1_is_a_linear_film_on_a_display() {
         let straight = film("sense positive\nwhite 2\n-4 6\n2 0 # clear\n").unwrap();
         let straight = Response::Film([straight].into());
         for exposure in [1e-4, 0.01, 0.18, 0.5, 0.9, 1.0, 7.0] {
-            let (ours, known) = (
+            let (level, known) = (
                 straight.level(exposure, 0),
                 Response::Srgb.level(exposure, 0),
             );
-            assert!((ours - known).abs() < 1e-12, "{exposure}: {ours} {known}");
+            assert!((level - known).abs() < 1e-12, "{exposure}: {level} {known}");
         }
     }
 
@@ -274,8 +285,8 @@ mod tests {
         let negative = film("sense negative\n-5 0\n0 5\n").unwrap();
         let print = Response::Film([negative.clone(), negative].into());
         for exposure in [0.001, 0.18, 0.7] {
-            let (ours, known) = (print.level(exposure, 0), Response::Srgb.level(exposure, 0));
-            assert!((ours - known).abs() < 1e-12, "{exposure}: {ours} {known}");
+            let (level, known) = (print.level(exposure, 0), Response::Srgb.level(exposure, 0));
+            assert!((level - known).abs() < 1e-12, "{exposure}: {level} {known}");
         }
     }
 
@@ -283,7 +294,7 @@ mod tests {
     fn layers_have_curves_of_their_own() {
         let warm = film("-1 1 1 1\n0 0 0.1 0.3\n").unwrap();
         let warm = Response::Film([warm].into());
-        // Each against its own clearest part, so white stays white and shadows take the cast.
+        // Each layer is relative to its own clearest part, so only shadows have a color cast.
         let at = |channel| warm.level(0.3, channel);
         assert!(at(0) < at(1) && at(1) < at(2));
         assert!((warm.level(1.0, 2) - 1.0).abs() < 1e-15);
@@ -298,7 +309,7 @@ mod tests {
                 .collect();
             assert!(levels.is_sorted(), "{words}");
             assert!(levels[0] < 0.1 && levels[60] > 0.97, "{words}: {levels:?}");
-            // A gray card, 18% of white, is in the middle.
+            // A gray card, 18% of white, has a middle level.
             let gray = response.level(0.18, 1);
             assert!((0.3..0.65).contains(&gray), "{words}: {gray}");
         }
@@ -311,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_table_is_told_with_its_line() {
+    fn a_wrong_line_of_a_table_is_reported_with_its_number() {
         let line = |text: &str| film(text).unwrap_err().location().1.map(|(line, _)| line);
         assert_eq!(line("-1 1\n0 x\n"), Some(2));
         assert_eq!(line("# a\n-1 1\n-2 2\n"), Some(3));
@@ -319,7 +330,7 @@ mod tests {
         assert_eq!(line("white nan\n"), Some(1));
         assert!(film("").is_err() && film("1 1\n").is_err());
         let error = film("sense negative\n-1 1\n0 0\n").unwrap_err();
-        assert!(error.message.contains("the other way"));
+        assert!(error.message.contains("contradict"));
         let error = Response::open("revesal").unwrap_err();
         assert_eq!(error.help.as_deref(), Some("did you mean `reversal`?"));
         assert!(Response::open("films/none.txt").is_err());

@@ -15,13 +15,13 @@ use super::plan::{Optics, Plan};
 use super::pose::{Environment, own_focus, resolve_pose};
 use crate::camera::{Camera, film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
-use crate::film::{Film, Glare};
+use crate::film::{Film, GhostImage};
 use crate::iv::Document;
 use crate::lens::Movements;
 use crate::picture::Picture;
 use crate::pose::{CameraPose, Projection};
 use crate::render::diffraction::diffract;
-use crate::render::ghosts::Flare;
+use crate::render::ghosts::GhostRender;
 use crate::render::report::{RenderReport, Seconds};
 use crate::render::{Exposure, Progress, Render, Stop};
 use crate::sampling::{FilterTable, Sampler};
@@ -246,7 +246,7 @@ impl Session {
         }
         .run(progress);
         let clock = Instant::now();
-        exposure.film.glare = self.glare(sampler);
+        exposure.film.ghosts = self.ghosts(sampler);
         exposure.seconds += clock.elapsed().as_secs_f64();
         exposure
     }
@@ -263,12 +263,12 @@ impl Session {
     }
 
     /// The ghosts of the scene's lights, if they are asked for.
-    fn glare(&self, sampler: Sampler) -> Option<Glare> {
+    fn ghosts(&self, sampler: Sampler) -> Option<GhostImage> {
         let Camera::Lens(camera) = &self.camera else {
             return None;
         };
         self.plan.ghosts.then(|| {
-            let flare = Flare {
+            let render = GhostRender {
                 scene: &self.scene,
                 camera,
                 resolution: self.plan.resolution,
@@ -276,7 +276,7 @@ impl Session {
                 rays: sampler.samples.saturating_mul(GHOST_RAYS).min(1 << 26),
                 seed: sampler.seed,
             };
-            flare.expose(&self.scene.lights())
+            render.expose(&self.scene.lights())
         })
     }
 
@@ -352,7 +352,7 @@ impl Session {
         };
         report.set_counts(&exposure.counts);
         report.set_error(exposure.film.error());
-        report.set_glare(&exposure.film);
+        report.set_ghosts(&exposure.film);
         report
     }
 

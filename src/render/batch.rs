@@ -1,4 +1,4 @@
-//! Samples of a tile on their way from the film to the scene and back, a packet at a time.
+//! Traces the samples of a tile from the film through the lens into the scene, a packet at a time.
 
 use std::ops::Range;
 
@@ -14,12 +14,14 @@ use crate::math::lanes::{LANES, SimdKernel, Vec3Lanes, dispatch};
 use crate::sampling::{Sampler, Samples};
 use crate::shade::Work;
 
-/// Takes places in pixels to the picture along one axis. There is no film beyond its edges: a
-/// filter that reaches over looks back from there.
+/// Converts positions within pixels to positions on the film along one axis, from 0 to 1. There is
+/// no film beyond its edges: a filter that reaches over an edge is mirrored there.
 struct Place<'a> {
+    /// Positions relative to the pixels, replaced by positions on the film.
     places: &'a mut [f64],
+    /// The column or row of each sample's pixel.
     pixels: &'a [f64],
-    /// Of a pixel.
+    /// The size of a pixel, in film widths or heights.
     size: f64,
 }
 
@@ -36,32 +38,37 @@ impl SimdKernel for Place<'_> {
     }
 }
 
-/// What a tile gives back.
+/// The exposure of one tile in one pass.
 #[derive(Default)]
-pub(super) struct Part {
+pub(super) struct TileExposure {
+    /// The exposed pixels, row by row.
     pub pixels: Vec<Exposed>,
     pub twins: Vec<Twin>,
     pub counts: Counts,
 }
 
-/// Samples of a tile on their way, a batch at a time.
+/// Collects samples of a tile and traces them when the batch is full.
 pub(super) struct Batch<'a> {
     render: &'a Render<'a>,
     samples: Samples,
-    /// Of each sample: its pixel, what its light counts, and the sum that it adds to.
+    /// The column and the row of each sample's pixel.
     pixels: [Vec<f64>; 2],
+    /// The weight of each sample's light.
     weights: Vec<f64>,
+    /// The index of the sum that each sample adds to.
     slots: Vec<usize>,
-    /// As many as fit.
+    /// The number of samples in a full batch.
     size: usize,
-    /// Rays of a sample.
+    /// Rays per sample.
     each: usize,
     bundle: Bundle,
-    /// The rays that got through, and the radiances along them.
+    /// The rays that passed through the lens.
     rays: CameraRays,
+    /// The radiances along `rays`, packet by packet.
     radiances: Vec<Vec3Lanes>,
-    /// Rays of other wavelengths that may bring other light, and those of them that are shaded.
+    /// Rays of other wavelengths whose light may differ from the first ray's.
     corrections: SpectralCorrections,
+    /// The rays of `corrections` that are shaded.
     accepted: CameraRays,
     /// The hits of `rays` and of `corrections`.
     hits: [Vec<Option<Hit>>; 2],
@@ -92,7 +99,7 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// Asks for samples of a pixel, which add to the last of the sums.
+    /// Adds samples of a pixel to the batch; their light goes to the last of the sums.
     pub(super) fn add(
         &mut self,
         at: (u32, u32),
@@ -122,7 +129,7 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// Traces what was asked for, in order.
+    /// Traces the samples of the batch, adds their light to the sums in order, and empties it.
     pub(super) fn flush(&mut self, sums: &mut [Exposed]) {
         self.samples.draw();
         self.place();
@@ -138,20 +145,20 @@ impl<'a> Batch<'a> {
         }
         camera.expose(&self.rays, &self.radiances, &mut self.exposures);
         let mut samples = self.exposures.iter().zip(&self.weights);
-        for of_one in self.slots.chunk_by(|a, b| a == b) {
-            // A sum of its own: in the list each would wait for the one before.
-            let mut sum = sums[of_one[0]];
-            for (exposure, weight) in samples.by_ref().take(of_one.len()) {
+        for run in self.slots.chunk_by(|a, b| a == b) {
+            // A local sum stays in registers; adding in the list costs a store and a load each.
+            let mut sum = sums[run[0]];
+            for (exposure, weight) in samples.by_ref().take(run.len()) {
                 sum.add(*exposure * *weight);
             }
-            sums[of_one[0]] = sum;
+            sums[run[0]] = sum;
         }
         self.samples.clear();
         self.pixels.iter_mut().for_each(Vec::clear);
         self.slots.clear();
     }
 
-    /// Takes the samples from their pixels to the picture, by the filter.
+    /// Distributes the samples by the pixel filter and converts them to positions on the film.
     fn place(&mut self) {
         let render = self.render;
         let Resolution { width, height } = render.resolution;
@@ -169,7 +176,7 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// Computes the radiances along all rays that got through, a packet at a time.
+    /// Computes the radiances along all rays that passed through the lens, a packet at a time.
     fn shade(&mut self) {
         let [hits, _] = &mut self.hits;
         hits.clear();
@@ -185,7 +192,8 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// Intersects rays of other wavelengths, and shades some of them.
+    /// Intersects rays of other wavelengths, and shades those whose hit differs from the first
+    /// ray's.
     fn correct(&mut self) {
         let shader = self.render.shader;
         let [hits, others] = &mut self.hits;

@@ -1,15 +1,15 @@
-//! The wave's part of a picture: what the rim of the pupil does to light that rays have exposed.
+//! Diffraction: spreads the light of an exposed film by the diffraction pattern of the pupil.
 //!
-//! Rays make the film. Each place of it is then spread by the diffraction pattern of the pupil as
-//! it is seen from there, iris blades and vignetting and all, wavelength by wavelength. The
-//! pattern is that of the pupil alone: the lens's aberrations and the blur of what is out of focus
-//! are in the picture already, from the rays. So it is right where one of the two is much larger
-//! than the other, and between them it adds both where they would partly cancel or enhance each
-//! other; the exact spread of one point is [`crate::lens::analysis::diffraction`]'s.
+//! The film is exposed by rays. The light at each place is then convolved with the diffraction
+//! pattern of the pupil as seen from there, with iris blades and vignetting, for each wavelength.
+//! The pattern is that of an aberration-free lens: aberrations and defocus blur are in the picture
+//! already, from the rays. The result is accurate where one of the two, diffraction or ray blur, is
+//! much larger than the other. Where they are alike, it adds their extents and has no interference
+//! between them; [`crate::lens::analysis::diffraction`] computes the exact spread of one point.
 //!
-//! Patterns are measured at a few places of the film and mixed between them. They end where the
-//! grid of directions repeats itself, 128 Airy radii out; the little light beyond is counted
-//! inside.
+//! Patterns are computed at a few places of the film and interpolated between them. They end
+//! where the grid of directions repeats itself, 128 Airy radii from the center, and are normalized
+//! so that the light beyond is not lost.
 
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
@@ -20,33 +20,35 @@ use crate::lens::{Bundle, LANES, LensRay, PupilWindow};
 use crate::math::fourier::{times, transform_square};
 use crate::spectrum::Spectrum;
 
-/// Places across and down the film where the pupil is looked at.
+/// The numbers of places across and down the film where the pupil is sampled. Chosen by trial.
 const PLACES: [usize; 2] = [5, 4];
-/// Directions each way across the pupil.
+/// Directions across the pupil and along it.
 const DIRECTIONS: usize = 256;
-/// The pattern is as fine as the pixels, within these.
+/// The largest and the smallest side of the transform. Between them, the pattern is as fine as the
+/// pixels; the largest bounds memory and time.
 const FINEST: usize = 2048;
 const COARSEST: usize = 512;
-/// Pixels that a pattern reaches at most.
+/// The largest reach of a pattern in pixels. It bounds the time of the convolution.
 const MOST_PIXELS: usize = 96;
-/// Wavelengths, every 20 nm.
+/// The range of wavelengths in nm, sampled every 20 nm.
 const FIRST: i32 = 400;
 const LAST: i32 = 700;
 
-/// The film as the wave leaves it. Means alone change; errors stay those of the rays.
+/// Returns the film with diffraction. Only the pixels' means change; the error estimate remains
+/// that of the rays.
 pub(crate) fn diffract(film: &Film, camera: &LensCamera) -> Film {
     let size = film.resolution;
     let colors = colors();
     let places: Vec<(usize, usize)> = (0..PLACES[1])
         .flat_map(|j| (0..PLACES[0]).map(move |i| (i, j)))
         .collect();
-    let parts: Vec<(Box2, Vec<DVec3>)> = places
+    let parts: Vec<(PixelBox, Vec<DVec3>)> = places
         .par_iter()
         .map(|&(i, j)| spread_part(film, camera, &colors, i, j))
         .collect();
     let mut out = film.clone();
     out.pixels.iter_mut().for_each(|p| p.mean = DVec3::ZERO);
-    // In the order of the places, so that any number of threads makes the same bits.
+    // Places are added in a fixed order, so that any number of threads gives the same bits.
     for (part, values) in parts {
         let mut values = values.into_iter();
         for y in part.y0..part.y1 {
@@ -59,16 +61,17 @@ pub(crate) fn diffract(film: &Film, camera: &LensCamera) -> Film {
     out
 }
 
-/// Pixels of a part of the picture.
+/// The pixels in columns `x0..x1` and rows `y0..y1` of the picture.
 #[derive(Clone, Copy, Debug)]
-struct Box2 {
+struct PixelBox {
     x0: usize,
     x1: usize,
     y0: usize,
     y1: usize,
 }
 
-/// What each wavelength brings; together the identity.
+/// Returns each wavelength in nm with its contribution to red, green and blue. The sum of the
+/// matrices is the identity, so that white stays white.
 fn colors() -> Vec<(f64, DMat3)> {
     let spectrum = Spectrum::default();
     let lines: Vec<(f64, DMat3)> = (FIRST..=LAST)
@@ -80,21 +83,22 @@ fn colors() -> Vec<(f64, DMat3)> {
     lines.into_iter().map(|(nm, m)| (nm, m * back)).collect()
 }
 
-/// The share of a pixel that goes by a place, one axis at a time: straight between places.
+/// Returns the weight of a place's pattern for a pixel along one axis, by linear interpolation
+/// between places.
 fn share(pixel: usize, count: u32, place: usize, places: usize) -> f64 {
     let at = (pixel as f64 + 0.5) / f64::from(count) * places as f64 - 0.5;
     let at = at.clamp(0.0, (places - 1) as f64);
     (1.0 - (at - place as f64).abs()).max(0.0)
 }
 
-/// The light of the pixels around one place, spread by its pattern.
+/// Returns the light of the pixels around place (i, j), spread by the pattern there.
 fn spread_part(
     film: &Film,
     camera: &LensCamera,
     colors: &[(f64, DMat3)],
     i: usize,
     j: usize,
-) -> (Box2, Vec<DVec3>) {
+) -> (PixelBox, Vec<DVec3>) {
     let Resolution { width, height } = film.resolution;
     let at = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
     let pitch = DVec2::new(
@@ -102,9 +106,9 @@ fn spread_part(
         camera.format.height / f64::from(height),
     );
     let place = camera.film_point(at(i, PLACES[0]), at(j, PLACES[1]));
-    let pattern = Pupil::seen(camera, place).map(|pupil| pupil.pattern(pitch, colors));
+    let pattern = Pupil::seen_from(camera, place).map(|pupil| pupil.pattern(pitch, colors));
     let pattern = pattern.unwrap_or_else(Pattern::point);
-    // Where the place has a share, and as far around as its pattern reaches.
+    // The pixels that the place has a weight for.
     let span = |count: u32, place: usize, places: usize| {
         let mut all = (0..count as usize).filter(|p| share(*p, count, place, places) > 0.0);
         let first = all.next().unwrap_or(0);
@@ -117,7 +121,7 @@ fn spread_part(
         film.pixels[y * width as usize + x].mean * weight
     };
     let reach = pattern.reach;
-    let to = Box2 {
+    let to = PixelBox {
         x0: x0.saturating_sub(reach),
         x1: (x1 + reach).min(width as usize),
         y0: y0.saturating_sub(reach),
@@ -140,7 +144,7 @@ fn spread_part(
     let mut values = Vec::new();
     for y in to.y0..to.y1 {
         for x in to.x0..to.x1 {
-            // The field's corner is `reach` before the part's.
+            // The field begins `reach` pixels before the part.
             let k = (y + reach - y0) * side + x + reach - x0;
             values.push(DVec3::new(spread[0][k], spread[1][k], spread[2][k]));
         }
@@ -148,17 +152,17 @@ fn spread_part(
     (to, values)
 }
 
-/// Which directions a place of the film sees light from.
+/// The directions from which light reaches a place of the film, on a grid of direction cosines.
 struct Pupil {
-    /// 1 where light gets through, row by row.
+    /// Whether the lens passes light, row by row.
     open: Vec<bool>,
-    /// From a direction cosine to the next.
+    /// The difference between neighboring direction cosines.
     step: f64,
 }
 
 impl Pupil {
-    /// None where it sees none.
-    fn seen(camera: &LensCamera, film: DVec2) -> Option<Self> {
+    /// Traces a grid of directions from a film point. Returns `None` if the lens passes no light.
+    fn seen_from(camera: &LensCamera, film: DVec2) -> Option<Self> {
         let place = camera.place();
         let origin = place.point(film);
         let [across, along] = place.across();
@@ -168,16 +172,16 @@ impl Pupil {
             DVec2::new(d.dot(across), d.dot(along))
         };
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        let mut see = |aim: DVec2| {
+        let mut include = |aim: DVec2| {
             let c = cosines(aim);
             (low, high) = (low.min(c), high.max(c));
         };
         match camera.window(film) {
-            PupilWindow::Polygon(polygon) => polygon.corners().for_each(&mut see),
+            PupilWindow::Polygon(polygon) => polygon.corners().for_each(&mut include),
             PupilWindow::Disc { radius, .. } | PupilWindow::Defensive(_, radius) => (0..32)
                 .for_each(|k| {
                     let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(k) / 32.0);
-                    see(radius * DVec2::new(cos, sin));
+                    include(radius * DVec2::new(cos, sin));
                 }),
             PupilWindow::Closed => return None,
         }
@@ -201,7 +205,7 @@ impl Pupil {
         (step > 0.0 && open.contains(&true)).then_some(Self { open, step })
     }
 
-    /// The pattern on pixels of this pitch, in millimeters.
+    /// Returns the diffraction pattern on pixels of a pitch in millimeters.
     fn pattern(&self, pitch: DVec2, colors: &[(f64, DMat3)]) -> Pattern {
         let mm = |nm: f64| nm * 1e-6;
         let finest = 2.0 * mm(f64::from(LAST)) / (self.step * pitch.min_element());
@@ -214,7 +218,7 @@ impl Pupil {
         transform_square(&mut field, side, -1.0);
         let total: f64 = field.iter().map(|u| u.length_squared()).sum();
         let light: Vec<f64> = field.iter().map(|u| u.length_squared() / total).collect();
-        // The field repeats itself after λ over the step.
+        // The pattern repeats itself after λ / step millimeters at a distance of 1 mm.
         let period = mm(f64::from(FIRST)) / self.step;
         let reach = (0.5 * period / pitch.min_element()) as usize;
         let mut pattern = Pattern::dark(reach.clamp(1, MOST_PIXELS));
@@ -227,8 +231,9 @@ impl Pupil {
         pattern
     }
 
-    /// The light of one wavelength that goes to each pixel around: from a pixel evenly lit, so
-    /// every point of the pattern is shared by the pixels around it.
+    /// Returns the share of a pixel's light of one wavelength (mm) that each pixel around it
+    /// receives. The pixel is evenly lit, so every point of the pattern is divided among the four
+    /// pixels around it.
     fn taps(
         &self,
         light: &[f64],
@@ -241,7 +246,7 @@ impl Pupil {
         let signed = |k: usize| k as f64 - if 2 * k >= side { side as f64 } else { 0.0 };
         let count = 2 * reach + 1;
         let mut taps = vec![0.0; count * count];
-        // Where a line of the pattern falls: a pixel, and the share of the next.
+        // The pixel that a line of the pattern falls on, and the share of the next one.
         let split = |k: usize, pitch: f64| {
             let at = signed(k) * fine / pitch + reach as f64;
             let first = at.floor();
@@ -264,14 +269,16 @@ impl Pupil {
     }
 }
 
-/// What a pixel's color does to the pixels around it.
+/// A convolution kernel: the color that each pixel receives from one at the center.
 struct Pattern {
+    /// Pixels from the center to the edge.
     reach: usize,
-    /// Row by row, (2 reach + 1)².
+    /// (2 reach + 1)² matrices of colors, row by row.
     taps: Vec<DMat3>,
 }
 
 impl Pattern {
+    /// Returns a kernel of zeros.
     fn dark(reach: usize) -> Self {
         let count = 2 * reach + 1;
         Self {
@@ -280,7 +287,7 @@ impl Pattern {
         }
     }
 
-    /// No spread at all.
+    /// Returns the kernel that changes nothing.
     fn point() -> Self {
         Self {
             reach: 0,
@@ -288,14 +295,14 @@ impl Pattern {
         }
     }
 
-    /// One channel of the spread light, from the transforms of all three.
+    /// Returns one channel of the convolved light, from the transforms of all three channels.
     fn spread(&self, light: &[Vec<DVec2>; 3], side: usize, out: usize) -> Vec<f64> {
         let count = 2 * self.reach + 1;
         let mut sum = vec![DVec2::ZERO; side * side];
         for (from, light) in light.iter().enumerate() {
             let mut field = vec![DVec2::ZERO; side * side];
             for (k, tap) in self.taps.iter().enumerate() {
-                // Around the corner: offsets below 0 are at the far end.
+                // A negative offset wraps around to the far end.
                 let wrapped = |k: usize| (k + side - self.reach) % side;
                 field[wrapped(k / count) * side + wrapped(k % count)].x = tap.col(from)[out];
             }
@@ -333,7 +340,7 @@ mod tests {
         LensCamera::new(lens, focus, format, Aim::ExitPupil, &pose)
     }
 
-    /// A film with one bright pixel in the middle.
+    /// Returns a film with one bright pixel in the middle.
     fn star(width: u32, height: u32) -> Film {
         let mut film = Film::new(Resolution::new(width, height).unwrap());
         let middle = (height / 2 * width + width / 2) as usize;
@@ -360,8 +367,8 @@ mod tests {
         );
     }
 
-    /// Green is mostly light of 550 nm: the Airy disc's first dark ring is 1.22 λ N out, and half
-    /// of the disc's light is within 0.535 λ N (Born and Wolf, 8.5.2).
+    /// Green is mostly light of 550 nm. The radius of the Airy disc's first dark ring is 1.22 λ N,
+    /// and half of the disc's light is within 0.535 λ N (Born and Wolf, 8.5.2).
     #[test]
     fn a_star_at_f_22_is_an_airy_disc() {
         let camera = camera(22.0, Iris::Round, [0.072, 0.048]);
@@ -394,7 +401,7 @@ mod tests {
         };
         let camera = camera(22.0, iris, [0.9, 0.6]);
         let out = diffract(&star(90, 60), &camera);
-        // Corners on ±x: edges face 30, 90 and 150 degrees, and points go out that way.
+        // The iris has corners on ±x, so its edges face 30, 90 and 150 degrees, as the rays do.
         let at = |degrees: f64| -> f64 {
             let (sin, cos) = libm::sincos(degrees.to_radians());
             (8..20)

@@ -1,21 +1,23 @@
-//! When a render stops, how far it is, and what it made.
+//! The stop conditions, the progress and the result of a render.
 
 use std::time::Duration;
 
 use crate::film::Film;
 
-/// When to stop. Whole passes are made, so that a picture is even.
+/// The conditions that end a render. The first one met ends it, after a whole pass, so that every
+/// pixel has received its samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
-    /// Samples a pixel at most.
+    /// The largest number of samples per pixel.
     pub samples: u32,
-    /// Stop when the estimated relative RMSE is at most this.
+    /// The render stops when its estimated relative RMSE is at most this.
     pub error: Option<f64>,
-    /// Stop before a pass that would end later than this.
+    /// The render stops before a pass that would end later than this after the start.
     pub time: Option<Duration>,
 }
 
 impl Stop {
+    /// Returns the condition that stops after a number of samples per pixel.
     pub fn after(samples: u32) -> Self {
         Self {
             samples,
@@ -25,30 +27,34 @@ impl Stop {
     }
 }
 
-/// How far a render has come.
+/// The progress of a running render.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
+    /// Tiles that are finished in this pass.
     pub tiles_done: u64,
-    /// Of all the passes known to come.
+    /// Tiles of this pass and of all passes that are expected after it.
     pub tiles: u64,
-    /// Samples a pixel in the passes that are whole.
+    /// Samples per pixel in the finished passes.
     pub samples: u32,
-    /// Estimated relative RMSE after the last whole pass.
+    /// Estimated relative RMSE after the last finished pass.
     pub error: Option<f64>,
 }
 
-/// What a render made.
+/// The result of a render.
 #[derive(Debug)]
 pub struct Exposure {
+    /// The exposed film.
     pub film: Film,
+    /// The rays that were traced.
     pub counts: Counts,
+    /// Seconds that the render took.
     pub seconds: f64,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: u32,
 }
 
 impl Exposure {
-    /// Adds a part made with other samples, or at another moment.
+    /// Adds an exposure of the same film with other samples or at another moment.
     pub(crate) fn join(&mut self, part: &Self) {
         let all = f64::from(self.samples + part.samples).max(1.0);
         self.film.join(&part.film, f64::from(part.samples) / all);
@@ -58,18 +64,18 @@ impl Exposure {
     }
 }
 
-/// Rays of a render.
+/// Numbers of rays that a render traced.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
-    /// Rays that left the film. One that is drawn anew for another is not counted.
+    /// Rays that left the film for the picture. A resampled ray is counted once.
     pub film_rays: u64,
-    /// Of those, the ones that the lens let through.
+    /// Rays from the film that passed through the lens, error rays included.
     pub passed: u64,
-    /// Rays followed through the scene: from the camera, mirrored, and refracted.
+    /// Rays traced through the scene: from the camera, reflected, and refracted.
     pub scene_rays: u64,
-    /// Rays towards lights.
+    /// Rays toward lights.
     pub shadow_rays: u64,
-    /// Of the rays from the film, those that are not in the picture but tell its error.
+    /// Rays that left the film for the error estimate and are not part of the picture.
     pub error_rays: u64,
 }
 
@@ -82,7 +88,7 @@ impl Counts {
         self.error_rays += other.error_rays;
     }
 
-    /// Share of lens rays that got through.
+    /// Returns the share of the film's rays that passed through the lens.
     pub fn passed_share(&self) -> f64 {
         self.passed as f64 / (self.film_rays + self.error_rays).max(1) as f64
     }

@@ -1,14 +1,14 @@
 //! Ghosts of the scene's lights on the film: two reflections inside the lens.
 //!
-//! A light is a point or a direction, so its ghosts can't be met from the film; rays go from the
-//! light through the front of the lens by the way of every pair of surfaces, and what arrives is
-//! added where it arrives. First a few rays of each pair find the part of the front that its
-//! light comes through and how much that is; the rest are dealt out in proportion. Light that
-//! the scene's surfaces send into the lens makes ghosts too, far fainter ones; they are left out, and
-//! so is the light's own image, for Inventor's lights are not seen.
+//! A light is a point or a direction, so a ray from the film never hits it. Rays are traced from
+//! the light through the front of the lens, with a reflection at each surface of a pair, and added
+//! to the film where they arrive. For each pair of surfaces, a few pilot rays find the region of the
+//! front that its light comes through and the amount of that light; the other rays are distributed
+//! in proportion. Ghosts of the scene's surfaces are much fainter and are left out. So is the
+//! light's own image, because Inventor's lights are not visible.
 //!
-//! A ray is a function of seed, light, pair and number, and all are added in that order, so the
-//! film has the same bits at any number of threads.
+//! A ray is a function of seed, light, pair and number, and all rays are added in that order, so
+//! the film has the same bits at any number of threads.
 
 use std::f64::consts::PI;
 
@@ -17,72 +17,71 @@ use rayon::prelude::*;
 
 use crate::bvh::Ray;
 use crate::camera::LensCamera;
-use crate::film::{Glare, Resolution};
+use crate::film::{GhostImage, Resolution};
 use crate::lens::analysis::ghosts::RGB_LINES;
 use crate::lens::{GhostPair, Lens, LensRay, Toward};
 use crate::sampling::mix;
 use crate::scene::{Light, RenderScene};
 use crate::traversal::state::LightKind;
 
-/// Cells a side of the grid of a pair's first rays.
-const PILOT: u32 = 48;
-/// Rays in a pair's share at least.
-const FEWEST: f64 = 256.0;
+/// Cells on a side of the grid of pilot rays. A grid of 48 measures the area of a disc to 1%.
+const PILOT_GRID: u32 = 48;
+/// The smallest number of rays for a pair that has light. Chosen by trial.
+const FEWEST_RAYS: f64 = 256.0;
 
-/// What makes ghosts.
-pub(crate) struct Flare<'a> {
+/// The settings for rendering the ghosts of lights.
+pub(crate) struct GhostRender<'a> {
     pub scene: &'a RenderScene,
     pub camera: &'a LensCamera,
     pub resolution: Resolution,
-    /// Multiplies the exposure, as that of the picture.
+    /// The multiplier on the exposure, the same as the picture's.
     pub exposure: f64,
-    /// Rays for each light, in all its ghosts.
+    /// Rays per light, for all its ghosts together.
     pub rays: u32,
     pub seed: u64,
 }
 
-impl Flare<'_> {
-    /// The ghosts of lights. Uses rayon's current pool.
-    pub(crate) fn expose(&self, lights: &[Light]) -> Glare {
+impl GhostRender<'_> {
+    /// Exposes the ghosts of lights. Uses rayon's current pool.
+    pub(crate) fn expose(&self, lights: &[Light]) -> GhostImage {
         let lenses = self.lenses();
         let pairs = self.camera.lens.ghost_pairs();
-        let mut glare = Glare::new(self.resolution);
-        let beams = lights
-            .iter()
-            .zip(0..)
-            .filter_map(|(light, number)| Beam::of(self, light, mix(self.seed ^ mix(number))));
+        let mut ghosts = GhostImage::new(self.resolution);
+        let beams = lights.iter().zip(0..).filter_map(|(light, number)| {
+            IncidentBeam::of(self, light, mix(self.seed ^ mix(number)))
+        });
         for beam in beams {
-            let way = |pair: Option<GhostPair>| {
+            let path = |pair: Option<GhostPair>| {
                 move |lens: &Lens, ray: &LensRay| match pair {
                     Some(pair) => lens.trace_ghost(ray, pair, Toward::Film, RGB_LINES),
-                    None => direct(lens, ray),
+                    None => direct_path(lens, ray),
                 }
             };
-            glare.of_lights += beam.pilot(&lenses, 0, &way(None)).light;
-            let found: Vec<Pilot> = pairs
+            ghosts.of_lights += beam.find_region(&lenses, 0, &path(None)).light;
+            let regions: Vec<FrontRegion> = pairs
                 .par_iter()
                 .enumerate()
-                .map(|(i, pair)| beam.pilot(&lenses, 1 + i as u64, &way(Some(*pair))))
+                .map(|(i, pair)| beam.find_region(&lenses, 1 + i as u64, &path(Some(*pair))))
                 .collect();
-            let light: f64 = found.iter().map(|p| p.light).sum();
-            let splats: Vec<Vec<Splat>> = found
+            let light: f64 = regions.iter().map(|r| r.light).sum();
+            let splats: Vec<Vec<Splat>> = regions
                 .par_iter()
                 .zip(&pairs)
-                .filter(|(pilot, _)| pilot.light > 0.0)
-                .map(|(pilot, pair)| {
-                    let share = f64::from(self.rays) * pilot.light / light;
-                    let side = share.max(FEWEST).sqrt().ceil() as u32;
-                    beam.rays(&lenses, pilot, side, &way(Some(*pair)))
+                .filter(|(region, _)| region.light > 0.0)
+                .map(|(region, pair)| {
+                    let share = f64::from(self.rays) * region.light / light;
+                    let side = share.max(FEWEST_RAYS).sqrt().ceil() as u32;
+                    beam.splats(&lenses, region, side, &path(Some(*pair)))
                 })
                 .collect();
             for splat in splats.iter().flatten() {
-                glare.pixels[splat.pixel as usize] += splat.level.as_dvec3();
+                ghosts.pixels[splat.pixel as usize] += splat.level.as_dvec3();
             }
         }
-        glare
+        ghosts
     }
 
-    /// The lens at three wavelengths where that makes a difference, else once.
+    /// Returns the lens at one wavelength per channel if its glass is dispersive, otherwise once.
     fn lenses(&self) -> Vec<Lens> {
         let lens = &self.camera.lens;
         if lens.prescription().is_dispersive() {
@@ -93,53 +92,58 @@ impl Flare<'_> {
     }
 }
 
-/// The way of the light's own image.
-fn direct(lens: &Lens, ray: &LensRay) -> Option<(LensRay, DVec3)> {
+/// Traces a ray through the lens without reflections, as for the light's own image.
+fn direct_path(lens: &Lens, ray: &LensRay) -> Option<(LensRay, DVec3)> {
     let out = lens.trace_from_scene(ray).ok()?;
     Some((out, DVec3::splat(lens.transmittance(ray, Toward::Film))))
 }
 
-/// What a ray adds to a pixel.
+/// The level that a ray adds to a pixel.
 struct Splat {
     pixel: u32,
     level: glam::Vec3,
 }
 
-/// The light of one light before the lens, over a plane through its front vertex.
-struct Beam<'a> {
-    flare: &'a Flare<'a>,
+/// One light's rays before the lens, as they cross a plane through the lens's front vertex. Lengths
+/// and directions are in lens space, in millimeters.
+struct IncidentBeam<'a> {
+    render: &'a GhostRender<'a>,
     light: Light,
     seed: u64,
-    /// Where the light is, in lens space; none where it is a direction.
-    place: Option<DVec3>,
-    /// Along the light at the vertex, and across.
+    /// The light's position; `None` for a directional light.
+    position: Option<DVec3>,
+    /// The direction of the light at the vertex, normal to the plane.
     along: DVec3,
+    /// Two axes of the plane.
     u: DVec3,
     v: DVec3,
     /// Half of the side of the square that holds the front surface.
     reach: f64,
 }
 
-/// What the first rays of a pair found.
-struct Pilot {
+/// The region of the plane before the lens that the light of a pair comes through.
+struct FrontRegion {
+    /// A number that makes the pair's random numbers differ from other pairs'.
     key: u64,
-    /// The corner of the part of the plane that light comes through, and its size.
+    /// The corner with the smallest coordinates.
     from: DVec2,
     size: DVec2,
-    /// On the film, in all channels: levels times pixels.
+    /// The light on the film in all channels, in levels times pixels.
     light: f64,
 }
 
-type Way<'a> = &'a (dyn Fn(&Lens, &LensRay) -> Option<(LensRay, DVec3)> + Sync);
+/// Traces a ray through a lens; returns the ray at the film and the share of its light in red, green
+/// and blue.
+type LensPath<'a> = &'a (dyn Fn(&Lens, &LensRay) -> Option<(LensRay, DVec3)> + Sync);
 
-impl<'a> Beam<'a> {
-    /// None for a light that shines away from the lens.
-    fn of(flare: &'a Flare<'a>, light: &Light, seed: u64) -> Option<Self> {
-        let camera = flare.camera;
+impl<'a> IncidentBeam<'a> {
+    /// Returns `None` for a light whose direction at the vertex is not defined.
+    fn of(render: &'a GhostRender<'a>, light: &Light, seed: u64) -> Option<Self> {
+        let camera = render.camera;
         let is_far = light.kind == LightKind::Directional;
-        let place = (!is_far).then(|| camera.lens_point(light.position.as_dvec3()));
-        let along = match place {
-            Some(place) => -place,
+        let position = (!is_far).then(|| camera.lens_point(light.position.as_dvec3()));
+        let along = match position {
+            Some(position) => -position,
             None => camera.lens_direction(light.direction.as_dvec3()),
         };
         let along = along.try_normalize()?;
@@ -153,52 +157,59 @@ impl<'a> Beam<'a> {
         };
         let (u, v) = along.any_orthonormal_pair();
         Some(Self {
-            flare,
+            render,
             light: *light,
             seed,
-            place,
+            position,
             along,
             u,
             v,
-            // The rim of a hemisphere is √2 of its radius from the vertex.
+            // The rim of a hemisphere is √2 radii from its vertex.
             reach: 1.42 * reach,
         })
     }
 
-    /// A few rays over all of the front, then as many over the part that they came through.
-    fn pilot(&self, lenses: &[Lens], key: u64, way: Way<'_>) -> Pilot {
-        let mut found = Pilot {
+    /// Finds the region of a path by a grid of rays over the whole front, then measures its light
+    /// by the same number of rays over the region.
+    fn find_region(&self, lenses: &[Lens], key: u64, path: LensPath<'_>) -> FrontRegion {
+        let mut region = FrontRegion {
             key,
             from: DVec2::splat(-self.reach),
             size: DVec2::splat(2.0 * self.reach),
             light: 0.0,
         };
         for round in 0..2 {
-            let cell = found.size / f64::from(PILOT);
+            let cell = region.size / f64::from(PILOT_GRID);
             let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-            found.light = 0.0;
-            for i in 0..PILOT * PILOT {
-                let place = self.place_of(&found, PILOT, i, round);
-                self.arrive(lenses, place, way, |splat| {
-                    (low, high) = (low.min(place), high.max(place));
-                    found.light += f64::from(splat.level.element_sum()) * cell.x * cell.y;
+            region.light = 0.0;
+            for i in 0..PILOT_GRID * PILOT_GRID {
+                let point = self.point_in_cell(&region, PILOT_GRID, i, round);
+                self.trace(lenses, point, path, |splat| {
+                    (low, high) = (low.min(point), high.max(point));
+                    region.light += f64::from(splat.level.element_sum()) * cell.x * cell.y;
                 });
             }
             if !(low.x <= high.x) {
                 break;
             }
-            (found.from, found.size) = (low - cell, high - low + 2.0 * cell);
+            (region.from, region.size) = (low - cell, high - low + 2.0 * cell);
         }
-        found
+        region
     }
 
-    /// `side`² rays over the part of the front that a pair's light comes through.
-    fn rays(&self, lenses: &[Lens], pilot: &Pilot, side: u32, way: Way<'_>) -> Vec<Splat> {
-        let area = pilot.size.x * pilot.size.y / (f64::from(side) * f64::from(side));
+    /// Traces `side`² rays over the region of a pair.
+    fn splats(
+        &self,
+        lenses: &[Lens],
+        region: &FrontRegion,
+        side: u32,
+        path: LensPath<'_>,
+    ) -> Vec<Splat> {
+        let area = region.size.x * region.size.y / (f64::from(side) * f64::from(side));
         let mut splats = Vec::new();
         for i in 0..side * side {
-            let place = self.place_of(pilot, side, i, 2);
-            self.arrive(lenses, place, way, |splat| {
+            let point = self.point_in_cell(region, side, i, 2);
+            self.trace(lenses, point, path, |splat| {
                 let level = splat.level * area as f32;
                 splats.push(Splat { level, ..splat });
             });
@@ -206,20 +217,27 @@ impl<'a> Beam<'a> {
         splats
     }
 
-    /// A place in one cell of a grid of so many cells a side.
-    fn place_of(&self, pilot: &Pilot, side: u32, cell: u32, round: u64) -> DVec2 {
+    /// Returns a random point in one cell of a grid with `side` cells on a side.
+    fn point_in_cell(&self, region: &FrontRegion, side: u32, cell: u32, round: u64) -> DVec2 {
         let number = u64::from(cell) << 24 | round << 20;
-        let key = mix(self.seed ^ mix(pilot.key ^ number));
+        let key = mix(self.seed ^ mix(region.key ^ number));
         let random = |key: u64| (key >> 11) as f64 / (1u64 << 53) as f64;
         let jitter = DVec2::new(random(key), random(mix(key)));
         let at = DVec2::new(f64::from(cell % side), f64::from(cell / side)) + jitter;
-        pilot.from + pilot.size * at / f64::from(side)
+        region.from + region.size * at / f64::from(side)
     }
 
-    /// Tells `each` where the light of a place on the plane arrives, as levels for each mm² of it.
-    fn arrive(&self, lenses: &[Lens], place: DVec2, way: Way<'_>, mut each: impl FnMut(Splat)) {
-        let origin = place.x * self.u + place.y * self.v;
-        let direction = match self.place {
+    /// Traces the light through a point of the plane, and calls `each` with the pixels that it
+    /// reaches. Their levels are per mm² of the plane.
+    fn trace(
+        &self,
+        lenses: &[Lens],
+        point: DVec2,
+        path: LensPath<'_>,
+        mut each: impl FnMut(Splat),
+    ) {
+        let origin = point.x * self.u + point.y * self.v;
+        let direction = match self.position {
             Some(light) => (origin - light).normalize_or_zero(),
             None => self.along,
         };
@@ -229,14 +247,18 @@ impl<'a> Beam<'a> {
             _ => &[DVec3::X, DVec3::Y, DVec3::Z],
         };
         for (lens, channel) in lenses.iter().zip(channels) {
-            let Some((out, share)) = way(lens, &ray) else {
+            let Some((out, share)) = path(lens, &ray) else {
                 continue;
             };
-            let Some((pixel, slant)) = self.flare.camera.pixel(&out, self.flare.resolution) else {
+            let Some((pixel, slant)) = self.render.camera.pixel(&out, self.render.resolution)
+            else {
                 continue;
             };
-            let level =
-                *channel * share * self.before_lens(&ray) * slant * self.level_of_irradiance();
+            let level = *channel
+                * share
+                * self.irradiance_before_lens(&ray)
+                * slant
+                * self.level_of_irradiance();
             if level.max_element() > 0.0 {
                 let level = level.as_vec3();
                 each(Splat { pixel, level });
@@ -244,13 +266,13 @@ impl<'a> Beam<'a> {
         }
     }
 
-    /// The irradiance on the plane where a ray crosses it, in radiance times steradian, where
-    /// the scene does not stand in the way.
+    /// Returns the irradiance on the plane where a ray crosses it, in radiance times steradian. It
+    /// is 0 where the scene blocks the light.
     ///
-    /// A white surface under a light of color 1 has radiance 1 in Inventor's equation; it
-    /// scatters evenly, so the light brings it an irradiance of π.
-    fn before_lens(&self, ray: &LensRay) -> DVec3 {
-        let point = self.flare.camera.world_point(ray.origin).as_vec3();
+    /// A white surface under a light of color 1 has radiance 1 in Inventor's equation. It is
+    /// Lambertian, so the light's irradiance on it is π.
+    fn irradiance_before_lens(&self, ray: &LensRay) -> DVec3 {
+        let point = self.render.camera.world_point(ray.origin).as_vec3();
         let reaching = self.light.reach(point);
         let across = ray.direction.dot(self.along);
         if reaching.color == glam::Vec3::ZERO || across <= 0.0 {
@@ -258,19 +280,19 @@ impl<'a> Beam<'a> {
         }
         let limit = reaching.distance * (1.0 - 1e-5);
         let open = self
-            .flare
+            .render
             .scene
             .transmittance(&Ray::new(point, reaching.toward), limit);
         PI * across * f64::from(open) * reaching.color.as_dvec3()
     }
 
-    /// Levels of a pixel for an irradiance of 1 that falls on 1 mm² of it.
+    /// Returns the level of a pixel for an irradiance of 1 on 1 mm² of it.
     fn level_of_irradiance(&self) -> f64 {
-        let camera = self.flare.camera;
-        let Resolution { width, height } = self.flare.resolution;
+        let camera = self.render.camera;
+        let Resolution { width, height } = self.render.resolution;
         let pixel =
             camera.format.width * camera.format.height / (f64::from(width) * f64::from(height));
-        self.flare.exposure / (camera.axial_irradiance() * pixel)
+        self.render.exposure / (camera.axial_irradiance() * pixel)
     }
 }
 
@@ -291,7 +313,7 @@ mod tests {
         height: 24,
     };
 
-    /// A lens at the scene's origin, looking along −z.
+    /// Returns a camera at the scene's origin that looks along −z.
     fn camera(coating: Coating) -> LensCamera {
         let lens = Lens::named("double-gauss").unwrap().with_coating(coating);
         let focus = lens
@@ -323,8 +345,8 @@ mod tests {
         camera: &LensCamera,
         lights: &[Light],
         threads: usize,
-    ) -> Glare {
-        let flare = Flare {
+    ) -> GhostImage {
+        let render = GhostRender {
             scene,
             camera,
             resolution: SIZE,
@@ -333,10 +355,10 @@ mod tests {
             seed: 3,
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| flare.expose(lights))
+        pool.build().unwrap().install(|| render.expose(lights))
     }
 
-    /// Off the axis, near the picture's edge.
+    /// Returns a distant light off the axis, near the picture's edge.
     fn sun() -> Light {
         Light::headlight(glam::Vec3::new(0.12, -0.06, 1.0))
     }
@@ -350,12 +372,12 @@ mod tests {
         assert_eq!(exposed(&scene, &camera, &[sun()], 3), one);
     }
 
-    /// All pairs, by rays anywhere over the front, without finding first where the light goes.
+    /// Compares with the light of all pairs by rays evenly distributed over the front.
     #[test]
-    fn the_light_of_all_ghosts_is_that_of_rays_without_preference() {
+    fn the_light_of_all_ghosts_is_that_of_evenly_distributed_rays() {
         let scene = scene("Translation { translation 0 0 50 } Sphere { }");
         let camera = camera(Coating::MagnesiumFluoride);
-        let ours = exposed(&scene, &camera, &[sun()], 2).sum();
+        let found = exposed(&scene, &camera, &[sun()], 2).sum();
         let direction = camera.lens_direction(sun().direction.as_dvec3());
         let (u, v) = direction.any_orthonormal_pair();
         let reach = 1.42 * camera.lens.prescription().surfaces[0].semi_diameter;
@@ -380,27 +402,27 @@ mod tests {
         let n = n as f64;
         let mean = sum / n;
         let error = ((squares / n - mean * mean) / n).sqrt() / mean;
-        // An irradiance of π over the square, in levels of pixels of 1 mm².
+        // The irradiance is π over the square, and the levels are those of pixels of 1 mm².
         let known = mean * 4.0 * reach * reach * PI / camera.axial_irradiance();
-        let off = ours / known - 1.0;
+        let off = found / known - 1.0;
         assert!(
             off.abs() < 4.0 * error && error < 0.04,
-            "{ours} {known} {error}"
+            "{found} {known} {error}"
         );
     }
 
-    /// The sun on the axis fills the entrance pupil, and all of that is in its image.
+    /// The sun on the axis fills the entrance pupil, and all of that light is in its image.
     #[test]
     fn the_lights_own_image_has_the_light_of_the_entrance_pupil() {
         let scene = scene("Translation { translation 0 0 50 } Sphere { }");
         let camera = camera(Coating::Bare);
         let light = Light::headlight(glam::Vec3::Z);
-        let ours = exposed(&scene, &camera, &[light], 2).of_lights;
+        let found = exposed(&scene, &camera, &[light], 2).of_lights;
         let pupil = camera.lens.axial_beam().height;
         let share = camera.lens.axial_transmittance().unwrap();
         let known = 3.0 * share * PI * (PI * pupil * pupil) / camera.axial_irradiance();
-        // A grid of 48 cells a side finds the area of a disc to a hundredth.
-        assert!((ours / known - 1.0).abs() < 0.01, "{ours} {known}");
+        // A grid of 48×48 cells measures the area of a disc to 1%.
+        assert!((found / known - 1.0).abs() < 0.01, "{found} {known}");
     }
 
     #[test]

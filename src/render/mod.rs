@@ -1,12 +1,12 @@
-//! Tiles, threads, passes: drives camera and shader until the film is exposed.
+//! Renders a picture: passes of tiles over threads, through camera and shader onto the film.
 //!
 //! A pixel's samples are added in the order of their numbers by one thread, and a sample is a
 //! function of seed, pixel and number, so a picture has the same bits at any number of threads.
-//! The rays of a tile go through the lens a bundle at a time, with the same arithmetic as one by
-//! one, so [`Render::sample`] is what a test can hold a tile against.
+//! The rays of a tile go through the lens a bundle at a time, with the same arithmetic as the scalar
+//! path, so a test can compare a tile with [`Render::sample`].
 //!
-//! [`ghosts`] and [`diffraction`] add what lens and pupil do to light beyond the traced rays;
-//! [`report`] says what a render cost and how wrong its picture is.
+//! [`ghosts`] adds light reflected between lens surfaces, [`diffraction`] spreads light at the
+//! pupil's rim, and [`report`] states the cost of a render and the error of its picture.
 
 mod batch;
 pub(crate) mod diffraction;

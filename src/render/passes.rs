@@ -1,4 +1,4 @@
-//! Passes over the tiles of a picture, until the film is exposed.
+//! Renders a picture in passes over its tiles until a stop condition is met.
 
 use std::ops::Range;
 use std::sync::Mutex;
@@ -7,32 +7,38 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::batch::{Batch, Part};
+use super::batch::{Batch, TileExposure};
 use super::exposure::{Counts, Exposure, Progress, Stop};
-use super::shares::Shares;
+use super::shares::SampleShares;
 use super::tile::Tile;
 use crate::camera::Camera;
 use crate::film::{Exposed, Film, Resolution, Twin};
 use crate::sampling::{FilterTable, PixelSampler, Sampler, mix};
 use crate::shade::{Shader, Work};
 
-/// A scene, a camera, and what to do with them.
+/// A scene and a camera with the settings of a render.
 pub struct Render<'a> {
+    /// The shader of the compiled scene.
     pub shader: &'a Shader<'a>,
+    /// The camera, in the space of the compiled scene.
     pub camera: &'a Camera,
+    /// The generator of sample points.
     pub sampler: Sampler,
+    /// The size of the picture in pixels.
     pub resolution: Resolution,
     /// A multiplier on the exposure.
     pub exposure: f64,
+    /// The conditions that end the render.
     pub stop: Stop,
-    /// How a pixel weighs the light around its middle.
+    /// The filter that weighs the light around a pixel's center.
     pub filter: &'a FilterTable,
-    /// Samples go where a first look finds noise; that look is not part of the picture.
+    /// Distributes the samples by the noise that a pilot pass finds. The pilot pass is not part of
+    /// the picture.
     pub adaptive: bool,
 }
 
 impl Render<'_> {
-    /// Exposes the film, telling `progress` after every tile. Uses rayon's current pool.
+    /// Exposes the film, calling `progress` after every tile. Uses rayon's current pool.
     pub fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
         let start = Instant::now();
         let tiles = Tile::all(self.resolution);
@@ -40,12 +46,12 @@ impl Render<'_> {
         let mut counts = Counts::default();
         let mut done = 0;
         let mut error = None;
-        let shares = self.first_look(&tiles, &mut counts);
+        let shares = self.pilot_pass(&tiles, &mut counts);
         while done < self.stop.samples {
             let pass_start = Instant::now();
             let end = self.pass_end(done);
             let total = tiles.len() as u64 * self.passes_left(done);
-            let tell = |tiles_done: u64| {
+            let report = |tiles_done: u64| {
                 progress(Progress {
                     tiles_done,
                     tiles: total,
@@ -54,7 +60,7 @@ impl Render<'_> {
                 });
                 true
             };
-            if let Some(pass) = self.shared_pass(&tiles, &mut film, done..end, &shares, &tell) {
+            if let Some(pass) = self.shared_pass(&tiles, &mut film, done..end, &shares, &report) {
                 counts.add(&pass);
             }
             let last = pass_start.elapsed() / (end - done).max(1);
@@ -72,24 +78,26 @@ impl Render<'_> {
         }
     }
 
-    /// Adds samples to every pixel. `goes_on` hears after every tile how many are done, and may
-    /// end the pass: the film is then as it was, and there are no counts.
+    /// Adds samples to every pixel. After every tile, `proceed` receives the number of finished
+    /// tiles; if it returns false, the pass is abandoned, the film is unchanged, and the result is
+    /// `None`.
     pub(crate) fn pass(
         &self,
         tiles: &[Tile],
         film: &mut Film,
         samples: Range<u32>,
-        goes_on: &(dyn Fn(u64) -> bool + Sync),
+        proceed: &(dyn Fn(u64) -> bool + Sync),
     ) -> Option<Counts> {
-        self.shared_pass(tiles, film, samples, &Shares(None), goes_on)
+        self.shared_pass(tiles, film, samples, &SampleShares(None), proceed)
     }
 
-    /// Where to send the samples. The first look's rays are counted, its light is not.
-    fn first_look(&self, tiles: &[Tile], counts: &mut Counts) -> Shares {
+    /// Estimates the noise of each pixel for adaptive sampling from an eighth of the samples, at
+    /// least 2 and at most 16 (chosen by trial). Its rays are counted; its light is discarded.
+    fn pilot_pass(&self, tiles: &[Tile], counts: &mut Counts) -> SampleShares {
         if !self.adaptive {
-            return Shares(None);
+            return SampleShares(None);
         }
-        let look = Render {
+        let pilot = Render {
             sampler: Sampler {
                 seed: mix(self.sampler.seed ^ 0x6c6f_6f6b),
                 ..self.sampler
@@ -98,28 +106,29 @@ impl Render<'_> {
         };
         let mut film = Film::new(self.resolution);
         let samples = 0..(self.stop.samples / 8).clamp(2, 16);
-        if let Some(rays) = look.pass(tiles, &mut film, samples, &|_| true) {
+        if let Some(rays) = pilot.pass(tiles, &mut film, samples, &|_| true) {
             counts.add(&rays);
         }
-        Shares::of(&film, self.stop.samples)
+        SampleShares::of(&film, self.stop.samples)
     }
 
+    /// Does the work of [`Render::pass`], with each pixel's share of the samples.
     fn shared_pass(
         &self,
         tiles: &[Tile],
         film: &mut Film,
         samples: Range<u32>,
-        shares: &Shares,
-        goes_on: &(dyn Fn(u64) -> bool + Sync),
+        shares: &SampleShares,
+        proceed: &(dyn Fn(u64) -> bool + Sync),
     ) -> Option<Counts> {
         let finished = Mutex::new(0);
         let one = |&tile: &Tile| {
             let part = self.expose(tile, film, &samples, shares);
             let mut finished = finished.lock().unwrap_or_else(|e| e.into_inner());
             *finished += 1;
-            goes_on(*finished).then_some(part)
+            proceed(*finished).then_some(part)
         };
-        let parts: Option<Vec<Part>> = tiles.par_iter().map(one).collect();
+        let parts: Option<Vec<TileExposure>> = tiles.par_iter().map(one).collect();
         let mut counts = Counts::default();
         let mut twins = Vec::new();
         for (tile, part) in tiles.iter().zip(parts?) {
@@ -133,7 +142,8 @@ impl Render<'_> {
         Some(counts)
     }
 
-    /// With nothing but a number of samples to stop at, all are one pass; else passes double.
+    /// Returns the number of samples after the next pass. Without a limit on error or time, all
+    /// samples are one pass. Otherwise the number doubles with every pass, from 4, by at most 64.
     fn pass_end(&self, done: u32) -> u32 {
         if self.stop.error.is_none() && self.stop.time.is_none() {
             return self.stop.samples;
@@ -143,6 +153,7 @@ impl Render<'_> {
         (done + step).min(self.stop.samples)
     }
 
+    /// Estimates the number of passes to the last sample, this one included.
     fn passes_left(&self, done: u32) -> u64 {
         u64::from(
             (self.stop.samples - done)
@@ -151,7 +162,7 @@ impl Render<'_> {
         )
     }
 
-    /// `next` is how long the next pass will be, as the last one was.
+    /// Returns whether the render stops before the next pass, which is expected to take `next`.
     fn stops(&self, start: Instant, next: Duration, error: Option<f64>) -> bool {
         let good = self
             .stop
@@ -166,9 +177,15 @@ impl Render<'_> {
     }
 
     /// Adds samples to the pixels of one tile, and to the twins of those that have one.
-    fn expose(&self, tile: Tile, film: &Film, samples: &Range<u32>, shares: &Shares) -> Part {
+    fn expose(
+        &self,
+        tile: Tile,
+        film: &Film,
+        samples: &Range<u32>,
+        shares: &SampleShares,
+    ) -> TileExposure {
         let mut batch = Batch::new(self);
-        let mut part = Part::default();
+        let mut part = TileExposure::default();
         let mut sums: Vec<Exposed> = Vec::new();
         let mut twins = Vec::new();
         for (x, y) in tile.pixels() {
@@ -204,6 +221,7 @@ impl Render<'_> {
         part
     }
 
+    /// Returns the sampler of the twins, which is independent of the picture's.
     fn twin_sampler(&self) -> Sampler {
         Sampler {
             seed: mix(!self.sampler.seed),
@@ -211,13 +229,14 @@ impl Render<'_> {
         }
     }
 
+    /// Returns the samples of one pixel.
     pub(super) fn pixel(&self, sampler: Sampler, (x, y): (u32, u32)) -> PixelSampler {
         let number = u64::from(y * self.resolution.width + x);
         sampler.pixel(number, [x, y])
     }
 
-    /// The exposure that one sample of a pixel brings, by itself: what a tile must give too. A
-    /// lost ray brings none and counts all the same.
+    /// Returns the exposure of one sample of a pixel, traced by itself with the bits that it has in
+    /// a tile. A lost ray has exposure 0 and is a sample like any other.
     pub fn sample(&self, pixel: (u32, u32), index: u32, work: &mut Work) -> DVec3 {
         let mut batch = Batch::new(self);
         let mut sums = [Exposed::default()];

@@ -1,17 +1,18 @@
-//! Where adaptive sampling sends its samples.
+//! The distribution of samples over the pixels in adaptive sampling.
 
 use std::ops::Range;
 
 use crate::film::{Film, Resolution};
 
-/// How many of a number of samples a pixel gets, as a share: 1 everywhere, or by what a first
-/// look found.
-pub(super) struct Shares(pub(super) Option<Vec<f32>>);
+/// For each pixel, the number of its samples over the number requested; `None` is 1 for all.
+pub(super) struct SampleShares(pub(super) Option<Vec<f32>>);
 
-impl Shares {
-    /// At least this share, so that what the first look missed is seen all the same.
+impl SampleShares {
+    /// The smallest share of a pixel, so that details that the pilot pass missed still receive
+    /// samples. Chosen by trial.
     const LEAST: f64 = 0.25;
 
+    /// Returns the sample numbers of a pixel for a range of requested ones.
     pub(super) fn samples(&self, pixel: u32, all: &Range<u32>) -> Range<u32> {
         match &self.0 {
             None => all.clone(),
@@ -23,9 +24,9 @@ impl Shares {
         }
     }
 
-    /// In proportion to the standard deviation of a sample, which is best for a given sum; the
-    /// noise of a first look is spread over each pixel's neighborhood. Every share of the
-    /// number of samples given is a power of two.
+    /// Computes shares in proportion to the standard deviation of a sample, the allocation with the
+    /// least error for a given sum (Neyman's). Each pixel's variance in the pilot pass is averaged
+    /// with its eight neighbors', and its share of `samples` is a power of two.
     pub(super) fn of(first: &Film, samples: u32) -> Self {
         let Resolution { width, height } = first.resolution;
         let spread = |x: u32, y: u32| {
@@ -60,8 +61,9 @@ impl Shares {
     }
 }
 
-/// The power of two that is nearest to a positive number in the sense that numbers spread evenly
-/// over their logarithms keep their mean. Nets of so many points err least for their number.
+/// Rounds a positive number to a power of two, up from log₂e ≈ 1.443 times the power below, so that
+/// numbers with evenly distributed logarithms keep their mean. Sobol' nets of 2^k points have the
+/// least error for their number.
 fn power_of_two(number: f64) -> f64 {
     let below = f64::from_bits(number.to_bits() & f64::INFINITY.to_bits());
     if number < below * std::f64::consts::LOG2_E {

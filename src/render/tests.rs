@@ -4,7 +4,7 @@ use crate::photo::{Era, LensChoice, Optics, Plan, Session};
 use crate::sampling::{Filter, FilterTable, Sampler, SamplerKind};
 use crate::shade::{Shader, Work};
 
-/// Boxes, balls and a mirror, by a lens.
+/// Opens a scene with a sphere, a cube and a cone, all specular, seen through a real lens.
 fn session(era: Era, lens: &str) -> Session {
     let folder = std::env::temp_dir().join(format!("ivcam-render-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder for the scene");
@@ -100,7 +100,8 @@ fn render_of(session: &Session, seed: u64, samples: u32) -> Film {
     })
 }
 
-/// Mean and standard error, over pictures of many seeds, of the light on parts of the film.
+/// Returns the mean and standard error, over pictures of 24 seeds, of the light on 16 parts of the
+/// film.
 fn parts(session: &Session, samples: u32) -> Vec<(f64, f64)> {
     let n = 24;
     let films: Vec<Film> = (0..n).map(|s| render_of(session, s, samples)).collect();
@@ -118,9 +119,9 @@ fn parts(session: &Session, samples: u32) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Six ways against independent random samples of the same filter, on 16 parts of the film:
-/// 96 comparisons by t with about 40 degrees of freedom. Beyond 4.6 a right program goes once
-/// in 250 runs, and the seeds are fixed.
+/// Compares six methods with independent random samples of the same filter, on 16 parts of the
+/// film. These are 96 t-tests with about 40 degrees of freedom. A correct program exceeds 4.6 in one
+/// of 250 runs, and the seeds are fixed.
 #[test]
 fn every_sampler_filter_and_adaptive_sampling_give_the_light_of_plain_random_samples() {
     let mut session = session(Era::Modern, "wide-angle");
@@ -165,7 +166,7 @@ fn adaptive_sampling_has_the_same_bits_at_any_number_of_threads() {
     assert!(counts.iter().max() > counts.iter().min());
 }
 
-/// Passes of jittered samples end where a layout ends.
+/// Passes of jittered samples end after a whole number of layouts.
 #[test]
 fn a_render_that_stops_early_has_whole_layouts() {
     let mut session = session(Era::Vintage, "wide-angle");
@@ -179,9 +180,10 @@ fn a_render_that_stops_early_has_whole_layouts() {
     assert_eq!(made.samples, 9);
 }
 
-/// 200 pictures of 4 samples a pixel, each saying how wrong it is, against one of 2,048.
+/// Compares the error estimates of 200 pictures of 4 samples per pixel with their errors against
+/// one picture of 2,048.
 #[test]
-fn the_true_error_lies_in_the_stated_interval_nine_to_ten_times_in_ten() {
+fn the_true_error_lies_in_the_estimated_interval_in_90_to_99_percent_of_pictures() {
     let mut session = session(Era::Modern, "wide-angle");
     session.plan.resolution = Resolution {
         width: 48,

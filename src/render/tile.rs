@@ -1,11 +1,12 @@
-//! The parts that a picture is shared out in.
+//! Tiles: the parts of a picture that threads render.
 
 use crate::film::Resolution;
 
-/// Pixels on a side of a tile: enough to share out, few enough to stay in the cache.
+/// Pixels on a side of a tile. It is small enough to share the work evenly among threads and for a
+/// tile's rays to stay in the cache.
 const TILE: u32 = 8;
 
-/// A part of the picture: pixels `x0..x1`, `y0..y1`.
+/// The pixels in columns `x0..x1` and rows `y0..y1` of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tile {
     pub x0: u32,
@@ -15,7 +16,7 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
-    /// All tiles of a picture, row by row.
+    /// Returns all tiles of a picture, row by row.
     pub(crate) fn all(resolution: Resolution) -> Vec<Self> {
         let Resolution { width, height } = resolution;
         let rows = (0..height).step_by(TILE as usize);
@@ -30,6 +31,7 @@ impl Tile {
         .collect()
     }
 
+    /// Returns the column and row of each pixel of the tile, row by row.
     pub(super) fn pixels(self) -> impl Iterator<Item = (u32, u32)> {
         (self.y0..self.y1).flat_map(move |y| (self.x0..self.x1).map(move |x| (x, y)))
     }

@@ -1,4 +1,4 @@
-//! The account of one render.
+//! The report of one render: time, rays, error and parts of the scene left out.
 
 use std::fmt::Write as _;
 
@@ -11,64 +11,86 @@ use crate::render::exposure::Counts;
 /// Seconds of each phase of a render.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Seconds {
+    /// Reading the scene file and the files it names.
     pub read: f64,
+    /// Compiling the scene.
     pub compile: f64,
     /// Preparing the lens: focus, exposure, pupil.
     pub pupil: f64,
+    /// Tracing and shading rays.
     pub render: f64,
+    /// Writing the picture.
     pub write: f64,
 }
 
 impl Seconds {
+    /// Returns the sum of all phases.
     pub fn total(&self) -> f64 {
         self.read + self.compile + self.pupil + self.render + self.write
     }
 }
 
-/// The account of one render.
+/// The report of one render. The JSON form has these names.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenderReport {
+    /// The version of the program.
     pub ivcam: &'static str,
+    /// The scene file.
     pub scene: String,
+    /// The picture file.
     pub picture: String,
-    /// Every choice that went into the picture.
+    /// Every option that the picture was made with, by name.
     pub plan: IndexMap<String, String>,
+    /// Seconds of each phase.
     pub seconds: Seconds,
+    /// Seconds of all phases.
     pub total_seconds: f64,
+    /// Samples per pixel.
     pub samples: u32,
+    /// Rays that left the film for the picture.
     pub film_rays: u64,
+    /// Rays traced through the scene.
     pub scene_rays: u64,
+    /// Rays toward lights.
     pub shadow_rays: u64,
+    /// Rays that left the film for the error estimate.
     pub error_rays: u64,
+    /// The share of the film's rays that passed through the lens.
     pub passed_share: f64,
     /// Estimated root mean square error over the picture's mean; `null` for a black picture.
     pub relative_rmse: Option<f64>,
-    /// Where the true one lies 95 times in 100.
+    /// The lower end of the 95% confidence interval of `relative_rmse`.
     pub relative_rmse_low: Option<f64>,
+    /// The upper end of the 95% confidence interval of `relative_rmse`.
     pub relative_rmse_high: Option<f64>,
-    /// The light of ghosts over that of the picture, and over that of the lights' own images.
+    /// The light of ghosts over the light of the picture.
     pub ghosts_of_picture: Option<f64>,
+    /// The light of ghosts over the light of the lights' own images.
     pub ghosts_of_lights: Option<f64>,
+    /// Primitives in the compiled scene.
     pub primitives: u64,
-    /// What was not read, built or traced, and why.
+    /// The parts of the scene that were not read, built or traced, each with the reason.
     pub left_out: Vec<String>,
 }
 
 impl RenderReport {
+    /// Sets the estimated error and its interval.
     pub fn set_error(&mut self, error: Option<ErrorEstimate>) {
         self.relative_rmse = error.map(|e| e.relative_rmse);
         self.relative_rmse_low = error.map(|e| e.low);
         self.relative_rmse_high = error.map(|e| e.high);
     }
 
-    pub fn set_glare(&mut self, film: &Film) {
-        let Some(glare) = &film.glare else { return };
+    /// Sets the shares of ghosts, if the film has any.
+    pub fn set_ghosts(&mut self, film: &Film) {
+        let Some(ghosts) = &film.ghosts else { return };
         let picture = 3.0 * film.mean() * film.pixels.len() as f64;
-        let over = |whole: f64| Some(glare.sum() / whole).filter(|share| share.is_finite());
+        let over = |whole: f64| Some(ghosts.sum() / whole).filter(|share| share.is_finite());
         self.ghosts_of_picture = over(picture);
-        self.ghosts_of_lights = over(glare.of_lights);
+        self.ghosts_of_lights = over(ghosts.of_lights);
     }
 
+    /// Sets the numbers of rays.
     pub fn set_counts(&mut self, counts: &Counts) {
         self.film_rays = counts.film_rays;
         self.scene_rays = counts.scene_rays;
@@ -77,7 +99,7 @@ impl RenderReport {
         self.passed_share = counts.passed_share();
     }
 
-    /// The line at the end of a render.
+    /// Returns the line that the program prints at the end of a render.
     pub fn line(&self) -> String {
         let mut line = format!("{}  {:.2} s", self.picture, self.total_seconds);
         let s = &self.seconds;
@@ -119,7 +141,7 @@ impl RenderReport {
     }
 }
 
-/// 1234567 as `1.23M`.
+/// Formats a count with three digits or so and a suffix: 1234567 becomes `1.23M`.
 pub(crate) fn count(n: u64) -> String {
     match n {
         0..1_000 => n.to_string(),

@@ -6,7 +6,7 @@ use super::convergence::{Convergence, Row};
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 480.0;
-/// Left, right, top, bottom.
+/// Margins around the plot: left, right, top, bottom.
 const MARGIN: [f64; 4] = [78.0, 150.0, 48.0, 58.0];
 /// Okabe and Ito's colors, which color-blind readers can tell apart.
 const COLORS: [&str; 7] = [
@@ -15,13 +15,16 @@ const COLORS: [&str; 7] = [
 
 /// A logarithmic axis over whole decades.
 struct Axis {
+    /// The decimal exponents at the ends.
     low: i32,
     high: i32,
+    /// The coordinates of the ends in the drawing.
     from: f64,
     to: f64,
 }
 
 impl Axis {
+    /// Returns the axis that holds all positive values, or 0.1 to 1 if there are none.
     fn over(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Self {
         let logs: Vec<f64> = values.filter(|v| *v > 0.0).map(libm::log10).collect();
         let low = logs.iter().copied().fold(f64::INFINITY, f64::min);
@@ -43,26 +46,40 @@ impl Axis {
         }
     }
 
+    /// Returns the coordinate of a value.
     fn at(&self, value: f64) -> f64 {
         let share = (libm::log10(value) - f64::from(self.low)) / f64::from(self.high - self.low);
         self.from + share * (self.to - self.from)
     }
 
+    /// Returns the coordinate and the exponent of each power of ten.
     fn decades(&self) -> impl Iterator<Item = (f64, i32)> + '_ {
         (self.low..=self.high).map(|d| (self.at(libm::exp10(f64::from(d))), d))
     }
 }
 
-fn error(row: &Row) -> f64 {
+fn relative_rmse(row: &Row) -> f64 {
     row.deviation.rel_mse.sqrt()
 }
 
+/// Draws a convergence table as an SVG file.
 pub(super) fn chart(table: &Convergence) -> String {
     let [left, right, top, bottom] = MARGIN;
     let (x1, y1) = (WIDTH - right, HEIGHT - bottom);
     let x = Axis::over(table.rows.iter().map(|r| r.seconds), left, x1);
-    let y = Axis::over(table.rows.iter().map(error), y1, top);
-    let mut out = format!(
+    let y = Axis::over(table.rows.iter().map(relative_rmse), y1, top);
+    let mut out = head(table);
+    write_axes(&mut out, &x, &y);
+    let labels = write_lines(&mut out, table, &x, &y);
+    write_labels(&mut out, labels);
+    out.push_str("</svg>\n");
+    out
+}
+
+/// Returns the opening tag, the background and the titles.
+fn head(table: &Convergence) -> String {
+    let left = MARGIN[0];
+    format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" \
          font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"#333\">\n\
          <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#fff\"/>\n\
@@ -70,14 +87,20 @@ pub(super) fn chart(table: &Convergence) -> String {
          <text x=\"{left}\" y=\"40\" fill=\"#777\">against {}</text>\n",
         escape(&table.scene),
         escape(&table.reference)
-    );
+    )
+}
+
+/// Writes the grid lines of both axes with their numbers and titles.
+fn write_axes(out: &mut String, x: &Axis, y: &Axis) {
+    let [left, right, top, bottom] = MARGIN;
+    let (x1, y1) = (WIDTH - right, HEIGHT - bottom);
     for (at, decade) in x.decades() {
         let _ = writeln!(
             out,
             "<path d=\"M{at:.1} {top}V{y1}\" stroke=\"#ddd\"/><text x=\"{at:.1}\" y=\"{:.1}\" \
              text-anchor=\"middle\">{}</text>",
             y1 + 18.0,
-            power(decade)
+            power_of_ten(decade)
         );
     }
     for (at, decade) in y.decades() {
@@ -87,7 +110,7 @@ pub(super) fn chart(table: &Convergence) -> String {
              text-anchor=\"end\">{}</text>",
             left - 8.0,
             at + 4.0,
-            power(decade)
+            power_of_ten(decade)
         );
     }
     let middle = 0.5 * (left + x1);
@@ -98,19 +121,30 @@ pub(super) fn chart(table: &Convergence) -> String {
          <text transform=\"translate(20 {half:.1}) rotate(-90)\" text-anchor=\"middle\">relative RMSE</text>",
         HEIGHT - 14.0
     );
+}
+
+/// A method's name at the right of the plot.
+struct Label<'a> {
+    y: f64,
+    text: &'a str,
+    color: &'static str,
+}
+
+/// Draws the line of each method, and returns the labels at the heights of the last points.
+fn write_lines<'a>(out: &mut String, table: &'a Convergence, x: &Axis, y: &Axis) -> Vec<Label<'a>> {
     let mut methods: Vec<&str> = Vec::new();
     for row in &table.rows {
         if !methods.contains(&row.method.as_str()) {
             methods.push(&row.method);
         }
     }
-    let mut labels: Vec<(f64, &str, &str)> = Vec::new();
-    for (method, color) in methods.iter().zip(COLORS.iter().cycle()) {
+    let mut labels = Vec::new();
+    for (method, color) in methods.into_iter().zip(COLORS.into_iter().cycle()) {
         let points: Vec<(f64, f64)> = table
             .rows
             .iter()
-            .filter(|r| r.method == *method && error(r) > 0.0)
-            .map(|r| (x.at(r.seconds), y.at(error(r))))
+            .filter(|r| r.method == method && relative_rmse(r) > 0.0)
+            .map(|r| (x.at(r.seconds), y.at(relative_rmse(r))))
             .collect();
         let line: Vec<String> = points
             .iter()
@@ -127,36 +161,40 @@ pub(super) fn chart(table: &Convergence) -> String {
                 "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"3\" fill=\"{color}\"/>"
             );
         }
-        if let Some((_, b)) = points.last() {
-            labels.push((*b, method, color));
+        if let Some(&(_, y)) = points.last() {
+            let text = method;
+            labels.push(Label { y, text, color });
         }
     }
-    // Names stand at the ends of their lines, pushed apart where they would touch.
-    labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+    labels
+}
+
+/// Writes the labels from top to bottom, at least 15 units apart so that they do not overlap.
+fn write_labels(out: &mut String, mut labels: Vec<Label<'_>>) {
+    labels.sort_by(|a, b| a.y.total_cmp(&b.y));
     let mut next = f64::NEG_INFINITY;
-    for (at, method, color) in labels {
-        let at = at.max(next);
-        next = at + 15.0;
+    for Label { y, text, color } in labels {
+        let y = y.max(next);
+        next = y + 15.0;
         let _ = writeln!(
             out,
             "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{color}\">{}</text>",
-            x1 + 10.0,
-            at + 4.0,
-            escape(method)
+            WIDTH - MARGIN[1] + 10.0,
+            y + 4.0,
+            escape(text)
         );
     }
-    out.push_str("</svg>\n");
-    out
 }
 
-/// `0.01` … `1000`, and powers of ten beyond.
-fn power(decade: i32) -> String {
+/// Formats a power of ten: `0.001` to `10000` in full, others as `1e5`.
+fn power_of_ten(decade: i32) -> String {
     match decade {
         -3..=4 => libm::exp10(f64::from(decade)).to_string(),
         _ => format!("1e{decade}"),
     }
 }
 
+/// Escapes the characters that XML reserves in text.
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

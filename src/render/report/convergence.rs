@@ -1,4 +1,4 @@
-//! Error against run time: rows of one table.
+//! The convergence table: the error of renders against their samples and run time.
 
 use std::fmt::Write as _;
 
@@ -13,20 +13,24 @@ use crate::render::exposure::Exposure;
 /// One render of a convergence table.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Row {
+    /// The name of the sampling method.
     pub method: String,
+    /// Samples per pixel.
     pub samples: u32,
-    /// Of rendering alone.
+    /// Seconds of rendering, without reading and writing.
     pub seconds: f64,
+    /// Rays that left the film.
     pub rays: u64,
     #[serde(flatten)]
     pub deviation: Deviation,
-    /// 1/(relMSE · s).
+    /// 1/(relMSE · seconds).
     pub efficiency: f64,
-    /// The relative RMSE that the render itself estimated.
+    /// The relative RMSE that the render estimated from its own samples.
     pub estimated: Option<f64>,
 }
 
 impl Row {
+    /// Compares an exposure with a reference picture.
     pub(crate) fn new(method: &str, exposure: &Exposure, reference: &[[f64; 3]]) -> Self {
         let deviation = Deviation::of(&exposure.film, reference);
         Self {
@@ -41,17 +45,20 @@ impl Row {
     }
 }
 
-/// Error against samples and time, for several methods.
+/// A table of error against samples and time, for several methods.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Convergence {
+    /// The name of the scene file.
     pub scene: String,
+    /// A description of the reference picture.
     pub reference: String,
     pub rows: Vec<Row>,
-    /// Slope of log relRMSE over log samples, method by method: −1/2 for independent samples.
+    /// The slope of log relRMSE over log samples for each method; −1/2 for independent samples.
     pub slopes: IndexMap<String, f64>,
 }
 
 impl Convergence {
+    /// Adds a row and updates the slope of its method.
     pub(crate) fn push(&mut self, row: Row) {
         let method = row.method.clone();
         self.rows.push(row);
@@ -66,6 +73,7 @@ impl Convergence {
         }
     }
 
+    /// Returns the table as text in columns.
     pub(crate) fn text(&self) -> String {
         let mut out = format!("{}, against {}\n", self.scene, self.reference);
         let head = [
@@ -115,6 +123,7 @@ impl Convergence {
         out
     }
 
+    /// Returns the table as comma-separated values with a header line.
     pub(crate) fn csv(&self) -> String {
         let mut out = String::from(
             "method,samples,seconds,rays,mse,rel_mse,bias,bias_error,worst,efficiency,estimated\n",
@@ -140,13 +149,13 @@ impl Convergence {
         out
     }
 
-    /// relRMSE over seconds, both logarithmic, one line a method.
+    /// Returns a chart of relRMSE over seconds as SVG, both axes logarithmic, one line per method.
     pub(crate) fn svg(&self) -> String {
         chart(self)
     }
 }
 
-/// Least squares through (x, y).
+/// Returns the slope of the least-squares line through points (x, y).
 fn slope(points: &[(f64, f64)]) -> Option<f64> {
     if points.len() < 2 {
         return None;

@@ -1,25 +1,26 @@
-//! How far a film is from a reference.
+//! The error of a film against a reference.
 
 use serde::Serialize;
 
 use crate::film::{Exposed, Film};
 
-/// How far an exposure is from a reference. Errors are over all channels of all pixels.
+/// The error of a film against a reference, over all channels of all pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Deviation {
+    /// Mean squared error, in squared levels.
     pub mse: f64,
     /// MSE over the squared mean of the reference.
     pub rel_mse: f64,
-    /// Mean difference over the mean of the reference, with its standard error from the scatter of
-    /// the pixels' differences.
+    /// Mean difference over the mean of the reference.
     pub bias: f64,
+    /// The standard error of `bias`, from the scatter of the pixels' differences.
     pub bias_error: f64,
     /// MSE of the worst 1% of pixels, over the squared mean of the reference.
     pub worst: f64,
 }
 
 impl Deviation {
-    /// Holds a film against another of the same size; values are channel by channel.
+    /// Compares a film with a reference of the same size, whose pixels are red, green and blue.
     pub(crate) fn of(film: &Film, reference: &[[f64; 3]]) -> Self {
         let pixels = film.pixels.iter().zip(reference);
         let difference =
@@ -30,7 +31,7 @@ impl Deviation {
         let square = |d: &[f64; 3]| d.iter().map(|x| x * x).sum::<f64>();
         let mse = differences.iter().map(square).sum::<f64>() / n;
         let offset = differences.iter().flatten().sum::<f64>() / n;
-        // Channels of a pixel share their rays: pixels are the independent ones.
+        // The channels of a pixel share their rays, so only pixels are independent.
         let by_pixel = differences
             .iter()
             .map(|d| d.iter().sum::<f64>() / 3.0 - offset);

@@ -1,4 +1,4 @@
-//! What a render cost, how wrong its picture is, and what the scene did not need.
+//! Reports: the cost of a render, the error of its picture, and the parts of the scene left out.
 //!
 //! The JSON form is an interface that other programs read: `docs/guide/machine.md`.
 
