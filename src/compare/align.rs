@@ -1,8 +1,8 @@
-//! Finds the shift, scale and rotation by which an old picture lies on a new one.
+//! Finds the shift, scale and rotation that align an old picture with a new one.
 //!
-//! First a search over all rotations and scales on small pictures, by correlating the directions
-//! of their gradients, which no gain or gamma changes; then Gauss and Newton from coarse to fine
-//! on the local contrast, to a few hundredths of a pixel.
+//! A search over all rotations and scales on small pictures correlates the directions of their
+//! gradients, which gain and gamma do not change. A Gauss-Newton refinement from coarse to fine on
+//! the local contrast then reaches a few hundredths of a pixel.
 //!
 //! Positions are in pixels from the center of their picture, x right and y down.
 
@@ -17,37 +17,42 @@ use crate::diag::{Diagnostic, Result};
 use crate::math::fourier::Spectrum;
 use crate::math::symmetric::solve;
 
-/// Longer side of the pictures that are searched, and of the square they are correlated in.
+/// The longer side of the small pictures, in pixels.
 const SMALL: f64 = 48.0;
+/// The side of the square that they are correlated in, in pixels.
 const SQUARE: usize = 128;
-/// Blur before contrast is taken, in pixels: of small pictures, and of finer ones.
+/// The standard deviation of the blur before contrast is computed, in pixels, for the search.
 const COARSE: f64 = 0.3;
+/// The standard deviation of the blur before contrast is computed, in pixels, for the refinement.
 const FINE: f64 = 1.0;
-/// Contrast this near the border, in pixels, depends on what lies outside.
+/// The width of the border, in pixels, where contrast depends on what lies outside the picture.
 const MARGIN: f64 = 12.0;
-/// Candidates of the search that are refined.
+/// The number of candidates of the search that are refined. Chosen by trial.
 const CANDIDATES: usize = 24;
-/// Correlation of local contrast, on small pictures, below which they show different things.
+/// The correlation of local contrast, on small pictures, below which they are taken to show
+/// different scenes. Chosen by trial.
 const LEAST_AGREEMENT: f64 = 0.3;
 
-/// Where a point of the new picture lies in the old one.
+/// A map from points of the new picture to points of the old one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Warp {
-    /// A scaled rotation: (cosine, sine) times pixels of the old picture in one of the new.
+    /// A scaled rotation: the cosine and sine, times the pixels of the old picture in one of the
+    /// new.
     pub turn: DVec2,
+    /// The point of the old picture at the new one's center.
     pub shift: DVec2,
 }
 
-/// How the old picture lies on the new one.
+/// The position of the old picture on the new one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Alignment {
-    /// Where the old picture's center is, in pixels of the new one from its center.
+    /// The old picture's center, in pixels of the new one from its center.
     pub shift: [f64; 2],
     /// Pixels of the new picture in one of the old.
     pub scale: f64,
-    /// By how much the old picture has to be turned, clockwise as seen, in degrees.
+    /// The clockwise rotation of the old picture that aligns it, in degrees.
     pub rotation: f64,
-    /// Correlation of local contrast where the two overlap, on small pictures.
+    /// The correlation of local contrast where the two overlap, on small pictures.
     pub agreement: f64,
 }
 
@@ -60,7 +65,7 @@ impl Warp {
         self.turn.length()
     }
 
-    /// The same warp between the pictures reduced by these ratios.
+    /// Returns the same warp for the pictures reduced by these ratios.
     fn between(self, new_ratio: f64, old_ratio: f64) -> Self {
         Self {
             turn: self.turn * (new_ratio / old_ratio),
@@ -68,6 +73,7 @@ impl Warp {
         }
     }
 
+    /// Describes the warp as seen from the new picture.
     fn alignment(self, agreement: f64) -> Alignment {
         let inverse = DMat2::from_cols(self.turn, self.turn.perp()).inverse();
         let center = -(inverse * self.shift);
@@ -80,7 +86,7 @@ impl Warp {
     }
 }
 
-/// The old picture on the new one's pixels, and where there is any of it.
+/// Resamples the old picture on the new one's pixels; the mask has the pixels that it covers.
 pub(crate) fn resample(old: &Plate, warp: Warp, width: usize, height: usize) -> (Plate, Mask) {
     let ratio = warp.scale().max(1.0);
     let reduced = old.map(|p| reduced(p, ratio));
@@ -105,7 +111,7 @@ pub(crate) fn resample(old: &Plate, warp: Warp, width: usize, height: usize) -> 
 /// Finds the warp from the new picture to the old one.
 ///
 /// # Errors
-/// Pictures in which nothing agrees.
+/// Fails if the pictures do not show the same scene.
 pub(crate) fn align(new: &Plate, old: &Plate) -> Result<(Warp, Alignment)> {
     let (new, old) = (new.luma(), old.luma());
     let longer = |p: &Plane| p.width.max(p.height) as f64;
@@ -120,7 +126,8 @@ pub(crate) fn align(new: &Plate, old: &Plate) -> Result<(Warp, Alignment)> {
         ratio = (0.5 * ratio).max(1.0);
         warp = refine_at(&new, &old, warp, ratio);
     }
-    // A bent tone curve moves the middle of a soft edge: once more, with the tones matched.
+    // A nonlinear tone curve moves the middle of a soft edge, so the warp is refined again with
+    // matched tones.
     let gray = |p: &Plane| Plate::from_planes([p.clone(), p.clone(), p.clone()]);
     let (onto, shared) = resample(&gray(&old), warp, new.width, new.height);
     let [tone, ..] = tone::fit(&gray(&new), &onto, &shared, Matching::Channel);
@@ -128,7 +135,8 @@ pub(crate) fn align(new: &Plate, old: &Plate) -> Result<(Warp, Alignment)> {
     Ok((warp, warp.alignment(agreement)))
 }
 
-/// Refines a warp on the new picture reduced by `ratio` and the old one by what makes it as large.
+/// Refines a warp on the new picture reduced by `ratio`, and on the old one reduced to the same
+/// scale.
 fn refine_at(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> Warp {
     let old_ratio = (ratio * warp.scale()).max(1.0);
     let new = contrast(&reduced(new, ratio), FINE);
@@ -137,19 +145,19 @@ fn refine_at(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> Warp {
 }
 
 fn no_agreement() -> Box<Diagnostic> {
-    Diagnostic::error("the two pictures can't be aligned: nothing in them agrees")
-        .with_help("see that both show the same scene; `--crop x,y,w,h` can leave out a frame")
+    Diagnostic::error("the two pictures can't be aligned: nothing in them matches")
+        .with_help("check that both show the same scene; `--crop x,y,w,h` can leave out a border")
 }
 
-/// The best warp between small pictures, and how well they agree under it. `old_ratio` is what
-/// makes the old picture small.
+/// Returns the best warp between small pictures with its agreement. `old_ratio` is the ratio that
+/// the old picture is reduced by.
 fn search(new: &Plane, old: &Plane, old_ratio: f64) -> Option<(Warp, f64)> {
     let new_spectrum = directions(new, 0.0);
     let scales: Vec<f64> = (-4..=4).map(|i| libm::exp2(0.25 * f64::from(i))).collect();
     let mut found: Vec<(f64, Warp)> = scales
         .par_iter()
         .flat_map_iter(|&scale| {
-            // One pixel of this is one of the new picture's, if the scale is right.
+            // If the scale is right, this picture's pixels are as large as the new one's.
             let ratio = (old_ratio * scale).max(1.0);
             let same = reduced(old, ratio);
             let new_spectrum = &new_spectrum;
@@ -178,8 +186,8 @@ fn search(new: &Plane, old: &Plane, old_ratio: f64) -> Option<(Warp, f64)> {
     refined.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// The spectrum of the gradient's direction, as a complex number of length up to 1, of a picture
-/// turned about its center and laid into the middle of a square.
+/// Returns the spectrum of the gradient's direction, as a complex number of length up to 1, of a
+/// picture rotated about its center and placed in the middle of a square.
 fn directions(picture: &Plane, angle: f64) -> Spectrum {
     let turn = DVec2::new(libm::cos(angle), libm::sin(angle));
     let middle = 0.5 * SQUARE as f64;
@@ -207,14 +215,15 @@ fn directions(picture: &Plane, angle: f64) -> Spectrum {
     Spectrum::of(SQUARE, field.collect())
 }
 
-/// Brightness less its surroundings, over the spread around it: much the same under any gain,
-/// offset, gamma or slow shading.
+/// Returns the local contrast: the difference of the brightness from its surroundings, over the
+/// standard deviation there. Gain, offset, gamma and slow shading hardly change it.
 pub(super) fn contrast(luma: &Plane, sigma: f64) -> Plane {
     let (off, spread) = detail(luma, sigma);
     off.zip(&spread, |v, s| v / (s + 0.02))
 }
 
-/// Brightness less its surroundings, and the spread around it.
+/// Returns the difference of the brightness from its surroundings, and the standard deviation
+/// there.
 pub(super) fn detail(luma: &Plane, sigma: f64) -> (Plane, Plane) {
     let smooth = luma.blurred(sigma);
     let around = smooth.blurred(6.0);
@@ -223,7 +232,7 @@ pub(super) fn detail(luma: &Plane, sigma: f64) -> (Plane, Plane) {
     (off, squares.map(|s| s.max(0.0).sqrt()))
 }
 
-/// A smaller picture: its center stays, one pixel becomes `ratio` old ones wide.
+/// Returns a smaller picture with the same center, whose pixels are `ratio` old ones wide.
 fn reduced(picture: &Plane, ratio: f64) -> Plane {
     if ratio <= 1.0 {
         return picture.clone();
@@ -239,18 +248,19 @@ fn reduced(picture: &Plane, ratio: f64) -> Plane {
     })
 }
 
+/// Returns half of the size, the position of the center from the corner.
 fn half(picture: &Plane) -> DVec2 {
     0.5 * DVec2::new(picture.width as f64, picture.height as f64)
 }
 
-/// Whether a position is at least `margin` pixels from the border; at 0.5 it has a pixel on
-/// every side of it.
+/// Returns whether a position is at least `margin` pixels from the border. At 0.5 it has a pixel on
+/// every side.
 fn is_inside(picture: &Plane, p: DVec2, margin: f64) -> bool {
     let room = half(picture) - margin + 1e-9;
     p.x.abs() <= room.x && p.y.abs() <= room.y
 }
 
-/// Sums over all pixels of one Gauss-Newton step in (turn.x, turn.y, shift.x, shift.y, gain,
+/// The normal equations of one Gauss-Newton step in (turn.x, turn.y, shift.x, shift.y, gain,
 /// offset).
 struct Normal {
     matrix: [[f64; 6]; 6],
@@ -289,7 +299,8 @@ impl Normal {
     }
 }
 
-/// Levenberg and Marquardt on the robust difference of two planes of contrast.
+/// Refines a warp by the Levenberg-Marquardt method on the robust difference of two planes of
+/// contrast.
 fn refine(new: &Plane, old: &Plane, start: Warp) -> Warp {
     let gradients = old.gradients();
     let mut state = [
@@ -300,7 +311,7 @@ fn refine(new: &Plane, old: &Plane, start: Warp) -> Warp {
         1.0,
         0.0,
     ];
-    let mut width = 1.0; // Huber's, from the spread of what is left
+    let mut width = 1.0; // Huber's threshold, updated from the residuals.
     let mut damping = 1e-3;
     let mut sums = normal(new, old, &gradients, &state, width);
     for _ in 0..40 {
@@ -335,12 +346,13 @@ fn warp_of(state: &[f64; 6]) -> Warp {
     }
 }
 
-/// By how many pixels a step moves the corner of the picture.
+/// Returns how many pixels a step moves the corner of the picture.
 fn move_of(step: &[f64], new: &Plane) -> f64 {
     DVec2::new(step[0], step[1]).length() * half(new).length()
         + DVec2::new(step[2], step[3]).length()
 }
 
+/// Sums the normal equations over all pixels, with Huber's weights of threshold `width`.
 fn normal(
     new: &Plane,
     old: &Plane,
@@ -384,7 +396,8 @@ fn normal(
     rows.iter().fold(Normal::ZERO, Normal::join)
 }
 
-/// Correlation of two planes of contrast where they overlap; lower where that is little.
+/// Returns the correlation of two planes of contrast where they overlap, reduced if the overlap is
+/// small.
 fn agreement(new: &Plane, old: &Plane, warp: Warp) -> f64 {
     let (mut s, mut count) = ([0.0; 5], 0.0);
     for y in 0..new.height {
@@ -401,22 +414,23 @@ fn agreement(new: &Plane, old: &Plane, warp: Warp) -> f64 {
     }
     let [a, b, aa, bb, ab] = s.map(|s| s / count);
     let correlation = (ab - a * b) / ((aa - a * a) * (bb - b * b)).sqrt();
-    // A third of the smaller picture has to be common to both for full marks.
+    // The correlation is reduced in proportion if less than a third of the smaller picture
+    // overlaps.
     let old_area = old.values.len() as f64 / (warp.scale() * warp.scale());
     let common = 3.0 * count / old_area.min(new.values.len() as f64);
-    let marks = correlation * common.min(1.0);
-    if marks.is_finite() { marks } else { 0.0 }
+    let score = correlation * common.min(1.0);
+    if score.is_finite() { score } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Something to see everywhere, as a function of the place.
+    /// Returns the brightness of a scene with detail everywhere.
     fn scene(p: DVec2) -> f32 {
         let wave = |fx: f64, fy: f64, phase: f64| libm::sin(fx * p.x + fy * p.y + phase);
         let box_ = |x: f64, y: f64, w: f64, h: f64| {
-            // A side two pixels soft, as through a lens.
+            // The edge is two pixels soft, as through a lens.
             let side = |off: f64| 0.5 - 0.5 * libm::tanh(off);
             side((p.x - x).abs() - w) * side((p.y - y).abs() - h)
         };
@@ -427,7 +441,7 @@ mod tests {
         (0.45 + 0.12 * smooth + 0.22 * boxes) as f32
     }
 
-    /// A picture of the scene, each pixel the mean over its area.
+    /// Returns a picture of the scene; each pixel is the mean over its area.
     fn photograph(
         width: usize,
         height: usize,
@@ -452,8 +466,8 @@ mod tests {
         shift: DVec2::ZERO,
     };
 
-    /// Where the old picture's pixels look, so that `align` has to find `truth`.
-    fn looking(truth: Warp) -> Warp {
+    /// Returns the view of the old picture for which `align` has to find `truth`.
+    fn view_of_old(truth: Warp) -> Warp {
         let inverse = DMat2::from_cols(truth.turn, truth.turn.perp()).inverse();
         Warp {
             turn: inverse.x_axis,
@@ -461,7 +475,7 @@ mod tests {
         }
     }
 
-    /// The largest error at a corner of the new picture, in pixels of the new picture.
+    /// Returns the largest error at a corner of the new picture, in its pixels.
     fn corner_error(found: Warp, truth: Warp) -> f64 {
         let corners = [(-90.0, -60.0), (90.0, -60.0), (-90.0, 60.0), (90.0, 60.0)];
         let off = |&(x, y): &(f64, f64)| {
@@ -491,7 +505,7 @@ mod tests {
         ] {
             let truth = degrees(angle, scale, shift);
             let side = if scale > 1.5 { (360, 240) } else { (180, 150) };
-            let old = photograph(side.0, side.1, looking(truth), |v| 0.1 + 0.7 * v * v);
+            let old = photograph(side.0, side.1, view_of_old(truth), |v| 0.1 + 0.7 * v * v);
             let (found, _) = align(&new, &old).unwrap();
             let error = corner_error(found, truth);
             assert!(error < 0.05, "{angle} degrees, {scale}: {error} pixels off");
@@ -509,7 +523,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_reported_is_where_the_old_picture_lies() {
+    fn the_reported_alignment_is_the_position_of_the_old_picture() {
         let report = degrees(30.0, 2.0, (0.0, 0.0)).alignment(1.0);
         assert!((report.scale - 0.5).abs() < 1e-12);
         assert!((report.rotation + 30.0).abs() < 1e-12);

@@ -1,7 +1,7 @@
-//! Where the camera stood for an archival picture.
+//! Fits a camera to an archival picture.
 //!
-//! Starts from a camera and a lens and refines position, orientation, focal length and focus until
-//! the rendering of the scene looks most like the picture.
+//! The fit starts from a camera and a lens, and refines position, orientation, focal length and
+//! focus until the rendering of the scene matches the picture best.
 
 use std::io::Write;
 
@@ -17,32 +17,33 @@ use crate::photo::{Optics, Plan, Session};
 use crate::pose::{CameraPose, Projection, axis_angle};
 use crate::render::Exposure;
 
-/// A camera whose place and lens are sought.
+/// The start of a camera fit.
 ///
-/// The parameters: shift and turn in the start's own frame, then logarithms of the
-/// film's distance from a thin lens and of the focus distance. With the film's distance held, focus
-/// only blurs; a longer focal length and a nearer focus would enlarge the picture alike.
+/// The parameters are shift and rotation in the start's own frame, then the logarithms of the image
+/// distance of a thin lens and of the focus distance. With the image distance held, focus changes
+/// only the blur; otherwise a longer focal length and a nearer focus would enlarge the picture
+/// alike.
 pub(crate) struct CameraFit {
     plan: Plan,
     pose: CameraPose,
-    /// In millimeters; a pinhole's for the film's height.
+    /// The focal length in millimeters; for a pinhole, the one that gives its height angle.
     efl: f64,
-    /// In meters.
+    /// The focus distance in meters.
     focus: f64,
-    /// Of the lens's opening, in millimeters; a pinhole has none.
+    /// The diameter of the entrance pupil in millimeters; `None` for a pinhole.
     opening: Option<f64>,
 }
 
-/// The camera that was found, as values and as its rendering.
+/// The result of a camera fit: the parameters, and their rendering.
 pub(crate) struct Found {
     pub fitted: Fitted,
     pub rendering: Plate,
 }
 
-/// Where among the parameters the focus is.
+/// The index of the focus among the parameters.
 const FOCUS: usize = 7;
 
-/// Renders parameters: small pictures with as many samples as large ones.
+/// Renders parameters. Pictures of all sizes have the same number of samples per pixel.
 fn draw(
     session: &mut Session,
     start: &CameraFit,
@@ -67,6 +68,7 @@ fn draw(
     Ok(plate(&exposure, session))
 }
 
+/// Returns the levels of an exposure.
 fn plate(exposure: &Exposure, session: &Session) -> Plate {
     let Resolution { width, height } = exposure.film.resolution;
     let level = |c: usize| {
@@ -82,7 +84,7 @@ impl CameraFit {
     /// Starts from a session's camera and lens.
     ///
     /// # Errors
-    /// An ideal lens, an orthographic camera, or a lens without a positive focal length.
+    /// Fails for an ideal lens, an orthographic camera, and a lens without a positive focal length.
     pub(crate) fn of(session: &Session) -> Result<Self> {
         let (plan, pose) = (session.plan.clone(), session.pose.clone());
         let focus = plan.focus.map_or(pose.focal_distance, |d| d.0);
@@ -122,7 +124,7 @@ impl CameraFit {
         })
     }
 
-    /// A pinhole has no focus, and a lens at infinity none that could be a little more.
+    /// Returns the number of parameters. Focus is one only for a lens with a finite focus distance.
     fn count(&self) -> usize {
         if self.opening.is_some() && self.focus.is_finite() && self.focus > 0.0 {
             FOCUS + 1
@@ -131,7 +133,8 @@ impl CameraFit {
         }
     }
 
-    /// Changes that move the picture by half a pixel, or blur it by one.
+    /// Returns for each parameter a change that moves the picture by about half a pixel, or blurs
+    /// it by one.
     fn steps(&self) -> Vec<f64> {
         let across = f64::from(self.plan.resolution.width);
         let pixel = self.plan.film.width / across;
@@ -151,7 +154,7 @@ impl CameraFit {
         steps
     }
 
-    /// Focal length in millimeters, focus distance in meters.
+    /// Returns the focal length in millimeters and the focus distance in meters.
     fn optics(&self, values: &[f64]) -> (f64, f64) {
         let Some(focus) = values.get(FOCUS) else {
             return (self.efl * libm::exp(values[6]), self.focus);
@@ -161,8 +164,8 @@ impl CameraFit {
         (1.0 / (1.0 / film + 1e-3 / focus), focus)
     }
 
-    /// How much the logarithm of the focal length changes with the parameters.
-    fn of_focal_length(&self, values: &[f64]) -> Vec<(usize, f64)> {
+    /// Returns the derivatives of the logarithm of the focal length by the parameters.
+    fn focal_length_gradient(&self, values: &[f64]) -> Vec<(usize, f64)> {
         let (efl, focus) = self.optics(values);
         let near = 1e-3 * efl / focus;
         match values.get(FOCUS) {
@@ -171,6 +174,7 @@ impl CameraFit {
         }
     }
 
+    /// Returns the camera pose of parameters.
     fn pose_at(&self, values: &[f64]) -> CameraPose {
         let shift = DVec3::new(values[0], values[1], values[2]);
         let turn = DVec3::new(values[3], values[4], values[5]);
@@ -185,7 +189,7 @@ impl CameraFit {
         pose
     }
 
-    /// A first guess from laying the picture on the start's rendering: turn and focal length.
+    /// Guesses rotation and focal length by aligning the picture with the start's rendering.
     fn guess(
         &self,
         target: &Plate,
@@ -207,19 +211,20 @@ impl CameraFit {
         Some(values)
     }
 
-    /// Searches for the camera whose rendering looks most like the target. `tell` hears after each
-    /// step the size of the rendering in pixels and the cost.
+    /// Finds the camera whose rendering matches the target best. After each size, `report` receives
+    /// the size of the rendering in pixels and the cost.
     ///
     /// # Errors
-    /// A target of another shape than the rendering, or a search that cannot go on.
+    /// Fails if the target's aspect differs from the rendering's, or if the start cannot be
+    /// rendered.
     pub(crate) fn search(
         &self,
         session: &mut Session,
         target: &Plate,
-        tell: &mut dyn FnMut((usize, usize), f64),
+        report_size: &mut dyn FnMut((usize, usize), f64),
     ) -> Result<Found> {
         let size = self.plan.resolution;
-        self.has_shape_of(target)?;
+        self.check_aspect(target)?;
         let count = self.count();
         let fit = Fit {
             target,
@@ -238,13 +243,14 @@ impl CameraFit {
         {
             first = guess;
         }
-        let fitted = fit.run(&first, &mut draw, tell)?;
+        let fitted = fit.run(&first, &mut draw, report_size)?;
         let whole = (size.width as usize, size.height as usize);
         let rendering = draw(&fitted.values, whole, Half::First)?;
         Ok(Found { fitted, rendering })
     }
 
-    fn has_shape_of(&self, target: &Plate) -> Result<()> {
+    /// Checks that the target has the rendering's aspect.
+    fn check_aspect(&self, target: &Plate) -> Result<()> {
         let size = self.plan.resolution;
         let height = target.height as f64 * f64::from(size.width) / target.width as f64;
         if (height - f64::from(size.height)).abs() <= 1.0 {
@@ -255,19 +261,19 @@ impl CameraFit {
             target.width, target.height, size.width, size.height
         ))
         .with_help(format!(
-            "give `--size {}x{}`, and `--film` if the film was of another shape",
+            "give `--size {}x{}`, and `--film` if the film had another aspect",
             size.width,
             height.round()
         )))
     }
 
-    /// A camera file, with what it can't say about the lens in its comments.
+    /// Returns a camera file, with the lens options in a comment.
     pub(crate) fn camera_text(&self, fitted: &Fitted) -> String {
         let pose = self.pose_at(&fitted.values);
         let (efl, focus) = self.optics(&fitted.values);
         let (axis, angle) = axis_angle(pose.orientation);
         let Projection::Perspective { height_angle } = pose.projection else {
-            return String::new(); // `pose_at` makes no other
+            return String::new(); // `pose_at` always returns a perspective camera.
         };
         let lens = match &self.plan.optics {
             Optics::Pinhole | Optics::Ideal(_) => "--lens none".to_owned(),
@@ -283,10 +289,10 @@ impl CameraFit {
         )
     }
 
-    /// Writes what was found, each value with its standard error.
+    /// Writes the result, each value with its standard error.
     ///
     /// # Errors
-    /// What writing brings.
+    /// Fails if `out` cannot be written.
     pub(crate) fn report(&self, fitted: &Fitted, out: &mut dyn Write) -> std::io::Result<()> {
         let v = &fitted.values;
         let error = |i: usize| fitted.error(i);
@@ -307,7 +313,7 @@ impl CameraFit {
         writeln!(
             out,
             "focal      {efl:.3} mm (± {:.3}), was {:.3} mm",
-            efl * fitted.error_of(&self.of_focal_length(v)),
+            efl * fitted.error_of(&self.focal_length_gradient(v)),
             self.efl
         )?;
         if v.len() > FOCUS {
@@ -322,7 +328,7 @@ impl CameraFit {
     }
 }
 
-/// The rotation about a vector by its length, in radians.
+/// Returns the rotation about a vector by its length in radians.
 fn turned(vector: DVec3) -> DQuat {
     let angle = vector.length();
     match vector.try_normalize() {

@@ -1,15 +1,16 @@
-//! How far the edges of two pictures lie apart, whatever their shading.
+//! Measures the distance between the edges of two pictures, independent of their shading.
 //!
-//! Edges are ridges of the local contrast: the gradient over the mean brightness around it, so
-//! that a darker lamp, a gradient of light or another gamma moves nothing. Thresholds and
-//! thinning are Canny's (1986); distances are Euclidean (Felzenszwalb and Huttenlocher 2012).
+//! Edges are ridges of the local contrast, the gradient over the mean brightness around it. A
+//! darker lamp, a gradient of light or another gamma does not move them. Hysteresis thresholds and
+//! non-maximum suppression are Canny's (1986); the distance transform is Felzenszwalb and
+//! Huttenlocher's (2012).
 
 use serde::Serialize;
 
 use super::metric::Mask;
 use super::plane::{Plane, length};
 
-/// Where edges are, in pixels.
+/// A map of the pixels that are on an edge.
 #[derive(Clone, Debug)]
 pub(crate) struct Edges {
     pub width: usize,
@@ -17,31 +18,33 @@ pub(crate) struct Edges {
     pub on: Vec<bool>,
 }
 
-/// How far apart two sets of edges are, in pixels.
+/// The distance between two sets of edges, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct EdgeDistance {
-    /// Mean distance from an edge to the nearest of the other picture, both ways, each cut at
-    /// [`FAR`].
+    /// The mean distance from an edge to the nearest one of the other picture, in both directions,
+    /// each at most 10 pixels.
     pub mean: f64,
-    /// 95% of the edges have one of the other picture within this distance, cut at [`FAR`].
+    /// The 95th percentile of these distances.
     pub p95: f64,
-    /// The part of the edges with one of the other picture within 1.5 pixels.
+    /// The share of the edges with one of the other picture within 1.5 pixels.
     pub matched: f64,
 }
 
-/// An edge without a partner counts as this far, in pixels.
+/// The distance in pixels that an edge without a counterpart counts as.
 pub(crate) const FAR: f64 = 10.0;
 
-/// Gaussian before the gradient, in pixels.
+/// The standard deviation of the Gaussian before the gradient, in pixels.
 const SIGMA: f64 = 1.4;
-/// Local contrast (per pixel) that starts an edge, and that goes on with one.
+/// The local contrast, per pixel, that starts an edge. Chosen by trial, as is [`CONTINUE`].
 const START: f32 = 0.05;
+/// The local contrast, per pixel, that continues an edge.
 const CONTINUE: f32 = 0.02;
 
 impl Edges {
+    /// Detects the edges of a picture's brightness.
     pub(crate) fn of(luma: &Plane) -> Self {
         let smooth = luma.blurred(SIGMA);
-        // 0.02 keeps the noise of black corners from being edges.
+        // The offset of 0.02 prevents edges from the noise of black corners.
         let around = luma.blurred(8.0).map(|v| v.abs() + 0.02);
         let [gx, gy] = smooth.gradients().map(|g| g.zip(&around, |g, a| g / a));
         let strength = gx.zip(&gy, length);
@@ -51,7 +54,8 @@ impl Edges {
             let i = y as usize * luma.width + x as usize;
             let (dx, dy) = step(gx.values[i], gy.values[i]);
             let (ahead, behind) = (strength.near(x + dx, y + dy), strength.near(x - dx, y - dy));
-            // One of the two sides is strict, so that a ridge two pixels wide leaves one.
+            // Only one of the comparisons is strict, so that a ridge two pixels wide is thinned to
+            // one.
             if here > ahead && here >= behind {
                 here
             } else {
@@ -66,12 +70,13 @@ impl Edges {
         }
     }
 
+    /// Returns the number of edge pixels that count.
     pub(crate) fn count(&self, mask: &Mask) -> usize {
         let both = self.on.iter().zip(&mask.counts);
         both.filter(|(on, counts)| **on && **counts).count()
     }
 
-    /// Distance of every pixel to the nearest edge.
+    /// Returns the Euclidean distance of every pixel to the nearest edge.
     fn distances(&self) -> Vec<f64> {
         let far = (self.width + self.height) as f64;
         let mut squares: Vec<f64> = self
@@ -96,7 +101,8 @@ impl Edges {
     }
 }
 
-/// Both ways between two sets of edges; `None` where either has no edge that counts.
+/// Measures the distance between two sets of edges, or returns `None` if either has no edge that
+/// counts.
 pub(crate) fn distance(a: &Edges, b: &Edges, mask: &Mask) -> Option<EdgeDistance> {
     if a.count(mask) == 0 || b.count(mask) == 0 {
         return None;
@@ -119,9 +125,9 @@ pub(crate) fn distance(a: &Edges, b: &Edges, mask: &Mask) -> Option<EdgeDistance
     })
 }
 
-/// The neighbor that a gradient points at, in eight directions.
+/// Returns the neighbor that a gradient points at, in eight directions.
 fn step(gx: f32, gy: f32) -> (isize, isize) {
-    const TAN: f32 = 0.414_213_56; // of 22.5 degrees
+    const TAN: f32 = 0.414_213_56; // The tangent of 22.5 degrees.
     let sign = |v: f32| if v < 0.0 { -1 } else { 1 };
     if gy.abs() <= TAN * gx.abs() {
         (sign(gx), 0)
@@ -132,7 +138,8 @@ fn step(gx: f32, gy: f32) -> (isize, isize) {
     }
 }
 
-/// Ridges that start strong and go on at least weakly.
+/// Returns the ridges with a pixel of at least [`START`], followed while they are at least
+/// [`CONTINUE`].
 fn connected(ridge: &Plane) -> Vec<bool> {
     let mut on: Vec<bool> = ridge.values.iter().map(|&v| v >= START).collect();
     let mut open: Vec<usize> = (0..on.len()).filter(|&i| on[i]).collect();
@@ -151,7 +158,7 @@ fn connected(ridge: &Plane) -> Vec<bool> {
     on
 }
 
-/// Replaces `f(q)` by the least of `f(p) + (p - q)²` over p, in linear time.
+/// Replaces `f(q)` by the minimum of `f(p) + (p - q)²` over p, in linear time.
 fn lower_envelope(f: &mut [f64]) {
     let parabola = |p: usize| f[p] + (p * p) as f64;
     let mut feet: Vec<usize> = vec![0];
@@ -186,7 +193,7 @@ fn lower_envelope(f: &mut [f64]) {
 mod tests {
     use super::*;
 
-    /// A gray box on black, its left side at `left`.
+    /// Returns a gray box on black with its left side at `left`.
     fn square(left: usize, shade: impl Fn(usize, usize) -> f32 + Sync) -> Plane {
         Plane::from_fn(80, 60, |x, y| {
             let inside = (left..left + 30).contains(&x) && (15..45).contains(&y);

@@ -1,14 +1,15 @@
-//! Finds the parameters of a picture: those whose rendering looks most like an archival one.
+//! Finds the parameters whose rendering matches an archival picture best.
 //!
-//! Knows nothing of cameras: a caller gives numbers, how large a step of each is felt, and a
-//! function that renders. Levenberg and Marquardt, first from small pictures to large ones on the
-//! robust difference of local contrast, which another gain, gamma or lamp hardly changes; then at
-//! full size on the difference of detail, which also tells how blurred things are.
+//! This module knows nothing of cameras. A caller gives start values, a step size for each, and a
+//! function that renders. The Levenberg-Marquardt method minimizes the robust difference of local
+//! contrast, from small pictures to large ones; gain, gamma and lighting hardly change that. At
+//! full size it then minimizes the difference of detail, which also depends on blur.
 //!
-//! A rendering is noisy, and noisier where it is blurred, so that squares of differences prefer
-//! what is sharp. At full size every place is therefore rendered twice, with other random numbers,
-//! and the difference of the one is multiplied with that of the other: their noise averages out.
-//! Derivatives are differences of renderings that share their random numbers.
+//! A rendering is noisy, and the squared noise of a difference depends on the blur, so least
+//! squares would be biased. At full size the parameters are therefore rendered twice with
+//! independent random numbers, and the residuals of one rendering are multiplied with those of the
+//! other, so that the noise averages out. Derivatives are differences of renderings with the same
+//! random numbers.
 
 use super::align::{contrast, detail};
 use super::metric::Mask;
@@ -17,59 +18,66 @@ use super::tone::{self, Matching};
 use crate::diag::Result;
 use crate::math::symmetric::solve;
 
-/// Renders parameters at a size in pixels; the last number says with which random numbers.
+/// Renders parameters at a size in pixels. The last argument selects the random numbers.
 pub(crate) type Renderer<'r> = dyn FnMut(&[f64], (usize, usize), Half) -> Result<Plate> + 'r;
 
-/// Which of two renderings of the same place.
+/// One of two renderings of the same parameters with independent random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Half {
     First,
     Second,
 }
 
-/// Iterations at each size, at most.
-const MOST: usize = 12;
-/// Blur before contrast is taken, before detail is, and the border that is left out, in pixels.
+/// The largest number of iterations at each size. Chosen by trial.
+const MOST_ITERATIONS: usize = 12;
+/// The standard deviation of the blur before contrast is computed, in pixels.
 const SIGMA: f64 = 1.0;
+/// The standard deviation of the blur before detail is computed, in pixels.
 const SIGMA_FINE: f64 = 0.5;
+/// The width of the border that is left out, in pixels.
 const MARGIN: usize = 2;
-/// Differences are weighed by their size over so many pixels: by their own they would be weighed
-/// by their noise, and what is noisy would look like a good match.
+/// The standard deviation in pixels of the neighborhood whose mean residual determines a weight. A
+/// weight from the pixel's own residual would depend on its noise, and noisy pixels would count
+/// less.
 const NEIGHBORS: f64 = 3.0;
-/// What stands behind the parameters at full size, and is nobody's business: the logarithm of a
-/// gain (on the rendering: on the target, its grain would make it too small), because tones were matched at another blur, and by how much more than a rendering
-/// a scan or a JPEG blurred it all over (the variance in pixels). Steps of the two.
-const ASIDE: [f64; 2] = [0.05, 0.1];
-/// Side of the squares, in pixels, whose differences are taken to be independent of each other.
+/// The step sizes of two nuisance parameters at full size. The first is the logarithm of a gain on
+/// the rendering, because tones were matched at another blur; a gain on the target would be biased
+/// by its grain. The second is the variance, in square pixels, of the blur of a scan or a JPEG
+/// beyond the rendering's.
+const NUISANCE_STEPS: [f64; 2] = [0.05, 0.1];
+/// The side in pixels of the blocks whose residuals are taken to be independent of each other.
 const BLOCK: usize = 12;
-/// Steps to either side over which a blind parameter is searched.
+/// The number of steps to either side in the search for the blur parameter.
 const SEARCH: i32 = 6;
 
-/// What is to be matched, and how.
+/// The target of a fit, and its settings.
 pub(crate) struct Fit<'a> {
     pub target: &'a Plate,
-    /// Sizes to render at, from small to large.
+    /// The sizes to render at, from small to large.
     pub sizes: Vec<(usize, usize)>,
-    /// Of each parameter, a change that moves the largest rendering by about half a pixel.
+    /// For each parameter, a change that moves the largest rendering by about half a pixel.
     pub steps: Vec<f64>,
-    /// The parameter that only blurs, which small pictures and local contrast do not tell.
+    /// The parameter that changes only blur, which small pictures and local contrast do not
+    /// determine.
     pub blur: Option<usize>,
 }
 
-/// Where the search ended.
+/// The result of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Fitted {
     pub values: Vec<f64>,
-    /// Covariance of the values, row by row, from the differences left, taken to be independent
-    /// only between squares of 12 pixels; infinite where the picture does not tell.
+    /// The covariance of the values, row by row, from the residuals, which are taken to be
+    /// independent between blocks of 12 pixels. It is infinite for values that the picture does not
+    /// determine.
     pub covariance: Vec<f64>,
-    /// Robust mean square of the differences left, at the largest size.
+    /// The robust mean square of the residuals at the largest size.
     pub cost: f64,
+    /// The number of renderings.
     pub renders: usize,
 }
 
 impl Fitted {
-    /// Standard error of a sum of the values with these factors.
+    /// Returns the standard error of a linear combination of the values with these factors.
     pub(crate) fn error_of(&self, factors: &[(usize, f64)]) -> f64 {
         let n = self.values.len();
         let term = |(i, a): (usize, f64), (j, b): (usize, f64)| a * b * self.covariance[i * n + j];
@@ -82,29 +90,30 @@ impl Fitted {
         }
     }
 
-    /// Standard error of one value.
+    /// Returns the standard error of one value.
     pub(crate) fn error(&self, i: usize) -> f64 {
         self.error_of(&[(i, 1.0)])
     }
 }
 
-/// What of two pictures is held against each other.
+/// The quantity in which two pictures are compared.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Measure {
-    /// Detail over the spread around it in the same picture: no gain, gamma or lamp changes it.
+    /// Detail over its standard deviation in the same picture, which gain, gamma and lighting do
+    /// not change.
     Contrast,
-    /// Detail over the spread around it in the target: linear in the rendering, so that its noise
-    /// averages out and its blur shows.
+    /// Detail over its standard deviation in the target. It is linear in the rendering, so that
+    /// noise averages out and blur has an effect.
     Detail,
 }
 
-/// Differences of the two renderings of a place from the target.
-struct Off {
+/// The differences of two renderings of the same parameters from the target.
+struct Residuals {
     first: Vec<f64>,
     second: Vec<f64>,
 }
 
-impl Off {
+impl Residuals {
     fn mean(&self, i: usize) -> f64 {
         0.5 * (self.first[i] + self.second[i])
     }
@@ -113,14 +122,14 @@ impl Off {
         (0..self.first.len()).map(|i| self.mean(i)).collect()
     }
 
-    /// Weighted mean of the products, in which the renderings' noise averages out.
+    /// Returns the weighted mean of the products, in which the renderings' noise averages out.
     fn cost(&self, weights: &[f64]) -> f64 {
         let products = self.first.iter().zip(&self.second).zip(weights);
         let sum: f64 = products.map(|((a, b), w)| w * a * b).sum();
         sum / weights.len().max(1) as f64
     }
 
-    /// `self` less `other` over a step.
+    /// Returns the difference quotient of `self` and `other`.
     fn slope(&self, other: &Self, run: f64) -> Self {
         let one = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b) / run).collect();
         Self {
@@ -130,32 +139,33 @@ impl Off {
     }
 }
 
-/// One size: the target in it, and the count of renderings so far.
+/// A fit at one size.
 struct Level<'f, 'r> {
     fit: &'f Fit<'f>,
     size: (usize, usize),
     measure: Measure,
-    /// Parameters that may change.
+    /// The parameters that may change.
     free: Vec<usize>,
     target: Plane,
-    /// One over the spread of the target, for [`Measure::Detail`].
+    /// One over the standard deviation of the target's detail, for [`Measure::Detail`].
     scale: Plane,
     render: &'f mut Renderer<'r>,
     renders: usize,
 }
 
-/// The normal equations at a place, over the free parameters, row by row.
+/// The normal equations over the free parameters, row by row.
 struct System {
-    /// From the mean of both renderings: too large by their noise, and safe to solve.
+    /// The matrix from the mean of both renderings. Noise makes it too large, and keeps it positive
+    /// definite.
     matrix: Vec<f64>,
-    /// From the products of the two: right in the mean.
+    /// The matrix from products of the two renderings, which is unbiased.
     unbiased: Vec<f64>,
     right: Vec<f64>,
-    columns: Vec<Off>,
+    columns: Vec<Residuals>,
 }
 
 impl Fit<'_> {
-    /// Sizes from about 48 pixels on the longer side up to this one, each double the last.
+    /// Returns sizes from about 48 pixels on the longer side up to this one, each double the last.
     pub(crate) fn pyramid((width, height): (usize, usize)) -> Vec<(usize, usize)> {
         let mut sizes = vec![(width, height)];
         let half = |n: usize| n.div_ceil(2).max(1);
@@ -168,25 +178,25 @@ impl Fit<'_> {
         sizes
     }
 
-    /// The cost of parameters at the smallest size: to choose among places to start from.
+    /// Returns the cost of parameters at the smallest size, to choose among starts.
     ///
     /// # Errors
-    /// What rendering says.
+    /// Fails if rendering fails.
     pub(crate) fn cost_of(&self, values: &[f64], render: &mut Renderer<'_>) -> Result<f64> {
         let mut level = Level::new(self, self.sizes[0], Measure::Contrast, render);
-        let off = level.off(values)?;
+        let off = level.residuals(values)?;
         Ok(off.cost(&vec![1.0; off.first.len()]))
     }
 
-    /// Refines the parameters; `told` hears of every size that is done.
+    /// Refines the parameters, and calls `report` after every size.
     ///
     /// # Errors
-    /// What rendering the start says.
+    /// Fails if the start cannot be rendered.
     pub(crate) fn run(
         &self,
         start: &[f64],
         render: &mut Renderer<'_>,
-        told: &mut dyn FnMut((usize, usize), f64),
+        report: &mut dyn FnMut((usize, usize), f64),
     ) -> Result<Fitted> {
         let count = start.len();
         let mut fitted = Fitted {
@@ -208,7 +218,7 @@ impl Fit<'_> {
             let done = level.refine(&fitted.values)?;
             let renders = fitted.renders + level.renders;
             fitted = Fitted { renders, ..done };
-            told(size, fitted.cost);
+            report(size, fitted.cost);
         }
         Ok(fitted)
     }
@@ -232,12 +242,12 @@ impl<'f, 'r> Level<'f, 'r> {
             render,
             renders: 0,
         };
-        this.aim(&luma);
+        this.set_target(&luma);
         this
     }
 
-    /// Takes a picture of the target's brightness as what is to be matched.
-    fn aim(&mut self, luma: &Plane) {
+    /// Sets the target from a picture of its brightness.
+    fn set_target(&mut self, luma: &Plane) {
         match self.measure {
             Measure::Contrast => self.target = contrast(luma, SIGMA),
             Measure::Detail => {
@@ -254,17 +264,18 @@ impl<'f, 'r> Level<'f, 'r> {
         Ok((self.render)(parameters, self.size, half)?.luma())
     }
 
-    /// Differences from the target, without the border.
-    fn off(&mut self, values: &[f64]) -> Result<Off> {
-        let first = self.off_by(values, Half::First)?;
+    /// Returns the residuals of both renderings, without the border.
+    fn residuals(&mut self, values: &[f64]) -> Result<Residuals> {
+        let first = self.residuals_of(values, Half::First)?;
         let second = match self.measure {
             Measure::Contrast => first.clone(),
-            Measure::Detail => self.off_by(values, Half::Second)?,
+            Measure::Detail => self.residuals_of(values, Half::Second)?,
         };
-        Ok(Off { first, second })
+        Ok(Residuals { first, second })
     }
 
-    fn off_by(&mut self, values: &[f64], half: Half) -> Result<Vec<f64>> {
+    /// Returns the residuals of one rendering.
+    fn residuals_of(&mut self, values: &[f64], half: Half) -> Result<Vec<f64>> {
         let luma = self.draw(values, half)?;
         let aside = values.get(self.fit.steps.len()..).unwrap_or_default();
         let gain = aside.first().copied().unwrap_or_default();
@@ -281,7 +292,7 @@ impl<'f, 'r> Level<'f, 'r> {
         Ok(self.inner().map(off).collect())
     }
 
-    /// The pixels that count, by number.
+    /// Returns the indices of the pixels within the border.
     fn inner(&self) -> impl Iterator<Item = usize> + use<> {
         let (width, height) = self.size;
         let inner = |n: usize| MARGIN.min(n / 4)..n - MARGIN.min(n / 4);
@@ -289,26 +300,29 @@ impl<'f, 'r> Level<'f, 'r> {
         inner(height).flat_map(move |y| columns.clone().map(move |x| y * width + x))
     }
 
-    /// Gives the target the tones of a rendering: contrast near the noise depends on the gain.
+    /// Matches the target's tones to a rendering, because contrast near the noise depends on the
+    /// gain.
     fn match_tones(&mut self, values: &[f64]) -> Result<()> {
         let seen = self.draw(values, Half::First)?;
         let old = self.fit.target.luma().resized(self.size.0, self.size.1);
         let gray = |p: &Plane| Plate::from_planes([p.clone(), p.clone(), p.clone()]);
         let mask = Mask::all(self.size.0, self.size.1);
         let [tone, ..] = tone::fit(&gray(&seen), &gray(&old), &mask, Matching::Channel);
-        self.aim(&old.map(|v| tone.apply(v)));
+        self.set_target(&old.map(|v| tone.apply(v)));
         Ok(())
     }
 
-    /// Tries one parameter far to both sides, and keeps what costs least.
+    /// Tries one parameter over a wide range, and keeps the value with the least cost.
     fn search(&mut self, values: &mut [f64], which: usize) {
-        let Ok(here) = self.off(values) else { return };
+        let Ok(here) = self.residuals(values) else {
+            return;
+        };
         let weights = self.weights(&here);
         let mut best = (here.cost(&weights), values[which]);
         for step in -SEARCH..=SEARCH {
             let mut moved = values.to_vec();
             moved[which] += f64::from(step) * self.fit.steps[which];
-            let cost = self.off(&moved).map(|off| off.cost(&weights));
+            let cost = self.residuals(&moved).map(|off| off.cost(&weights));
             if let Ok(cost) = cost
                 && cost < best.0
             {
@@ -318,20 +332,21 @@ impl<'f, 'r> Level<'f, 'r> {
         values[which] = best.1;
     }
 
+    /// Iterates from start values, and estimates the covariance.
     fn refine(&mut self, start: &[f64]) -> Result<Fitted> {
         self.match_tones(start)?;
         let mut values = start.to_vec();
         if self.measure == Measure::Detail {
-            // Without a focus to be told from it, softness would pass for size.
+            // Without a focus parameter to separate them, blur would be confused with size.
             let aside = if self.fit.blur.is_some() { 2 } else { 1 };
             for _ in 0..aside {
                 self.free.push(values.len());
                 values.push(0.0);
             }
         }
-        let mut off = self.off(&values)?;
+        let mut off = self.residuals(&values)?;
         let mut damping = 1e-2;
-        for _ in 0..MOST {
+        for _ in 0..MOST_ITERATIONS {
             let weights = self.weights(&off);
             let system = self.linearized(&values, &off, &weights);
             let before = off.cost(&weights);
@@ -341,9 +356,9 @@ impl<'f, 'r> Level<'f, 'r> {
                     break;
                 };
                 let next = self.moved(&values, &step);
-                // A place that can't be rendered (too near to focus) is no better.
+                // Parameters that cannot be rendered (too near to focus) are rejected.
                 better = self
-                    .off(&next)
+                    .residuals(&next)
                     .ok()
                     .filter(|o| o.cost(&weights) < before)
                     .map(|o| (next, o, step));
@@ -374,18 +389,20 @@ impl<'f, 'r> Level<'f, 'r> {
         })
     }
 
+    /// Returns the step size of a parameter at this size.
     fn step(&self, i: usize) -> f64 {
-        // At a smaller size a step has to be larger to be felt as much.
+        // A smaller picture needs larger steps for the same effect.
         let largest = self.fit.sizes.last().map_or(1, |s| s.0);
         let coarse = largest as f64 / self.size.0 as f64;
         match i.checked_sub(self.fit.steps.len()) {
-            Some(aside) => ASIDE[aside],
+            Some(aside) => NUISANCE_STEPS[aside],
             None => coarse * self.fit.steps[i],
         }
     }
 
-    /// Huber's weights: 1 up to 1.345 standard deviations, told by the median, falling beyond.
-    fn weights(&self, off: &Off) -> Vec<f64> {
+    /// Returns Huber's weights: 1 up to 1.345 standard deviations, estimated by the median, and
+    /// falling beyond.
+    fn weights(&self, off: &Residuals) -> Vec<f64> {
         let means = off.means();
         let mut squares = self.target.map(|_| 0.0);
         for (i, r) in self.inner().zip(&means) {
@@ -412,21 +429,23 @@ impl<'f, 'r> Level<'f, 'r> {
         moved
     }
 
-    fn linearized(&mut self, values: &[f64], off: &Off, weights: &[f64]) -> System {
+    /// Returns the normal equations at parameters.
+    fn linearized(&mut self, values: &[f64], off: &Residuals, weights: &[f64]) -> System {
         let free = self.free.clone();
         let columns = free.iter().map(|&i| self.derivative(values, off, i));
-        let columns: Vec<Off> = columns.collect();
+        let columns: Vec<Residuals> = columns.collect();
         let dot = |a: &[f64], b: &[f64]| -> f64 {
             let terms = a.iter().zip(b).zip(weights);
             terms.map(|((a, b), w)| w * a * b).sum()
         };
-        // The first rendering's slope on the second's difference, and the other way around.
-        let crossed =
-            |a: &Off, b: &Off| 0.5 * (dot(&a.first, &b.second) + dot(&a.second, &b.first));
+        // The first rendering's derivative times the second's residual, and the reverse.
+        let crossed = |a: &Residuals, b: &Residuals| {
+            0.5 * (dot(&a.first, &b.second) + dot(&a.second, &b.first))
+        };
         let n = columns.len();
         let mut matrix = vec![0.0; n * n];
         let mut unbiased = matrix.clone();
-        let means: Vec<Vec<f64>> = columns.iter().map(Off::means).collect();
+        let means: Vec<Vec<f64>> = columns.iter().map(Residuals::means).collect();
         for i in 0..n {
             for j in 0..=i {
                 matrix[i * n + j] = dot(&means[i], &means[j]);
@@ -441,14 +460,14 @@ impl<'f, 'r> Level<'f, 'r> {
         }
     }
 
-    /// Change of the differences with one parameter, by a step to both sides, or to the one that
-    /// can be rendered.
-    fn derivative(&mut self, values: &[f64], off: &Off, i: usize) -> Off {
+    /// Returns the derivative of the residuals by one parameter, from a central difference, or a
+    /// one-sided one if only one side can be rendered.
+    fn derivative(&mut self, values: &[f64], off: &Residuals, i: usize) -> Residuals {
         let step = self.step(i);
         let mut side = |by: f64| {
             let mut moved = values.to_vec();
             moved[i] += by;
-            self.off(&moved).ok()
+            self.residuals(&moved).ok()
         };
         match (side(step), side(-step)) {
             (Some(high), Some(low)) => high.slope(&low, 2.0 * step),
@@ -458,9 +477,10 @@ impl<'f, 'r> Level<'f, 'r> {
         }
     }
 
-    /// H⁻¹ S H⁻¹, where S adds up what squares of the picture pull at the parameters: whatever is
-    /// correlated within a square, be it blur, grain of a JPEG or a wrong model, is in it.
-    fn covariance(&self, system: &System, off: &Off, weights: &[f64]) -> Vec<f64> {
+    /// Returns the sandwich estimate H⁻¹ S H⁻¹, where S sums the squared gradients of blocks. It
+    /// includes everything that is correlated within a block: blur, the grain of a JPEG, or a wrong
+    /// model.
+    fn covariance(&self, system: &System, off: &Residuals, weights: &[f64]) -> Vec<f64> {
         let n = self.free.len();
         let across = self.size.0.div_ceil(BLOCK);
         let mut pulls = vec![vec![0.0; n]; across * self.size.1.div_ceil(BLOCK)];
@@ -481,7 +501,7 @@ impl<'f, 'r> Level<'f, 'r> {
         let all = self.fit.steps.len();
         let mut out = vec![f64::INFINITY; all * all];
         let Some(inverse) = inverse else { return out };
-        // What each square moves each parameter by.
+        // The change of each parameter by each block.
         let shifts: Vec<Vec<f64>> = pulls
             .iter()
             .map(|pull| {
@@ -491,9 +511,9 @@ impl<'f, 'r> Level<'f, 'r> {
             .collect();
         let blocks = shifts.len() as f64;
         let few = blocks / (blocks - n as f64).max(1.0);
-        let told = || self.free.iter().enumerate().filter(|(_, a)| **a < all);
-        for (i, a) in told() {
-            for (j, b) in told() {
+        let reported = || self.free.iter().enumerate().filter(|(_, a)| **a < all);
+        for (i, a) in reported() {
+            for (j, b) in reported() {
                 let sum: f64 = shifts.iter().map(|s| s[i] * s[j]).sum();
                 out[a * all + b] = few * sum;
             }
@@ -506,7 +526,7 @@ impl<'f, 'r> Level<'f, 'r> {
 mod tests {
     use super::*;
 
-    /// Blobs at a place, of a size, told by (x, y, size) as parts of the width.
+    /// Returns blobs at a position (x, y) with a size, as fractions of the width.
     fn blobs(values: &[f64], (width, height): (usize, usize)) -> Plate {
         let unit = width as f64;
         let plane = Plane::from_fn(width, height, |x, y| {
@@ -544,7 +564,7 @@ mod tests {
         let found = fit
             .run(&[0.45, 0.36, 1.0], &mut render, &mut |_, _| ())
             .unwrap();
-        // Three values: beyond four standard errors by chance once in 5000 runs.
+        // One of three values exceeds four standard errors by chance once in 5,000 runs.
         for (i, (v, t)) in found.values.iter().zip(truth).enumerate() {
             let error = found.error(i);
             assert!((v - t).abs() < 4.0 * error && error < 5e-3, "{found:?}");

@@ -1,30 +1,30 @@
-//! FLIP: the difference that a viewer sees flipping between two pictures.
+//! FLIP: the difference that a viewer sees when two pictures alternate.
 //!
-//! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild: "FLIP: A Difference
-//! Evaluator for Alternating Images", HPG 2020. The letters are the paper's. Input is sRGB
-//! levels; the answer is 0 (the same) to 1 (as far apart as green and blue) a pixel.
+//! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild: "FLIP: A Difference Evaluator
+//! for Alternating Images", HPG 2020. The letters are the paper's. The input is sRGB levels; the
+//! result per pixel is from 0 (equal) to 1 (as different as green and blue).
 
 use super::plane::{Plane, Plate, gaussian, length};
 
-/// Pixels a degree: a 0.7 m wide screen of 3840 pixels, seen from 0.7 m. The paper's own.
+/// Pixels per degree for a screen 0.7 m wide with 3840 pixels, seen from 0.7 m, as in the paper.
 pub(crate) const PIXELS_PER_DEGREE: f64 = 0.7 * 3840.0 / 0.7 * std::f64::consts::PI / 180.0;
 
-/// Exponent, and the two ends of the linear piece, of the color error (section 4.1.4).
+/// The exponent of the color error, and the ends of its linear piece (section 4.1.4).
 const Q_C: f64 = 0.7;
 const P_C: f64 = 0.4;
 const P_T: f64 = 0.95;
-/// Width in degrees and exponent of the feature detectors (section 4.2).
+/// The width in degrees and the exponent of the feature detectors (section 4.2).
 const W: f64 = 0.082;
 const Q_F: f64 = 0.5;
 
-/// Contrast sensitivity as sums of Gaussians: (a, b) for brightness, red-green, blue-yellow.
+/// Contrast sensitivity as sums of Gaussians (a, b), for brightness, red-green and blue-yellow.
 const SENSITIVITY: [[(f64, f64); 2]; 3] = [
     [(1.0, 0.0047), (0.0, 1e-5)],
     [(1.0, 0.0053), (0.0, 1e-5)],
     [(34.1, 0.04), (13.5, 0.025)],
 ];
 
-/// sRGB's primaries in XYZ; rows sum to the white point.
+/// The primaries of sRGB in XYZ; the rows sum to the white point.
 const XYZ_FROM_RGB: [[f64; 3]; 3] = [
     [
         10_135_552.0 / 24_577_794.0,
@@ -43,7 +43,7 @@ const XYZ_FROM_RGB: [[f64; 3]; 3] = [
     ],
 ];
 
-/// The error of each pixel.
+/// Returns the error of each pixel.
 pub(crate) fn flip(new: &Plate, old: &Plate, pixels_per_degree: f64) -> Plane {
     let (new, old) = (opponent(new), opponent(old));
     let color = color_error(
@@ -56,7 +56,7 @@ pub(crate) fn flip(new: &Plate, old: &Plate, pixels_per_degree: f64) -> Plane {
     })
 }
 
-/// The linearized Lab space YCxCz, in which the eye's blur is applied.
+/// Converts to the linearized Lab space YCxCz, in which the eye's blur is applied.
 fn opponent(plate: &Plate) -> Plate {
     let linear = plate.map(|p| p.map(|v| linear(f64::from(v.clamp(0.0, 1.0))) as f32));
     let white = XYZ_FROM_RGB.map(|row| row.iter().sum::<f64>());
@@ -67,10 +67,10 @@ fn opponent(plate: &Plate) -> Plate {
     })
 }
 
-/// What is left after the eye's blur, in Lab with Hunt's adjustment.
+/// Applies the eye's blur, and converts to Lab with Hunt's adjustment.
 fn perceived(opponent: &Plate, pixels_per_degree: f64) -> Plate {
-    let channels =
-        [0, 1, 2].map(|c| seen_blurred(&opponent.channels[c], &SENSITIVITY[c], pixels_per_degree));
+    let channels = [0, 1, 2]
+        .map(|c| blurred_by_eye(&opponent.channels[c], &SENSITIVITY[c], pixels_per_degree));
     let white = XYZ_FROM_RGB.map(|row| row.iter().sum::<f64>());
     let rgb_from_xyz = inverse(&XYZ_FROM_RGB);
     per_pixel(&Plate::from_planes(channels), |[y, cx, cz]| {
@@ -81,10 +81,10 @@ fn perceived(opponent: &Plate, pixels_per_degree: f64) -> Plate {
     })
 }
 
-/// One channel through its contrast sensitivity, as a sum of separable Gaussians.
-fn seen_blurred(channel: &Plane, terms: &[(f64, f64); 2], pixels_per_degree: f64) -> Plane {
+/// Filters one channel by its contrast sensitivity, a sum of separable Gaussians.
+fn blurred_by_eye(channel: &Plane, terms: &[(f64, f64); 2], pixels_per_degree: f64) -> Plane {
     let pi2 = std::f64::consts::PI * std::f64::consts::PI;
-    // One radius for all channels: three deviations of the widest Gaussian.
+    // The radius for all channels is three standard deviations of the widest Gaussian.
     let radius = (3.0 * (0.04 / (2.0 * pi2)).sqrt() * pixels_per_degree).ceil() as usize;
     let sigma = |b: f64| (b / (2.0 * pi2)).sqrt() * pixels_per_degree;
     let mass = |(a, b): (f64, f64)| {
@@ -106,6 +106,7 @@ fn seen_blurred(channel: &Plane, terms: &[(f64, f64); 2], pixels_per_degree: f64
     sum
 }
 
+/// Returns the color error of each pixel (section 4.1.4).
 fn color_error(new: &Plate, old: &Plate) -> Plane {
     let largest = libm::pow(
         hyab(hunt_lab([0.0, 1.0, 0.0]), hunt_lab([0.0, 0.0, 1.0])),
@@ -129,7 +130,7 @@ fn color_error(new: &Plate, old: &Plate) -> Plane {
     }
 }
 
-/// The larger of the differences in edges and in points.
+/// Returns the feature error of each pixel: the larger of the differences in edges and in points.
 fn feature_error(new: &Plane, old: &Plane, pixels_per_degree: f64) -> Plane {
     let sigma = 0.5 * W * pixels_per_degree;
     let radius = (3.0 * sigma).ceil() as usize;
@@ -159,7 +160,7 @@ fn feature_error(new: &Plane, old: &Plane, pixels_per_degree: f64) -> Plane {
     })
 }
 
-/// Positive weights sum to 1, negative ones to -1.
+/// Scales the positive weights to sum to 1 and the negative ones to sum to -1.
 fn balanced(kernel: &[f64]) -> Vec<f64> {
     let up: f64 = kernel.iter().filter(|k| **k > 0.0).sum();
     let down: f64 = kernel.iter().filter(|k| **k < 0.0).sum();
@@ -169,12 +170,13 @@ fn balanced(kernel: &[f64]) -> Vec<f64> {
         .collect()
 }
 
+/// Returns the HyAB distance of two colors in Lab.
 fn hyab(a: [f64; 3], b: [f64; 3]) -> f64 {
     let [l, u, v] = [0, 1, 2].map(|i| a[i] - b[i]);
     l.abs() + (u * u + v * v).sqrt()
 }
 
-/// Lab of linear RGB, its colors weakened where it is dark.
+/// Converts linear RGB to Lab with Hunt's adjustment, which weakens dark colors.
 fn hunt_lab(rgb: [f64; 3]) -> [f64; 3] {
     let xyz = times(&XYZ_FROM_RGB, rgb);
     let white = XYZ_FROM_RGB.map(|row| row.iter().sum::<f64>());
@@ -192,7 +194,7 @@ fn hunt_lab(rgb: [f64; 3]) -> [f64; 3] {
     [lightness, hunt * 500.0 * (x - y), hunt * 200.0 * (y - z)]
 }
 
-/// sRGB's transfer curve undone.
+/// Inverts the sRGB transfer curve.
 fn linear(level: f64) -> f64 {
     if level <= 0.04045 {
         level / 12.92
@@ -241,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn which_of_the_two_is_the_new_one_does_not_matter() {
+    fn the_error_is_symmetric() {
         let (a, b) = ([0.2, 0.5, 0.9], [0.25, 0.45, 0.9]);
         assert_eq!(between(a, b), between(b, a));
     }

@@ -1,4 +1,4 @@
-//! Registration, tones and measures of two pictures, one after the other.
+//! Compares two pictures: registration, tone matching, then measures.
 
 use serde::Serialize;
 
@@ -10,25 +10,27 @@ use super::plane::Plate;
 use super::tone::{self, Matching, Tone};
 use crate::diag::{Diagnostic, Result};
 
-/// How the old picture is brought onto the new one's pixels.
+/// The method that maps the old picture to the new one's pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Registration {
-    /// Not at all: the sizes have to be the same.
+    /// No change; the sizes must be equal.
     None,
-    /// Stretched to the new one's size: the aspects have to be the same.
+    /// Scaling to the new picture's size; the aspects must be equal.
     Resize,
-    /// By the shift, scale and rotation that are found.
+    /// The shift, scale and rotation that are found by alignment.
     Align,
 }
 
-/// What to do before measuring.
+/// The options of a comparison.
 #[derive(Clone, Debug)]
 pub struct Options {
+    /// The mapping of the old picture to the new one's pixels.
     pub registration: Registration,
+    /// The tone curves that are fitted to the old picture.
     pub matching: Matching,
-    /// Of the new picture's pixels, those that count.
+    /// The pixels of the new picture that count; `None` is all.
     pub mask: Option<Mask>,
-    /// For FLIP.
+    /// The viewing resolution for FLIP, in pixels per degree.
     pub pixels_per_degree: f64,
 }
 
@@ -43,50 +45,63 @@ impl Default for Options {
     }
 }
 
-/// The measures. Those of distance are 0 for equal pictures; PSNR is then infinite, SSIM 1.
+/// The measures of a comparison. For equal pictures, PSNR is infinite, SSIM is 1, and the others
+/// are 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Measures {
+    /// Mean square error over all channels.
     pub mse: f64,
-    /// Decibels; null in JSON where the pictures are equal.
+    /// Peak signal-to-noise ratio in decibels; `null` in JSON if the pictures are equal.
     pub psnr: f64,
+    /// Mean structural similarity.
     pub ssim: f64,
-    /// Mean over the pixels.
+    /// Mean FLIP error.
     pub flip: f64,
-    /// `None` where one of the pictures has no edges.
+    /// The distance of edges; `None` if one of the pictures has none.
     pub edges: Option<EdgeDistance>,
-    /// Before tones were matched.
+    /// `mse` before tones were matched.
     pub unmatched_mse: f64,
+    /// `psnr` before tones were matched.
     pub unmatched_psnr: f64,
 }
 
-/// The answer, and the pictures it is about.
+/// The result of a comparison, with the pictures that were compared.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
+    /// Pixels across the new picture.
     pub width: usize,
+    /// Pixels down the new picture.
     pub height: usize,
-    /// Pixels that counted.
+    /// The number of pixels that counted.
     pub pixels: usize,
+    /// The alignment that was found, if one was requested.
     pub alignment: Option<Alignment>,
-    /// What was done to the old picture's red, green and blue.
+    /// The tone curves applied to the old picture's red, green and blue.
     pub tones: [Tone; 3],
+    /// The measures.
     pub measures: Measures,
+    /// The new picture.
     #[serde(skip)]
     pub new: Plate,
-    /// On the new one's pixels and in its tones.
+    /// The old picture on the new one's pixels, with matched tones.
     #[serde(skip)]
     pub old: Plate,
+    /// The pixels that counted.
     #[serde(skip)]
     pub mask: Mask,
 }
 
-/// A measure's name for `--limit`, how to get it, and whether more is better.
+/// A measure that `--limit` accepts.
 pub struct Metric {
+    /// The name on the command line.
     pub name: &'static str,
+    /// Returns the value of the measure.
     pub get: fn(&Measures) -> f64,
+    /// Whether a larger value is a better match.
     pub more_is_better: bool,
 }
 
-/// What a limit can be set on.
+/// The measures that a limit can be set on.
 pub const METRICS: [Metric; 9] = [
     metric("mse", |m| m.mse, false),
     metric("psnr", |m| m.psnr, true),
@@ -112,11 +127,12 @@ const fn metric(name: &'static str, get: fn(&Measures) -> f64, more_is_better: b
 }
 
 impl Metric {
+    /// Returns the measure of a name, in upper or lower case.
     pub fn named(name: &str) -> Option<&'static Self> {
         METRICS.iter().find(|m| m.name.eq_ignore_ascii_case(name))
     }
 
-    /// Whether the measure is as good as the limit. What could not be measured is not.
+    /// Returns whether a measure is within a limit. A measure that does not exist is not.
     pub(crate) fn holds(&self, measures: &Measures, limit: f64) -> bool {
         let value = (self.get)(measures);
         if self.more_is_better {
@@ -130,8 +146,8 @@ impl Metric {
 /// Compares two pictures on the new one's pixels.
 ///
 /// # Errors
-/// Sizes that differ without a registration, pictures that can't be aligned, or a mask that
-/// leaves nothing.
+/// Fails if sizes differ without a registration, the pictures cannot be aligned, or no pixel
+/// counts.
 pub fn compare(new: &Plate, old: &Plate, options: &Options) -> Result<Comparison> {
     let (width, height) = (new.width, new.height);
     let (old, alignment, shared) = register(new, old, options.registration)?;
@@ -145,7 +161,7 @@ pub fn compare(new: &Plate, old: &Plate, options: &Options) -> Result<Comparison
     }
     if mask.pixels() == 0 {
         return Err(
-            Diagnostic::error("the mask and the crop leave no pixel to compare")
+            Diagnostic::error("no pixel is within both the mask and the crop")
                 .with_help("white pixels of a mask count, black ones do not"),
         );
     }
@@ -157,12 +173,12 @@ pub fn compare(new: &Plate, old: &Plate, options: &Options) -> Result<Comparison
     }
     let tones = tone::fit(new, &old, &mask, options.matching);
     let mut matched = old.clone();
-    // The new picture ends at black and white, and so does what is held against it; one of light
-    // (EXR) ends where its light does.
+    // The new picture's levels are clipped at black and white, so the old one's are too; an EXR's
+    // are clipped at its brightest value.
     let brightest = new.channels.iter().flat_map(|c| c.values.iter());
     let white = brightest.fold(1.0_f32, |a, &b| a.max(b));
     for (channel, tone) in matched.channels.iter_mut().zip(tones) {
-        let ended = |v: f32| {
+        let clipped = |v: f32| {
             let v = tone.apply(v);
             if tone == Tone::IDENTITY {
                 v
@@ -170,7 +186,7 @@ pub fn compare(new: &Plate, old: &Plate, options: &Options) -> Result<Comparison
                 v.clamp(0.0, white)
             }
         };
-        *channel = channel.map(ended);
+        *channel = channel.map(clipped);
     }
     let measures = measure(new, &old, &matched, &mask, options.pixels_per_degree);
     Ok(Comparison {
@@ -186,6 +202,7 @@ pub fn compare(new: &Plate, old: &Plate, options: &Options) -> Result<Comparison
     })
 }
 
+/// Maps the old picture to the new one's pixels; the mask has the pixels that it covers.
 fn register(
     new: &Plate,
     old: &Plate,
@@ -220,7 +237,7 @@ fn register(
     }
 }
 
-/// Whether stretching one to the other distorts by less than a pixel.
+/// Returns whether scaling one to the other distorts by at most a pixel.
 fn same_aspect(new: &Plate, old: &Plate) -> bool {
     let height = new.width as f64 * old.height as f64 / old.width as f64;
     (height - new.height as f64).abs() <= 1.0
@@ -253,7 +270,7 @@ fn measure(
     }
 }
 
-/// Less a border of two pixels, where what lies outside makes edges.
+/// Removes a border of two pixels, where the outside creates edges.
 fn inward(mask: &Mask) -> Mask {
     let (width, height) = (mask.width as isize, mask.height as isize);
     let near = |i: usize| {
@@ -277,7 +294,8 @@ fn inward(mask: &Mask) -> Mask {
 mod tests {
     use super::*;
 
-    /// Stripes and checks in whole levels; the old one has grain and a foreign box.
+    /// Returns stripes and checks in integer levels. The old picture has grain and a box that the
+    /// new one lacks.
     fn picture(old: bool) -> Plate {
         let level = |x: usize, y: usize, c: usize| {
             let grain = (x * x + 3 * y * y + x * y * (c + 1)) % 7;
@@ -295,7 +313,7 @@ mod tests {
         )
     }
 
-    /// The numbers of flip-evaluator 1.7 (the authors' own program, for displays) and of
+    /// The values are from flip-evaluator 1.7 (the authors' program, for displays) and from
     /// scikit-image 0.26 on the brightness 0.299 R + 0.587 G + 0.114 B.
     #[test]
     fn mse_ssim_and_flip_are_those_of_the_authors_programs() {
@@ -363,7 +381,7 @@ mod tests {
     }
 
     #[test]
-    fn another_gamma_and_gain_cost_nothing_once_matched_and_much_before() {
+    fn another_gamma_and_gain_are_an_error_only_before_matching() {
         let new = picture(false);
         let old = new.map(|p| p.map(|v| libm::powf((v - 0.05) / 0.95, 1.7)));
         let m = compare(&new, &old, &Options::default()).unwrap().measures;

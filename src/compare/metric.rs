@@ -1,16 +1,20 @@
-//! Numbers for how far apart two pictures of the same size are, over the pixels that count.
+//! Measures of the difference of two pictures of the same size, over the pixels that count.
 
 use super::plane::{Plane, Plate, gaussian};
 
-/// Which pixels count.
+/// The set of pixels that count in a comparison.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mask {
+    /// Pixels across.
     pub width: usize,
+    /// Pixels down.
     pub height: usize,
+    /// Whether each pixel counts, row by row.
     pub counts: Vec<bool>,
 }
 
 impl Mask {
+    /// Returns a mask of all pixels.
     pub fn all(width: usize, height: usize) -> Self {
         Self {
             width,
@@ -19,11 +23,12 @@ impl Mask {
         }
     }
 
+    /// Returns the number of pixels that count.
     pub(crate) fn pixels(&self) -> usize {
         self.counts.iter().filter(|c| **c).count()
     }
 
-    /// Only pixels that count in both.
+    /// Returns the pixels that count in both masks.
     pub(crate) fn and(mut self, other: &Self) -> Self {
         for (a, b) in self.counts.iter_mut().zip(&other.counts) {
             *a &= b;
@@ -31,20 +36,20 @@ impl Mask {
         self
     }
 
-    /// The mean of a plane over the pixels that count.
+    /// Returns the mean of a plane over the pixels that count.
     pub(crate) fn mean(&self, plane: &Plane) -> f64 {
         let sum: f64 = self.kept(plane).map(f64::from).sum();
         sum / self.pixels() as f64
     }
 
-    /// The values of the pixels that count.
+    /// Returns the values of the pixels that count.
     pub(crate) fn kept<'a>(&'a self, plane: &'a Plane) -> impl Iterator<Item = f32> + 'a {
         let pairs = plane.values.iter().zip(&self.counts);
         pairs.filter(|(_, c)| **c).map(|(v, _)| *v)
     }
 }
 
-/// Mean square error over all channels.
+/// Returns the mean square error over all channels.
 pub(crate) fn mse(new: &Plate, old: &Plate, mask: &Mask) -> f64 {
     let one = |c: usize| {
         let squares = new.channels[c].zip(&old.channels[c], |a, b| (a - b) * (a - b));
@@ -53,13 +58,14 @@ pub(crate) fn mse(new: &Plate, old: &Plate, mask: &Mask) -> f64 {
     (one(0) + one(1) + one(2)) / 3.0
 }
 
-/// Peak signal to noise in decibels, the peak being 1; infinite for equal pictures.
+/// Returns the peak signal-to-noise ratio in decibels for a peak of 1; it is infinite for equal
+/// pictures.
 pub(crate) fn psnr(mse: f64) -> f64 {
     -10.0 * libm::log10(mse)
 }
 
-/// Structural similarity of the brightness at each pixel (Wang, Bovik, Sheikh, Simoncelli 2004):
-/// an 11×11 Gaussian window with σ = 1.5, K1 = 0.01, K2 = 0.03, range 1.
+/// Returns the structural similarity of the brightness at each pixel (Wang, Bovik, Sheikh,
+/// Simoncelli 2004), with an 11×11 Gaussian window of σ = 1.5, K1 = 0.01, K2 = 0.03, and range 1.
 pub(crate) fn ssim(new: &Plate, old: &Plate) -> Plane {
     const C1: f32 = 0.01 * 0.01;
     const C2: f32 = 0.03 * 0.03;
@@ -78,8 +84,8 @@ pub(crate) fn ssim(new: &Plate, old: &Plate) -> Plane {
     })
 }
 
-/// Pixels whose whole SSIM window lies in the picture, as its authors average; all of them where
-/// the picture is no larger than the window.
+/// Returns the pixels whose SSIM window lies within the picture, over which its authors average;
+/// all pixels if the picture is no larger than the window.
 pub(crate) fn ssim_interior(width: usize, height: usize) -> Mask {
     let mut mask = Mask::all(width, height);
     if width > 10 && height > 10 {
@@ -101,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tenth_off_everywhere_is_twenty_decibels() {
+    fn an_error_of_a_tenth_everywhere_is_twenty_decibels() {
         let (a, b) = (plate(|_, _| 0.5), plate(|_, _| 0.6));
         let error = mse(&a, &b, &Mask::all(24, 16));
         assert!((psnr(error) - 20.0).abs() < 1e-5);
@@ -125,7 +131,7 @@ mod tests {
     fn the_same_picture_is_similar_to_one_and_flat_grays_by_the_formula() {
         let a = plate(|x, y| ((x * 7 + y * 3) % 11) as f32 / 11.0);
         assert!(ssim(&a, &a).values.iter().all(|s| (s - 1.0).abs() < 1e-4));
-        // Flat: only the first factor is left, (2ab + C1) / (a² + b² + C1).
+        // For flat pictures only the first factor remains, (2ab + C1) / (a² + b² + C1).
         let s = ssim(&plate(|_, _| 0.4), &plate(|_, _| 0.8)).at(8, 8);
         assert!((s - (0.64 + 1e-4) / (0.8 + 1e-4)).abs() < 1e-3);
     }

@@ -1,8 +1,8 @@
-//! How far apart two pictures are: a new rendering against an archival one.
+//! Comparison of a new rendering with an archival picture.
 //!
-//! The old picture is brought onto the new one's pixels (registration, tones) and then measured.
-//! Levels are what is compared, 0 to 1, as a file holds them; exposures (EXR) are taken as the
-//! levels that a linear film would show.
+//! The old picture is mapped to the new one's pixels, its tones are matched, and the difference is
+//! measured. Levels from 0 to 1 are compared, as stored in the file; exposures (EXR) are taken as
+//! the levels of a linear film.
 
 pub(crate) mod align;
 pub(crate) mod camera_fit;

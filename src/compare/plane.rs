@@ -1,4 +1,4 @@
-//! Pictures as numbers to compute with: one plane of values, or three that make a color.
+//! Pictures for computation: one plane of values, or three that make a color.
 //!
 //! A position is in pixels from the top left corner, so that the first pixel's center is (½, ½).
 
@@ -6,23 +6,30 @@ use rayon::prelude::*;
 
 use crate::picture::Raster;
 
-/// One number a pixel, rows from the top.
+/// One value per pixel, with rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
+    /// Pixels across.
     pub width: usize,
+    /// Pixels down.
     pub height: usize,
+    /// The values, row by row.
     pub values: Vec<f32>,
 }
 
 /// Red, green and blue planes: levels from 0 to 1, or exposures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plate {
+    /// Pixels across.
     pub width: usize,
+    /// Pixels down.
     pub height: usize,
+    /// Red, green and blue.
     pub channels: [Plane; 3],
 }
 
 impl Plane {
+    /// Returns a plane with the value `f(x, y)` at each pixel.
     pub fn from_fn(width: usize, height: usize, f: impl Fn(usize, usize) -> f32 + Sync) -> Self {
         let mut values = vec![0.0; width * height];
         values
@@ -40,16 +47,18 @@ impl Plane {
         }
     }
 
+    /// Returns the value of a pixel.
     pub fn at(&self, x: usize, y: usize) -> f32 {
         self.values[y * self.width + x]
     }
 
-    /// The pixel, or the nearest one of the border.
+    /// Returns the value of the nearest pixel of the picture.
     pub fn near(&self, x: isize, y: isize) -> f32 {
         let clamp = |i: isize, n: usize| i.clamp(0, n as isize - 1) as usize;
         self.at(clamp(x, self.width), clamp(y, self.height))
     }
 
+    /// Applies a function to each value.
     pub fn map(&self, f: impl Fn(f32) -> f32 + Sync) -> Self {
         Self {
             values: self.values.par_iter().map(|&v| f(v)).collect(),
@@ -57,6 +66,7 @@ impl Plane {
         }
     }
 
+    /// Applies a function to the values of two planes of the same size.
     pub fn zip(&self, other: &Self, f: impl Fn(f32, f32) -> f32 + Sync) -> Self {
         let pairs = self.values.par_iter().zip(&other.values);
         Self {
@@ -65,8 +75,8 @@ impl Plane {
         }
     }
 
-    /// Convolves rows with one kernel and columns with another, the border repeated outward.
-    /// Kernels have an odd length; no kernel is turned over, so an odd one is a correlation.
+    /// Filters rows with one kernel and columns with another; the border is repeated outward.
+    /// Kernels have an odd length and are not reversed: the result is a correlation.
     pub fn filtered(&self, along_x: &[f64], along_y: &[f64]) -> Self {
         let rows = Self::from_fn(self.width, self.height, |x, y| {
             taps(along_x, |i| self.near(x as isize + i, y as isize))
@@ -76,13 +86,13 @@ impl Plane {
         })
     }
 
-    /// Blurred by a Gaussian, cut at three standard deviations.
+    /// Blurs by a Gaussian of a standard deviation in pixels, cut at three standard deviations.
     pub fn blurred(&self, sigma: f64) -> Self {
         let kernel = gaussian(sigma, (3.0 * sigma).ceil() as usize);
         self.filtered(&kernel, &kernel)
     }
 
-    /// Resampled to another size: a Catmull-Rom kernel as wide as the larger of the two pixels.
+    /// Resamples to another size with a Catmull-Rom kernel as wide as the larger of the two pixels.
     pub fn resized(&self, width: usize, height: usize) -> Self {
         let (columns, rows) = (weights(self.width, width), weights(self.height, height));
         let sum = |w: &Weights, get: &dyn Fn(usize) -> f32| {
@@ -95,7 +105,7 @@ impl Plane {
         Self::from_fn(width, height, |x, y| sum(&rows[y], &|i| narrow.at(x, i)))
     }
 
-    /// The value between pixels, by Catmull-Rom; the border repeats outward.
+    /// Interpolates the value at a position by Catmull-Rom; the border is repeated outward.
     pub fn sample(&self, x: f64, y: f64) -> f32 {
         let (x, y) = (x - 0.5, y - 0.5);
         let (left, top) = (x.floor(), y.floor());
@@ -111,7 +121,7 @@ impl Plane {
         sum as f32
     }
 
-    /// Half the central difference along x and along y.
+    /// Returns the gradient along x and along y, half the central difference.
     pub fn gradients(&self) -> [Self; 2] {
         let difference = [-0.5, 0.0, 0.5];
         [
@@ -122,7 +132,7 @@ impl Plane {
 }
 
 impl Plate {
-    /// Alpha is left out: an archival picture's colors are what was seen.
+    /// Converts a picture file without its alpha, because archival pictures are opaque.
     pub fn from_raster(raster: &Raster) -> Self {
         let (width, height) = (raster.width as usize, raster.height as usize);
         let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
@@ -135,6 +145,7 @@ impl Plate {
         }
     }
 
+    /// Combines red, green and blue planes of the same size.
     pub fn from_planes(channels: [Plane; 3]) -> Self {
         let (width, height) = (channels[0].width, channels[0].height);
         Self {
@@ -144,15 +155,17 @@ impl Plate {
         }
     }
 
+    /// Applies a function to each channel.
     pub fn map(&self, f: impl Fn(&Plane) -> Plane) -> Self {
         Self::from_planes([0, 1, 2].map(|c| f(&self.channels[c])))
     }
 
+    /// Returns red, green and blue of a pixel.
     pub fn color(&self, pixel: usize) -> [f32; 3] {
         [0, 1, 2].map(|c| self.channels[c].values[pixel])
     }
 
-    /// Brightness as television weighs it (Rec. 601), as SSIM's authors do.
+    /// Returns the brightness by Rec. 601's weights, as SSIM's authors do.
     pub fn luma(&self) -> Plane {
         let [r, g, b] = &self.channels;
         r.zip(g, |r, g| 0.299 * r + 0.587 * g)
@@ -160,7 +173,7 @@ impl Plate {
     }
 }
 
-/// A normalized Gaussian of 2·radius + 1 taps.
+/// Returns a normalized Gaussian of 2·radius + 1 taps.
 pub(crate) fn gaussian(sigma: f64, radius: usize) -> Vec<f64> {
     let bell = |i: usize| {
         let x = i as f64 - radius as f64;
@@ -171,7 +184,7 @@ pub(crate) fn gaussian(sigma: f64, radius: usize) -> Vec<f64> {
     kernel.iter().map(|k| k / sum).collect()
 }
 
-/// Length of a gradient.
+/// Returns the length of a gradient.
 pub(crate) fn length(x: f32, y: f32) -> f32 {
     (x * x + y * y).sqrt()
 }
@@ -184,7 +197,7 @@ fn taps(kernel: &[f64], get: impl Fn(isize) -> f32) -> f32 {
         .sum::<f64>() as f32
 }
 
-/// Pixels that a resampled one is made of, with their weights.
+/// The pixels that a resampled one is made of, with their weights.
 type Weights = Vec<(usize, f64)>;
 
 fn weights(from: usize, to: usize) -> Vec<Weights> {
@@ -208,7 +221,7 @@ fn weights(from: usize, to: usize) -> Vec<Weights> {
         .collect()
 }
 
-/// Keys' cubic with a = -1/2: right for parabolas.
+/// Returns Keys' cubic kernel with a = -1/2, which reproduces parabolas.
 fn catmull_rom(x: f64) -> f64 {
     let x = x.abs();
     if x < 1.0 {

@@ -1,4 +1,5 @@
-//! The sheet: new, old and difference side by side, with a scale and the numbers.
+//! Draws the comparison sheet: the new picture, the old one and the difference, with a scale and
+//! the measures.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -12,19 +13,19 @@ use crate::diag::{Diagnostic, Result};
 
 /// The width of the border around the panels, in pixels.
 const BORDER: usize = 10;
-/// A line of text: eight rows of dots and the room around them.
+/// The height of a line of text in pixels: eight rows of dots and spacing.
 const LINE: usize = 11;
-/// Panels are enlarged until they are at least this wide, so that the text fits.
+/// The smallest width of a panel, in pixels. Smaller pictures are enlarged to fit the text.
 const NARROWEST: usize = 240;
 
-/// Levels, 8 bits a channel, rows from the top.
+/// An 8-bit RGB picture with rows from the top.
 pub(crate) struct Sheet {
     pub width: usize,
     pub height: usize,
     pub pixels: Vec<[u8; 3]>,
 }
 
-/// What equals black on the sheet's ground, and what is as far off as the scale goes.
+/// Colors of the difference from 0 to the end of the scale.
 const RAMP: [[f64; 3]; 6] = [
     [0.0, 0.0, 0.02],
     [0.20, 0.07, 0.42],
@@ -38,12 +39,12 @@ const INK: [u8; 3] = [230, 230, 225];
 const FAINT: [u8; 3] = [64, 64, 68];
 
 impl Sheet {
-    /// Draws the sheet of a comparison; the names are the panels' titles.
+    /// Draws the sheet of a comparison, with the names as the panels' titles.
     pub(crate) fn draw(comparison: &Comparison, new_name: &str, old_name: &str) -> Self {
         let (width, height) = (comparison.width, comparison.height);
         let zoom = NARROWEST.div_ceil(width).max(1);
         let (wide, tall) = (width * zoom, height * zoom);
-        let lines = words(comparison);
+        let lines = measure_lines(comparison);
         let mut sheet = Self::blank(
             4 * BORDER + 3 * wide,
             3 * BORDER + LINE + tall + LINE * (2 + lines.len()),
@@ -92,7 +93,7 @@ impl Sheet {
         }
     }
 
-    /// The scale under the difference: a ramp, with numbers at its ends and middle.
+    /// Draws the scale under the difference: a color ramp with numbers at its ends and middle.
     fn bar(&mut self, left: usize, top: usize, wide: usize, scale: f64) {
         for x in 0..wide {
             let color = ramp(x as f64 / (wide - 1).max(1) as f64);
@@ -106,7 +107,7 @@ impl Sheet {
         self.write(left + wide - 6 * whole.len(), top, &whole);
     }
 
-    /// Writes a line, six pixels a character.
+    /// Writes a line of text, six pixels per character.
     fn write(&mut self, left: usize, top: usize, line: &str) {
         for (i, c) in line.chars().enumerate() {
             for (y, row) in glyph(c).into_iter().enumerate() {
@@ -117,10 +118,10 @@ impl Sheet {
         }
     }
 
-    /// The sheet as a file's bytes, in the format that the file's name asks for.
+    /// Encodes the sheet in the format of a file name.
     ///
     /// # Errors
-    /// An ending that is not of a format of 8 bits a channel, or what the encoder says.
+    /// Fails if the extension is not that of an 8-bit format, or the encoder fails.
     pub(crate) fn encode(&self, name: &Path) -> Result<Vec<u8>> {
         let format = format_of(name)?;
         let levels = self.pixels.as_flattened().to_vec();
@@ -141,10 +142,10 @@ impl Sheet {
     }
 }
 
-/// What a sheet's name asks for.
+/// Returns the format of a sheet's file name.
 ///
 /// # Errors
-/// An ending that is of no format that sheets are written in.
+/// Fails if sheets cannot be written in that format.
 pub(crate) fn format_of(name: &Path) -> Result<ImageFormat> {
     const KNOWN: [ImageFormat; 4] = [
         ImageFormat::Png,
@@ -164,13 +165,13 @@ pub(crate) fn format_of(name: &Path) -> Result<ImageFormat> {
         })
 }
 
-/// The largest difference of the three channels.
+/// Returns the largest difference of the three channels at a pixel.
 fn difference(comparison: &Comparison, i: usize) -> f32 {
     let (a, b) = (comparison.new.color(i), comparison.old.color(i));
     (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max)
 }
 
-/// A round number that all but one pixel in two hundred are below.
+/// Returns the end of the scale: a round number that 99.5% of the pixels are below.
 fn scale_of(comparison: &Comparison) -> f64 {
     let counted = (0..comparison.mask.counts.len()).filter(|&i| comparison.mask.counts[i]);
     let mut all: Vec<f32> = counted.map(|i| difference(comparison, i)).collect();
@@ -183,10 +184,12 @@ fn scale_of(comparison: &Comparison) -> f64 {
         .unwrap_or(1.0)
 }
 
+/// Converts to 8 bits.
 fn level(value: f32) -> u8 {
     (255.0 * value.clamp(0.0, 1.0)).round() as u8
 }
 
+/// Returns the color of a difference, 1 being the end of the scale.
 fn ramp(far: f64) -> [u8; 3] {
     let at = far.clamp(0.0, 1.0) * (RAMP.len() - 1) as f64;
     let i = (at as usize).min(RAMP.len() - 2);
@@ -194,7 +197,7 @@ fn ramp(far: f64) -> [u8; 3] {
     [0, 1, 2].map(|c| level((RAMP[i][c] * (1.0 - t) + RAMP[i + 1][c] * t) as f32))
 }
 
-/// The end of a name, as far as it fits.
+/// Shortens a name to its end, so that it fits in a width in pixels.
 fn fitting(name: &str, wide: usize) -> String {
     let room = wide / 6;
     let count = name.chars().count();
@@ -205,15 +208,15 @@ fn fitting(name: &str, wide: usize) -> String {
     format!("..{}", end.collect::<String>())
 }
 
-/// Four digits that matter, without an exponent.
+/// Formats a number with up to four decimals, without an exponent.
 fn number(value: f64) -> String {
     let text = format!("{value:.4}");
     let short = text.trim_end_matches('0').trim_end_matches('.');
     short.to_owned()
 }
 
-/// The numbers of a comparison, a line each.
-pub(crate) fn words(comparison: &Comparison) -> Vec<String> {
+/// Returns the measures of a comparison, one per line.
+pub(crate) fn measure_lines(comparison: &Comparison) -> Vec<String> {
     let m = &comparison.measures;
     let mut lines = vec![
         format!("MSE {:.6}  PSNR {:.2} dB", m.mse, m.psnr),
@@ -245,6 +248,7 @@ pub(crate) fn words(comparison: &Comparison) -> Vec<String> {
     lines
 }
 
+/// Formats a tone curve.
 fn tone_words(tone: super::tone::Tone) -> String {
     format!(
         "gain {:.4}, offset {:+.4}, gamma {:.4}",
@@ -252,7 +256,8 @@ fn tone_words(tone: super::tone::Tone) -> String {
     )
 }
 
-/// Eight rows of five dots, the leftmost dot 16; the last is for what hangs below the line.
+/// Returns a character as eight rows of five dots, the leftmost dot 16. The last row is for
+/// descenders.
 fn glyph(c: char) -> [u8; 8] {
     let [a, b, c, d, e, f, g] = match c {
         'g' | 'j' | 'p' | 'q' | 'y' => return hanging(c),
@@ -261,6 +266,7 @@ fn glyph(c: char) -> [u8; 8] {
     [a, b, c, d, e, f, g, 0]
 }
 
+/// Returns the letters with descenders.
 fn hanging(c: char) -> [u8; 8] {
     match c {
         'g' => [0, 0, 15, 17, 17, 15, 1, 14],
@@ -271,6 +277,7 @@ fn hanging(c: char) -> [u8; 8] {
     }
 }
 
+/// Returns the characters without descenders.
 fn upright(c: char) -> [u8; 7] {
     match c {
         'a' => [0, 0, 14, 1, 15, 17, 15],
@@ -355,7 +362,7 @@ mod tests {
     use crate::compare::{Options, compare};
 
     #[test]
-    fn equal_pictures_make_a_dark_difference_and_the_sheet_is_what_its_name_says() {
+    fn equal_pictures_have_a_dark_difference_and_the_sheet_has_the_format_of_its_name() {
         let plane = Plane::from_fn(60, 40, |x, y| (x + y) as f32 / 100.0);
         let plate = Plate::from_planes([plane.clone(), plane.clone(), plane]);
         let comparison = compare(&plate, &plate, &Options::default()).unwrap();

@@ -1,38 +1,44 @@
 //! Matches the tones of one picture to another's: gain, offset and gamma.
 //!
-//! An archival picture was scanned, printed or converted by unknown hands; its levels are taken
-//! to be `offset + gain·levelᵞ` of what they should be.
+//! How an archival picture was scanned, printed and converted is unknown. Its levels are assumed to
+//! follow `offset + gain·levelᵞ` of the correct ones.
 
 use serde::Serialize;
 
 use super::metric::Mask;
 use super::plane::{Plane, Plate};
 
-/// `offset + gain·levelᵞ`.
+/// The tone curve `offset + gain·levelᵞ`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Tone {
+    /// The factor on the level.
     pub gain: f64,
+    /// The level that black becomes.
     pub offset: f64,
+    /// The exponent of the level.
     pub gamma: f64,
 }
 
-/// Whether to match tones, and in how many curves.
+/// The number of tone curves that are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Matching {
+    /// Tones are not matched.
     None,
-    /// One curve for the picture.
+    /// One curve for the whole picture.
     Picture,
     /// One curve for each of red, green and blue.
     Channel,
 }
 
 impl Tone {
+    /// The curve that changes nothing.
     pub const IDENTITY: Self = Self {
         gain: 1.0,
         offset: 0.0,
         gamma: 1.0,
     };
 
+    /// Returns the level that a level becomes.
     pub(crate) fn apply(self, level: f32) -> f32 {
         if self == Self::IDENTITY {
             return level;
@@ -42,7 +48,7 @@ impl Tone {
     }
 }
 
-/// The curves that bring `old` nearest to `new`, one for each channel.
+/// Fits the curves, one per channel, that make `old` most like `new`.
 pub(crate) fn fit(new: &Plate, old: &Plate, mask: &Mask, matching: Matching) -> [Tone; 3] {
     let pairs = |c: usize| Pairs::of(&new.channels[c], &old.channels[c], mask);
     match matching {
@@ -57,10 +63,10 @@ pub(crate) fn fit(new: &Plate, old: &Plate, mask: &Mask, matching: Matching) -> 
     }
 }
 
-/// Levels of the same pixels, (old, new).
+/// Pairs of levels (old, new) of the same pixels.
 struct Pairs(Vec<(f64, f64)>);
 
-/// The plain least-squares line of a set of pairs, and what it leaves.
+/// A least-squares line through pairs of levels, and its sum of squared residuals.
 struct Line {
     gain: f64,
     offset: f64,
@@ -68,8 +74,8 @@ struct Line {
 }
 
 impl Pairs {
-    /// Pixels clipped in either picture say nothing about the curve, and are left out while
-    /// enough others are there.
+    /// Collects the pixels that count. Pixels that are clipped in either picture carry no
+    /// information on the curve, and are omitted if more than a quarter of the pixels remain.
     fn of(new: &Plane, old: &Plane, mask: &Mask) -> Self {
         let all = mask
             .kept(old)
@@ -89,15 +95,16 @@ impl Pairs {
         })
     }
 
+    /// Fits a curve by iteratively reweighted least squares, with a search for gamma.
     fn fit(&self) -> Tone {
         let values: Vec<f64> = self.0.iter().map(|p| p.0.max(0.0)).collect();
         let spread = values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
             - values.iter().copied().fold(f64::INFINITY, f64::min);
         if !(spread > 1e-3) {
-            return Tone::IDENTITY; // a flat picture has no curve
+            return Tone::IDENTITY; // A flat picture does not determine a curve.
         }
         if self.0.iter().all(|(x, y)| x == y) {
-            return Tone::IDENTITY; // exactly, where a fit would leave a rounding error
+            return Tone::IDENTITY; // A fit would leave a rounding error.
         }
         let mut weights = vec![1.0; self.0.len()];
         let mut tone = Tone::IDENTITY;
@@ -112,7 +119,7 @@ impl Pairs {
             };
             self.reweigh(tone, &mut weights);
         }
-        // A picture turned to its negative is not the same picture.
+        // A curve that makes a negative is rejected.
         if tone.gain > 0.0 {
             tone
         } else {
@@ -120,7 +127,7 @@ impl Pairs {
         }
     }
 
-    /// Least squares of new on oldᵞ.
+    /// Returns the weighted least-squares line of new levels on oldᵞ.
     fn line(&self, gamma: f64, weights: &[f64]) -> Line {
         let mut s = [0.0; 6]; // w, x, y, xx, xy, yy
         for (&(x, y), w) in self.0.iter().zip(weights) {
@@ -138,7 +145,8 @@ impl Pairs {
         }
     }
 
-    /// Tukey's weights: pixels that show something else are left out of the next fit.
+    /// Computes Tukey's biweights (4.685 standard deviations), so that pixels that show something
+    /// else do not affect the next fit.
     fn reweigh(&self, tone: Tone, weights: &mut [f64]) {
         let off = |&(x, y): &(f64, f64)| {
             let curved = libm::pow(x.max(0.0), tone.gamma);
@@ -160,7 +168,7 @@ impl Pairs {
     }
 }
 
-/// The least point of a function with one valley, by golden sections.
+/// Returns the minimum of a unimodal function by golden-section search.
 fn golden(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     const RATIO: f64 = 0.618_033_988_749_894_9;
     let mut inner = [high - RATIO * (high - low), low + RATIO * (high - low)];
@@ -184,7 +192,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_known_curve_comes_back_although_a_tenth_of_the_picture_shows_something_else() {
+    fn a_known_curve_is_found_although_a_tenth_of_the_picture_shows_something_else() {
         let truth = Tone {
             gain: 0.85,
             offset: 0.04,
@@ -207,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flat_picture_is_left_as_it_is() {
+    fn a_flat_picture_is_not_changed() {
         let flat = Plane::from_fn(8, 8, |_, _| 0.5);
         let plate = Plate::from_planes([flat.clone(), flat.clone(), flat]);
         let tones = fit(&plate, &plate, &Mask::all(8, 8), Matching::Picture);

@@ -8,7 +8,7 @@ pub(super) struct Series {
     pub points: Vec<[f64; 2]>,
     pub ink: Ink,
     pub dashed: bool,
-    /// The name in the legend; empty for a curve that needs none.
+    /// The name in the legend; empty for a curve without an entry.
     pub name: String,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Chart {
     pub x_label: String,
     pub y_label: String,
     pub series: Vec<Series>,
-    /// The least span of the y axis; curves beyond it extend it.
+    /// The smallest range of the y axis; curves beyond it extend it.
     pub y_span: (f64, f64),
     pub x_span: Option<(f64, f64)>,
 }
@@ -98,7 +98,7 @@ impl Chart {
         drawing
     }
 
-    /// From the least to the greatest value of all curves, and at least `span`.
+    /// Returns the range of all curves, and at least `span`.
     fn span(&self, axis: usize, span: (f64, f64)) -> (f64, f64) {
         let all = self
             .series

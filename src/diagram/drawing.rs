@@ -1,9 +1,10 @@
-//! A drawing as a list of strokes and words with a meaning (glass, a ray of the second field, the axis).
+//! A drawing as a list of strokes and texts with a meaning (glass, a ray of the second field, the
+//! axis).
 //!
-//! How they look is decided once for each output, a file format or a window: see [`Output`].
-//! Positions are x to the right and y down, in the units of the drawing.
+//! Each output, a file format or a window, defines how they look: see [`Output`]. Positions are x
+//! to the right and y down, in the units of the drawing.
 
-/// What a stroke or a word stands for.
+/// The meaning of a stroke or a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ink {
     /// The optical axis.
@@ -12,6 +13,7 @@ pub(crate) enum Ink {
     Glass(u8),
     /// The blades of the stop.
     Stop,
+    /// The film.
     Film,
     /// A ray of a field, counted from the axis.
     Ray(u8),
@@ -29,7 +31,7 @@ pub(crate) enum Ink {
     Curve(u8),
 }
 
-/// The part of a text that stands at its position.
+/// The part of a text that is at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,
@@ -37,7 +39,7 @@ pub(crate) enum Anchor {
     End,
 }
 
-/// How letters are set.
+/// The style of letters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lettering {
     Plain,
@@ -89,7 +91,7 @@ pub(crate) enum Item {
     Text(Text),
 }
 
-/// What a drawing is drawn on: it knows how every ink looks.
+/// A target for drawings, which defines how every ink looks.
 pub(crate) trait Output {
     fn path(&mut self, path: &Path);
     fn dot(&mut self, at: [f64; 2], radius: f64, ink: Ink);
@@ -146,15 +148,17 @@ impl Drawing {
         }
     }
 
+    /// Adds a straight line.
     pub(crate) fn line(&mut self, from: [f64; 2], to: [f64; 2], ink: Ink) {
         self.path(vec![from, to], ink);
     }
 
+    /// Adds an open path.
     pub(crate) fn path(&mut self, points: Vec<[f64; 2]>, ink: Ink) {
         self.curve(points, ink, false);
     }
 
-    /// A path that may be dashed.
+    /// Adds a path that may be dashed.
     pub(crate) fn curve(&mut self, points: Vec<[f64; 2]>, ink: Ink, dashed: bool) {
         self.items.push(Item::Path(Path {
             points,
@@ -164,6 +168,7 @@ impl Drawing {
         }));
     }
 
+    /// Adds a closed path.
     pub(crate) fn shape(&mut self, points: Vec<[f64; 2]>, ink: Ink) {
         self.items.push(Item::Path(Path {
             points,
@@ -183,7 +188,7 @@ impl Drawing {
         self.letters(at, anchor, size, (Lettering::Plain, Ink::Label), words);
     }
 
-    /// A symbol, in italics.
+    /// Adds a symbol in italics.
     pub(crate) fn symbol(
         &mut self,
         at: [f64; 2],
@@ -194,7 +199,7 @@ impl Drawing {
         self.letters(at, anchor, size, (Lettering::Italic, Ink::Label), words);
     }
 
-    /// Secondary lettering.
+    /// Adds a text in the faint color.
     pub(crate) fn note(
         &mut self,
         at: [f64; 2],
@@ -205,6 +210,7 @@ impl Drawing {
         self.letters(at, anchor, size, (Lettering::Plain, Ink::Faint), words);
     }
 
+    /// Adds a bold text.
     pub(crate) fn heading(&mut self, at: [f64; 2], size: f64, words: impl Into<String>) {
         let look = (Lettering::Bold, Ink::Label);
         self.letters(at, Anchor::Start, size, look, words);
@@ -228,7 +234,7 @@ impl Drawing {
         }));
     }
 
-    /// Puts another drawing into this one, with its corner at a position.
+    /// Adds another drawing with its corner at a position.
     pub(crate) fn put(&mut self, other: Drawing, by: [f64; 2]) {
         for mut item in other.items {
             item.shift(by);

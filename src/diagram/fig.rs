@@ -1,7 +1,7 @@
-//! A drawing in the format of xfig 3.2, which `fig2dev` reads.
+//! Writes a drawing in the format of xfig 3.2, which `fig2dev` reads.
 //!
-//! Lengths are in xfig's 1200 units an inch; the drawing is made 25 cm wide. Lettering is
-//! Helvetica and Times; letters that PostScript's Latin encoding lacks are replaced by plain ones.
+//! Lengths are in xfig's 1200 units per inch; the drawing is 25 cm wide. The fonts are Helvetica
+//! and Times; letters that PostScript's Latin encoding lacks are replaced.
 
 use std::fmt::Write as _;
 
@@ -22,7 +22,7 @@ const GLASS: usize = 35;
 const RAYS: usize = 39;
 const SOFT: usize = 43;
 
-/// Line style, thickness in 1/80 inch, pen color, fill color, depth.
+/// The style of a line: thickness in 1/80 inch, colors by number, and xfig's depth.
 struct Look {
     style: i32,
     thickness: i32,
@@ -32,6 +32,7 @@ struct Look {
 }
 
 impl Drawing {
+    /// Returns the drawing as an xfig file.
     pub(crate) fn to_fig(&self) -> String {
         let mut text =
             String::from("#FIG 3.2\nLandscape\nCenter\nMetric\nA4\n100.00\nSingle\n-2\n1200 2\n");
@@ -80,7 +81,7 @@ fn look(ink: Ink, dashed: bool) -> Look {
     }
 }
 
-/// The text of a file, as far as it is written.
+/// The text of the file, and xfig units per unit of the drawing.
 struct Fig {
     text: String,
     scale: f64,
@@ -165,7 +166,7 @@ impl Output for Fig {
             Lettering::Bold => 18,
             Lettering::Plain => 16,
         };
-        // Points of 1/72 inch; the size is in the drawing's units.
+        // The font size in points of 1/72 inch.
         let points = (text.size * self.scale / 1200.0 * 72.0).round().max(4.0);
         let pen = look(text.ink, false).pen;
         let _ = writeln!(
@@ -178,7 +179,7 @@ impl Output for Fig {
     }
 }
 
-/// A text in xfig's Latin-1, with octal escapes.
+/// Encodes a text in xfig's Latin-1 with octal escapes.
 fn plain(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {

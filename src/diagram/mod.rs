@@ -1,7 +1,7 @@
-//! Lens sections with ray paths, and the data sheet of a lens, as SVG or xfig; and point spreads as a
-//! picture.
+//! Lens sections with ray paths and the data sheet of a lens, as SVG or xfig, and point spread
+//! functions as a picture.
 //!
-//! Nothing here computes optics: `lens::analysis` does.
+//! Optics are computed by `lens::analysis`.
 
 mod chart;
 pub(crate) mod drawing;

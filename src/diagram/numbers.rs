@@ -1,6 +1,6 @@
-//! Numbers as scales and tables show them.
+//! Formats numbers for scales and tables.
 
-/// A round number near a size: 1, 2 or 5 times a power of ten.
+/// Returns a round number near a size: 1, 2 or 5 times a power of ten.
 pub(crate) fn round_number(size: f64) -> f64 {
     if !(size > 0.0 && size.is_finite()) {
         return 1.0;
@@ -16,7 +16,7 @@ pub(crate) fn round_number(size: f64) -> f64 {
         }
 }
 
-/// A number with as many decimals as a step needs, and a typographic minus sign.
+/// Formats a number with the decimals of a step, and a typographic minus sign.
 pub(crate) fn tidy(value: f64, step: f64) -> String {
     if value.is_infinite() {
         return "\u{221e}".to_owned();

@@ -13,12 +13,12 @@ const MARGIN: f64 = 44.0;
 const GUTTER: f64 = 32.0;
 const CHART_HEIGHT: f64 = 190.0;
 
-/// The page as one SVG picture.
+/// Returns the page as an SVG file.
 pub(crate) fn svg_page(lens: &Lens, sheet: Option<&LensSheet>) -> String {
     page(lens, sheet).to_svg()
 }
 
-/// The page in an HTML file.
+/// Returns the page as an HTML file.
 pub(crate) fn html_page(lens: &Lens, sheet: Option<&LensSheet>) -> String {
     let about = About::of(lens.prescription());
     let title = about.title.unwrap_or_else(|| lens.name().to_owned());
@@ -58,13 +58,13 @@ fn header(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>) -> f64 {
         .clone()
         .unwrap_or_else(|| lens.name().to_owned());
     page.heading([MARGIN, MARGIN + 14.0], 23.0, title);
-    let said = [
+    let facts = [
         Some(lens.name().to_owned()),
         about.kind,
         about.year,
         about.source,
     ];
-    let line: Vec<String> = said.into_iter().flatten().collect();
+    let line: Vec<String> = facts.into_iter().flatten().collect();
     page.note(
         [MARGIN, MARGIN + 34.0],
         Anchor::Start,
@@ -172,7 +172,7 @@ fn tables(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>, top: f64) 
     y.max(bottom) + 34.0
 }
 
-/// Field and magnification by distance.
+/// Draws a table of field and magnification by focus distance.
 fn breathing(page: &mut Drawing, sheet: &LensSheet, edge: f64, top: f64) -> f64 {
     page.heading([MARGIN, top], 11.5, "Focused nearer");
     let columns = [edge - 100.0, edge - 52.0, edge];
@@ -211,7 +211,7 @@ fn surfaces(page: &mut Drawing, lens: &Lens, left: f64, top: f64) -> f64 {
     let mut bottom = top;
     for (column, rows) in all.chunks(per_column).enumerate() {
         let x = left + column as f64 * (width + GUTTER);
-        // Right edges of the columns; the medium's is its left one.
+        // The right edges of the columns, but the left edge of the medium's.
         let at = [0.05, 0.30, 0.49, 0.55, 1.0].map(|share| x + share * width);
         let mut y = top + 8.0 + 14.0;
         let heads = ["", "radius", "thickness", "medium", "semi-diam."];
@@ -306,7 +306,7 @@ fn charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
     y + CHART_HEIGHT + 26.0
 }
 
-/// A curve over the height on the film.
+/// Returns the points of a curve over the height on the film.
 fn over_height(sheet: &LensSheet, value: impl Fn(&FieldRow) -> Option<f64>) -> Vec<[f64; 2]> {
     let rows = sheet.fields.iter();
     rows.filter_map(|row| Some([row.height, value(row)?]))
@@ -349,7 +349,7 @@ fn illumination(sheet: &LensSheet) -> Chart {
 }
 
 fn curvature(sheet: &LensSheet) -> Chart {
-    // A focus beyond a tenth of the focal length is not a usable focus.
+    // A focus farther off than a quarter of the image height is not drawn.
     let limit = 0.25 * sheet.image_height;
     let kept = |v: Option<f64>| v.filter(|v| v.abs() < limit);
     let series = vec![
@@ -454,7 +454,8 @@ fn modulation(sheet: &LensSheet, title: &str, of: fn(&PointImage) -> &Modulation
     }
 }
 
-/// The beams that get through, one inside the other, seen along the light.
+/// Draws the outlines of the beams that pass through the lens at each height, as seen along the
+/// light.
 fn pupils(sheet: &LensSheet, width: f64, height: f64) -> Drawing {
     let mut drawing = Drawing::new(width, height);
     drawing.heading([0.0, 11.0], 11.5, "Beam by height");
@@ -495,7 +496,7 @@ fn pupils(sheet: &LensSheet, width: f64, height: f64) -> Drawing {
     drawing
 }
 
-/// The middle of the box around an outline.
+/// Returns the center of the bounding box of an outline.
 fn middle(outline: &[[f64; 2]]) -> [f64; 2] {
     [0, 1].map(|k| {
         let values = outline.iter().map(|p| p[k]);
@@ -570,7 +571,7 @@ fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
     top + 12.0 + size + 34.0
 }
 
-/// Three or four digits.
+/// Formats a number with three or four digits.
 fn plain(value: f64) -> String {
     match value.abs() {
         a if a >= 1000.0 => tidy(value, 1.0),
@@ -583,7 +584,7 @@ fn brief(value: f64) -> String {
     tidy(value, if value < 10.0 { 0.01 } else { 0.1 })
 }
 
-/// Divides a text into lines of less than `most` letters.
+/// Divides a text into lines of fewer than `most` letters.
 fn wrapped(text: &str, most: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {

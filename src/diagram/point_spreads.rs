@@ -1,4 +1,4 @@
-//! Point spreads as a picture.
+//! Draws point spread functions as a picture.
 
 use glam::DVec3;
 
@@ -9,21 +9,22 @@ use crate::lens::{Focus, Lens};
 use crate::picture::{Picture, PictureFormat};
 use crate::spectrum::Spectrum;
 
-/// Pixels along a side of each image, and between two.
+/// The side of each image, in pixels.
 const SIDE: usize = 160;
+/// The gap between two images, in pixels.
 const GAP: usize = 4;
-/// The wavelengths in nanometers, every 30 nm.
+/// The range of wavelengths in nanometers, sampled every 30 nm.
 const FIRST: i32 = 400;
 const LAST: i32 = 700;
 
-/// The images of points on the film's diagonal in white light, side by side and at one scale, as they
-/// lie in an upright picture above its center.
+/// Returns the images of points on the film's diagonal in white light, side by side at one scale,
+/// oriented as in an upright picture above its center.
 ///
 /// EXR holds the light per mm² of a point source of light 1. The other formats hold its 0.4th power
 /// over the peak of each image, which shows the faint rings.
 ///
 /// # Errors
-/// A lens that makes no image of a point, or one too unsharp to be computed by waves.
+/// Fails if the lens makes no image of a point, or one too blurred for the diffraction computation.
 pub(crate) fn point_spreads(
     lens: &Lens,
     focus: Option<&Focus>,
@@ -59,7 +60,7 @@ pub(crate) fn point_spreads(
     Ok(picture)
 }
 
-/// Wavelengths, and the color that each adds to white light, which is 1 in total.
+/// Returns wavelengths with the color that each adds to white light, which is 1 in total.
 fn white_light() -> Vec<(f64, DVec3)> {
     let spectrum = Spectrum::default();
     let lines = (FIRST..=LAST).step_by(30).map(f64::from);

@@ -1,7 +1,8 @@
-//! The section of a lens through its axis, with rays, as in figures 3 to 5 and 13 to 16 of the paper.
+//! Draws the section of a lens through its axis, with rays, as in figures 3 to 5 and 13 to 16 of
+//! the paper.
 //!
-//! Light comes from the left. Each fan is the parallel beam of one field; rays that are lost are
-//! drawn to where they are lost, and end there in a small cross.
+//! Light comes from the left. Each fan is the parallel beam of one field. A lost ray ends in a
+//! small cross at the surface where it is lost.
 
 use glam::{DVec2, DVec3};
 
@@ -14,7 +15,7 @@ use super::numbers::{round_number, tidy};
 /// The options of a section.
 #[derive(Clone, Debug)]
 pub(crate) struct SectionOptions {
-    /// The width of the drawing; its height follows.
+    /// The width of the drawing; the height follows from it.
     pub width: f64,
     /// The greatest height.
     pub height: f64,
@@ -22,7 +23,7 @@ pub(crate) struct SectionOptions {
     pub film_z: Option<f64>,
     /// The film heights whose beams are drawn, in millimeters.
     pub fields: Vec<f64>,
-    /// The number of rays of a beam that get through.
+    /// The number of rays of each beam that pass through the lens.
     pub rays: usize,
     /// Whether lost rays are drawn, to the point where they are lost.
     pub lost: bool,
@@ -45,7 +46,7 @@ impl SectionOptions {
         options
     }
 
-    /// Beams on the axis, at 7/10 of the film's height and at its edge.
+    /// Returns options with beams on the axis, at 7/10 of the film's height and at its edge.
     pub(crate) fn of(film_z: f64, film_height: f64) -> Self {
         Self {
             width: 960.0,
@@ -62,12 +63,13 @@ impl SectionOptions {
 /// A lens section with rays, in lens space, to be drawn at any size.
 #[derive(Clone, Debug)]
 pub(crate) struct LensDiagram {
-    /// In millimeters, z to the right and y up.
+    /// Strokes in millimeters, z to the right and y up.
     strokes: Vec<Stroke>,
     signs: Vec<Sign>,
     options: SectionOptions,
 }
 
+/// A line or a filled outline.
 #[derive(Clone, Debug)]
 struct Stroke {
     points: Vec<DVec2>,
@@ -87,6 +89,7 @@ struct Sign {
 }
 
 impl LensDiagram {
+    /// Draws a lens with the beams of the options.
     pub(crate) fn of(lens: &Lens, options: SectionOptions) -> Self {
         let mut this = Self {
             strokes: Vec::new(),
@@ -117,8 +120,7 @@ impl LensDiagram {
         this
     }
 
-    /// Draws the way of one more ray, given in lens space (z, then height); a lost one ends in a
-    /// cross.
+    /// Adds the path of a ray, given in lens space as (z, height). A lost ray ends in a cross.
     #[cfg(feature = "panels")]
     pub(crate) fn add_path(&mut self, points: Vec<DVec2>, lost: bool) {
         self.strokes.push(Stroke {
@@ -129,6 +131,7 @@ impl LensDiagram {
         });
     }
 
+    /// Returns the z of the film: the option's, or the focus, or a place behind the lens.
     fn film_z(&self, lens: &Lens) -> f64 {
         let focus = lens.first_order().focal.map(|f| f.rear_focal_point);
         let film = self.options.film_z.or(focus).filter(|z| z.is_finite());
@@ -150,7 +153,7 @@ impl LensDiagram {
         self.stroke(vec![DVec2::new(from, 0.0), DVec2::new(to, 0.0)], Ink::Axis);
     }
 
-    /// Every gap that is not air, from one surface to the next that does something.
+    /// Draws every gap that is not air, up to the next surface that refracts.
     fn elements(&mut self, lens: &Lens, film_z: f64, reach: f64) {
         let surfaces = &lens.prescription().surfaces;
         let vertex: Vec<f64> = surfaces
@@ -191,6 +194,7 @@ impl LensDiagram {
         }
     }
 
+    /// Draws the blades of the stop.
     fn stop(&mut self, lens: &Lens, reach: f64) {
         let surfaces = &lens.prescription().surfaces;
         let Some(stop) = lens.prescription().stop() else {
@@ -205,7 +209,7 @@ impl LensDiagram {
         }
     }
 
-    /// The parallel beam whose middle arrives at −`height` on the film.
+    /// Draws the parallel beam whose chief ray arrives at −`height` on the film.
     fn fan(&mut self, lens: &Lens, number: u8, height: f64, film_z: f64, reach: f64) {
         let Some((start, d)) = beam(lens, height, film_z) else {
             return;
@@ -244,6 +248,7 @@ impl LensDiagram {
         }
     }
 
+    /// Draws one ray of a fan.
     fn ray(&mut self, number: u8, begin: DVec3, d: DVec3, path: &RayPath, film_z: f64) {
         let flat = |p: DVec3| DVec2::new(p.z, p.y);
         let mut points: Vec<DVec2> = path.hits.iter().map(|p| flat(*p)).collect();
@@ -314,7 +319,7 @@ impl LensDiagram {
         }
     }
 
-    /// The drawing, with a scale of millimeters.
+    /// Returns the drawing, with a scale in millimeters.
     pub(crate) fn drawing(&self) -> Drawing {
         let all = self.strokes.iter().flat_map(|s| s.points.iter());
         let all = all.chain(self.signs.iter().map(|s| &s.at));
@@ -388,8 +393,8 @@ fn scale_bar(drawing: &mut Drawing, scale: f64, width: f64, margin: f64, height:
     drawing.text([end + 7.0, y + 3.5], Anchor::Start, 10.5, text);
 }
 
-/// The start on the front surface and the direction of the beam of a film height. Where no chief
-/// ray is found, the beam on the axis is.
+/// Returns the start on the front surface and the direction of the beam of a film height, or `None`
+/// if it has no chief ray.
 fn beam(lens: &Lens, height: f64, film_z: f64) -> Option<(DVec3, DVec3)> {
     if height == 0.0 {
         return Some((DVec3::ZERO, DVec3::Z));
@@ -398,7 +403,7 @@ fn beam(lens: &Lens, height: f64, film_z: f64) -> Option<(DVec3, DVec3)> {
     Some((chief.origin, -chief.direction))
 }
 
-/// The largest semi-diameter.
+/// Returns the largest finite semi-diameter, or 1.
 fn reach(lens: &Prescription) -> f64 {
     let all = lens.surfaces.iter().map(|s| s.semi_diameter);
     let reach = all.filter(|r| r.is_finite()).fold(0.0, f64::max);
@@ -409,13 +414,13 @@ fn radius(surface: &Surface, reach: f64) -> f64 {
     surface.semi_diameter.min(reach)
 }
 
-/// Points of a surface from its lower rim to its upper.
+/// Returns points of a surface from its lower rim to its upper one.
 fn profile(surface: &Surface, vertex: f64, reach: f64) -> Vec<DVec2> {
     let a = radius(surface, reach);
     let steps = if surface.is_plane() { 1 } else { 48 };
     (0..=steps)
         .map(|i| {
-            // Denser toward the rim, where a strong curve is steep.
+            // The points are denser toward the rim, where a strong curve is steep.
             let t = 2.0 * f64::from(i) / f64::from(steps) - 1.0;
             let y = a * libm::sin(0.5 * std::f64::consts::PI * t);
             DVec2::new(vertex + surface.sag(y), y)
@@ -423,8 +428,8 @@ fn profile(surface: &Surface, vertex: f64, reach: f64) -> Vec<DVec2> {
         .collect()
 }
 
-/// The outline of an element: the narrower side is flat out to the wider one's rim, where that
-/// leaves glass.
+/// Returns the outline of an element. The narrower side is extended flat to the wider one's rim, if
+/// there is glass between them.
 fn element(mut front: Vec<DVec2>, mut rear: Vec<DVec2>) -> Vec<DVec2> {
     let rim = |side: &[DVec2]| side[side.len() - 1];
     let (f, r) = (rim(&front), rim(&rear));

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::drawing::{Anchor, Drawing, Ink, Lettering, Output, Path, Text};
 
-/// The colors can be told apart by people who confuse red and green (after Okabe and Ito).
+/// The colors can be distinguished by people who confuse red and green (after Okabe and Ito).
 const STYLE: &str = "
 text{font-family:'Helvetica Neue',Helvetica,Arial,'Liberation Sans','DejaVu Sans',sans-serif;fill:#1c2227}
 text.f{fill:#68737c}
@@ -42,6 +42,7 @@ circle.c1{fill:#56b4e9}circle.c2{fill:#f28a3c}circle.c3{fill:#2fc79a}circle.c4{f
 ";
 
 impl Drawing {
+    /// Returns the drawing as an SVG file.
     pub(crate) fn to_svg(&self) -> String {
         let (w, h) = (short(self.width), short(self.height));
         let mut svg = Svg(format!(
@@ -53,7 +54,7 @@ impl Drawing {
     }
 }
 
-/// The text of a file, as far as it is written.
+/// The text of the file.
 struct Svg(String);
 
 impl Svg {
@@ -87,7 +88,7 @@ impl Output for Svg {
     }
 
     fn dots(&mut self, places: &[[f64; 2]], radius: f64, ink: Ink) {
-        // Strokes of no length with round ends.
+        // A stroke of length 0 with round ends is a dot.
         let dot = |[x, y]: &[f64; 2]| format!("M{} {}h0", short(*x), short(*y));
         let d: String = places.iter().map(dot).collect();
         let (class, width) = (class(ink), short(2.0 * radius));
@@ -99,7 +100,7 @@ impl Output for Svg {
     fn cross(&mut self, [x, y]: [f64; 2], size: f64, ink: Ink) {
         let [a, b, c, d] = [(-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)]
             .map(|(a, b)| format!("{} {}", short(x + a * size), short(y + b * size)));
-        // A cross looks like a ray that is not lost.
+        // A cross has the style of a ray that is not lost.
         let class = class(ink).replace('l', "r");
         self.element(format_args!(
             "<path class=\"{class}\" d=\"M{a}L{b}M{c}L{d}\"/>"
@@ -147,7 +148,7 @@ fn class(ink: Ink) -> String {
     }
 }
 
-/// A number with two decimals, a hundredth of a pixel, without trailing zeros.
+/// Formats a number with at most two decimals.
 fn short(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

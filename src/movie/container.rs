@@ -1,24 +1,26 @@
-//! One file made of the frames of a movie: by ffmpeg, or as an animated PNG.
+//! Writes the frames of a movie into one file: with ffmpeg, or as an animated PNG.
 
 use std::path::{Path, PathBuf};
 
 use crate::diag::{Diagnostic, Result};
 use crate::picture::{Raster, Samples, write_whole};
 
-/// What kind of file a movie is.
+/// The file format of a movie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Container {
+    /// An animated PNG.
     AnimatedPng,
-    /// H.264, made by ffmpeg.
+    /// H.264 in a QuickTime file, written by ffmpeg.
     Mov,
+    /// H.264 in an MP4 file, written by ffmpeg.
     Mp4,
 }
 
 impl Container {
-    /// The container that the ending of a file's name asks for.
+    /// Returns the format of a file name's extension.
     ///
     /// # Errors
-    /// Another ending, or one that needs ffmpeg where there is none.
+    /// Fails if the extension is unknown, or needs ffmpeg and there is none.
     pub(crate) fn of(path: &Path) -> Result<Self> {
         let end = path.extension().unwrap_or_default().to_ascii_lowercase();
         let container = match end.to_str() {
@@ -27,7 +29,7 @@ impl Container {
             Some("mp4") => Self::Mp4,
             _ => {
                 return Err(Diagnostic::error(format!(
-                    "cannot tell the film's format from `{}`",
+                    "cannot tell the movie's format from `{}`",
                     path.display()
                 ))
                 .with_help("end its name in .mov, .mp4 or .png (animated)"));
@@ -41,16 +43,16 @@ impl Container {
             Diagnostic::error(format!("there is no ffmpeg to write `{}`", path.display()))
                 .with_help(format!(
                     "install ffmpeg, or give `-o {}` for an animated PNG: it has the same \
-                     frames, and a film can be made of them later",
+                     frames, and a movie can be made of them later",
                     other.display()
                 )),
         )
     }
 
-    /// Writes the frames, given in order, as one movie of so many frames a second.
+    /// Writes the frames, given in order, as one movie. `rate` is in frames per second.
     ///
     /// # Errors
-    /// A frame that cannot be read, a full disk, or what ffmpeg reports.
+    /// Fails if a frame cannot be read, the disk is full, or ffmpeg fails.
     pub(crate) fn write(self, movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
         match self {
             Self::AnimatedPng => animated_png(movie, frames, rate),
@@ -60,7 +62,7 @@ impl Container {
     }
 }
 
-/// Frames are read by their numbers, from the folder of the first.
+/// Runs ffmpeg, which reads the frames by their numbers from the folder of the first.
 fn by_ffmpeg(movie: &Path, end: &str, frames: &[PathBuf], rate: f64) -> Result<()> {
     let folder = frames
         .first()
@@ -73,7 +75,7 @@ fn by_ffmpeg(movie: &Path, end: &str, frames: &[PathBuf], rate: f64) -> Result<(
         .arg(rate.to_string())
         .arg("-i")
         .arg(folder.join("%05d.png"))
-        // H.264 in 4:2:0 wants even sides.
+        // H.264 in 4:2:0 needs even sides.
         .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"])
         .args(["-c:v", "libx264", "-crf", "14", "-pix_fmt", "yuv420p"])
         .arg(&beside)
@@ -84,21 +86,21 @@ fn by_ffmpeg(movie: &Path, end: &str, frames: &[PathBuf], rate: f64) -> Result<(
     }
     let _ = std::fs::remove_file(&beside);
     let errors = String::from_utf8_lossy(&output.stderr);
-    let last = errors.lines().last().unwrap_or("it does not say why");
+    let last = errors.lines().last().unwrap_or("no reason given");
     Err(
         Diagnostic::error(format!("ffmpeg can't write `{}`: {last}", movie.display()))
             .with_help(format!("the frames are in `{}`", folder.display())),
     )
 }
 
-/// Writes frames of one size as an animated PNG, over and over.
+/// Writes frames of one size as an animated PNG that repeats without end.
 fn animated_png(movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
     let rasters = frames.iter().map(|path| Raster::open(path));
     let mut rasters = rasters.collect::<Result<Vec<_>>>()?.into_iter();
     let Some(first) = rasters.next() else {
         return Err(Diagnostic::error("a movie needs a frame"));
     };
-    // A delay is a fraction of two 16-bit numbers.
+    // A delay in an animated PNG is a fraction of two 16-bit numbers.
     let (over, under) = if rate.fract() == 0.0 && rate <= 65_535.0 {
         (1, rate as u16)
     } else {
@@ -109,13 +111,10 @@ fn animated_png(movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_animated(frames.len() as u32, 0)?;
         encoder.set_frame_delay(over, under)?;
-        let mut writer = encoder.write_header().map_err(of_the_file)?;
+        let mut writer = encoder.write_header().map_err(io_error)?;
         let size = (first.width, first.height);
-        let mut write = |raster: &Raster| {
-            writer
-                .write_image_data(&levels(raster))
-                .map_err(of_the_file)
-        };
+        let mut write =
+            |raster: &Raster| writer.write_image_data(&levels(raster)).map_err(io_error);
         write(&first)?;
         for raster in rasters {
             if (raster.width, raster.height) != size {
@@ -123,19 +122,19 @@ fn animated_png(movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
             }
             write(&raster)?;
         }
-        writer.finish().map_err(of_the_file)
+        writer.finish().map_err(io_error)
     })
 }
 
-/// What went wrong with the file itself, such as a full disk, as it is.
-fn of_the_file(error: png::EncodingError) -> std::io::Error {
+/// Unwraps an I/O error, such as a full disk, from the encoder's error.
+fn io_error(error: png::EncodingError) -> std::io::Error {
     match error {
         png::EncodingError::IoError(error) => error,
         other => other.into(),
     }
 }
 
-/// Red, green and blue in 8 bits.
+/// Returns red, green and blue in 8 bits.
 fn levels(raster: &Raster) -> Vec<u8> {
     match &raster.samples {
         Samples::U8(levels) if raster.channels == 3 => levels.clone(),
@@ -146,7 +145,7 @@ fn levels(raster: &Raster) -> Vec<u8> {
     }
 }
 
-/// Whether ffmpeg can be run.
+/// Returns whether ffmpeg can be run.
 pub(crate) fn has_ffmpeg() -> bool {
     let run = std::process::Command::new("ffmpeg")
         .arg("-version")

@@ -1,37 +1,38 @@
-//! How a value goes from one key to the next, and the keys of one value.
+//! Interpolation between keys, and the keys of one value.
 
-/// How a value goes from the key before to this one.
+/// The interpolation from the key before to this one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Ease {
     pub pace: Pace,
     pub scale: Scale,
 }
 
-/// How fast, over the frames between two keys.
+/// The speed of a change over the frames between two keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Pace {
-    /// At one speed.
+    /// A constant speed.
     #[default]
     Linear,
-    /// Starts and ends at rest: 3t² − 2t³.
+    /// A change that starts and ends at rest: 3t² − 2t³.
     Smooth,
-    /// Not at all until the key.
+    /// No change until the key.
     Hold,
 }
 
-/// In what a focus moves evenly.
+/// The quantity in which focus changes linearly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Scale {
+    /// The focus distance.
     #[default]
     Distance,
-    /// One over the distance: blur grows evenly.
+    /// The reciprocal of the distance, in which blur grows linearly.
     Diopters,
-    /// The way of the film, or of the lens: as a hand turns the ring.
+    /// The travel of the film or lens, as when a hand turns the focus ring.
     Travel,
 }
 
 impl Pace {
-    /// The part of the way after a part of the time.
+    /// Returns the part of the change after a part of the time.
     pub(crate) fn at(self, t: f64) -> f64 {
         match self {
             Self::Linear => t,
@@ -41,12 +42,13 @@ impl Pace {
     }
 }
 
-/// The words for a pace and a scale.
+/// The names of the paces.
 pub(crate) const PACES: [(&str, Pace); 3] = [
     ("linear", Pace::Linear),
     ("smooth", Pace::Smooth),
     ("hold", Pace::Hold),
 ];
+/// The names of the scales.
 pub(crate) const SCALES: [(&str, Scale); 3] = [
     ("distance", Scale::Distance),
     ("diopters", Scale::Diopters),
@@ -54,7 +56,7 @@ pub(crate) const SCALES: [(&str, Scale); 3] = [
 ];
 
 impl Ease {
-    /// Reads words such as `diopters smooth`; those left out stay as they are by default.
+    /// Parses words such as `diopters smooth`. Omitted ones have their defaults.
     pub(crate) fn parse(words: &str) -> Option<Self> {
         let mut ease = Self::default();
         for word in words.split([' ', ',', '+']).filter(|w| !w.is_empty()) {
@@ -68,7 +70,7 @@ impl Ease {
     }
 }
 
-/// A value at a frame, and how it is reached from the key before.
+/// A value at a frame, with the interpolation from the key before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Key<T> {
     pub frame: f64,
@@ -76,7 +78,8 @@ pub(crate) struct Key<T> {
     pub ease: Ease,
 }
 
-/// The keys of one value, by rising frame. Before the first and after the last it stands still.
+/// The keys of one value in order of frames. The value is constant before the first key and after
+/// the last.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Track<T> {
     keys: Vec<Key<T>>,
@@ -92,7 +95,7 @@ impl<T: Copy> Track<T> {
     /// Adds a key after the last.
     ///
     /// # Errors
-    /// A frame that is not after the last one's, which is given back.
+    /// Returns the last key's frame if the new one is not after it.
     pub(crate) fn push(&mut self, key: Key<T>) -> std::result::Result<(), f64> {
         match self.keys.last() {
             Some(last) if !(key.frame > last.frame) => Err(last.frame),
@@ -103,7 +106,8 @@ impl<T: Copy> Track<T> {
         }
     }
 
-    /// The value at a frame; `between(a, b, part, scale)` mixes two. `None` without keys.
+    /// Returns the value at a frame, or `None` without keys; `between(a, b, part, scale)`
+    /// interpolates two values.
     pub(crate) fn at(&self, frame: f64, between: impl Fn(T, T, f64, Scale) -> T) -> Option<T> {
         let after = self.keys.partition_point(|k| k.frame <= frame);
         let Some(last) = after.checked_sub(1).map(|i| self.keys[i]) else {

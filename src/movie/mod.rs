@@ -1,7 +1,7 @@
-//! Movies: what changes from frame to frame, and the frames.
+//! Movies: timelines, the rendering of frames, and movie files.
 //!
-//! A [`Timeline`] says how focus, zoom, aperture, camera and the time of the scene change; a
-//! [`Shoot`] renders its frames into a folder; a [`Container`] makes one file of them.
+//! A [`Timeline`] states how focus, zoom, aperture, camera and scene time change; a [`Shoot`]
+//! renders the frames into a folder; a [`Container`] writes one file of them.
 
 mod container;
 mod ease;

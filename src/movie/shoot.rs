@@ -1,7 +1,8 @@
 //! Renders the frames of a movie into a folder.
 //!
-//! Frames are numbered pictures. A picture appears under its name only when it is whole, so a
-//! frame that is there is not rendered again: an interrupted movie goes on where it stopped.
+//! Frames are numbered pictures. A frame appears under its name only when it is complete, and a
+//! frame that exists is not rendered again, so an interrupted movie continues with the missing
+//! frames.
 
 use std::path::PathBuf;
 
@@ -14,42 +15,46 @@ use crate::pose::CameraPose;
 use crate::render::{Exposure, Stop};
 use crate::sampling::Sampler;
 
-/// Moments at most over which one frame with an open shutter is exposed.
+/// The largest number of moments that a frame with an open shutter is exposed at. Chosen by trial.
 const MOST_MOMENTS: u32 = 16;
 /// The file that says which movie the frames of a folder belong to, so that two do not mix.
 const LABEL: &str = "film.txt";
 
-/// A movie to be rendered.
+/// A movie with its plan, timeline and folder.
 pub(crate) struct Shoot {
     plan: Plan,
     timeline: Timeline,
     folder: PathBuf,
     /// The command line, for the metadata of each frame.
     command: String,
-    /// Moments over which each frame is exposed.
+    /// The number of moments that each frame is exposed at.
     moments: u32,
 }
 
-/// What happens while frames are rendered.
+/// A report during the rendering of frames.
 pub(crate) enum Event<'a> {
-    /// The scene is read; these are the messages about it.
+    /// The scene was read, with these messages.
     Opened(&'a Sink),
-    /// A frame is written, so many are still missing.
+    /// A frame was written.
     Frame {
+        /// The number of the frame, from 0.
         number: u32,
-        /// The distance in focus in meters, where the timeline sets it.
+        /// The focus distance in meters, if the timeline sets it.
         focus: Option<f64>,
+        /// The time of the exposure, in seconds.
         seconds: f64,
+        /// The number of frames that are still to be rendered.
         missing: usize,
     },
 }
 
 impl Shoot {
-    /// A movie with its folder made, or found with frames of this movie in it.
+    /// Prepares a movie: checks its focus and makes the folder, or accepts a folder with frames of
+    /// the same movie.
     ///
     /// # Errors
-    /// A plan that no movie can be made of, a distance at which the lens cannot focus, a folder
-    /// with the frames of another movie.
+    /// Fails if the plan cannot make a movie, the lens cannot focus at a distance, or the folder
+    /// has frames of another movie.
     pub(crate) fn new(
         mut plan: Plan,
         timeline: Timeline,
@@ -57,8 +62,8 @@ impl Shoot {
         command: String,
     ) -> Result<Self> {
         if plan.solids {
-            return Err(Diagnostic::error("a film can't be made with `--solids`")
-                .with_help("leave it out: the pictures are the same without"));
+            return Err(Diagnostic::error("a movie can't be made with `--solids`")
+                .with_help("remove `--solids`: the pictures are the same without it"));
         }
         let lens = lens_travel(&plan)?;
         let travel = |distance: f64| lens.as_ref().and_then(|l| l(distance));
@@ -77,14 +82,14 @@ impl Shoot {
         Ok(shoot)
     }
 
-    /// The files of all frames, in order.
+    /// Returns the files of all frames, in order.
     pub(crate) fn frame_paths(&self) -> Vec<PathBuf> {
         (0..self.timeline.frames)
             .map(|frame| self.frame_path(frame))
             .collect()
     }
 
-    /// The frames that are not there.
+    /// Returns the numbers of the frames without a file.
     pub(crate) fn missing(&self) -> Vec<u32> {
         (0..self.timeline.frames)
             .filter(|&frame| !self.frame_path(frame).exists())
@@ -95,25 +100,26 @@ impl Shoot {
         self.folder.join(format!("{frame:05}.png"))
     }
 
-    /// Renders frames, on rayon's current threads.
+    /// Renders frames in rayon's current pool, and calls `report` after each.
     ///
     /// # Errors
-    /// What opening the scene, moving the lens or writing a frame brings.
-    pub(crate) fn render(&self, frames: &[u32], happened: &mut dyn FnMut(Event<'_>)) -> Result<()> {
+    /// Fails if the scene cannot be opened, the lens cannot be focused, or a frame cannot be
+    /// written.
+    pub(crate) fn render(&self, frames: &[u32], report: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         if frames.is_empty() {
             return Ok(());
         }
         let lens = lens_travel(&self.plan)?;
         let travel = |distance: f64| lens.as_ref().and_then(|l| l(distance));
         let mut session = Session::open(self.plan.clone())?;
-        happened(Event::Opened(&session.sink));
+        report(Event::Opened(&session.sink));
         let start = session.pose.clone();
         for (done, &number) in frames.iter().enumerate() {
             let moments = self.timeline.exposures(number, self.moments, &travel);
             let exposure = self.expose(&mut session, &start, &moments)?;
             let picture = session.develop(&exposure, &self.command);
             picture.save(&self.frame_path(number), self.plan.depth)?;
-            happened(Event::Frame {
+            report(Event::Frame {
                 number,
                 focus: moments[0].focus,
                 seconds: exposure.seconds,
@@ -123,10 +129,10 @@ impl Shoot {
         Ok(())
     }
 
-    /// Makes the folder, or sees that the frames in it are of this film.
+    /// Makes the folder, or checks that the frames in it are of this movie.
     fn prepare_folder(&self) -> Result<()> {
         let io = |e: std::io::Error| Diagnostic::io(self.folder.display(), &e);
-        // One folder of its own, beside the film; its parents are the user's to make.
+        // Only the last folder of the path is made.
         if !self.folder.is_dir() {
             std::fs::create_dir(&self.folder).map_err(io)?;
         }
@@ -145,7 +151,7 @@ impl Shoot {
         match std::fs::read_to_string(&label) {
             Ok(there) if there == text => Ok(()),
             Ok(_) => Err(Diagnostic::error(format!(
-                "the frames in `{}` are of another film",
+                "the frames in `{}` are of another movie",
                 self.folder.display()
             ))
             .with_help("give another `--folder`, or remove this one")),
@@ -153,7 +159,7 @@ impl Shoot {
         }
     }
 
-    /// Exposes one frame over its moments, each for an equal part of the samples.
+    /// Exposes one frame at its moments, each with an equal part of the samples.
     fn expose(
         &self,
         session: &mut Session,
@@ -166,7 +172,7 @@ impl Shoot {
             let mut plan = self.plan.clone();
             apply(&mut plan, moment);
             session.change(plan, posed(start, moment))?;
-            // Each part has its own random numbers, or their errors would add up.
+            // Parts need independent random numbers, otherwise their errors are correlated.
             let seed = self.plan.sampler.seed.wrapping_add(i as u64 * 0x9e37_79b9);
             let sampler = Sampler {
                 samples,
@@ -183,7 +189,8 @@ impl Shoot {
     }
 }
 
-/// How far the focused part moves for a distance; nothing for a pinhole.
+/// Returns the function from focus distance to the travel of the focused part, or `None` without a
+/// lens.
 fn lens_travel(plan: &Plan) -> Result<Option<Box<Travel<'static>>>> {
     let Optics::Lens(choice) = &plan.optics else {
         return Ok(None);
@@ -196,18 +203,18 @@ fn lens_travel(plan: &Plan) -> Result<Option<Box<Travel<'static>>>> {
     })))
 }
 
-/// Whether the lens, zoomed as it is at a moment, can focus there.
+/// Returns whether the lens, with its zoom at a moment, can focus at the moment's distance.
 fn reaches(plan: &Plan, moment: &Moment) -> bool {
     let mut then = plan.clone();
     apply(&mut then, moment);
     match (lens_travel(&then), moment.focus) {
         (Ok(Some(travel)), Some(distance)) => travel(distance).is_some(),
-        // Other faults are reported when the frame is rendered.
+        // Other errors are reported when the frame is rendered.
         _ => true,
     }
 }
 
-/// Puts a moment's values into a plan.
+/// Sets a moment's values in a plan.
 fn apply(plan: &mut Plan, moment: &Moment) {
     if let Some(distance) = moment.focus {
         plan.focus = Some(Meters(distance));
@@ -225,6 +232,7 @@ fn apply(plan: &mut Plan, moment: &Moment) {
     }
 }
 
+/// Returns a pose with a moment's position and orientation.
 fn posed(pose: &CameraPose, moment: &Moment) -> CameraPose {
     CameraPose {
         position: moment.position.unwrap_or(pose.position),

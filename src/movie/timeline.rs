@@ -1,34 +1,37 @@
-//! The values that change from frame to frame, at any moment.
+//! The timeline of a movie: the values that change, at any moment.
 
 use glam::{DQuat, DVec3};
 
 use super::ease::{Ease, Key, Scale, Track};
 use crate::diag::{Diagnostic, Result};
 
-/// Frames that a timeline can have: an hour and a half.
+/// The largest number of frames of a timeline, more than two hours at 24 frames per second.
 pub(super) const MOST_FRAMES: u32 = 200_000;
 
-/// Everything that a film can change. A track without keys leaves its value as the plan has it.
+/// The values that change in a movie. A track without keys leaves the plan's value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Timeline {
+    /// The number of frames.
     pub frames: u32,
-    /// Frames a second of the film.
+    /// Frames per second.
     pub rate: f64,
-    /// The part of a frame during which the shutter is open; 0 is an instant.
+    /// The part of a frame's time that the shutter is open; 0 is an instant.
     pub shutter: f64,
-    /// Distance in focus, in meters.
+    /// The focus distance in meters.
     pub focus: Track<f64>,
-    /// Factor on the lens.
+    /// The scale factor of the lens.
     pub zoom: Track<f64>,
-    /// f-number.
+    /// The f-number.
     pub aperture: Track<f64>,
+    /// The position of the camera.
     pub position: Track<DVec3>,
+    /// The orientation of the camera.
     pub orientation: Track<DQuat>,
-    /// The scene's own time in seconds.
+    /// The time of the scene in seconds.
     pub time: Track<f64>,
 }
 
-/// The values at one moment; `None` is left as the plan has it.
+/// The values at one moment; `None` leaves the plan's value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Moment {
     pub focus: Option<f64>,
@@ -39,12 +42,12 @@ pub(crate) struct Moment {
     pub time: Option<f64>,
 }
 
-/// The way of film or lens (millimeters) that focuses at a distance (meters); `None` where none
-/// does.
+/// A function from a focus distance in meters to the travel of film or lens in millimeters, or
+/// `None` if the lens cannot focus there.
 pub(crate) type Travel<'a> = dyn Fn(f64) -> Option<f64> + 'a;
 
 impl Timeline {
-    /// Nothing moves.
+    /// Returns a timeline in which nothing changes, at 24 frames per second.
     pub(crate) fn still(frames: u32) -> Self {
         Self {
             frames,
@@ -53,26 +56,26 @@ impl Timeline {
         }
     }
 
-    /// Focus goes from one distance (meters) to another.
+    /// Returns a timeline that pulls focus from one distance in meters to another.
     ///
     /// # Errors
-    /// No frames, or too many.
+    /// Fails if there are fewer than 2 frames or too many.
     pub(crate) fn pull_focus(from: f64, to: f64, frames: u32, ease: Ease) -> Result<Self> {
         if !(2..=MOST_FRAMES).contains(&frames) {
             return Err(
-                Diagnostic::error(format!("a pull of focus can't have {frames} frames"))
+                Diagnostic::error(format!("a focus pull can't have {frames} frames"))
                     .with_help(format!("give 2 to {MOST_FRAMES}; the paper's has 200")),
             );
         }
         let mut this = Self::still(frames);
         for (frame, value) in [(0.0, from), (f64::from(frames - 1), to)] {
-            // The second frame is after the first, so that neither is refused.
+            // `push` fails only for keys out of order.
             let _ = this.focus.push(Key { frame, value, ease });
         }
         Ok(this)
     }
 
-    /// What is to be seen at a frame, or between two.
+    /// Returns the values at a frame, or between two.
     pub(crate) fn at(&self, frame: f64, travel: &Travel<'_>) -> Moment {
         let even = |a: f64, b: f64, t: f64, _| a + t * (b - a);
         let ratio = |a: f64, b: f64, t: f64, _| a * libm::pow(b / a, t);
@@ -90,7 +93,7 @@ impl Timeline {
         }
     }
 
-    /// Moments over which one frame is exposed, each for an equal part of it.
+    /// Returns the moments that one frame is exposed at, each for an equal part of it.
     pub(crate) fn exposures(&self, frame: u32, count: u32, travel: &Travel<'_>) -> Vec<Moment> {
         if self.shutter <= 0.0 {
             return vec![self.at(f64::from(frame), travel)];
@@ -101,11 +104,11 @@ impl Timeline {
             .collect()
     }
 
-    /// Whether the lens can follow the focus of every frame; `reaches` tells it of one, where the
-    /// lens may be zoomed.
+    /// Checks that the lens can focus at the distance of every frame. `reaches` answers for one
+    /// moment, with its zoom.
     ///
     /// # Errors
-    /// The first frame at which it can't, and the distance.
+    /// Fails at the first frame that is too near, with the distance.
     pub(crate) fn check_focus(
         &self,
         travel: &Travel<'_>,
@@ -122,7 +125,7 @@ impl Timeline {
                 ))
                 .with_help(
                     "focus farther away, or use a shorter lens (`--efl`); `ivcam lens NAME \
-                     --focus DISTANCE` tells the nearest distance",
+                     --focus DISTANCE` prints the nearest distance",
                 ));
             }
         }
@@ -130,7 +133,8 @@ impl Timeline {
     }
 }
 
-/// Even in the scale asked for; in distance where the lens can't follow.
+/// Interpolates a focus distance linearly in a scale, or in distance if the lens cannot focus
+/// there.
 fn focus_between(from: f64, to: f64, t: f64, scale: Scale, travel: &Travel<'_>) -> f64 {
     if t <= 0.0 || t >= 1.0 || from == to {
         return if t < 0.5 { from } else { to };
@@ -138,7 +142,7 @@ fn focus_between(from: f64, to: f64, t: f64, scale: Scale, travel: &Travel<'_>) 
     let even = from + t * (to - from);
     let diopters = 1.0 / (1.0 / from + t * (1.0 / to - 1.0 / from));
     match scale {
-        // No part of the way to infinity is a distance.
+        // A linear interpolation to infinity has no distances, so diopters are used.
         Scale::Distance if even.is_infinite() => diopters,
         Scale::Distance => even,
         Scale::Diopters => diopters,
@@ -151,7 +155,7 @@ fn focus_between(from: f64, to: f64, t: f64, scale: Scale, travel: &Travel<'_>) 
     }
 }
 
-/// The distance between two known ones whose travel is this, by halving in diopters.
+/// Finds the distance between two known ones that has a given travel, by bisection in diopters.
 fn distance_of_travel(
     aim: f64,
     (mut near, near_travel): (f64, f64),
@@ -172,7 +176,7 @@ fn distance_of_travel(
     middle(near, far)
 }
 
-/// Along the shorter arc, at an even rate.
+/// Interpolates two orientations along the shorter arc at a constant rate.
 fn turn_between(a: DQuat, b: DQuat, t: f64) -> DQuat {
     let b = if a.dot(b) < 0.0 { -b } else { b };
     let cos = a.dot(b).clamp(-1.0, 1.0);

@@ -1,6 +1,6 @@
-//! What changes from frame to frame: focus, zoom, aperture, the camera's path, the scene's time.
+//! Timeline files: focus, zoom, aperture, the camera's path, and scene time by frame.
 //!
-//! A timeline is a text file, one key a line (`docs/guide/film.md`):
+//! A timeline is a text file with one key per line (`docs/guide/film.md`):
 //!
 //! ```text
 //! frames 200
@@ -9,8 +9,8 @@
 //! position 0    0 0.7 1.6
 //! ```
 //!
-//! The paper pulls focus over 200 frames and says that the choice of the function between them
-//! matters; the three that it could mean are here.
+//! The paper pulls focus over 200 frames and notes that the choice of the interpolating function
+//! matters. The three functions that it could mean are provided.
 
 use std::sync::Arc;
 
@@ -25,27 +25,28 @@ impl Timeline {
     /// Reads the text of a timeline.
     ///
     /// # Errors
-    /// The first line that is wrong, with its place.
+    /// Fails at the first wrong line, with its location.
     pub(crate) fn read(source: &Arc<Source>) -> Result<Self> {
         Reader::new(source).read()
     }
 }
 
-/// A word of a line and where it stands.
+/// A word of a line with its location.
 #[derive(Clone, Copy)]
 struct Word<'a> {
     text: &'a str,
     span: Span,
 }
 
+/// The state of reading a timeline file.
 struct Reader<'a> {
     source: &'a Arc<Source>,
     timeline: Timeline,
-    /// The last key of each track, to be held against the number of frames.
+    /// The frame of each key, to be checked against the number of frames.
     last: Vec<(f64, Span)>,
 }
 
-/// The first words a line can have.
+/// The words that a line can start with.
 const NAMES: [&str; 9] = [
     "frames",
     "rate",
@@ -93,7 +94,7 @@ impl<'a> Reader<'a> {
         for &(frame, span) in &self.last {
             if frame > f64::from(self.timeline.frames) {
                 return Err(self
-                    .wrong(span, format!("frame {frame} lies behind the end"))
+                    .wrong(span, format!("frame {frame} is after the end"))
                     .with_help(format!(
                         "the timeline has {} frames, from 0",
                         self.timeline.frames
@@ -103,6 +104,7 @@ impl<'a> Reader<'a> {
         Ok(self.timeline)
     }
 
+    /// Reads a line with a setting, or with a key of a track.
     fn line(&mut self, name: Word<'_>, values: &[Word<'_>]) -> Result<()> {
         match name.text {
             "frames" => {
@@ -137,7 +139,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// `TRACK FRAME VALUE… [ease…]`
+    /// Reads a key: `TRACK FRAME VALUE… [EASE…]`.
     fn key(&mut self, name: Word<'_>, values: &[Word<'_>]) -> Result<()> {
         if !NAMES.contains(&name.text) {
             let help = nearest(name.text, NAMES).map_or_else(
@@ -188,7 +190,7 @@ impl<'a> Reader<'a> {
             "orientation" => {
                 let [x, y, z, angle] = self.numbers(name, values)?;
                 let Some(axis) = DVec3::new(x, y, z).try_normalize() else {
-                    return Err(self.wrong(values[0].span, "an axis of no length turns nothing"));
+                    return Err(self.wrong(values[0].span, "the axis of a rotation can't be 0 0 0"));
                 };
                 let v = axis * libm::sin(0.5 * angle);
                 let value = DQuat::from_xyzw(v.x, v.y, v.z, libm::cos(0.5 * angle));
@@ -198,10 +200,13 @@ impl<'a> Reader<'a> {
         }
         self.last.push((frame, frame_word.span));
         added.map_err(|last| {
-            self.wrong(frame_word.span, format!("`{}` runs backwards", name.text))
-                .with_help(format!(
-                    "its key before is at frame {last}; keys stand by rising frame"
-                ))
+            self.wrong(
+                frame_word.span,
+                format!("the keys of `{}` are not in order of frames", name.text),
+            )
+            .with_help(format!(
+                "the key before it is at frame {last}; sort the keys by frame"
+            ))
         })
     }
 
@@ -212,8 +217,11 @@ impl<'a> Reader<'a> {
                 let known = PACES.iter().map(|p| p.0).chain(SCALES.iter().map(|s| s.0));
                 let known = known.collect::<Vec<_>>().join(", ");
                 return Err(self
-                    .wrong(word.span, format!("`{}` is no way to move", word.text))
-                    .with_help(format!("there is {known}")));
+                    .wrong(
+                        word.span,
+                        format!("`{}` is not an interpolation", word.text),
+                    )
+                    .with_help(format!("use {known}")));
             }
             all += word.text;
             all.push(' ');
@@ -293,11 +301,11 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The words of a line that starts at this byte.
+/// Splits a line, which starts at a byte of the file, into words.
 fn words(line: &str, start: usize) -> Vec<Word<'_>> {
     line.split_whitespace()
         .map(|text| {
-            // A word is a part of the line it was split from.
+            // `text` is a slice of `line`, so the difference of addresses is its offset.
             let at = start + (text.as_ptr() as usize - line.as_ptr() as usize);
             Word {
                 text,
@@ -314,7 +322,7 @@ mod tests {
 
     const NO_TRAVEL: &Travel<'static> = &|_| None;
 
-    /// A thin lens of 50 mm: the film is at f·d/(d − f).
+    /// Returns the image distance of a thin lens of 50 mm, f·d/(d − f).
     fn thin(distance: f64) -> Option<f64> {
         let d = 1000.0 * distance;
         (d > 50.0).then(|| 50.0 * d / (d - 50.0))
@@ -333,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn each_way_to_pull_focus_is_even_in_its_own_scale_and_ends_exactly() {
+    fn a_focus_pull_is_linear_in_its_own_scale_and_ends_exactly() {
         let even = |values: Vec<f64>| {
             let step = (values[6] - values[0]) / 6.0;
             for (i, v) in values.iter().enumerate() {
@@ -358,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn a_timeline_is_read_with_units_comments_and_ways_to_move() {
+    fn a_timeline_is_read_with_units_comments_and_interpolations() {
         let text = "# a film\nframes 100\nrate 25\nshutter 0.5\n\
                     focus 0 120cm # near\nfocus 99 inf diopters smooth\n\
                     position 0 0 0 5\nposition 50 0 2 5\n\
@@ -377,24 +385,28 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_line_is_told_with_its_place_and_what_to_do() {
+    fn a_wrong_line_is_reported_with_its_location_and_a_remedy() {
         for (text, place, what) in [
             (
                 "frames 10\nfocus 5 1\nfocus 3 2\n",
                 (3, 7),
-                "runs backwards",
+                "not in order of frames",
             ),
             (
                 "frames 10\nfocus 5 1\nfocus 5 2\n",
                 (3, 7),
-                "runs backwards",
+                "not in order of frames",
             ),
             ("frames 10\nfocsu 5 1\n", (2, 1), "no track"),
             ("frames 10\nfocus 0 -1\n", (2, 9), "not a distance"),
             ("frames 10\nfocus 0 1 smoth\n", (2, 1), "takes 1"),
-            ("frames 10\nfocus 0 1 smooth fast\n", (2, 18), "no way"),
+            (
+                "frames 10\nfocus 0 1 smooth fast\n",
+                (2, 18),
+                "not an interpolation",
+            ),
             ("frames 10\nzoom 0 1 diopters\n", (2, 10), "not a distance"),
-            ("frames 10\nfocus 50 1\n", (2, 7), "behind the end"),
+            ("frames 10\nfocus 50 1\n", (2, 7), "after the end"),
             ("frames ten\n", (1, 8), "not a number"),
             ("focus 0 1\n", (1, 1), "how many frames"),
             ("frames 3\nposition 0 1 2\n", (2, 1), "takes 3"),
@@ -403,7 +415,8 @@ mod tests {
             let error = read(text).unwrap_err();
             assert!(error.message.contains(what), "{text}: {}", error.message);
             let (_, at) = error.location();
-            // The misspelt way to move is counted as a value too many, and marked itself.
+            // A misspelled interpolation counts as an excess value, and its own location is
+            // reported.
             let place = if text.contains("smoth") {
                 (2, 11)
             } else {
@@ -414,7 +427,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pull_to_infinity_is_even_in_diopters_and_never_jumps() {
+    fn a_pull_to_infinity_is_linear_in_diopters_and_never_jumps() {
         for ease in ["distance", "diopters", "travel"] {
             let ease = Ease::parse(ease).unwrap();
             let timeline = Timeline::pull_focus(1.0, f64::INFINITY, 5, ease).unwrap();

@@ -1,4 +1,4 @@
-//! A developed picture, and the formats that it is written in.
+//! A developed picture, and the formats that it can be written in.
 
 use std::path::Path;
 
@@ -7,38 +7,46 @@ use indexmap::IndexMap;
 use crate::diag::{Diagnostic, Result};
 use crate::film::{Film, Response};
 
-/// A picture in linear exposure values, rows from the top.
+/// A picture in linear exposure values, with rows from the top.
 #[derive(Clone, Debug)]
 pub struct Picture {
+    /// Pixels across.
     pub width: u32,
+    /// Pixels down.
     pub height: u32,
-    /// Red, green, blue of each pixel; 1 is white on film.
+    /// Red, green and blue of each pixel; 1 is white.
     pub pixels: Vec<[f32; 3]>,
+    /// The response that levels in integer formats are computed with.
     pub response: Response,
-    /// How it was made: key and value, written into PNG text and EXR attributes.
+    /// The provenance: keys and values that are written as PNG text and EXR attributes.
     pub provenance: IndexMap<String, String>,
 }
 
-/// Bits a channel in an integer format.
+/// Bits per channel in an integer format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
+    /// 8 bits.
     Eight,
+    /// 16 bits.
     Sixteen,
 }
 
-/// What an output's name asks for.
+/// A format that pictures are written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureFormat {
+    /// PNG, 8 or 16 bits per channel.
     Png,
+    /// OpenEXR, linear exposures in 32 bits.
     Exr,
+    /// PPM (P6), 8 or 16 bits per channel.
     Ppm,
 }
 
 impl PictureFormat {
-    /// By the extension.
+    /// Returns the format of a path's extension.
     ///
     /// # Errors
-    /// An extension that is none of png, exr, ppm.
+    /// Fails if the extension is not png, exr, ppm or pnm.
     pub fn of(path: &Path) -> Result<Self> {
         let extension = path
             .extension()
@@ -59,7 +67,7 @@ impl PictureFormat {
 }
 
 impl Picture {
-    /// The picture of an exposed film, as its response shows it.
+    /// Develops an exposed film.
     pub fn develop(film: &Film, response: Response) -> Self {
         let pixels = (0..film.pixels.len())
             .map(|i| film.level(i).as_vec3().to_array())
@@ -74,7 +82,7 @@ impl Picture {
         }
     }
 
-    /// Big-endian levels, as both PNG and PPM want them.
+    /// Returns the levels of all channels as big-endian numbers, for PNG and PPM.
     pub fn levels(&self, depth: Depth) -> Vec<u8> {
         let channels = self.pixels.iter().flatten().enumerate();
         let levels = channels.map(|(i, x)| self.response.level(f64::from(*x), i % 3));

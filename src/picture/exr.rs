@@ -1,4 +1,4 @@
-//! OpenEXR in and out: linear exposure values, with how the picture was made as attributes.
+//! Reads and writes OpenEXR files: linear exposure values, with the provenance as attributes.
 
 use std::io::{Cursor, Write};
 
@@ -8,7 +8,7 @@ use super::developed::Picture;
 use super::raster::{Raster, Samples, check_size};
 use crate::diag::{Diagnostic, Result};
 
-/// The first layer: R, G, B where it has them, otherwise its first channel as gray.
+/// Decodes the first layer: R, G and B if it has them, otherwise its first channel as gray.
 pub(super) fn decode(bytes: &[u8]) -> Result<Raster> {
     let image = exr::read()
         .no_deep_data()

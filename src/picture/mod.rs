@@ -1,8 +1,7 @@
-//! Picture files in and out, one place for each format.
+//! Reading and writing of picture files, with one module per format.
 //!
-//! What comes in is a [`Raster`]: samples as they are in the file, without a word on what they
-//! mean. What goes out is a [`Picture`]: linear exposure values of a developed film, with how it
-//! was made written into it.
+//! Reading gives a [`Raster`], the uninterpreted samples of the file. Writing takes a [`Picture`],
+//! the linear exposure values of a developed film with their provenance.
 
 mod developed;
 mod exr;

@@ -1,35 +1,42 @@
-//! A picture as its file holds it: rows of samples, without a word on what they mean.
+//! An uninterpreted picture: the samples of a picture file.
 
 use crate::diag::{Diagnostic, Result};
 
-/// Pixels in a file above this are a slip or an attack, not a picture.
+/// The largest number of pixels that is read. It bounds memory for broken or hostile files.
 const MOST_PIXELS: usize = 1 << 28;
 
-/// A picture as its file holds it: rows from the top, channels interleaved.
+/// A picture as stored in its file: rows from the top, channels interleaved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Raster {
+    /// Pixels across.
     pub width: u32,
+    /// Pixels down.
     pub height: u32,
-    /// 1 gray, 2 gray and alpha, 3 color, 4 color and alpha: an Inventor texture's components.
+    /// The number of channels, as in an Inventor texture: 1 gray, 2 gray and alpha, 3 color, 4
+    /// color and alpha.
     pub channels: usize,
+    /// The samples of all pixels.
     pub samples: Samples,
 }
 
-/// Samples in the file's own precision.
+/// Samples in the precision of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
+    /// Levels from 0 to 255.
     U8(Vec<u8>),
+    /// Levels from 0 to 65,535.
     U16(Vec<u16>),
-    /// Exposure, not levels: may be beyond 1.
+    /// Linear exposures, which may exceed 1.
     F32(Vec<f32>),
 }
 
 impl Raster {
+    /// Returns the number of pixels.
     pub fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
     }
 
-    /// One sample, with 1 for a full level.
+    /// Returns one sample; the largest level is 1.
     pub fn sample(&self, pixel: usize, channel: usize) -> f32 {
         let at = pixel * self.channels + channel;
         match &self.samples {
@@ -39,7 +46,7 @@ impl Raster {
         }
     }
 
-    /// Red, green, blue of a pixel, alpha left out.
+    /// Returns red, green and blue of a pixel, without alpha.
     pub fn color(&self, pixel: usize) -> [f32; 3] {
         match self.channels {
             1 | 2 => [self.sample(pixel, 0); 3],
@@ -47,7 +54,7 @@ impl Raster {
         }
     }
 
-    /// Opacity of a pixel; 1 where the file has none.
+    /// Returns the opacity of a pixel, or 1 if the file has no alpha.
     pub fn alpha(&self, pixel: usize) -> f32 {
         match self.channels {
             2 => self.sample(pixel, 1),
@@ -57,12 +64,12 @@ impl Raster {
     }
 }
 
-/// Refuses a picture of more pixels than any real one has.
+/// Refuses a picture without pixels or with more than [`MOST_PIXELS`].
 pub(super) fn check_size(width: usize, height: usize) -> Result<()> {
     match width.checked_mul(height) {
         Some(pixels) if (1..=MOST_PIXELS).contains(&pixels) => Ok(()),
         _ => Err(Diagnostic::error(format!(
-            "a picture of {width}x{height} pixels is not read"
+            "a picture of {width}x{height} pixels cannot be read"
         ))),
     }
 }

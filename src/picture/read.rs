@@ -1,7 +1,7 @@
-//! Picture files in: PNG, JPEG, TIFF, GIF, BMP, PNM, TGA, SGI and EXR.
+//! Reads picture files: PNG, JPEG, TIFF, GIF, BMP, PNM, TGA, SGI and EXR.
 //!
-//! Textures, old photographs and exposures all come through here as they are in the file. Of an
-//! animated file, the first frame is read.
+//! Textures, archival pictures and exposures are decoded here without conversion. For an animated
+//! file, the first frame is read.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -13,20 +13,20 @@ use super::{exr, sgi};
 use crate::diag::{Diagnostic, Result};
 
 impl Raster {
-    /// Reads a file of any known format; the content decides, and the name only where the
-    /// content can't (TGA).
+    /// Reads a file of any known format. The content determines the format; only for TGA, which has
+    /// no signature, the name does.
     ///
     /// # Errors
-    /// What the disk says, or a file that is no picture.
+    /// Fails if the file cannot be read, or is not a picture.
     pub fn open(path: &Path) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
         Self::decode(&bytes, &path.to_string_lossy())
     }
 
-    /// Reads a file's bytes; `name` is for messages and for formats without a signature.
+    /// Decodes a file's bytes. `name` is for messages and for formats without a signature.
     ///
     /// # Errors
-    /// Bytes that are no picture, or one that is broken or too large.
+    /// Fails if the bytes are not a picture, or one that is broken or too large.
     pub fn decode(bytes: &[u8], name: &str) -> Result<Self> {
         let decoded = if bytes.starts_with(&sgi::MAGIC) {
             sgi::decode(bytes)
@@ -42,14 +42,18 @@ impl Raster {
     }
 }
 
+/// Decodes the formats that the `image` crate reads.
 fn decode_other(bytes: &[u8], name: &str) -> Result<Raster> {
     let by_content = image::guess_format(bytes).ok();
     let by_name = || ImageFormat::from_path(name).ok();
-    // Only TGA has no signature; any other format has to look like itself.
+    // Only TGA has no signature; a file of any other format is recognized by its content.
     let format = by_content.or_else(|| by_name().filter(|f| *f == ImageFormat::Tga));
     let Some(format) = format else {
-        return Err(Diagnostic::error("this is no picture that can be read")
-            .with_help("png, jpeg, tiff, gif, bmp, pnm, tga, sgi (rgb, rgba, bw) and exr are"));
+        return Err(
+            Diagnostic::error("this is not a picture in a known format").with_help(
+                "known are png, jpeg, tiff, gif, bmp, pnm, tga, sgi (rgb, rgba, bw) and exr",
+            ),
+        );
     };
     let sized = image::ImageReader::with_format(Cursor::new(bytes), format);
     if let Ok((width, height)) = sized.into_dimensions() {
@@ -68,6 +72,7 @@ fn decode_other(bytes: &[u8], name: &str) -> Result<Raster> {
     Ok(from_image(picture))
 }
 
+/// Converts to a raster in the file's own precision.
 fn from_image(picture: DynamicImage) -> Raster {
     let (width, height) = (picture.width(), picture.height());
     let channels = usize::from(picture.color().channel_count());
@@ -127,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_picture_is_refused_with_the_formats_that_are() {
+    fn a_file_that_is_not_a_picture_is_refused_with_a_list_of_formats() {
         let error = Raster::decode(b"#Inventor V2.1 ascii\n", "room.iv").unwrap_err();
         assert!(error.message.contains("room.iv"));
         assert!(error.help.unwrap_or_default().contains("sgi"));
@@ -135,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_file_of_any_format_is_an_error_and_no_panic() {
+    fn a_broken_file_of_any_format_is_an_error_and_not_a_panic() {
         for format in [ImageFormat::Png, ImageFormat::Bmp, ImageFormat::Tiff] {
             let whole = encoded(format);
             for cut in [4, 20, whole.len() / 2] {
@@ -145,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exr_comes_back_as_it_was_written() {
+    fn an_exr_is_read_with_the_values_written() {
         let path = std::env::temp_dir().join(format!("ivcam-raster-{}.exr", std::process::id()));
         let pixels = vec![[0.0, 0.5, 7.0], [1e-3, -1.0, 0.25]];
         let picture = crate::picture::Picture {

@@ -1,7 +1,8 @@
-//! Silicon Graphics picture files: `.rgb`, `.rgba`, `.bw`, `.sgi`, plain and run-length coded.
+//! Reads Silicon Graphics picture files (`.rgb`, `.rgba`, `.bw`, `.sgi`), uncompressed and
+//! run-length encoded.
 //!
-//! The format is Paul Haeberli's "The SGI Image File Format", version 1.00. Everything is
-//! big-endian, channels are stored one after the other, and rows from the bottom up.
+//! The format is Paul Haeberli's "The SGI Image File Format", version 1.00. Numbers are big-endian,
+//! channels are stored one after the other, and rows from the bottom up.
 
 use super::raster::{Raster, Samples, check_size};
 use crate::diag::{Diagnostic, Result};
@@ -9,11 +10,12 @@ use crate::diag::{Diagnostic, Result};
 /// The first two bytes of every file.
 pub(super) const MAGIC: [u8; 2] = [0x01, 0xda];
 
-/// The header is padded to this length.
+/// The length of the header in bytes, padding included.
 const HEADER: usize = 512;
 
-/// What the header says.
+/// The fields of the header.
 struct Header {
+    /// Whether rows are run-length encoded.
     coded: bool,
     bytes_per_sample: usize,
     width: usize,
@@ -22,13 +24,13 @@ struct Header {
     color_map: u32,
 }
 
-/// Reads a whole file from memory.
+/// Decodes a file's bytes.
 ///
 /// # Errors
-/// Bytes that are no SGI picture, end too early, or hold color-map indices.
+/// Fails if the bytes are not an SGI picture, end too early, or hold color-map indices.
 pub(super) fn decode(bytes: &[u8]) -> Result<Raster> {
     let header = header(bytes)?;
-    // More than four channels are allowed; the rest has no meaning that the format names.
+    // The format allows more than four channels but defines no meaning for them.
     let kept = header.channels.min(4);
     check_size(header.width, header.height)?;
     let mut levels = vec![0_u16; header.width * header.height * kept];
@@ -54,17 +56,18 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Raster> {
         samples,
     };
     Ok(match header.color_map {
-        1 => undithered(raster),
+        1 => from_dithered(raster),
         _ => raster,
     })
 }
 
+/// Reads and checks the header.
 fn header(bytes: &[u8]) -> Result<Header> {
     if bytes.len() < HEADER {
         return Err(cut_short());
     }
     if bytes[..2] != MAGIC {
-        return Err(Diagnostic::error("this is no SGI picture")
+        return Err(Diagnostic::error("this is not an SGI picture")
             .with_help("an SGI picture starts with the bytes 01 da"));
     }
     let short = |at: usize| usize::from(u16::from_be_bytes([bytes[at], bytes[at + 1]]));
@@ -77,21 +80,21 @@ fn header(bytes: &[u8]) -> Result<Header> {
         channels: if dimension < 3 { 1 } else { short(10) },
         color_map: long(bytes, 104).unwrap_or_default(),
     };
-    let odd = |what: &str| Err(Diagnostic::error(format!("this SGI picture has {what}")));
+    let unsupported = |what: &str| Err(Diagnostic::error(format!("this SGI picture has {what}")));
     match &header {
-        h if bytes[2] > 1 || !(1..=2).contains(&h.bytes_per_sample) => odd(&format!(
-            "storage {} and {} bytes a sample, which the format does not know",
+        h if bytes[2] > 1 || !(1..=2).contains(&h.bytes_per_sample) => unsupported(&format!(
+            "storage {} and {} bytes a sample, which the format does not define",
             bytes[2], h.bytes_per_sample
         )),
-        h if h.width * h.height * h.channels == 0 || !(1..=3).contains(&dimension) => odd(
+        h if h.width * h.height * h.channels == 0 || !(1..=3).contains(&dimension) => unsupported(
             &format!("{}x{} pixels, {} channels", h.width, h.height, h.channels),
         ),
-        h if h.color_map > 1 => odd("color-map indices instead of colors"),
+        h if h.color_map > 1 => unsupported("color-map indices instead of colors"),
         _ => Ok(header),
     }
 }
 
-/// Row `index` of all rows of all channels, in file order.
+/// Reads one row; rows are numbered over all channels in file order.
 fn read_row(bytes: &[u8], header: &Header, index: usize, row: &mut [u16]) -> Result<()> {
     let size = header.bytes_per_sample;
     if !header.coded {
@@ -109,8 +112,8 @@ fn read_row(bytes: &[u8], header: &Header, index: usize, row: &mut [u16]) -> Res
     Ok(())
 }
 
-/// Undoes the run-length code of one row. A row that ends early leaves black, one that goes on
-/// too long is cut: both occur in old files.
+/// Decodes a run-length encoded row. A row that ends early is filled with black, and one that is
+/// too long is cut; both occur in old files.
 fn expand(data: &[u8], size: usize, row: &mut [u16]) {
     row.fill(0);
     let mut samples = data.chunks_exact(size).map(level);
@@ -132,17 +135,20 @@ fn expand(data: &[u8], size: usize, row: &mut [u16]) {
     }
 }
 
+/// Converts the one or two bytes of a sample.
 fn level(sample: &[u8]) -> u16 {
     sample.iter().fold(0, |l, &b| (l << 8) | u16::from(b))
 }
 
+/// Reads a 32-bit number, or returns `None` beyond the end.
 fn long(bytes: &[u8], at: usize) -> Option<u32> {
     let four = bytes.get(at..at + 4)?;
     Some(u32::from_be_bytes([four[0], four[1], four[2], four[3]]))
 }
 
-/// Color map 1: red in the low three bits of a byte, green in three, blue in two.
-fn undithered(raster: Raster) -> Raster {
+/// Converts pixels of color map 1, which hold red in the low three bits of a byte, green in the
+/// next three, and blue in the highest two.
+fn from_dithered(raster: Raster) -> Raster {
     let Samples::U8(levels) = &raster.samples else {
         return raster;
     };
@@ -167,7 +173,7 @@ fn cut_short() -> Box<Diagnostic> {
 mod tests {
     use super::*;
 
-    /// A header, then `body`.
+    /// Returns the bytes of a file with a header and a body.
     fn file(coded: u8, bytes: u8, size: [u8; 3], body: &[u8]) -> Vec<u8> {
         let [width, height, channels] = size;
         let dimension = if channels > 1 { 3 } else { 2 };
@@ -205,13 +211,13 @@ mod tests {
     }
 
     #[test]
-    fn sixteen_bits_keep_all_of_them() {
+    fn samples_of_sixteen_bits_keep_their_precision() {
         let raster = decode(&file(0, 2, [2, 1, 1], &[0x12, 0x34, 0xff, 0xff])).unwrap();
         assert!(matches!(&raster.samples, Samples::U16(l) if l == &[0x1234, 0xffff]));
     }
 
     #[test]
-    fn no_cut_or_flipped_byte_makes_it_panic() {
+    fn a_truncated_or_corrupted_file_does_not_panic() {
         let mut body = vec![0, 0, 2, 8, 0, 0, 0, 5];
         body.extend([3, 5, 0x81, 9, 0]);
         let whole = file(1, 1, [4, 1, 1], &body);

@@ -1,39 +1,40 @@
-//! A file appears under its name only when it is whole.
+//! Atomic writing: a file appears under its name only when it is complete.
 
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use crate::diag::{Diagnostic, Result};
 
-/// Writes a file beside its name and renames it when it is whole; on any failure, nothing is left.
+/// Writes a temporary file in the same folder and renames it when it is complete. A failed write
+/// leaves no file.
 ///
 /// # Errors
-/// The folder does not exist, the disk is full, or what `write` returns.
+/// Fails if the folder does not exist, the disk is full, or `write` fails.
 pub(crate) fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<()> {
-    // A link stays one: what it points to is replaced.
+    // A symbolic link is kept, and the file that it points to is replaced.
     let linked = path.is_symlink().then(|| std::fs::canonicalize(path).ok());
-    let whole = linked.flatten();
-    let path = whole.as_deref().unwrap_or(path);
-    let beside = beside(path);
+    let target = linked.flatten();
+    let path = target.as_deref().unwrap_or(path);
+    let temporary = temporary(path);
     let attempt = || {
-        let mut file = BufWriter::new(std::fs::File::create(&beside)?);
+        let mut file = BufWriter::new(std::fs::File::create(&temporary)?);
         write(&mut file)?;
         file.into_inner()
             .map_err(std::io::IntoInnerError::into_error)?
             .sync_data()?;
-        std::fs::rename(&beside, path)
+        std::fs::rename(&temporary, path)
     };
     attempt().map_err(|e| {
-        let _ = std::fs::remove_file(&beside);
+        let _ = std::fs::remove_file(&temporary);
         Diagnostic::io(path.display(), &e)
     })
 }
 
-/// A name in the same folder that no other process uses.
-fn beside(path: &Path) -> PathBuf {
+/// Returns a path in the same folder that no other process uses.
+fn temporary(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.{}.tmp", std::process::id()))
 }
@@ -51,6 +52,6 @@ mod tests {
             Err(std::io::Error::other("the disk caught fire"))
         });
         assert!(result.unwrap_err().message.contains("caught fire"));
-        assert!(!path.exists() && !beside(&path).exists());
+        assert!(!path.exists() && !temporary(&path).exists());
     }
 }

@@ -1,4 +1,4 @@
-//! Picture files out: PNG, PPM and EXR, with how the picture was made written into them.
+//! Writes picture files: PNG, PPM and EXR, with the picture's provenance as metadata.
 
 use std::io::Write;
 use std::path::Path;
@@ -12,7 +12,8 @@ impl Picture {
     /// Writes the picture in the format of the path's extension.
     ///
     /// # Errors
-    /// An unknown extension, or whatever the disk has to say. Nothing is left under the name.
+    /// Fails if the extension is unknown or the file cannot be written. A failed write leaves no
+    /// file.
     pub fn save(&self, path: &Path, depth: Depth) -> Result<()> {
         let format = PictureFormat::of(path)?;
         write_whole(path, |file| match format {
@@ -78,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_png_keeps_levels_and_how_it_was_made() {
+    fn a_png_keeps_levels_and_provenance() {
         for (depth, half) in [
             (Depth::Eight, 128.0 / 255.0),
             (Depth::Sixteen, 32_768.0 / 65_535.0),
