@@ -1,10 +1,11 @@
-//! The binary tree that a builder makes and `collapse` turns into wide nodes.
+//! The binary tree that `build` makes and `collapse` turns into nodes of eight boxes.
 
 use glam::Vec3;
 
 /// The smallest and the largest corner of a box.
 pub(super) type Box3 = (Vec3, Vec3);
 
+/// A node of the binary tree: a box with two children, which follow each other, or with primitives.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BinaryNode {
     pub min: Vec3,
@@ -24,10 +25,10 @@ impl BinaryNode {
     };
 }
 
-/// Boxes around primitives, two in each, the root first.
+/// A binary tree of boxes around primitives. The first node is the root.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BinaryBvh {
     pub nodes: Vec<BinaryNode>,
-    /// The primitives in the order in which leaves hold them.
+    /// The primitives, in the order of the leaves' slots.
     pub order: Vec<u32>,
 }

@@ -1,7 +1,7 @@
 //! Blocks of four primitives, and the hits of a ray on their triangles.
 //!
-//! The test is [`PreparedRay::triangle`], operation by operation and never fused, so that a hit has
-//! the same bits with whatever instructions the processor has.
+//! The test does the operations of [`PreparedRay::triangle`] in the same order and never uses fused
+//! multiply-add, so a hit has the same bits whatever instructions the processor has.
 
 use glam::Vec3;
 
@@ -14,10 +14,10 @@ pub(super) const BLOCK: usize = 4;
 #[derive(Clone, Debug)]
 #[repr(C, align(16))]
 pub(crate) struct Block {
-    /// Corner by corner, axis by axis. Where there is no triangle they are NaN, which no ray hits.
+    /// Coordinates by corner, axis and lane. A lane without a triangle has NaN, which no ray hits.
     pub(super) corners: [[[f32; BLOCK]; 3]; 3],
     pub(super) primitives: [u32; BLOCK],
-    /// Which of the four are primitives other than triangles: bits.
+    /// A bit mask of the lanes that hold primitives other than triangles.
     pub(super) non_triangles: u32,
     /// Whether this is the last block of its leaf.
     pub(super) last: bool,
@@ -31,11 +31,12 @@ impl Block {
         last: true,
     };
 
+    /// The number of the primitive in a lane.
     pub(crate) fn primitive(&self, lane: usize) -> u32 {
         self.primitives[lane]
     }
 
-    /// Which of the four are primitives other than triangles: bits.
+    /// A bit mask of the lanes that hold primitives other than triangles.
     pub(crate) fn non_triangles(&self) -> u32 {
         self.non_triangles
     }
@@ -46,12 +47,15 @@ impl Block {
     }
 }
 
-/// The triangles of a block that a ray meets, and where.
+/// The triangles of a block that a ray hits, and where.
 pub(crate) struct BlockHits {
-    /// Which of the four are met: bits.
+    /// A bit mask of the triangles that are hit. Other lanes of `t`, `u` and `v` are undefined.
     pub mask: u32,
+    /// The distances along the ray, as multiples of its direction's length.
     pub t: [f32; BLOCK],
+    /// The weights of the triangles' second corners.
     pub u: [f32; BLOCK],
+    /// The weights of the triangles' third corners.
     pub v: [f32; BLOCK],
 }
 
@@ -64,7 +68,7 @@ impl BlockHits {
     };
 }
 
-/// The part of the test of a block's triangles that depends on the ray alone.
+/// The part of a block's triangle tests that depends only on the ray.
 #[cfg(not(target_arch = "x86_64"))]
 pub struct BlockTest<'a> {
     ray: &'a PreparedRay,
@@ -73,10 +77,12 @@ pub struct BlockTest<'a> {
 
 #[cfg(not(target_arch = "x86_64"))]
 impl<'a> BlockTest<'a> {
+    /// Prepares tests of a ray for hits beyond `t_min`.
     pub fn new(ray: &'a PreparedRay, t_min: f32) -> Self {
         Self { ray, t_min }
     }
 
+    /// Intersects the ray with the four triangles, each by [`PreparedRay::triangle`].
     #[inline(always)]
     pub fn intersect(&self, block: &Block, t_max: f32) -> BlockHits {
         let mut hits = BlockHits::NONE;
@@ -100,7 +106,7 @@ mod lanes {
 
     use super::*;
 
-    /// The part of the test of a block's triangles that depends on the ray alone, in lanes.
+    /// The part of a block's triangle tests that depends only on the ray, repeated in four lanes.
     pub(crate) struct BlockTest {
         /// The ray's axes, which are the rows of a block's corners.
         rows: [usize; 3],
@@ -111,6 +117,7 @@ mod lanes {
     }
 
     impl BlockTest {
+        /// Prepares tests of a ray for hits beyond `t_min`.
         #[inline(always)]
         pub(crate) fn new(ray: &PreparedRay, t_min: f32) -> Self {
             // SAFETY: SSE is part of every x86-64 processor.
@@ -124,7 +131,8 @@ mod lanes {
             }
         }
 
-        /// [`PreparedRay::triangle`] for all four, the same operations in the same order.
+        /// Intersects the ray with the four triangles by the operations of
+        /// [`PreparedRay::triangle`], in the same order.
         #[inline(always)]
         pub(crate) fn intersect(&self, block: &Block, t_max: f32) -> BlockHits {
             let [x, y, z] = self.rows;
@@ -185,7 +193,7 @@ mod lanes {
         }
     }
 
-    /// Which triangles the ray misses, as bits: those with edge values of both signs.
+    /// A bit mask of the triangles that the ray misses: those with edge values of both signs.
     #[inline(always)]
     fn outside(u: __m128, v: __m128, w: __m128) -> u32 {
         // SAFETY: SSE is part of every x86-64 processor.
@@ -198,7 +206,7 @@ mod lanes {
         }
     }
 
-    /// The values of an edge, with products in f64.
+    /// The edge function of one edge of each triangle, with products in f64.
     #[inline(always)]
     fn edge_in_f64(px: __m128, qy: __m128, py: __m128, qx: __m128) -> __m128 {
         // SAFETY: SSE2 is part of every x86-64 processor.
@@ -226,10 +234,10 @@ mod tests {
     use crate::bvh::ray::Ray;
     use crate::sampling::mix;
 
-    /// Corners and rays are on a grid of few points, so rays hit edges, corners and planes exactly,
-    /// and some triangles are lines or points.
+    /// Corners and rays are on a coarse grid, so rays hit edges, corners and planes exactly, and
+    /// some triangles degenerate to lines or points.
     #[test]
-    fn four_triangles_at_once_are_hit_as_each_by_itself() {
+    fn a_block_test_gives_the_same_hits_as_single_triangle_tests() {
         let mut state = 5u64;
         let mut grid = |fine: bool| {
             let mut whole = || {

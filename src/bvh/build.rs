@@ -1,8 +1,8 @@
 //! Builds the binary tree over the boxes of primitives.
 //!
-//! obvhs builds the whole tree of an ordinary scene: PLOC, then reinsertion. Of very many boxes, and
-//! of boxes that repeat, `sah` splits the upper tree and obvhs builds the rest in small parts. Reasons
-//! and measurements are in docs/decisions/0005-who-builds-the-tree.md.
+//! obvhs builds the whole tree of an ordinary scene by PLOC and reinsertion. If there are very many
+//! boxes, or if boxes repeat, `sah` splits the upper tree and obvhs builds small parts below it.
+//! Reasons and measurements are in docs/decisions/0005-who-builds-the-tree.md.
 
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -12,21 +12,22 @@ use obvhs::{Boundable, BvhBuildParams};
 use super::binary::{BinaryBvh, BinaryNode, Box3};
 use super::sah::{self, Item};
 
-/// obvhs builds the whole tree of up to this number of boxes. Rays through its trees of a million
-/// triangles take up to a quarter more time than through trees that `sah` split.
+/// The largest number of boxes whose whole tree obvhs builds. In a scene of a million triangles,
+/// rays take up to a quarter more time through its tree than through one that `sah` split.
 const WHOLE: usize = 1 << 17;
 
-/// The size of the parts that obvhs builds below what `sah` split.
+/// The largest number of boxes in a part that obvhs builds below the tree split by `sah`.
 const PART: usize = 64;
 
-/// Reinsertion costs a third of the build and saves up to a tenth of a ray's time.
+/// Parameters for whole trees. Reinsertion takes a third of the build time and saves up to a tenth
+/// of a ray's time.
 const PARAMS: BvhBuildParams = BvhBuildParams {
     reinsertion_batch_ratio: 0.1,
     post_collapse_reinsertion_batch_ratio_multiplier: 1.0,
     ..BvhBuildParams::fast_build()
 };
 
-/// Parts are too small for reinsertion to matter.
+/// Parameters for parts, which are too small for reinsertion to matter.
 const PART_PARAMS: BvhBuildParams = BvhBuildParams {
     reinsertion_batch_ratio: 0.0,
     ..BvhBuildParams::fast_build()
@@ -41,15 +42,15 @@ fn part_size(boxes: &[Box3]) -> usize {
     }
 }
 
-/// Whether many boxes have one size, as in a grid or in one place, or lie in each other.
+/// Whether many boxes have the same size, as in a grid or in one place, or contain each other.
 ///
-/// PLOC joins pairs of boxes that are each other's nearest. Of such boxes there is one pair a round,
-/// so its time grows with the square of their number, and rays through its tree of a grid take up to
-/// a third more time.
+/// PLOC joins pairs of boxes that are each other's nearest. Among such boxes it finds only one pair
+/// in each round, so its time grows with the square of their number. Rays through its tree of a
+/// grid take up to a third more time.
 fn repeats(boxes: &[Box3]) -> bool {
     const SAMPLE: usize = 1024;
     let step = boxes.len().div_ceil(SAMPLE);
-    // The sizes to 12 bits, so that boxes of one size in different places are alike.
+    // Sizes without their lowest 12 bits, so that equal boxes in different places compare as equal.
     let size = |(min, max): &Box3| (*max - *min).to_array().map(|x| x.to_bits() >> 12);
     let mut sizes: Vec<[u32; 3]> = boxes.iter().step_by(step).map(size).collect();
     let sampled = sizes.len();
@@ -69,7 +70,7 @@ fn repeats(boxes: &[Box3]) -> bool {
         .map(|of_one| area(*of_one))
         .sum::<f64>()
         / sampled as f64;
-    // PLOC compares areas in f32.
+    // PLOC computes areas in f32.
     let overflows = area(all) >= f64::from(f32::MAX);
     2 * alike > sampled || 16.0 * mean > area(all) && boxes.len() > SAMPLE || overflows
 }
@@ -82,7 +83,7 @@ impl Boundable for Item {
 }
 
 impl BinaryBvh {
-    /// Builds over boxes, one for each primitive.
+    /// Builds a tree over boxes, one for each primitive.
     pub(super) fn build(boxes: &[Box3]) -> Self {
         if boxes.is_empty() {
             return Self::default();
@@ -120,10 +121,11 @@ impl BinaryBvh {
     }
 }
 
-/// A tree to which the trees of parts are added.
+/// A tree under construction, to which the trees of parts are added.
 struct Grafted {
     nodes: Vec<BinaryNode>,
     order: Vec<u32>,
+    /// The distance by which every box is enlarged: see [`padding`].
     pad: Vec3,
 }
 
@@ -137,15 +139,15 @@ impl Grafted {
         }
     }
 
-    /// A leaf of items that have one box.
+    /// Makes a leaf of items that have the same box.
     fn leaf(&mut self, items: &[Item]) -> BinaryNode {
         let first = self.order.len() as u32;
         self.order.extend(items.iter().map(|item| item.primitive));
         self.node(items[0].around(), first, items.len() as u32)
     }
 
-    /// Has obvhs build over some items. The root goes to a place that is kept for it, and the other
-    /// nodes behind the last.
+    /// Builds a tree over some items with obvhs. Its root becomes the node `root`, and its other
+    /// nodes are appended.
     fn graft(&mut self, root: usize, items: &[Item], params: BvhBuildParams) {
         let mut time = std::time::Duration::ZERO;
         let built = build_bvh2(items, params, &mut time);
@@ -160,7 +162,7 @@ impl Grafted {
                     .extend(places.map(|&at| items[at as usize].primitive));
                 self.node(around, first as u32, (self.order.len() - first) as u32)
             } else {
-                // The root is not among the nodes behind.
+                // The root is not among the appended nodes.
                 self.node(around, base + n.first_index - 1, 0)
             };
             match i {
@@ -171,11 +173,11 @@ impl Grafted {
     }
 }
 
-/// Returns by how much boxes are enlarged: a billionth of the scene.
+/// The distance by which boxes are enlarged: 1e-9 of the scene's largest coordinate.
 ///
-/// A ray along an axis may run exactly in the face of a box, as that of an on-axis film point in a
-/// scene with an edge at 0. Its distance to the face would then be 0 · 2^64, so that it leaves the
-/// box at once. A billionth times 2^64 is beyond any distance.
+/// A ray along an axis may run exactly in the face of a box: for example, that of an on-axis film
+/// point in a scene with an edge at 0. Its distance to the face would then be 0 · 2^64 = 0, so that
+/// it would leave the box at once. 1e-9 · 2^64 is beyond any distance.
 fn padding(boxes: &[Box3]) -> Vec3 {
     let size = boxes.iter().fold(0.0f32, |a, (min, max)| {
         a.max(min.abs().max_element()).max(max.abs().max_element())
@@ -188,7 +190,8 @@ mod tests {
     use super::*;
     use crate::sampling::mix;
 
-    /// Every box in a leaf of its own place, every leaf in the boxes above it.
+    /// Checks that every box is in exactly one leaf, and that every node's box contains those below
+    /// it.
     fn check(boxes: &[Box3]) {
         let BinaryBvh { nodes, order } = BinaryBvh::build(boxes);
         let mut held = vec![false; boxes.len()];
@@ -219,7 +222,7 @@ mod tests {
         ]
     }
 
-    /// Boxes of different sizes anywhere.
+    /// Boxes of random sizes at random places.
     fn ordinary(n: u64) -> Vec<Box3> {
         let unit = |key: u64| (mix(key) >> 40) as f32 / (1u64 << 24) as f32;
         let point = |key: u64| Vec3::new(unit(key), unit(key + 1), unit(key + 2));
@@ -235,9 +238,9 @@ mod tests {
         }
     }
 
-    /// PLOC takes as many rounds as there are boxes in one place, in each other or in a row.
+    /// For boxes in one place, inside each other or in a row, PLOC takes one round for each box.
     #[test]
-    fn obvhs_gets_ordinary_scenes_whole_and_boxes_that_repeat_a_few_at_a_time() {
+    fn obvhs_builds_ordinary_scenes_whole_and_repeating_boxes_in_small_parts() {
         for boxes in hard(40_000) {
             assert_eq!(part_size(&boxes), PART);
         }

@@ -1,9 +1,8 @@
 //! Collapses a binary tree into nodes of eight boxes.
 //!
-//! Of all ways to do so, the one is chosen for which a ray is expected to test the fewest nodes and
-//! blocks by the surface area heuristic (Ylitie, Karras
-//! and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Bvh BVHs*, 2017,
-//! section 3.1).
+//! Of all possible collapses it chooses the one for which a ray is expected to test the fewest
+//! nodes and blocks by the surface area heuristic (Ylitie, Karras and Laine, *Efficient Incoherent
+//! Ray Traversal on GPUs Through Compressed Wide BVHs*, 2017, section 3.1).
 
 use glam::Vec3;
 
@@ -12,8 +11,8 @@ use super::block::{BLOCK, Block};
 use super::nodes::{Bvh, Child, Node, WIDTH};
 
 impl Bvh {
-    /// Collapses a binary tree. `triangle` gives a primitive's corners, or nothing for a primitive
-    /// that is not a triangle.
+    /// Collapses a binary tree. `triangle` returns a primitive's corners, or `None` if it is not a
+    /// triangle.
     pub(super) fn collapse(
         binary: &BinaryBvh,
         triangle: impl Fn(u32) -> Option<[Vec3; 3]>,
@@ -24,8 +23,8 @@ impl Bvh {
         }
         let (plans, _) = plans(binary);
         let mut held = Vec::new();
-        // Binary nodes to open, where the wide node goes, and how many boxes may be on the stack
-        // there.
+        // The binary nodes to open, the index of the wide node of each, and the largest number of
+        // boxes on the traversal stack at that node.
         let mut ahead = vec![(0u32, this.new_node(), WIDTH)];
         while let Some((from, to, stacked)) = ahead.pop() {
             this.stack_size = this.stack_size.max(stacked);
@@ -91,17 +90,17 @@ impl Bvh {
     }
 }
 
-/// What becomes of a binary node: whether it is a leaf, and how it is opened.
+/// How a binary node is collapsed: whether it becomes a leaf, and how it is opened.
 ///
-/// For each number `n` of boxes of a wide node that it may stand for, three bits hold how many of
-/// them, less one, come from its first child, or [`Plan::FEWER`] if `n` − 1 boxes are as good. The
-/// bits for `n` = 1 say how it is opened as a wide node of its own.
+/// A node's subtree may take `n` of the eight boxes of a wide node. For each `n`, three bits hold
+/// one less than the number of boxes for its first child, or [`Plan::FEWER`] if `n` − 1 boxes cost
+/// no more. The bits for `n` = 1 say how the node is opened as a wide node of its own.
 #[derive(Clone, Copy)]
 struct Plan(u32);
 
 impl Plan {
     const LEAF: u32 = 1 << 31;
-    /// A leaf of the binary tree, too.
+    /// The node is a leaf of the binary tree.
     const WHOLE: u32 = 1 << 30;
     const FEWER: u32 = 7;
 
@@ -113,7 +112,7 @@ impl Plan {
         self.0 & Self::WHOLE != 0
     }
 
-    /// The three bits for a number of boxes.
+    /// The three bits that are stored for a number of boxes.
     fn of(self, boxes: usize) -> u32 {
         self.0 >> (3 * (boxes - 1)) & 7
     }
@@ -126,15 +125,16 @@ impl Plan {
 /// The expected cost of a subtree.
 struct Cost {
     primitives: u32,
-    /// Tests times the surface of the box. Entry `n` is for at most `n` + 1 boxes.
+    /// The sum of tests times the surface area of the tested box. Entry `n` is the cost with at
+    /// most `n` + 1 boxes.
     boxes: [f32; WIDTH],
 }
 
-/// Plans every binary node, and returns the cost of the root. A node's boxes and a block's
-/// triangles take about the same time.
+/// Plans every binary node, and returns the plans and the root's cost. Testing the boxes of a node
+/// and the triangles of a block are taken to cost the same, because they take about the same time.
 fn plans(binary: &BinaryBvh) -> (Vec<Plan>, Cost) {
     let mut plans = vec![Plan(0); binary.nodes.len()];
-    // Read backwards, this order has the first child, then the second, then the node.
+    // In reverse, this order visits the first child, then the second, then the node.
     let mut order = Vec::with_capacity(binary.nodes.len());
     let mut ahead = vec![0];
     while let Some(at) = ahead.pop() {
@@ -172,6 +172,7 @@ fn plans(binary: &BinaryBvh) -> (Vec<Plan>, Cost) {
     (plans, costs.pop().unwrap_or(none))
 }
 
+/// Plans an inner node from the costs of its children, and returns its cost.
 fn inner(area: f32, first: &Cost, second: &Cost, plan: &mut Plan) -> Cost {
     let primitives = first.primitives.saturating_add(second.primitives);
     let mut boxes = [0.0; WIDTH];
@@ -202,7 +203,8 @@ fn inner(area: f32, first: &Cost, second: &Cost, plan: &mut Plan) -> Cost {
     Cost { primitives, boxes }
 }
 
-/// Finds the up to eight descendants that become the boxes of a wide node, and returns their number.
+/// Finds the descendants, at most eight, that become the boxes of a wide node, and returns their
+/// number.
 fn gather(binary: &BinaryBvh, plans: &[Plan], from: u32, children: &mut [u32; WIDTH]) -> usize {
     let plan = plans[from as usize];
     if plan.is_leaf() {
@@ -259,7 +261,7 @@ mod tests {
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
-    /// The expected number of tests of a ray, times the surface of the scene's box.
+    /// The expected number of tests of a ray, times the surface area of the scene's box.
     fn cost(tree: &Bvh) -> f64 {
         let mut sum = 0.0;
         for (node, i) in tree
@@ -283,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_gathered_costs_what_was_planned() {
+    fn the_collapsed_tree_costs_what_was_planned() {
         let mut state = 3u64;
         let mut unit = move || {
             state = mix(state);

@@ -1,25 +1,27 @@
-//! A hit of one ray, and primitives that only the caller can intersect.
+//! The hit of one ray, and the interface to primitives that only the caller can intersect.
 
 use super::triangle::PreparedRay;
 
-/// Where a ray hit a primitive: which one, and where on it.
+/// The primitive that a ray hit, and the place on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
+    /// The distance along the ray, as a multiple of its direction's length.
     pub t: f32,
-    /// The number of the box over which the tree was built.
+    /// The primitive's number: the index of its box when the tree was built.
     pub primitive: u32,
-    /// Weight of a triangle's second corner.
+    /// The weight of a triangle's second corner.
     pub u: f32,
-    /// Weight of a triangle's third corner.
+    /// The weight of a triangle's third corner.
     pub v: f32,
 }
 
-/// Hits nearer together than this share of their distance lie in one plane. That is about what a
-/// depth buffer of 24 bits tells apart when its near plane is a tenth as far as the scene.
+/// Two hits that differ by less than this fraction of their distance lie in the same plane. A
+/// 24-bit depth buffer resolves about the same difference if its near plane is at a tenth of the
+/// distance.
 pub(crate) const COPLANAR: f32 = 1.0 / (1 << 20) as f32;
 
 /// Intersects primitives that are not triangles.
 pub(crate) trait NonTriangles {
-    /// The distance of a ray's nearest hit on a primitive, between the two distances.
+    /// Returns the distance of a ray's nearest hit on a primitive between `t_min` and `t_max`.
     fn intersect(&self, ray: &PreparedRay, primitive: u32, t_min: f32, t_max: f32) -> Option<f32>;
 }

@@ -1,16 +1,17 @@
-//! Rays through a tree of boxes: building, single rays, and packets of rays.
+//! A bounding volume hierarchy (BVH): building it, and tracing single rays and packets through it.
 //!
-//! The tree has nodes of eight boxes and leaves of four triangles, each tested at once. It is
-//! collapsed from a binary tree. A hit has the same bits on every processor, in a packet or by
-//! itself: the triangle test is the same operations in the same order everywhere, never fused.
+//! A node has eight boxes and a leaf has blocks of four triangles; the boxes of a node and the
+//! triangles of a block are tested together. The tree is collapsed from a binary tree. A hit has
+//! the same bits on every processor, in a packet or traced alone, because the triangle test does
+//! the same operations in the same order everywhere and never uses fused multiply-add.
 //!
-//! Primitives are numbers. The tree knows the corners of those that are triangles; the caller
-//! intersects the others ([`NonTriangles`]). Nothing here knows scenes.
+//! A primitive is a number. The tree stores the corners of triangles; the caller intersects the
+//! other primitives ([`NonTriangles`]). Nothing here knows scenes.
 //!
-//! The walks are our own because of three measured faults of obvhs 0.4.0: it misses everything with
-//! a direction component of −0.0, it clamps inverse components at f32 epsilon, and its wide nodes
-//! have a smallest distance built in. [`PreparedRay`] makes the inverse in one place: `+0.0` first,
-//! then clamped at 2^64.
+//! obvhs 0.4.0 builds the tree but does not trace rays, because of three measured faults: it misses
+//! every box if a direction component is −0.0, it clamps inverse components at the f32 epsilon, and
+//! its wide nodes have a fixed smallest distance. [`PreparedRay`] computes the inverse in one
+//! place: it turns −0.0 into +0.0, then clamps at 2^64.
 
 mod binary;
 mod block;

@@ -8,16 +8,17 @@ use super::block::Block;
 /// Boxes in a node.
 pub(super) const WIDTH: usize = 8;
 
-/// Eight boxes, plane by plane: smallest x, y, z, then largest. In an empty box the smallest is
-/// larger than the largest, so that no ray enters it.
+/// Eight boxes and what is in them.
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
 pub(super) struct Node {
+    /// The smallest x, y and z of every box, then the largest. An empty box has a smallest
+    /// coordinate that is greater than the largest one, so no ray enters it.
     pub planes: [[f32; WIDTH]; 6],
     pub children: [Child; WIDTH],
 }
 
-/// What a box holds: a node, or the first block of a leaf.
+/// What is in a box: the index of a node, or that of a leaf's first block with [`Child::LEAF`] set.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Child(pub u32);
 
@@ -50,15 +51,15 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    /// Builds over the boxes of primitives. `triangle` gives a primitive's corners, or nothing for
-    /// a primitive that is not a triangle.
+    /// Builds a tree over the boxes of primitives. `triangle` returns a primitive's corners, or
+    /// `None` if it is not a triangle.
     pub(crate) fn build(boxes: Vec<Box3>, triangle: impl Fn(u32) -> Option<[Vec3; 3]>) -> Self {
         let binary = BinaryBvh::build(&boxes);
         drop(boxes);
         Self::collapse(&binary, triangle)
     }
 
-    /// Bytes of memory that nodes and blocks take.
+    /// The memory of nodes and blocks, in bytes.
     #[cfg(feature = "tools")]
     pub(crate) fn bytes(&self) -> usize {
         std::mem::size_of_val(&self.nodes[..]) + std::mem::size_of_val(&self.blocks[..])
@@ -74,7 +75,7 @@ mod tests {
     use crate::math::lanes::bits;
     use crate::sampling::mix;
 
-    /// The nearest hit, with the vector instructions of the processor or without them.
+    /// The nearest hit, computed without vector instructions if `plain`.
     fn nearest(tree: &Bvh, ray: &Ray, plain: bool) -> Option<f32> {
         let prepared = PreparedRay::new(ray);
         let mut found = None;
@@ -127,10 +128,10 @@ mod tests {
         Bvh::build(boxes, |p| Some(triangles[p as usize]))
     }
 
-    /// 30,000 rays: along an axis or almost, −0.0 and tiny components included; from a point on
-    /// one triangle to another; and from within a hundred-thousandth of what they hit.
+    /// Traces 30,000 rays: along or nearly along an axis, with −0.0 and tiny components; from a
+    /// point on one triangle to another; and from 1e-5 in front of the triangle that they hit.
     #[test]
-    fn no_hit_is_lost_that_trying_every_triangle_finds() {
+    fn the_tree_finds_every_hit_that_testing_all_triangles_finds() {
         let mut state = 7u64;
         let mut unit = move || {
             state = mix(state);
@@ -177,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_tree_and_one_of_one_triangle_are_trees() {
+    fn trees_of_no_and_of_one_triangle_can_be_traced() {
         let ray = Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::NEG_Z);
         assert_eq!(nearest(&tree(&[]), &ray, false), None);
         assert_eq!(

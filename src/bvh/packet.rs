@@ -1,4 +1,4 @@
-//! Packets of rays side by side, and their hits.
+//! Packets of rays in lanes, and their hits.
 
 use super::hit::{Hit, NonTriangles};
 use super::nodes::Bvh;
@@ -6,16 +6,17 @@ use super::prepared_packet::PreparedPacket;
 use super::ray::{Ray, direction_octant};
 use crate::math::lanes::{LANES, Lanes, SimdKernel, Vec3Lanes, bits, dispatch, of_lane, set_lane};
 
-/// Rays side by side. Those of neighboring pixels or towards one light go through the tree
-/// together.
+/// Rays in lanes. Rays of neighboring pixels, or toward the same light, are traced together.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct RayPacket {
+    /// The rays' origins; the rays start there, at distance 0.
     pub origin: Vec3Lanes,
-    /// Need not be of length 1; distances are multiples of its length.
+    /// The rays' directions, of any length; distances are multiples of it.
     pub direction: Vec3Lanes,
+    /// Farther hits are ignored.
     pub t_max: Lanes<f32>,
-    /// Which lanes hold a ray: bits. The numbers in other lanes mean nothing.
+    /// A bit mask of the lanes that hold a ray. Other lanes have arbitrary values.
     pub mask: u32,
 }
 
@@ -31,11 +32,12 @@ impl Default for RayPacket {
 }
 
 impl RayPacket {
-    /// Whether this processor traces packets faster than their rays one by one.
+    /// Whether this processor traces a packet faster than its rays one by one.
     pub fn is_fast() -> bool {
         PreparedPacket::is_fast()
     }
 
+    /// The ray in a lane.
     pub fn ray(&self, lane: usize) -> Ray {
         Ray {
             t_max: self.t_max[lane],
@@ -43,7 +45,7 @@ impl RayPacket {
         }
     }
 
-    /// Stores a ray, which starts at distance 0 whatever its `t_min`.
+    /// Stores a ray in a lane. Its `t_min` is ignored: the ray starts at distance 0.
     pub fn set(&mut self, lane: usize, ray: &Ray) {
         set_lane(&mut self.origin, lane, ray.origin);
         set_lane(&mut self.direction, lane, ray.direction);
@@ -55,7 +57,7 @@ impl RayPacket {
         direction_octant(self.direction.map(|axis| axis[lane]))
     }
 
-    /// Has `work` done on packets of rays that have one direction octant.
+    /// Calls `work` with packets in which all rays have the same direction octant.
     fn by_octant(&self, mut work: impl FnMut(&Self, Origin<'_>)) {
         if self.mask == 0 {
             return;
@@ -80,15 +82,17 @@ impl RayPacket {
     }
 }
 
-/// The lanes of a packet from which the rays of a part of it are.
+/// The lanes of the whole packet from which the rays of a part were taken.
 #[derive(Clone, Copy)]
 enum Origin<'a> {
+    /// The part is the whole packet.
     SameLanes,
+    /// The lane of each ray of the part.
     Lanes(&'a [u8]),
 }
 
 impl Origin<'_> {
-    /// Bits of the part as bits of the whole packet.
+    /// Converts a bit mask of the part's lanes to one of the whole packet's lanes.
     fn spread(self, part: u32) -> u32 {
         match self {
             Self::SameLanes => part,
@@ -97,7 +101,7 @@ impl Origin<'_> {
     }
 }
 
-/// Whether all rays of a packet have one direction octant.
+/// Tests whether all rays of a packet have the same direction octant.
 struct OneOctant<'a>(&'a RayPacket);
 
 impl SimdKernel for OneOctant<'_> {
@@ -124,15 +128,19 @@ impl SimdKernel for OneOctant<'_> {
     }
 }
 
-/// The hits of a packet's rays, side by side.
+/// The hits of a packet's rays, in lanes: see [`Hit`].
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct PacketHits {
+    /// The distances along the rays.
     pub t: Lanes<f32>,
+    /// The weights of the triangles' second corners.
     pub u: Lanes<f32>,
+    /// The weights of the triangles' third corners.
     pub v: Lanes<f32>,
+    /// The primitives that were hit.
     pub primitive: Lanes<u32>,
-    /// Which rays hit something: bits.
+    /// A bit mask of the rays that hit something.
     pub mask: u32,
 }
 
@@ -151,6 +159,7 @@ impl PacketHits {
         mask: 0,
     };
 
+    /// The hit of the ray in a lane.
     pub(crate) fn hit(&self, lane: usize) -> Option<Hit> {
         (self.mask >> lane & 1 == 1).then(|| Hit {
             t: self.t[lane],
@@ -160,6 +169,7 @@ impl PacketHits {
         })
     }
 
+    /// Stores the hit of the ray in a lane, or that there is none.
     pub(crate) fn set(&mut self, lane: usize, hit: Option<Hit>) {
         self.mask &= !(1 << lane);
         if let Some(hit) = hit {
@@ -169,7 +179,7 @@ impl PacketHits {
         }
     }
 
-    /// Takes the hits of a part of the packet.
+    /// Copies the hits of a part of the packet to the lanes of its rays.
     fn take(&mut self, part: &Self, origin: Origin<'_>) {
         match origin {
             Origin::SameLanes => self.clone_from(part),
@@ -183,8 +193,9 @@ impl PacketHits {
 }
 
 impl Bvh {
-    /// Finds the nearest hit of every ray. Returns, as bits, the rays that have two hits so near
-    /// together that a caller may prefer the other one: trace those by themselves.
+    /// Finds the nearest hit of every ray. Returns a bit mask of the rays that have two hits so
+    /// close together that a caller may prefer the farther one. The caller traces those rays one by
+    /// one.
     pub(crate) fn nearest_hits(
         &self,
         rays: &RayPacket,
@@ -203,7 +214,7 @@ impl Bvh {
         close
     }
 
-    /// Finds the rays that hit anything, as the hits' `mask`, and one `primitive` of each.
+    /// Finds whether each ray hits anything: sets the hits' `mask`, and one hit of each ray.
     pub(crate) fn any_hits(
         &self,
         rays: &RayPacket,

@@ -1,8 +1,8 @@
-//! The walk of a packet: rays that go much the same way pass the tree together.
+//! Traces a packet: rays with similar directions traverse the tree together.
 //!
-//! A node's eight boxes are first tested against an interval around all rays, and the few that
-//! remain against every ray, sixteen at a time. A triangle is intersected by all rays together with
-//! the operations of a single ray, so that a hit has the same bits. Where few rays are left they
+//! A node's eight boxes are first tested against an interval around all rays. The boxes that pass
+//! are tested against every ray, sixteen at a time. A triangle is tested against all rays together
+//! with the operations of a single ray, so a hit has the same bits. When few rays are left they
 //! continue one by one, as all rays do on a processor without AVX-512.
 
 use super::block::{Block, BlockHits};
@@ -13,43 +13,44 @@ use super::ray::Ray;
 use super::triangle::{PreparedRay, invert};
 use crate::math::lanes::{LANES, Lanes, Vec3Lanes, bits, of_lane};
 
-/// Hits within this share of their distance are close: twice the thickness of a plane.
+/// Two hits that differ by at most this fraction of their distance are close. It is twice the
+/// thickness of a plane ([`COPLANAR`]).
 pub(super) const CLOSE: f32 = 2.0 * COPLANAR;
 
-/// A packet during its walk: rays from distance 0 that have one direction octant.
+/// A packet during its traversal: rays from distance 0 with the same direction octant.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct PreparedPacket {
     pub(super) origin: Vec3Lanes,
     pub(super) direction: Vec3Lanes,
     pub(super) inverse: Vec3Lanes,
-    /// −origin·inverse, less its rounding error: for the planes where a ray enters a box.
+    /// −origin·inverse minus its rounding error, for the planes where a ray enters a box.
     pub(super) near_from: Vec3Lanes,
-    /// −origin·inverse, plus its rounding error: for the planes where a ray leaves a box.
+    /// −origin·inverse plus its rounding error, for the planes where a ray leaves a box.
     pub(super) far_from: Vec3Lanes,
     pub(super) shear: Vec3Lanes,
-    /// The nearest hits so far. `t` of a ray without a hit is the farthest distance that counts.
+    /// The nearest hits so far. For a ray without a hit, `t` is the farthest distance of interest.
     pub(super) hits: PacketHits,
-    /// Which rays have two hits so near together that it matters which is taken: bits.
+    /// A bit mask of the rays that have two hits within [`CLOSE`] of each other.
     pub(super) close: u32,
-    /// Which lanes hold a ray: bits.
+    /// A bit mask of the lanes that hold a ray.
     pub(super) live: u32,
-    /// The axes of a [`PreparedRay`], the same for all rays.
+    /// The axes as in [`PreparedRay`], the same for all rays.
     pub(super) axes: [usize; 3],
-    /// The planes of a node where the rays enter, axis by axis.
+    /// For each axis, the index of the node's planes where the rays enter.
     pub(super) near: [usize; 3],
-    /// The planes of a node where the rays leave, axis by axis.
+    /// For each axis, the index of the node's planes where the rays leave.
     pub(super) far: [usize; 3],
-    /// Bounds of the rays on each axis.
+    /// For each axis, bounds over the rays.
     pub(super) interval: [Interval; 3],
 }
 
 /// Bounds over the rays of a packet, on one axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Interval {
-    /// The origins that give the nearest entry and the farthest exit.
+    /// The origin with the nearest entry, then the origin with the farthest exit.
     pub(super) origin: [f32; 2],
-    /// The least and the greatest inverse.
+    /// The smallest and the largest inverse.
     pub(super) inverse: [f32; 2],
 }
 
@@ -88,11 +89,11 @@ impl PreparedPacket {
         false
     }
 
-    /// Takes the rays of a packet, at least one.
+    /// Prepares the rays of a packet, which has at least one.
     pub(super) fn load(&mut self, rays: &RayPacket) {
         #[cfg(target_arch = "x86_64")]
         if Self::is_fast() {
-            // SAFETY: the processor was just asked.
+            // SAFETY: `is_fast` has just detected the instructions.
             unsafe { self.load_avx512(rays) };
             return;
         }
@@ -103,7 +104,7 @@ impl PreparedPacket {
     #[inline(always)]
     pub(super) fn copy_rays(&mut self, rays: &RayPacket) {
         let live = rays.mask;
-        // A lane without a ray gets another lane's, so that it does not widen the interval.
+        // A lane without a ray copies another lane's ray, so that it does not widen the interval.
         let some = live.trailing_zeros() as usize;
         for axis in 0..3 {
             let (from, to) = (&rays.origin[axis], &rays.direction[axis]);
@@ -124,7 +125,8 @@ impl PreparedPacket {
         (self.hits.mask, self.close) = (0, 0);
     }
 
-    /// Computes for all rays what [`PreparedRay::new`] computes for one.
+    /// Computes for all rays what [`PreparedRay::new`] computes for one. `bounds` returns the
+    /// smallest and the largest value of its lanes.
     #[inline(always)]
     pub(super) fn prepare(&mut self, bounds: impl Fn(&Lanes<f32>) -> (f32, f32)) {
         let (origin, direction) = (of_lane(&self.origin, 0), of_lane(&self.direction, 0));
@@ -157,7 +159,7 @@ impl PreparedPacket {
         }
     }
 
-    /// One of the rays.
+    /// The ray in a lane.
     pub(super) fn ray(&self, lane: usize) -> PreparedRay {
         PreparedRay {
             origin: of_lane(&self.origin, lane),
@@ -168,7 +170,7 @@ impl PreparedPacket {
         }
     }
 
-    /// Takes a hit if it is nearer than the ray's nearest so far, and notes whether the two are
+    /// Keeps a hit if it is nearer than the ray's nearest so far, and records whether the two are
     /// close.
     pub(super) fn take(&mut self, lane: usize, primitive: u32, (t, u, v): (f32, f32, f32)) {
         let best = self.hits.t[lane];
@@ -184,7 +186,7 @@ impl PreparedPacket {
         }
     }
 
-    /// The farthest distance at which a hit of a ray still matters.
+    /// The farthest distance at which a further hit of a ray still matters.
     pub(super) fn reach(&self, lane: usize) -> f32 {
         let t = self.hits.t[lane];
         if self.hits.mask >> lane & 1 == 1 {
@@ -195,7 +197,7 @@ impl PreparedPacket {
     }
 }
 
-/// The least and the greatest number.
+/// The smallest and the largest value.
 fn bounds(lanes: &Lanes<f32>) -> (f32, f32) {
     let least = lanes.iter().copied().fold(f32::INFINITY, f32::min);
     let greatest = lanes.iter().copied().fold(f32::NEG_INFINITY, f32::max);
@@ -203,8 +205,8 @@ fn bounds(lanes: &Lanes<f32>) -> (f32, f32) {
 }
 
 impl Bvh {
-    /// Finds the nearest hit of every ray of a packet that is not `close`, or, with `ANY`, one hit
-    /// of every ray that has any.
+    /// Finds the nearest hit of every ray of a packet that is not `close`. With `ANY` it finds any
+    /// hit of every ray that has one.
     pub(super) fn walk_packet<const ANY: bool>(
         &self,
         packet: &mut PreparedPacket,
@@ -215,7 +217,7 @@ impl Bvh {
         }
         #[cfg(target_arch = "x86_64")]
         if PreparedPacket::is_fast() {
-            // SAFETY: the processor was just asked.
+            // SAFETY: `is_fast` has just detected the instructions.
             unsafe { self.walk_packet_avx512::<ANY>(packet, non_triangles) };
             return;
         }
@@ -224,7 +226,7 @@ impl Bvh {
         }
     }
 
-    /// Walks one ray by itself, from a box on.
+    /// Traces one ray alone through the subtree `from`.
     #[inline(never)]
     pub(super) fn walk_one<const ANY: bool>(
         &self,
@@ -257,6 +259,7 @@ impl Bvh {
 }
 
 impl PreparedPacket {
+    /// Intersects the ray in a lane with a primitive that is not a triangle.
     pub(super) fn intersect_non_triangle(
         &mut self,
         lane: usize,
@@ -265,7 +268,7 @@ impl PreparedPacket {
         non_triangles: &impl NonTriangles,
     ) {
         let mut from = 0.0;
-        // A curved primitive may be hit twice.
+        // A ray may hit a curved primitive twice.
         while let Some(t) = non_triangles.intersect(ray, primitive, from, self.reach(lane)) {
             self.take(lane, primitive, (t, 0.0, 0.0));
             from = t;

@@ -1,4 +1,4 @@
-//! The walk of a packet with AVX-512: two vectors of sixteen rays.
+//! Traces a packet with AVX-512, as two vectors of sixteen rays.
 
 use std::arch::x86_64::*;
 
@@ -11,21 +11,23 @@ use super::stack::{StackStorage, TraversalStack};
 use super::walk::WIDENING;
 use crate::math::lanes::{LANES, Lanes, Vec3Lanes, bits};
 
-/// Numbers in a vector.
+/// Lanes of a vector.
 const VECTOR: usize = 16;
-/// Up to this number of rays are faster one by one.
+/// The largest number of rays that are traced one by one, chosen by trial.
 const FEW: u32 = 3;
 
 /// A box that some rays of a packet still have to visit.
 #[derive(Clone, Copy)]
 struct StackEntry {
+    /// The distance of the nearest entry of any ray, or less.
     near: f32,
     child: Child,
-    /// Which rays enter it: bits.
+    /// A bit mask of the rays that enter it.
     lanes: u32,
 }
 
 impl Bvh {
+    /// Does what [`Bvh::walk_packet`] does, with AVX-512.
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,bmi1,bmi2,popcnt,lzcnt")]
     pub(super) fn walk_packet_avx512<const ANY: bool>(
         &self,
@@ -92,16 +94,17 @@ impl PreparedPacket {
         });
     }
 
+    /// Sixteen lanes, beginning with lane 0 or 16.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn lanes(of: &Lanes<f32>, first: usize) -> __m512 {
         const { assert!(LANES == 2 * VECTOR) }
-        // SAFETY: sixteen floats from one of the two places; the load needs no alignment.
+        // SAFETY: sixteen floats from lane 0 or 16 of 32; the load needs no alignment.
         unsafe { _mm512_loadu_ps(of.as_ptr().add(first & VECTOR)) }
     }
 
-    /// The farthest distance that still counts for any of the rays, widened, but finite: an
-    /// empty box is farther.
+    /// The farthest distance of interest for any of the rays, widened by rounding errors. It is
+    /// finite, because an empty box is at infinity.
     #[inline]
     #[target_feature(enable = "avx512f")]
     fn limit(&self, lanes: u32) -> f32 {
@@ -112,8 +115,9 @@ impl PreparedPacket {
         (t + t.abs() * (WIDENING + CLOSE)).min(f32::MAX)
     }
 
-    /// The boxes of a node that some ray may enter, and how near: an interval around all
-    /// rays. Rounding is monotonic, so no ray is nearer or farther than its ends.
+    /// A bit mask of the boxes of a node that some ray may enter, and a lower bound of the distance
+    /// to each. The interval contains all rays. Rounding is monotonic, so no ray enters nearer or
+    /// leaves farther than the interval's ends.
     #[inline]
     #[target_feature(enable = "avx512f,avx512vl,avx2")]
     fn candidates(&self, node: &Node, limit: f32) -> (u32, [f32; WIDTH]) {
@@ -147,7 +151,7 @@ impl PreparedPacket {
         (u32::from(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(n, f)), near)
     }
 
-    /// The rays that enter one of a node's boxes.
+    /// A bit mask of the rays, out of `lanes`, that enter box `i` of a node.
     #[inline]
     #[target_feature(enable = "avx512f,avx512dq")]
     fn enter_box(&self, node: &Node, i: usize, lanes: u32) -> u32 {
@@ -172,7 +176,7 @@ impl PreparedPacket {
         };
         let entry = |axis: usize| at(self.near[axis], axis, &self.near_from);
         let exit = |axis: usize| at(self.far[axis], axis, &self.far_from);
-        // `max` and `min` take the second operand if one is NaN, as from an overflow.
+        // `max` and `min` return the second operand if one is NaN, for example after an overflow.
         let n = _mm512_max_ps(entry(0), _mm512_setzero_ps());
         let n = _mm512_max_ps(entry(2), _mm512_max_ps(entry(1), n));
         let f = _mm512_min_ps(exit(0), Self::lanes(&self.hits.t, first));
@@ -182,8 +186,8 @@ impl PreparedPacket {
         _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(lanes, n, wide)
     }
 
-    /// Goes on to the nearest of the boxes entered and keeps the non_triangles; false if there is
-    /// none.
+    /// Makes the nearest of the entered boxes current and pushes the others. Returns false if no
+    /// ray enters any box.
     #[inline]
     #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,bmi1,bmi2,popcnt,lzcnt")]
     fn enter(
@@ -198,7 +202,8 @@ impl PreparedPacket {
         // Sorted by insertion, farthest first.
         let mut sorted = [*current; WIDTH];
         let mut count = 0;
-        // A node that stands alone is opened without asking who enters: that is seen in it.
+        // If only one box may be entered and it holds a node, its rays are not tested: the boxes of
+        // that node are.
         let alone = candidates.is_power_of_two();
         for i in bits(candidates) {
             let lanes = if alone && !node.children[i].is_leaf() {
@@ -251,7 +256,7 @@ impl PreparedPacket {
         non_triangles: &impl NonTriangles,
     ) {
         for i in 0..BLOCK {
-            // An empty place, or no triangle.
+            // The lane is empty or holds another primitive.
             if block.corners[0][0][i].is_nan() {
                 continue;
             }
@@ -266,7 +271,8 @@ impl PreparedPacket {
         }
     }
 
-    /// [`PreparedRay::triangle`] for all rays, the same operations in the same order.
+    /// Intersects all rays with a triangle by the operations of [`PreparedRay::triangle`], in the
+    /// same order.
     #[inline]
     #[target_feature(enable = "avx512f,avx512dq")]
     fn intersect_triangle(&mut self, block: &Block, i: usize, lanes: u32) {
@@ -330,7 +336,8 @@ impl PreparedPacket {
             self.close |= u32::from(close) << first;
             let take = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(good, t, best);
             if take != 0 {
-                // SAFETY: sixteen places from one of two, as in `lanes`; no alignment needed.
+                // SAFETY: sixteen elements from lane 0 or 16, as in `lanes`; no alignment is
+                // needed.
                 unsafe {
                     let keep = |to: &mut Lanes<f32>, from| {
                         _mm512_mask_storeu_ps(to.as_mut_ptr().add(first), take, from);

@@ -1,25 +1,28 @@
-//! A ray, and what is decided by its direction alone.
+//! A ray, and the classification of its direction.
 
 use glam::Vec3;
 
-/// A ray in the space of its tree. A scene's is in meters, with the compile origin at zero.
+/// A ray in the space of its tree. For a scene that is in meters, with the compile origin at zero.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
+    /// The point at distance 0.
     pub origin: Vec3,
-    /// Need not be of length 1; distances are multiples of its length.
+    /// The direction, of any length; distances are multiples of it.
     pub direction: Vec3,
-    /// Nearer hits do not count.
+    /// Hits at this distance or nearer are ignored.
     pub t_min: f32,
-    /// Farther hits do not count.
+    /// Hits at this distance or farther are ignored.
     pub t_max: f32,
-    /// Where the plane of the primitive that the ray passed through last ends.
+    /// The farthest distance that counts as the same plane as the primitive that the ray passed
+    /// through last.
     pub(crate) plane_end: f32,
-    /// The ray has passed what was drawn at this rank or later in the plane that ends at
-    /// `plane_end`.
+    /// The drawing rank of that primitive. Up to `plane_end`, the ray has passed every primitive
+    /// with this rank or a later one.
     pub(crate) passed: u64,
 }
 
 impl Ray {
+    /// A ray without limits, from distance 0 on.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self {
             origin,
@@ -31,11 +34,12 @@ impl Ray {
         }
     }
 
+    /// The point at distance `t`.
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + t * self.direction
     }
 
-    /// The ray's direction octant: see [`direction_octant`].
+    /// The octant of the ray's direction: see [`direction_octant`].
     pub fn octant(&self) -> u32 {
         direction_octant(self.direction.to_array())
     }
@@ -49,7 +53,7 @@ pub(super) fn longest_axis([x, y, z]: [f32; 3]) -> usize {
     if (x > y) & (x > z) { 0 } else { y_or_z }
 }
 
-/// What the rays of a packet must agree on: the three signs of the direction and its longest axis.
+/// The three signs of a direction and its longest axis, which the rays of a packet must share.
 #[inline(always)]
 pub(super) fn direction_octant(direction: [f32; 3]) -> u32 {
     let [x, y, z] = direction;

@@ -1,6 +1,7 @@
-//! Splits boxes into parts by the surface area heuristic in bins.
+//! Splits boxes into parts by the binned surface area heuristic (SAH).
 //!
-//! obvhs builds over the parts. docs/decisions/0005-who-builds-the-tree.md says which scenes are split.
+//! obvhs builds the trees of the parts. docs/decisions/0005-who-builds-the-tree.md says which
+//! scenes are split.
 
 use std::ops::Range;
 
@@ -8,12 +9,12 @@ use glam::Vec4;
 
 use super::binary::Box3;
 
-/// A box with its primitive. The two move together, so that a part is read in order of memory.
+/// A box with its primitive. They are stored together, so that a part is read sequentially.
 #[derive(Clone, Copy)]
 pub(super) struct Item {
-    /// The smallest corner. The fourth number means nothing.
+    /// The smallest corner; w is unused.
     low: Vec4,
-    /// The largest corner. The fourth number means nothing.
+    /// The largest corner; w is unused.
     high: Vec4,
     pub primitive: u32,
 }
@@ -31,7 +32,7 @@ impl Item {
         (self.low.truncate(), self.high.truncate())
     }
 
-    /// Twice the center.
+    /// Twice the center of the box.
     fn middle(&self) -> Vec4 {
         self.low + self.high
     }
@@ -42,9 +43,9 @@ impl Item {
 struct Extent {
     low: Vec4,
     high: Vec4,
-    /// The least [`Item::middle`].
+    /// The smallest [`Item::middle`].
     first: Vec4,
-    /// The greatest [`Item::middle`].
+    /// The largest [`Item::middle`].
     last: Vec4,
 }
 
@@ -72,20 +73,22 @@ impl Extent {
     }
 }
 
-/// A node above the parts. Its two children follow each other.
+/// A node of the tree above the parts.
 pub(super) enum Above {
+    /// A box with two children: node `first` and the node after it.
     Inner { first: usize, around: Box3 },
+    /// The range of the items of a part.
     Part(Range<usize>),
 }
 
-/// Orders items so that parts of at most `most` lie together, and returns the tree above them, the
-/// root first. A part is larger only if all its boxes are the same.
+/// Reorders items into consecutive parts of at most `most` items, and returns the tree above the
+/// parts, with the root first. A part is larger only if all its boxes are equal.
 pub(super) fn split_by_sah(items: &mut [Item], most: usize) -> Vec<Above> {
     let mut above = vec![Above::Part(0..items.len())];
     if items.len() <= most {
         return above;
     }
-    // Below this depth parts are cut in halves, so that no branch becomes much deeper.
+    // Below this depth parts are cut in half, so that no branch becomes much deeper.
     let deep = 2 * items.len().max(1).ilog2() + 8;
     let mut cutter = Cutter::default();
     let mut ahead = vec![(0, 0, Extent::of(items))];
@@ -122,7 +125,7 @@ fn area(low: Vec4, high: Vec4) -> f32 {
 
 const BINS: usize = 32;
 
-/// Bounds and number of the items between two places along an axis.
+/// The bounds and the number of the items in an interval along an axis.
 #[derive(Clone, Copy)]
 struct Bin {
     low: Vec4,
@@ -144,13 +147,13 @@ impl Bin {
         self.count += other.count;
     }
 
-    /// Area times count.
+    /// The SAH cost: area times count.
     fn cost(&self) -> f32 {
         area(self.low, self.high) * self.count as f32
     }
 }
 
-/// The bins that an item is in, axis by axis.
+/// The mapping from an item to its bin along each axis.
 struct Places {
     first: Vec4,
     scale: Vec4,
@@ -159,7 +162,7 @@ struct Places {
 impl Places {
     fn of(extent: &Extent) -> Self {
         let size = extent.last - extent.first;
-        // Where all centers are the same, all items are in the first bin.
+        // If all centers are equal on an axis, all items are in the first bin.
         let scale = size.to_array().map(|size| match size > 0.0 {
             true => BINS as f32 * (1.0 - 1e-6) / size,
             false => 0.0,
@@ -170,26 +173,27 @@ impl Places {
         }
     }
 
-    /// Rounds to the nearest integer in the last bits of a float.
+    /// The bin of an item along each axis. Adding `SHIFT` leaves the nearest integer in the last
+    /// bits of the float.
     #[inline(always)]
     fn bins(&self, item: &Item) -> [usize; 3] {
-        const SHIFT: f32 = 12_582_912.0; // 1.5 · 2^23: floats are whole from half of it on
+        const SHIFT: f32 = 12_582_912.0; // 1.5 · 2^23; floats from 2^23 on are integers
         let at = (item.middle() - self.first) * self.scale - 0.5 + SHIFT;
         [at.x, at.y, at.z].map(|x| x.to_bits() as usize % BINS)
     }
 }
 
-/// Cuts parts in two, with memory that it keeps.
+/// Cuts parts in two. It keeps its buffer for the next cut.
 #[derive(Default)]
 struct Cutter {
     behind: Vec<Item>,
 }
 
 impl Cutter {
-    /// Cuts where the sum of area times count is least, of [`BINS`] places along each axis (Wald
-    /// 2007, *On fast Construction of SAH-based Bounding Volume Hierarchies*), or in halves where
-    /// all centers are the same or `in_halves` is set. Returns the number of items in the first part
-    /// and the bounds of both; neither is empty.
+    /// Cuts between two of [`BINS`] bins along the axis for which the sum of area times count is
+    /// smallest (Wald 2007, *On fast Construction of SAH-based Bounding Volume Hierarchies*). It
+    /// cuts in half if all centers are equal or if `in_halves` is set. Returns the number of items
+    /// in the first part and the bounds of both parts; neither is empty.
     fn cut(
         &mut self,
         items: &mut [Item],
@@ -212,7 +216,8 @@ impl Cutter {
         self.behind.resize(items.len(), items[0]);
         let mut extents = [Extent::NONE; 2];
         let mut counts = [0; 2];
-        // Without a branch, which would be mispredicted: both places are written, and one advances.
+        // A branch would be mispredicted. Instead the item is written to both parts, and only one
+        // count advances.
         for i in 0..items.len() {
             let item = items[i];
             let side = usize::from(places.bins(&item)[axis] >= k);
@@ -227,7 +232,7 @@ impl Cutter {
     }
 }
 
-/// The axis and the bin to cut before.
+/// The best axis, and the bin before which to cut.
 fn best(items: &[Item], places: &Places) -> Option<(usize, usize)> {
     let mut bins = [[Bin::EMPTY; BINS]; 3];
     for item in items {
@@ -271,7 +276,7 @@ mod tests {
         numbered.map(|(&around, i)| Item::new(around, i)).collect()
     }
 
-    /// Boxes in a row, in each other, in one place, growing by a factor, far apart.
+    /// Boxes in a row, inside each other, in one place, growing geometrically, or far apart.
     fn hard(kind: usize, i: usize) -> Box3 {
         let x = i as f32;
         match kind {
@@ -287,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_are_small_hold_everything_and_lie_in_the_boxes_above_them() {
+    fn parts_are_small_and_complete_and_lie_in_the_boxes_above_them() {
         for kind in 0..5 {
             let boxes: Vec<Box3> = (0..3000).map(|i| hard(kind, i)).collect();
             let mut items = items(&boxes);

@@ -1,15 +1,16 @@
-//! The boxes that a traversal still has to visit.
+//! The stack of boxes that a traversal still has to visit.
 
 use std::mem::MaybeUninit;
 
-/// Boxes that are stored without a heap allocation: enough for trees of usual depth.
+/// The number of entries that are stored without a heap allocation. Trees of usual depth need
+/// fewer.
 const INLINE: usize = 256;
 
 /// Memory for a [`TraversalStack`].
 ///
-/// A tree knows how large the stack can become, so the memory is provided before the walk. Growing
-/// on the way would be a call in the loop of the walk. Even a call that never happens keeps the
-/// ray out of the vector registers and costs a third of the time.
+/// A tree knows how large the stack can become, so the memory is provided before the traversal. A
+/// stack that grows would need a call in the loop. Even a call that is never made keeps the ray out
+/// of the vector registers, which costs a third of the time.
 pub(super) struct StackStorage<T> {
     array: [MaybeUninit<T>; INLINE],
     heap: Vec<MaybeUninit<T>>,
@@ -24,7 +25,7 @@ impl<T: Copy> StackStorage<T> {
         }
     }
 
-    /// An empty stack that can hold `size` entries.
+    /// Makes an empty stack that can hold `size` entries.
     #[inline(always)]
     pub(super) fn stack(&mut self, size: usize) -> TraversalStack<'_, T> {
         let entries = if size > INLINE {
@@ -42,7 +43,7 @@ impl<T: Copy> StackStorage<T> {
     }
 }
 
-/// The entries still to be visited, the next on top.
+/// The entries still to be visited, with the next one on top.
 pub(super) struct TraversalStack<'a, T> {
     entries: &'a mut [MaybeUninit<T>],
     len: usize,
@@ -68,7 +69,7 @@ impl<T: Copy> TraversalStack<'_, T> {
         Some(unsafe { self.entries[top].assume_init() })
     }
 
-    /// Inserts an entry among those from `start` on, which are sorted with the least on top.
+    /// Inserts an entry among those from `start` on, which are sorted with the smallest on top.
     #[inline(always)]
     pub(super) fn insert_sorted(&mut self, start: usize, entry: T)
     where

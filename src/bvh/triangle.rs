@@ -1,23 +1,29 @@
-//! A ray's meeting with one triangle.
+//! The intersection of a ray with one triangle.
 
 use glam::Vec3;
 
 use super::ray::{Ray, longest_axis};
 
-const LARGEST_INVERSE: f32 = 18_446_744_073_709_551_616.0; // 2^64
+/// The largest inverse of a direction component: 2^64. Times a distance of up to 2^63 it is finite.
+const LARGEST_INVERSE: f32 = 18_446_744_073_709_551_616.0;
 
-/// The part of the box test and the triangle test that depends on the ray alone.
+/// A ray with the values of the box and triangle tests that depend only on it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedRay {
+    /// The ray's origin.
     pub origin: Vec3,
+    /// The ray's direction, in which −0.0 has become +0.0.
     pub direction: Vec3,
+    /// The inverse of each component of the direction: see [`invert`].
     pub(super) inverse: Vec3,
-    /// The two shorter axes of the direction and, last, its longest one; right-handed.
+    /// The two shorter axes of the direction and, last, its longest one; together right-handed.
     pub(super) axes: [usize; 3],
+    /// The shear that turns the direction into the third axis, and the scale of that axis.
     pub(super) shear: Vec3,
 }
 
 impl PreparedRay {
+    /// Prepares a ray.
     #[inline]
     pub(crate) fn new(ray: &Ray) -> Self {
         let d = ray.direction + Vec3::ZERO; // turns −0.0 into +0.0
@@ -36,10 +42,12 @@ impl PreparedRay {
         }
     }
 
-    /// Where the ray meets a triangle: the distance and the weights of the second and third corner.
+    /// Intersects the ray with a triangle, and returns the distance and the weights of the second
+    /// and third corner.
     ///
-    /// Woop, Benthin and Wald's test: the edge signs are the same for two triangles that share an
-    /// edge, so no ray slips between them; an edge value of exactly 0 is decided in f64.
+    /// This is the watertight test of Woop, Benthin and Wald (2013). Two triangles that share an
+    /// edge compute the same sign for it, so no ray passes between them. If an edge function is
+    /// exactly 0, it is computed again in f64.
     pub(crate) fn triangle(
         &self,
         corners: &[Vec3; 3],
@@ -62,7 +70,7 @@ impl PreparedRay {
         let outside = |u: f32, v: f32, w: f32| {
             (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)
         };
-        // A sign other than 0 is right: rounding keeps the order of the two products.
+        // A sign other than 0 is correct, because rounding keeps the order of the two products.
         if outside(u, v, w) {
             return None;
         }
@@ -86,6 +94,7 @@ impl PreparedRay {
     }
 }
 
+/// The inverse of a direction component, at most [`LARGEST_INVERSE`] in size.
 #[inline(always)]
 pub(super) fn invert(component: f32) -> f32 {
     let inverse = 1.0 / component;
@@ -100,7 +109,7 @@ pub(super) fn invert(component: f32) -> f32 {
 pub(crate) mod tests {
     use super::*;
 
-    /// The nearest hit by asking every triangle.
+    /// The distance of the nearest hit, found by testing every triangle.
     pub(crate) fn brute(triangles: &[[Vec3; 3]], ray: &Ray) -> Option<f32> {
         let prepared = PreparedRay::new(ray);
         triangles
@@ -110,7 +119,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn no_ray_slips_through_the_edge_of_two_triangles() {
+    fn no_ray_passes_between_two_triangles_with_a_common_edge() {
         let a = [Vec3::ZERO, Vec3::X, Vec3::ONE];
         let b = [Vec3::ZERO, Vec3::ONE, Vec3::Y];
         for i in 1..10_000 {
@@ -119,7 +128,7 @@ pub(crate) mod tests {
                 Vec3::new(0.3, 0.2, -7.0),
                 Vec3::splat(s) - Vec3::new(0.3, 0.2, -7.0),
             );
-            assert!(brute(&[a, b], &ray).is_some(), "slipped at {s}");
+            assert!(brute(&[a, b], &ray).is_some(), "missed both at {s}");
         }
     }
 }

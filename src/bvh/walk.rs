@@ -1,8 +1,8 @@
-//! The walk of a single ray through the tree.
+//! Traces a single ray through the tree.
 //!
-//! A ray waits for memory more than for arithmetic. The next box is therefore chosen by jumps, not
-//! by an index: rays that follow each other do much the same, so the processor predicts the jump
-//! and loads the next node's planes before the tests of the boxes are done.
+//! A ray waits for memory more than for arithmetic. The next box is therefore chosen by branches,
+//! not by an index. Successive rays take similar paths, so the processor predicts the branch and
+//! loads the next node's planes before the tests of the boxes are done.
 
 use glam::Vec3;
 
@@ -14,16 +14,16 @@ use super::triangle::PreparedRay;
 use crate::math::lanes::Width;
 use crate::math::lanes::bits;
 
-/// The part of the test of a node's boxes that depends on the ray alone.
+/// The part of the tests of a node's boxes that depends only on the ray.
 struct Slabs {
     origin: Vec3,
     inverse: Vec3,
-    /// The inverse for the planes where a ray leaves a box. It is larger by 2γ₃ (Ize, *Robust BVH
-    /// Ray Traversal*), so that rounding never loses a box.
+    /// The inverse for the planes where a ray leaves a box. It is larger by the factor 1 + 2γ₃
+    /// (Ize, *Robust BVH Ray Traversal*, 2013), so that rounding never loses a box.
     wider: Vec3,
-    /// The planes of a node where the ray enters, axis by axis.
+    /// For each axis, the index of the node's planes where the ray enters.
     near: [usize; 3],
-    /// The planes of a node where the ray leaves, axis by axis.
+    /// For each axis, the index of the node's planes where the ray leaves.
     far: [usize; 3],
     t_min: f32,
 }
@@ -43,8 +43,8 @@ impl Slabs {
         }
     }
 
-    /// The boxes that the ray enters no farther than `limit`, as bits, and the distances at which
-    /// it enters.
+    /// Returns a bit mask of the boxes that the ray enters at `limit` or nearer, and stores the
+    /// entry distances in `near`.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)] // the same index into eight arrays, kept for lanes
     fn enters(&self, node: &Node, limit: f32, near: &mut [f32; WIDTH]) -> u32 {
@@ -61,17 +61,17 @@ impl Slabs {
     }
 }
 
-/// The share by which distances to boxes are widened: see [`Slabs`].
+/// The fraction by which exit distances are increased: see [`Slabs`].
 pub(super) const WIDENING: f32 = 4.0 * f32::EPSILON;
 
-/// The farthest distance of a box that may hold a hit as near as `t`.
+/// The farthest distance of a box that may contain a hit at distance `t`.
 #[inline(always)]
 fn limit(t: f32) -> f32 {
     t + t.abs() * WIDENING
 }
 
-/// A box that one ray still has to visit: its distance in the upper half and its child in the
-/// lower. Distances are not negative, so their bits have the order of their values.
+/// A box that a ray still has to visit, with its distance in the upper half and its child in the
+/// lower half. Distances are not negative, so their bits compare like their values.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct StackEntry(u64);
 
@@ -93,9 +93,10 @@ impl StackEntry {
 }
 
 impl TraversalStack<'_, StackEntry> {
-    /// Returns the nearest of the boxes entered, if any, and pushes the others. The processor
-    /// predicts which of the cases it is: without branches this takes a fifth more time. Of three
-    /// or more boxes the nearest is not found by jumps, which would be mispredicted too often.
+    /// Returns the nearest of the entered boxes, if any, and pushes the others. The processor
+    /// predicts whether there are none, one, two or more; without branches this takes a fifth more
+    /// time. Among three or more boxes branches would be mispredicted too often, so they are
+    /// sorted.
     #[inline(always)]
     fn nearest(&mut self, node: &Node, mask: u32, near: &[f32; WIDTH]) -> Option<Child> {
         let rest = mask & mask.wrapping_sub(1);
@@ -122,7 +123,7 @@ impl TraversalStack<'_, StackEntry> {
         self.pop().map(StackEntry::child)
     }
 
-    /// Returns one of the boxes entered, if any, and pushes the others.
+    /// Returns one of the entered boxes, if any, and pushes the others.
     #[inline(always)]
     fn any(&mut self, node: &Node, mask: u32) -> Option<Child> {
         if mask == 0 {
@@ -136,18 +137,19 @@ impl TraversalStack<'_, StackEntry> {
 }
 
 impl Node {
-    /// Returns a child by a jump to one of eight places, so that the processor goes on with the
-    /// child that it predicts. With `i` as an index it waits for the tests of the boxes, and a ray
-    /// takes a tenth to a fifth more time.
+    /// Returns a child by a jump to one of eight instructions, so that the processor continues with
+    /// the child that it predicts. With `i` as an index it would wait for the tests of the boxes,
+    /// and a ray would take 10 to 20% more time.
     #[inline(always)]
     fn predicted_child(&self, i: usize) -> Child {
         #[cfg(target_arch = "x86_64")]
         {
-            // The eight arms differ in a comment, or the compiler would merge them.
+            // The eight arms differ in an assembly comment; otherwise the compiler would merge
+            // them.
             macro_rules! at {
                 ($i:literal) => {{
                     let mut child = self.children[$i].0;
-                    // SAFETY: no instruction at all.
+                    // SAFETY: the assembly contains no instruction.
                     unsafe {
                         std::arch::asm!(
                             concat!("/* ", $i, " {0:e} */"),
@@ -174,10 +176,10 @@ impl Node {
     }
 }
 
-/// The walk compiled for the named instructions. It does [`Slabs::enters`] for eight boxes at a
-/// time in half the operations: the distance to a plane is plane·inverse − origin·inverse, widened
-/// by the rounding error of the second product. It is a macro because closures are compiled for
-/// these instructions only inside of a function that enables them.
+/// Defines a traversal that is compiled for the given instructions. It computes [`Slabs::enters`]
+/// for eight boxes at a time with half the operations: the distance to a plane is plane·inverse −
+/// origin·inverse, widened by the rounding error of the second product. It is a macro because a
+/// closure is compiled for these instructions only inside a function that enables them.
 #[cfg(target_arch = "x86_64")]
 macro_rules! walk_by {
     ($name:ident, $instructions:literal) => {
@@ -199,13 +201,13 @@ macro_rules! walk_by {
             let least = _mm256_set1_ps(slabs.t_min);
             let enters = |node: &Node, limit: f32, near: &mut [f32; WIDTH]| {
                 let planes = node.planes.as_ptr().cast::<f32>();
-                // SAFETY: `Slabs` names planes 0 to 5, each of eight floats and aligned to 32 by
-                // the node's layout.
+                // SAFETY: `Slabs` has plane indices from 0 to 5. A plane is eight floats, aligned
+                // to 32 by the node's layout.
                 let plane = |plane: usize| unsafe { _mm256_load_ps(planes.add(plane * WIDTH)) };
                 let first =
                     |a: usize| _mm256_fmadd_ps(plane(slabs.near[a]), inverse[a], near_from[a]);
                 let last = |a: usize| _mm256_fmadd_ps(plane(slabs.far[a]), wider[a], far_from[a]);
-                // `max` and `min` take the second operand if one is NaN, as from an overflow.
+                // `max` and `min` return the second operand if one is NaN, as after an overflow.
                 let n = _mm256_max_ps(first(0), least);
                 let n = _mm256_max_ps(first(2), _mm256_max_ps(first(1), n));
                 let f = _mm256_min_ps(last(0), _mm256_set1_ps(limit));
@@ -220,9 +222,9 @@ macro_rules! walk_by {
 }
 
 impl Bvh {
-    /// Walks a ray through the tree, near boxes first, from `t_min` on, which is not negative.
-    /// `visit` gets a block, the hits of its triangles, and the farthest distance that still
-    /// counts. It returns that distance again; a value below `t_min` ends the walk.
+    /// Traces a ray through the tree from `t_min`, which is not negative, with near boxes first.
+    /// `visit` gets a block, the hits of its triangles, and the farthest distance of interest. It
+    /// returns the new farthest distance; a value below `t_min` ends the traversal.
     #[inline]
     pub(crate) fn walk(
         &self,
@@ -236,8 +238,8 @@ impl Bvh {
         }
     }
 
-    /// Walks as [`Bvh::walk`] does, but in no particular order. That is faster where any hit will
-    /// do.
+    /// Traces a ray like [`Bvh::walk`], but in no particular order, which is faster if any hit
+    /// suffices.
     #[inline]
     pub(crate) fn walk_any(
         &self,
@@ -260,11 +262,12 @@ impl Bvh {
         t_max: f32,
         visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
     ) {
-        // The bits of −0 are those of a large distance.
+        // −0 has the bits of a large integer, so it would not sort as a small distance.
         let t_min = if t_min > 0.0 { t_min } else { 0.0 };
         #[cfg(target_arch = "x86_64")]
         match Width::detect() {
-            // SAFETY: the processor was just asked; every one with AVX2 counts bits too.
+            // SAFETY: `detect` has just found the instructions; every processor with AVX2 also has
+            // the bit-counting ones.
             Width::Avx512 => {
                 return unsafe { self.walk_avx512::<SORTED>(start, ray, (t_min, t_max), visit) };
             }
@@ -291,7 +294,7 @@ impl Bvh {
 
     #[cfg(target_arch = "x86_64")]
     walk_by!(walk_avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt");
-    // The vectors have the same width, but there are more registers.
+    // The vectors have the same width as with AVX2, but there are more registers.
     #[cfg(target_arch = "x86_64")]
     walk_by!(
         walk_avx512,

@@ -76,8 +76,8 @@ impl Session {
         let mut seconds = Seconds::default();
         let mut sink = Sink::new();
         sink.extend_from(&document.sink);
-        for trouble in &plan.fonts.warnings {
-            sink.add((**trouble).clone());
+        for diagnostic in &plan.fonts.warnings {
+            sink.add((**diagnostic).clone());
         }
 
         let clock = Instant::now();
@@ -110,11 +110,11 @@ impl Session {
         drop(snapshot);
         scene.prepare();
         // A picture is made all the same, so none of these is an error.
-        for trouble in &scene.census().troubles {
-            let severity = trouble.severity.min(Severity::Warning);
+        for diagnostic in &scene.census().diagnostics {
+            let severity = diagnostic.severity.min(Severity::Warning);
             sink.add(Diagnostic {
                 severity,
-                ..trouble.clone()
+                ..diagnostic.clone()
             });
         }
         seconds.compile += clock.elapsed().as_secs_f64();

@@ -26,7 +26,7 @@ pub struct Census {
     /// Corners that were not numbers, and indices out of range.
     pub bad_corners: u64,
     /// What compiling had to say.
-    pub troubles: Vec<Diagnostic>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 impl Census {

@@ -32,7 +32,7 @@ pub struct Survey {
     /// Shapes met, by class.
     pub shapes: IndexMap<&'static str, u64>,
     pub census: Census,
-    pub troubles: Vec<Diagnostic>,
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 struct Surveyor<'a> {
@@ -70,7 +70,7 @@ pub(super) fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Surve
         survey.inventor_bounds = walked(snapshot, options, true).inventor_bounds;
     }
     let found = snapshot.diagnostics().iter().cloned();
-    survey.troubles.extend(found);
+    survey.diagnostics.extend(found);
     survey
 }
 
@@ -97,7 +97,7 @@ fn walked(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bool) -
     survey.inventor_bounds = open[0].1.map(|b| b.project());
     survey.triangles = canvas.triangle_count;
     survey.census = canvas.census;
-    survey.troubles = canvas.reports.diagnostics;
+    survey.diagnostics = canvas.reports.diagnostics;
     survey
 }
 
@@ -218,7 +218,7 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
         screen_area(self.snapshot, node, state, &self.canvas.picture)
     }
 
-    fn trouble(&mut self, trouble: Box<Diagnostic>) {
-        self.canvas.reports.add(*trouble);
+    fn report(&mut self, diagnostic: Box<Diagnostic>) {
+        self.canvas.reports.add(*diagnostic);
     }
 }

@@ -1,9 +1,9 @@
-//! Points of surfaces that are lit side by side.
+//! Points that are lit in lanes.
 //!
-//! A plain surface is lit by its diffuse color and nothing else: no texture, no highlight, no
-//! mirror, no transparency, no fog. Most surfaces of most scenes are plain. Points on their
-//! triangles are computed side by side with the arithmetic of `RenderScene::point`, to rounding.
-//! Other points are computed one by one and then join them to be lit: [`PointLanes::take`].
+//! A plain surface has a diffuse color and no texture, highlight, reflection, transparency or fog.
+//! Most surfaces of most scenes are plain. Points on their triangles are computed in lanes, with
+//! the results of `RenderScene::point` up to rounding. Other points are computed one by one and
+//! then added by [`PointLanes::take`], so that all are lit together.
 
 use glam::Vec3;
 
@@ -16,13 +16,13 @@ use crate::traversal::state::{FogKind, LightKind};
 
 const ZERO: Vec3Lanes = [[0.0; LANES]; 3];
 
-/// The points that a packet of rays hits, as lighting needs them, one light after another. Numbers
-/// in lanes that are not in `mask` mean nothing.
+/// The points that a packet of rays hits, with what lighting needs of them. They are lit by one
+/// light after another. Lanes that are not in `mask` have arbitrary values.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PointLanes {
-    /// Which lanes hold a point, of a plain surface or of another that was taken: bits.
+    /// A bit mask of the lanes that hold a point.
     pub mask: u32,
-    /// Which of them have a highlight: bits.
+    /// A bit mask of the points that have a highlight.
     shiny: u32,
     gathered: Gathered,
     placed: Placed,
@@ -36,10 +36,11 @@ struct Placed {
     position: Vec3Lanes,
     /// The geometric normal, of length 1, on the side that the ray came from.
     geometric: Vec3Lanes,
+    /// The normal used for lighting, of length 1, or zero.
     normal: Vec3Lanes,
-    /// How far rounding may have moved the position.
+    /// A bound of the position's rounding error, in meters.
     error: Lanes<f32>,
-    /// Twice the triangle's area.
+    /// Twice the triangle's area, in square meters.
     area: Lanes<f32>,
 }
 
@@ -55,21 +56,24 @@ impl Default for Placed {
     }
 }
 
-/// The part of a surface that a packet of points needs: a cache line in place of many fields.
+/// The values of a surface that points in lanes need. It fits into a cache line, unlike
+/// [`Surface`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PlainSurface {
     diffuse: Vec3,
     glow: Vec3,
+    /// The number of its set of lights.
     lights: u32,
+    /// The number of its first primitive.
     first: u32,
-    /// 1 where the corners run counterclockwise seen from outside, else −1.
+    /// 1 if the corners run counterclockwise seen from outside, else −1.
     turn: f32,
-    /// 1 where the back is lit like the front, else 0.
+    /// 1 if the back is lit like the front, else 0.
     two_sided: f32,
     is_plain: bool,
-    /// Whether corners have normals of their own.
+    /// Whether each corner has its own normal.
     has_normals: bool,
-    /// Whether corners have materials of their own.
+    /// Whether each corner has its own material.
     has_materials: bool,
 }
 
@@ -93,24 +97,25 @@ impl PlainSurface {
     }
 }
 
-/// Corners, normals and colors, gathered from all over the scene.
+/// Corners, normals and colors of the points' primitives, copied into lanes.
 #[derive(Clone, Debug)]
 struct Gathered {
     corners: [Vec3Lanes; 3],
     normals: [Vec3Lanes; 3],
-    /// 1 where the corners run counterclockwise seen from outside, else −1.
+    /// 1 if the corners run counterclockwise seen from outside, else −1.
     turn: Lanes<f32>,
-    /// 1 where the back is lit like the front, else 0.
+    /// 1 if the back is lit like the front, else 0.
     two_sided: Lanes<f32>,
-    /// 1 where the corners have normals, else 0.
+    /// 1 if the corners have normals, else 0.
     smooth: Lanes<f32>,
     diffuse: Vec3Lanes,
-    /// The specular color of points that are not of plain surfaces.
+    /// The specular color of shiny points.
     specular: Vec3Lanes,
+    /// The specular exponent of shiny points.
     exponent: Lanes<f32>,
-    /// What the surface gives off without any light.
+    /// The radiance of the surface without any light.
     glow: Vec3Lanes,
-    /// The surface's set of lights.
+    /// The number of the surface's set of lights.
     lights: [u32; LANES],
 }
 
@@ -132,7 +137,7 @@ impl Default for Gathered {
 }
 
 impl PointLanes {
-    /// Computes the points of a packet's hits on plain surfaces and forgets all others.
+    /// Removes all points, and computes those of a packet's hits on plain surfaces.
     pub(super) fn gather(
         &mut self,
         scene: &RenderScene,
@@ -157,7 +162,7 @@ impl PointLanes {
 }
 
 impl Gathered {
-    /// Fills a lane if its hit is on a triangle of a plain surface, and returns whether it is.
+    /// Fills a lane and returns true if its hit is on a triangle of a plain surface.
     #[inline(always)]
     fn take(
         &mut self,
@@ -203,7 +208,7 @@ impl Gathered {
     }
 }
 
-/// Normals, positions and their errors.
+/// Computes normals, positions and their rounding errors.
 struct Placing<'a> {
     from: &'a Gathered,
     rays: &'a RayPacket,
@@ -212,7 +217,8 @@ struct Placing<'a> {
 }
 
 impl SimdKernel for Placing<'_> {
-    /// The triangles that are large enough: those of a millionth of a meter square to nothing.
+    /// A bit mask of the triangles whose doubled area exceeds 1e-30 m². The normal of a smaller one
+    /// is dominated by rounding.
     type Output = u32;
 
     #[inline(always)]
@@ -235,7 +241,7 @@ impl SimdKernel for Placing<'_> {
             to.area[i] = area;
             (flat[0][i], flat[1][i], flat[2][i]) = (nx * scale, ny * scale, nz * scale);
         }
-        // The signs of the geometric normal and of the one to light with.
+        // The signs of the geometric normal and of the normal for lighting.
         let [mut away, mut lit, mut toward] = [[0.0f32; LANES]; 3];
         for (flat, direction) in flat.iter().zip(&rays.direction) {
             for i in 0..LANES {
@@ -245,7 +251,7 @@ impl SimdKernel for Placing<'_> {
         for i in 0..LANES {
             let turn = from.turn[i];
             away[i] = if toward[i] > 0.0 { -1.0 } else { 1.0 };
-            // The ray came from outside where this is positive.
+            // This is positive if the ray came from outside.
             let front = if toward[i] < 0.0 { turn } else { -turn };
             let back = (from.two_sided[i] > 0.0) & (front < 0.0);
             lit[i] = if back { -1.0 } else { 1.0 };
@@ -269,7 +275,7 @@ impl SimdKernel for Placing<'_> {
         }
         for i in 0..LANES {
             to.error[i] = 8.0 * f32::EPSILON * error[i];
-            // Corners without normals, or with normals that cancel, give zero: unlit.
+            // Corners without normals, or with normals that cancel, give zero: the point is unlit.
             size[i] = if size[i] > 0.0 {
                 1.0 / size[i].sqrt()
             } else {
@@ -288,21 +294,22 @@ impl SimdKernel for Placing<'_> {
     }
 }
 
-/// The light that reaches the points of a packet: [`Light::reach`] side by side.
+/// The light that reaches the points of a packet: [`Light::reach`] in lanes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightLanes {
-    /// Rays from the points that the light may reach to the light, clear of the points' surfaces.
+    /// Rays to the light from the points that it may reach. They start clear of the points'
+    /// surfaces.
     pub rays: RayPacket,
-    /// The factor of the light's color without the angle to the normal.
+    /// The factor of the light's color from attenuation and the spot's cone.
     factor: Lanes<f32>,
-    /// The factor of the light's color with the angle to the normal.
+    /// `factor` times the cosine to the normal.
     share: Lanes<f32>,
-    /// The factor of the light's color in the highlight.
+    /// `factor` times the highlight's specular factor.
     highlight: Lanes<f32>,
 }
 
 impl PointLanes {
-    /// Sets the radiances of some lanes to what their points give off without any light.
+    /// Sets the radiances of some lanes to those of their points without any light.
     pub(super) fn glow(&self, lanes: u32, radiances: &mut Vec3Lanes) {
         dispatch(Glow {
             glow: &self.gathered.glow,
@@ -311,13 +318,13 @@ impl PointLanes {
         });
     }
 
-    /// Forgets all points.
+    /// Removes all points.
     pub(super) fn clear(&mut self) {
         (self.mask, self.shiny) = (0, 0);
     }
 
-    /// Takes a point that is not of a plain surface, to be lit with the others. One without
-    /// `highlight` is matt.
+    /// Adds a point of a surface that is not plain, to be lit with the others. Without `highlight`
+    /// its specular color is ignored.
     pub(super) fn take(&mut self, lane: usize, point: &Point<'_>, highlight: bool) {
         let (placed, gathered) = (&mut self.placed, &mut self.gathered);
         set_lane(&mut placed.position, lane, point.position);
@@ -336,7 +343,7 @@ impl PointLanes {
         }
     }
 
-    /// What of a light reaches the points of some lanes.
+    /// Computes how much of a light reaches the points of some lanes.
     pub(super) fn reach(&mut self, light: &Light, lanes: u32) {
         let facing = dispatch(Reach {
             points: &self.placed,
@@ -361,8 +368,9 @@ impl PointLanes {
         }
     }
 
-    /// Adds the light that was reached for, as much of it as comes through. Highlights lie where
-    /// the normal is halfway between the light and `backward`.
+    /// Adds the light of the last [`PointLanes::reach`] to the radiances. `through` is the fraction
+    /// that is not in shadow. A highlight is brightest where the normal is halfway between the
+    /// light and `backward`.
     pub(super) fn add(
         &mut self,
         color: Vec3,
@@ -388,18 +396,19 @@ impl PointLanes {
         });
     }
 
-    /// A lane's set of lights.
+    /// The number of a lane's set of lights.
     pub(super) fn lights(&self, lane: usize) -> u32 {
         self.gathered.lights[lane]
     }
 
-    /// The points whose surfaces have a set of lights: bits.
+    /// A bit mask of the points whose surfaces have a given set of lights.
     pub(super) fn with_lights(&self, set: u32) -> u32 {
         let lights = self.gathered.lights.iter().enumerate();
         self.mask & lights.fold(0, |all, (i, of)| all | u32::from(*of == set) << i)
     }
 }
 
+/// Sets radiances to those without any light.
 struct Glow<'a> {
     glow: &'a Vec3Lanes,
     lanes: u32,
@@ -420,17 +429,17 @@ impl SimdKernel for Glow<'_> {
     }
 }
 
-/// The cone of a spot, as [`Light::cone`] has it for one.
+/// Applies the cone of a spot light: [`Light::cone`] in lanes.
 struct Cone<'a> {
     direction: Vec3,
-    /// The cosine at its edge.
+    /// The cosine of the angle between the axis and the cone's edge.
     least: f32,
     exponent: f32,
     lit: &'a mut LightLanes,
 }
 
 impl SimdKernel for Cone<'_> {
-    /// The points inside: bits.
+    /// A bit mask of the points inside the cone.
     type Output = u32;
 
     #[inline(always)]
@@ -456,7 +465,7 @@ impl SimdKernel for Cone<'_> {
     }
 }
 
-/// Highlights by the half-way vector, as [`crate::shade`] tells.
+/// Computes highlights by the halfway vector: see [`crate::shade`].
 struct Shine<'a> {
     normal: &'a Vec3Lanes,
     exponent: &'a Lanes<f32>,
@@ -499,6 +508,7 @@ impl SimdKernel for Shine<'_> {
     }
 }
 
+/// Adds one light to radiances.
 struct Add<'a> {
     points: &'a Gathered,
     shiny: u32,
@@ -532,6 +542,7 @@ impl SimdKernel for Add<'_> {
     }
 }
 
+/// Computes directions, distances and factors of one light: [`Light::reach`] in lanes.
 struct Reach<'a> {
     points: &'a Placed,
     light: &'a Light,
@@ -539,7 +550,7 @@ struct Reach<'a> {
 }
 
 impl SimdKernel for Reach<'_> {
-    /// The points that the light comes to from the front: bits.
+    /// A bit mask of the points that face the light.
     type Output = u32;
 
     #[inline(always)]
@@ -574,7 +585,7 @@ impl SimdKernel for Reach<'_> {
                 let falloff = kc + distance * (kl + distance * kq);
                 let part = if falloff > 0.0 { 1.0 / falloff } else { 1.0 };
                 factor[i] = if distance > light.radius { 0.0 } else { part };
-                // Up to the light itself and not to what lies behind it.
+                // The ray ends at the light, so nothing behind the light casts a shadow.
                 out.t_max[i] = distance * (1.0 - 1e-5);
             }
         }
@@ -596,7 +607,7 @@ impl SimdKernel for Reach<'_> {
             for (i, side) in side.iter().enumerate() {
                 let off = side * points.geometric[k][i];
                 let origin = points.position[k][i] + off * points.error[i];
-                // The sum rounds too: one step farther.
+                // The sum is rounded too, so the origin moves one step farther.
                 let step = (origin.abs() * f32::EPSILON).copysign(off);
                 out.origin[k][i] = origin + if off == 0.0 { 0.0 } else { step };
             }

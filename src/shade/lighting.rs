@@ -1,16 +1,17 @@
-//! OpenGL's lighting equation, term by term.
+//! The terms of OpenGL's lighting equation.
 
 use glam::Vec3;
 
 use crate::scene::{Point, Reaching};
 use crate::traversal::state::FogKind;
 
-/// What shines by itself and what the surroundings give.
+/// The terms without a light: emissive, and ambient from the surroundings.
 pub(super) fn ambient(point: &Point<'_>) -> Vec3 {
     point.surface.glow()
 }
 
-/// What a light that reaches a point gives, times the share of it that is not in shadow.
+/// The terms of one light that reaches a point. `shadow` is the fraction of the light that arrives:
+/// it scales the diffuse and specular terms, and not the ambient one.
 pub(super) fn direct(
     point: &Point<'_>,
     reaching: &Reaching,
@@ -27,7 +28,7 @@ pub(super) fn direct(
             let half = (reaching.toward + backward).normalize_or_zero();
             let aligned = point.normal.dot(half).max(0.0);
             let exponent = surface.exponent();
-            // x^0 is 1, even of 0.
+            // Exponent 0 gives 1, even for a base of 0.
             let share = if exponent == 0.0 {
                 1.0
             } else {
@@ -40,16 +41,16 @@ pub(super) fn direct(
     sum
 }
 
-/// The color through the fog between the eye and the point.
+/// Mixes a point's color with the fog between the eye and the point.
 ///
-/// Coin's densities: at the visibility distance an 8-bit picture no longer shows the color, that
-/// is e^−5.545 = 1/256 for FOG and e^−(2.35)² for SMOKE; HAZE is linear.
+/// The densities are Coin's: at the visibility distance an 8-bit picture no longer shows the color.
+/// There FOG transmits e^−5.545 = 1/256 and SMOKE e^−(2.35)²; HAZE is linear.
 pub(super) fn fogged(color: Vec3, point: &Point<'_>, eye: Vec3, backward: Vec3) -> Vec3 {
     let environment = &point.surface.environment;
     if environment.fog == FogKind::None || environment.visibility <= 0.0 {
         return color;
     }
-    // By depth, not by distance, as OpenGL does; VRML 97 asks for the distance (4.10).
+    // Inventor's fog depends on depth, as in OpenGL. That of VRML 97 depends on distance (4.10).
     let depth = match environment.fog {
         FogKind::Linear | FogKind::Exponential => eye.distance(point.position),
         _ => (eye - point.position).dot(backward),

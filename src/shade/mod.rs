@@ -1,18 +1,19 @@
-//! Radiance along a ray, by the shading models of Ivray's letters.
+//! Computes the radiance along a ray by one of the shading models, which have Ivray's letters.
 //!
-//! Values are linear and as Inventor means its colors: 0 is black, 1 is full. What becomes of them
-//! on film is the film's business. Lighting is OpenGL's fixed-function equation with Inventor's
-//! rules for ambient light, attenuation, spots, two sides and fog, worked out at every point
-//! instead of at every vertex:
+//! Values are linear on the scale of Inventor's colors: 0 is black and 1 is full intensity. `film`
+//! converts them to exposure. Lighting is OpenGL's fixed-function equation with Inventor's rules
+//! for ambient light, attenuation, spots, two sides and fog, evaluated at every point instead of at
+//! every vertex:
 //!
 //! ```text
 //! color = emissive + ambient · E + Σ a s (ambient · A + diffuse · C max(N·L, 0)
 //!                                         + specular · C max(N·H, 0)^(128 shininess))
 //! ```
 //!
-//! with E the Environment's ambient light, C the light's color times intensity, A a VRML 97
-//! light's ambient share, a the attenuation and s the spot. H lies halfway between L and the
-//! camera's backward direction: OpenGL's viewer at infinity, which Inventor leaves as it is.
+//! Here E is the Environment's ambient light, C the light's color times its intensity, A the
+//! ambient part of a VRML 97 light, a the attenuation and s the spot factor. H lies halfway between
+//! L and the camera's backward direction. This is OpenGL's viewer at infinity, which Inventor does
+//! not change.
 
 mod lanes;
 mod lighting;

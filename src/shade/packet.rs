@@ -1,4 +1,4 @@
-//! Radiances of a packet of rays: points lit by all their lights side by side.
+//! Computes the radiances of a packet of rays, with the points lit in lanes.
 
 use glam::Vec3;
 
@@ -9,8 +9,8 @@ use crate::math::lanes::{LANES, Vec3Lanes, bits, of_lane, set_lane};
 use crate::scene::{Light, Point};
 
 impl Shader<'_> {
-    /// The radiances of rays that meet nothing, or what is lit by lights alone, and which those
-    /// are: bits.
+    /// Computes the radiances of the rays that hit nothing or a point that this path can light, and
+    /// returns a bit mask of those rays.
     pub(super) fn shade_packet(
         &self,
         rays: &RayPacket,
@@ -50,8 +50,9 @@ impl Shader<'_> {
         done | plain & lit | others
     }
 
-    /// Lights the points that paths end at, side by side with those that wait to be lit, and adds
-    /// what they send back to their lanes' colors. Answers which lanes are lit: bits.
+    /// Lights the end points of paths together with the points that are already in `work`, and adds
+    /// their radiance to the colors of the paths' lanes. Returns a bit mask of the lanes that were
+    /// lit together.
     fn accumulate_all(
         &self,
         paths: &[Option<(Pending, Option<Hit>)>; LANES],
@@ -79,16 +80,16 @@ impl Shader<'_> {
             let light = if lit >> slot & 1 == 1 {
                 of_lane(radiances, slot)
             } else {
-                self.lit_by_itself(point, &mut work.counts)
+                self.light_point(point, &mut work.counts)
             };
             self.accumulate(hit, point, light, path, color, &mut work.pending);
         }
         lit
     }
 
-    /// Adds what the rays that are still to be followed bring, each to its lane's color. They go
-    /// in the order in which they came up, so that each lane's sum is made in one order whatever
-    /// the others do.
+    /// Traces the pending rays, and adds the radiance of each to its lane's color. They are traced
+    /// in the order in which they were found, so the order of each lane's sum does not depend on
+    /// the other lanes.
     fn follow_all(&self, colors: &mut [Vec3; LANES], work: &mut Work) {
         let mut lit = Vec3Lanes::default();
         while !work.pending.is_empty() {
@@ -104,8 +105,8 @@ impl Shader<'_> {
         }
     }
 
-    /// The light that points of some lanes give off, before texture and fog; and which of them it
-    /// is known of: bits.
+    /// Lights the points of some lanes, before texture and fog. Returns a bit mask of the lanes for
+    /// which that was possible.
     fn lit(&self, lanes: u32, radiances: &mut Vec3Lanes, work: &mut Work) -> u32 {
         let (mut left, mut known) = (lanes, 0);
         while left != 0 {
@@ -119,10 +120,11 @@ impl Shader<'_> {
         known
     }
 
-    /// Adds up the lights of a set; false if one of them is none of the plain ones.
+    /// Adds up the lights of a set. Returns false, without doing so, if one of them has an ambient
+    /// part.
     fn lit_by_set(&self, set: u32, lanes: u32, radiances: &mut Vec3Lanes, work: &mut Work) -> bool {
         let lights = self.scene.lights_of_set(set).iter().chain(&self.headlight);
-        // A light of VRML 97 may have a share that comes from everywhere.
+        // Only a VRML 97 light has an ambient part.
         if lights.clone().any(|light| light.ambient != Vec3::ZERO) {
             return false;
         }
@@ -139,6 +141,7 @@ impl Shader<'_> {
         true
     }
 
+    /// Adds one light to the radiances of some lanes.
     fn add_light(&self, light: &Light, lanes: u32, radiances: &mut Vec3Lanes, work: &mut Work) {
         let Work { points, counts, .. } = work;
         points.reach(light, lanes);

@@ -1,4 +1,4 @@
-//! Turns rays into radiance.
+//! The shader, which computes the radiance along rays.
 
 use std::sync::OnceLock;
 
@@ -11,15 +11,17 @@ use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
 use crate::math::lanes::{Vec3Lanes, bits, set_lane};
 use crate::scene::{Light, Point, Reaching, RenderScene};
 
+/// The options of a [`Shader`].
 #[derive(Clone, Debug)]
 pub struct ShadeOptions {
-    /// A light on the camera, in world directions. Default: none, as in 1999.
+    /// A light on the camera, in world directions. Default: none, as in the 1999 program.
     pub headlight: Option<Light>,
-    /// The camera's backward direction, for highlights. Default: +z.
+    /// The camera's backward direction, used for highlights. Default: +z.
     pub backward: Vec3,
-    /// Reflections and refractions in a row. Default: 5.
+    /// The largest number of successive reflections and refractions. Default: 5.
     pub max_depth: u32,
-    /// Rays that carry less than this share of the picture's light end. Default: 1/1024.
+    /// A ray ends if it contributes at most this fraction of its radiance to the picture. Default:
+    /// 1/1024.
     pub least_share: f32,
 }
 
@@ -34,51 +36,54 @@ impl Default for ShadeOptions {
     }
 }
 
-/// Turns rays into radiance.
+/// Computes the radiance along rays through a scene by one shading model.
 #[derive(Debug)]
 pub struct Shader<'a> {
     pub(super) scene: &'a RenderScene,
     pub(super) shading: Shading,
     pub(super) options: ShadeOptions,
     pub(super) headlight: Option<Light>,
-    /// The scene's surfaces as packets need them, made for the first packet.
+    /// The values of surfaces that packets need, computed for the first packet.
     plain: OnceLock<Vec<PlainSurface>>,
 }
 
-/// Rays that were followed through the scene.
+/// The numbers of rays that were traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
     /// Rays from the camera, mirrored rays and refracted rays.
     pub scene: u64,
-    /// Rays towards a light.
+    /// Rays toward a light.
     pub shadow: u64,
 }
 
-/// What shading one ray leaves for the next: counts, and memory to use again.
+/// The state that a thread keeps between rays: counts, and buffers for reuse.
 #[derive(Debug, Default)]
 pub struct Work {
+    /// The rays traced so far.
     pub counts: RayCounts,
     pub(super) pending: Vec<Pending>,
     /// The hits of the packet that was shaded last.
     pub(super) hits: PacketHits,
-    /// Those of its points that are lit side by side.
+    /// The points of that packet that are lit in lanes.
     pub(super) points: Box<PointLanes>,
 }
 
-/// A ray still to be followed, and how much of it reaches the film.
+/// A ray still to be traced, and how much of its radiance reaches the film.
 #[derive(Debug)]
 pub(super) struct Pending {
     pub(super) ray: Ray,
     /// The lane of the packet whose ray led to this one.
     pub(super) lane: usize,
+    /// The fraction of its radiance that reaches the film.
     pub(super) share: Vec3,
     depth: u32,
-    /// Surfaces are met from either side: a ray after a mirror or through glass sees what closed
-    /// shapes hide from the camera too.
+    /// Whether the ray hits surfaces from either side. A reflected or refracted ray also hits the
+    /// back faces of closed shapes, which are hidden from the camera.
     any_side: bool,
 }
 
 impl Pending {
+    /// The path of a camera ray.
     pub(super) fn first(ray: &Ray, lane: usize) -> Self {
         Self {
             ray: *ray,
@@ -91,6 +96,7 @@ impl Pending {
 }
 
 impl<'a> Shader<'a> {
+    /// Makes a shader for a scene.
     pub fn new(scene: &'a RenderScene, shading: Shading, options: ShadeOptions) -> Self {
         let headlight = options.headlight;
         Self {
@@ -102,24 +108,25 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// The scene's surfaces as packets need them.
+    /// The values of surfaces that packets need, by surface number.
     pub(super) fn plain_surfaces(&self) -> &[PlainSurface] {
         let surfaces = self.scene.surfaces();
         self.plain
             .get_or_init(|| surfaces.iter().map(PlainSurface::new).collect())
     }
 
+    /// The scene that is shaded.
     pub fn scene(&self) -> &'a RenderScene {
         self.scene
     }
 
-    /// Radiance that comes back along a ray from the camera.
+    /// Returns the radiance along a ray from the camera.
     pub fn radiance(&self, ray: &Ray, work: &mut Work) -> Vec3 {
         work.counts.scene += 1;
         self.radiance_of(ray, self.scene.hit(ray), work)
     }
 
-    /// The same where it is already known what the ray meets.
+    /// Returns the radiance along a ray from the camera whose hit is already known.
     pub fn radiance_of(&self, ray: &Ray, hit: Option<Hit>, work: &mut Work) -> Vec3 {
         let Some(hit) = hit else {
             return self.scene.background().color(ray.direction);
@@ -132,7 +139,8 @@ impl<'a> Shader<'a> {
         self.follow_pending(color, work)
     }
 
-    /// [`Shader::radiance`] along a packet of rays: the same to rounding, in less time.
+    /// Computes the radiances along a packet of rays. They equal those of [`Shader::radiance`] up
+    /// to rounding and take less time.
     pub fn radiances(&self, rays: &RayPacket, radiances: &mut Vec3Lanes, work: &mut Work) {
         work.counts.scene += u64::from(rays.mask.count_ones());
         let mut hits = std::mem::take(&mut work.hits);
@@ -145,7 +153,7 @@ impl<'a> Shader<'a> {
         work.hits = hits;
     }
 
-    /// Adds what the rays that are still to be followed bring.
+    /// Traces the pending rays and adds their radiances to a color.
     fn follow_pending(&self, mut color: Vec3, work: &mut Work) -> Vec3 {
         while let Some(next) = work.pending.pop() {
             work.counts.scene += 1;
@@ -159,6 +167,7 @@ impl<'a> Shader<'a> {
         color
     }
 
+    /// Returns the hit of a pending ray.
     pub(super) fn next_hit(&self, next: &Pending) -> Option<Hit> {
         if next.any_side {
             self.scene.hit_any_side(&next.ray)
@@ -167,7 +176,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Radiance along a ray, or `None` where it meets nothing.
+    /// Returns the radiance along a ray, or `None` if it hits nothing.
     pub fn trace(&self, ray: &Ray) -> Option<Vec3> {
         let hit = self.scene.hit(ray)?;
         Some(self.radiance_of(ray, Some(hit), &mut Work::default()))
@@ -175,11 +184,11 @@ impl<'a> Shader<'a> {
 
     fn shade(&self, hit: Hit, path: &Pending, color: &mut Vec3, work: &mut Work) {
         let point = self.scene.point(&path.ray, &hit);
-        let light = self.lit_by_itself(&point, &mut work.counts);
+        let light = self.light_point(&point, &mut work.counts);
         self.accumulate(&hit, &point, light, path, color, &mut work.pending);
     }
 
-    /// Appends the hits of a packet's rays, which are not shaded.
+    /// Traces a packet without shading, and appends the hits of its rays.
     pub fn intersect(&self, rays: &RayPacket, work: &mut Work, hits: &mut Vec<Option<Hit>>) {
         work.counts.scene += u64::from(rays.mask.count_ones());
         self.scene.hits(rays, &mut work.hits);
@@ -191,8 +200,8 @@ impl<'a> Shader<'a> {
         hits.extend(bits(rays.mask).map(|lane| work.hits.hit(lane)));
     }
 
-    /// The light that a point gives off, before texture and fog.
-    pub(super) fn lit_by_itself(&self, point: &Point<'_>, counts: &mut RayCounts) -> Vec3 {
+    /// The light that leaves a point, before texture and fog.
+    pub(super) fn light_point(&self, point: &Point<'_>, counts: &mut RayCounts) -> Vec3 {
         if self.shading == Shading::Recursive {
             self.lit_in_shadow(point, counts)
         } else {
@@ -200,8 +209,8 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Adds what a point that gives off some light sends back along a path, and what is to be
-    /// followed from there.
+    /// Adds to a color what a lit point sends back along a path, and appends the rays to trace from
+    /// the point.
     pub(super) fn accumulate(
         &self,
         hit: &Hit,
@@ -219,7 +228,7 @@ impl<'a> Shader<'a> {
         let local = self.local(ray, point, light);
         let through = point.transparency;
         *color += path.share * (1.0 - through) * local;
-        // What a blended face lets through is what lies behind it; sorted blending in Coin.
+        // A transparent face shows what lies behind it, as sorted blending does in Coin.
         let share = path.share * through;
         if through > 0.0 && share.max_element() > self.options.least_share && path.depth < 64 {
             pending.push(Pending {
@@ -232,9 +241,9 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// The color of model `g`: what OpenGL's frame buffer holds after the opaque shapes were drawn and
-    /// the transparent ones were blended over them, shape by shape, from the one with the farthest
-    /// center on (Inventor's `SORTED_OBJECT_BLEND`).
+    /// The color by model `g`, as in OpenGL's frame buffer. The opaque shapes are drawn first. The
+    /// transparent ones are then blended over them, from the shape with the farthest center to the
+    /// nearest (Inventor's `SORTED_OBJECT_BLEND`).
     fn blended(&self, ray: &Ray, first: Hit) -> Vec3 {
         let mut ray = *ray;
         let mut layers: Vec<(f32, u64, Vec3, f32)> = Vec::new();
@@ -259,7 +268,8 @@ impl<'a> Shader<'a> {
         })
     }
 
-    /// The color between a triangle's corners, which are lit; lines and points are lit where they are.
+    /// The color interpolated between a triangle's lit corners. Lines and points are lit at the
+    /// hit.
     fn interpolated(&self, ray: &Ray, hit: &Hit, point: &Point<'_>) -> Vec3 {
         match self.scene.corner_points(ray, hit) {
             Some(corners) => {
@@ -271,7 +281,7 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// The color of a point by the models that follow no mirrored rays.
+    /// The color of a point by the models without reflected rays.
     fn local(&self, ray: &Ray, point: &Point<'_>, light: Vec3) -> Vec3 {
         match self.shading {
             Shading::Normal => 0.5 * point.normal + 0.5,
@@ -283,7 +293,8 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// The light that a point gives off, before texture and fog: from 0 to 1, as in OpenGL.
+    /// The light that leaves a point, without shadows, texture and fog, clamped to 0 to 1 as in
+    /// OpenGL.
     fn lit_without_shadow(&self, point: &Point<'_>) -> Vec3 {
         if point.surface.base_color || matches!(self.shading, Shading::Flat | Shading::Normal) {
             return point.diffuse;
@@ -299,6 +310,7 @@ impl<'a> Shader<'a> {
         sum.clamp(Vec3::ZERO, Vec3::ONE)
     }
 
+    /// The lights that light a point.
     fn lights<'b>(&'b self, point: &Point<'b>) -> impl Iterator<Item = &'b Light> {
         self.scene
             .lights_of(point.surface)
@@ -306,7 +318,7 @@ impl<'a> Shader<'a> {
             .chain(self.headlight.as_ref())
     }
 
-    /// The light that a point gives off in model `r`.
+    /// The light that leaves a point by model `r`.
     fn lit_in_shadow(&self, point: &Point<'_>, counts: &mut RayCounts) -> Vec3 {
         if point.surface.base_color {
             return point.diffuse;
@@ -323,12 +335,15 @@ impl<'a> Shader<'a> {
         sum
     }
 
-    /// Model `r`. Direct light as in `p` times what the shadow ray brings, then two rays more:
+    /// Adds the color of a point by model `r`, and appends up to two rays to trace from the point.
     ///
-    /// * the mirror ray, with the share specular · shininess;
-    /// * where light goes through, the refracted ray, with the share transparency, bent by the
-    ///   index of refraction (1 unless an extension field says otherwise), all of it reflected
-    ///   beyond the critical angle. The opaque part keeps 1 − transparency.
+    /// The direct light is that of `p` times the transmittance along the shadow ray. The opaque
+    /// part has the share 1 − transparency. The two rays are:
+    ///
+    /// * the reflected ray, with the share specular · shininess;
+    /// * on a transparent surface the refracted ray, with the share transparency. It is bent by the
+    ///   index of refraction, which is 1 unless an extension field sets it. Beyond the critical angle
+    ///   its share goes to the reflected ray.
     fn recurse(
         &self,
         hit: &Hit,
@@ -370,7 +385,9 @@ impl<'a> Shader<'a> {
             let share = path.share * point.transparency;
             match refract(d, normal, surface.refraction, point.front) {
                 Some(_) if surface.refraction == 1.0 => {
-                    let ahead = self.scene.continue_behind(ray, hit); // what lies in the same plane too
+                    // The ray continues in its direction, and also hits primitives in the same
+                    // plane.
+                    let ahead = self.scene.continue_behind(ray, hit);
                     self.follow(ahead, share, path, pending);
                 }
                 Some(direction) => {
@@ -386,6 +403,7 @@ impl<'a> Shader<'a> {
         }
     }
 
+    /// Appends a ray to trace, unless its share is negligible.
     fn follow(&self, ray: Ray, share: Vec3, path: &Pending, pending: &mut Vec<Pending>) {
         if share.max_element() > self.options.least_share {
             pending.push(Pending {
@@ -399,8 +417,8 @@ impl<'a> Shader<'a> {
     }
 }
 
-/// The ray from a point to a light, up to the light itself and not to what lies behind it; none
-/// where the light adds nothing anyway.
+/// The ray from a point to a light. It ends at the light, so nothing behind the light casts a
+/// shadow. There is none if the light adds nothing to the point.
 fn shadow_ray(point: &Point<'_>, reaching: &Reaching) -> Option<Ray> {
     if reaching.color == Vec3::ZERO || point.normal.dot(reaching.toward) <= 0.0 {
         return None;
@@ -412,7 +430,8 @@ fn shadow_ray(point: &Point<'_>, reaching: &Reaching) -> Option<Ray> {
     Some(ray)
 }
 
-/// Snell's law; `None` beyond the critical angle. The index is of the inside against the outside.
+/// Refracts a direction by Snell's law; returns `None` beyond the critical angle. `index` is the
+/// refractive index of the inside relative to the outside.
 fn refract(d: Vec3, normal: Vec3, index: f32, entering: bool) -> Option<Vec3> {
     if index == 1.0 {
         return Some(d);
@@ -436,9 +455,10 @@ mod tests {
         assert_eq!(refract(grazing, Vec3::Z, 1.5, false), None);
     }
 
-    /// A lamp near the middle of a triangle: the middle is as bright as its corners are on average.
+    /// A light is near the middle of a triangle. By model `g` the middle is only as bright as the
+    /// mean of the corners.
     #[test]
-    fn in_model_g_a_triangle_has_the_colors_of_its_corners() {
+    fn model_g_interpolates_the_colors_of_a_triangles_corners() {
         let text = "#Inventor V2.1 ascii\n\
             Environment { attenuation 1 0 1 } PointLight { location .2 -.1 .5 color 1 .5 .2 }\n\
             Normal { vector 0 0 1 } NormalBinding { value OVERALL }\n\
@@ -464,9 +484,9 @@ mod tests {
         assert!(seen(Shading::Phong, 0.0, -1.0 / 3.0).x > 2.0 * middle.x);
     }
 
-    /// Round shapes are triangles in model `g`, which reach no farther than the shape.
+    /// Model `g` needs triangles; all other models use quadrics.
     #[test]
-    fn model_g_asks_for_triangles_of_round_shapes() {
+    fn model_g_makes_triangles_of_round_shapes() {
         let text = b"#Inventor V2.1 ascii\nSphere { } Cone { } Cylinder { }".to_vec();
         let document = crate::iv::Document::read_headerless("r.iv", text).unwrap();
         for shading in Shading::ALL {
@@ -482,7 +502,7 @@ mod tests {
         }
     }
 
-    /// Colors, a picture on a ball, highlights, a mirror, fog, things to see through, unlit ones,
+    /// A scene with colors, a texture, highlights, reflection, fog, transparent and unlit shapes,
     /// and every kind of light.
     const SCENE: &str = "#Inventor V2.1 ascii\n\
         PointLight { location 2 3 4 color 1 .8 .6 } DirectionalLight { direction 1 -1 -2 }\n\
@@ -501,7 +521,7 @@ mod tests {
         Translation { translation 0 -4 0 } LightModel { model BASE_COLOR } Cube { }\n";
 
     #[test]
-    fn bundles_are_lit_as_rays_by_themselves_are() {
+    fn packets_are_lit_like_single_rays() {
         use crate::iv::Document;
         use crate::math::lanes::{LANES, of_lane};
         use crate::scene::CompileOptions;
@@ -535,7 +555,7 @@ mod tests {
                     brightest = brightest.max(known.max_element());
                 }
             }
-            // Together, of 12,800 rays.
+            // The sum over 12,800 rays.
             assert!(farthest < 0.05, "{shading:?}: {farthest}");
             assert!(brightest > 0.5, "{shading:?}");
             let (found, known) = (work.counts, alone.counts);

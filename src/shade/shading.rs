@@ -1,29 +1,30 @@
-//! The shading models, by name and by Ivray's letters.
+//! The shading models, with their names and Ivray's letters.
 
 use crate::scene::Needs;
 
-/// What a picture shows of its points.
+/// A shading model: how the color of a visible point is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Shading {
-    /// `f`: the diffuse color, unlit.
+    /// Letter `f`: the diffuse color without lighting.
     Flat,
-    /// `n`: the normal as a color.
+    /// Letter `n`: the normal, shown as a color.
     Normal,
-    /// `a`: emissive and ambient light only.
+    /// Letter `a`: emissive and ambient light only.
     Ambient,
-    /// `d`: emissive, ambient and diffuse light.
+    /// Letter `d`: emissive, ambient and diffuse light.
     Diffuse,
-    /// `p`: with specular light too; no shadows.
+    /// Letter `p`: emissive, ambient, diffuse and specular light, without shadows.
     #[default]
     Phong,
-    /// `g`: as `p`, drawn as an OpenGL program draws: the corners of the triangles are lit, and
-    /// their colors are interpolated between them.
+    /// Letter `g`: the light of `p` as an OpenGL program computes it. The corners of the triangles
+    /// are lit, and their colors are interpolated.
     Gl,
-    /// `r`: with shadows, reflection and refraction.
+    /// Letter `r`: the light of `p` with shadows, reflection and refraction.
     Recursive,
 }
 
 impl Shading {
+    /// All models, in the order of the help text.
     pub const ALL: [Self; 7] = [
         Self::Flat,
         Self::Normal,
@@ -34,6 +35,7 @@ impl Shading {
         Self::Recursive,
     ];
 
+    /// The letter that Ivray gives to the model.
     pub fn letter(self) -> char {
         match self {
             Self::Flat => 'f',
@@ -46,6 +48,7 @@ impl Shading {
         }
     }
 
+    /// The model's name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Flat => "flat",
@@ -58,13 +61,14 @@ impl Shading {
         }
     }
 
-    /// By letter or by name.
+    /// Returns the model with a letter or a name.
     pub fn named(text: &str) -> Option<Self> {
         Self::ALL
             .into_iter()
             .find(|s| s.name() == text || text.chars().eq([s.letter()]))
     }
 
+    /// The parts of a scene that the model uses.
     pub fn needs(self) -> Needs {
         let lit = matches!(
             self,

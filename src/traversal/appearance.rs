@@ -1,4 +1,4 @@
-//! VRML97's `Shape`: an appearance, and the geometry that is drawn with it.
+//! The VRML97 `Shape`, which draws a geometry with an appearance.
 
 use glam::{Mat4, Vec2, Vec3};
 
@@ -17,13 +17,14 @@ use crate::grammar::{
 use crate::iv::NodeRef;
 
 impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
+    /// Begins a `Shape`; [`Walk::geometry`] follows.
     pub(super) fn appearance(&mut self, node: NodeRef<'a>) {
         self.keep_state();
         self.stack.push(Frame::Geometry { shape: node });
         self.state.language = Language::Vrml97;
     }
 
-    /// Replaces material and texture by the appearance's, then draws the geometry.
+    /// Replaces material and texture by those of the appearance, then draws the geometry.
     pub(super) fn geometry(&mut self, shape: NodeRef<'a>) {
         set_appearance(&mut self.state, shape.get_node(vrml97_shape::APPEARANCE));
         let Some(geometry) = shape.get_node(vrml97_shape::GEOMETRY) else {
@@ -43,7 +44,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
 fn set_appearance<'a>(state: &mut State<'a>, appearance: Option<NodeRef<'a>>) {
     let node = |field| appearance.and_then(|a| a.get_node(field));
     let material = node(appearance::MATERIAL);
-    // A shape without a material is white and unlit (the specification, 6.3 and 4.14).
+    // A shape without a material is white and unlit (VRML97, 6.3 and 4.14).
     state.base_color = material.is_none();
     state.material = material.map_or(
         MaterialElement {
@@ -79,7 +80,8 @@ fn material_element(node: NodeRef<'_>) -> MaterialElement<'static> {
     }
 }
 
-/// VRML97's texture transform: p' = −c S R c t applied to p, 6.47 of the specification.
+/// Returns the matrix of a VRML97 `TextureTransform`: −c · S · R · c · t, applied to a column
+/// vector (VRML97, 6.47).
 fn texture_transform(node: NodeRef<'_>) -> Mat4 {
     let pair = |field: Field<Vec2>| node.get(field).extend(0.0);
     let center = pair(texture_transform::CENTER);

@@ -1,35 +1,41 @@
-//! The entries of the walk's stack: what is still to be done.
+//! The entries of a walk's stack, which are the steps still to be done.
 
 use glam::DMat4;
 
 use super::state::State;
 use crate::iv::{NodeId, NodeRef};
 
+/// A step of a walk.
 pub(super) enum Frame<'a> {
+    /// Visits a node of the document.
     Visit(NodeId),
+    /// Visits a node with default values, which a kit makes.
     VisitDefault(NodeRef<'a>),
     /// Walks the nodes of a list from an index on.
-    List {
-        list: &'a [NodeId],
-        next: usize,
-    },
+    List { list: &'a [NodeId], next: usize },
+    /// Leaves a node with children.
     Leave(NodeId),
+    /// Restores the state.
     Restore(Box<State<'a>>),
-    /// Restores the state at the end of a separator.
+    /// Restores the state and ends a separator.
     Close(Box<State<'a>>),
+    /// Restores the matrix only.
     RestoreMatrix(DMat4),
-    /// Frames in walking order, inside a separator that a kit makes.
+    /// Does some steps inside a separator that a kit makes.
     Scope {
+        /// The steps, in order.
         inner: Vec<Frame<'a>>,
+        /// Whether only the matrix is restored at the end.
         matrix_only: bool,
     },
-    /// Walks a node's children under a further matrix.
+    /// Walks a node's children once, for one copy of an array.
     Place {
         node: NodeRef<'a>,
+        /// The copy's matrix, relative to the node.
         matrix: DMat4,
+        /// The copy's number, which a `Switch` below may inherit.
         choice: i32,
     },
-    Geometry {
-        shape: NodeRef<'a>,
-    },
+    /// Draws the geometry of a VRML97 `Shape` after its appearance.
+    Geometry { shape: NodeRef<'a> },
 }

@@ -1,4 +1,4 @@
-//! Groups that pick among their children, repeat them, or turn them to the camera.
+//! Groups that select among their children, repeat them, or turn them to the camera.
 
 use glam::{DMat4, DVec3, Mat4};
 
@@ -13,7 +13,7 @@ use crate::iv::{NodeId, NodeRef};
 use crate::pose::Projection;
 
 impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
-    /// Returns the children among which a switch or a level of detail picks.
+    /// Returns the children among which a switch or a level of detail selects.
     fn choices(node: NodeRef<'a>) -> &'a [NodeId] {
         [
             vrml97_switch_node::CHOICE,
@@ -26,12 +26,14 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         .unwrap_or(&node.data().children)
     }
 
+    /// Visits one child of a list, if it exists.
     fn pick(&mut self, list: &'a [NodeId], index: usize) {
         if let Some(&id) = list.get(index) {
             self.stack.push(Frame::Visit(id));
         }
     }
 
+    /// Walks the children that a `Switch` selects.
     pub(super) fn switch(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         let vrml97 = node.find(vrml97_switch_node::WHICH_CHOICE);
@@ -53,8 +55,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
-    /// Shows one child after the other, a round in 1/speed seconds; a single child comes and goes. At
-    /// time 0 the file's own choice holds, and a blinker that is off shows a child (measured in Coin).
+    /// Walks the child that a `Blinker` shows at this time. It shows all children in turn within
+    /// 1/speed seconds; a single child is hidden for the first half of that time. At time 0 it
+    /// shows the child that the file selects. When it is off it shows that child, or the first one
+    /// if the file selects none (measured in Coin).
     pub(super) fn blinker(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
@@ -77,7 +81,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
-    /// Walks the children if the nodes above end with the node's path.
+    /// Walks the children of a `PathSwitch` if the path to the node ends with the path in its
+    /// field.
     pub(super) fn path_switch(&mut self, node: NodeRef<'a>) {
         let Some(path) = node.get_node(path_switch::PATH) else {
             return;
@@ -104,8 +109,9 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
-    /// Walks the children at every place of a grid, as Inventor does: z slowest, x fastest, and
-    /// every copy from the state that the array itself was met in.
+    /// Walks the children at every place of a grid, with x fastest and z slowest. As in Inventor,
+    /// every copy begins with the state at the array itself. An array of more than ten million
+    /// copies is skipped, to bound memory.
     pub(super) fn array(&mut self, node: NodeRef<'a>) {
         let counts = [
             array::NUM_ELEMENTS1,
@@ -137,12 +143,14 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         self.place(node, &places);
     }
 
+    /// Walks the children once for each matrix of a `MultipleCopy`.
     pub(super) fn multiple_copy(&mut self, node: NodeRef<'a>) {
         let matrices = node.get(multiple_copy::MATRIX);
         let places: Vec<DMat4> = matrices.iter().map(Mat4::as_dmat4).collect();
         self.place(node, &places);
     }
 
+    /// Walks a node's children once for each place, in order.
     fn place(&mut self, node: NodeRef<'a>, places: &[DMat4]) {
         for (i, &matrix) in places.iter().enumerate().rev() {
             self.stack.push(Frame::Place {
@@ -153,7 +161,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
-    /// Picks by the distance from the eye to the center in the world.
+    /// Walks the child that an `LOD` selects by the distance from the eye to its center, in meters.
     pub(super) fn lod(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
@@ -176,8 +184,9 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         self.pick(list, level.min(list.len().saturating_sub(1)));
     }
 
-    /// Picks by the pixels that the box around the children covers, times `Complexity` + ½ as in Coin.
-    /// `Complexity` 0 asks for the coarsest level, 1 for the finest.
+    /// Walks the child that a `LevelOfDetail` selects by the area of the box around its children in
+    /// pixels, times `Complexity` + ½ as in Coin. `Complexity` 0 selects the coarsest level, 1 the
+    /// finest.
     pub(super) fn level_of_detail(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
@@ -205,7 +214,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         self.pick(list, index);
     }
 
-    /// Turns +z to the camera, about an axis or freely.
+    /// Turns the +z axis of a `Billboard` to the camera, about an axis or freely.
     pub(super) fn turn_to_camera(&mut self, node: NodeRef<'a>) {
         let Some(camera) = &self.options.camera else {
             return;

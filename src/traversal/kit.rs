@@ -1,4 +1,4 @@
-//! Node kits: the tree that a kit builds from its parts.
+//! Node kits, which arrange their parts in a tree.
 
 use std::sync::OnceLock;
 
@@ -6,7 +6,7 @@ use super::frame::Frame;
 use crate::grammar::{self, Part, Role};
 use crate::iv::{Document, Node, NodeId, NodeRef};
 
-/// Puts the kit's parts on the stack, the first part on top.
+/// Pushes the kit's parts on the stack, with the first part on top.
 pub(super) fn plan<'a>(kit: NodeRef<'a>, stack: &mut Vec<Frame<'a>>) {
     let Some(class) = kit.known_class() else {
         return;
@@ -19,6 +19,8 @@ pub(super) fn plan<'a>(kit: NodeRef<'a>, stack: &mut Vec<Frame<'a>>) {
     stack.extend(plan.into_iter().rev());
 }
 
+/// Plans the parts below the part `parent`. Parts are nested at most 16 deep, which bounds a
+/// catalogue entry that names itself as its parent; the deepest kit in the catalogue needs fewer.
 fn parts_below<'a>(
     parent: &str,
     kit: NodeRef<'a>,
@@ -39,14 +41,14 @@ fn parts_below<'a>(
         } else if let Some(&id) = stated.first() {
             plan.push(Frame::Visit(id));
         } else if part.made
-            && let Some(node) = made_up(part.class)
+            && let Some(node) = default_node(part.class)
         {
             plan.push(Frame::VisitDefault(node));
         }
     }
 }
 
-/// Plans a part with parts below it: a separator or a group that the kit makes.
+/// Plans a part with other parts below it. It is a separator or a group that the kit makes.
 fn inner<'a>(
     part: &'static Part,
     stated: &'a [NodeId],
@@ -61,7 +63,7 @@ fn inner<'a>(
         .or_else(|| grammar::any(part.class));
     let role = class.map_or(Role::Group, |c| c.role);
     if role == Role::Switch {
-        return; // a part that shows only while something is dragged
+        return; // this part is visible only during a drag
     }
     let mut scope = Vec::new();
     if let Some(&id) = stated.first() {
@@ -78,8 +80,8 @@ fn inner<'a>(
     }
 }
 
-/// Returns a node of a class with default values, which a kit makes where the file states none.
-fn made_up(class: &str) -> Option<NodeRef<'static>> {
+/// Returns a node of a class with default values, for a part that the file does not contain.
+fn default_node(class: &str) -> Option<NodeRef<'static>> {
     static DEFAULTS: OnceLock<Document> = OnceLock::new();
     let document = DEFAULTS.get_or_init(|| {
         let mut document = Document::default();

@@ -1,7 +1,8 @@
-//! Walks a document by Inventor's rules of state, and calls a visitor for what it meets.
+//! Traverses a document by Inventor's rules of state, and calls a visitor at its nodes.
 //!
-//! The stack is a `Vec`, so that depth costs memory and not the program's stack. A node that contains
-//! itself is entered once on each path. A limit on visits bounds trees that double at every level.
+//! The stack is a `Vec`, so a deep document cannot overflow the program's stack. A node that
+//! contains itself is entered only once on each path. A limit on visits bounds the time for
+//! documents whose nodes use shared subtrees at every level.
 
 mod appearance;
 mod frame;

@@ -1,4 +1,4 @@
-//! Nodes that pick among children, and nodes that move by themselves.
+//! Tests of groups that select among children, and of nodes that move with time.
 
 use std::sync::Arc;
 
@@ -8,13 +8,13 @@ use super::*;
 use crate::iv::{Document, Limits, NodeRef, Nowhere};
 use crate::snapshot::Snapshot;
 
-/// Shapes with their places, and an area that every box is said to take up on the screen.
-struct Seen {
+/// Records shapes with their places. `area` is the screen area of every box, in pixels.
+struct Recorder {
     shapes: Vec<String>,
     area: Option<f64>,
 }
 
-impl<'a> Visitor<'a> for Seen {
+impl<'a> Visitor<'a> for Recorder {
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         let at = state.world_from_object.transform_point3(DVec3::ZERO);
         let at = (at * 1e4).round() / 1e4 + DVec3::ZERO;
@@ -27,31 +27,31 @@ impl<'a> Visitor<'a> for Seen {
     }
 }
 
-fn seen_as(scene: &str, time: f64, options: &WalkOptions, area: Option<f64>) -> Vec<String> {
+fn shapes_with(scene: &str, time: f64, options: &WalkOptions, area: Option<f64>) -> Vec<String> {
     let text = format!("#Inventor V2.1 ascii\n{scene}").into_bytes();
     let document = Document::read("test.iv", text, Arc::new(Nowhere), &Limits::default());
-    let mut seen = Seen {
+    let mut recorder = Recorder {
         shapes: Vec::new(),
         area,
     };
     let document = document.expect("reads");
-    walk(&Snapshot::at(&document, time), options, &mut seen);
-    seen.shapes
+    walk(&Snapshot::at(&document, time), options, &mut recorder);
+    recorder.shapes
 }
 
-fn seen(scene: &str, time: f64) -> Vec<String> {
-    seen_as(scene, time, &WalkOptions::default(), None)
+fn shapes(scene: &str, time: f64) -> Vec<String> {
+    shapes_with(scene, time, &WalkOptions::default(), None)
 }
 
 #[test]
 fn a_blinker_shows_one_child_after_the_other() {
     let three = "Blinker { speed 0.5 Cube { } Sphere { } Cone { } }";
-    let names = [0.1, 0.7, 1.5, 2.1].map(|t| seen(three, t).concat());
+    let names = [0.1, 0.7, 1.5, 2.1].map(|t| shapes(three, t).concat());
     assert_eq!(names, ["Cube 0 0", "Sphere 0 0", "Cone 0 0", "Cube 0 0"]);
     let one = "Blinker { Cube { } }";
-    assert_eq!([0.25, 0.75, 1.25].map(|t| seen(one, t).len()), [0, 1, 0]);
+    assert_eq!([0.25, 0.75, 1.25].map(|t| shapes(one, t).len()), [0, 1, 0]);
     assert_eq!(
-        seen("Blinker { on FALSE Cube { } Cone { } }", 9.7),
+        shapes("Blinker { on FALSE Cube { } Cone { } }", 9.7),
         ["Cube 0 0"]
     );
 }
@@ -61,30 +61,30 @@ fn a_path_switch_shows_its_children_below_its_path_only() {
     let scene = "DEF A Separator { Switch { DEF S Separator { PathSwitch { path Path { USE S 0 } Cube { } } } } }
         Separator { Translation { translation 3 0 0 } USE S }
         PathSwitch { path Path { USE A 0 } Sphere { } } PathSwitch { Cone { } }";
-    assert_eq!(seen(scene, 0.0), ["Cube 3 0"]);
+    assert_eq!(shapes(scene, 0.0), ["Cube 3 0"]);
 }
 
 #[test]
-fn movers_are_where_the_clock_has_them() {
+fn moving_nodes_have_the_place_of_their_time() {
     let shuttle = "Shuttle { translation0 0 0 0 translation1 8 0 0 speed 0.25 } Cube { }";
-    let places = [0.0, 1.0, 2.0, 4.0].map(|t| seen(shuttle, t).concat());
+    let places = [0.0, 1.0, 2.0, 4.0].map(|t| shapes(shuttle, t).concat());
     assert_eq!(places, ["Cube 0 0", "Cube 4 0", "Cube 8 0", "Cube 0 0"]);
     let rotor = "Rotor { rotation 0 0 1 0 speed 0.5 } Translation { translation 1 0 0 } Cube { }";
-    let places = [0.0, 0.5, 1.0].map(|t| seen(rotor, t).concat());
+    let places = [0.0, 0.5, 1.0].map(|t| shapes(rotor, t).concat());
     assert_eq!(places, ["Cube 1 0", "Cube 0 1", "Cube -1 0"]);
     let pendulum = "Pendulum { rotation0 0 0 1 0 rotation1 0 0 1 1.5707963 } Translation { translation 1 0 0 } Cube { }";
-    assert_eq!(seen(pendulum, 0.5), ["Cube 0 1"]);
+    assert_eq!(shapes(pendulum, 0.5), ["Cube 0 1"]);
 }
 
 #[test]
-fn a_level_of_detail_goes_by_its_pixels() {
+fn a_level_of_detail_is_selected_by_its_screen_area() {
     let scene = |complexity: &str| {
         format!(
             "Complexity {{ value {complexity} }} LevelOfDetail {{ screenArea [ 100, 10 ] Cube {{ }} Sphere {{ }} Cone {{ }} }}"
         )
     };
     let at = |complexity: &str, area| {
-        seen_as(&scene(complexity), 0.0, &WalkOptions::default(), area).concat()
+        shapes_with(&scene(complexity), 0.0, &WalkOptions::default(), area).concat()
     };
     assert_eq!(at("0.5", Some(101.0)), "Cube 0 0");
     assert_eq!(at("0.5", Some(99.0)), "Sphere 0 0");
@@ -96,15 +96,15 @@ fn a_level_of_detail_goes_by_its_pixels() {
 }
 
 #[test]
-fn resetting_and_squishing_change_the_matrix_alone() {
+fn reset_transform_and_anti_squish_change_only_the_matrix() {
     let reset = "Separator { Translation { translation 5 0 0 } BaseColor { } ResetTransform { } Cube { } } Cone { }";
-    assert_eq!(seen(reset, 0.0), ["Cube 0 0", "Cone 0 0"]);
+    assert_eq!(shapes(reset, 0.0), ["Cube 0 0", "Cone 0 0"]);
     // Scales 1, 4 and 1 have the average 2.
     let squish =
         "Scale { scaleFactor 1 4 1 } AntiSquish { } Translation { translation 1 1 0 } Cube { }";
-    assert_eq!(seen(squish, 0.0), ["Cube 2 2"]);
+    assert_eq!(shapes(squish, 0.0), ["Cube 2 2"]);
     let around = "SurroundScale { } Translation { translation 1 1 0 } Cube { }";
-    assert_eq!(seen(around, 0.0), ["Cube 1 1"]);
+    assert_eq!(shapes(around, 0.0), ["Cube 1 1"]);
 }
 
 #[test]
@@ -112,6 +112,6 @@ fn shadow_groups_and_annotations_are_separators() {
     for class in ["ShadowGroup", "Annotation", "Selection", "LocateHighlight"] {
         let scene =
             format!("{class} {{ Translation {{ translation 1 0 0 }} Cube {{ }} }} Cone {{ }}");
-        assert_eq!(seen(&scene, 0.0), ["Cube 1 0", "Cone 0 0"], "{class}");
+        assert_eq!(shapes(&scene, 0.0), ["Cube 1 0", "Cone 0 0"], "{class}");
     }
 }

@@ -1,4 +1,4 @@
-//! The options of a walk, and the trait of those who follow it.
+//! The options of a walk, and the trait of its visitors.
 
 use crate::diag::Diagnostic;
 use crate::iv::NodeRef;
@@ -7,14 +7,17 @@ use crate::pose::CameraPose;
 use super::role::Role;
 use super::state::{LightElement, State};
 
-/// How a walk chooses among levels of detail, and where it stops.
+/// The options of a walk: how it chooses among levels of detail, and how far it goes.
 #[derive(Clone, Debug)]
 pub(crate) struct WalkOptions {
-    /// The camera that levels of detail and billboards depend on. Default: none, the finest level.
+    /// The camera that levels of detail and billboards depend on. Default: none, which selects the
+    /// finest level and turns no billboard.
     pub camera: Option<CameraPose>,
-    /// The most nodes to visit. Default: 300,000, or twice the document's nodes if that is more.
+    /// The largest number of nodes to visit. Default: 300,000. It is raised to twice the document's
+    /// number of nodes.
     pub max_visits: u64,
-    /// Walks every child of an LOD or a Blinker, as Inventor's bounding boxes do. Default: no.
+    /// Whether to walk every child of an LOD or a Blinker, as Inventor's bounding boxes do.
+    /// Default: no.
     pub all_levels: bool,
 }
 
@@ -28,28 +31,31 @@ impl Default for WalkOptions {
     }
 }
 
-/// Is called for what a walk meets, with the state that holds at the node.
+/// Receives the nodes of a walk, each with the state at the node.
 pub(crate) trait Visitor<'a> {
     /// Draws a shape.
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>);
+    /// Receives a light that is on.
     fn light(&mut self, _light: &LightElement, _state: &State<'a>) {}
+    /// Receives a camera.
     fn camera(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
-    /// Is called for every node, before anything else.
+    /// Receives every node, before the other methods.
     fn node(&mut self, _node: NodeRef<'a>, _role: Role) {}
-    /// Is called at the beginning of a separator; [`Self::close`] at its end.
+    /// Begins a separator.
     fn open(&mut self, _state: &State<'a>) {}
+    /// Ends the separator that began last.
     fn close(&mut self) {}
-    /// Is called for a VRML97 `Background` or `Fog`, of which a scene uses the first.
+    /// Receives a VRML97 `Background` or `Fog`. A scene uses the first of each.
     fn bindable(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
-    /// Returns how many pixels the box around a node's children covers; `None` without a camera.
+    /// Returns the area of the box around a node's children in pixels, or `None` without a camera.
     fn screen_area(&mut self, _node: NodeRef<'a>, _state: &State<'a>) -> Option<f64> {
         None
     }
-    /// Whether the visitor can take no more; the walk then ends.
+    /// Whether the visitor's limits are reached, so that the walk ends.
     fn is_full(&self) -> bool {
         false
     }
-    /// Is called for what walking finds wrong with the scene.
-    #[allow(clippy::boxed_local)] // boxed as every diagnostic that is handed on
-    fn trouble(&mut self, _trouble: Box<Diagnostic>) {}
+    /// Receives a diagnostic about the scene.
+    #[allow(clippy::boxed_local)] // diagnostics are always passed in boxes
+    fn report(&mut self, _diagnostic: Box<Diagnostic>) {}
 }

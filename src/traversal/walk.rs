@@ -1,4 +1,4 @@
-//! The walk itself: a stack of frames, and what happens at each node.
+//! The walk: its stack, and the steps at each node.
 
 use std::sync::Arc;
 
@@ -15,20 +15,25 @@ use crate::grammar::{
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::snapshot::Snapshot;
 
+/// A walk in progress.
 pub(super) struct Walk<'a, 'v, V> {
     pub(super) document: &'a Document,
+    /// The time of the snapshot, in seconds.
     pub(super) time: f64,
     pub(super) options: &'v WalkOptions,
     pub(super) visitor: &'v mut V,
     pub(super) state: State<'a>,
+    /// The steps still to be done, the next one last.
     pub(super) stack: Vec<Frame<'a>>,
     /// For each node, whether it is on the path from the root to the current node.
     on_path: Vec<bool>,
+    /// The number of nodes visited so far.
     pub(super) visits: u64,
+    /// Whether a cycle was reported; only the first one is.
     reported_cycle: bool,
 }
 
-/// Walks all roots in order, under one state.
+/// Walks all roots of a snapshot in order, with one state.
 pub(crate) fn walk<'a, V: Visitor<'a>>(
     snapshot: &'a Snapshot<'_>,
     options: &WalkOptions,
@@ -69,7 +74,7 @@ pub(crate) fn walk_list<'a, V: Visitor<'a>>(
             let diagnostic = Diagnostic::warning(format!(
                 "the scene has more than {most} nodes to walk; the rest is left out"
             ));
-            walk.visitor.trouble(diagnostic.with_help(
+            walk.visitor.report(diagnostic.with_help(
                 "a subtree used by subtrees used again grows fast; `--scene-limit visits=N` raises this",
             ));
             break;
@@ -126,7 +131,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         let role = role::role(node);
         self.visitor.node(node, role);
         match role {
-            // Nodes of unknown classes and those without a picture; SGI and Coin skip them too.
+            // Unknown classes and invisible nodes are skipped, as in SGI's library and in Coin.
             Role::Kept | Role::Held => {}
             Role::Property => {
                 property::apply(&mut self.state, node, self.time);
@@ -146,11 +151,12 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
-    /// Enters a node with children, unless it is on the path already: then it contains itself.
+    /// Enters a node with children, unless it is already on the path, which means that it contains
+    /// itself.
     pub(super) fn enter(&mut self, node: NodeRef<'a>, role: Role) {
         let index = node.id.0 as usize;
         if !std::ptr::eq(node.document, self.document) {
-            return; // a part that a kit makes up: it has no children
+            return; // a default part of a kit, which has no children
         }
         if self.on_path[index] {
             if !self.reported_cycle {
@@ -162,7 +168,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 if let Some(source) = node.source() {
                     diagnostic = diagnostic.at(source, node.span());
                 }
-                self.visitor.trouble(diagnostic);
+                self.visitor.report(diagnostic);
             }
             return;
         }
@@ -214,18 +220,21 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
+    /// Restores the state after the steps that are pushed next.
     pub(super) fn keep_state(&mut self) {
         self.stack
             .push(Frame::Restore(Box::new(self.state.clone())));
     }
 
+    /// Begins a separator, which ends after the steps that are pushed next.
     pub(super) fn open_separator(&mut self) {
         self.visitor.open(&self.state);
         self.stack.push(Frame::Close(Box::new(self.state.clone())));
     }
 
+    /// Walks a node's children.
     pub(super) fn children(&mut self, node: NodeRef<'a>) {
-        // VRML97 keeps children in a field; the last pushed is walked first.
+        // VRML97 stores children in a field. The list that is pushed last is walked first.
         for field in [
             vrml97_lod::LEVEL,
             vrml97_switch_node::CHOICE,

@@ -41,7 +41,7 @@ impl<'a> Visitor<'a> for Count {
     fn shape(&mut self, _: NodeRef<'a>, _: &crate::traversal::State<'a>) {
         self.0 += 1;
     }
-    fn trouble(&mut self, _: Box<crate::diag::Diagnostic>) {
+    fn report(&mut self, _: Box<crate::diag::Diagnostic>) {
         self.1 += 1;
     }
 }
@@ -82,7 +82,7 @@ fn more_primitives_than_the_limit_are_left_out_with_a_message() {
     let snapshot = Snapshot::at(&document, 0.0);
     let scene = RenderScene::compile(&snapshot, &options).expect("compiles");
     assert_eq!(scene.primitives().0, 120);
-    assert_eq!(scene.census().troubles.len(), 1);
+    assert_eq!(scene.census().diagnostics.len(), 1);
 }
 
 #[test]
@@ -95,7 +95,7 @@ fn corners_that_are_no_numbers_are_left_out_and_the_rest_is_drawn() {
     assert_eq!(scene.primitives().0, 1);
     let told: Vec<&str> = scene
         .census()
-        .troubles
+        .diagnostics
         .iter()
         .map(|t| &*t.message)
         .collect();
@@ -112,8 +112,8 @@ fn what_is_not_drawn_whole_is_told_once_a_node_and_with_its_place() {
     let snapshot = Snapshot::at(&document, 0.0);
     let survey = RenderScene::survey(&snapshot, &options);
     let scene = RenderScene::compile(&snapshot, &options).expect("compiles");
-    for troubles in [&survey.troubles, &scene.census().troubles] {
-        let told: Vec<_> = troubles
+    for diagnostics in [&survey.diagnostics, &scene.census().diagnostics] {
+        let told: Vec<_> = diagnostics
             .iter()
             .map(|t| (&*t.message, t.location().1))
             .collect();
@@ -159,11 +159,11 @@ fn what_a_scale_presses_flat_is_drawn_flat() {
         let scene = compile(&format!("Scale {{ scaleFactor 1 1 0 }} {shape} {{ }}"));
         let t = distance(&scene).unwrap_or(f32::NAN);
         assert!((t - 10.0).abs() < 1e-5, "{shape}: {t}");
-        assert!(scene.census().troubles.is_empty(), "{shape}");
+        assert!(scene.census().diagnostics.is_empty(), "{shape}");
     }
     let lines = ["1 0 0", "0 0 1"].map(|left| {
         let scene = compile(&format!("Scale {{ scaleFactor {left} }} Cube {{ }}"));
-        scene.census().troubles.len()
+        scene.census().diagnostics.len()
     });
     assert_eq!(lines, [1, 1]);
 }

@@ -50,9 +50,9 @@ impl Checked {
     fn diagnostics(&self) -> Vec<&Diagnostic> {
         match &self.document {
             Ok((document, survey)) => {
-                let troubles = survey.troubles.iter();
-                let textures = self.missing.iter().filter_map(|m| m.trouble.as_deref());
-                let all = document.sink.items().iter().chain(troubles);
+                let diagnostics = survey.diagnostics.iter();
+                let textures = self.missing.iter().filter_map(|m| m.diagnostic.as_deref());
+                let all = document.sink.items().iter().chain(diagnostics);
                 all.chain(textures).collect()
             }
             Err(error) => vec![error],
@@ -127,14 +127,16 @@ impl Checked {
     }
 
     /// What is wrong, for a line that begins with the file's name.
-    fn beside_its_name(&self, trouble: &Diagnostic) -> String {
-        let what = trouble.message.replace(&format!("`{}`", self.file), "this");
-        let kind = trouble.severity.name();
-        match trouble.location() {
+    fn beside_its_name(&self, diagnostic: &Diagnostic) -> String {
+        let what = diagnostic
+            .message
+            .replace(&format!("`{}`", self.file), "this");
+        let kind = diagnostic.severity.name();
+        match diagnostic.location() {
             (Some(file), Some((line, column))) if file == self.file => {
                 format!("line {line}, column {column}: {kind}: {what}")
             }
-            (Some(file), _) if file != self.file => trouble.to_string(),
+            (Some(file), _) if file != self.file => diagnostic.to_string(),
             _ => format!("{kind}: {what}"),
         }
     }

@@ -12,7 +12,7 @@ use crate::snapshot::Snapshot;
 pub(crate) struct Missing {
     pub name: String,
     /// Why not; an included file was reported on when it was read.
-    pub trouble: Option<Box<Diagnostic>>,
+    pub diagnostic: Option<Box<Diagnostic>>,
 }
 
 /// The fields that name an included scene.
@@ -47,7 +47,7 @@ pub(super) fn missing(snapshot: &Snapshot<'_>, folders: &[PathBuf]) -> Vec<Missi
                         .filter(|n| !n.starts_with('<') && document.load_beside(id, n).is_err());
                     missing.extend(names.map(|name| Missing {
                         name: name.to_owned(),
-                        trouble: None,
+                        diagnostic: None,
                     }));
                 }
                 continue;
@@ -55,13 +55,13 @@ pub(super) fn missing(snapshot: &Snapshot<'_>, folders: &[PathBuf]) -> Vec<Missi
             _ => continue,
         };
         for fields in pictures {
-            if let Err(trouble) = texture::decode_named(node, fields, folders) {
+            if let Err(diagnostic) = texture::decode_named(node, fields, folders) {
                 let name = fields.iter().flat_map(|field| field.names(node)).next();
                 missing.push(Missing {
                     name: name.unwrap_or_default().to_owned(),
-                    trouble: Some(Box::new(Diagnostic {
+                    diagnostic: Some(Box::new(Diagnostic {
                         severity: Severity::Warning,
-                        ..*trouble
+                        ..*diagnostic
                     })),
                 });
             }
@@ -70,8 +70,9 @@ pub(super) fn missing(snapshot: &Snapshot<'_>, folders: &[PathBuf]) -> Vec<Missi
     missing.sort_by(|a, b| a.name.cmp(&b.name));
     missing.dedup_by(|later, first| {
         let same = later.name == first.name;
-        if let (true, Some(trouble), Some(_)) = (same, &mut first.trouble, &later.trouble) {
-            trouble.count += 1;
+        if let (true, Some(diagnostic), Some(_)) = (same, &mut first.diagnostic, &later.diagnostic)
+        {
+            diagnostic.count += 1;
         }
         same
     });

@@ -139,8 +139,8 @@ impl SceneBuilder {
         if !self.shared.decoded.contains_key(&id) {
             let decoded = match texture::decode(element.node, &self.options.texture_folders) {
                 Ok(t) => t.map(Arc::new),
-                Err(trouble) => {
-                    self.reports.add(*trouble);
+                Err(diagnostic) => {
+                    self.reports.add(*diagnostic);
                     None
                 }
             };

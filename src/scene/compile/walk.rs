@@ -88,7 +88,7 @@ impl Compiler<'_> {
         scene.owners.append(&mut owners.quadrics);
         scene.owners.append(&mut owners.strokes);
         scene.census.lights = builder.shared.lights();
-        scene.census.troubles = builder.reports.diagnostics;
+        scene.census.diagnostics = builder.reports.diagnostics;
         scene.finalize()?;
         Ok(scene)
     }
@@ -124,8 +124,8 @@ impl<'a> Visitor<'a> for Compiler<'a> {
         survey::screen_area(self.snapshot, node, state, self.builder.picture())
     }
 
-    fn trouble(&mut self, trouble: Box<Diagnostic>) {
-        self.builder.reports.add(*trouble);
+    fn report(&mut self, diagnostic: Box<Diagnostic>) {
+        self.builder.reports.add(*diagnostic);
     }
 
     fn is_full(&self) -> bool {

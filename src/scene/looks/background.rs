@@ -50,7 +50,7 @@ impl Background {
             let at = std::iter::once(0.0).chain(node.get(angles).iter().copied());
             at.zip(node.get(colors).iter().copied()).collect()
         };
-        let mut troubles = Vec::new();
+        let mut diagnostics = Vec::new();
         let turn: DQuat = rotation_of(state.world_from_object);
         let mut background = Self {
             sky: band(vrml97_background::SKY_COLOR, vrml97_background::SKY_ANGLE),
@@ -65,11 +65,11 @@ impl Background {
             let decoded = folders.map(|f| texture::decode_named(node, &[field], f));
             match decoded {
                 Some(Ok(picture)) => background.pictures[side] = picture.map(Arc::new),
-                Some(Err(trouble)) => troubles.push(trouble),
+                Some(Err(diagnostic)) => diagnostics.push(diagnostic),
                 None => {}
             }
         }
-        (background, troubles)
+        (background, diagnostics)
     }
 
     /// The color in a direction; black without a background.
@@ -152,8 +152,8 @@ mod tests {
         let document = Document::read("a.wrl", text.into(), Arc::new(Painter), &Limits::default())
             .expect("reads");
         let node = document.roots().next().expect("a root");
-        let (all, troubles) = Background::of(node, &State::new(Language::Vrml97), Some(&[]));
-        assert!(troubles.is_empty());
+        let (all, diagnostics) = Background::of(node, &State::new(Language::Vrml97), Some(&[]));
+        assert!(diagnostics.is_empty());
         // Turning the head from the front to the right, to the back and to the left, the right
         // half of each picture comes first from the left; up and down keep right where it is.
         let rights = [

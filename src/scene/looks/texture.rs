@@ -302,11 +302,11 @@ pub(crate) fn decode_named(
         return decode_deep(node, folders);
     }
     let names = fields.iter().flat_map(|field| field.names(node));
-    let mut trouble = None;
+    let mut diagnostic = None;
     for name in names {
         match open(node, name, folders) {
             Ok(texture) => return Ok(Some(texture)),
-            Err(error) => trouble = trouble.or(Some(error)),
+            Err(error) => diagnostic = diagnostic.or(Some(error)),
         }
     }
     if let Some(image) = node.find(texture2::IMAGE)
@@ -315,7 +315,7 @@ pub(crate) fn decode_named(
     {
         return Ok(from_image(image));
     }
-    match trouble {
+    match diagnostic {
         Some(error) => Err(match node.source() {
             Some(source) => error.at(source, node.span()),
             None => error,

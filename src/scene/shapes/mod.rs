@@ -31,7 +31,6 @@ use crate::grammar::{self, Class, class, complexity, face_set};
 use crate::iv::NodeRef;
 use crate::scene::canvas::{BoundsCanvas, Canvas};
 use crate::traversal::property::vertex_property;
-use crate::traversal::role::is_vrml97;
 use crate::traversal::state::{DrawStyle, State};
 
 /// Draws a shape node with the state it was met in.
@@ -45,7 +44,7 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canva
     }
     // A shape's own vertex property acts on the shape alone.
     let mut inner;
-    let state = if is_vrml97(class) {
+    let state = if class.is_vrml97() {
         inner = state.clone();
         vrml97::prepare(class.id, &mut inner, node);
         &inner
@@ -87,7 +86,7 @@ fn draw_whole<'a>(
     {
         return true;
     }
-    if is_vrml97(class) {
+    if class.is_vrml97() {
         vrml97::draw(class.id, node, state, out)
     } else {
         draw_class(class, node, state, out)
@@ -181,7 +180,7 @@ mod tests {
     use crate::scene::CompileOptions;
     use crate::scene::canvas::PictureView;
     use crate::snapshot::Snapshot;
-    use crate::traversal::role::{Role, role_of};
+    use crate::traversal::role::Role;
     use crate::traversal::state::Language;
 
     /// A document with one node of every class, everything by default.
@@ -235,7 +234,7 @@ mod tests {
                 continue;
             }
             let node = document.node(crate::iv::NodeId(node));
-            let role = role_of(class);
+            let role = class.role;
             assert!(
                 matches!(role, Role::Shape | Role::AppearanceAndGeometry),
                 "{}: {role:?}",

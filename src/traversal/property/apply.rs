@@ -1,4 +1,4 @@
-//! Finds what a property node does by its class.
+//! Applies a property node to the state, by a table of classes.
 
 use std::sync::OnceLock;
 
@@ -22,8 +22,8 @@ use crate::traversal::state::State;
 enum Action {
     /// Sets elements of the state.
     Elements(for<'a> fn(&mut State<'a>, NodeRef<'a>)),
-    /// Sets elements of texture unit 0; under another unit it does nothing, since only unit 0 is
-    /// drawn.
+    /// Sets elements of texture unit 0. If another unit is current it does nothing, because only
+    /// unit 0 is drawn.
     Texture(for<'a> fn(&mut State<'a>, NodeRef<'a>)),
     /// Multiplies the matrix.
     Matrix(fn(NodeRef<'_>) -> DMat4),
@@ -33,7 +33,8 @@ enum Action {
 
 use Action::{Elements, Matrix, Motion, Texture};
 
-/// A class that is not listed does what the nearest listed class of its family does.
+/// The actions by class. A class that is not listed has the action of its nearest listed base
+/// class.
 const ACTIONS: &[(ClassId, Action)] = &[
     (class::MATERIAL, Elements(material)),
     (class::BASE_COLOR, Elements(base_color)),
@@ -93,12 +94,12 @@ const ACTIONS: &[(ClassId, Action)] = &[
     (class::RESET_TRANSFORM, Elements(transform::reset)),
     (class::UNITS, Elements(transform::units)),
     (class::ANTI_SQUISH, Elements(transform::anti_squish)),
-    // Scales the handles of a dragger, which are drawn only if a snapshot puts them into the document.
+    // This node scales the handles of draggers, which are drawn only if a snapshot adds them.
     (class::SURROUND_SCALE, Elements(|_, _| {})),
 ];
 
-/// Changes the state as a property node says, at a time in seconds. Returns whether the node's class
-/// has an action.
+/// Applies a property node to the state, at a time in seconds. Returns whether the node's class has
+/// an action.
 pub(crate) fn apply<'a>(state: &mut State<'a>, node: NodeRef<'a>, time: f64) -> bool {
     let Some(action) = node.known_class().and_then(action_of) else {
         return false;
@@ -113,6 +114,7 @@ pub(crate) fn apply<'a>(state: &mut State<'a>, node: NodeRef<'a>, time: f64) -> 
     true
 }
 
+/// Returns the action of a class, from a table that is built once.
 fn action_of(class: &Class) -> Option<Action> {
     static TABLE: OnceLock<Vec<Option<Action>>> = OnceLock::new();
     let listed = |class: &Class| ACTIONS.iter().find(|(id, _)| *id == class.id);
@@ -126,7 +128,7 @@ mod tests {
     use crate::grammar::{Role, Treatment};
 
     #[test]
-    fn whatever_the_catalogue_calls_a_property_has_an_action() {
+    fn every_property_of_the_catalogue_has_an_action() {
         for class in CLASSES {
             if class.role == Role::Property && class.treatment != Treatment::Abstract {
                 assert!(action_of(class).is_some(), "{} has no action", class.name);

@@ -1,4 +1,4 @@
-//! What lies between the shapes: ambient light, fog, clip planes, shadows.
+//! Properties of the surroundings: ambient light, fog, clip planes and shadows.
 
 use std::sync::Arc;
 
@@ -6,6 +6,7 @@ use crate::grammar::{clip_plane, environment, fog, local_fog, shadow_style};
 use crate::iv::NodeRef;
 use crate::traversal::state::{EnvironmentElement, FogKind, State};
 
+/// Applies an `Environment`.
 pub(super) fn environment<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let color = node.acting_or_default(environment::AMBIENT_COLOR);
     state.environment = EnvironmentElement {
@@ -22,14 +23,15 @@ pub(super) fn environment<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     };
 }
 
+/// Applies a `LocalFog` that is enabled.
 pub(super) fn local_fog<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if node.get(local_fog::ENABLED) {
         state.environment = fog97(node, state).unwrap_or(state.environment);
     }
 }
 
-/// Returns the environment with the fog that a VRML97 `Fog` or a `LocalFog` makes, or `None` if it
-/// asks for none. The range is in the units of the node's own space.
+/// Returns the environment with the fog of a VRML97 `Fog` or `LocalFog`, or `None` if the
+/// visibility range is 0, which means no fog. The range is in units of the node's object space.
 pub(crate) fn fog97(node: NodeRef<'_>, state: &State<'_>) -> Option<EnvironmentElement> {
     let range = node.get(fog::VISIBILITY_RANGE);
     let scale = libm::cbrt(state.world_from_object.determinant().abs());
@@ -45,6 +47,7 @@ pub(crate) fn fog97(node: NodeRef<'_>, state: &State<'_>) -> Option<EnvironmentE
     })
 }
 
+/// Adds a `ClipPlane` that is on.
 pub(super) fn clip_plane<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if node.acting(clip_plane::ON) == Some(false) {
         return;
@@ -67,6 +70,7 @@ pub(super) fn clip_plane<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     }
 }
 
+/// Applies a `ShadowStyle`.
 pub(super) fn shadow_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let style = node.acting_or_default(shadow_style::STYLE);
     state.casts_shadow = style & shadow_style::STYLE_CASTS_SHADOW != 0;

@@ -1,4 +1,4 @@
-//! What shapes are made of and how they are drawn: coordinates, normals, hints, fonts, profiles.
+//! Properties of geometry and drawing: coordinates, normals, hints, styles, fonts and profiles.
 
 use std::sync::Arc;
 
@@ -13,32 +13,36 @@ use crate::traversal::state::{
     ProfileCoordinates, State, TextureCoordinates, VertexOrdering,
 };
 
+/// Applies a `Normal`.
 pub(super) fn normal<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(v) = node.acting(normal::VECTOR) {
         state.normals = v;
     }
 }
 
+/// Applies a `NormalBinding`.
 pub(super) fn normal_binding<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(value) = node.acting(normal_binding::VALUE) {
         state.normal_binding = Binding::from_value(value, Binding::PerVertexIndexed);
     }
 }
 
+/// Applies a `Coordinate3`.
 pub(super) fn coordinate3<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(p) = node.acting(coordinate3::POINT) {
         state.coordinates = Coordinates::Three(p);
     }
 }
 
+/// Applies a `Coordinate4`.
 pub(super) fn coordinate4<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(p) = node.acting(coordinate4::POINT) {
         state.coordinates = Coordinates::Four(p);
     }
 }
 
-/// Sets what a `VertexProperty` states, as a node of the scene or in a shape's field. Empty fields
-/// leave the state as it is.
+/// Applies a `VertexProperty`, which is a node of the scene or in a shape's field. Empty fields
+/// change nothing.
 pub(crate) fn vertex_property<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let points = node.acting(vertex_property::VERTEX);
     if let Some(p) = points.filter(|p| !p.is_empty()) {
@@ -67,6 +71,7 @@ pub(crate) fn vertex_property<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     }
 }
 
+/// Applies a `ShapeHints`.
 pub(super) fn shape_hints<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(v) = node.acting(shape_hints::VERTEX_ORDERING) {
         state.hints.ordering = match v {
@@ -82,14 +87,15 @@ pub(super) fn shape_hints<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         state.hints.convex = v == shape_hints::FACE_TYPE_CONVEX;
     }
     if let Some(v) = node.acting(shape_hints::CREASE_ANGLE) {
-        // VRML 1.0's default is 0.5, Inventor 2.1's 0.
-        let silent = node.class_id() == Some(class::SHAPE_HINTS)
+        // The default is 0.5 in VRML 1.0 and 0 in Inventor 2.1.
+        let is_default = node.class_id() == Some(class::SHAPE_HINTS)
             && node.entry(shape_hints::CREASE_ANGLE.index).is_none();
         let is_vrml1 = state.language == Language::Vrml1;
-        state.hints.crease_angle = if silent && is_vrml1 { 0.5 } else { v };
+        state.hints.crease_angle = if is_default && is_vrml1 { 0.5 } else { v };
     }
 }
 
+/// Applies a `Complexity`.
 pub(super) fn complexity<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let old = state.complexity;
     let quality = node.acting(complexity::TEXTURE_QUALITY);
@@ -100,6 +106,7 @@ pub(super) fn complexity<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     };
 }
 
+/// Applies a `DrawStyle`.
 pub(super) fn draw_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(v) = node.acting(draw_style::STYLE) {
         state.drawing.style = match v {
@@ -120,8 +127,9 @@ pub(super) fn draw_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     }
 }
 
-/// OpenGL moves faces in depth by the factor times their slope and by units of the depth buffer's
-/// resolution. Only the sign of both is kept; it decides which of two shapes in a plane is seen.
+/// Applies a `PolygonOffset`. OpenGL moves faces in depth by the factor times their slope plus
+/// units of the depth buffer's resolution. Only the sign is kept; it decides which of two shapes in
+/// the same plane is visible.
 pub(super) fn polygon_offset<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let factor = node.acting_or_default(polygon_offset::FACTOR);
     let units = node.acting_or_default(polygon_offset::UNITS);
@@ -136,6 +144,7 @@ pub(super) fn polygon_offset<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.drawing.offset_styles = node.acting_or_default(polygon_offset::STYLES);
 }
 
+/// Applies a `Font`.
 pub(super) fn font<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let old = state.font;
     state.font = FontElement {
@@ -146,6 +155,7 @@ pub(super) fn font<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     };
 }
 
+/// Applies a `FontStyle`.
 pub(super) fn font_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let family = node.acting_or_default(font_style::FAMILY);
     state.font = FontElement {
@@ -161,6 +171,7 @@ pub(super) fn font_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     };
 }
 
+/// Adds a profile, or begins a new list of profiles.
 pub(super) fn profile<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let entry = Profile {
         node,
@@ -173,12 +184,14 @@ pub(super) fn profile<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     profiles.push(entry);
 }
 
+/// Applies a `ProfileCoordinate2`.
 pub(super) fn profile_coordinate2<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(points) = node.acting(profile_coordinate2::POINT) {
         state.profile_coordinates = ProfileCoordinates::Two(points);
     }
 }
 
+/// Applies a `ProfileCoordinate3`.
 pub(super) fn profile_coordinate3<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(points) = node.acting(profile_coordinate3::POINT) {
         state.profile_coordinates = ProfileCoordinates::Three(points);

@@ -1,4 +1,4 @@
-//! Lights of all dialects, placed in the world.
+//! The lights of all languages, in world space.
 
 use glam::{DVec3, Vec3};
 
@@ -9,7 +9,7 @@ use crate::grammar::{
 use crate::iv::NodeRef;
 use crate::traversal::state::{LightElement, LightKind, State};
 
-/// Returns the light as it stands in the world, or `None` if it is switched off.
+/// Returns a light in world space, or `None` if it is off.
 pub(in crate::traversal) fn light<'a>(
     state: &State<'a>,
     node: NodeRef<'a>,
@@ -33,8 +33,8 @@ pub(in crate::traversal) fn light<'a>(
         node: node.id,
     };
     if is_vrml97 {
-        // VRML97 writes constant, linear, quadratic in each light; Inventor has them in the other
-        // order in the `Environment`.
+        // VRML97 has the constant, linear and quadratic coefficients in each light. Inventor has
+        // them in the reverse order in the `Environment`.
         let a = node.get(vrml97_point_light::ATTENUATION);
         light.attenuation = Vec3::new(a.z, a.y, a.x);
         light.ambient = node.get(vrml97_point_light::AMBIENT_INTENSITY);
@@ -43,6 +43,7 @@ pub(in crate::traversal) fn light<'a>(
     Some(light)
 }
 
+/// Returns the kind of a light, with its cone.
 fn kind(node: NodeRef<'_>, class: &Class) -> LightKind {
     let is_either = |inventor, vrml97| class.descends_from(inventor) || class.id == vrml97;
     if is_either(class::DIRECTIONAL_LIGHT, class::VRML97_DIRECTIONAL_LIGHT) {

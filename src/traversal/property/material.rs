@@ -1,4 +1,4 @@
-//! Colors of surfaces, and how they are dealt out over a shape.
+//! Materials, and how they are distributed over a shape.
 
 use glam::Vec3;
 
@@ -10,6 +10,7 @@ use crate::grammar::{
 use crate::iv::NodeRef;
 use crate::traversal::state::{Binding, Diffuse, Highlight, List, State};
 
+/// Applies a `Material`; empty fields change nothing.
 pub(super) fn material<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let colors = |field: Field<[Vec3]>| node.acting(field).filter(|c| !c.is_empty());
     let numbers = |field: Field<[f32]>| node.acting(field).filter(|c| !c.is_empty());
@@ -19,7 +20,7 @@ pub(super) fn material<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     }
     if let Some(c) = colors(material::DIFFUSE_COLOR) {
         if let Diffuse::Packed(_) = m.diffuse {
-            m.transparency = List::One(0.0); // packed colors carried it
+            m.transparency = List::One(0.0); // the packed colors contained it
         }
         m.diffuse = Diffuse::Colors(List::Many(c));
     }
@@ -35,7 +36,7 @@ pub(super) fn material<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(c) = numbers(material::TRANSPARENCY) {
         m.transparency = List::Many(c);
     }
-    // A field that files declare themselves, so that other programs can read them.
+    // Files declare this extension field, so that other programs can read them.
     let refraction = match node.value("refractionIndex") {
         Some(Value::Float(n)) => Some(*n),
         Some(Value::Floats(list)) => list.first().copied(),
@@ -46,12 +47,14 @@ pub(super) fn material<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         .unwrap_or(1.0);
 }
 
+/// Applies a `BaseColor`; an empty one changes nothing.
 pub(super) fn base_color<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(c) = node.acting(base_color::RGB).and_then(List::of) {
         state.material.diffuse = Diffuse::Colors(c);
     }
 }
 
+/// Applies a `PackedColor`; an empty one changes nothing.
 pub(super) fn packed_color<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let colors = node.acting(packed_color::ORDERED_RGBA);
     if let Some(c) = colors.filter(|c| !c.is_empty()) {
@@ -59,19 +62,21 @@ pub(super) fn packed_color<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     }
 }
 
+/// Applies a `MaterialBinding`.
 pub(super) fn material_binding<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(value) = node.acting(material_binding::VALUE) {
         state.material_binding = Binding::from_value(value, Binding::Overall);
     }
 }
 
+/// Applies a `LightModel`.
 pub(super) fn light_model<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(model) = node.acting(light_model::MODEL) {
         state.base_color = model == light_model::MODEL_BASE_COLOR;
     }
 }
 
-/// Returns the highlight of a `LocateHighlight` whose mode is `ON`; the others wait for a cursor.
+/// Returns the highlight of a `LocateHighlight` whose mode is `ON`. Other modes depend on a cursor.
 pub(in crate::traversal) fn highlight(node: NodeRef<'_>) -> Option<Highlight> {
     let is_highlight = node.known_class()?.descends_from(class::LOCATE_HIGHLIGHT);
     let is_on = is_highlight && node.get(locate_highlight::MODE) == locate_highlight::MODE_ON;

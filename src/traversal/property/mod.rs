@@ -1,6 +1,6 @@
-//! What each property node does to the traversal state: one short function for each class.
+//! The effects of property nodes on the traversal state, with one function for each class.
 //!
-//! A new class of property is an entry in `grammar/`, a line in the table of `apply.rs`, and its
+//! A new class of property needs an entry in `grammar/`, a line in the table of `apply.rs`, and a
 //! function in the file of its subject.
 
 mod apply;

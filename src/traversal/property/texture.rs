@@ -1,4 +1,4 @@
-//! Textures, where they lie on a shape, and their transforms.
+//! Textures, their coordinates and their transforms.
 
 use glam::{Mat4, Vec2};
 
@@ -12,11 +12,12 @@ use crate::grammar::{
 use crate::iv::NodeRef;
 use crate::traversal::state::{State, TextureCoordinates, TextureElement, TextureModel, Wrapping};
 
+/// Applies a `TextureUnit`.
 pub(super) fn unit<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.texture_unit = node.acting_or_default(texture_unit::UNIT);
 }
 
-/// `Texture2` and `Texture3`.
+/// Applies a `Texture2` or `Texture3`.
 pub(super) fn texture<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let repeats = |field: Field<Choice>| node.acting(field) != Some(texture::WRAP_S_CLAMP);
     state.texture = Some(TextureElement {
@@ -35,7 +36,7 @@ pub(super) fn texture<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     });
 }
 
-/// Inventor's texture transform: p' = p · (−c) S R c t, row vectors.
+/// Applies a `Texture2Transform`: the matrix −c · S · R · c · t, for row vectors.
 pub(super) fn transform2<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let pair = |field: Field<Vec2>| node.acting_or_default(field).extend(0.0);
     let center = pair(texture2_transform::CENTER);
@@ -48,14 +49,17 @@ pub(super) fn transform2<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         * Mat4::from_translation(-center);
 }
 
+/// Applies a `Texture3Transform`.
 pub(super) fn transform3<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.texture_matrix *= transform(node, texture3_transform::SCALE_FACTOR).as_mat4();
 }
 
+/// Applies a `TextureMatrixTransform`.
 pub(super) fn matrix<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.texture_matrix *= node.acting_or_default(texture_matrix_transform::MATRIX);
 }
 
+/// Applies a `TextureCoordinate2`; an empty one changes nothing.
 pub(super) fn coordinate2<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let points = node.acting(texture_coordinate2::POINT);
     if let Some(p) = points.filter(|p| !p.is_empty()) {
@@ -63,6 +67,7 @@ pub(super) fn coordinate2<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     }
 }
 
+/// Applies a `TextureCoordinate3`; an empty one changes nothing.
 pub(super) fn coordinate3<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let points = node.acting(texture_coordinate3::POINT);
     if let Some(p) = points.filter(|p| !p.is_empty()) {
@@ -70,19 +75,23 @@ pub(super) fn coordinate3<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     }
 }
 
+/// Applies a `TextureCoordinateBinding`.
 pub(super) fn binding<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let value = node.acting(texture_coordinate_binding::VALUE);
     state.texture_indexed = value != Some(texture_coordinate_binding::VALUE_PER_VERTEX);
 }
 
+/// Applies a `TextureCoordinateDefault`.
 pub(super) fn default<'a>(state: &mut State<'a>, _: NodeRef<'a>) {
     state.texture_coordinates = TextureCoordinates::Default;
 }
 
+/// Applies a `TextureCoordinateEnvironment`.
 pub(super) fn environment<'a>(state: &mut State<'a>, _: NodeRef<'a>) {
     state.texture_coordinates = TextureCoordinates::Environment;
 }
 
+/// Applies a `TextureCoordinatePlane`.
 pub(super) fn plane<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.texture_coordinates = TextureCoordinates::Plane {
         s: node.acting_or_default(texture_coordinate_plane::DIRECTION_S),
@@ -90,6 +99,7 @@ pub(super) fn plane<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     };
 }
 
+/// Applies a `TextureCoordinateObject`.
 pub(super) fn object<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.texture_coordinates = TextureCoordinates::Object {
         s: node.acting_or_default(texture_coordinate_object::FACTOR_S),
@@ -97,14 +107,17 @@ pub(super) fn object<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     };
 }
 
+/// Applies a `TextureCoordinateSphere`.
 pub(super) fn sphere<'a>(state: &mut State<'a>, _: NodeRef<'a>) {
     state.texture_coordinates = TextureCoordinates::Wrapped(Wrapping::Sphere);
 }
 
+/// Applies a `TextureCoordinateCylinder`.
 pub(super) fn cylinder<'a>(state: &mut State<'a>, _: NodeRef<'a>) {
     state.texture_coordinates = TextureCoordinates::Wrapped(Wrapping::Cylinder);
 }
 
+/// Applies a `TextureCoordinateCube`.
 pub(super) fn cube<'a>(state: &mut State<'a>, _: NodeRef<'a>) {
     state.texture_coordinates = TextureCoordinates::Wrapped(Wrapping::Cube);
 }

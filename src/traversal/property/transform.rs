@@ -1,4 +1,4 @@
-//! Transformations: matrices that come before what follows them.
+//! Transformations, which multiply the matrix of the nodes that follow.
 
 use std::f64::consts::TAU;
 
@@ -13,13 +13,14 @@ use crate::iv::NodeRef;
 use crate::pose::{quat, rotation_of};
 use crate::traversal::state::State;
 
-/// Inventor's `Transform`.
+/// Returns the matrix of Inventor's `Transform`.
 pub(super) fn inventor_transform(node: NodeRef<'_>) -> DMat4 {
     transform(node, transform::SCALE_FACTOR)
 }
 
-/// `Transform` of Inventor and of VRML97, which name the scale differently: moves, turns about the
-/// center, and scales along the axes that `scaleOrientation` turns.
+/// Returns the matrix of a `Transform` of Inventor or VRML97, which name the scale field
+/// differently. It scales along the axes of `scaleOrientation`, rotates about the center, and
+/// translates.
 pub(in crate::traversal) fn transform(node: NodeRef<'_>, scale: Field<Vec3>) -> DMat4 {
     let vector = |field: Field<Vec3>| node.acting_or_default(field).as_dvec3();
     let turn = |field: Field<Rotation>| DMat4::from_quat(quat(node.acting_or_default(field)));
@@ -33,6 +34,7 @@ pub(in crate::traversal) fn transform(node: NodeRef<'_>, scale: Field<Vec3>) -> 
         * DMat4::from_translation(-center)
 }
 
+/// Returns the matrix of a `MatrixTransform`, or the identity if it is not finite.
 pub(super) fn matrix_transform(node: NodeRef<'_>) -> DMat4 {
     let matrix = node.acting_or_default(matrix_transform::MATRIX);
     if matrix.is_finite() {
@@ -42,18 +44,22 @@ pub(super) fn matrix_transform(node: NodeRef<'_>) -> DMat4 {
     }
 }
 
+/// Returns the matrix of a `Translation`.
 pub(super) fn translation(node: NodeRef<'_>) -> DMat4 {
     DMat4::from_translation(node.acting_or_default(translation::TRANSLATION).as_dvec3())
 }
 
+/// Returns the matrix of a `Scale`.
 pub(super) fn scale(node: NodeRef<'_>) -> DMat4 {
     DMat4::from_scale(node.acting_or_default(scale::SCALE_FACTOR).as_dvec3())
 }
 
+/// Returns the matrix of a `Rotation`.
 pub(super) fn rotation(node: NodeRef<'_>) -> DMat4 {
     DMat4::from_quat(quat(node.acting_or_default(rotation::ROTATION)))
 }
 
+/// Returns the matrix of a `RotationXYZ`.
 pub(super) fn rotation_xyz(node: NodeRef<'_>) -> DMat4 {
     let axis = match node.acting_or_default(rotation_xyz::AXIS) {
         rotation_xyz::AXIS_Y => Vec3::Y,
@@ -64,7 +70,7 @@ pub(super) fn rotation_xyz(node: NodeRef<'_>) -> DMat4 {
     DMat4::from_quat(quat(Rotation { axis, angle }))
 }
 
-/// Turns once in 1/speed seconds, on top of the angle in the file.
+/// Returns the matrix of a `Rotor`, which turns once in 1/speed seconds from the angle in the file.
 pub(super) fn rotor(node: NodeRef<'_>, time: f64) -> DMat4 {
     let start = node.acting_or_default(rotor::ROTATION);
     let speed = f64::from(node.get(rotor::SPEED));
@@ -77,8 +83,8 @@ pub(super) fn rotor(node: NodeRef<'_>, time: f64) -> DMat4 {
     DMat4::from_quat(quat(Rotation { angle, ..start }))
 }
 
-/// Swings back and forth in 1/speed seconds, slow at the ends. The ends are inputs of an engine: an
-/// ignore flag on them changes nothing.
+/// Returns the matrix of a `Pendulum`, which swings back and forth in 1/speed seconds, slowly at
+/// the ends. The ends are inputs of an engine, so their ignore flags have no effect.
 pub(super) fn pendulum(node: NodeRef<'_>, time: f64) -> DMat4 {
     let speed = f64::from(node.get(pendulum::SPEED));
     let share = if node.get(pendulum::ON) {
@@ -91,7 +97,7 @@ pub(super) fn pendulum(node: NodeRef<'_>, time: f64) -> DMat4 {
     DMat4::from_quat(a.slerp(b, share))
 }
 
-/// The same as [`pendulum`], along a line.
+/// Returns the matrix of a `Shuttle`, which moves along a line as a [`pendulum`] turns.
 pub(super) fn shuttle(node: NodeRef<'_>, time: f64) -> DMat4 {
     let speed = f64::from(node.get(shuttle::SPEED));
     let share = if node.get(shuttle::ON) {
@@ -104,18 +110,21 @@ pub(super) fn shuttle(node: NodeRef<'_>, time: f64) -> DMat4 {
     DMat4::from_translation(a.lerp(b, share))
 }
 
+/// The position between the ends, from 0 to 1, after a number of cycles.
 fn swing(cycles: f64) -> f64 {
     0.5 - 0.5 * libm::cos(std::f64::consts::TAU * cycles)
 }
 
+/// Applies a `ResetTransform`.
 pub(super) fn reset<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    // A field that is ignored resets nothing.
+    // If the field is ignored, nothing is reset.
     let what = node.acting(reset_transform::WHAT_TO_RESET).unwrap_or(0);
     if what & reset_transform::WHAT_TO_RESET_TRANSFORM != 0 {
         state.world_from_object = DMat4::IDENTITY;
     }
 }
 
+/// Applies a `Units`, relative to the unit in force.
 pub(super) fn units<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let Some(unit) = meters(node.acting_or_default(units::UNITS)) else {
         return;
@@ -124,7 +133,7 @@ pub(super) fn units<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.unit = unit;
 }
 
-/// Returns the meters in one of Inventor's units.
+/// Returns the length of one of Inventor's units, in meters.
 fn meters(unit: i32) -> Option<f64> {
     Some(match unit {
         units::UNITS_METERS => 1.0,
@@ -144,7 +153,7 @@ fn meters(unit: i32) -> Option<f64> {
     })
 }
 
-/// Makes the scale in force the same along every axis, so that handles keep their shape.
+/// Applies an `AntiSquish`, which makes the scale in force the same along every axis.
 pub(super) fn anti_squish<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let matrix = state.world_from_object;
     let turn = rotation_of(matrix);
@@ -166,8 +175,8 @@ pub(super) fn anti_squish<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         * DMat4::from_scale(DVec3::splat(scale));
 }
 
-/// Returns how much a symmetric matrix stretches along its own three axes, the largest first: its
-/// eigenvalues by the cosine formula for the cubic (Smith 1961).
+/// Returns the eigenvalues of a symmetric matrix, the largest first. They are its stretches along
+/// its principal axes, computed by the cosine formula for the cubic (Smith 1961).
 fn principal_stretches(stretch: DMat4) -> [f64; 3] {
     let m = DMat3::from_mat4(stretch);
     let mean = (m.x_axis.x + m.y_axis.y + m.z_axis.z) / 3.0;
@@ -186,15 +195,15 @@ fn principal_stretches(stretch: DMat4) -> [f64; 3] {
     [most, 3.0 * mean - most - least, least]
 }
 
-/// Returns the length that the longest of the four diagonals (±1, ±1, ±1) is stretched to, as Coin
-/// measures it: from the center, and not against the diagonal's own √3.
+/// Returns the length of the longest of the four half diagonals (±1, ±1, ±1) after stretching. As
+/// in Coin, it is not divided by the length √3 before stretching.
 fn longest_diagonal(stretch: DMat4) -> f64 {
     let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
     let lengths = corners.map(|(y, z)| stretch.transform_vector3(DVec3::new(1.0, y, z)).length());
     lengths.into_iter().fold(0.0, f64::max)
 }
 
-/// Returns a rotation of the texture plane.
+/// Returns the rotation of the texture plane by an angle in radians.
 pub(in crate::traversal) fn turn_z(angle: f32) -> Quat {
     let axis = Vec3::Z;
     Rotation { axis, angle }.to_quat()
