@@ -1,11 +1,11 @@
-//! Texture coordinates from the box around a shape.
+//! Texture coordinates from the bounding box of a shape.
 
 use std::f32::consts::{PI, TAU};
 
 use glam::{Vec2, Vec3};
 
-/// The box around a shape without texture coordinates, by which it gets some. By default s runs
-/// along the longest side of the box from 0 to 1, and t along the next one at the same scale.
+/// Generates texture coordinates from a bounding box. By default s runs from 0 to 1 along the
+/// longest side of the box, and t along the next one at the same scale.
 pub(crate) struct BoxCoordinates {
     origin: Vec3,
     size: Vec3,
@@ -16,7 +16,7 @@ pub(crate) struct BoxCoordinates {
 }
 
 impl BoxCoordinates {
-    /// Finds the box around points.
+    /// Finds the bounding box of points.
     pub(crate) fn of(points: impl Iterator<Item = Vec3>) -> Self {
         let mut min = Vec3::splat(f32::INFINITY);
         let mut max = Vec3::splat(f32::NEG_INFINITY);
@@ -25,7 +25,7 @@ impl BoxCoordinates {
             max = max.max(p);
         }
         let size = (max - min).max(Vec3::ZERO);
-        // The longest side first; of equal sides the later axis (Coin).
+        // The longest side is first. Of equal sides the later axis is first (Coin).
         let mut order = [2usize, 1, 0];
         order.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
         let longest = size[order[0]];
@@ -42,15 +42,15 @@ impl BoxCoordinates {
         Vec3::from_array(self.axes.map(|axis| p[axis] - self.origin[axis])) * self.scale
     }
 
-    /// Returns the coordinates of a point on a sphere around the origin of the shape's space. s
-    /// runs around from the back and t runs up (Coin).
+    /// Returns the coordinates of a point on a sphere around the origin of object space. s runs
+    /// around from the back and t runs up (Coin).
     pub(crate) fn on_sphere(&self, p: Vec3) -> Vec2 {
         let up = libm::atan2f(p.y, libm::hypotf(p.x, p.z)) / PI + 0.5;
         Vec2::new(around(p), up)
     }
 
     /// Returns the coordinates of a point on a cylinder about the y axis with the height of the
-    /// box, or on one of its caps if the normal is steeper along y than along x and z (Coin).
+    /// box. If y is the largest component of the normal they are those on a cap (Coin).
     pub(crate) fn on_cylinder(&self, p: Vec3, normal: Vec3) -> Vec2 {
         let q = share(p, self.origin, self.size);
         match steepest(normal) {
@@ -61,7 +61,7 @@ impl BoxCoordinates {
     }
 
     /// Returns the coordinates of a point on the side of a cube that its normal points to. The cube
-    /// has the center of the box and its longest side (Coin).
+    /// has the box's center, and its side is the longest side of the box (Coin).
     pub(crate) fn on_cube(&self, p: Vec3, normal: Vec3) -> Vec2 {
         let size = Vec3::splat(self.size.max_element());
         let q = share(p, self.origin + 0.5 * (self.size - size), size);
@@ -82,13 +82,13 @@ fn around(p: Vec3) -> f32 {
     libm::atan2f(p.x, p.z) / TAU + 0.5
 }
 
-/// Returns where a point is in a box, from 0 to 1 along each axis. A side without length counts as
-/// 1.
+/// Returns the position of a point in a box, from 0 to 1 along each axis. A side of length 0 counts
+/// as 1.
 fn share(p: Vec3, origin: Vec3, size: Vec3) -> Vec3 {
     (p - origin) / Vec3::select(size.cmpeq(Vec3::ZERO), Vec3::ONE, size)
 }
 
-/// Returns the axis along which a normal is longest; of equal ones the first.
+/// Returns the axis of the largest component of a normal, the first of equal ones.
 fn steepest(normal: Vec3) -> usize {
     let length = normal.abs();
     [1, 2].into_iter().fold(0, |most, axis| {
@@ -104,7 +104,7 @@ fn steepest(normal: Vec3) -> usize {
 mod tests {
     use super::*;
 
-    /// Corners of a block 4 by 2 by 2, seen by the side they are on: Coin's values.
+    /// The expected values are Coin's, for a corner of a block of 4 by 2 by 2.
     #[test]
     fn textures_are_wrapped_around_a_box() {
         let corners = [Vec3::new(-2.0, -1.0, -1.0), Vec3::new(2.0, 1.0, 1.0)];

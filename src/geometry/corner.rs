@@ -1,15 +1,18 @@
-//! One corner of a polygon, as shapes hand it to be drawn.
+//! The corner of a polygon that is to be drawn.
 
 use glam::{Vec2, Vec3};
 
-/// A polygon's corner in the shape's own space.
+/// A polygon's corner in object space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corner {
+    /// The corner's position.
     pub position: Vec3,
+    /// The normal used for lighting.
     pub normal: Vec3,
-    /// Index of the diffuse color and transparency.
+    /// The index of the diffuse color and transparency.
     pub material: u32,
+    /// The texture coordinates s and t.
     pub coordinates: Vec2,
-    /// The third texture coordinate, for pictures in depth.
+    /// The texture coordinate r, for 3D textures.
     pub third: f32,
 }

@@ -1,35 +1,46 @@
-//! VRML97's `ElevationGrid` (6.17) as triangles.
+//! Triangulates a VRML97 `ElevationGrid` (6.17).
 //!
-//! Normals follow the crease angle, quadrilateral by quadrilateral. Front faces come out
-//! counterclockwise whatever the field `ccw` says.
+//! Normals are smooth between quadrilaterals within the crease angle. In the result front faces are
+//! counterclockwise, whatever the value of the field `ccw`.
 
 use glam::{DVec3, Vec2, Vec3};
 
 use super::mesh::{Mesh, QUAD_CORNERS};
 
-/// The fields of an `ElevationGrid` with the nodes they hold.
+/// The fields of an `ElevationGrid`, with the values of the nodes in them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ElevationGrid<'a> {
+    /// The number of columns of points.
     pub x_dimension: i32,
+    /// The number of rows of points.
     pub z_dimension: i32,
+    /// The distance between columns.
     pub x_spacing: f32,
+    /// The distance between rows.
     pub z_spacing: f32,
+    /// The heights of the points, row by row.
     pub height: &'a [f32],
+    /// Whether the front is the upper side.
     pub ccw: bool,
+    /// The largest angle between smooth faces, in radians.
     pub crease_angle: f32,
-    /// Whether colors go by vertex; `None` without a `Color` node.
+    /// Whether colors are bound to vertices and not to faces; `None` without a `Color` node.
     pub color_per_vertex: Option<bool>,
-    /// Empty without a `Normal` node.
+    /// The normals; empty without a `Normal` node.
     pub normals: &'a [Vec3],
+    /// Whether normals are bound to vertices and not to faces.
     pub normal_per_vertex: bool,
-    /// Empty without a `TextureCoordinate` node.
+    /// The texture coordinates; empty without a `TextureCoordinate` node.
     pub texcoords: &'a [Vec2],
 }
 
 /// Returns the triangles of an elevation grid.
 ///
-/// Columns run along x and rows along z. Each quadrilateral is cut from the corner with less x and
-/// more z to the opposite one, as in Coin. Texture coordinates go from 0 to 1 along x and z.
+/// Each quadrilateral is cut from the corner with smaller x and larger z to the opposite one, as in
+/// Coin. Default texture coordinates run from 0 to 1 along x and z.
+///
+/// # Errors
+/// Returns a sentence if there are too few heights, or if a point is not finite.
 pub(crate) fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
     let dimension = |d: i32| usize::try_from(d).unwrap_or(0);
     let (nx, nz) = (dimension(node.x_dimension), dimension(node.z_dimension));
@@ -39,7 +50,7 @@ pub(crate) fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
     let needed = nx.checked_mul(nz).filter(|&n| n <= node.height.len());
     let Some(needed) = needed else {
         return Err(format!(
-            "{nx} by {nz} heights are asked for, there are {}",
+            "the grid needs {nx} by {nz} heights, but there are {}",
             node.height.len()
         ));
     };
@@ -51,7 +62,7 @@ pub(crate) fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
         })
         .collect();
     if let Some(i) = points.iter().position(|p| !p.is_finite()) {
-        return Err(format!("height {i} is not a number"));
+        return Err(format!("height {i} is not finite"));
     }
     let patch = Patch {
         points,
@@ -60,6 +71,7 @@ pub(crate) fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
     Ok(mesh_of(&patch, node))
 }
 
+/// Makes the mesh of a grid of points.
 fn mesh_of(patch: &Patch, node: &ElevationGrid<'_>) -> Mesh {
     let nx = patch.columns;
     let nz = patch.rows();
@@ -103,7 +115,7 @@ fn mesh_of(patch: &Patch, node: &ElevationGrid<'_>) -> Mesh {
     mesh
 }
 
-/// The normal of a polygon by Newell's method in f64; its length is twice the area.
+/// Returns the normal of a polygon by Newell's method in f64. Its length is twice the area.
 fn newell(points: &[DVec3]) -> DVec3 {
     let next = |i: usize| points[(i + 1) % points.len()];
     (0..points.len())
@@ -114,7 +126,7 @@ fn newell(points: &[DVec3]) -> DVec3 {
         .sum()
 }
 
-/// A grid of points as quadrilaterals.
+/// A grid of points, row by row, with a quadrilateral between each four of them.
 struct Patch {
     points: Vec<DVec3>,
     columns: usize,
@@ -125,7 +137,8 @@ impl Patch {
         self.points.len() / self.columns
     }
 
-    /// Returns the unit normals of the quadrilaterals, which are zero for those without area.
+    /// Returns the unit normals of the quadrilaterals. A quadrilateral without area has a zero
+    /// normal.
     fn normals(&self) -> Vec<DVec3> {
         let n = self.columns;
         let at = |x: usize, y: usize| self.points[y * n + x];
@@ -137,9 +150,9 @@ impl Patch {
             .collect()
     }
 
-    /// Returns the normal of a quadrilateral at one of its corners: the mean of its own normal and
-    /// of those around the corner that are within the crease angle of it. `smooth` is the angle's
-    /// cosine.
+    /// Returns the normal of a quadrilateral at one of its corners. It is the mean of the face's
+    /// own normal and of those faces' normals at the corner that are within the crease angle of it.
+    /// `smooth` is the cosine of that angle.
     fn corner(
         &self,
         normals: &[DVec3],
@@ -168,7 +181,7 @@ impl Patch {
     }
 }
 
-/// Returns the neighbor before (`side` 0) or after (`side` 1) in a row of `count`.
+/// Returns the neighbor before (`side` 0) or after (`side` 1) an index in a row of `count`.
 fn step(at: usize, side: usize, count: usize) -> Option<usize> {
     match side {
         0 => at.checked_sub(1),
@@ -197,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_faces_up_and_is_halved_as_by_coin() {
+    fn a_grid_faces_up_and_is_cut_as_in_coin() {
         let heights = [0.0, 1.0, 0.0, 2.0, 0.0, 1.0];
         let mesh = elevation_grid(&grid(&heights, 3, 2)).unwrap();
         assert!(mesh.is_sound() && mesh.normals.iter().all(|n| n.y > 0.0));
@@ -219,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tilted_plane_has_one_normal_and_colors_go_by_vertex_or_face() {
+    fn a_tilted_plane_has_one_normal_and_colors_by_vertex_or_face() {
         let heights: Vec<f32> = (0..12).map(|i| (i % 4) as f32 * 2.0).collect();
         let node = ElevationGrid {
             color_per_vertex: Some(false),
@@ -240,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_numbers_are_refused_or_draw_nothing() {
+    fn wrong_values_are_errors_or_draw_nothing() {
         assert!(elevation_grid(&grid(&[0.0; 3], i32::MAX, i32::MAX)).is_err());
         assert!(elevation_grid(&grid(&[f32::NAN; 4], 2, 2)).is_err());
         assert_eq!(elevation_grid(&grid(&[], -1, 5)).unwrap(), Mesh::default());

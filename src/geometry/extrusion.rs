@@ -1,9 +1,9 @@
-//! VRML97's `Extrusion` (6.18) as triangles.
+//! Triangulates a VRML97 `Extrusion` (6.18).
 //!
 //! The sides are quadrilaterals, which are cut from their first corner to their third, and convex
-//! caps are fans, as in Coin. Normals follow the crease angle, by quadrilateral or, where the
-//! extrusion is not `convex`, by triangle. Front faces come out counterclockwise whatever the field
-//! `ccw` says.
+//! caps are fans, as in Coin. Normals are smooth within the crease angle, between quadrilaterals
+//! or, if the extrusion is not `convex`, between triangles. In the result front faces are
+//! counterclockwise, whatever the value of the field `ccw`.
 
 use earcut::Earcut;
 use glam::{DQuat, DVec3, Vec2, Vec3};
@@ -11,29 +11,39 @@ use glam::{DQuat, DVec3, Vec2, Vec3};
 use super::mesh::{Mesh, QUAD_CORNERS};
 use super::normals::{Faces, face_normal, merge_equal};
 
-/// The largest number of quadrilaterals of one extrusion.
+/// The largest number of quadrilaterals of one extrusion, which bounds its memory.
 pub(super) const MAX_QUADS: usize = 1 << 22;
 
 /// The fields of an `Extrusion`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extrusion<'a> {
-    /// Points in the plane of x and z.
+    /// The points of the cross section in the plane of x and z.
     pub cross_section: &'a [Vec2],
+    /// The points of the spine.
     pub spine: &'a [Vec3],
-    /// Scales at the spine's points. The last scale holds for all further points, and so does the
-    /// last orientation.
+    /// The scales at the spine's points. The last scale applies to all further points.
     pub scale: &'a [Vec2],
-    /// Unit quaternions.
+    /// The rotations at the spine's points, as unit quaternions. The last one applies to all
+    /// further points.
     pub orientation: &'a [glam::Quat],
+    /// Whether the beginning is closed.
     pub begin_cap: bool,
+    /// Whether the end is closed.
     pub end_cap: bool,
+    /// Whether the cross section is counterclockwise as the standard defines it.
     pub ccw: bool,
+    /// Whether the cross section is convex.
     pub convex: bool,
+    /// The largest angle between smooth faces, in radians.
     pub crease_angle: f32,
 }
 
 /// Returns the triangles of an extrusion. The sides are part 0, the first cap is part 1 and the
-/// second part 2; the standard gives all three the same material.
+/// second cap is part 2. The standard gives all three the same material.
+///
+/// # Errors
+/// Returns a sentence if there are more than [`MAX_QUADS`] quadrilaterals, or if a point is not
+/// finite.
 pub(crate) fn extrusion(node: &Extrusion<'_>) -> Result<Mesh, String> {
     let Extrusion {
         cross_section: cross,
@@ -45,7 +55,7 @@ pub(crate) fn extrusion(node: &Extrusion<'_>) -> Result<Mesh, String> {
     }
     if (cross.len() - 1).saturating_mul(spine.len() - 1) > MAX_QUADS {
         return Err(format!(
-            "{} points of a cross section along {} of a spine are too many",
+            "a cross section of {} points along a spine of {} is too large",
             cross.len(),
             spine.len()
         ));
@@ -58,7 +68,7 @@ pub(crate) fn extrusion(node: &Extrusion<'_>) -> Result<Mesh, String> {
         points.extend(cross.iter().map(|c| frame.place(turn, *c * scale)));
     }
     if points.iter().any(|p| !p.is_finite()) {
-        return Err("a point of the extrusion is not a number".to_owned());
+        return Err("a point of the extrusion is not finite".to_owned());
     }
     let n = cross.len();
     let rows = spine.len();
@@ -94,7 +104,7 @@ pub(crate) fn extrusion(node: &Extrusion<'_>) -> Result<Mesh, String> {
     Ok(mesh)
 }
 
-/// A mesh whose faces do not share corners, until it is smoothed.
+/// A mesh under construction, whose faces do not share vertices.
 #[derive(Default)]
 struct FacetedMesh {
     mesh: Mesh,
@@ -120,7 +130,7 @@ impl FacetedMesh {
         }
     }
 
-    /// Makes the normals smooth by the crease angle. Caps are smoothed like all other faces (Coin).
+    /// Smooths the normals by the crease angle. Caps are smoothed like all other faces (Coin).
     fn smoothed(mut self, crease_angle: f32) -> Mesh {
         if crease_angle > 0.0 {
             let vertices = merge_equal(self.mesh.positions.iter().copied());
@@ -141,7 +151,7 @@ fn last_for<T: Copy>(values: &[T], index: usize) -> Option<T> {
     values.get(index).or(values.last()).copied()
 }
 
-/// Returns the length of a polyline up to each of its points, as a share of the whole.
+/// Returns the length of a polyline up to each of its points, as a fraction of the whole length.
 fn along<T: Copy>(line: &[T], point: impl Fn(T) -> Vec3) -> Vec<f32> {
     let mut sum = 0.0;
     let mut sums = vec![0.0];
@@ -157,13 +167,14 @@ fn along<T: Copy>(line: &[T], point: impl Fn(T) -> Vec3) -> Vec<f32> {
     sums.into_iter().map(|d| (d * scale) as f32).collect()
 }
 
+/// Reverses the sides of all triangles.
 fn turn_over(mesh: &mut Mesh) {
     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     mesh.normals.iter_mut().for_each(|n| *n = -*n);
 }
 
-/// Closes one end. The texture coordinates of a cap are the cross section's own x and z, scaled so
-/// that its larger extent goes from 0 to 1.
+/// Closes one end. The texture coordinates of a cap are the x and z of the cross section, scaled so
+/// that the larger extent is from 0 to 1.
 fn cap(faceted: &mut FacetedMesh, rim: &[DVec3], cross: &[Vec2], convex: bool, part: u8) {
     let count = if cross.first() == cross.last() {
         rim.len() - 1
@@ -183,13 +194,13 @@ fn cap(faceted: &mut FacetedMesh, rim: &[DVec3], cross: &[Vec2], convex: bool, p
         (rim[i].as_vec3(), (cross[i] - lo) * scale)
     };
     for [a, b, c] in polygon(&cross[..count], convex) {
-        // Seen along y the plane of x and z is mirrored.
+        // The plane of x and z is mirrored when seen along y.
         let triangle = if part == 1 { [a, c, b] } else { [a, b, c] };
         faceted.face(&triangle.map(corner), part);
     }
 }
 
-/// Returns the triangles of a polygon, all of its own orientation.
+/// Returns the triangles of a polygon, all with the polygon's orientation.
 fn polygon(points: &[Vec2], convex: bool) -> Vec<[u32; 3]> {
     let n = points.len() as u32;
     if convex {
@@ -215,7 +226,7 @@ fn polygon(points: &[Vec2], convex: bool) -> Vec<[u32; 3]> {
         .collect()
 }
 
-/// The standard's spine-aligned cross-section plane at one point of the spine.
+/// The spine-aligned cross-section plane (SCP) of the standard at one point of the spine.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     origin: DVec3,
@@ -225,6 +236,7 @@ struct Frame {
 }
 
 impl Frame {
+    /// Returns the position of a point of the cross section after a rotation.
     fn place(&self, turn: DQuat, point: Vec2) -> DVec3 {
         let p = turn * DVec3::new(f64::from(point.x), 0.0, f64::from(point.y));
         self.origin + p.x * self.x + p.y * self.y + p.z * self.z
@@ -233,10 +245,10 @@ impl Frame {
 
 /// Returns the plane at each point of a spine (6.18.3).
 ///
-/// y runs along the spine, and z is the normal of the plane through a point and its neighbors. z is
-/// kept over straight stretches and negated where it would flip. A spine that is straight as a
-/// whole takes the shortest rotation of y to its direction; straight down that is a half turn about
-/// z, as in Coin.
+/// y is the direction of the spine, and z is the normal of the plane through a point and its
+/// neighbors. z is kept on straight sections, and negated if it would flip. An entirely straight
+/// spine uses the shortest rotation from y to its direction; for the direction −y that is a half
+/// turn about z, as in Coin.
 fn frames(spine: &[Vec3]) -> Vec<Frame> {
     let points: Vec<DVec3> = spine.iter().map(|p| p.as_dvec3()).collect();
     let n = points.len();
@@ -275,7 +287,7 @@ fn frames(spine: &[Vec3]) -> Vec<Frame> {
             let origin = points[i];
             let y = ys[i];
             match zs[i] {
-                // Over a straight stretch z need not be perpendicular to y; the frame is made
+                // On a straight section z may not be perpendicular to y, so the frame is made
                 // orthogonal.
                 Some(z) => {
                     let x = y.cross(z).normalize_or(DVec3::X);
@@ -295,8 +307,8 @@ fn frames(spine: &[Vec3]) -> Vec<Frame> {
         .collect()
 }
 
-/// Returns the direction of the spine at each point. A point that repeats another takes its
-/// neighbor's direction.
+/// Returns the direction of the spine at each point. A point that repeats another has the direction
+/// of its neighbor.
 fn tangents(points: &[DVec3], closed: bool) -> Vec<DVec3> {
     let n = points.len();
     let mut ys: Vec<Option<DVec3>> = (0..n)
@@ -319,7 +331,7 @@ fn tangents(points: &[DVec3], closed: bool) -> Vec<DVec3> {
     ys.into_iter().flatten().collect()
 }
 
-/// Returns where the shortest rotation of y to a direction takes x and z.
+/// Returns the x and z axes after the shortest rotation from y to a direction.
 fn shortest_turn(y: DVec3) -> (DVec3, DVec3) {
     if y.y < -1.0 + 1e-12 {
         return (DVec3::NEG_X, DVec3::Z);
@@ -375,8 +387,8 @@ mod tests {
         assert!(faces_its_normals(&mesh) && (mesh.volume() + 4.0).abs() < 1e-6);
     }
 
-    /// Guldin: a section turned about an axis sweeps its area times the way of its center.
-    /// Sixty-four straight pieces are 0.16% short of the circle.
+    /// By Guldin's rule a section that is rotated about an axis sweeps its area times the path of
+    /// its center. Sixty-four straight pieces are 0.16% shorter than the circle.
     #[test]
     fn a_closed_spine_makes_a_ring() {
         let n = 64;
@@ -400,7 +412,7 @@ mod tests {
         );
     }
 
-    /// Points that Coin gives for a spine with a bend, a straight stretch and a flip.
+    /// The expected points are Coin's, for a spine with a bend, a straight section and a flip.
     #[test]
     fn planes_along_a_spine_are_the_standards() {
         let cross = [Vec2::new(0.5, 0.0), Vec2::new(0.0, -0.5)];
@@ -427,7 +439,7 @@ mod tests {
     }
 
     #[test]
-    fn scale_and_orientation_turn_the_section_in_its_plane() {
+    fn scale_and_orientation_apply_in_the_plane_of_the_section() {
         let cross = [Vec2::new(0.5, 0.0), Vec2::new(0.0, -0.5)];
         let half_turn = |axis: Vec3, angle: f32| glam::Quat::from_axis_angle(axis, angle);
         let node = Extrusion {
@@ -466,7 +478,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crease_angle_smooths_what_is_within_it() {
+    fn edges_within_the_crease_angle_are_smooth() {
         let round: Vec<Vec2> = (0..=8)
             .map(|i| {
                 let a = std::f32::consts::TAU * (i % 8) as f32 / 8.0;
@@ -491,7 +503,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_numbers_are_refused_or_draw_nothing() {
+    fn wrong_values_are_errors_or_draw_nothing() {
         assert!(extrusion(&plain(&SQUARE, &[Vec3::NAN, Vec3::Y])).is_err());
         assert_eq!(
             extrusion(&plain(&[], &[Vec3::ZERO, Vec3::Y])).unwrap(),

@@ -1,9 +1,8 @@
-//! Round shapes as the polygons into which Inventor programs divide them, for drawing their edges
-//! or corners.
+//! Divides round shapes into polygons as Inventor programs do, for drawing their edges or vertices.
 //!
-//! The numbers are Coin's: a sphere at complexity 1 has 30 slices and 29 stacks, and cylinders and
-//! cones have 40 sides. At complexity 0 there are 4 slices, 2 stacks and 4 sides. A mesh begins at
-//! the back and goes around by the left.
+//! The numbers of polygons are Coin's: a sphere at complexity 1 has 30 slices and 29 stacks, and
+//! cylinders and cones have 40 sides. At complexity 0 there are 4 slices, 2 stacks and 4 sides. A
+//! mesh begins at the back (−z) and continues toward the left (−x).
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,11 +11,11 @@ use glam::{DVec3, Vec2};
 use super::corner::Corner;
 use super::quadric::QuadricKind;
 
-/// A circle about the axis.
+/// A circle about the y axis.
 struct Ring {
     radius: f64,
     y: f64,
-    /// The normal's components away from the axis and along it.
+    /// The components of the normal away from the axis and along it.
     normal: [f64; 2],
     /// The texture coordinate t.
     t: f64,
@@ -81,6 +80,7 @@ pub(crate) fn facets(kind: QuadricKind, complexity: f32, material: u32) -> Vec<V
     }
 }
 
+/// Returns the ring of a zone at a distance from the axis.
 fn zone_ring(curvature: f64, off: f64) -> Ring {
     let square = (1.0 - (curvature * off) * (curvature * off)).max(0.0);
     Ring {
@@ -91,8 +91,7 @@ fn zone_ring(curvature: f64, off: f64) -> Ring {
     }
 }
 
-/// Returns a disc as a fan about its first corner. The texture shows the picture as seen from
-/// outside.
+/// Returns a disc as a fan about its first corner. The texture is upright as seen from outside.
 fn disc(radius: f64, y: f64, up: bool, sides: usize, material: u32) -> Vec<Vec<Corner>> {
     let ring = Ring {
         radius,
@@ -112,7 +111,7 @@ fn disc(radius: f64, y: f64, up: bool, sides: usize, material: u32) -> Vec<Vec<C
         .collect()
 }
 
-/// Returns the corner of a ring at a share of the full turn.
+/// Returns the corner of a ring at a fraction of the full turn.
 fn corner(ring: &Ring, turn: f64, material: u32) -> Corner {
     let out = DVec3::new(-libm::sin(TAU * turn), 0.0, -libm::cos(TAU * turn));
     let normal = out * ring.normal[0] + DVec3::Y * ring.normal[1];
@@ -125,8 +124,8 @@ fn corner(ring: &Ring, turn: f64, material: u32) -> Corner {
     }
 }
 
-/// Returns the quadrilaterals between rings that are listed from above; at a tip they are
-/// triangles.
+/// Returns the quadrilaterals between rings, which are listed from top to bottom. At a ring of
+/// radius 0 they are triangles.
 fn between(
     rings: &[Ring],
     sides: usize,
@@ -153,7 +152,7 @@ mod tests {
 
     use super::*;
 
-    /// Six times the volume behind the polygons, fans from their first corners.
+    /// Six times the volume between the origin and the polygons, with each polygon as a fan.
     fn volume(polygons: &[Vec<Corner>]) -> f32 {
         let fan = |p: &Vec<Corner>| -> f32 {
             (2..p.len())
@@ -167,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sphere_has_coin_s_triangles_and_its_volume_from_below() {
+    fn a_sphere_has_coins_triangles_and_less_than_its_volume() {
         for (complexity, triangles) in [(0.5, 390), (1.0, 1680), (0.3, 126), (0.0, 8)] {
             let mesh = facets(QuadricKind::Sphere { radius: 1.0 }, complexity, 0);
             let count: usize = mesh.iter().map(|p| p.len() - 2).sum();

@@ -1,13 +1,13 @@
-//! The bitmaps of markers: signs of 5, 7 or 9 pixels a side.
+//! The bitmaps of markers, which are 5, 7 or 9 pixels wide and high.
 //!
-//! Inventor states the names and the sizes of the signs; the pixels are our own, set along lines
-//! that are drawn after the names.
+//! Inventor specifies the names and the sizes of the markers. The pixels are ivcam's own: they lie
+//! along lines that were designed after the names.
 
 use glam::Vec2;
 
-/// The lines of the markers on a square from −1 to 1, in Inventor's order (reference page of
-/// SoMarkerSet): ten signs, then ten outlines. The same ten filled follow. They are drawn after
-/// their names.
+/// The lines of the markers in a square from −1 to 1, in Inventor's order (reference page of
+/// SoMarkerSet): ten line markers, then ten outlines. In Inventor's order the outlines follow
+/// again, filled.
 const MARKERS: [&[&[(f32, f32)]]; 20] = {
     const CIRCLE: &[(f32, f32)] = &[
         (1.0, -0.3),
@@ -107,13 +107,13 @@ const MARKERS: [&[&[(f32, f32)]]; 20] = {
 
 /// The pixels of a marker.
 pub(crate) struct MarkerBitmap {
-    /// The number of pixels a side: 5, 7 or 9.
+    /// The width and height in pixels: 5, 7 or 9.
     pub side: usize,
     /// Whether each pixel is set, row by row from the bottom up.
     pub pixels: Vec<bool>,
 }
 
-/// Returns the marker of an index. There are 90: 30 of each of the three sizes.
+/// Returns the marker with an index. There are 90: 30 in each of three sizes.
 pub(crate) fn marker_bitmap(index: usize) -> MarkerBitmap {
     let side = 5 + 2 * (index / 30).min(2);
     let kind = index % 30;
@@ -128,7 +128,7 @@ pub(crate) fn marker_bitmap(index: usize) -> MarkerBitmap {
 /// Draws the lines of a marker, and fills its outlines if `filled` is set.
 fn bitmap(kind: usize, filled: bool, side: usize) -> Vec<bool> {
     let half = 0.5 * (side - 1) as f32;
-    // Halves round toward the middle, so that signs are symmetric.
+    // Halves are rounded toward the center, so that markers are symmetric.
     let whole = |p: Vec2| (0.9999 * p).round();
     let place = |&(x, y): &(f32, f32)| whole(Vec2::new(x, y) * half);
     let mut pixels = vec![false; side * side];
@@ -155,7 +155,7 @@ fn bitmap(kind: usize, filled: bool, side: usize) -> Vec<bool> {
     pixels
 }
 
-/// Whether a point is in a polygon, by the number of edges to its right.
+/// Whether a point is in a polygon, by the parity of the number of edges to its right.
 fn is_inside(p: Vec2, polygon: &[Vec2]) -> bool {
     let crossed = |pair: &&[Vec2]| {
         let (a, b) = (pair[0], pair[1]);
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn the_signs_are_what_their_names_say() {
+    fn markers_look_like_their_names() {
         let cross = ["#...#", ".#.#.", "..#..", ".#.#.", "#...#"];
         let plus = ["..#..", "..#..", "#####", "..#..", "..#.."];
         let circle = [".###.", "#...#", "#...#", "#...#", ".###."];
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn every_sign_is_drawn_in_every_size() {
+    fn every_marker_is_drawn_in_every_size() {
         for kind in 0..20 {
             for side in [5, 7, 9] {
                 let sign = drawn(kind, kind >= 10, side);

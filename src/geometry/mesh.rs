@@ -1,22 +1,27 @@
-//! Triangles in a shape's own space, as text, NURBS and VRML97's shapes make them.
+//! Triangle meshes in object space, which text, NURBS and VRML97's shapes generate.
 
 use glam::{Vec2, Vec3};
 
-/// Triangles over shared vertices. `positions`, `normals` and `texcoords` have one entry a vertex;
-/// front faces are counterclockwise.
+/// Triangles over shared vertices. `positions`, `normals` and `texcoords` have one entry for each
+/// vertex. Front faces are counterclockwise.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Mesh {
+    /// The vertices' positions.
     pub positions: Vec<Vec3>,
+    /// The vertices' normals, of length 1 or 0.
     pub normals: Vec<Vec3>,
+    /// The vertices' texture coordinates.
     pub texcoords: Vec<Vec2>,
+    /// The vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// The part of each triangle, for materials by part; empty where there is one part.
+    /// The part of each triangle, for materials bound to parts; empty if there is one part.
     pub parts: Vec<u8>,
-    /// Which of the shape's colors each vertex has; empty where the shape has none of its own.
+    /// The index of each vertex's color; empty if the shape has no colors of its own.
     pub colors: Vec<u32>,
 }
 
 impl Mesh {
+    /// Adds a vertex and returns its index.
     pub(crate) fn vertex(&mut self, position: Vec3, normal: Vec3, texcoord: Vec2) -> u32 {
         let index = self.positions.len() as u32;
         self.positions.push(position);
@@ -25,7 +30,8 @@ impl Mesh {
         index
     }
 
-    /// The materials of a triangle's corners: its part's, or those that the vertices have.
+    /// The material indices of a triangle's corners: its part if `by_part`, else the vertices'
+    /// colors.
     pub(crate) fn materials(&self, triangle: usize, by_part: bool) -> [u32; 3] {
         if by_part {
             return [self.parts.get(triangle).map_or(0, |&p| u32::from(p)); 3];
@@ -33,7 +39,7 @@ impl Mesh {
         self.triangles[triangle].map(|v| self.colors.get(v as usize).copied().unwrap_or(0))
     }
 
-    /// The smallest and largest corner; `None` for no vertices.
+    /// The smallest and the largest corner of the bounding box, or `None` without vertices.
     #[cfg(test)]
     pub(crate) fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let first = *self.positions.first()?;
@@ -44,7 +50,8 @@ impl Mesh {
         )
     }
 
-    /// Whether every number is finite and every index has its vertex.
+    /// Whether every position and normal is finite, every index is in range and all lists have the
+    /// right length.
     pub(crate) fn is_sound(&self) -> bool {
         let n = self.positions.len();
         n == self.normals.len()
@@ -65,7 +72,7 @@ pub(super) const QUAD_CORNERS: [(usize, usize); 4] = [(0, 0), (1, 0), (1, 1), (0
 
 #[cfg(test)]
 impl Mesh {
-    /// Signed volume by the divergence theorem: positive where a closed mesh faces outward.
+    /// The signed volume by the divergence theorem, positive if a closed mesh faces outward.
     pub(crate) fn volume(&self) -> f64 {
         let p = |i: u32| self.positions[i as usize].as_dvec3();
         self.triangles
@@ -74,6 +81,7 @@ impl Mesh {
             .sum()
     }
 
+    /// The total area of the triangles.
     pub(crate) fn area(&self) -> f64 {
         let p = |i: u32| self.positions[i as usize].as_dvec3();
         self.triangles

@@ -1,10 +1,10 @@
 //! Shapes as mathematics: triangle meshes, exact quadrics, NURBS, extrusions, grids, strokes and
 //! text.
 //!
-//! Every function takes plain numbers in the shape's own space and returns triangles, polygons or
-//! the place where a ray meets the shape. Front faces are counterclockwise. Nothing here knows
-//! nodes, the traversal state, cameras or scenes: `scene::shapes` reads the nodes and calls these
-//! functions, so `geometry::nurbs` is the mathematics of what `scene::shapes::nurbs` draws.
+//! Every function takes plain numbers in object space and returns triangles, polygons or the
+//! intersection with a ray. Front faces are counterclockwise. Nothing here knows nodes, the
+//! traversal state, cameras or scenes: `scene::shapes` reads the nodes and calls these functions.
+//! For example, `geometry::nurbs` has the mathematics of what `scene::shapes::nurbs` draws.
 
 mod box_coordinates;
 mod corner;

@@ -1,15 +1,15 @@
-//! Normals by crease angle for shapes without normals, as Coin computes them.
+//! Computes normals for shapes without them by the crease angle, as Coin does.
 //!
-//! A corner's normal is the sum of its own face's unit normal and of those of the other faces at
-//! the vertex that are within the crease angle of it. A large face therefore counts no more than a
-//! small one.
+//! A corner's normal is the sum of the unit normal of its own face and of those other faces at the
+//! vertex whose normals are within the crease angle of it. All faces have the same weight, whatever
+//! their size.
 
 use std::collections::HashMap;
 
 use glam::Vec3;
 
-/// Returns the unit normal of a polygon: of a triangle from its edges, of others by Newell's
-/// method.
+/// Returns the unit normal of a polygon, from the edges of a triangle and by Newell's method for
+/// other polygons.
 pub(crate) fn face_normal(points: &[Vec3], counterclockwise: bool) -> Vec3 {
     let normal = match points {
         [a, b, c] => (*c - *b).cross(*a - *b),
@@ -19,7 +19,7 @@ pub(crate) fn face_normal(points: &[Vec3], counterclockwise: bool) -> Vec3 {
     if counterclockwise { normal } else { -normal }
 }
 
-/// Returns the normal of a polygon by Newell's method; its length is twice the area.
+/// Returns the normal of a polygon by Newell's method. Its length is twice the area.
 pub(crate) fn newell(points: &[Vec3]) -> Vec3 {
     let mut sum = Vec3::ZERO;
     for (i, &a) in points.iter().enumerate() {
@@ -33,8 +33,8 @@ pub(crate) fn newell(points: &[Vec3]) -> Vec3 {
     sum
 }
 
-/// Returns a vector of length 1, or zero where there is no direction. The length is computed in
-/// f64, so that the normals of small faces do not underflow.
+/// Normalizes a vector; a zero or infinite vector becomes zero. The length is computed in f64, so
+/// that the normals of small faces do not underflow.
 pub(crate) fn unit(v: Vec3) -> Vec3 {
     let wide = v.as_dvec3();
     let length = wide.length();
@@ -48,14 +48,14 @@ pub(crate) fn unit(v: Vec3) -> Vec3 {
 /// Faces that share vertices.
 #[derive(Default)]
 pub(crate) struct Faces {
+    /// The unit normals of the faces.
     pub normals: Vec<Vec3>,
     /// The vertex and the face of each corner.
     pub corners: Vec<(u32, u32)>,
 }
 
-/// At most this many faces are summed for a corner, because the time at a vertex grows with the
-/// square of their number. No smooth surface has as many; it is the tip of a fan of thousands of
-/// triangles.
+/// The largest number of faces that are summed for a corner. It bounds the time at a vertex, which
+/// grows with the square of their number. Only the tip of a fan of thousands of triangles has more.
 const MAX_FACES: usize = 4096;
 
 impl Faces {
@@ -89,8 +89,9 @@ impl Faces {
 /// The faces around each vertex.
 pub(crate) struct Around<'f> {
     normals: &'f [Vec3],
-    /// Where the faces of each vertex begin in `at_vertex`.
+    /// The index in `at_vertex` of the first face of each vertex.
     starts: Vec<u32>,
+    /// The faces, vertex by vertex.
     at_vertex: Vec<u32>,
     /// The cosine of the crease angle.
     threshold: f32,
@@ -121,7 +122,7 @@ impl Around<'_> {
     }
 }
 
-/// Numbers points so that equal points have equal numbers, for shapes without indices.
+/// Assigns vertex numbers to points, with the same number for equal points.
 pub(crate) fn merge_equal(points: impl Iterator<Item = Vec3>) -> Vec<u32> {
     let mut known: HashMap<[u32; 3], u32> = HashMap::new();
     points
@@ -133,8 +134,8 @@ pub(crate) fn merge_equal(points: impl Iterator<Item = Vec3>) -> Vec<u32> {
         .collect()
 }
 
-/// Returns the normals of the quadrilaterals between rows of `columns` points. The normal is that
-/// of the plane at the first corner, not the mean over the four (Coin).
+/// Returns the normals of the quadrilaterals between rows of `columns` points. Each is the normal
+/// at the first corner, not the mean over the four (Coin).
 pub(crate) fn grid_face_normals(
     points: &[Vec3],
     columns: usize,
@@ -151,8 +152,8 @@ pub(crate) fn grid_face_normals(
     out
 }
 
-/// Returns the normals of a grid's vertices: the unit mean of the normals of the quadrilaterals
-/// around each. A grid is smooth everywhere, whatever the crease angle (Coin).
+/// Returns the normals of a grid's vertices. Each is the mean of the normals of the quadrilaterals
+/// at the vertex, with length 1. A grid is smooth whatever the crease angle (Coin).
 pub(crate) fn grid_vertex_normals(faces: &[Vec3], rows: usize, columns: usize) -> Vec<Vec3> {
     let mut out = Vec::with_capacity(rows * columns);
     for r in 0..rows {
@@ -174,7 +175,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_right_angle_is_smooth_above_its_crease_angle_only() {
+    fn a_right_angle_is_smooth_only_for_a_larger_crease_angle() {
         let faces = Faces {
             normals: vec![Vec3::X, Vec3::Y],
             corners: vec![(0, 0), (0, 1)],

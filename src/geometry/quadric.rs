@@ -1,56 +1,49 @@
-//! Spheres, cylinders, cones and their caps as exact surfaces, not as meshes.
+//! Spheres, cylinders, cones and their caps as exact surfaces instead of meshes.
 //!
-//! A ray is transformed to the shape's own space and intersected there in f64, so that a sphere
-//! seen from a thousand radii away keeps its outline and a non-uniform scale needs no special case.
+//! A ray is transformed to object space and intersected there in f64. A sphere at a thousand radii
+//! therefore keeps its outline, and a non-uniform scale needs no special case.
 
 use glam::{DAffine3, DVec2, DVec3};
 
 use crate::math;
 
-/// A surface about the y axis of its own space.
+/// A surface of revolution about the y axis of object space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum QuadricKind {
-    Sphere {
-        radius: f64,
-    },
-    /// The side of a cylinder, from y = −half_height to half_height.
-    CylinderSide {
-        radius: f64,
-        half_height: f64,
-    },
-    /// The side of a cone with its tip at y = +half_height and its base at −half_height.
-    ConeSide {
-        radius: f64,
-        half_height: f64,
-    },
-    /// The part of a sphere, or of a plane, whose distance from the y axis is between `inner` and
-    /// `outer`. Its vertex is the origin and its center is at y = 1/curvature; it faces up. A lens
+    /// A sphere around the origin.
+    Sphere { radius: f64 },
+    /// The side of a cylinder from y = −half_height to y = +half_height.
+    CylinderSide { radius: f64, half_height: f64 },
+    /// The side of a cone with its tip at y = +half_height and its base at y = −half_height.
+    ConeSide { radius: f64, half_height: f64 },
+    /// The part of a sphere or a plane whose distance from the y axis is between `inner` and
+    /// `outer`. The vertex is the origin and the center is at y = 1/curvature. It faces up. A lens
     /// surface is a zone.
     Zone {
         curvature: f64,
         inner: f64,
         outer: f64,
     },
-    /// A disc at a height, facing up or down.
-    Disc {
-        radius: f64,
-        y: f64,
-        up: bool,
-    },
+    /// A disc at the height y that faces up or down.
+    Disc { radius: f64, y: f64, up: bool },
 }
 
 /// A quadric surface in the scene.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quadric {
+    /// The surface in object space.
     pub kind: QuadricKind,
+    /// The matrix from object space to the scene.
     pub scene_from_object: DAffine3,
+    /// The inverse matrix.
     pub object_from_scene: DAffine3,
-    /// Index of the material among those of the shape.
+    /// The index of the material among those of the shape.
     pub material: u32,
 }
 
 impl Quadric {
-    /// Returns `None` where the matrix has no inverse: a flattened shape that no ray hits.
+    /// Makes a surface. Returns `None` if the matrix has no inverse, because no ray hits a
+    /// flattened shape.
     pub(crate) fn new(
         kind: QuadricKind,
         scene_from_object: DAffine3,
@@ -84,7 +77,7 @@ impl Quadric {
                 radius,
                 half_height,
             } => {
-                // x² + z² = k²(h − y)², of which −h ≤ y ≤ h is the cone.
+                // The cone is the part −h ≤ y ≤ h of x² + z² = k²(h − y)².
                 let k = radius / (2.0 * half_height);
                 let (k2, y) = (k * k, half_height - o.y);
                 let a = d.x * d.x + d.z * d.z - k2 * d.y * d.y;
@@ -97,7 +90,7 @@ impl Quadric {
                 inner,
                 outer,
             } => {
-                // c |p|² = 2 y is the whole sphere; the zone is in the half with the vertex.
+                // The whole sphere is c |p|² = 2 y. The zone is in the half with the vertex.
                 let a = c * d.length_squared();
                 let b = c * o.dot(d) - d.y;
                 let found = roots(a, b, c * o.length_squared() - 2.0 * o.y);
@@ -118,8 +111,8 @@ impl Quadric {
         }
     }
 
-    /// Moves a point that a ray hit onto the surface, which takes the rounding of the ray's
-    /// distance back. Returns the point and the outward normal, both in the shape's own space.
+    /// Projects a hit point onto the surface, which removes the rounding error of the ray's
+    /// distance. Returns the point and the outward normal, both in object space.
     pub(crate) fn project_to_surface(&self, scene_point: DVec3) -> (DVec3, DVec3) {
         let p = self.object_from_scene.transform_point3(scene_point);
         match self.kind {
@@ -141,7 +134,7 @@ impl Quadric {
                 (at, (out + DVec3::Y * k).normalize())
             }
             QuadricKind::Zone { curvature: c, .. } => {
-                // A step of Newton's method along the gradient of y − ½ c |p|².
+                // This is one Newton step along the gradient of y − ½ c |p|².
                 let n = DVec3::new(-c * p.x, 1.0 - c * p.y, -c * p.z);
                 let length = n.length();
                 let off = 0.5 * (c * p.length_squared() - 2.0 * p.y) / length;
@@ -156,7 +149,7 @@ impl Quadric {
     }
 
     /// Returns Inventor's texture coordinates. On sides and spheres s runs around from the back and
-    /// t runs up. Caps show the picture as seen from outside, the top one with −z up.
+    /// t runs up. On caps the texture is upright as seen from outside; on the top one −z is up.
     pub(crate) fn texture_coordinates(&self, p: DVec3) -> DVec2 {
         let around = || {
             let turn = libm::atan2(p.x, p.z) / std::f64::consts::TAU;
@@ -181,8 +174,7 @@ impl Quadric {
         }
     }
 
-    /// Returns the coordinates in a texture with depth: from 0 to 1 along each side of the shape's
-    /// box.
+    /// Returns the coordinates in a 3D texture, from 0 to 1 along each side of the shape's box.
     pub(crate) fn volume_coordinates(&self, p: DVec3) -> DVec3 {
         let (radius, half_height) = match self.kind {
             QuadricKind::Sphere { radius } => (radius, radius),
@@ -201,14 +193,14 @@ impl Quadric {
         0.5 * p / half + 0.5
     }
 
-    /// Returns the exact box around the surface in the scene.
+    /// Returns the exact bounding box of the surface in the scene.
     pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
         exact_bounds(self.kind, &self.scene_from_object)
     }
 }
 
-/// Returns the exact box around a surface under a matrix: for each axis the support of an ellipse
-/// or an ellipsoid, and the cone's tip.
+/// Returns the exact bounding box of a surface under a matrix. For each axis it uses the support
+/// function of an ellipse or an ellipsoid, and the cone's tip.
 pub(crate) fn exact_bounds(kind: QuadricKind, matrix: &DAffine3) -> (DVec3, DVec3) {
     let m = matrix.matrix3;
     let ring = |radius: f64, y: f64| {
@@ -246,12 +238,13 @@ fn sag(curvature: f64, off: f64) -> f64 {
     curvature * off * off / (1.0 + square.sqrt())
 }
 
+/// Returns the bounding box of two boxes.
 fn join(a: (DVec3, DVec3), b: (DVec3, DVec3)) -> (DVec3, DVec3) {
     (a.0.min(b.0), a.1.max(b.1))
 }
 
-/// Intersects a ray with a sphere. The discriminant is computed from the foot of the perpendicular
-/// and not as b² − ac, which for a distant sphere is a difference of two large numbers.
+/// Intersects a ray with a sphere. The discriminant is computed from the foot of the perpendicular.
+/// The usual form b² − ac would be a difference of two large numbers for a distant sphere.
 fn sphere(o: DVec3, d: DVec3, radius: f64) -> [Option<f64>; 2] {
     let dd = d.length_squared();
     if dd == 0.0 {
@@ -271,7 +264,8 @@ fn sphere(o: DVec3, d: DVec3, radius: f64) -> [Option<f64>; 2] {
     sorted(c / q, q / dd)
 }
 
-/// Returns the roots of a t² + 2 b t + c, with the discriminant by Kahan's difference of products.
+/// Returns the roots of a t² + 2 b t + c. The discriminant is computed by Kahan's difference of
+/// products.
 fn roots(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
     if a == 0.0 {
         return [(b != 0.0).then(|| -0.5 * c / b), None];
@@ -304,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sphere_is_met_where_it_touches_the_axis() {
+    fn a_ray_along_the_axis_hits_a_sphere_at_its_poles() {
         let q = plain(QuadricKind::Sphere { radius: 2.0 });
         let [near, far] = q.intersect(DVec3::new(0.0, 0.0, 1e6), DVec3::NEG_Z);
         assert!((near.expect("hit") - (1e6 - 2.0)).abs() < 1e-9);
@@ -323,14 +317,14 @@ mod tests {
     }
 
     #[test]
-    fn a_zone_is_the_sphere_s_own_surface_within_its_rim() {
+    fn a_zone_is_the_surface_of_the_sphere_within_its_rim() {
         let (radius, outer) = (2.0, 1.0);
         let zone = plain(QuadricKind::Zone {
             curvature: -1.0 / radius,
             inner: 0.0,
             outer,
         });
-        // Center at −2, so at x = 0.5 the surface lies at −2 + √(4 − 0.25).
+        // The center is at y = −2, so at x = 0.5 the surface is at y = −2 + √(4 − 0.25).
         let from = |x: f64| zone.intersect(DVec3::new(x, 5.0, 0.0), DVec3::NEG_Y)[0];
         let expected = 5.0 + 2.0 - 3.75f64.sqrt();
         assert!((from(0.5).expect("hit") - expected).abs() < 1e-14);
@@ -340,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn the_box_of_a_turned_sphere_is_the_sphere_s() {
+    fn a_rotated_sphere_has_the_box_of_the_sphere() {
         let turn = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
         let (min, max) = exact_bounds(QuadricKind::Sphere { radius: 3.0 }, &turn);
         assert!((min + 3.0).abs().max_element() < 1e-12);

@@ -1,28 +1,31 @@
-//! Lines and points with a width in pixels, which therefore grows with the depth from the camera.
-//! The camera is the origin.
+//! Lines and points with a width in pixels. In meters the width grows with the depth from the
+//! camera, which is at the origin.
 //!
 //! A line is a ribbon. Its width is measured along the picture's rows or columns, whichever the
-//! line crosses more steeply, and it ends where the line does. That is OpenGL's rule for lines that
-//! are not smoothed, so that a picture through a pinhole shows the same pixels. A point is a
-//! square.
+//! line crosses more steeply, and its ends are not extended. This is OpenGL's rule for lines
+//! without antialiasing, so a picture through a pinhole shows the same pixels. A point is a square.
 
 use glam::{DVec3, Vec2, Vec3};
 
 /// An offset in pixels that breaks ties. The edges of a line along an axis through the picture's
-/// center run exactly through the centers of pixels: the line covers the lower or the left ones,
-/// whatever the rounding. A point between pixels covers the upper and the right ones, as in OpenGL.
-/// The offset is far above the rounding of a pixel's place and far below what shows.
+/// center run exactly through pixel centers. With the offset the line covers the lower or the left
+/// pixels whatever the rounding, and a point between pixels covers the upper and the right ones, as
+/// in OpenGL. The offset is far larger than the rounding error of a pixel's position, and too small
+/// to be visible.
 const TIE_OFFSET: f64 = 1.0 / 256.0;
 
-/// The directions of a picture and the size of its pixels, for strokes.
+/// The directions of the picture, of length 1, and the size of its pixels.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct StrokeView {
+    /// The direction to the right in the picture.
     pub right: Vec3,
+    /// The direction upward in the picture.
     pub up: Vec3,
+    /// The direction in which the camera looks.
     pub forward: Vec3,
-    /// A pixel's size in meters at depth 0.
+    /// The size of a pixel in meters at depth 0.
     pub fixed: f32,
-    /// By how much a pixel's size grows with each meter of depth.
+    /// The growth of a pixel's size in meters for each meter of depth.
     pub per_depth: f32,
 }
 
@@ -36,7 +39,7 @@ impl StrokeView {
         self.fixed + self.per_depth * self.depth(p)
     }
 
-    /// Whether the picture of a line runs more along the rows than along the columns.
+    /// Whether a line in the picture is closer to horizontal than to vertical.
     fn runs_across(&self, a: Vec3, b: Vec3) -> bool {
         let along = b - a;
         let from = if self.depth(a) > self.depth(b) { a } else { b };
@@ -51,32 +54,36 @@ impl StrokeView {
     }
 }
 
-/// A ribbon between two points, or a square where they are one.
+/// A ribbon between two points, or a square if the two points are equal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stroke {
+    /// The first end.
     pub a: Vec3,
+    /// The second end.
     pub b: Vec3,
     /// The direction of the width, of length 1.
     across: Vec3,
     /// The direction of the picture along which the line runs, of length 1.
     major: Vec3,
-    /// Half of the width in pixels.
+    /// Half the width in pixels.
     half: f32,
-    /// Materials at the ends, which are interpolated along the line.
+    /// The material indices at the ends, which are interpolated along the line.
     pub materials: [u32; 2],
-    /// Normals at the ends for the lighting; a zero normal faces the camera.
+    /// The normals for lighting at the ends. A zero normal faces the camera.
     pub normals: [Vec3; 2],
+    /// The texture coordinates at the ends.
     pub coordinates: [Vec2; 2],
-    /// The outward normal, of any length, of the face whose edge or corner it is; zero for a line
-    /// or a point that belongs to no face.
+    /// The outward normal, of any length, of the face whose edge or vertex this is. It is zero for
+    /// a line or a point that belongs to no face.
     pub face: Vec3,
-    /// A pattern of 16 dashes and gaps, each a pixel long, from the lowest bit on.
+    /// A pattern of 16 dashes and gaps, each one pixel long, which begins with the lowest bit.
     pattern: u16,
-    /// The pixels of the pattern that preceding lines have used.
+    /// The number of pixels of the pattern that the preceding lines have used.
     start: f32,
 }
 
 impl Stroke {
+    /// Makes a stroke without a pattern. `width` is in pixels.
     pub(crate) fn new(ends: [Vec3; 2], width: f32, view: &StrokeView) -> Self {
         let [a, b] = ends;
         let (across, major) = if view.runs_across(a, b) {
@@ -99,6 +106,7 @@ impl Stroke {
         }
     }
 
+    /// Sets the pattern, and the number of pixels of it that are already used.
     pub(crate) fn with_pattern(self, pattern: u16, start: f32) -> Self {
         Self {
             pattern,
@@ -112,8 +120,8 @@ impl Stroke {
         self.pattern != 0xffff
     }
 
-    /// Returns where the pattern continues behind this line: after whole pixels, as OpenGL counts
-    /// them.
+    /// Returns the number of pixels of the pattern that are used after this line. A line uses an
+    /// integer number of pixels, as in OpenGL.
     pub(crate) fn pattern_end(&self, view: &StrokeView) -> f32 {
         self.start + self.pixels(view).ceil()
     }
@@ -123,7 +131,7 @@ impl Stroke {
         self.pixels_to(self.b, view)
     }
 
-    /// Returns the number of pixels along the picture's axis from the beginning to a point.
+    /// Returns the number of pixels along the picture's axis from the first end to a point.
     fn pixels_to(&self, p: Vec3, view: &StrokeView) -> f32 {
         let at = |p: Vec3| p.dot(self.major) / view.pixel(p);
         let pixels = (at(p) - at(self.a)).abs();
@@ -134,6 +142,7 @@ impl Stroke {
         self.a == self.b
     }
 
+    /// Returns the bounding box.
     pub(crate) fn bounds(&self, view: &StrokeView) -> (Vec3, Vec3) {
         let around = |p: Vec3| {
             let reach = (self.half + TIE_OFFSET as f32) * view.pixel(p).max(0.0);
@@ -147,7 +156,7 @@ impl Stroke {
         (a.0.min(b.0), a.1.max(b.1))
     }
 
-    /// Returns how far a point is along the way from `a` to `b`, from 0 to 1.
+    /// Returns the position of a point along the line, from 0 at `a` to 1 at `b`.
     pub(crate) fn share_at(&self, p: Vec3) -> f32 {
         let along = self.b - self.a;
         let s = (p - self.a).dot(along) / along.length_squared();
@@ -158,12 +167,12 @@ impl Stroke {
         }
     }
 
-    /// Returns the normal at a share of the way, or `None` if it has none of its own.
+    /// Returns the normal at a position from 0 to 1, or `None` if it is zero.
     pub(crate) fn normal_at(&self, share: f32) -> Option<Vec3> {
         self.normals[0].lerp(self.normals[1], share).try_normalize()
     }
 
-    /// Returns the distance at which a ray intersects the ribbon or the square.
+    /// Returns the distance at which a ray hits the ribbon or the square.
     pub(crate) fn intersect(
         &self,
         origin: Vec3,
@@ -206,6 +215,7 @@ impl Stroke {
             && self.is_inked(foot, view)
     }
 
+    /// Whether the pattern has a dash at a point of the line.
     fn is_inked(&self, foot: Vec3, view: &StrokeView) -> bool {
         !self.has_gaps() || {
             let pixel = (self.start + self.pixels_to(foot, view)) as u64;
@@ -226,54 +236,54 @@ mod tests {
         per_depth: 0.01,
     };
 
-    fn meets(stroke: &Stroke, x: f32, y: f32) -> bool {
+    fn hits(stroke: &Stroke, x: f32, y: f32) -> bool {
         let direction = Vec3::new(x * 0.01, y * 0.01, -1.0); // in pixels
         stroke.intersect(Vec3::ZERO, direction, &VIEW).is_some()
     }
 
     #[test]
-    fn a_line_is_as_wide_as_its_pixels_wherever_it_is() {
+    fn a_line_has_its_width_in_pixels_at_any_depth() {
         for z in [-1.0, -10.0, -1000.0] {
             let ends = [Vec3::new(-1e3, 0.0, z), Vec3::new(1e3, 0.0, z)];
             let line = Stroke::new(ends, 2.0, &VIEW);
-            assert!(meets(&line, 0.0, 0.99));
-            assert!(!meets(&line, 0.0, 1.01));
+            assert!(hits(&line, 0.0, 0.99));
+            assert!(!hits(&line, 0.0, 1.01));
         }
     }
 
     #[test]
-    fn a_line_one_pixel_wide_shows_one_pixel_a_column() {
-        // From far and left to near and right, rising by half a pixel a column.
+    fn a_line_one_pixel_wide_covers_one_pixel_in_each_column() {
+        // The line runs from far left to near right and rises by half a pixel in each column.
         let ends = [Vec3::new(-2.0, -1.0, -10.0), Vec3::new(0.3, 0.15, -1.0)];
         let line = Stroke::new(ends, 1.0, &VIEW);
         for column in -19..29 {
             let x = column as f32 + 0.4;
-            let count = (-30..30).filter(|&row| meets(&line, x, row as f32)).count();
+            let count = (-30..30).filter(|&row| hits(&line, x, row as f32)).count();
             assert_eq!(count, 1, "column {column}");
         }
-        assert!(!meets(&line, 30.5, 15.25), "past its end");
+        assert!(!hits(&line, 30.5, 15.25), "past its end");
     }
 
     #[test]
-    fn a_pattern_s_lowest_bit_is_its_first_pixel() {
+    fn the_lowest_bit_of_a_pattern_is_its_first_pixel() {
         let ends = [Vec3::new(0.0, 0.0, -1.0), Vec3::new(0.4, 0.0, -1.0)];
         let line = Stroke::new(ends, 1.0, &VIEW).with_pattern(0x0003, 0.0);
         let seen: Vec<usize> = (0..40)
-            .filter(|&i| meets(&line, i as f32 + 0.5, 0.0))
+            .filter(|&i| hits(&line, i as f32 + 0.5, 0.0))
             .collect();
         assert_eq!(seen, [0, 1, 16, 17, 32, 33]);
         assert!((line.pattern_end(&VIEW) - 40.0).abs() < 1e-3);
     }
 
     #[test]
-    fn a_point_between_pixels_has_the_upper_right_one() {
+    fn a_point_between_pixels_covers_the_upper_right_one() {
         let point = Stroke::new([Vec3::new(0.0, 0.0, -7.0); 2], 1.0, &VIEW);
-        assert!(meets(&point, 0.5, 0.5) && !meets(&point, -0.5, 0.5) && !meets(&point, 0.5, -0.5));
+        assert!(hits(&point, 0.5, 0.5) && !hits(&point, -0.5, 0.5) && !hits(&point, 0.5, -0.5));
     }
 
     #[test]
-    fn a_point_is_a_square_of_its_pixels() {
+    fn a_point_is_a_square_of_its_size_in_pixels() {
         let point = Stroke::new([Vec3::new(0.0, 0.0, -7.0); 2], 3.0, &VIEW);
-        assert!(meets(&point, 1.49, -1.49) && !meets(&point, 1.51, 0.0));
+        assert!(hits(&point, 1.49, -1.49) && !hits(&point, 1.51, 0.0));
     }
 }

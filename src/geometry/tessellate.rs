@@ -1,24 +1,24 @@
-//! Cuts polygons into triangles, concave ones included.
+//! Triangulates polygons, including concave ones.
 //!
-//! Concave polygons are cut by ears. The ear with the smallest circumscribed circle is cut first,
-//! in the coordinate plane that is most parallel to the polygon. That is Coin's choice, so that
-//! both programs cut alike. Ears with equal circles are ordered by their place in a binary heap,
-//! whose order of operations is therefore Coin's as well. Large polygons are left to the crate
-//! `earcut`, because this search looks at every corner for every ear.
+//! Concave polygons are triangulated by ear clipping in the coordinate plane that is most parallel
+//! to the polygon. The ear with the smallest circumscribed circle is cut first. This is Coin's
+//! choice, so both programs give the same triangles. Ears with equal circles are ordered by their
+//! place in a binary heap, so the heap's operations follow Coin's as well. Large polygons are left
+//! to the crate `earcut`, because this search tests every corner for every ear.
 
 use glam::Vec3;
 
 use super::normals::{newell, unit};
 
-/// Polygons with more corners are cut by `earcut`. The search takes the square of the number of
-/// corners.
+/// Polygons with more corners are cut by `earcut`, because the time of the search grows with the
+/// square of their number. The limit was chosen by trial.
 const MANY: usize = 3000;
 
-/// Cuts a polygon of `n` corners as Coin does, and hands over each triangle as indices of its
+/// Cuts a polygon of `n` corners as Coin does, and calls `cut` with each triangle as indices of its
 /// corners.
 ///
-/// A quadrilateral is cut along its first diagonal, or along the other where only that is inside. A
-/// convex polygon becomes a fan, and other polygons are tessellated.
+/// A quadrilateral is cut along its first diagonal, or along the other one if only that is inside.
+/// A convex polygon becomes a fan, and other polygons are tessellated.
 #[inline]
 pub(crate) fn cut_polygon(
     n: usize,
@@ -41,8 +41,8 @@ pub(crate) fn cut_polygon(
     }
 }
 
-/// Whether the first diagonal of a quadrilateral is outside of it: its two triangles then face
-/// apart.
+/// Whether the first diagonal of a quadrilateral is outside it, so that the two triangles face in
+/// opposite directions.
 fn is_cut_outside(q: [Vec3; 4]) -> bool {
     let [a, b, c, d] = q.map(|p| p.as_dvec3());
     let first = (b - a).cross(c - a);
@@ -50,7 +50,8 @@ fn is_cut_outside(q: [Vec3; 4]) -> bool {
     first.dot(second) < 0.0
 }
 
-/// Cuts a polygon and returns n − 2 triangles as indices of its corners, some perhaps without area.
+/// Cuts a polygon of n corners into n − 2 triangles, as indices of its corners. Some triangles may
+/// have no area.
 fn tessellate(points: &[Vec3]) -> Vec<[usize; 3]> {
     match points.len() {
         0..=2 => Vec::new(),
@@ -61,20 +62,20 @@ fn tessellate(points: &[Vec3]) -> Vec<[usize; 3]> {
     }
 }
 
-/// A corner that repeats the one before it blocks its own ears. Such corners are cut off first, as
-/// triangles without area, which keeps the count at n − 2.
+/// Cuts a polygon whose corners may repeat the one before. Such a corner would block its own ears,
+/// so it is cut off as a triangle without area, which keeps the count at n − 2.
 fn without_repeats(points: &[Vec3]) -> Vec<[usize; 3]> {
     let n = points.len();
     let kept: Vec<usize> = (0..n)
         .filter(|&i| points[i] != points[(i + n - 1) % n])
         .collect();
     if kept.len() == n || kept.len() < 3 {
-        return Ears::new(points).cut();
+        return EarClipper::new(points).cut();
     }
     let fewer: Vec<Vec3> = kept.iter().map(|&i| points[i]).collect();
     let mut out: Vec<[usize; 3]> = match fewer.len() {
         3 => vec![[kept[0], kept[1], kept[2]]],
-        _ => Ears::new(&fewer)
+        _ => EarClipper::new(&fewer)
             .cut()
             .into_iter()
             .map(|t| t.map(|i| kept[i]))
@@ -85,11 +86,13 @@ fn without_repeats(points: &[Vec3]) -> Vec<[usize; 3]> {
     out
 }
 
+/// Cuts a polygon as a fan about its first corner.
 fn fan(n: usize) -> Vec<[usize; 3]> {
     (1..n - 1).map(|i| [0, i, i + 1]).collect()
 }
 
-/// Returns the two axes of the plane to project to, and whether the polygon turns left there.
+/// Returns the two axes of the plane of projection, and whether the polygon is counterclockwise
+/// there.
 fn plane(points: &[Vec3]) -> (usize, usize, bool) {
     let n = unit(newell(points));
     let a = n.abs();
@@ -117,36 +120,37 @@ fn many(points: &[Vec3]) -> Vec<[usize; 3]> {
         .collect()
 }
 
-/// The weight of a corner that is no ear.
+/// The weight of a corner that is not an ear.
 const NEVER: f64 = f32::MAX as f64;
 
-/// A polygon whose ears are being cut. The ear of a corner is the triangle of it and the two after
-/// it.
-struct Ears {
+/// A polygon whose ears are being cut. A corner's ear is the triangle of it and the two corners
+/// after it.
+struct EarClipper {
     /// The corners, projected to the plane.
     flat: Vec<[f32; 2]>,
-    /// The corners after and before each corner, of those that are left.
+    /// For each corner, the next one that is not yet cut off.
     next: Vec<usize>,
+    /// For each corner, the previous one that is not yet cut off.
     prev: Vec<usize>,
-    /// The squared radius of the circle around each ear.
+    /// The squared radius of the circumscribed circle of each ear, or [`NEVER`].
     weight: Vec<f64>,
-    /// The weights that have to be computed again.
+    /// Whether each weight has to be computed again.
     stale: Vec<bool>,
-    /// Whether the polygon turns left.
+    /// Whether the polygon is counterclockwise.
     left: bool,
-    /// The largest area that counts as none.
+    /// The largest area that counts as 0.
     smallest: f64,
     /// A binary heap of the corners by weight.
     heap: Vec<usize>,
     /// The place of each corner in the heap.
     slot: Vec<usize>,
-    /// Corners that block ears. Of equal points only the first is tested.
-    standing: Vec<bool>,
-    /// The first corner that is equal to each corner.
+    /// Whether each corner can block ears. Of equal points only the first can.
+    blocks: Vec<bool>,
+    /// For each corner, the first corner at the same point.
     first_of: Vec<usize>,
 }
 
-impl Ears {
+impl EarClipper {
     fn new(points: &[Vec3]) -> Self {
         let n = points.len();
         let (x, y, left) = plane(points);
@@ -173,12 +177,13 @@ impl Ears {
             smallest,
             heap: Vec::with_capacity(n),
             slot: vec![usize::MAX; n],
-            standing: first_of.iter().enumerate().map(|(i, &f)| i == f).collect(),
+            blocks: first_of.iter().enumerate().map(|(i, &f)| i == f).collect(),
             first_of,
             flat,
         }
     }
 
+    /// Cuts the polygon into triangles.
     fn cut(mut self) -> Vec<[usize; 3]> {
         let n = self.flat.len();
         let mut out = Vec::with_capacity(n - 2);
@@ -193,7 +198,7 @@ impl Ears {
             }
             let tip = self.next[v];
             self.remove(tip);
-            self.standing[self.first_of[tip]] = false;
+            self.blocks[self.first_of[tip]] = false;
             self.emit(v, &mut out);
             remaining -= 1;
             let before = self.prev[v];
@@ -203,7 +208,7 @@ impl Ears {
             self.update(v);
         }
         if remaining == 4 {
-            // Takes the diagonal whose larger triangle has the smaller circle.
+            // Choose the diagonal for which the larger of the two circles is smaller.
             let opposite = self.next[self.next[v]];
             self.stale[self.next[v]] = true;
             self.stale[opposite] = true;
@@ -216,14 +221,14 @@ impl Ears {
             self.emit(v, &mut out);
         }
         if remaining > 4 {
-            // The rest has no ear: it crosses itself, or it is a line.
-            self.give_up(v, &mut out);
+            // The rest has no ear, because it crosses itself or lies on a line.
+            self.cut_rest(v, &mut out);
         }
         out
     }
 
-    /// Cuts the rest with `earcut`.
-    fn give_up(&self, start: usize, out: &mut Vec<[usize; 3]>) {
+    /// Cuts the corners that are left with `earcut`.
+    fn cut_rest(&self, start: usize, out: &mut Vec<[usize; 3]>) {
         let mut ring = vec![start];
         let mut v = self.next[start];
         while v != start {
@@ -238,7 +243,7 @@ impl Ears {
             cut.chunks_exact(3)
                 .map(|t| [0, 1, 2].map(|k| ring[t[k] as usize])),
         );
-        // Inventor counts n − 2 triangles, with or without area.
+        // In Inventor there are always n − 2 triangles, some without area.
         let missing = wanted.saturating_sub(cut.len() / 3);
         out.extend((0..missing).map(|_| [ring[0]; 3]));
     }
@@ -251,6 +256,7 @@ impl Ears {
         self.next[v] = c;
     }
 
+    /// The corners of an ear.
     fn corners(&self, v: usize) -> [[f32; 2]; 3] {
         let b = self.next[v];
         [self.flat[v], self.flat[b], self.flat[self.next[b]]]
@@ -272,14 +278,14 @@ impl Ears {
         self.weight[v]
     }
 
-    /// Whether no other corner is in an ear or on its border.
+    /// Whether an ear and its border contain no other corner.
     fn is_empty(&self, v: usize) -> bool {
         let [a, b, c] = self.corners(v);
         let own = [v, self.next[v], self.next[self.next[v]]];
         let lo = [a[0].min(b[0]).min(c[0]), a[1].min(b[1]).min(c[1])];
         let hi = [a[0].max(b[0]).max(c[0]), a[1].max(b[1]).max(c[1])];
         self.flat.iter().enumerate().all(|(i, p)| {
-            !self.standing[i]
+            !self.blocks[i]
                 || p[0] < lo[0]
                 || p[0] > hi[0]
                 || p[1] < lo[1]
@@ -289,15 +295,18 @@ impl Ears {
         })
     }
 
+    /// Whether a corner precedes another one in the heap.
     fn before(&mut self, a: usize, b: usize) -> bool {
         self.weigh(a) < self.weigh(b)
     }
 
+    /// Stores a corner at a place of the heap.
     fn put(&mut self, at: usize, v: usize) {
         self.heap[at] = v;
         self.slot[v] = at;
     }
 
+    /// Adds a corner to the heap.
     fn add(&mut self, v: usize) {
         let mut at = self.heap.len();
         self.heap.push(v);
@@ -312,6 +321,7 @@ impl Ears {
         self.put(at, v);
     }
 
+    /// Removes a corner from the heap.
     fn remove(&mut self, v: usize) {
         let at = self.slot[v];
         let Some(last) = self.heap.pop() else {
@@ -323,6 +333,7 @@ impl Ears {
         }
     }
 
+    /// Moves a corner in the heap after its weight has changed.
     fn update(&mut self, v: usize) {
         let mut at = self.slot[v];
         if at > 0 && self.before(v, self.heap[(at - 1) / 2]) {
@@ -340,6 +351,7 @@ impl Ears {
         }
     }
 
+    /// Moves the corner at a place of the heap down to its level.
     fn sink(&mut self, mut at: usize) {
         loop {
             let mut best = at;
@@ -359,8 +371,7 @@ impl Ears {
     }
 }
 
-/// Whether a point is in a triangle or on its border, by its barycentric coordinates in f32 (as in
-/// Coin).
+/// Whether a point is in a triangle or on its border, by barycentric coordinates in f32 as in Coin.
 fn inside(p: [f32; 2], a: [f32; 2], b: [f32; 2], c: [f32; 2]) -> bool {
     let scale = 1.0 / ((b[1] - c[1]) * (a[0] - c[0]) + (c[0] - b[0]) * (a[1] - c[1]));
     let u = ((b[1] - c[1]) * (p[0] - c[0]) + (c[0] - b[0]) * (p[1] - c[1])) * scale;
@@ -400,8 +411,8 @@ mod tests {
         )
     }
 
-    /// A star: every other corner is concave. The area is the shoelace formula's, and no two
-    /// triangles overlap, or the sum of their areas would be larger.
+    /// Every second corner of a star is concave. The triangles' area is that of the shoelace
+    /// formula. If two triangles overlapped, the sum of their areas would be larger.
     #[test]
     fn a_star_is_cut_without_overlap() {
         for n in [10, 11, 50, 400, 4000] {
@@ -424,7 +435,7 @@ mod tests {
         }
     }
 
-    /// A concave face of which a corner comes four times, as in castle's `concave.wrl`.
+    /// A corner of a concave face is repeated four times, as in castle's `concave.wrl`.
     #[test]
     fn a_face_with_repeated_corners_is_cut_without_overlap() {
         let corner = |x, y| Vec3::new(x, y, 0.0);

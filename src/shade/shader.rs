@@ -341,9 +341,9 @@ impl<'a> Shader<'a> {
     /// part has the share 1 − transparency. The two rays are:
     ///
     /// * the reflected ray, with the share specular · shininess;
-    /// * on a transparent surface the refracted ray, with the share transparency. It is bent by the
-    ///   index of refraction, which is 1 unless an extension field sets it. Beyond the critical angle
-    ///   its share goes to the reflected ray.
+    /// * on a transparent surface the refracted ray, with the share transparency. It is bent by
+    ///   the index of refraction, which is 1 unless an extension field sets it. Beyond the critical
+    ///   angle its share goes to the reflected ray.
     fn recurse(
         &self,
         hit: &Hit,

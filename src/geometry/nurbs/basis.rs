@@ -1,6 +1,6 @@
-//! B-spline basis functions of one parameter.
+//! The B-spline basis functions of one parameter.
 
-/// The largest order that is drawn. GLU's limit is 24.
+/// The largest order that is drawn. The limit of GLU is 24.
 pub(crate) const MAX_ORDER: usize = 64;
 
 /// The knots of a curve or of one direction of a surface. The order is the number of knots minus
@@ -14,6 +14,7 @@ pub(super) struct Basis {
 }
 
 impl Basis {
+    /// Makes a basis; returns a sentence if the knots do not fit the number of control points.
     pub(super) fn new(count: usize, knots: &[f32]) -> Result<Self, String> {
         let Some(order) = knots.len().checked_sub(count).filter(|&o| o >= 2) else {
             return Err(format!(
@@ -24,24 +25,24 @@ impl Basis {
         };
         if order > MAX_ORDER {
             return Err(format!(
-                "{} knots for {count} control points ask for order {order}; at most {MAX_ORDER} is drawn",
+                "{} knots for {count} control points mean order {order}, but the limit is {MAX_ORDER}",
                 knots.len()
             ));
         }
         if order > count {
             return Err(format!(
-                "order {order} needs {order} control points, there are {count}"
+                "order {order} needs {order} control points, but there are {count}"
             ));
         }
         if let Some(i) = knots.iter().position(|k| !k.is_finite()) {
-            return Err(format!("knot {i} is not a number"));
+            return Err(format!("knot {i} is not finite"));
         }
         if let Some(i) = knots.windows(2).position(|k| k[1] < k[0]) {
             return Err(format!("knot {} is less than the one before it", i + 1));
         }
         let knots: Vec<f64> = knots.iter().map(|&k| f64::from(k)).collect();
         if !(knots[count] > knots[order - 1]) {
-            return Err("the knots leave no room between first and last".to_owned());
+            return Err("the domain is empty: its first and its last knot are equal".to_owned());
         }
         Ok(Self {
             order,
@@ -50,11 +51,12 @@ impl Basis {
         })
     }
 
+    /// The smallest and the largest parameter.
     pub(super) fn domain(&self) -> (f64, f64) {
         (self.knots[self.order - 1], self.knots[self.count])
     }
 
-    /// Returns the knot span that holds a parameter. The last span includes its end.
+    /// Returns the knot span that contains a parameter. The last span includes its end.
     fn span(&self, t: f64) -> usize {
         let (first, last) = (self.order - 1, self.count - 1);
         let inside = &self.knots[first..=self.count];
@@ -66,7 +68,7 @@ impl Basis {
         at
     }
 
-    /// Evaluates the basis functions that are not zero at `t`, and their derivatives. The first
+    /// Evaluates the basis functions that are not zero at `t`, and their derivatives. The first one
     /// belongs to control point `span − order + 1` (Piegl and Tiller, The NURBS Book, algorithms
     /// A2.2 and A2.3).
     pub(super) fn functions(&self, t: f64, out: &mut BasisFunctions) {
@@ -100,7 +102,7 @@ impl Basis {
         }
     }
 
-    /// Returns the parameters at which to cut so that each knot span is in `pieces` pieces.
+    /// Returns the parameters that divide each knot span into `pieces` pieces.
     pub(super) fn cuts(&self, pieces: usize) -> Vec<f64> {
         let mut cuts = vec![self.domain().0];
         for k in self.knots[self.order - 1..=self.count].windows(2) {
@@ -123,6 +125,7 @@ impl Basis {
         inside.windows(2).filter(|k| k[1] > k[0]).count()
     }
 
+    /// Clamps a parameter to the domain.
     pub(super) fn clamp(&self, t: f64) -> f64 {
         let (lo, hi) = self.domain();
         t.clamp(lo, hi)
@@ -134,6 +137,8 @@ impl Basis {
 pub(super) struct BasisFunctions {
     /// The control point of the first function.
     pub(super) first: usize,
+    /// The value of each function.
     pub(super) value: Vec<f64>,
+    /// The derivative of each function.
     pub(super) slope: Vec<f64>,
 }

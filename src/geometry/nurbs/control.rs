@@ -1,17 +1,18 @@
-//! Control points: their projection to space, and how finely their net has to be cut.
+//! Control points: their projection, and the number of pieces that their net needs.
 
 use glam::{DVec3, DVec4};
 
-/// The largest number of grid cells of one surface, and of points of one curve.
+/// The largest number of grid cells of one surface, and of points of one curve, which bounds
+/// memory.
 pub(crate) const MAX_CELLS: usize = 1 << 20;
 
-/// Returns into how many pieces to cut each knot span, for a complexity from 0 to 1.
+/// Returns the number of pieces of each knot span, for a complexity from 0 to 1.
 ///
-/// The least is 4 · 8^complexity: 4 pieces at 0, 11 at 0.5 and 32 at 1. Coin cuts 3, 6 and 31
-/// pieces there (a bicubic patch, measured at 0, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9 and 1), so that no
+/// The smallest number is 4 · 8^complexity: 4 pieces at 0, 11 at 0.5 and 32 at 1. Coin makes 3, 6
+/// and 31 pieces (a bicubic patch, measured at 0, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9 and 1), so no
 /// surface is coarser than Coin's. Where the control points bend there are up to four times as
-/// many: a chord of a piece of length h is at most h²·|S''|/8 off the curve, which is kept within
-/// 0.004 · 0.02^complexity of the net's size (0.0006 of it at 0.5).
+/// many. The chord of a piece of length h is at most h²·|S''|/8 from the curve. This error is kept
+/// below 0.004 · 0.02^complexity of the net's size (0.0006 at 0.5).
 pub(super) fn pieces(complexity: f32, degree: usize, bend: f64, size: f64) -> usize {
     let c = if complexity.is_nan() {
         0.5
@@ -34,15 +35,15 @@ pub(super) fn pieces(complexity: f32, degree: usize, bend: f64, size: f64) -> us
     }) as usize
 }
 
-/// Returns the point in space of a homogeneous point, or `None` where it is at infinity.
+/// Projects a homogeneous point to space; returns `None` if it is at infinity.
 pub(super) fn project(p: DVec4) -> Option<DVec3> {
     let q = p.truncate() / p.w;
     (p.w != 0.0 && q.is_finite()).then_some(q)
 }
 
-/// Returns the largest second difference along a row of control points, which times degree² bounds
-/// the second derivative of a curve without weights. Where the weights vary it is no bound, and the
-/// largest first difference counts as well.
+/// Returns the largest second difference along a row of control points. Times degree² it bounds the
+/// second derivative of a curve with equal weights. If the weights vary it is not a bound, so the
+/// largest first difference is used if it is larger.
 pub(super) fn bend(row: impl Iterator<Item = DVec4>) -> f64 {
     let points: Vec<DVec4> = row.collect();
     let weights_vary = points.windows(2).any(|p| p[0].w != p[1].w);
@@ -62,7 +63,7 @@ pub(super) fn bend(row: impl Iterator<Item = DVec4>) -> f64 {
     }
 }
 
-/// Returns the diagonal of the box around the control points.
+/// Returns the diagonal of the bounding box of the control points.
 pub(super) fn size_of(points: &[DVec4]) -> f64 {
     let mut flat = points.iter().filter_map(|&p| project(p));
     let Some(first) = flat.next() else { return 0.0 };
@@ -70,13 +71,15 @@ pub(super) fn size_of(points: &[DVec4]) -> f64 {
     lo.distance(hi)
 }
 
+/// Checks that all control points are finite.
 pub(super) fn check_points(points: &[DVec4]) -> Result<(), String> {
     match points.iter().position(|p| !p.is_finite()) {
-        Some(i) => Err(format!("control point {i} is not a number")),
+        Some(i) => Err(format!("control point {i} is not finite")),
         None => Ok(()),
     }
 }
 
+/// The error for a point with weight 0.
 pub(super) fn at_infinity() -> String {
     "a point is at infinity: its weight is 0".to_owned()
 }

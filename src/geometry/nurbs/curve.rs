@@ -5,7 +5,7 @@ use glam::{DVec3, DVec4};
 use super::basis::{Basis, BasisFunctions};
 use super::control::{MAX_CELLS, at_infinity, bend, check_points, pieces, project, size_of};
 
-/// A curve in space or, with z = 0, in the plane of a surface's parameters.
+/// A curve in space or, with z = 0, in the parameter plane of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Curve {
     basis: Basis,
@@ -13,6 +13,10 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
+    /// Makes a curve.
+    ///
+    /// # Errors
+    /// Returns a sentence if a control point is not finite, or if the knots do not fit.
     pub(crate) fn new(points: Vec<DVec4>, knots: &[f32]) -> Result<Self, String> {
         check_points(&points)?;
         let basis = Basis::new(points.len(), knots)?;
@@ -24,7 +28,7 @@ impl Curve {
         self.basis.domain()
     }
 
-    /// Returns the point at a parameter, or `None` where it is at infinity.
+    /// Returns the point at a parameter, or `None` if it is at infinity.
     pub(crate) fn point(&self, t: f64) -> Option<DVec3> {
         let mut f = BasisFunctions::default();
         self.basis.functions(self.basis.clamp(t), &mut f);
@@ -33,11 +37,14 @@ impl Curve {
     }
 
     /// Returns points along the curve from end to end.
+    ///
+    /// # Errors
+    /// Returns a sentence if a point is at infinity.
     pub(crate) fn polyline(&self, complexity: f32) -> Result<Vec<DVec3>, String> {
         let bend = bend(self.points.iter().copied());
         let degree = self.basis.order - 1;
         let wanted = pieces(complexity, degree, bend, size_of(&self.points));
-        // A piece of degree 1 is straight and needs no cut, however the control points bend.
+        // A curve of degree 1 is straight between knots and needs no division.
         let wanted = if degree == 1 { 1 } else { wanted };
         let most = (MAX_CELLS / self.basis.spans()).max(1);
         self.basis

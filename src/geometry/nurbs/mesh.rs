@@ -1,4 +1,4 @@
-//! Triangles of a surface, whole or trimmed.
+//! Triangulates a surface, whole or trimmed.
 
 use glam::{DVec2, DVec3, Vec2};
 
@@ -9,13 +9,17 @@ use super::trim::{fill, slice};
 use crate::geometry::mesh::Mesh;
 
 impl Surface {
-    /// Returns triangles for the surface, or for what its trimming loops leave of it.
+    /// Returns the triangles of the surface, or of the part that its trimming loops keep.
     ///
-    /// Loops are polylines of parameters, closed or not (the last point is joined to the first). As
-    /// in OpenGL the surface is kept to the left of a loop: a counterclockwise loop keeps its
-    /// inside, and a clockwise one is a hole. If all loops are holes, the domain's edge is the
-    /// outer loop, which OpenGL requires the file to state. Texture coordinates are x and y of the
-    /// surface given for them or, without one, the parameters from 0 to 1 across the domain.
+    /// Loops are polylines of parameters. The last point is joined to the first. As in OpenGL the
+    /// surface is kept to the left of a loop: a counterclockwise loop keeps its inside, and a
+    /// clockwise one is a hole. If all loops are holes, the edge of the domain is the outer loop;
+    /// OpenGL requires the file to contain it. Texture coordinates are x and y of the surface
+    /// `texture`. Without it they are the parameters, scaled to 0 to 1 across the domain.
+    ///
+    /// # Errors
+    /// Returns a sentence if there are too many pieces, if a point is at infinity, or if the loops
+    /// cannot be filled.
     pub(crate) fn tessellate(
         &self,
         complexity: f32,
@@ -26,7 +30,7 @@ impl Surface {
         let us = self.u.cuts(along_u);
         let vs = self.v.cuts(along_v);
         if us.len().saturating_mul(vs.len()) > 4 * MAX_CELLS {
-            return Err(format!("{} by {} pieces are too many", us.len(), vs.len()));
+            return Err(format!("{} by {} points are too many", us.len(), vs.len()));
         }
         let mut mesher = SurfaceMesher {
             surface: self,
@@ -103,8 +107,7 @@ impl SurfaceMesher<'_> {
         Ok(())
     }
 
-    /// Fills the loops in the plane of the parameters, then cuts the filling along the grid's
-    /// lines.
+    /// Fills the loops in the parameter plane, then cuts the triangles along the lines of the grid.
     fn trimmed(&mut self, us: &[f64], vs: &[f64], trims: &[Vec<DVec2>]) -> Result<(), String> {
         let filling = fill(self.surface.u_domain(), self.surface.v_domain(), trims)?;
         let mut budget = 4 * MAX_CELLS;
@@ -136,7 +139,7 @@ impl SurfaceMesher<'_> {
     }
 }
 
-/// Whether no two corners of a triangle are the same point.
+/// Whether the corners of a triangle are three different points.
 fn has_area(positions: &[glam::Vec3], triangle: [u32; 3]) -> bool {
     let [a, b, c] = triangle.map(|i| positions[i as usize]);
     a != b && b != c && c != a

@@ -1,11 +1,12 @@
-//! Rational B-spline curves and surfaces of any order, their trimming, and triangles for them.
+//! Rational B-spline curves and surfaces of any order, with trimming and tessellation.
 //!
-//! Control points are homogeneous as in Inventor: `(x, y, z, w)` is the point `(x, y, z) / w`.
-//! Everything is `f64`. A surface is cut evenly between knots, at least as finely as Coin cuts it,
-//! and more finely where its control net bends. Positions and normals are the surface's own.
+//! Control points are homogeneous as in Inventor: `(x, y, z, w)` is the point `(x, y, z) / w`. All
+//! arithmetic is `f64`. A surface is divided evenly between knots, at least as finely as in Coin,
+//! and more finely where its control net bends. Vertices have the exact positions and normals of
+//! the surface.
 //!
-//! The input comes from a file and may be anything: whatever cannot be drawn is a sentence that
-//! says why, and the work is bounded by [`MAX_ORDER`] and [`MAX_CELLS`].
+//! The input comes from a file and may have any values. If a shape cannot be drawn the error is a
+//! sentence with the reason. The work is bounded by [`MAX_ORDER`] and [`MAX_CELLS`].
 
 mod basis;
 mod control;

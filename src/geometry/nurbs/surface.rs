@@ -1,11 +1,11 @@
-//! Rational B-spline surfaces: their points, derivatives and normals.
+//! Rational B-spline surfaces, with their points, derivatives and normals.
 
 use glam::{DVec3, DVec4};
 
 use super::basis::{Basis, BasisFunctions};
 use super::control::{MAX_CELLS, bend, check_points, pieces, project, size_of};
 
-/// A surface. Its control points run along u first, as in Inventor.
+/// A rational B-spline surface. Consecutive control points are neighbors along u, as in Inventor.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Surface {
     pub(super) u: Basis,
@@ -13,11 +13,14 @@ pub(crate) struct Surface {
     points: Vec<DVec4>,
 }
 
-/// A surface's point and its derivatives along u and v.
+/// A point of a surface and its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SurfacePoint {
+    /// The point.
     pub position: DVec3,
+    /// The derivative along u.
     pub du: DVec3,
+    /// The derivative along v.
     pub dv: DVec3,
 }
 
@@ -46,7 +49,11 @@ impl SurfacePoint {
 }
 
 impl Surface {
-    /// Makes a surface of the first `u_count · v_count` points; further ones are ignored.
+    /// Makes a surface from the first `u_count · v_count` points; further ones are ignored.
+    ///
+    /// # Errors
+    /// Returns a sentence if there are too few points, if one of them is not finite, or if the
+    /// knots do not fit.
     pub(crate) fn new(
         u_count: usize,
         v_count: usize,
@@ -57,7 +64,7 @@ impl Surface {
         let needed = u_count.checked_mul(v_count).filter(|&n| n <= points.len());
         let Some(needed) = needed else {
             return Err(format!(
-                "{u_count} by {v_count} control points are asked for, there are {}",
+                "the surface needs {u_count} by {v_count} control points, but there are {}",
                 points.len()
             ));
         };
@@ -68,15 +75,17 @@ impl Surface {
         Ok(Self { u, v, points })
     }
 
+    /// The smallest and the largest u.
     pub(crate) fn u_domain(&self) -> (f64, f64) {
         self.u.domain()
     }
 
+    /// The smallest and the largest v.
     pub(crate) fn v_domain(&self) -> (f64, f64) {
         self.v.domain()
     }
 
-    /// Returns the point and its derivatives, or `None` where it is at infinity.
+    /// Returns the point at some parameters, or `None` if it is at infinity.
     pub(crate) fn point(&self, u: f64, v: f64) -> Option<SurfacePoint> {
         let (mut fu, mut fv) = (BasisFunctions::default(), BasisFunctions::default());
         self.u.functions(self.u.clamp(u), &mut fu);
@@ -100,8 +109,7 @@ impl Surface {
         SurfacePoint::of(s, su, sv)
     }
 
-    /// Returns the surface at one v as a curve of u: its control points, and their derivatives
-    /// along v.
+    /// Returns the curve of u at one v, as control points with their derivatives along v.
     pub(super) fn row(&self, v: f64) -> Vec<(DVec4, DVec4)> {
         let mut f = BasisFunctions::default();
         self.v.functions(self.v.clamp(v), &mut f);
@@ -115,9 +123,9 @@ impl Surface {
         (0..self.u.count).map(column).collect()
     }
 
-    /// Returns the unit normal ∂u × ∂v. Where that vanishes (at the tip of a cone, or on an edge
-    /// that degenerates to a point) the normal is taken at a point moved toward the middle of the
-    /// domain, by steps that grow until the two derivatives are 1e-6 from parallel.
+    /// Returns the unit normal ∂u × ∂v. If it vanishes (at the tip of a cone, or on an edge that
+    /// degenerates to a point) the normal is that of a point nearer to the middle of the domain.
+    /// The steps toward the middle grow until the sine between the derivatives exceeds 1e-6.
     pub(super) fn normal(&self, u: f64, v: f64, at: &SurfacePoint) -> DVec3 {
         let cross = |p: &SurfacePoint| {
             let (du, dv) = (p.du.try_normalize()?, p.dv.try_normalize()?);
@@ -138,7 +146,7 @@ impl Surface {
             .unwrap_or(DVec3::Z)
     }
 
-    /// Returns into how many pieces to cut each knot span along u and along v.
+    /// Returns the number of pieces of each knot span along u and along v.
     pub(super) fn density(&self, complexity: f32) -> (usize, usize) {
         let size = size_of(&self.points);
         let (nu, nv) = (self.u.count, self.v.count);
@@ -146,7 +154,7 @@ impl Surface {
         let column = |i: usize| (0..nv).map(move |j| self.points[j * nu + i]);
         let bend_u = (0..nv).map(|j| bend(row(j))).fold(0.0, f64::max);
         let bend_v = (0..nu).map(|i| bend(column(i))).fold(0.0, f64::max);
-        // A bilinear patch may be twisted, so only a flat net is left uncut.
+        // A bilinear patch may be twisted, so only a flat net is not divided.
         let twist = self.twist();
         let mut along_u = pieces(complexity, self.u.order - 1, bend_u.max(twist), size);
         let mut along_v = pieces(complexity, self.v.order - 1, bend_v.max(twist), size);
@@ -159,7 +167,8 @@ impl Surface {
         (along_u, along_v)
     }
 
-    /// Returns how far opposite edges of the net's cells are from parallel.
+    /// Returns the largest difference between opposite edges of a cell of the control net, which is
+    /// 0 if all cells are parallelograms.
     fn twist(&self) -> f64 {
         let at =
             |i: usize, j: usize| project(self.points[j * self.u.count + i]).unwrap_or_default();

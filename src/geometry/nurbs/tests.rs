@@ -41,9 +41,9 @@ fn a_cylinders_normals_point_away_from_its_axis() {
     }
 }
 
-/// A quarter circle turned about its end is an eighth of a sphere, pole and all.
+/// A quarter circle rotated about its end is an eighth of a sphere, with a pole.
 #[test]
-fn a_sphere_has_its_normals_at_the_pole_too() {
+fn a_sphere_has_correct_normals_at_its_pole() {
     let h = 0.5_f64.sqrt();
     let profile = [(1.0, 0.0, 1.0), (1.0, 1.0, h), (0.0, 1.0, 1.0)];
     let mut points = Vec::new();
@@ -59,8 +59,8 @@ fn a_sphere_has_its_normals_at_the_pole_too() {
 }
 
 #[test]
-fn weights_below_and_knots_inside_still_give_the_polynomial() {
-    // Uniform cubic B-spline of a straight line with equal steps: the line itself.
+fn a_uniform_spline_of_a_line_is_the_line() {
+    // The uniform cubic B-spline of equally spaced points on a line is the line itself.
     let points = (0..7).map(|i| DVec4::new(f64::from(i), 2.0 * f64::from(i), 0.0, 1.0));
     let knots: Vec<f32> = (0..11).map(|i| i as f32).collect();
     let curve = Curve::new(points.collect(), &knots).unwrap();
@@ -146,12 +146,12 @@ fn texture_coordinates_may_be_a_surface_of_their_own() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_a_sentence() {
+fn curves_that_cannot_be_drawn_give_a_sentence() {
     let p = |w| vec![DVec4::new(1.0, 0.0, 0.0, w); 4];
     let cubic = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
     for (points, knots, part) in [
         (p(1.0), vec![0.0; 5], "too few"),
-        (p(1.0), vec![0.0; 8], "no room"),
+        (p(1.0), vec![0.0; 8], "is empty"),
         (
             p(1.0),
             vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.5, 1.0, 1.0],
@@ -160,9 +160,9 @@ fn what_cannot_be_drawn_is_a_sentence() {
         (
             p(1.0),
             vec![0.0, 0.0, 0.0, f32::NAN, 1.0, 1.0, 1.0, 1.0],
-            "not a number",
+            "not finite",
         ),
-        (p(f64::NAN), cubic.to_vec(), "not a number"),
+        (p(f64::NAN), cubic.to_vec(), "not finite"),
         (p(1.0), vec![0.0; 200], "order 196"),
         (p(1.0), vec![0.0; 10], "order 6 needs"),
     ] {
@@ -172,11 +172,11 @@ fn what_cannot_be_drawn_is_a_sentence() {
     let infinite = Curve::new(p(0.0), &cubic).unwrap();
     assert!(infinite.polyline(0.5).unwrap_err().contains("infinity"));
     let huge = Surface::new(usize::MAX, 2, &cubic, &cubic, p(1.0)).unwrap_err();
-    assert!(huge.contains("asked for"));
+    assert!(huge.contains("the surface needs"));
 }
 
 proptest::proptest! {
-    /// Whatever the numbers, there is a sound mesh or a sentence.
+    /// Any numbers give a sound mesh or a sentence.
     #[test]
     fn no_numbers_break_a_surface(
         u in 0usize..6, v in 0usize..6,

@@ -1,4 +1,4 @@
-//! Trimming loops in the plane of a surface's parameters.
+//! Trimming loops in the parameter plane of a surface.
 
 use glam::{DVec2, DVec3, DVec4};
 use lyon_tessellation::{
@@ -11,6 +11,9 @@ use super::curve::Curve;
 
 /// Returns a trimming curve with control points `(u, v, w)` as a polyline of the surface's
 /// parameters.
+///
+/// # Errors
+/// See [`Curve::new`] and [`Curve::polyline`].
 pub(crate) fn trim_curve(
     points: &[DVec3],
     knots: &[f32],
@@ -24,7 +27,7 @@ pub(crate) fn trim_curve(
     Ok(line.iter().map(|p| p.truncate()).collect())
 }
 
-/// Returns counterclockwise triangles of what the loops keep, in the surface's parameters.
+/// Returns counterclockwise triangles of the part that the loops keep, in the surface's parameters.
 pub(super) fn fill(
     u: (f64, f64),
     v: (f64, f64),
@@ -32,8 +35,8 @@ pub(super) fn fill(
 ) -> Result<Vec<Vec<DVec2>>, String> {
     let low = DVec2::new(u.0, v.0);
     let extent = DVec2::new(u.1 - u.0, v.1 - v.0);
-    // The tolerances of lyon's tessellator are absolute, the largest 0.1. Spread over 4096 units
-    // the domain is 4e4 times as large, and `f32` still resolves a 4000th of a unit.
+    // The tolerances of lyon's tessellator are absolute; the largest is 0.1. The domain is scaled
+    // to 4096 units, which is 4e4 times as large, and `f32` still resolves a 4000th of a unit.
     const SPREAD: f64 = 4096.0;
     let mut loops: Vec<Vec<DVec2>> = trims
         .iter()
@@ -100,7 +103,7 @@ fn signed_area(line: &[DVec2]) -> f64 {
         .sum()
 }
 
-/// Cuts a convex polygon along the lines `axis = cut` for each of the ascending cuts.
+/// Cuts a convex polygon along the line `axis = cut` for each of the ascending cuts.
 pub(super) fn slice(polygon: &[DVec2], axis: usize, cuts: &[f64]) -> Vec<Vec<DVec2>> {
     let lo = polygon
         .iter()
@@ -138,8 +141,8 @@ fn half(polygon: &[DVec2], axis: usize, cut: f64, side: f64) -> Vec<DVec2> {
     out
 }
 
-/// Returns where an edge meets a line. The result is the same from either end of the edge, so that
-/// neighboring polygons share the point.
+/// Returns the intersection of an edge with a line. The result does not depend on the direction of
+/// the edge, so that neighboring polygons share the point.
 fn crossing(a: DVec2, b: DVec2, axis: usize, cut: f64) -> DVec2 {
     let (a, b) = if a[axis] < b[axis] { (a, b) } else { (b, a) };
     let mut p = a + (b - a) * ((cut - a[axis]) / (b[axis] - a[axis]));

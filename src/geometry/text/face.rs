@@ -1,4 +1,4 @@
-//! The shipped typefaces and the names that stand for them.
+//! The shipped typefaces and the font names for which they are used.
 
 use skrifa::FontRef;
 
@@ -7,30 +7,40 @@ use super::library::{Fonts, UserFont};
 /// The families of the shipped typefaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
+    /// The family with the metrics of Times.
     Serif,
+    /// The family with the metrics of Helvetica.
     Sans,
+    /// The family with the metrics of Courier.
     Mono,
 }
 
-/// The names by which the user's fonts are searched for a family.
+/// The name by which the user's fonts are searched for [`Family::Serif`].
 const SERIF_NAME: &str = "Times";
+/// The name by which the user's fonts are searched for [`Family::Sans`].
 const SANS_NAME: &str = "Helvetica";
+/// The name by which the user's fonts are searched for [`Family::Mono`].
 const MONO_NAME: &str = "Courier";
 
 /// The typeface to draw with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Face<'a> {
+    /// The shipped family.
     pub family: Family,
+    /// Whether the style is bold.
     pub bold: bool,
+    /// Whether the style is italic or oblique.
     pub italic: bool,
-    /// Whether letters are set as Coin sets its built-in font, which it uses for a text without a
-    /// font: Times at 10/9 of the stated size, with each letter spaced by its ink (measured).
+    /// Whether glyphs are laid out like those of Coin's built-in font, which it uses for a text
+    /// without a font. It is Times at 10/9 of the size in the file, with each glyph spaced by its
+    /// outline (measured).
     pub built_in: bool,
-    /// A typeface of the user's in place of the shipped one.
+    /// The user's typeface that replaces the shipped one, if any.
     pub own: Option<UserFont<'a>>,
 }
 
 impl<'a> Face<'a> {
+    /// The typeface of a text without a font.
     pub(crate) const DEFAULT: Self = Self {
         family: Family::Serif,
         bold: false,
@@ -39,11 +49,12 @@ impl<'a> Face<'a> {
         own: None,
     };
 
-    /// Returns the size of the letters relative to the stated size.
+    /// Returns the size of the glyphs relative to the size in the file.
     pub(super) fn scale(self) -> f32 {
         if self.built_in { 10.0 / 9.0 } else { 1.0 }
     }
 
+    /// Returns a shipped typeface.
     pub(super) fn plain(family: Family, bold: bool, italic: bool) -> Self {
         Self {
             family,
@@ -55,8 +66,8 @@ impl<'a> Face<'a> {
     }
 
     /// Returns the shipped typeface for the name in an Inventor `Font` (`Times-Roman`,
-    /// `Helvetica:Bold Italic`, …). An unknown name gets serifs, as in SGI's library, whose
-    /// fallback was Utopia.
+    /// `Helvetica:Bold Italic`, …). An unknown name gets the serif family, as in SGI's library,
+    /// whose fallback was the serif font Utopia.
     pub(crate) fn named(name: &str) -> Self {
         let name = name.to_ascii_lowercase();
         if name.is_empty() || name.starts_with("defaultfont") {
@@ -102,7 +113,7 @@ impl<'a> Face<'a> {
         Self::plain(family, bold, has(&["italic", "oblique", "slanted"]))
     }
 
-    /// Returns the user's typeface for the name in an Inventor `Font`, or the one of
+    /// Returns the user's typeface for the name in an Inventor `Font`, or else that of
     /// [`Face::named`].
     pub(crate) fn named_of(name: &str, fonts: &'a Fonts) -> Self {
         let shipped = Self::named(name);
@@ -112,12 +123,13 @@ impl<'a> Face<'a> {
         shipped.or_own(name, fonts)
     }
 
+    /// Replaces the shipped typeface by the user's with a name, if there is one.
     fn or_own(self, name: &str, fonts: &'a Fonts) -> Self {
         let own = fonts.find(name, self.bold, self.italic);
         Self { own, ..self }
     }
 
-    /// Returns the typeface of a family: the user's, or the shipped one.
+    /// Returns the user's typeface of a family, or else the shipped one.
     pub(crate) fn of_family(family: Family, bold: bool, italic: bool, fonts: &'a Fonts) -> Self {
         let name = match family {
             Family::Serif => SERIF_NAME,
@@ -127,8 +139,9 @@ impl<'a> Face<'a> {
         Self::plain(family, bold, italic).or_own(name, fonts)
     }
 
-    /// Returns the typeface for a VRML97 `FontStyle`: of its families the first that is known or
-    /// that the user has. Serifs, which are also the default, are set as the built-in font is.
+    /// Returns the typeface for a VRML97 `FontStyle`: that of the first family that is standard or
+    /// that the user has. The shipped serif family, which is the default, is laid out like the
+    /// built-in font.
     pub(crate) fn of_vrml97<S: AsRef<str>>(families: &[S], style: &str, fonts: &'a Fonts) -> Self {
         let (bold, italic) = (style.contains("BOLD"), style.contains("ITALIC"));
         let of = |family: Family, own: Option<UserFont<'a>>| Self {
@@ -159,6 +172,7 @@ impl<'a> Face<'a> {
         }
     }
 
+    /// The file of the shipped typeface.
     fn bytes(self) -> &'static [u8] {
         macro_rules! font {
             ($name:literal) => {

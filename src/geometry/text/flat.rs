@@ -1,4 +1,4 @@
-//! Flat texts as triangles in z = 0.
+//! Triangulates flat texts in the plane z = 0.
 
 use glam::{Vec2, Vec3};
 
@@ -9,7 +9,7 @@ use super::style::{TextStyle, Vrml97Style};
 use super::vrml97::vrml97_layout;
 use crate::geometry::mesh::Mesh;
 
-/// Returns the triangles of an `AsciiText`, and where its glyphs stand.
+/// Returns the triangles of an `AsciiText`, and the layout of its glyphs.
 pub(crate) fn ascii_text<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle<'_>,
@@ -19,8 +19,7 @@ pub(crate) fn ascii_text<S: AsRef<str>>(
     (flat(&laid, style.face, style.size, style.complexity), laid)
 }
 
-/// Returns the glyphs' triangles. Texture coordinates are one font size a unit from each glyph's
-/// origin.
+/// Returns the triangles of laid-out glyphs. One unit of the texture coordinates is one font size.
 fn flat(laid: &Layout, face: Face<'_>, size: f32, complexity: f32) -> Mesh {
     let mut glyphs = GlyphCache::new(face, complexity);
     let mut mesh = Mesh::default();
@@ -39,7 +38,7 @@ fn flat(laid: &Layout, face: Face<'_>, size: f32, complexity: f32) -> Mesh {
     mesh
 }
 
-/// Returns the triangles of a VRML97 `Text`, placed as the standard says.
+/// Returns the triangles of a VRML97 `Text`, laid out by the standard.
 pub(crate) fn vrml97_text<S: AsRef<str>>(
     strings: &[S],
     style: &Vrml97Style<'_>,

@@ -1,4 +1,4 @@
-//! GlyphCache of a typeface as polylines and triangles.
+//! The glyphs of a typeface as polylines and triangles.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use skrifa::{GlyphId, MetadataProvider};
 
 use super::face::Face;
 
-/// The largest number of characters of one text; a longer text is cut off there.
+/// The largest number of characters of one text. The rest of a longer text is not drawn.
 pub(super) const MAX_GLYPHS: usize = 50_000;
 
 /// A glyph as polylines and triangles, at a font size of 1.
@@ -23,13 +23,15 @@ pub(super) const MAX_GLYPHS: usize = 50_000;
 pub(super) struct FlatGlyph {
     /// Closed polylines, with the fill on the right of each edge (TrueType's rule).
     pub outlines: Vec<Vec<Vec2>>,
+    /// The vertices of the triangles.
     pub points: Vec<Vec2>,
+    /// The vertex indices of each triangle, counterclockwise.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl FlatGlyph {
-    /// Fills outlines by the nonzero rule. lyon's tolerances are absolute, so that it works at 2048
-    /// units to the size, as TrueType fonts do.
+    /// Fills outlines by the nonzero rule. lyon's tolerances are absolute, so the outlines are
+    /// scaled to 2048 units for the font's size, as in TrueType fonts.
     pub(super) fn fill(outlines: Vec<Vec<Vec2>>) -> Self {
         const UNITS: f32 = 2048.0;
         let mut builder = Path::builder();
@@ -68,7 +70,7 @@ impl FlatGlyph {
     }
 }
 
-/// Orders the corners of a triangle counterclockwise.
+/// Returns a triangle with its corners in counterclockwise order.
 fn counterclockwise(points: &[Vec2], [a, b, c]: [u32; 3]) -> [u32; 3] {
     let p = |i: u32| points[i as usize];
     if (p(b) - p(a)).perp_dot(p(c) - p(a)) < 0.0 {
@@ -86,9 +88,9 @@ pub(super) struct GlyphCache<'a> {
 }
 
 impl<'a> GlyphCache<'a> {
-    /// Opens a typeface. Lines stay within 0.01 · 0.005^complexity of a glyph's curves, as a share
-    /// of the size: 0.01 at complexity 0, 0.0007 at 0.5, and 0.00005 at 1. At 0.5 Coin is within
-    /// 0.0012, with 32 lines for Helvetica's o.
+    /// Opens a typeface. The flattening error is at most 0.01 · 0.005^complexity of the size: 0.01
+    /// at complexity 0, 0.0007 at 0.5, and 0.00005 at 1. Coin's error at 0.5 is 0.0012, with 32
+    /// lines for Helvetica's o.
     pub(super) fn new(face: Face<'a>, complexity: f32) -> Self {
         let c = complexity.clamp(0.0, 1.0);
         Self {
@@ -102,6 +104,7 @@ impl<'a> GlyphCache<'a> {
         }
     }
 
+    /// Returns the glyph of a character, which is made when it is first used.
     pub(super) fn get(&mut self, character: char) -> &FlatGlyph {
         let (font, tolerance) = (&self.font, self.tolerance);
         self.cuts
@@ -110,8 +113,8 @@ impl<'a> GlyphCache<'a> {
     }
 }
 
-/// The size in pixels at which Coin has FreeType hint the glyphs of solid and flat text, which
-/// moves their stems to whole pixels.
+/// The size in pixels at which glyphs of solid and flat text are hinted, as FreeType does for Coin.
+/// Hinting aligns stems to the pixel grid.
 const HINTED_PIXELS: f32 = 40.0;
 
 /// An opened typeface.
@@ -119,13 +122,14 @@ pub(super) struct Typeface<'a> {
     font: Option<FontRef<'a>>,
     scale: f32,
     built_in: bool,
-    /// Moves stems to whole pixels; `None` for the built-in font.
+    /// The hinting; `None` for the built-in font.
     hinting: Option<HintingInstance>,
     /// The size in pixels at which glyphs are hinted.
     pixels: f32,
 }
 
-/// Advances of the built-in font that are not the letter's ink and a gap (measured in Coin).
+/// The advances of the built-in font that are not the width of the outline plus a gap (measured in
+/// Coin), relative to the size.
 const ODD_ADVANCES: [(char, f32); 14] = [
     (' ', 1.0 / 3.0),
     ('"', 0.29),
@@ -144,11 +148,12 @@ const ODD_ADVANCES: [(char, f32); 14] = [
 ];
 
 impl<'a> Typeface<'a> {
+    /// Opens a typeface for solid and flat text.
     pub(super) fn open(face: Face<'a>) -> Self {
         Self::open_at(face, HINTED_PIXELS)
     }
 
-    /// Opens a typeface for glyphs of that size in pixels.
+    /// Opens a typeface for glyphs of a size in pixels.
     pub(super) fn open_at(face: Face<'a>, pixels: f32) -> Self {
         let font = face.font();
         let hinting = font.as_ref().filter(|_| !face.built_in).and_then(|font| {
@@ -169,9 +174,9 @@ impl<'a> Typeface<'a> {
         font.charmap().map(character).unwrap_or_default()
     }
 
-    /// Returns the characters with their advances. Coin has FreeType scale glyphs to 40 pixels,
-    /// which rounds the advances to fortieths of the size; these are rounded alike, so that lines
-    /// are as long.
+    /// Returns the characters with their advances. In Coin FreeType scales glyphs to 40 pixels,
+    /// which rounds the advances to fortieths of the size. They are rounded here too, so that lines
+    /// have the same length.
     pub(super) fn advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
         let mut advances = self.advances_at(text, HINTED_PIXELS);
         for (character, advance) in &mut advances {
@@ -185,8 +190,8 @@ impl<'a> Typeface<'a> {
         advances
     }
 
-    /// Returns an advance of the built-in font: the width of the ink in whole thousandths of the
-    /// size and a gap of ten thousandths (measured in Coin).
+    /// Returns an advance of the built-in font: the width of the outline, rounded down to
+    /// thousandths of the size, plus a gap of 0.01 (measured in Coin).
     fn built_in_advance(&self, character: char) -> f32 {
         let odd = ODD_ADVANCES.iter().find(|(c, _)| *c == character);
         odd.map_or_else(
@@ -198,7 +203,7 @@ impl<'a> Typeface<'a> {
         )
     }
 
-    /// Returns where a letter's ink begins and ends, or `None` for a space.
+    /// Returns the smallest and the largest x of a glyph's outline, or `None` for a space.
     fn ink(&self, character: char) -> Option<(f32, f32)> {
         let outlines = self.outlines(character, 1e-3);
         let xs = outlines.iter().flatten().map(|p| p.x);
@@ -208,7 +213,7 @@ impl<'a> Typeface<'a> {
         })
     }
 
-    /// Returns the advances in whole pixels, for a font of that size in pixels.
+    /// Returns the characters with their advances, rounded to pixels, for a size in pixels.
     pub(super) fn pixel_advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
         let mut advances = self.advances_at(text, size);
         for (_, advance) in &mut advances {
@@ -217,6 +222,7 @@ impl<'a> Typeface<'a> {
         advances
     }
 
+    /// Returns the characters with their unrounded advances.
     fn advances_at(&self, text: &str, size: f32) -> Vec<(char, f32)> {
         let Some(font) = &self.font else {
             return Vec::new();
@@ -234,7 +240,7 @@ impl<'a> Typeface<'a> {
             .collect()
     }
 
-    /// Returns the box around a letter's ink and its origin, at size 1.
+    /// Returns the bounding box of a glyph's outline and its origin, at size 1.
     pub(super) fn reach(&self, character: char) -> (Vec2, Vec2) {
         let outlines = self.outlines(character, 1e-3);
         let points = outlines.iter().flatten();
@@ -243,13 +249,13 @@ impl<'a> Typeface<'a> {
         })
     }
 
-    /// Returns the width of a letter, from its origin or its ink, whichever begins first.
+    /// Returns the width of the box of [`Typeface::reach`].
     pub(super) fn width(&self, character: char) -> f32 {
         let (low, high) = self.reach(character);
         high.x - low.x
     }
 
-    /// Returns the length of a line, with the last letter's width in place of its advance.
+    /// Returns the length of a line, with the last glyph's width instead of its advance.
     pub(super) fn ink_width(&self, advances: &[(char, f32)], size: f32) -> f32 {
         let full: f32 = advances.iter().map(|a| a.1).sum();
         advances.last().map_or(full, |&(last, advance)| {
@@ -272,8 +278,7 @@ impl<'a> Typeface<'a> {
             outlines: Vec::new(),
         };
         if let Some(glyph) = font.outline_glyphs().get(self.glyph(font, character)) {
-            // Unscaled outlines are in the font's own units; at a size of 1 they would be rounded
-            // to 64ths.
+            // Unscaled outlines are in the font's units. At size 1 they would be rounded to 64ths.
             let settings = match &self.hinting {
                 Some(hinting) => DrawSettings::hinted(hinting, false),
                 None => DrawSettings::unhinted(Size::unscaled(), LocationRef::default()),
@@ -320,8 +325,8 @@ impl Flattener {
         }
     }
 
-    /// Returns the number of lines that keep a curve within the tolerance, if its middle is at most
-    /// `sag` off its chord. Each halving of the pieces quarters the distance.
+    /// Returns the number of lines with which a curve is within the tolerance, if its middle is at
+    /// most `sag` from its chord. Doubling the number of lines divides the error by four.
     fn pieces(&self, sag: f32) -> usize {
         ((sag / self.tolerance).sqrt().ceil() as usize).clamp(1, 64)
     }
@@ -368,6 +373,7 @@ impl OutlinePen for Flattener {
     }
 }
 
+/// Returns the number of font units in the font's size.
 fn metrics_units(font: &FontRef<'_>) -> u16 {
     let metrics = font.metrics(Size::unscaled(), LocationRef::default());
     metrics.units_per_em.max(1)

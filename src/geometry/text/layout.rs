@@ -1,31 +1,37 @@
-//! Where the glyphs of Inventor's texts stand.
+//! Lays out the glyphs of Inventor's texts.
 
 use glam::Vec2;
 
 use super::glyph::{MAX_GLYPHS, Typeface};
 use super::style::{Justify, TextStyle};
 
-/// A character, the place of its origin, and the scale of its width.
+/// A glyph at its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PlacedGlyph {
+    /// The character.
     pub character: char,
+    /// The position of the glyph's origin.
     pub origin: Vec2,
+    /// The scale of the glyph's width.
     pub stretch: f32,
 }
 
-/// The characters of a text at their places.
+/// The glyphs of a text at their places, with Coin's bounding box.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Layout {
+    /// The glyphs, line by line.
     pub glyphs: Vec<PlacedGlyph>,
-    /// The extent of the lines in x, by advances and not by ink, as Coin's bounding boxes have it.
+    /// The smallest x of the lines, by advances and not by outlines.
     pub left: f32,
+    /// The largest x of the lines, by advances and not by outlines.
     pub right: f32,
-    /// The lower end of Coin's bounding box and, for solid text, its upper end.
+    /// The lower end of the box.
     pub bottom: f32,
+    /// The upper end of the box, for solid text only.
     pub top: f32,
 }
 
-/// Places the glyphs of an Inventor text. The baseline of line n is at y = −n · spacing · size.
+/// Lays out the glyphs of a `Text3`. The baseline of line n is at y = −n · spacing · size.
 pub(crate) fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Layout {
     let font = Typeface::open(style.face);
     let mut out = Layout::default();
@@ -33,7 +39,7 @@ pub(crate) fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Lay
     for (i, line) in strings.iter().enumerate() {
         let advances = font.advances(line.as_ref(), style.size);
         let full: f32 = advances.iter().map(|a| a.1).sum();
-        // A slanted last letter may extend beyond its advance.
+        // A slanted last glyph may extend beyond its advance.
         let width = full.max(font.ink_width(&advances, style.size));
         let left = start(style.justify, width);
         let y = -(i as f32) * style.spacing * style.size;
@@ -46,19 +52,19 @@ pub(crate) fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Lay
             high = high.max(style.size * reach.1.y);
         }
     }
-    // Coin's box holds the letters of the last line where they stand on the first line, and where
-    // they would stand on the last line if the spacing were 1.
+    // Coin's box contains the glyphs of the last line at the first line, and at the place that the
+    // last line would have with spacing 1.
     let before = strings.len().saturating_sub(1) as f32 * style.size;
     out.bottom = (-before * style.spacing).min(low - before).min(low);
     out.top = high;
     out
 }
 
-/// Places the glyphs of an `AsciiText`.
+/// Lays out the glyphs of an `AsciiText`.
 ///
-/// A line with a positive width is brought to it by the steps between its letters, never by the
-/// letters themselves (Coin); a width below that of a letter puts them all in one place. A line
-/// ends where the ink of its last letter ends, so that `RIGHT` is flush.
+/// A line with a positive width gets it by scaling the advances, never the glyphs themselves
+/// (Coin). If the width is less than that of a glyph, all glyphs are at one place. A line ends at
+/// the end of its last glyph's outline, so that `RIGHT` is flush.
 pub(crate) fn ascii_layout<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle<'_>,
@@ -81,15 +87,15 @@ pub(crate) fn ascii_layout<S: AsRef<str>>(
         }
         out.extend(left, left + width);
     }
-    // Coin's box ends where the letters of the last line would end at spacing 1, and it takes the
-    // extent of a letter to the left of its origin for one below it.
+    // Coin's box ends where the glyphs of the last line would end at spacing 1. It also treats the
+    // extent of a glyph to the left of its origin as if it were below the origin.
     let below = strings.len().saturating_sub(1) as f32 * style.size;
     out.bottom = (-below * style.spacing).min(low - below);
     out
 }
 
-/// Returns the factor by which the steps between letters grow, and the line's length with it. The
-/// letter that ends last keeps its width (Coin).
+/// Returns the scale of the advances, and the resulting length of the line. The glyph that ends
+/// last keeps its width (Coin).
 fn stretch(
     font: &Typeface<'_>,
     advances: &[(char, f32)],
@@ -117,7 +123,7 @@ fn stretch(
     (stretch, stretch * last + width)
 }
 
-/// Returns where a line of that width begins.
+/// Returns the beginning of a line of a given width.
 fn start(justify: Justify, width: f32) -> f32 {
     match justify {
         Justify::Left => 0.0,
@@ -147,6 +153,7 @@ impl Layout {
         }
     }
 
+    /// Extends the box to the ends of a line.
     pub(super) fn extend(&mut self, left: f32, right: f32) {
         self.left = self.left.min(left);
         self.right = self.right.max(right);

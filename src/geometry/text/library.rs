@@ -1,12 +1,12 @@
-//! Typefaces of the user's own, found by the names that files use.
+//! Finds the user's own fonts by the names that scene files use.
 //!
-//! Only the shipped typefaces give the same picture on every machine, so that no folder is searched
-//! unless the user names it. A name is searched for as it stands, then as a family with a style,
-//! then among the typefaces that replace the old ones (`STAND_INS`). The folders are read once for
-//! their fonts' names; glyphs are read from the files that a scene needs.
+//! Only the shipped typefaces give the same picture on every machine, so no folder is searched
+//! unless the user names it. A name is searched for unchanged, then as a family with a style, then
+//! among the typefaces that replace the old ones (`STAND_INS`). The folders are read once for the
+//! names of their fonts; glyphs are read from the files that a scene needs.
 //!
-//! Bitmap fonts and PostScript Type 1 (`.pfb`) are not supported, and variable fonts are drawn at
-//! their default.
+//! Bitmap fonts and PostScript Type 1 (`.pfb`) are not supported. Variable fonts are drawn with
+//! their default settings.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -19,18 +19,19 @@ use skrifa::{FontRef, MetadataProvider};
 
 use crate::diag::{Diagnostic, Result};
 
-/// The endings of font files.
+/// The extensions of font files.
 const ENDINGS: [&str; 4] = ["otf", "ttf", "ttc", "otc"];
 
-/// Limits on the number of files, on the size of one, and on the depth of folders, far above what
-/// font folders have. They stop a search that was started in the wrong place.
+/// The largest number of files that are read. Like the two limits below it is far larger than in
+/// any font folder, and stops a search in the wrong folder.
 const MAX_FILES: usize = 10_000;
+/// The largest size of a font file in bytes.
 const MAX_BYTES: u64 = 256 << 20;
+/// The largest depth of folders below the one that the user names.
 const MAX_DEPTH: usize = 16;
 
-/// Names of typefaces, in lower case without spaces and signs, and the typefaces with the same
-/// metrics. The first that is installed is taken: URW's fonts of today, URW's older ones, TeX Gyre,
-/// Liberation.
+/// The normalized names of typefaces, and the typefaces with the same metrics. The first one that
+/// is installed is used. The order is URW's current fonts, URW's older fonts, TeX Gyre, Liberation.
 const STAND_INS: [(&[&str], &[&str]); 9] = [
     (
         &["times", "timesroman", "timesnewroman", "timesnewromanps"],
@@ -89,7 +90,7 @@ const STAND_INS: [(&[&str], &[&str]); 9] = [
     ),
 ];
 
-/// A typeface of the user's: the bytes of its file, and its index there.
+/// A typeface of the user: the bytes of its file, and its index in the file.
 #[derive(Clone, Copy, PartialEq)]
 pub struct UserFont<'a> {
     bytes: &'a [u8],
@@ -97,6 +98,7 @@ pub struct UserFont<'a> {
 }
 
 impl<'a> UserFont<'a> {
+    /// Opens the typeface, or returns `None` if its file is damaged.
     pub(super) fn open(self) -> Option<FontRef<'a>> {
         FontRef::from_index(self.bytes, self.index).ok()
     }
@@ -108,17 +110,17 @@ impl fmt::Debug for UserFont<'_> {
     }
 }
 
-/// The typefaces below some folders.
+/// The typefaces in some folders and their subfolders.
 #[derive(Debug, Default)]
 pub struct Fonts {
     folders: Vec<PathBuf>,
     files: Vec<File>,
     faces: Vec<Entry>,
-    /// Files with the ending of a font that could not be read as one.
+    /// Warnings about font files that could not be read, and about folders without fonts.
     pub warnings: Vec<Box<Diagnostic>>,
 }
 
-/// Two libraries are equal if they are of the same folders; the files are not compared.
+/// Two libraries are equal if their folders have the same paths; the files are not compared.
 impl PartialEq for Fonts {
     fn eq(&self, other: &Self) -> bool {
         self.folders == other.folders
@@ -128,7 +130,7 @@ impl PartialEq for Fonts {
 #[derive(Debug)]
 struct File {
     path: PathBuf,
-    /// Read when a scene first needs it; empty if that fails.
+    /// The contents, read when a scene first needs the file; empty if that failed.
     bytes: OnceLock<Vec<u8>>,
 }
 
@@ -137,19 +139,22 @@ struct File {
 struct Entry {
     file: usize,
     index: u32,
-    /// The family's name: the legacy one, and the typographic one without the style.
+    /// The legacy name of the family, and the typographic one without the style.
     families: Vec<String>,
     /// The full name and the PostScript name.
     whole: Vec<String>,
+    /// The weight from 1 to 1000; 400 is regular and 700 is bold.
     weight: f32,
     italic: bool,
 }
 
 impl Fonts {
-    /// Reads the names of all fonts below the folders. The fonts of the first folder are preferred.
+    /// Reads the names of all fonts in the folders and their subfolders. Fonts of earlier folders
+    /// are preferred.
     ///
     /// # Errors
-    /// If a folder does not exist or cannot be read. A file that is not a font is a warning in `warnings`.
+    /// Returns a diagnostic if a folder does not exist or cannot be read. A file that is not a font
+    /// only adds a warning to `warnings`.
     pub fn open<P: AsRef<Path>>(folders: &[P]) -> Result<Self> {
         let mut out = Self::default();
         for folder in folders {
@@ -178,10 +183,12 @@ impl Fonts {
         Ok(out)
     }
 
+    /// The folders that were searched.
     pub fn folders(&self) -> &[PathBuf] {
         &self.folders
     }
 
+    /// Adds the typefaces of a file.
     fn add(&mut self, path: PathBuf) -> Result<()> {
         let name = path.display().to_string();
         let warning = |why: &str| {
@@ -202,14 +209,14 @@ impl Fonts {
             }
         }
         if self.faces.len() == before {
-            return Err(warning("has no outlines of letters"));
+            return Err(warning("has no glyph outlines"));
         }
         let bytes = OnceLock::new();
         self.files.push(File { path, bytes });
         Ok(())
     }
 
-    /// Returns the typeface that a file means by a name such as `Times-Roman` or `Helvetica:Bold`.
+    /// Returns the typeface for a name in a scene file, such as `Times-Roman` or `Helvetica:Bold`.
     pub fn find(&self, name: &str, bold: bool, italic: bool) -> Option<UserFont<'_>> {
         let whole = normalized(name);
         if self.faces.is_empty() || whole.is_empty() {
@@ -233,7 +240,7 @@ impl Fonts {
         own.open().map(|_| own)
     }
 
-    /// Returns the typeface nearest to a style, of a family or of the typefaces that replace it.
+    /// Returns the typeface with the nearest style, of a family or of the families that replace it.
     fn family(&self, family: &str, bold: bool, italic: bool) -> Option<&Entry> {
         let stand_ins = STAND_INS.iter().find(|(names, _)| names.contains(&family));
         let stand_ins = stand_ins.map_or(&[][..], |(_, stand_ins)| stand_ins);
@@ -275,7 +282,7 @@ impl Entry {
     }
 }
 
-/// Returns a name in lower case, without spaces and signs.
+/// Returns the letters and digits of a name, in lower case.
 fn normalized(name: &str) -> String {
     let letters = name.chars().filter(|c| c.is_alphanumeric());
     letters.flat_map(char::to_lowercase).collect()
@@ -286,7 +293,7 @@ fn part(name: &str, end: char) -> &str {
     name.split(end).next().unwrap_or_default()
 }
 
-/// Returns the family alone: `lucidabright` for `Lucida Bright Demi Bold`.
+/// Returns a normalized name without its style: `lucidabright` for `Lucida Bright Demi Bold`.
 fn without_style(name: &str) -> String {
     const STYLES: [&str; 9] = [
         "bold", "demi", "italic", "oblique", "regular", "roman", "plain", "medium", "book",
@@ -296,7 +303,7 @@ fn without_style(name: &str) -> String {
     normalized(&family.collect::<String>())
 }
 
-/// Collects every font file below a folder, in the order of names.
+/// Collects every font file in a folder and its subfolders, in the order of names.
 fn walk(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
     let entries = std::fs::read_dir(folder)?;
     let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
@@ -308,8 +315,8 @@ fn walk(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> std::io::Resul
         });
         if path.is_dir() {
             if depth < MAX_DEPTH {
-                // A folder below that cannot be read is skipped; only the user's own must be
-                // readable.
+                // A subfolder that cannot be read is skipped. Only the folder that the user named
+                // must be readable.
                 let _ = walk(&path, depth + 1, files);
             }
         } else if is_font && files.len() < MAX_FILES {
@@ -324,7 +331,7 @@ mod tests {
     use super::*;
     use crate::geometry::text::{Face, Family};
 
-    /// A folder with shipped typefaces under it, and what is damaged or no font; gone when dropped.
+    /// A temporary folder for fonts, which is removed when dropped.
     struct Folder(PathBuf);
 
     impl Folder {
@@ -349,7 +356,7 @@ mod tests {
     const SERIF_BOLD: &[u8] = include_bytes!("fonts/serif-bold.otf");
     const SANS: &[u8] = include_bytes!("fonts/sans.otf");
 
-    /// A typeface by another name that is as long.
+    /// Returns a font file in which a name is replaced by another of the same length.
     fn renamed(font: &[u8], from: &str, to: &str) -> Vec<u8> {
         let wide = |name: &str| name.bytes().flat_map(|b| [0, b]).collect::<Vec<u8>>();
         let (from, to) = (wide(from), wide(to));
@@ -372,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn names_of_files_find_the_family_its_style_and_its_stand_in() {
+    fn names_find_the_family_with_its_style_or_its_replacement() {
         let folder = Folder::new("fonts-found");
         let roman = |font| renamed(font, "ivcam serif", "NimbusRoman");
         folder.put("a.otf", &roman(SERIF));
@@ -401,12 +408,12 @@ mod tests {
     }
 
     #[test]
-    fn a_vrml97_style_takes_the_first_family_that_there_is() {
+    fn a_vrml97_style_uses_the_first_known_family() {
         let folder = Folder::new("fonts-97");
         folder.put("a.otf", &renamed(SANS, "ivcam sans", "NimbusSans"));
         let fonts = Fonts::open(&[&folder.0]).expect("a folder");
         let own = |families: &[&str]| Face::of_vrml97(families, "PLAIN", &fonts);
-        assert!(own(&["Nobody's", "Nimbus Sans", "SERIF"]).own.is_some());
+        assert!(own(&["Unknown", "Nimbus Sans", "SERIF"]).own.is_some());
         assert!(own(&["SANS"]).own.is_some());
         let serif = own(&["SERIF", "SANS"]);
         assert!(serif.own.is_none() && serif.built_in);
@@ -415,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn letters_are_the_user_s_where_the_name_finds_them() {
+    fn text_is_drawn_with_the_users_font_of_that_name() {
         use crate::geometry::text::{Justify, TextStyle, ascii_text};
         let folder = Folder::new("fonts-drawn");
         folder.put("a.otf", &renamed(SANS, "ivcam sans", "my letters"));
@@ -440,7 +447,7 @@ mod tests {
     }
 
     #[test]
-    fn damaged_fonts_are_told_and_left_out() {
+    fn damaged_fonts_are_reported_and_left_out() {
         let folder = Folder::new("fonts-damaged");
         folder.put("cut.otf", &SERIF[..SERIF.len() / 8]);
         folder.put("empty.ttf", b"");
@@ -458,7 +465,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_is_none_is_an_error_and_one_without_fonts_a_warning() {
+    fn a_missing_folder_is_an_error_and_one_without_fonts_a_warning() {
         let error = Fonts::open(&["no/such/folder"]).expect_err("no folder");
         assert!(error.message.contains("no/such/folder"));
         let folder = Folder::new("fonts-none");

@@ -1,10 +1,11 @@
-//! Strings to triangles: `Text3`, `AsciiText` and VRML97's `Text`, and to pixels: `Text2`.
+//! Converts strings to triangles (`Text3`, `AsciiText` and VRML97's `Text`) and to pixels
+//! (`Text2`).
 //!
-//! Twelve typefaces stand for every font that a file may name (`fonts/LICENSE.txt`), so that a
-//! picture is the same on every machine. Folders of the user's own fonts are searched first if they
-//! are given (`library`). The twelve have the metrics of Times, Helvetica and Courier, which SGI's
-//! and Coin's libraries draw for those names. Each call flattens the outlines of its glyphs anew; a
-//! scene without text loads nothing of this.
+//! Twelve shipped typefaces replace every font that a file may name (`fonts/LICENSE.txt`), so a
+//! picture is the same on every machine. They have the metrics of Times, Helvetica and Courier,
+//! which SGI's and Coin's libraries draw for those names. If the user gives font folders, these are
+//! searched first (`library`). Each call flattens the outlines of its glyphs again, and a scene
+//! without text loads no fonts.
 //!
 //! Kerning, ligatures, right-to-left scripts and characters beyond Latin-1 are not supported.
 

@@ -1,9 +1,8 @@
-//! `Text2`: letters as gray pixels at whole places.
+//! Rasterizes `Text2` to gray pixels, with glyphs at integer positions.
 //!
-//! Letters are made as FreeType makes them for Coin: from outlines whose stems are moved to whole
-//! pixels, with the share that a letter covers of each pixel in 256ths. Without a named font Coin
-//! uses bitmaps of its own, which look like Courier in four sizes; the letters here are made from
-//! that typeface and have the same width.
+//! Glyphs are rasterized as FreeType does for Coin: from hinted outlines, with the coverage of each
+//! pixel in 256ths. Without a named font Coin uses its own bitmaps, which look like Courier in four
+//! sizes. Here these glyphs are rasterized from Courier with the same width.
 
 use glam::{IVec2, Vec2};
 
@@ -11,40 +10,46 @@ use super::face::{Face, Family};
 use super::glyph::Typeface;
 use super::style::{Justify, TextStyle};
 
-/// A text as a picture.
+/// A rasterized text or glyph.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct PixelText {
-    /// The place of the lower left corner relative to the text's point, in pixels.
+    /// The x of the left edge relative to the origin of the text, in pixels.
     pub left: i32,
+    /// The y of the bottom edge relative to the origin of the text, in pixels.
     pub bottom: i32,
+    /// The width in pixels.
     pub width: usize,
+    /// The height in pixels.
     pub height: usize,
-    /// The coverage of each pixel, row by row from the bottom up.
+    /// The coverage of each pixel, row by row from the bottom.
     pub coverage: Vec<u8>,
-    /// The place of the text's point along the longest line, from its beginning.
+    /// The position of the text's origin from the beginning of the longest line, in pixels.
     pub anchor: f32,
+    /// Whether the text is centered.
     pub is_centered: bool,
-    /// The lower left and upper right corner of the rectangle that Inventor takes for the text, as
-    /// if it were justified to the left.
+    /// The lower left and upper right corner of Inventor's rectangle of the text, as if it were
+    /// justified to the left, in pixels.
     pub rectangle: (IVec2, IVec2),
 }
 
-/// The largest size of a letter that is drawn, in pixels: more than a picture shows of it.
+/// The largest font size in pixels, which bounds memory. A larger glyph would be larger than a
+/// picture.
 const MAX_SIZE: f32 = 2048.0;
 /// The largest number of pixels of one text, which bounds its memory.
 const MAX_PIXELS: usize = 1 << 24;
 
-/// The least coverage, of 256, at which a pixel of a bitmap letter is set.
+/// The smallest coverage, in 256ths, at which a pixel of a bitmap glyph is set. It was chosen by
+/// trial.
 const INKED: u8 = 80;
 
-/// A letter as a picture, and its advance in pixels.
+/// A rasterized glyph, and its advance in pixels.
 struct Letter {
     picture: PixelText,
     advance: i32,
 }
 
-/// Coin's built-in bitmaps: the font size below which each is used, and the width and height of its
-/// letters.
+/// Coin's built-in bitmap fonts: the font size below which each is used, and the width and height
+/// of its glyphs in pixels.
 const BUILT_IN: [(f32, i32, usize); 4] = [
     (14.0, 7, 14),
     (18.0, 10, 18),
@@ -52,8 +57,8 @@ const BUILT_IN: [(f32, i32, usize); 4] = [
     (f32::INFINITY, 19, 36),
 ];
 
-/// Draws the strings of a `Text2`. The distance between lines is the font's size in whole pixels,
-/// times the spacing.
+/// Rasterizes the strings of a `Text2`. The distance between lines is the font's size, rounded down
+/// to pixels, times the spacing.
 pub(crate) fn pixel_text<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> PixelText {
     let font = PixelFont::open(style);
     let mut room = MAX_PIXELS;
@@ -92,8 +97,9 @@ pub(crate) fn pixel_text<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) ->
     all
 }
 
-/// Returns the rectangle of a text justified to the left. The largest distance by which the ink of
-/// any line ends behind that line's last advance is added to the end of the longest line (Coin).
+/// Returns Inventor's rectangle of a text as if it were justified to the left. For each line there
+/// is the distance from the end of its advances to the end of its glyphs. The largest of these
+/// distances is added to the end of the longest line (Coin).
 fn rectangle(lines: &[Vec<Letter>], step: i32, cell: Option<IVec2>) -> (IVec2, IVec2) {
     let (mut low, mut high) = (IVec2::MAX, IVec2::MIN);
     let (mut longest, mut behind) = (0, i32::MIN);
@@ -119,7 +125,7 @@ fn rectangle(lines: &[Vec<Letter>], step: i32, cell: Option<IVec2>) -> (IVec2, I
     (low, high)
 }
 
-/// Returns an empty picture that is large enough for all letters.
+/// Returns an empty raster that is large enough for all glyphs.
 fn around(placed: &[(i32, i32, &PixelText)]) -> PixelText {
     let Some(&(x, y, _)) = placed.first() else {
         return PixelText::default();
@@ -150,7 +156,7 @@ fn around(placed: &[(i32, i32, &PixelText)]) -> PixelText {
 }
 
 impl PixelText {
-    /// Composites a letter over the picture.
+    /// Composites a glyph over the text.
     fn put(&mut self, x: i32, y: i32, letter: &Self) {
         let (x, y) = ((x - self.left) as usize, (y - self.bottom) as usize);
         if self.coverage.is_empty() || letter.width == 0 {
@@ -171,7 +177,7 @@ impl PixelText {
 struct PixelFont<'a> {
     typeface: Typeface<'a>,
     pixels: f32,
-    /// Width, height and baseline of the cells of a bitmap font.
+    /// The width, the height and the baseline of the cells of a bitmap font, in pixels.
     cell: Option<(i32, usize, i32)>,
 }
 
@@ -187,7 +193,7 @@ impl<'a> PixelFont<'a> {
         }
         let fits = |(below, _, _): &&(f32, i32, usize)| size < *below;
         let (_, width, height) = BUILT_IN.iter().find(fits).copied().unwrap_or(BUILT_IN[3]);
-        // Courier's letters are six tenths of its size wide.
+        // The advance of Courier is 0.6 of its size.
         let pixels = (width as f32 / 0.6 + 0.5).floor();
         Self {
             typeface: Typeface::open_at(Face::plain(Family::Mono, false, false), pixels),
@@ -196,7 +202,7 @@ impl<'a> PixelFont<'a> {
         }
     }
 
-    /// Draws the letters of a line, as long as `room` for their pixels remains.
+    /// Rasterizes the glyphs of a line, until `room` for their pixels is used up.
     fn letters(&self, line: &str, room: &mut usize) -> Vec<Letter> {
         if self.pixels < 1.0 {
             return Vec::new();
@@ -225,15 +231,15 @@ impl<'a> PixelFont<'a> {
         advances.into_iter().map(letter).take_while(fits).collect()
     }
 
-    /// Returns the size of the rectangle that Inventor takes for each letter of a bitmap font: a
-    /// cell that is 32 pixels wide (Coin).
+    /// Returns the size of Inventor's rectangle for each glyph of a bitmap font: a cell that is 32
+    /// pixels wide (Coin).
     fn cell(&self) -> Option<IVec2> {
         self.cell
             .map(|(_, height, _)| IVec2::new(32, height as i32))
     }
 }
 
-/// Returns the coverage of outlines of size 1.
+/// Rasterizes outlines, which have the font size 1, at a size in pixels.
 fn filled(outlines: &[Vec<Vec2>], pixels: f32) -> PixelText {
     let points = || outlines.iter().flatten().map(|p| *p * pixels);
     let Some(first) = points().next() else {
@@ -262,8 +268,8 @@ fn filled(outlines: &[Vec<Vec2>], pixels: f32) -> PixelText {
     }
 }
 
-/// Accumulates the signed area to the right of edges. Each entry is the difference in coverage from
-/// the pixel on its left.
+/// Accumulates the signed area to the right of edges. Each entry is the difference in coverage
+/// between a pixel and the one on its left.
 struct CoverageSteps {
     width: usize,
     steps: Vec<f32>,
@@ -277,11 +283,12 @@ impl CoverageSteps {
         }
     }
 
+    /// Adds an edge.
     fn edge(&mut self, a: Vec2, b: Vec2) {
         let (low, high, sign) = if a.y < b.y { (a, b, 1.0) } else { (b, a, -1.0) };
         let slope = (high.x - low.x) / (high.y - low.y);
         if !slope.is_finite() {
-            return; // level: bounds no area
+            return; // a horizontal edge bounds no area
         }
         let at = |y: f32| low.x + (y - low.y) * slope;
         let rows = low.y as usize..(high.y.ceil() as usize).min(self.rows());
@@ -295,7 +302,7 @@ impl CoverageSteps {
         self.steps.len() / (self.width + 1)
     }
 
-    /// Adds the part of an edge within a row. Each column that it crosses takes its share of the
+    /// Adds the part of an edge within a row. Each column that it crosses gets its share of the
     /// height.
     fn step(&mut self, row: usize, x0: f32, x1: f32, height: f32) {
         let (left, right) = (x0.min(x1).max(0.0), x0.max(x1).min(self.width as f32));
@@ -309,13 +316,14 @@ impl CoverageSteps {
             } else {
                 1.0
             };
-            // The part of the pixel to the right of the middle of this piece.
+            // This is the part of the pixel to the right of the middle of the piece.
             let covered = column as f32 + 1.0 - 0.5 * (l + r);
             row[column] += height * share * covered;
             row[column + 1] += height * share * (1.0 - covered);
         }
     }
 
+    /// Returns the coverage of all pixels.
     fn levels(&self) -> Vec<u8> {
         let mut out = Vec::with_capacity(self.width * self.rows());
         for row in self.steps.chunks_exact(self.width + 1) {
@@ -355,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_of_huge_letters_is_cut_off() {
+    fn the_pixels_of_a_text_of_huge_letters_are_bounded() {
         let style = TextStyle {
             face: Face::named("Courier"),
             size: 1e9,
@@ -370,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_set_by_whole_pixels() {
+    fn lines_are_at_integer_pixels() {
         let style = TextStyle {
             face: Face::named("Courier"),
             size: 20.0,

@@ -1,4 +1,4 @@
-//! `Text3`: glyphs swept along a profile.
+//! Triangulates `Text3`, whose glyphs are swept along a profile.
 
 use glam::{Vec2, Vec3};
 
@@ -10,12 +10,16 @@ use crate::geometry::mesh::Mesh;
 /// The parts of a `Text3` that are drawn. In the [`Mesh`] they are parts 0, 1 and 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SolidParts {
+    /// The front faces.
     pub front: bool,
+    /// The sides.
     pub sides: bool,
+    /// The back faces.
     pub back: bool,
 }
 
 impl SolidParts {
+    /// The default of the field `parts`.
     pub(crate) const FRONT: Self = Self {
         front: true,
         sides: false,
@@ -29,16 +33,16 @@ impl SolidParts {
     };
 }
 
-/// Returns the triangles of a `Text3`, and where its glyphs stand. Glyphs are in x and y and are
-/// swept toward −z along a profile.
+/// Returns the triangles of a `Text3`, and the layout of its glyphs. Glyphs are in the plane of x
+/// and y and are swept toward −z along a profile.
 ///
-/// A profile is a polyline of (depth behind z = 0, distance outward from the outline); `None` is
-/// (0, 0) to (1, 0). Sides are smooth where the outline or the profile turns by less than
-/// `crease_angle`. Texture coordinates are one font height a unit, from the start of the first
-/// baseline (SGI's reference page of SoText3).
+/// A profile is a polyline of points (depth behind z = 0, distance outward from the outline);
+/// `None` means (0, 0) to (1, 0). Sides are smooth where the outline or the profile turns by less
+/// than `crease_angle`, in radians. One unit of the texture coordinates is one font height, from
+/// the start of the first baseline (SGI's reference page of SoText3).
 ///
-/// Coin leaves the front face at the outline where the profile does not start at distance 0; the
-/// faces here follow the profile, which closes the gap.
+/// If the profile does not start at distance 0, Coin leaves a gap around the front face. Here the
+/// faces follow the profile, which closes the gap.
 pub(crate) fn text3<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle<'_>,
@@ -83,12 +87,14 @@ struct SolidBuilder<'a> {
     mesh: Mesh,
     size: f32,
     profile: &'a [Vec2],
-    /// Cosine of the crease angle.
+    /// The cosine of the crease angle.
     smooth: f32,
+    /// The inverse of the font's size, or 0.
     per_unit: f32,
 }
 
 impl SolidBuilder<'_> {
+    /// Adds the front or the back of a glyph.
     fn face(&mut self, cut: &FlatGlyph, origin: Vec2, front: bool) {
         let end = self.profile[if front { 0 } else { self.profile.len() - 1 }];
         let swollen;
@@ -117,6 +123,7 @@ impl SolidBuilder<'_> {
         }
     }
 
+    /// Adds the sides of a glyph.
     fn sides(&mut self, cut: &FlatGlyph, origin: Vec2) {
         let slopes = slopes(self.profile, self.smooth);
         let rear = self.profile[self.profile.len() - 1].x;
@@ -152,7 +159,7 @@ impl SolidBuilder<'_> {
         }
     }
 
-    /// Adds a quadrilateral of a side. Its corners run clockwise as seen from outside, for an
+    /// Adds a quadrilateral of a side. Its corners are clockwise as seen from outside, for an
     /// outline with its fill on the right.
     fn quad(&mut self, corners: [(Vec3, Vec3, Vec2); 4]) {
         let [a, b, c, d] = corners.map(|(p, n, t)| self.mesh.vertex(p, n, t));
@@ -161,8 +168,8 @@ impl SolidBuilder<'_> {
     }
 }
 
-/// Returns the slope at both ends of each piece of a profile, as a unit vector (outward, toward the
-/// front).
+/// Returns the normal at both ends of each piece of a profile, as a unit vector (outward, toward
+/// the front).
 fn slopes(profile: &[Vec2], smooth: f32) -> Vec<(Vec2, Vec2)> {
     let normals: Vec<Vec2> = profile
         .windows(2)
@@ -208,10 +215,12 @@ fn edge_normals(outline: &[Vec2], smooth: f32) -> Vec<(Vec2, Vec2)> {
         .collect()
 }
 
+/// Returns the outward normal of an edge with its fill on the right.
 fn outward(from: Vec2, to: Vec2) -> Vec2 {
     (to - from).perp().normalize_or_zero()
 }
 
+/// Scales an outline by the font's size, then moves its edges outward.
 fn swell_scaled(outline: &[Vec2], size: f32, by: f32) -> Vec<Vec2> {
     if by == 0.0 {
         return outline.iter().map(|p| size * *p).collect();
@@ -220,8 +229,8 @@ fn swell_scaled(outline: &[Vec2], size: f32, by: f32) -> Vec<Vec2> {
     swell(&scaled, by)
 }
 
-/// Moves each edge outward. Corners are mitered; the miter is limited where edges turn by more than
-/// 151°, where it would be longer than four times the distance.
+/// Moves each edge outward. Corners are mitered. Where edges turn by more than 151° the miter would
+/// be longer than four times the distance, so it is limited.
 fn swell(outline: &[Vec2], by: f32) -> Vec<Vec2> {
     let n = outline.len();
     (0..n)

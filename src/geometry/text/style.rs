@@ -1,37 +1,48 @@
-//! How a text is set: the fields of Inventor's and VRML97's font styles as values.
+//! The styles of text: the fields of Inventor's and VRML97's nodes.
 
 use super::face::Face;
 
-/// Inventor's justification of a line.
+/// The justification of a line in Inventor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Justify {
+    /// Lines begin at x = 0.
     Left,
+    /// Lines end at x = 0.
     Right,
+    /// Lines are centered at x = 0.
     Center,
 }
 
-/// How a text of Inventor or VRML 1.0 is set.
+/// The style of a text of Inventor or VRML 1.0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TextStyle<'a> {
+    /// The typeface.
     pub face: Face<'a>,
     /// The font's size, which is the distance between baselines at spacing 1.
     pub size: f32,
+    /// The distance between baselines as a multiple of the size.
     pub spacing: f32,
+    /// The justification of lines.
     pub justify: Justify,
-    /// Inventor's complexity from 0 to 1, which says how finely curves are flattened.
+    /// Inventor's complexity from 0 to 1, which determines how finely curves are flattened.
     pub complexity: f32,
 }
 
-/// VRML97's justification along one axis.
+/// The justification along one axis in VRML97.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Align {
+    /// The text begins at the origin.
     Begin,
+    /// The first line has its baseline at the origin.
     First,
+    /// The text is centered at the origin.
     Middle,
+    /// The text ends at the origin.
     End,
 }
 
 impl Align {
+    /// Returns the justification with a name, or `None` for an unknown name.
     pub(crate) fn named(name: &str) -> Option<Self> {
         match name {
             "BEGIN" => Some(Self::Begin),
@@ -43,21 +54,31 @@ impl Align {
     }
 }
 
-/// How a VRML97 text is set: the fields of its `FontStyle`.
+/// The style of a VRML97 text: the fields of its `FontStyle`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Vrml97Style<'a> {
+    /// The typeface.
     pub face: Face<'a>,
+    /// The font's size.
     pub size: f32,
+    /// The distance between lines as a multiple of the size.
     pub spacing: f32,
+    /// Whether lines are horizontal.
     pub horizontal: bool,
+    /// Whether text advances to the right.
     pub left_to_right: bool,
+    /// Whether text advances downward.
     pub top_to_bottom: bool,
+    /// The justification along the lines.
     pub major: Align,
+    /// The justification across the lines.
     pub minor: Align,
+    /// Inventor's complexity from 0 to 1.
     pub complexity: f32,
 }
 
 impl Vrml97Style<'_> {
+    /// The style of a text without a `FontStyle`.
     pub(crate) const DEFAULT: Self = Self {
         face: Face::DEFAULT,
         size: 1.0,
@@ -70,8 +91,8 @@ impl Vrml97Style<'_> {
         complexity: 0.5,
     };
 
-    /// Sets the major and minor justification from the field `justify`. An empty major string means
-    /// `BEGIN`, and a missing minor one `FIRST`.
+    /// Sets the major and minor justification from the field `justify`. A missing or unknown major
+    /// string means `BEGIN`, and a missing or unknown minor one `FIRST`.
     pub(crate) fn justified<S: AsRef<str>>(mut self, justify: &[S]) -> Self {
         let named = |i: usize| justify.get(i).and_then(|s| Align::named(s.as_ref()));
         self.major = named(0).unwrap_or(Align::Begin);

@@ -23,7 +23,7 @@ fn every_face() -> impl Iterator<Item = Face<'static>> {
 }
 
 #[test]
-fn fonts_are_found_by_the_names_files_use() {
+fn typefaces_are_found_by_the_names_in_files() {
     let face = Face::named("Helvetica-BoldOblique");
     assert_eq!(
         (face.family, face.bold, face.italic),
@@ -35,7 +35,7 @@ fn fonts_are_found_by_the_names_files_use() {
     assert!(Face::named("Times-Roman:Bold Italic").bold);
 }
 
-/// A letter I of a sans serif is one rectangle, so its area and volume are known.
+/// The letter I of a sans-serif font is one rectangle, so its area and volume are known.
 #[test]
 fn an_extruded_i_is_a_box_facing_outward() {
     let (mesh, _) = text3(&["I"], &style("Helvetica", 2.0), SolidParts::ALL, None, 0.0);
@@ -60,9 +60,9 @@ fn an_extruded_i_is_a_box_facing_outward() {
     }
 }
 
-/// The sides and the faces meet without gaps only if outlines and fills agree; then the
-/// volume is the area of the face times the depth. Left out are the letters whose accents
-/// overlap them in the typefaces, which the volume counts twice there.
+/// The sides and the faces meet without gaps only if outlines and fills agree. The volume is then
+/// the area of the face times the depth. Letters that are overlapped by their accents are left out,
+/// because the overlap would be counted twice.
 #[test]
 fn every_glyph_is_closed_and_faces_outward() {
     let all: String = (' '..='~').chain('\u{a1}'..='\u{ff}').collect();
@@ -99,7 +99,7 @@ fn a_profile_bevels_outward_and_ends_at_its_depth() {
     assert!(mesh.volume() > 0.0);
 }
 
-/// Widths of Times, Helvetica and Courier in Coin at size 10, from its bounding boxes.
+/// The expected widths are those of Coin's bounding boxes at size 10.
 #[test]
 fn lines_are_as_long_as_coins() {
     for (name, text, width) in [
@@ -115,7 +115,7 @@ fn lines_are_as_long_as_coins() {
 }
 
 #[test]
-fn lines_go_down_by_size_and_spacing_and_justify() {
+fn lines_are_spaced_by_size_and_justified() {
     let base = TextStyle {
         spacing: 2.0,
         justify: Justify::Right,
@@ -130,9 +130,9 @@ fn lines_go_down_by_size_and_spacing_and_justify() {
     assert_eq!(places, [(-12.0, 0.0), (-6.0, 0.0), (-6.0, -40.0)]);
 }
 
-/// As in Coin: the letters keep their shapes, and their steps make up the width.
+/// As in Coin, glyphs keep their shapes and only their advances are scaled.
 #[test]
-fn a_width_spreads_a_line_or_presses_it() {
+fn a_stated_width_scales_the_advances_of_a_line() {
     let sans = style("Helvetica", 1.0);
     let (alone, _) = ascii_text(&["H"], &sans, &[]);
     let widest = alone.bounds().unwrap().1.x;
@@ -158,7 +158,7 @@ fn vrml97_aligns_lines_on_both_axes() {
 }
 
 #[test]
-fn no_text_and_odd_numbers_draw_nothing_bad() {
+fn wrong_values_give_valid_meshes() {
     for size in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         let odd = TextStyle {
             complexity: f32::NAN,

@@ -1,4 +1,4 @@
-//! Where the glyphs of a VRML97 `Text` (6.47) with its `FontStyle` (6.22) stand.
+//! Lays out the glyphs of a VRML97 `Text` (6.47) with its `FontStyle` (6.22).
 
 use glam::Vec2;
 
@@ -6,11 +6,11 @@ use super::glyph::Typeface;
 use super::layout::Layout;
 use super::style::{Align, Vrml97Style};
 
-/// The share of a line's height that is above its baseline. The standard leaves it open.
+/// The fraction of a line's height above its baseline. The standard does not specify it.
 pub(super) const ABOVE: f32 = 0.8;
 
-/// Places the glyphs of a VRML97 `Text`. The standard leaves the height of a line open; here it is
-/// the font's size.
+/// Lays out the glyphs of a VRML97 `Text`. The standard does not specify the height of a line; here
+/// it is the font's size.
 pub(crate) fn vrml97_layout<S: AsRef<str>>(
     strings: &[S],
     style: &Vrml97Style<'_>,
@@ -38,10 +38,11 @@ pub(crate) fn vrml97_layout<S: AsRef<str>>(
 
 /// A string of a VRML97 text, measured along the major axis.
 struct Line {
+    /// The characters with their advances.
     advances: Vec<(char, f32)>,
-    /// Space added between two characters.
+    /// The space added between two characters.
     gap: f32,
-    /// Scale of the characters' widths.
+    /// The scale of the characters' widths.
     stretch: f32,
     length: f32,
 }
@@ -65,6 +66,7 @@ impl Line {
         }
     }
 
+    /// Adds the glyphs of line `i` of `count` to a layout.
     fn place(
         &self,
         i: usize,
@@ -116,8 +118,8 @@ impl Line {
     }
 }
 
-/// Returns the baseline of the line that is `across` past the first, in a block of lines of that
-/// height.
+/// Returns the baseline of a line at the distance `across` from the first line. `block` is the
+/// height of all lines.
 fn row(across: f32, block: f32, style: &Vrml97Style<'_>) -> f32 {
     let below = (1.0 - ABOVE) * style.size;
     let above = ABOVE * style.size;
@@ -140,7 +142,8 @@ fn row(across: f32, block: f32, style: &Vrml97Style<'_>) -> f32 {
     }
 }
 
-/// Returns the left edge of the column that is `across` past the first.
+/// Returns the left edge of a column at the distance `across` from the first column. `block` is the
+/// width of all columns.
 fn column(across: f32, block: f32, style: &Vrml97Style<'_>) -> f32 {
     let begin = match style.minor {
         Align::First | Align::Begin => 0.0,
@@ -154,8 +157,8 @@ fn column(across: f32, block: f32, style: &Vrml97Style<'_>) -> f32 {
     }
 }
 
-/// Returns the space to add between characters and the scale of their widths that bring a line to a
-/// width: a longer line is spaced out, and a shorter one is compressed.
+/// Returns the space to add between characters and the scale of their widths for a line of the
+/// wanted width. A line is extended by spaces and shortened by the scale.
 fn fit(natural: f32, wanted: f32, count: usize) -> (f32, f32) {
     if !(wanted > 0.0 && natural > 0.0 && wanted.is_finite()) {
         (0.0, 1.0)

@@ -1,15 +1,16 @@
-//! The box around a VRML97 `Text` by lines and font sizes, as Coin computes it.
+//! Computes the bounding box of a VRML97 `Text` as Coin does, from lines and font sizes.
 
 use glam::Vec2;
 
 use super::glyph::Typeface;
 use super::style::{Align, Vrml97Style};
 
-/// A text's lines, measured in font sizes.
+/// The lines of a text, measured in font sizes.
 struct Lines {
+    /// The characters with their advances.
     letters: Vec<Vec<(char, f32)>>,
-    /// The sum of the advances or, where that is longer, the length up to the end of the last
-    /// letter's ink.
+    /// The larger of the sum of the advances and the length up to the end of the last glyph's
+    /// outline.
     widths: Vec<f32>,
 }
 
@@ -28,11 +29,12 @@ impl Lines {
     }
 }
 
-/// The size that Inventor gives a text without a `Font`. Coin measures how far letters extend below
-/// the last line at this size, whatever size they have.
+/// The font size of an Inventor text without a `Font`. Coin computes the extent of glyphs below the
+/// last line at this size, whatever size they have.
 const FONT_SIZE: f32 = 12.0;
 
-/// Returns the lower left and upper right corner of Coin's box, by lines and sizes rather than ink.
+/// Returns the lower left and upper right corner of Coin's box, or `None` if the text is empty. The
+/// box is computed from lines and sizes, not from outlines.
 pub(crate) fn vrml97_bounds<S: AsRef<str>>(
     strings: &[S],
     style: &Vrml97Style<'_>,
@@ -65,6 +67,7 @@ pub(crate) fn vrml97_bounds<S: AsRef<str>>(
     Some((low, high))
 }
 
+/// Returns the box of a horizontal text. `before` is the number of lines before the last one.
 fn across_rectangle(widest: f32, added: f32, before: f32, style: &Vrml97Style<'_>) -> (Vec2, Vec2) {
     let (size, line) = (style.size, style.spacing * style.size);
     let (full, own) = ((widest + added) * size, widest * size);
@@ -90,6 +93,7 @@ fn across_rectangle(widest: f32, added: f32, before: f32, style: &Vrml97Style<'_
     (Vec2::new(left, bottom + up), Vec2::new(right, top + up))
 }
 
+/// Returns the box of a vertical text. `most` is the number of bytes of the longest string.
 fn down_rectangle(most: f32, added: f32, before: f32, style: &Vrml97Style<'_>) -> (Vec2, Vec2) {
     let (size, spacing) = (style.size, style.spacing);
     let (left, right) = if style.left_to_right {
