@@ -52,7 +52,7 @@ impl Camera {
 
     /// Makes the rays of samples whose places are given over the picture from 0 to 1: those that
     /// get through and are to be followed, and those that may correct them.
-    pub fn shoot(
+    pub(crate) fn shoot(
         &self,
         samples: &Samples,
         bundle: &mut Bundle,

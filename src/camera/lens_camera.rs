@@ -138,7 +138,12 @@ impl LensCamera {
     }
 
     /// The ray from a film point (millimeters) through a lens point of its window.
-    pub fn ray(&self, film: DVec2, window: &PupilWindow<'_>, pupil: [f64; 2]) -> Option<CameraRay> {
+    pub(crate) fn ray(
+        &self,
+        film: DVec2,
+        window: &PupilWindow<'_>,
+        pupil: [f64; 2],
+    ) -> Option<CameraRay> {
         self.ray_through(&self.lens, film, window, pupil)
     }
 

@@ -74,7 +74,7 @@ fn known_flags(words: &[OsString]) -> Result<()> {
     let Some(word) = flags::unknown(words.get(1..).unwrap_or_default()) else {
         return Ok(());
     };
-    let error = Diagnostic::error(format!("there is no flag `{word}`"));
+    let error = Diagnostic::not_found(format!("there is no flag `{word}`"));
     let doubled = format!("-{word}");
     let known: Vec<String> = flags::spellings().collect();
     let known = known.iter().map(String::as_str);
@@ -94,7 +94,7 @@ fn known_or_scene(word: &str) -> Result<()> {
     if scene_like || std::path::Path::new(word).exists() {
         return Ok(());
     }
-    let error = Diagnostic::error(format!("there is no command and no scene `{word}`"));
+    let error = Diagnostic::not_found(format!("there is no command and no scene `{word}`"));
     let names = commands();
     let names = names.get_subcommands().map(clap::Command::get_name);
     Err(match crate::diag::nearest(word, names) {

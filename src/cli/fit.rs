@@ -23,7 +23,7 @@ pub(crate) fn run(
     plan.scene = text(matches, "new").unwrap_or_default().into();
     if plan.solids {
         return Err(
-            Diagnostic::error("a camera can't be fitted with `--solids`")
+            Diagnostic::unsupported("a camera can't be fitted with `--solids`")
                 .with_help("leave it out: the picture is the same without"),
         );
     }

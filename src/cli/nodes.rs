@@ -45,7 +45,7 @@ fn named(name: &str) -> Result<Vec<&'static Class>> {
     if !found.is_empty() {
         return Ok(found);
     }
-    let error = Diagnostic::error(format!("there is no node class `{name}`"));
+    let error = Diagnostic::not_found(format!("there is no node class `{name}`"));
     Err(match nearest(name, CLASSES.iter().map(|c| c.name)) {
         Some(near) => error.with_help(format!("did you mean `{near}`?")),
         None => error.with_help("`ivcam nodes` lists them all"),

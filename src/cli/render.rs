@@ -92,7 +92,7 @@ pub(crate) fn writable(path: &Path) -> Result<()> {
     };
     if !folder.is_dir() {
         return Err(
-            Diagnostic::error(format!("there is no folder `{}`", folder.display()))
+            Diagnostic::not_found(format!("there is no folder `{}`", folder.display()))
                 .in_file(path.display().to_string()),
         );
     }

@@ -326,7 +326,7 @@ fn ending(path: &Path) -> String {
 }
 
 fn unknown(flag: &str, file: &str, endings: &str) -> Box<Diagnostic> {
-    Diagnostic::error(format!("`{flag} {file}` says no known format"))
+    Diagnostic::unsupported(format!("`{flag} {file}` says no known format"))
         .with_help(format!("end the name in {endings}"))
 }
 

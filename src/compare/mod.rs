@@ -16,7 +16,8 @@ pub(crate) mod sheet;
 pub(crate) mod tone;
 
 pub use align::Alignment;
+pub use edges::EdgeDistance;
 pub use measure::{Comparison, METRICS, Measures, Metric, Options, Registration, compare};
 pub use metric::Mask;
-pub(crate) use plane::Plate;
+pub use plane::{Plane, Plate};
 pub use tone::{Matching, Tone};

@@ -157,7 +157,7 @@ pub(crate) fn format_of(name: &Path) -> Result<ImageFormat> {
         .ok()
         .filter(|format| KNOWN.contains(format))
         .ok_or_else(|| {
-            Diagnostic::error(format!(
+            Diagnostic::unsupported(format!(
                 "cannot tell the sheet's format from `{}`",
                 name.display()
             ))

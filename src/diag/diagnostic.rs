@@ -36,9 +36,31 @@ impl Severity {
     }
 }
 
+/// What went wrong, for programs that react to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// A named thing does not exist: a file, a lens, a film, a glass, a node class.
+    NotFound,
+    /// The operating system could not read or write.
+    Io,
+    /// The text or bytes of a file cannot be read, or cannot be used as they are.
+    Syntax,
+    /// A limit on size, memory or count was passed.
+    Limit,
+    /// The input is valid, but this crate does not do what it asks for.
+    Unsupported,
+    /// An option or an argument is out of range, or contradicts another.
+    InvalidArgument,
+    /// A lens cannot focus at the distance.
+    CannotFocus,
+}
+
 /// One message: what is wrong, where, and what the user can do about it.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
+    /// What went wrong, for programs.
+    pub kind: ErrorKind,
     /// How severe the message is.
     pub severity: Severity,
     /// What is wrong, in lower case and without a full stop.
@@ -57,6 +79,7 @@ impl Diagnostic {
     /// Creates a message without a location.
     pub(super) fn new(severity: Severity, message: impl Into<String>) -> Self {
         Self {
+            kind: ErrorKind::InvalidArgument,
             severity,
             message: message.into(),
             help: None,
@@ -76,13 +99,44 @@ impl Diagnostic {
         Box::new(Self::new(Severity::Warning, message))
     }
 
-    /// Creates an error that reports an I/O error on a named file.
-    pub(crate) fn io(file: impl fmt::Display, error: &std::io::Error) -> Box<Self> {
-        Self::error(format!("`{file}`: {}", describe_io(error))).in_file(file.to_string())
+    /// Creates an error of the kind [`ErrorKind::NotFound`].
+    pub(crate) fn not_found(message: impl Into<String>) -> Box<Self> {
+        Self::error(message).of_kind(ErrorKind::NotFound)
     }
 
-    /// Sets the source and the range of bytes that the message is about.
+    /// Creates an error of the kind [`ErrorKind::Limit`].
+    pub(crate) fn beyond_limit(message: impl Into<String>) -> Box<Self> {
+        Self::error(message).of_kind(ErrorKind::Limit)
+    }
+
+    /// Creates an error of the kind [`ErrorKind::Unsupported`].
+    pub(crate) fn unsupported(message: impl Into<String>) -> Box<Self> {
+        Self::error(message).of_kind(ErrorKind::Unsupported)
+    }
+
+    /// Creates an error that reports an I/O error on a named file.
+    pub(crate) fn io(file: impl fmt::Display, error: &std::io::Error) -> Box<Self> {
+        let kind = match error.kind() {
+            std::io::ErrorKind::NotFound => ErrorKind::NotFound,
+            _ => ErrorKind::Io,
+        };
+        Self::error(format!("`{file}`: {}", describe_io(error)))
+            .in_file(file.to_string())
+            .of_kind(kind)
+    }
+
+    /// Sets the kind.
+    pub(crate) fn of_kind(mut self: Box<Self>, kind: ErrorKind) -> Box<Self> {
+        self.kind = kind;
+        self
+    }
+
+    /// Sets the source and the range of bytes that the message is about. The kind becomes
+    /// [`ErrorKind::Syntax`], unless it is set.
     pub(crate) fn at(mut self: Box<Self>, source: &Arc<Source>, span: Span) -> Box<Self> {
+        if self.kind == ErrorKind::InvalidArgument {
+            self.kind = ErrorKind::Syntax;
+        }
         self.place = Some((source.clone(), span));
         self
     }

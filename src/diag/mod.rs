@@ -10,7 +10,7 @@ mod sink;
 mod source;
 mod spelling;
 
-pub use diagnostic::{Diagnostic, Result, Severity};
+pub use diagnostic::{Diagnostic, ErrorKind, Result, Severity};
 pub use sink::Sink;
 pub use source::{Source, Span};
 pub(crate) use spelling::nearest;

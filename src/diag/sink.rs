@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::diagnostic::{Diagnostic, Severity};
+use super::diagnostic::{Diagnostic, ErrorKind, Severity};
 use super::source::{Source, Span};
 
 /// A list of diagnostics. A message that is reported again is counted and not added.
@@ -28,19 +28,25 @@ impl Sink {
 
     /// Adds a warning about a range of the current source.
     pub(crate) fn warn(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
-        let place = self.source.clone().map(|s| (s, span));
-        self.add(Diagnostic {
-            place,
-            ..Diagnostic::new(Severity::Warning, message)
-        })
+        self.add_here(Severity::Warning, span, message)
     }
 
     /// Adds a note about a range of the current source.
     pub(crate) fn note(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
+        self.add_here(Severity::Note, span, message)
+    }
+
+    fn add_here(
+        &mut self,
+        severity: Severity,
+        span: Span,
+        message: impl Into<String>,
+    ) -> &mut Diagnostic {
         let place = self.source.clone().map(|s| (s, span));
         self.add(Diagnostic {
+            kind: ErrorKind::Syntax,
             place,
-            ..Diagnostic::new(Severity::Note, message)
+            ..Diagnostic::new(severity, message)
         })
     }
 

@@ -37,17 +37,17 @@ pub struct Film {
     /// The size of the picture in pixels.
     pub resolution: Resolution,
     /// The exposure of each pixel, without ghosts.
-    pub pixels: Vec<Exposed>,
+    pub(crate) pixels: Vec<Exposed>,
     /// The twins in order of pixels.
     twins: Vec<Twin>,
     /// The ghosts of lights, which are not traced by the pixels' samples.
-    pub ghosts: Option<GhostImage>,
+    pub(crate) ghosts: Option<GhostImage>,
 }
 
 /// The ghosts of lights. They are kept apart from the exposures because they have no twins and are
 /// not part of the error estimate.
 #[derive(Clone, Debug, PartialEq)]
-pub struct GhostImage {
+pub(crate) struct GhostImage {
     /// The level of each pixel, row by row.
     pub pixels: Vec<DVec3>,
     /// The light that the lights' own images would have, as levels summed over pixels and channels.

@@ -55,10 +55,10 @@ impl Resolution {
         }
         let pixels = u64::from(width) * u64::from(height);
         if width > Self::LIMIT || height > Self::LIMIT || pixels > 1 << 30 {
-            return Err(
-                Diagnostic::error(format!("a picture of {width}x{height} is too large"))
-                    .with_help("the limit is 65536 pixels a side and 2^30 in all"),
-            );
+            return Err(Diagnostic::beyond_limit(format!(
+                "a picture of {width}x{height} is too large"
+            ))
+            .with_help("the limit is 65536 pixels a side and 2^30 in all"));
         }
         Ok(Self { width, height })
     }

@@ -220,7 +220,7 @@ fn unknown(word: &str) -> Box<Diagnostic> {
             names.collect::<Vec<_>>().join(", ")
         ),
     };
-    Diagnostic::error(format!("there is no response named `{word}`")).with_help(help)
+    Diagnostic::not_found(format!("there is no response named `{word}`")).with_help(help)
 }
 
 fn number(word: &str) -> Option<f64> {

@@ -86,28 +86,28 @@ pub struct Document {
     /// The top-level nodes of the main file, in the file's order.
     pub roots: Vec<NodeId>,
     /// The classes that the files declare.
-    pub extensions: Vec<Extension>,
+    pub(crate) extensions: Vec<Extension>,
     /// The files that were read. The first is the main file.
     pub sources: Vec<Arc<Source>>,
     /// The format that the header states, such as `Inventor V2.1 ascii`.
     pub format: String,
     /// The named nodes of the main file, by name. If a name is defined twice, the later node has
     /// it.
-    pub names: IndexMap<Arc<str>, NodeId>,
+    pub(crate) names: IndexMap<Arc<str>, NodeId>,
     /// The routes between nodes. A route to a proto's instance leads to the nodes of its body.
     pub routes: Vec<Route>,
     /// The routes as the file states them, before protos are expanded.
-    pub stated_routes: Vec<Route>,
+    pub(crate) stated_routes: Vec<Route>,
     /// The classes that `PROTO`s and `EXTERNPROTO`s define.
-    pub protos: Protos,
+    pub(crate) protos: Protos,
     /// The indices of the extensions by name, without those of protos and scripts.
     pub(super) extension_names: HashMap<Box<str>, Vec<u32>>,
     /// The roots of the included file, for each `File`, `WWWInline` and `Inline` node.
-    pub included: HashMap<NodeId, Vec<NodeId>>,
+    pub(crate) included: HashMap<NodeId, Vec<NodeId>>,
     /// The node that represents each instance of a proto: the first node of the body's copy.
-    pub expansions: HashMap<NodeId, NodeId>,
+    pub(crate) expansions: HashMap<NodeId, NodeId>,
     /// Opens the files that nodes refer to.
-    pub loader: Option<Arc<dyn Loader>>,
+    pub(crate) loader: Option<Arc<dyn Loader>>,
     /// The diagnostics that reading reported.
     pub sink: Sink,
 }

@@ -156,7 +156,7 @@ impl Loader for Folder {
             ))
             .with_help("`--search FOLDER` allows what is below that folder")
         } else {
-            Diagnostic::error(format!("`{reference}` is not there")).with_help(format!(
+            Diagnostic::not_found(format!("`{reference}` is not there")).with_help(format!(
                 "it was looked for beside `{from}` and in the search paths"
             ))
         })
@@ -171,7 +171,7 @@ impl Folder {
             .map_err(|e| Diagnostic::io(&name, &e))?
             .len();
         if size > self.bytes as u64 {
-            return Err(Diagnostic::error(format!(
+            return Err(Diagnostic::beyond_limit(format!(
                 "`{name}` is larger than {} bytes",
                 self.bytes
             )));

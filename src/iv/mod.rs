@@ -5,6 +5,7 @@
 //! neither imports the other.
 
 pub(crate) mod declarations;
+mod descendants;
 pub(crate) mod document;
 mod encoding;
 mod limits;
@@ -16,6 +17,7 @@ mod write;
 
 pub use crate::grammar::value::{NodeId, Value};
 pub use declarations::Route;
+pub use descendants::Descendants;
 pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
 pub use limits::Limits;
 pub use loader::{Folder, Loader, Nowhere};

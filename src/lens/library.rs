@@ -73,7 +73,7 @@ fn source(path: &Path) -> Result<Arc<Source>> {
 
 fn shipped_source(name: &str) -> Result<Arc<Source>> {
     let Some((file, text)) = shipped_text(name) else {
-        let error = Diagnostic::error(format!("there is no lens named `{name}`"));
+        let error = Diagnostic::not_found(format!("there is no lens named `{name}`"));
         let help = match nearest(name, shipped_names()) {
             Some(near) => format!("did you mean `{near}`?"),
             None => format!(

@@ -28,7 +28,7 @@ pub(crate) use crate::prescription::{Plane, Shape, Surface};
 pub use analysis::beam::Beam;
 pub use analysis::diffraction::Wavefront;
 pub use analysis::ghosts::GhostPair;
-pub use analysis::sheet::LensSheet;
+pub use analysis::sheet::{ColorRow, FieldRow, LensSheet, Modulation, PointImage, Zone};
 pub(crate) use lanes::bundle::Bundle;
 pub use lens::Lens;
 pub(crate) use library::at_zoom_list;

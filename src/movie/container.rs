@@ -28,7 +28,7 @@ impl Container {
             Some("mov") => Self::Mov,
             Some("mp4") => Self::Mp4,
             _ => {
-                return Err(Diagnostic::error(format!(
+                return Err(Diagnostic::unsupported(format!(
                     "cannot tell the movie's format from `{}`",
                     path.display()
                 ))
@@ -40,7 +40,7 @@ impl Container {
         }
         let other = path.with_extension("png");
         Err(
-            Diagnostic::error(format!("there is no ffmpeg to write `{}`", path.display()))
+            Diagnostic::unsupported(format!("there is no ffmpeg to write `{}`", path.display()))
                 .with_help(format!(
                     "install ffmpeg, or give `-o {}` for an animated PNG: it has the same \
                      frames, and a movie can be made of them later",

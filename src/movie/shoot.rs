@@ -62,8 +62,10 @@ impl Shoot {
         command: String,
     ) -> Result<Self> {
         if plan.solids {
-            return Err(Diagnostic::error("a movie can't be made with `--solids`")
-                .with_help("remove `--solids`: the pictures are the same without it"));
+            return Err(
+                Diagnostic::unsupported("a movie can't be made with `--solids`")
+                    .with_help("remove `--solids`: the pictures are the same without it"),
+            );
         }
         let lens = lens_travel(&plan)?;
         let travel = |distance: f64| lens.as_ref().and_then(|l| l(distance));

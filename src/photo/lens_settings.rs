@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 use super::plan::{IdealChoice, LensChoice, Optics, Plan};
 use super::pose::own_focus;
 use crate::camera::{Camera, FilmCamera, IdealLens, LensCamera, Pinhole, pixel_aspect};
-use crate::diag::{Diagnostic, Result, Sink};
+use crate::diag::{Diagnostic, ErrorKind, Result, Sink};
 use crate::lens::{FilmPlace, Focus, Lens};
 use crate::math::Meters;
 use crate::pose::{CameraPose, FilmPlane};
@@ -56,6 +56,7 @@ fn ideal(choice: &IdealChoice, plan: &Plan, pose: &CameraPose) -> Result<(Camera
             choice.efl.0, distance.0
         ))
         .with_help("focus farther away than the focal length")
+        .of_kind(ErrorKind::CannotFocus)
     })?;
     let settings = [
         ("lens", "ideal".into()),

@@ -19,3 +19,6 @@ pub use camera_choice::{CameraChoice, CameraNode};
 pub use headlight::{Headlight, HeadlightCause, HeadlightState};
 pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};
 pub use session::Session;
+
+pub use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
+pub use crate::shade::Shading;

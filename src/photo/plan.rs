@@ -204,7 +204,7 @@ pub struct Plan {
     /// Folders besides the scene's own in which files that it names are looked for.
     pub search: Vec<PathBuf>,
     /// Typefaces to draw text with before the shipped ones. Default: none.
-    pub fonts: Arc<Fonts>,
+    pub(crate) fonts: Arc<Fonts>,
     /// How much the scene may ask for.
     pub limits: Limits,
 }

@@ -41,9 +41,9 @@ pub struct Session {
     pub(super) seen: Projection,
     pub pose: CameraPose,
     pub camera: Camera,
-    pub headlight: Option<Light>,
+    pub(crate) headlight: Option<Light>,
     /// What decides about the headlight where the plan leaves it open.
-    pub headlight_sources: HeadlightSources,
+    pub(crate) headlight_sources: HeadlightSources,
     /// The environment file's own headlight, in camera space.
     lamp: Option<Light>,
     pub seconds: Seconds,
@@ -170,7 +170,7 @@ impl Session {
     ///
     /// # Errors
     /// A scene that does not compile. Nothing has changed then.
-    pub fn compile(&mut self, shading: Shading) -> Result<()> {
+    pub(crate) fn compile(&mut self, shading: Shading) -> Result<()> {
         let seen = self.camera.projection(&self.pose);
         let options = options(&self.plan, shading, &self.pose, seen);
         let snapshot = snapshot_of(&self.document, &self.plan);
@@ -228,7 +228,7 @@ impl Session {
     }
 
     /// Exposes a film with other samples than those of the plan.
-    pub fn expose_with(
+    pub(crate) fn expose_with(
         &self,
         sampler: Sampler,
         stop: Stop,

@@ -57,7 +57,7 @@ impl PictureFormat {
             "png" => Ok(Self::Png),
             "exr" => Ok(Self::Exr),
             "ppm" | "pnm" => Ok(Self::Ppm),
-            _ => Err(Diagnostic::error(format!(
+            _ => Err(Diagnostic::unsupported(format!(
                 "cannot tell the picture's format from `{}`",
                 path.display()
             ))

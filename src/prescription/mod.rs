@@ -24,5 +24,5 @@ pub use about::About;
 pub use first_order::{FirstOrder, Focal, Pupil};
 pub use formats::Reading;
 pub use glass::{Catalogue, Coating, Medium};
-pub use prescription::{Iris, Prescription};
+pub use prescription::{FocusGroup, Iris, Prescription, ZoomPosition};
 pub use surface::{Curvature, Plane, Shape, Surface};

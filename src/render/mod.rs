@@ -20,4 +20,5 @@ mod tests;
 pub(crate) mod tile;
 
 pub use exposure::{Counts, Exposure, Progress, Stop};
-pub use passes::Render;
+pub(crate) use passes::Render;
+pub use report::account::{RenderReport, Seconds};

@@ -40,7 +40,7 @@ pub struct CompileOptions {
     /// What levels of detail, billboards and pixel widths go by. Default: none.
     pub camera: Option<CameraPose>,
     /// Default: everything.
-    pub needs: Needs,
+    pub(crate) needs: Needs,
     /// Height of the picture in pixels, for lines and points. Default: 240.
     pub pixel_rows: u32,
     /// Primitives kept before the rest is left out. Default: 16 million, below 3 GB.
@@ -53,7 +53,7 @@ pub struct CompileOptions {
     /// Folders besides the scene's own in which textures are looked for. Default: none.
     pub texture_folders: Vec<PathBuf>,
     /// Typefaces to draw text with before the shipped ones. Default: none.
-    pub fonts: Arc<Fonts>,
+    pub(crate) fonts: Arc<Fonts>,
 }
 
 impl Default for CompileOptions {

@@ -51,7 +51,9 @@ impl RenderScene {
     /// What is known once everything is collected: the box around it, fog, what lets light through.
     pub(super) fn finalize(&mut self) -> Result<()> {
         if u32::try_from(self.owners.len()).is_err() {
-            return Err(Diagnostic::error("the scene has more than 2^32 primitives"));
+            return Err(Diagnostic::beyond_limit(
+                "the scene has more than 2^32 primitives",
+            ));
         }
         let triangles = around(self.triangles.as_flattened());
         let others = self.boxes_of_others().chain(triangles);

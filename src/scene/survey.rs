@@ -26,7 +26,7 @@ pub struct Survey {
     pub inventor_bounds: Option<(DVec3, DVec3)>,
     /// Cameras and viewpoints in order of traversal.
     pub cameras: Vec<CameraPose>,
-    pub lights: Vec<LightElement>,
+    pub(crate) lights: Vec<LightElement>,
     /// As Inventor triangulates: a cube is 12; spheres, cones and cylinders are left out.
     pub triangles: u64,
     /// Shapes met, by class.

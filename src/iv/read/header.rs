@@ -145,7 +145,7 @@ fn wrong(name: &str, start: &[u8]) -> Box<Diagnostic> {
 /// Unpacks gzip, as long as what comes out stays within the limit.
 pub(super) fn unpack(bytes: Vec<u8>, name: &str, limits: &Limits) -> Result<Vec<u8>> {
     let too_big = |n: usize| {
-        Diagnostic::error(format!("`{name}` is larger than {n} bytes"))
+        Diagnostic::beyond_limit(format!("`{name}` is larger than {n} bytes"))
             .in_file(name)
             .with_help("`--scene-limit bytes=N` raises this, if the file is meant to be that big")
     };

@@ -7,7 +7,7 @@
 
 use thiserror::Error;
 
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, ErrorKind};
 use crate::prescription::first_order::{FirstOrder, Focal};
 
 /// What moves when the lens is focused.
@@ -137,7 +137,9 @@ impl FocusFault {
                 None => String::new(),
             },
         };
-        Diagnostic::error(format!("`{lens}`: {self}")).with_help(help)
+        Diagnostic::error(format!("`{lens}`: {self}"))
+            .with_help(help)
+            .of_kind(ErrorKind::CannotFocus)
     }
 }
 

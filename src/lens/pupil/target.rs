@@ -25,22 +25,22 @@ pub enum PupilTarget {
 }
 
 impl PupilTarget {
-    pub fn rear_element(lens: &Lens, map: DiscMap) -> Self {
+    pub(crate) fn rear_element(lens: &Lens, map: DiscMap) -> Self {
         Self::RearElement(RearElement::of(lens, map))
     }
 
     /// The exit pupil for a film at `film_z` whose points are at most `film_radius` from the axis.
-    pub fn exit_pupil(lens: &Lens, film_z: f64, film_radius: f64) -> Self {
+    pub(crate) fn exit_pupil(lens: &Lens, film_z: f64, film_radius: f64) -> Self {
         Self::exit_pupil_of(lens, &FilmPlace::flat(film_z), film_radius)
     }
 
     /// The exit pupil for a film that is moved or bent; `film_radius` is from the film's middle.
-    pub fn exit_pupil_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
+    pub(crate) fn exit_pupil_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
         Self::ExitPupil(Box::new(ExitPupil::new(lens, place, film_radius)))
     }
 
     /// The window that rays from a film point, in millimeters from the film's middle, are aimed at.
-    pub fn window(&self, film: DVec2) -> PupilWindow<'_> {
+    pub(crate) fn window(&self, film: DVec2) -> PupilWindow<'_> {
         match self {
             Self::RearElement(rear) => PupilWindow::Disc {
                 radius: rear.radius,
@@ -52,7 +52,7 @@ impl PupilTarget {
 
     /// Aims a bundle of rays from film points, by pairs of numbers in the unit square. Up to rounding,
     /// the aims are those of the windows.
-    pub fn aims(
+    pub(crate) fn aims(
         &self,
         film: &[Lane; 2],
         pupil: &[Lane; 2],
@@ -79,7 +79,7 @@ impl PupilTarget {
 
     /// The open share of the aimed area, for the lens and film that this target was made for. It is
     /// known if both are symmetric about the axis and there are no secondary openings.
-    pub fn transmission(&self, lens: &Lens, place: &FilmPlace) -> PupilTransmission {
+    pub(crate) fn transmission(&self, lens: &Lens, place: &FilmPlace) -> PupilTransmission {
         match self {
             Self::ExitPupil(pupil) if pupil.strays.is_none() => match &pupil.table {
                 Table::Radial(_, spans) => PupilTransmission::of(spans, lens, place),

@@ -30,7 +30,7 @@ impl Target {
             "dat" => Ok(Self::Columns),
             "zmx" => Ok(Self::Zemax),
             "json" => Ok(Self::Json),
-            _ => Err(Diagnostic::error(format!(
+            _ => Err(Diagnostic::unsupported(format!(
                 "`{}` says no format that prescriptions are written in",
                 path.display()
             ))
@@ -49,7 +49,7 @@ pub(crate) fn write(lens: &Prescription, target: Target) -> Result<(String, Vec<
 }
 
 fn refuse(i: usize, what: &str, format: &str) -> Box<Diagnostic> {
-    Diagnostic::error(format!("surface {i} {what}, which {format} can't say"))
+    Diagnostic::unsupported(format!("surface {i} {what}, which {format} can't say"))
         .with_help("write .json, which keeps everything")
 }
 

@@ -83,7 +83,9 @@ impl Catalogue {
             None => "give its maker's catalogue: --glass-catalogue FILE.agf".to_owned(),
         };
         let message = format!("there is no glass named `{name}` in the table");
-        Err(Diagnostic::error(message).at(source, span).with_help(help))
+        Err(Diagnostic::not_found(message)
+            .at(source, span)
+            .with_help(help))
     }
 
     pub fn nearest(&self, name: &str) -> Option<&str> {

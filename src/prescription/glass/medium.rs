@@ -113,7 +113,7 @@ pub struct Medium {
     pub name: String,
     /// The index at the d line.
     pub n_d: f64,
-    pub dispersion: Dispersion,
+    pub(crate) dispersion: Dispersion,
 }
 
 impl Medium {

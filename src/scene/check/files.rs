@@ -34,10 +34,11 @@ pub(crate) fn scene_files(named: &[&PathBuf]) -> Result<Vec<PathBuf>> {
         }
         files[before..].sort();
         if files.len() == before {
-            return Err(
-                Diagnostic::error(format!("no scene files below `{}`", path.display()))
-                    .with_help(format!("looked for {}", ENDINGS.join(", "))),
-            );
+            return Err(Diagnostic::not_found(format!(
+                "no scene files below `{}`",
+                path.display()
+            ))
+            .with_help(format!("looked for {}", ENDINGS.join(", "))));
         }
     }
     Ok(files)

@@ -375,7 +375,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
         let own = &self.asm.limits;
         if own.include_depth == 0 {
-            return Err(Diagnostic::error(format!(
+            return Err(Diagnostic::beyond_limit(format!(
                 "`{name}` is left out: too many files in files"
             )));
         }
