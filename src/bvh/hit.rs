@@ -4,7 +4,7 @@ use super::triangle::PreparedRay;
 
 /// The primitive that a ray hit, and the place on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
+pub(crate) struct Hit {
     /// The distance along the ray, as a multiple of its direction's length.
     pub t: f32,
     /// The primitive's number: the index of its box when the tree was built.

@@ -9,7 +9,7 @@ use crate::math::lanes::{LANES, Lanes, SimdKernel, Vec3Lanes, bits, dispatch, of
 /// Rays in lanes. Rays of neighboring pixels, or toward the same light, are traced together.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-pub struct RayPacket {
+pub(crate) struct RayPacket {
     /// The rays' origins; the rays start there, at distance 0.
     pub origin: Vec3Lanes,
     /// The rays' directions, of any length; distances are multiples of it.
@@ -33,12 +33,12 @@ impl Default for RayPacket {
 
 impl RayPacket {
     /// Whether this processor traces a packet faster than its rays one by one.
-    pub fn is_fast() -> bool {
+    pub(crate) fn is_fast() -> bool {
         PreparedPacket::is_fast()
     }
 
     /// The ray in a lane.
-    pub fn ray(&self, lane: usize) -> Ray {
+    pub(crate) fn ray(&self, lane: usize) -> Ray {
         Ray {
             t_max: self.t_max[lane],
             ..Ray::new(of_lane(&self.origin, lane), of_lane(&self.direction, lane))
@@ -46,7 +46,7 @@ impl RayPacket {
     }
 
     /// Stores a ray in a lane. Its `t_min` is ignored: the ray starts at distance 0.
-    pub fn set(&mut self, lane: usize, ray: &Ray) {
+    pub(crate) fn set(&mut self, lane: usize, ray: &Ray) {
         set_lane(&mut self.origin, lane, ray.origin);
         set_lane(&mut self.direction, lane, ray.direction);
         self.t_max[lane] = ray.t_max;

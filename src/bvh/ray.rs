@@ -4,7 +4,7 @@ use glam::Vec3;
 
 /// A ray in the space of its tree. For a scene that is in meters, with the compile origin at zero.
 #[derive(Clone, Copy, Debug)]
-pub struct Ray {
+pub(crate) struct Ray {
     /// The point at distance 0.
     pub origin: Vec3,
     /// The direction, of any length; distances are multiples of it.
@@ -23,7 +23,7 @@ pub struct Ray {
 
 impl Ray {
     /// A ray without limits, from distance 0 on.
-    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+    pub(crate) fn new(origin: Vec3, direction: Vec3) -> Self {
         Self {
             origin,
             direction,
@@ -35,13 +35,8 @@ impl Ray {
     }
 
     /// The point at distance `t`.
-    pub fn at(&self, t: f32) -> Vec3 {
+    pub(crate) fn at(&self, t: f32) -> Vec3 {
         self.origin + t * self.direction
-    }
-
-    /// The octant of the ray's direction: see [`direction_octant`].
-    pub fn octant(&self) -> u32 {
-        direction_octant(self.direction.to_array())
     }
 }
 

@@ -23,7 +23,7 @@ pub struct CameraRay {
 
 /// Rays that leave a lens side by side, in meters from the scene's origin.
 #[derive(Clone, Debug)]
-pub struct ExitRays {
+pub(crate) struct ExitRays {
     pub rays: RayPacket,
     /// The factor of the radiance along each ray: see [`CameraRay::weight`].
     pub weights: Lane,
@@ -44,7 +44,7 @@ impl Default for ExitRays {
 impl ExitRays {
     /// The origin and the direction of one lane.
     #[inline(always)]
-    pub fn ray(&self, lane: usize) -> ([f32; 3], [f32; 3]) {
+    pub(crate) fn ray(&self, lane: usize) -> ([f32; 3], [f32; 3]) {
         let of = |v: &Vec3Lanes| [v[0][lane], v[1][lane], v[2][lane]];
         (of(&self.rays.origin), of(&self.rays.direction))
     }
@@ -52,7 +52,7 @@ impl ExitRays {
 
 /// A batch of rays into the scene that answer samples, in packets.
 #[derive(Clone, Debug, Default)]
-pub struct CameraRays {
+pub(crate) struct CameraRays {
     packets: Vec<ExitRays>,
     /// The number of lanes in use, with or without a ray.
     len: usize,
@@ -64,15 +64,15 @@ pub struct CameraRays {
 
 impl CameraRays {
     /// The number of lanes in use, with or without a ray.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.len
     }
 
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    pub fn packets(&self) -> &[ExitRays] {
+    pub(crate) fn packets(&self) -> &[ExitRays] {
         &self.packets[..self.len.div_ceil(LANES)]
     }
 

@@ -33,7 +33,7 @@ const ALIKE: f64 = 0.2;
 
 /// Rays of wavelengths that may bring other light than the first ray of their sample.
 #[derive(Clone, Debug, Default)]
-pub struct SpectralCorrections {
+pub(crate) struct SpectralCorrections {
     pub rays: CameraRays,
     /// The number of each one's first ray in the batch that is shaded.
     pub firsts: Vec<u32>,
@@ -60,7 +60,7 @@ impl SpectralCorrections {
 
     /// Moves the rays that are to be shaded into `accepted` and takes their share from their first
     /// rays in `rays`. `is_unlike` says whether a correction hits another surface than its first.
-    pub fn accept(
+    pub(crate) fn accept(
         &self,
         is_unlike: impl Fn(usize) -> bool,
         rays: &mut CameraRays,

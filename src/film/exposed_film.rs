@@ -56,7 +56,7 @@ pub(crate) struct GhostImage {
 
 impl GhostImage {
     /// Returns an image without light.
-    pub fn new(resolution: Resolution) -> Self {
+    pub(crate) fn new(resolution: Resolution) -> Self {
         Self {
             pixels: vec![DVec3::ZERO; resolution.pixels()],
             of_lights: 0.0,
@@ -64,7 +64,7 @@ impl GhostImage {
     }
 
     /// Returns the sum of levels over pixels and channels.
-    pub fn sum(&self) -> f64 {
+    pub(crate) fn sum(&self) -> f64 {
         self.pixels.iter().map(|p| p.element_sum()).sum()
     }
 

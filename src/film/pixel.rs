@@ -4,7 +4,7 @@ use glam::DVec3;
 
 /// The exposure of a pixel: the running mean of its samples and their scatter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Exposed {
+pub(crate) struct Exposed {
     /// The number of samples.
     pub count: u32,
     /// The mean of red, green and blue.
@@ -15,7 +15,7 @@ pub struct Exposed {
 
 impl Exposed {
     /// Adds one sample by Welford's update, which has no cancellation.
-    pub fn add(&mut self, value: DVec3) {
+    pub(crate) fn add(&mut self, value: DVec3) {
         self.count += 1;
         let off = value - self.mean;
         self.mean += off * (1.0 / f64::from(self.count));
@@ -23,7 +23,7 @@ impl Exposed {
     }
 
     /// Adds another pixel's samples (Chan, Golub and LeVeque's update).
-    pub fn join(&mut self, other: &Self) {
+    pub(crate) fn join(&mut self, other: &Self) {
         if other.count == 0 {
             return;
         }
@@ -36,7 +36,7 @@ impl Exposed {
 
     /// Adds another pixel's samples so that they have a given share of the mean, independent of
     /// their number.
-    pub fn join_as(&mut self, other: &Self, share: f64) {
+    pub(crate) fn join_as(&mut self, other: &Self, share: f64) {
         let (n, m) = (f64::from(self.count), f64::from(other.count));
         if n < 2.0 || m < 2.0 || (m - share * (n + m)).abs() < 1e-9 * m {
             return self.join(other);
@@ -50,7 +50,7 @@ impl Exposed {
 
     /// Returns the variance of the mean for independent samples, which is an upper bound for
     /// stratified ones. It is infinite for fewer than two samples.
-    pub fn variance_of_mean(&self) -> DVec3 {
+    pub(crate) fn variance_of_mean(&self) -> DVec3 {
         match self.count {
             0 | 1 => DVec3::INFINITY,
             n => self.squares / (f64::from(n) * f64::from(n - 1)),

@@ -22,7 +22,7 @@ pub struct Route {
 /// A class that the catalogue lacks: the file declares it (`fields [ … ] isA [ … ]`), or only uses
 /// it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Extension {
+pub(crate) struct Extension {
     pub name: Box<str>,
     /// The name and type of each field, in the order of declaration.
     pub fields: Vec<(Box<str>, FieldType)>,
@@ -34,7 +34,7 @@ pub struct Extension {
 
 /// How a field or event of an interface may be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Access {
+pub(crate) enum Access {
     Field,
     ExposedField,
     EventIn,
@@ -43,7 +43,7 @@ pub enum Access {
 
 impl Access {
     /// The access that a keyword of VRML97 or X3D means.
-    pub fn named(word: &[u8]) -> Option<Self> {
+    pub(crate) fn named(word: &[u8]) -> Option<Self> {
         match word {
             b"field" | b"initializeOnly" => Some(Self::Field),
             b"exposedField" | b"inputOutput" => Some(Self::ExposedField),
@@ -54,7 +54,7 @@ impl Access {
     }
 
     /// The keyword of VRML97.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Field => "field",
             Self::ExposedField => "exposedField",
@@ -64,14 +64,14 @@ impl Access {
     }
 
     /// Whether it has a value, as events have not.
-    pub fn has_value(self) -> bool {
+    pub(crate) fn has_value(self) -> bool {
         matches!(self, Self::Field | Self::ExposedField)
     }
 }
 
 /// A field or event of a `PROTO` or `Script`, such as `eventIn SFBool set_on`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Interface {
+pub(crate) struct Interface {
     pub access: Access,
     pub kind: FieldType,
     pub name: Box<str>,
@@ -79,7 +79,7 @@ pub struct Interface {
 
 /// A field of a node in a proto's body that is one of the interface: `name IS interface`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Link {
+pub(crate) struct Link {
     pub node: NodeId,
     pub name: Box<str>,
     pub interface: Box<str>,
@@ -87,7 +87,7 @@ pub struct Link {
 
 /// A class that a file defines by nodes, with `PROTO` or `EXTERNPROTO`.
 #[derive(Clone, Debug)]
-pub struct Proto {
+pub(crate) struct Proto {
     /// Its class, in `Document::extensions`; the fields there are those of the interface.
     pub extension: u32,
     pub interface: Vec<Interface>,
@@ -110,7 +110,7 @@ pub(crate) type Passage = (Box<str>, NodeId, Box<str>);
 
 /// The protos of a document, and what is known of their instances.
 #[derive(Clone, Debug, Default)]
-pub struct Protos {
+pub(crate) struct Protos {
     /// The protos in the order of their declaration.
     pub list: Vec<Proto>,
     /// The places in `list` of the protos whose classes extensions are.
@@ -127,19 +127,19 @@ pub struct Protos {
 
 impl Protos {
     /// Adds a proto and returns its place in the list.
-    pub fn add(&mut self, proto: Proto) -> usize {
+    pub(crate) fn add(&mut self, proto: Proto) -> usize {
         self.places.insert(proto.extension, self.list.len());
         self.list.push(proto);
         self.list.len() - 1
     }
 
     /// The place in the list of the proto whose class an extension is.
-    pub fn of_extension(&self, extension: u32) -> Option<usize> {
+    pub(crate) fn of_extension(&self, extension: u32) -> Option<usize> {
         self.places.get(&extension).copied()
     }
 
     /// Whether a node is part of a proto's body, and not of the scene.
-    pub fn is_template(&self, id: NodeId) -> bool {
+    pub(crate) fn is_template(&self, id: NodeId) -> bool {
         let after = self.templates.partition_point(|r| r.end <= id.0);
         self.templates.get(after).is_some_and(|r| r.contains(&id.0))
     }

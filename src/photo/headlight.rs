@@ -20,7 +20,7 @@ pub enum Headlight {
 
 /// What decides about the headlight where the plan leaves it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct HeadlightSources {
+pub(crate) struct HeadlightSources {
     /// Whether the environment file has its headlight on, if there is such a file.
     pub environment: Option<bool>,
     /// The field `headlight` of the scene's first VRML 97 `NavigationInfo`, if it has one.

@@ -17,7 +17,7 @@ use crate::sampling::{FilterTable, PixelSampler, Sampler, mix};
 use crate::shade::{Shader, Work};
 
 /// A scene and a camera with the settings of a render.
-pub struct Render<'a> {
+pub(crate) struct Render<'a> {
     /// The shader of the compiled scene.
     pub shader: &'a Shader<'a>,
     /// The camera, in the space of the compiled scene.
@@ -39,7 +39,7 @@ pub struct Render<'a> {
 
 impl Render<'_> {
     /// Exposes the film, calling `progress` after every tile. Uses rayon's current pool.
-    pub fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
+    pub(crate) fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
         let start = Instant::now();
         let tiles = Tile::all(self.resolution);
         let mut film = Film::new(self.resolution);
@@ -237,7 +237,7 @@ impl Render<'_> {
 
     /// Returns the exposure of one sample of a pixel, traced by itself with the bits that it has in
     /// a tile. A lost ray has exposure 0 and is a sample like any other.
-    pub fn sample(&self, pixel: (u32, u32), index: u32, work: &mut Work) -> DVec3 {
+    pub(crate) fn sample(&self, pixel: (u32, u32), index: u32, work: &mut Work) -> DVec3 {
         let mut batch = Batch::new(self);
         let mut sums = [Exposed::default()];
         std::mem::swap(&mut batch.work, work);

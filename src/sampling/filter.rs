@@ -68,7 +68,7 @@ impl Filter {
 
 /// A filter made ready for drawing samples.
 #[derive(Clone, Debug)]
-pub struct FilterTable {
+pub(crate) struct FilterTable {
     filter: Filter,
     /// The share of |filter| in the cells before each, over half the filter.
     before: Vec<f64>,
@@ -77,7 +77,7 @@ pub struct FilterTable {
 }
 
 impl FilterTable {
-    pub fn new(filter: Filter) -> Self {
+    pub(crate) fn new(filter: Filter) -> Self {
         let width = filter.radius() / CELLS as f64;
         let middle = |i: usize| filter.at((i as f64 + 0.5) * width);
         let mut before = vec![0.0];
@@ -99,13 +99,9 @@ impl FilterTable {
         }
     }
 
-    pub fn filter(&self) -> Filter {
-        self.filter
-    }
-
     /// Takes places along one axis from the unit interval to the filter's, and multiplies the
     /// weights by what each counts.
-    pub fn spread(&self, places: &mut [f64], weights: &mut [f64]) {
+    pub(crate) fn spread(&self, places: &mut [f64], weights: &mut [f64]) {
         if self.filter == Filter::Box {
             return;
         }
@@ -118,7 +114,7 @@ impl FilterTable {
 
     /// Where from the pixel's corner, and what the sample counts: 1 for most. `u` goes over the
     /// filter from one side to the other, so that what is even in it stays so.
-    pub fn sample(&self, u: f64) -> (f64, f64) {
+    pub(crate) fn sample(&self, u: f64) -> (f64, f64) {
         if self.filter == Filter::Box {
             return (u, 1.0);
         }

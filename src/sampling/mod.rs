@@ -9,7 +9,9 @@ mod hash;
 mod sampler;
 mod sobol;
 
-pub(crate) use disc::DiscMap;
-pub(crate) use filter::{Filter, FilterTable};
+pub use disc::DiscMap;
+pub use filter::Filter;
+pub(crate) use filter::FilterTable;
 pub(crate) use hash::mix;
-pub(crate) use sampler::{PixelSampler, Sampler, SamplerKind, Samples};
+pub(crate) use sampler::{PixelSampler, Samples};
+pub use sampler::{Sampler, SamplerKind};

@@ -179,7 +179,7 @@ impl PixelSampler {
 
 /// Samples side by side, in the order in which they were asked for.
 #[derive(Clone, Debug, Default)]
-pub struct Samples {
+pub(crate) struct Samples {
     /// Where on the pixel, or whatever the caller makes of it.
     pub film: [Vec<f64>; 2],
     pub pupil: [Vec<f64>; 2],
@@ -190,15 +190,11 @@ pub struct Samples {
 
 impl Samples {
     /// Ready to use after [`Samples::draw`].
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.film[0].len()
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         let [a, b] = &mut self.film;
         let [c, d] = &mut self.pupil;
         for all in [a, b, c, d, &mut self.wavelength] {
@@ -207,7 +203,7 @@ impl Samples {
     }
 
     /// Asks for samples of a pixel: the same as [`PixelSampler::sample`], to the bit.
-    pub fn ask(&mut self, pixel: &PixelSampler, indices: Range<u32>) {
+    pub(crate) fn ask(&mut self, pixel: &PixelSampler, indices: Range<u32>) {
         if let Layout::Sobol(sobol) = pixel.layout {
             return self.waiting.push_all(&sobol, indices);
         }
@@ -226,7 +222,7 @@ impl Samples {
     }
 
     /// Draws what was asked for.
-    pub fn draw(&mut self) {
+    pub(crate) fn draw(&mut self) {
         let [a, b] = &mut self.film;
         let [c, d] = &mut self.pupil;
         self.waiting.draw([a, b, c, d]);

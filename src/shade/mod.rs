@@ -22,4 +22,4 @@ mod shader;
 mod shading;
 
 pub(crate) use shader::{ShadeOptions, Shader, Work};
-pub(crate) use shading::Shading;
+pub use shading::Shading;

@@ -13,7 +13,7 @@ use crate::scene::{Light, Point, Reaching, RenderScene};
 
 /// The options of a [`Shader`].
 #[derive(Clone, Debug)]
-pub struct ShadeOptions {
+pub(crate) struct ShadeOptions {
     /// A light on the camera, in world directions. Default: none, as in the 1999 program.
     pub headlight: Option<Light>,
     /// The camera's backward direction, used for highlights. Default: +z.
@@ -38,7 +38,7 @@ impl Default for ShadeOptions {
 
 /// Computes the radiance along rays through a scene by one shading model.
 #[derive(Debug)]
-pub struct Shader<'a> {
+pub(crate) struct Shader<'a> {
     pub(super) scene: &'a RenderScene,
     pub(super) shading: Shading,
     pub(super) options: ShadeOptions,
@@ -49,7 +49,7 @@ pub struct Shader<'a> {
 
 /// The numbers of rays that were traced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RayCounts {
+pub(crate) struct RayCounts {
     /// Rays from the camera, mirrored rays and refracted rays.
     pub scene: u64,
     /// Rays toward a light.
@@ -58,7 +58,7 @@ pub struct RayCounts {
 
 /// The state that a thread keeps between rays: counts, and buffers for reuse.
 #[derive(Debug, Default)]
-pub struct Work {
+pub(crate) struct Work {
     /// The rays traced so far.
     pub counts: RayCounts,
     pub(super) pending: Vec<Pending>,
@@ -97,7 +97,7 @@ impl Pending {
 
 impl<'a> Shader<'a> {
     /// Makes a shader for a scene.
-    pub fn new(scene: &'a RenderScene, shading: Shading, options: ShadeOptions) -> Self {
+    pub(crate) fn new(scene: &'a RenderScene, shading: Shading, options: ShadeOptions) -> Self {
         let headlight = options.headlight;
         Self {
             scene,
@@ -116,18 +116,18 @@ impl<'a> Shader<'a> {
     }
 
     /// The scene that is shaded.
-    pub fn scene(&self) -> &'a RenderScene {
+    pub(crate) fn scene(&self) -> &'a RenderScene {
         self.scene
     }
 
     /// Returns the radiance along a ray from the camera.
-    pub fn radiance(&self, ray: &Ray, work: &mut Work) -> Vec3 {
+    pub(crate) fn radiance(&self, ray: &Ray, work: &mut Work) -> Vec3 {
         work.counts.scene += 1;
         self.radiance_of(ray, self.scene.hit(ray), work)
     }
 
     /// Returns the radiance along a ray from the camera whose hit is already known.
-    pub fn radiance_of(&self, ray: &Ray, hit: Option<Hit>, work: &mut Work) -> Vec3 {
+    pub(crate) fn radiance_of(&self, ray: &Ray, hit: Option<Hit>, work: &mut Work) -> Vec3 {
         let Some(hit) = hit else {
             return self.scene.background().color(ray.direction);
         };
@@ -141,7 +141,7 @@ impl<'a> Shader<'a> {
 
     /// Computes the radiances along a packet of rays. They equal those of [`Shader::radiance`] up
     /// to rounding and take less time.
-    pub fn radiances(&self, rays: &RayPacket, radiances: &mut Vec3Lanes, work: &mut Work) {
+    pub(crate) fn radiances(&self, rays: &RayPacket, radiances: &mut Vec3Lanes, work: &mut Work) {
         work.counts.scene += u64::from(rays.mask.count_ones());
         let mut hits = std::mem::take(&mut work.hits);
         self.scene.hits(rays, &mut hits);
@@ -176,12 +176,6 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// Returns the radiance along a ray, or `None` if it hits nothing.
-    pub fn trace(&self, ray: &Ray) -> Option<Vec3> {
-        let hit = self.scene.hit(ray)?;
-        Some(self.radiance_of(ray, Some(hit), &mut Work::default()))
-    }
-
     fn shade(&self, hit: Hit, path: &Pending, color: &mut Vec3, work: &mut Work) {
         let point = self.scene.point(&path.ray, &hit);
         let light = self.light_point(&point, &mut work.counts);
@@ -189,14 +183,14 @@ impl<'a> Shader<'a> {
     }
 
     /// Traces a packet without shading, and appends the hits of its rays.
-    pub fn intersect(&self, rays: &RayPacket, work: &mut Work, hits: &mut Vec<Option<Hit>>) {
+    pub(crate) fn intersect(&self, rays: &RayPacket, work: &mut Work, hits: &mut Vec<Option<Hit>>) {
         work.counts.scene += u64::from(rays.mask.count_ones());
         self.scene.hits(rays, &mut work.hits);
         self.last_hits(rays, work, hits);
     }
 
     /// Appends the hits of the packet that was shaded last.
-    pub fn last_hits(&self, rays: &RayPacket, work: &Work, hits: &mut Vec<Option<Hit>>) {
+    pub(crate) fn last_hits(&self, rays: &RayPacket, work: &Work, hits: &mut Vec<Option<Hit>>) {
         hits.extend(bits(rays.mask).map(|lane| work.hits.hit(lane)));
     }
 

@@ -353,7 +353,7 @@ impl EnvironmentElement {
 
 /// The kind of a light, with its cone. Angles are in radians from the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LightKind {
+pub(crate) enum LightKind {
     /// All rays are parallel.
     Directional,
     /// The light shines from a point in all directions.
@@ -376,7 +376,7 @@ pub enum LightKind {
 
 /// A light in world space, in meters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightElement {
+pub(crate) struct LightElement {
     /// The kind of the light.
     pub kind: LightKind,
     /// The color, which is multiplied by the intensity.

@@ -92,7 +92,7 @@ const STAND_INS: [(&[&str], &[&str]); 9] = [
 
 /// A typeface of the user: the bytes of its file, and its index in the file.
 #[derive(Clone, Copy, PartialEq)]
-pub struct UserFont<'a> {
+pub(crate) struct UserFont<'a> {
     bytes: &'a [u8],
     index: u32,
 }
@@ -112,7 +112,7 @@ impl fmt::Debug for UserFont<'_> {
 
 /// The typefaces in some folders and their subfolders.
 #[derive(Debug, Default)]
-pub struct Fonts {
+pub(crate) struct Fonts {
     folders: Vec<PathBuf>,
     files: Vec<File>,
     faces: Vec<Entry>,
@@ -155,7 +155,7 @@ impl Fonts {
     /// # Errors
     /// Returns a diagnostic if a folder does not exist or cannot be read. A file that is not a font
     /// only adds a warning to `warnings`.
-    pub fn open<P: AsRef<Path>>(folders: &[P]) -> Result<Self> {
+    pub(crate) fn open<P: AsRef<Path>>(folders: &[P]) -> Result<Self> {
         let mut out = Self::default();
         for folder in folders {
             let folder = folder.as_ref();
@@ -184,7 +184,7 @@ impl Fonts {
     }
 
     /// The folders that were searched.
-    pub fn folders(&self) -> &[PathBuf] {
+    pub(crate) fn folders(&self) -> &[PathBuf] {
         &self.folders
     }
 
@@ -217,7 +217,7 @@ impl Fonts {
     }
 
     /// Returns the typeface for a name in a scene file, such as `Times-Roman` or `Helvetica:Bold`.
-    pub fn find(&self, name: &str, bold: bool, italic: bool) -> Option<UserFont<'_>> {
+    pub(crate) fn find(&self, name: &str, bold: bool, italic: bool) -> Option<UserFont<'_>> {
         let whole = normalized(name);
         if self.faces.is_empty() || whole.is_empty() {
             return None;

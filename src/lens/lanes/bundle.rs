@@ -8,7 +8,7 @@ use crate::math::lanes::{LANES, Lane};
 /// A bundle of rays, component by component. Directions must be of unit length.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
-pub struct Bundle {
+pub(crate) struct Bundle {
     pub x: Lane,
     pub y: Lane,
     pub z: Lane,
@@ -56,7 +56,7 @@ pub(super) const EMPTY: f64 = -1.0;
 
 impl Bundle {
     /// Puts a ray, with a direction of unit length, into a lane.
-    pub fn set(&mut self, lane: usize, ray: &LensRay) {
+    pub(crate) fn set(&mut self, lane: usize, ray: &LensRay) {
         self.put(lane, ray);
         self.lost[lane] = 0.0;
         self.fill[lane] = 0.0;
@@ -84,7 +84,7 @@ impl Bundle {
 
     /// Starts the rays in all lanes, whose directions must be of unit length.
     #[inline(always)]
-    pub fn start(&mut self) {
+    pub(crate) fn start(&mut self) {
         self.lost = [0.0; LANES];
         self.fill = [0.0; LANES];
     }
@@ -103,11 +103,11 @@ impl Bundle {
     }
 
     /// Empties a lane.
-    pub fn clear(&mut self, lane: usize) {
+    pub(crate) fn clear(&mut self, lane: usize) {
         self.lost[lane] = EMPTY;
     }
 
-    pub fn ray(&self, lane: usize) -> LensRay {
+    pub(crate) fn ray(&self, lane: usize) -> LensRay {
         LensRay {
             origin: DVec3::new(self.x[lane], self.y[lane], self.z[lane]),
             direction: DVec3::new(self.dx[lane], self.dy[lane], self.dz[lane]),
@@ -115,18 +115,18 @@ impl Bundle {
     }
 
     /// The lanes that hold a ray that was not lost: bits.
-    pub fn through(&self) -> u32 {
+    pub(crate) fn through(&self) -> u32 {
         let lanes = self.lost.iter().enumerate();
         lanes.fold(0, |all, (lane, lost)| all | u32::from(*lost == 0.0) << lane)
     }
 
     /// Whether the lane holds a ray that was not lost.
-    pub fn passed(&self, lane: usize) -> bool {
+    pub(crate) fn passed(&self, lane: usize) -> bool {
         self.lost[lane] == 0.0
     }
 
     /// Why the ray of a lane was lost; none if it was not, or if the lane is empty.
-    pub fn loss(&self, lane: usize) -> Option<Loss> {
+    pub(crate) fn loss(&self, lane: usize) -> Option<Loss> {
         if self.lost[lane] == EMPTY {
             return None;
         }

@@ -7,7 +7,7 @@ use crate::math::lanes::{LANES, Lane, SimdKernel};
 
 /// Points of the rear vertex plane to aim at, a lane for each ray.
 #[derive(Clone, Debug)]
-pub struct Aims {
+pub(crate) struct Aims {
     pub x: Lane,
     pub y: Lane,
     /// The area that a point stands for, in square millimeters; 0 if no light reaches the film point.
@@ -25,7 +25,7 @@ impl Default for Aims {
 
 impl Aims {
     /// Aims through a window with a pair of numbers in the unit square.
-    pub fn set(&mut self, lane: usize, window: &PupilWindow<'_>, [u, v]: [f64; 2]) {
+    pub(crate) fn set(&mut self, lane: usize, window: &PupilWindow<'_>, [u, v]: [f64; 2]) {
         [self.area[lane], self.light[lane]] = [0.0; 2];
         if !window.is_closed() {
             let aim = window.point(u, v);

@@ -21,7 +21,7 @@ type Share = Option<[f64; 3]>;
 
 /// The open shares of all spans of a table over the film's radius; empty if they are not known.
 #[derive(Clone, Debug, Default)]
-pub struct PupilTransmission {
+pub(crate) struct PupilTransmission {
     shares: Vec<Share>,
 }
 

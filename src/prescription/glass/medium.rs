@@ -23,7 +23,7 @@ pub(crate) fn named_line(wavelength_nm: f64) -> f64 {
 
 /// How an index depends on the wavelength.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Dispersion {
+pub(crate) enum Dispersion {
     /// A constant index: only `n_d` is known.
     None,
     /// n = a + b/λ², through `n_d` and the Abbe number.
@@ -45,7 +45,7 @@ pub enum Dispersion {
 
 /// The dispersion formulas of `.agf` catalogues, numbered from 1 as there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Formula {
+pub(crate) enum Formula {
     Schott = 1,
     Sellmeier1,
     Herzberger,
@@ -62,7 +62,7 @@ pub enum Formula {
 }
 
 impl Formula {
-    pub fn from_number(number: u32) -> Option<Self> {
+    pub(crate) fn from_number(number: u32) -> Option<Self> {
         use Formula::*;
         [
             Schott, Sellmeier1, Herzberger, Sellmeier2, Conrady, Sellmeier3, Handbook1, Handbook2,
@@ -73,7 +73,7 @@ impl Formula {
     }
 
     /// The index at a wavelength in micrometers; NaN where the formula has no real value.
-    pub fn index(self, k: &[f64; 10], um: f64) -> f64 {
+    pub(crate) fn index(self, k: &[f64; 10], um: f64) -> f64 {
         let l2 = um * um;
         let terms = |count: usize| -> f64 {
             1.0 + (0..count)

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use crate::traversal::state::{LightElement, LightKind};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Light {
+pub(crate) struct Light {
     pub kind: LightKind,
     /// Color times intensity.
     pub color: Vec3,
@@ -21,7 +21,7 @@ pub struct Light {
 
 /// What of a light reaches a point.
 #[derive(Clone, Copy, Debug)]
-pub struct Reaching {
+pub(crate) struct Reaching {
     /// Towards the light, of length 1.
     pub toward: Vec3,
     pub distance: f32,
@@ -30,7 +30,7 @@ pub struct Reaching {
 }
 
 impl Light {
-    pub fn new(element: &LightElement, origin: DVec3) -> Self {
+    pub(crate) fn new(element: &LightElement, origin: DVec3) -> Self {
         let color = element.color * element.intensity;
         Self {
             kind: element.kind,
@@ -44,7 +44,7 @@ impl Light {
     }
 
     /// A light on the camera, shining along a direction.
-    pub fn headlight(direction: Vec3) -> Self {
+    pub(crate) fn headlight(direction: Vec3) -> Self {
         Self {
             kind: LightKind::Directional,
             color: Vec3::ONE,
@@ -60,7 +60,7 @@ impl Light {
     ///
     /// OpenGL 1.x: attenuation 1/(k_c + k_l d + k_q d²); a spot is max(−L·s, 0)^e inside its
     /// cone, e being Inventor's drop-off rate times 128, and nothing outside.
-    pub fn reach(&self, point: Vec3) -> Reaching {
+    pub(crate) fn reach(&self, point: Vec3) -> Reaching {
         if self.kind == LightKind::Directional {
             return Reaching {
                 toward: -self.direction,
@@ -90,7 +90,7 @@ impl Light {
 
 impl Light {
     /// Of a spot: the cosine at its edge, and the power of the cosine inside.
-    pub fn spot(&self) -> Option<(f32, f32)> {
+    pub(crate) fn spot(&self) -> Option<(f32, f32)> {
         match self.kind {
             LightKind::Spot { drop_off, cut_off } => Some(spot(drop_off, cut_off)),
             _ => None,
@@ -98,7 +98,7 @@ impl Light {
     }
 
     /// The share of the light that a cone lets out towards a point, given the way back.
-    pub fn cone(&self, toward: Vec3) -> f32 {
+    pub(crate) fn cone(&self, toward: Vec3) -> f32 {
         let along = -toward.dot(self.direction);
         match self.kind {
             LightKind::Spot { drop_off, cut_off } => {
