@@ -1,17 +1,17 @@
-//! Reading, and reading and compiling, held against another program's reading: time and peak memory,
-//! in one run.
+//! Compares the time and peak memory of reading and compiling with another program's reading.
 //!
-//! `cargo run --release --features tools --bin measure -- against -- FOLDER PROGRAM [--least BYTES] [--rows]`. Every scene
-//! of at least 100 kB below the folder is read by either in a process of its own, again and again
-//! for a tenth of a second of processor time (all threads, so that other work does not count); of
-//! three such processes the fastest counts. PROGRAM takes a scene and prints seconds a reading and
-//! the kB that the process had used after the first (`coin_read.cpp` does it with Coin).
+//! `cargo run --release --features tools --bin measure -- against -- FOLDER PROGRAM [--least BYTES]
+//! [--rows]`. Every scene of at least 100 kB below the folder is read by both programs in processes
+//! of their own, repeatedly for a tenth of a second of processor time (all threads, so that other
+//! load does not count); the fastest of three such processes counts. PROGRAM takes a scene and
+//! prints the seconds per reading and the kB that the process had used after the first
+//! (`coin_read.cpp` does so with Coin).
 //!
-//! *Compiled* is everything but the tree that rays go through: triangles, normals, materials,
-//! textures of files, lights, bounds. *Ready* is with the tree, which is built when the first ray
-//! asks for it, and with the pictures that stand in the scene itself unpacked, which else waits for
-//! the first texel. Memory is with the tree. Exit 1 if reading and compiling is not 5 times faster than their
-//! reading (median), or any file takes more memory.
+//! *Compiled* is everything but the tree for ray tracing: triangles, normals, materials, textures
+//! of files, lights, bounds. *Ready* includes the tree, which is built for the first ray, and the
+//! decoding of pictures within the scene file, which otherwise waits for the first texel. Memory
+//! includes the tree. The exit code is 1 if reading and compiling is not 5 times faster than the
+//! other program's reading (median), or any file takes more memory.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -20,10 +20,11 @@ use crate::iv::{Document, Limits};
 use crate::scene::{CompileOptions, RenderScene};
 use crate::snapshot::Snapshot;
 
-/// What a process took.
+/// The cost of a process.
 #[derive(Clone, Copy)]
 struct Cost {
-    /// Seconds: reading, the same and compiling, the same and the tree. Of theirs all alike.
+    /// Seconds of reading, of reading and compiling, and of both with the tree. The other program's
+    /// three are equal.
     seconds: [f64; 3],
     kilobytes: f64,
 }
@@ -63,7 +64,7 @@ pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
     table(&pairs, rows)
 }
 
-/// What the system has counted for this process's threads (nanoseconds, the first number).
+/// Returns the processor time of this process's threads (the first number, in nanoseconds).
 fn processor_seconds() -> f64 {
     let threads = std::fs::read_dir("/proc/self/task")
         .into_iter()
@@ -76,7 +77,7 @@ fn processor_seconds() -> f64 {
     1e-9 * spent.sum::<f64>()
 }
 
-/// Processor time of a piece of work, as often done as the system's clock (4 ms) asks for.
+/// Returns the processor time of a piece of work, repeated as the system's clock of 4 ms requires.
 fn seconds_each(work: &mut dyn FnMut()) -> f64 {
     let start = processor_seconds();
     for done in 1..10_000 {
@@ -89,7 +90,7 @@ fn seconds_each(work: &mut dyn FnMut()) -> f64 {
     0.0
 }
 
-/// Reads and compiles a scene and prints what it took.
+/// Reads and compiles a scene and prints the cost.
 fn one(file: &Path) -> ExitCode {
     let open = || Document::open_with(file, &[], &Limits::default()).ok();
     let compile =

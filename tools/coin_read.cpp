@@ -1,6 +1,6 @@
-// Reads a scene with Coin, again and again for a tenth of a second of processor time, and prints the
-// seconds that one reading took (the library's start left out) and the process's peak memory in kB
-// after the first: what `against.rs` holds ivcam against, which it measures in the same way.
+// Reads a scene with Coin repeatedly for a tenth of a second of processor time, and prints the
+// seconds per reading (without the start of the library) and the peak memory of the process in kB
+// after the first reading. `against.rs` measures ivcam in the same way and compares the two.
 //   g++ -O2 coin_read.cpp -o coin_read -lCoin
 #include <Inventor/SoDB.h>
 #include <Inventor/SoInput.h>

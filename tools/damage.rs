@@ -1,10 +1,13 @@
-//! Damages every scene below a folder and reads, compiles, looks at and writes what is left.
+//! Damages every scene below a folder, and reads, compiles, inspects and writes the result.
 //!
-//! `cargo run --release --features tools --bin measure -- damage -- FOLDER [--each N] [--only TEXT] [--seconds S] [--mb M]`.
-//! Every file, as it is and as ivcam writes it in ASCII and in binary, is damaged in N ways (default
-//! 8 each): bits turned over, cut short, words changed places, numbers made huge, pieces taken out
-//! or put in twice. Exit 1 if one panics, takes more than S seconds of the clock (default 10) or
-//! has the process use more than M megabytes (default 3,500). The same damage at every run.
+//! `cargo run --release --features tools --bin measure -- damage -- FOLDER [--each N]
+//! [--only TEXT] [--seconds S] [--mb M]`.
+//!
+//! Every file, in its original form and as written by ivcam in ASCII and in binary, is damaged in N
+//! ways (default 8): bits inverted, the end cut off, words exchanged, numbers made huge, pieces
+//! removed or duplicated. The exit code is 1 if one panics, takes more than S seconds of the clock
+//! (default 10), or makes the process use more than M megabytes (default 3,500). The damage is the
+//! same in every run.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -20,11 +23,11 @@ use crate::scene::{CompileOptions, RenderScene};
 use crate::snapshot::SnapshotOptions;
 use glam::Vec3;
 
-/// Numbers that follow from a seed.
+/// A random number generator with a seed.
 struct Dice(u64);
 
 impl Dice {
-    /// Below `n`, which is not 0.
+    /// Returns a number below `n`, which must not be 0.
     fn below(&mut self, n: usize) -> usize {
         self.0 = mix(self.0);
         (self.0 >> 11) as usize % n
@@ -46,7 +49,7 @@ pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
     if let Some(only) = option("--only") {
         files.retain(|f| f.to_string_lossy().contains(only.as_str()));
     }
-    std::panic::set_hook(Box::new(|_| {})); // told below, with the file
+    std::panic::set_hook(Box::new(|_| {})); // Panics are reported below, with the file.
     let mut tally = Tally::default();
     for file in &files {
         for (form, whole) in forms(file) {
@@ -114,7 +117,7 @@ impl Tally {
     }
 }
 
-/// A file as it is, and as it is written in either format.
+/// Returns the forms of a file: the original, and as written in either format.
 fn forms(file: &Path) -> Vec<(&'static str, Vec<u8>)> {
     let mut forms = Vec::new();
     forms.extend(std::fs::read(file).ok().map(|bytes| ("itself", bytes)));
@@ -128,7 +131,7 @@ fn forms(file: &Path) -> Vec<(&'static str, Vec<u8>)> {
     forms
 }
 
-/// Does with a document what the program does; whether it could be read.
+/// Processes a document as the program does, and returns whether it could be read.
 fn use_up(file: &Path, bytes: Vec<u8>) -> bool {
     let limits = Limits::default();
     let loader = Arc::new(Folder::of(file, &[], limits.bytes));
@@ -162,7 +165,7 @@ fn use_up(file: &Path, bytes: Vec<u8>) -> bool {
     true
 }
 
-/// One to four damages, behind the header.
+/// Damages a file in one to four places after the header.
 fn damaged(mut bytes: Vec<u8>, seed: u64) -> Vec<u8> {
     const HEADER: usize = 24;
     let mut dice = Dice(seed);
@@ -191,7 +194,7 @@ fn damaged(mut bytes: Vec<u8>, seed: u64) -> Vec<u8> {
     bytes
 }
 
-/// The word that a byte is in.
+/// Returns the word that a byte is in.
 fn word(bytes: &[u8], at: usize) -> std::ops::Range<usize> {
     let is_space = |b: &u8| b.is_ascii_whitespace();
     let start = bytes[..at].iter().rposition(is_space).map_or(0, |i| i + 1);
@@ -209,7 +212,7 @@ fn swap_words(bytes: &mut Vec<u8>, one: usize, other: usize) {
     drop(bytes.splice(a, second));
 }
 
-/// A number that is too large: four bytes of it, as counts are in binary files, or a word.
+/// Writes a number that is too large: as four bytes, like counts in binary files, or as a word.
 fn huge(bytes: &mut Vec<u8>, at: usize, dice: &mut Dice) {
     const NUMBERS: [u32; 5] = [u32::MAX, 0x7fff_ffff, 0x4000_0000, 0x00ff_ffff, 0xffff_0000];
     let number = NUMBERS[dice.below(NUMBERS.len())];
@@ -228,7 +231,7 @@ fn huge(bytes: &mut Vec<u8>, at: usize, dice: &mut Dice) {
     drop(bytes.splice(start..end, number.to_string().into_bytes()));
 }
 
-/// The most memory that the process has used, where the system tells.
+/// Returns the peak memory of the process, if the system provides it.
 fn peak_megabytes() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));

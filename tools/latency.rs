@@ -1,7 +1,7 @@
-//! How long the window takes to show something: from a change to its first frame, and to an
-//! estimated error of 2%, through the engine that the window uses.
+//! Measures the latency of the window: from a change to its first frame, and to an estimated error
+//! of 2%, through the engine that the window uses.
 //!
-//! `cargo run --release --features tools --bin measure -- latency -- SCENE...` writes a table.
+//! `cargo run --release --features tools --bin measure -- latency -- SCENE...` prints a table.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,13 +12,13 @@ use crate::math::Mm;
 use crate::photo::{Era, Plan};
 use crate::viewer::draft::Preview;
 use crate::viewer::engine::{Engine, News, Order};
-use crate::viewer::live::{Asked, Frame};
+use crate::viewer::live::{Frame, Request};
 use crate::viewer::setup::Setup;
 
 const THREADS: usize = 2;
-/// Changes of a kind; their median is told.
+/// The number of changes of each kind; their median is reported.
 const TIMES: usize = 5;
-/// A picture that is not at 2% by then is given up.
+/// The time after which a picture that is not at 2% is abandoned.
 const PATIENCE: Duration = Duration::from_secs(90);
 
 struct Bench {
@@ -52,11 +52,11 @@ impl Bench {
         })?
     }
 
-    /// The first frame that is wanted of a setup.
+    /// Returns the first frame of a setup that meets a condition.
     fn frame(&mut self, setup: &Setup, wanted: impl Fn(&Frame) -> bool) -> Option<Frame> {
         self.serial += 1;
         let serial = self.serial;
-        self.engine.show(Asked {
+        self.engine.show(Request {
             setup: setup.clone(),
             preview: Preview::Lens,
             serial,
@@ -72,7 +72,7 @@ impl Bench {
         })?
     }
 
-    /// The median time to the first frame, and its size, over changes of one kind.
+    /// Returns the median time to the first frame, and its size, over changes of one kind.
     fn first(
         &mut self,
         setup: &mut Setup,
@@ -112,7 +112,7 @@ fn row(path: &std::path::Path) -> Option<()> {
     let mut setup = bench.open(plan)?;
     let far = setup.focus().min(1e3);
     setup.set_focus(far);
-    // The engine learns how fast the scene is.
+    // The engine measures the speed of the scene first.
     bench.frame(&setup, |f| f.whole)?;
     let (focus, frame) = bench.first(&mut setup, |s, i| {
         s.set_focus(far * (0.9 + 0.02 * i as f64))

@@ -1,7 +1,7 @@
-//! Measuring programs, compiled into the crate by the feature `tools` so that they may use anything
-//! in it: `cargo run --release --features tools --bin measure -- NAME ARGUMENTS`.
+//! Measuring programs, compiled into the crate by the feature `tools` so that they may use its
+//! private items: `cargo run --release --features tools --bin measure -- NAME ARGUMENTS`.
 //!
-//! What they need from outside (oracle tables, scene folders, other programs) is an argument.
+//! Their external inputs (oracle tables, scene folders, other programs) are arguments.
 
 mod against;
 mod corpus;
@@ -17,7 +17,7 @@ mod speed;
 
 use std::process::ExitCode;
 
-/// A measuring program: its name, its arguments in one line, and what runs it.
+/// A measuring program: its name, its arguments in one line, and its function.
 type Tool = (&'static str, &'static str, fn(Vec<String>) -> ExitCode);
 
 const TOOLS: &[Tool] = &[
@@ -49,7 +49,8 @@ const TOOLS: &[Tool] = &[
     ),
 ];
 
-/// Runs the program that the first argument names. Exit code 2: there is none of that name.
+/// Runs the program that the first argument names. The exit code is 2 if there is none of that
+/// name.
 pub fn run(arguments: Vec<String>) -> ExitCode {
     let mut arguments = arguments.into_iter();
     let name = arguments.next().unwrap_or_default();

@@ -1,8 +1,9 @@
-//! Holds ivcam's lenses against an oracle: `cargo run --release --features tools --bin measure -- optics -- FOLDER`.
+//! Compares lenses with an oracle: `cargo run --release --features tools --bin measure -- optics --
+//! FOLDER`.
 //!
 //! FOLDER has `reference.json`, `extremes.json` and `lenses/*.json`. In them z = 0 is the last
-//! vertex; here it is the first. Prints tables, with `--markdown` as docs/accuracy.md has them,
-//! and exits 1 if a number is out of its bounds.
+//! vertex; here it is the first. The program prints tables, with `--markdown` as in
+//! docs/accuracy.md, and the exit code is 1 if a number is out of its bounds.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -53,18 +54,18 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     }
 }
 
-/// What is printed, and how many numbers were in and out of bounds.
+/// A printed table, with the numbers of values in and out of bounds.
 #[derive(Default)]
 struct Table {
     markdown: bool,
     checks: usize,
     failed: usize,
-    /// Widths of the columns, without `--markdown`.
+    /// The widths of the columns, without `--markdown`.
     widths: Vec<usize>,
 }
 
 impl Table {
-    /// A new table, by the names of its columns; the first is the lens or the case.
+    /// Starts a table with the names of its columns; the first is the lens or the case.
     fn head(&mut self, columns: &[&str]) {
         let width = |(i, name): (usize, &&str)| name.len().max(if i == 0 { 24 } else { 10 });
         self.widths = columns.iter().enumerate().map(width).collect();
@@ -163,8 +164,8 @@ fn reference(folder: &Path, table: &mut Table) {
     }
 }
 
-/// The worst relative error of the first-order data. Positions are compared from the front
-/// vertex, where they are asked for, against the size of the lens where they are near 0.
+/// Returns the largest relative error of the first-order data. Positions are compared from the
+/// front vertex, relative to the size of the lens if they are near 0.
 fn first_order(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64 {
     let mut worst: f64 = 0.0;
     for (key, plane) in [("first_order", Plane::Y), ("first_order_x_plane", Plane::X)] {
@@ -248,7 +249,7 @@ fn rays(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> Rays {
     rays
 }
 
-/// Traces one ray and holds it against `exact`; the errors of position and direction.
+/// Traces one ray and compares it with `exact`; returns the errors of position and direction.
 fn one_ray(
     lens: &Lens,
     asked: &Value,
@@ -417,12 +418,13 @@ fn distortion(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64 
     worst
 }
 
-/// The worst error of the relative illumination over the error that the oracle states for the lens.
+/// Returns the largest error of the relative illumination over the error that the oracle states for
+/// the lens.
 ///
-/// The oracle counts a grid and takes the difference of two grids as its error, which is small
-/// by accident in some rows, 4e-8 in one. The bound is the largest it states for the lens. A row
-/// in which ours is outside its own statement is printed, with what two other ways of integrating
-/// give: a count of 9 million rays and [`by_rows`].
+/// The oracle counts on a grid and takes the difference of two grids as its error, which is
+/// accidentally small in some rows, 4e-8 in one. The bound is the largest error stated for the
+/// lens. A row outside its own stated error is printed, with the results of two other integrations:
+/// a count of 9 million rays, and [`by_rows`].
 fn illumination(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64 {
     let part = &entry["relative_illumination"];
     let film_z = num(&part["film_z"]) + lens.length();
@@ -467,9 +469,10 @@ fn illumination(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f6
     worst
 }
 
-/// The irradiance by rows across the rear vertex plane, for a film point on the y axis. Where each
-/// row ends is found by halving, from nothing but whether rays pass; along it the integral is
-/// closed, and the rows are Gauss and Chebyshev's. The figure has to be mirrored in x and convex.
+/// Returns the irradiance by rows across the rear vertex plane, for a film point on the y axis. The
+/// ends of each row are found by bisection from whether rays pass; the integral along a row is
+/// closed, and the rows are those of Gauss-Chebyshev quadrature. The figure must be symmetric in x
+/// and convex.
 fn by_rows(lens: &Lens, film: DVec2, film_z: f64, rows: u32) -> f64 {
     let z = film_z - lens.length();
     let passes = |aim: DVec2| {
@@ -506,19 +509,19 @@ fn by_rows(lens: &Lens, film: DVec2, film_z: f64, rows: u32) -> f64 {
         let x = end(DVec2::new(0.0, y), DVec2::X);
         let a2 = z * z + (y - film.y) * (y - film.y);
         let a = a2.sqrt();
-        // 2 ∫ z² / (a² + x²)² dx from 0.
+        // This is 2 ∫ z² / (a² + x²)² dx from 0.
         let along = z * z * (x / (a2 * (a2 + x * x)) + libm::atan(x / a) / (a2 * a));
         along * half * sin * step
     };
     (0..rows).map(row).sum()
 }
 
-/// The irradiance by counting rays over the rear element, and its standard error: nine grids of a
-/// million cells, a ray somewhere in each cell.
+/// Returns the irradiance by counting rays over the rear element, and its standard error: nine
+/// grids of a million cells, with one random ray per cell.
 fn count(lens: &Lens, film: DVec2, film_z: f64) -> (f64, f64) {
     const SIDE: u64 = 1000;
     const GRIDS: u64 = 9;
-    // Rays cross the plane of the rear vertex beside the element too, where it is curved.
+    // A curved rear element has rays that cross the plane of its vertex beside it.
     let radius = 1.5 * RearElement::of(lens, DiscMap::Concentric).radius;
     let cell = 2.0 * radius / SIDE as f64;
     let random = |key: u64| (mix(key) >> 11) as f64 / (1u64 << 53) as f64;
@@ -616,8 +619,8 @@ fn colour(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64 {
 
 // ---- pupils --------------------------------------------------------------------------------
 
-/// How many of the rays aimed at the exit pupil get through, and whether any is cut: rays spread
-/// over more than the rear element must find none outside what the pupil aims at.
+/// Compares the share of the rays aimed at the exit pupil that pass. Rays spread over more than the
+/// rear element must find none outside the pupil.
 fn pupils(folder: &Path, table: &mut Table) {
     let root = read(&folder.join("reference.json"));
     table.head(&[
@@ -682,7 +685,8 @@ fn pupils(folder: &Path, table: &mut Table) {
     }
 }
 
-/// Points of the unit cube, evenly spread (the generalized golden ratios), in four dimensions.
+/// Returns evenly distributed points of the unit cube in four dimensions (the generalized golden
+/// ratios).
 fn spread(i: usize) -> [f64; 4] {
     [
         0.856_674_883_854_502_9,
@@ -704,7 +708,7 @@ fn on_disc(radius: f64, u: f64, v: f64) -> DVec2 {
     radius * DVec2::new(x, y)
 }
 
-/// The share of the aimed rays that get through, over the film's area where it sees light.
+/// Returns the share of the aimed rays that pass, over the area of the film that receives light.
 fn pass_share(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) -> f64 {
     let (mut aimed, mut passed) = (0usize, 0usize);
     for i in 0..40_000 {
@@ -719,7 +723,7 @@ fn pass_share(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) 
     passed as f64 / aimed as f64
 }
 
-/// Rays that get through but are outside the window, and all that get through.
+/// Returns the number of rays that pass but are outside the window, and of all that pass.
 fn cut_rays(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) -> (usize, usize) {
     let rear = RearElement::of(lens, DiscMap::Concentric).radius;
     let (mut cut, mut passed) = (0, 0);
@@ -727,7 +731,7 @@ fn cut_rays(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) ->
         let [a, b, c, d] = spread(i);
         let film = on_disc(film_radius, a, b);
         let window = target.window(film);
-        // Half over everything, half in a box 20% wider than the window.
+        // Half of the rays are spread over everything, half over a box 20% wider than the window.
         let aim = match window {
             PupilWindow::Polygon(polygon) if i % 2 == 0 => {
                 let reach = polygon.corners().map(|p| (p - polygon.center()).abs());
@@ -746,10 +750,10 @@ fn cut_rays(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) ->
 
 // ---- lanes ---------------------------------------------------------------------------------
 
-/// What lanes may be apart from single rays: in millimeters, and in direction.
+/// The tolerance between lanes and single rays: in millimeters, and in direction.
 const APART: [f64; 2] = [1e-12, 1e-13];
 
-/// Nanoseconds a ray, one by one and in lanes, and how far they are apart.
+/// Measures nanoseconds per ray, one by one and in lanes, and their difference.
 fn lanes(folder: &Path, table: &mut Table) {
     let root = read(&folder.join("reference.json"));
     let widths = [Width::Plain, Width::detect()];
@@ -881,7 +885,7 @@ fn case_lens(folder: &Path, case: &Value) -> Lens {
     Lens::new(lens.unwrap_or_else(|e| panic!("{}: {}", case["id"], e.render(false))))
 }
 
-/// Bounds of position and direction, from the words of `expect`.
+/// Returns the bounds of position and direction that the text of `expect` states.
 fn bounds(id: &str) -> (f64, f64) {
     match id {
         _ if id.starts_with("flat_R") || id == "plane" => (1e-12, 4e-16),
@@ -899,7 +903,7 @@ fn bounds(id: &str) -> (f64, f64) {
     }
 }
 
-/// A row of a case: what is looked at, exact, ours, and how far off it may be.
+/// Adds a row of a case: the quantity, the exact value, the computed one, and the tolerance.
 fn case_row(table: &Table, id: &str, quantity: &str, exact: &str, ours: &str, off: [f64; 2]) {
     let short = |v: f64| {
         if v.is_nan() {
@@ -908,7 +912,7 @@ fn case_row(table: &Table, id: &str, quantity: &str, exact: &str, ours: &str, of
             format!("{v:.1e}")
         }
     };
-    // 20 of the 40 digits.
+    // The table shows 20 of the 40 digits.
     let digits = |text: &str| match text.split_once('e') {
         Some((mantissa, power)) if text.parse::<f64>().is_ok() => {
             format!("{mantissa:.22}e{power}")
@@ -985,7 +989,7 @@ fn extreme_ray(folder: &Path, case: &Value, id: &str, table: &mut Table) {
                 ("direction", "exit_d", out.direction, direction, straight),
             ];
             for (quantity, key, ours, off, bound) in rows {
-                // The component that is the farthest off.
+                // The component with the largest error is shown.
                 let exact = &exact[key];
                 let error = |i: &usize| (ours[*i] - num(&exact[*i])).abs();
                 let worst = (0..3)
@@ -1062,7 +1066,8 @@ fn extreme_focus(folder: &Path, case: &Value, id: &str, table: &mut Table) {
         return table.fail(format!("{id}: afocal"));
     };
     let (input, exact) = (&case["input"], &case["exact"]);
-    // Distances are given from the principal plane or as a place; ours are from the vertex.
+    // Distances are given from the principal plane or as a position; they are converted to the
+    // vertex.
     let distance = match input["object_z"].as_f64() {
         Some(z) => -(z + lens.length()),
         None => num(&input["object_to_P"]) - focal.front_principal_plane,
@@ -1127,7 +1132,7 @@ fn extreme_quadratic(case: &Value, id: &str, table: &mut Table) {
         _ => f64::INFINITY,
     };
     let at_the_limit = id.starts_with("kolb_min");
-    // Near its double root a quadratic passes on the rounding of z times z over the root's slope.
+    // Near its double root, a quadratic amplifies the rounding of z² by one over the root's slope.
     let b = z - t - 2.0 * f;
     let slope = ((b - 2.0 * f) * (b + 2.0 * f)).abs().sqrt();
     let bound = if at_the_limit {
@@ -1135,7 +1140,7 @@ fn extreme_quadratic(case: &Value, id: &str, table: &mut Table) {
     } else {
         2.0 * f64::EPSILON * (1.0 + z / slope)
     };
-    // One rounding of z decides on which side of the limit a case falls.
+    // One rounding of z determines on which side of the limit a case is.
     let either = at_the_limit && ours.is_none_or(|ours| relative(ours, f) < 1e-6);
     table.check(id, error <= bound || either, || {
         format!("{ours:?}, not {wanted}")

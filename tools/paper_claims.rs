@@ -1,9 +1,9 @@
-//! Measures what the 1999 paper says of its pictures, from rays through the lenses themselves, and
-//! writes the tables into the guide: `cargo run --release --features tools --bin measure -- paper-claims -- docs/guide/paper.md`
-//! (without a file: to stdout).
+//! Measures the claims of the 1999 paper about its pictures by rays through the lenses, and writes
+//! the tables of the guide.
 //!
-//! A table stands in the guide between `<!-- numbers: NAME -->` and `<!-- end -->`; nothing there
-//! is typed by hand.
+//! `cargo run --release --features tools --bin measure -- paper-claims -- docs/guide/paper.md`;
+//! without a file it prints to stdout. A table is between `<!-- numbers: NAME -->` and `<!-- end
+//! -->`.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3};
 const PIXEL: f64 = 0.1;
 const CORNER: DVec2 = DVec2::new(18.0, 12.0);
 
-/// A lens where it stood for a figure; distances in meters from the front vertex, as in
+/// The lens and the position of a figure; distances are in meters from the front vertex, as in
 /// `camera/cam-1.dat` to `cam-3.dat`.
 struct Shot {
     figure: &'static str,
@@ -44,8 +44,8 @@ fn scaled(name: &str, efl: f64) -> Lens {
     lens.expect("the four lenses of the paper are shipped and have a focal length")
 }
 
-/// In focus at a distance in meters, the film where the real rays are closest together: the lens
-/// equation's film would show each lens's spherical aberration as a fault of focus.
+/// Focuses a lens at a distance in meters, with the film where the real rays are closest together.
+/// The lens equation's film would show spherical aberration as a focus error.
 fn focused(lens: &Lens, meters: f64) -> Focus {
     let focus = lens.focus(FocusMethod::Best, Meters(meters));
     focus.expect("the distances of the figures can be in focus")
@@ -55,7 +55,8 @@ fn film_at(lens: &Lens, meters: f64) -> f64 {
     focused(lens, meters).film_z
 }
 
-/// The chief ray of a film height, met with the plane at a distance in front: its height there.
+/// Returns the height at which the chief ray of a film height crosses the plane at a distance in
+/// front.
 fn height_in_scene(lens: &Lens, film_z: f64, film_y: f64, meters: f64) -> f64 {
     let ray = lens.chief_ray(DVec2::new(0.0, film_y), film_z);
     let ray = ray.expect("every film height has a chief ray here");
@@ -63,7 +64,7 @@ fn height_in_scene(lens: &Lens, film_z: f64, film_y: f64, meters: f64) -> f64 {
     (ray.origin + t * ray.direction).y
 }
 
-/// Height on the film of a rod that begins on the axis.
+/// Returns the height on the film of the image of a rod that begins on the axis.
 fn image_of(lens: &Lens, film_z: f64, rod_mm: f64, meters: f64) -> f64 {
     let (mut low, mut high) = (0.0, CORNER.y);
     for _ in 0..50 {
@@ -77,8 +78,8 @@ fn image_of(lens: &Lens, film_z: f64, rod_mm: f64, meters: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Diameter of the blur of a point on the axis: that of an even disc with the rays' own root mean
-/// square distance, 2 √2 rms.
+/// Returns the diameter of the blur of a point on the axis: that of a uniform disc with the rays'
+/// root mean square distance, 2 √2 rms.
 fn blur(lens: &Lens, film_z: f64, meters: f64) -> f64 {
     const RINGS: u32 = 200;
     let pupil = lens.first_order().entrance_pupil;
@@ -98,11 +99,11 @@ fn blur(lens: &Lens, film_z: f64, meters: f64) -> f64 {
     2.0 * (2.0 * squares / f64::from(passed.max(1))).sqrt()
 }
 
-/// Where, between a sharp distance and one that is not, the blur is as wide as a pixel.
+/// Returns the distance, between a sharp one and another, at which the blur is as wide as a pixel.
 fn limit(lens: &Lens, film_z: f64, sharp: f64, far: f64) -> f64 {
     let (mut inside, mut outside) = (sharp, far);
     for _ in 0..60 {
-        // Halved in diopters: the far end may be a kilometer away.
+        // The bisection is in diopters, because the far end may be a kilometer away.
         let middle = 2.0 / (1.0 / inside + 1.0 / outside);
         if blur(lens, film_z, middle) <= PIXEL {
             inside = middle;
@@ -231,8 +232,8 @@ fn figures_1_and_2() -> String {
             let d = full.distortion(Plane::Y, height, film_z);
             d.map_or(f64::NAN, |d| 100.0 * d.f_tan)
         };
-        // Against f tan of the film at infinity the focus would count as distortion: what counts
-        // is the change from the middle of the picture.
+        // With f of the film at infinity, focusing would count as distortion, so distortion is the
+        // change from the middle of the picture.
         let middle = bend(0.1);
         let _ = writeln!(
             out,
@@ -246,7 +247,7 @@ fn figures_1_and_2() -> String {
     out
 }
 
-/// The text with a table in place of what stood between its marks.
+/// Replaces the text between a table's marks.
 fn replaced(text: &str, name: &str, table: &str) -> Option<String> {
     let mark = format!("<!-- numbers: {name} -->\n");
     let start = text.find(&mark)? + mark.len();
@@ -277,7 +278,7 @@ pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
     }
 }
 
-/// Puts tables where a file has a place for them.
+/// Writes tables between their marks in a file.
 fn write(path: &str, tables: &[(&str, String)]) -> Result<(), Box<dyn std::error::Error>> {
     let mut text = std::fs::read_to_string(path)?;
     for (name, table) in tables {

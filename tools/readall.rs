@@ -1,6 +1,7 @@
-//! Reads every scene below a folder and prints what reading had to say.
+//! Reads every scene below a folder and prints the messages.
 //!
-//! `cargo run --release --features tools --bin measure -- readall -- FOLDER [-q]`; with `-q` only the summary.
+//! `cargo run --release --features tools --bin measure -- readall -- FOLDER [-q]`; `-q` prints only
+//! the summary.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -56,7 +57,7 @@ pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// A message with the names in it left out, so that kinds can be counted.
+/// Removes the names from a message, so that messages of a kind can be counted.
 fn shape(message: &str) -> String {
     message
         .split('`')

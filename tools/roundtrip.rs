@@ -1,7 +1,8 @@
-//! Reads every scene below a folder, writes it and reads that: is it the same document?
+//! Reads every scene below a folder, writes it, reads the result, and compares the documents.
 //!
-//! `cargo run --release --features tools --bin measure -- roundtrip -- FOLDER [--only TEXT] [--keep FOLDER]`. Exit 1 if one is
-//! not, or if reading it back has something to complain about that reading the scene had not. `--keep` leaves what was written in a folder, for other programs to read.
+//! `cargo run --release --features tools --bin measure -- roundtrip -- FOLDER [--only TEXT]
+//! [--keep FOLDER]`. The exit code is 1 if a document differs, or if reading it back gives a
+//! message that reading the scene did not. `--keep` keeps the written files in a folder.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -27,7 +28,7 @@ pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
         read += 1;
         for format in [Format::Ascii, Format::Binary] {
             if format == Format::Binary && document.is_vrml97() {
-                other += 1; // protos, routes and scripts are more than binary can say
+                other += 1; // The binary format cannot represent protos, routes and scripts.
                 continue;
             }
             if let Some(folder) = keep {

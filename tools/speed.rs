@@ -1,14 +1,13 @@
 //! Measures speed and writes the tables of docs/performance.md.
 //!
-//! `cargo run --release --features tools --bin measure -- speed -- [--out FILE.md] [--only NAME] [--large]
-//! [--room SCENE.iv] [--peer COMMAND] [--rays MESH.tri PREFIX]`
+//! `cargo run --release --features tools --bin measure -- speed -- [--out FILE.md] [--only NAME]
+//! [--large] [--room SCENE.iv] [--peer COMMAND] [--rays MESH.tri PREFIX]`
 //!
-//! In FILE the tables stand between lines `<!-- speed: NAME -->` and `<!-- end -->`, and only they
-//! are written anew. `--large` adds a mesh of ten million triangles; `--room` a scene to photograph
-//! by a real lens and an ideal one, `--peer` a program that does the same (`shared/room.rs`), and
-//! `--rays` a mesh and rays that another program has traced (`shared/files.rs`). Times are of the
-//! processor, not of the clock, so that a machine that does other things too gives the same
-//! numbers, but for its caches.
+//! In FILE, the tables between lines `<!-- speed: NAME -->` and `<!-- end -->` are replaced.
+//! `--large` adds a mesh of ten million triangles; `--room` a scene that is photographed through a
+//! real lens and an ideal one; `--peer` a program that does the same (`shared/room.rs`); `--rays` a
+//! mesh and rays that another program has traced (`shared/files.rs`). Times are processor times, so
+//! other load on the machine affects them only through its caches.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -29,10 +28,10 @@ use crate::render::Stop;
 use crate::sampling::{DiscMap, Sampler, SamplerKind};
 use crate::shade::Shading;
 
-/// A part of the tables, by name.
+/// A measurement with the name of its table.
 type Part<'a> = (&'a str, &'a dyn Fn(&mut String));
 
-/// The words behind a flag.
+/// Returns an argument after a flag.
 fn after<'a>(words: &'a [String], flag: &str, number: usize) -> Option<&'a str> {
     let at = words.iter().position(|w| w == flag)?;
     words.get(at + number).map(String::as_str)
@@ -82,7 +81,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Puts tables where a file has a place for them, and others at its end.
+/// Writes tables between their marks in a file, or at its end.
 fn write(file: &Path, tables: &[(&str, String)]) -> std::io::Result<()> {
     let mut text = std::fs::read_to_string(file).unwrap_or_else(|_| "# Performance\n".to_owned());
     for (name, table) in tables {
@@ -100,7 +99,7 @@ fn write(file: &Path, tables: &[(&str, String)]) -> std::io::Result<()> {
     std::fs::write(file, text)
 }
 
-/// Does work on this thread and no other.
+/// Runs work on this thread only.
 fn one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
@@ -111,7 +110,7 @@ fn one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     }
 }
 
-/// What the machine calls itself.
+/// Returns the machine's description of its processor.
 fn machine() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = text.lines().find_map(|l| l.strip_prefix("model name"));
@@ -122,7 +121,8 @@ fn machine() -> String {
     format!("{name}, {cores} cores, lanes {:?}", Width::detect())
 }
 
-/// Seconds that this thread has run, of the clock where the system does not tell.
+/// Returns the processor time of this thread in seconds, or the clock's time if the system does not
+/// provide it.
 fn thread_seconds() -> f64 {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     let nanoseconds = text.split(' ').next().and_then(|n| n.parse::<f64>().ok());
@@ -135,10 +135,10 @@ fn thread_seconds() -> f64 {
     )
 }
 
-/// The processor's clock goes in steps of 4 ms on some machines.
+/// The shortest round; the processor clock has steps of 4 ms on some systems.
 const ROUND: Duration = Duration::from_millis(200);
 
-/// Seconds for one call: the least of three rounds of at least [`ROUND`].
+/// Returns the seconds of one call: the smallest of three rounds of at least [`ROUND`].
 fn time(mut work: impl FnMut()) -> f64 {
     let mut best = f64::INFINITY;
     for _ in 0..3 {
@@ -178,7 +178,7 @@ fn lenses(report: &mut String) {
         let set_up = time(|| {
             black_box(pupil());
         });
-        // Over the film as a square: points of one quarter, and so of all.
+        // The points are in one quarter of the film, which represents all by symmetry.
         let asked = || {
             let target = pupil();
             for k in 0..1600 {
@@ -226,7 +226,7 @@ fn widths() -> [Width; 1] {
     [Width::Plain]
 }
 
-/// Rays from a film of three to two within the radius.
+/// Returns rays from a film of aspect 3:2 within the radius.
 fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64, radius: f64) -> Vec<LensRay> {
     let sampler = Sampler {
         kind: SamplerKind::Sobol,
@@ -240,7 +240,7 @@ fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64, radius: f64) -> Vec<L
                 .film
                 .map(|f| radius / 1.8_f64.hypot(1.2) * 1.2 * 2.0 * (f - 0.5));
             let film = glam::DVec2::new(1.5 * x, y);
-            // Where the film sees nothing no ray is sent.
+            // No ray is sent from a film point that receives no light.
             let window = target.window(film);
             let aim = (!window.is_closed()).then(|| window.point(at.pupil[0], at.pupil[1]))?;
             let origin = film.extend(film_z);
@@ -252,7 +252,7 @@ fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64, radius: f64) -> Vec<L
         .collect()
 }
 
-/// Seconds a ray, filling and reading the bundles not counted.
+/// Returns seconds per ray, without filling and reading the bundles.
 fn in_lanes(lens: &Lens, rays: &[LensRay], width: Width) -> f64 {
     let bundles: Vec<Bundle> = rays
         .chunks(LANES)
@@ -317,7 +317,7 @@ fn meshes(report: &mut String, large: bool) {
     );
 }
 
-/// A mesh and rays that another program traces too.
+/// Measures a mesh and rays that another program traces too.
 fn others_rays(report: &mut String, file: &str, prefix: &str) {
     let (Ok(triangles), Ok(sets)) = (files::read(Path::new(file)), files::read_rays(prefix)) else {
         return eprintln!("{file} or {prefix}.*.rays can't be read");
@@ -339,7 +339,7 @@ fn others_rays(report: &mut String, file: &str, prefix: &str) {
     report.push('\n');
 }
 
-/// Rays a second, one by one and in packets.
+/// Returns rays per second, one by one and in packets.
 fn rates(tree: &Bvh, rays: &mesh::Rays) -> [f64; 2] {
     let rate = |work: &dyn Fn() -> usize| {
         let mut found = 0;
@@ -367,7 +367,7 @@ fn living_room() -> Plan {
     plan
 }
 
-/// Renders on this thread: seconds of rendering, rays, and the error.
+/// Renders on this thread; returns the seconds of rendering and the exposure.
 fn render(session: &Session, samples: u32) -> (f64, crate::render::Exposure) {
     let sampler = Sampler {
         samples,
@@ -426,8 +426,8 @@ fn pictures(report: &mut String) {
     report.push('\n');
 }
 
-/// One wavelength against the wavelengths of a hero set: what a picture costs at the same number
-/// of samples, and at the same error.
+/// Compares one wavelength with the wavelengths of a hero set: the cost of a picture at the same
+/// number of samples, and at the same error.
 fn dispersion(report: &mut String) {
     report.push_str(
         "## Dispersion\n\nThe living room at 360x240 through a Flektogon of 20 mm, Phong and \
@@ -464,7 +464,7 @@ fn dispersion(report: &mut String) {
     report.push('\n');
 }
 
-/// What shadings leave out of the same picture, and the time that it saves.
+/// Measures the time that simpler shading models save in the same picture.
 fn left_out(report: &mut String) {
     report.push_str(
         "## Leaving out\n\nThe living room at 360x240, 16 samples, one thread: what was not read, \
@@ -519,7 +519,7 @@ fn left_out(report: &mut String) {
     report.push('\n');
 }
 
-/// A plan of a scene that is written for it.
+/// Writes a scene and returns a plan for it.
 fn written(name: &str, nodes: &str) -> Option<Plan> {
     let folder = std::env::temp_dir().join(format!("ivcam-speed-{}", std::process::id()));
     std::fs::create_dir_all(&folder).ok()?;
@@ -537,7 +537,7 @@ fn written(name: &str, nodes: &str) -> Option<Plan> {
     Some(plan)
 }
 
-/// A bumpy ball as a file would have it.
+/// Returns a bumpy sphere as nodes of a file.
 fn ball_nodes(count: usize) -> String {
     let mut points = String::new();
     let triangles = mesh::ball(count);
@@ -554,7 +554,7 @@ fn ball_nodes(count: usize) -> String {
     )
 }
 
-/// Slope of log seconds of rendering over log number.
+/// Returns the slope of the logarithm of rendering time over that of a number.
 fn slope_of(plans: impl Iterator<Item = (f64, Plan)>, samples: u32) -> f64 {
     let point = |(number, plan): (f64, Plan)| {
         let session = Session::open(plan).ok()?;
@@ -624,7 +624,7 @@ fn growth(report: &mut String) {
     );
 }
 
-/// Slope of the time of a ray in lanes over the number of surfaces.
+/// Returns the slope of the time of a ray in lanes over the number of surfaces.
 fn by_surfaces() -> f64 {
     let mut points = Vec::new();
     for name in crate::lens::shipped_names() {
@@ -647,7 +647,7 @@ fn by_surfaces() -> f64 {
     slope(&points)
 }
 
-/// Seconds of the clock on one thread and on two.
+/// Measures clock time on one thread and on two.
 fn threads(report: &mut String) {
     let Ok(session) = Session::open(living_room()) else {
         return;
@@ -672,7 +672,7 @@ fn threads(report: &mut String) {
     );
 }
 
-/// Least squares through (x, y).
+/// Returns the slope of the least-squares line through points (x, y).
 fn slope(points: &[(f64, f64)]) -> f64 {
     let n = points.len() as f64;
     let mean = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;

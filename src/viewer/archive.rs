@@ -1,24 +1,25 @@
-//! A picture of then, held against the live one: by turns, side by side, or shining through.
+//! An archival picture shown with the live one: alternating, side by side, or blended.
 
 use std::path::{Path, PathBuf};
 
 use crate::diag::Result;
 use crate::picture::Raster;
 
-/// How two pictures are shown in one place.
+/// The way that two pictures are shown in one place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Way {
+pub(crate) enum ArchiveMode {
+    /// Only the live picture is shown.
     #[default]
     Off,
-    /// One after the other.
+    /// The pictures alternate.
     Blink,
-    /// One to the left of a line, the other to its right.
+    /// The old picture is on one side of a line, the live one on the other.
     Wipe,
-    /// The old one shines through.
+    /// The old picture is blended with the live one.
     Onion,
 }
 
-impl Way {
+impl ArchiveMode {
     pub(crate) const ALL: [(Self, &'static str); 4] = [
         (Self::Off, "Off"),
         (Self::Blink, "Blink"),
@@ -27,20 +28,21 @@ impl Way {
     ];
 }
 
-/// Seconds that each picture is seen when they blink.
+/// The time in seconds that each picture is shown when they alternate.
 pub(crate) const BLINK: f64 = 0.6;
 
-/// The picture and how it is shown.
+/// The archival picture and how it is shown.
 #[derive(Clone, Debug)]
 pub(crate) struct Archive {
+    /// The file of the picture.
     pub path: PathBuf,
     pub picture: Option<Raster>,
-    pub way: Way,
-    /// Where the line of a wipe is, from 0 to 1.
+    pub mode: ArchiveMode,
+    /// The position of the wipe's line, from 0 to 1.
     pub line: f32,
-    /// How much of the old picture an onion skin shows.
+    /// The opacity of the old picture when it is blended.
     pub opacity: f32,
-    /// Counts the pictures loaded.
+    /// The number of pictures loaded so far.
     pub version: u64,
 }
 
@@ -49,7 +51,7 @@ impl Default for Archive {
         Self {
             path: PathBuf::new(),
             picture: None,
-            way: Way::Off,
+            mode: ArchiveMode::Off,
             line: 0.5,
             opacity: 0.5,
             version: 0,
@@ -58,21 +60,21 @@ impl Default for Archive {
 }
 
 impl Archive {
-    /// Loads a picture and shows it by a wipe.
+    /// Loads a picture, and shows it by a wipe if it was off.
     ///
     /// # Errors
-    /// A file that is no picture.
+    /// Fails if the file is not a picture.
     pub(crate) fn load(&mut self, path: &Path) -> Result<()> {
         self.picture = Some(Raster::open(path)?);
         self.path = path.to_owned();
         self.version += 1;
-        if self.way == Way::Off {
-            self.way = Way::Wipe;
+        if self.mode == ArchiveMode::Off {
+            self.mode = ArchiveMode::Wipe;
         }
         Ok(())
     }
 
-    /// Its levels, 8 bits of red, green and blue.
+    /// Returns the size and the levels, 8 bits of red, green and blue.
     pub(crate) fn levels(&self) -> Option<([usize; 2], Vec<u8>)> {
         let picture = self.picture.as_ref()?;
         let level = |v: f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
@@ -82,8 +84,8 @@ impl Archive {
         Some(([picture.width as usize, picture.height as usize], levels))
     }
 
-    /// Whether the old picture is the one seen now, as they blink.
+    /// Returns whether the old picture is the one shown at a time in seconds, when they alternate.
     pub(crate) fn blinks_on(&self, now: f64) -> bool {
-        self.way == Way::Blink && (now / BLINK) as i64 % 2 == 1
+        self.mode == ArchiveMode::Blink && (now / BLINK) as i64 % 2 == 1
     }
 }

@@ -1,9 +1,9 @@
-//! Autofocus through the lens, as a camera does it: by the distance there, checked by contrast.
+//! Autofocus through the lens: the distance of the visible surface, corrected by contrast.
 //!
-//! The distance of what the middle ray meets is where to look. Around it the lens is focused a few
-//! pixels of blur nearer and farther, and the contrast of a small patch of the real picture tells
-//! which is best: a curved field, or an edge just beside the cursor, moves it from the plain
-//! distance.
+//! The search starts at the distance of the surface that the middle ray hits. The lens is focused a
+//! few pixels of blur nearer and farther, and the contrast of a small patch of the rendered picture
+//! determines the best distance. It differs from the first one if the field is curved, or an edge
+//! is beside the cursor.
 
 use rayon::prelude::*;
 
@@ -15,27 +15,28 @@ use crate::shade::Work;
 use super::live::Live;
 use super::sharpness::Blur;
 
-/// Pixels on a side of the patch.
+/// The side of the patch in pixels.
 const PATCH: u32 = 20;
-/// Samples a pixel in each of the two independent halves.
+/// Samples per pixel in each of the two independent halves.
 const SAMPLES: u32 = 8;
-/// Blur of the trials, in pixels; negative is in front.
+/// The blur of the trials in pixels; negative is in front.
 const TRIALS: [f64; 7] = [-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0];
-/// Contrast must be so much better elsewhere to leave the plain distance.
+/// The ratio of contrasts above which the trial replaces the surface's distance. It exceeds the
+/// noise of the contrast; chosen by trial.
 const BETTER: f64 = 1.05;
 
-/// What autofocus found.
+/// The result of autofocus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Focused {
-    /// Meters.
+    /// The focus distance in meters.
     pub distance: f64,
-    /// The distance of what is there, before looking at contrast.
+    /// The distance of the visible surface in meters, before the comparison of contrasts.
     pub plain: f64,
-    /// The best contrast over that of the plain distance; none where there is none to see.
+    /// The best contrast over that at the surface's distance; `None` without contrast.
     pub gain: Option<f64>,
 }
 
-/// Focuses on a place of the picture (x and y from 0 to 1); none where there is nothing.
+/// Focuses on a place of the picture (x and y from 0 to 1); returns `None` if there is no surface.
 pub(crate) fn focus_at(live: &mut Live, x: f64, y: f64) -> Option<Focused> {
     let plain = live.view().look(x, y)?.distance;
     if !(plain > 0.0) {
@@ -88,8 +89,8 @@ fn blur_of(session: &Session) -> Option<Blur> {
     }
 }
 
-/// The energy of the differences between neighbours around a place. Two halves of the samples
-/// are independent, so their product has no share of the noise.
+/// Returns the energy of the differences between neighbors around a place. It is a product of two
+/// independent halves of the samples, so noise does not bias it.
 fn contrast(session: &Session, x: f64, y: f64) -> f64 {
     let size = session.plan.resolution;
     let corner = |t: f64, n: u32| {

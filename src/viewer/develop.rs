@@ -1,5 +1,5 @@
-//! From exposures to what is on screen: levels, the histogram, and the marks that photographers
-//! know: clipping, focus peaking, and the tint of the focus plane.
+//! Develops exposures for the screen: levels, the histogram, and marks for clipping, focus peaking
+//! and the focus plane.
 
 use crate::film::Response;
 
@@ -7,20 +7,21 @@ use super::live::Frame;
 use super::model::Marks;
 use super::view::{DepthMap, FocalSurface};
 
-/// Bins of the histogram.
+/// The number of bins of the histogram.
 pub(crate) const BINS: usize = 64;
 
-/// How many pixels have which level, and how many are at the ends.
+/// The distribution of the levels of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Histogram {
-    /// Red, green, blue; shares of the fullest bin between the ends.
+    /// Red, green and blue, relative to the fullest bin between the ends.
     pub bins: [[f32; BINS]; 3],
-    /// Shares of pixels with a channel that is full, and of those that are black in all.
+    /// The share of pixels with a channel at its largest level.
     pub clipped: f32,
+    /// The share of pixels that are black in all channels.
     pub black: f32,
 }
 
-/// A frame's levels, 8 bits of red, green and blue, as the saved picture has them.
+/// Returns a frame's levels, 8 bits of red, green and blue, as in the saved picture.
 pub(crate) fn levels(frame: &Frame, exposure: f64, response: &Response) -> Vec<u8> {
     let channels = frame.pixels.iter().flatten().enumerate();
     let exposure = exposure * frame.metered;
@@ -28,6 +29,7 @@ pub(crate) fn levels(frame: &Frame, exposure: f64, response: &Response) -> Vec<u
     channels.map(|c| (255.0 * level(c)).round() as u8).collect()
 }
 
+/// Counts the levels of a picture.
 pub(crate) fn histogram(levels: &[u8]) -> Histogram {
     let mut counts = [[0u32; BINS]; 3];
     let (mut clipped, mut black) = (0u32, 0u32);
@@ -49,19 +51,20 @@ pub(crate) fn histogram(levels: &[u8]) -> Histogram {
     }
 }
 
-/// What marks need besides the picture.
+/// The data that marks need besides the picture.
 pub(crate) struct Marking<'a> {
     pub marks: Marks,
     pub depths: Option<&'a DepthMap>,
     pub surface: Option<&'a FocalSurface>,
-    /// The distance in focus, meters.
+    /// The focus distance in meters.
     pub focus: f64,
 }
 
 const PLANE: [f32; 3] = [70.0, 150.0, 255.0];
 const FOCUS: [u8; 3] = [255, 64, 40];
 
-/// Draws the marks into levels. Stripes go by the place on the picture, not by its pixels.
+/// Draws the marks into levels. Stripes depend on the position on the picture, not on its
+/// resolution.
 pub(crate) fn mark(levels: &mut [u8], size: [usize; 2], marking: &Marking<'_>) {
     if marking.marks.peaking {
         peak(levels, size);
@@ -74,7 +77,7 @@ pub(crate) fn mark(levels: &mut [u8], size: [usize; 2], marking: &Marking<'_>) {
     }
 }
 
-/// What is behind the focus plane is seen through it.
+/// Tints the pixels behind the focus plane.
 fn tint(levels: &mut [u8], [width, height]: [usize; 2], marking: &Marking<'_>) {
     let Some(depths) = marking.depths else { return };
     for (i, pixel) in levels.chunks_exact_mut(3).enumerate() {
@@ -92,7 +95,7 @@ fn tint(levels: &mut [u8], [width, height]: [usize; 2], marking: &Marking<'_>) {
     }
 }
 
-/// Stripes over pixels that are full (red on white) or black (blue).
+/// Draws stripes over pixels that are clipped (red on white) or black (blue).
 fn stripe(levels: &mut [u8], [width, height]: [usize; 2]) {
     let period = (width.max(height) / 60).max(4);
     for (i, pixel) in levels.chunks_exact_mut(3).enumerate() {
@@ -105,7 +108,7 @@ fn stripe(levels: &mut [u8], [width, height]: [usize; 2]) {
     }
 }
 
-/// Marks edges that are as steep as pixels can show, as the peaking of a camera does.
+/// Marks edges of the greatest possible steepness, like the focus peaking of a camera.
 fn peak(levels: &mut [u8], [width, height]: [usize; 2]) {
     let gray: Vec<i32> = levels
         .chunks_exact(3)
@@ -114,7 +117,7 @@ fn peak(levels: &mut [u8], [width, height]: [usize; 2]) {
     let at = |x: usize, y: usize| gray[y * width + x];
     for y in 2..height.saturating_sub(2) {
         for x in 2..width.saturating_sub(2) {
-            // The second difference over one pixel beats that over two only at a sharp edge.
+            // The second difference over one pixel exceeds that over two only at a sharp edge.
             let fine =
                 (4 * at(x, y) - at(x - 1, y) - at(x + 1, y) - at(x, y - 1) - at(x, y + 1)).abs();
             let step = (at(x + 1, y) - at(x - 1, y))

@@ -1,24 +1,25 @@
-//! The pinhole preview of 1999: a camera of the height angle of equations 6 and 7.
+//! The pinhole preview of the 1999 program: a camera with the height angle of the paper's equations
+//! 6 and 7.
 //!
-//! θ = 2 atan(h/z), with z from the rear principal plane to the film. The angle is right from the
-//! front principal plane, but the 1999 camera stood at the front of the lens: "a slight error in
-//! the preview, which becomes increasingly noticeable as the camera is moved very close". Both are
-//! here, to be compared; neither has blur, distortion or vignetting.
+//! θ = 2 atan(h/z), where z is from the rear principal plane to the film. The angle is correct from
+//! the front principal plane, but the 1999 camera was at the front of the lens: "a slight error in
+//! the preview, which becomes increasingly noticeable as the camera is moved very close". Both
+//! previews are provided for comparison; neither has blur, distortion or vignetting.
 
 use glam::DVec3;
 
 use crate::camera::{Camera, LensCamera, Pinhole};
 use crate::pose::{CameraPose, Projection, ViewportMapping};
 
-/// What the window shows of the picture.
+/// The camera that the window shows the picture of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Preview {
     /// The picture itself, through the lens.
     #[default]
     Lens,
-    /// A pinhole at the front of the lens: 1999.
+    /// A pinhole at the front of the lens, as in 1999.
     Draft1999,
-    /// A pinhole at the front principal plane, from where the angle is right.
+    /// A pinhole at the front principal plane, from where the angle is correct.
     Draft,
 }
 
@@ -33,17 +34,18 @@ impl Preview {
         (
             Self::Draft,
             "Draft",
-            "the same pinhole at the front principal plane, where the angle is right",
+            "the same pinhole at the front principal plane, where the angle is correct",
         ),
     ];
 }
 
-/// The height angle of equation 7 for a focused lens on its film, in radians.
+/// Returns the height angle of equation 7 for a focused lens on its film, in radians.
 pub(crate) fn height_angle(camera: &LensCamera) -> f64 {
     camera.focus.height_angle(0.5 * camera.format.height)
 }
 
-/// The pinhole's pose: the lens camera's own, moved to the principal plane if it is to be right.
+/// Returns the pinhole's pose: the lens camera's, moved to the principal plane for
+/// [`Preview::Draft`].
 pub(crate) fn pose(camera: &LensCamera, pose: &CameraPose, preview: Preview) -> CameraPose {
     let plane = camera
         .lens
@@ -66,7 +68,7 @@ pub(crate) fn pose(camera: &LensCamera, pose: &CameraPose, preview: Preview) -> 
     }
 }
 
-/// The camera that a preview looks through, for a scene compiled around `origin`.
+/// Returns the camera of a preview, for a scene compiled around `origin`.
 pub(crate) fn camera(
     camera: &Camera,
     stands: &CameraPose,
@@ -90,8 +92,8 @@ mod tests {
     use crate::lens::{FocusMethod, Lens};
     use crate::math::meters;
 
-    /// The chief ray of a stopped-down lens meets the plane in focus at height H = h (Z/z) of
-    /// equation 6, counted from the principal plane; from the front vertex it would be elsewhere.
+    /// The chief ray of a stopped-down lens crosses the plane in focus at height H = h (Z/z) of
+    /// equation 6, measured from the principal plane.
     #[test]
     fn the_corrected_draft_sees_what_the_lens_sees_in_the_plane_of_focus() {
         let near = 0.6;

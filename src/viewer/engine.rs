@@ -1,8 +1,8 @@
-//! The renderer's thread: orders in, news out. The window never waits for it.
+//! The renderer's thread, which receives orders and sends news. The window never waits for it.
 //!
-//! A new order ends the pass that is running, between two tiles. A panic ends nothing but the
-//! work it happened in: it is told as news, and the next order starts afresh. Pictures to be saved
-//! are made by threads of their own, from the plan alone, so that they are what a batch run makes.
+//! A new order ends the pass that is running, between two tiles. A panic ends only the work that it
+//! occurred in; it is sent as news, and the next order starts from the plan. Pictures are saved by
+//! threads of their own, from the plan alone, so that they are equal to those of a batch run.
 
 use std::any::Any;
 use std::collections::VecDeque;
@@ -18,32 +18,33 @@ use crate::photo::{Plan, Session};
 use crate::picture::PictureFormat;
 
 use super::autofocus::{Focused, focus_at};
-use super::live::{Asked, Frame, Live};
+use super::live::{Frame, Live, Request};
 use super::setup::Setup;
 use super::view::{DepthMap, FocalSurface};
 
-/// What the window asks for.
+/// An order of the window.
 pub(crate) enum Order {
-    /// Another scene; the old one stays if it can't be opened.
+    /// Open a scene; the old one is kept if it cannot be opened.
     Open(Box<Plan>),
     /// Focus on a place of the picture, from 0 to 1.
     FocusAt(f64, f64),
 }
 
-/// What the renderer tells.
+/// News of the renderer.
 pub(crate) enum News {
     Opened(Box<Opened>),
-    /// A scene that can't be opened.
+    /// A scene cannot be opened.
     NotOpened(PathBuf, Box<Diagnostic>),
     Frame(Box<Frame>),
-    /// Distances of the picture, and where the lens is sharp.
+    /// The distances in the picture, and the surface of sharp focus.
     Depths(Arc<DepthMap>, Option<FocalSurface>),
-    /// What was asked can't be: a lens that can't focus there. The picture stays.
+    /// The request cannot be shown, for example because the lens cannot focus there. The picture is
+    /// kept.
     Refused(u64, Box<Diagnostic>),
     Focused(Option<Focused>),
     Saved(PathBuf, String),
     NotSaved(PathBuf, Box<Diagnostic>),
-    /// The renderer panicked, with these words.
+    /// The renderer panicked with this message.
     Panicked(String),
 }
 
@@ -59,8 +60,8 @@ pub(crate) struct Opened {
 #[derive(Default)]
 struct Inbox {
     orders: VecDeque<Order>,
-    /// Only the last is of interest.
-    show: Option<Asked>,
+    /// The last request; earlier ones are replaced.
+    show: Option<Request>,
     refine: bool,
     quit: bool,
 }
@@ -69,7 +70,7 @@ struct Inbox {
 struct Shared {
     inbox: Mutex<Inbox>,
     bell: Condvar,
-    /// Something waits: the pass that runs is to end.
+    /// Whether an order waits, so that the running pass is to end.
     hurry: AtomicBool,
 }
 
@@ -79,7 +80,7 @@ impl Shared {
     }
 }
 
-/// The way to the renderer's thread.
+/// The window's handle of the renderer's thread.
 pub(crate) struct Engine {
     shared: Arc<Shared>,
     news: Receiver<News>,
@@ -93,7 +94,7 @@ impl Engine {
     /// Starts the thread; `wake` is called when there is news.
     ///
     /// # Errors
-    /// Threads that can't be started.
+    /// Fails if threads cannot be started.
     pub(crate) fn start(threads: usize, wake: Arc<dyn Fn() + Send + Sync>) -> Result<Self> {
         let (sender, news) = channel();
         let shared = Arc::new(Shared::default());
@@ -124,11 +125,12 @@ impl Engine {
         self.tell(|inbox| inbox.orders.push_back(order));
     }
 
-    pub(crate) fn show(&self, asked: Asked) {
-        self.tell(|inbox| inbox.show = Some(asked));
+    pub(crate) fn show(&self, request: Request) {
+        self.tell(|inbox| inbox.show = Some(request));
     }
 
-    /// Whether to go on refining. Saying the same again does not end the pass that is running.
+    /// Sets whether the picture is refined. Setting the same value again does not end the running
+    /// pass.
     pub(crate) fn refine(&self, on: bool) {
         if self.shared.lock().refine != on {
             self.tell(|inbox| inbox.refine = on);
@@ -142,12 +144,12 @@ impl Engine {
         self.shared.bell.notify_one();
     }
 
-    /// News that has come since.
+    /// Returns the news since the last call.
     pub(crate) fn news(&self) -> Vec<News> {
         self.news.try_iter().collect()
     }
 
-    /// Makes and writes the picture of a plan, as a batch run does.
+    /// Renders and writes the picture of a plan, as a batch run does.
     pub(crate) fn save(&self, setup: Setup, output: PathBuf) {
         let (sender, wake, threads) = (self.sender.clone(), self.wake.clone(), self.threads);
         std::thread::spawn(move || {
@@ -190,33 +192,33 @@ fn save(setup: &Setup, output: &std::path::Path, threads: usize) -> Result<Strin
     Ok(report.line())
 }
 
-/// What a panic said.
-fn words(cause: &(dyn Any + Send)) -> String {
-    let said = cause
+/// Returns the message of a panic.
+fn panic_message(cause: &(dyn Any + Send)) -> String {
+    let message = cause
         .downcast_ref::<&str>()
         .map(|s| (*s).to_owned())
         .or_else(|| cause.downcast_ref::<String>().cloned());
     format!(
         "the renderer stopped: {}",
-        said.unwrap_or_else(|| "it does not say why".into())
+        message.unwrap_or_else(|| "no reason given".into())
     )
 }
 
-/// What the thread has.
+/// The state of the thread.
 struct Worker {
     shared: Arc<Shared>,
     sender: Sender<News>,
     wake: Arc<dyn Fn() + Send + Sync>,
     pool: rayon::ThreadPool,
     live: Option<Live>,
-    /// The serial whose distances were told.
+    /// The serial number of the request whose distances were sent.
     mapped: u64,
 }
 
-/// What to do next.
+/// The next task of the thread.
 enum Task {
     Order(Order),
-    Show(Box<Asked>),
+    Show(Box<Request>),
     Refine,
 }
 
@@ -225,19 +227,20 @@ impl Worker {
         while let Some(task) = self.next() {
             let done = catch_unwind(AssertUnwindSafe(|| self.work(task)));
             if let Err(cause) = done {
-                // What was being worked on may be half done: it is opened again.
+                // The session may be inconsistent, so it is opened again.
                 let plan = self.live.take().map(|live| live.setup().plan.clone());
-                self.tell(News::Panicked(words(&*cause)));
+                self.tell(News::Panicked(panic_message(&*cause)));
                 let again =
                     catch_unwind(AssertUnwindSafe(|| plan.and_then(|p| Live::open(&p).ok())));
-                // It waits to be asked, and does not run into the same panic by itself.
+                // Refinement waits for the next request, so that the same panic does not repeat.
                 self.live = again.ok().flatten();
                 self.mapped = 0;
             }
         }
     }
 
-    /// Orders first, then what is to be shown, then more of the same. Waits if there is nothing.
+    /// Returns an order, or else the request to be shown, or else refinement. Waits if there is
+    /// none.
     fn next(&mut self) -> Option<Task> {
         let shared = self.shared.clone();
         let mut inbox = shared.lock();
@@ -252,10 +255,10 @@ impl Worker {
                 return Some(Task::Order(order));
             }
             shared.hurry.store(false, Ordering::Relaxed);
-            if let Some(asked) = inbox.show.take() {
-                return Some(Task::Show(Box::new(asked)));
+            if let Some(request) = inbox.show.take() {
+                return Some(Task::Show(Box::new(request)));
             }
-            let shown = self.live.as_ref().is_some_and(|l| l.asked().serial > 0);
+            let shown = self.live.as_ref().is_some_and(|l| l.request().serial > 0);
             if shown && (inbox.refine || self.mapped != self.serial()) {
                 return Some(Task::Refine);
             }
@@ -264,7 +267,7 @@ impl Worker {
     }
 
     fn serial(&self) -> u64 {
-        self.live.as_ref().map_or(0, |l| l.asked().serial)
+        self.live.as_ref().map_or(0, |l| l.request().serial)
     }
 
     fn tell(&self, news: News) {
@@ -282,7 +285,7 @@ impl Worker {
                 };
                 self.tell(News::Focused(found));
             }
-            Task::Show(asked) => self.show(*asked),
+            Task::Show(request) => self.show(*request),
             Task::Refine => self.refine(),
         }
     }
@@ -304,13 +307,13 @@ impl Worker {
         }
     }
 
-    fn show(&mut self, asked: Asked) {
-        let serial = asked.serial;
+    fn show(&mut self, request: Request) {
+        let serial = request.serial;
         let Some(live) = &mut self.live else { return };
-        if let Err(error) = live.show(asked) {
+        if let Err(error) = live.show(request) {
             return self.tell(News::Refused(serial, error));
         }
-        // The first frame at once, whatever waits: else a fast wheel would never see one.
+        // The first frame is rendered even if orders wait; otherwise a fast wheel would show none.
         if let Some(frame) = self.pool.install(|| live.step(&|| true)) {
             self.tell(News::Frame(Box::new(frame)));
         }
@@ -319,19 +322,19 @@ impl Worker {
     fn refine(&mut self) {
         let Some(live) = &mut self.live else { return };
         let shared = self.shared.clone();
-        let goes_on = move || !shared.hurry.load(Ordering::Relaxed);
-        if self.mapped != live.asked().serial {
+        let proceed = move || !shared.hurry.load(Ordering::Relaxed);
+        if self.mapped != live.request().serial {
             let view = live.view().clone();
-            let depths = self.pool.install(|| view.depths(&goes_on));
-            // What is asked for meanwhile has a map of its own.
-            let Some(depths) = depths.filter(|_| goes_on()) else {
+            let depths = self.pool.install(|| view.depths(&proceed));
+            // A request that arrived in the meantime has a map of its own.
+            let Some(depths) = depths.filter(|_| proceed()) else {
                 return;
             };
             let surface = view.lens_camera().map(FocalSurface::of);
-            self.mapped = live.asked().serial;
+            self.mapped = live.request().serial;
             return self.tell(News::Depths(Arc::new(depths), surface));
         }
-        if let Some(frame) = self.pool.install(|| live.step(&goes_on)) {
+        if let Some(frame) = self.pool.install(|| live.step(&proceed)) {
             self.tell(News::Frame(Box::new(frame)));
         }
     }

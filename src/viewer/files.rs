@@ -1,4 +1,4 @@
-//! Cameras and environments as files: what `--camera` and `--environment` read.
+//! Camera and environment files, which `--camera` and `--environment` read.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use super::setup::Setup;
 
 const HEADER: &str = "#Inventor V2.1 ascii\n";
 
-/// What a file that was dropped or named is most likely meant to be.
+/// The probable kind of a file that was dropped or named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Scene,
@@ -24,7 +24,8 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// By the name's ending; a `.dat` is a camera if it holds a camera node, else a lens.
+    /// Returns the kind by the name's extension; a `.dat` is a camera if it holds a camera node,
+    /// otherwise a lens.
     pub(crate) fn of(path: &Path) -> Self {
         let end = path
             .extension()
@@ -43,7 +44,7 @@ impl Kind {
     }
 }
 
-/// A camera file: the pose, and the distance in focus as the camera's own.
+/// Returns a camera file with the pose, and the focus distance as the camera's own.
 pub(crate) fn camera_text(setup: &Setup) -> String {
     let distance = setup.focus();
     let pose = CameraPose {
@@ -56,12 +57,12 @@ pub(crate) fn camera_text(setup: &Setup) -> String {
     };
     format!(
         "{HEADER}# Written by ivcam.\n{}\n",
-        laid_out(CameraNode::of(&pose).text())
+        one_field_per_line(CameraNode::of(&pose).text())
     )
 }
 
-/// One field a line.
-fn laid_out(node: &str) -> String {
+/// Formats a node with one field per line.
+fn one_field_per_line(node: &str) -> String {
     let fields = [
         "position",
         "orientation",
@@ -81,11 +82,11 @@ fn laid_out(node: &str) -> String {
         .map_or(text.clone(), |t| format!("{t}\n}}"))
 }
 
-/// A SceneViewer environment file: the camera, what the environment read before holds besides it
-/// (fog, lights), and the headlight if it is `lit`.
+/// Returns a SceneViewer environment file: the camera, the other nodes of the environment read
+/// before (fog, lights), and the headlight if it is `lit`.
 ///
 /// # Errors
-/// An environment read before that can't be read again.
+/// Fails if the environment read before cannot be read again.
 pub(crate) fn environment_text(setup: &Setup, lit: bool) -> Result<String> {
     let mut text = camera_text(setup);
     let mut lamp = None;
@@ -113,7 +114,7 @@ pub(crate) fn environment_text(setup: &Setup, lit: bool) -> Result<String> {
     Ok(text)
 }
 
-/// A document without its header.
+/// Returns a document without its header.
 fn body(document: &Document) -> String {
     if document.roots.is_empty() {
         return String::new();
@@ -124,7 +125,7 @@ fn body(document: &Document) -> String {
         .map_or(String::new(), |(_, rest)| rest.to_owned())
 }
 
-/// The first of `name.png`, `name-2.png`, `name-3.png`, … that is not taken.
+/// Returns the first of `name.png`, `name-2.png`, `name-3.png`, … that is not taken.
 pub(crate) fn free_name(path: &Path, taken: impl Fn(&Path) -> bool) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let end = path.extension().unwrap_or_default().to_string_lossy();
@@ -135,10 +136,10 @@ pub(crate) fn free_name(path: &Path, taken: impl Fn(&Path) -> bool) -> PathBuf {
         .unwrap_or_else(|| path.to_owned())
 }
 
-/// Writes a text under a name.
+/// Writes a text file.
 ///
 /// # Errors
-/// Whatever the disk has to say.
+/// Fails if the file cannot be written.
 pub(crate) fn write(path: &Path, text: &str) -> Result<()> {
     write_whole(path, |file| file.write_all(text.as_bytes()))
 }

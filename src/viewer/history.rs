@@ -1,13 +1,13 @@
-//! Undo: the setups that were, a gesture at a time.
+//! Undo: the earlier setups, one per gesture.
 
 use super::setup::Setup;
 
-/// Changes of one control closer together than this are one step, in seconds.
+/// The time in seconds within which changes of one control are one step.
 const TOGETHER: f64 = 0.5;
-/// Steps that are kept.
+/// The largest number of steps that are kept. It bounds memory.
 const MOST: usize = 200;
 
-/// Controls that are chosen from, not drawn along: each choice is a step of its own.
+/// Controls with discrete choices, each of which is a step of its own.
 const CHOICES: [&str; 2] = ["lens", "camera file"];
 
 /// The setups before and after the present one.
@@ -15,21 +15,21 @@ const CHOICES: [&str; 2] = ["lens", "camera file"];
 pub(crate) struct History {
     before: Vec<Setup>,
     after: Vec<Setup>,
-    /// The control that made the last change, and when.
+    /// The control that made the last change, and the time of it.
     last: Option<(&'static str, f64)>,
 }
 
 impl History {
-    /// Keeps a setup that a control is about to change. `held`: a button is still pressed, so it
-    /// is one gesture with what came before.
+    /// Keeps a setup that a control is about to change. If `held`, a button is still pressed, and
+    /// the change is part of the same gesture.
     pub(crate) fn keep(&mut self, before: &Setup, control: &'static str, now: f64, held: bool) {
-        let goes_on = self
+        let continues = self
             .last
             .is_some_and(|(c, at)| c == control && (held || now - at < TOGETHER))
             && !CHOICES.contains(&control);
         self.last = Some((control, now));
         self.after.clear();
-        if goes_on {
+        if continues {
             return;
         }
         self.before.push(before.clone());

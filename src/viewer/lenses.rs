@@ -1,4 +1,4 @@
-//! The camera menu: every lens that comes with the program, with a small section of each.
+//! The camera menu: the shipped lenses, each with a small section.
 
 use std::sync::{Arc, OnceLock};
 
@@ -12,7 +12,7 @@ pub(crate) struct Entry {
     pub name: &'static str,
     pub title: String,
     pub kind: String,
-    /// Millimeters; infinite for an afocal lens.
+    /// The focal length in millimeters; infinite for an afocal lens.
     pub efl: f64,
     pub f_number: Option<f64>,
     pub section: Drawing,
@@ -23,7 +23,7 @@ impl Entry {
         let lens = Lens::named(name).ok()?;
         let about = About::of(lens.prescription());
         let mut section = LensDiagram::of(&lens, thumbnail()).drawing();
-        // No letters at this size.
+        // Letters would be illegible at this size.
         section.items.retain(|item| !matches!(item, Item::Text(_)));
         Some(Self {
             name,
@@ -35,7 +35,7 @@ impl Entry {
         })
     }
 
-    /// Focal length and f-number.
+    /// Formats focal length and f-number.
     pub(crate) fn numbers(&self) -> String {
         let efl = if self.efl.is_finite() {
             format!("{:.0} mm", self.efl)
@@ -47,7 +47,7 @@ impl Entry {
     }
 }
 
-/// Glass alone: rays would be a smear at this size.
+/// Returns the options of a section without rays, which would be indistinct at this size.
 fn thumbnail() -> SectionOptions {
     SectionOptions {
         width: 360.0,
@@ -60,7 +60,7 @@ fn thumbnail() -> SectionOptions {
     }
 }
 
-/// The menu, which is made by a thread of its own: forty lenses take a moment.
+/// The menu, which a thread of its own prepares.
 #[derive(Clone, Default)]
 pub(crate) struct LensMenu {
     entries: Arc<OnceLock<Vec<Entry>>>,
@@ -77,7 +77,7 @@ impl LensMenu {
         menu
     }
 
-    /// With all lenses there: for tests.
+    /// Returns the menu with all lenses, for tests.
     #[cfg(test)]
     pub(crate) fn ready() -> Self {
         let menu = Self::default();

@@ -1,8 +1,8 @@
-//! The picture that refines as you look: small at once, then whole, then better without end.
+//! The live picture: small at first, then at full size, then refined without end.
 //!
-//! It is made by `render` as a batch picture is, a pass at a time, and differs from it in two
-//! choices: exposure is applied where the picture is shown, and the scene stays as compiled while
-//! the camera moves.
+//! It is rendered as a batch picture is, a pass at a time, with two differences: the exposure
+//! factor is applied when the picture is shown, and the scene is not recompiled while the camera
+//! moves.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -19,45 +19,46 @@ use super::draft::{self, Preview};
 use super::setup::Setup;
 use super::view::View;
 
-/// The time that rays of a first frame may take: of the 50 ms to a first frame, what the lens,
-/// the window and a loaded machine leave.
+/// The time for the rays of a first frame: the part of 50 ms that the lens, the window and a busy
+/// machine leave.
 const FIRST: Duration = Duration::from_millis(16);
-/// Film rays a second until a scene has been measured.
+/// Film rays per second, assumed before a scene has been measured.
 const GUESS: f64 = 150_000.0;
-/// Samples a pixel added in one pass at most.
+/// The largest number of samples per pixel added in one pass. It bounds the time between two
+/// frames.
 const LONGEST_PASS: u32 = 16;
-/// How long the camera must stand before the scene is compiled anew around it.
+/// The time that the camera must be still before the scene is recompiled around it.
 const STANDING: Duration = Duration::from_millis(600);
 
-/// What the window wants to see.
+/// A request of the window for a picture.
 #[derive(Clone, Debug)]
-pub(crate) struct Asked {
+pub(crate) struct Request {
     pub setup: Setup,
     pub preview: Preview,
-    /// Counts what was asked.
+    /// The serial number of the request.
     pub serial: u64,
-    /// When.
+    /// The time of the request.
     pub at: Instant,
 }
 
-/// The picture so far.
+/// The picture so far, for display.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
-    /// Of what was asked.
+    /// The serial number of the request.
     pub serial: u64,
     pub resolution: Resolution,
     /// Exposures at exposure 1, rows from the top.
     pub pixels: Vec<[f32; 3]>,
-    /// What shutter, ISO and aperture multiply the exposures by; 1 without a metering.
+    /// The factor on exposures from shutter, ISO and aperture; 1 without metering.
     pub metered: f64,
-    /// Whether it has all its pixels.
+    /// Whether it has its full resolution.
     pub whole: bool,
     pub samples: u32,
     pub error: Option<ErrorEstimate>,
     pub counts: Counts,
-    /// Rays from the film a second.
+    /// Rays from the film per second.
     pub rate: f64,
-    /// From asking to here.
+    /// The time from the request to this frame.
     #[cfg_attr(
         not(feature = "tools"),
         expect(dead_code, reason = "`measure latency` reads it")
@@ -69,7 +70,7 @@ pub(crate) struct Frame {
 /// A film that is being exposed.
 struct Exposing {
     resolution: Resolution,
-    /// Of the picture's sides.
+    /// The divisor of the picture's sides.
     divisor: u32,
     tiles: Vec<Tile>,
     film: Film,
@@ -98,19 +99,19 @@ impl Exposing {
 /// A session on screen.
 pub(crate) struct Live {
     session: Session,
-    asked: Asked,
+    request: Request,
     view: Arc<View>,
     exposing: Exposing,
-    /// Film rays a second, measured.
+    /// The measured number of film rays per second.
     rate: f64,
 }
 
 impl Live {
-    /// Opens a plan's scene. The lens comes with the first [`Live::show`], so that one that can't
-    /// focus there does not keep the scene away.
+    /// Opens a plan's scene. The lens is opened with the first [`Live::show`], so that the scene is
+    /// shown even if the lens cannot focus.
     ///
     /// # Errors
-    /// A scene that can't be read or compiled, or a camera file without a camera.
+    /// Fails if the scene cannot be read or compiled, or a camera file has no camera.
     pub(crate) fn open(plan: &Plan) -> Result<Self> {
         let mut bare = plan.clone();
         bare.optics = Optics::Pinhole;
@@ -120,23 +121,23 @@ impl Live {
             plan: plan.clone(),
             pose: session.pose.clone(),
         };
-        let asked = Asked {
+        let request = Request {
             setup,
             preview: Preview::Lens,
             serial: 0,
             at: Instant::now(),
         };
         Ok(Self {
-            view: Arc::new(view(&session, &asked)),
+            view: Arc::new(view(&session, &request)),
             exposing: Exposing::new(plan.resolution, 1),
             rate: GUESS,
             session,
-            asked,
+            request,
         })
     }
 
     pub(crate) fn setup(&self) -> &Setup {
-        &self.asked.setup
+        &self.request.setup
     }
 
     pub(crate) fn session(&self) -> &Session {
@@ -147,18 +148,19 @@ impl Live {
         &self.view
     }
 
-    pub(crate) fn asked(&self) -> &Asked {
-        &self.asked
+    pub(crate) fn request(&self) -> &Request {
+        &self.request
     }
 
-    /// Starts on what is asked for. The old picture stays where it can't be made.
+    /// Starts a request. The old picture is kept if it fails.
     ///
     /// # Errors
-    /// A lens that can't be opened or can't focus there.
-    pub(crate) fn show(&mut self, asked: Asked) -> Result<()> {
-        let plan = &asked.setup.plan;
-        let before = self.asked.setup.clone();
-        self.session.aim(as_shown(plan), asked.setup.pose.clone())?;
+    /// Fails if the lens cannot be opened or focused.
+    pub(crate) fn show(&mut self, request: Request) -> Result<()> {
+        let plan = &request.setup.plan;
+        let before = self.request.setup.clone();
+        self.session
+            .aim(as_shown(plan), request.setup.pose.clone())?;
         let compiled = |plan: &Plan| (plan.time, plan.resolution, compiled_for(plan.shading));
         if compiled(plan) != compiled(&before.plan)
             && let Err(fault) = self.session.compile(compiled_for(plan.shading))
@@ -166,13 +168,13 @@ impl Live {
             let _ = self.session.aim(as_shown(&before.plan), before.pose);
             return Err(fault);
         }
-        self.view = Arc::new(view(&self.session, &asked));
+        self.view = Arc::new(view(&self.session, &request));
         self.exposing = Exposing::new(plan.resolution, self.first_divisor(plan.resolution));
-        self.asked = asked;
+        self.request = request;
         Ok(())
     }
 
-    /// The least reduction whose rays fit into a first frame.
+    /// Returns the smallest divisor whose rays fit into a first frame.
     fn first_divisor(&self, whole: Resolution) -> u32 {
         let affordable = self.rate * FIRST.as_secs_f64();
         (1..64)
@@ -180,9 +182,10 @@ impl Live {
             .unwrap_or(64)
     }
 
-    /// One more pass, unless `goes_on` says no. Uses rayon's current pool.
-    pub(crate) fn step(&mut self, goes_on: &(dyn Fn() -> bool + Sync)) -> Option<Frame> {
-        self.compile_where_it_stands();
+    /// Renders one more pass, or returns `None` if `proceed` returned false. Uses rayon's current
+    /// pool.
+    pub(crate) fn step(&mut self, proceed: &(dyn Fn() -> bool + Sync)) -> Option<Frame> {
+        self.recompile_if_still();
         let exposing = &mut self.exposing;
         if exposing.samples > 0 && exposing.divisor > 1 {
             *exposing = Exposing::new(self.view.resolution, exposing.divisor / 2);
@@ -201,7 +204,7 @@ impl Live {
             adaptive: false,
         };
         let counts = render.pass(&exposing.tiles, &mut exposing.film, done..end, &|_| {
-            goes_on()
+            proceed()
         })?;
         let seconds = clock.elapsed().as_secs_f64().max(1e-6);
         let rate = (counts.film_rays + counts.error_rays) as f64 / seconds;
@@ -215,18 +218,18 @@ impl Live {
         Some(self.frame())
     }
 
-    /// Once the camera stands still, the scene is compiled around it, as a batch render does, if
-    /// that was quick before: levels of detail and billboards then look at this camera.
-    fn compile_where_it_stands(&mut self) {
+    /// Recompiles the scene around a camera that is still, as a batch render does, if compiling is
+    /// fast. Levels of detail and billboards then suit this camera.
+    fn recompile_if_still(&mut self) {
         let away = !self.session.is_compiled_from_here();
         let quick = self.session.seconds.compile < 0.3;
-        if !(away && quick && self.exposing.divisor == 1 && self.asked.at.elapsed() > STANDING) {
+        if !(away && quick && self.exposing.divisor == 1 && self.request.at.elapsed() > STANDING) {
             return;
         }
-        // What compiled before from elsewhere and does not now stays as it was.
-        let shading = compiled_for(self.asked.setup.plan.shading);
+        // A scene that cannot be recompiled is kept.
+        let shading = compiled_for(self.request.setup.plan.shading);
         if self.session.compile(shading).is_ok() {
-            self.view = Arc::new(view(&self.session, &self.asked));
+            self.view = Arc::new(view(&self.session, &self.request));
             self.exposing = Exposing::new(self.view.resolution, 1);
         }
     }
@@ -234,7 +237,7 @@ impl Live {
     fn frame(&self) -> Frame {
         let film = &self.exposing.film;
         Frame {
-            serial: self.asked.serial,
+            serial: self.request.serial,
             resolution: film.resolution,
             pixels: film
                 .pixels
@@ -247,29 +250,29 @@ impl Live {
             error: film.error(),
             counts: self.exposing.counts,
             rate: self.rate,
-            latency: self.asked.at.elapsed(),
+            latency: self.request.at.elapsed(),
             view: self.view.clone(),
         }
     }
 
-    /// Aims somewhere else for a moment, as focusing does.
+    /// Runs a function with another focus, as autofocus does.
     pub(super) fn with_focus<T>(
         &mut self,
         meters: f64,
         work: impl FnOnce(&Session) -> T,
     ) -> Option<T> {
-        let mut setup = self.asked.setup.clone();
+        let mut setup = self.request.setup.clone();
         setup.set_focus(meters);
         self.session.aim(as_shown(&setup.plan), setup.pose).ok()?;
         let made = work(&self.session);
-        let setup = self.asked.setup.clone();
+        let setup = self.request.setup.clone();
         let _ = self.session.aim(as_shown(&setup.plan), setup.pose);
         Some(made)
     }
 }
 
-/// The shading that a scene is compiled for: one that needs all that others do, but for models that
-/// need other shapes.
+/// Returns the shading that a scene is compiled for: one with the needs of all models, except for
+/// those that need other shapes.
 fn compiled_for(shading: Shading) -> Shading {
     if shading.needs().facets {
         shading
@@ -285,10 +288,15 @@ fn as_shown(plan: &Plan) -> Plan {
     }
 }
 
-fn view(session: &Session, asked: &Asked) -> View {
+fn view(session: &Session, request: &Request) -> View {
     let pose = session.pose.clone();
     View {
-        camera: draft::camera(&session.camera, &pose, session.scene.origin, asked.preview),
+        camera: draft::camera(
+            &session.camera,
+            &pose,
+            session.scene.origin,
+            request.preview,
+        ),
         scene: session.scene.clone(),
         pose,
         resolution: session.plan.resolution,

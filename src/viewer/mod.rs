@@ -1,8 +1,8 @@
-//! The window: composing a photograph with the real lens live on screen.
+//! The window, for composing a photograph with a live view through the lens.
 //!
-//! [`model`] is everything the window knows, and has no widget in it; [`engine`] is the renderer's
-//! thread; the panels under [`panels`] only show the model and change it. What is saved is made
-//! from the [`setup`]'s plan by the code of batch runs.
+//! [`model`] is the state of the window, without widgets; [`engine`] is the renderer's thread; the
+//! panels under [`panels`] show the model and change it. Pictures are saved from the [`setup`]'s
+//! plan by the code of batch runs.
 
 pub(crate) mod archive;
 pub(crate) mod autofocus;

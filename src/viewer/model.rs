@@ -1,8 +1,8 @@
-//! Everything the window knows and can do, without a widget in it.
+//! The state of the window and its actions, without widgets.
 //!
-//! Panels read the model and change its [`Setup`] through [`Model::change`]; the window passes
-//! what is asked on to the [`super::engine`] and gives its news to [`Model::hear`]. Tests drive
-//! this by itself, and the panels against it.
+//! Panels read the model and change its [`Setup`] through [`Model::change`]. The window passes
+//! orders to the [`super::engine`] and its news to [`Model::handle`]. Tests drive the model by
+//! itself, and the panels with it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,18 +23,18 @@ use super::draft::{self, Preview};
 use super::engine::{News, Opened, Order};
 use super::files;
 use super::history::History;
-use super::live::{Asked, Frame};
-use super::navigate::{self, Stand, Tool};
+use super::live::{Frame, Request};
+use super::navigate::{self, Tool, Viewpoint};
 use super::setup::Setup;
 use super::sharpness::{DepthOfField, depth_of_field};
-use super::view::{DepthMap, FocalSurface, Seen};
+use super::view::{DepthMap, FocalSurface, VisiblePoint};
 
-/// What is drawn over the picture.
+/// The marks that are drawn over the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Marks {
-    /// The focus plane of the paper: a tint behind it, and a frame that shrinks with distance.
+    /// The focus plane of the paper: a tint behind it, and a frame whose size falls with distance.
     pub plane: bool,
-    /// The surface that is really sharp instead of the plane.
+    /// The traced surface of sharp focus instead of the plane.
     pub curved: bool,
     pub peaking: bool,
     pub clipping: bool,
@@ -42,7 +42,7 @@ pub(crate) struct Marks {
     pub grid: bool,
 }
 
-/// A way from one pose to another, being gone.
+/// A movement from one pose to another in progress.
 #[derive(Clone, Debug)]
 pub(crate) struct Flight {
     from: CameraPose,
@@ -53,19 +53,19 @@ pub(crate) struct Flight {
 /// Seconds of a seek (Inventor's own default is 2).
 const FLIGHT: f64 = 0.6;
 
-/// Why the picture that is asked for can't be made, and the nearest distance that could.
+/// The reason why a request cannot be shown, and the nearest distance that can.
 #[derive(Clone, Debug)]
 pub(crate) struct Refusal {
     pub why: Diagnostic,
     pub nearest: Option<f64>,
 }
 
-/// What the window writes to files.
+/// A kind of file that the window writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Output {
     Picture,
     Camera,
-    /// The camera with what surrounds the scene, as SceneViewer saves it.
+    /// The camera with its environment, as SceneViewer saves it.
     Environment,
 }
 
@@ -77,47 +77,48 @@ pub(crate) struct Model {
     pub marks: Marks,
     pub refine: bool,
     pub history: History,
-    /// Whether there is a scene.
+    /// Whether a scene is open.
     pub open: bool,
     pub opening: bool,
-    /// Scenes that were opened, to go back to.
+    /// The scenes opened so far, for the menu.
     pub scenes: Vec<PathBuf>,
     pub frame: Option<Frame>,
     pub depths: Option<Arc<DepthMap>>,
     pub surface: Option<FocalSurface>,
     pub messages: Vec<Diagnostic>,
-    /// The message whose lines are shown.
+    /// The index of the message whose source lines are shown.
     pub shown_message: Option<usize>,
     pub refusal: Option<Refusal>,
     pub focused: Option<Focused>,
-    /// The last thing done, in words.
+    /// The description of the last action.
     pub status: String,
-    /// Where the cursor is on the picture, from 0 to 1.
+    /// The position of the cursor on the picture, from 0 to 1.
     pub cursor: Option<(f64, f64)>,
     pub archive: Archive,
-    /// What is typed as the name of the picture to save.
+    /// The name typed for the picture to save.
     pub output: String,
-    /// The name of the picture that the program made up.
+    /// The name of the picture that the program proposed.
     made_up: String,
-    /// What is typed as the name of a file to open.
+    /// The name typed for a file to open.
     pub file: String,
-    /// What is typed as the name of a camera or environment to write.
+    /// The name typed for a camera or environment to write.
     pub written: String,
-    /// The file that exists under the name of what is to be written, until the user says what to do.
+    /// The existing file that a write would replace, until the user answers.
     pub replacing: Option<(Output, PathBuf)>,
-    /// The pictures that are being made.
+    /// The pictures that are being saved.
     pub saving: Vec<PathBuf>,
-    /// What decides about the headlight where the plan leaves it open.
+    /// The sources that determine the headlight where the plan does not.
     pub headlight: HeadlightSources,
     /// A line for the terminal about the scene that was opened.
     pub notice: Option<&'static str>,
-    /// The present time, in seconds, and whether a mouse button is held.
+    /// The present time in seconds.
     pub now: f64,
+    /// Whether a mouse button is held.
     pub held: bool,
     pub flight: Option<Flight>,
     orders: Vec<Order>,
     saves: Vec<(Setup, PathBuf)>,
-    asked: Option<(Setup, Preview)>,
+    request: Option<(Setup, Preview)>,
     serial: u64,
 }
 
@@ -157,17 +158,17 @@ impl Model {
             flight: None,
             orders: Vec::new(),
             saves: Vec::new(),
-            asked: None,
+            request: None,
             serial: 0,
         };
-        model.make_up_name();
+        model.propose_name();
         if !model.setup.plan.scene.as_os_str().is_empty() {
             model.reopen();
         }
         model
     }
 
-    /// Takes on another setup, as a control made it; undo goes back to the one before.
+    /// Changes the setup on behalf of a control; undo returns to the one before.
     pub(crate) fn change(&mut self, control: &'static str, next: Setup) {
         if next == self.setup {
             return;
@@ -176,7 +177,7 @@ impl Model {
         self.setup = next;
     }
 
-    /// The same with the setup changed in place.
+    /// Changes the setup in place on behalf of a control.
     pub(crate) fn edit(&mut self, control: &'static str, edit: impl FnOnce(&mut Setup)) {
         let mut next = self.setup.clone();
         edit(&mut next);
@@ -204,7 +205,7 @@ impl Model {
         }
     }
 
-    /// Another scene, with the lens and everything else as it is, seen from its own camera.
+    /// Opens another scene with the same lens and options, seen from its own camera.
     pub(crate) fn open_scene(&mut self, path: &Path) {
         let mut plan = self.setup.plan.clone();
         (plan.scene, plan.camera, plan.focus) = (path.to_owned(), None, None);
@@ -221,7 +222,7 @@ impl Model {
         self.orders.push(Order::Open(Box::new(plan)));
     }
 
-    /// A file that was dropped on the window or named: whatever it is.
+    /// Opens a file of any kind that was dropped on the window or named.
     pub(crate) fn take_file(&mut self, path: &Path) {
         let taken = match files::Kind::of(path) {
             files::Kind::Scene => {
@@ -240,14 +241,14 @@ impl Model {
             }
         };
         if let Err(error) = taken {
-            self.say(*error);
+            self.add_message(*error);
         }
     }
 
-    /// Puts the camera where a camera file says.
+    /// Sets the camera from a camera file.
     ///
     /// # Errors
-    /// A file without a camera.
+    /// Fails if the file has no camera.
     pub(crate) fn read_camera(&mut self, path: &Path) -> Result<()> {
         let camera = CameraChoice::File(path.to_owned());
         let pose = camera.pose()?;
@@ -267,23 +268,23 @@ impl Model {
         self.order_open(plan);
     }
 
-    /// Saves the picture. A name that the program made up is one that no file has.
+    /// Saves the picture. A name that the program proposed is replaced by one that no file has.
     pub(crate) fn save_picture(&mut self) {
         if self.output == self.made_up {
-            self.make_up_name();
+            self.propose_name();
         }
         let path = PathBuf::from(self.output.trim());
         self.write(Output::Picture, &path);
     }
 
-    fn make_up_name(&mut self) {
+    fn propose_name(&mut self) {
         let name = picture_name(&self.setup.plan.scene);
         let taken = |path: &Path| path.exists() || self.saving.iter().any(|p| p == path);
         self.made_up = files::free_name(&name, taken).display().to_string();
         self.output = self.made_up.clone();
     }
 
-    /// Writes a file, once the user has agreed to replace the one that is there.
+    /// Writes a file, after the user has agreed to replace an existing one.
     pub(crate) fn write(&mut self, output: Output, path: &Path) {
         if path.exists() || self.saving.iter().any(|p| p == path) {
             self.replacing = Some((output, path.to_owned()));
@@ -292,7 +293,7 @@ impl Model {
         }
     }
 
-    /// The user's answer to [`Model::replacing`].
+    /// Handles the user's answer to [`Model::replacing`].
     pub(crate) fn answer_replacing(&mut self, replace: bool) {
         let Some((output, path)) = self.replacing.take() else {
             return;
@@ -320,36 +321,36 @@ impl Model {
         };
         match text.and_then(|text| files::write(path, &text)) {
             Ok(()) => self.status = format!("wrote {}", path.display()),
-            Err(error) => self.say(*error),
+            Err(error) => self.add_message(*error),
         }
     }
 
-    /// Pictures to be made.
+    /// Returns the pictures that are to be saved.
     pub(crate) fn saves(&mut self) -> Vec<(Setup, PathBuf)> {
         std::mem::take(&mut self.saves)
     }
 
-    /// Adds a message and shows its lines.
-    pub(crate) fn say(&mut self, message: Diagnostic) {
+    /// Adds a message and shows its source lines.
+    pub(crate) fn add_message(&mut self, message: Diagnostic) {
         self.status = message.message.clone();
         self.messages.push(message);
         self.shown_message = Some(self.messages.len() - 1);
     }
 
-    /// What the window is to pass on to the renderer.
+    /// Returns the orders for the renderer.
     pub(crate) fn orders(&mut self) -> Vec<Order> {
         std::mem::take(&mut self.orders)
     }
 
-    /// What is to be shown, if it is something new.
-    pub(crate) fn ask(&mut self) -> Option<Asked> {
+    /// Returns the request to be shown, if it has changed.
+    pub(crate) fn take_request(&mut self) -> Option<Request> {
         let wanted = (self.setup.clone(), self.preview);
-        if !self.open || self.asked.as_ref() == Some(&wanted) {
+        if !self.open || self.request.as_ref() == Some(&wanted) {
             return None;
         }
         self.serial += 1;
-        self.asked = Some(wanted);
-        Some(Asked {
+        self.request = Some(wanted);
+        Some(Request {
             setup: self.setup.clone(),
             preview: self.preview,
             serial: self.serial,
@@ -357,14 +358,14 @@ impl Model {
         })
     }
 
-    /// Takes in what the renderer tells.
-    pub(crate) fn hear(&mut self, news: News) {
+    /// Handles news of the renderer.
+    pub(crate) fn handle(&mut self, news: News) {
         match news {
             News::Opened(opened) => self.opened(*opened),
             News::NotOpened(path, error) => {
                 self.opening = false;
                 self.status = format!("{} stays out", path.display());
-                self.say(*error);
+                self.add_message(*error);
             }
             News::Frame(frame) => {
                 if frame.serial == self.serial {
@@ -387,23 +388,23 @@ impl Model {
             }
             News::Focused(found) => self.focus_found(found),
             News::Saved(path, line) => {
-                self.has_ended(&path);
+                self.end_saving(&path);
                 self.status = format!("saved {}: {line}", path.display());
             }
             News::NotSaved(path, error) => {
-                self.has_ended(&path);
+                self.end_saving(&path);
                 self.status = format!("{} was not saved", path.display());
-                self.say(*error);
+                self.add_message(*error);
             }
             News::Panicked(words) => {
                 let help = "the settings are kept; change something, or press Try again";
-                self.say(*Diagnostic::error(words).with_help(help));
+                self.add_message(*Diagnostic::error(words).with_help(help));
             }
         }
     }
 
-    /// One picture of this name is made, or could not be.
-    fn has_ended(&mut self, path: &Path) {
+    /// Removes a picture that was saved or failed to save.
+    fn end_saving(&mut self, path: &Path) {
         if let Some(i) = self.saving.iter().position(|p| p == path) {
             self.saving.remove(i);
         }
@@ -423,18 +424,18 @@ impl Model {
         let other = opened.setup.plan.scene != self.setup.plan.scene;
         self.setup = opened.setup;
         if other && self.output == self.made_up {
-            self.make_up_name();
+            self.propose_name();
         }
-        (self.asked, self.depths, self.refusal, self.focused) = (None, None, None, None);
+        (self.request, self.depths, self.refusal, self.focused) = (None, None, None, None);
         if !self.scenes.contains(&scene) {
             self.scenes.push(scene);
             self.history.forget();
         }
     }
 
-    /// Asks for the same once more, as after a panic.
+    /// Repeats the last request, as after a panic.
     pub(crate) fn try_again(&mut self) {
-        self.asked = None;
+        self.request = None;
     }
 
     /// Focuses on a place of the picture, from 0 to 1, as soon as the renderer can.
@@ -446,16 +447,16 @@ impl Model {
         self.focused = found;
         match found {
             Some(found) => self.edit("focus", |s| s.set_focus(found.distance)),
-            None => self.status = "nothing there to focus on".into(),
+            None => self.status = "no surface to focus on at this place".into(),
         }
     }
 
-    /// What is under a place of the picture.
-    pub(crate) fn look(&self, x: f64, y: f64) -> Option<Seen> {
+    /// Returns the visible point at a place of the picture.
+    pub(crate) fn look(&self, x: f64, y: f64) -> Option<VisiblePoint> {
         self.frame.as_ref()?.view.look(x, y)
     }
 
-    /// The height angle of what is seen, in radians.
+    /// Returns the height angle of the view, in radians.
     pub(crate) fn height_angle(&self) -> f64 {
         let view = self.frame.as_ref().map(|f| &f.view.camera);
         match (view, self.setup.pose.projection) {
@@ -469,8 +470,9 @@ impl Model {
         depth_of_field(self.frame.as_ref()?.view.lens_camera()?)
     }
 
-    /// Where the camera stands and what turns it: the middle of the picture, or the focus.
-    pub(crate) fn stand(&self) -> Stand {
+    /// Returns the camera's pose with its pivot: the visible point in the middle of the picture, or
+    /// the focus.
+    pub(crate) fn viewpoint(&self) -> Viewpoint {
         let bounds = self.frame.as_ref().and_then(|f| f.view.bounds());
         let extent = bounds.map_or(1.0, |(a, b)| (b - a).length()).max(1e-6);
         let focus = self.setup.focus();
@@ -479,14 +481,14 @@ impl Model {
         } else {
             extent
         };
-        Stand {
+        Viewpoint {
             pose: self.setup.pose.clone(),
             distance,
             extent,
         }
     }
 
-    /// Puts the camera elsewhere.
+    /// Moves the camera.
     pub(crate) fn go(&mut self, control: &'static str, pose: &CameraPose) {
         self.flight = None;
         self.edit(control, |s| s.set_pose(pose));
@@ -502,10 +504,10 @@ impl Model {
         self.edit("view all", |s| s.set_focus(pose.focal_distance));
     }
 
-    /// Sets off for a point, as Inventor's seek does.
+    /// Starts the movement to a point, like Inventor's seek.
     pub(crate) fn seek(&mut self, x: f64, y: f64) {
         let Some(seen) = self.look(x, y) else {
-            self.status = "nothing there to go to".into();
+            self.status = "no surface to move to at this place".into();
             return;
         };
         self.flight = Some(Flight {
@@ -515,8 +517,8 @@ impl Model {
         });
     }
 
-    /// Moves on along a flight. Whether there is one.
-    pub(crate) fn fly_on(&mut self) -> bool {
+    /// Continues a flight, and returns whether there is one.
+    pub(crate) fn continue_flight(&mut self) -> bool {
         let Some(flight) = self.flight.take() else {
             return false;
         };
@@ -529,20 +531,20 @@ impl Model {
         true
     }
 
-    /// The command line that makes the picture.
+    /// Returns the command line that makes the picture.
     pub(crate) fn command(&self) -> String {
         self.setup.command(Path::new(&self.output))
     }
 }
 
-/// The nearest distance at which the lens of a setup does focus, in meters.
+/// Returns the nearest distance at which the lens of a setup can focus, in meters.
 fn nearest_focus(setup: &Setup) -> Option<f64> {
     let Optics::Lens(choice) = &setup.plan.optics else {
         return None;
     };
     let lens = choice.open(&mut Sink::new()).ok()?;
     let fault = lens.focused(choice.method, Meters(setup.focus())).err()?;
-    // A hair farther, so that rounding does not end in front of it.
+    // The distance is slightly farther, so that rounding does not make it too near.
     fault
         .nearest()
         .map(|mm| mm / 1000.0 * 1.0005)

@@ -1,23 +1,23 @@
-//! Moving the camera: orbit, pan, dolly, fly, view all, and Inventor's seek to a point.
+//! Camera movements: orbit, pan, dolly, fly, view all, and Inventor's seek to a point.
 //!
-//! Each is a pose made of a pose; pixels become angles and lengths where they are drawn.
+//! Each makes a pose from a pose. The panels convert pixels to angles and lengths.
 
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::pose::CameraPose;
 
-/// What the mouse does on the picture.
+/// The action of the mouse on the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Tool {
-    /// A click focuses there.
+    /// A click focuses on the visible point.
     #[default]
     Focus,
     Orbit,
     Pan,
     Dolly,
-    /// Drags look around; W, A, S, D, Q and E go.
+    /// Drags turn the camera; W, A, S, D, Q and E move it.
     Fly,
-    /// A click goes half the way there and looks at it.
+    /// A click moves half of the distance to the visible point and looks at it.
     Seek,
 }
 
@@ -48,21 +48,21 @@ impl Tool {
     ];
 }
 
-/// Where the camera is, and what its movements are measured by.
+/// The camera's pose with the scales of its movements.
 #[derive(Clone, Debug)]
-pub(crate) struct Stand {
+pub(crate) struct Viewpoint {
     pub pose: CameraPose,
     /// The distance of the pivot in front of the camera, in meters.
     pub distance: f64,
-    /// The size of everything, in meters.
+    /// The size of the scene in meters.
     pub extent: f64,
 }
 
-impl Stand {
-    /// Turns around the pivot: radians to the right and up. The horizon stays level.
+impl Viewpoint {
+    /// Turns around the pivot by radians to the right and up. The horizon remains level.
     pub(crate) fn orbit(&self, by: DVec2) -> CameraPose {
         let pivot = self.pose.position + self.distance * self.pose.direction();
-        let orientation = self.looked(by);
+        let orientation = self.turned(by);
         CameraPose {
             position: pivot - self.distance * (orientation * DVec3::NEG_Z),
             orientation,
@@ -70,18 +70,18 @@ impl Stand {
         }
     }
 
-    /// Looks elsewhere from the same place.
+    /// Turns the camera in place, by radians to the right and up.
     pub(crate) fn look(&self, by: DVec2) -> CameraPose {
         CameraPose {
-            orientation: self.looked(by),
+            orientation: self.turned(by),
             ..self.pose.clone()
         }
     }
 
-    fn looked(&self, by: DVec2) -> DQuat {
+    fn turned(&self, by: DVec2) -> DQuat {
         let turn = DQuat::from_rotation_y(-by.x) * self.pose.orientation;
         let tilted = turn * DQuat::from_rotation_x(by.y);
-        // Not over the top: up stays up.
+        // The angle is limited so that the camera does not turn over.
         let up = (tilted * DVec3::Y).y;
         if up > 0.02 || up > (turn * DVec3::Y).y {
             tilted.normalize()
@@ -90,19 +90,19 @@ impl Stand {
         }
     }
 
-    /// Moves across by shares of the view's height at the pivot.
+    /// Moves across by fractions of the view's height at the pivot.
     pub(crate) fn pan(&self, by: DVec2, height_angle: f64) -> CameraPose {
         let height = 2.0 * self.distance * libm::tan(0.5 * height_angle);
         self.moved(height * DVec3::new(-by.x, by.y, 0.0))
     }
 
-    /// Nearer (positive) or farther: each unit leaves 1/e of the distance to the pivot.
+    /// Moves nearer (positive) or farther: each unit leaves 1/e of the distance to the pivot.
     pub(crate) fn dolly(&self, by: f64) -> CameraPose {
         let go = self.distance * (1.0 - libm::exp(-by));
         self.moved(DVec3::new(0.0, 0.0, -go))
     }
 
-    /// Goes right, up and forward, in shares of the scene's size.
+    /// Moves right, up and forward, in fractions of the scene's size.
     pub(crate) fn fly(&self, by: DVec3) -> CameraPose {
         self.moved(self.extent * DVec3::new(by.x, by.y, -by.z))
     }
@@ -120,8 +120,8 @@ impl Stand {
     }
 }
 
-/// Steps back along the view until the sphere around the box fills the shorter side of the
-/// picture, as Inventor's `viewAll` does; the camera keeps looking the way it looks.
+/// Moves along the view until the sphere around the box fills the shorter side of the picture, as
+/// Inventor's `viewAll` does. The orientation does not change.
 pub(crate) fn view_all(
     pose: &CameraPose,
     bounds: (DVec3, DVec3),
@@ -141,7 +141,7 @@ pub(crate) fn view_all(
     }
 }
 
-/// Where a seek to a point ends: half the way there, looking at it.
+/// Returns the end of a seek to a point: half of the distance, looking at it.
 pub(crate) fn seek(pose: &CameraPose, point: DVec3) -> CameraPose {
     let way = point - pose.position;
     let Some(toward) = way.try_normalize() else {
@@ -156,7 +156,7 @@ pub(crate) fn seek(pose: &CameraPose, point: DVec3) -> CameraPose {
     }
 }
 
-/// The same view with the horizon level, unless it looks straight up or down.
+/// Levels the horizon, unless the camera looks straight up or down.
 fn leveled(orientation: DQuat) -> DQuat {
     let back = orientation * DVec3::Z;
     let Some(right) = DVec3::Y.cross(back).try_normalize() else {
@@ -168,7 +168,7 @@ fn leveled(orientation: DQuat) -> DQuat {
     DQuat::from_mat3(&glam::DMat3::from_cols(right, back.cross(right), back)).normalize()
 }
 
-/// A place on the way from one pose to another, from 0 to 1, slow at both ends.
+/// Interpolates between two poses, from 0 to 1, with a slow start and end.
 pub(crate) fn between(from: &CameraPose, to: &CameraPose, at: f64) -> CameraPose {
     let t = at.clamp(0.0, 1.0);
     let s = t * t * (3.0 - 2.0 * t);
@@ -183,10 +183,10 @@ pub(crate) fn between(from: &CameraPose, to: &CameraPose, at: f64) -> CameraPose
 mod tests {
     use super::*;
 
-    fn stand() -> Stand {
+    fn viewpoint() -> Viewpoint {
         let mut pose = CameraPose::view_all((DVec3::splat(-1.0), DVec3::splat(1.0)), 1.5);
         pose.position = DVec3::new(0.5, 1.0, 4.0);
-        Stand {
+        Viewpoint {
             pose,
             distance: 2.0,
             extent: 10.0,
@@ -195,48 +195,48 @@ mod tests {
 
     #[test]
     fn an_orbit_keeps_the_pivot_and_its_distance() {
-        let stand = stand();
+        let viewpoint = viewpoint();
         let pivot = |p: &CameraPose| p.position + 2.0 * p.direction();
-        let there = stand.orbit(DVec2::new(0.7, 0.3));
-        assert!((pivot(&there) - pivot(&stand.pose)).length() < 1e-12);
-        assert!((there.position - stand.pose.position).length() > 0.5);
+        let there = viewpoint.orbit(DVec2::new(0.7, 0.3));
+        assert!((pivot(&there) - pivot(&viewpoint.pose)).length() < 1e-12);
+        assert!((there.position - viewpoint.pose.position).length() > 0.5);
         assert!((there.orientation * DVec3::X).y.abs() < 1e-12, "level");
     }
 
     #[test]
     fn a_look_straight_up_does_not_turn_over() {
-        let mut stand = stand();
+        let mut stand = viewpoint();
         for _ in 0..100 {
-            stand.pose = stand.look(DVec2::new(0.0, 0.1));
+            viewpoint.pose = viewpoint.look(DVec2::new(0.0, 0.1));
         }
-        assert!((stand.pose.orientation * DVec3::Y).y > 0.0);
+        assert!((viewpoint.pose.orientation * DVec3::Y).y > 0.0);
     }
 
     #[test]
     fn a_dolly_never_passes_the_pivot() {
-        let mut stand = stand();
+        let mut stand = viewpoint();
         for _ in 0..50 {
-            let there = stand.dolly(0.4);
-            stand.distance -= (there.position - stand.pose.position).length();
-            stand.pose = there;
+            let there = viewpoint.dolly(0.4);
+            viewpoint.distance -= (there.position - viewpoint.pose.position).length();
+            viewpoint.pose = there;
         }
-        assert!(stand.pose.position.z > 2.0 && stand.pose.position.z < 2.001);
+        assert!(viewpoint.pose.position.z > 2.0 && viewpoint.pose.position.z < 2.001);
     }
 
     #[test]
     fn a_seek_goes_half_the_way_and_looks_at_the_point() {
-        let (stand, point) = (stand(), DVec3::new(-1.0, 0.2, -3.0));
-        let there = seek(&stand.pose, point);
+        let (stand, point) = (viewpoint(), DVec3::new(-1.0, 0.2, -3.0));
+        let there = seek(&viewpoint.pose, point);
         let way = point - there.position;
         assert!(way.normalize().dot(there.direction()) > 1.0 - 1e-12);
-        assert!((way.length() - 0.5 * (point - stand.pose.position).length()).abs() < 1e-12);
+        assert!((way.length() - 0.5 * (point - viewpoint.pose.position).length()).abs() < 1e-12);
         assert!((there.orientation * DVec3::X).y.abs() < 1e-12);
     }
 
     #[test]
     fn a_view_of_all_touches_the_sphere() {
         let pose = view_all(
-            &stand().pose,
+            &viewpoint().pose,
             (DVec3::splat(-1.0), DVec3::splat(1.0)),
             0.6,
             1.5,

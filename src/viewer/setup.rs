@@ -1,8 +1,8 @@
-//! What the window photographs: a plan and where the camera stands, and the command line that
-//! makes the same picture without a window.
+//! The photograph of the window: a plan and a camera pose, and the command line that makes the same
+//! picture without a window.
 //!
 //! Numbers are kept as the command line would read them back (a camera node holds floats, a
-//! distance goes through millimeters), so that what is shown, saved and printed is one thing.
+//! distance goes through millimeters), so that the picture shown, saved and printed is the same.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::photo::options::command_line;
 use crate::photo::{CameraChoice, CameraNode, LensChoice, Optics, Plan};
 use crate::pose::CameraPose;
 
-/// A photograph to be made. Undo goes from one to another.
+/// A photograph to be made: the state that undo restores.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Setup {
     pub plan: Plan,
@@ -21,12 +21,12 @@ pub(crate) struct Setup {
 }
 
 impl Setup {
-    /// The lens, if it has a prescription.
+    /// Returns the lens, if it has a prescription.
     pub(crate) fn lens(&self) -> Option<&LensChoice> {
         self.plan.lens()
     }
 
-    /// Another lens, wide open and in its own size; how it focuses stays.
+    /// Selects another lens, wide open and at its own size; the method of focusing is kept.
     pub(crate) fn choose_lens(&mut self, name: &str) {
         let method = self.lens().map(|l| l.method);
         let mut choice = LensChoice::named(name);
@@ -36,7 +36,7 @@ impl Setup {
         self.plan.optics = Optics::Lens(choice);
     }
 
-    /// The distance in focus, in meters.
+    /// Returns the focus distance in meters.
     pub(crate) fn focus(&self) -> f64 {
         let own = self.pose.focal_distance;
         let own = if own > 0.0 { own } else { f64::INFINITY };
@@ -45,18 +45,18 @@ impl Setup {
 
     pub(crate) fn set_focus(&mut self, meters: f64) {
         if meters > 0.0 {
-            self.plan.focus = Some(Meters(settled(meters)));
+            self.plan.focus = Some(Meters(rounded(meters)));
         }
     }
 
-    /// Puts the camera elsewhere, to the nearest place that a camera node can say.
+    /// Moves the camera to the nearest pose that a camera node can represent.
     pub(crate) fn set_pose(&mut self, pose: &CameraPose) {
         let node = CameraNode::of(pose);
         self.pose = node.pose().clone();
         self.plan.camera = Some(CameraChoice::Node(node));
     }
 
-    /// Another film, with pixels as many and as square as before.
+    /// Selects another film format, with the same number of pixels, of the same shape.
     pub(crate) fn set_film(&mut self, film: FilmFormat) {
         let Resolution { width, height } = self.plan.resolution;
         let pixels = f64::from(width) * f64::from(height);
@@ -69,19 +69,19 @@ impl Setup {
         };
     }
 
-    /// The words that make this picture without a window.
+    /// Returns the command-line arguments that make this picture without a window.
     pub(crate) fn words(&self, output: &Path) -> Vec<String> {
         self.plan.to_words(output)
     }
 
-    /// The same as one line for a shell.
+    /// Returns the command line for a shell.
     pub(crate) fn command(&self, output: &Path) -> String {
         command_line(&self.words(output))
     }
 }
 
-/// Five digits of a distance, as `--focus` reads them: meters are made of millimeters there.
-fn settled(meters: f64) -> f64 {
+/// Rounds a distance to five digits, as `--focus` reads them, through millimeters.
+fn rounded(meters: f64) -> f64 {
     if !meters.is_finite() {
         return meters;
     }

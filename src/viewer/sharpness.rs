@@ -1,44 +1,45 @@
-//! Depth of field by the thick lens, and the focus wheel.
+//! Depth of field of a thick lens, and the focus wheel.
 
 use crate::camera::LensCamera;
 use crate::film::FilmFormat;
 use crate::lens::Lens;
 
-/// What is sharp enough, in meters from where the focus distance is counted.
+/// The range of acceptable sharpness, in meters on the scale of the focus distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DepthOfField {
     pub near: f64,
     pub far: f64,
-    /// The nearest focus whose far limit is infinity.
+    /// The nearest focus distance whose far limit is infinity.
     pub hyperfocal: f64,
-    /// The blur that still counts as a point, in millimeters on the film.
+    /// The diameter of acceptable blur, in millimeters on the film.
     pub circle: f64,
 }
 
-/// The usual circle of confusion: 1/1500 of the film's diagonal, 0.029 mm for 36×24.
+/// Returns the usual circle of confusion: 1/1500 of the film's diagonal, 0.029 mm for 36×24.
 pub(crate) fn circle_of_confusion(film: FilmFormat) -> f64 {
     film.half_diagonal() / 750.0
 }
 
-/// A focused lens by its focal points and its exit pupil: how large the blur of a point is.
+/// A focused lens, described by its focal points and its exit pupil, for the size of a point's
+/// blur.
 ///
 /// With x' the image behind the rear focal point (x x' = f f') and the film at x'₀, the cone from
-/// the exit pupil of diameter D a distance a in front of the focal point leaves a disc of
-/// D |x'₀ − x'| / (x' + a) on the film. No thin lens is assumed anywhere: principal planes may be
-/// crossed, and pupils need not be in them.
+/// the exit pupil of diameter D a distance a in front of the focal point makes a disc of D |x'₀ −
+/// x'| / (x' + a) on the film. This holds for a thick lens: principal planes may be crossed, and
+/// pupils need not be in them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Blur {
     diameter: f64,
     pupil_to_focus: f64,
-    /// f f', mm².
+    /// The product f f', in mm².
     range: f64,
     ffl: f64,
-    /// The film, from the rear focal point.
+    /// The position of the film from the rear focal point, in mm.
     film: f64,
 }
 
 impl Blur {
-    /// None where the lens has no focal length, or its exit pupil is at infinity.
+    /// Returns `None` if the lens has no focal length, or its exit pupil is at infinity.
     pub(crate) fn of(lens: &Lens, film_z: f64) -> Option<Self> {
         let focal = lens.first_order().focal?;
         let pupil = lens.first_order().exit_pupil?;
@@ -51,7 +52,8 @@ impl Blur {
         })
     }
 
-    /// The disc's diameter in millimeters, for a point a distance in meters from the front vertex.
+    /// Returns the diameter of the disc in millimeters, for a point at a distance in meters from
+    /// the front vertex.
     #[cfg(test)]
     pub(crate) fn at(&self, meters: f64) -> f64 {
         let image = self.image(meters);
@@ -66,7 +68,8 @@ impl Blur {
         }
     }
 
-    /// The distance whose image is so far behind the focal point; infinity for none of this world.
+    /// Returns the distance of the object for an image position behind the focal point; infinity if
+    /// there is no real object.
     fn object(&self, image: f64) -> f64 {
         if image > 0.0 {
             ((self.range / image - self.ffl) / 1000.0).max(0.0)
@@ -75,8 +78,8 @@ impl Blur {
         }
     }
 
-    /// The distance whose point has a disc of so many millimeters with the film as it is for
-    /// `meters`: behind it for a positive disc, in front for a negative one.
+    /// Returns the distance whose point has a disc of a diameter in millimeters, with the film
+    /// focused for `meters`: behind it for a positive disc, in front for a negative one.
     pub(crate) fn beside(&self, meters: f64, disc: f64) -> f64 {
         let film = self.image(meters);
         let shift = disc * (film + self.pupil_to_focus) / (self.diameter + disc);
@@ -104,20 +107,21 @@ impl Blur {
     }
 }
 
-/// The depth of field of a camera. Distances count from the front vertex.
+/// Returns the depth of field of a camera. Distances are from the front vertex.
 pub(crate) fn depth_of_field(camera: &LensCamera) -> Option<DepthOfField> {
     let blur = Blur::of(&camera.lens, camera.focus.film_z)?;
     Some(blur.depth_of_field(circle_of_confusion(camera.format)))
 }
 
-/// The farthest distance before infinity on the wheel, in meters.
+/// The farthest finite distance on the wheel, in meters.
 const FARTHEST: f64 = 10_000.0;
 
-/// Turns the focus wheel, by radians, at a speed in radians a second.
+/// Turns the focus wheel by radians, at a speed in radians per second, and returns the new
+/// distance.
 ///
-/// The plane moves by a share of its distance, so its speed grows with the distance; and, as in
-/// 1999, faster than in proportion when the wheel is turned fast (the paper, Focus Wheel). Past
-/// the end of the scale is infinity.
+/// The plane moves by a fraction of its distance, so its speed grows with the distance. As in 1999,
+/// it grows faster than in proportion when the wheel is turned fast (the paper, Focus Wheel).
+/// Beyond the end of the scale is infinity.
 pub(crate) fn wheel(distance: f64, radians: f64, speed: f64) -> f64 {
     let from = if distance.is_finite() {
         distance
@@ -169,7 +173,8 @@ mod tests {
     #[test]
     fn focused_at_the_hyperfocal_distance_everything_behind_is_sharp() {
         let field = blur("double-gauss", 8.0, 5.0).depth_of_field(0.03);
-        // The textbook's f²/(N c) + f, from a principal plane near the lens: 100 mm at f/8.
+        // The textbook formula is f²/(N c) + f, from a principal plane near the lens: 100 mm at
+        // f/8.
         assert!((field.hyperfocal - 42.2).abs() < 1.5, "{field:?}");
         let there = blur("double-gauss", 8.0, field.hyperfocal).depth_of_field(0.03);
         assert!(there.far > 1e4, "{there:?}");
@@ -177,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn the_wheel_goes_by_shares_of_the_distance_and_faster_when_turned_fast() {
+    fn the_wheel_moves_by_fractions_of_the_distance_and_faster_when_turned_fast() {
         let step = |d: f64, v: f64| wheel(d, 0.1, v) - d;
         assert!((step(10.0, 0.0) / step(1.0, 0.0) - 10.0).abs() < 1e-9);
         assert!(step(1.0, 10.0) > 2.0 * step(1.0, 0.0));

@@ -1,5 +1,6 @@
-//! What can be asked of a picture without rendering it: what is under a point, how far away, and
-//! where the lens is sharp. One ray each, so the window asks by itself and never waits.
+//! Queries of a picture without rendering it: the point under the cursor, distances, and the
+//! surface of sharp focus. A query traces one ray, so the window makes it without waiting for the
+//! renderer.
 
 use std::sync::Arc;
 
@@ -12,8 +13,8 @@ use crate::film::Resolution;
 use crate::pose::CameraPose;
 use crate::scene::RenderScene;
 
-/// Lens points tried in turn for the ray that stands for a pixel: the middle, then around it,
-/// where the rim cuts the middle off.
+/// Lens points tried in turn for the ray that represents a pixel: the middle, then points around it
+/// for places where the rim blocks the middle.
 const TRIES: [[f64; 2]; 5] = [[0.5, 0.5], [0.3, 0.5], [0.7, 0.5], [0.5, 0.3], [0.5, 0.7]];
 
 /// A scene seen by a camera.
@@ -25,29 +26,30 @@ pub(crate) struct View {
     pub resolution: Resolution,
 }
 
-/// What is under a point of the picture.
+/// The point of the scene that is visible at a place of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Seen {
-    /// In the world, meters.
+pub(crate) struct VisiblePoint {
+    /// The position in the world, in meters.
     pub point: DVec3,
-    /// Along the optical axis from the front vertex, meters: what a focus distance counts.
+    /// The distance along the optical axis from the front vertex in meters, as focus distances are
+    /// measured.
     pub distance: f64,
 }
 
 impl View {
-    /// What the middle ray of a place on the picture meets; x and y from 0 to 1.
-    pub(crate) fn look(&self, x: f64, y: f64) -> Option<Seen> {
+    /// Returns the visible point at a place of the picture; x and y are from 0 to 1.
+    pub(crate) fn look(&self, x: f64, y: f64) -> Option<VisiblePoint> {
         let at = self.camera.at(x, y);
         let ray = TRIES.iter().find_map(|pupil| at.ray(*pupil))?;
-        self.met(&ray)
+        self.intersection(&ray)
     }
 
-    fn met(&self, ray: &CameraRay) -> Option<Seen> {
-        let asked = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
-        let hit = self.scene.hit(&asked)?;
+    fn intersection(&self, ray: &CameraRay) -> Option<VisiblePoint> {
+        let scene_ray = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
+        let hit = self.scene.hit(&scene_ray)?;
         let point = ray.origin + f64::from(hit.t) * ray.direction + self.scene.origin;
         let distance = (point - self.pose.position).dot(self.pose.direction());
-        Some(Seen { point, distance })
+        Some(VisiblePoint { point, distance })
     }
 
     pub(crate) fn lens_camera(&self) -> Option<&LensCamera> {
@@ -57,15 +59,16 @@ impl View {
         }
     }
 
-    /// The box around the scene, in the world.
+    /// Returns the bounding box of the scene in the world.
     pub(crate) fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let (min, max) = self.scene.bounds()?;
         let world = |v: glam::Vec3| v.as_dvec3() + self.scene.origin;
         Some((world(min), world(max)))
     }
 
-    /// Distances over the whole picture, unless `goes_on` says no. Uses rayon's current pool.
-    pub(crate) fn depths(&self, goes_on: &(dyn Fn() -> bool + Sync)) -> Option<DepthMap> {
+    /// Returns distances over the whole picture, or `None` if `proceed` returned false. Uses
+    /// rayon's current pool.
+    pub(crate) fn depths(&self, proceed: &(dyn Fn() -> bool + Sync)) -> Option<DepthMap> {
         let Resolution { width, height } = reduced(self.resolution);
         let distance = |i: u32| {
             let x = (f64::from(i % width) + 0.5) / f64::from(width);
@@ -75,7 +78,7 @@ impl View {
         };
         let rows = (0..height).into_par_iter().map(|y| {
             let row = y * width..(y + 1) * width;
-            goes_on().then(|| row.map(distance).collect::<Vec<f32>>())
+            proceed().then(|| row.map(distance).collect::<Vec<f32>>())
         });
         let rows: Option<Vec<Vec<f32>>> = rows.collect();
         Some(DepthMap {
@@ -86,7 +89,7 @@ impl View {
     }
 }
 
-/// A map of distances has no more pixels than 1999's picture.
+/// Limits the resolution of a map of distances to that of the 1999 program's picture.
 fn reduced(resolution: Resolution) -> Resolution {
     let most = Resolution::VINTAGE.pixels() as f64;
     let scale = (most / resolution.pixels() as f64).sqrt().min(1.0);
@@ -97,7 +100,7 @@ fn reduced(resolution: Resolution) -> Resolution {
     }
 }
 
-/// How far away everything in the picture is, along the axis; infinite where there is nothing.
+/// A map of distances along the axis, infinite where there is no surface.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DepthMap {
     pub width: u32,
@@ -106,7 +109,7 @@ pub(crate) struct DepthMap {
 }
 
 impl DepthMap {
-    /// At a place on the picture, from 0 to 1.
+    /// Returns the distance at a place of the picture, from 0 to 1.
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         let cell = |t: f64, n: u32| ((t * f64::from(n)) as u32).min(n.saturating_sub(1)) as usize;
         let i = cell(y, self.height) * self.width as usize + cell(x, self.width);
@@ -114,11 +117,12 @@ impl DepthMap {
     }
 }
 
-/// Where a focused lens is really sharp: for each height on the film, the distance at which the
-/// rays through the whole pupil come closest together. The paper's "spherical manifold", exact.
+/// The surface of sharp focus: for each height on the film, the distance at which the rays through
+/// the whole pupil are closest together. The paper calls it a "spherical manifold"; here it is
+/// traced through the lens.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FocalSurface {
-    /// Meters along the axis, at even steps of film height from the axis to the corner.
+    /// Meters along the axis, at equal steps of film height from the axis to the corner.
     pub meters: Vec<f64>,
     half_diagonal: f64,
     film: DVec2,
@@ -132,7 +136,7 @@ impl FocalSurface {
         let height = |i: usize| half_diagonal * i as f64 / (Self::STEPS - 1) as f64;
         let mut meters: Vec<f64> = Vec::with_capacity(Self::STEPS);
         for i in 0..Self::STEPS {
-            // Beyond the image circle nothing comes through: the last distance stands for it.
+            // Beyond the image circle no light passes, and the last distance is repeated.
             let last = meters.last().copied().unwrap_or(f64::INFINITY);
             meters.push(waist(camera, DVec2::new(height(i), 0.0)).unwrap_or(last));
         }
@@ -144,20 +148,20 @@ impl FocalSurface {
         }
     }
 
-    /// The sharp distance at a place on the picture, from 0 to 1.
+    /// Returns the sharp distance at a place of the picture, from 0 to 1.
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         let height = ((DVec2::new(x, y) - 0.5) * self.film).length();
         let step = height / self.half_diagonal * (Self::STEPS - 1) as f64;
         let i = (step as usize).min(Self::STEPS - 2);
         let (a, b) = (self.meters[i], self.meters[i + 1]);
         let t = (step - i as f64).clamp(0.0, 1.0);
-        // In diopters, so that infinity is a number.
+        // Interpolation is in diopters, in which infinity is finite.
         1.0 / ((1.0 - t) / a + t / b)
     }
 }
 
-/// Where the rays of a film point are closest together, in meters in front of the lens. A plane's
-/// spot is linear in its distance, p + Z q, so the least square is at −cov(p, q)/var(q).
+/// Returns where the rays of a film point are closest together, in meters in front of the lens. The
+/// spot in a plane at distance Z is p + Z q, so its mean square is least at −cov(p, q)/var(q).
 fn waist(camera: &LensCamera, film: DVec2) -> Option<f64> {
     const GRID: usize = 12;
     let middle = |i: usize| (i as f64 + 0.5) / GRID as f64;

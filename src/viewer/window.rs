@@ -1,4 +1,4 @@
-//! The real window: eframe around [`Window`].
+//! The native window: eframe around [`Window`].
 
 use eframe::egui;
 
@@ -10,14 +10,20 @@ use super::lenses::LensMenu;
 use super::model::Model;
 use super::panels::{Window, waker};
 
-/// What to say where no window can be: one sentence, with what works.
+/// The help for systems without a display.
 const BATCH: &str = "make the picture without a window: `-batch`, or `ivcam render`";
 
-/// Opens the window on a plan and returns when it is closed. `say` gets lines for the terminal.
+/// Opens the window on a plan and returns when it is closed. `print` receives lines for the
+/// terminal.
 ///
 /// # Errors
-/// No display, or no OpenGL on it.
-pub(crate) fn run(plan: Plan, output: Option<String>, threads: usize, say: fn(&str)) -> Result<()> {
+/// Fails if there is no display, or no OpenGL on it.
+pub(crate) fn run(
+    plan: Plan,
+    output: Option<String>,
+    threads: usize,
+    print: fn(&str),
+) -> Result<()> {
     displayed()?;
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
@@ -35,13 +41,13 @@ pub(crate) fn run(plan: Plan, output: Option<String>, threads: usize, say: fn(&s
             model.output = output;
         }
         let window = Window::new(model, engine, LensMenu::start(wake));
-        Ok(Box::new(App { window, say }) as Box<dyn eframe::App>)
+        Ok(Box::new(App { window, print }) as Box<dyn eframe::App>)
     };
     eframe::run_native("ivcam", options, Box::new(start))
         .map_err(|e| Diagnostic::error(format!("the window can't be opened: {e}")).with_help(BATCH))
 }
 
-/// On unix a window needs a display server; asking beforehand makes a better sentence.
+/// Checks that Unix has a display server, for a better message than the window system's.
 fn displayed() -> Result<()> {
     let named = |name: &str| std::env::var_os(name).is_some_and(|v| !v.is_empty());
     if cfg!(all(unix, not(target_os = "macos"))) && !named("DISPLAY") && !named("WAYLAND_DISPLAY") {
@@ -54,14 +60,14 @@ fn displayed() -> Result<()> {
 
 struct App {
     window: Window,
-    say: fn(&str),
+    print: fn(&str),
 }
 
 impl eframe::App for App {
     fn update(&mut self, ctx: &egui::Context, _: &mut eframe::Frame) {
         self.window.show(ctx);
         if let Some(notice) = self.window.model.notice.take() {
-            (self.say)(notice);
+            (self.print)(notice);
         }
     }
 }

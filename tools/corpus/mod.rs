@@ -1,11 +1,13 @@
-//! Holds the reader and the compiler against another program's answers for a folder of scenes.
+//! Compares the reader and the compiler with another program's results for a folder of scenes.
 //!
-//! `cargo run --release --features tools --bin measure -- corpus -- FOLDER [--only TEXT] [--verbose] [--pictures FOLDER]
-//! [--fonts FOLDER]`.
+//! `cargo run --release --features tools --bin measure -- corpus -- FOLDER [--only TEXT]
+//! [--verbose] [--pictures FOLDER] [--fonts FOLDER]`.
+//!
 //! The folder has `scenes/`, `reference/*.json` (bounding box, counts), `reference/*.tri.gz`
-//! (triangles in the world), `reference/*.png` and `oracle_class.tsv`; its README says what they
-//! are. Prints a row for each file that differs, the sums, and with `--pictures` the tables of
-//! `docs/accuracy.md`; what differs is put there side by side: `--shading p`, `--shading g --handles`, theirs.
+//! (triangles in world space), `reference/*.png` and `oracle_class.tsv`, which its README
+//! describes. The program prints a row for each file that differs and the sums. `--pictures` prints
+//! the tables of `docs/accuracy.md`, and writes pictures that differ side by side: `--shading p`,
+//! `--shading g --handles`, and the other program's.
 
 mod pictures;
 mod sets;
@@ -30,12 +32,12 @@ struct Sums {
     read: usize,
     boxes: usize,
     exact: usize,
-    /// By default, and with `--handles`, which the other program always draws.
+    /// Counts by default, and with `--handles`, which the other program always draws.
     readings: [Equal; 2],
     pictures: Vec<Pictures>,
 }
 
-/// Files that agree with the other program's answers.
+/// Numbers of files that agree with the other program's results.
 #[derive(Default)]
 struct Equal {
     boxes: usize,
@@ -109,7 +111,7 @@ fn options(arguments: Vec<String>) -> Options {
     options
 }
 
-/// First column to second, the heading left out.
+/// Reads a table from the first column to the second, without the heading.
 fn tsv(path: &Path) -> HashMap<String, String> {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     text.lines()
@@ -121,8 +123,8 @@ fn tsv(path: &Path) -> HashMap<String, String> {
         .collect()
 }
 
-/// Why a file's picture differs, by the list beside this program: what its path ends with, a tab,
-/// and a cause of `docs/accuracy.md`.
+/// Returns why a file's picture differs, from the list beside this program: the end of its path, a
+/// tab, and a cause of `docs/accuracy.md`.
 fn cause(path: &str) -> &'static str {
     include_str!("causes.tsv")
         .lines()

@@ -1,5 +1,6 @@
-//! Pictures through the reference's camera, held against the reference's picture two ways: by
-//! `--shading p`, lit at every point, and by `--shading g --handles`, as an OpenGL program draws.
+//! Renders pictures through the reference's camera and compares them with the reference's picture:
+//! with `--shading p`, lit at every point, and with `--shading g --handles`, as an OpenGL program
+//! draws.
 
 use std::path::Path;
 
@@ -19,15 +20,15 @@ use super::point;
 const WIDTH: u32 = 320;
 const HEIGHT: u32 = 240;
 
-/// What Coin fills the frame around a cropped view with.
+/// The color of the frame that Coin draws around a cropped view.
 const FRAME_GRAY: Vec3 = Vec3::splat(0.8);
 
-/// How a picture of ours compares with theirs.
+/// The comparison of a picture with the reference's.
 #[derive(Clone, Copy)]
 pub(super) struct Likeness {
-    /// Share of the pixels that either shows which both show.
+    /// The share of pixels drawn in either picture that are drawn in both.
     pub overlap: f64,
-    /// Mean difference in levels where both show something.
+    /// The mean difference in levels where both draw something.
     pub difference: f64,
 }
 
@@ -58,14 +59,14 @@ impl Likeness {
     }
 }
 
-/// A file's two pictures.
+/// The comparisons of a file's two pictures.
 pub(super) struct Pictures {
     pub path: String,
     pub by_point: Likeness,
     pub by_corner: Likeness,
 }
 
-/// `None` where the reference has no picture or no camera that we could take.
+/// Returns `None` if the reference has no picture or no usable camera.
 pub(super) fn compare(
     document: &Document,
     options: &CompileOptions,
@@ -146,7 +147,7 @@ fn draw(
     Some(picture)
 }
 
-/// The camera that the other program used.
+/// Returns the camera that the other program used.
 fn pose(reference: &Value) -> Option<CameraPose> {
     let c = &reference["camera"];
     let number = |name: &str, silent: f64| c[name].as_f64().unwrap_or(silent);
@@ -169,7 +170,7 @@ fn pose(reference: &Value) -> Option<CameraPose> {
     })
 }
 
-/// The sums, and a row for each file whose picture by `--shading g` is not alike, by cause.
+/// Prints the sums, and a row for each file whose picture by `--shading g` differs, by cause.
 pub(super) fn table(pictures: &mut [Pictures], cause: impl Fn(&str) -> String) {
     let good = |of: fn(&Pictures) -> Likeness| pictures.iter().filter(|p| of(p).is_alike()).count();
     let median = |of: fn(&Pictures) -> Likeness| {

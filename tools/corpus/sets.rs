@@ -1,4 +1,5 @@
-//! Triangles in the world as sets: corners within 1e-4 of the diagonal, then colors and normals.
+//! Compares sets of triangles in world space: corners within 1e-4 of the diagonal, then colors and
+//! normals.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -52,8 +53,8 @@ pub(super) fn compare_sets(
                     for (k, &i) in cells.get(&key).map_or(&[][..], |v| v).iter().enumerate() {
                         let other = &theirs[i as usize];
                         if let Some((turn, apart)) = same_corners(t, other, tolerance) {
-                            // Of those that are alike the nearest: triangles smaller than the
-                            // tolerance would take each other's partners.
+                            // The nearest of several equal triangles is taken; triangles smaller
+                            // than the tolerance would otherwise take each other's counterparts.
                             let score = 2.0 * f64::from(!same_colors(t, other, turn))
                                 + f64::from(!same_normals(t, other, turn))
                                 + 0.5 * apart / tolerance;
@@ -101,8 +102,8 @@ fn center(t: &OracleTriangle) -> DVec3 {
     (t.position[0] + t.position[1] + t.position[2]) / 3.0
 }
 
-/// Which of the six orders of corners brings the triangles nearest to each other, and how far their
-/// corners are apart then, if that is within the tolerance.
+/// Returns the order of corners that brings the triangles nearest to each other, and the distance
+/// of their corners then, if it is within the tolerance.
 fn same_corners(a: &OracleTriangle, b: &OracleTriangle, tolerance: f64) -> Option<(usize, f64)> {
     let apart = |turn: usize| {
         let corner = |i: usize| a.position[i] - b.position[ORDERS[turn][i]];
@@ -139,7 +140,8 @@ fn same_normals(a: &OracleTriangle, b: &OracleTriangle, turn: usize) -> bool {
     })
 }
 
-/// `TRI1`, a count, then 29 numbers of four bytes a triangle, little endian.
+/// Reads a file of triangles: `TRI1`, a count, then 29 four-byte numbers per triangle,
+/// little-endian.
 fn triangles(file: &Path) -> Option<Vec<OracleTriangle>> {
     let packed = std::fs::File::open(file).ok()?;
     let mut bytes = Vec::new();

@@ -1,4 +1,4 @@
-//! Meshes and rays that another program has written.
+//! Reads meshes and rays that another program has written.
 
 use std::path::Path;
 
@@ -7,8 +7,8 @@ use glam::Vec3;
 
 use super::mesh::Rays;
 
-/// A mesh from a file: counts of corners and triangles, corners as three f32, triangles as three
-/// u32, little-endian.
+/// Reads a mesh: counts of corners and triangles, corners as three f32, triangles as three u32,
+/// little-endian.
 pub(crate) fn read(file: &Path) -> std::io::Result<Vec<[Vec3; 3]>> {
     let bytes = std::fs::read(file)?;
     let words: Vec<[u8; 4]> = bytes.as_chunks().0.to_vec();
@@ -23,7 +23,8 @@ pub(crate) fn read(file: &Path) -> std::io::Result<Vec<[Vec3; 3]>> {
     Ok(all.iter().map(|t| t.map(corner)).collect())
 }
 
-/// Rays from files that begin alike: origin, direction and farthest distance, seven f32 each.
+/// Reads rays from the files with a common prefix: origin, direction and greatest distance, seven
+/// f32 each.
 pub(crate) fn read_rays(prefix: &str) -> std::io::Result<Vec<Rays>> {
     let kinds = [("primary", false), ("shadow", true), ("bounce", false)];
     let set = |(name, any): (&'static str, bool)| {

@@ -1,4 +1,4 @@
-//! A mesh made by a formula, and rays through it: for whoever measures trees of triangles.
+//! A mesh made by a formula, and rays through it, for measurements of trees of triangles.
 
 use std::hint::black_box;
 
@@ -7,7 +7,7 @@ use crate::math::lanes::{LANES, bits};
 use crate::sampling::mix;
 use glam::{DVec3, Vec3};
 
-/// A bumpy ball of about `count` triangles.
+/// Returns a bumpy sphere of about `count` triangles.
 pub(crate) fn ball(count: usize) -> Vec<[Vec3; 3]> {
     let rows = ((count / 4) as f64).sqrt() as usize;
     let columns = 2 * rows;
@@ -48,15 +48,15 @@ pub(crate) fn tree(triangles: &[[Vec3; 3]]) -> Bvh {
     Bvh::build(boxes, |p| Some(triangles[p as usize]))
 }
 
-/// Rays of a kind, and whether any hit will do.
+/// Rays of one kind, and whether any hit ends a ray.
 pub(crate) struct Rays {
     pub name: &'static str,
     pub any: bool,
     pub rays: Vec<Ray>,
 }
 
-/// From a point outside (rows of a picture), from what they meet to a light, and from there in
-/// any direction.
+/// Returns rays from a point outside (rows of a picture), from the points that they hit to a light,
+/// and from there in random directions.
 pub(crate) fn rays(tree: &Bvh) -> [Rays; 3] {
     let eye = Vec3::new(0.3, 0.4, 4.0);
     let side = 256;
@@ -98,7 +98,8 @@ pub(crate) fn rays(tree: &Bvh) -> [Rays; 3] {
     ]
 }
 
-/// Distance, weights of the second and third corner, and number.
+/// Returns the distance, the weights of the second and third corner, and the number of the nearest
+/// triangle.
 fn nearest(tree: &Bvh, ray: &Ray) -> Option<(f32, [f32; 2], u32)> {
     let prepared = PreparedRay::new(ray);
     let mut best = None;
@@ -125,7 +126,7 @@ fn is_blocked(tree: &Bvh, ray: &Ray) -> bool {
     found
 }
 
-/// Nothing but triangles.
+/// A scene that has only triangles.
 struct TrianglesOnly;
 
 impl NonTriangles for TrianglesOnly {
@@ -134,7 +135,7 @@ impl NonTriangles for TrianglesOnly {
     }
 }
 
-/// How many of the rays hit something, traced one by one.
+/// Counts the rays that hit, traced one by one.
 pub(crate) fn one_by_one(tree: &Bvh, rays: &Rays) -> usize {
     let meets = |ray: &&Ray| match rays.any {
         true => is_blocked(tree, ray),
@@ -143,7 +144,7 @@ pub(crate) fn one_by_one(tree: &Bvh, rays: &Rays) -> usize {
     rays.rays.iter().filter(meets).count()
 }
 
-/// How many of the rays hit something, traced in packets.
+/// Counts the rays that hit, traced in packets.
 pub(crate) fn in_packets(tree: &Bvh, rays: &Rays) -> usize {
     let mut hits = PacketHits::default();
     let mut found = 0;

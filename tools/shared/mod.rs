@@ -1,4 +1,4 @@
-//! What several measuring programs use.
+//! Code that several measuring programs share.
 
 pub(super) mod files;
 pub(super) mod mesh;

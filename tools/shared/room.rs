@@ -1,5 +1,5 @@
-//! One scene of 128,000 triangles through a real lens and an ideal one, beside what another
-//! program says of itself.
+//! Measures one scene of 128,000 triangles through a real lens and an ideal one, and prints another
+//! program's figures beside them.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -11,10 +11,10 @@ use crate::render::Stop;
 use crate::render::report::deviation::Deviation;
 use crate::sampling::Sampler;
 
-/// Samples a pixel of the references.
+/// Samples per pixel of the references.
 const REFERENCE: u32 = 2048;
 
-/// Time and error of one picture.
+/// The time and error of one picture.
 struct Made {
     name: String,
     samples: u32,
@@ -36,8 +36,8 @@ fn optics() -> [(&'static str, Optics); 2] {
     [("double Gauss", Optics::Lens(lens)), ("ideal lens", ideal)]
 }
 
-/// The table. `peer` is a command that prints lines of a name, samples a pixel, seconds, and the
-/// relative RMSE against its own reference, parted by tabs.
+/// Returns the table. `peer` is a command that prints lines of a name, samples per pixel, seconds,
+/// and the relative RMSE against its own reference, separated by tabs.
 pub(crate) fn table(
     report: &mut String,
     scene: &Path,
@@ -96,7 +96,7 @@ pub(crate) fn table(
     report.push('\n');
 }
 
-/// Of points with falling errors.
+/// Interpolates the time for an error between points with falling errors.
 fn seconds_to(error: f64, points: &[Made]) -> f64 {
     let behind = points.partition_point(|m| m.error > error);
     let first = behind.saturating_sub(1).min(points.len().saturating_sub(2));
@@ -105,7 +105,7 @@ fn seconds_to(error: f64, points: &[Made]) -> f64 {
     a.seconds * (b.seconds / a.seconds).powf(share)
 }
 
-/// Levels of the same plan by many other samples, evenly.
+/// Returns levels of the same plan with many independent, evenly distributed samples.
 fn reference(session: &Session) -> Vec<[f64; 3]> {
     let sampler = Sampler {
         seed: 0x5eed,

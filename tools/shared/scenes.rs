@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// Every scene file, plain or gzipped, in the order of names.
+/// Returns every scene file, plain or gzipped, sorted by name.
 pub(crate) fn below(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     collect(folder, &mut files);

@@ -1,4 +1,4 @@
-//! The bar at the top: tools, views, undo; and the line at the bottom: how far the picture is.
+//! The bar at the top with tools, views and undo, and the status line at the bottom.
 
 use egui::Ui;
 
@@ -68,13 +68,13 @@ fn scenes(ui: &mut Ui, model: &mut Model) {
 pub(super) fn status(ui: &mut Ui, model: &mut Model) {
     ui.horizontal(|ui| {
         ui.checkbox(&mut model.refine, "Refine")
-            .on_hover_text("go on making the picture better");
+            .on_hover_text("continue to refine the picture");
         if let Some(frame) = &model.frame {
             let size = frame.resolution;
             let text = if frame.whole {
                 format!("{}x{}  {} samples", size.width, size.height, frame.samples)
             } else {
-                format!("first look {}x{}", size.width, size.height)
+                format!("preview {}x{}", size.width, size.height)
             };
             ui.label(text);
             ui.label(match frame.error {

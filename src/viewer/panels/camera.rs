@@ -1,4 +1,4 @@
-//! The camera menu: every lens with its section, focal length and f-number; and the film.
+//! The camera menu with the lenses, and the film formats.
 
 use egui::{Sense, Ui, WidgetInfo, WidgetType, vec2};
 
@@ -11,7 +11,7 @@ use crate::viewer::model::Model;
 
 use super::{Kit, drawing};
 
-/// Film formats: name, width and height in millimeters.
+/// Film formats: the name, and width and height in millimeters.
 pub(super) const FILMS: [(&str, f64, f64); 10] = [
     ("35 mm", 36.0, 24.0),
     ("35 mm upright", 24.0, 36.0),
@@ -59,7 +59,7 @@ pub(super) fn menu(ui: &mut Ui, model: &mut Model, kit: &Kit) {
     }
 }
 
-/// One lens; whether it was chosen.
+/// Shows one lens, and returns whether it was chosen.
 fn row(ui: &mut Ui, entry: &Entry, chosen: bool) -> bool {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 46.0), Sense::click());
     response
@@ -128,7 +128,7 @@ fn film(ui: &mut Ui, model: &mut Model) {
     }
 }
 
-/// The lens's size: the paper's zoom, or a focal length.
+/// Shows the lens's size: the paper's zoom, or a focal length.
 pub(super) fn zoom(ui: &mut Ui, model: &mut Model) {
     let Some(lens) = model.setup.lens().cloned() else {
         return;
@@ -162,7 +162,7 @@ pub(super) fn zoom(ui: &mut Ui, model: &mut Model) {
     }
 }
 
-/// The movements of a view camera.
+/// Shows the movements of a view camera.
 pub(super) fn movements(ui: &mut Ui, model: &mut Model) {
     let mut next = model.setup.clone();
     let moved = &mut next.plan.movements;
@@ -197,12 +197,12 @@ fn method(ui: &mut Ui, method: &mut FocusMethod) {
                 (FocusMethod::Film, "the film, to the paraxial image"),
                 (
                     FocusMethod::Lens,
-                    "the whole lens; distances count from the film",
+                    "the whole lens; distances are measured from the film",
                 ),
                 (FocusMethod::Group, "the focusing group of the prescription"),
                 (
                     FocusMethod::Best,
-                    "the film, to the least spot of real rays",
+                    "the film, to the smallest spot of real rays",
                 ),
             ] {
                 ui.selectable_value(method, choice, choice.name())

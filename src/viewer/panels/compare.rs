@@ -1,8 +1,8 @@
-//! An old picture beside the live one.
+//! The panel that compares an archival picture with the live one.
 
 use egui::{Color32, Painter, Rect, Stroke, TextureHandle, Ui, pos2};
 
-use crate::viewer::archive::{Archive, Way};
+use crate::viewer::archive::{Archive, ArchiveMode};
 use crate::viewer::model::Model;
 
 use super::Kit;
@@ -22,18 +22,18 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
             .to_string_lossy(),
     );
     ui.horizontal(|ui| {
-        for (way, name) in Way::ALL {
-            ui.selectable_value(&mut archive.way, way, name);
+        for (mode, name) in ArchiveMode::ALL {
+            ui.selectable_value(&mut archive.mode, mode, name);
         }
     });
-    match archive.way {
-        Way::Wipe => {
+    match archive.mode {
+        ArchiveMode::Wipe => {
             ui.add(egui::Slider::new(&mut archive.line, 0.0..=1.0).text("line"));
         }
-        Way::Onion => {
+        ArchiveMode::Onion => {
             ui.add(egui::Slider::new(&mut archive.opacity, 0.0..=1.0).text("opacity"));
         }
-        Way::Off | Way::Blink => {}
+        ArchiveMode::Off | ArchiveMode::Blink => {}
     }
 }
 
@@ -44,13 +44,13 @@ pub(super) fn paint(painter: &Painter, rect: Rect, model: &Model, kit: &mut Kit)
         return;
     };
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    match archive.way {
-        Way::Off => {}
-        Way::Blink if !archive.blinks_on(model.now) => {}
-        Way::Blink => {
+    match archive.mode {
+        ArchiveMode::Off => {}
+        ArchiveMode::Blink if !archive.blinks_on(model.now) => {}
+        ArchiveMode::Blink => {
             painter.image(texture, rect, whole, Color32::WHITE);
         }
-        Way::Onion => {
+        ArchiveMode::Onion => {
             painter.image(
                 texture,
                 rect,
@@ -58,7 +58,7 @@ pub(super) fn paint(painter: &Painter, rect: Rect, model: &Model, kit: &mut Kit)
                 Color32::WHITE.gamma_multiply(archive.opacity),
             );
         }
-        Way::Wipe => {
+        ArchiveMode::Wipe => {
             let x = rect.left() + archive.line * rect.width();
             let left = Rect::from_min_max(rect.min, pos2(x, rect.bottom()));
             let part = Rect::from_min_max(pos2(0.0, 0.0), pos2(archive.line, 1.0));

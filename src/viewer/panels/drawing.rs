@@ -5,7 +5,7 @@ use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, pos2};
 
 use crate::diagram::drawing::{Anchor, Drawing, Ink, Output, Path, Text};
 
-/// Draws into a rectangle, as large as fits.
+/// Draws into a rectangle at the largest size that fits.
 pub(super) fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool) {
     let (w, h) = (
         drawing.width.max(1.0) as f32,
@@ -76,7 +76,7 @@ impl Output for Screen<'_> {
             Anchor::Middle => Align2::CENTER_BOTTOM,
             Anchor::End => Align2::RIGHT_BOTTOM,
         };
-        // The window's font has no prime.
+        // The window's font lacks the prime.
         let words = text.words.replace('\u{2032}', "'");
         let color = line(text.ink, self.dark).color;
         let font = FontId::proportional(size);
@@ -100,7 +100,7 @@ fn stroke(painter: &Painter, points: Vec<Pos2>, closed: bool, dashed: bool, pen:
     }
 }
 
-/// A polygon of any shape: a meniscus is not convex.
+/// Returns a filled polygon of any shape; a meniscus is not convex.
 fn filled(points: &[Pos2], color: Color32) -> Shape {
     let mut triangles: Vec<u32> = Vec::new();
     let corners = points.iter().map(|p| [f64::from(p.x), f64::from(p.y)]);
@@ -128,7 +128,7 @@ fn glass(dense: u8, dark: bool) -> Color32 {
     }
 }
 
-/// Colors as in the printed diagrams (after Okabe and Ito), thin lines.
+/// Returns the line of an ink, with colors as in the files (after Okabe and Ito).
 fn line(ink: Ink, dark: bool) -> Stroke {
     let pick = |light: u32, night: u32| {
         let c = if dark { night } else { light };

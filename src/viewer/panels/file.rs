@@ -33,7 +33,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
             .on_hover_text("the picture's name: .png, .exr or .ppm");
         if ui
             .add_enabled(model.open, egui::Button::new("Save picture"))
-            .on_hover_text("makes what the command line makes, bit for bit")
+            .on_hover_text("makes the same picture as the command line, bit for bit")
             .clicked()
         {
             model.save_picture();
@@ -41,7 +41,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
     });
     if ui
         .button("Copy command")
-        .on_hover_text("the line that makes this picture without a window")
+        .on_hover_text("the command that makes this picture without a window")
         .clicked()
     {
         ui.ctx().copy_text(model.command());

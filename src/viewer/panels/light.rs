@@ -1,4 +1,4 @@
-//! Light: exposure with its histogram, headlight and shading.
+//! The light panel: exposure with its histogram, headlight and shading.
 
 use egui::{Color32, Sense, Ui, pos2, vec2};
 
@@ -20,7 +20,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &Kit) {
         .suffix(" EV")
         .text("Exposure");
     if ui.add(slider).changed() {
-        // A number that prints short: the command line has it too.
+        // The number is rounded so that it is short on the command line.
         plan.exposure = (libm::exp2(stops) * 1e4).round().max(1.0) / 1e4;
     }
     bars(ui, kit.histogram.as_ref());
@@ -49,7 +49,8 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &Kit) {
     ui.separator();
 }
 
-/// The three curves, with how much is lost at either end; their place, until there is a picture.
+/// Draws the curves of the channels with the clipped shares at the ends, or reserves their space
+/// before the first picture.
 fn bars(ui: &mut Ui, histogram: Option<&Histogram>) {
     let (rect, response) =
         ui.allocate_exact_size(vec2(ui.available_width().min(260.0), 56.0), Sense::hover());
@@ -77,6 +78,6 @@ fn bars(ui: &mut Ui, histogram: Option<&Histogram>) {
         100.0 * histogram.clipped,
         100.0 * histogram.black
     );
-    response.on_hover_text("how many pixels have which level");
+    response.on_hover_text("the number of pixels at each level");
     ui.small(text);
 }

@@ -1,4 +1,4 @@
-//! What reading the scene or focusing the lens had to say; a click shows the lines.
+//! The messages about the scene and the lens; a click shows the source lines.
 
 use egui::{Color32, RichText, Ui};
 
@@ -44,7 +44,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
         });
 }
 
-/// Place and words of a message.
+/// Formats a message with its location.
 fn line(message: &Diagnostic) -> RichText {
     let color = match message.severity {
         Severity::Error => Color32::from_rgb(240, 90, 80),
@@ -54,7 +54,7 @@ fn line(message: &Diagnostic) -> RichText {
     RichText::new(message.to_string()).color(color)
 }
 
-/// A lens that can't focus there, with the nearest distance that it can.
+/// Shows that the lens cannot focus there, with the nearest distance at which it can.
 fn refusal(ui: &mut Ui, model: &mut Model) {
     let Some(refusal) = model.refusal.clone() else {
         return;

@@ -1,4 +1,4 @@
-//! The window's parts. Each shows the [`Model`] and changes it; none knows another.
+//! The panels of the window. Each shows the [`Model`] and changes it; they do not use each other.
 
 mod bar;
 mod camera;
@@ -27,23 +27,23 @@ use super::navigate::Tool;
 
 pub(crate) use wheel::{Turn, wheel};
 
-/// What panels keep from one frame of the window to the next, besides the model.
+/// The state of the panels from one frame of the window to the next, besides the model.
 pub(crate) struct Kit {
     pub lenses: LensMenu,
-    /// The picture on screen, and what it was made of.
+    /// The picture on screen, with the inputs that it was made of.
     picture: Option<TextureHandle>,
     shown: Option<picture::Shown>,
     histogram: Option<super::develop::Histogram>,
     archive: Option<(u64, TextureHandle)>,
     wheel: f32,
     rays: rays::Section,
-    /// A lens wide open, and its f-number.
+    /// A lens wide open, with its f-number.
     widest: Option<(LensChoice, Option<f64>)>,
 }
 
 impl Kit {
-    /// The f-number of a lens wide open. It is asked of the prescription and not of the picture,
-    /// which may not be there yet.
+    /// Returns the f-number of a lens wide open, from its prescription, because there may be no
+    /// picture yet.
     fn widest_f_number(&mut self, lens: &LensChoice) -> Option<f64> {
         let open = LensChoice {
             f_number: None,
@@ -61,7 +61,7 @@ impl Kit {
     }
 }
 
-/// The window: model, renderer and panels.
+/// The window with its model, renderer and panels.
 pub(crate) struct Window {
     pub model: Model,
     pub engine: Engine,
@@ -83,11 +83,11 @@ impl Window {
         Self { model, engine, kit }
     }
 
-    /// One frame: news in, panels, orders out.
+    /// Runs one frame: handles news, shows the panels, and sends orders.
     pub(crate) fn show(&mut self, ctx: &Context) {
         let model = &mut self.model;
         for news in self.engine.news() {
-            model.hear(news);
+            model.handle(news);
         }
         ctx.input(|i| {
             model.now = i.time;
@@ -97,14 +97,14 @@ impl Window {
         keys(ctx, model);
         self.panels(ctx);
         let model = &mut self.model;
-        if model.fly_on() || model.archive.way == super::archive::Way::Blink {
+        if model.continue_flight() || model.archive.mode == super::archive::ArchiveMode::Blink {
             ctx.request_repaint();
         }
         for order in model.orders() {
             self.engine.order(order);
         }
-        if let Some(asked) = model.ask() {
-            self.engine.show(asked);
+        if let Some(request) = model.take_request() {
+            self.engine.show(request);
         }
         self.engine.refine(model.refine);
         for (setup, output) in model.saves() {
@@ -145,7 +145,7 @@ impl Window {
     }
 }
 
-/// Files dropped on the window: scenes, cameras, environments, pictures, lenses.
+/// Opens files dropped on the window: scenes, cameras, environments, pictures, lenses.
 fn dropped(ctx: &Context, model: &mut Model) {
     let files = ctx.input(|i| i.raw.dropped_files.clone());
     for path in files.into_iter().filter_map(|f| f.path) {
@@ -153,7 +153,7 @@ fn dropped(ctx: &Context, model: &mut Model) {
     }
 }
 
-/// Keys that work wherever the cursor is, unless a text is being typed.
+/// Handles keys that work at any position of the cursor, unless a text is being typed.
 fn keys(ctx: &Context, model: &mut Model) {
     let pressed = |modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
     if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y)
@@ -185,7 +185,7 @@ fn keys(ctx: &Context, model: &mut Model) {
     picture::fly(ctx, model);
 }
 
-/// Wakes the window when there is news.
+/// Returns a function that wakes the window when there is news.
 pub(crate) fn waker(ctx: &Context) -> Arc<dyn Fn() + Send + Sync> {
     let ctx = ctx.clone();
     Arc::new(move || ctx.request_repaint())

@@ -1,4 +1,4 @@
-//! What is drawn over the picture: which marks there are, and those that are lines.
+//! The marks over the picture: their menu, and those that are lines.
 
 use egui::{Color32, Painter, Rect, Stroke, Ui, pos2, vec2};
 
@@ -9,17 +9,17 @@ pub(super) fn choices(ui: &mut Ui, model: &mut Model) {
     let marks = &mut model.marks;
     ui.horizontal(|ui| {
         ui.checkbox(&mut marks.plane, "Focus plane").on_hover_text(
-            "a tint over all that is behind the distance in focus, and a frame there that shrinks as it goes away",
+            "a tint over everything behind the focus distance, and a frame at that distance whose size shows it",
         );
         ui.checkbox(&mut marks.curved, "curved").on_hover_text(
-            "the surface that is really sharp, traced through the lens, instead of the plane",
+            "the surface of sharp focus, traced through the lens, instead of the plane",
         );
     });
     ui.horizontal(|ui| {
         ui.checkbox(&mut marks.peaking, "Peaking")
             .on_hover_text("marks edges that are sharp");
         ui.checkbox(&mut marks.clipping, "Clipping")
-            .on_hover_text("stripes where the film is full or black");
+            .on_hover_text("stripes where the picture is clipped or black");
     });
     ui.horizontal(|ui| {
         ui.checkbox(&mut marks.thirds, "Thirds");
@@ -28,7 +28,7 @@ pub(super) fn choices(ui: &mut Ui, model: &mut Model) {
     ui.separator();
 }
 
-/// Lines over the picture.
+/// Draws the lines over the picture.
 pub(super) fn lines(painter: &Painter, rect: Rect, model: &Model) {
     let pen = Stroke::new(1.0, Color32::from_white_alpha(90));
     if model.marks.thirds {
@@ -55,17 +55,18 @@ fn parts(painter: &Painter, rect: Rect, count: usize, pen: Stroke) {
     }
 }
 
-/// The scaled region of the paper: a frame in the focus plane, one tenth of the scene across,
-/// which is the smaller the farther it is. What stands in front of it hides it.
+/// Draws the scaled region of the paper: a frame in the focus plane, one tenth of the scene across.
+/// Surfaces in front of it hide it.
 fn region(painter: &Painter, rect: Rect, model: &Model) {
     let distance = model.setup.focus();
     if !distance.is_finite() {
         return;
     }
-    let half = 0.05 * model.stand().extent / distance / libm::tan(0.5 * model.height_angle()) / 2.0;
+    let half =
+        0.05 * model.viewpoint().extent / distance / libm::tan(0.5 * model.height_angle()) / 2.0;
     let height = (half as f32 * rect.height()).clamp(2.0, 4.0 * rect.height());
     let frame = Rect::from_center_size(rect.center(), 2.0 * vec2(1.5 * height, height));
-    let sight = Sight {
+    let sight = PlaneVisibility {
         model,
         rect,
         distance,
@@ -88,14 +89,14 @@ fn region(painter: &Painter, rect: Rect, model: &Model) {
     sight.fill(painter, frame.intersect(rect), fill);
 }
 
-/// What of the plane in focus can be seen: nothing nearer stands before it.
-struct Sight<'a> {
+/// The visibility of the focus plane behind nearer surfaces.
+struct PlaneVisibility<'a> {
     model: &'a Model,
     rect: Rect,
     distance: f64,
 }
 
-impl Sight<'_> {
+impl PlaneVisibility<'_> {
     fn sees(&self, at: egui::Pos2) -> bool {
         let t = (at - self.rect.min) / self.rect.size();
         let inside = self.rect.contains(at);
@@ -107,7 +108,7 @@ impl Sight<'_> {
         inside && depth.is_none_or(|depth| depth >= 0.999 * self.distance)
     }
 
-    /// A line as far as it is seen, in pieces of a few points.
+    /// Draws the visible parts of a line, in pieces of a few points.
     fn line(&self, painter: &Painter, from: egui::Pos2, to: egui::Pos2, pen: Stroke) {
         let pieces = ((to - from).length() / 3.0).clamp(1.0, 2000.0) as usize;
         let at = |i: usize| from + (to - from) * (i as f32 / pieces as f32);

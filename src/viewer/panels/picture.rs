@@ -1,4 +1,4 @@
-//! The picture itself, what the mouse does on it, and what is drawn over it.
+//! The picture, the actions of the mouse on it, and the marks over it.
 
 use egui::{
     Color32, Context, Key, PointerButton, Rect, Response, Sense, TextureOptions, Ui, WidgetInfo,
@@ -13,7 +13,7 @@ use crate::viewer::navigate::Tool;
 
 use super::{Kit, compare, overlay};
 
-/// What the texture on screen was made of.
+/// The inputs that the texture on screen was made of.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Shown {
     serial: u64,
@@ -57,7 +57,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     mouse(ui, &response, rect, model);
 }
 
-/// Makes the texture anew where the picture or its marks have changed.
+/// Updates the texture if the picture or its marks have changed.
 fn refresh(ctx: &Context, model: &Model, kit: &mut Kit) {
     let Some(frame) = &model.frame else { return };
     let plan = &model.setup.plan;
@@ -91,7 +91,7 @@ fn refresh(ctx: &Context, model: &Model, kit: &mut Kit) {
     };
     mark(&mut pixels, size, &marking);
     let image = egui::ColorImage::from_rgb(size, &pixels);
-    // A first look is smoothed, the picture itself shows its pixels.
+    // A reduced preview is interpolated; the full picture shows its pixels.
     let options = if frame.whole {
         TextureOptions::NEAREST
     } else {
@@ -139,22 +139,22 @@ fn mouse(ui: &Ui, response: &Response, rect: Rect, model: &mut Model) {
     }
 }
 
-/// Moves the camera by a drag, in shares of the picture's height, y up.
+/// Moves the camera by a drag, in fractions of the picture's height, y up.
 fn dragged(model: &mut Model, tool: Tool, by: DVec2) {
-    let stand = model.stand();
+    let viewpoint = model.viewpoint();
     let angle = model.height_angle();
     let pose = match tool {
-        Tool::Orbit => stand.orbit(DVec2::new(3.0 * by.x, -3.0 * by.y)),
-        Tool::Pan => stand.pan(DVec2::new(by.x, -by.y), angle),
-        Tool::Dolly => stand.dolly(2.0 * by.y),
-        Tool::Fly => stand.look(angle * by),
+        Tool::Orbit => viewpoint.orbit(DVec2::new(3.0 * by.x, -3.0 * by.y)),
+        Tool::Pan => viewpoint.pan(DVec2::new(by.x, -by.y), angle),
+        Tool::Dolly => viewpoint.dolly(2.0 * by.y),
+        Tool::Fly => viewpoint.look(angle * by),
         Tool::Focus | Tool::Seek => return,
     };
     let control = if tool == Tool::Fly { "fly" } else { "camera" };
     keep_focus(model, control, &pose);
 }
 
-/// The wheel dollies; with Ctrl or Shift held it is the focus wheel.
+/// Moves the camera by the mouse wheel, or turns the focus wheel if Ctrl or Shift is held.
 fn scrolled(ui: &Ui, model: &mut Model) {
     let (scroll, focus, seconds) = ui.input(|i| {
         let by = i.smooth_scroll_delta.y + i.smooth_scroll_delta.x;
@@ -177,13 +177,13 @@ fn scrolled(ui: &Ui, model: &mut Model) {
         );
         model.edit("focus wheel", |s| s.set_focus(there));
     } else {
-        let stand = model.stand();
-        let pose = stand.dolly(f64::from(scroll) / 400.0);
+        let viewpoint = model.viewpoint();
+        let pose = viewpoint.dolly(f64::from(scroll) / 400.0);
         keep_focus(model, "camera", &pose);
     }
 }
 
-/// Goes there. The camera's own focal distance stays what it was.
+/// Moves the camera without changing its own focal distance.
 fn keep_focus(model: &mut Model, control: &'static str, pose: &crate::pose::CameraPose) {
     let focus = model.setup.focus();
     model.go(control, pose);
@@ -192,7 +192,7 @@ fn keep_focus(model: &mut Model, control: &'static str, pose: &crate::pose::Came
     }
 }
 
-/// The keys of flying: a tenth of the scene a second, faster with Shift.
+/// Handles the keys of flying: a tenth of the scene per second, faster with Shift.
 pub(super) fn fly(ctx: &Context, model: &mut Model) {
     if model.tool != Tool::Fly {
         return;
@@ -208,8 +208,8 @@ pub(super) fn fly(ctx: &Context, model: &mut Model) {
         (speed * by, f64::from(i.stable_dt.min(0.1)))
     });
     if by != DVec3::ZERO {
-        let stand = model.stand();
-        let pose = stand.fly(seconds * by);
+        let viewpoint = model.viewpoint();
+        let pose = viewpoint.fly(seconds * by);
         keep_focus(model, "fly", &pose);
         ctx.request_repaint();
     }

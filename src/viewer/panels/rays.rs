@@ -1,4 +1,4 @@
-//! The live diagram of the lens: the rays that really make the pixel under the cursor.
+//! The live diagram of the lens, with rays of the pixel under the cursor.
 
 use egui::Ui;
 use glam::{DVec2, DVec3};
@@ -11,10 +11,10 @@ use crate::viewer::model::Model;
 use super::drawing;
 use super::settings::meters;
 
-/// Samples of the pixel that are drawn.
+/// The number of samples of the pixel that are drawn.
 const RAYS: u32 = 24;
 
-/// The section with its rays, until the pixel or the lens changes.
+/// The section with its rays, kept until the pixel or the lens changes.
 #[derive(Default)]
 pub(super) struct Section {
     of: Option<(u64, [u32; 2])>,
@@ -62,7 +62,7 @@ fn caption(ui: &mut Ui, model: &Model, camera: &LensCamera, [px, py]: [u32; 2], 
     });
 }
 
-/// The section and the number of rays that get through.
+/// Returns the section and the number of rays that pass through the lens.
 fn draw(
     camera: &LensCamera,
     model: &Model,
@@ -95,7 +95,8 @@ fn draw(
     (diagram.drawing(), passed)
 }
 
-/// The path in the plane of the axis and the film point: z, and the height along that direction.
+/// Projects a path to the plane of the axis and the film point: z, and the height along that
+/// direction.
 fn flat(start: &LensRay, path: &RayPath, length: f64) -> Vec<DVec2> {
     let up = start.origin.truncate().try_normalize().unwrap_or(DVec2::Y);
     // The film point is drawn below the axis, as its image is upside down.

@@ -1,4 +1,4 @@
-//! Focus and aperture, with what they do to the depth of field.
+//! The panels of focus and aperture, with the depth of field.
 
 use egui::{Grid, Ui};
 
@@ -8,12 +8,12 @@ use crate::viewer::sharpness::{self, DepthOfField};
 
 use super::{Kit, Turn, camera, wheel};
 
-/// The full stops, from f/1.
+/// The full f-stops, from f/1.
 pub(super) const STOPS: [f64; 13] = [
     1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0, 45.0, 64.0,
 ];
 
-/// A distance for people.
+/// Formats a distance with a unit.
 pub(super) fn meters(distance: f64) -> String {
     match distance {
         d if !d.is_finite() => "∞".into(),
@@ -40,7 +40,7 @@ pub(super) fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
         if ui
             .add(field.speed(0.01))
             .labelled_by(heading.id)
-            .on_hover_text("the distance in focus")
+            .on_hover_text("the focus distance")
             .changed()
         {
             model.edit("focus", |s| s.set_focus(distance));
@@ -56,7 +56,8 @@ pub(super) fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     ui.separator();
 }
 
-/// What autofocus found: one line, which is there while it is empty, so that nothing below moves.
+/// Shows the result of autofocus in one line, which is reserved while it is empty, so that nothing
+/// below moves.
 fn autofocus(ui: &mut Ui, model: &Model) {
     let text = match model.focused {
         None => " ".into(),
@@ -76,7 +77,8 @@ fn autofocus(ui: &mut Ui, model: &Model) {
     ui.add(egui::Label::new(egui::RichText::new(text).small()).truncate());
 }
 
-/// The rows are there before the first picture, so that nothing below them moves when it comes.
+/// Shows the depth of field. The rows exist before the first picture, so that nothing below them
+/// moves.
 fn depth_of_field(ui: &mut Ui, model: &Model) {
     if model.setup.lens().is_none() {
         return;
@@ -162,7 +164,7 @@ fn blades(ui: &mut Ui, iris: &mut Iris) {
                 }),
         )
         .labelled_by(name.id)
-        .on_hover_text("straight blades of the iris; fewer than three: a round hole");
+        .on_hover_text("straight blades of the iris; fewer than three is a round hole");
         let name = ui.label("turned");
         ui.add_enabled(
             count >= 3,

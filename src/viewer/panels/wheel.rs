@@ -1,13 +1,13 @@
-//! The focus wheel: a thumb wheel as SGI's viewers had along their edges.
+//! The focus wheel, a thumb wheel as along the edges of SGI's viewers.
 
 use egui::{Color32, Response, Sense, Ui, WidgetInfo, WidgetType, pos2, vec2};
 
-/// Points of travel that turn the wheel by a radian.
+/// The radius of the wheel in points: the travel that turns it by a radian.
 const RADIUS: f32 = 60.0;
-/// Ridges around the wheel.
+/// The number of ridges around the wheel.
 const RIDGES: usize = 36;
 
-/// How far the wheel was turned in this frame, in radians, and how fast, in radians a second.
+/// The turn of the wheel in this frame, in radians and in radians per second.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Turn {
     pub radians: f64,
@@ -15,7 +15,7 @@ pub(crate) struct Turn {
 }
 
 /// Shows a wheel that can be dragged, scrolled over, or turned by the arrow keys when it has the
-/// keyboard. `angle` is where it stands, for its ridges.
+/// keyboard focus. `angle` is its angle, for the ridges.
 pub(crate) fn wheel(ui: &mut Ui, name: &str, angle: &mut f32) -> (Response, Turn) {
     let size = vec2(ui.available_width().min(260.0), 26.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());

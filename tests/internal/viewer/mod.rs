@@ -23,11 +23,11 @@ use crate::math::Mm;
 use crate::photo::{Era, Headlight, LensChoice, Optics, Plan};
 use crate::sampling::SamplerKind;
 use crate::shade::Shading;
-use crate::viewer::archive::Way;
+use crate::viewer::archive::ArchiveMode;
 use crate::viewer::draft::Preview;
 use crate::viewer::engine::Engine;
 use crate::viewer::lenses::LensMenu;
-use crate::viewer::live::{Asked, Live};
+use crate::viewer::live::{Live, Request};
 use crate::viewer::model::Model;
 use crate::viewer::navigate::Tool;
 use crate::viewer::panels::Window;
@@ -908,13 +908,13 @@ fn whoever_asks_for_the_samples_and_pupil_of_1999_sees_and_saves_them() {
     setup.plan.aim = old.aim;
     let mut live = Live::open(&setup.plan).unwrap();
     setup.pose = live.setup().pose.clone();
-    let asked = Asked {
+    let request = Request {
         setup,
         preview: Preview::Lens,
         serial: 1,
         at: Instant::now(),
     };
-    live.show(asked).unwrap();
+    live.show(request).unwrap();
     assert_eq!(live.session().plan.aim, old.aim);
 }
 
@@ -927,14 +927,14 @@ fn an_old_picture_is_blinked_wiped_and_shines_through() {
         .save(&old)
         .unwrap();
     bench.change(|m| m.take_file(&old));
-    assert_eq!(bench.model().archive.way, Way::Wipe);
-    for (way, name) in Way::ALL {
+    assert_eq!(bench.model().archive.mode, ArchiveMode::Wipe);
+    for (mode, name) in ArchiveMode::ALL {
         bench.click(name);
-        assert_eq!(bench.model().archive.way, way);
-        match way {
-            Way::Wipe => bench.put(Role::Slider, "line", 0.25),
-            Way::Onion => bench.put(Role::Slider, "opacity", 0.75),
-            Way::Off | Way::Blink => {}
+        assert_eq!(bench.model().archive.mode, mode);
+        match mode {
+            ArchiveMode::Wipe => bench.put(Role::Slider, "line", 0.25),
+            ArchiveMode::Onion => bench.put(Role::Slider, "opacity", 0.75),
+            ArchiveMode::Off | ArchiveMode::Blink => {}
         }
     }
     let archive = &bench.model().archive;
@@ -961,13 +961,13 @@ fn still(scratch: &Scratch) -> Bench {
     let plan = scratch.plan();
     let mut live = Live::open(&plan).unwrap();
     let setup = live.setup().clone();
-    let asked = Asked {
+    let request = Request {
         setup: setup.clone(),
         preview: Preview::Lens,
         serial: 1,
         at: Instant::now(),
     };
-    live.show(asked).unwrap();
+    live.show(request).unwrap();
     let mut frame = live.step(&|| true).unwrap();
     while !frame.whole || frame.samples < 4 {
         frame = live.step(&|| true).unwrap();
