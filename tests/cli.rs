@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// A folder of this test's own, removed at the end.
+/// A temporary folder that is removed at the end.
 struct Scratch(PathBuf);
 
 impl Scratch {
@@ -66,7 +66,7 @@ fn the_readmes_first_command_makes_its_picture() {
 }
 
 #[test]
-fn the_papers_own_line_runs_as_it_stands() {
+fn the_papers_own_command_line_runs_unchanged() {
     let scratch = Scratch::new("paper");
     let picture = scratch.0.join("a.png");
     let line = "-batch -j 16 -s r -f 1.2 -z 0.2 -camread camera/cam-1.dat \
@@ -89,8 +89,8 @@ fn the_papers_own_line_runs_as_it_stands() {
     }
 }
 
-/// As in 1999, no `-batch` means the window; without a display, or without the window built in,
-/// one sentence says what works.
+/// As in 1999, the window opens without `-batch`. Without a display, or in a build without the
+/// window, one sentence states what works.
 #[test]
 fn without_a_display_one_sentence_names_batch() {
     for line in [
@@ -111,7 +111,7 @@ fn without_a_display_one_sentence_names_batch() {
 }
 
 #[test]
-fn the_report_tells_time_error_and_what_was_left_out() {
+fn the_report_has_time_error_and_the_parts_left_out() {
     let scratch = Scratch::new("report");
     let scene = scratch.file("a.iv", "#Inventor V2.1 ascii\nSphere { }\n");
     let report = scratch.0.join("report.json");
@@ -134,8 +134,8 @@ fn the_report_tells_time_error_and_what_was_left_out() {
     assert_eq!(json["film_rays"], 12 * 8 * 16);
 }
 
-/// Runs a line that must fail with exit code 2, one error that says all of `parts`, and no file
-/// left in the folder but those that were there.
+/// Runs a command line that must fail with exit code 2, one error that contains all of `parts`, and
+/// no new file in the folder.
 fn must_fail(scratch: &Scratch, line: &str, parts: &[&str]) {
     let before = scratch.names();
     let folder = scratch.0.display().to_string();
@@ -231,7 +231,7 @@ fn a_missing_part_is_a_warning_and_a_picture() {
     assert!(scratch.0.join("a.png").exists());
 }
 
-/// The highest level of a picture, and what was said.
+/// Returns the highest level of a picture, and the messages.
 fn lit(scratch: &Scratch, line: &str) -> (u8, String) {
     let picture = scratch.0.join("lit.png");
     let run = ivcam(&line.replace("DIR", &scratch.0.display().to_string()))
@@ -248,7 +248,7 @@ const HEADLIGHT_ON: &str =
     "headlight: on, because the scene has no light; --headlight=off turns it off";
 
 #[test]
-fn a_scene_without_light_is_lit_from_the_camera_and_a_line_says_so() {
+fn a_scene_without_light_is_lit_from_the_camera_with_a_notice() {
     let scratch = Scratch::new("dark");
     scratch.file("dark.iv", "#Inventor V2.1 ascii\nCube { }\n");
     scratch.file(
@@ -264,7 +264,7 @@ fn a_scene_without_light_is_lit_from_the_camera_and_a_line_says_so() {
         assert!(level > 100, "{scene}: {level}");
         assert_eq!(said.matches(HEADLIGHT_ON).count(), 1, "{said}");
     }
-    // From behind, the light of this scene reaches nothing: it is dark, and stays so.
+    // From behind, the light of this scene reaches no visible surface, so the picture remains dark.
     for line in ["render DIR/lamp.iv", "render --headlight=off DIR/dark.iv"] {
         let (level, said) = lit(&scratch, line);
         assert!(level < 20 && !said.contains(HEADLIGHT_ON), "{level} {said}");
@@ -277,13 +277,13 @@ fn a_scene_without_light_is_lit_from_the_camera_and_a_line_says_so() {
             "{level} {said}"
         );
     }
-    // Normals need no light.
+    // The shading by normals needs no light.
     let (_, said) = lit(&scratch, "render -s n DIR/dark.iv");
     assert!(!said.contains(HEADLIGHT_ON), "{said}");
 }
 
 #[test]
-fn in_the_1999_form_the_headlight_stays_off_and_a_hint_says_so() {
+fn in_the_1999_form_the_headlight_remains_off_with_a_hint() {
     let scratch = Scratch::new("dark-1999");
     scratch.file("dark.iv", "#Inventor V2.1 ascii\nCube { }\n");
     let (level, said) = lit(&scratch, "-batch DIR/dark.iv");
@@ -296,7 +296,7 @@ fn in_the_1999_form_the_headlight_stays_off_and_a_hint_says_so() {
 }
 
 #[test]
-fn navigation_info_and_environment_have_their_say_about_the_headlight() {
+fn navigation_info_and_environment_set_the_headlight() {
     let scratch = Scratch::new("say");
     let world = |info: &str, lamp: &str| {
         format!(
@@ -334,7 +334,7 @@ fn navigation_info_and_environment_have_their_say_about_the_headlight() {
 }
 
 #[test]
-fn metadata_and_report_say_what_the_headlight_did() {
+fn metadata_and_report_state_the_headlight() {
     let scratch = Scratch::new("lit-report");
     scratch.file("dark.iv", "#Inventor V2.1 ascii\nCube { }\n");
     for (flags, words) in [
@@ -411,7 +411,7 @@ fn the_same_seed_gives_the_same_bits_at_any_number_of_threads() {
             .unwrap();
         assert!(run.status.success(), "{}", stderr(&run));
         let bytes = std::fs::read(picture).unwrap();
-        // The command is in the header; the levels come after the line that gives the depth.
+        // The command is in the header; the levels follow the line with the largest level.
         let at = bytes.windows(7).position(|w| w == b"\n65535\n").unwrap();
         pictures.push(bytes[at..].to_vec());
     }
@@ -419,7 +419,7 @@ fn the_same_seed_gives_the_same_bits_at_any_number_of_threads() {
 }
 
 #[test]
-fn a_slip_of_one_dash_is_named_and_attached_values_are_not() {
+fn a_missing_dash_is_reported_and_attached_values_are_accepted() {
     let scratch = Scratch::new("slips");
     scratch.file("a.iv", "#Inventor V2.1 ascii\nCube { }\n");
     for (slip, parts) in [
@@ -442,7 +442,7 @@ fn a_slip_of_one_dash_is_named_and_attached_values_are_not() {
 }
 
 #[test]
-fn flags_that_do_nothing_and_flags_that_add_up_are_told() {
+fn flags_without_effect_and_flags_that_combine_are_reported() {
     let scratch = Scratch::new("idle");
     scratch.file("a.iv", "#Inventor V2.1 ascii\nCube { }\n");
     let folder = scratch.0.display().to_string();
@@ -469,7 +469,7 @@ fn flags_that_do_nothing_and_flags_that_add_up_are_told() {
     }
 }
 
-/// A long lens has to stand farther off than a pinhole of 45 degrees.
+/// A long lens must be farther away than a pinhole of 45 degrees.
 #[test]
 fn a_scene_without_a_camera_is_seen_whole_through_the_lens_it_is_seen_through() {
     let scratch = Scratch::new("whole");

@@ -1,9 +1,9 @@
-//! What tests of the program share: a folder of their own, and a call in this process.
+//! Shared code of the tests: a temporary folder, and a call of the program in this process.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// A folder of a test's own, removed at the end.
+/// A temporary folder that is removed at the end.
 pub(crate) struct Folder(pub PathBuf);
 
 impl Folder {
@@ -17,7 +17,7 @@ impl Folder {
         self.0.join(name).display().to_string()
     }
 
-    /// Writes a file and gives its path.
+    /// Writes a file and returns its path.
     pub(crate) fn file(&self, name: &str, text: &str) -> String {
         std::fs::write(self.0.join(name), text).unwrap();
         self.path(name)
@@ -30,7 +30,8 @@ impl Drop for Folder {
     }
 }
 
-/// Runs the program for a line of words without spaces in them, then some more; its exit code.
+/// Runs the program with a line of arguments without spaces in them, and more arguments; returns
+/// the exit code.
 pub(crate) fn ivcam(line: &str, more: &[&str]) -> i32 {
     let words = ["ivcam"].into_iter().chain(line.split_whitespace());
     crate::cli::run(words.chain(more.iter().copied()).map(OsString::from))

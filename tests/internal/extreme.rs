@@ -1,4 +1,4 @@
-//! Stiff and extreme cases of the lens, each with an answer known another way.
+//! Stiff and extreme cases of the lens, each with an answer known by another method.
 
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ const OPEN: f64 = f64::INFINITY;
 mod radii {
     use super::*;
 
-    /// The sag is y²/(R + √(R² − y²)), which has no cancellation.
+    /// The reference sag is y²/(R + √(R² − y²)), which has no cancellation.
     #[test]
     fn the_sag_is_right_from_a_meter_to_a_plane() {
         for exponent in 3..=18 {
@@ -73,9 +73,9 @@ mod rims {
 
     const HEMISPHERE: [(f64, f64, f64, f64); 1] = [(10.0, 0.0, 1.5, 10.0)];
 
-    /// At height R − δ the sag is R − √(2Rδ − δ²).
+    /// At height R − δ, the sag is R − √(2Rδ − δ²).
     #[test]
-    fn a_hemisphere_is_met_up_to_its_rim_and_missed_at_it() {
+    fn a_hemisphere_is_hit_up_to_its_rim_and_missed_at_it() {
         let hemisphere = lens(&HEMISPHERE);
         for (bits, tolerance) in [(20, 1e-12), (40, 1e-9), (50, 1e-7)] {
             let y = 10.0 * (1.0 - libm::exp2(-f64::from(bits)));
@@ -114,7 +114,8 @@ mod rims {
         }
     }
 
-    /// A cap beyond 90 degrees, as on the front of a fish-eye, takes a ray that runs backward.
+    /// A cap of more than 90 degrees, as on the front of a fish-eye lens, accepts a ray that runs
+    /// backward.
     #[test]
     fn a_ray_at_100_degrees_enters_a_steep_cap() {
         let angle = 100f64.to_radians();
@@ -123,7 +124,7 @@ mod rims {
         let out = cap
             .trace_from_scene(&ray([0.0, 68.0, 21.8], direction))
             .unwrap();
-        // Snell: sines against the normal are as the indices.
+        // By Snell's law, sines to the normal are inversely proportional to the indices.
         let normal = (out.origin - DVec3::new(0.0, 0.0, 20.0)) / 20.0;
         let before = DVec3::from_array(direction).cross(normal).length();
         assert!((before - 1.8 * out.direction.cross(normal).length()).abs() < 1e-14);
@@ -154,7 +155,7 @@ mod rims {
 mod bending {
     use super::*;
 
-    /// Grazing light is bent to the critical angle: sin = 1/n.
+    /// Grazing light is refracted at the critical angle, sin = 1/n.
     #[test]
     fn grazing_light_enters_glass_at_the_critical_angle() {
         let plane = lens(&[(0.0, 0.0, 1.5, OPEN)]);
@@ -164,7 +165,7 @@ mod bending {
                 .unwrap();
             assert!((out.direction.y - 1.0 / 1.5).abs() < 1e-12, "{cos}");
         }
-        // And along the plane it never meets it.
+        // A ray along the plane does not intersect it.
         let along = plane.trace_from_scene(&ray([0.0, -1.0, -1.0], [0.0, 1.0, 0.0]));
         assert_eq!(
             along,
@@ -183,7 +184,7 @@ mod bending {
             let d = [0.0, sin, (1.0 - sin * sin).sqrt()];
             let out = out_of_glass.trace_from_scene(&ray([0.0, 0.0, -1.0], d));
             match out {
-                // cos² = 1 − (1 + offset)² ≈ −2 offset.
+                // Here cos² = 1 − (1 + offset)² ≈ −2 offset.
                 Ok(out) if passes => {
                     let cos = (-2.0 * offset).sqrt();
                     assert!(
@@ -198,7 +199,7 @@ mod bending {
         }
     }
 
-    /// A step of the index of ε bends by ε tan I.
+    /// A step of ε in the index bends a ray by ε tan I.
     #[test]
     fn a_step_of_the_index_of_2_to_the_minus_40_is_resolved() {
         let step = libm::exp2(-40.0);
@@ -274,7 +275,7 @@ mod stigmatic {
         Lens::new(prescription)
     }
 
-    /// A plano-hyperboloid with k = −n² focuses parallel light in one point, at R/(n − 1).
+    /// A plano-hyperboloid with k = −n² focuses parallel light to one point at R/(n − 1).
     #[test]
     fn a_hyperboloid_has_no_spherical_aberration() {
         let rows = [(0.0, 8.0, 1.5, 30.0), (-50.0, 100.0, 1.0, 30.0)];
@@ -288,7 +289,7 @@ mod stigmatic {
         }
     }
 
-    /// The same surface, given as a polynomial of its own series beside the conic, must agree.
+    /// A polynomial with the series of the conic must agree with the conic.
     #[test]
     fn newtons_iteration_agrees_with_the_closed_form() {
         let rows = [(0.0, 8.0, 1.5, 30.0), (-50.0, 100.0, 1.0, 30.0)];
@@ -310,9 +311,9 @@ mod stigmatic {
         }
     }
 
-    /// x² = 4 f z: the sag of a paraboloid is y²/2R, also for rays along its axis.
+    /// The sag of a paraboloid is y²/2R, also for rays along its axis (x² = 4 f z).
     #[test]
-    fn a_paraboloid_is_met_although_its_quadratic_term_vanishes() {
+    fn a_paraboloid_is_hit_although_its_quadratic_term_vanishes() {
         let lens = conic(30.0, -1.0, &[(30.0, 0.0, 1.5, OPEN)], 0);
         let out = lens
             .trace_from_scene(&ray([0.0, 12.0, -5.0], [0.0, 0.0, 1.0]))
@@ -320,7 +321,8 @@ mod stigmatic {
         assert!((out.origin.z - 2.4).abs() < 1e-15);
     }
 
-    /// From R/n in front of the center to n R in front of it, for every angle (Abbe, Weierstrass).
+    /// The image of the point R/n from the center is n R from the center, for every angle (Abbe,
+    /// Weierstrass).
     #[test]
     fn the_aplanatic_points_of_a_sphere_image_each_other() {
         let n = 1.5;
@@ -332,7 +334,7 @@ mod stigmatic {
                 .unwrap();
             let image = out.origin.z - out.origin.y * out.direction.z / out.direction.y;
             assert!((image + 22.5).abs() < 1e-13, "{degrees}: {image}");
-            // The sine condition: sin / sin' is the same for all, n.
+            // By the sine condition, sin / sin' is n for all.
             assert!((sin / out.direction.y - n).abs() < 1e-14);
         }
     }
@@ -375,7 +377,7 @@ mod scales {
         }
     }
 
-    /// From 1e9 m the ray is known to 1e-4 mm only; it must still arrive where it is aimed.
+    /// At 1e9 m the ray is known only to 1e-4 mm; it must still arrive where it is aimed.
     #[test]
     fn an_origin_a_million_kilometers_away_costs_only_its_own_rounding() {
         let lens = Lens::named("double-gauss").unwrap();
@@ -397,8 +399,8 @@ mod scales {
     }
 
     #[test]
-    fn surfaces_that_cross_off_the_axis_are_met_by_running_backward() {
-        // The second surface is in front of the first from the axis on outward.
+    fn surfaces_that_cross_off_the_axis_are_hit_by_a_backward_step() {
+        // The second surface is in front of the first everywhere off the axis.
         let crossed = lens(&[(-60.0, 0.0, 1.5, 15.0), (-50.0, 5.0, 1.0, 15.0)]);
         let path = crossed.trace_path(
             &ray([0.0, 10.0, -30.0], [0.0, 0.05, 1.0]),
@@ -414,7 +416,7 @@ mod focusing {
     use super::*;
 
     #[test]
-    fn what_cannot_be_in_focus_says_so_with_the_nearest_that_can() {
+    fn a_distance_too_near_to_focus_is_reported_with_the_nearest_one() {
         let lens = Lens::named("double-gauss").unwrap();
         let near = -lens.first_order().focal.unwrap().ffl;
         let at = |mm: f64| lens.focus(FocusMethod::Film, Meters(mm / 1000.0));
@@ -440,10 +442,10 @@ mod focusing {
         );
     }
 
-    /// The distance that a message names is one that works: the printed one, four digits.
+    /// The distance in a message, printed with four digits, must work.
     #[test]
     fn the_nearest_distance_that_a_message_names_works_for_every_lens() {
-        // By real rays nothing need be sharp at the paraxial limit, which is what `Best` names.
+        // By real rays, the paraxial limit that `Best` names need not be sharp.
         let methods = [FocusMethod::Film, FocusMethod::Lens, FocusMethod::Group];
         let mut named = 0;
         for name in crate::lens::shipped_names() {
@@ -470,8 +472,8 @@ mod focusing {
     }
 
     #[test]
-    fn a_telescope_is_afocal_and_says_so_to_whatever_needs_a_focus() {
-        // Both foci at 150 mm in glass of 1.5: R n / (n - 1).
+    fn a_telescope_is_afocal_and_every_use_of_a_focus_reports_it() {
+        // Both foci are at 150 mm in glass of 1.5, R n / (n - 1).
         let telescope = lens(&[(50.0, 300.0, 1.5, 10.0), (-50.0, 0.0, 1.0, 10.0)]);
         assert!(telescope.first_order().focal.is_none());
         assert!((telescope.first_order().matrix[3] + 1.0).abs() < 1e-12);
@@ -485,7 +487,7 @@ mod focusing {
     }
 
     #[test]
-    fn a_ball_of_index_2_has_its_focus_on_itself_and_one_of_4_inside() {
+    fn a_sphere_of_index_2_has_its_focus_on_its_surface_and_one_of_4_inside() {
         let ball = |n| lens(&[(5.0, 10.0, n, 5.0), (-5.0, 0.0, 1.0, 5.0)]);
         let at_infinity = |lens: &Lens| lens.focus(FocusMethod::Film, Meters(f64::INFINITY));
         assert!((at_infinity(&ball(2.0)).unwrap().film_z - 10.0).abs() < 1e-14);
@@ -499,9 +501,9 @@ mod focusing {
 mod stops {
     use super::*;
 
-    /// A pinhole of a stop: first-order data does not change, and aimed rays still get through.
+    /// With the smallest stop, first-order data does not change, and aimed rays still pass.
     #[test]
-    fn at_f_1024_nothing_moves_and_rays_still_get_through() {
+    fn at_f_1024_nothing_moves_and_rays_still_pass() {
         for name in ["double-gauss", "fisheye", "telephoto", "wide-angle"] {
             let open = Lens::named(name).unwrap();
             let tiny = open.at_f_number(1024.0).unwrap();
@@ -515,7 +517,7 @@ mod stops {
                 let film = DVec2::new(36.0 * share, 10.0 * share);
                 let window = target.window(film);
                 if window.is_closed() {
-                    continue; // beyond the field of the lens
+                    continue; // This is beyond the field of the lens.
                 }
                 aimed += 1;
                 let aim = window.point((13.0 * share).fract(), (7.0 * share).fract());
@@ -588,7 +590,7 @@ mod bad_input {
     }
 
     #[test]
-    fn what_can_still_be_used_is_a_warning() {
+    fn a_fault_that_leaves_a_usable_lens_is_a_warning() {
         for (text, says) in [
             ("50 3 1.5 20\n-50 0 1 20\n", "no stop"),
             (

@@ -1,4 +1,4 @@
-//! Films: motion blur is the average of its moments, and a film that was stopped goes on.
+//! Movies: motion blur is the average of its moments, and an interrupted movie continues.
 
 use super::common;
 
@@ -18,7 +18,7 @@ Separator {
 }
 "#;
 
-/// Sums of brightness over the blocks of a picture, each with its pixels.
+/// Returns sums of brightness over the blocks of a picture, each with its pixels.
 fn blocks(a: &Raster, b: &Raster) -> Vec<Vec<f64>> {
     let mut blocks = vec![Vec::new(); 24];
     for i in 0..a.pixels() {
@@ -30,7 +30,7 @@ fn blocks(a: &Raster, b: &Raster) -> Vec<Vec<f64>> {
     blocks
 }
 
-/// Mean over its standard error; 0 where all are equal.
+/// Returns the mean over its standard error, or 0 if all differences are 0.
 fn t_value(differences: &[f64]) -> f64 {
     let n = differences.len() as f64;
     let mean = differences.iter().sum::<f64>() / n;
@@ -73,12 +73,12 @@ fn an_open_shutter_gives_the_average_of_exposures_at_its_moments() {
     let open = |path: &str| Raster::open(Path::new(path)).unwrap();
     let (blurred, added) = (open(&folder.path("frames/00000.png")), open(&sum));
     let blocks = blocks(&blurred, &added);
-    // 24 blocks: beyond 3.7 by chance once in 200 runs, and seeds are fixed.
+    // Of 24 blocks, one exceeds 3.7 by chance once in 200 runs; the seeds are fixed.
     for (i, block) in blocks.iter().enumerate() {
         let t = t_value(block);
         assert!(t.abs() < 3.7, "block {i} is {t} standard errors off");
     }
-    // A shutter that opens for an instant is something else.
+    // A shutter that opens for an instant gives a different picture.
     let still = open(&exposures[0]);
     let mean = |a: &Raster| {
         let far = |i: usize| (a.color(i)[0] - added.color(i)[0]).abs();
@@ -88,7 +88,7 @@ fn an_open_shutter_gives_the_average_of_exposures_at_its_moments() {
 }
 
 #[test]
-fn a_film_that_was_stopped_makes_only_the_frames_that_are_missing() {
+fn an_interrupted_movie_renders_only_the_missing_frames() {
     let folder = Folder::new("resume");
     let (scene, film) = (folder.file("room.iv", SCENE), folder.path("film.png"));
     let line = format!(
@@ -99,17 +99,17 @@ fn a_film_that_was_stopped_makes_only_the_frames_that_are_missing() {
     let frame = |n: u32| folder.0.join(format!("film-frames/{n:05}.png"));
     let whole = std::fs::read(frame(1)).unwrap();
     std::fs::remove_file(frame(1)).unwrap();
-    // A frame that is there is not made again, whatever is in it.
+    // An existing frame is not rendered again, whatever its content.
     let marked = std::fs::read(frame(2)).unwrap();
     std::fs::write(frame(0), &marked).unwrap();
     assert_eq!(shoot("3"), 0);
     assert_eq!(std::fs::read(frame(1)).unwrap(), whole);
     assert_eq!(std::fs::read(frame(0)).unwrap(), marked);
-    // Another film's frames are not mixed with them.
+    // Frames of another movie are refused.
     assert_eq!(shoot("2"), 2);
 }
 
-/// A longer lens can't focus as near.
+/// A longer lens cannot focus as near.
 #[test]
 fn a_zoom_that_leaves_the_focus_too_near_is_refused_before_any_frame() {
     let folder = Folder::new("zoom");

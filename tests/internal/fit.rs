@@ -1,5 +1,5 @@
-//! An archival picture's camera is found again: disturbed by 5 cm, 2 degrees and 5% of focal
-//! length, from a JPEG of 8 bits with noise.
+//! Finds the camera of an archival picture from a start that is disturbed by 5 cm, 2 degrees and 5%
+//! of the focal length, and from an 8-bit JPEG with noise.
 
 use super::common;
 
@@ -9,7 +9,7 @@ use crate::iv::Document;
 use crate::pose::{CameraPose, Projection};
 use common::{Folder, ivcam};
 
-/// A corner of a room: floor and walls of tiles, and solids at several distances.
+/// A corner of a room: tiled floor and walls, and solids at several distances.
 const SCENE: &str = r#"#Inventor V2.1 ascii
 Separator {
   PointLight { location 1 2 2 intensity 0.9 }
@@ -48,7 +48,8 @@ Separator {
 const TRUTH: &str = "#Inventor V2.1 ascii
 PerspectiveCamera { position 0 0.7 1.6 orientation 1 0 0 -0.2 heightAngle 0.8 focalDistance 2 }";
 
-/// 3, 4 and 0 cm off; 2 degrees about a slanted axis; 5% longer.
+/// The true camera, moved by 3, 4 and 0 cm, rotated by 2 degrees about a slanted axis, and with a
+/// focal length longer by 5%.
 const DISTURBED: &str = "#Inventor V2.1 ascii
 PerspectiveCamera {
   position 0.03 0.74 1.6 orientation 0.97014250 0.24253563 0 -0.18
@@ -68,7 +69,7 @@ fn focal(pose: &CameraPose) -> f64 {
     }
 }
 
-/// Meters, degrees, and parts of the focal length.
+/// Returns the differences in meters, degrees, and fractions of the focal length.
 fn apart(a: &CameraPose, b: &CameraPose) -> [f64; 3] {
     let cos = a.orientation.dot(b.orientation).abs().min(1.0);
     [
@@ -78,7 +79,7 @@ fn apart(a: &CameraPose, b: &CameraPose) -> [f64; 3] {
     ]
 }
 
-/// Grain of two levels, then a JPEG of quality 85.
+/// Adds grain of two levels and writes a JPEG of quality 85.
 fn archive(png: &str, jpeg: &str) {
     let mut picture = image::open(png).unwrap().to_rgb8();
     let mut state = 1_u64;
@@ -98,17 +99,18 @@ fn archive(png: &str, jpeg: &str) {
         .unwrap();
 }
 
-/// A camera found again by `compare --fit`, and what it said.
+/// The result of `compare --fit`, with its output.
 struct Found {
-    /// Of the start and of the end: meters, degrees, and parts of the focal length off.
+    /// The errors of the start and of the result, in meters, degrees, and fractions of the focal
+    /// length.
     start: [f64; 3],
     end: [f64; 3],
     camera: CameraPose,
-    /// The focal length of the lens, from the file's comment.
+    /// The focal length of the lens, from a comment in the file.
     efl: Option<f64>,
 }
 
-/// Photographs the room, makes an archive's JPEG of it, and looks for its camera.
+/// Renders the room, makes an archival JPEG of it, and fits its camera.
 fn found_again(name: &str, true_optics: &str, start_optics: &str, common: &str) -> Found {
     let folder = Folder::new(name);
     let scene = folder.file("room.iv", SCENE);
@@ -151,13 +153,13 @@ fn a_disturbed_camera_is_found_again_from_a_noisy_jpeg() {
         1000.0 * shift,
         100.0 * length
     );
-    // A tenth of the disturbance and less.
+    // The error is at most a tenth of the disturbance.
     assert!(shift < 0.005, "{shift} m left");
     assert!(turn < 0.2, "{turn} degrees left");
     assert!(length < 0.005, "{length} of the focal length left");
 }
 
-/// A fast lens focused on the cone, found from a start that is focused far behind it.
+/// A fast lens is focused on the cone; the start is focused far behind it.
 #[test]
 fn a_disturbed_lens_is_found_again_with_its_focus() {
     let common = "--lens double-gauss --size 144x96 --quiet --response srgb";

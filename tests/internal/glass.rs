@@ -1,5 +1,5 @@
-//! Glass and fluids in rendered pictures: dispersion against the rays of the same lens, media
-//! against Snell's law by hand.
+//! Glass and fluids in rendered pictures: dispersion compared with rays of the same lens, media
+//! with Snell's law.
 
 use crate::camera::Aim;
 use crate::film::{FilmFormat, Resolution};
@@ -12,9 +12,9 @@ use crate::shade::Shading;
 use crate::spectrum::Spectrum;
 use glam::DVec3;
 
-/// The camera's distance from what it looks at, in meters.
+/// The camera's distance from the scene, in meters.
 const DISTANCE: f64 = 10.0;
-/// A single lens of crown behind its stop, 100 mm: strong color of either kind.
+/// Returns a single lens of crown glass behind its stop, 100 mm, with strong color of both kinds.
 fn singlet(stop: f64) -> String {
     format!(
         "# radius thickness n_d aperture V_d\n\
@@ -22,7 +22,7 @@ fn singlet(stop: f64) -> String {
     )
 }
 
-/// A session of a flat scene in front of a lens given as text.
+/// Opens a session of a flat scene in front of a lens given as text.
 fn session(name: &str, lens: &str, scene: &str) -> Session {
     let folder = std::env::temp_dir().join(format!("ivcam-color-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder for the scene");
@@ -44,7 +44,7 @@ fn session(name: &str, lens: &str, scene: &str) -> Session {
     Session::open(plan).expect("the scene is whole")
 }
 
-/// A strip of film with one column of pixels.
+/// Exposes a strip of film with one column of pixels.
 fn strip(session: &mut Session, height: f64, rows: u32, samples: u32, seed: u64) -> Exposure {
     let mut plan = session.plan.clone();
     plan.film = FilmFormat {
@@ -63,12 +63,13 @@ fn strip(session: &mut Session, height: f64, rows: u32, samples: u32, seed: u64)
     session.expose(&|_| ())
 }
 
-/// How many times a strip is exposed, each with a seed of its own.
+/// The number of exposures of a strip, each with a seed of its own.
 const TIMES: u64 = 6;
-/// Student's t with `TIMES` - 1 degrees of freedom, passed by chance once in 190.
+/// The limit of Student's t with `TIMES` - 1 degrees of freedom, exceeded by chance once in 190
+/// tests.
 const T: f64 = 4.6;
 
-/// Mean and standard error of something measured on a strip exposed again and again.
+/// Returns the mean and standard error of a measurement on a strip that is exposed repeatedly.
 fn repeated(measure: impl FnMut(u64) -> DVec3) -> (DVec3, DVec3) {
     let values: Vec<DVec3> = (0..TIMES).map(measure).collect();
     let n = TIMES as f64;
@@ -79,8 +80,8 @@ fn repeated(measure: impl FnMut(u64) -> DVec3) -> (DVec3, DVec3) {
     (mean, error)
 }
 
-/// Mean and variance of where a strip is exposed, for each channel; millimeters from the middle,
-/// as on the picture: up is positive.
+/// Returns the mean and variance of the position of light on a strip for each channel, in
+/// millimeters from the middle of the upright picture; up is positive.
 fn moments(made: &Exposure, height: f64) -> (DVec3, DVec3) {
     let pixels = &made.film.pixels;
     let pixel = height / pixels.len() as f64;
@@ -92,12 +93,12 @@ fn moments(made: &Exposure, height: f64) -> (DVec3, DVec3) {
     let total = sum(&|_| 1.0);
     let mean = sum(&|y| y) / total;
     let variance = sum(&|y| y * y) / total - mean * mean;
-    // A point is spread evenly over its pixel.
+    // The light of a point is spread evenly over its pixel.
     (mean, variance - DVec3::splat(pixel * pixel / 12.0))
 }
 
-/// The same by rays from a scene point, forward, at every fifth nanometer: the mean over the
-/// stop, weighted by what each channel answers to the wavelength.
+/// Computes the same from rays of a scene point at every fifth nanometer: the mean over the stop,
+/// weighted by each channel's response to the wavelength.
 fn expected(lens: &Lens, film_z: f64, y: f64) -> (DVec3, DVec3) {
     let spectrum = Spectrum::default();
     let origin = DVec3::new(0.0, y, -1000.0 * DISTANCE);
@@ -129,7 +130,7 @@ fn expected(lens: &Lens, film_z: f64, y: f64) -> (DVec3, DVec3) {
     (mean, second / weight - mean * mean)
 }
 
-/// A white slit across the view at a height, some meters wide.
+/// Returns a white slit across the view at a height, with a width in meters.
 fn slit(y: f64, width: f64) -> String {
     format!(
         "BaseColor {{ rgb 1 1 1 }} Translation {{ translation 0 {y} 0 }}\n\
@@ -137,7 +138,7 @@ fn slit(y: f64, width: f64) -> String {
     )
 }
 
-/// The variance that the slit's own width, in meters, has on the film.
+/// Returns the variance on the film of the slit's own width, given in meters.
 fn slit_variance(lens: &Lens, film_z: f64, width: f64) -> f64 {
     let focal = lens.first_order().focal.unwrap();
     let scale =
@@ -168,7 +169,7 @@ fn red_and_blue_images_of_a_point_off_the_axis_lie_where_the_rays_say() {
         known > 0.05 && error.max_element() < 0.02 * known,
         "{error}"
     );
-    // Thirty-two wavelengths stand for the spectrum: 1% of the shift.
+    // Thirty-two wavelengths represent the spectrum, to 1% of the shift.
     let allowed = T * error + DVec3::splat(0.01 * known);
     assert!(
         (mean - rays).abs().cmple(allowed).all(),
@@ -191,8 +192,8 @@ fn red_and_blue_images_of_a_point_on_the_axis_are_as_wide_as_the_rays_say() {
     println!("axial: {measured} ± {error} mm², by rays {rays} mm²");
     assert!(rays.z > 4.0 * rays.y, "blue is not out of focus: {rays}");
     assert!(error.max_element() < 0.01 * rays.z, "{error}");
-    // Thirty-two wavelengths stand for the spectrum: their sum errs by 1% of the widest image.
-    // Red's own is small, and less than nothing for the part of it that the eye sees as not red.
+    // The tolerance is 1% of the widest image, because thirty-two wavelengths represent the
+    // spectrum. Red's variance is small, and a negative response contributes to it.
     let allowed = T * error + DVec3::splat(0.01 * rays.z);
     assert!(
         (measured - rays).abs().cmple(allowed).all(),
@@ -207,12 +208,12 @@ fn lens_file(session: &Session) -> String {
     }
 }
 
-/// A wall of colors and an edge of white; with Abbe numbers of 10^9 the wavelengths take the same
-/// way to 1e-10, and the picture must be that of one wavelength. Aimed at the rear element, sample
-/// by sample; at the exit pupil, where lost rays of one wavelength alone are drawn anew, on average:
-/// three comparisons, and beyond 4.5 a right program goes once in 50,000 runs.
+/// With Abbe numbers of 10^9, the paths of all wavelengths agree to 1e-10, and the picture must be
+/// that of one wavelength. Aimed at the rear element it agrees sample by sample. At the exit pupil,
+/// where lost rays of one wavelength are resampled, it agrees on average: in three comparisons, a
+/// correct program exceeds 4.5 in one of 50,000 runs.
 #[test]
-fn wavelengths_that_take_the_same_way_give_the_colors_of_one() {
+fn wavelengths_with_the_same_path_give_the_colors_of_one() {
     let scene = "BaseColor { rgb 1 0 0 } Translation { translation -2 0 0 }\n\
         Cube { width 1 height 6 depth .1 }\n\
         BaseColor { rgb 0 1 0 } Translation { translation 1 0 0 } Cube { width 1 height 6 depth .1 }\n\
@@ -253,14 +254,14 @@ fn wavelengths_that_take_the_same_way_give_the_colors_of_one() {
     assert_eq!(many.counts.film_rays, 4 * single.counts.film_rays);
     let brightest = single.film.pixels.iter().map(|p| p.mean.max_element());
     assert!(brightest.fold(0.0, f64::max) > 0.8);
-    // A ray in a million may fall on the other side of an edge.
+    // One ray in a million may be on the other side of an edge.
     let off = many.film.pixels.iter().zip(&single.film.pixels);
     let far = off.filter(|(a, b)| (a.mean - b.mean).abs().max_element() > 1e-6);
     assert!(far.count() <= 2);
 }
 
-/// Glass of one index under magnesium fluoride, which does most for green: a white wall turns the
-/// color of the light that gets through at every fifth nanometer.
+/// A white wall behind glass of one index with a magnesium fluoride coating, which is best for
+/// green, has the color of the transmitted light at every fifth nanometer.
 #[test]
 fn a_coating_tints_what_glass_of_one_index_leaves_white() {
     let lens = r#"{"schema": "ivlens-1", "name": "tinted", "units": "mm", "coating": "mgf2", "surfaces": [
@@ -289,8 +290,8 @@ fn a_coating_tints_what_glass_of_one_index_leaves_white() {
     }
     let tint = seen / white;
     assert!(tint.y - tint.z.max(tint.x) > 0.01, "{tint}");
-    // Thirty-two wavelengths stand for all of them to some thousandths.
-    // The film is a little farther away than for infinity, where white is 1.
+    // Thirty-two wavelengths represent the spectrum to some thousandths. The film is slightly
+    // farther away than for infinity, where white is 1.
     let off = (mean / mean.y - tint / tint.y).abs();
     assert!(
         off.cmplt(T * error + 0.002).all(),
@@ -315,15 +316,16 @@ fn a_lens_of_one_index_or_of_1999_traces_one_wavelength() {
     }
 }
 
-/// Where a slit at a height lies on the picture of a lens, in millimeters above its middle.
+/// Returns the position of a slit at a height on the picture of a lens, in millimeters above its
+/// middle.
 fn slit_position(name: &str, lens: &str, up: f64, height: f64) -> (f64, f64) {
     let mut session = session(name, lens, &slit(up, 0.004));
     let made = strip(&mut session, height, 800, 256, 0);
     (moments(&made, height).0.y, film_z(&session))
 }
 
-/// Behind a flat window under water: n sin θ in the water is sin θ' in the air, and the lens
-/// behind its stop, so thin that it does not matter, makes z tan θ' of it.
+/// Behind a flat window under water, n sin θ in the water is sin θ' in the air. The lens behind its
+/// stop is so thin that its image height is z tan θ'.
 #[test]
 fn a_picture_taken_under_water_is_magnified_by_the_window() {
     let lens = r#"{"schema": "ivlens-1", "name": "window", "n_object": 1.333, "surfaces": [
@@ -333,7 +335,7 @@ fn a_picture_taken_under_water_is_magnified_by_the_window() {
         {"kind": "sphere", "R": -50, "t": 100, "n_d": 1, "semi_diameter": 5}]}"#;
     let up = 1.5;
     let (y, z) = slit_position("water", lens, up, 44.0);
-    // The angle in the water, by halving.
+    // The angle in the water is found by bisection.
     let (mut low, mut high) = (0.0, 0.5f64);
     let outside = |angle: f64| libm::tan(libm::asin(1.333 * libm::sin(angle)));
     for _ in 0..60 {
@@ -352,9 +354,9 @@ fn a_picture_taken_under_water_is_magnified_by_the_window() {
     );
 }
 
-/// A stop in water behind a thin lens, in front of a flat window: seen from the film it is of its
-/// own size and at d/n from the window, and that is how wide a point out of focus is. At f/60 the
-/// lens's own aberration widens it by less than the test's 1%.
+/// A stop in water behind a thin lens, in front of a flat window: its image from the film has its
+/// own size and is at d/n from the window, which determines the blur of a point out of focus. At
+/// f/60 the lens's own aberration widens it by less than the test's 1%.
 #[test]
 fn a_stop_in_a_fluid_blurs_by_its_image() {
     let lens = r#"{"schema": "ivlens-1", "name": "chamber", "surfaces": [
@@ -374,7 +376,7 @@ fn a_stop_in_a_fluid_blurs_by_its_image() {
         .focus(crate::lens::FocusMethod::Film, Meters(DISTANCE))
         .unwrap()
         .film_z;
-    // The exit pupil: 20 mm of water look like 20/n.
+    // The exit pupil is at the apparent depth of 20 mm of water, 20/n.
     let pupil = 30.001 - 20.0 / 1.333;
     let radius = (z - image).abs() / (image - pupil);
     let variance = moments(&made, height).1.y - slit_variance(&opened, z, 0.004);
@@ -385,8 +387,8 @@ fn a_stop_in_a_fluid_blurs_by_its_image() {
     );
 }
 
-/// One surface with its stop in it and the film in the fluid behind: a ray through the vertex
-/// keeps n sin θ.
+/// One surface has its stop in it and the film in the fluid behind: a ray through the vertex keeps
+/// n sin θ.
 #[test]
 fn an_image_in_a_fluid_is_as_large_as_snell_says() {
     let lens = r#"{"schema": "ivlens-1", "name": "reduced-eye", "surfaces": [

@@ -1,5 +1,5 @@
-//! Scenes that nobody draws: deep, growing, flat, not numbers. None of them panics, and what makes
-//! sense is drawn.
+//! Hostile scenes: deep, growing, flat, and with NaN. None of them causes a panic, and their valid
+//! parts are drawn.
 
 use std::sync::Arc;
 
@@ -86,7 +86,7 @@ fn more_primitives_than_the_limit_are_left_out_with_a_message() {
 }
 
 #[test]
-fn corners_that_are_no_numbers_are_left_out_and_the_rest_is_drawn() {
+fn corners_that_are_nan_are_left_out_and_the_rest_is_drawn() {
     let scene = compile(
         "Coordinate3 { point [ -1 -1 0, 1 -1 0, 0 1 0, nan 0 0, inf 1 1 ] }
          IndexedFaceSet { coordIndex [ 0 1 2 -1 0 1 3 -1 2 3 4 -1 0 1 77 -1 0 -1 -1 -1 ] }",
@@ -103,7 +103,7 @@ fn corners_that_are_no_numbers_are_left_out_and_the_rest_is_drawn() {
 }
 
 #[test]
-fn what_is_not_drawn_whole_is_told_once_a_node_and_with_its_place() {
+fn an_incompletely_drawn_node_is_reported_once_with_its_location() {
     let text = "DEF a Separator { Scale { scaleFactor 0 0 0 } Sphere { } }\nUSE a USE a
         Cone { }\nCoordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] }
         IndexedTriangleStripSet { coordIndex [ 0 1 2 99 -1 ] } Sphere { }";
@@ -170,8 +170,8 @@ fn what_a_scale_presses_flat_is_drawn_flat() {
 
 #[test]
 fn a_sphere_is_round_under_a_scale_and_from_far_away() {
-    // An ellipsoid with half axes 2, 1, 3: a ray along z at (1, 0.5) meets it where
-    // (1/2)² + 0.5² + (z/3)² = 1.
+    // The ellipsoid has half axes 2, 1, 3: a ray along z at (1, 0.5) hits it where (1/2)² + 0.5² +
+    // (z/3)² = 1.
     let scene = compile("Scale { scaleFactor 2 1 3 } Sphere { }");
     let ray = Ray::new(Vec3::new(1.0, 0.5, 1000.0), Vec3::NEG_Z);
     let t = scene.hit(&ray).expect("a hit").t;
@@ -180,7 +180,7 @@ fn a_sphere_is_round_under_a_scale_and_from_far_away() {
 }
 
 #[test]
-fn what_stands_beside_the_origin_stands_there_from_any_origin() {
+fn a_position_near_the_origin_is_the_same_from_any_origin() {
     let document = read("Translation { translation 100000 0 0 } Sphere { radius 0.001 }");
     let options = CompileOptions {
         origin: DVec3::new(100_000.0, 0.0, 0.01),
@@ -215,7 +215,8 @@ fn a_point_does_not_shade_itself_in_millimeters_or_in_kilometers() {
     }
 }
 
-/// A scene with a node of a class, every number in it a word, among shapes that it may act on.
+/// Returns a scene with a node of a class, every number in it replaced by a word, among shapes that
+/// it may affect.
 fn with_every_number(class: &Class, word: &str) -> String {
     let mut text = format!("{} {{\n", class.name);
     for field in class.fields {
@@ -243,7 +244,7 @@ fn with_every_number(class: &Class, word: &str) -> String {
 }
 
 #[test]
-fn whatever_number_stands_in_whatever_field_the_scene_compiles() {
+fn a_scene_compiles_with_any_number_in_any_field() {
     let camera = CameraPose::view_all((DVec3::splat(-3.0), DVec3::splat(3.0)), 1.5);
     let options = CompileOptions {
         camera: Some(camera.clone()),
@@ -278,7 +279,7 @@ fn whatever_number_stands_in_whatever_field_the_scene_compiles() {
     }
 }
 
-/// The material of the last shape.
+/// Records the material of the last shape.
 #[derive(Default)]
 struct LastMaterial(Option<(f32, f32, Vec3)>);
 
@@ -301,7 +302,7 @@ fn a_refractive_index_reaches_the_material_through_fields_of_the_file_s_own() {
         let mut last = LastMaterial::default();
         let snapshot = Snapshot::at(&document, 0.0);
         walk(&snapshot, &WalkOptions::default(), &mut last);
-        // The shininess is the catalogue's: the file does not speak of it.
+        // The shininess is the catalogue's default, because the file does not set it.
         assert_eq!(last.0, Some((1.5, 0.2, Vec3::X)), "{text}");
     }
 }

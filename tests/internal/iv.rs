@@ -1,4 +1,4 @@
-//! What reading makes of files, good and bad.
+//! Tests of reading good and bad files.
 
 use std::sync::Arc;
 
@@ -322,7 +322,7 @@ fn an_externproto_takes_its_body_from_another_file() {
     assert_eq!(geometry.class_name(), "Box");
 }
 
-/// Radius of the one shape's sphere in a file beside which there is a library, and the messages.
+/// Returns the radius of the only sphere in a file that has a library beside it, and the messages.
 fn ball_beside_a_library(text: &str) -> (Option<f32>, Vec<String>) {
     let lib = "#VRML V2.0 utf8\nPROTO Ball [ field SFFloat r 1 ] { Sphere { radius IS r } }";
     let shelf: &'static [_] = Box::leak(Box::new([("lib.wrl", lib), ("lib.wrl#Ball", lib)]));
@@ -378,7 +378,7 @@ fn a_script_has_the_fields_it_declares() {
 }
 
 #[test]
-fn a_binary_file_that_promises_more_than_it_holds_is_told_so() {
+fn a_binary_file_with_a_count_beyond_its_end_is_reported() {
     let mut bytes = b"#Inventor V2.1 binary  \n".to_vec();
     let string = |bytes: &mut Vec<u8>, text: &str| {
         bytes.extend((text.len() as u32).to_be_bytes());
@@ -399,7 +399,7 @@ fn a_binary_file_that_promises_more_than_it_holds_is_told_so() {
 }
 
 #[test]
-fn numbers_that_are_none_are_told_by_field_and_kept() {
+fn nan_and_infinity_are_reported_by_field_and_kept() {
     let document = read(
         "#Inventor V2.1 ascii\nCone { height nan }\nCoordinate3 { point [ 0 0 0, 1 -inf 2 ] }",
     );
@@ -485,7 +485,7 @@ fn what_was_skipped_is_written_as_the_file_had_it() {
     );
 }
 
-/// A string of the binary formats: its length, its bytes, filled up to four.
+/// Writes a string of the binary formats: its length, its bytes, padded to a multiple of four.
 fn packed(bytes: &mut Vec<u8>, text: &str) {
     bytes.extend((text.len() as u32).to_be_bytes());
     bytes.extend(text.bytes());
@@ -497,7 +497,7 @@ fn binary_of_the_first_version_has_no_flags_on_its_nodes() {
     for version in ["V1.0", "V2.0"] {
         let mut bytes = format!("#Inventor {version} binary  \n").into_bytes();
         packed(&mut bytes, "Separator");
-        bytes.extend([0, 0, 0, 0, 0, 0, 0, 1]); // no fields, one child
+        bytes.extend([0, 0, 0, 0, 0, 0, 0, 1]); // No fields, one child.
         packed(&mut bytes, "Cone");
         bytes.extend([0, 0, 0, 1]); // one field
         packed(&mut bytes, "height");

@@ -1,5 +1,5 @@
-//! Data flows one way. What `docs/architecture.md` says about the order of modules is checked here,
-//! on the text of the sources: imports in tests do not count.
+//! Checks the order of modules in `docs/architecture.md` on the text of the sources. Imports in
+//! tests do not count.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -36,7 +36,7 @@ const ORDER: [&str; 28] = [
     "lib",
 ];
 
-/// Pairs that the order alone would allow: the first never imports the second.
+/// Pairs that the order alone would allow: the first must never import the second.
 const NEVER: [(&str, &str); 12] = [
     ("lens", "scene"),
     ("lens", "iv"),
@@ -52,8 +52,8 @@ const NEVER: [(&str, &str); 12] = [
     ("diagram", "scene"),
 ];
 
-/// The order inside the large folders, each by its path. An entry is a file or a folder; what is not
-/// named may stand anywhere.
+/// The order inside the large folders, by path. An entry is a file or a folder; files that are not
+/// named may be anywhere.
 const INSIDE: [(&str, &[&str]); 6] = [
     (
         "iv",
@@ -153,18 +153,18 @@ const INSIDE: [(&str, &[&str]); 6] = [
     ),
 ];
 
-/// Files that import each other in a circle stand in one folder and are at most so many.
+/// The largest number of files that may import each other in a circle; they must be in one folder.
 const LARGEST_CIRCLE: usize = 3;
 
-/// A module's path below the crate, such as `lens::pupil`, in parts.
+/// A module's path below the crate, in parts, such as `lens::pupil`.
 type Module = Vec<String>;
 
 /// The imports of every source file.
 struct House {
     files: BTreeMap<Module, PathBuf>,
-    /// Names that a module takes from elsewhere and hands on: (module, name) to the whole path.
+    /// Names that a module re-exports: (module, name) to the full path.
     handed_on: BTreeMap<(Module, String), Module>,
-    /// What each module imports: the module that defines it and the words of the import.
+    /// The imports of each module: the module that defines the item and the text of the import.
     imports: BTreeMap<Module, BTreeSet<Module>>,
 }
 
@@ -204,7 +204,7 @@ impl House {
         this
     }
 
-    /// The path from the crate's root, of a path as it stands in a module.
+    /// Returns the path from the crate's root of a path in a module.
     fn absolute(&self, module: &Module, path: &[String]) -> Module {
         let mut base = module.clone();
         let mut rest = path;
@@ -221,7 +221,7 @@ impl House {
         base
     }
 
-    /// The module that defines what a path from the root names.
+    /// Returns the module that defines the item of a path from the root.
     fn defines(&self, path: &[String]) -> Option<Module> {
         let mut path = path.to_vec();
         for _ in 0..8 {
@@ -244,7 +244,7 @@ impl House {
 
     fn imports_of(&self, module: &Module, text: &str) -> BTreeSet<Module> {
         let mut found = BTreeSet::new();
-        // A folder's face hands names on; that is no import of its own.
+        // A re-export of a folder's `mod.rs` is not an import of its own.
         let text = text.replace("pub use ", "pub use\u{0}");
         for start in ["crate::", "super::", "self::"] {
             for (at, _) in text.match_indices(start) {
@@ -263,7 +263,7 @@ impl House {
         found
     }
 
-    /// Circles of files: sets in which every file reaches every other.
+    /// Returns the circles of files: sets in which every file reaches every other.
     fn circles(&self) -> Vec<BTreeSet<&Module>> {
         let reach: BTreeMap<&Module, BTreeSet<&Module>> =
             self.imports.keys().map(|m| (m, self.reached(m))).collect();
@@ -300,7 +300,7 @@ impl House {
     }
 }
 
-/// Every source file below a folder by its module's path; files of tests are left out.
+/// Finds every source file below a folder by its module's path, without files of tests.
 fn find(src: &Path, folder: &Path, out: &mut BTreeMap<Module, PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -320,7 +320,7 @@ fn find(src: &Path, folder: &Path, out: &mut BTreeMap<Module, PathBuf>) {
     }
 }
 
-/// The product's code: no comments, no test module.
+/// Removes comments and test modules from the text of a file.
 fn code(text: &str) -> String {
     let mut kept = String::new();
     let mut lines = text.lines().peekable();
@@ -342,14 +342,14 @@ fn code(text: &str) -> String {
     kept
 }
 
-/// Every path of a tree such as `a::{b, c::d}`, at the beginning of a text.
+/// Returns every path of a tree such as `a::{b, c::d}` at the beginning of a text.
 fn tree(text: &str) -> Vec<Vec<String>> {
     let mut paths = Vec::new();
     branch(text, &[], &mut paths);
     paths
 }
 
-/// Reads one branch and returns what is left of the text.
+/// Reads one branch and returns the rest of the text.
 fn branch<'t>(text: &'t str, before: &[String], out: &mut Vec<Vec<String>>) -> &'t str {
     let mut path = before.to_vec();
     let mut rest = text.trim_start();
@@ -390,7 +390,8 @@ fn branch<'t>(text: &'t str, before: &[String], out: &mut Vec<Vec<String>>) -> &
     })
 }
 
-/// `self` at the beginning of a path is this module; inside braces it is the path before them.
+/// Returns whether `self` is this module, at the beginning of a path; inside braces it is the path
+/// before them.
 fn path_is_only_self(before: &[String]) -> bool {
     before.is_empty()
 }

@@ -1,4 +1,5 @@
-//! Properties that every lens has, over random lenses of 2 to 40 surfaces and the shipped ones.
+//! Properties of every lens, tested with random lenses of 2 to 40 surfaces and with the shipped
+//! ones.
 
 use crate::film::FilmFormat;
 use crate::lens::{
@@ -11,10 +12,11 @@ use crate::prescription::Medium;
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-/// A surface's numbers: curvature, gap, index.
+/// The numbers of a surface: curvature, gap, index.
 type Row = (f64, f64, f64);
 
-/// How many random lenses: PROPTEST_CASES, or this many. Half of them focus nowhere near.
+/// Returns the number of random lenses: PROPTEST_CASES, or a default. About half of them have no
+/// usable focus.
 fn config(usual: u32) -> ProptestConfig {
     let said = std::env::var("PROPTEST_CASES").ok();
     let cases = said.and_then(|n| n.parse().ok()).unwrap_or(usual);
@@ -29,7 +31,7 @@ fn rows() -> impl Strategy<Value = Vec<Row>> {
     prop::collection::vec((curvature, 0.0..6.0f64, 1.4..1.95f64), 2..40)
 }
 
-/// Glass and air by turns, a stop in the first air gap, air behind.
+/// Builds a lens of alternating glass and air, with a stop in the first air gap and air behind.
 fn lens_of(rows: &[Row]) -> Lens {
     let mut surfaces = Vec::new();
     for (i, &(c, gap, n)) in rows.iter().enumerate() {
@@ -61,20 +63,20 @@ proptest! {
         let lens = lens_of(&rows);
         let there = lens.trace_path(&scene_ray(x, y, u, v), Toward::Film, false);
         let Ok(out) = there.outcome else { return Ok(()) };
-        // From a point behind the lens, back along the same line.
+        // The ray starts behind the lens and returns along the same line.
         let back = LensRay { origin: out.origin + 30.0 * out.direction, direction: -out.direction };
         let home = lens.trace_path(&back, Toward::Scene, false);
         prop_assert!(home.outcome.is_ok());
         for (a, b) in there.hits.iter().zip(home.hits.iter().rev()) {
             prop_assert!((*a - *b).length() < 1e-8, "{a} {b}");
         }
-        // Grazing steps lose digits as 1/cos; the generator has few.
+        // Steps at grazing incidence lose precision as 1/cos; the generator makes few.
         let d = unit(DVec3::new(u, v, 1.0)).unwrap();
         prop_assert!((home.outcome.unwrap().direction + d).length() < 1e-8);
     }
 
-    /// Rays may part where they graze or touch a rim: then a ray a millionth of a millimeter
-    /// beside, or turned by a millionth, does too.
+    /// The results may differ where a ray grazes a surface or touches a rim. Then they also differ
+    /// for a ray displaced by a millionth of a millimeter, or rotated by a millionth.
     #[test]
     fn lanes_give_the_rays_of_single_rays(
         rows in rows(), seed in 0u64..1000, spread in 0.0..1.0f64,
@@ -104,7 +106,7 @@ proptest! {
                     let near = bundle.ray(lane);
                     let apart = (near.origin - out.origin).length()
                         .max((near.direction - out.direction).length());
-                    // Rounding is carried on as a move of the ray is, which is 1e-6 here.
+                    // Rounding propagates like a displacement of the ray, which is 1e-6 here.
                     let steep = neighbors.iter().flatten().map(|n| {
                         (n.origin - out.origin).length()
                             .max((n.direction - out.direction).length())
@@ -124,7 +126,8 @@ proptest! {
         let (Some(a), Some(b)) = (lens.first_order().focal, scaled.first_order().focal) else {
             return Ok(());
         };
-        // Rounding of the scaled lengths counts as much as the lens is long against its power.
+        // The effect of rounding the scaled lengths grows with the ratio of the lens's length to
+        // its focal length.
         let slack = 1e-11 * (a.efl.abs() + a.bfl.abs() + 100.0 + a.efl * a.efl / 10.0);
         prop_assert!((b.efl / k - a.efl).abs() < slack);
         prop_assert!((b.bfl / k - a.bfl).abs() < slack);
@@ -143,14 +146,15 @@ proptest! {
         prop_assert_eq!(again.first_order().focal, lens.first_order().focal);
     }
 
-    /// n (u₁ y₂ − u₂ y₁) is the same before and behind: the matrix has the determinant 1.
+    /// The product n (u₁ y₂ − u₂ y₁) is the same before and behind the lens, so its matrix has the
+    /// determinant 1.
     #[test]
     fn the_lagrange_invariant_holds(rows in rows()) {
         let [a, b, c, d] = lens_of(&rows).first_order().matrix;
         prop_assert!((a * d - b * c - 1.0).abs() < 1e-13 * ((a * d).abs() + (b * c).abs()));
     }
 
-    /// The paraxial image is where rays near the axis meet it.
+    /// Rays near the axis cross it at the paraxial image.
     #[test]
     fn a_ray_near_the_axis_crosses_it_at_the_focused_film(
         rows in rows(), distance in 0.5..50.0f64,
@@ -163,13 +167,13 @@ proptest! {
         let Ok(out) = lens.trace_path(&ray, Toward::Film, false).outcome else { return Ok(()) };
         let t = (focus.film_z - out.origin.z) / out.direction.z;
         let y = out.origin.y + t * out.direction.y;
-        // Third order: (1e-3 mm)³ against lengths of millimeters, and rounding.
+        // The error is of third order, (1e-3 mm)³ against lengths of millimeters, plus rounding.
         prop_assert!(y.abs() < 1e-6 * (1.0 + focus.magnification.abs()), "{y}");
     }
 
-    /// Also of lenses whose beam is folded, so that light comes in several pieces.
+    /// The test includes lenses whose beam is folded, so that the pupil has several regions.
     #[test]
-    fn nothing_that_gets_through_a_random_lens_is_outside_its_pupil(
+    fn no_ray_that_passes_a_random_lens_is_outside_its_pupil(
         rows in rows(), film_radius in 1.0..20.0f64, seed in 0u64..1 << 40,
     ) {
         let lens = lens_of(&rows);
@@ -199,9 +203,9 @@ proptest! {
 proptest! {
     #![proptest_config(config(300))]
 
-    /// Not its first-order data alone: every ray goes where it went, as many times larger.
+    /// Every ray of a scaled lens has the scaled path, beyond first order.
     #[test]
-    fn a_scaled_lens_sends_scaled_rays_the_same_way(
+    fn a_scaled_lens_has_scaled_ray_paths(
         rows in rows(), k in 0.01..100.0f64, x in -6.0..6.0f64, y in -6.0..6.0f64,
         u in -0.2..0.2f64, v in -0.2..0.2f64,
     ) {
@@ -215,9 +219,9 @@ proptest! {
         prop_assert!((a.origin - b.origin / k).length() < 1e-9 * (1.0 + a.origin.length()));
     }
 
-    /// A turned lens sends the mirrored ray back along the mirrored way.
+    /// A reversed lens sends the mirrored ray back along the mirrored path.
     #[test]
-    fn a_reversed_lens_sends_a_mirrored_ray_the_mirrored_way(
+    fn a_reversed_lens_sends_a_mirrored_ray_along_the_mirrored_path(
         rows in rows(), x in -6.0..6.0f64, y in -6.0..6.0f64,
         u in -0.2..0.2f64, v in -0.2..0.2f64,
     ) {
@@ -237,9 +241,9 @@ proptest! {
         prop_assert!((home.unwrap().direction + flip(d)).length() < 1e-8);
     }
 
-    /// A chain of surfaces about one point of the axis, each concentric with the image so far or
-    /// aplanatic for it (Abbe): no spherical aberration and no coma, so every ray seems to come
-    /// from one point, and sin u / sin u' is the same for all, the product of the indices' ratios.
+    /// Each surface of a chain is concentric with the image so far, or aplanatic for it (Abbe).
+    /// There is no spherical aberration and no coma, so all rays seem to come from one point, and
+    /// sin u / sin u' is the same for all: the product of the ratios of indices.
     #[test]
     fn a_chain_of_aplanatic_surfaces_keeps_the_sine_condition(
         start in 10.0..80.0f64,
@@ -249,7 +253,8 @@ proptest! {
         let (mut object, mut ratio) = (-start, 1.0);
         let mut z = 0.0;
         for (gap, n, aplanatic) in links {
-            // Into glass about the object itself, out of it about it or aplanatic.
+            // The entry into glass is concentric with the object; the exit is concentric or
+            // aplanatic.
             surfaces.push(Surface::sphere(object, gap, Medium::constant(n), f64::INFINITY));
             object -= gap;
             let radius = if aplanatic { object * n / (n + 1.0) } else { object };
@@ -268,16 +273,16 @@ proptest! {
             let out = lens.trace_path(&ray, Toward::Film, false).outcome.unwrap();
             prop_assert!((out.direction.y - ratio * sine).abs() < 1e-13);
             let image = out.origin.z - out.origin.y * out.direction.z / out.direction.y;
-            // The last gap was counted and is not in the lens.
+            // The last gap is not part of the lens.
             prop_assert!((image - (z + object)).abs() < 1e-11 * (1.0 + object.abs()));
         }
     }
 
-    /// The intersection by halving along the ray, of the surface as its definition says: the
-    /// profile in y turned about the line x = 0, z = R. Then Snell's law about the normal of
-    /// differences.
+    /// The reference intersection is by bisection along the ray, with the surface by its
+    /// definition: the profile in y rotated about the line x = 0, z = R. The refraction is Snell's
+    /// law with a normal by finite differences.
     #[test]
-    fn toroids_and_cylinders_are_met_where_halving_finds_them(
+    fn intersections_with_toroids_and_cylinders_are_those_of_bisection(
         c in -0.03..0.03f64, across in prop_oneof![1 => Just(0.0), 4 => -0.03..0.03f64],
         k in -2.0..1.0f64, quartic in -2e-5..2e-5f64, sixth in -1e-7..1e-7f64,
         x in -6.0..6.0f64, y in -6.0..6.0f64, u in -0.3..0.3f64, v in -0.3..0.3f64,
@@ -291,7 +296,7 @@ proptest! {
         };
         let sag = |x: f64, y: f64| {
             let (g, r) = (profile(y), 1.0 / across);
-            // r − √((r − g)² − x²), without the cancellation.
+            // This is r − √((r − g)² − x²) without the cancellation.
             let root = ((r - g).powi(2) - x * x).sqrt().copysign(r);
             if across == 0.0 { g } else { ((2.0 * r - g) * g + x * x) / (r + root) }
         };
@@ -369,7 +374,7 @@ fn an_iris_of_six_blades_passes_the_area_of_its_hexagon() {
             assert_eq!(loss.kind, LossKind::Blocked);
         }
     }
-    // A hexagon in its circle: 3√3/2π.
+    // The ratio of a hexagon to its circle is 3√3/2π.
     let share = f64::from(six) / f64::from(round);
     let exact = 3.0 * 3f64.sqrt() / std::f64::consts::TAU;
     assert!((share / exact - 1.0).abs() < 3e-3, "{share} {exact}");
@@ -377,11 +382,11 @@ fn an_iris_of_six_blades_passes_the_area_of_its_hexagon() {
     assert!((light(&bladed) / light(&lens) / exact - 1.0).abs() < 1e-3);
 }
 
-/// What is aimed at is the image of the blades, not of the circle around them, which would lose 17 %
-/// of the rays through six blades and 36 % through four; and it is no smaller than what gets
-/// through, vignetted or not, on film that is moved or not.
+/// Rays are aimed at the image of the blades. The circle around it would lose 17% of the rays for
+/// six blades and 36% for four. The target is no smaller than the rays that pass, with or without
+/// vignetting, and on film that is moved or not.
 #[test]
-fn the_pupil_of_an_iris_of_blades_is_as_large_as_the_blades_leave_it() {
+fn the_pupil_of_an_iris_has_the_shape_of_its_blades() {
     let aside = Movements {
         rise: 4.0,
         tilt: 0.05,
@@ -456,7 +461,7 @@ fn the_best_focus_is_where_the_axial_spot_is_least() {
     }
 }
 
-/// A thin front group that moves by its own extension focuses like a lens of its own.
+/// A thin front group that moves by its own extension focuses like a separate lens.
 #[test]
 fn a_focusing_group_brings_a_near_object_onto_the_film_of_infinity() {
     let mut prescription = lens_of(&[
@@ -475,7 +480,7 @@ fn a_focusing_group_brings_a_near_object_onto_the_film_of_infinity() {
         .unwrap()
         .film_z;
     let (moved, focus) = lens.focused(FocusMethod::Group, Meters(1.0)).unwrap();
-    // The film stands still against the rear part, so it moves with the front vertex.
+    // The film does not move relative to the rear group, so it moves with the front vertex.
     let shift = moved.length() - lens.length();
     assert!((focus.film_z - film - shift).abs() < 1e-9);
     let at = moved.focus(FocusMethod::Film, Meters(1.0)).unwrap().film_z;
@@ -490,7 +495,7 @@ fn a_cylinder_has_power_in_one_plane_only() {
     let lens = Lens::new(Prescription::new("cylinder", vec![surface]));
     assert!(lens.first_order_in(Plane::Y).focal.is_none());
     let focal = lens.first_order_in(Plane::X).focal.unwrap();
-    // n' R / (n' − n)
+    // The focal length in the fluid is n' R / (n' − n).
     assert!((focal.efl - 150.0).abs() < 1e-12);
     let along = LensRay {
         origin: DVec3::new(0.0, 5.0, -9.0),
@@ -499,10 +504,10 @@ fn a_cylinder_has_power_in_one_plane_only() {
     assert_eq!(lens.trace_from_scene(&along).unwrap().direction, DVec3::Z);
 }
 
-/// Each on the film that it is made for, focused nearby; and blades whose image goes a hundred
-/// times its own size across the rear element of the phone lens.
+/// Each lens is on its own film format, focused nearby. In the phone lens, the image of the blades
+/// moves across the rear element by a hundred times its size.
 #[test]
-fn of_the_rays_aimed_through_any_stop_of_any_shipped_lens_95_percent_get_through() {
+fn at_least_95_percent_of_aimed_rays_pass_any_stop_of_any_shipped_lens() {
     let mut all = Vec::new();
     for name in shipped_names() {
         let open = Lens::named(name).unwrap();
@@ -522,7 +527,7 @@ fn of_the_rays_aimed_through_any_stop_of_any_shipped_lens_95_percent_get_through
         let target = PupilTarget::exit_pupil(&lens, focus.film_z, reach);
         let (mut passed, mut aimed) = (0, 0);
         for i in 1..=4000 {
-            // Evenly in four dimensions: the generalized golden ratios.
+            // The points are evenly distributed in four dimensions (the generalized golden ratios).
             let at = [0.856_674_884, 0.733_891_857, 0.628_706_721, 0.538_597_257];
             let [a, b, c, d] = at.map(|step| (0.5 + step * f64::from(i)).fract());
             let film = reach * a.sqrt() * DVec2::from_angle(std::f64::consts::TAU * b);
@@ -542,9 +547,9 @@ fn of_the_rays_aimed_through_any_stop_of_any_shipped_lens_95_percent_get_through
     }
 }
 
-/// Four lenses, two stops, 130,000 rays each over more than the pupil.
+/// The test traces four lenses at two stops, with 130,000 rays each over more than the pupil.
 #[test]
-fn no_ray_that_gets_through_a_vintage_lens_is_outside_its_pupil() {
+fn no_ray_that_passes_a_vintage_lens_is_outside_its_pupil() {
     for name in ["wide-angle", "double-gauss", "telephoto", "fisheye"] {
         for f_number in [None, Some(16.0)] {
             let open = Lens::named(name).unwrap();
@@ -567,8 +572,8 @@ fn no_ray_that_gets_through_a_vintage_lens_is_outside_its_pupil() {
     }
 }
 
-/// Rays from a film point at a disc so many times as large as the pupil's figure: where each
-/// aims, and whether it gets through. None where the pupil is closed.
+/// Aims rays from a film point at a disc larger than the pupil by a factor. Returns where each aims
+/// and whether it passes, or `None` if the pupil is closed.
 fn aimed_about(
     window: &PupilWindow<'_>,
     times: f64,
@@ -593,10 +598,10 @@ fn aimed_about(
         .collect()
 }
 
-/// The pupil of a lens with dispersion is measured at its d line and at the ends of the hero
-/// wavelengths; what is aimed at holds all three and what lies between.
+/// The pupil of a dispersive lens is measured at its d line and at the ends of the hero
+/// wavelengths. The target contains all three pupils and those between.
 #[test]
-fn no_ray_of_any_wavelength_that_gets_through_is_outside_the_pupil() {
+fn no_ray_of_any_wavelength_that_passes_is_outside_the_pupil() {
     for name in ["tessar", "flektogon", "nikkor-6", "achromat"] {
         let lens = Lens::named(name).unwrap();
         let lines = crate::spectrum::Spectrum::default().hero_sets();
@@ -631,9 +636,9 @@ fn no_ray_of_any_wavelength_that_gets_through_is_outside_the_pupil() {
     }
 }
 
-/// Both targets estimate the same irradiance, and so does the outline's integral. Twelve
-/// comparisons; at 4.5 standard errors a right program fails once in 10,000 runs, and the seed
-/// is fixed.
+/// Both targets estimate the same irradiance, and so does the integral of the outline. In twelve
+/// comparisons at 4.5 standard errors, a correct program fails once in 10,000 runs, and the seed is
+/// fixed.
 #[test]
 fn the_exit_pupil_gives_the_light_of_the_rear_element() {
     for name in ["wide-angle", "double-gauss"] {
@@ -665,7 +670,7 @@ fn the_exit_pupil_gives_the_light_of_the_rear_element() {
                 let n = f64::from(n);
                 let mean = sum / n;
                 let error = ((square / n - mean * mean) / n).sqrt();
-                // The outline itself is known to 4e-6.
+                // The integral of the outline is accurate to 4e-6.
                 let off = (mean - exact).abs() / (error + 4e-6 * exact);
                 assert!(off < 4.5, "{name} at {film}: {off} standard errors");
             }
@@ -673,9 +678,9 @@ fn the_exit_pupil_gives_the_light_of_the_rear_element() {
     }
 }
 
-/// Of random lenses whose light comes in several pieces: by a few aims that go all over, the
-/// window's estimate of the light is that of a disc around everything. Four comparisons; at 4.5
-/// standard errors a right program fails once in 30,000 runs, and the seeds are fixed.
+/// For random lenses whose pupil has several regions, the window's estimate of the light by a few
+/// aims is that of a disc around everything. In four comparisons at 4.5 standard errors, a correct
+/// program fails once in 30,000 runs, and the seeds are fixed.
 #[test]
 fn light_in_several_pieces_is_estimated_without_bias() {
     let mut found = 0;
@@ -722,11 +727,11 @@ fn light_in_several_pieces_is_estimated_without_bias() {
 struct Light {
     mean: f64,
     variance: f64,
-    /// Rays that get through beside the pupil's polygon.
+    /// The number of rays that pass outside the pupil's polygon.
     beside: u32,
 }
 
-/// The light on film points from 4 to 8 mm from the axis, by random aims through windows.
+/// Estimates the light on film points from 4 to 8 mm from the axis, by random aims through windows.
 fn light_between<'a>(
     lens: &Lens,
     film_z: f64,
@@ -771,7 +776,7 @@ fn film_ray(lens: &Lens, film: DVec2, film_z: f64, aim: DVec2) -> LensRay {
     LensRay { origin, direction }
 }
 
-/// Random numbers in [0, 1): a linear congruence's upper bits.
+/// Random numbers in [0, 1), from the upper bits of a linear congruential generator.
 struct Dice(u64);
 
 impl Dice {

@@ -1,6 +1,6 @@
-//! Tests of several modules together, compiled into the crate so that they may use anything in it.
+//! Integration tests, compiled into the crate so that they may use its private items.
 //!
-//! A test of one file stands in that file; a test of one scene or one scene file is a file under
+//! A test of one file is in that file; a test of one scene or one scene file is a file under
 //! `tests/golden` or `tests/iv`; a test of the program as a process is in `tests/cli.rs`.
 
 mod common;

@@ -1,4 +1,5 @@
-//! Tilt, swing, shift and rise of the lens against the film, and film bent to a sphere, by rays.
+//! Tests by rays of tilt, swing, shift and rise of the lens relative to the film, and of film bent
+//! to a sphere.
 
 use crate::camera::{Aim, Camera, CameraRay, LensCamera};
 use crate::film::FilmFormat;
@@ -18,7 +19,7 @@ fn focused(name: &str, f_number: f64, meters: f64) -> (Lens, Focus) {
     (lens, focus)
 }
 
-/// A camera at the origin that looks along −z.
+/// Returns a camera at the origin that looks along −z.
 fn camera((lens, focus): &(Lens, Focus), moved: Movements) -> Camera {
     let pose = CameraPose {
         position: DVec3::ZERO,
@@ -31,14 +32,14 @@ fn camera((lens, focus): &(Lens, Focus), moved: Movements) -> Camera {
     Camera::Lens(Box::new(camera))
 }
 
-/// Rays of one film point, given in millimeters from the middle of the upright picture.
+/// Returns rays of one film point, given in millimeters from the middle of the upright picture.
 fn rays(camera: &Camera, right: f64, up: f64) -> Vec<CameraRay> {
     let point = camera.at(0.5 + right / FILM.width, 0.5 - up / FILM.height);
     let pupil = |i: u32| [f64::from(i % 8) / 8.0, 0.2 + 0.6 * f64::from(i / 8) / 3.0];
     (0..32).filter_map(|i| point.ray(pupil(i))).collect()
 }
 
-/// The point nearest to all lines, by least squares, in meters.
+/// Returns the point nearest to all lines by least squares, in meters.
 fn crossing(rays: &[CameraRay]) -> DVec3 {
     let mut matrix = glam::DMat3::ZERO;
     let mut right = DVec3::ZERO;
@@ -51,10 +52,10 @@ fn crossing(rays: &[CameraRay]) -> DVec3 {
     matrix.inverse() * right
 }
 
-/// The sharp plane of a tilted lens goes through the line below the lens where the plane through
-/// the front principal point parallel to the film is f / sin(tilt) away (the hinge rule), and
-/// through the point in focus in the middle. The principal points stand for the lens: this is the
-/// geometry of the movements, exact.
+/// The sharp plane of a tilted lens contains the line below the lens where the plane through the
+/// front principal point parallel to the film is f / sin(tilt) away (the hinge rule), and the point
+/// in focus in the middle. With the principal points in place of the lens, this is the exact
+/// geometry of the movements.
 #[test]
 fn by_its_principal_points_a_tilted_lens_is_sharp_on_the_plane_of_the_hinge_rule() {
     let sharp = focused("biogon", 22.0, 4.0);
@@ -69,7 +70,8 @@ fn by_its_principal_points_a_tilted_lens_is_sharp_on_the_plane_of_the_hinge_rule
         let hub = place.camera_from_lens * (focal.front_principal_plane * DVec3::Z) + place.offset;
         let depth = 4000.0 + focal.front_principal_plane;
         for up in [-12.0, -5.0, 0.0, 3.0, 11.0] {
-            // From a film point straight on through the principal points, u by the lens equation.
+            // The ray from a film point continues through the principal points, with u by the lens
+            // equation.
             let film = place.point(DVec2::new(0.0, -up)) - focal.rear_principal_plane * DVec3::Z;
             let u = 1.0 / (1.0 / focal.efl - 1.0 / film.z);
             let object = focal.front_principal_plane * DVec3::Z - film * (u / film.z);
@@ -83,12 +85,12 @@ fn by_its_principal_points_a_tilted_lens_is_sharp_on_the_plane_of_the_hinge_rule
     }
 }
 
-/// The same by rays. What is left is the lens's own curved field: in a tilted lens that turns the
-/// sharp plane by f over the field's radius, 5 % of its slope for this flat one.
+/// The same test by rays. The difference is the lens's field curvature, which in a tilted lens
+/// rotates the sharp plane by f over the field's radius, 5% of its slope for this flat field.
 #[test]
 fn by_rays_a_tilted_lens_is_sharp_on_the_plane_of_the_hinge_rule() {
     let sharp = focused("biogon", 22.0, 4.0);
-    // Spherical aberration has the last word about where it is sharp.
+    // The position of sharp focus also depends on spherical aberration.
     let flat = camera(&sharp, Movements::default());
     for degrees in [1.0, 3.0, -3.0] {
         let focal = sharp.0.first_order().focal.unwrap();
@@ -127,7 +129,8 @@ fn swing_is_tilt_turned_on_its_side() {
     };
     let (tilted, swung) = (camera(&sharp, tilted), camera(&sharp, swung));
     for (a, b) in [(4.0, 0.0), (-6.0, 3.0), (2.0, -9.0)] {
-        // The lens looks down, or to the right: a quarter turn about the view.
+        // The lens is tilted down or swung to the right; the two differ by a quarter turn about the
+        // view.
         let p = crossing(&rays(&tilted, a, b));
         let q = crossing(&rays(&swung, -b, a));
         let turned = DVec3::new(-p.y, p.x, p.z);
@@ -152,13 +155,14 @@ fn a_lens_that_rises_shows_the_picture_of_a_film_that_fell() {
         sum.normalize()
     };
     let (a, b) = (rays(&moved, 1.0, 2.0), rays(&still, -1.0, 7.0));
-    // From infinity rays of one point are parallel, but for the lens's aberrations.
+    // At infinity, the rays of one point are parallel except for the lens's aberrations.
     assert!((chief(a) - chief(b)).length() < 1e-4);
     let middle = chief(rays(&moved, 0.0, 0.0));
     assert!(middle.y > 0.0 && middle.x < 0.0, "{middle}");
 }
 
-/// What the lens lets through is inside of what is aimed at, wherever the film stands.
+/// All rays that pass the lens are inside the target that rays are aimed at, for any position of
+/// the film.
 #[test]
 fn the_pupil_of_a_moved_or_bent_film_cuts_no_ray() {
     let moves = [
@@ -214,15 +218,15 @@ fn the_pupil_of_a_moved_or_bent_film_cuts_no_ray() {
             }
             assert!(passed > 200, "{name} {moved:?}: {passed}");
             let share = passed as f64 / inside as f64;
-            // Without symmetry a film that is moved is looked at on a plain grid.
+            // A moved film has no symmetry, so its pupil is sampled on a plain grid.
             let least = if name == "anamorphic" { 0.5 } else { 0.8 };
             assert!(share > least, "{name} {moved:?}: only {share} get through");
         }
     }
 }
 
-/// A ball with its stop in the middle looks the same along every beam: its image is a sphere
-/// about the same middle, of the focal length as its radius.
+/// A sphere with its stop in the middle is the same along every beam, so its image is a concentric
+/// sphere whose radius is the focal length.
 #[test]
 fn film_bent_to_the_focal_sphere_of_a_ball_is_sharp_everywhere() {
     let glass = || Medium::constant(1.5);
@@ -264,7 +268,7 @@ fn film_bent_to_the_focal_sphere_of_a_ball_is_sharp_everywhere() {
     };
     let axis = spread(None, 0.0);
     let (bent, flat) = (spread(Some(-efl), 7.5), spread(None, 7.5));
-    // Half of the field at 30 degrees: the stop is a little narrower from there.
+    // At 30 degrees, half of the field, the stop appears slightly narrower.
     assert!(
         bent < 1.05 * axis,
         "{bent} on the sphere, {axis} on the axis"
@@ -273,7 +277,7 @@ fn film_bent_to_the_focal_sphere_of_a_ball_is_sharp_everywhere() {
 }
 
 #[test]
-fn what_cannot_stand_there_says_so() {
+fn impossible_movements_are_reported() {
     let sharp = focused("double-gauss", 8.0, 3.0);
     let fault = |moved| FilmPlace::new(&sharp.0, &sharp.1, &moved, FILM).unwrap_err();
     let bent = Movements {

@@ -1,6 +1,6 @@
-//! Nodes whose picture is measured in pixels or by hand: one fact a test.
+//! Nodes whose picture is measured in pixels or by hand, one fact per test.
 //!
-//! The camera stands at z = 100 and sees 100 units in 100 rows: a unit is a pixel.
+//! The camera is at z = 100 and sees 100 units in 100 rows, so a unit is a pixel.
 
 use std::sync::Arc;
 
@@ -60,7 +60,8 @@ fn markers_are_five_seven_and_nine_pixels_wide() {
         "Coordinate3 { point [ -20 0 0, 0.2 0.9 0, 20.7 0.5 0, 40 0 0 ] }
          MarkerSet { markerIndex [ 21, 51, 81, -1 ] }",
     );
-    // Around the middle of the pixel that each point is in; between two it is the right one.
+    // Each marker is around the center of its point's pixel; a point between two pixels is in the
+    // right one.
     for (x, half) in [(-19.5, 2.5), (0.5, 3.5), (20.5, 4.5)] {
         for way in [-1.0, 1.0] {
             assert!(hit(&scene, x + way * (half - 0.1), 0.2).is_some(), "at {x}");

@@ -1,4 +1,5 @@
-//! The table of options: every option goes from words to a plan, to words, and to the same plan.
+//! Tests of the option table: every option is parsed to a plan, printed, and parsed to the same
+//! plan.
 
 use std::ffi::OsString;
 
@@ -9,7 +10,7 @@ use crate::photo::{Era, Plan};
 
 const ERAS: [Era; 2] = [Era::Vintage, Era::Modern];
 
-/// The plan of a line; none if it is not one.
+/// Returns the plan of command-line arguments, or `None` if they are not valid.
 fn read(words: &[String], era: Era) -> Option<Plan> {
     let words = flags::modernize(words.iter().map(OsString::from));
     let matches = clap::Command::new("ivcam")
@@ -28,7 +29,7 @@ fn of_line(line: &str, era: Era) -> Option<Plan> {
     read(&words.chain(["a.iv".into()]).collect::<Vec<_>>(), era)
 }
 
-/// The plan of the command line of a plan.
+/// Prints a plan as a command line and parses it.
 fn again(plan: &Plan) -> (Vec<String>, Option<Plan>) {
     let words = plan.to_words("a.png".as_ref());
     let rest = match words[1].as_str() {
@@ -71,7 +72,7 @@ fn every_option_goes_to_a_plan_and_back() {
     }
 }
 
-/// Options that work on one field of the plan must not hide each other.
+/// Options that change the same field of the plan must not hide each other.
 #[test]
 fn any_two_options_go_to_a_plan_and_back() {
     let lines: Vec<&str> = of_plans()
@@ -92,13 +93,13 @@ fn any_two_options_go_to_a_plan_and_back() {
             }
         }
     }
-    // Jittered samples do not adapt, and that is all that does not go together.
+    // Jittered samples cannot adapt; this is the only conflict.
     assert!(refused * 50 < made, "{refused} of {made} are refused");
 }
 
-/// The window's *Copy command* once forgot these.
+/// An earlier version of the window's *Copy command* omitted these.
 #[test]
-fn the_copied_command_says_all_that_was_asked_for() {
+fn the_copied_command_has_all_options() {
     for line in [
         "--filter mitchell",
         "--adaptive",

@@ -1,10 +1,10 @@
-//! Rendered pictures measured with a ruler: distortion, vignetting, blur discs, the limits of the
-//! depth of field and the sharp plane of a tilted lens agree with what the rays of the same lens say. The pictures come from the whole program, scene
-//! and shader and film; the numbers beside them from `lens` alone.
+//! Compares distortion, vignetting, blur discs, the limits of the depth of field, and the sharp
+//! plane of a tilted lens in rendered pictures with rays of the same lens. The pictures come from
+//! the whole program, with scene, shader and film; the expected numbers from `lens` alone.
 //!
-//! Every picture is made several times with other random numbers; what is measured has a mean and
-//! a standard error, and the test is how many of those the two are apart. Six standard errors of
-//! eight pictures is p = 5e-4 for a single comparison, and the seeds are fixed.
+//! Every picture is rendered with several seeds. A measurement has a mean and a standard error, and
+//! the test limits their ratio. Six standard errors of eight pictures are p = 5e-4 for a single
+//! comparison, and the seeds are fixed.
 
 use crate::camera::{Aim, Camera, LensCamera};
 use crate::film::{Film, FilmFormat, Resolution};
@@ -29,7 +29,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// `film` in millimeters, `pixels` across and down.
+    /// Builds the bench; `film` is in millimeters, `pixels` across and down.
     fn new(lens: Lens, meters: f64, film: [f64; 2], pixels: [u32; 2]) -> Self {
         Self {
             focus: lens.focus(FocusMethod::Film, Meters(meters)).unwrap(),
@@ -70,7 +70,7 @@ impl Bench {
         render.run(&|_| ()).film
     }
 
-    /// The same picture with eight seeds.
+    /// Renders the picture with eight seeds.
     fn photographs(&self, scene: &RenderScene, samples: u32) -> Vec<Film> {
         let sampler = |seed| Sampler {
             kind: SamplerKind::Sobol,
@@ -82,12 +82,12 @@ impl Bench {
             .collect()
     }
 
-    /// The exposure of a pixel.
+    /// Returns the exposure of a pixel.
     fn level(&self, film: &Film, x: u32, y: u32) -> f64 {
         film.pixels[(y * self.size.width + x) as usize].mean.x
     }
 
-    /// The middle of a pixel in the upright picture, in millimeters to the right and up.
+    /// Returns the center of a pixel in the upright picture, in millimeters to the right and up.
     fn place(&self, x: u32, y: u32) -> DVec2 {
         let share = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n) - 0.5;
         DVec2::new(
@@ -96,7 +96,7 @@ impl Bench {
         )
     }
 
-    /// Light, its middle, and its mean square distance from there, around a place.
+    /// Returns the light around a place, its centroid, and its mean square distance from there.
     fn disc(&self, film: &Film, around: DVec2, reach: f64) -> (f64, DVec2, f64) {
         let pixels = (0..self.size.height).flat_map(|y| (0..self.size.width).map(move |x| (x, y)));
         let near: Vec<(DVec2, f64)> = pixels
@@ -109,9 +109,9 @@ impl Bench {
         (light, middle, near.iter().map(square).sum::<f64>() / light)
     }
 
-    /// The image of a point of the scene by rays alone: its middle and its mean square radius, in
-    /// the upright picture, in millimeters. Every direction from the point counts by its solid
-    /// angle and the cosine of a board across the axis.
+    /// Returns the centroid and the mean square radius of the image of a scene point by rays alone,
+    /// in the upright picture, in millimeters. A direction from the point is weighted by its solid
+    /// angle and the cosine at a board across the axis.
     fn spot(&self, point: DVec3) -> (DVec2, f64) {
         let origin = 1000.0 * point;
         let pupil = self.lens.first_order().entrance_pupil.unwrap();
@@ -147,7 +147,7 @@ fn scene(body: &str) -> RenderScene {
     RenderScene::compile(&Snapshot::at(&document, 0.0), &CompileOptions::default()).unwrap()
 }
 
-/// A white board across the axis, by its middle and its size in meters.
+/// Returns a white board across the axis, by its center and its size in meters.
 fn board(middle: DVec3, width: f64, height: f64) -> String {
     let DVec3 { x, y, z } = middle;
     let (w, h) = (0.5 * width, 0.5 * height);
@@ -165,7 +165,7 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
     (mean, (square / (n - 1.0) / n).sqrt())
 }
 
-/// Holds measured values against a number, with a slack for what is no noise.
+/// Compares measured values with a number, with a tolerance for systematic differences.
 fn agree(what: &str, measured: &[f64], expected: f64, slack: f64) {
     let (mean, error) = mean_and_error(measured);
     let off = (mean - expected).abs();
@@ -175,9 +175,9 @@ fn agree(what: &str, measured: &[f64], expected: f64, slack: f64) {
     );
 }
 
-/// A white board fills the view: the pixels have the irradiance of their film points. Samples are
-/// independent here, so a pixel's own variance is that of its mean, and the sum over pixels is off
-/// by its own standard error: 4 of them are p = 6e-5.
+/// A white board fills the view, so pixels have the irradiance of their film points. The samples
+/// are independent, so a pixel's variance is that of its mean. The sum over pixels is compared with
+/// 4 of its standard errors, p = 6e-5.
 #[test]
 fn vignetting_in_a_picture_of_a_white_field_is_that_of_the_rays() {
     for name in ["double-gauss", "wide-angle"] {
@@ -196,7 +196,7 @@ fn vignetting_in_a_picture_of_a_white_field_is_that_of_the_rays() {
         let (mut sum, mut variance) = (0.0, 0.0);
         for (i, pixel) in film.pixels.iter().enumerate().step_by(13) {
             let (x, y) = (i as u32 % bench.size.width, i as u32 / bench.size.width);
-            // The mean over the pixel by Gauss's four points.
+            // The mean over the pixel is by Gauss's four points.
             let side = bench.film.width / f64::from(bench.size.width);
             let quarter = 0.5 * side / 3f64.sqrt();
             let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
@@ -220,13 +220,14 @@ fn vignetting_in_a_picture_of_a_white_field_is_that_of_the_rays() {
     }
 }
 
-/// What the pixels and the size of the point itself add to the mean square radius of a disc.
+/// Returns the contribution of the pixels and of the point's size to the mean square radius of a
+/// disc.
 fn added(pixel: f64, point: f64) -> f64 {
     (pixel * pixel + point * point) / 6.0
 }
 
-/// Points in front of the plane in focus. A uniform disc of diameter B has a mean square radius
-/// of B²/8.
+/// The points are in front of the plane in focus. A uniform disc of diameter B has a mean square
+/// radius of B²/8.
 #[test]
 fn blur_discs_in_a_picture_of_points_are_those_of_the_rays() {
     let lens = Lens::named("double-gauss")
@@ -245,7 +246,7 @@ fn blur_discs_in_a_picture_of_points_are_those_of_the_rays() {
             let (middle, square) = bench.spot(point);
             let discs = films.iter().map(|film| bench.disc(film, middle, 0.58));
             let discs: Vec<_> = discs.collect();
-            // The point's size on the film is from its distance to the entrance pupil.
+            // The point's size on the film follows from its distance to the entrance pupil.
             let on_film = size / depth * (bench.focus.image_distance / 1000.0) * 1000.0;
             let own = added(0.06, on_film);
             let diameter = |square: f64| (8.0 * (square - own)).max(0.0).sqrt();
@@ -258,15 +259,15 @@ fn blur_discs_in_a_picture_of_points_are_those_of_the_rays() {
     }
 }
 
-/// The diameter of an even disc with a mean square radius.
+/// Returns the diameter of a uniform disc with a mean square radius.
 fn diameter(square: f64) -> f64 {
     (8.0 * square).max(0.0).sqrt()
 }
 
-/// A grid of points far away, photographed through a lens that bends it by 2.6 % at the edge. How
-/// far a point's image is from where a pinhole would have it is the distortion of the chief ray
-/// that arrives there. The middle of an image that is not symmetric is off by a part of its size,
-/// at f/32 less than a fiftieth of a pixel, which is the slack.
+/// A grid of distant points is photographed through a lens with 2.6% distortion at the edge. The
+/// displacement of a point's image from that of a pinhole is the distortion of the chief ray that
+/// arrives there. The centroid of an asymmetric image is off by a part of its size, at f/32 less
+/// than a fiftieth of a pixel, which is the tolerance.
 #[test]
 fn distortion_in_a_picture_of_a_grid_is_that_of_the_rays() {
     let name = "canon-14";
@@ -281,7 +282,7 @@ fn distortion_in_a_picture_of_a_grid_is_that_of_the_rays() {
         .flat_map(|x| [-9.0, 0.0, 4.5].map(|y| DVec2::new(x, y)))
         .filter(|at| at.length() > 0.0)
         .collect();
-    // Which direction the chief ray of each place comes from.
+    // The direction that the chief ray of each place comes from.
     let points: Vec<(DVec2, f64, DVec3)> = grid
         .iter()
         .map(|at| {
@@ -299,7 +300,7 @@ fn distortion_in_a_picture_of_a_grid_is_that_of_the_rays() {
     let mut most: f64 = 0.0;
     for (at, bent, point) in points {
         let slack = 0.02 * pixel / at.length();
-        // A pinhole's image is as far out as its direction says.
+        // A pinhole's image is at the height of its direction.
         let straight = efl.abs() * point.truncate().length() / depth;
         let measured = films.iter().map(|film| {
             let (_, middle, _) = bench.disc(film, at, 1.2);
@@ -316,10 +317,9 @@ fn distortion_in_a_picture_of_a_grid_is_that_of_the_rays() {
     assert!(most > 0.02, "{name} bends by {most} only");
 }
 
-/// The nearest and the farthest depth whose blur disc is as large as is allowed, read off pictures
-/// of points a little in front of them and behind. By rays it is where the spot is that large; by
-/// first-order optics D s / (D ± c / m) from the entrance pupil of diameter D, with m the scale of
-/// the plane in focus.
+/// The nearest and the farthest depth with the allowed blur disc are measured in pictures of points
+/// near them. By rays, it is the distance where the spot is that large; by first-order optics it is
+/// D s / (D ± c / m) from the entrance pupil of diameter D, with m the scale of the plane in focus.
 #[test]
 fn the_limits_of_the_depth_of_field_in_pictures_are_those_of_the_rays() {
     let circle = 0.05;
@@ -342,7 +342,7 @@ fn the_limits_of_the_depth_of_field_in_pictures_are_those_of_the_rays() {
             (rays / (1e-3 * formula) - 1.0).abs() < 0.03,
             "{what}: {rays} {formula}"
         );
-        // In 1/depth the diameter runs straight.
+        // The diameter is linear in 1/depth.
         let depths = [0.97, 1.03].map(|f| f * rays);
         let measured = depths.map(|depth| {
             let size = pixel * depth * 1000.0 / focal.efl;
@@ -370,7 +370,7 @@ fn the_limits_of_the_depth_of_field_in_pictures_are_those_of_the_rays() {
     }
 }
 
-/// Where a function that has two signs at the ends is 0.
+/// Returns the root of a function whose signs at the ends differ.
 fn limit(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2]) -> f64 {
     let sign = f(a).signum();
     assert!(f(b).signum() != sign, "both ends have one sign");
@@ -385,10 +385,10 @@ fn limit(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2]) -> f64 {
     0.5 * (a + b)
 }
 
-/// Points on the plane that the hinge rule gives, from 2.6 to 8 meters away: in a picture through
-/// the tilted lens all are dots, through the straight one only the one in the middle. A dot as wide as a
-/// pixel spreads over one or two, as it happens to lie: its square radius is off by at most p²/6, the
-/// diameter of its blur by √(4/3) p.
+/// The points are on the plane of the hinge rule, from 2.6 to 8 meters away. Through the tilted
+/// lens all are dots; through the straight lens only the one in the middle is. A dot as wide as a
+/// pixel covers one or two: its square radius is off by at most p²/6, the diameter of its blur by
+/// √(4/3) p.
 #[test]
 fn a_picture_of_the_tilted_plane_through_a_tilted_lens_is_sharp_all_over() {
     let lens = Lens::named("biogon").unwrap().at_f_number(22.0).unwrap();
@@ -400,7 +400,7 @@ fn a_picture_of_the_tilted_plane_through_a_tilted_lens_is_sharp_all_over() {
     let place = FilmPlace::new(&bench.lens, &bench.focus, &bench.moved, bench.film).unwrap();
     let ups = [-10.0, -5.0, 0.0, 5.0, 10.0];
     let points = ups.map(|up| {
-        // Straight on through the principal points, by the lens equation.
+        // The ray continues through the principal points, by the lens equation.
         let film = place.point(DVec2::new(0.0, -up)) - focal.rear_principal_plane * DVec3::Z;
         let u = 1.0 / (1.0 / focal.efl - 1.0 / film.z);
         let object = focal.front_principal_plane * DVec3::Z - film * (u / film.z);
@@ -415,7 +415,7 @@ fn a_picture_of_the_tilted_plane_through_a_tilted_lens_is_sharp_all_over() {
         let films = bench.photographs(&picture, 48);
         let size = |up: f64| {
             let at = DVec2::new(0.0, up);
-            // The straight lens puts a dot up to half a millimeter aside.
+            // The straight lens displaces a dot by up to half a millimeter.
             let discs = films
                 .iter()
                 .map(|film| bench.disc(film, at, 2.4).2 - added(pixel, 3e-4 * focal.efl));

@@ -1,5 +1,4 @@
-//! What is written reads back as the same document, for documents made at random from the
-//! catalogue.
+//! Documents made at random from the catalogue are the same after writing and reading.
 
 use std::sync::Arc;
 
@@ -11,7 +10,7 @@ use crate::iv::{ClassRef, Connection, Document, Format, Limits, Node, NodeId, No
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use proptest::prelude::*;
 
-/// A stream of numbers from a seed: splitmix64.
+/// A random number generator: splitmix64.
 struct Stream(u64);
 
 impl Stream {
@@ -31,7 +30,7 @@ impl Stream {
         self.below(one_in) == 0
     }
 
-    /// Any float: mostly plain ones, now and then any bits at all, NaN and infinity with them.
+    /// Returns a float: mostly ordinary ones, sometimes any bits at all, NaN and infinity included.
     fn float(&mut self) -> f32 {
         match self.below(4) {
             0 => f32::from_bits(self.next() as u32),
@@ -106,7 +105,7 @@ impl Stream {
         decl.names[self.below(decl.names.len())].1 as i32
     }
 
-    /// A value of the field's type; `nodes` are there to be named.
+    /// Returns a value of the field's type; `nodes` is the number of nodes that it can refer to.
     fn value(&mut self, decl: &FieldDecl, nodes: usize) -> Value {
         use FieldType as F;
         let node = |s: &mut Self| NodeId(s.below(nodes) as u32);
@@ -160,7 +159,7 @@ impl Stream {
     }
 }
 
-/// Classes whose form in a file is no list of fields have tests of their own, in `iv.rs`.
+/// Returns whether a class is written as a list of fields; the others have tests in `iv.rs`.
 fn plain(class: &&'static Class) -> bool {
     let special = [
         class::GATE,
@@ -172,7 +171,8 @@ fn plain(class: &&'static Class) -> bool {
     class.treatment != Treatment::Abstract && !special.contains(&class.id)
 }
 
-/// Nodes name only nodes before them, so that there are no loops. The last are the roots.
+/// Makes a document in which nodes refer only to nodes before them, so that there are no loops. The
+/// last nodes are the roots.
 #[allow(clippy::field_reassign_with_default)] // it has fields of its own
 fn document(seed: u64, size: usize) -> Document {
     let mut stream = Stream(seed);
@@ -342,8 +342,8 @@ proptest! {
         }
     }
 
-    /// Bytes changed, taken out and put in: whatever comes of it, reading ends, and what it made
-    /// can be written and read.
+    /// Changes, removes and inserts bytes. Reading terminates, and its result can be written and
+    /// read.
     #[test]
     fn no_damage_to_a_file_makes_the_reader_panic(seed: u64, kind in 0usize..4) {
         let mut stream = Stream(seed);

@@ -1,5 +1,5 @@
-//! The paper's first approach, a lens made of solids in the scene, against its second, a lens in
-//! the camera: the same film, the same lens, two programs for the light in it.
+//! Compares the paper's first approach, a lens made of solids in the scene, with its second, a lens
+//! in the camera. Film and lens are the same; the light is computed by different code.
 
 use super::common;
 
@@ -18,7 +18,7 @@ use crate::snapshot::Snapshot;
 use common::{Folder, ivcam};
 use glam::{DVec2, DVec3};
 
-/// Boards of several grays, 2 m away, and a black wall behind.
+/// Boards of several grays at 2 m, and a black wall behind.
 const BOARDS: &str = "LightModel { model BASE_COLOR }
 Separator { Material { diffuseColor 0.1 0.1 0.1 } Translation { translation 0 0 -3 } Cube { width 9 height 9 depth 0.1 } }
 Separator { Material { diffuseColor 0.9 0.9 0.9 } Translation { translation -0.3 0.1 -2 } Cube { width 0.5 height 0.6 depth 0.1 } }
@@ -56,7 +56,8 @@ impl Bench {
         }
     }
 
-    /// From a point of the film to a point of the rear element: origin, direction, weight.
+    /// Returns the origin, direction and weight of a ray from a point of the film to a point of the
+    /// rear element.
     fn film_ray(&self, pixel: u32, index: u32, seed: u64) -> (DVec3, DVec3, f64) {
         let sampler = Sampler {
             kind: SamplerKind::Random,
@@ -73,7 +74,7 @@ impl Bench {
         (film, direction, direction.z.powi(4))
     }
 
-    /// The mean and its variance of every pixel.
+    /// Returns the mean and its variance for every pixel.
     fn picture(&self, light: impl Fn(DVec3, DVec3) -> f64, seed: u64) -> Vec<(f64, f64)> {
         let pixel = |p| {
             let n = f64::from(SAMPLES);
@@ -137,16 +138,16 @@ fn a_lens_of_solids_makes_the_camera_model_s_picture_within_the_statistical_erro
         }
     }
     assert!(lit > 150.0, "only {lit} pixels got light");
-    // The sum of all pixels: a bias of the whole picture. 3.9 deviations are p = 1e-4.
+    // The sum of all pixels tests the bias of the whole picture; 3.9 deviations are p = 1e-4.
     let z = (sum.0 - sum.1) / sum.2.sqrt();
     assert!(z.abs() < 3.9, "the pictures differ by {z} deviations");
-    // χ² of the pixels by Wilson and Hilferty's cube root.
+    // χ² of the pixels is normalized by Wilson and Hilferty's cube root.
     let cube = ((chi / lit).cbrt() - (1.0 - 2.0 / (9.0 * lit))) / (2.0 / (9.0 * lit)).sqrt();
     assert!(cube < 3.9, "χ² {chi} of {lit} pixels, {cube} deviations");
 }
 
-/// With the same rays in both, what is left is rounding: single precision in the scene, double in
-/// the lens. It moves a ray by micrometers in the scene, and so decides otherwise only at edges.
+/// With the same rays in both, the difference is rounding: single precision in the scene, double in
+/// the lens. It moves a ray by micrometers in the scene, and so changes the result only at edges.
 #[test]
 fn the_same_rays_bring_the_same_light_but_for_edges() {
     let bench = Bench::new();
@@ -167,7 +168,7 @@ fn the_same_rays_bring_the_same_light_but_for_edges() {
     assert!(unlike * 1000 < rays, "{unlike} of {rays} rays differ");
 }
 
-/// Brightness of each block of 6 by 6 pixels.
+/// Returns the brightness of each block of 6 by 6 pixels.
 fn blocks(path: &str) -> Vec<f64> {
     let picture = Raster::open(Path::new(path)).expect("it was just rendered");
     let (across, down) = (picture.width as usize / 6, picture.height as usize / 6);
@@ -187,8 +188,8 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
     (mean, squares / (n * (n - 1.0)))
 }
 
-/// The command a user types, with and without `--solids`: four pictures each, with random numbers
-/// of their own, tell the error.
+/// Runs the command line with and without `--solids`. Four pictures each, with independent random
+/// numbers, give the error.
 #[test]
 fn the_picture_rendered_with_solids_is_the_camera_s_within_the_statistical_error() {
     let folder = Folder::new("solids");
@@ -220,18 +221,18 @@ fn the_picture_rendered_with_solids_is_the_camera_s_within_the_statistical_error
     for i in 0..count {
         let ((a, va), (b, vb)) = (of(&camera, i), of(&solids, i));
         bright += a / count as f64;
-        // t of 6 degrees of freedom: its square is 6/4 in the mean,
+        // For t with 6 degrees of freedom, the mean of the square is 6/4,
         squares += (a - b) * (a - b) / (va + vb).max(1e-12) / count as f64;
     }
     assert!(bright > 0.05, "a black picture tests nothing: {bright}");
-    // and its fourth power 3·36/(4·2).
+    // and that of the fourth power is 3·36/(4·2).
     let spread = ((13.5 - 2.25) / count as f64).sqrt();
     assert!(
         squares < 1.5 + 3.7 * spread,
         "mean t² {squares}, of {count} blocks"
     );
 
-    // With the same numbers nothing is left but rounding, which decides at edges.
+    // With the same random numbers, only rounding differs, which changes the result at edges.
     let (same, solid) = (shoot("", 9), shoot("--solids", 9));
     let apart = same.iter().zip(&solid).map(|(a, b)| (a - b).abs());
     let apart = apart.fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! Whoever reads the values of nodes for a picture sees them at the picture's time.
+//! Every part of the program sees the values of nodes at the time of the picture.
 
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use crate::scene::{CompileOptions, RenderScene, snapshot};
 use crate::snapshot::SnapshotOptions;
 use glam::DVec3;
 
-/// Where `check` finds the first camera.
+/// Returns the position of the first camera that `check` finds.
 fn surveyed(scene: &str, time: f64) -> Option<DVec3> {
     let bytes = scene.as_bytes().to_vec();
     let document = Document::read("scene", bytes, Arc::new(Nowhere), &Limits::default());
@@ -22,7 +22,7 @@ fn surveyed(scene: &str, time: f64) -> Option<DVec3> {
     survey.cameras.first().map(|camera| camera.position)
 }
 
-/// The picture that `render` makes.
+/// Renders a picture with `render`.
 fn rendered(name: &str, scene: &str, time: f64) -> image::RgbImage {
     let unique = format!("ivcam-snapshot-{}-{name}", std::process::id());
     let folder = std::env::temp_dir().join(unique);

@@ -1,7 +1,7 @@
-//! What a walk tells: every scene under `tests/graph` against the events beside it.
+//! Compares the events of a traversal of every scene under `tests/graph` with the file beside it.
 //!
-//! A scene shows one fact and says it. `UPDATE=1` writes the events anew; read them before they
-//! are committed.
+//! A scene shows one fact and states it. `UPDATE=1` rewrites the events; read them before they are
+//! committed.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -46,7 +46,7 @@ fn find(folder: &Path, scenes: &mut Vec<PathBuf>) {
 #[derive(Default)]
 struct Events(String);
 
-/// Numbers as a person writes them: two digits, and no sign on zero.
+/// Formats numbers with two decimals, and no sign on zero.
 fn number(value: f64) -> String {
     let text = format!("{:.2}", value + 0.0);
     let text = text.trim_end_matches('0').trim_end_matches('.');

@@ -1,7 +1,7 @@
-//! The window without a display: every control against the state it changes, pictures of the
-//! panels, and that what is saved is what a batch run makes.
+//! Tests of the window without a display: every control against the state that it changes, pictures
+//! of the panels, and saved pictures against those of a batch run.
 //!
-//! `cargo test --features viewer-tests --test viewer`; `UPDATE=1` rewrites the pictures.
+//! `cargo test --features viewer-tests viewer`; `UPDATE=1` rewrites the pictures.
 
 mod raster;
 
@@ -33,7 +33,7 @@ use crate::viewer::navigate::Tool;
 use crate::viewer::panels::Window;
 use crate::viewer::setup::Setup;
 
-/// A striped ball three meters away, a cube nearer to the left, and a wall behind.
+/// A striped sphere three meters away, a cube nearer to the left, and a wall behind.
 const SCENE: &str = "#Inventor V2.1 ascii
 PerspectiveCamera { position 0 0 3 focalDistance 3 heightAngle .6 farDistance 20 }
 PointLight { location 2 3 4 }
@@ -42,7 +42,7 @@ Separator { Translation { translation -.8 .2 1 } Material { diffuseColor .2 .4 .
 Separator { Translation { translation 0 0 -4 } Material { diffuseColor .6 .6 .6 } Cube { width 20 height 20 depth .1 } }
 ";
 
-/// A folder of the test's own, with a scene in it.
+/// A temporary folder with a scene in it.
 struct Scratch(PathBuf);
 
 impl Scratch {
@@ -79,7 +79,7 @@ impl Drop for Scratch {
 struct Bench {
     harness: Harness<'static, Window>,
     textures: raster::Textures,
-    /// Lets the renderer panic the next time it has news.
+    /// Makes the renderer panic at its next news.
     breaks: Arc<AtomicBool>,
 }
 
@@ -95,7 +95,7 @@ impl Bench {
         Self::with(Model::new(plan))
     }
 
-    /// Tall enough that every control is in sight.
+    /// Opens a window that is tall enough for every control to be visible.
     fn with(model: Model) -> Self {
         Self::sized(model, 1500.0)
     }
@@ -119,7 +119,7 @@ impl Bench {
         }
     }
 
-    /// A window on the scene, with its first frame there.
+    /// Opens a window on the scene and waits for its first frame.
     fn open(scratch: &Scratch) -> Self {
         let mut bench = Self::new(scratch.plan());
         bench.until("a frame", |m| m.frame.is_some());
@@ -151,13 +151,13 @@ impl Bench {
     }
 
     fn click(&mut self, label: &str) {
-        // A panel that has just appeared finds its place first.
+        // A panel that has just appeared is laid out first.
         self.harness.run_steps(2);
         self.harness.get_by_label(label).click();
         self.harness.run_steps(3);
     }
 
-    /// A place on the picture, from 0 to 1.
+    /// Returns the screen position of a place on the picture, from 0 to 1.
     fn at(&self, x: f32, y: f32) -> Pos2 {
         let rect = self.harness.get_by_label("Picture").rect();
         rect.min + vec2(x, y) * rect.size()
@@ -191,7 +191,7 @@ impl Bench {
         self.harness.run_steps(2);
     }
 
-    /// Puts a number into a field or slider, as a reader of screens does.
+    /// Enters a number into a field or slider, as a screen reader does.
     fn put(&mut self, role: Role, label: &str, value: f64) {
         let node = self.harness.get_by_role_and_label(role, label);
         let target = node.accesskit_node().id();
@@ -226,7 +226,7 @@ impl Bench {
 }
 
 #[test]
-fn every_lens_is_in_the_menu_and_a_click_takes_it() {
+fn every_lens_is_in_the_menu_and_a_click_selects_it() {
     let scratch = Scratch::new("lens");
     let mut bench = Bench::open(&scratch);
     bench.click("biotar");
@@ -282,7 +282,7 @@ fn the_wheel_turns_by_drag_scroll_and_key_and_faster_at_a_distance() {
 fn a_click_focuses_on_what_is_there() {
     let scratch = Scratch::new("click");
     let mut bench = Bench::open(&scratch);
-    // The ball's nearest point is 2.4 m away; its middle hides it from any other.
+    // The sphere's nearest point is 2.4 m away and is the first visible surface there.
     bench.click_at(bench.at(0.5, 0.5));
     bench.until("the focus", |m| m.focused.is_some());
     let found = bench.model().focused.unwrap();
@@ -324,7 +324,7 @@ fn stops_and_blades_change_the_hole_and_the_depth_of_field() {
 }
 
 #[test]
-fn the_lens_is_as_long_and_its_iris_as_cornered_as_the_fields_say() {
+fn the_focal_length_and_the_blades_are_those_of_the_fields() {
     let scratch = Scratch::new("fields");
     let mut bench = Bench::open(&scratch);
     bench.put(Role::Slider, "Zoom", 0.5);
@@ -338,7 +338,7 @@ fn the_lens_is_as_long_and_its_iris_as_cornered_as_the_fields_say() {
     assert_eq!(bench.setup().lens().unwrap().efl, Some(Mm(35.0)));
     let shown = |m: &Model| {
         let lens = m.frame.as_ref().and_then(|f| f.view.lens_camera());
-        // Half of 35 mm: the zoom still scales it.
+        // The value is half of 35 mm, because the zoom still scales it.
         lens.is_some_and(|c| (c.lens.first_order().efl() - 17.5).abs() < 1e-9)
     };
     bench.until("a lens of that length", shown);
@@ -354,7 +354,7 @@ fn the_lens_is_as_long_and_its_iris_as_cornered_as_the_fields_say() {
 }
 
 #[test]
-fn the_focus_is_where_its_field_says_by_what_the_menu_says() {
+fn the_focus_and_its_method_are_those_of_the_field_and_the_menu() {
     let scratch = Scratch::new("distance");
     let mut bench = Bench::open(&scratch);
     bench.put(Role::SpinButton, "Focus 3.000 m", 1.75);
@@ -370,7 +370,7 @@ fn the_focus_is_where_its_field_says_by_what_the_menu_says() {
 }
 
 #[test]
-fn the_lens_moves_against_the_film_as_the_sliders_say() {
+fn the_movements_of_the_lens_are_those_of_the_sliders() {
     let scratch = Scratch::new("movements");
     let mut bench = Bench::open(&scratch);
     bench.click("Movements");
@@ -411,7 +411,7 @@ fn the_picture_to_save_has_the_size_and_samples_of_its_fields() {
 }
 
 #[test]
-fn light_and_shading_are_what_their_controls_say() {
+fn light_and_shading_are_those_of_their_controls() {
     let scratch = Scratch::new("light");
     let mut bench = Bench::open(&scratch);
     bench.click("Headlight");
@@ -473,7 +473,7 @@ fn overlays_tools_and_previews_are_chosen_by_click_and_key() {
 }
 
 #[test]
-fn the_camera_goes_where_the_mouse_takes_it_and_undo_takes_it_back() {
+fn the_mouse_moves_the_camera_and_undo_moves_it_back() {
     let scratch = Scratch::new("go");
     let mut bench = Bench::open(&scratch);
     let home = bench.setup().pose.position;
@@ -588,9 +588,9 @@ fn copy_command_puts_the_batch_line_on_the_clipboard() {
     );
 }
 
-/// What the command line makes of the words is the plan they were made of.
+/// The arguments of a plan parse to the same plan.
 #[test]
-fn a_command_line_says_its_plan_exactly() {
+fn a_command_line_describes_its_plan_exactly() {
     let scratch = Scratch::new("words");
     let mut setup = Setup {
         plan: scratch.plan(),
@@ -802,9 +802,9 @@ fn opening_has_a_name_field_of_its_own() {
     assert_eq!(scene, SCENE);
 }
 
-/// A button that moves away under a click makes the click hit another.
+/// If a button moved during a click, the click would hit another.
 #[test]
-fn the_panel_stands_still_while_pictures_and_focus_come_and_go() {
+fn the_panel_does_not_move_while_pictures_and_focus_change() {
     let scratch = Scratch::new("still");
     let mut bench = Bench::new(scratch.plan());
     let labels = [
@@ -825,7 +825,7 @@ fn the_panel_stands_still_while_pictures_and_focus_come_and_go() {
             nodes.next().unwrap().rect().min
         })
     };
-    // Two frames of the window: the panel finds its width.
+    // The panel finds its width in two frames of the window.
     bench.harness.run_steps(2);
     assert!(bench.model().frame.is_none() || bench.model().open);
     let before = places(&mut bench);
@@ -840,7 +840,7 @@ fn the_panel_stands_still_while_pictures_and_focus_come_and_go() {
 }
 
 #[test]
-fn a_name_that_is_made_up_is_one_that_no_file_has() {
+fn a_proposed_name_is_one_that_no_file_has() {
     let name = format!("ivcam-made-up-{}", std::process::id());
     let mut model = Model::new(Plan::of_era(Era::Modern, format!("rooms/{name}.iv")));
     assert_eq!(model.output, format!("{name}.png"));
@@ -849,13 +849,13 @@ fn a_name_that_is_made_up_is_one_that_no_file_has() {
         let (_, path) = model.saves().pop().unwrap();
         assert_eq!(path, PathBuf::from(format!("{name}{end}")));
     }
-    // A name that the user typed is asked about instead.
+    // For a name that the user typed, the window asks instead.
     model.output = format!("{name}.png");
     model.save_picture();
     assert!(model.replacing.is_some() && model.saves().is_empty());
 }
 
-/// The plan of words for the window.
+/// Returns the window's plan for command-line arguments.
 fn window_plan(words: &str, era: Era) -> Plan {
     let matches = clap::Command::new("ivcam")
         .no_binary_name(true)
@@ -896,7 +896,7 @@ fn in_the_1999_form_too_the_saved_picture_is_the_one_in_the_window() {
 }
 
 #[test]
-fn whoever_asks_for_the_samples_and_pupil_of_1999_sees_and_saves_them() {
+fn the_samples_and_pupil_of_1999_are_shown_and_saved() {
     let plan = window_plan("-j 1 --pupil rear a.iv", Era::Vintage);
     let old = Plan::of_era(Era::Vintage, "a.iv");
     assert_eq!((plan.sampler, plan.aim), (old.sampler, old.aim));
@@ -919,7 +919,7 @@ fn whoever_asks_for_the_samples_and_pupil_of_1999_sees_and_saves_them() {
 }
 
 #[test]
-fn an_old_picture_is_blinked_wiped_and_shines_through() {
+fn an_archival_picture_is_blinked_wiped_and_blended() {
     let scratch = Scratch::new("archive");
     let mut bench = Bench::open(&scratch);
     let old = scratch.path("old.png");
@@ -940,7 +940,7 @@ fn an_old_picture_is_blinked_wiped_and_shines_through() {
     let archive = &bench.model().archive;
     assert_eq!((archive.line, archive.opacity), (0.25, 0.75));
     bench.click("Onion skin");
-    // Through the onion skin, the picture's red rises where it was dark.
+    // In the blend, the picture's red increases where it was dark.
     let middle = bench.at(0.1, 0.1);
     let red = |bench: &Bench| {
         let canvas =
@@ -956,7 +956,8 @@ fn an_old_picture_is_blinked_wiped_and_shines_through() {
     );
 }
 
-/// A window whose picture is always the same: made by hand to four samples, with no renderer.
+/// Opens a window whose picture is always the same: exposed to four samples by hand, without a
+/// renderer.
 fn still(scratch: &Scratch) -> Bench {
     let plan = scratch.plan();
     let mut live = Live::open(&plan).unwrap();
@@ -983,16 +984,17 @@ fn still(scratch: &Scratch) -> Bench {
     Bench::sized(model, 860.0)
 }
 
-/// The share of pixels that differ visibly from the picture kept under a name. Fonts and lines are
-/// drawn by arithmetic of the standard library, so a pixel at an edge may round either way.
-fn held_against(name: &str, bench: &Bench) -> f64 {
+/// Returns the share of pixels that differ visibly from the reference picture of a name. Fonts and
+/// lines are drawn with the standard library's arithmetic, so a pixel at an edge may be rounded up
+/// or down.
+fn difference_from(name: &str, bench: &Bench) -> f64 {
     let canvas = raster::Canvas::draw(&bench.harness.ctx, bench.harness.output(), &bench.textures);
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("tests/viewer")
         .join(format!("{name}.png"));
     let (width, height) = (canvas.width as u32, canvas.height as u32);
     let whole = image::RgbImage::from_raw(width, height, canvas.levels()).unwrap();
-    // Half as wide: it is kept small.
+    // The reference picture is reduced to half of the size.
     let now = image::imageops::thumbnail(&whole, width / 2, height / 2);
     if std::env::var_os("UPDATE").is_some() {
         now.save(&path).unwrap();
@@ -1011,12 +1013,12 @@ fn the_window_looks_as_it_did() {
     let scratch = Scratch::new("look");
     let mut bench = still(&scratch);
     bench.harness.run_steps(3);
-    assert!(held_against("window", &bench) < 1e-3);
+    assert!(difference_from("window", &bench) < 1e-3);
     bench.change(|m| {
         m.marks.plane = true;
         m.marks.thirds = true;
         m.edit("focus", |s| s.set_focus(2.2));
     });
     bench.harness.run_steps(3);
-    assert!(held_against("focus-plane", &bench) < 1e-3);
+    assert!(difference_from("focus-plane", &bench) < 1e-3);
 }

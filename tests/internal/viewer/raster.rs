@@ -1,5 +1,5 @@
-//! Draws egui's triangles without a GPU: textured, blended, in single precision and one order, so
-//! that a picture of the window is the same on every machine.
+//! Rasterizes egui's triangles without a GPU: textured, blended, in single precision and in one
+//! order, so that a picture of the window is the same on every machine.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -40,7 +40,7 @@ impl egui_kittest::TestRenderer for Textures {
     }
 }
 
-/// A picture of the window, red, green and blue.
+/// A picture of the window in red, green and blue.
 pub(crate) struct Canvas {
     pub width: usize,
     pub height: usize,
@@ -102,7 +102,7 @@ impl Canvas {
                     ((p1 - p0).x * (p - p0).y - (p1 - p0).y * (p - p0).x) / area
                 };
                 let (wa, wb, wc) = (side(b, c), side(c, a), side(a, b));
-                // Pixels on a shared edge belong to one triangle: top and left rule by ties.
+                // A pixel on a shared edge belongs to one triangle, by the top-left rule.
                 let inside = |w: f32, p0: egui::Pos2, p1: egui::Pos2| {
                     w > 0.0
                         || (w == 0.0
@@ -135,7 +135,7 @@ impl Canvas {
     }
 }
 
-/// The texture between its four nearest texels, premultiplied, from 0 to 1.
+/// Returns the texture interpolated between its four nearest texels, premultiplied, from 0 to 1.
 fn sample(texture: &[Color32], [width, height]: [usize; 2], u: f32, v: f32) -> [f32; 4] {
     let (x, y) = (u * width as f32 - 0.5, v * height as f32 - 0.5);
     let (x0, y0) = (x.floor(), y.floor());
