@@ -154,7 +154,7 @@ impl Engine {
         let (sender, wake, threads) = (self.sender.clone(), self.wake.clone(), self.threads);
         std::thread::spawn(move || {
             let made = catch_unwind(AssertUnwindSafe(|| save(&setup, &output, threads)));
-            let made = made.unwrap_or_else(|cause| Err(Diagnostic::error(words(&*cause))));
+            let made = made.unwrap_or_else(|cause| Err(Diagnostic::error(panic_message(&*cause))));
             let _ = sender.send(match made {
                 Ok(line) => News::Saved(output, line),
                 Err(error) => News::NotSaved(output, error),

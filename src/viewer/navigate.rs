@@ -143,7 +143,7 @@ pub(crate) fn view_all(
 
 /// Returns the end of a seek to a point: half of the distance, looking at it.
 pub(crate) fn seek(pose: &CameraPose, point: DVec3) -> CameraPose {
-    let way = point - pose.position;
+    let path = point - pose.position;
     let Some(toward) = way.try_normalize() else {
         return pose.clone();
     };
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn a_look_straight_up_does_not_turn_over() {
-        let mut stand = viewpoint();
+        let mut viewpoint = viewpoint();
         for _ in 0..100 {
             viewpoint.pose = viewpoint.look(DVec2::new(0.0, 0.1));
         }
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn a_dolly_never_passes_the_pivot() {
-        let mut stand = viewpoint();
+        let mut viewpoint = viewpoint();
         for _ in 0..50 {
             let there = viewpoint.dolly(0.4);
             viewpoint.distance -= (there.position - viewpoint.pose.position).length();
@@ -224,12 +224,12 @@ mod tests {
     }
 
     #[test]
-    fn a_seek_goes_half_the_way_and_looks_at_the_point() {
-        let (stand, point) = (viewpoint(), DVec3::new(-1.0, 0.2, -3.0));
+    fn a_seek_moves_half_of_the_distance_and_looks_at_the_point() {
+        let (viewpoint, point) = (viewpoint(), DVec3::new(-1.0, 0.2, -3.0));
         let there = seek(&viewpoint.pose, point);
-        let way = point - there.position;
-        assert!(way.normalize().dot(there.direction()) > 1.0 - 1e-12);
-        assert!((way.length() - 0.5 * (point - viewpoint.pose.position).length()).abs() < 1e-12);
+        let path = point - there.position;
+        assert!(path.normalize().dot(there.direction()) > 1.0 - 1e-12);
+        assert!((path.length() - 0.5 * (point - viewpoint.pose.position).length()).abs() < 1e-12);
         assert!((there.orientation * DVec3::X).y.abs() < 1e-12);
     }
 
