@@ -138,10 +138,10 @@ fn cost(mut run: impl FnMut() -> std::io::Result<std::process::Output>) -> Optio
 
 fn table(pairs: &[(PathBuf, Cost, Cost)], rows: bool) -> ExitCode {
     if pairs.is_empty() {
-        println!("no files to hold against each other");
+        println!("no files to compare");
         return ExitCode::from(2);
     }
-    println!("| | ours | theirs | theirs / ours |\n|---|---|---|---|");
+    println!("| | ivcam | other | other / ivcam |\n|---|---|---|---|");
     for (file, ours, theirs) in pairs.iter().filter(|_| rows) {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         for (i, stage) in STAGES.iter().enumerate() {
@@ -153,7 +153,7 @@ fn table(pairs: &[(PathBuf, Cost, Cost)], rows: bool) -> ExitCode {
     }
     let mut median = [0.0; 3];
     println!(
-        "\n| {} files | faster by (median) | least | most | all: ours, ms | theirs, ms |",
+        "\n| {} files | faster by (median) | least | most | all: ivcam, ms | other, ms |",
         pairs.len()
     );
     println!("|---|---|---|---|---|---|");

@@ -456,7 +456,7 @@ fn illumination(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f6
         let (fine, finer) = (rows(2000), rows(8000));
         println!(
             "  {name} at {} mm: {:.1} times the row's own statement, {:.2} of the lens's; its {exact:.8} \u{b1} \
-             {own:.0e}; ours {:+.1e} from it; rows {:+.1e} (2000 rows {:+.1e}); 9 million rays {:+.1e} \u{b1} {sigma:.0e}",
+             {own:.0e}; ivcam {:+.1e} from it; rows {:+.1e} (2000 rows {:+.1e}); 9 million rays {:+.1e} \u{b1} {sigma:.0e}",
             film.y,
             error / own,
             error / stated,
@@ -678,9 +678,7 @@ fn pupils(folder: &Path, table: &mut Table) {
         });
         for share in share {
             let low = share < 0.95;
-            table.check(name, !low, || {
-                format!("only {:.1}% get through", 100.0 * share)
-            });
+            table.check(name, !low, || format!("only {:.1}% pass", 100.0 * share));
         }
     }
 }
@@ -858,7 +856,7 @@ fn lanes(folder: &Path, table: &mut Table) {
 
 fn extremes(folder: &Path, table: &mut Table) {
     let root = read(&folder.join("extremes.json"));
-    table.head(&["case", "quantity", "exact", "ours", "off", "bound"]);
+    table.head(&["case", "quantity", "exact", "ivcam", "error", "bound"]);
     for case in root["cases"].as_array().into_iter().flatten() {
         let id = case["id"].as_str().unwrap_or("");
         match case["kind"].as_str().unwrap_or("") {
@@ -981,7 +979,7 @@ fn extreme_ray(folder: &Path, case: &Value, id: &str, table: &mut Table) {
             let exact =
                 exact["status"].as_str().unwrap_or("").to_owned() + &place(&exact["surface"]);
             let ours = format!("{:?} at {}", loss.kind, loss.surface);
-            case_row(table, id, "what becomes of the ray", &exact, &ours, nan);
+            case_row(table, id, "fate of the ray", &exact, &ours, nan);
         }
         Ok(out) => {
             let rows = [

@@ -156,7 +156,7 @@ fn time(mut work: impl FnMut()) -> f64 {
 
 fn lenses(report: &mut String) {
     report.push_str(
-        "## Lenses\n\nNanoseconds a ray that gets through or not, focused at 100 times its focal \
+        "## Lenses\n\nNanoseconds per ray, lost or not, focused at 100 times its focal \
          length, on film as large as the lens is made for (`radius`, mm), aimed at the exit pupil; \
          4096 rays. `pupil` is the set-up of its table; of a lens without rotational symmetry the \
          table itself is measured as film points ask for it, in parts: behind the plus, all of it.\n\n\
@@ -280,7 +280,7 @@ fn in_lanes(lens: &Lens, rays: &[LensRay], width: Width) -> f64 {
 
 fn meshes(report: &mut String, large: bool) {
     report.push_str(
-        "## Triangles\n\nA bumpy ball. Millions of rays a second, one thread, one by one / in packets of 32: \
+        "## Triangles\n\nA bumpy sphere. Millions of rays per second, one thread, one by one / in packets of 32: \
          from a point outside (rows of a picture), from there to a light, and from points on the \
          ball in any direction. Memory is the tree's, with its triangles.\n\n\
          | triangles | build, s | primary | shadow | incoherent | MB |\n|---|---|---|---|---|---|\n",
@@ -327,7 +327,7 @@ fn others_rays(report: &mut String, file: &str, prefix: &str) {
     let _ = writeln!(
         report,
         "## Rays that another program traces\n\n{} triangles, built in {:.0} ms, {:.0} MB. Millions \
-         of rays a second, one thread.\n\n| rays | one by one | packets of 32 |\n|---|---|---|",
+         of rays per second, one thread.\n\n| rays | one by one | packets of 32 |\n|---|---|---|",
         triangles.len(),
         1e3 * (thread_seconds() - start),
         tree.bytes() as f64 / 1e6
@@ -382,7 +382,7 @@ fn render(session: &Session, samples: u32) -> (f64, crate::render::Exposure) {
 
 fn pictures(report: &mut String) {
     report.push_str(
-        "## Pictures\n\nThe living room at 360x240, 16 samples a pixel, one thread. Compile is \
+        "## Pictures\n\nThe living room at 360x240, 16 samples per pixel, one thread. Compile is \
          everything from the file's nodes to the tree; left out is what the shading did not \
          need.\n\n\
          | shading | optics | compile, s | render, s | film rays | scene rays | shadow rays | relRMSE | left out |\n\

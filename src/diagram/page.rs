@@ -446,7 +446,7 @@ fn modulation(sheet: &LensSheet, title: &str, of: fn(&PointImage) -> &Modulation
     }
     Chart {
         title: title.into(),
-        x_label: "line pairs a millimeter; solid tangential, dashed sagittal".into(),
+        x_label: "line pairs per millimeter; solid tangential, dashed sagittal".into(),
         y_label: String::new(),
         series,
         y_span: (0.0, 1.0),

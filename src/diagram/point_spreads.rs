@@ -55,7 +55,7 @@ pub(crate) fn point_spreads(
             picture.pixels[y * width + number * (SIDE + GAP) + x] = shown.as_vec3().to_array();
         }
     }
-    let scale = format!("{:.4} \u{b5}m a pixel", 1000.0 * pitch);
+    let scale = format!("{:.4} \u{b5}m per pixel", 1000.0 * pitch);
     picture.provenance.insert("ivcam:scale".into(), scale);
     Ok(picture)
 }

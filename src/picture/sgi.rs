@@ -83,7 +83,7 @@ fn header(bytes: &[u8]) -> Result<Header> {
     let unsupported = |what: &str| Err(Diagnostic::error(format!("this SGI picture has {what}")));
     match &header {
         h if bytes[2] > 1 || !(1..=2).contains(&h.bytes_per_sample) => unsupported(&format!(
-            "storage {} and {} bytes a sample, which the format does not define",
+            "storage {} and {} bytes per sample, which the format does not define",
             bytes[2], h.bytes_per_sample
         )),
         h if h.width * h.height * h.channels == 0 || !(1..=3).contains(&dimension) => unsupported(

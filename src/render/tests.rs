@@ -183,7 +183,7 @@ fn a_render_that_stops_early_has_whole_layouts() {
 /// Compares the error estimates of 200 pictures of 4 samples per pixel with their errors against
 /// one picture of 2,048.
 #[test]
-fn the_true_error_lies_in_the_estimated_interval_in_90_to_99_percent_of_pictures() {
+fn the_true_error_lies_in_the_stated_interval_in_90_to_99_percent_of_pictures() {
     let mut session = session(Era::Modern, "wide-angle");
     session.plan.resolution = Resolution {
         width: 48,

@@ -43,7 +43,7 @@ impl Tool {
         (
             Self::Seek,
             "Seek",
-            "click: go half the way there and look at it (6)",
+            "click: move half of the distance and look at the point (6)",
         ),
     ];
 }
@@ -144,14 +144,14 @@ pub(crate) fn view_all(
 /// Returns the end of a seek to a point: half of the distance, looking at it.
 pub(crate) fn seek(pose: &CameraPose, point: DVec3) -> CameraPose {
     let path = point - pose.position;
-    let Some(toward) = way.try_normalize() else {
+    let Some(toward) = path.try_normalize() else {
         return pose.clone();
     };
     let turn = DQuat::from_rotation_arc(pose.direction(), toward);
     CameraPose {
-        position: pose.position + 0.5 * way,
+        position: pose.position + 0.5 * path,
         orientation: leveled((turn * pose.orientation).normalize()),
-        focal_distance: 0.5 * way.length(),
+        focal_distance: 0.5 * path.length(),
         ..pose.clone()
     }
 }

@@ -220,7 +220,7 @@ fn the_pupil_of_a_moved_or_bent_film_cuts_no_ray() {
             let share = passed as f64 / inside as f64;
             // A moved film has no symmetry, so its pupil is sampled on a plain grid.
             let least = if name == "anamorphic" { 0.5 } else { 0.8 };
-            assert!(share > least, "{name} {moved:?}: only {share} get through");
+            assert!(share > least, "{name} {moved:?}: only {share} pass");
         }
     }
 }

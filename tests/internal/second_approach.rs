@@ -164,7 +164,7 @@ fn the_same_rays_bring_the_same_light_but_for_edges() {
             unlike += i32::from((a - b).abs() > 1e-6);
         }
     }
-    assert!(through > 2000, "{through} of {rays} rays got through");
+    assert!(through > 2000, "{through} of {rays} rays passed");
     assert!(unlike * 1000 < rays, "{unlike} of {rays} rays differ");
 }
 

@@ -48,7 +48,7 @@ fn rendered(name: &str, scene: &str, time: f64) -> image::RgbImage {
     words.extend([picture.clone().into(), file.into()]);
     assert_eq!(crate::cli::run(words), 0);
     let made = image::open(picture).expect("a picture").to_rgb8();
-    std::fs::remove_dir_all(folder).expect("the folder is ours");
+    std::fs::remove_dir_all(folder).expect("the folder can be removed");
     made
 }
 

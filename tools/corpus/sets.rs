@@ -85,7 +85,9 @@ pub(super) fn compare_sets(
         equal.sets += 1;
         equal.colors += usize::from(colors == 0);
     } else {
-        notes.push(format!("set: {missing} not theirs, {left} not ours"));
+        notes.push(format!(
+            "set: {missing} missing in the reference, {left} missing here"
+        ));
         if let Some(t) = first {
             notes.push(format!("first {:?}", t.position.map(DVec3::as_vec3)));
         }

@@ -20,7 +20,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
         }
         if ui
             .button("Try again")
-            .on_hover_text("renders the same once more")
+            .on_hover_text("renders the same picture again")
             .clicked()
         {
             model.try_again();

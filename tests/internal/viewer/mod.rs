@@ -665,7 +665,7 @@ fn a_scene_that_fails_leaves_the_old_one_with_its_messages() {
     assert!(bench.model().open && bench.setup().plan.scene.ends_with("scene.iv"));
     bench.until("the window at rest", |m| !m.opening);
     bench.click("f/8");
-    bench.until("the old scene anew", |m| {
+    bench.until("the old scene again", |m| {
         m.depth_of_field().is_some() && m.refusal.is_none()
     });
 }
