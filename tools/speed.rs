@@ -282,7 +282,7 @@ fn meshes(report: &mut String, large: bool) {
     report.push_str(
         "## Triangles\n\nA bumpy sphere. Millions of rays per second, one thread, one by one / in packets of 32: \
          from a point outside (rows of a picture), from there to a light, and from points on the \
-         ball in any direction. Memory is the tree's, with its triangles.\n\n\
+         sphere in any direction. Memory is the tree's, with its triangles.\n\n\
          | triangles | build, s | primary | shadow | incoherent | MB |\n|---|---|---|---|---|---|\n",
     );
     let mut points = Vec::new();
@@ -567,7 +567,7 @@ fn slope_of(plans: impl Iterator<Item = (f64, Plan)>, samples: u32) -> f64 {
 fn growth(report: &mut String) {
     report.push_str(
         "## Growth\n\nSlopes of log time of rendering over log number, one thread; 1 is linear. \
-         The living room by samples and pixels; elsewhere a ball with the lights and triangles \
+         The living room by samples and pixels; elsewhere a sphere with the lights and triangles \
          in question, 180x120 pixels.\n\n",
     );
     let mut plan = living_room();
