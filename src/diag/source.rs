@@ -58,7 +58,7 @@ impl Source {
 
     /// Returns the line and column of a byte offset, both counted from 1. CR, LF and CRLF each end
     /// a line. A binary source is one line whose column is the offset plus one.
-    pub(crate) fn line_column(&self, offset: u32) -> (u32, u32) {
+    pub fn line_column(&self, offset: u32) -> (u32, u32) {
         if self.binary {
             return (1, offset + 1);
         }
