@@ -15,6 +15,7 @@ pub(super) struct Node {
     /// The smallest x, y and z of every box, then the largest. An empty box has a smallest
     /// coordinate that is greater than the largest one, so no ray enters it.
     pub planes: [[f32; WIDTH]; 6],
+    /// What is in each box.
     pub children: [Child; WIDTH],
 }
 

@@ -16,6 +16,7 @@ pub(super) struct Item {
     low: Vec4,
     /// The largest corner; w is unused.
     high: Vec4,
+    /// The primitive's number.
     pub primitive: u32,
 }
 

@@ -1,36 +1,41 @@
-//! What a scene holds, what was drawn of it, and what was left out and why.
+//! Counts of what a scene contains, what was drawn, and what was left out and why.
 
 use indexmap::IndexMap;
 
 use crate::diag::Diagnostic;
 use crate::iv::NodeRef;
 
-/// Counts by class, in the order in which classes were first met.
+/// Counts of nodes and primitives. Classes are in the order of their first node.
 #[derive(Clone, Debug, Default)]
 pub struct Census {
-    /// Nodes met, by class.
+    /// The number of nodes of each class.
     pub seen: IndexMap<&'static str, u64>,
-    /// Shapes drawn, by class.
+    /// The number of drawn shapes of each class.
     pub drawn: IndexMap<&'static str, u64>,
-    /// Shapes and properties that were not, by class, with the reason.
+    /// The number of ignored shapes and properties of each class, with the reason.
     pub ignored: IndexMap<&'static str, (u64, &'static str)>,
+    /// The number of triangles kept.
     pub triangles: u64,
+    /// The number of exact round surfaces kept.
     pub quadrics: u64,
+    /// The number of lines and points kept.
     pub strokes: u64,
+    /// The number of lights that light a shape.
     pub lights: u64,
+    /// The number of textures decoded.
     pub textures: u64,
-    /// Textures that this picture does not read.
+    /// The number of shapes whose texture this picture does not need.
     pub textures_left_out: u64,
-    /// Whether anything lets light through.
+    /// Whether any surface is transparent.
     pub transparent: bool,
-    /// Corners that were not numbers, and indices out of range.
+    /// The number of corners that were not finite and of indices out of range.
     pub bad_corners: u64,
-    /// What compiling had to say.
+    /// The diagnostics of compiling.
     pub diagnostics: Vec<Diagnostic>,
 }
 
 impl Census {
-    /// Counts a node that a walk meets.
+    /// Counts a node of a walk.
     pub(super) fn see_node(&mut self, node: NodeRef<'_>, handles_are_drawn: bool) {
         if let Some(class) = node.known_class() {
             self.see(class.name);
@@ -41,19 +46,23 @@ impl Census {
         }
     }
 
+    /// Counts a node of a class.
     pub(crate) fn see(&mut self, class: &'static str) {
         *self.seen.entry(class).or_default() += 1;
     }
 
+    /// Counts a drawn shape of a class.
     pub(crate) fn draw(&mut self, class: &'static str) {
         *self.drawn.entry(class).or_default() += 1;
     }
 
+    /// Counts an ignored node of a class, with the reason.
     pub(crate) fn ignore(&mut self, class: &'static str, why: &'static str) {
         self.ignored.entry(class).or_insert((0, why)).0 += 1;
     }
 
-    /// `left out: 3 textures (not read by this shading), 14 TimeSensor (never drawn)`.
+    /// Returns what was left out, one text for each kind: `3 textures (not read by this shading)`,
+    /// `14 TimeSensor (never drawn)`.
     pub fn left_out(&self) -> Vec<String> {
         let mut parts = Vec::new();
         if self.textures_left_out > 0 {

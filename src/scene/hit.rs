@@ -1,4 +1,4 @@
-//! What a ray meets in a scene, and how much light gets through.
+//! The hits of a single ray in a scene, and the light that it transmits.
 
 use glam::{DVec3, Vec3};
 
@@ -7,18 +7,21 @@ use super::render_scene::RenderScene;
 use crate::bvh::{Block, BlockHits, COPLANAR, Hit, PreparedRay, Ray};
 use crate::math::lanes::bits;
 
-/// The nearest of what a ray was found to meet so far.
+/// The search for the hit that is visible: of the hits in the nearest plane, the one drawn last.
 struct Front {
     best: Option<Hit>,
+    /// The distance of the nearest hit.
     nearest: f32,
-    /// Where the plane of the nearest ends.
+    /// The farthest distance that counts as the plane of the nearest hit.
     end: f32,
-    /// Farther hits do not count.
+    /// Farther hits are ignored.
     t_max: f32,
+    /// The ray's [`Ray::plane_end`].
     plane_end: f32,
-    /// One hit has given way to another in its plane.
+    /// Whether a hit was compared with another one in the same plane.
     contested: bool,
-    /// After that the plane has moved: what gave way may be in it, and what it gave way to not.
+    /// Whether the plane has moved after such a comparison. The hit that lost may be in the new
+    /// plane, and the one that won may be outside it.
     unsure: bool,
 }
 
@@ -35,14 +38,15 @@ impl Front {
         }
     }
 
-    /// Looks again, for the last drawn in the plane that is now known.
-    fn look_again(&mut self) {
+    /// Prepares a second search, for the primitive drawn last in the plane that is now known.
+    fn restart(&mut self) {
         self.best = None;
         self.nearest = f32::NEG_INFINITY;
     }
 
+    /// Adds a hit to the search.
     #[inline(always)]
-    fn offer(&mut self, hit: Hit, rank: impl Fn(&Hit) -> u64) {
+    fn add(&mut self, hit: Hit, rank: impl Fn(&Hit) -> u64) {
         if hit.t < self.nearest {
             self.nearest = hit.t;
             self.unsure |= self.contested;
@@ -62,61 +66,65 @@ impl Front {
 }
 
 impl RenderScene {
-    /// The nearest thing a ray sees: closed surfaces from outside only, clip planes applied. Of
-    /// things in one plane it is the one drawn last, as in OpenGL with Inventor's depth test.
+    /// Returns the nearest visible hit of a ray. Back faces of closed surfaces and clipped points
+    /// are invisible. Of several primitives in the same plane the hit is on the one drawn last, as
+    /// in OpenGL with Inventor's depth test.
     pub(crate) fn hit(&self, ray: &Ray) -> Option<Hit> {
         if !self.special {
             return self.hit_any_side(ray);
         }
         if self.annotated {
-            let over = |hit: &Hit| self.surface(hit).on_top && self.is_seen(ray, hit);
+            let over = |hit: &Hit| self.surface(hit).on_top && self.is_visible(ray, hit);
             if let Some(hit) = self.nearest(ray, over) {
                 return Some(hit);
             }
         }
-        self.nearest(ray, |hit| self.is_seen(ray, hit))
+        self.nearest(ray, |hit| self.is_visible(ray, hit))
     }
 
-    /// The nearest primitive whatever side of it the ray meets.
+    /// Returns the nearest hit of a ray, including back faces and clipped points.
     pub(crate) fn hit_any_side(&self, ray: &Ray) -> Option<Hit> {
         self.nearest(ray, |_| true)
     }
 
+    /// Returns the nearest hit that `is_visible` accepts.
     #[inline(always)]
-    fn nearest(&self, ray: &Ray, is_seen: impl Fn(&Hit) -> bool) -> Option<Hit> {
+    fn nearest(&self, ray: &Ray, is_visible: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let prepared = PreparedRay::new(ray);
-        let look = |front: &mut Front| {
+        let search = |front: &mut Front| {
             self.tree()
                 .walk(&prepared, ray.t_min, front.t_max, |block, hits, t_max| {
                     self.visit(&prepared, (block, hits), ray.t_min, t_max, |hit| {
                         let passed = hit.t <= ray.plane_end && self.rank(&hit) >= ray.passed;
-                        if !passed && is_seen(&hit) {
-                            front.offer(hit, |hit| self.rank(hit));
+                        if !passed && is_visible(&hit) {
+                            front.add(hit, |hit| self.rank(hit));
                         }
                         front.t_max
                     })
                 });
         };
         let mut front = Front::new(ray);
-        look(&mut front);
+        search(&mut front);
         if front.unsure {
-            front.look_again();
-            look(&mut front);
+            front.restart();
+            search(&mut front);
         }
         front.best
     }
 
-    /// Where a primitive stands in the order of drawing: the blended ones after the others.
+    /// Returns the rank of a primitive in the drawing order. Transparent primitives are drawn after
+    /// opaque ones.
     pub(crate) fn rank(&self, hit: &Hit) -> u64 {
         let owner = self.owners[hit.primitive as usize];
         let surface = &self.surfaces[owner as usize];
         let first = u64::from(surface.layer) << 1 | u64::from(!surface.is_opaque());
-        // Surfaces number fewer than 2^29: each has a node.
+        // There are fewer than 2^29 surfaces, because each has a node.
         first << 61 | u64::from(owner) << 32 | u64::from(hit.primitive)
     }
 
-    /// The ray that goes on behind what it met: to the rest of what lies in the same plane, from
-    /// the last drawn to the first, then farther on. Nothing is met twice or left out.
+    /// Returns the ray that continues behind a hit. It hits the remaining primitives in the same
+    /// plane, from the last drawn to the first, and then those behind the plane. Each primitive is
+    /// hit exactly once.
     pub(crate) fn continue_behind(&self, ray: &Ray, hit: &Hit) -> Ray {
         let mut ahead = *ray;
         if hit.t > ray.plane_end {
@@ -128,8 +136,9 @@ impl RenderScene {
         ahead
     }
 
-    /// Takes the triangles met in a block and meets what else is in it. `found` answers a hit with the distance up to which further ones
-    /// count, and so does this function.
+    /// Calls `found` with the hits of a block: those on triangles, which are given, and those on
+    /// other primitives, which are computed. `found` returns the farthest distance of interest for
+    /// further hits, and this function returns the last of these.
     #[inline(always)]
     fn visit(
         &self,
@@ -152,8 +161,9 @@ impl RenderScene {
         }
         for lane in bits(block.non_triangles()) {
             let mut from = t_min;
-            // A curved one may be met twice.
-            while let Some(hit) = self.meet(ray, block.primitive(lane), from, t_max) {
+            // A ray may hit a curved primitive twice.
+            while let Some(hit) = self.intersect_primitive(ray, block.primitive(lane), from, t_max)
+            {
                 from = hit.t;
                 t_max = found(hit);
             }
@@ -161,8 +171,9 @@ impl RenderScene {
         t_max
     }
 
+    /// Returns the nearest hit on a primitive between two distances.
     #[inline]
-    pub(super) fn meet(
+    pub(super) fn intersect_primitive(
         &self,
         ray: &PreparedRay,
         primitive: u32,
@@ -199,7 +210,8 @@ impl RenderScene {
         })
     }
 
-    pub(super) fn is_seen(&self, ray: &Ray, hit: &Hit) -> bool {
+    /// Whether a hit is neither clipped nor on a culled back face.
+    pub(super) fn is_visible(&self, ray: &Ray, hit: &Hit) -> bool {
         let surface = self.surface(hit);
         if surface.clip.is_empty() && !surface.culls {
             return true;
@@ -215,16 +227,15 @@ impl RenderScene {
         !surface.culls || self.is_front(ray, hit, surface)
     }
 
-    /// Whether the ray meets the outside: the side from which the corners run as hinted.
+    /// Whether the ray hits the front: the side from which the vertices have the hinted order.
     pub(crate) fn is_front(&self, ray: &Ray, hit: &Hit, surface: &Surface) -> bool {
         let outward = self.geometric_normal(ray, hit);
         let faces = outward.dot(ray.direction) < 0.0;
         faces == surface.counterclockwise
     }
 
-    /// The share of light that gets through between the ray's ends: 1 where nothing is in the
-    /// way, the product of the transparencies otherwise. The first opaque thing ends the search,
-    /// in whatever order things are met.
+    /// Returns the fraction of light that is transmitted between the ray's ends. It is the product
+    /// of the transparencies of all primitives between them. Any opaque primitive ends the search.
     pub(crate) fn transmittance(&self, ray: &Ray, t_max: f32) -> f32 {
         let prepared = PreparedRay::new(ray);
         let mut through = 1.0;
@@ -242,13 +253,13 @@ impl RenderScene {
         through
     }
 
-    /// Whether a primitive lets no light through anywhere.
+    /// Whether a primitive blocks all light everywhere.
     pub(super) fn stops_light(&self, primitive: u32) -> bool {
         let surface = &self.surfaces[self.owners[primitive as usize] as usize];
         surface.casts_shadow && surface.clip.is_empty() && surface.is_opaque()
     }
 
-    /// The share of light that a primitive lets through where a ray meets it.
+    /// Returns the fraction of light that a primitive transmits at a hit.
     fn lets_through(&self, ray: &Ray, hit: &Hit) -> f32 {
         let surface = self.surface(hit);
         if !surface.casts_shadow {
@@ -257,15 +268,15 @@ impl RenderScene {
         if self.stops_light(hit.primitive) {
             return 0.0;
         }
-        if surface.clip.is_empty() || self.is_seen(ray, hit) {
+        if surface.clip.is_empty() || self.is_visible(ray, hit) {
             self.point(ray, hit).transparency
         } else {
             1.0
         }
     }
 
-    /// Whether what two neighboring rays meet may be lit quite differently: other surfaces, or
-    /// faces that are turned from each other by more than 10 degrees.
+    /// Whether the hits of two neighboring rays may have very different light: they are on
+    /// different surfaces, or the angle between their faces exceeds 10 degrees.
     pub(crate) fn is_unlike(&self, [a, b]: [(&Ray, Option<Hit>); 2]) -> bool {
         let (ray, other) = (a.0, b.0);
         let (Some(a), Some(b)) = (a.1, b.1) else {
@@ -282,12 +293,14 @@ impl RenderScene {
         owner != others || aligned() < 0.985
     }
 
+    /// Returns the outward unit normal of the primitive at a hit.
     pub(super) fn geometric_normal(&self, ray: &Ray, hit: &Hit) -> Vec3 {
         let index = hit.primitive as usize;
         if let Some([a, b, c]) = self.triangles.get(index) {
             let n = (b - a).cross(c - a);
             let length = n.length();
-            // Triangles of a millionth of a meter square to nothing in f32.
+            // For triangles smaller than about 1e-15 m the product underflows in f32, so they are
+            // scaled first.
             return if length > 1e-30 {
                 n / length
             } else {

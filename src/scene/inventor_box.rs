@@ -1,11 +1,12 @@
-//! Bounding boxes as Inventor joins them: boxes that carry a matrix.
+//! Bounding boxes with a matrix, which are joined as in Inventor.
 //!
-//! `viewAll` stands the camera by this box, so it must be the old libraries' and not the exact
-//! one. Two boxes are joined in the space of either, whichever result has less volume; a separator
-//! joins what is below it in its own space first.
+//! `viewAll` places the camera by this box, so it must be that of the old libraries and not the
+//! exact one. Two boxes are joined in the space of one of them, whichever gives the smaller volume.
+//! A separator first joins its contents in its own space.
 
 use glam::{DMat4, DVec3};
 
+/// A box in the space of a matrix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InventorBox {
     min: DVec3,
@@ -14,11 +15,12 @@ pub(super) struct InventorBox {
 }
 
 impl InventorBox {
+    /// A box with the matrix from its space to the enclosing one.
     pub(super) fn new((min, max): (DVec3, DVec3), matrix: DMat4) -> Self {
         Self { min, max, matrix }
     }
 
-    /// The box seen from outside a further matrix.
+    /// The box after a further matrix.
     pub(super) fn under(self, matrix: DMat4) -> Self {
         Self {
             matrix: matrix * self.matrix,
@@ -26,6 +28,7 @@ impl InventorBox {
         }
     }
 
+    /// The box of two boxes.
     pub(super) fn join(self, other: Self) -> Self {
         let first = self.extended_by(&other);
         let second = other.extended_by(&self);
@@ -48,6 +51,7 @@ impl InventorBox {
         }
     }
 
+    /// The box in the space of this one that contains another; `None` if the matrix has no inverse.
     fn extended_by(&self, other: &Self) -> Option<Self> {
         let inverse = self.matrix.inverse();
         if !inverse.is_finite() {
@@ -79,7 +83,7 @@ impl InventorBox {
         (size.x * size.y * size.z * self.matrix.determinant()).abs()
     }
 
-    /// The area or length of a box without volume.
+    /// The area or length of a box whose volume is 0.
     fn flat_measure(&self) -> f64 {
         let size = self.max - self.min;
         let m = &self.matrix;
@@ -91,7 +95,7 @@ impl InventorBox {
         spans.iter().filter(|s| **s != 0.0).product()
     }
 
-    /// The box along the axes around this one.
+    /// The axis-aligned box around this one, as its smallest and largest corner.
     pub(super) fn project(&self) -> (DVec3, DVec3) {
         let mut points = self.corners().map(|c| self.matrix.project_point3(c));
         let first = points.next().unwrap_or_default();
@@ -104,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_turned_boxes_stay_in_their_own_space() {
+    fn boxes_with_the_same_matrix_are_joined_in_its_space() {
         let turn = DMat4::from_rotation_z(0.5);
         let unit = (DVec3::ZERO, DVec3::ONE);
         let a = InventorBox::new(unit, turn);

@@ -1,7 +1,8 @@
-//! Compiles a walk into what a ray can hit: triangles, exact quadrics, materials, lights.
+//! Compiles a snapshot into a scene that rays can hit: triangles, exact quadrics, materials and
+//! lights.
 //!
-//! The scene is moved in f64 so that the compile origin (the camera) is at zero, then kept in
-//! f32. What a picture does not need is left out, and the census says so.
+//! The scene is moved in f64 so that the compile origin (the camera) is at zero, then stored in
+//! f32. Anything that the picture does not need is left out and counted in the census.
 
 mod canvas;
 mod census;
@@ -21,7 +22,7 @@ mod survey;
 mod texel_footprint;
 
 pub use census::Census;
-pub(crate) use looks::{Light, Reaching, Surface};
+pub(crate) use looks::{IncidentLight, Light, Surface};
 pub use options::CompileOptions;
 pub(crate) use options::Needs;
 pub(crate) use point::Point;

@@ -1,4 +1,4 @@
-//! What a scene is compiled for.
+//! The options of compiling a scene.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -9,20 +9,25 @@ use crate::geometry::text::Fonts;
 use crate::iv::Limits;
 use crate::pose::CameraPose;
 
-/// What a picture needs of a scene; a lookup from the shading, not a branch.
+/// The parts of a scene that a shading model uses. Others are not compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Needs {
+    /// Normals of corners.
     pub normals: bool,
+    /// Materials.
     pub materials: bool,
+    /// Lights.
     pub lights: bool,
+    /// Textures.
     pub textures: bool,
+    /// What only reflected, refracted and shadow rays hit.
     pub secondary: bool,
-    /// Round shapes are cut into triangles, whose corners can be lit.
+    /// Triangles instead of exact round shapes, because the corners are lit.
     pub facets: bool,
 }
 
 impl Needs {
-    /// Everything about the exact shapes.
+    /// All parts, with exact round shapes.
     pub const ALL: Self = Self {
         normals: true,
         materials: true,
@@ -33,26 +38,29 @@ impl Needs {
     };
 }
 
+/// The options of compiling and surveying a scene.
 #[derive(Clone, Debug)]
 pub struct CompileOptions {
-    /// The point of the world that becomes the origin. Default: zero; for pictures the camera.
+    /// The point of world space that becomes the origin, in meters. For pictures it is the camera.
+    /// Default: zero.
     pub origin: DVec3,
-    /// What levels of detail, billboards and pixel widths go by. Default: none.
+    /// The camera that levels of detail, billboards and sizes in pixels depend on. Default: none.
     pub camera: Option<CameraPose>,
-    /// Default: everything.
+    /// The parts of the scene to compile. Default: all.
     pub(crate) needs: Needs,
-    /// Height of the picture in pixels, for lines and points. Default: 240.
+    /// The height of the picture in pixels, for lines and points. Default: 240.
     pub pixel_rows: u32,
-    /// Primitives kept before the rest is left out. Default: 16 million, below 3 GB.
+    /// The largest number of primitives; the rest is left out. Default: 16 million, below 3 GB.
     pub max_primitives: usize,
-    /// Nodes met before the rest is left out. Default: 300,000, or twice the
-    /// document's nodes if that is more.
+    /// The largest number of nodes to visit; the rest is left out. Default: 300,000. It is raised
+    /// to twice the document's number of nodes.
     pub max_visits: u64,
-    /// Compiles what `DrawStyle` hides or shows as lines like everything else. Default: no.
+    /// Whether to ignore `DrawStyle`, so that hidden shapes and shapes in lines are compiled like
+    /// all others. Default: no.
     pub ignore_draw_style: bool,
-    /// Folders besides the scene's own in which textures are looked for. Default: none.
+    /// The folders besides the scene's own in which textures are searched. Default: none.
     pub texture_folders: Vec<PathBuf>,
-    /// Typefaces to draw text with before the shipped ones. Default: none.
+    /// The user's fonts, which are searched before the shipped typefaces. Default: none.
     pub(crate) fonts: Arc<Fonts>,
 }
 

@@ -1,6 +1,6 @@
-//! Packets of rays in a scene: what they hit, and whether light gets through.
+//! Packets of rays in a scene: their hits, and the light that they transmit.
 //!
-//! The answers have the bits of those for one ray by itself.
+//! The results have the same bits as those of single rays.
 
 use super::render_scene::RenderScene;
 use crate::bvh::{Hit, NonTriangles, PacketHits, PreparedRay, RayPacket};
@@ -8,30 +8,32 @@ use crate::math::lanes::{Lanes, bits};
 
 impl NonTriangles for RenderScene {
     fn intersect(&self, ray: &PreparedRay, primitive: u32, t_min: f32, t_max: f32) -> Option<f32> {
-        self.meet(ray, primitive, t_min, t_max).map(|hit| hit.t)
+        self.intersect_primitive(ray, primitive, t_min, t_max)
+            .map(|hit| hit.t)
     }
 }
 
 impl RenderScene {
-    /// [`RenderScene::hit`] for a packet of rays.
+    /// Finds the hits of a packet of rays, as [`RenderScene::hit`] does for one ray.
     pub(crate) fn hits(&self, rays: &RayPacket, hits: &mut PacketHits) {
         if self.annotated || !RayPacket::is_fast() {
             hits.mask = 0;
             bits(rays.mask).for_each(|lane| hits.set(lane, self.hit(&rays.ray(lane))));
             return;
         }
-        // Rays whose nearest hit is not theirs for sure.
+        // Rays whose nearest hit may not be the visible one.
         let mut doubtful = self.tree().nearest_hits(rays, self, hits);
         if self.special {
             for lane in bits(hits.mask & !doubtful) {
-                let seen = |hit: Hit| self.is_seen(&rays.ray(lane), &hit);
-                doubtful |= u32::from(!hits.hit(lane).is_none_or(seen)) << lane;
+                let visible = |hit: Hit| self.is_visible(&rays.ray(lane), &hit);
+                doubtful |= u32::from(!hits.hit(lane).is_none_or(visible)) << lane;
             }
         }
         bits(doubtful).for_each(|lane| hits.set(lane, self.hit(&rays.ray(lane))));
     }
 
-    /// [`RenderScene::transmittance`] for a packet of rays, each up to its own `t_max`.
+    /// Computes the transmittances of a packet of rays, each up to its own `t_max`, as
+    /// [`RenderScene::transmittance`] does for one ray.
     pub(crate) fn transmittances(&self, rays: &RayPacket, through: &mut Lanes<f32>) {
         if !RayPacket::is_fast() {
             for lane in bits(rays.mask) {
@@ -47,7 +49,7 @@ impl RenderScene {
         if self.solid {
             return;
         }
-        // A primitive that lets some light through may have others behind it.
+        // Behind a transparent primitive there may be others.
         for lane in bits(hits.mask) {
             if !self.stops_light(hits.primitive[lane]) {
                 through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
@@ -68,7 +70,7 @@ mod tests {
     use crate::snapshot::Snapshot;
 
     #[test]
-    fn a_packet_hits_what_its_rays_hit() {
+    fn a_packet_has_the_hits_of_its_single_rays() {
         let text = "#Inventor V2.1 ascii\nSphere { }\nTranslation { translation 1 .4 .5 }\n\
              Cube { width .5 }\nTranslation { translation -2 -1 0 } Cone { }\n\
              Coordinate3 { point [ -1 -1 2, 3 -1 2, 3 2 2.5, -1 2 2 ] }\n\
@@ -88,7 +90,7 @@ mod tests {
                 state = crate::sampling::mix(state);
                 (state >> 40) as f32 / (1u64 << 24) as f32 - 0.5
             };
-            let (mut met, mut blocked) = (0, 0);
+            let (mut hit, mut blocked) = (0, 0);
             for count in (0..=LANES).cycle().take(400) {
                 let mut any = || Vec3::new(unit(), unit(), unit());
                 let (eye, aim) = (8.0 * any(), 3.0 * any());
@@ -96,7 +98,7 @@ mod tests {
                     t_max: 1.0,
                     ..Ray::new(eye + 0.01 * at, aim + at - eye)
                 };
-                // Lanes without a ray hold NaN.
+                // Lanes without a ray have NaN.
                 let mut rays = RayPacket::default();
                 rays.origin[0] = [f32::NAN; LANES];
                 let every = 1 + count % 3;
@@ -110,11 +112,11 @@ mod tests {
                     let ray = rays.ray(i);
                     assert_eq!(hits.hit(i), scene.hit(&ray), "{ray:?}");
                     assert_eq!(through[i], scene.transmittance(&ray, 1.0), "{ray:?}");
-                    met += usize::from(hits.hit(i).is_some());
+                    hit += usize::from(hits.hit(i).is_some());
                     blocked += usize::from(through[i] == 0.0);
                 }
             }
-            assert!(met > 1000 && blocked > 1000, "{met} {blocked}");
+            assert!(hit > 1000 && blocked > 1000, "{hit} {blocked}");
         }
     }
 }

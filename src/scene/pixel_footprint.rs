@@ -1,17 +1,20 @@
-//! Where points of the world fall on the picture, in pixels: for what Inventor measures there.
+//! Projects points to the picture, in pixels, for sizes that Inventor measures there.
 
 use glam::{DVec2, DVec3};
 
 use crate::pose::{CameraPose, Projection};
 
-/// A camera's picture, so many rows high.
+/// The picture of a camera.
 pub(super) struct Screen<'a> {
+    /// The camera.
     pub camera: &'a CameraPose,
+    /// The height of the picture in pixels.
     pub rows: f64,
 }
 
 impl Screen<'_> {
-    /// Meters a pixel at a point, or nothing where the point is behind the camera.
+    /// Returns the size of a pixel in meters at a point of world space, or `None` behind the
+    /// camera.
     pub(super) fn pixel_at(&self, world: DVec3) -> Option<f64> {
         let pixel = match self.camera.projection {
             Projection::Perspective { height_angle } => {
@@ -23,14 +26,16 @@ impl Screen<'_> {
         (pixel > 0.0 && pixel.is_finite()).then_some(pixel)
     }
 
-    /// Pixels right of and above the middle of the picture.
+    /// Returns a point's position in pixels to the right of and above the picture's center, or
+    /// `None` behind the camera.
     pub(super) fn project(&self, world: DVec3) -> Option<DVec2> {
         let pixel = self.pixel_at(world)?;
         let local = self.camera.orientation.conjugate() * (world - self.camera.position);
         Some(local.truncate() / pixel)
     }
 
-    /// Pixels in the rectangle around a box; without end where a corner is behind the camera.
+    /// Returns the area of the rectangle around a box in square pixels. It is infinite if a corner
+    /// is behind the camera.
     pub(super) fn area(&self, (min, max): (DVec3, DVec3)) -> f64 {
         let mut low = DVec2::splat(f64::INFINITY);
         let mut high = DVec2::splat(f64::NEG_INFINITY);
@@ -54,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cube_seen_flat_takes_up_its_share_of_the_picture() {
+    fn a_cube_seen_from_the_front_has_the_area_of_its_face() {
         let camera = CameraPose {
             position: DVec3::new(0.0, 0.0, 10.0),
             projection: Projection::Orthographic { height: 8.0 },

@@ -1,4 +1,4 @@
-//! The point where a ray meets a scene, with all that shading asks for.
+//! The point at a hit, with everything that shading needs.
 
 use glam::{Vec2, Vec3, Vec4};
 
@@ -7,29 +7,32 @@ use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
 use crate::traversal::state::TextureModel;
 
-/// A point of the scene with all that shading asks for.
+/// A point of the scene with everything that shading needs.
 #[derive(Clone, Debug)]
 pub(crate) struct Point<'a> {
+    /// The position in meters.
     pub position: Vec3,
-    /// Of length 1, on the side the ray came from.
+    /// The geometric normal, of length 1, on the side that the ray came from.
     pub geometric: Vec3,
-    /// The normal to light with: as the file says, turned over where the back of a two-sided
-    /// face is seen.
+    /// The normal for lighting, as in the file. On the back of a two-sided face it is reversed.
     pub normal: Vec3,
-    /// Whether the ray met the outside.
+    /// Whether the ray hit the front.
     pub front: bool,
+    /// The diffuse color without the texture.
     pub diffuse: Vec3,
-    /// Share of the light that goes through, the texture's alpha included.
+    /// The fraction of light that is transmitted, including the texture's alpha.
     pub transparency: f32,
-    /// The texture's color and alpha here.
+    /// The texture's color and alpha at the point.
     pub texel: Option<Vec4>,
+    /// The surface of the shape.
     pub surface: &'a Surface,
-    /// How far rounding may have moved the position.
+    /// A bound of the position's rounding error, in meters.
     pub error: f32,
 }
 
 impl Point<'_> {
-    /// Where a ray leaving towards a direction starts, clear of the surface by the error.
+    /// Returns a ray from the point in a direction. It starts clear of the surface by the rounding
+    /// error.
     pub(crate) fn leave(&self, direction: Vec3) -> Ray {
         let side = if direction.dot(self.geometric) < 0.0 {
             -self.geometric
@@ -38,7 +41,7 @@ impl Point<'_> {
         };
         let mut origin = self.position + side * self.error;
         for i in 0..3 {
-            // The sum above rounds too: one step farther.
+            // The sum is rounded too, so the origin moves one step farther.
             origin[i] = if side[i] > 0.0 {
                 origin[i].next_up()
             } else if side[i] < 0.0 {
@@ -50,7 +53,7 @@ impl Point<'_> {
         Ray::new(origin, direction)
     }
 
-    /// A lit color under the texture, by OpenGL's texture environment.
+    /// Applies the texture to a lit color by OpenGL's texture environment.
     pub(crate) fn textured(&self, color: Vec3) -> Vec3 {
         let (Some(texel), Some(texture)) = (self.texel, &self.surface.texture) else {
             return color;
@@ -66,12 +69,13 @@ impl Point<'_> {
 }
 
 impl RenderScene {
-    /// Everything about the point where a ray met the scene.
+    /// Returns the point at a hit.
     pub(crate) fn point(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
         point(self, ray, hit)
     }
 
-    /// A hit triangle's corners as points, with their weights; `None` for other primitives.
+    /// Returns the corners of the triangle that was hit as points, with their weights. Returns
+    /// `None` for other primitives.
     pub(crate) fn corner_points(&self, ray: &Ray, hit: &Hit) -> Option<[(Point<'_>, f32); 3]> {
         self.triangles.get(hit.primitive as usize)?;
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
@@ -86,7 +90,7 @@ impl RenderScene {
     }
 }
 
-/// Works out the point of a hit.
+/// Computes the point at a hit.
 fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
     let surface = scene.surface(hit);
     let index = hit.primitive as usize;
@@ -110,17 +114,21 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
     let coordinates = if let Some(corners) = scene.triangles.get(index) {
         on_triangle(&mut out, corners, index, hit)
     } else if let Some(quadric) = scene.quadrics.get(index - scene.triangles.len()) {
-        let (settled, _) = quadric.project_to_surface(out.position.as_dvec3());
-        let position = quadric.scene_from_object.transform_point3(settled);
+        let (on_surface, _) = quadric.project_to_surface(out.position.as_dvec3());
+        let position = quadric.scene_from_object.transform_point3(on_surface);
         out.position = position.as_vec3();
         let size = quadric.scene_from_object.matrix3.to_cols_array();
-        let reach = size.iter().fold(0.0, |a: f64, v| a.max(v.abs())) * settled.abs().max_element();
+        let reach =
+            size.iter().fold(0.0, |a: f64, v| a.max(v.abs())) * on_surface.abs().max_element();
         out.error = 4.0 * f32::EPSILON * (out.position.abs().max_element() + reach as f32);
         out.diffuse = surface.diffuse_at(quadric.material);
         out.transparency = surface.transparency_at(quadric.material);
         match &surface.texture {
-            Some(t) if t.texture.is_deep() => quadric.volume_coordinates(settled).as_vec3(),
-            _ => quadric.texture_coordinates(settled).as_vec2().extend(0.0),
+            Some(t) if t.texture.is_deep() => quadric.volume_coordinates(on_surface).as_vec3(),
+            _ => quadric
+                .texture_coordinates(on_surface)
+                .as_vec2()
+                .extend(0.0),
         }
     } else {
         let stroke = &scene.strokes[index - scene.triangles.len() - scene.quadrics.len()];
@@ -154,8 +162,10 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
     out
 }
 
-/// Position from the corners, not from the distance: its error is a few ulps of the corners'
-/// size, whatever the ray's length (Pharr, Jakob and Humphreys, 6.8).
+/// Fills in a point on a triangle, and returns its texture coordinates. The position is computed
+/// from the corners and not from the distance, so its error is a few ulps of the corners' size
+/// whatever the ray's length (Pharr, Jakob and Humphreys, *Physically Based Rendering*, 4th
+/// edition, 6.8).
 fn on_triangle(out: &mut Point<'_>, corners: &[Vec3; 3], index: usize, hit: &Hit) -> Vec3 {
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     let blend = |v: [Vec3; 3]| v[0] * weights[0] + v[1] * weights[1] + v[2] * weights[2];
@@ -165,7 +175,7 @@ fn on_triangle(out: &mut Point<'_>, corners: &[Vec3; 3], index: usize, hit: &Hit
     let surface = out.surface;
     let local = index - surface.first as usize;
     if let Some(normals) = surface.normals.get(local) {
-        // A face without area or normal leaves zero: unlit, as in OpenGL.
+        // A face without area or normal gives zero, which is unlit as in OpenGL.
         out.normal = blend(normals).normalize_or_zero();
     } else if !surface.counterclockwise {
         out.normal = -out.normal;
@@ -189,7 +199,7 @@ fn on_triangle(out: &mut Point<'_>, corners: &[Vec3; 3], index: usize, hit: &Hit
 }
 
 impl TextureUse {
-    /// Where in the texture a point lies.
+    /// Returns the texture coordinates of a point. `stored` are those of its primitive.
     fn at(&self, point: &Point<'_>, ray: &Ray, stored: Vec3) -> Vec3 {
         let plain = match self.mapping {
             Mapping::Stored => stored,
@@ -205,8 +215,8 @@ impl TextureUse {
     }
 }
 
-/// OpenGL's sphere map: with the reflection r in the camera's space, m = 2√(x² + y² + (z+1)²),
-/// s = x/m + ½, t = y/m + ½.
+/// Returns the coordinates in OpenGL's sphere map. With the reflected direction (x, y, z) in camera
+/// space and m = 2√(x² + y² + (z+1)²) they are s = x/m + ½ and t = y/m + ½.
 fn sphere_map(normal: Vec3, ray: &Ray, right: Vec3, up: Vec3) -> Vec2 {
     let d = ray.direction.normalize_or(Vec3::NEG_Z);
     let r = d - 2.0 * d.dot(normal) * normal;

@@ -10,45 +10,51 @@ use crate::bvh::{Bvh, Hit};
 use crate::diag::{Diagnostic, Result};
 use crate::geometry::{Quadric, Stroke, StrokeView};
 
-/// What a ray can hit, and how it looks.
+/// A compiled scene: primitives that rays can hit, and their surfaces. Primitives are numbered:
+/// triangles first, then quadrics, then strokes.
 #[derive(Debug, Default)]
 pub struct RenderScene {
+    /// The point of world space that is the scene's origin, in meters.
     pub origin: DVec3,
     pub(super) triangles: Vec<[Vec3; 3]>,
     pub(super) quadrics: Vec<Quadric>,
     pub(super) strokes: Vec<Stroke>,
-    /// Surface of each triangle, quadric and stroke.
+    /// The surface number of each triangle, quadric and stroke.
     pub(super) owners: Vec<u32>,
     pub(super) surfaces: Vec<Surface>,
     pub(super) light_sets: Vec<Arc<Vec<Light>>>,
     pub(super) textures: Vec<Arc<Texture>>,
-    /// Built when the first ray asks for it.
+    /// The tree, which is built for the first ray.
     pub(super) tree: OnceLock<Bvh>,
-    /// Whether any surface is see-through in places or seen from one side only.
+    /// Whether any surface is clipped, culled or drawn over everything else.
     pub(super) special: bool,
-    /// Whether any surface is seen before everything else.
+    /// Whether any surface is drawn over everything else.
     pub(super) annotated: bool,
-    /// Whether everything stops all light.
+    /// Whether every surface blocks all light.
     pub(super) solid: bool,
-    /// The camera, for what is measured in pixels.
+    /// The camera, for sizes in pixels.
     pub(super) view: StrokeView,
     pub(super) background: Background,
     pub(super) census: Census,
     pub(super) bounds: Option<(Vec3, Vec3)>,
 }
 
-/// A triangle as Coin's triangle callback gives it: world space, three corners each.
+/// A triangle in world space, with the values that Coin's triangle callback gives.
 #[cfg(feature = "tools")]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OracleTriangle {
+    /// The corners' positions in meters.
     pub position: [DVec3; 3],
+    /// The corners' normals.
     pub normal: [Vec3; 3],
+    /// The corners' diffuse colors.
     pub diffuse: [Vec3; 3],
+    /// The transparency of the first corner.
     pub transparency: f32,
 }
 
 impl RenderScene {
-    /// What is known once everything is collected: the box around it, fog, what lets light through.
+    /// Computes the values that depend on the whole scene: bounds, fog and transparency.
     pub(super) fn finalize(&mut self) -> Result<()> {
         if u32::try_from(self.owners.len()).is_err() {
             return Err(Diagnostic::beyond_limit(
@@ -69,13 +75,14 @@ impl RenderScene {
         Ok(())
     }
 
-    /// The box around each primitive.
+    /// The bounding box of each primitive.
     fn boxes(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
         let triangles = self.triangles.iter();
         let triangles = triangles.map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)));
         triangles.chain(self.boxes_of_others())
     }
 
+    /// The bounding box of each quadric and stroke.
     fn boxes_of_others(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
         let quadrics = self.quadrics.iter().map(|q| {
             let (min, max) = q.bounds();
@@ -85,8 +92,8 @@ impl RenderScene {
         quadrics.chain(strokes)
     }
 
-    /// The tree that rays go through, built when it is first asked for: what needs no ray (bounds,
-    /// counts, triangles) does not wait for it. The same tree whoever asks.
+    /// Returns the tree, which is built at the first call. Bounds and counts are available without
+    /// it.
     pub(super) fn tree(&self) -> &Bvh {
         self.tree.get_or_init(|| {
             let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
@@ -94,7 +101,7 @@ impl RenderScene {
         })
     }
 
-    /// Builds what rays need now, so that the first ray does not wait.
+    /// Builds the tree and unpacks textures now, so that the first ray does not wait.
     pub(crate) fn prepare(&self) {
         self.tree();
         for texture in &self.textures {
@@ -102,7 +109,7 @@ impl RenderScene {
         }
     }
 
-    /// Where the box of each surface has its center.
+    /// Computes the center of the bounding box of each surface.
     fn find_centers(&mut self) {
         let mut around: Vec<Option<(Vec3, Vec3)>> = vec![None; self.surfaces.len()];
         for (owner, (min, max)) in self.owners.iter().zip(self.boxes()) {
@@ -114,7 +121,7 @@ impl RenderScene {
         }
     }
 
-    /// Fog without a visibility reaches to the far end of what the camera sees (Coin).
+    /// Sets the visibility of fog that has none to the depth of the scene's far side (Coin).
     fn resolve_fog_distance(&mut self) {
         let Some((min, max)) = self.bounds else {
             return;
@@ -136,10 +143,12 @@ impl RenderScene {
         }
     }
 
+    /// The surface of a hit.
     pub(crate) fn surface(&self, hit: &Hit) -> &Surface {
         &self.surfaces[self.owners[hit.primitive as usize] as usize]
     }
 
+    /// The counts of nodes, primitives and what was left out.
     pub fn census(&self) -> &Census {
         &self.census
     }
@@ -149,12 +158,12 @@ impl RenderScene {
         self.lights_of_set(surface.lights)
     }
 
-    /// The lights of a number that surfaces have.
+    /// The lights of a set, by [`Surface::lights`].
     pub(crate) fn lights_of_set(&self, set: u32) -> &[Light] {
         &self.light_sets[set as usize]
     }
 
-    /// All lights, each once.
+    /// All different lights.
     pub(crate) fn lights(&self) -> Vec<Light> {
         let mut all: Vec<Light> = Vec::new();
         for light in self.light_sets.iter().flat_map(|s| s.iter()) {
@@ -165,16 +174,17 @@ impl RenderScene {
         all
     }
 
-    /// What a ray that meets nothing sees: black, or the first `Background`.
+    /// The background, which rays without a hit see.
     pub(crate) fn background(&self) -> &Background {
         &self.background
     }
 
-    /// The box around everything, the compile origin at zero.
+    /// The bounding box of the scene in meters, with the compile origin at zero.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         self.bounds
     }
 
+    /// The numbers of triangles, of quadrics, and of lines and points.
     pub fn primitives(&self) -> (usize, usize, usize) {
         (
             self.triangles.len(),
@@ -183,7 +193,7 @@ impl RenderScene {
         )
     }
 
-    /// The corners of a primitive, or nothing if it is not a triangle.
+    /// The corners of a primitive, or `None` if it is not a triangle.
     #[inline]
     pub(crate) fn corners(&self, primitive: u32) -> Option<&[Vec3; 3]> {
         self.triangles.get(primitive as usize)
@@ -195,11 +205,12 @@ impl RenderScene {
         self.owners[primitive as usize] as usize
     }
 
+    /// All surfaces, by number.
     pub(crate) fn surfaces(&self) -> &[Surface] {
         &self.surfaces
     }
 
-    /// The triangles in order of traversal, for holding against another program's.
+    /// The triangles in order of traversal, for comparison with another program.
     #[cfg(feature = "tools")]
     pub(crate) fn triangles(&self) -> impl Iterator<Item = OracleTriangle> + '_ {
         self.triangles.iter().enumerate().map(|(i, corners)| {
@@ -219,9 +230,9 @@ impl RenderScene {
     }
 }
 
-/// The box around points, none of them NaN.
+/// The bounding box of points, none of which is NaN.
 fn around(points: &[Vec3]) -> Option<(Vec3, Vec3)> {
-    // Four at a time, as processors do it.
+    // Four boxes at a time, so that the compiler uses vector instructions.
     let mut low = [*points.first()?; 4];
     let mut high = low;
     let fours = points.chunks_exact(4);
@@ -237,7 +248,7 @@ fn around(points: &[Vec3]) -> Option<(Vec3, Vec3)> {
     Some((low, high.into_iter().reduce(Vec3::max)?))
 }
 
-/// An f64 box as an f32 box that holds it.
+/// Converts an f64 box to an f32 box that contains it.
 fn widen(min: DVec3, max: DVec3) -> (Vec3, Vec3) {
     let down = |v: f64| (v as f32).next_down();
     let up = |v: f64| (v as f32).next_up();

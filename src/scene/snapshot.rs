@@ -1,4 +1,4 @@
-//! Takes snapshots of documents, and measures for them what only drawing tells.
+//! Takes snapshots of documents, and measures the bounding boxes that their engines need.
 
 use super::options::CompileOptions;
 use super::survey::{bounds_of, survey};
@@ -6,20 +6,20 @@ use crate::iv::{Document, NodeId};
 use crate::snapshot::{Bounds, Corners, Snapshot, SnapshotOptions};
 use crate::traversal::state::{Language, State};
 
-/// Takes a snapshot of a document. The compile options say how the boxes that engines ask for are
-/// measured.
+/// Takes a snapshot of a document. The compile options determine how the bounding boxes that
+/// engines need are measured.
 pub fn snapshot<'a>(
     document: &'a Document,
     at: &SnapshotOptions,
     options: &CompileOptions,
 ) -> Snapshot<'a> {
-    Snapshot::take(document, at, &Surveying(options))
+    Snapshot::take(document, at, &SurveyBounds(options))
 }
 
-/// Measures by surveying.
-struct Surveying<'a>(&'a CompileOptions);
+/// Measures bounding boxes by surveys.
+struct SurveyBounds<'a>(&'a CompileOptions);
 
-impl Bounds for Surveying<'_> {
+impl Bounds for SurveyBounds<'_> {
     fn of_roots(&self, part: &Snapshot<'_>) -> Option<Corners> {
         survey(part, self.0).bounds
     }
@@ -69,13 +69,13 @@ mod tests {
     }
 
     #[test]
-    fn a_dragger_s_handles_move_with_it_and_nothing_else_does() {
+    fn a_draggers_handles_move_with_it_and_following_nodes_do_not() {
         let (min, max) = bounds("Translate1Dragger { translation 10 0 0 } Cube { }").expect("both");
         assert!((min.x + 1.0).abs() < 1e-5 && (max.x - 11.5).abs() < 1e-5);
     }
 
     #[test]
-    fn a_manipulator_s_handles_surround_what_it_moves() {
+    fn a_manipulators_handles_surround_the_shapes_that_it_moves() {
         let (min, max) = bounds(
             "Separator { HandleBoxManip { } Translation { translation 3 0 0 } Cube { width 4 } }",
         )
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_in_the_file_takes_the_place_of_the_usual_handles() {
+    fn a_part_in_the_file_replaces_the_default_handles() {
         let (min, _) =
             bounds("Translate1Dragger { translator Sphere { radius 7 } }").expect("a ball");
         assert!((min.x + 7.0).abs() < 1e-5);

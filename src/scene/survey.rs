@@ -1,4 +1,4 @@
-//! What is in a scene, without compiling it: bounds, cameras, lights, counts.
+//! Surveys a scene without compiling it: bounds, cameras, lights and counts.
 
 use glam::{DMat4, DVec3};
 use indexmap::IndexMap;
@@ -18,34 +18,43 @@ use crate::traversal::role::Role;
 use crate::traversal::state::{LightElement, State};
 use crate::traversal::{self, Visitor, WalkOptions};
 
+/// The contents of a scene. Positions are in meters in world space.
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
-    /// The exact box around everything drawn, in the world.
+    /// The smallest and the largest corner of the exact bounding box of everything drawn.
     pub bounds: Option<(DVec3, DVec3)>,
-    /// The box that Inventor would give: of boxes around boxes.
+    /// The bounding box that Inventor computes from nested boxes, at least as large as the exact
+    /// one.
     pub inventor_bounds: Option<(DVec3, DVec3)>,
-    /// Cameras and viewpoints in order of traversal.
+    /// The cameras and viewpoints in order of traversal.
     pub cameras: Vec<CameraPose>,
+    /// The lights that are on, in order of traversal.
     pub(crate) lights: Vec<LightElement>,
-    /// As Inventor triangulates: a cube is 12; spheres, cones and cylinders are left out.
+    /// The number of triangles as Inventor triangulates. A cube has 12; spheres, cones and
+    /// cylinders are not counted.
     pub triangles: u64,
-    /// Shapes met, by class.
+    /// The number of shapes of each class.
     pub shapes: IndexMap<&'static str, u64>,
+    /// The counts of nodes and of what is left out.
     pub census: Census,
+    /// What is wrong with the scene.
     pub diagnostics: Vec<Diagnostic>,
 }
 
+/// The visitor that makes a survey.
 struct Surveyor<'a> {
     snapshot: &'a Snapshot<'a>,
     canvas: BoundsCanvas,
     survey: Survey,
-    /// Each open separator's matrix and the box of what it holds so far; the root's first.
+    /// The matrix of each open separator and the box of its contents so far, with the root first.
     open: Vec<(DMat4, Option<InventorBox>)>,
-    /// Nobody else looks: what is measured in pixels is so by the camera before it.
-    by_own_cameras: bool,
+    /// Whether sizes in pixels depend on the last camera of the scene, because the options have
+    /// none.
+    uses_scene_cameras: bool,
 }
 
 impl Surveyor<'_> {
+    /// Adds a box to that of the innermost open separator.
     fn join(&mut self, below: InventorBox) {
         if let Some((_, all)) = self.open.last_mut() {
             *all = Some(match *all {
@@ -57,24 +66,27 @@ impl Surveyor<'_> {
 }
 
 impl RenderScene {
+    /// Surveys a snapshot.
     pub fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Survey {
         survey(snapshot, options)
     }
 }
 
+/// Surveys a snapshot.
 pub(super) fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Survey {
-    let mut survey = walked(snapshot, options, false);
-    // The box of what switches by itself or by the distance is around all it may show (Coin, SGI).
+    let mut survey = survey_once(snapshot, options, false);
+    // The box of a node that switches by time or distance contains all its children (Coin, SGI).
     let switches = ["Blinker", "LOD", "LevelOfDetail"];
     if switches.iter().any(|c| survey.census.seen.contains_key(c)) {
-        survey.inventor_bounds = walked(snapshot, options, true).inventor_bounds;
+        survey.inventor_bounds = survey_once(snapshot, options, true).inventor_bounds;
     }
     let found = snapshot.diagnostics().iter().cloned();
     survey.diagnostics.extend(found);
     survey
 }
 
-fn walked(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bool) -> Survey {
+/// Surveys a snapshot by one walk.
+fn survey_once(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bool) -> Survey {
     let walk_options = WalkOptions {
         camera: options.camera.clone(),
         max_visits: options.max_visits,
@@ -85,7 +97,7 @@ fn walked(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bool) -
         canvas: BoundsCanvas::new(PictureView::of(options)),
         survey: Survey::default(),
         open: vec![(DMat4::IDENTITY, None)],
-        by_own_cameras: options.camera.is_none(),
+        uses_scene_cameras: options.camera.is_none(),
     };
     traversal::walk(snapshot, &walk_options, &mut surveyor);
     let Surveyor {
@@ -101,7 +113,7 @@ fn walked(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bool) -
     survey
 }
 
-/// The exact box around some nodes, met in this state, in the world.
+/// Returns the exact bounding box of some nodes in world space, walked with a given state.
 pub(super) fn bounds_of<'a>(
     snapshot: &'a Snapshot<'_>,
     list: &'a [NodeId],
@@ -127,7 +139,8 @@ pub(super) fn bounds_of<'a>(
     bounds.1
 }
 
-/// How many pixels of a picture the box around a node's children covers, if somebody looks.
+/// Returns the area of the bounding box of a node's children in the picture, in pixels. Returns
+/// `None` without a camera.
 pub(super) fn screen_area<'a>(
     snapshot: &'a Snapshot<'_>,
     node: NodeRef<'a>,
@@ -140,7 +153,7 @@ pub(super) fn screen_area<'a>(
     Some(screen.area(bounds))
 }
 
-/// Whether a node asks Inventor to forget the box of what its separator held so far.
+/// Whether a node resets Inventor's bounding box of its separator.
 fn resets_box(node: NodeRef<'_>) -> bool {
     let resets = |what| what & reset_transform::WHAT_TO_RESET_BBOX != 0;
     node.known_class()
@@ -198,7 +211,7 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
         let is_viewpoint = node
             .known_class()
             .is_some_and(|c| c.name.ends_with("Viewpoint"));
-        if self.by_own_cameras && !is_viewpoint {
+        if self.uses_scene_cameras && !is_viewpoint {
             self.canvas.picture.camera = Some(pose.clone());
         }
         self.survey.cameras.push(pose);

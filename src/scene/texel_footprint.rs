@@ -1,4 +1,4 @@
-//! How many texels of a texture a pixel covers.
+//! The number of texels that a pixel covers.
 
 use glam::{Vec2, Vec3};
 
@@ -8,9 +8,9 @@ use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
 
 impl RenderScene {
-    /// How many texels a pixel covers where a ray meets a surface: its width there, by the texels a
-    /// meter that a triangle's corners or a round shape's mapping give, or a line's ends by pixel.
-    /// 1 where nothing says.
+    /// Returns the width of a pixel at a hit in texels. The texels per meter are those between a
+    /// triangle's corners or of a round shape's mapping; a line has texels per pixel between its
+    /// ends. Without such information the result is 1.
     pub(super) fn texels_across(
         &self,
         point: &Point<'_>,
@@ -27,7 +27,7 @@ impl RenderScene {
         let along = hit.t * ray.direction.length();
         let facing = (point.geometric.dot(ray.direction) / ray.direction.length()).abs();
         let pixel = self.view.fixed + self.view.per_depth * along;
-        // The pixel's ellipse on the surface is longer than wide; OpenGL takes the longer side.
+        // The pixel's footprint on the surface is an ellipse. OpenGL uses its longer axis.
         let longer = pixel / facing.max(1e-3);
         let wide = if let Some([a, b, c]) = self.triangles.get(index) {
             let local = index - point.surface.first as usize;
@@ -45,9 +45,9 @@ impl RenderScene {
             };
             let (middle, (right, up)) =
                 (at(point.position), point.geometric.any_orthonormal_pair());
-            // A step across the seam of a round texture is a short one too.
-            let step = |way: Vec3| {
-                let change = at(point.position + pixel * way) - middle;
+            // `round` makes a step across the seam of a round texture as short as any other.
+            let step = |direction: Vec3| {
+                let change = at(point.position + pixel * direction) - middle;
                 texel(change - change.round()) - texel(Vec2::ZERO)
             };
             longer / pixel * step(right).perp_dot(step(up)).abs().sqrt()

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::scene::{Point, Reaching};
+use crate::scene::{IncidentLight, Point};
 use crate::traversal::state::FogKind;
 
 /// The terms without a light: emissive, and ambient from the surroundings.
@@ -14,18 +14,18 @@ pub(super) fn ambient(point: &Point<'_>) -> Vec3 {
 /// it scales the diffuse and specular terms, and not the ambient one.
 pub(super) fn direct(
     point: &Point<'_>,
-    reaching: &Reaching,
+    incident: &IncidentLight,
     backward: Vec3,
     specular: bool,
     shadow: f32,
 ) -> Vec3 {
     let surface = point.surface;
-    let mut sum = surface.ambient * reaching.ambient;
-    let facing = point.normal.dot(reaching.toward);
+    let mut sum = surface.ambient * incident.ambient;
+    let facing = point.normal.dot(incident.toward);
     if facing > 0.0 && shadow > 0.0 {
         let mut lit = point.diffuse * facing;
         if specular && surface.specular != Vec3::ZERO {
-            let half = (reaching.toward + backward).normalize_or_zero();
+            let half = (incident.toward + backward).normalize_or_zero();
             let aligned = point.normal.dot(half).max(0.0);
             let exponent = surface.exponent();
             // Exponent 0 gives 1, even for a base of 0.
@@ -36,7 +36,7 @@ pub(super) fn direct(
             };
             lit += surface.specular * share;
         }
-        sum += reaching.color * lit * shadow;
+        sum += incident.color * lit * shadow;
     }
     sum
 }

@@ -9,7 +9,7 @@ use super::lighting;
 use super::shading::Shading;
 use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
 use crate::math::lanes::{Vec3Lanes, bits, set_lane};
-use crate::scene::{Light, Point, Reaching, RenderScene};
+use crate::scene::{IncidentLight, Light, Point, RenderScene};
 
 /// The options of a [`Shader`].
 #[derive(Clone, Debug)]
@@ -297,8 +297,8 @@ impl<'a> Shader<'a> {
         if self.shading != Shading::Ambient {
             let specular = self.shading != Shading::Diffuse;
             for light in self.lights(point) {
-                let reaching = light.reach(point.position);
-                sum += lighting::direct(point, &reaching, self.options.backward, specular, 1.0);
+                let incident = light.reach(point.position);
+                sum += lighting::direct(point, &incident, self.options.backward, specular, 1.0);
             }
         }
         sum.clamp(Vec3::ZERO, Vec3::ONE)
@@ -319,12 +319,12 @@ impl<'a> Shader<'a> {
         }
         let mut sum = lighting::ambient(point);
         for light in self.lights(point) {
-            let reaching = light.reach(point.position);
-            let shadow = shadow_ray(point, &reaching).map_or(1.0, |ray| {
+            let incident = light.reach(point.position);
+            let shadow = shadow_ray(point, &incident).map_or(1.0, |ray| {
                 counts.shadow += 1;
                 self.scene.transmittance(&ray, ray.t_max)
             });
-            sum += lighting::direct(point, &reaching, self.options.backward, true, shadow);
+            sum += lighting::direct(point, &incident, self.options.backward, true, shadow);
         }
         sum
     }
@@ -413,13 +413,13 @@ impl<'a> Shader<'a> {
 
 /// The ray from a point to a light. It ends at the light, so nothing behind the light casts a
 /// shadow. There is none if the light adds nothing to the point.
-fn shadow_ray(point: &Point<'_>, reaching: &Reaching) -> Option<Ray> {
-    if reaching.color == Vec3::ZERO || point.normal.dot(reaching.toward) <= 0.0 {
+fn shadow_ray(point: &Point<'_>, incident: &IncidentLight) -> Option<Ray> {
+    if incident.color == Vec3::ZERO || point.normal.dot(incident.toward) <= 0.0 {
         return None;
     }
-    let mut ray = point.leave(reaching.toward);
-    if reaching.distance.is_finite() {
-        ray.t_max = reaching.distance * (1.0 - 1e-5);
+    let mut ray = point.leave(incident.toward);
+    if incident.distance.is_finite() {
+        ray.t_max = incident.distance * (1.0 - 1e-5);
     }
     Some(ray)
 }

@@ -1,4 +1,4 @@
-//! The canvas that counts and bounds, and keeps nothing.
+//! The canvas that counts and bounds, and keeps no geometry.
 
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -17,7 +17,7 @@ use crate::scene::census::Census;
 use crate::snapshot::Corners;
 use crate::traversal::state::State;
 
-/// Makes a box larger, so that it holds another one.
+/// Extends a box so that it contains another one.
 pub(crate) fn grow(bounds: &mut Option<Corners>, (min, max): Corners) {
     *bounds = Some(match *bounds {
         Some((a, b)) => (a.min(min), b.max(max)),
@@ -25,21 +25,27 @@ pub(crate) fn grow(bounds: &mut Option<Corners>, (min, max): Corners) {
     });
 }
 
+/// The canvas of surveys.
 #[derive(Debug)]
 pub(crate) struct BoundsCanvas {
+    /// The picture that sizes in pixels refer to.
     pub picture: PictureView,
+    /// The counts so far.
     pub census: Census,
+    /// The diagnostics so far.
     pub reports: Reports,
-    /// The exact box around the current shape, in the world.
+    /// The exact bounding box of the current shape in world space.
     pub bounds: Option<Corners>,
-    /// Inventor's box of the current shape, in its own space.
+    /// Inventor's box of the current shape in object space.
     pub object_bounds: Option<Corners>,
+    /// The number of triangles so far.
     pub triangle_count: u64,
     placement: Placement,
     points: Vec<Vec3>,
 }
 
 impl BoundsCanvas {
+    /// A canvas for a picture.
     pub(crate) fn new(picture: PictureView) -> Self {
         Self {
             picture,
@@ -53,6 +59,7 @@ impl BoundsCanvas {
         }
     }
 
+    /// Extends the boxes to a point.
     fn extend(&mut self, point: Vec3) {
         let object = point.as_dvec3();
         grow(&mut self.object_bounds, (object, object));
@@ -60,7 +67,7 @@ impl BoundsCanvas {
         grow(&mut self.bounds, (p, p));
     }
 
-    /// Extends the boxes by the corners of a primitive, or counts it as bad.
+    /// Extends the boxes to the corners of a primitive, or counts it as bad if one is not finite.
     fn extend_all(&mut self, corners: &[Corner]) {
         if corners.iter().all(|c| c.position.is_finite()) {
             corners.iter().for_each(|c| self.extend(c.position));
@@ -82,7 +89,7 @@ impl Canvas for BoundsCanvas {
         &self.picture
     }
 
-    /// Invisible shapes count for boxes, as in Inventor.
+    /// Returns true, because invisible shapes extend boxes in Inventor.
     fn ignores_draw_style(&self) -> bool {
         true
     }
@@ -110,19 +117,19 @@ impl Canvas for BoundsCanvas {
     ) {
         let buffer = std::mem::take(&mut self.points);
         let points = Points::of(runs, vertices, buffer, |p| p, Vec3::is_finite);
-        let mut met = vec![false; points.all.len()];
+        let mut used = vec![false; points.all.len()];
         let (mut count, mut bad) = (0, 0);
         TriangleList::fill(cut, &mut |triangles| {
             points.drop_missing(triangles, runs, vertices);
             count += triangles.len() as u64;
             bad += points.drop_unsound(triangles, Vec3::is_finite);
             for position in triangles.iter().flat_map(|t| t.corners) {
-                met[points.number(position)] = true;
+                used[points.number(position)] = true;
             }
         });
         self.triangle_count += count;
         self.census.bad_corners += bad;
-        for (&point, _) in points.all.iter().zip(met).filter(|(_, met)| *met) {
+        for (&point, _) in points.all.iter().zip(used).filter(|(_, used)| *used) {
             self.bound(point);
         }
         self.points = points.all;

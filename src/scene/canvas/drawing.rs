@@ -1,4 +1,4 @@
-//! The interface that shapes draw through.
+//! The canvas: the interface through which shapes draw.
 
 use glam::{DMat4, Vec3};
 
@@ -14,31 +14,32 @@ use crate::scene::looks::Texture;
 use crate::snapshot::Corners;
 use crate::traversal::state::State;
 
-/// What of the current shape is read. Shapes leave out the rest.
+/// What a canvas needs of the current shape. The shape may leave out the rest.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Wants {
+    /// The normals of corners.
     pub normals: bool,
-    /// Texture coordinates that corners bring.
+    /// The texture coordinates of corners.
     pub coordinates: bool,
-    /// Faces are drawn as their edges or corners: [`Canvas::outline`] takes them whole.
+    /// Whole faces for [`Canvas::outline`], because their edges or vertices are drawn.
     pub outlines: bool,
-    /// Points that belong to the shape's box though nothing is drawn there.
+    /// Points that extend the shape's box although nothing is drawn there.
     pub bounds: bool,
 }
 
-/// Which sides of a shape's faces are lit and seen.
+/// Which sides of a shape's faces are lit and visible.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sides {
-    /// Corners run counterclockwise as seen from outside.
+    /// Whether corners run counterclockwise as seen from outside.
     pub counterclockwise: bool,
-    /// The back is lit as the front is.
+    /// Whether the back is lit like the front.
     pub two_sided: bool,
-    /// The back is not seen.
+    /// Whether the back is invisible.
     pub culls: bool,
 }
 
 impl Sides {
-    /// Both sides are seen and lit.
+    /// Both sides are visible and lit.
     pub(crate) const BOTH: Self = Self {
         counterclockwise: true,
         two_sided: true,
@@ -55,30 +56,33 @@ impl Sides {
     }
 }
 
-/// What the materials of a mesh are dealt out by.
+/// How the materials of a mesh are distributed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MaterialsBy {
-    /// The colors of its vertices; the first where it has none.
+    /// By the colors of its vertices. Without them the first material is used.
     Vertex,
-    /// The parts of its triangles, unless its vertices have colors.
+    /// By the parts of its triangles, unless its vertices have colors.
     Part,
 }
 
-/// Takes what shapes draw, in the shape's own space.
+/// Receives the geometry of shapes, in object space.
 pub(crate) trait Canvas {
+    /// What the canvas needs of the current shape.
     fn wants(&self) -> Wants;
 
-    /// The picture by which sizes in pixels are measured.
+    /// The picture that sizes in pixels refer to.
     fn picture(&self) -> &PictureView;
 
-    /// Whether shapes that `DrawStyle` hides, or `Complexity` shows as boxes, are drawn all the same.
+    /// Whether `DrawStyle` and the boxes of `Complexity` are ignored, so that all shapes are drawn.
     fn ignores_draw_style(&self) -> bool;
 
-    /// Begins a shape: all that is drawn from here on belongs to it.
+    /// Begins a shape. Everything drawn until the next call belongs to it.
     fn begin(&mut self, node: NodeRef<'_>, state: &State<'_>);
 
+    /// The placement of the current shape.
     fn placement(&self) -> &Placement;
 
+    /// Changes the placement of the current shape.
     fn set_placement(&mut self, placement: Placement);
 
     /// The current shape's texture.
@@ -86,20 +90,20 @@ pub(crate) trait Canvas {
         None
     }
 
-    /// Overrides the facing rules of the current shape, where its class has its own.
+    /// Sets the sides of the current shape, if its class has its own rules.
     fn set_sides(&mut self, _sides: Sides) {}
 
     /// Draws the current shape in its diffuse colors, whatever the lights.
     fn set_unlit(&mut self) {}
 
-    /// Sets the index of refraction of the current shape's inside against its outside.
+    /// Sets the index of refraction of the current shape's inside relative to its outside.
     fn set_refraction(&mut self, _index: f32) {}
 
-    /// Gives the current shape letters for a texture, texel for texel.
-    fn set_letters(&mut self, _letters: Texture) {}
+    /// Sets the texture of the current shape to rasterized text, without interpolation.
+    fn set_text_texture(&mut self, _text: Texture) {}
 
-    /// Draws triangles whose corners are looked up in the lists of a shape: `most` of them at most,
-    /// which `cut` adds to the list that it is given.
+    /// Draws triangles whose corners are in the lists of a shape. `cut` adds at most `most`
+    /// triangles to the list.
     fn triangles(
         &mut self,
         runs: &Runs<'_>,
@@ -108,68 +112,71 @@ pub(crate) trait Canvas {
         cut: &mut dyn FnMut(&mut TriangleList<'_>),
     );
 
+    /// Draws a triangle.
     fn triangle(&mut self, corners: [Corner; 3]);
 
-    /// Draws the edges of a face, or its corners, as the draw style says.
+    /// Draws the edges or the vertices of a face, depending on the draw style.
     fn outline(&mut self, corners: &[Corner]);
 
-    /// Draws triangles that a shape has made.
+    /// Draws a mesh.
     fn mesh(&mut self, mesh: &Mesh, materials: MaterialsBy);
 
-    /// Draws the triangles of a curved surface, which Inventor counts and bounds by its control
-    /// points: they add nothing to the count or to Inventor's box.
+    /// Draws the mesh of a curved surface. Inventor counts and bounds such a surface by its control
+    /// points, so the mesh adds nothing to the count or to Inventor's box.
     fn curved_mesh(&mut self, mesh: &Mesh) {
         self.mesh(mesh, MaterialsBy::Vertex);
     }
 
+    /// Draws a round surface.
     fn quadric(&mut self, kind: QuadricKind, material: u32);
 
-    /// Starts the line pattern from its beginning.
+    /// Restarts the line pattern.
     fn begin_line(&mut self) {}
 
-    /// Draws a line between two points, as wide as `width` pixels.
+    /// Draws a line between two points, with a width in pixels.
     fn line(&mut self, ends: [Corner; 2], width: f32);
 
-    /// Draws a square of `size` pixels.
+    /// Draws a square with a size in pixels.
     fn dot(&mut self, corner: Corner, size: f32) {
         self.line([corner, corner], size);
     }
 
-    /// Adds a point to the shape's box though nothing is drawn there, as Inventor does.
+    /// Extends the shape's box to a point although nothing is drawn there, as Inventor does.
     fn bound(&mut self, _point: Vec3) {}
 
-    /// Inventor's box of the current shape, in its own space; `None` where boxes are not wanted.
+    /// Inventor's box of the current shape in object space, or `None` if boxes are not needed.
     fn inventor_box(&self) -> Option<Corners> {
         None
     }
 
-    /// Sets what Inventor takes for the current shape's box, where it is not the box around what
-    /// is drawn. The exact box stays.
+    /// Sets Inventor's box of the current shape, if it differs from the box of what is drawn. The
+    /// exact box does not change.
     fn set_inventor_box(&mut self, _object: Option<Corners>) {}
 
+    /// The counts of what is drawn.
     fn census(&mut self) -> &mut Census;
 
-    /// Reports what keeps a shape, or a part of it, from being drawn.
+    /// Reports why a shape or a part of it is not drawn.
     fn report(&mut self, _node: NodeRef<'_>, _what: &str) {}
 
-    /// Reports that a shape is not drawn whole, once a node.
+    /// Reports that parts of a shape are left out, once for each node.
     fn report_bad_parts(&mut self, node: NodeRef<'_>);
 }
 
 impl dyn Canvas + '_ {
-    /// Adds points to the shape's box. Where boxes are not wanted the points are not computed.
+    /// Extends the shape's box to some points. They are not computed if boxes are not needed.
     pub(crate) fn bound_all(&mut self, points: impl Iterator<Item = Vec3>) {
         if self.wants().bounds {
             points.for_each(|p| self.bound(p));
         }
     }
 
-    /// Draws under a further matrix, in the shape's own space.
+    /// Draws with an additional matrix, in object space.
     pub(crate) fn with_matrix(&mut self, matrix: DMat4, draw: impl FnOnce(&mut dyn Canvas)) {
         self.with_placement(self.placement().times(matrix), draw);
     }
 
-    /// Draws under a matrix of its own.
+    /// Draws with a matrix to world space that replaces the current one.
     pub(crate) fn with_world(&mut self, world: DMat4, draw: impl FnOnce(&mut dyn Canvas)) {
         self.with_placement(self.placement().moved_to(world), draw);
     }

@@ -1,9 +1,9 @@
-//! What shapes draw into: the interface, the lists that they hand over, and the canvas that only
-//! counts and bounds.
+//! The canvas that shapes draw into, with the lists of vertices and triangles that they pass to it.
 //!
-//! A shape's function draws in the shape's own space through a [`Canvas`]. There are two of them:
-//! [`BoundsCanvas`] for surveys, and the scene builder of `compile`, which keeps triangles and
-//! materials. A function asks what is wanted, never which of the two it draws into.
+//! A shape's function draws in object space through a [`Canvas`]. There are two canvases:
+//! [`BoundsCanvas`] only counts and bounds, for surveys. The scene builder of `compile` keeps
+//! triangles and materials. A shape asks the canvas what it needs ([`Wants`]), and does not know
+//! which one it is.
 
 mod bounds;
 mod drawing;
@@ -19,11 +19,11 @@ pub(crate) use bounds::{BoundsCanvas, grow};
 pub(crate) use drawing::{Canvas, MaterialsBy, Sides, Wants};
 pub(crate) use picture_view::PictureView;
 pub(crate) use placement::Placement;
-pub(crate) use points::{FAR_MORE, Points};
+pub(crate) use points::{Points, SPARSE_RATIO};
 pub(crate) use reports::Reports;
 pub(crate) use runs::{Broken, Runs, counted};
 pub(crate) use triangle_list::{IndexedTriangle, TriangleList};
 pub(crate) use vertices::{
-    By, Normals, Place, Vertices, count, faces_are_parts, indices, is_per_vertex, without_index,
-    wrapped,
+    NormalPer, Normals, Place, Vertices, count, faces_are_parts, indices, is_per_vertex,
+    without_index, wrapped,
 };

@@ -1,4 +1,4 @@
-//! The picture that a scene is compiled for, as shapes with a size in pixels know it.
+//! The picture that a scene is compiled for, for shapes with a size in pixels.
 
 use std::sync::Arc;
 
@@ -7,16 +7,19 @@ use crate::pose::CameraPose;
 use crate::scene::options::CompileOptions;
 use crate::scene::pixel_footprint::Screen;
 
+/// The camera and the size of the picture, and the fonts for its text.
 #[derive(Clone, Debug)]
 pub(crate) struct PictureView {
+    /// The camera, if there is one.
     pub camera: Option<CameraPose>,
-    /// Its height in pixels, at least 1.
+    /// The height of the picture in pixels, at least 1.
     pub rows: u32,
-    /// The user's own typefaces.
+    /// The user's fonts.
     pub fonts: Arc<Fonts>,
 }
 
 impl PictureView {
+    /// The picture of the compile options.
     pub(crate) fn of(options: &CompileOptions) -> Self {
         Self {
             camera: options.camera.clone(),
@@ -25,7 +28,7 @@ impl PictureView {
         }
     }
 
-    /// The picture with its camera; `None` where nobody looks.
+    /// The picture with its camera, or `None` without a camera.
     pub(crate) fn screen(&self) -> Option<Screen<'_>> {
         let rows = f64::from(self.rows);
         let camera = self.camera.as_ref()?;

@@ -1,18 +1,19 @@
-//! The current shape's matrix, with the compile origin at zero.
+//! The matrix of the current shape to the scene.
 
 use glam::{DAffine3, DMat3, DMat4, DVec3, Vec3};
 
-/// Where a shape stands in the scene.
+/// The position and orientation of a shape in the scene, whose origin is the compile origin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placement {
-    /// The point of the world that is the scene's origin.
+    /// The point of world space that is the scene's origin, in meters.
     pub origin: DVec3,
+    /// The matrix from object space to the scene.
     pub scene_from_object: DAffine3,
     normal_matrix: DMat3,
 }
 
 impl Placement {
-    /// The world's own axes around an origin.
+    /// The placement of world space itself in a scene with an origin.
     pub(crate) fn around(origin: DVec3) -> Self {
         Self {
             origin,
@@ -21,7 +22,7 @@ impl Placement {
         }
     }
 
-    /// The placement of a matrix to the world.
+    /// The placement of a shape with a matrix to world space.
     pub(crate) fn moved_to(&self, world_from_object: DMat4) -> Self {
         let mut affine = DAffine3::from_mat4(world_from_object);
         affine.translation -= self.origin;
@@ -37,14 +38,15 @@ impl Placement {
         }
     }
 
-    /// The placement under a further matrix.
+    /// The placement with an additional matrix.
     pub(crate) fn times(&self, matrix: DMat4) -> Self {
         let mut world = self.scene_from_object;
         world.translation += self.origin;
         self.moved_to(DMat4::from(world) * matrix)
     }
 
-    /// Whether the matrix leaves a line or a point of a shape: a scale of 0 in two directions.
+    /// Whether the matrix collapses every shape to a line or a point, by a scale of 0 in two
+    /// directions.
     pub(crate) fn is_collapsed(&self) -> bool {
         let m = self.scene_from_object.matrix3;
         let areas = [
@@ -55,14 +57,14 @@ impl Placement {
         areas.iter().all(|area| *area == DVec3::ZERO)
     }
 
-    /// A point of the shape in the scene.
+    /// Transforms a point to the scene.
     #[inline]
     pub(crate) fn point(&self, p: Vec3) -> Vec3 {
         let moved = self.scene_from_object.transform_point3(p.as_dvec3());
         moved.as_vec3()
     }
 
-    /// A normal of the shape in the scene, of length 1 or 0.
+    /// Transforms a normal to the scene, with length 1 or 0.
     #[inline]
     pub(crate) fn normal(&self, normal: Vec3) -> Vec3 {
         let turned = self.normal_matrix * normal.as_dvec3();

@@ -1,4 +1,4 @@
-//! The points that a vertex shape uses, each moved once however many corners it has.
+//! The points of a vertex-based shape, each transformed once however many corners it has.
 
 use glam::Vec3;
 
@@ -6,23 +6,26 @@ use super::runs::Runs;
 use super::triangle_list::IndexedTriangle;
 use super::vertices::Vertices;
 
-/// A list with far more entries than a shape has corners is read corner by corner.
-pub(crate) const FAR_MORE: usize = 2;
+/// If the used range of a list has more than this many entries for each corner of a shape, the
+/// entries are transformed corner by corner instead of all. 2 was chosen by trial.
+pub(crate) const SPARSE_RATIO: usize = 2;
 
-/// The moved points, and which of them each position has.
+/// The transformed points, with the mapping from positions to them.
 pub(crate) struct Points<'v> {
+    /// The transformed points.
     pub all: Vec<Vec3>,
+    /// The shape's index if points are by coordinate; otherwise points are by position.
     pub index: Option<&'v [i32]>,
-    /// The coordinate that is first among the moved.
+    /// The coordinate of the first transformed point.
     pub first: u32,
-    /// Some corner has no coordinate.
+    /// Whether some corner has no coordinate.
     missing: bool,
-    /// Some point cannot be drawn.
+    /// Whether some point cannot be drawn.
     unsound: bool,
 }
 
 impl<'v> Points<'v> {
-    /// Moves the points that a shape uses into `all`, whose entries are dropped.
+    /// Transforms the points that a shape uses by `place`. `all` is a buffer for the result.
     pub(crate) fn of(
         runs: &Runs<'v>,
         vertices: &Vertices<'_, '_>,
@@ -32,13 +35,15 @@ impl<'v> Points<'v> {
     ) -> Self {
         let (used, positions) = (runs.used(), runs.positions());
         let known = vertices.coordinates;
-        let index = runs.index().filter(|_| used.len() <= FAR_MORE * positions);
+        let index = runs
+            .index()
+            .filter(|_| used.len() <= SPARSE_RATIO * positions);
         let point = |c: usize| place(known.get(c).unwrap_or_default());
         all.clear();
         if index.is_some() || runs.index().is_none() {
             all.extend(used.clone().map(point));
         } else {
-            // Separators have no coordinate.
+            // The separators −1 are positions without a coordinate.
             all.extend((0..positions).map(|p| point(runs.coordinate(p))));
         }
         Self {
@@ -50,7 +55,7 @@ impl<'v> Points<'v> {
         }
     }
 
-    /// The entry of a position.
+    /// The index in `all` of the point at a position.
     #[inline(always)]
     pub(crate) fn number(&self, position: u32) -> usize {
         match self.index {
@@ -59,7 +64,7 @@ impl<'v> Points<'v> {
         }
     }
 
-    /// Takes triangles out that have a corner without a coordinate.
+    /// Removes triangles with a corner that has no coordinate.
     pub(crate) fn drop_missing(
         &self,
         triangles: &mut Vec<IndexedTriangle>,
@@ -73,7 +78,7 @@ impl<'v> Points<'v> {
         }
     }
 
-    /// Takes triangles out that have a corner which cannot be drawn. Returns how many they are.
+    /// Removes triangles with a corner that cannot be drawn, and returns their number.
     pub(crate) fn drop_unsound(
         &self,
         triangles: &mut Vec<IndexedTriangle>,

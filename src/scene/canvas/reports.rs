@@ -1,32 +1,36 @@
-//! What drawing has to report.
+//! The diagnostics of drawing.
 
 use std::collections::HashSet;
 
 use crate::diag::Diagnostic;
 use crate::iv::{NodeId, NodeRef};
 
+/// Collects diagnostics about shapes.
 #[derive(Debug, Default)]
 pub(crate) struct Reports {
+    /// The diagnostics so far.
     pub diagnostics: Vec<Diagnostic>,
-    /// Shapes of which was reported that parts are left out.
+    /// The shapes whose missing parts were reported.
     reported: HashSet<NodeId>,
 }
 
 impl Reports {
+    /// Adds a diagnostic.
     pub(crate) fn add(&mut self, diagnostic: Diagnostic) {
         self.diagnostics.push(diagnostic);
     }
 
+    /// Reports that a shape is not drawn, with the reason.
     pub(crate) fn not_drawn(&mut self, node: NodeRef<'_>, what: &str) {
         let class = node.class_name();
         self.at(node, format!("this `{class}` is not drawn: {what}"), None);
     }
 
-    /// Reports that a shape is not drawn whole, once a node.
+    /// Reports that parts of a shape are left out, once for each node.
     pub(crate) fn bad_parts(&mut self, node: NodeRef<'_>) {
         if self.reported.insert(node.id) {
             let class = node.class_name();
-            let help = "an index without a coordinate, a number that is none or far too large, or a scale of 0";
+            let help = "look for an index without a coordinate, a number that is NaN, infinite or above 1e18, or a scale of 0";
             self.at(
                 node,
                 format!("parts of this `{class}` are left out"),
@@ -35,6 +39,7 @@ impl Reports {
         }
     }
 
+    /// Adds a warning at the place of a node.
     fn at(&mut self, node: NodeRef<'_>, message: String, help: Option<&str>) {
         let mut warning = Diagnostic::warning(message);
         if let Some(source) = node.source() {

@@ -1,47 +1,53 @@
-//! Faces and strips as runs of corners, by index or by count; nothing is copied.
+//! Faces and strips as runs of corners, by index or by count, without copies.
 
 use std::ops::Range;
 
 use super::drawing::Canvas;
 use crate::traversal::state::Coordinates;
 
-/// The corners of a face or a strip: positions in the index, or counted from the first coordinate.
+/// The corners of a face or a strip, as positions. A position is an index into the shape's index,
+/// or counts from the first coordinate if there is no index.
 #[derive(Clone, Debug)]
 pub(crate) struct Run(pub Range<usize>);
 
 impl Run {
+    /// The number of corners.
     pub(crate) fn len(&self) -> usize {
         self.0.len()
     }
 
+    /// The first position.
     pub(crate) fn start(&self) -> usize {
         self.0.start
     }
 }
 
-/// What becomes of a run with a corner that does not exist.
+/// How a run is treated if one of its coordinates does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Broken {
-    /// It counts, and has no corners.
+    /// The run is counted, and has no corners.
     Empty,
+    /// The run keeps its corners.
     Kept,
 }
 
 /// The runs of a shape.
 pub(crate) struct Runs<'a> {
     index: Option<&'a [i32]>,
-    /// The coordinate at position 0, where there is no index.
+    /// The coordinate at position 0 if there is no index.
     first: usize,
+    /// The runs in order.
     pub runs: Vec<Run>,
-    /// The lowest coordinate of an index, and one more than the highest.
+    /// The range of the existing coordinates in the index.
     used: Range<usize>,
-    /// Some coordinate of the index does not exist.
+    /// Whether some coordinate of the index does not exist.
     missing: bool,
 }
 
 impl<'a> Runs<'a> {
-    /// At −1 a run ends; those of fewer than three corners are left out. Coin gives up on the rest
-    /// of a face set there when asked for its triangles, and draws it in pictures.
+    /// Finds the runs of an index. A run ends at −1, and runs of fewer than three corners are left
+    /// out. At such a run Coin's triangle callback skips the rest of a face set, but Coin's
+    /// pictures do not.
     pub(crate) fn by_index(
         index: &'a [i32],
         coordinates: Coordinates<'_>,
@@ -81,7 +87,7 @@ impl<'a> Runs<'a> {
         }
     }
 
-    /// One run of all the coordinates from one on.
+    /// Makes one run of `count` coordinates.
     pub(crate) fn whole(first: usize, count: usize) -> Self {
         Self {
             index: None,
@@ -92,7 +98,7 @@ impl<'a> Runs<'a> {
         }
     }
 
-    /// Runs of so many corners each, one behind the other.
+    /// Makes consecutive runs with the given numbers of corners.
     pub(crate) fn by_count(counts: &[i32], first: usize, available: usize) -> Self {
         let runs = counted(counts, first, available).into_iter();
         Self {
@@ -107,6 +113,7 @@ impl<'a> Runs<'a> {
         }
     }
 
+    /// The coordinate at a position.
     pub(crate) fn coordinate(&self, position: usize) -> usize {
         match self.index {
             Some(index) => index[position] as usize,
@@ -114,11 +121,12 @@ impl<'a> Runs<'a> {
         }
     }
 
+    /// The shape's index, if it has one.
     pub(crate) fn index(&self) -> Option<&'a [i32]> {
         self.index
     }
 
-    /// The coordinates among which are all that are used and exist.
+    /// A range that contains all coordinates that are used and exist.
     pub(crate) fn used(&self) -> Range<usize> {
         match self.index {
             Some(_) => self.used.clone(),
@@ -126,20 +134,22 @@ impl<'a> Runs<'a> {
         }
     }
 
-    /// Whether some corner has no coordinate.
+    /// Whether some coordinate does not exist.
     pub(crate) fn is_missing(&self) -> bool {
         self.missing
     }
 
+    /// The coordinates of a run.
     pub(crate) fn coordinates(&self, run: &Run) -> impl ExactSizeIterator<Item = usize> + '_ {
         run.0.clone().map(|position| self.coordinate(position))
     }
 
+    /// The coordinates of all runs.
     pub(crate) fn all(&self) -> impl Iterator<Item = usize> + '_ {
         self.runs.iter().flat_map(|run| self.coordinates(run))
     }
 
-    /// All positions are below this.
+    /// The end of the range of positions.
     pub(crate) fn positions(&self) -> usize {
         match self.index {
             Some(index) => index.len(),
@@ -147,14 +157,14 @@ impl<'a> Runs<'a> {
         }
     }
 
-    /// As many triangles at most.
+    /// The largest possible number of triangles.
     pub(crate) fn triangles(&self) -> usize {
         self.runs.iter().map(|r| r.len().saturating_sub(2)).sum()
     }
 }
 
-/// First coordinate and number of each run; −1 takes all that are left. Runs past the end are
-/// cut off.
+/// Returns the first coordinate and the length of each run. A count of −1 means all remaining
+/// coordinates. The list ends before a run that does not fit.
 pub(crate) fn counted(counts: &[i32], start: usize, available: usize) -> Vec<(usize, usize)> {
     let mut at = start;
     let mut out = Vec::new();

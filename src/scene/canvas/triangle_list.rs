@@ -1,36 +1,38 @@
-//! Triangles by the places of their corners, handed over many at once.
+//! Triangles as positions of their corners, which are passed on in batches.
 
-/// A triangle by the places of its corners.
+/// A triangle as positions of its corners.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct IndexedTriangle {
-    /// Positions in the shape's index, or numbers of its corners where it has none.
+    /// The positions in the shape's index, or the numbers of the corners if it has no index.
     pub corners: [u32; 3],
-    /// What goes by face or by part goes by these for all three corners.
+    /// The face, for bindings by face.
     pub face: u32,
+    /// The part, for bindings by part.
     pub part: u32,
 }
 
-/// So many triangles are handed over at once: their places fit in the nearest cache.
-const AT_ONCE: usize = 512;
+/// The number of triangles in a batch, whose positions fit in the first-level cache.
+const BATCH: usize = 512;
 
-/// Collects triangles, and hands them over whenever there are many.
+/// Collects triangles, and passes them on in batches.
 pub(crate) struct TriangleList<'f> {
     triangles: Vec<IndexedTriangle>,
     take: &'f mut dyn FnMut(&mut Vec<IndexedTriangle>),
 }
 
 impl<'f> TriangleList<'f> {
-    /// Lets `cut` add triangles, and hands all of them to `take`, which may change the list.
+    /// Calls `cut` to add triangles, and `take` with each batch, which may change the batch.
     pub(crate) fn fill(
         cut: &mut dyn FnMut(&mut TriangleList<'_>),
         take: &'f mut dyn FnMut(&mut Vec<IndexedTriangle>),
     ) {
-        let triangles = Vec::with_capacity(AT_ONCE);
+        let triangles = Vec::with_capacity(BATCH);
         let mut list = TriangleList { triangles, take };
         cut(&mut list);
-        list.hand_over();
+        list.flush();
     }
 
+    /// Adds a triangle.
     #[inline(always)]
     pub(crate) fn add(&mut self, corners: [usize; 3], face: usize, part: usize) {
         self.triangles.push(IndexedTriangle {
@@ -38,13 +40,14 @@ impl<'f> TriangleList<'f> {
             face: face as u32,
             part: part as u32,
         });
-        if self.triangles.len() == AT_ONCE {
-            self.hand_over();
+        if self.triangles.len() == BATCH {
+            self.flush();
         }
     }
 
+    /// Passes the batch on.
     #[cold]
-    fn hand_over(&mut self) {
+    fn flush(&mut self) {
         (self.take)(&mut self.triangles);
         self.triangles.clear();
     }

@@ -1,4 +1,4 @@
-//! Corners of vertex shapes: which normal, material and texture coordinate each has.
+//! The corners of vertex-based shapes, with their normals, materials and texture coordinates.
 
 use glam::{Vec2, Vec3};
 
@@ -7,8 +7,8 @@ use crate::grammar::Field;
 use crate::iv::NodeRef;
 use crate::traversal::state::{Binding, Coordinates, State, TextureCoordinates, Wrapping};
 
-/// Returns a list of indices, unless it is empty or starts with −1, which has Inventor take another
-/// one.
+/// Returns a list of indices. Returns `None` if it is empty or starts with −1, for which Inventor
+/// uses another list.
 pub(crate) fn indices<'a>(node: NodeRef<'a>, field: Field<[i32]>) -> Option<&'a [i32]> {
     let list = node.get(field);
     list.first()
@@ -16,63 +16,78 @@ pub(crate) fn indices<'a>(node: NodeRef<'a>, field: Field<[i32]>) -> Option<&'a 
         .then_some(list)
 }
 
-/// Returns a count or an index that a field states; a negative one counts as 0.
+/// Returns the count or the index in a field; a negative one is 0.
 pub(crate) fn count(node: NodeRef<'_>, field: Field<i32>) -> usize {
     usize::try_from(node.get(field)).unwrap_or(0)
 }
 
-/// Where a corner stands in its shape, by every way of counting.
+/// The numbers of a corner in its shape, which the bindings use.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
-    /// Index into the coordinates.
+    /// The index of its coordinate.
     pub coordinate: usize,
-    /// Index into `coordIndex`, or the corner's number where there is none.
+    /// The index in `coordIndex`, or the corner's number if there is no index.
     pub position: usize,
-    /// Corners before this one, separators not counted.
+    /// The number of corners before this one, without separators.
     pub count: usize,
-    /// Faces before this one.
+    /// The number of faces before this one.
     pub face: usize,
-    /// Faces, strips or lines before this one.
+    /// The number of faces, strips or lines before this one.
     pub part: usize,
 }
 
-/// Normals as the shape uses them.
+/// The normals of a shape.
 pub(crate) enum Normals<'a> {
+    /// The normals in the file, which are distributed by the binding.
     Given(&'a [Vec3]),
-    Made(Vec<Vec3>, By),
-    /// None to be had: +z, as in Inventor.
+    /// Generated normals, with what each of them is for.
+    Generated(Vec<Vec3>, NormalPer),
+    /// No normals: +z is used, as in Inventor.
     None,
-    /// None needed: lines and points that face the camera.
+    /// Zero normals, for lines and points that face the camera.
     Zero,
 }
 
-/// What made normals are one each of.
+/// What each generated normal is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum By {
-    /// `Place::position`.
+pub(crate) enum NormalPer {
+    /// One [`Place::position`].
     Position,
+    /// One face.
     Face,
+    /// One part.
     Part,
-    All,
+    /// The whole shape.
+    Shape,
 }
 
-/// Hands out corners by the bindings in force.
+/// The lists of a shape, which make corners by the bindings in force.
 pub(crate) struct Vertices<'a, 's> {
+    /// The state at the shape.
     pub state: &'s State<'a>,
+    /// The points.
     pub coordinates: Coordinates<'a>,
+    /// The normals.
     pub normals: Normals<'a>,
+    /// How given normals are distributed.
     pub normal_binding: Binding,
+    /// The field `normalIndex`, if it is used.
     pub normal_index: Option<&'a [i32]>,
+    /// How materials are distributed.
     pub material_binding: Binding,
+    /// The field `materialIndex`, if it is used.
     pub material_index: Option<&'a [i32]>,
+    /// The field `textureCoordIndex`, if it is used.
     pub texture_index: Option<&'a [i32]>,
+    /// The field `coordIndex`, if the shape has one.
     pub coord_index: Option<&'a [i32]>,
-    /// Coordinates for a texture where the shape has none of its own; `None` without a texture.
+    /// Texture coordinates from the shape's box, for shapes without their own; `None` without a
+    /// texture.
     pub boxed: Option<BoxCoordinates>,
 }
 
 impl Vertices<'_, '_> {
-    /// The corner; `None` where the coordinate does not exist.
+    /// Returns a corner, or `None` if its coordinate does not exist.
     pub(crate) fn corner(&self, place: Place) -> Option<Corner> {
         let position = self.coordinates.get(place.coordinate)?;
         let normal = self.normal(place);
@@ -93,19 +108,19 @@ impl Vertices<'_, '_> {
         let given = match &self.normals {
             Normals::None => return Vec3::Z,
             Normals::Zero => return Vec3::ZERO,
-            Normals::Made(made, by) => {
+            Normals::Generated(made, by) => {
                 let index = match by {
-                    By::Position => place.position,
-                    By::Face => place.face,
-                    By::Part => place.part,
-                    By::All => 0,
+                    NormalPer::Position => place.position,
+                    NormalPer::Face => place.face,
+                    NormalPer::Part => place.part,
+                    NormalPer::Shape => 0,
                 };
                 return made.get(index).copied().unwrap_or(Vec3::Z);
             }
             Normals::Given(given) => given,
         };
         let index = self.pick(self.normal_binding, self.normal_index, place);
-        // Too few normals: the last stands for the rest.
+        // If there are too few normals, the last one is used for the rest.
         given
             .get(index)
             .or(given.last())
@@ -117,6 +132,7 @@ impl Vertices<'_, '_> {
         self.pick(self.material_binding, self.material_index, place) as u32
     }
 
+    /// Returns the index of a corner's entry in a list with a binding.
     fn pick(&self, binding: Binding, index: Option<&[i32]>, place: Place) -> usize {
         let through = |list: Option<&[i32]>, at: usize, otherwise: usize| match list {
             Some(list) => list
@@ -153,22 +169,24 @@ impl Vertices<'_, '_> {
                 list.get(index).copied().unwrap_or_default().extend(0.0)
             }
             TextureCoordinates::Three(list) => list.get(index).copied().unwrap_or_default(),
-            TextureCoordinates::Wrapped(as_what) => wrapped(boxed, as_what, at.0, at.1).extend(0.0),
+            TextureCoordinates::Wrapped(wrapping) => {
+                wrapped(boxed, wrapping, at.0, at.1).extend(0.0)
+            }
             _ => boxed.at(at.0),
         }
     }
 }
 
-/// Returns the texture coordinates of a point, wrapped around the box of its shape.
-pub(crate) fn wrapped(boxed: &BoxCoordinates, as_what: Wrapping, p: Vec3, normal: Vec3) -> Vec2 {
-    match as_what {
+/// Returns the texture coordinates of a point for a texture that is wrapped around the shape's box.
+pub(crate) fn wrapped(boxed: &BoxCoordinates, wrapping: Wrapping, p: Vec3, normal: Vec3) -> Vec2 {
+    match wrapping {
         Wrapping::Sphere => boxed.on_sphere(p),
         Wrapping::Cylinder => boxed.on_cylinder(p, normal),
         Wrapping::Cube => boxed.on_cube(p, normal),
     }
 }
 
-/// For shapes whose faces are their parts, and for those that have no index.
+/// Converts a binding for shapes whose parts are their faces.
 pub(crate) fn faces_are_parts(binding: Binding) -> Binding {
     match binding {
         Binding::PerPart => Binding::PerFace,
@@ -177,6 +195,7 @@ pub(crate) fn faces_are_parts(binding: Binding) -> Binding {
     }
 }
 
+/// Converts a binding for shapes without an index.
 pub(crate) fn without_index(binding: Binding) -> Binding {
     match binding {
         Binding::PerPartIndexed => Binding::PerPart,
@@ -186,6 +205,7 @@ pub(crate) fn without_index(binding: Binding) -> Binding {
     }
 }
 
+/// Whether a binding has one value or index for each vertex.
 pub(crate) fn is_per_vertex(binding: Binding) -> bool {
     matches!(binding, Binding::PerVertex | Binding::PerVertexIndexed)
 }

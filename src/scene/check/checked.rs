@@ -1,4 +1,4 @@
-//! One scene file, read and surveyed.
+//! Checks one scene file.
 
 use std::io::Write;
 use std::path::Path;
@@ -14,16 +14,18 @@ use crate::iv::{Document, Limits};
 use crate::scene::{CompileOptions, RenderScene, Survey, snapshot};
 use crate::snapshot::SnapshotOptions;
 
-/// A file that was read and surveyed, or why it could not be.
+/// A scene file that was read and surveyed.
 pub(crate) struct Checked {
+    /// The path of the file.
     pub file: String,
+    /// The document and its survey, or why the file could not be read.
     pub document: Result<(Document, Survey)>,
-    /// Files that the scene names and that cannot be read, with why.
+    /// The files that the scene names and that cannot be read.
     pub missing: Vec<Missing>,
 }
 
 impl Checked {
-    /// Reads a file, surveys its scene and decodes its pictures.
+    /// Reads a file, surveys its scene and decodes its textures.
     pub(crate) fn read(
         path: &Path,
         search: &[&Path],
@@ -47,6 +49,7 @@ impl Checked {
         }
     }
 
+    /// All diagnostics of reading, surveying and decoding.
     fn diagnostics(&self) -> Vec<&Diagnostic> {
         match &self.document {
             Ok((document, survey)) => {
@@ -59,7 +62,7 @@ impl Checked {
         }
     }
 
-    /// The answer as JSON: docs/guide/machine.md.
+    /// Returns the results as JSON, which docs/guide/machine.md describes.
     pub(crate) fn json(&self) -> Json {
         let diagnostics: Vec<Json> = self
             .diagnostics()
@@ -92,10 +95,11 @@ impl Checked {
         })
     }
 
-    /// One line: file, format, nodes and what becomes of them, triangles, problems.
+    /// Returns one line with the file, its format, the numbers of nodes by treatment, of triangles
+    /// and of problems, and the first problem.
     pub(crate) fn summary(&self) -> String {
         match &self.document {
-            Err(error) => format!("{}: {}", self.file, self.beside_its_name(error)),
+            Err(error) => format!("{}: {}", self.file, self.without_file_name(error)),
             Ok((document, survey)) => {
                 let becomes: Vec<String> = classes(document)
                     .into_iter()
@@ -119,15 +123,15 @@ impl Checked {
                 let problems: usize = self.problems().map(|d| d.count).sum();
                 line += &format!(", {}", counted(problems, "problem"));
                 match self.problems().next() {
-                    Some(first) => line + ": " + &self.beside_its_name(first),
+                    Some(first) => line + ": " + &self.without_file_name(first),
                     None => line,
                 }
             }
         }
     }
 
-    /// What is wrong, for a line that begins with the file's name.
-    fn beside_its_name(&self, diagnostic: &Diagnostic) -> String {
+    /// Returns a diagnostic for a line that begins with the file's name.
+    fn without_file_name(&self, diagnostic: &Diagnostic) -> String {
         let what = diagnostic
             .message
             .replace(&format!("`{}`", self.file), "this");
@@ -148,10 +152,11 @@ impl Checked {
             .filter(|d| d.severity >= Severity::Warning)
     }
 
-    /// Writes what is in the file, a line for each kind of thing; nothing for one that is not read.
+    /// Writes the contents of the file, with a line for each property. Writes nothing if the file
+    /// could not be read.
     ///
     /// # Errors
-    /// What writing brings.
+    /// Returns the error of writing to `out`.
     pub(crate) fn report(&self, out: &mut dyn Write) -> std::io::Result<()> {
         let Ok((document, survey)) = &self.document else {
             return Ok(());
@@ -199,7 +204,7 @@ impl Checked {
     }
 }
 
-/// `1 node`, `2 nodes`.
+/// Returns a number with a noun: `1 node`, `2 nodes`.
 pub(crate) fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

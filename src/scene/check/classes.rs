@@ -1,17 +1,18 @@
-//! Nodes counted by class and by what becomes of them.
+//! Counts nodes by class and by how they are treated.
 
 use indexmap::IndexMap;
 
 use crate::grammar::Treatment;
 use crate::iv::{Document, NodeId};
 
-/// Nodes by class and by what becomes of them, the most frequent first.
+/// Returns the number of nodes of each class, by how they are treated. The most frequent class of
+/// each group is first.
 pub(crate) fn classes(document: &Document) -> [(&'static str, Vec<(String, usize)>); 4] {
     let mut counts: IndexMap<(&str, usize), usize> = IndexMap::new();
     for id in 0..document.nodes.len() {
         let id = NodeId(id as u32);
         if document.is_template(id) || document.expansions.contains_key(&id) {
-            continue; // a proto's body is counted where it is used, by its own nodes
+            continue; // the nodes of a prototype are counted at each of its uses
         }
         let node = document.node(id);
         let column = match node.known_class().map(|c| c.treatment) {

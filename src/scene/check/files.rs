@@ -1,16 +1,16 @@
-//! Scene files in folders.
+//! Finds scene files in folders.
 
 use std::path::PathBuf;
 
 use crate::diag::{Diagnostic, Result};
 
-/// Endings of the files that a folder is searched for.
+/// The file name extensions of scene files.
 const ENDINGS: [&str; 6] = [".iv", ".wrl", ".iv.gz", ".wrl.gz", ".wrz", ".vrml"];
 
-/// Every file that was named, and every scene below every folder that was named, sorted.
+/// Returns the given files, and the scene files in the given folders and their subfolders, sorted.
 ///
 /// # Errors
-/// A folder that cannot be read, or holds no scene file.
+/// Returns a diagnostic if a folder cannot be read or contains no scene file.
 pub(crate) fn scene_files(named: &[&PathBuf]) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in named {

@@ -1,4 +1,4 @@
-//! What is found in a scene as JSON, and its numbers for people.
+//! Converts the contents of a scene to JSON, and JSON to text.
 
 use serde_json::{Value as Json, json};
 
@@ -7,12 +7,13 @@ use crate::iv::Document;
 use crate::pose::{CameraPose, Projection};
 use crate::traversal::state::{LightElement, LightKind};
 
-/// An `f32` with the digits that people write, and no more.
+/// Converts an `f32` to JSON with the shortest digits that identify it.
 fn plain(value: f32) -> Json {
     let text = value.to_string();
     text.parse::<f64>().map_or(Json::Null, |v| json!(v))
 }
 
+/// Converts a diagnostic.
 pub(super) fn diagnostic(d: &Diagnostic) -> Json {
     let (file, place) = d.location();
     json!({
@@ -26,6 +27,7 @@ pub(super) fn diagnostic(d: &Diagnostic) -> Json {
     })
 }
 
+/// Converts a light.
 pub(super) fn light(document: &Document, light: &LightElement) -> Json {
     let mut object = json!({
         "type": document.node(light.node).class_name(),
@@ -56,6 +58,7 @@ pub(super) fn light(document: &Document, light: &LightElement) -> Json {
     object
 }
 
+/// Converts a camera.
 pub(super) fn camera(pose: &CameraPose) -> Json {
     let (axis, angle) = pose.orientation.to_axis_angle();
     let mut object = json!({
@@ -73,7 +76,7 @@ pub(super) fn camera(pose: &CameraPose) -> Json {
     object
 }
 
-/// `type PointLight, on true, …` of a flat object.
+/// Returns a flat object as one line: `type PointLight, on true, …`.
 pub(super) fn one_line(object: &Json) -> String {
     let parts = object.as_object().into_iter().flatten();
     parts
@@ -82,7 +85,8 @@ pub(super) fn one_line(object: &Json) -> String {
         .join(", ")
 }
 
-/// For people: numbers to six digits, lists without brackets, strings without quotes.
+/// Returns a value as text, with numbers to six digits, lists without brackets and strings without
+/// quotes.
 pub(super) fn short(value: &Json) -> String {
     match value {
         Json::Number(n) => match n.as_f64() {

@@ -1,4 +1,4 @@
-//! Files that a scene names and that cannot be read.
+//! Finds files that a scene names and that cannot be read.
 
 use std::path::PathBuf;
 
@@ -8,10 +8,12 @@ use crate::iv::NodeId;
 use crate::scene::looks::texture::{self, FileField, PANORAMA};
 use crate::snapshot::Snapshot;
 
-/// A file that is named and cannot be read.
+/// A file that a scene names and that cannot be read.
 pub(crate) struct Missing {
+    /// The name in the scene.
     pub name: String,
-    /// Why not; an included file was reported on when it was read.
+    /// The reason. It is `None` for an included scene, which was reported when the document was
+    /// read.
     pub diagnostic: Option<Box<Diagnostic>>,
 }
 
@@ -21,8 +23,8 @@ const INCLUDED: [FileField; 2] = [
     FileField::Several(inline::URL),
 ];
 
-/// Files that nodes name and that are not there or not readable: included scenes, which reading
-/// has told of, and pictures, which it has not opened.
+/// Returns the files that nodes name and that cannot be read. They are included scenes, which
+/// reading the document has reported, and textures, which it has not opened.
 pub(super) fn missing(snapshot: &Snapshot<'_>, folders: &[PathBuf]) -> Vec<Missing> {
     let document = snapshot.document();
     let mut missing: Vec<Missing> = Vec::new();
@@ -41,7 +43,8 @@ pub(super) fn missing(snapshot: &Snapshot<'_>, folders: &[PathBuf]) -> Vec<Missi
                 if !document.included.contains_key(&id) =>
             {
                 for field in INCLUDED {
-                    // A file that can be read and is not included includes itself, or is no scene.
+                    // A file that can be read but is not included includes itself or is not a
+                    // scene.
                     let names = field
                         .names(node)
                         .filter(|n| !n.starts_with('<') && document.load_beside(id, n).is_err());

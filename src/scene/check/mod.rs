@@ -1,4 +1,4 @@
-//! What is in scene files, what of it is drawn, and what is wrong with it.
+//! Checks scene files: what they contain, what of it is drawn, and what is wrong.
 //!
 //! The JSON form is described in `docs/guide/machine.md`.
 

@@ -1,4 +1,4 @@
-//! How the current shape looks: its surface with material, texture and lights.
+//! Compiles the surface of a shape: material, texture and lights.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -14,15 +14,17 @@ use crate::traversal::state::{
     Binding, Diffuse, DrawStyle, Drawing, LightElement, State, TextureCoordinates, TextureModel,
 };
 
-/// Lights and textures that shapes share.
+/// The lights and textures that shapes share.
 #[derive(Debug, Default)]
 pub(super) struct Shared {
+    /// The number of each set of lights, by the address of its list.
     light_sets: HashMap<*const Vec<LightElement>, (u32, Arc<Vec<LightElement>>)>,
+    /// The textures that were decoded, by node; `None` if that failed.
     decoded: HashMap<NodeId, Option<Arc<Texture>>>,
 }
 
 impl Shared {
-    /// How many lights there are.
+    /// The number of different lights.
     pub(super) fn lights(&self) -> u64 {
         let sets = self.light_sets.values();
         let lights: HashSet<NodeId> = sets
@@ -33,7 +35,7 @@ impl Shared {
 }
 
 impl SceneBuilder {
-    /// The surface of a shape that is about to be drawn.
+    /// Returns the surface of a shape that begins.
     pub(super) fn surface(&mut self, node: NodeRef<'_>, state: &State<'_>) -> Surface {
         let m = &state.material;
         let (mut diffuse, mut transparency) = match m.diffuse {
@@ -105,6 +107,7 @@ impl SceneBuilder {
         }
     }
 
+    /// Returns the number of a set of lights, which is compiled at its first use.
     fn light_set(&mut self, lights: &Arc<Vec<LightElement>>) -> u32 {
         if let Some((index, _)) = self.shared.light_sets.get(&Arc::as_ptr(lights)) {
             return *index;
@@ -119,13 +122,14 @@ impl SceneBuilder {
         };
         let index = self.scene.light_sets.len() as u32;
         self.scene.light_sets.push(Arc::new(set));
-        // Holding the list keeps its address its own.
+        // The list is kept, so that its address cannot be used by another list.
         self.shared
             .light_sets
             .insert(Arc::as_ptr(lights), (index, lights.clone()));
         index
     }
 
+    /// Returns the texture of a shape, which is decoded at its first use.
     fn texture_use(&mut self, state: &State<'_>) -> Option<TextureUse> {
         let element = state.texture?;
         if !self.options.needs.textures {
@@ -133,7 +137,7 @@ impl SceneBuilder {
             return None;
         }
         if element.quality <= 0.0 {
-            return None; // Inventor's way to switch textures off
+            return None; // quality 0 turns textures off in Inventor
         }
         let id = element.node.id;
         if !self.shared.decoded.contains_key(&id) {
@@ -164,10 +168,12 @@ impl SceneBuilder {
         })
     }
 
+    /// Returns the source of texture coordinates.
     fn mapping(&self, state: &State<'_>) -> Mapping {
         match state.texture_coordinates {
             TextureCoordinates::Plane { s, t } => {
-                // The two are length-scaled: a direction of length 2 repeats every 2 units.
+                // The length of a direction is the period: a texture along a direction of length 2
+                // repeats every 2 units.
                 let row = |v: Vec3| {
                     let v = v.as_dvec3();
                     self.plane((v / v.length_squared().max(1e-30)).extend(0.0))
@@ -196,7 +202,7 @@ impl SceneBuilder {
         }
     }
 
-    /// A linear function of the shape's own space as one of the scene.
+    /// Converts a linear function of object space to one of the scene.
     fn plane(&self, v: DVec4) -> Vec4 {
         let object = self.placement.scene_from_object.inverse();
         let normal = object.matrix3.transpose() * v.truncate();
@@ -204,13 +210,13 @@ impl SceneBuilder {
         normal.extend(distance).as_vec4()
     }
 
-    /// Replaces the current shape's texture by letters, texel for texel.
-    pub(super) fn put_letters(&mut self, letters: Texture) {
+    /// Replaces the texture of the current shape by one that is not interpolated.
+    pub(super) fn replace_texture(&mut self, texture: Texture) {
         let Some(surface) = self.scene.surfaces.last_mut() else {
             return;
         };
         surface.texture = Some(TextureUse {
-            texture: Arc::new(letters),
+            texture: Arc::new(texture),
             model: TextureModel::Modulate,
             blend_color: Vec3::ZERO,
             repeat: Repeat::NONE,
@@ -223,7 +229,8 @@ impl SceneBuilder {
     }
 }
 
-/// 0 for faces that are pushed back, 1 for most, 2 for those that are pulled forward.
+/// Returns the layer of a shape: 0 if a polygon offset moves it back, 2 if it moves it forward,
+/// else 1.
 fn layer(drawing: &Drawing) -> u8 {
     let style = match drawing.style {
         DrawStyle::Filled => 1,

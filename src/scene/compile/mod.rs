@@ -1,4 +1,4 @@
-//! Compiles a walk into a scene: the canvas that keeps triangles and materials.
+//! Compiles a snapshot into a scene, with the canvas that keeps triangles and materials.
 
 mod appearance;
 mod numbers;

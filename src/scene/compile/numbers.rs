@@ -1,36 +1,43 @@
-//! Which entry of a list each corner of a triangle has, by the bindings in force.
+//! Finds the entry of a list that each corner of a triangle has, by the binding in force.
 
 use crate::scene::canvas::{IndexedTriangle, Runs};
 use crate::traversal::state::Binding;
 
-/// Which entry of a list a corner has.
+/// The rule by which a corner has an entry of a list.
 pub(super) enum Numbers<'v> {
+    /// All corners have entry 0.
     Same,
+    /// The entry is the corner's position.
     Position,
+    /// The entry is in an index, at the corner's position.
     Listed(&'v [i32]),
-    /// By the corners before each position.
+    /// The entry is in this list, at the corner's position: the number of corners before it.
     Counted(Vec<u32>),
+    /// The entry is the face.
     Face,
+    /// The entry is in an index, at the face.
     FaceListed(&'v [i32]),
+    /// The entry is the part.
     Part,
+    /// The entry is in an index, at the part.
     PartListed(&'v [i32]),
 }
 
-/// An entry of an index; where it has none, the first.
+/// Returns an entry of an index, or 0 if it is missing or negative.
 #[inline(always)]
 pub(super) fn listed(list: &[i32], at: u32) -> u32 {
     let entry = list.get(at as usize).copied().unwrap_or(0);
     entry.max(0) as u32
 }
 
-/// What three corners have each.
+/// Returns the values of three corners.
 #[inline(always)]
 pub(super) fn three<T>([a, b, c]: [u32; 3], entry: impl Fn(u32) -> T) -> [T; 3] {
     [entry(a), entry(b), entry(c)]
 }
 
 impl Numbers<'_> {
-    /// Appends what each triangle's three corners have.
+    /// Appends the values of each triangle's corners. `entry` returns the value of an entry.
     #[inline(always)]
     pub(super) fn each<T: Copy>(
         &self,
@@ -62,6 +69,7 @@ impl Numbers<'_> {
 }
 
 impl<'v> Numbers<'v> {
+    /// Returns the rule of a binding.
     pub(super) fn of(
         binding: Binding,
         index: Option<&'v [i32]>,
@@ -82,7 +90,7 @@ impl<'v> Numbers<'v> {
         }
     }
 
-    /// Corners before each position: the position itself where nothing but corners is there.
+    /// The rule for values in the order of corners. Without separators it is the position itself.
     fn counted(runs: &Runs<'_>) -> Self {
         let corners: usize = runs.runs.iter().map(|r| r.len()).sum();
         if corners == runs.positions() {
@@ -92,6 +100,7 @@ impl<'v> Numbers<'v> {
     }
 }
 
+/// Returns the number of corners before each position.
 pub(super) fn counts(runs: &Runs<'_>) -> Vec<u32> {
     let mut counts = vec![0; runs.positions()];
     let mut count = 0;

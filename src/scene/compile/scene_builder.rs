@@ -1,4 +1,4 @@
-//! Collects surfaces and primitives while a walk goes on.
+//! The scene builder, which collects surfaces and primitives during a walk.
 
 use glam::{DVec3, Vec3};
 
@@ -17,7 +17,10 @@ use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
 use crate::traversal::state::{DrawStyle, Drawing, State};
 
-/// Which lists of the current shape's triangles are filled.
+/// The lists that are kept for the triangles of the current shape. See [`Surface`] for their
+/// meaning.
+///
+/// [`Surface`]: crate::scene::Surface
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Uses {
     pub normals: bool,
@@ -26,29 +29,31 @@ pub(super) struct Uses {
     pub thirds: bool,
 }
 
-/// What is known of the current shape while it is drawn.
+/// The state of the current shape.
 #[derive(Debug)]
 pub(super) struct CurrentShape {
-    /// Shapes before it.
+    /// The number of shapes before it.
     pub number: u32,
+    /// Inventor's complexity from 0 to 1.
     pub complexity: f32,
-    /// Whole, as edges or as corners.
+    /// The draw style.
     pub drawing: Drawing,
+    /// The lists that are kept.
     pub uses: Uses,
-    /// Pixels of the line pattern used so far.
+    /// The number of pixels of the line pattern that are used so far.
     pub pattern_at: f32,
-    /// The normal of the face whose edges or corners are being drawn; zero for lines of their own.
+    /// The normal of the face whose edges or vertices are being drawn; zero for other lines.
     pub face_normal: Vec3,
 }
 
 impl CurrentShape {
-    /// Whether faces are drawn as their edges or corners.
+    /// Whether faces are drawn as their edges or vertices.
     pub(super) fn outlines(&self) -> bool {
         matches!(self.drawing.style, DrawStyle::Lines | DrawStyle::Points)
     }
 }
 
-/// The surface of each primitive, by their kinds.
+/// The surface number of each primitive, by kind.
 #[derive(Debug, Default)]
 pub(super) struct Owners {
     pub triangles: Vec<u32>,
@@ -56,7 +61,7 @@ pub(super) struct Owners {
     pub strokes: Vec<u32>,
 }
 
-/// The canvas that keeps triangles, quadrics, lines and what they look like.
+/// The canvas that keeps triangles, quadrics, lines and surfaces.
 pub(super) struct SceneBuilder {
     pub options: CompileOptions,
     pub picture: PictureView,
@@ -66,10 +71,11 @@ pub(super) struct SceneBuilder {
     pub shared: Shared,
     pub shape: CurrentShape,
     pub reports: Reports,
-    /// More primitives were drawn than are kept.
+    /// Whether the limit of primitives was exceeded.
     pub over_limit: bool,
+    /// The number of shapes so far.
     shapes: u32,
-    /// Memory for the moved points of a shape, to use again.
+    /// A buffer for the transformed points of a shape.
     pub points: Vec<Vec3>,
 }
 
@@ -101,18 +107,19 @@ impl SceneBuilder {
         }
     }
 
-    /// The triangles since the last time belong to the last surface.
-    pub(super) fn own(&mut self) {
+    /// Assigns the last surface to the triangles that have none yet.
+    pub(super) fn assign_surface(&mut self) {
         let owner = self.scene.surfaces.len().saturating_sub(1) as u32;
         let triangles = self.scene.triangles.len();
         self.owners.triangles.resize(triangles, owner);
     }
 
+    /// The number of the current shape's surface.
     pub(super) fn last_surface(&self) -> u32 {
         self.scene.surfaces.len() as u32 - 1
     }
 
-    /// Makes room for as many triangles of the current shape as are to come at most.
+    /// Reserves memory for further triangles of the current shape.
     pub(super) fn reserve(&mut self, triangles: usize) {
         if self.shape.outlines() {
             return;
@@ -136,33 +143,35 @@ impl SceneBuilder {
         }
     }
 
-    /// How many primitives can still be kept.
+    /// The number of primitives that can still be kept.
     fn left(&self) -> usize {
         let (triangles, quadrics, strokes) = self.scene.primitives();
         let kept = triangles + quadrics + strokes;
         self.options.max_primitives.saturating_sub(kept)
     }
 
-    /// How many of so many triangles more can be kept; they are counted.
-    pub(super) fn room(&mut self, triangles: usize) -> usize {
+    /// Returns how many of some further triangles are within the limit, and counts them.
+    pub(super) fn admit(&mut self, triangles: usize) -> usize {
         let left = self.left();
         if triangles > left {
-            self.report_the_limit();
+            self.report_limit();
         }
         let room = triangles.min(left);
         self.scene.census.triangles += room as u64;
         room
     }
 
-    pub(super) fn has_no_room(&mut self) -> bool {
+    /// Whether no further primitive can be kept, which is then reported.
+    pub(super) fn is_at_limit(&mut self) -> bool {
         let full = self.left() == 0;
         if full {
-            self.report_the_limit();
+            self.report_limit();
         }
         full
     }
 
-    fn report_the_limit(&mut self) {
+    /// Reports that the limit of primitives was exceeded, once.
+    fn report_limit(&mut self) {
         if !self.over_limit {
             self.over_limit = true;
             let most = self.options.max_primitives;
@@ -226,7 +235,7 @@ impl Canvas for SceneBuilder {
             coordinates: texture.is_some_and(|t| t.mapping == Mapping::Stored),
             thirds: texture.is_some_and(|t| t.texture.is_deep()),
         };
-        self.own();
+        self.assign_surface();
         self.scene.surfaces.push(surface);
     }
 
@@ -246,7 +255,7 @@ impl Canvas for SceneBuilder {
         if let Some(surface) = self.scene.surfaces.last_mut() {
             surface.counterclockwise = sides.counterclockwise;
             surface.two_sided = sides.two_sided;
-            // A shape that is cut open shows its inside.
+            // The inside of a clipped shape is visible.
             surface.culls = sides.culls && surface.clip.is_empty();
             self.scene.special |= surface.culls;
         }
@@ -264,8 +273,8 @@ impl Canvas for SceneBuilder {
         }
     }
 
-    fn set_letters(&mut self, letters: Texture) {
-        self.put_letters(letters);
+    fn set_text_texture(&mut self, text: Texture) {
+        self.replace_texture(text);
     }
 
     fn triangles(
@@ -291,12 +300,12 @@ impl Canvas for SceneBuilder {
     }
 
     fn quadric(&mut self, kind: QuadricKind, material: u32) {
-        // A texture with depth needs the exact points.
+        // A 3D texture needs the exact points.
         let cuts = self.options.needs.facets && !self.shape.uses.thirds;
         if cuts || self.shape.outlines() {
             return self.facets(kind, material);
         }
-        if self.has_no_room() {
+        if self.is_at_limit() {
             return;
         }
         match Quadric::new(kind, self.placement.scene_from_object, material) {
@@ -306,7 +315,7 @@ impl Canvas for SceneBuilder {
                 self.owners.quadrics.push(self.last_surface());
             }
             Some(_) => self.scene.census.bad_corners += 1,
-            // Pressed flat, it has no inside that a ray could be asked about.
+            // The matrix has no inverse, so the ray cannot be transformed to object space.
             None => self.facets(kind, material),
         }
     }
@@ -332,13 +341,14 @@ impl Canvas for SceneBuilder {
     }
 }
 
-/// Points farther away than this are left out: the squares of distances are no `f32` any more.
+/// Points with a larger coordinate are left out, because the square of a distance would overflow
+/// `f32`.
 const FARTHEST: f32 = 1e18;
 
-/// Whether a point can be drawn: finite, and not too far away.
+/// Whether a point can be drawn, which means that it is finite and not too far away.
 #[inline]
 pub(super) fn in_reach(p: Vec3) -> bool {
-    let reaches = |v: f32| v.abs() < FARTHEST; // not so for NaN
+    let reaches = |v: f32| v.abs() < FARTHEST; // false for NaN
     reaches(p.x) & reaches(p.y) & reaches(p.z)
 }
 

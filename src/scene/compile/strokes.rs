@@ -1,4 +1,4 @@
-//! Lines, points, and the edges and corners of faces that are drawn as such.
+//! Compiles lines and points, including the edges and vertices of faces.
 
 use glam::{DVec3, Vec3};
 
@@ -8,14 +8,15 @@ use crate::pose::{CameraPose, Projection};
 use crate::scene::options::CompileOptions;
 use crate::traversal::state::DrawStyle;
 
-/// Pixels of a line's width that make a difference.
+/// The largest width of a line in pixels. A wider line fills the picture anyway, and the limit
+/// keeps its box finite.
 const WIDEST: f32 = 1e5;
 
 impl SceneBuilder {
-    /// The edges of a face, or its corners, as the draw style says.
+    /// Draws the edges or the vertices of a face, depending on the draw style.
     pub(super) fn edges(&mut self, corners: &[Corner]) {
         if corners.is_empty() {
-            return; // a face with an index that has no coordinate
+            return; // the face has an index without a coordinate
         }
         self.shape.pattern_at = 0.0;
         self.shape.face_normal = self.outward(corners);
@@ -34,7 +35,8 @@ impl SceneBuilder {
         self.shape.face_normal = Vec3::ZERO;
     }
 
-    /// The normal of a face in the scene, as long as its area, by Newell's sum.
+    /// Returns the outward normal of a face in the scene by Newell's sum. Its length is twice the
+    /// area.
     fn outward(&self, corners: &[Corner]) -> Vec3 {
         let at = |i: usize| {
             let p = corners[i % corners.len()].position.as_dvec3();
@@ -48,14 +50,14 @@ impl SceneBuilder {
             .as_vec3()
     }
 
-    /// A line between two points, or a square where they are one.
+    /// Draws a line between two points, or a square if they are equal. `width` is in pixels.
     pub(super) fn stroke(&mut self, ends: [Corner; 2], width: f32) {
         let positions = ends.map(|e| e.position);
         if !positions.iter().all(|p| p.is_finite()) {
             self.scene.census.bad_corners += 1;
             return;
         }
-        if self.has_no_room() {
+        if self.is_at_limit() {
             return;
         }
         let placed = positions.map(|p| self.placement.point(p));
@@ -81,7 +83,7 @@ impl SceneBuilder {
         if drawing.style == DrawStyle::Filled
             && let Some(surface) = self.scene.surfaces.last_mut()
         {
-            surface.layer = 1; // lines of their own stay where they are
+            surface.layer = 1; // a polygon offset does not move lines that are shapes
         }
         self.scene.census.strokes += 1;
         self.scene.strokes.push(stroke);
@@ -89,7 +91,8 @@ impl SceneBuilder {
     }
 }
 
-/// The camera as lines and points know it; without one, at the origin and a quarter turn wide.
+/// Returns the camera's directions and the size of its pixels. Without a camera they are those of a
+/// camera that looks along −z with a height angle of 45 degrees.
 pub(super) fn view(options: &CompileOptions) -> StrokeView {
     let (camera, pixel_rows) = (options.camera.as_ref(), options.pixel_rows);
     let rows = f64::from(pixel_rows.max(1));

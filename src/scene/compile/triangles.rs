@@ -1,8 +1,8 @@
-//! Keeps triangles: one by one, as meshes, and from the lists of vertex shapes.
+//! Compiles triangles: single ones, meshes, and those of vertex-based shapes.
 //!
-//! Points, normals, materials and texture coordinates of a vertex shape are looked up for many
-//! triangles at once, one list after the other, and each point and normal is moved into the scene
-//! once, however many corners it has.
+//! Points, normals, materials and texture coordinates of a vertex-based shape are looked up for a
+//! batch of triangles, one list after the other. Each point and each normal is transformed to the
+//! scene once, however many corners it has.
 
 use glam::{Vec2, Vec3};
 
@@ -11,14 +11,14 @@ use super::scene_builder::{SceneBuilder, in_reach};
 use crate::geometry::normals::face_normal;
 use crate::geometry::{Corner, Mesh};
 use crate::scene::canvas::{
-    By, FAR_MORE, IndexedTriangle, MaterialsBy, Normals, Place, Placement, Points, Runs,
+    IndexedTriangle, MaterialsBy, NormalPer, Normals, Place, Placement, Points, Runs, SPARSE_RATIO,
     TriangleList, Vertices, wrapped,
 };
 use crate::scene::looks::Surface;
 use crate::traversal::state::{Binding, TextureCoordinates};
 
 impl SceneBuilder {
-    /// Keeps triangles of a vertex shape.
+    /// Keeps the triangles of a vertex-based shape.
     pub(super) fn keep_triangles(
         &mut self,
         runs: &Runs<'_>,
@@ -37,7 +37,7 @@ impl SceneBuilder {
         TriangleList::fill(cut, &mut |triangles| {
             points.drop_missing(triangles, runs, vertices);
             self.scene.census.bad_corners += points.drop_unsound(triangles, in_reach);
-            let room = self.room(triangles.len());
+            let room = self.admit(triangles.len());
             let triangles = &triangles[..room];
             self.keep_positions(triangles, &points);
             self.keep_lists(triangles, runs, vertices, &numbers);
@@ -45,6 +45,7 @@ impl SceneBuilder {
         self.points = points.all;
     }
 
+    /// Keeps the edges or vertices of the triangles of a vertex-based shape.
     fn keep_edges(
         &mut self,
         runs: &Runs<'_>,
@@ -70,19 +71,19 @@ impl SceneBuilder {
         });
     }
 
-    /// Which entries the triangles of a shape have in its lists; its normals are kept by then.
+    /// Returns the rules for the lists of a shape, and keeps its normals.
     fn numbers_of<'v>(&mut self, runs: &Runs<'v>, vertices: &'v Vertices<'_, '_>) -> Lookup<'v> {
         let coord = vertices.coord_index;
         let mut lookup = Lookup::default();
         if self.shape.uses.normals
             && let Some(surface) = self.scene.surfaces.last_mut()
         {
-            let turned = normals(runs, vertices, &self.placement);
-            lookup.normals = turned.numbers;
-            lookup.last_normal = turned.last;
-            // Numbers begin at the lowest that is used.
-            let first = surface.normals.append(turned.list);
-            lookup.first_normal = first.wrapping_sub(turned.lowest);
+            let normals = normals(runs, vertices, &self.placement);
+            lookup.normals = normals.numbers;
+            lookup.last_normal = normals.last;
+            // The list begins with the lowest normal that is used.
+            let first = surface.normals.append(normals.list);
+            lookup.first_normal = first.wrapping_sub(normals.lowest);
         }
         if self.shape.uses.materials {
             let (binding, index) = (vertices.material_binding, vertices.material_index);
@@ -100,6 +101,7 @@ impl SceneBuilder {
         lookup
     }
 
+    /// Keeps the positions of the corners of some triangles.
     fn keep_positions(&mut self, triangles: &[IndexedTriangle], points: &Points<'_>) {
         let all = &*points.all;
         match points.index {
@@ -118,6 +120,7 @@ impl SceneBuilder {
         }
     }
 
+    /// Keeps the normals, materials and texture coordinates of the corners of some triangles.
     fn keep_lists(
         &mut self,
         triangles: &[IndexedTriangle],
@@ -147,7 +150,7 @@ impl SceneBuilder {
         }
     }
 
-    /// Keeps triangles that a shape has made.
+    /// Keeps a mesh.
     pub(super) fn keep_mesh(&mut self, mesh: &Mesh, materials: MaterialsBy) {
         if !mesh.is_sound() {
             self.scene.census.bad_corners += 1;
@@ -161,7 +164,7 @@ impl SceneBuilder {
         if self.shape.outlines() || !points.iter().all(|p| in_reach(*p)) {
             return self.keep_mesh_one_by_one(mesh, by_part);
         }
-        let room = self.room(mesh.triangles.len());
+        let room = self.admit(mesh.triangles.len());
         let triangles = &mesh.triangles[..room];
         let corners = triangles.iter().map(|t| t.map(|v| points[v as usize]));
         self.scene.triangles.extend(corners);
@@ -190,6 +193,7 @@ impl SceneBuilder {
         }
     }
 
+    /// Keeps a mesh triangle by triangle, because some corners cannot be drawn or edges are drawn.
     fn keep_mesh_one_by_one(&mut self, mesh: &Mesh, by_part: bool) {
         for (i, triangle) in mesh.triangles.iter().enumerate() {
             let materials = mesh.materials(i, by_part);
@@ -207,6 +211,7 @@ impl SceneBuilder {
         }
     }
 
+    /// Keeps a triangle, or its edges or vertices, depending on the draw style.
     pub(super) fn keep_triangle(&mut self, corners: [Corner; 3]) {
         if self.shape.outlines() {
             return self.edges(&corners);
@@ -217,7 +222,7 @@ impl SceneBuilder {
             self.scene.census.bad_corners += 1;
             return;
         }
-        if self.has_no_room() {
+        if self.is_at_limit() {
             return;
         }
         self.scene.census.triangles += 1;
@@ -244,12 +249,12 @@ impl SceneBuilder {
     }
 }
 
-/// Which entry of each list the corners of a shape's triangles have.
+/// The rules for the lists of a shape.
 struct Lookup<'v> {
     normals: Numbers<'v>,
-    /// Where normal 0 would be among the surface's, and the last, which stands for those that
-    /// are missing.
+    /// The index that normal 0 of the shape would have in the surface's list.
     first_normal: u32,
+    /// The shape's last normal, which is used for missing ones.
     last_normal: u32,
     materials: Numbers<'v>,
     coordinates: Numbers<'v>,
@@ -267,7 +272,8 @@ impl Default for Lookup<'_> {
     }
 }
 
-/// Keeps the texture coordinates of triangles: given, wrapped around the shape's box, or along it.
+/// Keeps the texture coordinates of triangles. They are given, wrapped around the shape's box, or
+/// the default ones along the box.
 fn keep_coordinates(
     surface: &mut Surface,
     deep: bool,
@@ -295,11 +301,11 @@ fn keep_coordinates(
             }
             return;
         }
-        (TextureCoordinates::Wrapped(as_what), Some(boxed)) => {
+        (TextureCoordinates::Wrapped(wrapping), Some(boxed)) => {
             coordinates.extend(triangles.iter().map(|triangle| {
                 let corners = triangle.corners.map(point);
                 let normal = face_normal(&corners, true);
-                corners.map(|p| wrapped(boxed, as_what, p, normal))
+                corners.map(|p| wrapped(boxed, wrapping, p, normal))
             }));
         }
         (_, Some(boxed)) => {
@@ -317,29 +323,31 @@ fn keep_coordinates(
     }
 }
 
-/// The normals that a shape uses, turned into the scene's.
-struct Turned<'v> {
+/// The normals that a shape uses, transformed to the scene.
+struct SceneNormals<'v> {
     list: Vec<Vec3>,
     numbers: Numbers<'v>,
-    /// The number of the first, and the last that there is.
+    /// The number of the list's first normal in the shape.
     lowest: u32,
+    /// The number of the shape's last normal.
     last: u32,
 }
 
+/// Returns the normals that a shape uses, transformed to the scene.
 fn normals<'v>(
     runs: &Runs<'_>,
     vertices: &'v Vertices<'_, '_>,
     placement: &Placement,
-) -> Turned<'v> {
+) -> SceneNormals<'v> {
     let (list, numbers): (&[Vec3], _) = match &vertices.normals {
         Normals::None => (&[Vec3::Z], Numbers::Same),
         Normals::Zero => (&[Vec3::ZERO], Numbers::Same),
-        Normals::Made(list, by) => {
+        Normals::Generated(list, by) => {
             let numbers = match by {
-                By::Position => Numbers::Position,
-                By::Face => Numbers::Face,
-                By::Part => Numbers::Part,
-                By::All => Numbers::Same,
+                NormalPer::Position => Numbers::Position,
+                NormalPer::Face => Numbers::Face,
+                NormalPer::Part => Numbers::Part,
+                NormalPer::Shape => Numbers::Same,
             };
             (list, numbers)
         }
@@ -359,15 +367,15 @@ fn normals<'v>(
             lowest.min(highest)..highest + 1
         }
         Numbers::FaceListed(_) | Numbers::PartListed(_) => 0..last + 1,
-        // No others reach beyond the number of corners.
+        // All other numbers are less than the number of corners.
         _ => 0..(last + 1).min(positions.max(1)),
     };
     if let Numbers::Listed(index) = numbers
-        && used.len() > FAR_MORE * positions
+        && used.len() > SPARSE_RATIO * positions
     {
         let at = |p: u32| list[(listed(index, p) as usize).min(last)];
         let turned = (0..positions as u32).map(|p| placement.normal(at(p)));
-        return Turned {
+        return SceneNormals {
             list: turned.collect(),
             numbers: Numbers::Position,
             lowest: 0,
@@ -375,7 +383,7 @@ fn normals<'v>(
         };
     }
     let turned = list[used.clone()].iter().map(|n| placement.normal(*n));
-    Turned {
+    SceneNormals {
         list: turned.collect(),
         numbers,
         lowest: used.start as u32,

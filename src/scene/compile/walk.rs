@@ -1,4 +1,4 @@
-//! Walks a snapshot into the scene builder.
+//! Walks a snapshot, and draws its shapes into the scene builder.
 
 use super::scene_builder::SceneBuilder;
 use crate::diag::{Diagnostic, Result};
@@ -14,22 +14,24 @@ use crate::traversal::role::Role;
 use crate::traversal::state::{EnvironmentElement, FogKind, State};
 use crate::traversal::{self, Visitor, WalkOptions};
 
-/// Room for more triangles is made as they come.
-const MOST_EXPECTED: usize = 1 << 18;
+/// The largest number of triangles for which memory is reserved in advance. It was chosen by trial;
+/// the lists grow beyond it.
+const MAX_RESERVED: usize = 1 << 18;
 
+/// The visitor that compiles a scene.
 struct Compiler<'a> {
     snapshot: &'a Snapshot<'a>,
     builder: SceneBuilder,
     background_set: bool,
-    /// The first VRML 97 `Fog`, with the environment it stands in.
+    /// The environment of the first VRML 97 `Fog`; the inner value is `None` if that means no fog.
     fog: Option<Option<EnvironmentElement>>,
 }
 
 impl RenderScene {
-    /// Walks the snapshot and compiles what it draws.
+    /// Compiles a snapshot.
     ///
     /// # Errors
-    /// A scene with more primitives than can be numbered.
+    /// Returns a diagnostic if the scene has more than 2^32 primitives.
     pub fn compile(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Result<Self> {
         let walk_options = WalkOptions {
             camera: options.camera.clone(),
@@ -49,8 +51,8 @@ impl RenderScene {
 }
 
 impl Compiler<'_> {
-    /// Makes room for as many triangles as the document's lists can give, used once: memory that
-    /// is not written to costs nothing, and lists that grow are copied.
+    /// Reserves memory for the number of triangles that the document's lists can give if each is
+    /// used once. Memory that is not written costs nothing, but lists that grow are copied.
     fn reserve_all(&mut self) {
         let nodes = &self.snapshot.document().nodes;
         let entries = nodes
@@ -61,15 +63,16 @@ impl Compiler<'_> {
                 Value::Vec3s(list) => list.len(),
                 _ => 0,
             });
-        let most = entries.sum::<usize>().min(MOST_EXPECTED);
+        let most = entries.sum::<usize>().min(MAX_RESERVED);
         let most = most.min(self.builder.options.max_primitives);
         self.builder.scene.triangles.reserve(most);
         self.builder.owners.triangles.reserve(most);
     }
 
+    /// Assembles the scene after the walk.
     fn finish(self) -> Result<RenderScene> {
         let mut builder = self.builder;
-        builder.own();
+        builder.assign_surface();
         let mut scene = builder.scene;
         if let Some(Some(fog)) = self.fog {
             let surfaces = scene.surfaces.iter_mut();

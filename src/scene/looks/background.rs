@@ -1,7 +1,7 @@
-//! What a ray that meets nothing sees: VRML 97's `Background`, or nothing.
+//! The background, which rays without a hit see: VRML 97's `Background`, or black.
 //!
-//! Sky and ground are colors by the angle from the zenith and the nadir (6.5); the six pictures of
-//! a panorama, on the sides of a cube without end, lie over them.
+//! The colors of sky and ground depend on the angle from the zenith and the nadir (6.5). The six
+//! pictures of a panorama cover them, on the sides of an infinitely large cube.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -15,20 +15,21 @@ use crate::iv::NodeRef;
 use crate::pose::rotation_of;
 use crate::traversal::state::State;
 
+/// The background of a scene. Without a `Background` node it is black.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Background {
-    /// Angle from straight up, and the color there.
+    /// Angles from the zenith in radians, with their colors.
     sky: Vec<(f32, Vec3)>,
-    /// Angle from straight down.
+    /// Angles from the nadir in radians, with their colors.
     ground: Vec<(f32, Vec3)>,
-    /// Back, bottom, front, left, right and top.
+    /// The pictures in the order of [`texture::PANORAMA`].
     pictures: [Option<Arc<Texture>>; 6],
-    /// The background's own axes from the world's.
+    /// The rotation from world space to the background's space.
     turn: Quat,
 }
 
-/// The directions to the middle, the right and the top of each picture, as [`texture::PANORAMA`] has
-/// them.
+/// The directions to the center, the right and the top of each picture, in the order of
+/// [`texture::PANORAMA`].
 const SIDES: [[Vec3; 3]; 6] = [
     [Vec3::Z, Vec3::NEG_X, Vec3::Y],
     [Vec3::NEG_Y, Vec3::X, Vec3::NEG_Z],
@@ -39,8 +40,8 @@ const SIDES: [[Vec3; 3]; 6] = [
 ];
 
 impl Background {
-    /// The background of a node met in a state, its pictures looked for beside the scene and in
-    /// folders; without folders none is read. And what was wrong with the pictures.
+    /// Returns the background of a node, and the diagnostics of its pictures. Pictures are searched
+    /// next to the scene and in `folders`; if that is `None` no picture is read.
     pub(crate) fn of(
         node: NodeRef<'_>,
         state: &State<'_>,
@@ -72,7 +73,7 @@ impl Background {
         (background, diagnostics)
     }
 
-    /// The color in a direction; black without a background.
+    /// The color in a direction.
     pub(crate) fn color(&self, direction: Vec3) -> Vec3 {
         let direction = self.turn * direction.normalize_or(Vec3::NEG_Z);
         let up = direction.y.clamp(-1.0, 1.0);
@@ -84,7 +85,7 @@ impl Background {
         self.pictured(direction, plain)
     }
 
-    /// The picture in a direction over a color.
+    /// The color of the picture in a direction, composited over a color.
     fn pictured(&self, direction: Vec3, plain: Vec3) -> Vec3 {
         for (picture, [middle, right, top]) in self.pictures.iter().zip(SIDES) {
             let depth = direction.dot(middle);
@@ -101,7 +102,8 @@ impl Background {
     }
 }
 
-/// The color at an angle: straight between its neighbors, the last one beyond.
+/// The color at an angle, interpolated between its neighbors. Beyond the last angle it is the last
+/// color.
 fn along(band: &[(f32, Vec3)], angle: f32) -> Vec3 {
     let above = band.partition_point(|(a, _)| *a <= angle);
     match (
@@ -122,7 +124,7 @@ mod tests {
     use crate::traversal::state::Language;
 
     #[test]
-    fn the_sky_turns_from_one_color_to_the_next() {
+    fn the_sky_is_interpolated_between_its_colors() {
         let quarter = std::f32::consts::FRAC_PI_2;
         let sky = Background {
             sky: vec![(0.0, Vec3::ZERO), (quarter, Vec3::ONE)],
@@ -134,7 +136,8 @@ mod tests {
         assert_eq!(sky.color(Vec3::NEG_Y), Vec3::ONE);
     }
 
-    /// A picture of one row, red on the left and of a blue that its name says on the right.
+    /// Loads pictures of one row: red on the left, and on the right the blue level in the file
+    /// name.
     #[derive(Debug)]
     struct Painter;
 
@@ -146,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn the_six_pictures_are_the_right_way_round_seen_from_inside() {
+    fn the_six_pictures_are_upright_and_not_mirrored_from_inside() {
         let text = "#VRML V2.0 utf8\nBackground { frontUrl \"1\" backUrl \"2\" leftUrl \"3\"
             rightUrl \"4\" topUrl \"5\" bottomUrl \"6\" }";
         let document = Document::read("a.wrl", text.into(), Arc::new(Painter), &Limits::default())
@@ -154,8 +157,7 @@ mod tests {
         let node = document.roots().next().expect("a root");
         let (all, diagnostics) = Background::of(node, &State::new(Language::Vrml97), Some(&[]));
         assert!(diagnostics.is_empty());
-        // Turning the head from the front to the right, to the back and to the left, the right
-        // half of each picture comes first from the left; up and down keep right where it is.
+        // Each direction is toward the right half of a side picture, or of the top and bottom ones.
         let rights = [
             (Vec3::new(0.9, 0.0, -1.0), 1),
             (Vec3::new(1.0, 0.0, 0.9), 4),

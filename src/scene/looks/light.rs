@@ -1,35 +1,43 @@
-//! Lights as shading needs them, with OpenGL's rules for attenuation and spots.
+//! Lights of a compiled scene, with OpenGL's rules for attenuation and spots.
 
 use glam::{DVec3, Vec3};
 
 use crate::traversal::state::{LightElement, LightKind};
 
+/// A light of a compiled scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Light {
+    /// The kind of the light, with its cone.
     pub kind: LightKind,
-    /// Color times intensity.
+    /// The color times the intensity.
     pub color: Vec3,
-    /// VRML 97's ambient share of the color.
+    /// The ambient color of a VRML 97 light; zero for Inventor's lights.
     pub ambient: Vec3,
+    /// The position in meters; unused for a directional light.
     pub position: Vec3,
-    /// Where the light goes, of length 1.
+    /// The direction of the light or of its axis, of length 1.
     pub direction: Vec3,
-    /// Quadratic, linear, constant.
+    /// The quadratic, linear and constant coefficient of the attenuation.
     pub attenuation: Vec3,
+    /// The distance at which a VRML 97 light ends, in meters; infinite for Inventor's lights.
     pub radius: f32,
 }
 
-/// What of a light reaches a point.
+/// The light that arrives at a point from one light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reaching {
-    /// Towards the light, of length 1.
+pub(crate) struct IncidentLight {
+    /// The direction toward the light, of length 1.
     pub toward: Vec3,
+    /// The distance to the light in meters.
     pub distance: f32,
+    /// The color after attenuation and the spot's cone.
     pub color: Vec3,
+    /// The ambient color after attenuation and the spot's cone.
     pub ambient: Vec3,
 }
 
 impl Light {
+    /// Converts a light to a scene with an origin.
     pub(crate) fn new(element: &LightElement, origin: DVec3) -> Self {
         let color = element.color * element.intensity;
         Self {
@@ -43,7 +51,7 @@ impl Light {
         }
     }
 
-    /// A light on the camera, shining along a direction.
+    /// A directional light on the camera.
     pub(crate) fn headlight(direction: Vec3) -> Self {
         Self {
             kind: LightKind::Directional,
@@ -56,13 +64,13 @@ impl Light {
         }
     }
 
-    /// The light at a point: direction, distance, and color after attenuation and the spot.
+    /// Returns the light that arrives at a point.
     ///
-    /// OpenGL 1.x: attenuation 1/(k_c + k_l d + k_q d²); a spot is max(−L·s, 0)^e inside its
-    /// cone, e being Inventor's drop-off rate times 128, and nothing outside.
-    pub(crate) fn reach(&self, point: Vec3) -> Reaching {
+    /// As in OpenGL 1.x the attenuation is 1/(k_c + k_l d + k_q d²). A spot's factor is max(−L·s,
+    /// 0)^e inside its cone, where e is Inventor's drop-off rate times 128, and 0 outside.
+    pub(crate) fn reach(&self, point: Vec3) -> IncidentLight {
         if self.kind == LightKind::Directional {
-            return Reaching {
+            return IncidentLight {
                 toward: -self.direction,
                 distance: f32::INFINITY,
                 color: self.color,
@@ -79,7 +87,7 @@ impl Light {
             factor = 0.0;
         }
         let spot = self.cone(toward);
-        Reaching {
+        IncidentLight {
             toward,
             distance,
             color: self.color * (factor * spot),
@@ -89,7 +97,8 @@ impl Light {
 }
 
 impl Light {
-    /// Of a spot: the cosine at its edge, and the power of the cosine inside.
+    /// Returns the cosine at the edge of a spot's cone, and the exponent of the cosine inside.
+    /// Returns `None` for other lights.
     pub(crate) fn spot(&self) -> Option<(f32, f32)> {
         match self.kind {
             LightKind::Spot { drop_off, cut_off } => Some(spot(drop_off, cut_off)),
@@ -97,7 +106,7 @@ impl Light {
         }
     }
 
-    /// The share of the light that a cone lets out towards a point, given the way back.
+    /// Returns the factor of a light's cone at a point, given the direction toward the light.
     pub(crate) fn cone(&self, toward: Vec3) -> f32 {
         let along = -toward.dot(self.direction);
         match self.kind {
@@ -117,12 +126,14 @@ impl Light {
     }
 }
 
+/// Returns the cosine at the edge of an Inventor spot's cone, and the exponent of the cosine.
 fn spot(drop_off: f32, cut_off: f32) -> (f32, f32) {
     let limit = cut_off.clamp(0.0, std::f32::consts::FRAC_PI_2);
     (libm::cosf(limit), 128.0 * drop_off.clamp(0.0, 1.0))
 }
 
-/// VRML 97, 6.42: full inside the beam, then falling to nothing at the cut-off.
+/// Returns the factor of a VRML 97 spot (6.42): 1 inside the beam, then falling to 0 at the
+/// cut-off.
 fn beam(along: f32, beam_width: f32, cut_off: f32) -> f32 {
     let angle = libm::acosf(along.clamp(-1.0, 1.0));
     if angle >= cut_off {
@@ -139,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn light_falls_with_the_square_of_the_distance_when_told() {
+    fn quadratic_attenuation_falls_with_the_square_of_the_distance() {
         let light = Light {
             kind: LightKind::Point,
             attenuation: Vec3::X,

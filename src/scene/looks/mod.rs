@@ -1,4 +1,4 @@
-//! How things look: materials, textures, lights and what lies behind everything.
+//! The appearance of a scene: materials, textures, lights and the background.
 
 mod background;
 mod light;
@@ -6,6 +6,6 @@ mod surface;
 pub(super) mod texture;
 
 pub(crate) use background::Background;
-pub(crate) use light::{Light, Reaching};
+pub(crate) use light::{IncidentLight, Light};
 pub(crate) use surface::{CornerNormals, Mapping, Surface, TextureUse};
 pub(crate) use texture::{Filter, Repeat, Texture};

@@ -1,4 +1,4 @@
-//! How a shape looks: one surface a shape, and the point on it that a ray meets.
+//! The appearance of a shape, which has one surface.
 
 use std::sync::Arc;
 
@@ -7,31 +7,40 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 use super::texture::{Filter, Repeat, Texture};
 use crate::traversal::state::{EnvironmentElement, TextureModel};
 
-/// Texture coordinates that depend on where a ray comes from, or on nothing stored.
+/// The source of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Mapping {
-    /// From the corners, or from the quadric itself.
+    /// The coordinates of the corners, or those of the quadric.
     Stored,
-    /// s and t along two directions of the shape's own space.
+    /// Linear functions of the position in the scene.
     Plane { s: Vec4, t: Vec4 },
-    /// A sphere map: the picture of the surroundings in a shiny ball. The rows are the camera's
-    /// right and up.
+    /// A sphere map, which shows the surroundings in a mirror ball. The fields are the camera's
+    /// directions.
     Environment { right: Vec3, up: Vec3 },
 }
 
+/// A texture with the settings of a surface.
 #[derive(Clone, Debug)]
 pub(crate) struct TextureUse {
+    /// The texture.
     pub texture: Arc<Texture>,
+    /// How the texture changes the color.
     pub model: TextureModel,
+    /// The color for [`TextureModel::Blend`].
     pub blend_color: Vec3,
+    /// The coordinates along which it repeats.
     pub repeat: Repeat,
+    /// How it is filtered.
     pub filter: Filter,
+    /// The matrix that is applied to texture coordinates.
     pub matrix: Mat4,
+    /// The source of texture coordinates.
     pub mapping: Mapping,
 }
 
-/// Normals of triangles' corners. Corners share them, so each triangle has the numbers of three:
-/// a third of the memory, which is what compiling a large scene waits for.
+/// The normals of triangles' corners. Corners share normals, so each triangle has three indices.
+/// This takes a third of the memory, and writing memory limits the speed of compiling a large
+/// scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CornerNormals {
     list: Vec<Vec3>,
@@ -39,25 +48,27 @@ pub(crate) struct CornerNormals {
 }
 
 impl CornerNormals {
+    /// Whether no triangle has normals.
     pub(crate) fn is_empty(&self) -> bool {
         self.corners.is_empty()
     }
 
-    /// The normals of a triangle; `None` where it has none of its own.
+    /// The normals of a triangle, or `None` if it has none.
     #[inline]
     pub(crate) fn get(&self, triangle: usize) -> Option<[Vec3; 3]> {
         let numbers = self.corners.get(triangle)?;
         Some(numbers.map(|n| self.list[n as usize]))
     }
 
+    /// Reserves memory for further triangles.
     pub(in crate::scene) fn reserve(&mut self, triangles: usize) {
         self.corners.reserve_exact(triangles);
     }
 
-    /// Appends a triangle's.
+    /// Appends the normals of a triangle.
     pub(in crate::scene) fn push(&mut self, normals: [Vec3; 3]) {
         let numbers = normals.map(|normal| {
-            // Neighbors of a flat face are alike.
+            // The corners of a flat face have the same normal.
             if self.list.last() != Some(&normal) {
                 self.list.push(normal);
             }
@@ -66,7 +77,7 @@ impl CornerNormals {
         self.corners.push(numbers);
     }
 
-    /// Appends a list, and gives the number of its first.
+    /// Appends a list of normals, and returns the index of its first one.
     pub(in crate::scene) fn append(&mut self, list: Vec<Vec3>) -> u32 {
         let first = self.list.len() as u32;
         if first == 0 {
@@ -77,77 +88,93 @@ impl CornerNormals {
         first
     }
 
-    /// Which entries the triangles so far have.
+    /// The indices of the normals of each triangle.
     pub(in crate::scene) fn corners(&mut self) -> &mut Vec<[u32; 3]> {
         &mut self.corners
     }
 }
 
-/// What all primitives of a shape share, and what they have each.
+/// The surface of a shape: values that all its primitives share, and lists of values by triangle.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
     /// The name of the shape's class.
     #[cfg_attr(not(test), expect(dead_code, reason = "tests ask what a ray has hit"))]
     pub class: &'static str,
+    /// The ambient color.
     pub ambient: Vec3,
+    /// The diffuse colors, at least one.
     pub diffuse: Vec<Vec3>,
+    /// The specular color.
     pub specular: Vec3,
+    /// The emissive color.
     pub emissive: Vec3,
+    /// The specular exponent divided by 128.
     pub shininess: f32,
+    /// The transparencies from 0 to 1, at least one.
     pub transparency: Vec<f32>,
+    /// The index of refraction of the inside relative to the outside.
     pub refraction: f32,
-    /// Unlit: the diffuse color as it is.
+    /// Whether the surface shows its diffuse color without lighting.
     pub base_color: bool,
-    /// Lit from both sides.
+    /// Whether both sides are lit.
     pub two_sided: bool,
-    /// Seen from outside only.
+    /// Whether back faces are invisible.
     pub culls: bool,
+    /// Whether vertices run counterclockwise as seen from outside.
     pub counterclockwise: bool,
-    /// Who wins in a plane: the higher one, then what is drawn later.
+    /// The drawing layer. Of several primitives in the same plane, one of the highest layer is
+    /// visible, and in one layer the one drawn last.
     pub layer: u8,
+    /// Whether the surface casts shadows.
     pub casts_shadow: bool,
-    /// Under an `Annotation`: seen before everything else, however far away.
+    /// Whether the surface is drawn over everything else, because it is below an `Annotation`.
     pub on_top: bool,
+    /// Ambient light and fog.
     pub environment: EnvironmentElement,
+    /// The number of its set of lights.
     pub lights: u32,
+    /// The texture, if there is one.
     pub texture: Option<TextureUse>,
-    /// Kept half spaces: p·normal ≥ distance.
+    /// The clip planes, as normal and distance. Points with p·normal ≥ distance are visible.
     pub clip: Vec<(Vec3, f32)>,
-    /// The first of the surface's triangles.
+    /// The number of the surface's first triangle.
     pub first: u32,
-    /// Normals of each triangle's corners; empty where every face is flat.
+    /// The normals of each triangle's corners; empty if every face is flat.
     pub normals: CornerNormals,
-    /// Materials of each triangle's corners; empty where all are the first.
+    /// The material indices of each triangle's corners; empty if all are 0.
     pub materials: Vec<[u32; 3]>,
+    /// The texture coordinates of each triangle's corners; empty without a texture.
     pub coordinates: Vec<[Vec2; 3]>,
-    /// Third texture coordinates; empty but for pictures in depth.
+    /// The texture coordinates r of each triangle's corners, for 3D textures only.
     pub thirds: Vec<[f32; 3]>,
-    /// The center of its box, by which blended surfaces are sorted.
+    /// The center of its bounding box, by which transparent surfaces are sorted.
     pub center: Vec3,
 }
 
 impl Surface {
+    /// The diffuse color at an index. An index past the end gives the last one.
     pub(crate) fn diffuse_at(&self, index: u32) -> Vec3 {
         let last = self.diffuse.len() - 1;
         self.diffuse[(index as usize).min(last)]
     }
 
-    /// Of the cosine to the half-way vector, for highlights.
+    /// The exponent of the cosine between normal and halfway vector, for highlights.
     pub(crate) fn exponent(&self) -> f32 {
         128.0 * self.shininess.clamp(0.0, 1.0)
     }
 
+    /// The transparency at an index. An index past the end gives the last one.
     pub(crate) fn transparency_at(&self, index: u32) -> f32 {
         let last = self.transparency.len() - 1;
         self.transparency[(index as usize).min(last)]
     }
 
-    /// What the surface gives off by itself and of the ambient light.
+    /// The light of the surface without any light source: emissive and ambient.
     pub(crate) fn glow(&self) -> Vec3 {
         self.emissive + self.ambient * self.environment.ambient
     }
 
-    /// The diffuse color of one of the surface's triangles at the weights of a hit.
+    /// The diffuse color of a triangle, interpolated with the weights of a hit.
     #[inline(always)]
     pub(crate) fn diffuse_between(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
         let [a, b, c] = self.materials_of(triangle);
@@ -158,12 +185,13 @@ impl Surface {
         first * (1.0 - u - v) + self.diffuse_at(b) * u + self.diffuse_at(c) * v
     }
 
-    /// Whether no light goes through anywhere.
+    /// Whether the surface is opaque everywhere.
     pub(crate) fn is_opaque(&self) -> bool {
         let whole = |t: &TextureUse| t.model == TextureModel::Decal || !t.texture.has_alpha();
         self.transparency.iter().all(|t| *t == 0.0) && self.texture.as_ref().is_none_or(whole)
     }
 
+    /// The material indices of a triangle's corners.
     pub(crate) fn materials_of(&self, triangle: usize) -> [u32; 3] {
         self.materials.get(triangle).copied().unwrap_or([0; 3])
     }

@@ -1,4 +1,4 @@
-//! Textures: decoded once, read with bilinear filtering.
+//! Textures: decoding and filtering.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -11,18 +11,21 @@ use crate::grammar::{Field, image_texture, texture2, texture3, vrml97_background
 use crate::iv::NodeRef;
 use crate::picture::Raster;
 
-/// How a texture is read, by `Complexity`'s `textureQuality`.
+/// How a texture is filtered, which depends on the `textureQuality` of `Complexity`. The limits are
+/// Coin's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Filter {
-    /// The texel's own color: below 0.2 (Coin's limits).
+    /// The nearest texel, for a quality below 0.2.
     Nearest,
-    /// Between texels: below 0.5.
+    /// Bilinear interpolation, for a quality below 0.5.
     Linear,
-    /// And between smaller versions where a pixel covers several texels.
+    /// Trilinear interpolation between smaller versions (mipmaps), if a pixel covers several
+    /// texels.
     Smooth,
 }
 
 impl Filter {
+    /// The filter for a texture quality.
     pub(crate) fn of(quality: f32) -> Self {
         match quality {
             q if q < 0.2 => Self::Nearest,
@@ -32,16 +35,19 @@ impl Filter {
     }
 }
 
-/// Along which coordinates a texture repeats; along the others its edge continues.
+/// The coordinates along which a texture repeats. Along the others it is clamped to its edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Repeat {
+    /// Whether it repeats along its width.
     pub s: bool,
+    /// Whether it repeats along its height.
     pub t: bool,
-    /// Into the depth, for several pictures behind one another.
+    /// Whether a 3D texture repeats along its depth.
     pub r: bool,
 }
 
 impl Repeat {
+    /// The texture is clamped along all coordinates.
     pub(crate) const NONE: Self = Self {
         s: false,
         t: false,
@@ -49,25 +55,29 @@ impl Repeat {
     };
 }
 
-/// Rows from the bottom up, as Inventor has them.
+/// A texture. Its rows are stored from the bottom, as in Inventor.
 #[derive(Debug, Default)]
 pub(crate) struct Texture {
+    /// The width in texels.
     pub width: usize,
+    /// The height in texels.
     pub height: usize,
-    /// Red, green, blue, alpha; those of a picture in the scene are unpacked when first read.
+    /// The texels as red, green, blue and alpha. An image in the scene is unpacked at the first
+    /// use.
     texels: OnceLock<Vec<[u8; 4]>>,
     image: Option<Image>,
-    /// Smaller and smaller versions, each half as wide and high: made when one is first read.
+    /// Smaller versions (mipmaps), each half as wide and high as the one before, made at the first
+    /// use.
     smaller: OnceLock<Vec<Texture>>,
-    /// A `Texture3`'s pictures behind this one.
+    /// The further layers of a `Texture3`.
     deeper: Vec<Texture>,
-    /// 1 gray, 2 gray and alpha, 3 color, 4 color and alpha.
+    /// The number of components: 1 gray, 2 gray and alpha, 3 color, 4 color and alpha.
     pub components: usize,
 }
 
 impl Texture {
-    /// White letters, as opaque as they cover each pixel; rows from the bottom up.
-    pub(crate) fn of_letters(width: usize, height: usize, coverage: &[u8]) -> Self {
+    /// Makes a white texture with the given alpha values, row by row from the bottom.
+    pub(crate) fn from_coverage(width: usize, height: usize, coverage: &[u8]) -> Self {
         Self {
             width,
             height,
@@ -82,11 +92,12 @@ impl Texture {
         }
     }
 
+    /// Whether the texture has an alpha component.
     pub(crate) fn has_alpha(&self) -> bool {
         matches!(self.components, 2 | 4)
     }
 
-    /// The color at (s, t), each texel's center at half its width; edges repeat or continue.
+    /// Returns the color at (s, t), interpolated between texel centers.
     pub(crate) fn sample(&self, at: Vec2, filter: Filter, repeat: Repeat) -> Vec4 {
         let texels = self.texels();
         if texels.is_empty() || !at.is_finite() {
@@ -106,12 +117,13 @@ impl Texture {
         low.lerp(high, fy)
     }
 
-    /// Whether it is one of several pictures behind one another.
+    /// Whether this is a 3D texture with several layers.
     pub(crate) fn is_deep(&self) -> bool {
         !self.deeper.is_empty()
     }
 
-    /// The color at (s, t, r), between two pictures of those behind one another.
+    /// Returns the color at (s, t, r), interpolated between two layers, where a pixel covers
+    /// `texels` texels across.
     pub(crate) fn sample_deep(
         &self,
         at: Vec3,
@@ -135,8 +147,9 @@ impl Texture {
         flat(near).lerp(flat(far), share)
     }
 
-    /// The color where a pixel covers `texels` texels across: between the two versions whose
-    /// texels are just smaller and just larger than the pixel, as OpenGL's trilinear filter.
+    /// Returns the color at (s, t) where a pixel covers `texels` texels across. It is interpolated
+    /// between the versions whose texels are just smaller and just larger than the pixel, as by
+    /// OpenGL's trilinear filter.
     pub(crate) fn sample_wide(
         &self,
         at: Vec2,
@@ -162,17 +175,18 @@ impl Texture {
         fine.lerp(version(next).sample(at, filter, repeat), level - below)
     }
 
-    /// Row by row from the bottom up.
+    /// The texels, row by row from the bottom.
     pub(in crate::scene) fn texels(&self) -> &[[u8; 4]] {
         let unpacked = || self.image.as_ref().map_or_else(Vec::new, unpack);
         self.texels.get_or_init(unpacked)
     }
 
-    /// How many pictures lie behind one another.
+    /// The number of layers.
     pub(in crate::scene) fn depth(&self) -> usize {
         self.deeper.len() + 1
     }
 
+    /// The smaller versions, down to one texel.
     fn smaller(&self) -> &[Self] {
         self.smaller.get_or_init(|| {
             let mut smaller: Vec<Self> = Vec::new();
@@ -187,6 +201,7 @@ impl Texture {
         })
     }
 
+    /// The version with half the width and height, rounded up.
     fn halved(&self) -> Self {
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
         let mut texels = Vec::with_capacity(width * height);
@@ -198,7 +213,7 @@ impl Texture {
         for y in 0..height {
             let pairs = row(2 * y).chunks(2).zip(row(2 * y + 1).chunks(2));
             texels.extend(pairs.map(|(low, high)| {
-                // The last of an odd row stands for two.
+                // The last texel of an odd row is counted twice.
                 let (c, d) = (low[low.len() - 1], high[high.len() - 1]);
                 let sum = |i: usize| [low[0], high[0], c, d].map(|t| u32::from(t[i]));
                 std::array::from_fn(|i| ((sum(i).iter().sum::<u32>() + 2) / 4) as u8)
@@ -214,7 +229,7 @@ impl Texture {
     }
 }
 
-/// The texel that a coordinate lies in, as two between which nothing is.
+/// Returns the texel that contains a coordinate, in the form of [`between`].
 fn nearest(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
     let at = if repeat {
         at - at.floor()
@@ -225,7 +240,7 @@ fn nearest(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
     (x, x, 0.0)
 }
 
-/// The two texels around a coordinate, and how far it is from the first to the second.
+/// Returns the two texels around a coordinate, and its position between them from 0 to 1.
 fn between(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
     let n = size as i64;
     let at = if repeat {
@@ -245,15 +260,17 @@ fn between(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
     (wrap(low as i64), wrap(low as i64 + 1), x - low)
 }
 
-/// A field that names files: one file, or several.
+/// A field with file names.
 #[derive(Clone, Copy)]
 pub(crate) enum FileField {
+    /// A field with one name.
     One(Field<Text>),
+    /// A field with a list of names.
     Several(Field<[String]>),
 }
 
 impl FileField {
-    /// Returns the names that the field of a node states; none if the node has no such field.
+    /// Returns the names in the field of a node, and no names if the node has no such field.
     pub(crate) fn names<'a>(self, node: NodeRef<'a>) -> impl Iterator<Item = &'a str> {
         let (one, several): (_, &[String]) = match self {
             Self::One(field) => (node.find(field), &[]),
@@ -281,15 +298,17 @@ pub(crate) const PICTURES: [FileField; 3] = [
     FileField::Several(texture3::FILENAMES),
 ];
 
-/// The texture of a node: its file, or the image in it. `None` where it has neither.
+/// Decodes the texture of a node: its file, or the image in the node. Returns `None` if it has
+/// neither.
 ///
 /// # Errors
-/// A file that cannot be found or read; the message names it and where it was looked for.
+/// Returns a diagnostic if the file cannot be found or read. It names the file and the places where
+/// it was searched.
 pub(crate) fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>> {
     decode_named(node, &PICTURES, folders)
 }
 
-/// The same, with the file named by one of some fields.
+/// Decodes the texture of a node, like [`decode`], whose file is named by one of some fields.
 ///
 /// # Errors
 /// Returns the errors of [`decode`].
@@ -324,7 +343,7 @@ pub(crate) fn decode_named(
     }
 }
 
-/// The pictures of a `Texture3` one behind the other: its files, or the image in it.
+/// Decodes the layers of a `Texture3`: its files, or the image in the node.
 fn decode_deep(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>> {
     let mut slices = Vec::new();
     for name in FileField::Several(texture3::FILENAMES).names(node) {
@@ -354,6 +373,7 @@ fn decode_deep(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>
     Ok(Some(first))
 }
 
+/// Decodes a file next to the scene or in one of some folders.
 fn open(node: NodeRef<'_>, name: &str, folders: &[PathBuf]) -> Result<Texture> {
     let beside = node.document.load_beside(node.id, name);
     let (name, bytes) = match beside {
@@ -363,6 +383,7 @@ fn open(node: NodeRef<'_>, name: &str, folders: &[PathBuf]) -> Result<Texture> {
     Ok(from_raster(&Raster::decode(&bytes, &name)?))
 }
 
+/// Reads the file with a name's last component from the first folder that has it.
 fn in_folders(name: &str, folders: &[PathBuf]) -> Option<(String, Vec<u8>)> {
     let file = Path::new(name).file_name()?;
     folders.iter().find_map(|folder| {
@@ -407,7 +428,7 @@ fn from_image(image: &Image) -> Option<Texture> {
     })
 }
 
-/// The texels of a picture in the scene, which has as many bytes as it says.
+/// Returns the texels of an image in the scene. The caller has checked its number of bytes.
 fn unpack(image: &Image) -> Vec<[u8; 4]> {
     let components = usize::from(image.components).max(1);
     let count = image.width as usize * image.height as usize;
@@ -441,14 +462,14 @@ mod tests {
     }
 
     #[test]
-    fn a_texture_is_exact_at_texel_centers_and_even_between() {
+    fn a_texture_is_exact_at_texel_centers_and_linear_between() {
         let t = two_by_one();
         let at = |s: f32| t.sample(Vec2::new(s, 0.5), Filter::Linear, Repeat::NONE).x;
         assert_eq!((at(0.25), at(0.5), at(0.75)), (0.0, 0.5, 1.0));
     }
 
     #[test]
-    fn edges_repeat_or_continue() {
+    fn edges_repeat_or_are_clamped() {
         let t = two_by_one();
         assert_eq!(t.sample(Vec2::new(1.0, 0.5), Filter::Linear, ALL).x, 0.5);
         assert_eq!(
@@ -464,7 +485,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lowest_quality_shows_each_texel_as_a_square() {
+    fn the_lowest_quality_is_not_interpolated() {
         let t = two_by_one();
         let at = |s: f32| {
             let at = Vec3::new(s, 0.5, 0.0);
@@ -475,7 +496,7 @@ mod tests {
     }
 
     #[test]
-    fn a_texture_with_depth_goes_from_layer_to_layer() {
+    fn a_3d_texture_is_interpolated_between_layers() {
         let layer = |level: u8| Texture {
             width: 1,
             height: 1,

@@ -1,4 +1,4 @@
-//! Face sets: polygons by index or by count, concave ones included.
+//! Draws face sets, by index and by count, including concave faces.
 
 use glam::Vec3;
 
@@ -7,19 +7,24 @@ use crate::geometry::{BoxCoordinates, Corner, cut_polygon};
 use crate::grammar::{face_set, indexed_face_set};
 use crate::iv::NodeRef;
 use crate::scene::canvas::{
-    Broken, By, Canvas, Normals, Place, Runs, Vertices, count, faces_are_parts, indices,
+    Broken, Canvas, NormalPer, Normals, Place, Runs, Vertices, count, faces_are_parts, indices,
     is_per_vertex, without_index,
 };
 use crate::traversal::state::{Binding, Language, State};
 
 /// The index fields of an indexed shape.
 pub(super) struct Indices<'a> {
+    /// The field `coordIndex`.
     pub coord: &'a [i32],
+    /// The field `normalIndex`, if it is used.
     pub normal: Option<&'a [i32]>,
+    /// The field `materialIndex` or `colorIndex`, if it is used.
     pub material: Option<&'a [i32]>,
+    /// The field `textureCoordIndex` or `texCoordIndex`, if it is used.
     pub texture: Option<&'a [i32]>,
 }
 
+/// Draws an `IndexedFaceSet` of Inventor.
 pub(super) fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let indices = Indices {
         coord: node.get(indexed_face_set::COORD_INDEX),
@@ -30,14 +35,14 @@ pub(super) fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &m
     indexed_faces(&indices, state, out);
 }
 
-/// Faces by index, of Inventor's shape and of VRML 97's.
+/// Draws the faces of an index, for the shapes of Inventor and VRML 97.
 pub(super) fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let index = indices.coord;
     if index.len() < 3 {
         return;
     }
     let per_vertex_is_indexed = |binding: Binding| match binding {
-        // VRML 1.0's PER_VERTEX goes by coordIndex.
+        // In VRML 1.0 `PER_VERTEX` uses `coordIndex`.
         Binding::PerVertex if state.language == Language::Vrml1 => Binding::PerVertexIndexed,
         other => faces_are_parts(other),
     };
@@ -66,6 +71,7 @@ pub(super) fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &
     draw(&faces, &vertices, state.hints.convex, out);
 }
 
+/// Draws a `FaceSet`.
 pub(super) fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let counts = node.get(face_set::NUM_VERTICES);
     let start = count(node, face_set::START_INDEX);
@@ -93,6 +99,8 @@ pub(super) fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn C
     draw(&faces, &vertices, state.hints.convex, out);
 }
 
+/// Returns the normals of the faces, which are generated if the state has none. `by_position` is
+/// set for shapes without an index.
 fn normals<'a>(
     faces: &Runs<'_>,
     state: &State<'a>,
@@ -118,10 +126,10 @@ fn normals<'a>(
     };
     if binding == Binding::Overall {
         let mean: Vec3 = all.normals.iter().sum();
-        return Normals::Made(vec![unit(mean)], By::All);
+        return Normals::Generated(vec![unit(mean)], NormalPer::Shape);
     }
     if !is_per_vertex(binding) || state.hints.crease_angle <= 0.0 {
-        return Normals::Made(all.normals, By::Face);
+        return Normals::Generated(all.normals, NormalPer::Face);
     }
     all.corners = corners(faces, state, by_position);
     let around = all.around(state.hints.crease_angle);
@@ -132,10 +140,11 @@ fn normals<'a>(
             made[position] = around.normal(vertex, face);
         }
     }
-    Normals::Made(made, By::Position)
+    Normals::Generated(made, NormalPer::Position)
 }
 
-/// Vertex and face of each corner; without an index equal points are one vertex.
+/// Returns the vertex and the face of each corner. Without an index equal points are the same
+/// vertex.
 fn corners(faces: &Runs<'_>, state: &State<'_>, by_position: bool) -> Vec<(u32, u32)> {
     let numbered = faces.runs.iter().zip(0..);
     let mut corners: Vec<(u32, u32)> = numbered
@@ -151,6 +160,7 @@ fn corners(faces: &Runs<'_>, state: &State<'_>, by_position: bool) -> Vec<(u32, 
     corners
 }
 
+/// Draws the faces, as triangles or as outlines.
 fn draw<'a>(faces: &Runs<'_>, vertices: &Vertices<'a, '_>, convex: bool, out: &mut dyn Canvas) {
     if out.wants().outlines {
         return outlines(faces, vertices, out);
@@ -169,6 +179,7 @@ fn draw<'a>(faces: &Runs<'_>, vertices: &Vertices<'a, '_>, convex: bool, out: &m
     });
 }
 
+/// Draws the outlines of the faces.
 fn outlines(faces: &Runs<'_>, vertices: &Vertices<'_, '_>, out: &mut dyn Canvas) {
     let mut count = 0;
     let mut corners: Vec<Corner> = Vec::new();

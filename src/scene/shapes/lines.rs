@@ -1,4 +1,4 @@
-//! Lines and points: strokes with a width in pixels.
+//! Draws line sets, point sets and marker sets, which have sizes in pixels.
 
 use super::markers;
 use crate::geometry::BoxCoordinates;
@@ -11,6 +11,7 @@ use crate::scene::canvas::{
 };
 use crate::traversal::state::{Binding, DrawStyle, Language, State};
 
+/// Returns the lists of a line set or point set.
 fn vertices<'a, 's>(
     state: &'s State<'a>,
     material_binding: Binding,
@@ -41,7 +42,8 @@ fn vertices<'a, 's>(
     }
 }
 
-/// For lines Inventor's parts are segments and its faces whole lines.
+/// Converts a binding of a line set. Inventor's parts are segments and its faces are whole lines,
+/// but in [`Place`] a segment is a face and a line is a part.
 fn segments_and_lines(binding: Binding) -> Binding {
     match binding {
         Binding::PerPart => Binding::PerFace,
@@ -52,6 +54,7 @@ fn segments_and_lines(binding: Binding) -> Binding {
     }
 }
 
+/// Draws a `LineSet`.
 pub(super) fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let counts = node.get(line_set::NUM_VERTICES);
@@ -64,7 +67,7 @@ pub(super) fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn C
         .enumerate()
     {
         let line: Vec<(usize, usize)> = (first..first + n).map(|c| (c, c - start)).collect();
-        // A line of one point draws nothing and is in the box.
+        // A line of one point draws nothing, but its point extends the box.
         for p in (first..first + n).filter_map(|c| state.coordinates.get(c)) {
             out.bound(p);
         }
@@ -74,6 +77,7 @@ pub(super) fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn C
     }
 }
 
+/// Draws an `IndexedLineSet` of Inventor.
 pub(super) fn indexed_line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let index = node.get(indexed_line_set::COORD_INDEX);
@@ -84,15 +88,15 @@ pub(super) fn indexed_line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &m
     indexed_lines(index, others, state, out);
 }
 
-/// Lines and points without normals are drawn in their color, as by Coin and SGI.
+/// Turns lighting off for lines and points without normals, as Coin and SGI do.
 fn unlit_without_normals(state: &State<'_>, out: &mut dyn Canvas) {
     if state.normals.is_empty() {
         out.set_unlit();
     }
 }
 
-/// Lines by index, of Inventor's shape and of VRML 97's.
-/// `others` are the indices of materials and of normals.
+/// Draws the lines of an index, for the shapes of Inventor and VRML 97, with the indices of
+/// materials and of normals.
 pub(super) fn indexed_lines<'a>(
     index: &'a [i32],
     [materials, normals]: [Option<&'a [i32]>; 2],
@@ -125,7 +129,8 @@ pub(super) fn indexed_lines<'a>(
     }
 }
 
-/// Coordinate and position of each point; corners, segments and lines counted before this line.
+/// Draws one line. `line` has the coordinate and the position of each point. `before` has the
+/// numbers of corners, segments and lines before this one.
 fn polyline(
     line: &[(usize, usize)],
     vertices: &Vertices<'_, '_>,
@@ -155,7 +160,7 @@ fn polyline(
     }
 }
 
-/// The corners of a set of points, which of them is its first, and how many it has.
+/// Returns the lists of a point set, its first coordinate and its number of points.
 fn points<'a, 's>(
     node: NodeRef<'a>,
     state: &'s State<'a>,
@@ -173,6 +178,7 @@ fn points<'a, 's>(
     (vertices, start, count)
 }
 
+/// Draws a `PointSet`.
 pub(super) fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let (vertices, start, count) = points(node, state, out);
@@ -181,7 +187,7 @@ pub(super) fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn 
     }
 }
 
-/// Signs of 5, 7 or 9 pixels at points, facing the camera.
+/// Draws a `MarkerSet`.
 pub(super) fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     out.set_unlit();
     let (vertices, start, count) = points(node, state, out);
@@ -190,6 +196,7 @@ pub(super) fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn
     }
 }
 
+/// Draws an `IndexedMarkerSet`.
 pub(super) fn indexed_marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     out.set_unlit();
     let index = node.get(indexed_marker_set::COORD_INDEX);
@@ -202,6 +209,7 @@ pub(super) fn indexed_marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: 
     }
 }
 
+/// Draws the marker with the number `i`.
 fn marker<'a>(
     vertices: &Vertices<'a, '_>,
     coordinate: usize,
@@ -216,6 +224,7 @@ fn marker<'a>(
     }
 }
 
+/// Draws an `IndexedPointSet`.
 pub(super) fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let index = node.get(indexed_point_set::COORD_INDEX);
@@ -233,13 +242,14 @@ pub(super) fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &
     }
 }
 
+/// Draws the point with the number `i`.
 fn dot(vertices: &Vertices<'_, '_>, coordinate: usize, i: usize, size: f32, out: &mut dyn Canvas) {
     if let Some(corner) = vertices.corner(place_of(coordinate, i)) {
         out.dot(corner, size);
     }
 }
 
-/// The place of the point that comes `i`th.
+/// Returns the numbers of a point that has the number `i` by every count.
 fn place_of(coordinate: usize, i: usize) -> Place {
     Place {
         coordinate,

@@ -1,4 +1,4 @@
-//! Markers: bitmaps at points, on whole pixels of the picture.
+//! Draws markers, which are bitmaps aligned to the pixels of the picture.
 
 use glam::{DMat4, DVec2, Vec2, Vec3};
 
@@ -7,7 +7,7 @@ use super::screen_aligned::facing;
 use crate::geometry::{Corner, MarkerBitmap, marker_bitmap};
 use crate::scene::canvas::Canvas;
 
-/// Draws a marker with its middle on the pixel of a corner; a negative index draws none.
+/// Draws a marker with its center at the pixel of a corner. A negative index draws nothing.
 pub(super) fn marker(corner: Corner, index: i32, world_from_object: DMat4, out: &mut dyn Canvas) {
     let Ok(index) = usize::try_from(index) else {
         return;
@@ -36,7 +36,7 @@ pub(super) fn marker(corner: Corner, index: i32, world_from_object: DMat4, out: 
     });
 }
 
-/// Draws a run of pixels in a row.
+/// Draws a horizontal run of pixels. `low` is its lower left corner relative to the marker's point.
 fn strip(corner: Corner, low: Vec2, length: f32, out: &mut dyn Canvas) {
     let at = |x: f32, y: f32| Corner {
         position: Vec3::new(low.x + x, low.y + y, 0.0),

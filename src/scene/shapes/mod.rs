@@ -1,16 +1,16 @@
-//! What each shape class draws, one function a class.
+//! The drawing of shapes, with one function for each class.
 //!
 //! A class that draws is added in three places:
 //!
-//! 1. `grammar/shapes.nodes`: its entry, marked `rendered`. Reading, writing, defaults and the
-//!    manual follow from it, and the build makes `class::NAME` and a handle for each field.
-//! 2. `draw_class` here, or `vrml97::draw` for a class of VRML97: one line with its constant.
-//! 3. The function, in the file of its kind. It reads fields by handles, which bring the defaults
-//!    (`node.get(cone::HEIGHT)`), takes what earlier nodes have set from the [`State`], and draws
-//!    into the [`Canvas`]. Mathematics that needs no node goes into a file of the same name in
-//!    [`crate::geometry`].
+//! 1. `grammar/shapes.nodes` gets an entry that is marked `rendered`. Reading, writing, defaults
+//!    and the manual follow from it, and the build makes `class::NAME` and a handle for each field.
+//! 2. `draw_class` below, or `vrml97::draw` for a class of VRML97, gets a line with its constant.
+//! 3. The file of its kind gets the function. It reads fields through handles, which have the
+//!    defaults (`node.get(cone::HEIGHT)`), reads values of earlier nodes from the [`State`], and
+//!    draws into the [`Canvas`]. Mathematics that needs no node belongs to a file of the same name
+//!    in [`crate::geometry`].
 //!
-//! The test at the end fails while a `rendered` class has no line in the table. A scene in
+//! The test at the end fails if a `rendered` class has no line in the table. A scene in
 //! `tests/golden/shapes/` shows what the class draws.
 
 mod faces;
@@ -33,7 +33,7 @@ use crate::scene::canvas::{BoundsCanvas, Canvas};
 use crate::traversal::property::vertex_property;
 use crate::traversal::state::{DrawStyle, State};
 
-/// Draws a shape node with the state it was met in.
+/// Draws a shape node with its state.
 pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let Some(class) = node.known_class() else {
         return;
@@ -42,7 +42,7 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canva
         out.census().ignore(class.name, "DrawStyle INVISIBLE");
         return;
     }
-    // A shape's own vertex property acts on the shape alone.
+    // A vertex property in a field of the shape acts only on this shape.
     let mut inner;
     let state = if class.is_vrml97() {
         inner = state.clone();
@@ -73,7 +73,7 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canva
     }
 }
 
-/// Draws a shape or the box around it; `false` if its class has no picture here.
+/// Draws a shape or its bounding box. Returns `false` if its class is not drawn.
 fn draw_whole<'a>(
     class: &'static Class,
     node: NodeRef<'a>,
@@ -93,7 +93,8 @@ fn draw_whole<'a>(
     }
 }
 
-/// `Complexity` `BOUNDING_BOX`: draws the box around a shape instead of it, if it has one.
+/// Draws the bounding box of a shape, for `Complexity` with `BOUNDING_BOX`. Returns `false` if the
+/// shape has no box.
 fn draw_box<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) -> bool {
     let mut bounds = BoundsCanvas::new(out.picture().clone());
     draw(node, state, &mut bounds);
@@ -106,6 +107,8 @@ fn draw_box<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) -> b
     true
 }
 
+/// Draws a shape of Inventor by its class or the nearest base class. Returns `false` if none is
+/// drawn.
 fn draw_class<'a>(
     class: &'static Class,
     node: NodeRef<'a>,
@@ -159,7 +162,7 @@ fn draw_class<'a>(
     }
 }
 
-/// A flat polygon of corners in order, as two triangles.
+/// Draws a flat quadrilateral as two triangles or as an outline.
 fn quad(corners: [Corner; 4], out: &mut dyn Canvas) {
     if out.wants().outlines {
         out.outline(&corners);
@@ -183,7 +186,7 @@ mod tests {
     use crate::traversal::role::Role;
     use crate::traversal::state::Language;
 
-    /// A document with one node of every class, everything by default.
+    /// A document with one node of every class, with default values.
     fn one_of_each() -> Document {
         let mut document = Document::default();
         for class in CLASSES {
@@ -199,8 +202,8 @@ mod tests {
         document
     }
 
-    /// A ray to the edge of a cube's back, through the middle of its front.
-    fn sees_the_back_edge(hints: &str) -> bool {
+    /// Whether a ray through the middle of a cube's front hits an edge of its back.
+    fn hits_the_back_edge(hints: &str) -> bool {
         let text = format!(
             "#Inventor V2.1 ascii\n{hints} DrawStyle {{ style LINES lineWidth 3 }} Cube {{ }}"
         );
@@ -218,15 +221,15 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_shape_drawn_in_lines_hides_the_edges_of_faces_turned_away() {
-        assert!(sees_the_back_edge(""));
-        assert!(!sees_the_back_edge(
+    fn a_closed_shape_drawn_in_lines_hides_the_edges_of_back_faces() {
+        assert!(hits_the_back_edge(""));
+        assert!(!hits_the_back_edge(
             "ShapeHints { vertexOrdering COUNTERCLOCKWISE shapeType SOLID }"
         ));
     }
 
     #[test]
-    fn whatever_the_catalogue_calls_rendered_is_drawn() {
+    fn every_rendered_class_of_the_catalogue_is_drawn() {
         let document = one_of_each();
         let options = CompileOptions::default();
         for (class, node) in CLASSES.iter().zip(0..) {

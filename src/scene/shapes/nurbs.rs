@@ -1,4 +1,5 @@
-//! NURBS shapes: control points and profiles from the state, cut by `geometry::nurbs`.
+//! Draws NURBS shapes, which `geometry::nurbs` tessellates. Control points and profiles are in the
+//! state.
 
 use glam::{DVec2, DVec3, DVec4, Vec2, Vec3};
 
@@ -14,6 +15,7 @@ use crate::scene::canvas::{Canvas, count, indices};
 use crate::traversal::State;
 use crate::traversal::state::{Coordinates, ProfileCoordinates, TextureCoordinates};
 
+/// Draws a `NurbsSurface` of Inventor.
 pub(super) fn nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let points: Vec<DVec4> = (0..state.coordinates.len())
         .filter_map(|i| control_point(state, i))
@@ -21,6 +23,7 @@ pub(super) fn nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut 
     surface(node, state, points, None, out);
 }
 
+/// Draws an `IndexedNurbsSurface`.
 pub(super) fn indexed_nurbs_surface<'a>(
     node: NodeRef<'a>,
     state: &State<'a>,
@@ -31,6 +34,7 @@ pub(super) fn indexed_nurbs_surface<'a>(
     surface(node, state, picked(state, index), texture, out);
 }
 
+/// Draws a `NurbsCurve` of Inventor.
 pub(super) fn nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let points: Vec<DVec4> = (0..state.coordinates.len())
         .filter_map(|i| control_point(state, i))
@@ -38,11 +42,13 @@ pub(super) fn nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dy
     curve(node, state, points, out);
 }
 
+/// Draws an `IndexedNurbsCurve`.
 pub(super) fn indexed_nurbs_curve<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let index = node.get(indexed_nurbs_curve::COORD_INDEX);
     curve(node, state, picked(state, index), out);
 }
 
+/// Returns the control points of an index, without those that do not exist.
 fn picked(state: &State<'_>, index: &[i32]) -> Vec<DVec4> {
     index
         .iter()
@@ -50,6 +56,7 @@ fn picked(state: &State<'_>, index: &[i32]) -> Vec<DVec4> {
         .collect()
 }
 
+/// Returns a control point with its weight.
 fn control_point(state: &State<'_>, index: usize) -> Option<DVec4> {
     match state.coordinates {
         Coordinates::Three(p) => p.get(index).map(|p| p.as_dvec3().extend(1.0)),
@@ -57,6 +64,7 @@ fn control_point(state: &State<'_>, index: usize) -> Option<DVec4> {
     }
 }
 
+/// Draws a surface with its trimming loops and its texture coordinates.
 fn surface<'a>(
     node: NodeRef<'a>,
     state: &State<'a>,
@@ -87,7 +95,7 @@ fn surface<'a>(
     }
 }
 
-/// The surface that texture coordinates run over, where the file gives one.
+/// Returns the surface of the texture coordinates, if the file has one.
 fn texture_surface(node: NodeRef<'_>, state: &State<'_>, index: Option<&[i32]>) -> Option<Surface> {
     let s = count(node, nurbs_surface::NUM_S_CONTROL_POINTS);
     let t = count(node, nurbs_surface::NUM_T_CONTROL_POINTS);
@@ -113,7 +121,7 @@ fn texture_surface(node: NodeRef<'_>, state: &State<'_>, index: Option<&[i32]>) 
     Surface::new(s, t, s_knots, t_knots, points).ok()
 }
 
-/// Trimming loops: profiles linked to one another make one loop.
+/// Returns the trimming loops. Linked profiles form one loop.
 fn trims<'a>(state: &State<'a>, out: &mut dyn Canvas, shape: NodeRef<'a>) -> Vec<Vec<DVec2>> {
     let mut loops: Vec<Vec<DVec2>> = Vec::new();
     for profile in state.profiles.iter() {
@@ -131,7 +139,7 @@ fn trims<'a>(state: &State<'a>, out: &mut dyn Canvas, shape: NodeRef<'a>) -> Vec
             Some(knots) => match trim_curve(&points, knots, state.complexity.value) {
                 Ok(line) => line,
                 Err(why) => {
-                    out.report(shape, &format!("its trimming: {why}"));
+                    out.report(shape, &format!("in a trimming curve, {why}"));
                     continue;
                 }
             },
@@ -146,6 +154,7 @@ fn trims<'a>(state: &State<'a>, out: &mut dyn Canvas, shape: NodeRef<'a>) -> Vec
     loops
 }
 
+/// Draws a curve of Inventor.
 fn curve<'a>(node: NodeRef<'a>, state: &State<'a>, points: Vec<DVec4>, out: &mut dyn Canvas) {
     for p in &points {
         out.bound((p.truncate() / if p.w == 0.0 { 1.0 } else { p.w }).as_vec3());
@@ -155,6 +164,7 @@ fn curve<'a>(node: NodeRef<'a>, state: &State<'a>, points: Vec<DVec4>, out: &mut
     curve_through(node, state, points[..count].to_vec(), knots, out);
 }
 
+/// Draws a curve as a polyline.
 fn curve_through<'a>(
     node: NodeRef<'a>,
     state: &State<'a>,
@@ -184,7 +194,7 @@ fn curve_through<'a>(
     }
 }
 
-/// Control points of VRML 97's Amendment 1, each times its weight.
+/// Returns the control points of a shape of VRML 97's Amendment 1, multiplied by their weights.
 fn weighted(node: NodeRef<'_>) -> Vec<DVec4> {
     let points = node.get(vrml97_nurbs_surface::CONTROL_POINT);
     let weights = node.get(vrml97_nurbs_surface::WEIGHT);
@@ -193,8 +203,7 @@ fn weighted(node: NodeRef<'_>) -> Vec<DVec4> {
     points.iter().enumerate().map(place).collect()
 }
 
-/// The knots that a node states, or even ones from end to end where they are not as many as its
-/// order asks for.
+/// Returns the knots of a node. If their number does not fit its order, they are evenly spaced.
 fn knots97(node: NodeRef<'_>, knots: Field<[f32]>, order: Field<i32>, points: usize) -> Vec<f32> {
     let order = usize::try_from(node.get(order)).unwrap_or(3);
     let order = order.clamp(2, points.max(2));
@@ -207,7 +216,7 @@ fn knots97(node: NodeRef<'_>, knots: Field<[f32]>, order: Field<i32>, points: us
     (0..points + order).map(even).collect()
 }
 
-/// VRML 97's `NurbsSurface`, cut by loops in its parameters.
+/// Draws a `NurbsSurface` of VRML 97 with trimming loops.
 pub(super) fn surface97<'a>(
     node: NodeRef<'a>,
     trims: &[Vec<DVec2>],
@@ -221,7 +230,7 @@ pub(super) fn surface97<'a>(
     let u = count(node, vrml97_nurbs_surface::U_DIMENSION);
     let v = count(node, vrml97_nurbs_surface::V_DIMENSION);
     if u.saturating_mul(v) > points.len() {
-        return out.report(node, "it has fewer control points than its dimensions say");
+        return out.report(node, "it has fewer control points than its dimensions need");
     }
     let made = Surface::new(
         u,
@@ -247,7 +256,7 @@ pub(super) fn surface97<'a>(
     }
 }
 
-/// The loops of a `TrimmedSurface`: each `Contour2D` is one.
+/// Returns the loops of a `TrimmedSurface`. Each `Contour2D` is one loop.
 pub(super) fn contours97(node: NodeRef<'_>, state: &State<'_>) -> Vec<Vec<DVec2>> {
     let contours = node.get_nodes(trimmed_surface::TRIMMING_CONTOUR);
     let contour = |&id: &NodeId| {
@@ -258,6 +267,7 @@ pub(super) fn contours97(node: NodeRef<'_>, state: &State<'_>) -> Vec<Vec<DVec2>
     contours.iter().map(contour).collect()
 }
 
+/// Returns the points of a part of a contour.
 fn contour_part(node: NodeRef<'_>, state: &State<'_>) -> Vec<DVec2> {
     if let Some(line) = node.find(polyline2_d::POINT) {
         return line.iter().map(|p| p.as_dvec2()).collect();
@@ -276,7 +286,7 @@ fn contour_part(node: NodeRef<'_>, state: &State<'_>) -> Vec<DVec2> {
     trim_curve(&points, &knots, state.complexity.value).unwrap_or_default()
 }
 
-/// VRML 97's `NurbsCurve`.
+/// Draws a `NurbsCurve` of VRML 97.
 pub(super) fn curve97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let points = weighted(node);
     let knots = knots97(

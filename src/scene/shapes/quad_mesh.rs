@@ -1,4 +1,4 @@
-//! `QuadMesh`: rows of quadrilaterals.
+//! Draws a `QuadMesh`, which has rows of quadrilaterals.
 
 use std::borrow::Cow;
 
@@ -9,10 +9,11 @@ use crate::geometry::normals::{grid_face_normals, grid_vertex_normals, unit};
 use crate::grammar::quad_mesh;
 use crate::iv::NodeRef;
 use crate::scene::canvas::{
-    By, Canvas, Normals, Runs, Vertices, count, is_per_vertex, without_index,
+    Canvas, NormalPer, Normals, Runs, Vertices, count, is_per_vertex, without_index,
 };
 use crate::traversal::state::{Binding, Coordinates, State};
 
+/// Draws a `QuadMesh`.
 pub(super) fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let rows = count(node, quad_mesh::VERTICES_PER_COLUMN);
     let columns = count(node, quad_mesh::VERTICES_PER_ROW);
@@ -62,6 +63,7 @@ pub(super) fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn 
     });
 }
 
+/// Returns the normals of the mesh, which are generated if the state has none.
 fn normals<'a>(
     state: &State<'a>,
     binding: Binding,
@@ -74,18 +76,20 @@ fn normals<'a>(
     }
     let faces = face_normals(state, start, rows, columns);
     match binding {
-        _ if is_per_vertex(binding) => {
-            Normals::Made(grid_vertex_normals(&faces, rows, columns), By::Position)
-        }
-        Binding::PerFace => Normals::Made(faces, By::Face),
+        _ if is_per_vertex(binding) => Normals::Generated(
+            grid_vertex_normals(&faces, rows, columns),
+            NormalPer::Position,
+        ),
+        Binding::PerFace => Normals::Generated(faces, NormalPer::Face),
         Binding::PerPart => {
             let of_rows = faces.chunks(columns - 1).map(|row| unit(row.iter().sum()));
-            Normals::Made(of_rows.collect(), By::Part)
+            Normals::Generated(of_rows.collect(), NormalPer::Part)
         }
         _ => Normals::None,
     }
 }
 
+/// Returns the normals of the quadrilaterals.
 fn face_normals(state: &State<'_>, start: usize, rows: usize, columns: usize) -> Vec<Vec3> {
     let used = start..start + rows * columns;
     let points: Cow<'_, [Vec3]> = match state.coordinates {

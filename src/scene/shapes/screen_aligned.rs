@@ -1,4 +1,5 @@
-//! Shapes with a size in pixels that face the camera: texts and pictures; `markers` has the signs.
+//! Draws shapes with a size in pixels that face the camera: texts and images. `markers` has the
+//! markers.
 
 use glam::{DMat4, DVec2, DVec3, Vec2, Vec3};
 
@@ -11,8 +12,8 @@ use crate::scene::canvas::Canvas;
 use crate::scene::looks::Texture;
 use crate::traversal::state::{State, TextureCoordinates, TextureElement, TextureModel};
 
-/// Draws with a unit of a pixel, facing the camera, around a point of the world. Nothing where
-/// nobody looks or the point is behind the camera.
+/// Draws in a plane that faces the camera at a point of world space, with a pixel as the unit.
+/// Draws nothing without a camera, or if the point is behind the camera.
 pub(super) fn facing(at: DVec3, out: &mut dyn Canvas, draw: impl FnOnce(&mut dyn Canvas)) {
     let placed = out.picture().screen().and_then(|screen| {
         let scale = DVec3::splat(screen.pixel_at(at)?);
@@ -24,13 +25,12 @@ pub(super) fn facing(at: DVec3, out: &mut dyn Canvas, draw: impl FnOnce(&mut dyn
     }
 }
 
-/// Columns of the picture that Coin measures a `Text2` on; its rows are the builder's.
+/// The aspect ratio of the window in which Coin measures a `Text2`.
 const ASPECT: f64 = 4.0 / 3.0;
 
-/// The corners of the rectangle that Inventor takes for a text at a point of the world, or nothing
-/// where the camera does not see it. Without a camera it is Inventor's default view: the cube from
-/// −1 to 1.
-pub(super) fn seen_around(at: DVec3, text: &PixelText, out: &dyn Canvas) -> Option<[DVec3; 4]> {
+/// Returns the corners of Inventor's rectangle of a text at a point of world space, or `None` if it
+/// is outside the view. Without a camera the view is Inventor's default, the cube from −1 to 1.
+pub(super) fn text_rectangle(at: DVec3, text: &PixelText, out: &dyn Canvas) -> Option<[DVec3; 4]> {
     let (low, high) = text.rectangle;
     if low.x > high.x {
         return None;
@@ -58,7 +58,8 @@ pub(super) fn seen_around(at: DVec3, text: &PixelText, out: &dyn Canvas) -> Opti
     };
     let corner = point.trunc() + DVec2::new(shift, 0.0);
     let (low, high) = (corner + low.as_dvec2(), corner + high.as_dvec2());
-    // What touches the right edge is outside, what touches another is not (Coin).
+    // A rectangle that touches the right edge is outside; one that touches another edge is not
+    // (Coin).
     let outside = low.x >= window.x || low.y > window.y || high.cmplt(DVec2::ZERO).any();
     let beyond = out.picture().screen().is_none() && at.z.abs() > 1.0;
     if outside || beyond {
@@ -76,7 +77,7 @@ pub(super) fn seen_around(at: DVec3, text: &PixelText, out: &dyn Canvas) -> Opti
     ])
 }
 
-/// Letters as pixels, on whole ones of a picture with an even number of columns.
+/// Draws rasterized text, aligned to the pixels of a picture with an even number of columns.
 pub(super) fn pixels(at: DVec3, text: &PixelText, out: &mut dyn Canvas) {
     let shown = out.picture().screen().and_then(|screen| screen.project(at));
     let (Some(point), false) = (shown, text.coverage.is_empty()) else {
@@ -87,11 +88,15 @@ pub(super) fn pixels(at: DVec3, text: &PixelText, out: &mut dyn Canvas) {
     let corner = (point + middle - anchor + 0.5).floor() - middle - point;
     let low = corner.as_vec2() + Vec2::new(text.left as f32, text.bottom as f32);
     let size = Vec2::new(text.width as f32, text.height as f32);
-    out.set_letters(Texture::of_letters(text.width, text.height, &text.coverage));
+    out.set_text_texture(Texture::from_coverage(
+        text.width,
+        text.height,
+        &text.coverage,
+    ));
     facing(at, out, |out| rectangle(low, size, out));
 }
 
-/// A rectangle with the texture once, in pixels.
+/// Draws a rectangle with the whole texture. Its place and size are in pixels.
 fn rectangle(low: Vec2, size: Vec2, out: &mut dyn Canvas) {
     let corner = |x: f32, y: f32| Corner {
         position: (low + size * Vec2::new(x, y)).extend(0.0),
@@ -109,7 +114,7 @@ fn rectangle(low: Vec2, size: Vec2, out: &mut dyn Canvas) {
     quad(corners, out);
 }
 
-/// Puts an `Image`'s own picture into the state, unlit.
+/// Sets the state for an `Image`: its picture is the texture, and it is unlit.
 pub(super) fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.texture = Some(TextureElement {
         node,
@@ -118,15 +123,15 @@ pub(super) fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         repeat_s: false,
         repeat_t: false,
         repeat_r: false,
-        quality: 0.1, // pixels are squares, whatever size the node states
+        quality: 0.1, // not interpolated, whatever the size in the node
     });
     state.texture_matrix = glam::Mat4::IDENTITY;
     state.texture_coordinates = TextureCoordinates::Default;
     state.base_color = true;
 }
 
-/// An `Image`: a picture facing the camera at the origin of its space, pixel for pixel unless the
-/// node states another size.
+/// Draws an `Image`: a picture at the origin that faces the camera. One texel is one pixel, unless
+/// the node has another size.
 pub(super) fn image<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     out.bound(Vec3::ZERO);
     let inline = node.find(image::IMAGE);

@@ -1,6 +1,6 @@
-//! Cube, sphere, cylinder and cone: exact, in their own space, with Inventor's parts.
+//! Draws cubes, spheres, cylinders, cones and lens surfaces, with Inventor's parts.
 //!
-//! Which sides are lit and seen is the shape hints' business, as for every other shape (Coin).
+//! The shape hints determine which sides are lit and visible, as for every other shape (Coin).
 
 use glam::{Vec2, Vec3};
 
@@ -12,7 +12,7 @@ use crate::scene::canvas::{Canvas, Sides};
 use crate::scene::looks::Texture;
 use crate::traversal::state::{Binding, State};
 
-/// The material of a part: its own where the binding deals them out by part.
+/// Returns the material of a part: its own if materials are bound to parts, else the first.
 fn part(state: &State<'_>, index: u32) -> u32 {
     match state.material_binding {
         Binding::PerPart | Binding::PerPartIndexed => index,
@@ -20,7 +20,7 @@ fn part(state: &State<'_>, index: u32) -> u32 {
     }
 }
 
-/// Returns a size without its sign, or its default if it is not finite.
+/// Returns the absolute value of a size, or its default if it is not finite.
 pub(super) fn size(node: NodeRef<'_>, field: Field<f32>) -> f32 {
     let stated = node.get(field);
     let size = if stated.is_finite() {
@@ -31,7 +31,8 @@ pub(super) fn size(node: NodeRef<'_>, field: Field<f32>) -> f32 {
     size.abs()
 }
 
-/// Parts in Inventor's order: front, back, left, right, top, bottom. `PER_FACE` is by part too.
+/// Draws a `Cube`. Its parts are in Inventor's order: front, back, left, right, top, bottom.
+/// `PER_FACE` is the same as `PER_PART`.
 pub(super) fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let half = 0.5
         * Vec3::new(
@@ -46,9 +47,9 @@ pub(super) fn cube<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canva
     block(half, by_part, out);
 }
 
-/// The six sides of a box, each with the texture once.
+/// Draws the six sides of a box around the origin, each with the whole texture.
 pub(super) fn block(half: Vec3, by_part: bool, out: &mut dyn Canvas) {
-    // Outward normal, and the direction in which the texture's s grows.
+    // The outward normal of each side, and the direction of the texture's s.
     const SIDES: [(Vec3, Vec3); 6] = [
         (Vec3::Z, Vec3::X),
         (Vec3::NEG_Z, Vec3::NEG_X),
@@ -75,7 +76,7 @@ pub(super) fn block(half: Vec3, by_part: bool, out: &mut dyn Canvas) {
             },
             third: inside(s, t).z,
         };
-        // The top right corner first: that is where Coin cuts a side in two.
+        // The top right corner is first, because Coin cuts a side from there.
         quad(
             [
                 corner(1.0, 1.0),
@@ -88,13 +89,14 @@ pub(super) fn block(half: Vec3, by_part: bool, out: &mut dyn Canvas) {
     }
 }
 
+/// Draws a `Sphere`.
 pub(super) fn sphere<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
     let radius = f64::from(size(node, sphere::RADIUS));
     out.quadric(QuadricKind::Sphere { radius }, 0);
 }
 
-/// A part of a sphere about its vertex, or of a plane where the radius is 0, as lenses have them.
-/// Seen from both sides; the outside, for indices of refraction, is where y is larger.
+/// Draws a `LensSurface`: the part of a sphere around its vertex, or of a plane if the radius is 0.
+/// Both sides are visible. For the index of refraction the outside is the side of larger y.
 pub(super) fn lens_surface<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
     let radius = f64::from(node.get(lens_surface::RADIUS));
     let curvature = if radius == 0.0 { 0.0 } else { 1.0 / radius };
@@ -117,6 +119,7 @@ pub(super) fn lens_surface<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
     }
 }
 
+/// Draws a `Cylinder`.
 pub(super) fn cylinder<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let parts = node.get(cylinder::PARTS);
     let radius = f64::from(size(node, cylinder::RADIUS));
@@ -135,7 +138,7 @@ pub(super) fn cylinder<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn C
     );
 }
 
-/// Sides, top and bottom with their materials.
+/// Draws the sides, the top and the bottom of a cylinder with their materials.
 pub(super) fn cylinder_of(
     radius: f64,
     half_height: f64,
@@ -143,7 +146,7 @@ pub(super) fn cylinder_of(
     materials: [u32; 3],
     out: &mut dyn Canvas,
 ) {
-    // A cylinder without height is a ring where it is drawn as lines (draggers have such).
+    // Drawn as lines, a cylinder of height 0 is a ring. Some draggers have such cylinders.
     if parts[0] && radius != 0.0 && (half_height != 0.0 || out.wants().outlines) {
         out.quadric(
             QuadricKind::CylinderSide {
@@ -161,6 +164,7 @@ pub(super) fn cylinder_of(
     }
 }
 
+/// Draws a `Cone`.
 pub(super) fn cone<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let parts = node.get(cone::PARTS);
     let radius = f64::from(size(node, cone::BOTTOM_RADIUS));
@@ -174,7 +178,7 @@ pub(super) fn cone<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canva
     );
 }
 
-/// Sides and bottom with their materials.
+/// Draws the sides and the bottom of a cone with their materials.
 pub(super) fn cone_of(
     radius: f64,
     half_height: f64,

@@ -1,4 +1,4 @@
-//! Triangle strips, by index and by count.
+//! Draws triangle strip sets, by index and by count.
 
 use glam::Vec3;
 
@@ -7,10 +7,12 @@ use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::grammar::{indexed_triangle_strip_set, triangle_strip_set};
 use crate::iv::NodeRef;
 use crate::scene::canvas::{
-    Broken, By, Canvas, Normals, Runs, Vertices, count, indices, is_per_vertex, without_index,
+    Broken, Canvas, NormalPer, Normals, Runs, Vertices, count, indices, is_per_vertex,
+    without_index,
 };
 use crate::traversal::state::{Binding, State};
 
+/// Draws an `IndexedTriangleStripSet`.
 pub(super) fn indexed_triangle_strip_set<'a>(
     node: NodeRef<'a>,
     state: &State<'a>,
@@ -33,6 +35,7 @@ pub(super) fn indexed_triangle_strip_set<'a>(
     finish(&strips, &mut vertices, false, out);
 }
 
+/// Draws a `TriangleStripSet`.
 pub(super) fn triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let counts = node.get(triangle_strip_set::NUM_VERTICES);
     let start = count(node, triangle_strip_set::START_INDEX);
@@ -52,6 +55,7 @@ pub(super) fn triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: 
     finish(&strips, &mut vertices, true, out);
 }
 
+/// Completes the lists and draws the strips. `by_position` is set for shapes without an index.
 fn finish<'a>(
     strips: &Runs<'_>,
     vertices: &mut Vertices<'a, '_>,
@@ -68,7 +72,7 @@ fn finish<'a>(
     out.triangles(strips, vertices, strips.triangles(), &mut |list| {
         let mut face = 0;
         for (part, strip) in strips.runs.iter().enumerate() {
-            // Every other triangle is turned over, so that all face alike.
+            // The corners of every second triangle are swapped, so that all face the same side.
             for i in 0..strip.len() - 2 {
                 let at = strip.start() + i;
                 let (a, b) = if i % 2 == 0 {
@@ -83,6 +87,7 @@ fn finish<'a>(
     });
 }
 
+/// Returns the normals of the strips, which are generated if the state has none.
 fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool) -> Normals<'a> {
     let state = vertices.state;
     let binding = vertices.normal_binding;
@@ -102,7 +107,8 @@ fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool
         }
     }
     let mut made = vec![Vec3::ZERO; strips.positions()];
-    // A corner belongs to the triangle that it completes; the first three to the first.
+    // A corner belongs to the triangle that it completes. The first three belong to the first
+    // triangle.
     let mut owners: Vec<(usize, u32, u32)> = Vec::new();
     let mut face = 0u32;
     for (part, strip) in strips.runs.iter().enumerate() {
@@ -114,7 +120,7 @@ fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool
     match binding {
         Binding::Overall => {
             let mean = unit(all.normals.iter().sum());
-            return Normals::Made(vec![mean], By::All);
+            return Normals::Generated(vec![mean], NormalPer::Shape);
         }
         Binding::PerPart | Binding::PerPartIndexed => {
             let mut means = vec![Vec3::ZERO; strips.runs.len()];
@@ -126,7 +132,7 @@ fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool
                 }
             }
             means.iter_mut().for_each(|mean| *mean = unit(*mean));
-            return Normals::Made(means, By::Part);
+            return Normals::Generated(means, NormalPer::Part);
         }
         _ if is_per_vertex(binding) && state.hints.crease_angle > 0.0 => {
             let ids: Vec<u32> = if by_position {
@@ -150,12 +156,14 @@ fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool
                 made[position] = around.normal(id, face);
             }
         }
-        Binding::PerFace | Binding::PerFaceIndexed => return Normals::Made(all.normals, By::Face),
+        Binding::PerFace | Binding::PerFaceIndexed => {
+            return Normals::Generated(all.normals, NormalPer::Face);
+        }
         _ => {
             for &(position, face, _) in &owners {
                 made[position] = all.normals[face as usize];
             }
         }
     }
-    Normals::Made(made, By::Position)
+    Normals::Generated(made, NormalPer::Position)
 }

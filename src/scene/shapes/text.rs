@@ -1,4 +1,4 @@
-//! Text shapes: what the nodes say, set by `geometry::text`.
+//! Draws text shapes, which `geometry::text` lays out.
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -14,6 +14,7 @@ use crate::scene::canvas::{Canvas, MaterialsBy, Sides};
 use crate::traversal::State;
 use crate::traversal::state::{Binding, ProfileCoordinates};
 
+/// Returns the style of an Inventor text.
 fn style<'f>(node: NodeRef<'_>, state: &State<'_>, fonts: &'f Fonts) -> TextStyle<'f> {
     let font = state.font;
     let face = if font.is_style {
@@ -41,7 +42,7 @@ fn style<'f>(node: NodeRef<'_>, state: &State<'_>, fonts: &'f Fonts) -> TextStyl
     }
 }
 
-/// Returns the justification of a value that all text classes share.
+/// Returns the justification of a field value. All text classes use the same values.
 fn justify(value: i32) -> Justify {
     match value {
         text3::JUSTIFICATION_RIGHT => Justify::Right,
@@ -50,7 +51,7 @@ fn justify(value: i32) -> Justify {
     }
 }
 
-/// Letters facing the camera, as many pixels high as the font's size says, at the text's origin.
+/// Draws a `Text2`: text at the origin that faces the camera, with the font's size in pixels.
 pub(super) fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let fonts = out.picture().fonts.clone();
     let text = typeset::pixel_text(node.get(text2::STRING), &style(node, state, &fonts));
@@ -62,7 +63,7 @@ pub(super) fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canv
         return;
     }
     let object_from_world = state.world_from_object.inverse();
-    let around = screen_aligned::seen_around(at, &text, out);
+    let around = screen_aligned::text_rectangle(at, &text, out);
     let corners = around.iter().flatten();
     let corners = corners.map(|&p| object_from_world.transform_point3(p));
     out.set_inventor_box(corners.fold(None, |all: Option<(DVec3, DVec3)>, p| {
@@ -71,7 +72,7 @@ pub(super) fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canv
     }));
 }
 
-/// A `Text2` at each of several points.
+/// Draws a `Text2Set`: a string at each of several points.
 pub(super) fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let places = node.get(text2_set::POSITION);
     let sides = node.get(text2_set::JUSTIFICATION);
@@ -95,6 +96,7 @@ pub(super) fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn 
     }
 }
 
+/// Draws a `Text3`.
 pub(super) fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let parts = node.get(text3::PARTS);
     let parts = SolidParts {
@@ -126,8 +128,9 @@ pub(super) fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canv
     }
 }
 
-/// Inventor's box of a `Text3`: the lines' advances, not their ink, one unit deep where it is solid,
-/// and a profile all round whatever its parts (Coin).
+/// Returns Inventor's box of a `Text3`. It contains the advances of the lines and not their
+/// outlines. It is one unit deep if the text is solid, and is extended by the profile whatever the
+/// parts (Coin).
 fn text3_box(laid: &Layout, parts: SolidParts, profile: Option<&[Vec2]>) -> (DVec3, DVec3) {
     let points = profile.unwrap_or(&[]);
     let out_by = points.iter().map(|p| p.y).fold(0.0, f32::max);
@@ -140,7 +143,7 @@ fn text3_box(laid: &Layout, parts: SolidParts, profile: Option<&[Vec2]>) -> (DVe
     (low.as_dvec3(), high.as_dvec3())
 }
 
-/// The profiles in force, one behind the other, as one polyline.
+/// Returns the points of the current profiles, in order, as one polyline.
 fn profile(state: &State<'_>) -> Option<Vec<Vec2>> {
     let mut line: Vec<Vec2> = Vec::new();
     for profile in state.profiles.iter() {
@@ -157,6 +160,7 @@ fn profile(state: &State<'_>) -> Option<Vec<Vec2>> {
     (line.len() > 1).then_some(line)
 }
 
+/// Draws an `AsciiText`.
 pub(super) fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let widths = node.get(ascii_text::WIDTH);
     let fonts = out.picture().fonts.clone();
@@ -164,14 +168,15 @@ pub(super) fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn
     let (mesh, laid) = typeset::ascii_text(node.get(ascii_text::STRING), &style, widths);
     out.mesh(&mesh, MaterialsBy::Vertex);
     if let Some((mut min, mut max)) = out.inventor_box() {
-        // Inventor's box begins where the line does and is as high as the font (Coin).
+        // Inventor's box begins at the beginning of the line, and its height is the font's size
+        // (Coin).
         (min.x, max.x) = (f64::from(laid.left), f64::from(laid.right));
         (min.y, max.y) = (f64::from(laid.bottom), f64::from(style.size));
         out.set_inventor_box(Some((min, max)));
     }
 }
 
-/// VRML 97's `Text`.
+/// Draws a `Text` of VRML 97.
 pub(super) fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let fonts = out.picture().fonts.clone();
     let style = node
@@ -190,6 +195,7 @@ pub(super) fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Can
     }
 }
 
+/// Returns the style of a `FontStyle` of VRML 97.
 fn style97<'f>(node: NodeRef<'_>, state: &State<'_>, fonts: &'f Fonts) -> Vrml97Style<'f> {
     let families = node.get(vrml97_font_style::FAMILY);
     let style = node.get(vrml97_font_style::STYLE);

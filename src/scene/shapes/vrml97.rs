@@ -1,6 +1,7 @@
-//! VRML 97's geometry: coordinates, colors and normals are nodes in the shape's own fields.
+//! Draws the geometry nodes of VRML 97.
 //!
-//! They are put into the state, so that Inventor's functions draw them.
+//! Their coordinates, colors and normals are nodes in fields of the shape. These are copied to the
+//! state, so that the functions for Inventor's shapes can draw them.
 
 use glam::DVec2;
 
@@ -20,10 +21,10 @@ use crate::traversal::state::{
     VertexOrdering,
 };
 
-/// Puts what the shape itself holds into the state.
+/// Sets the state from the fields of a shape.
 ///
-/// The handles of a face set and an elevation grid read the fields of the same names of every class; a
-/// class without such a field has its default.
+/// The handles of a face set also read the fields with the same names of other classes. If a class
+/// has no such field the handle returns the default.
 pub(super) fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'a>) {
     let counterclockwise = node.get(faces97::CCW);
     state.language = Language::Vrml97;
@@ -65,7 +66,7 @@ pub(super) fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'
             _ => by(node.get(faces97::COLOR_PER_VERTEX), indexed),
         };
     } else if is_line && !state.base_color {
-        // Lines are not lit: they have the emissive color (6.24).
+        // Lines are not lit and have the emissive color (6.24).
         state.material.diffuse = Diffuse::Colors(List::One(state.material.emissive));
     }
     if is_line {
@@ -83,7 +84,7 @@ pub(super) fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'
     state.texture_indexed = true;
 }
 
-/// Draws a geometry node; `false` if its class has no picture here.
+/// Draws a geometry node. Returns `false` if its class is not drawn.
 pub(super) fn draw<'a>(
     class: ClassId,
     node: NodeRef<'a>,
@@ -147,6 +148,7 @@ pub(super) fn draw<'a>(
     true
 }
 
+/// Draws a `NurbsSurface`, with trimming loops.
 fn nurbs_surface<'a>(
     node: NodeRef<'a>,
     trims: &[Vec<DVec2>],
@@ -159,6 +161,7 @@ fn nurbs_surface<'a>(
     nurbs::surface97(node, trims, state, out);
 }
 
+/// Draws an `Extrusion`.
 fn extrusion<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
     let orientation: Vec<glam::Quat> = node
         .get(extrusion::ORIENTATION)
@@ -186,6 +189,7 @@ fn extrusion<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
     }
 }
 
+/// Draws an `ElevationGrid`.
 fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let texcoords = match state.texture_coordinates {
         TextureCoordinates::Two(list) => list,
@@ -211,7 +215,7 @@ fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas
             out.set_sides(Sides::of_solid(solid, true));
             out.mesh(&mesh, MaterialsBy::Vertex);
             if let Some((min, mut max)) = out.inventor_box() {
-                // Coin counts a row and a column too many.
+                // Coin's box is larger by one row and one column.
                 let side = |count: Field<i32>, step: Field<f32>| {
                     f64::from(node.get(count)) * f64::from(node.get(step))
                 };
@@ -246,6 +250,7 @@ mod tests {
         RenderScene::compile(&snapshot, &CompileOptions::default()).expect("compiles")
     }
 
+    /// The surface that a ray along −z hits.
     fn ahead(scene: &RenderScene) -> &Surface {
         let hit = scene.hit_any_side(&Ray::new(Vec3::ZERO, Vec3::NEG_Z));
         scene.surface(&hit.expect("something is ahead"))
@@ -269,16 +274,16 @@ mod tests {
     }
 
     #[test]
-    fn a_texture_transform_moves_then_turns_then_scales() {
+    fn a_texture_transform_translates_then_rotates_then_scales() {
         let text = "#VRML V2.0 utf8\nShape { appearance Appearance { material Material { } texture PixelTexture { image 1 1 1 0xff }\n  textureTransform TextureTransform { scale 2 2 center .5 0 translation .25 0 rotation 1.5707963 } } geometry Box { } }";
-        // (1, 0): moved to 1.25, turned about the center, doubled from 0 and moved back.
+        // (1, 0) is moved to 1.25, rotated about the center, doubled about 0 and moved back.
         let scene = compiled(text);
         let matrix = ahead(&scene).texture.as_ref().expect("a texture").matrix;
         let seen = matrix.transform_point3(Vec3::X);
         assert!((seen - Vec3::new(-0.5, 3.5, 0.0)).length() < 1e-5, "{seen}");
     }
 
-    /// The camera stands on the x axis of the billboard and is turned by 0.3, which must not matter.
+    /// The camera's own rotation by 0.3 must not matter.
     #[test]
     fn a_billboard_faces_the_eye() {
         let text = "#VRML V2.0 utf8\nViewpoint { position 6 3 0 orientation 0 1 0 .3 }\nBillboard { children Shape { geometry IndexedFaceSet { coord Coordinate { point [-1 -1 0, 1 -1 0, 1 1 0, -1 1 0] } coordIndex [0 1 2 3] } } }";
