@@ -113,7 +113,7 @@ impl LensCamera {
     /// The pixel that a ray behind the lens falls on, and how much of its area the film has there:
     /// bent film has more than what it is bent from. `None` beside the film.
     pub(crate) fn pixel(&self, out: &LensRay, resolution: Resolution) -> Option<(u32, f64)> {
-        let film = self.place.meet(out)?;
+        let film = self.place.intersect(out)?;
         let x = (0.5 - film.x / self.format.width) * f64::from(resolution.width);
         let y = (film.y / self.format.height + 0.5) * f64::from(resolution.height);
         let inside = (0.0..f64::from(resolution.width)).contains(&x)

@@ -2,8 +2,9 @@
 //!
 //! A lost ray is a sample without light, and if a hundredth of all samples are lost, that is the
 //! greatest noise of an even part of a picture. Where the share of light in the area aimed at is
-//! known ([`PupilTransmission`]), a lost ray is aimed again from its film point until it gets through, and every
-//! ray is weighted by the area of the light alone. The mean is the same, and the noise is gone.
+//! known ([`PupilTransmission`]), a lost ray is aimed again from its film point until it gets
+//! through, and every ray is weighted by the area of the light alone. The mean is the same, and the
+//! noise is gone.
 
 use super::film_samples::FilmSamples;
 use super::lens_camera::LensCamera;
@@ -31,13 +32,13 @@ struct Resampler {
 }
 
 impl Resampler {
-    /// Weighs rays by the share of light in the area that they were aimed at, and notes the samples,
-    /// from number `first` on, whose rays are lost.
+    /// Weighs rays by the share of light in the area that they were aimed at, and notes the
+    /// samples, from number `first` on, whose rays are lost.
     fn note(&mut self, samples: &FilmSamples, aims: &Aims, out: &mut ExitRays, first: usize) {
         let mut known = 0u32;
-        for (i, light) in aims.light.iter().enumerate() {
-            let is_known = (*light > 0.0) & (aims.area[i] > 0.0);
-            out.weights[i] *= if is_known { *light } else { 1.0 };
+        for (i, share) in aims.open_share.iter().enumerate() {
+            let is_known = (*share > 0.0) & (aims.area[i] > 0.0);
+            out.weights[i] *= if is_known { *share } else { 1.0 };
             known |= u32::from(is_known) << i;
         }
         let asked = u32::MAX >> (LANES - samples.count);

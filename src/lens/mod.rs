@@ -5,8 +5,8 @@
 //! knows about scenes, pixels or samples.
 //!
 //! The folder's parts, from the ground up: `trace` follows one ray; `lens` is a prescription made
-//! ready, `lanes` traces many rays, `library` finds a lens by name; `optics` answers what a photographer asks of it, `pupil`
-//! where to aim rays, `analysis` what it does to a picture.
+//! ready, `lanes` traces many rays, `library` finds a lens by name; `optics` answers what a
+//! photographer asks of it, `pupil` where to aim rays, `analysis` what it does to a picture.
 
 pub(crate) mod analysis;
 pub(crate) mod lanes;
@@ -33,7 +33,7 @@ pub(crate) use lanes::bundle::Bundle;
 pub use lens::Lens;
 pub(crate) use library::at_zoom_list;
 pub use library::{open_prescription, shipped_names};
-pub use optics::breathing::Breath;
+pub use optics::breathing::Breathing;
 pub use optics::chief_ray::Distortion;
 pub use optics::film_place::{FilmPlace, Movements, PlaceFault};
 pub use optics::focus::{Focus, FocusFault, FocusMethod};

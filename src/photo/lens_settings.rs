@@ -144,7 +144,7 @@ fn of_focus(choice: &LensChoice, plan: &Plan, distance: Meters, focus: &Focus) -
         ("focus method", choice.method.name().into()),
         ("film position", format!("{:.4} mm", focus.film_z)),
     ]);
-    let moved = plan.movements.said();
+    let moved = plan.movements.described();
     settings.extend(
         moved
             .into_iter()

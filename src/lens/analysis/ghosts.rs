@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::lens::lens::Lens;
 use crate::lens::trace::element::Element;
-use crate::lens::trace::meet::Hit;
+use crate::lens::trace::intersect::Hit;
 use crate::lens::trace::ray::{LensRay, Toward, unit};
 use crate::lens::trace::refraction::refract;
 use crate::prescription::glass::coating::Coating;
@@ -130,16 +130,16 @@ impl<'a> Walker<'a> {
     }
 
     fn cross(&mut self, surface: usize, toward: Toward) -> Option<()> {
-        let (element, hit) = self.meet(surface, toward)?;
+        let (element, hit) = self.intersect(surface, toward)?;
         let [r, g, b] = self.wavelengths;
         let share = |nm| 1.0 - element.reflectance(toward, hit.cos, nm);
         self.left *= DVec3::new(share(r), share(g), share(b));
-        self.d = refract(self.d, &hit, element.bend(toward), sign(toward))?;
+        self.d = refract(self.d, &hit, element.refraction(toward), sign(toward))?;
         Some(())
     }
 
     fn turn(&mut self, surface: usize, toward: Toward) -> Option<()> {
-        let (element, hit) = self.meet(surface, toward)?;
+        let (element, hit) = self.intersect(surface, toward)?;
         let [r, g, b] = self.wavelengths;
         let share = |nm| element.reflectance(toward, hit.cos, nm);
         self.left *= DVec3::new(share(r), share(g), share(b));
@@ -147,9 +147,9 @@ impl<'a> Walker<'a> {
         Some(())
     }
 
-    fn meet(&mut self, surface: usize, toward: Toward) -> Option<(&'a Element, Hit)> {
+    fn intersect(&mut self, surface: usize, toward: Toward) -> Option<(&'a Element, Hit)> {
         let element = &self.elements[surface];
-        let hit = element.meet(self.p, self.d, sign(toward))?;
+        let hit = element.intersect(self.p, self.d, sign(toward))?;
         self.p = hit.point;
         self.met = true;
         let inside = self.p.truncate().length_squared() <= element.clear;
@@ -313,8 +313,9 @@ mod tests {
         }
     }
 
-    /// A lamp of 2 degrees' radius, of radiance 1: the light of a ghost on a film of 36×24 mm, counted
-    /// by rays from the lamp over the front, and by rays from the film over the rear element.
+    /// A lamp of 2 degrees' radius, of radiance 1: the light of a ghost on a film of 36×24 mm,
+    /// counted by rays from the lamp over the front, and by rays from the film over the rear
+    /// element.
     #[test]
     fn the_light_of_a_ghost_is_the_same_counted_from_the_lamp_and_from_the_film() {
         let lens = Lens::named("double-gauss")

@@ -21,14 +21,14 @@ const GRID: (usize, usize) = (64, 512);
 pub(crate) struct PointSpreads {
     /// The size of a pixel, in millimeters.
     pub pitch: f64,
-    /// The colors of each image, row by row as the film has them, from a point source of color 1, per
-    /// mm².
+    /// The colors of each image, row by row as the film has them, from a point source of color 1,
+    /// per mm².
     pub images: Vec<Vec<DVec3>>,
 }
 
 impl PointSpreads {
-    /// Computes the images from the wavelengths, in nanometers, and the color that each adds. Without
-    /// a focus the points are at infinity, and the film is where the data sheet has it.
+    /// Computes the images from the wavelengths, in nanometers, and the color that each adds.
+    /// Without a focus the points are at infinity, and the film is where the data sheet has it.
     pub(crate) fn of(
         lens: &Lens,
         focus: Option<&Focus>,

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::lens::analysis::beam::{Beam, polygon_area};
 use crate::lens::analysis::diffraction::{Openings, Wavefront};
 use crate::lens::lens::Lens;
-use crate::lens::optics::breathing::Breath;
+use crate::lens::optics::breathing::Breathing;
 use crate::lens::trace::ray::{LensRay, Toward};
 use crate::prescription::about::About;
 use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
@@ -50,7 +50,7 @@ pub struct LensSheet {
     /// Whether the glasses have indices at other lines than d.
     pub dispersive: bool,
     /// What focusing nearer does, by the focusing group where there is one, else by the film.
-    pub breathing: Vec<Breath>,
+    pub breathing: Vec<Breathing>,
     pub fields: Vec<FieldRow>,
     pub spherical: Vec<Zone>,
     pub color: Vec<ColorRow>,
@@ -138,7 +138,7 @@ impl LensSheet {
             half_field_degrees: half.to_degrees(),
             projection,
             dispersive: lens.prescription().is_dispersive(),
-            breathing: lens.breathing(lens.usual_focus(), image_height),
+            breathing: lens.breathing(lens.default_focus_method(), image_height),
             fields: Vec::new(),
             spherical: zones(&lines, film_z),
             color: color(lens),

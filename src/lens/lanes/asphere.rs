@@ -1,12 +1,12 @@
-//! Polynomial aspheres, in all lanes at once.
+//! Crosses polynomial aspheres, with all lanes at once.
 
 use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::step::{LaneHit, Step};
 use crate::lens::trace::profile::Profile;
 use crate::math::lanes::{LANES, Lane, fused};
 
-/// The sag of a profile and its slope over the radius at the squared radii `r2`, as [`Profile::sag`].
-/// `inside` is not positive beyond the edge of the conic.
+/// Computes what [`Profile::sag`] computes, for all lanes: the sag of a profile and its slope over
+/// the radius, at the squared radii `r2`. `inside` is not positive beyond the edge of the conic.
 #[inline(always)]
 fn sags<const FUSED: bool>(
     profile: &Profile,
@@ -45,8 +45,9 @@ fn sags<const FUSED: bool>(
     }
 }
 
-/// Crosses an asphere by Newton's iteration, as [`meet_profile`](crate::lens::trace::meet) does, in all
-/// lanes at once until the last one has stopped.
+/// Crosses an asphere by the Newton iteration of
+/// [`intersect_profile`](crate::lens::trace::intersect). All lanes iterate until the last one has
+/// stopped.
 #[inline(always)]
 pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
     step: &Step<'_>,
@@ -69,7 +70,7 @@ pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
         let length = (gx[i] * gx[i] + gy[i] * gy[i] + 1.0).sqrt();
         let cos = step.sign * rate[i] / length;
         let hit = LaneHit {
-            met: near & (size < f64::INFINITY) & (cos > 0.0),
+            is_hit: near & (size < f64::INFINITY) & (cos > 0.0),
             point: [x[i], y[i], z[i]],
             normal: [gx[i] / length, gy[i] / length, 1.0 / length],
             cos,
@@ -78,8 +79,8 @@ pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
     }
 }
 
-/// The points where the iteration starts: the conic below the polynomial, or the vertex plane where
-/// a ray misses that.
+/// The points at which the iteration starts: where the ray hits the conic below the polynomial, or
+/// the vertex plane if it misses the conic.
 #[inline(always)]
 fn start(step: &Step<'_>, profile: &Profile, b: &Bundle) -> [Lane; 3] {
     let (c, k, sign) = (profile.c, profile.k, step.sign);
@@ -100,28 +101,31 @@ fn start(step: &Step<'_>, profile: &Profile, b: &Bundle) -> [Lane; 3] {
         let (hx, hy, hz) = (sx + t * dx, sy + t * dy, sz + t * dz);
         let up = 1.0 - c * ((1.0 + k) * hz);
         let size = hx * hx + hy * hy + hz * hz;
-        let met = (discriminant >= 0.0) & (up > 0.0) & (size < f64::INFINITY);
+        let hits = (discriminant >= 0.0) & (up > 0.0) & (size < f64::INFINITY);
         let flat = if dz != 0.0 { pz / dz } else { along };
-        qx[i] = if met { hx } else { px - flat * dx };
-        qy[i] = if met { hy } else { py - flat * dy };
-        qz[i] = if met { hz } else { pz - flat * dz };
+        qx[i] = if hits { hx } else { px - flat * dx };
+        qy[i] = if hits { hy } else { py - flat * dy };
+        qz[i] = if hits { hz } else { pz - flat * dz };
     }
     [qx, qy, qz]
 }
 
-/// Where rays meet a surface: the points, the first two components of the gradient of the height
-/// there (the third is 1), its rate along the ray, and the height that is left.
+/// The points at which rays hit a surface. Lengths are in millimeters.
 struct Found {
     x: Lane,
     y: Lane,
     z: Lane,
+    /// The x component of the gradient of the height over the surface; the z component is 1.
     gx: Lane,
+    /// The y component of the gradient.
     gy: Lane,
+    /// The derivative of the height along the ray.
     rate: Lane,
+    /// The height that remains after the last step.
     error: Lane,
 }
 
-/// Newton's iteration from the points `q`.
+/// Iterates from the points `q`.
 #[inline(always)]
 fn newton<const FUSED: bool>(profile: &Profile, b: &Bundle, q: [Lane; 3]) -> Found {
     let [mut qx, mut qy, mut qz] = q;
@@ -146,7 +150,7 @@ fn newton<const FUSED: bool>(profile: &Profile, b: &Bundle, q: [Lane; 3]) -> Fou
             let toward = nx * b.dx[i] + ny * b.dy[i] + b.dz[i];
             let better = on & known & (height.abs() < best[i]);
             let (square, size) = (best[i] * best[i], r2[i] + qz[i] * qz[i]);
-            let settled = known & !better & (square <= 1e-26 * size);
+            let converged = known & !better & (square <= 1e-26 * size);
             best[i] = if better { height.abs() } else { best[i] };
             (x[i], y[i], z[i]) = if better {
                 (qx[i], qy[i], qz[i])
@@ -160,7 +164,7 @@ fn newton<const FUSED: bool>(profile: &Profile, b: &Bundle, q: [Lane; 3]) -> Fou
             let back = 0.5 * last[i];
             let ends = if known {
                 // Within a few rounding errors of the surface, or no nearer than before.
-                settled | near | !(full.abs() < f64::INFINITY)
+                converged | near | !(full.abs() < f64::INFINITY)
             } else {
                 back == 0.0
             };
@@ -178,7 +182,8 @@ fn newton<const FUSED: bool>(profile: &Profile, b: &Bundle, q: [Lane; 3]) -> Fou
             qz[i] += go * b.dz[i];
             going[i] = if on { 1.0 } else { 0.0 };
         }
-        // Bits may be joined in any order, so that vectors can; a sum would have to keep its order.
+        // Bits may be combined in any order, so the compiler can use vectors. A sum would have to
+        // keep its order.
         if going.iter().fold(0, |all, on| all | on.to_bits()) == 0 {
             break;
         }

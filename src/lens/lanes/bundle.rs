@@ -1,37 +1,47 @@
-//! A bundle of rays, component by component.
+//! A bundle of rays, stored component by component.
 
 use glam::DVec3;
 
 use crate::lens::trace::ray::{LensRay, Loss, LossKind};
 use crate::math::lanes::{LANES, Lane};
 
-/// A bundle of rays, component by component. Directions must be of unit length.
+/// A bundle of rays in lens space, stored component by component. Directions must be of unit
+/// length.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(crate) struct Bundle {
+    /// The x coordinates of the origins, in millimeters.
     pub x: Lane,
+    /// The y coordinates of the origins, in millimeters.
     pub y: Lane,
+    /// The z coordinates of the origins, in millimeters.
     pub z: Lane,
+    /// The x components of the directions.
     pub dx: Lane,
+    /// The y components of the directions.
     pub dy: Lane,
+    /// The z components of the directions.
     pub dz: Lane,
-    /// 0 for a ray that is not lost, else a code: see [`Bundle::loss`]. It is a float, which vectors of
-    /// every width can compare.
+    /// 0 for a ray that is not lost, else a code that [`Bundle::loss`] decodes. It is a float
+    /// because vectors of every width can compare floats.
     pub(super) lost: Lane,
-    /// Without apertures: the square of the largest share of a semi-diameter used so far, and
-    /// the surface it is used at.
+    /// The square of the fill so far, if the bundle is traced without apertures.
     pub(super) fill: Lane,
+    /// The number of the surface or edge at which the fill occurs.
     limit: [u64; LANES],
 }
 
 /// The fills of a bundle, and the number of the surface or edge that limits each.
 pub(crate) struct Fills {
+    /// The largest ratio of a ray's height at a surface to the semi-diameter; below 1 it gets
+    /// through.
     pub fill: Lane,
+    /// The number of the surface, plus the number of an iris's edge times 2^30.
     pub limit: [u64; LANES],
 }
 
 impl Default for Bundle {
-    /// All lanes empty: rays already lost.
+    /// A bundle whose lanes are all empty: they count as lost rays.
     fn default() -> Self {
         let zero = [0.0; LANES];
         Self {
@@ -48,10 +58,13 @@ impl Default for Bundle {
     }
 }
 
+/// The code in the two lowest bits for a ray that missed the surface.
 pub(super) const MISSED: u64 = 1;
+/// The code in the two lowest bits for a ray that hit the surface outside its aperture.
 pub(super) const BLOCKED: u64 = 2;
+/// The code in the two lowest bits for a ray that was totally reflected.
 pub(super) const REFLECTED: u64 = 3;
-/// A lane that never held a ray.
+/// The code of a lane without a ray.
 pub(super) const EMPTY: f64 = -1.0;
 
 impl Bundle {
@@ -62,11 +75,10 @@ impl Bundle {
         self.fill[lane] = 0.0;
     }
 
-    /// The fills of a bundle that was traced without apertures; infinite for a ray that is lost for
-    /// another reason.
+    /// The fills of a bundle that was traced without apertures. The fill of a lost ray is infinite.
     pub(super) fn fills(&self) -> Fills {
         let lost = |lane: usize| self.lost[lane] != 0.0;
-        let by = |lane: usize| {
+        let limit = |lane: usize| {
             if lost(lane) {
                 self.lost[lane] as u64
             } else {
@@ -78,23 +90,25 @@ impl Bundle {
                 true => f64::INFINITY,
                 false => self.fill[lane].sqrt(),
             }),
-            limit: std::array::from_fn(|lane| by(lane) >> 2),
+            limit: std::array::from_fn(|lane| limit(lane) >> 2),
         }
     }
 
-    /// Starts the rays in all lanes, whose directions must be of unit length.
+    /// Marks all lanes as holding a ray. Their directions must be of unit length.
     #[inline(always)]
     pub(crate) fn start(&mut self) {
         self.lost = [0.0; LANES];
         self.fill = [0.0; LANES];
     }
 
+    /// Sets the ray of a lane without changing whether it is lost.
     pub(super) fn put(&mut self, lane: usize, ray: &LensRay) {
         [self.x[lane], self.y[lane], self.z[lane]] = ray.origin.to_array();
         [self.dx[lane], self.dy[lane], self.dz[lane]] = ray.direction.to_array();
     }
 
-    /// Keeps the largest fill of a lane that is on its way.
+    /// Keeps the larger squared fill of a lane whose ray is not lost, with the number of its
+    /// surface.
     #[inline(always)]
     pub(super) fn note_fill(&mut self, lane: usize, fill: f64, number: u64) {
         let more = (fill > self.fill[lane]) & (self.lost[lane] == 0.0);
@@ -107,6 +121,7 @@ impl Bundle {
         self.lost[lane] = EMPTY;
     }
 
+    /// The ray of a lane.
     pub(crate) fn ray(&self, lane: usize) -> LensRay {
         LensRay {
             origin: DVec3::new(self.x[lane], self.y[lane], self.z[lane]),
@@ -114,18 +129,18 @@ impl Bundle {
         }
     }
 
-    /// The lanes that hold a ray that was not lost: bits.
+    /// A mask of the lanes whose rays were not lost.
     pub(crate) fn through(&self) -> u32 {
         let lanes = self.lost.iter().enumerate();
         lanes.fold(0, |all, (lane, lost)| all | u32::from(*lost == 0.0) << lane)
     }
 
-    /// Whether the lane holds a ray that was not lost.
+    /// Whether a lane holds a ray that was not lost.
     pub(crate) fn passed(&self, lane: usize) -> bool {
         self.lost[lane] == 0.0
     }
 
-    /// Why the ray of a lane was lost; none if it was not, or if the lane is empty.
+    /// The reason why the ray of a lane was lost; none if it was not, or if the lane is empty.
     pub(crate) fn loss(&self, lane: usize) -> Option<Loss> {
         if self.lost[lane] == EMPTY {
             return None;

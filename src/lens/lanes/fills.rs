@@ -1,4 +1,5 @@
-//! The fill of rays: traced without blocking, the largest share of a semi-diameter that each uses.
+//! The fill of rays: the largest ratio of a ray's height at a surface to the semi-diameter, if it
+//! is traced without blocking.
 
 use glam::{DVec2, DVec3};
 
@@ -23,21 +24,21 @@ impl Lens {
         })
     }
 
-    /// The fills of rays from a film point, if they are no more than `most` at the surface that is met
-    /// first and at all others. The fills of the other rays are infinite; those are dropped as soon as
-    /// that is known.
-    pub(crate) fn fills_up_to(&self, most: [f64; 2], film: DVec3, aims: &[DVec2]) -> Vec<f64> {
+    /// The fills of rays from a film point to aims on the rear vertex plane. A ray is dropped, and
+    /// its fill is infinite, if it exceeds `max_fills[0]` at the rear surface or `max_fills[1]` at
+    /// another.
+    pub(crate) fn fills_up_to(&self, max_fills: [f64; 2], film: DVec3, aims: &[DVec2]) -> Vec<f64> {
         let tracer = &self.tracer(Toward::Scene, false);
         let toward = self.length();
         let mut all = vec![f64::INFINITY; aims.len()];
-        // As many at once as stay in the processor's first-level cache.
-        const ROOM: usize = 16 * LANES;
-        for (aims, fills) in aims.chunks(ROOM).zip(all.chunks_mut(ROOM)) {
-            dispatch(UpTo {
+        // This number of rays stays in the processor's first-level cache.
+        const CHUNK: usize = 16 * LANES;
+        for (aims, fills) in aims.chunks(CHUNK).zip(all.chunks_mut(CHUNK)) {
+            dispatch(FillsUpTo {
                 tracer,
                 film,
                 toward,
-                most,
+                max_fills,
                 aims,
                 fills,
             });
@@ -45,7 +46,7 @@ impl Lens {
         all
     }
 
-    /// The fills of a bundle from the film side; infinite for a lane without a ray.
+    /// The fills of a bundle from the film side. The fill of a lane without a ray is infinite.
     pub(crate) fn fills_of(&self, bundle: &mut Bundle) -> Lane {
         let tracer = &self.tracer(Toward::Scene, false);
         dispatch(Follow { tracer, bundle });
@@ -53,11 +54,11 @@ impl Lens {
     }
 }
 
-/// Rays of one film point.
+/// The kernel of [`Lens::fills`].
 struct FromFilm<'a> {
     tracer: &'a Tracer<'a>,
     film: DVec3,
-    /// The z of the plane that is aimed at.
+    /// The z of the plane at which the rays are aimed.
     toward: f64,
     x: &'a Lane,
     y: &'a Lane,
@@ -75,7 +76,7 @@ impl SimdKernel for FromFilm<'_> {
     }
 }
 
-/// Starts rays from a film point toward points of the plane at `toward`.
+/// Starts rays from a film point toward points of the plane z = `toward`.
 #[inline(always)]
 fn aim_at(film: DVec3, toward: f64, x: &Lane, y: &Lane, bundle: &mut Bundle) {
     let dz = toward - film.z;
@@ -88,24 +89,25 @@ fn aim_at(film: DVec3, toward: f64, x: &Lane, y: &Lane, bundle: &mut Bundle) {
     bundle.start();
 }
 
-/// Many rays of one film point, of which only those of a small fill matter.
-struct UpTo<'a> {
+/// The kernel of [`Lens::fills_up_to`].
+struct FillsUpTo<'a> {
     tracer: &'a Tracer<'a>,
     film: DVec3,
+    /// The z of the plane at which the rays are aimed.
     toward: f64,
-    most: [f64; 2],
+    max_fills: [f64; 2],
     aims: &'a [DVec2],
-    /// Infinite at the start.
+    /// The result, which must be infinite at the start.
     fills: &'a mut [f64],
 }
 
-impl SimdKernel for UpTo<'_> {
+impl SimdKernel for FillsUpTo<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
-        /// After this many surfaces, rays are tested again.
-        const STRETCH: usize = 3;
+        /// The number of surfaces after which rays are tested again.
+        const SURFACES: usize = 3;
         let mut bundles = vec![Bundle::default(); self.aims.len().div_ceil(LANES)];
         let mut numbers: Vec<u32> = (0..self.aims.len() as u32).collect();
         for (bundle, aims) in bundles.iter_mut().zip(self.aims.chunks(LANES)) {
@@ -119,19 +121,20 @@ impl SimdKernel for UpTo<'_> {
         let count = self.tracer.elements.len();
         let mut from = 0;
         while from < count {
-            // Many rays miss the surface that is met first.
-            let (to, most) = match from {
-                0 => (1, self.most[0]),
-                _ => (count.min(from + STRETCH), self.most[1]),
+            // Many rays miss the rear surface, so it is tested by itself.
+            let (to, max_fill) = match from {
+                0 => (1, self.max_fills[0]),
+                _ => (count.min(from + SURFACES), self.max_fills[1]),
             };
             for bundle in &mut bundles {
                 stretch::<false, FUSED>(self.tracer, bundle, from..to);
                 for i in 0..LANES {
-                    let past = (bundle.lost[i] == 0.0) & !(bundle.fill[i] <= most * most);
-                    bundle.lost[i] = if past { EMPTY } else { bundle.lost[i] };
+                    let exceeds =
+                        (bundle.lost[i] == 0.0) & !(bundle.fill[i] <= max_fill * max_fill);
+                    bundle.lost[i] = if exceeds { EMPTY } else { bundle.lost[i] };
                 }
             }
-            gather(&mut bundles, &mut numbers);
+            compact(&mut bundles, &mut numbers);
             from = to;
         }
         for (bundle, numbers) in bundles.iter().zip(numbers.chunks(LANES)) {
@@ -144,9 +147,9 @@ impl SimdKernel for UpTo<'_> {
     }
 }
 
-/// Compacts the rays that are not lost into as few bundles as hold them. Their `numbers` move with
+/// Moves the rays that are not lost into as few bundles as possible. Their `numbers` move with
 /// them.
-fn gather(bundles: &mut Vec<Bundle>, numbers: &mut Vec<u32>) {
+fn compact(bundles: &mut Vec<Bundle>, numbers: &mut Vec<u32>) {
     let left: u32 = bundles.iter().map(|b| b.through().count_ones()).sum();
     let enough = (left as usize).div_ceil(LANES);
     if enough == bundles.len() {

@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use crate::lens::lanes::asphere::asphere;
 use crate::lens::lanes::bundle::Bundle;
-use crate::lens::lanes::one_by_one::{iris, iris_fill, one_by_one};
 use crate::lens::lanes::quadric::quadric;
+use crate::lens::lanes::scalar::{block_at_iris, note_iris_fill, toroid};
 use crate::lens::lanes::sphere::{SphereTerms, approach, sphere};
-use crate::lens::lanes::step::{BEND, NO_BEND, SLIGHT_BEND, Step, kind_of};
+use crate::lens::lanes::step::{LARGE_STEP, SAME_INDEX, SLIGHT_STEP, Step, kind_of};
 use crate::lens::lens::Lens;
 use crate::lens::trace::element::Form;
 use crate::lens::trace::ray::Toward;
@@ -17,20 +17,20 @@ use crate::lens::trace::tracer::Tracer;
 use crate::math::lanes::{LANES, SimdKernel, Width};
 
 impl Lens {
-    /// Traces a bundle from the film side into the scene. Rays that get through end on the front
-    /// surface; for the others only [`Bundle::loss`] has a meaning.
+    /// Traces a bundle from the film side into the scene. Rays that get through have their origin
+    /// on the front surface. For lost rays only [`Bundle::loss`] is meaningful.
     pub(crate) fn trace_bundle_from_film(&self, bundle: &mut Bundle) {
         self.trace_bundle(bundle, Toward::Scene, Width::detect());
     }
 
-    /// Traces a bundle either way, with vectors of a given width.
+    /// Traces a bundle in either direction, with vectors of a given width.
     pub(crate) fn trace_bundle(&self, bundle: &mut Bundle, toward: Toward, width: Width) {
         let tracer = &self.tracer(toward, true);
         width.run(Follow { tracer, bundle });
     }
 }
 
-/// The work of following a bundle through a lens.
+/// The kernel that traces a bundle through a lens.
 pub(super) struct Follow<'a, 'b> {
     pub tracer: &'a Tracer<'a>,
     pub bundle: &'b mut Bundle,
@@ -49,6 +49,8 @@ impl SimdKernel for Follow<'_, '_> {
     }
 }
 
+/// Traces a bundle through all surfaces. With `STOPS`, apertures block rays; without, fills are
+/// noted.
 #[inline(always)]
 pub(super) fn follow<const STOPS: bool, const FUSED: bool>(
     tracer: &Tracer<'_>,
@@ -60,8 +62,8 @@ pub(super) fn follow<const STOPS: bool, const FUSED: bool>(
     }
 }
 
-/// Follows rays over some of the surfaces, which are counted in the order of travel. Between calls
-/// their positions are relative to the vertex that was met last, whose z is returned.
+/// Traces rays through some of the surfaces, which are counted in the order of travel. Between
+/// calls the positions are relative to the vertex of the last surface, whose z is returned.
 #[inline(always)]
 pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
     tracer: &Tracer<'_>,
@@ -95,12 +97,12 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
             Toward::Film => -tracer.elements[surface - 1].gap,
             Toward::Scene => element.gap,
         };
-        let bend = element.bend(tracer.toward);
+        let refraction = element.refraction(tracer.toward);
         let step = Step {
             element,
             number: (surface as u64) << 2,
             shift,
-            bend,
+            refraction,
             sign,
         };
         match &element.form {
@@ -111,21 +113,21 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
                 } else {
                     bundle.z.iter_mut().for_each(|z| *z += shift);
                 }
-                match kind_of(bend) {
-                    NO_BEND => sphere::<NO_BEND, STOPS, FUSED>(&step, bundle, terms),
-                    SLIGHT_BEND => sphere::<SLIGHT_BEND, STOPS, FUSED>(&step, bundle, terms),
-                    _ => sphere::<BEND, STOPS, FUSED>(&step, bundle, terms),
+                match kind_of(refraction) {
+                    SAME_INDEX => sphere::<SAME_INDEX, STOPS, FUSED>(&step, bundle, terms),
+                    SLIGHT_STEP => sphere::<SLIGHT_STEP, STOPS, FUSED>(&step, bundle, terms),
+                    _ => sphere::<LARGE_STEP, STOPS, FUSED>(&step, bundle, terms),
                 }
             }
             Form::Conic { k } => quadric::<STOPS>(&step, DVec3::new(1.0, 1.0, 1.0 + k), bundle),
             Form::Cylinder { x, y } => quadric::<STOPS>(&step, DVec3::new(*x, *y, 1.0), bundle),
             Form::Asphere(profile) => asphere::<STOPS, FUSED>(&step, profile, bundle),
-            Form::Toroid { .. } => one_by_one::<STOPS>(&step, bundle),
+            Form::Toroid { .. } => toroid::<STOPS>(&step, bundle),
         }
         if STOPS && element.hole.is_some() {
-            iris(&step, bundle);
+            block_at_iris(&step, bundle);
         } else if !STOPS && !element.edges.is_empty() {
-            iris_fill(&step, bundle);
+            note_iris_fill(&step, bundle);
         }
     }
     vertex_z

@@ -1,4 +1,4 @@
-//! Conics and cylinders, in all lanes at once.
+//! Crosses conics and cylinders, with all lanes at once.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::step::{LaneHit, Step};
 use crate::math::lanes::LANES;
 
-/// Crosses the quadric c (w.x x² + w.y y² + w.z z²) = 2 z.
+/// Crosses the quadric c (w.x x² + w.y y² + w.z z²) = 2 z, where c is the curvature.
 #[inline(always)]
 pub(super) fn quadric<const STOPS: bool>(step: &Step<'_>, w: DVec3, b: &mut Bundle) {
     let (c, sign) = (step.element.curvature, step.sign);
@@ -32,7 +32,7 @@ pub(super) fn quadric<const STOPS: bool>(step: &Step<'_>, w: DVec3, b: &mut Bund
         let length = (gx * gx + gy * gy + gz * gz).sqrt();
         let r2 = px * px + py * py;
         let hit = LaneHit {
-            met: (discriminant >= 0.0) & (gz > 0.0) & (r2 + pz * pz < f64::INFINITY),
+            is_hit: (discriminant >= 0.0) & (gz > 0.0) & (r2 + pz * pz < f64::INFINITY),
             point: [px, py, pz],
             normal: [gx / length, gy / length, gz / length],
             cos: s.abs() / length,

@@ -10,41 +10,45 @@ use crate::prescription::surface::Plane;
 
 /// The field and the exposure of a lens focused at one distance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Breath {
-    /// In millimeters, counted as the focus method counts it; none for infinity.
+pub struct Breathing {
+    /// The focus distance in millimeters, as the focus method measures it; none for infinity.
     pub distance: Option<f64>,
+    /// The image height over the object height; negative if the image is upside down.
     pub magnification: f64,
-    /// How far the film, or the part that focuses, has moved.
+    /// The distance by which the film, or the part that focuses, has moved, in millimeters.
     pub extension: f64,
-    /// The angle between the chief rays of the film's ends, in degrees.
+    /// The angle between the chief rays of the ends of the film's diagonal, in degrees.
     pub field_degrees: Option<f64>,
-    /// The field over that at infinity, less 1, in percent.
+    /// The field over the field at infinity, less 1, in percent.
     pub field_change_percent: Option<f64>,
-    /// The f-number that counts for the exposure: N (1 − m/p), with p the pupils' magnification.
+    /// The f-number that determines the exposure: N (1 − m/p), where p is the magnification of the
+    /// pupils.
     pub working_f_number: Option<f64>,
 }
 
 impl Lens {
-    /// The focusing group where the prescription has one, else the film.
-    pub(crate) fn usual_focus(&self) -> FocusMethod {
+    /// The focus method that moves the focusing group, if the prescription has one, and otherwise
+    /// the film.
+    pub(crate) fn default_focus_method(&self) -> FocusMethod {
         match self.prescription().focus_group {
             Some(_) => FocusMethod::Group,
             None => FocusMethod::Film,
         }
     }
 
-    /// At infinity, 10 m, 1 m and as near as it goes: where the focusing group ends, or at life
-    /// size where the film moves, which has no end. `image_height` is half of the film's diagonal.
-    pub fn breathing(&self, method: FocusMethod, image_height: f64) -> Vec<Breath> {
+    /// The field and the exposure at infinity, 10 m, 1 m and the nearest distance. The nearest
+    /// distance is that at which the focusing group ends. A film that moves has no such end, and
+    /// life size is used. `image_height` is half of the film's diagonal, in millimeters.
+    pub fn breathing(&self, method: FocusMethod, image_height: f64) -> Vec<Breathing> {
         let mut distances = vec![f64::INFINITY, 10.0, 1.0];
         distances.extend(self.nearest(method).filter(|d| *d < 10.0 && *d != 1.0));
         let nearest = distances[3..].first().copied().unwrap_or(0.0);
-        let mut rows: Vec<Breath> = Vec::new();
+        let mut rows: Vec<Breathing> = Vec::new();
         for distance in distances.into_iter().filter(|d| *d >= nearest) {
             let Ok((lens, focus)) = self.focused(method, Meters(distance)) else {
                 continue;
             };
-            let mut row = lens.breath(&focus, image_height);
+            let mut row = lens.breathing_at(&focus, image_height);
             let wide = rows.first().map_or(row.field_degrees, |r| r.field_degrees);
             let change = |(now, then): (f64, f64)| 100.0 * (now / then - 1.0);
             row.field_change_percent = row.field_degrees.zip(wide).map(change);
@@ -53,13 +57,14 @@ impl Lens {
         rows
     }
 
-    fn breath(&self, focus: &Focus, image_height: f64) -> Breath {
+    /// The field and the exposure of this lens at its focus.
+    fn breathing_at(&self, focus: &Focus, image_height: f64) -> Breathing {
         let optics = self.first_order();
         let pupils = optics.entrance_pupil.zip(optics.exit_pupil);
         let magnified = pupils.map(|(en, ex)| ex.semi_diameter / en.semi_diameter);
         let working = |(n, p): (f64, f64)| n * (1.0 + focus.magnification.abs() / p);
         let chief = self.distortion(Plane::Y, image_height, focus.film_z);
-        Breath {
+        Breathing {
             distance: focus.distance.is_finite().then_some(focus.distance),
             magnification: if focus.distance.is_finite() {
                 focus.magnification
@@ -77,7 +82,7 @@ impl Lens {
     fn nearest(&self, method: FocusMethod) -> Option<f64> {
         let focal = self.first_order().focal?;
         if method == FocusMethod::Group {
-            // From far outside its reach the message names the end of it.
+            // The fault for a distance that is far too near names the nearest distance.
             let fault = self.focus(method, Meters(1e-3 * focal.efl.abs())).err()?;
             return fault.nearest().filter(|d| d.is_finite()).map(|d| 1e-3 * d);
         }

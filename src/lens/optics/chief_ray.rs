@@ -8,20 +8,20 @@ use crate::lens::lens::Lens;
 use crate::lens::trace::ray::{LensRay, Toward};
 use crate::prescription::surface::Plane;
 
-/// Where a chief ray leaves the lens and how its image lies against two ideal projections.
+/// The angle of a chief ray, and the deviation of its image height from two ideal projections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distortion {
     /// The angle to the axis in scene space, in radians; more than π/2 in some fish-eyes.
     pub angle: f64,
-    /// The image height over f tan θ, less 1; NaN from 90 degrees on.
+    /// The image height over f tan θ, less 1. It is NaN from 90 degrees on.
     pub f_tan: f64,
     /// The image height over f θ, less 1.
     pub f_theta: f64,
 }
 
 impl Lens {
-    /// The ray from a film point that passes through the center of the stop, in scene space:
-    /// its origin is on the front surface. Semi-diameters do not block it.
+    /// The ray from a film point through the center of the stop, as it leaves the lens: its origin
+    /// is on the front surface. Apertures do not block it. Returns none if there is no such ray.
     pub fn chief_ray(&self, film: DVec2, film_z: f64) -> Option<LensRay> {
         let stop = self.first_order().stop?;
         let exit = self.first_order().exit_pupil;
@@ -29,25 +29,26 @@ impl Lens {
         let rear_z = self.length();
         let toward = exit.map_or(0.0, |p| (film_z - rear_z) / (film_z - p.z));
         let mut aim = DVec2::ZERO;
-        // Out from the axis in steps, each starting from the last: a fish-eye's chief rays are
-        // far from paraxial at the edge of its field.
+        // The film point moves outward from the axis in steps, and each step starts from the last
+        // aim: a fish-eye's chief rays are far from paraxial at the edge of its field.
         const STEPS: usize = 8;
         for step in 1..=STEPS {
             let share = step as f64 / STEPS as f64;
             let target = share * film;
-            let grown = if step == 1 {
+            let start = if step == 1 {
                 target * (1.0 - toward)
             } else {
                 aim * (step as f64 / (step - 1) as f64)
             };
-            aim = self.aim_at_stop(target, film_z, stop, grown)?;
+            aim = self.aim_at_stop(target, film_z, stop, start)?;
         }
         self.tracer(Toward::Scene, false)
             .follow(self.film_ray(film, film_z, aim), |_, _| {})
             .ok()
     }
 
-    /// Newton's iteration, with differences, for the aim whose ray meets the stop's center.
+    /// Finds the aim whose ray passes through the center of the stop, by Newton's iteration with
+    /// numerical derivatives. Returns none if the iteration does not converge.
     fn aim_at_stop(&self, film: DVec2, film_z: f64, stop: usize, start: DVec2) -> Option<DVec2> {
         let miss = |aim: DVec2| self.stop_hit(film, film_z, stop, aim);
         let scale = self
@@ -89,12 +90,13 @@ impl Lens {
         (at.length() < 1e-9 * scale).then_some(aim)
     }
 
-    /// Where the ray from a film point to an aim on the rear vertex plane meets the stop.
+    /// The point where the ray from a film point to an aim on the rear vertex plane crosses the
+    /// stop.
     fn stop_hit(&self, film: DVec2, film_z: f64, stop: usize, aim: DVec2) -> Option<DVec2> {
         let mut found = None;
         let ray = self.film_ray(film, film_z, aim);
         let tracer = self.tracer(Toward::Scene, false);
-        // A ray lost in front of the stop has passed it all the same.
+        // A ray that is lost in front of the stop has crossed the stop before.
         let _ = tracer.follow(ray, |surface, hit| {
             if surface == stop {
                 found = Some(hit.truncate());
@@ -103,6 +105,7 @@ impl Lens {
         found
     }
 
+    /// The ray from a film point to an aim on the rear vertex plane.
     fn film_ray(&self, film: DVec2, film_z: f64, aim: DVec2) -> LensRay {
         let origin = film.extend(film_z);
         LensRay {
@@ -111,7 +114,8 @@ impl Lens {
         }
     }
 
-    /// The distortion at a film point on the y axis, or on the x axis.
+    /// The distortion at a film point at a height on the x axis or the y axis, in millimeters; none
+    /// if it has no chief ray.
     pub fn distortion(&self, plane: Plane, height: f64, film_z: f64) -> Option<Distortion> {
         let axis = if plane == Plane::X {
             DVec2::X
@@ -134,9 +138,9 @@ impl Lens {
         })
     }
 
-    /// The height on the y axis of the film where the chief ray of a scene angle arrives, from a
-    /// height near it. At another wavelength than the film was placed for it shows lateral
-    /// colour.
+    /// The height in millimeters on the film's y axis at which the chief ray of a scene angle, in
+    /// radians, arrives. The search starts from the height `near`. At a wavelength other than the
+    /// one for which the film was placed, the height shows the lateral color.
     pub fn image_height(&self, angle: f64, near: f64, film_z: f64) -> Option<f64> {
         let at = |h: f64| {
             let chief = self.chief_ray(DVec2::new(0.0, h), film_z)?;
@@ -152,9 +156,9 @@ impl Lens {
             if !next.is_finite() {
                 return None;
             }
-            let settled = (next - b).abs() <= 1e-15 * b.abs();
+            let converged = (next - b).abs() <= 1e-15 * b.abs();
             (a, fa, b) = (b, fb, next);
-            if settled {
+            if converged {
                 break;
             }
             fb = at(b)?;
@@ -163,7 +167,7 @@ impl Lens {
     }
 }
 
-/// The angle between a ray into the scene and the axis.
+/// The angle between a ray into the scene and the axis, in radians.
 fn angle_of(direction: DVec3) -> f64 {
     libm::atan2(direction.truncate().length(), -direction.z)
 }

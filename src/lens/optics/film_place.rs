@@ -1,9 +1,10 @@
-//! The film behind the lens, its position and its shape: tilt, swing, shift and rise, and film bent
-//! to a sphere.
+//! The position and the shape of the film behind the lens: tilt, swing, shift and rise, and film
+//! bent to a sphere.
 //!
-//! A photographer moves the lens and leaves the film, so that the view stays: parallel lines that
-//! face the film stay parallel. Rays are traced in lens space, where the lens stays and the film
-//! moves; [`FilmPlace`] is the film there, and the transform back.
+//! A photographer moves the lens and leaves the film where it is, so that the perspective does not
+//! change: parallel lines that face the film stay parallel. Rays are traced in lens space, where
+//! the lens is fixed and the film moves. [`FilmPlace`] is the film in lens space, with the
+//! transform back.
 
 use glam::{DQuat, DVec2, DVec3};
 use thiserror::Error;
@@ -13,37 +14,52 @@ use crate::film::FilmFormat;
 
 use crate::lens::lens::Lens;
 use crate::lens::optics::focus::Focus;
-use crate::lens::trace::meet::meet_sphere;
+use crate::lens::trace::intersect::intersect_sphere;
 use crate::lens::trace::ray::LensRay;
 
-/// How the lens is moved against the film, and how the film is bent. By default neither is.
+/// The movements of the lens relative to the film, and the curvature of the film. The default has
+/// no movement and a flat film.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Movements {
-    /// Forward about a level axis, in radians: the lens looks down, its sharp plane lies down.
+    /// The rotation of the lens forward about a horizontal axis, in radians: the lens points down,
+    /// and the plane of sharp focus tilts toward the ground.
     pub tilt: f64,
-    /// About the upright axis, in radians: the lens looks to the right.
+    /// The rotation of the lens about the vertical axis, in radians: the lens points to the right.
     pub swing: f64,
-    /// Upward, in millimeters: the picture shows more of what is above.
+    /// The displacement of the lens upward, in millimeters: the picture shows more of what is
+    /// above.
     pub rise: f64,
-    /// To the right, in millimeters.
+    /// The displacement of the lens to the right, in millimeters.
     pub shift: f64,
-    /// The radius of a spherical film, signed as in a prescription: less than 0 is hollow toward
-    /// the lens. None is flat.
+    /// The radius of a spherical film in millimeters, signed as in a prescription: a film with a
+    /// negative radius is hollow toward the lens. None is a flat film.
     pub film_radius: Option<f64>,
 }
 
-/// Why a film cannot be placed.
+/// The reason why a film cannot be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum PlaceFault {
-    #[error("tilted so far the middle of the picture comes into focus nowhere")]
+    /// The lens is tilted so far that no film position brings the middle of the picture into focus.
+    #[error("tilted so far that the middle of the picture is nowhere in focus")]
     NoFocus,
+    /// A part of the film would be in front of the last vertex of the lens.
     #[error("the film reaches into the lens: {depth:.2} mm past its last vertex")]
-    FilmInsideLens { depth: f64 },
+    FilmInsideLens {
+        /// The greatest distance of the film in front of the last vertex, in millimeters.
+        depth: f64,
+    },
+    /// The radius of a spherical film is less than half of its diagonal.
     #[error("a film of radius {radius} mm does not reach its own corners, {reach:.2} mm out")]
-    TooCurved { radius: f64, reach: f64 },
+    TooCurved {
+        /// The radius of the film, in millimeters.
+        radius: f64,
+        /// Half of the film's diagonal, in millimeters.
+        reach: f64,
+    },
 }
 
 impl PlaceFault {
+    /// The error message for a lens of the given name, with advice.
     pub(crate) fn diagnostic(self, lens: &str) -> Box<Diagnostic> {
         let help = match self {
             Self::NoFocus => "tilt less, or focus farther away",
@@ -54,22 +70,24 @@ impl PlaceFault {
     }
 }
 
-/// The film in lens space. Film points are millimeters from its middle, x and y as in lens space
-/// where nothing is moved.
+/// The film in lens space. Film points are in millimeters from its middle; without movements, their
+/// x and y are those of lens space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilmPlace {
+    /// The middle of the film, in millimeters.
     center: DVec3,
-    /// The directions of the film's x and y, and away from the lens.
+    /// The unit vectors along the film's x and y, and away from the lens.
     axes: [DVec3; 3],
+    /// The curvature of the film, per millimeter; 0 for a flat film.
     curvature: f64,
-    /// Turns lens space so that the film faces the camera's axis again, and then moves it, in
-    /// millimeters.
+    /// The rotation of lens space after which the film is perpendicular to the camera's axis.
     pub camera_from_lens: DQuat,
+    /// The translation that follows the rotation, in millimeters.
     pub offset: DVec3,
 }
 
 impl FilmPlace {
-    /// A flat film across the axis.
+    /// A flat film perpendicular to the axis at a z, in millimeters.
     pub fn flat(film_z: f64) -> Self {
         Self {
             center: DVec3::new(0.0, 0.0, film_z),
@@ -80,8 +98,12 @@ impl FilmPlace {
         }
     }
 
-    /// The film of a focused lens with its movements. The lens turns about its rear principal
-    /// point, and the film moves along so that the middle of the picture keeps its focus.
+    /// The film of a focused lens with its movements. The lens rotates about its rear principal
+    /// point, and the film moves along the view so that the middle of the picture stays in focus.
+    ///
+    /// # Errors
+    ///
+    /// Returns a [`PlaceFault`] if there is no such position, or if it is not behind the lens.
     pub fn new(
         lens: &Lens,
         focus: &Focus,
@@ -111,11 +133,14 @@ impl FilmPlace {
         Ok(this)
     }
 
-    /// With a = cos of the whole turn and b the part of the movement along the lens's axis, the
-    /// film's middle is a v + b behind the rear principal point, v being its distance along the
-    /// view. The object there, u along the view, is at u/v times that in front of the lens; the
-    /// lens equation with both gives v = (f − b)/(a − f/u), and f/u = 1 − f/v₀ of the lens
-    /// unmoved.
+    /// Moves the lens, or rather the film relative to the lens.
+    ///
+    /// Let a be the cosine of the whole rotation, b the component of the displacement along the
+    /// lens's axis, and v the distance of the film's middle along the view. Along the lens's axis
+    /// the middle is a v + b behind the rear principal point. An object at the distance u along the
+    /// view is u/v times as far in front of the lens. The lens equation for both gives v = (f −
+    /// b)/(a − f/u), and f/u = 1 − f/v₀, where v₀ is the image distance of the lens before it is
+    /// moved.
     fn move_lens(
         &mut self,
         lens: &Lens,
@@ -125,8 +150,7 @@ impl FilmPlace {
         let focal = lens.first_order().focal.ok_or(PlaceFault::NoFocus)?;
         let pivot = focal.rear_principal_plane * DVec3::Z;
         let moved = DVec3::new(movements.shift, movements.rise, 0.0);
-        let turn =
-            half_turned(DVec3::NEG_Y, movements.swing) * half_turned(DVec3::NEG_X, movements.tilt);
+        let turn = rotation(DVec3::NEG_Y, movements.swing) * rotation(DVec3::NEG_X, movements.tilt);
         let back = turn.inverse();
         let (a, b) = ((back * DVec3::Z).z, -(back * moved).z);
         let v = (focal.efl - b) / (a - 1.0 + focal.efl / focus.image_distance);
@@ -140,14 +164,14 @@ impl FilmPlace {
         Ok(())
     }
 
-    /// The place of a film point.
+    /// The position of a film point in lens space, in millimeters.
     #[inline(always)]
     pub fn point(&self, film: DVec2) -> DVec3 {
         let [x, y, z] = self.axes;
         self.center + film.x * x + film.y * y + self.sag(film) * z
     }
 
-    /// The unit normal of the film there, toward the lens.
+    /// The unit normal of the film at a film point, toward the lens.
     #[inline(always)]
     pub(crate) fn normal(&self, film: DVec2) -> DVec3 {
         let [x, y, z] = self.axes;
@@ -155,24 +179,25 @@ impl FilmPlace {
         c * film.x * x + c * film.y * y - (1.0 - c * self.sag(film)) * z
     }
 
-    /// The film point that a ray from the lens falls on.
-    pub(crate) fn meet(&self, ray: &LensRay) -> Option<DVec2> {
-        let seen = |v: DVec3| DVec3::from_array(self.axes.map(|axis| axis.dot(v)));
-        let (from, d) = (seen(ray.origin - self.center), seen(ray.direction));
-        let hit = meet_sphere(self.curvature, from, d, 1.0).filter(|_| d.z > 0.0)?;
+    /// The film point that a ray from the lens hits; none if it misses.
+    pub(crate) fn intersect(&self, ray: &LensRay) -> Option<DVec2> {
+        let to_film = |v: DVec3| DVec3::from_array(self.axes.map(|axis| axis.dot(v)));
+        let (from, d) = (to_film(ray.origin - self.center), to_film(ray.direction));
+        let hit = intersect_sphere(self.curvature, from, d, 1.0).filter(|_| d.z > 0.0)?;
         Some(hit.point.truncate())
     }
 
-    /// The point of the film behind a point across the axis. None beside a film that is bent.
+    /// The point of the film on the line parallel to the axis through the given x and y of lens
+    /// space; none if a bent film does not reach that line.
     pub(crate) fn over(&self, across: DVec2) -> Option<DVec3> {
         let ray = LensRay {
             origin: across.extend(self.center.z),
             direction: DVec3::Z,
         };
-        Some(self.point(self.meet(&ray)?))
+        Some(self.point(self.intersect(&ray)?))
     }
 
-    /// The directions of the film's x and y where it is flat.
+    /// The unit vectors along the x and y of a flat film.
     pub(crate) fn across(&self) -> [DVec3; 2] {
         [self.axes[0], self.axes[1]]
     }
@@ -182,6 +207,8 @@ impl FilmPlace {
         self.axes[2] == DVec3::Z && self.center.truncate() == DVec2::ZERO
     }
 
+    /// The distance of a film point from the tangent plane at the film's middle, away from the
+    /// lens.
     #[inline(always)]
     fn sag(&self, film: DVec2) -> f64 {
         let c = self.curvature;
@@ -189,7 +216,7 @@ impl FilmPlace {
         c * r2 / (1.0 + (1.0 - c * c * r2).max(0.0).sqrt())
     }
 
-    /// The corners, the middles of the sides, and the middle.
+    /// The corners, the middles of the sides, and the middle, in lens space.
     fn landmarks(&self, format: FilmFormat) -> impl Iterator<Item = DVec3> {
         let half = 0.5 * DVec2::new(format.width, format.height);
         let steps = [-1.0, 0.0, 1.0];
@@ -200,8 +227,8 @@ impl FilmPlace {
 }
 
 impl Movements {
-    /// The movements that are not 0, with a name and a value in words.
-    pub(crate) fn said(&self) -> impl Iterator<Item = (&'static str, String)> {
+    /// The movements that are not 0, each with its name and its value with a unit.
+    pub(crate) fn described(&self) -> impl Iterator<Item = (&'static str, String)> {
         let degrees = |angle: f64| format!("{} degrees", (angle.to_degrees() * 1e6).round() / 1e6);
         let length = |mm: f64| format!("{mm} mm");
         let moved = [
@@ -213,16 +240,18 @@ impl Movements {
         let bent = self.film_radius.map(|r| ("film radius", r, length(r)));
         let all = moved.into_iter().chain(bent);
         all.filter(|(_, value, _)| *value != 0.0)
-            .map(|(name, _, words)| (name, words))
+            .map(|(name, _, text)| (name, text))
     }
 
+    /// Whether the lens is moved.
     fn moves_lens(&self) -> bool {
         [self.tilt, self.swing, self.rise, self.shift] != [0.0; 4]
     }
 }
 
-/// A rotation about a unit axis, by sine and cosine that are the same on every machine.
-fn half_turned(axis: DVec3, angle: f64) -> DQuat {
+/// A rotation about a unit axis by an angle in radians. Its sine and cosine are the same on every
+/// machine.
+fn rotation(axis: DVec3, angle: f64) -> DQuat {
     let (sin, cos) = libm::sincos(0.5 * angle);
     let v = sin * axis;
     DQuat::from_xyzw(v.x, v.y, v.z, cos)

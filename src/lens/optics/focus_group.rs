@@ -6,8 +6,9 @@ use crate::prescription::first_order::FirstOrder;
 use crate::prescription::prescription::{FocusGroup, Prescription};
 use crate::prescription::surface::Plane;
 
-/// Moves the focusing group until the film of infinity is in focus again, and returns the lens with
-/// its gaps changed. The group stays between its neighbors.
+/// Moves the focusing group until a distance, in millimeters, is in focus on the film at its
+/// position for infinity. Returns the lens with its gaps changed. The group stays between its
+/// neighbors.
 pub(super) fn move_group(lens: &Lens, distance: f64) -> Result<(Lens, Focus), FocusFault> {
     let travel = Travel::of(lens)?;
     if distance.is_infinite() {
@@ -33,25 +34,29 @@ pub(super) fn move_group(lens: &Lens, distance: f64) -> Result<(Lens, Focus), Fo
     Ok((moved, focus))
 }
 
-/// The way that a focusing group has.
+/// The travel of a focusing group. Lengths are in millimeters.
 struct Travel<'a> {
     lens: &'a Lens,
     group: FocusGroup,
+    /// Whether the group contains the last surface.
     is_last: bool,
-    /// The z of the film at infinity.
+    /// The z of the film for infinity.
     rest: f64,
-    /// How far the group may move forward, and backward.
+    /// The distance by which the group may move forward.
     before: f64,
+    /// The distance by which the group may move backward.
     after: f64,
 }
 
 impl<'a> Travel<'a> {
+    /// The travel of the focusing group of a lens.
     fn of(lens: &'a Lens) -> Result<Self, FocusFault> {
         let group = lens.prescription().focus_group.ok_or(FocusFault::NoGroup)?;
         let rest = focus(lens.first_order(), FocusMethod::Film, f64::INFINITY)?.film_z;
         let surfaces = &lens.prescription().surfaces;
         let focal = lens.first_order().focal.ok_or(FocusFault::Afocal)?;
-        // Up to its neighbors; where there is none, by half a focal length.
+        // The group may move up to its neighbors. Where there is none, half a focal length is
+        // assumed.
         let free = 0.5 * focal.efl.abs();
         let before = group.first.checked_sub(1);
         let is_last = group.last + 1 == surfaces.len();
@@ -80,7 +85,8 @@ impl<'a> Travel<'a> {
         prescription
     }
 
-    /// The z of the film. It counts from the front vertex, which moves with a group in front.
+    /// The z of the film, from the front vertex. If the group is in front, the front vertex moves
+    /// too.
     fn film_at(&self, shift: f64) -> f64 {
         if self.group.first == 0 {
             self.rest - shift
@@ -89,7 +95,7 @@ impl<'a> Travel<'a> {
         }
     }
 
-    /// How far the image lies behind the film.
+    /// The distance of the image behind the film; none if there is no real image.
     fn error(&self, shift: f64, distance: f64) -> Option<f64> {
         let moved = self.moved(shift);
         let indices = moved.indices(self.lens.wavelength());
@@ -106,7 +112,10 @@ impl<'a> Travel<'a> {
         both.min_by(|a, b| a.abs().total_cmp(&b.abs()))
     }
 
+    /// The first shift from 0 to `reach` that brings a distance into focus.
     fn solve_along(&self, reach: f64, distance: f64) -> Option<f64> {
+        /// The number of steps in which a change of sign is searched. Two roots within one step are
+        /// missed.
         const STEPS: i32 = 200;
         let place = |i: i32| reach * f64::from(i) / f64::from(STEPS);
         let mut last = self.error(0.0, distance)?;
@@ -120,7 +129,8 @@ impl<'a> Travel<'a> {
         None
     }
 
-    /// The nearest distance beyond one that the group can focus; infinite if there is none.
+    /// The nearest distance beyond a given one that the group can bring into focus; infinite if
+    /// there is none.
     fn nearest_beyond(&self, distance: f64) -> f64 {
         let works = |d: &f64| self.solve(*d).is_some();
         let mut farther = (1..60).map(|i| distance * libm::pow(1.25, f64::from(i)));

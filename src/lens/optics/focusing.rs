@@ -1,4 +1,4 @@
-//! Focuses a lens by any method.
+//! Focuses a lens by any [`FocusMethod`].
 
 use crate::lens::lens::Lens;
 use crate::lens::optics::focus::{Focus, FocusFault, FocusMethod, focus};
@@ -6,8 +6,12 @@ use crate::lens::optics::focus_group::move_group;
 use crate::math::{Meters, Mm};
 
 impl Lens {
-    /// Focuses on an object at a distance; see [`FocusMethod`]. A focusing group changes the lens
-    /// itself, which [`Self::focused`] returns too.
+    /// Focuses on an object at a distance, which [`FocusMethod`] defines. A focusing group changes
+    /// the lens itself; [`Self::focused`] returns the changed lens.
+    ///
+    /// # Errors
+    ///
+    /// Returns a [`FocusFault`] if the distance cannot be in focus.
     pub fn focus(&self, method: FocusMethod, distance: Meters) -> Result<Focus, FocusFault> {
         let distance = Mm::from(distance).0;
         match method {
@@ -18,7 +22,11 @@ impl Lens {
         }
     }
 
-    /// The focused lens, and where its film is.
+    /// The focused lens and its focus.
+    ///
+    /// # Errors
+    ///
+    /// Returns a [`FocusFault`] if the distance cannot be in focus.
     pub fn focused(
         &self,
         method: FocusMethod,
@@ -33,7 +41,7 @@ impl Lens {
     }
 }
 
-/// Moves the film to the least spot on the axis, by real rays.
+/// Moves the film to the smallest spot of real rays on the axis.
 fn move_film_to_best(lens: &Lens, distance: f64) -> Result<Focus, FocusFault> {
     let paraxial = focus(lens.first_order(), FocusMethod::Film, distance)?;
     let film_z = lens.best_focus(distance).ok_or(FocusFault::NoRays)?;

@@ -1,38 +1,44 @@
-//! Spots by real rays: the widest beam along the axis, the spot of a point, and the film of least spot.
+//! Spots by real rays: the widest beam along the axis, the spot of a point, and the film position
+//! of the smallest spot.
 
 use glam::{DVec2, DVec3};
 
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::{LensRay, Loss};
 
-/// A spot: where the rays of one scene point meet the film.
+/// The spot that the rays of one scene point make on the film. Lengths are in millimeters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spot {
+    /// The points at which the rays hit the film.
     pub points: Vec<DVec2>,
+    /// The mean of the points.
     pub centroid: DVec2,
     /// The root mean square distance from the centroid.
     pub rms: f64,
     /// The largest distance from the centroid.
     pub largest: f64,
-    /// The cross-section of the beam that gets through, in mm².
+    /// The cross-section of the beam that gets through, in square millimeters.
     pub beam_area: f64,
-    /// How far to move the film for the least `rms`, and that least value.
+    /// The shift of the film, away from the lens, for which `rms` is smallest.
     pub best_shift: f64,
+    /// The smallest `rms`.
     pub best_rms: f64,
 }
 
 /// The widest beam along the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AxialBeam {
+    /// Half of the beam's diameter in front of the lens, in millimeters.
     pub height: f64,
-    /// What stops the next higher ray; none if nothing does.
+    /// The loss of the next higher ray; none if none is lost.
     pub limit: Option<Loss>,
     /// The focal length over the beam's diameter.
     pub f_number: f64,
 }
 
 impl Lens {
-    /// The widest beam along the axis that gets through, by single rays.
+    /// The widest beam parallel to the axis that gets through. It is found by single rays with y >
+    /// 0.
     pub(crate) fn axial_beam(&self) -> AxialBeam {
         let trace = |y: f64| {
             let start = self
@@ -72,8 +78,8 @@ impl Lens {
         }
     }
 
-    /// The spot of the point at infinity whose chief ray arrives at a film point: `grid` rays
-    /// across the parallel beam each way, evenly.
+    /// The spot of the point at infinity whose chief ray arrives at a film point; none if there is
+    /// no chief ray. `grid` by `grid` evenly spaced rays cover the beam.
     pub fn spot(&self, film: DVec2, film_z: f64, grid: usize) -> Option<Spot> {
         let chief = self.chief_ray(film, film_z)?;
         let direction = -chief.direction;
@@ -92,7 +98,8 @@ impl Lens {
             origin: start + a * across + b * along,
             direction,
         };
-        // The box around what gets through, then the grid in it.
+        // A coarse grid finds the bounding box of the rays that get through; the grid covers that
+        // box.
         let mut reach = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let coarse = 160;
         let cell = 4.0 * widest / coarse as f64;
@@ -124,9 +131,9 @@ impl Lens {
         Some(Spot::of(&hits, film_z, step.x * step.y * hits.len() as f64))
     }
 
-    /// Where the film is best for an object on the axis: the least root mean square spot of the
-    /// rays themselves, not the paraxial image. `distance` is from the front vertex, in
-    /// millimeters, and may be infinite.
+    /// The z of the film, in millimeters, for which the root mean square spot of an object on the
+    /// axis is smallest, by real rays. `distance` is from the front vertex, in millimeters, and may
+    /// be infinite. Returns none if too few rays get through.
     pub fn best_focus(&self, distance: f64) -> Option<f64> {
         let beam = self.axial_beam().height;
         let pupil = self.first_order().entrance_pupil;
@@ -134,7 +141,7 @@ impl Lens {
         let mut hits = Vec::new();
         const RINGS: usize = 64;
         for i in 0..RINGS {
-            // Rings of equal area, at their middles.
+            // The rays are at the middles of rings of equal area.
             let y = beam * ((i as f64 + 0.5) / RINGS as f64).sqrt();
             let ray = if distance.is_finite() {
                 let origin = -distance * DVec3::Z;
@@ -163,7 +170,7 @@ impl Lens {
     }
 }
 
-/// A ray with x and y exchanged, for lenses that differ in both.
+/// A ray with x and y exchanged, for lenses that differ in x and y.
 fn mirrored(ray: &LensRay) -> LensRay {
     let turn = |v: DVec3| DVec3::new(v.y, v.x, v.z);
     LensRay {

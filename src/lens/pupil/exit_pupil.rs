@@ -1,4 +1,5 @@
-//! The exit pupil from every film point, measured from some and interpolated between them.
+//! The exit pupil as seen from every film point. It is measured from some film points and
+//! interpolated between them.
 
 use glam::DVec2;
 
@@ -17,41 +18,46 @@ use crate::lens::pupil::window::{PupilWindow, disc};
 
 /// The part of the rear vertex plane through which light reaches each film point, and a margin.
 ///
-/// From a row of film points the outline of the pupil is measured, as its reach in 32 directions, and
-/// interpolated between them; the row is refined until interpolation holds. Without rotational
-/// symmetry the film is divided into cells around the axis ([`Cells`]).
+/// The outline of the pupil is measured from a row of film points, as its support in 32 directions,
+/// and interpolated between them. The row is refined until the interpolation error is below a
+/// bound. Without rotational symmetry the film is divided into cells around the axis ([`Cells`]).
 ///
-/// If a beam is folded inside the lens, light may come through several openings, which open and close
-/// as the film point moves. For such a lens the largest opening is interpolated, and a few rays go
-/// anywhere behind the rear element, so that every ray that gets through may be drawn.
+/// If a beam is folded inside the lens, light may come through several openings, which open and
+/// close as the film point moves. For such a lens the largest opening is interpolated, and a few
+/// rays are aimed anywhere in a disc that contains the rear element, so that every ray that gets
+/// through has a density above 0.
 #[derive(Clone, Debug)]
 pub struct ExitPupil {
     pub(super) table: Table,
     sides: [DVec2; SIDES],
-    pub(super) strays: Option<StrayRegion>,
+    pub(super) stray_region: Option<StrayRegion>,
 }
 
-/// Where light may come through secondary openings.
+/// The film radii from which light may come through secondary openings, and the part of the rear
+/// vertex plane that contains them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StrayRegion {
-    /// The radius of the disc on the rear vertex plane that contains them.
+    /// The radius, in millimeters, of the disc on the rear vertex plane that contains all openings.
     disc: f64,
-    /// The film radii that such light may reach.
+    /// The range of film radii, in millimeters, that such light may reach.
     radii: [f64; 2],
-    /// The film radii that such light may reach and that have no pupil otherwise.
+    /// The range of film radii that only such light may reach: the table has no pupil there.
     dark_radii: Option<[f64; 2]>,
 }
 
+/// The measured pupils.
 #[derive(Clone, Debug)]
 pub(super) enum Table {
+    /// The pupils by film radius, for a lens and a film with rotational symmetry.
     Radial(Radial, Spans),
-    /// By film position, without rotational symmetry.
+    /// The pupils by film position, for a lens or a film without rotational symmetry.
     Cells(Box<Cells>),
-    /// Around the pupils of neighboring wavelengths.
+    /// The hull of the pupils of three wavelengths, computed for each film point.
     Around([Box<ExitPupil>; 3]),
 }
 
 impl Table {
+    /// The outlines by film radius; none without rotational symmetry.
     fn nodes(&self) -> Option<&Radial> {
         match self {
             Self::Radial(nodes, _) => Some(nodes),
@@ -66,18 +72,19 @@ impl Table {
 }
 
 impl ExitPupil {
-    /// Measures the pupil for film points up to `film_radius` from the film's middle.
+    /// Measures the pupil for film points up to `film_radius`, in millimeters, from the film's
+    /// middle.
     pub fn new(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
         let sides = directions_along(lens.iris_edges());
         let film_radius = film_radius.abs();
         let search = PupilSearch::new(lens);
         let sampler = PupilSampler::new(&search, place, &sides);
-        let everything = || reach_of(lens, place, film_radius);
-        let is_even = place.is_centered() && lens.is_rotational();
+        let disc_radius = || reach_of(lens, place, film_radius);
+        let is_rotational = place.is_centered() && lens.is_rotational();
         let mut end = f64::INFINITY;
-        let table = if is_even {
+        let table = if is_rotational {
             let mut measure = |r, guess: Option<&OutlineGuess>| sampler.at_radius(r, guess);
-            let nodes = radial_table(&mut measure, film_radius, everything);
+            let nodes = radial_table(&mut measure, film_radius, disc_radius);
             end = nodes.last().map_or(0.0, |(radius, _)| *radius);
             Table::radial(nodes, &sides)
         } else {
@@ -86,29 +93,29 @@ impl ExitPupil {
         let mut this = Self {
             table,
             sides,
-            strays: None,
+            stray_region: None,
         };
         let is_aimed_at = |radius, aim| this.window(DVec2::new(radius, 0.0)).contains(aim);
-        let lit = sampler.stray_radii(film_radius, is_even, is_aimed_at);
+        let lit = sampler.stray_radii(film_radius, is_rotational, is_aimed_at);
         let continues =
             lit.is_some_and(|[_, to]| to > end) || sampler.opens_again(end, film_radius);
         let beyond = continues
             .then(|| sampler.lit_beyond(end, film_radius))
             .flatten();
-        // Without symmetry the row of film points does not speak for the others.
-        let all = Some([0.0, f64::INFINITY]).filter(|_| !is_even && lit.is_some());
+        // Without rotational symmetry the film points of one row do not represent the others.
+        let all = (!is_rotational && lit.is_some()).then_some([0.0, f64::INFINITY]);
         let dark_radii = all.or(beyond);
         let radii = [all, lit, dark_radii].into_iter().flatten().reduce(union);
-        this.strays = radii.map(|radii| StrayRegion {
-            disc: everything(),
+        this.stray_region = radii.map(|radii| StrayRegion {
+            disc: disc_radius(),
             radii,
             dark_radii,
         });
         this
     }
 
-    /// The pupil that contains those of three wavelengths of one lens and film, and of all
-    /// wavelengths between them.
+    /// The smallest pupil that contains those of three wavelengths of one lens and film, with room
+    /// for all wavelengths between them.
     pub fn around(pupils: &[&Self; 3]) -> Self {
         let sides = pupils[1].sides;
         let nodes: Option<Vec<&Radial>> = pupils.iter().map(|pupil| pupil.table.nodes()).collect();
@@ -116,8 +123,8 @@ impl ExitPupil {
             Some(nodes) => Table::radial(radial_around(&nodes), &sides),
             None => Table::Around(pupils.map(|pupil| Box::new(pupil.clone()))),
         };
-        let strays = pupils.iter().filter_map(|pupil| pupil.strays);
-        let of_both = |a: StrayRegion, b: StrayRegion| StrayRegion {
+        let stray_regions = pupils.iter().filter_map(|pupil| pupil.stray_region);
+        let merge = |a: StrayRegion, b: StrayRegion| StrayRegion {
             disc: a.disc.max(b.disc),
             radii: union(a.radii, b.radii),
             dark_radii: [a.dark_radii, b.dark_radii]
@@ -128,17 +135,18 @@ impl ExitPupil {
         Self {
             table,
             sides,
-            strays: strays.reduce(of_both),
+            stray_region: stray_regions.reduce(merge),
         }
     }
 
-    /// The window that rays from a film point, in millimeters from the film's middle, are aimed at.
+    /// The window at which rays from a film point, in millimeters from the film's middle, are
+    /// aimed.
     pub fn window(&self, film: DVec2) -> PupilWindow<'_> {
         if let Table::Radial(_, spans) = &self.table {
-            return self.with_strays(spans.window(film), film);
+            return self.with_stray_region(spans.window(film), film);
         }
         self.figure(film)
-            .map_or(self.with_strays(None, film), |figure| {
+            .map_or(self.with_stray_region(None, film), |figure| {
                 self.window_of(&figure, film)
             })
     }
@@ -163,21 +171,22 @@ impl ExitPupil {
         }
     }
 
+    /// The window of a figure that is not in a table of spans.
     fn window_of(&self, figure: &Figure, film: DVec2) -> PupilWindow<'static> {
         let outline = Outline::of(&figure.support, &self.sides);
         let polygon = Polygon::whole(outline, figure.turn, figure.mirror);
-        self.with_strays(polygon, film)
+        self.with_stray_region(polygon, film)
     }
 
-    /// The window of a polygon, opened to secondary openings where there are any.
-    fn with_strays<'a>(&self, polygon: Option<Polygon<'a>>, film: DVec2) -> PupilWindow<'a> {
-        let strays = self.strays.filter(|strays| {
-            let radii = polygon.map_or(strays.dark_radii, |_| Some(strays.radii));
+    /// The window of a polygon, extended by the stray region if the film point lies in its radii.
+    fn with_stray_region<'a>(&self, polygon: Option<Polygon<'a>>, film: DVec2) -> PupilWindow<'a> {
+        let region = self.stray_region.filter(|region| {
+            let radii = polygon.map_or(region.dark_radii, |_| Some(region.radii));
             radii.is_some_and(|[from, to]| (from..=to).contains(&film.length()))
         });
-        match (polygon, strays) {
-            (Some(polygon), Some(strays)) => PupilWindow::Defensive(polygon, strays.disc),
-            (None, Some(strays)) => disc(strays.disc),
+        match (polygon, region) {
+            (Some(polygon), Some(region)) => PupilWindow::Defensive(polygon, region.disc),
+            (None, Some(region)) => disc(region.disc),
             (Some(polygon), None) => PupilWindow::Polygon(polygon),
             (None, None) => PupilWindow::Closed,
         }

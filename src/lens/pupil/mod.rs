@@ -1,8 +1,9 @@
-//! The exit pupil as film points see it, and where on the lens to aim rays from them.
+//! The exit pupil as seen from film points, and where on the lens to aim rays from them.
 //!
-//! `search` finds the outline of the pupil from one film point, and `sampler` asks it from many.
-//! `radial` and `polar` are tables of outlines over the film, with and without rotational symmetry,
-//! and `exit_pupil` is either. `polygon`, `spans` and `aims` draw points from an outline.
+//! `search` finds the outline of the pupil from one film point, and `sampler` calls it for many.
+//! `radial` and `polar` are tables of outlines over the film, with and without rotational symmetry;
+//! `exit_pupil` holds one of the two. `polygon`, `spans` and `aims` sample points from an outline.
+//! `target` and `window` are what the rest of the crate uses.
 
 pub(crate) mod aims;
 pub(crate) mod exit_pupil;

@@ -1,9 +1,9 @@
 //! Convex polygons to aim at, and interpolation between two that were measured.
 //!
-//! All polygons have their sides in the same directions. So the corners of a mixture of two polygons
+//! The sides of all polygons have the same directions. So the corners of a mixture of two polygons
 //! are the mixtures of their corners, and every area in it is a quadratic of the mixing parameter,
-//! computed once. To aim from between two measured film points then costs one search among the
-//! triangles.
+//! whose coefficients are computed once. An aim from a film point between two measured ones then
+//! costs one search among the triangles.
 
 use std::f64::consts::TAU;
 
@@ -12,12 +12,12 @@ use glam::DVec2;
 /// The number of sides of every pupil polygon.
 pub(crate) const SIDES: usize = 32;
 
-/// The reach of a convex figure in each of [`SIDES`] directions, from the axis: its support function.
-/// A mixture of two supports is the support of a convex figure again, the Minkowski mixture, which is
-/// why pupils interpolate well in this form.
+/// The support function of a convex figure in [`SIDES`] directions: the distance of its supporting
+/// line from the axis, in millimeters. A mixture of two supports is the support of their Minkowski
+/// mixture, which is convex too, so pupils interpolate well in this form.
 pub(crate) type Support = [f64; SIDES];
 
-/// The outward normals of the sides; the first is +x.
+/// The outward normals of the sides, counterclockwise. The first is +x.
 pub(super) fn directions() -> [DVec2; SIDES] {
     std::array::from_fn(|j| {
         let (sin, cos) = libm::sincos(TAU * j as f64 / SIDES as f64);
@@ -25,7 +25,7 @@ pub(super) fn directions() -> [DVec2; SIDES] {
     })
 }
 
-/// The normals, some of them turned a little so that they are parallel to those of an iris's edges.
+/// The normals of the sides, with the nearest one rotated onto the normal of each edge of an iris.
 /// Opposite sides stay parallel.
 pub(super) fn directions_along(edges: &[DVec2]) -> [DVec2; SIDES] {
     const HALF: usize = SIDES / 2;
@@ -36,7 +36,8 @@ pub(super) fn directions_along(edges: &[DVec2]) -> [DVec2; SIDES] {
         let slot = (angle.round() as isize).rem_euclid(HALF as isize) as usize;
         let normal = normal * normal.dot(sides[slot]).signum();
         let [before, after] = [slot + SIDES - 1, slot + 1].map(|j| sides[j % SIDES]);
-        // Two sides that are nearly parallel have no usable corner between them.
+        // The corner between two nearly parallel sides is ill-conditioned. Neighboring normals are
+        // 11° apart; one that would come within 1° of another is not rotated.
         if before.perp_dot(normal) > 0.02 && normal.perp_dot(after) > 0.02 {
             (sides[slot], sides[slot + HALF]) = (normal, -normal);
         }
@@ -44,15 +45,16 @@ pub(super) fn directions_along(edges: &[DVec2]) -> [DVec2; SIDES] {
     sides
 }
 
-/// A polygon by its corners, divided into triangles around a point inside.
+/// The corners of a polygon, which is divided into triangles around a point inside.
 #[derive(Clone, Copy, Debug)]
 pub struct Outline {
     center: DVec2,
-    /// Counterclockwise; the first corner is repeated at the end.
+    /// The corners, counterclockwise. The first is repeated at the end.
     corners: [DVec2; SIDES + 1],
 }
 
 impl Outline {
+    /// The polygon of a support, whose sides have the normals `sides`.
     pub fn of(support: &Support, sides: &[DVec2; SIDES]) -> Self {
         let mut corners = [DVec2::ZERO; SIDES + 1];
         let mut center = DVec2::ZERO;
@@ -69,6 +71,7 @@ impl Outline {
         Self { center, corners }
     }
 
+    /// Interpolates linearly between two polygons.
     fn mix(&self, other: &Self, t: f64) -> Self {
         Self {
             center: self.center.lerp(other.center, t),
@@ -77,10 +80,10 @@ impl Outline {
     }
 }
 
-/// The entries of a span's table from a share of the area to a triangle.
+/// The number of entries in a [`TriangleTable`].
 const STARTS: usize = 1024;
 
-/// The pupils from all film points between two whose pupils were measured.
+/// The interpolated pupils of all film points between two from which the pupil was measured.
 #[derive(Clone, Debug)]
 pub struct Span {
     low: Outline,
@@ -88,17 +91,19 @@ pub struct Span {
     /// Twice the area of the triangles before each corner, as a quadratic of the mixing parameter.
     before: [[f64; 3]; SIDES + 1],
     wedges: [Wedge; SIDES],
-    mean: Mean,
+    triangles: TriangleTable,
 }
 
-/// All that a point in one of the triangles depends on, as quadratics of the mixing parameter: the
-/// vectors from the center to the corners before and behind, the center, and twice the areas before
-/// those corners. The coefficients of one power lie side by side, to be computed as one vector.
+/// The quantities that a point in one of the triangles depends on, as quadratics of the mixing
+/// parameter: the vectors from the center to the two corners, the center, and twice the areas
+/// before those corners. The coefficients of one power are adjacent, so that all are evaluated as
+/// one vector.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 struct Wedge([[f64; 8]; 3]);
 
 impl Wedge {
+    /// The quantities at the mixing parameter `t`.
     #[inline(always)]
     fn at(&self, t: f64) -> [f64; 8] {
         let Self([a, b, c]) = self;
@@ -110,16 +115,16 @@ impl Wedge {
     }
 }
 
-/// The triangles by share of the area, on average over a span: where a search starts, and nearly
-/// always ends.
+/// A table from a share of the area to a triangle, for areas averaged over a span. The search for a
+/// triangle starts there, and nearly always ends there.
 #[derive(Clone, Debug)]
-struct Mean {
-    /// The triangle that contains the middle of each part of the area.
+struct TriangleTable {
+    /// The triangle that contains the middle of each of [`STARTS`] equal parts of the area.
     starts: [u8; STARTS],
 }
 
-impl Mean {
-    /// Makes the table of the mean area before each corner, which `area` gives.
+impl TriangleTable {
+    /// Makes the table from the mean area before each corner, which `area` returns.
     fn new(area: impl Fn(usize) -> f64) -> Self {
         let all = area(SIDES).max(f64::MIN_POSITIVE);
         let before: [f64; SIDES + 1] = std::array::from_fn(|j| area(j) / all);
@@ -137,12 +142,13 @@ impl Mean {
 
     /// The triangle in which a share of the area ends, or a neighbor of it.
     #[inline(always)]
-    fn triangle(&self, share: f64) -> usize {
+    fn lookup(&self, share: f64) -> usize {
         usize::from(self.starts[(share * STARTS as f64) as usize & (STARTS - 1)])
     }
 }
 
 impl Span {
+    /// The span between two polygons, at the mixing parameters 0 and 1.
     pub fn new(low: Outline, high: Outline) -> Self {
         let mut before = [[0.0; 3]; SIDES + 1];
         let from_center = |j: usize| {
@@ -168,7 +174,7 @@ impl Span {
                 [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, from[2], to[2]],
             ])
         });
-        let mean = Mean::new(|j| {
+        let triangles = TriangleTable::new(|j| {
             let [a, b, c] = before[j];
             a + b / 2.0 + c / 3.0
         });
@@ -177,30 +183,32 @@ impl Span {
             high,
             before,
             wedges,
-            mean,
+            triangles,
         }
     }
 
-    /// Twice the area of the triangles before a corner, at the mixing parameter `t`.
+    /// Twice the area of the triangles before a corner, at the mixing parameter `t`, in square
+    /// millimeters.
     #[inline(always)]
-    pub fn before(&self, j: usize, t: f64) -> f64 {
+    pub fn twice_area_before(&self, j: usize, t: f64) -> f64 {
         let [a, b, c] = self.before[j];
         a + t * (b + t * c)
     }
 
+    /// The area of the polygon at the mixing parameter `t`, in square millimeters.
     #[inline(always)]
     pub fn area(&self, t: f64) -> f64 {
-        0.5 * self.before(SIDES, t)
+        0.5 * self.twice_area_before(SIDES, t)
     }
 
-    /// The point at the share `u` of the area, counted around the center, and at the share `out` of the
-    /// way from the center to the rim.
+    /// The point at the share `u` of the area, counted around the center, and at the share `out` of
+    /// the distance from the center to the rim, in the polygon at the mixing parameter `t`.
     #[inline(always)]
     pub fn point(&self, t: f64, u: f64, out: f64) -> DVec2 {
-        let place = u * self.before(SIDES, t);
-        let guess = self.mean.triangle(u);
+        let place = u * self.twice_area_before(SIDES, t);
+        let guess = self.triangles.lookup(u);
         let mut wedge = self.wedges[guess].at(t);
-        // Nearly always it is this one.
+        // The tabulated triangle nearly always contains the point.
         if !(wedge[6] <= place && place < wedge[7]) {
             wedge = self.wedges[self.search(guess, t, place)].at(t);
         }
@@ -212,15 +220,15 @@ impl Span {
         )
     }
 
-    /// Searches the triangle that contains a place, starting from a neighbor.
+    /// Searches for the triangle that contains a place, starting from a neighbor.
     #[cold]
     #[inline(never)]
     fn search(&self, from: usize, t: f64, place: f64) -> usize {
         let mut j = from;
-        while j > 0 && self.before(j, t) > place {
+        while j > 0 && self.twice_area_before(j, t) > place {
             j -= 1;
         }
-        while j < SIDES - 1 && self.before(j + 1, t) <= place {
+        while j < SIDES - 1 && self.twice_area_before(j + 1, t) <= place {
             j += 1;
         }
         j
@@ -237,22 +245,26 @@ fn share(place: f64, before: f64, behind: f64) -> f64 {
     }
 }
 
-/// The polygon that rays from one film point are aimed at.
+/// The polygon at which rays from one film point are aimed.
 #[derive(Clone, Copy, Debug)]
 pub struct Polygon<'a> {
     figure: Figure<'a>,
-    /// The figure is rotated so that +x becomes this.
+    /// The figure is rotated so that +x becomes this unit vector.
     turn: DVec2,
-    /// Then its coordinates are multiplied by these signs.
+    /// The coordinates of the rotated figure are multiplied by these signs.
     mirror: DVec2,
+    /// The area in square millimeters.
     area: f64,
 }
 
-/// It lives on the stack for one sample; a box would cost more.
+/// The shape of a polygon before it is rotated and mirrored. It lives on the stack for one sample,
+/// where a box would cost more.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Copy, Debug)]
 enum Figure<'a> {
+    /// The polygon at a mixing parameter of a span.
     Between(&'a Span, f64),
+    /// A polygon and twice the area before each of its corners.
     Whole(Outline, [f64; SIDES + 1]),
 }
 
@@ -269,11 +281,13 @@ impl<'a> Polygon<'a> {
         })
     }
 
+    /// The polygon of an outline that is rotated so that +x becomes `turn`, and whose coordinates
+    /// are then multiplied by the signs `mirror`; none if it has no area.
     pub fn whole(outline: Outline, turn: DVec2, mirror: DVec2) -> Option<Self> {
         let mut before = [0.0; SIDES + 1];
         for j in 0..SIDES {
             let from_center = |j: usize| outline.corners[j] - outline.center;
-            // A side of no length may come out with a rounding error's worth of it.
+            // Rounding may make the area over a side of length 0 negative.
             before[j + 1] = before[j] + from_center(j).perp_dot(from_center(j + 1)).max(0.0);
         }
         let area = 0.5 * before[SIDES];
@@ -285,10 +299,12 @@ impl<'a> Polygon<'a> {
         })
     }
 
+    /// The area in square millimeters.
     pub fn area(&self) -> f64 {
         self.area
     }
 
+    /// The outline before rotation and reflection.
     fn outline(&self) -> Outline {
         match &self.figure {
             Figure::Between(span, t) => span.low.mix(&span.high, *t),
@@ -296,22 +312,25 @@ impl<'a> Polygon<'a> {
         }
     }
 
-    fn place(&self, point: DVec2) -> DVec2 {
+    /// Rotates and mirrors a point of the outline.
+    fn placed(&self, point: DVec2) -> DVec2 {
         self.mirror * self.turn.rotate(point)
     }
 
+    /// The mean of the corners, around which the polygon is divided into triangles.
     pub fn center(&self) -> DVec2 {
-        self.place(self.outline().center)
+        self.placed(self.outline().center)
     }
 
     /// The corners, for drawing.
     pub fn corners(&self) -> impl Iterator<Item = DVec2> {
-        let corners = self.outline().corners.map(|corner| self.place(corner));
+        let corners = self.outline().corners.map(|corner| self.placed(corner));
         corners.into_iter().take(SIDES)
     }
 
-    /// A point evenly distributed over the area, for `u` and `v` evenly distributed in 0 to 1: `u`
-    /// goes around, √`v` outward.
+    /// A point uniformly distributed over the area, for `u` and `v` uniformly distributed in 0 to
+    /// 1. `u` selects the direction from the center, and √`v` is the share of the distance to the
+    /// rim.
     #[inline]
     pub fn point(&self, u: f64, v: f64) -> DVec2 {
         let point = match &self.figure {
@@ -324,9 +343,10 @@ impl<'a> Polygon<'a> {
                 outline.center.lerp(rim, v.sqrt())
             }
         };
-        self.place(point)
+        self.placed(point)
     }
 
+    /// Whether a point of the rear vertex plane lies in the polygon.
     pub fn contains(&self, point: DVec2) -> bool {
         let outline = self.outline();
         let back = DVec2::new(self.turn.x, -self.turn.y);
@@ -334,7 +354,7 @@ impl<'a> Polygon<'a> {
         let size = self.area.sqrt();
         (0..SIDES).all(|j| {
             let (a, b) = (outline.corners[j], outline.corners[j + 1]);
-            // Edges shorter than rounding have no side.
+            // The direction of an edge shorter than the rounding error is meaningless.
             (b - a).perp_dot(p - a) >= 0.0 || (b - a).length() < 1e-12 * (size + a.length())
         })
     }
@@ -346,7 +366,7 @@ mod tests {
 
     use super::*;
 
-    /// The mean of x² over a polygon: from the integral over its triangles.
+    /// The mean of x² over a polygon, from the integrals over its triangles.
     fn mean_square(polygon: &Polygon<'_>) -> f64 {
         let c = polygon.center();
         let corners: Vec<DVec2> = polygon.corners().collect();
@@ -398,14 +418,14 @@ mod tests {
         }
     }
 
-    /// A pupil that is cut from one side as it goes: corners run together.
+    /// A pupil that is cut off from one side, so that corners merge.
     #[test]
     fn points_between_two_different_pupils_are_even_and_inside() {
         let sides = directions();
         let round: Support = std::array::from_fn(|j| 1.5 + sides[j].x);
         let cut: Support = std::array::from_fn(|j| (1.5 + sides[j].x).min(1.5 - 0.5 * sides[j].x));
         let outline = |s: &Support| Outline::of(s, &sides);
-        // A minimum of two is no support yet: take that of its corners.
+        // The minimum of two supports is not a support itself: take that of the corners.
         let lens = outline(&cut);
         let cut = std::array::from_fn(|j| {
             let reach = lens.corners.iter().map(|c| c.dot(sides[j]));

@@ -1,4 +1,4 @@
-//! The rear-most element as a target of rays.
+//! The rear element as a target of rays.
 
 use std::f64::consts::TAU;
 
@@ -9,18 +9,22 @@ use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::support::MARGIN;
 use crate::sampling::DiscMap;
 
-/// The disc of the rear-most element, the same from every film point.
+/// The disc of the rear element, which is the same from every film point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RearElement {
+    /// The radius in millimeters.
     pub radius: f64,
+    /// The map from the unit square to the disc.
     pub map: DiscMap,
 }
 
 impl RearElement {
+    /// The disc of the rear surface of a lens.
     pub fn of(lens: &Lens, map: DiscMap) -> Self {
         let surfaces = &lens.prescription().surfaces;
         let listed = surfaces.last().map_or(0.0, |s| s.semi_diameter);
-        // A rear element whose size is not listed may be wider than all that are: take twice that.
+        // A rear element without a listed size may be wider than all elements with one. Twice the
+        // widest of those is an assumption.
         let widest = surfaces
             .iter()
             .map(|s| s.semi_diameter)
@@ -34,8 +38,9 @@ impl RearElement {
     }
 }
 
-/// The greatest distance from the axis at which a ray through the rear surface crosses the rear
-/// vertex plane: it goes through the rim, from the farthest film point.
+/// The greatest distance from the axis, in millimeters, at which a ray through the rear surface
+/// crosses the rear vertex plane. That ray goes from the farthest film point through the rim. The
+/// result is at most 100 times the rear element's radius.
 pub(super) fn reach_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> f64 {
     let rear = RearElement::of(lens, DiscMap::Concentric).radius;
     let film = |k: i32| place.point(film_radius * DVec2::from_angle(TAU * f64::from(k) / 64.0));
@@ -43,7 +48,7 @@ pub(super) fn reach_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> f64 
     for point in (0..64).map(film) {
         (near, far) = (near.min(point.z), far.max(point.truncate().length()));
     }
-    // The vertex plane is crossed at this part of the way from the rim to the film point.
+    // The ray crosses the vertex plane at this fraction of the distance from the rim to the film.
     let sag = lens
         .prescription()
         .surfaces

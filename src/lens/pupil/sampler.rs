@@ -1,4 +1,4 @@
-//! Samples the film: measures the pupil's outline, and secondary openings, from points of it.
+//! Measures the pupil's outline, and secondary openings, from points of a film.
 
 use std::cell::RefCell;
 
@@ -11,13 +11,19 @@ use crate::lens::pupil::search::pupil_search::PupilSearch;
 use crate::lens::pupil::search::secondary_openings::is_outside;
 use crate::lens::pupil::support::{MARGIN, widened};
 
-/// Film points on a radius from which secondary openings are searched.
+/// The number of intervals of the film's radius between the film points from which secondary
+/// openings are searched. It is multiplied by [`PupilSearch::grid`]. Its cost is proportional to
+/// it, and it was chosen by trial, with the thresholds below: of 8,343 random lenses, 2 lost some
+/// of their rays (docs/decisions/0011-measuring-a-pupil.md).
 const SEARCHES: usize = 16;
-/// Film points beyond the end of a table from which light is searched again.
+/// The number of film points beyond the end of a table from which light is searched again. It was
+/// chosen by trial.
 const SEARCHES_BEYOND: usize = 16;
-/// A ray of less fill than this may get through from a neighboring film point.
+/// A ray whose fill is below this may get through from a neighboring film point, so the film point
+/// is moved. A larger value costs more of these searches. It was chosen by trial.
 const NEARLY_THROUGH: f64 = 1.2;
-/// A ray of less fill than this gets through, within the accuracy of the search.
+/// A fill that the search lowers to less than this is regarded as that of a ray that gets through:
+/// the search may end 1% above the minimum. It was chosen by trial.
 const THROUGH: f64 = 1.01;
 
 /// Measures the pupil from points of a film.
@@ -25,11 +31,12 @@ pub(super) struct PupilSampler<'a> {
     search: &'a PupilSearch<'a>,
     place: &'a FilmPlace,
     sides: &'a [DVec2; SIDES],
-    /// The outlines from film points (radius, 0) that are known already.
-    outward: RefCell<Vec<(f64, Option<PupilOutline>)>>,
+    /// The outlines from film points (radius, 0) that were measured already.
+    measured: RefCell<Vec<(f64, Option<PupilOutline>)>>,
 }
 
 impl<'a> PupilSampler<'a> {
+    /// A sampler of the outlines with the normals `sides`. Nothing is measured yet.
     pub(super) fn new(
         search: &'a PupilSearch<'a>,
         place: &'a FilmPlace,
@@ -39,34 +46,34 @@ impl<'a> PupilSampler<'a> {
             search,
             place,
             sides,
-            outward: RefCell::default(),
+            measured: RefCell::default(),
         }
     }
 
-    /// The outline from a film point; none if no light reaches it.
+    /// Measures the outline from a film point; none if no light reaches it.
     pub(super) fn at(&self, point: DVec3, guess: Option<&OutlineGuess>) -> Option<PupilOutline> {
         self.search.find_outline(point, self.sides, guess)
     }
 
-    /// The outline from the film point (radius, 0).
+    /// The outline from the film point (radius, 0), measured at most once.
     pub(super) fn at_radius(
         &self,
         radius: f64,
         guess: Option<&OutlineGuess>,
     ) -> Option<PupilOutline> {
-        let known = |(r, outline): &(f64, Option<PupilOutline>)| (*r == radius).then_some(*outline);
-        if let Some(outline) = self.outward.borrow().iter().find_map(known) {
+        let same = |(r, outline): &(f64, Option<PupilOutline>)| (*r == radius).then_some(*outline);
+        if let Some(outline) = self.measured.borrow().iter().find_map(same) {
             return outline;
         }
         let outline = self.at(self.place.point(DVec2::new(radius, 0.0)), guess);
-        self.outward.borrow_mut().push((radius, outline));
+        self.measured.borrow_mut().push((radius, outline));
         outline
     }
 
-    /// Whether there is light again beyond the end of a table.
+    /// Whether light reaches a film point between the end of a table and the film's radius.
     pub(super) fn opens_again(&self, end: f64, film_radius: f64) -> bool {
-        let known = |r: &f64, outline: &Option<PupilOutline>| *r > end && outline.is_some();
-        let mut again = self.outward.borrow().iter().any(|(r, s)| known(r, s));
+        let is_lit = |r: &f64, outline: &Option<PupilOutline>| *r > end && outline.is_some();
+        let mut again = self.measured.borrow().iter().any(|(r, s)| is_lit(r, s));
         let step = (film_radius - end) / SEARCHES_BEYOND as f64;
         again |= step > 0.0
             && (1..=SEARCHES_BEYOND).any(|i| {
@@ -76,15 +83,15 @@ impl<'a> PupilSampler<'a> {
         again
     }
 
-    /// The film radii beyond the end of a table that any light reaches, by a closer row of film
-    /// points and a search between them.
+    /// The range of film radii beyond the end of a table that any light reaches; none if no light
+    /// was found. Secondary openings are searched from a row of film points and between them.
     pub(super) fn lit_beyond(&self, end: f64, film_radius: f64) -> Option<[f64; 2]> {
         let step = (film_radius - end) / SEARCHES_BEYOND as f64;
         let film_point = |radius: f64| {
             let beyond = radius > end && radius <= film_radius;
             beyond.then(|| self.place.point(DVec2::new(radius, 0.0)))
         };
-        let outlines = self.outward.borrow();
+        let outlines = self.measured.borrow();
         let slopes = outlines
             .iter()
             .filter_map(|(_, outline)| Some(outline.as_ref()?.guess.slope()));
@@ -98,7 +105,7 @@ impl<'a> PupilSampler<'a> {
                 self.search
                     .secondary_openings(film, None, self.sides, slope, NEARLY_THROUGH);
             found.sort_by(|a, b| a.1.total_cmp(&b.1));
-            // The aims of least fill are the first to get through from a neighboring film point.
+            // The two aims of least fill are the likeliest to get through from a neighboring point.
             for (aim, fill) in found.into_iter().take(2) {
                 let start = (radius, aim);
                 let (there, least) = match fill < 1.0 {
@@ -117,14 +124,16 @@ impl<'a> PupilSampler<'a> {
         lit
     }
 
-    /// The film radii from which light comes through secondary openings, if any does.
+    /// The range of film radii that light reaches through secondary openings; none if no light was
+    /// found.
     ///
-    /// They are searched from film points in a row from the middle outward. Where light nearly comes
-    /// through, the film point is moved until it does, or cannot.
+    /// The openings are searched from film points in a row from the middle outward. Where a ray
+    /// nearly gets through, the film point is moved until it does, or until the fill has reached a
+    /// minimum. `is_aimed_at` tells whether a film radius's window contains an aim.
     pub(super) fn stray_radii(
         &self,
         film_radius: f64,
-        is_even: bool,
+        is_rotational: bool,
         is_aimed_at: impl Fn(f64, DVec2) -> bool,
     ) -> Option<[f64; 2]> {
         let searches = SEARCHES * self.search.grid;
@@ -144,9 +153,9 @@ impl<'a> PupilSampler<'a> {
         for (i, outline) in row.iter().enumerate() {
             let radius = film_radius * i as f64 / searches as f64;
             let film = self.place.point(DVec2::new(radius, 0.0));
-            // A film that is moved may reach far beyond the field, where the slopes say nothing: no
-            // ray is dropped there.
-            if let (Some(outline), true) = (outline, is_even) {
+            // A film that is moved may reach far beyond the field, where the slopes are no guide:
+            // no ray is dropped there.
+            if let (Some(outline), true) = (outline, is_rotational) {
                 slope = outline.guess.slope();
             }
             let found = self.search.secondary_openings(
@@ -162,8 +171,9 @@ impl<'a> PupilSampler<'a> {
                     let start = (radius, aim);
                     let ((radius, aim), least) =
                         self.search.least_around(start, step, &film_point, &outside);
-                    // Behind a ridge of the fill it is not the pupil itself. Where the pupil has
-                    // closed it may be.
+                    // A ridge of the fill separates a secondary opening from an open pupil. Where
+                    // the pupil has closed, the aim may lie in the pupil of a neighboring film
+                    // point.
                     let is_separate = outline.is_some();
                     least < THROUGH && (is_separate || least < 1.0 && !is_aimed_at(radius, aim))
                 };
@@ -174,7 +184,7 @@ impl<'a> PupilSampler<'a> {
         is_light.then_some([from - around, to + around])
     }
 
-    /// The outlines from a row of film points, with the margin.
+    /// The outlines from film points in a row from the middle outward, widened by [`MARGIN`].
     fn widened_row(&self, film_radius: f64, searches: usize) -> Vec<Option<PupilOutline>> {
         let mut last = [None; 2];
         let outline_at = |i: usize| {

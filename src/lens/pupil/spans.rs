@@ -1,4 +1,4 @@
-//! The pupils between measured film radii, prepared for aiming many rays at once.
+//! The interpolated pupils between measured film radii, prepared for aiming many rays at once.
 
 use glam::DVec2;
 
@@ -9,21 +9,22 @@ use crate::math::lanes::Lane;
 /// A table of pupils over the film's radius, prepared for aiming.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Spans {
-    /// The radii at which the spans end, ascending; the first span begins at 0.
+    /// The film radii in millimeters at which the spans end, ascending. The first span begins at 0.
     pub ends: Vec<f64>,
     pub spans: Vec<Span>,
-    /// The reciprocal of each span's length; 0 for a span of no length.
-    pub(super) steepness: Vec<f64>,
-    /// Parts of the radius per millimeter.
+    /// The reciprocal of each span's length, per millimeter; 0 for a span of length 0.
+    pub(super) inverse_length: Vec<f64>,
+    /// The number of cells per millimeter of the radius.
     cells_per_mm: f64,
     /// The first span that each of [`CELLS`] equal parts of the radius overlaps.
     starts: Vec<u32>,
 }
 
-/// The equal parts of the film's radius by which a span is found.
+/// The number of equal parts of the film's radius in the table that finds a span.
 const CELLS: usize = 256;
 
 impl Spans {
+    /// The spans between the nodes of a table, whose polygons have the normals `sides`.
     pub(crate) fn new(nodes: &Radial, sides: &[DVec2; SIDES]) -> Self {
         let outline = |node: &(f64, Support)| Outline::of(&node.1, sides);
         let mut this = Self::default();
@@ -31,7 +32,7 @@ impl Spans {
         for pair in nodes.windows(2) {
             let length = pair[1].0 - pair[0].0;
             this.ends.push(pair[1].0);
-            this.steepness
+            this.inverse_length
                 .push(if length > 0.0 { 1.0 / length } else { 0.0 });
             this.spans
                 .push(Span::new(outline(&pair[0]), outline(&pair[1])));
@@ -46,23 +47,25 @@ impl Spans {
         this
     }
 
+    /// The polygon at which rays from a film point are aimed; none if no light reaches it.
     pub(crate) fn window(&self, film: DVec2) -> Option<Polygon<'_>> {
         let (span, t, turn) = self.find(film)?;
         Polygon::between(span, t, turn)
     }
 
-    /// The span of a film point, the parameter in it, and the direction that +x is turned to.
+    /// The span of a film point, the mixing parameter in it, and the direction to which +x is
+    /// rotated.
     fn find(&self, film: DVec2) -> Option<(&Span, f64, DVec2)> {
         let radius = film.length();
         let (number, t) = self.at(radius)?;
         Some((&self.spans[number], t, turn(film, radius)))
     }
 
-    /// The number of the span of a film radius, and the parameter in it.
+    /// The number of the span of a film radius, and the mixing parameter in it.
     #[inline(always)]
     pub(crate) fn at(&self, radius: f64) -> Option<(usize, f64)> {
         let i = self.number(radius)?;
-        Some((i, (radius - self.start(i)) * self.steepness[i]))
+        Some((i, (radius - self.start(i)) * self.inverse_length[i]))
     }
 
     /// The number of the span of a film radius.
@@ -74,7 +77,7 @@ impl Spans {
         }
         let cell = (radius * self.cells_per_mm) as usize;
         let mut i = self.starts[cell.min(CELLS - 1)] as usize;
-        // Rounding may have put the radius into a neighboring part.
+        // Rounding may have placed the radius in a neighboring cell.
         while i > 0 && radius <= self.ends[i - 1] {
             i -= 1;
         }
@@ -84,7 +87,8 @@ impl Spans {
         Some(i)
     }
 
-    /// The span that contains all radii, if one does. The radii of one pixel mostly lie in one.
+    /// The number of the span that contains all radii, if one does. Mostly the film points of one
+    /// pixel lie in one span.
     #[inline(always)]
     pub(super) fn all_in_one(&self, radii: &Lane) -> Option<usize> {
         let number = self.number(radii[0])?;
@@ -107,7 +111,7 @@ impl Spans {
     }
 }
 
-/// The direction of a film point from the axis.
+/// The unit vector from the axis to a film point; +x on the axis.
 fn turn(film: DVec2, radius: f64) -> DVec2 {
     if radius > 0.0 {
         film / radius

@@ -7,14 +7,15 @@ use glam::DVec2;
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
 
-/// The rotations and reflections that leave the lens and its film the same. The pupil of every film
-/// point is that of a point in one wedge of the film, rotated and mirrored.
+/// The rotations and reflections that map the lens and its film onto themselves. The pupil of every
+/// film point is that of a point in one wedge of the film, rotated and mirrored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Symmetry {
-    /// A rotation by this part of a turn changes nothing.
+    /// The order of the rotational symmetry: a rotation by 2π/`turns` changes nothing.
     pub turns: u32,
-    /// The angle of an axis of reflection, if there is one; the first wedge begins there.
+    /// The angle in radians at which the first wedge begins: that of an axis of reflection, or 0.
     pub base: f64,
+    /// Whether there is an axis of reflection.
     pub mirrored: bool,
 }
 
@@ -25,6 +26,7 @@ impl Symmetry {
         mirrored: false,
     };
 
+    /// The symmetry of a lens and its film.
     pub(super) fn of(lens: &Lens, place: &FilmPlace) -> Self {
         if !place.is_centered() {
             return Self::NONE;
@@ -57,14 +59,14 @@ impl Symmetry {
         }
     }
 
-    /// The angle of a wedge.
+    /// The angle of a wedge, in radians.
     pub(super) fn wedge(&self) -> f64 {
         let circle = if self.mirrored { PI } else { TAU };
         circle / f64::from(self.turns)
     }
 
-    /// The position of a direction in the wedge, 0 to 1, and the rotation and the signs that bring a
-    /// figure from there to it.
+    /// The position of a direction in its wedge, 0 to 1, and the rotation and the signs that map a
+    /// figure in the first wedge to that direction.
     pub(super) fn fold(&self, direction: DVec2) -> (f64, DVec2, DVec2) {
         let part = TAU / f64::from(self.turns);
         let angle = libm::atan2(direction.y, direction.x) - self.base;

@@ -1,9 +1,10 @@
 //! Where on the lens to aim a ray from a film point.
 //!
-//! Every target gives points of the plane through the rear vertex, over which equation 1 of the paper
-//! integrates, with their density per square millimeter. A ray aimed there may still be lost; it then
-//! counts as black, as in the paper. So a target that is too large makes a picture noisier, but not
-//! wrong. One that is too small is wrong, and [`ExitPupil`] has a margin for that reason.
+//! Every target gives points of the plane through the rear vertex, over which equation 1 of the
+//! paper (Kolb, Mitchell and Hanrahan, 1995) integrates, with their density per square millimeter.
+//! A ray aimed there may still be lost; it then counts as black, as in the paper. So a target that
+//! is too large makes a picture noisier, but not wrong. One that is too small makes it wrong, and
+//! [`ExitPupil`] has a margin for that reason.
 
 use glam::DVec2;
 
@@ -17,29 +18,35 @@ use crate::lens::pupil::window::PupilWindow;
 use crate::math::lanes::{LANES, Lane, dispatch};
 use crate::sampling::DiscMap;
 
-/// Where to aim. The 1999 program: `RearElement`. Default now: `ExitPupil`.
+/// Where to aim. The default is `ExitPupil`; the 1999 program uses `RearElement`.
 #[derive(Clone, Debug)]
 pub enum PupilTarget {
+    /// The whole rear element.
     RearElement(RearElement),
+    /// The exit pupil as measured from the film point.
     ExitPupil(Box<ExitPupil>),
 }
 
 impl PupilTarget {
+    /// The disc of the rear element, sampled by a map from the unit square.
     pub(crate) fn rear_element(lens: &Lens, map: DiscMap) -> Self {
         Self::RearElement(RearElement::of(lens, map))
     }
 
-    /// The exit pupil for a film at `film_z` whose points are at most `film_radius` from the axis.
+    /// The exit pupil for a flat film at `film_z` whose points are at most `film_radius` from the
+    /// axis, both in millimeters.
     pub(crate) fn exit_pupil(lens: &Lens, film_z: f64, film_radius: f64) -> Self {
         Self::exit_pupil_of(lens, &FilmPlace::flat(film_z), film_radius)
     }
 
-    /// The exit pupil for a film that is moved or bent; `film_radius` is from the film's middle.
+    /// The exit pupil for a film that may be moved or bent. `film_radius` is the greatest distance
+    /// of a film point from the film's middle, in millimeters.
     pub(crate) fn exit_pupil_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> Self {
         Self::ExitPupil(Box::new(ExitPupil::new(lens, place, film_radius)))
     }
 
-    /// The window that rays from a film point, in millimeters from the film's middle, are aimed at.
+    /// The window at which rays from a film point, in millimeters from the film's middle, are
+    /// aimed.
     pub(crate) fn window(&self, film: DVec2) -> PupilWindow<'_> {
         match self {
             Self::RearElement(rear) => PupilWindow::Disc {
@@ -50,8 +57,8 @@ impl PupilTarget {
         }
     }
 
-    /// Aims a bundle of rays from film points, by pairs of numbers in the unit square. Up to rounding,
-    /// the aims are those of the windows.
+    /// Aims a bundle of rays from film points, in millimeters from the film's middle, by points of
+    /// the unit square. Up to rounding, the aims are those of [`Self::window`].
     pub(crate) fn aims(
         &self,
         film: &[Lane; 2],
@@ -61,7 +68,7 @@ impl PupilTarget {
     ) {
         if let Self::ExitPupil(target) = self
             && let Table::Radial(_, spans) = &target.table
-            && target.strays.is_none()
+            && target.stray_region.is_none()
         {
             return dispatch(SpanAims {
                 spans,
@@ -77,11 +84,11 @@ impl PupilTarget {
         }
     }
 
-    /// The open share of the aimed area, for the lens and film that this target was made for. It is
-    /// known if both are symmetric about the axis and there are no secondary openings.
+    /// Measures the open share of the aimed area, for the lens and film that this target was made
+    /// for. It is known if both have rotational symmetry and there are no secondary openings.
     pub(crate) fn transmission(&self, lens: &Lens, place: &FilmPlace) -> PupilTransmission {
         match self {
-            Self::ExitPupil(pupil) if pupil.strays.is_none() => match &pupil.table {
+            Self::ExitPupil(pupil) if pupil.stray_region.is_none() => match &pupil.table {
                 Table::Radial(_, spans) => PupilTransmission::of(spans, lens, place),
                 _ => PupilTransmission::default(),
             },

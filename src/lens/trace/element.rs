@@ -2,57 +2,70 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::lens::trace::meet::{Hit, meet_profile, meet_quadric, meet_sphere, toroid};
+use crate::lens::trace::intersect::{
+    Hit, intersect_profile, intersect_quadric, intersect_sphere, toroid,
+};
 use crate::lens::trace::profile::Profile;
 use crate::lens::trace::ray::Toward;
-use crate::lens::trace::refraction::Bend;
+use crate::lens::trace::refraction::Refraction;
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::surface::{Shape, Surface};
 
 /// A surface made ready for tracing at one wavelength.
 #[derive(Clone, Debug)]
 pub(crate) struct Element {
+    /// The curvature at the vertex, per millimeter.
     pub curvature: f64,
     pub form: Form,
-    /// The vertex, from the front vertex.
+    /// The z of the vertex in millimeters, from the front vertex.
     pub vertex_z: f64,
-    /// The distance to the next vertex, as given: a sum of gaps taken apart again would not be.
+    /// The distance to the next vertex in millimeters, as given. The difference of two `vertex_z`
+    /// would have the rounding errors of both.
     pub gap: f64,
-    /// The square of the semi-diameter.
+    /// The square of the semi-diameter, in square millimeters.
     pub clear: f64,
-    pub to_film: Bend,
-    pub to_scene: Bend,
-    /// The index in front and the one behind.
+    /// The refraction of a ray that travels toward the film.
+    pub to_film: Refraction,
+    /// The refraction of a ray that travels toward the scene.
+    pub to_scene: Refraction,
+    /// The refractive indices in front of and behind the surface.
     pub indices: [f64; 2],
     pub coating: Coating,
-    /// The corners of a hole that is not round; it is inside the semi-diameter.
+    /// The corners of a hole that is not round, in millimeters. It lies inside the semi-diameter.
     pub hole: Option<Box<[DVec2]>>,
-    /// The edges of the convex hull of that hole: the vector from the axis to each, over the square of
-    /// its length, so that the dot product with a point inside is less than 1 for all. Empty if the
-    /// hull does not contain the axis.
+    /// The edges of the convex hull of that hole. Each is given as the perpendicular from the axis
+    /// to the edge over the square of its length, so that the dot product with a point inside is
+    /// less than 1 for all edges. The list is empty if the hull does not contain the axis.
     pub edges: Box<[DVec2]>,
 }
 
-/// The shapes as the tracer meets them. The first three are quadrics, met in closed form.
+/// The shape of a surface, by the method that intersects it. The first three are quadrics, which
+/// are intersected in closed form.
 #[derive(Clone, Debug)]
 pub(crate) enum Form {
+    /// A sphere or a plane.
     Sphere,
     Conic {
+        /// The conic constant.
         k: f64,
     },
-    /// Weights of x and y in the sum of squares: 0 along the cylinder's axis.
+    /// A cylinder. `x` and `y` are the weights of x and y in the sum of squares: 0 along the axis
+    /// of the cylinder, 1 across it.
     Cylinder {
         x: f64,
         y: f64,
     },
     Asphere(Profile),
     Toroid {
+        /// The profile in the plane of y and z.
         profile: Profile,
+        /// The curvature at the vertex in the plane of x and z, per millimeter.
         across: f64,
     },
 }
 
 impl Element {
+    /// The element of a surface with its vertex at `vertex_z`, between media of the given indices.
     pub(crate) fn new(surface: &Surface, vertex_z: f64, before: f64, behind: f64) -> Self {
         let curvature = surface.curvature.per_mm();
         let form = match &surface.shape {
@@ -80,8 +93,8 @@ impl Element {
             vertex_z,
             gap: surface.thickness,
             clear: surface.semi_diameter * surface.semi_diameter,
-            to_film: Bend::new(before, behind),
-            to_scene: Bend::new(behind, before),
+            to_film: Refraction::new(before, behind),
+            to_scene: Refraction::new(behind, before),
             indices: [before, behind],
             coating: surface.coating,
             hole: None,
@@ -95,21 +108,22 @@ impl Element {
         self.hole = corners;
     }
 
-    /// Whether a hit is inside the hole of the iris; always, if that is round.
+    /// Whether a hit is inside the hole of the iris. It always is if the hole is round.
     pub(crate) fn is_open_at(&self, hit: DVec3) -> bool {
         self.hole
             .as_deref()
             .is_none_or(|corners| is_inside(corners, hit.truncate()))
     }
 
-    pub(crate) fn bend(&self, toward: Toward) -> Bend {
+    /// The refraction of a ray that travels in a direction.
+    pub(crate) fn refraction(&self, toward: Toward) -> Refraction {
         match toward {
             Toward::Film => self.to_film,
             Toward::Scene => self.to_scene,
         }
     }
 
-    /// The share of light that is reflected where a ray meets the surface.
+    /// The share of the light that the surface reflects, at a cosine of the angle of incidence.
     pub(crate) fn reflectance(&self, toward: Toward, cos: f64, wavelength_nm: f64) -> f64 {
         let [front, behind] = self.indices;
         let (from, into) = match toward {
@@ -119,35 +133,35 @@ impl Element {
         self.coating.reflectance(from, into, cos, wavelength_nm)
     }
 
-    /// The point where a ray meets the surface, relative to the vertex, and the normal toward the film.
-    /// `sign` is +1 toward the film and −1 toward the scene. None if the ray misses.
-    pub(crate) fn meet(&self, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
+    /// Intersects the surface with a ray from `p`, relative to the vertex, in the direction `d`.
+    /// `sign` is +1 toward the film and −1 toward the scene. Returns none if the ray misses.
+    pub(crate) fn intersect(&self, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
         match &self.form {
-            Form::Sphere => meet_sphere(self.curvature, p, d, sign),
+            Form::Sphere => intersect_sphere(self.curvature, p, d, sign),
             Form::Conic { k } => {
-                meet_quadric(self.curvature, DVec3::new(1.0, 1.0, 1.0 + k), p, d, sign)
+                intersect_quadric(self.curvature, DVec3::new(1.0, 1.0, 1.0 + k), p, d, sign)
             }
             Form::Cylinder { x, y } => {
-                meet_quadric(self.curvature, DVec3::new(*x, *y, 1.0), p, d, sign)
+                intersect_quadric(self.curvature, DVec3::new(*x, *y, 1.0), p, d, sign)
             }
             Form::Asphere(profile) => {
                 let start =
-                    meet_quadric(profile.c, DVec3::new(1.0, 1.0, 1.0 + profile.k), p, d, sign);
-                meet_profile(start, p, d, sign, |q| {
+                    intersect_quadric(profile.c, DVec3::new(1.0, 1.0, 1.0 + profile.k), p, d, sign);
+                intersect_profile(start, p, d, sign, |q| {
                     let (sag, slope) = profile.sag(q.x * q.x + q.y * q.y)?;
                     Some((q.z - sag, DVec3::new(-slope * q.x, -slope * q.y, 1.0)))
                 })
             }
             Form::Toroid { profile, across } => {
-                let start = meet_sphere(self.curvature, p, d, sign);
-                meet_profile(start, p, d, sign, |q| toroid(profile, *across, q))
+                let start = intersect_sphere(self.curvature, p, d, sign);
+                intersect_profile(start, p, d, sign, |q| toroid(profile, *across, q))
             }
         }
     }
 }
 
-/// The edges of the convex hull of a few corners, each as the foot of its perpendicular from the axis
-/// over the square of its length.
+/// The edges of the convex hull of a few corners, in the form of [`Element::edges`]. An edge counts
+/// as passing through the axis if it is nearer than a thousandth of the hole's radius.
 fn edges_around(corners: &[DVec2]) -> Box<[DVec2]> {
     let size = corners.iter().map(|c| c.length()).fold(0.0, f64::max);
     let is_edge = |a: DVec2, b: DVec2| {
@@ -169,7 +183,7 @@ fn edges_around(corners: &[DVec2]) -> Box<[DVec2]> {
     }
     edges
         .iter()
-        .map(|(way, distance)| *way / *distance)
+        .map(|(normal, distance)| *normal / *distance)
         .collect()
 }
 

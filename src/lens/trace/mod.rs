@@ -1,7 +1,7 @@
-//! Exact tracing, a ray at a time; `lens::lanes` traces many side by side.
+//! Exact tracing of one ray at a time. `lens::lanes` traces many at once.
 
 pub(crate) mod element;
-pub(crate) mod meet;
+pub(crate) mod intersect;
 pub(super) mod profile;
 pub(crate) mod ray;
 pub(crate) mod refraction;

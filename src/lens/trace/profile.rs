@@ -1,16 +1,21 @@
 //! The height of an aspheric surface over its vertex plane.
 
-/// A conic and a polynomial, as a height over the square of the radius.
+/// The height of an asphere as a function of the squared radius: a conic plus a polynomial.
 #[derive(Clone, Debug)]
 pub(crate) struct Profile {
+    /// The curvature of the conic at the vertex, per millimeter.
     pub c: f64,
+    /// The conic constant.
     pub k: f64,
-    /// Coefficients of r^0, r^1, …; or of r^0, r^2, … where all are even.
+    /// The coefficients of r^0, r^1, …; if `even`, those of r^0, r^2, …. Lengths are in
+    /// millimeters.
     pub terms: Vec<f64>,
+    /// Whether the coefficients of all odd powers are 0.
     pub even: bool,
 }
 
 impl Profile {
+    /// The profile of a conic and the coefficients of r^0, r^1, ….
     pub(crate) fn new(c: f64, k: f64, terms: &[f64]) -> Self {
         let used = terms
             .iter()
@@ -26,7 +31,7 @@ impl Profile {
         Self { c, k, terms, even }
     }
 
-    /// Sag and slope over radius at a squared radius; none outside the conic.
+    /// The sag, and its slope divided by the radius, at a squared radius; none outside the conic.
     pub(crate) fn sag(&self, r2: f64) -> Option<(f64, f64)> {
         let inside = 1.0 - (1.0 + self.k) * self.c * self.c * r2;
         if !(inside > 0.0) {
@@ -35,7 +40,7 @@ impl Profile {
         let root = inside.sqrt();
         let (mut sag, mut slope) = (self.c * r2 / (1.0 + root), self.c / root);
         if self.even {
-            // Horner in r²: value and derivative together.
+            // Horner's scheme in r², for the value and the derivative.
             let (mut p, mut dp) = (0.0, 0.0);
             for &a in self.terms.iter().rev() {
                 dp = dp * r2 + p;

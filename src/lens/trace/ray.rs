@@ -1,11 +1,13 @@
-//! Rays in lens space, and what becomes of them.
+//! Rays in lens space, and the reasons why they are lost.
 
 use glam::DVec3;
 
-/// A ray in lens space. The direction need not be of unit length; what comes back from a trace is.
+/// A ray in lens space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensRay {
+    /// A point of the ray, in millimeters.
     pub origin: DVec3,
+    /// The direction. It need not be of unit length; that of a traced ray is.
     pub direction: DVec3,
 }
 
@@ -16,42 +18,48 @@ impl LensRay {
     }
 }
 
-/// Why a ray did not get through. That is not an error: vignetting is made of it.
+/// The reason why a ray did not get through. It is not an error: vignetting consists of lost rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Loss {
+    /// What happened to the ray.
     pub kind: LossKind,
     /// The surface, counted from 0 at the front, the stop included.
     pub surface: usize,
 }
 
+/// What happened to a lost ray at a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LossKind {
-    /// It passed beside the surface, or met only the other half of its sphere.
+    /// The ray missed the surface, or hit only the other half of its sphere.
     Missed,
-    /// It met the surface outside its semi-diameter.
+    /// The ray hit the surface outside its aperture.
     Blocked,
-    /// It could not leave the glass.
+    /// The ray was totally reflected.
     TotalReflection,
 }
 
-/// Which way a ray goes through the lens.
+/// The direction in which a ray travels through the lens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Toward {
+    /// From the scene to the film.
     Film,
+    /// From the film into the scene.
     Scene,
 }
 
-/// The path of a ray: its outcome, and every point where it met a surface.
+/// The path of a ray through a lens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayPath {
+    /// The ray behind the last surface, or the reason why it was lost.
     pub outcome: std::result::Result<LensRay, Loss>,
-    /// In the order of travel; the last may be where the ray was lost.
+    /// The points at which the ray hit a surface, in the order of travel, in millimeters. The last
+    /// may be where it was lost.
     pub hits: Vec<DVec3>,
 }
 
-/// A direction of unit length, whatever its length was: 1e-150 and 1e150 neither underflow nor
-/// overflow. A vector of unit length within rounding keeps its bits. None for zero and for what is not
-/// finite.
+/// The unit vector in a direction of any length: 1e-150 and 1e150 neither underflow nor overflow. A
+/// vector that is of unit length within rounding is returned unchanged. Returns none for zero and
+/// for a vector that is not finite.
 pub(crate) fn unit(d: DVec3) -> Option<DVec3> {
     let square = d.length_squared();
     if (square - 1.0).abs() <= 8.0 * f64::EPSILON {

@@ -1,30 +1,33 @@
 //! Traces a ray through a prescription, surface by surface, in lens space.
 //!
-//! Lens space is millimeters. Light travels toward +z, the first vertex is the origin, the film
-//! is at positive z. Nothing here knows about scenes or pixels; `camera` does the crossing.
+//! Lens space is in millimeters. Light travels toward +z, the first vertex is the origin, and the
+//! film is at positive z. Nothing here knows about scenes or pixels; `camera` converts between the
+//! two.
 //!
-//! Between two surfaces a ray may run backwards (t < 0): thin edges and zero gaps make surfaces
-//! cross outside their rims, and the ray is still right. There is no epsilon anywhere, so a lens
+//! Between two surfaces a ray may travel backward (t < 0): thin edges and zero gaps make surfaces
+//! cross outside their rims, and the ray is still correct. There is no epsilon anywhere, so a lens
 //! scaled by a power of two gives the same directions to the last bit.
 
 use glam::DVec3;
 
 use crate::lens::trace::element::Element;
-use crate::lens::trace::meet::Hit;
+use crate::lens::trace::intersect::Hit;
 use crate::lens::trace::ray::{LensRay, Loss, LossKind, Toward, unit};
 use crate::lens::trace::refraction::refract;
 
-/// A trace through all surfaces, in one direction.
+/// Traces rays through all surfaces in one direction.
 pub(crate) struct Tracer<'a> {
+    /// The surfaces from front to rear.
     pub elements: &'a [Element],
     pub toward: Toward,
-    /// Whether semi-diameters block rays. If not, only the surfaces themselves end a ray.
+    /// Whether apertures block rays. If not, a ray is lost only if it misses a surface or is
+    /// totally reflected.
     pub apertures: bool,
 }
 
 impl Tracer<'_> {
-    /// Follows a ray from surface to surface. `at_hit` is called at every hit, the last one of a lost
-    /// ray included.
+    /// Traces a ray. `at_hit` is called with the surface and the point of every hit, including the
+    /// last hit of a lost ray.
     pub(crate) fn follow(
         &self,
         ray: LensRay,
@@ -35,8 +38,8 @@ impl Tracer<'_> {
         })
     }
 
-    /// Follows a ray. `at_hit` is called with the surface, the z of its vertex, and the hit relative to
-    /// that vertex.
+    /// Traces a ray. `at_hit` is called with the surface, the z of its vertex, and the hit relative
+    /// to that vertex.
     pub(crate) fn walk(
         &self,
         ray: LensRay,
@@ -61,7 +64,8 @@ impl Tracer<'_> {
         } else {
             -1.0
         };
-        // `p` is from the vertex of the surface, so positions keep their digits behind a long gap.
+        // `p` is relative to the vertex of the surface, so that it keeps its digits behind a long
+        // gap.
         let mut p = ray.origin;
         let mut vertex_z = 0.0;
         for i in 0..count {
@@ -78,14 +82,16 @@ impl Tracer<'_> {
                 Toward::Scene => element.gap,
             };
             let lost = |kind| Loss { kind, surface };
-            let hit = element.meet(p, d, sign).ok_or(lost(LossKind::Missed))?;
+            let hit = element
+                .intersect(p, d, sign)
+                .ok_or(lost(LossKind::Missed))?;
             p = hit.point;
             at_hit(surface, vertex_z, &hit);
             let r2 = p.x * p.x + p.y * p.y;
             if self.apertures && !(r2 <= element.clear && element.is_open_at(p)) {
                 return Err(lost(LossKind::Blocked));
             }
-            d = refract(d, &hit, element.bend(self.toward), sign)
+            d = refract(d, &hit, element.refraction(self.toward), sign)
                 .ok_or(lost(LossKind::TotalReflection))?;
         }
         Ok(LensRay {

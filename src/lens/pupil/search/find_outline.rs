@@ -10,20 +10,22 @@ use crate::lens::pupil::search::pupil_search::{InnerPoint, PupilSearch};
 use crate::lens::pupil::search::rim::{RimPoint, RimRow, corner};
 use crate::math::lanes::{LANES, Lane};
 
-/// The relative width within which the outlines of a pupil table are known: a tenth of the margin
-/// that the table adds.
+/// The relative error of the rim points in a pupil table: a tenth of the margin that the table
+/// adds.
 const COARSE: f64 = 4e-4;
-/// The relative width within which outlines are known where areas and irradiance are asked for.
+/// The relative error of the rim points from which areas and irradiance are computed.
 const FINE: f64 = 1e-10;
-/// A point inside of less fill than this is far enough from the rim to start from.
-const OFF_THE_RIM: f64 = 0.99;
-/// A guess is dropped if the nearest point of the outline is nearer to its center than this share
-/// of the mean distance: directions from such a center cover the far side of the outline too thinly.
-const LEAST_DISTANCE: f64 = 0.2;
+/// A point with a fill below this is far enough inside the rim to be the center of a search. Nearer
+/// to the rim, the slope from the center says nothing about the far side. It was chosen by trial.
+const MAX_CENTER_FILL: f64 = 0.99;
+/// A guess is rejected if the nearest point of the outline is nearer to its center than this share
+/// of the mean distance: directions from such a center cover the far side of the outline too
+/// thinly. It was chosen by trial; a larger value rejects more guesses, which costs time.
+const MIN_DISTANCE: f64 = 0.2;
 
 impl PupilSearch<'_> {
-    /// Finds the outline from a film point, or nothing if no light reaches it. `guess` comes from a
-    /// neighboring film point.
+    /// Finds the outline from a film point, or returns none if no light reaches it. `sides` are the
+    /// normals of the outline's sides, and `guess` comes from a neighboring film point.
     pub(crate) fn find_outline(
         &self,
         film: DVec3,
@@ -37,19 +39,19 @@ impl PupilSearch<'_> {
             }
             let center = guess.center;
             let fill = self.fill(film, center);
-            let found = (fill < OFF_THE_RIM).then(|| {
+            let found = (fill < MAX_CENTER_FILL).then(|| {
                 self.outline_around(InnerPoint { center, fill }, film, sides, Some(guess))
             });
             if let Some(Some(outline)) = found {
                 return Some(outline);
             }
-            // The neighbor's center is too near the rim here: search from nothing.
+            // The neighbor's center is too near the rim of this outline: search without a guess.
         }
         self.outline_around(self.inner_point(film)?, film, sides, None)
     }
 
     /// Finds the outline around the center of a guess, starting from its distances and slopes.
-    /// Returns nothing if those are too far from the ones here.
+    /// Returns none if the iteration from them does not converge.
     fn refine_guess(
         &self,
         film: DVec3,
@@ -71,26 +73,26 @@ impl PupilSearch<'_> {
             )?;
         }
         let (nearest, mean) = nearest_and_mean(&rims);
-        if nearest < LEAST_DISTANCE * mean {
+        if nearest < MIN_DISTANCE * mean {
             return None;
         }
-        // The fill at the center as the slopes imply it, for the search of corners.
-        let steepness = rims.iter().zip(&slopes);
+        // The search for corners needs the fill at the center. The slopes imply it.
+        let rim_slopes = rims.iter().zip(&slopes);
         let inside = InnerPoint {
             center: guess.center,
-            fill: steepness.fold(0.0, |most: f64, (rim, slope)| {
-                most.max(1.0 - slope * rim.distance)
+            fill: rim_slopes.fold(0.0, |fill: f64, (rim, slope)| {
+                fill.max(1.0 - slope * rim.distance)
             }),
         };
         Some(self.outline_of(film, sides, inside, rims, slopes))
     }
 
     /// Finds the rim in up to one bundle of directions by the secant method, starting from the
-    /// distances `at` and the slopes of the fill there. The slopes are updated. Returns nothing if
-    /// the iteration goes astray.
+    /// distances `at` and the slopes of the fill there. The slopes are updated. Returns none if the
+    /// iteration does not converge.
     ///
     /// The fill is so nearly linear that two rays find a rim that is 5% away within 1e-4: the step
-    /// by the neighbor's slope ends within 1e-3 of it, and the secant through both rays meets it.
+    /// by the neighbor's slope ends within 1e-3 of it, and the secant through both rays reaches it.
     fn refine_rim_points(
         &self,
         film: DVec3,
@@ -100,65 +102,69 @@ impl PupilSearch<'_> {
         slopes: &mut [f64],
         rims: &mut [RimPoint],
     ) -> Option<()> {
-        /// A step longer than this share of the distance is followed by another.
+        /// The iteration ends if all steps are shorter than this share of the distance. The step
+        /// after it would be of the order of its square.
         const LAST_STEP: f64 = 1e-3;
-        const MOST_ROUNDS: usize = 8;
-        /// The most that a slope may change the fill between the center and the rim. The slopes of
-        /// a neighbor whose center was at its own rim are far steeper, and any distance would pass
-        /// for the rim's.
-        const STEEPEST: f64 = 4.0;
+        /// Nearly all outlines need two rounds; more than this means that the guess is useless.
+        const MAX_ROUNDS: usize = 8;
+        /// The most that the fill may rise from the center to the rim according to a slope. It
+        /// rises by 1 from a center of fill 0. The slopes of a neighbor whose center was at its own
+        /// rim are far steeper, and with them any distance would pass for the rim's. Chosen by
+        /// trial.
+        const MAX_RISE: f64 = 4.0;
         let count = directions.len();
         let mut at: Lane = std::array::from_fn(|i| at[i.min(count - 1)]);
         let mut before: Option<(Lane, Lane)> = None;
         let mut steps = [0.0; LANES];
-        for round in 0..MOST_ROUNDS {
+        for round in 0..MAX_ROUNDS {
             let aim = |i: usize| center + at[i] * directions[i.min(count - 1)].unit;
             let (fills, limits) = self.fills(film, aim);
-            let tried = at;
+            let tested = at;
             let mut longest: f64 = 0.0;
             steps = [0.0; LANES];
             for i in 0..count {
                 if let Some((last, last_fills)) = &before
-                    && (tried[i] - last[i]).abs() > 1e-5 * tried[i]
+                    && (tested[i] - last[i]).abs() > 1e-5 * tested[i]
                     && (fills[i] - last_fills[i]).is_finite()
                 {
-                    slopes[i] = (fills[i] - last_fills[i]) / (tried[i] - last[i]);
+                    slopes[i] = (fills[i] - last_fills[i]) / (tested[i] - last[i]);
                 }
                 let mut step = (1.0 - fills[i]) / slopes[i];
                 if fills[i].is_infinite() {
-                    // The ray missed a surface or was totally reflected: go halfway back to the last.
-                    let back = before.as_ref().map_or(0.9 * tried[i], |(last, _)| last[i]);
-                    step = 0.5 * (back.min(0.99 * tried[i]) - tried[i]);
+                    // The ray missed a surface or was totally reflected: go halfway back to the
+                    // last distance.
+                    let back = before.as_ref().map_or(0.9 * tested[i], |(last, _)| last[i]);
+                    step = 0.5 * (back.min(0.99 * tested[i]) - tested[i]);
                 }
-                let is_slope = slopes[i] > 0.0 && slopes[i] * tried[i] < STEEPEST;
-                if !(is_slope && step.abs() < 0.5 * tried[i]) {
+                let is_slope = slopes[i] > 0.0 && slopes[i] * tested[i] < MAX_RISE;
+                if !(is_slope && step.abs() < 0.5 * tested[i]) {
                     return None;
                 }
-                at[i] = tried[i] + step;
+                at[i] = tested[i] + step;
                 steps[i] = step.abs();
-                longest = longest.max(steps[i] / tried[i]);
+                longest = longest.max(steps[i] / tested[i]);
                 rims[i].limit = limits[i];
             }
             if longest < LAST_STEP {
                 break;
             }
-            if round + 1 == MOST_ROUNDS {
+            if round + 1 == MAX_ROUNDS {
                 return None;
             }
-            before = Some((tried, fills));
+            before = Some((tested, fills));
         }
         for (i, rim) in rims.iter_mut().enumerate() {
             rim.angle = directions[i].angle;
-            // Where the limit changes from one surface to another, the secant may end a little
-            // inside the rim.
+            // Where the limiting surface changes, the secant may end a little inside the rim. The
+            // point is moved outward by a quarter of the permitted error and half of the last step.
             rim.distance = (1.0 + 0.25 * COARSE) * at[i] + 0.5 * steps[i];
             rim.point = center + rim.distance * directions[i].unit;
         }
         Some(())
     }
 
-    /// Finds the outline around a point inside the pupil. Returns nothing if a guess is given and
-    /// the point is too near the rim.
+    /// Finds the outline around a point inside the pupil. Returns none if a guess is given and the
+    /// point is too near the rim.
     fn outline_around(
         &self,
         inside: InnerPoint,
@@ -177,7 +183,7 @@ impl PupilSearch<'_> {
             last = Some(rims[LANES - 1].distance);
         }
         let (nearest, mean) = nearest_and_mean(&rims);
-        if guess.is_some() && nearest < LEAST_DISTANCE * mean {
+        if guess.is_some() && nearest < MIN_DISTANCE * mean {
             return None;
         }
         let mut slopes = [0.0; DIRECTIONS];
@@ -187,7 +193,7 @@ impl PupilSearch<'_> {
         Some(self.outline_of(film, sides, inside, rims, slopes))
     }
 
-    /// Makes the outline of its rim points around a point inside.
+    /// Makes the outline from its rim points around a point inside.
     fn outline_of(
         &self,
         film: DVec3,
@@ -212,7 +218,7 @@ impl PupilSearch<'_> {
             }
         }
         if mirrored {
-            // The sides come in mirrored pairs. A corner may lie on the other half.
+            // The sides come in mirrored pairs, and a corner may lie in the other half.
             let one = support;
             support = std::array::from_fn(|j| one[j].max(one[(SIDES - j) % SIDES]));
         }
@@ -233,8 +239,9 @@ impl PupilSearch<'_> {
     }
 
     /// Finds the corners of an outline. Where a corner would lie too far from its neighbors to be
-    /// known, further rim points are searched between those.
+    /// extrapolated reliably, further rim points are searched between those and added to `rims`.
     fn corners(&self, film: DVec3, inside: InnerPoint, rims: &mut Vec<RimPoint>) -> Vec<DVec2> {
+        /// The number of parts into which a gap between two rim points is divided.
         const PARTS: usize = 8;
         let mirrored = self.is_mirrored(film);
         let mut corners = Vec::new();
@@ -261,7 +268,8 @@ impl PupilSearch<'_> {
                 }
                 corners.extend(found);
                 if found.is_none() && !room {
-                    // The two edges are nearly parallel: extend each by the distance of its points.
+                    // The two edges are nearly parallel: extend each by the distance between its
+                    // two nearest points.
                     let beyond = |near: RimPoint, next: RimPoint| 2.0 * near.point - next.point;
                     corners.extend([beyond(b, before), beyond(c, behind)]);
                 }
@@ -285,7 +293,9 @@ impl PupilSearch<'_> {
         corners
     }
 
-    /// Finds a point inside the pupil, and the points of the outline relative to it.
+    /// Finds a point inside the pupil, and points of the outline relative to it, in millimeters.
+    /// `count` points have evenly spaced directions; there are more near corners. Returns none if
+    /// no light reaches the film point.
     pub(crate) fn outline_points(&self, film: DVec3, count: usize) -> Option<(DVec2, Vec<DVec2>)> {
         let inside = self.inner_point(film)?;
         let rims = self.fine_rim_points(film, inside, count);
@@ -293,10 +303,11 @@ impl PupilSearch<'_> {
         Some((inside.center, rims.iter().map(around).collect()))
     }
 
-    /// Finds the rim in evenly spaced directions, and the corners between them. Where the shadow of
-    /// one surface meets that of another, a row of directions steps over the corner: between two
-    /// directions that different surfaces limit, eight more are searched, and eight more between two
-    /// of those.
+    /// Finds the rim in `count` evenly spaced directions, and near corners in more.
+    ///
+    /// Where the shadow of one surface meets that of another, a row of directions misses the
+    /// corner. Between two directions in which different surfaces limit the pupil, eight more are
+    /// searched, and eight more between those two of them that enclose the corner.
     fn fine_rim_points(&self, film: DVec3, inside: InnerPoint, count: usize) -> Vec<RimPoint> {
         let mut rims = Vec::with_capacity(count + 64);
         let mut guess = None;
@@ -332,7 +343,7 @@ impl PupilSearch<'_> {
     }
 }
 
-/// The distance of the nearest point of an outline, and the mean distance.
+/// The least and the mean distance of the rim points from the center.
 fn nearest_and_mean(rims: &[RimPoint]) -> (f64, f64) {
     let distances = rims.iter().map(|rim| rim.distance);
     let nearest = distances.clone().fold(f64::INFINITY, f64::min);

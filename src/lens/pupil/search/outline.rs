@@ -5,18 +5,21 @@ use glam::DVec2;
 use crate::lens::pupil::polygon::Support;
 use crate::math::lanes::LANES;
 
-/// The number of directions in which an outline is searched: over half a turn if the other half is
-/// its mirror image.
+/// The number of directions in which an outline is searched. They cover half a turn if the other
+/// half is its mirror image.
 pub(super) const DIRECTIONS: usize = 2 * LANES;
 
 /// A direction in the rear vertex plane.
 #[derive(Clone, Copy)]
 pub(super) struct Direction {
+    /// The angle from +x, in radians.
     pub angle: f64,
+    /// The unit vector.
     pub unit: DVec2,
 }
 
 impl Direction {
+    /// The direction at an angle from +x, in radians.
     pub(super) fn at(angle: f64) -> Self {
         let (sin, cos) = libm::sincos(angle);
         Self {
@@ -26,20 +29,22 @@ impl Direction {
     }
 }
 
-/// The outline of the exit pupil from one film point: its reach in the directions asked for, and a
-/// guess for the outline from a neighboring film point.
+/// The outline of the exit pupil from one film point, and a guess for the outline from a
+/// neighboring film point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PupilOutline {
     pub support: Support,
     pub guess: OutlineGuess,
 }
 
-/// A point inside the pupil, the distance of the rim from it in each direction, and the slope of the
-/// fill at the rim, per millimeter.
+/// What a search for an outline starts from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OutlineGuess {
+    /// A point inside the pupil, in millimeters.
     pub(super) center: DVec2,
+    /// The distance of the rim from the center in each direction, in millimeters.
     pub(super) distances: [f64; DIRECTIONS],
+    /// The slope of the fill at the rim in each direction, per millimeter.
     pub(super) slopes: [f64; DIRECTIONS],
 }
 
@@ -66,6 +71,7 @@ impl OutlineGuess {
         }
     }
 
+    /// A point inside the pupil, in millimeters.
     pub(crate) fn center(&self) -> DVec2 {
         self.center
     }
@@ -75,7 +81,7 @@ impl OutlineGuess {
         self.slopes.into_iter().fold(0.0, f64::max)
     }
 
-    /// The same guess with its center rotated about the axis and scaled, by a complex factor.
+    /// The guess with its center rotated about the axis and scaled, by a complex factor.
     pub(crate) fn turned(&self, factor: DVec2) -> Self {
         Self {
             center: factor.rotate(self.center),

@@ -10,45 +10,62 @@ use crate::lens::pupil::search::outline::{DIRECTIONS, Direction};
 use crate::lens::pupil::search::rim::{Bracket, RimPoint};
 use crate::math::lanes::{LANES, Lane};
 
-/// A point of this fill is far enough inside the pupil to measure the outline around it.
+/// The search for a center ends at a point with a fill below this. Such a point is far enough
+/// inside the pupil to measure the outline around it. A smaller value costs more rounds, and a
+/// value near 1 gives directions that cover the far side of the outline thinly. It was chosen by
+/// trial.
 const WELL_INSIDE: f64 = 0.6;
-/// A round of line searches that lowers the fill by less than 2% is the last one.
-const LEAST_GAIN: f64 = 0.98;
-/// A rim is searched up to this many times the reach.
-const FARTHEST: f64 = 4.0;
+/// The search by lines has converged if a round leaves more than this share of the fill. It was
+/// chosen by trial; a search that ends too early is followed by a search on a grid.
+const CONVERGED: f64 = 0.98;
+/// The greatest distance at which a rim is searched, in multiples of the reach. The diagonal of the
+/// square that is searched for a center is 2.8 times the reach, so a rim farther away than this
+/// lies outside of everything that the search covers.
+const MAX_DISTANCE: f64 = 4.0;
+/// The reach of a search, in multiples of the rear element's radius. A slanting ray through the
+/// rear element may cross its vertex plane outside of it; how far is assumed and was not derived.
+const REACH: f64 = 1.5;
+/// The number of surfaces for which the grid of [`PupilSearch::grid`] is refined by one more
+/// bundle. The more surfaces there are, the more often a beam can be folded. It was chosen by
+/// trial.
+const SURFACES_PER_BUNDLE: usize = 28;
 
 /// The search for the exit pupil of one lens.
 pub(crate) struct PupilSearch<'a> {
     pub(super) lens: &'a Lens,
     /// Half of the side of the square that is searched, in millimeters.
     pub(super) reach: f64,
+    /// Whether the lens has rotational symmetry.
     rotational: bool,
     /// Whether the lens is symmetric about y = 0.
-    pub(super) even: bool,
-    /// Bundles along one side of the grid on which secondary openings are searched.
+    pub(super) mirror_symmetric: bool,
+    /// The number of bundles along one side of the grid on which secondary openings are searched.
     pub grid: usize,
+    /// The directions over half a turn, both ends included.
     half_turn: [Direction; DIRECTIONS],
+    /// The directions over the whole turn.
     full_turn: [Direction; DIRECTIONS],
 }
 
 /// A point inside the pupil, and its fill.
 #[derive(Clone, Copy)]
 pub(super) struct InnerPoint {
+    /// The point, in millimeters.
     pub center: DVec2,
+    /// The fill of the ray through the point; below 1.
     pub fill: f64,
 }
 
 impl<'a> PupilSearch<'a> {
+    /// The search for the exit pupil of a lens.
     pub(crate) fn new(lens: &'a Lens) -> Self {
         let rear = RearElement::of(lens, crate::sampling::DiscMap::Concentric).radius;
         Self {
             lens,
-            // A slanting ray through the rear element may cross its vertex plane outside of it.
-            reach: 1.5 * rear,
+            reach: REACH * rear,
             rotational: lens.is_rotational(),
-            even: lens.iris_edges().is_empty(),
-            // The more surfaces there are, the more often a beam can be folded.
-            grid: 1 + lens.prescription().surfaces.len() / 28,
+            mirror_symmetric: lens.iris_edges().is_empty(),
+            grid: 1 + lens.prescription().surfaces.len() / SURFACES_PER_BUNDLE,
             half_turn: std::array::from_fn(|i| {
                 Direction::at(PI * i as f64 / (DIRECTIONS - 1) as f64)
             }),
@@ -56,7 +73,8 @@ impl<'a> PupilSearch<'a> {
         }
     }
 
-    /// The fills of a bundle of aims, and the number of the surface that limits each.
+    /// The fills of a bundle of aims, which `aim` returns for each lane, and the numbers of the
+    /// surfaces that limit them.
     pub(super) fn fills(&self, film: DVec3, aim: impl Fn(usize) -> DVec2) -> (Lane, [u64; LANES]) {
         let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
@@ -66,6 +84,7 @@ impl<'a> PupilSearch<'a> {
         (fills.fill, fills.limit)
     }
 
+    /// The fill of the ray from a film point to an aim.
     pub(super) fn fill(&self, film: DVec3, aim: DVec2) -> f64 {
         self.fills(film, |_| aim).0[0]
     }
@@ -75,6 +94,7 @@ impl<'a> PupilSearch<'a> {
         self.rotational && film.y == 0.0
     }
 
+    /// The directions in which the outline from a film point is searched.
     pub(super) fn directions(&self, film: DVec3) -> &[Direction] {
         match self.is_mirrored(film) {
             true => &self.half_turn,
@@ -82,7 +102,7 @@ impl<'a> PupilSearch<'a> {
         }
     }
 
-    /// Finds a point well inside the pupil, or nothing if no light reaches the film point.
+    /// Finds a point well inside the pupil, or returns none if no light reaches the film point.
     pub(super) fn inner_point(&self, film: DVec3) -> Option<InnerPoint> {
         let fill = |aim: DVec2| self.fill(film, aim);
         let meridian = film.truncate().try_normalize().unwrap_or(DVec2::X);
@@ -93,7 +113,7 @@ impl<'a> PupilSearch<'a> {
                 aim = self.best_along(film, aim, DVec2::Y);
                 aim = self.best_along(film, aim, DVec2::X);
                 let now = fill(aim);
-                if now < WELL_INSIDE || !(now < LEAST_GAIN * last) {
+                if now < WELL_INSIDE || !(now < CONVERGED * last) {
                     break;
                 }
                 last = now;
@@ -113,45 +133,48 @@ impl<'a> PupilSearch<'a> {
         const LAST: usize = LANES - 1;
         let middle = -from.dot(direction);
         let mut best = (middle, f64::INFINITY);
-        // Tries a bundle, and returns a lower bound of the fill around its best aim: a convex
-        // function is nowhere below the extensions of its secants.
+        // Traces a bundle, and returns a lower bound of the fill around its best aim: a convex
+        // function is nowhere below the extensions of its secants. At the ends of the bundle there
+        // is no bound.
         let try_bundle = |low: f64, step: f64, best: &mut (f64, f64)| {
             let place = |lane: usize| low + lane as f64 * step;
             let (fills, _) = self.fills(film, |lane| from + place(lane) * direction);
-            let mut at_least = f64::NEG_INFINITY;
+            let mut bound = f64::NEG_INFINITY;
             for (lane, fill) in fills.into_iter().enumerate() {
                 if fill < best.1 {
                     *best = (place(lane), fill);
-                    at_least = match lane {
+                    bound = match lane {
                         1..LAST => 2.0 * fill - fills[lane - 1].max(fills[lane + 1]),
                         _ => f64::NEG_INFINITY,
                     };
                 }
             }
-            at_least
+            bound
         };
         let mut step = 2.0 * self.reach / (ROWS * LANES) as f64;
         for row in 0..ROWS {
             let low = middle - self.reach + (row * LANES) as f64 * step;
             try_bundle(low, step, &mut best);
         }
-        // Each round narrows the line by a factor of 15. After 12 rounds only rounding is left.
+        // Each round narrows the interval by a factor of 15.5. After 12 rounds it is shorter than
+        // the rounding error.
         for round in 0..12 {
             if best.1 < WELL_INSIDE || best.1.is_infinite() {
                 break;
             }
             let low = best.0 - step;
             step *= 2.0 / (LANES - 1) as f64;
-            let at_least = try_bundle(low, step, &mut best);
-            // There is no light on this line. Without rotational symmetry there may be some on
-            // another line, and the search goes on from the best aim of this one.
-            if self.rotational && round > 1 && at_least > 1.0 {
+            let bound = try_bundle(low, step, &mut best);
+            // No light gets through on this line. Without rotational symmetry some may get through
+            // on another line, and the search continues from the best aim on this one.
+            if self.rotational && round > 1 && bound > 1.0 {
                 break;
             }
         }
         from + best.0 * direction
     }
 
+    /// Finds the aim of least fill on a grid of two bundles by two bundles over the reach.
     fn best_of_grid(&self, film: DVec3) -> DVec2 {
         let mut best = (DVec2::ZERO, f64::INFINITY);
         let place = |i: usize| self.reach * (2.0 * i as f64 / (2 * LANES - 1) as f64 - 1.0);
@@ -169,8 +192,9 @@ impl<'a> PupilSearch<'a> {
         best.0
     }
 
-    /// Finds the rim, where the fill becomes 1, in up to one bundle of directions. Each point that
-    /// comes out is just outside the rim, within the relative `width`.
+    /// Finds the rim, where the fill is 1, in up to one bundle of directions. Each resulting point
+    /// is outside the rim by less than the relative `width`. `guess` returns the distance from
+    /// which the search in a lane starts.
     pub(super) fn rim_points(
         &self,
         film: DVec3,
@@ -182,14 +206,15 @@ impl<'a> PupilSearch<'a> {
     ) {
         let count = directions.len();
         let start = 1e-3 * self.reach;
-        let farthest = FARTHEST * self.reach;
+        let farthest = MAX_DISTANCE * self.reach;
         let mut brackets: [Bracket; LANES] = std::array::from_fn(|lane| {
             let guess = guess(lane.min(count - 1)).filter(|g| *g > 0.0);
             let guess = guess.unwrap_or(start);
             Bracket::new(inside.fill - 1.0, guess)
         });
         let unit = |lane: usize| directions[lane.min(count - 1)].unit;
-        // From the sixth round on, every third bisects: 160 rounds narrow a bracket by 2^51.
+        // From the sixth round on, every third bisects: 160 rounds narrow a bracket by 2^51, which
+        // is the precision of a double.
         for round in 0..160 {
             let mut open = 0;
             for bracket in &mut brackets[..count] {
@@ -203,7 +228,7 @@ impl<'a> PupilSearch<'a> {
             let (fills, limits) = self.fills(film, aim);
             for (lane, bracket) in brackets[..count].iter_mut().enumerate() {
                 if bracket.is_open(width) {
-                    bracket.learn(fills[lane] - 1.0, limits[lane], farthest);
+                    bracket.update(fills[lane] - 1.0, limits[lane], farthest);
                 }
             }
         }

@@ -1,4 +1,5 @@
-//! Points of an outline: the search for one, and the corners between two of different surfaces.
+//! Points of an outline: the search for one, and the corner between two that are limited by
+//! different surfaces.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,10 +8,13 @@ use glam::DVec2;
 /// A point of the outline.
 #[derive(Clone, Copy, Default)]
 pub(super) struct RimPoint {
+    /// The angle of the direction from the center of the search, in radians.
     pub angle: f64,
+    /// The distance from the center of the search, in millimeters.
     pub distance: f64,
+    /// The point of the rear vertex plane, in millimeters.
     pub point: DVec2,
-    /// The surface whose rim it is, or the edge of an iris.
+    /// The number of the surface, or of the edge of an iris, that limits the pupil here.
     pub limit: u64,
 }
 
@@ -19,11 +23,12 @@ pub(super) struct RimPoint {
 #[derive(Clone, Copy)]
 pub(super) struct RimRow<'a> {
     pub rims: &'a [RimPoint],
+    /// Whether the points cover half a turn.
     pub mirrored: bool,
 }
 
 impl RimRow<'_> {
-    /// The point of an index, which may lie before the first point or behind the last one.
+    /// The point of an index, which may lie before the first point or after the last one.
     pub(super) fn at(&self, index: isize) -> RimPoint {
         let count = self.rims.len() as isize;
         let period = if self.mirrored {
@@ -44,57 +49,69 @@ impl RimRow<'_> {
     }
 }
 
-/// What is known of the rim in one direction: `low` is inside, `high` is outside.
+/// An interval of distances that contains the rim in one direction, in millimeters.
 #[derive(Clone, Copy)]
 pub(super) struct Bracket {
+    /// A distance inside the pupil.
     pub low: f64,
+    /// A distance outside the pupil, once one is known.
     pub high: f64,
-    /// The fill less 1 at both. At `high` it is not above 0 until a point outside is known.
+    /// The fill less 1 at `low`.
     f_low: f64,
+    /// The fill less 1 at `high`. It is positive only if a distance outside is known.
     f_high: f64,
-    /// The last two distances tried, with the fill less 1.
-    tried: [(f64, f64); 2],
+    /// The last two distances tested, with the fill less 1.
+    tested: [(f64, f64); 2],
+    /// The distance to test next.
     pub next: f64,
+    /// The number of the surface or edge that limits the pupil at `high`.
     pub limit: u64,
 }
 
-/// For this many rounds only the secant chooses; then every third round bisects, so that the search
-/// ends whatever the fill is like.
+/// The number of rounds in which the secant alone chooses the distance. Later every third round
+/// bisects, so that the search ends for any fill. Nearly every search ends before. It was chosen by
+/// trial.
 const SECANT_ROUNDS: usize = 6;
 
 impl Bracket {
+    /// A bracket in which only the fill at the center, less 1, is known. `guess` is the distance to
+    /// test first.
     pub(super) fn new(f_center: f64, guess: f64) -> Self {
         Self {
             low: 0.0,
             high: guess,
             f_low: f_center,
             f_high: f64::NEG_INFINITY,
-            tried: [(0.0, f_center); 2],
+            tested: [(0.0, f_center); 2],
             next: guess,
             limit: 0,
         }
     }
 
+    /// Whether the bracket is wider than the share `width` of the distance.
     pub(super) fn is_open(&self, width: f64) -> bool {
         !(self.f_high > 0.0) || self.high - self.low > width * self.high
     }
 
-    /// Where the fill would be 1 if it were linear through the last two distances tried.
+    /// The distance at which the fill would be 1 if it were linear through the last two distances
+    /// tested; none if they do not determine one.
     fn secant(&self) -> Option<f64> {
-        let [(a, f), (b, g)] = self.tried;
+        let [(a, f), (b, g)] = self.tested;
         let root = b - g * (b - a) / (g - f);
         root.is_finite().then_some(root)
     }
 
-    /// Chooses the next distance to try. Near the root it is placed a little less than half of
-    /// the width away (0.45), in turn on both sides, so that two rays close the bracket.
+    /// Chooses the next distance to test. Near the root it is placed a little less than half of the
+    /// width away (0.45), alternately on both sides, so that two rays close the bracket. The
+    /// distance is at most `farthest`.
     pub(super) fn choose(&mut self, width: f64, round: usize, farthest: f64) {
         if round == 0 {
             return;
         }
         let near = 0.45 * width * self.high;
         if !(self.f_high > 0.0) {
-            // Nothing outside is known: go outward, by a factor of 4 at most.
+            // No distance outside is known: increase the distance by 1.5, or as the secant says, by
+            // a factor of 4 at most.
             let outward = 1.5 * self.low;
             let far = 4.0 * self.low;
             let is_secant = round < SECANT_ROUNDS;
@@ -126,8 +143,10 @@ impl Bracket {
         }
     }
 
-    pub(super) fn learn(&mut self, over: f64, limit: u64, farthest: f64) {
-        self.tried = [self.tried[1], (self.next, over)];
+    /// Narrows the bracket by the fill less 1, `over`, and the limiting surface at the distance
+    /// tested. A distance of `farthest` counts as outside.
+    pub(super) fn update(&mut self, over: f64, limit: u64, farthest: f64) {
+        self.tested = [self.tested[1], (self.next, over)];
         if over <= 0.0 && self.next < farthest {
             (self.low, self.f_low) = (self.next, over);
         } else {

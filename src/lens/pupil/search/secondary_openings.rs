@@ -1,5 +1,6 @@
-//! Secondary openings: light that reaches a film point outside the outline of its pupil, because a
-//! beam that is folded inside the lens comes through in several pieces.
+//! Searches for secondary openings: parts of the rear vertex plane outside the outline of the pupil
+//! through which light reaches a film point. A beam that is folded inside the lens comes through in
+//! several pieces.
 
 use std::f64::consts::TAU;
 
@@ -12,35 +13,53 @@ use crate::lens::pupil::search::pupil_search::PupilSearch;
 use crate::lens::trace::ray::{LensRay, unit};
 use crate::math::lanes::LANES;
 
-/// Rays of a greater fill at the rear surface are not traced further. The rays of the grid next to
-/// an opening have a fill of 1 and two grid steps more at most, unless they are slanting.
-const MOST_AT_REAR: f64 = 2.0;
-/// Nor are rays of a greater fill at another surface: this much, and what the fill at the rim of the
-/// pupil rises by over [`NARROWER`] grid steps. A secondary opening may be that many times as narrow.
-const MOST_AT_OTHERS: f64 = 2.0;
-const NARROWER: f64 = 12.0;
-/// The golden angle as a share of a turn: points at its multiples cover a disc evenly.
+/// Rays of the grid with a greater fill at the rear surface are dropped. The grid reaches 1.5 times
+/// the rear radius, and a ray next to an opening has a fill of at most 1 and two grid steps more
+/// (3/16 for one bundle a side), unless it is slanting. It was chosen by trial.
+const MAX_FILL_AT_REAR: f64 = 2.0;
+/// Rays of the grid with a greater fill at another surface are dropped as well: this value, plus
+/// the rise of the fill at the rim of the pupil over [`RISE_STEPS`] grid steps. A smaller sum drops
+/// rays next to narrow openings, and a greater one traces more rays to their end. Both values were
+/// chosen by trial: with them, 2 of 8,343 random lenses lost rays
+/// (docs/decisions/0011-measuring-a-pupil.md).
+const MAX_FILL_ELSEWHERE: f64 = 2.0;
+/// The number of grid steps of [`MAX_FILL_ELSEWHERE`]. The slope of the fill around a secondary
+/// opening may be about this many times as steep as at the rim of the pupil.
+const RISE_STEPS: f64 = 12.0;
+/// The golden angle as a share of a turn, (3 − √5)/2. Points at its multiples cover a disc evenly.
 const GOLDEN_ANGLE: f64 = 0.381966;
+/// The factor by which the neighborhood of [`PupilSearch::downhill`] shrinks in a round. The 32
+/// points of a round are about 0.3 of its radius apart, so that the minimum is nearly always in the
+/// smaller neighborhood. It was chosen by trial.
+const DOWNHILL_SHRINK: f64 = 0.6;
+/// The number of rounds of [`PupilSearch::downhill`]: 0.6^12 is 1/459 of a grid step.
+const DOWNHILL_ROUNDS: usize = 12;
+/// The factor by which the neighborhood of [`PupilSearch::least_around`] shrinks after a round of
+/// little gain. The 32 points of a round are about 0.6 of half its side apart in three dimensions.
+/// It was chosen by trial.
+const AROUND_SHRINK: f64 = 0.7;
+/// The greatest number of rounds of [`PupilSearch::least_around`]. It shrinks 26 times at most.
+const AROUND_ROUNDS: usize = 64;
 
-/// A ray, by the film radius it starts at and its aim.
+/// A ray, given by the film radius at which it starts and its aim, both in millimeters.
 pub(crate) type RadiusAndAim = (f64, DVec2);
 
 impl PupilSearch<'_> {
-    /// Finds aims outside the `outline` of the pupil through which light comes, or nearly comes,
-    /// with their fills.
+    /// Finds aims outside the `outline` of the pupil at which the fill is below `fill_limit`, with
+    /// their fills. Where the fill is below 1, light comes through.
     ///
-    /// The fill is measured on a grid over all that is in reach, and followed downhill from every
-    /// local minimum. `slope` is the slope of the fill at the rim of a pupil; with an infinite one
-    /// every ray is traced to its end. `nearly` is the fill up to which an aim is returned.
+    /// The fill is measured on a grid over the reach, and followed downhill from every local
+    /// minimum. `slope` is the slope of the fill at the rim of a pupil, per millimeter; if it is
+    /// infinite, every ray is traced to its end. `sides` are the normals of the outline's sides.
     pub(crate) fn secondary_openings(
         &self,
         film: DVec3,
         outline: Option<&PupilOutline>,
         sides: &[DVec2; SIDES],
         slope: f64,
-        nearly: f64,
+        fill_limit: f64,
     ) -> Vec<(DVec2, f64)> {
-        let mirrored = self.even && film.y == 0.0;
+        let mirrored = self.mirror_symmetric && film.y == 0.0;
         let side = self.grid * LANES;
         let rows = if mirrored { side / 2 } else { side };
         let step = self.grid_step();
@@ -57,11 +76,14 @@ impl PupilSearch<'_> {
             |p: DVec2| outline.is_none_or(|outline| is_outside(p, &outline.support, sides));
         let aims = (0..rows * side).map(|k| place(k % side, k / side));
         let aims: Vec<DVec2> = aims.collect();
-        let most = match slope.is_finite() {
-            true => [MOST_AT_REAR, MOST_AT_OTHERS + NARROWER * slope * step],
+        let max_fills = match slope.is_finite() {
+            true => [
+                MAX_FILL_AT_REAR,
+                MAX_FILL_ELSEWHERE + RISE_STEPS * slope * step,
+            ],
             false => [f64::INFINITY; 2],
         };
-        let fills = self.lens.fills_up_to(most, film, &aims);
+        let fills = self.lens.fills_up_to(max_fills, film, &aims);
         let fill = |i: usize, j: usize, di: usize, dj: usize| {
             // The offsets are 0 to 2, so that they are not negative; 1 is the point itself.
             let (i, j) = ((i + di).wrapping_sub(1), (j + dj).wrapping_sub(1));
@@ -77,27 +99,27 @@ impl PupilSearch<'_> {
         let lowest = (0..rows * side).map(|k| (k % side, k / side));
         lowest
             .filter(|(i, j)| is_lowest(*i, *j) && outside(place(*i, *j)))
-            .map(|(i, j)| self.downhill(film, place(i, j), step, nearly, &outside))
+            .map(|(i, j)| self.downhill(film, place(i, j), step, fill_limit, &outside))
             .filter(|(aim, fill)| {
-                // An aim on the slope of the pupil itself is no opening of its own.
+                // An aim on the slope of the pupil itself is not an opening of its own.
                 let apart =
                     |outline: &PupilOutline| self.is_behind_a_ridge(film, *aim, *fill, outline);
-                *fill < 1.0 || *fill < nearly && outline.is_none_or(apart)
+                *fill < 1.0 || *fill < fill_limit && outline.is_none_or(apart)
             })
             .collect()
     }
 
-    /// The distance between neighboring aims of the grid.
+    /// The distance between neighboring aims of the grid, in millimeters.
     fn grid_step(&self) -> f64 {
         2.0 * self.reach / (self.grid * LANES) as f64
     }
 
-    /// Finds the ray of least fill near a given one, while the film point may move as well, at first
-    /// by up to `step` at once. `film_point` gives the film point of a radius. Only rays that are
-    /// `outside` count.
+    /// Finds the ray of least fill near a given one, with its fill. The film point may move as
+    /// well, at first by up to `step` millimeters in a round. `film_point` returns the film point
+    /// of a radius. Only rays that are `outside` count.
     ///
-    /// The best ray of a bundle becomes the center of the next. If that gains less than a
-    /// thousandth of the size of the neighborhood, the neighborhood is shrunk to 0.7 of it.
+    /// The best ray of a bundle becomes the center of the next. If the fill decreases by less than
+    /// a thousandth of the size of the neighborhood, the neighborhood shrinks by [`AROUND_SHRINK`].
     pub(crate) fn least_around(
         &self,
         (radius, aim): RadiusAndAim,
@@ -108,10 +130,11 @@ impl PupilSearch<'_> {
         let rear_z = self.lens.length();
         let (mut best, mut least) = ((radius, aim), f64::INFINITY);
         let mut size = 1.0;
-        for round in 0..64 {
+        for round in 0..AROUND_ROUNDS {
             let from = best;
             let near = |lane: usize| {
-                // Points evenly in a cube, by the generalized golden ratio in three dimensions.
+                // Points that cover a cube evenly: multiples of the inverse powers of the
+                // generalized golden ratio in three dimensions (Roberts's R sequence).
                 let k = (round * LANES + lane) as f64;
                 let at = [0.819_172_513, 0.671_043_607, 0.549_700_478];
                 let [a, b, c] = at.map(|g| size * (2.0 * (0.5 + g * k).fract() - 1.0));
@@ -140,13 +163,14 @@ impl PupilSearch<'_> {
                 break;
             }
             if !(least < before - 1e-3 * size) {
-                size *= 0.7;
+                size *= AROUND_SHRINK;
             }
         }
         (best, least)
     }
 
-    /// Whether the fill rises somewhere on the straight line from an aim to the center of the pupil.
+    /// Whether the fill rises above that of an aim somewhere on the straight line from the aim to
+    /// the center of the pupil.
     fn is_behind_a_ridge(
         &self,
         film: DVec3,
@@ -159,19 +183,20 @@ impl PupilSearch<'_> {
         fills.iter().any(|f| !(*f <= fill + 1e-3))
     }
 
-    /// Follows the fill downhill from an aim. The fill comes back as infinite if that leads into the
-    /// pupil.
+    /// Follows the fill downhill from an aim, and returns the aim of least fill and its fill. The
+    /// fill is infinite if that leads into the pupil. The search ends early if the fill cannot fall
+    /// below `fill_limit`.
     fn downhill(
         &self,
         film: DVec3,
         from: DVec2,
         step: f64,
-        nearly: f64,
+        fill_limit: f64,
         outside: &dyn Fn(DVec2) -> bool,
     ) -> (DVec2, f64) {
         let (mut best, mut least) = (from, f64::INFINITY);
         let mut radius = step;
-        for round in 0..12 {
+        for round in 0..DOWNHILL_ROUNDS {
             let (center, before) = (best, least);
             let aim = |lane: usize| {
                 let part = lane as f64 / (LANES - 1) as f64;
@@ -187,19 +212,20 @@ impl PupilSearch<'_> {
             if !outside(best) {
                 return (best, f64::INFINITY);
             }
-            // The neighborhood shrinks by 0.6 a round, and the gain with it: all further rounds
-            // together gain less than three times as much as this one.
-            let hopeless = round > 2 && least - 3.0 * (before - least) > nearly;
+            // The neighborhood shrinks by 0.6 in a round, and so does the gain: all further rounds
+            // together gain 1.5 times as much as this one. Three times leaves room for irregular
+            // ones.
+            let hopeless = round > 2 && least - 3.0 * (before - least) > fill_limit;
             if least < 1.0 || hopeless {
                 break;
             }
-            radius *= 0.6;
+            radius *= DOWNHILL_SHRINK;
         }
         (best, least)
     }
 }
 
-/// Whether a point lies outside a convex figure.
+/// Whether a point lies outside a convex figure with the given support and normals.
 pub(crate) fn is_outside(p: DVec2, support: &Support, sides: &[DVec2; SIDES]) -> bool {
     let mut sides = sides.iter().zip(support);
     sides.any(|(side, reach)| p.dot(*side) > *reach)
@@ -212,7 +238,7 @@ mod tests {
     use crate::math::Meters;
 
     #[test]
-    fn rays_dropped_on_their_way_are_those_of_much_fill_and_the_others_have_theirs() {
+    fn only_rays_of_large_fill_are_dropped_and_the_others_keep_their_fill() {
         let mut kept = 0;
         for (name, most) in [
             ("double-gauss", 1.2),
@@ -226,7 +252,7 @@ mod tests {
             let place = |i: usize| {
                 0.9 * search.grid_step() * (DVec2::new((i % 37) as f64, (i / 37) as f64) - 18.0)
             };
-            // More than go at once, and not a whole number of bundles.
+            // More aims than are traced at once, and not a whole number of bundles.
             let aims: Vec<DVec2> = (0..37 * 37).map(place).collect();
             let found = lens.fills_up_to([1.35, most], film, &aims);
             for (aim, found) in aims.iter().zip(&found) {
@@ -235,7 +261,7 @@ mod tests {
                     *found == fill || found.is_infinite(),
                     "{name} {aim}: {found} {fill}"
                 );
-                // The first surface may have dropped it where the others would not.
+                // The first surface may drop a ray that the others would not.
                 assert!(
                     found.is_finite() || fill > most.min(1.35),
                     "{name} {aim}: {fill}"

@@ -1,4 +1,4 @@
-//! What is done ray by ray: toroids, and holes that are not round.
+//! What is computed for one ray after another: toroids, and holes that are not round.
 
 use glam::DVec3;
 
@@ -7,8 +7,8 @@ use crate::lens::lanes::step::Step;
 use crate::lens::trace::refraction::refract;
 use crate::math::lanes::LANES;
 
-/// Blocks rays outside a hole that is not round.
-pub(super) fn iris(step: &Step<'_>, b: &mut Bundle) {
+/// Blocks the rays that are outside a hole that is not round.
+pub(super) fn block_at_iris(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
         if b.lost[i] == 0.0 && !step.element.is_open_at(DVec3::new(b.x[i], b.y[i], b.z[i])) {
             b.lost[i] = step.outcome(true, false, true);
@@ -16,8 +16,8 @@ pub(super) fn iris(step: &Step<'_>, b: &mut Bundle) {
     }
 }
 
-/// Notes the fill of a hole that is not round; every edge is a limit of its own.
-pub(super) fn iris_fill(step: &Step<'_>, b: &mut Bundle) {
+/// Notes the fill at a hole that is not round. Every edge has a number of its own.
+pub(super) fn note_iris_fill(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
         for (edge, number) in step.element.edges.iter().zip(1u64..) {
             let share = (edge.x * b.x[i] + edge.y * b.y[i]).max(0.0);
@@ -28,14 +28,14 @@ pub(super) fn iris_fill(step: &Step<'_>, b: &mut Bundle) {
 
 /// Crosses a toroid.
 #[inline(always)]
-pub(super) fn one_by_one<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
+pub(super) fn toroid<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
     for i in 0..LANES {
         if b.lost[i] != 0.0 {
             continue;
         }
         let mut ray = b.ray(i);
         ray.origin.z += step.shift;
-        b.lost[i] = match step.element.meet(ray.origin, ray.direction, step.sign) {
+        b.lost[i] = match step.element.intersect(ray.origin, ray.direction, step.sign) {
             None => step.outcome(false, true, true),
             Some(hit) => {
                 ray.origin = hit.point;
@@ -43,7 +43,7 @@ pub(super) fn one_by_one<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
                 if !STOPS {
                     b.note_fill(i, r2 / step.element.clear, step.number);
                 }
-                match refract(ray.direction, &hit, step.bend, step.sign) {
+                match refract(ray.direction, &hit, step.refraction, step.sign) {
                     _ if STOPS && !(r2 <= step.element.clear) => step.outcome(true, false, true),
                     None => step.outcome(true, true, false),
                     Some(direction) => {

@@ -1,25 +1,26 @@
-//! Where a ray meets a surface, from the vertex of the surface.
+//! Intersects rays with surfaces. Positions are relative to the vertex of the surface.
 
 use glam::DVec3;
 
 use crate::lens::trace::profile::Profile;
 
-/// A point of a surface, from its vertex.
+/// The point at which a ray hits a surface.
 pub(crate) struct Hit {
+    /// The point relative to the vertex, in millimeters.
     pub point: DVec3,
-    /// Unit normal toward the film.
+    /// The unit normal toward the film.
     pub normal: DVec3,
     /// The cosine of the angle of incidence, never negative.
     pub cos: f64,
 }
 
-/// Where a ray meets a sphere or a plane.
+/// Intersects a sphere or a plane of curvature c with a ray, on the side of the vertex.
 ///
-/// With the curvature c = 1/R and the larger denominator it holds from a ball lens to a plane
-/// (c = 0), and the sag is right to 2e-13 mm at R = 3e15 mm, where the center-and-radius form is
-/// 0.4 mm off. The shift to the point nearest the vertex keeps origins 1e12 mm away good to
-/// their own rounding.
-pub(crate) fn meet_sphere(c: f64, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
+/// With the curvature c = 1/R and the larger denominator the result is accurate from a ball lens to
+/// a plane (c = 0): the error of the sag is 2e-13 mm at R = 3e15 mm, where that of the
+/// center-and-radius form is 0.4 mm. The origin is moved to the point nearest the vertex, so that
+/// an origin 1e12 mm away adds no more error than its own rounding.
+pub(crate) fn intersect_sphere(c: f64, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
     let nearest = -p.dot(d);
     let q = p + nearest * d;
     let f = c * q.dot(q) - 2.0 * q.z;
@@ -37,12 +38,13 @@ pub(crate) fn meet_sphere(c: f64, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> 
     };
     let point = q + step * d;
     let normal = DVec3::new(-c * point.x, -c * point.y, 1.0 - c * point.z);
-    // On the sphere but past its equator, or nowhere: an infinite step makes a NaN or fails too.
+    // A point beyond the equator is on the other half of the sphere. An infinite step gives a NaN
+    // or an infinity, and fails too.
     (normal.z > 0.0 && point.is_finite()).then_some(Hit { point, normal, cos })
 }
 
-/// Where a ray meets the quadric c (w.x x² + w.y y² + w.z z²) = 2 z, on the side of its vertex.
-pub(super) fn meet_quadric(c: f64, w: DVec3, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
+/// Intersects the quadric c (w.x x² + w.y y² + w.z z²) = 2 z with a ray, on the side of the vertex.
+pub(super) fn intersect_quadric(c: f64, w: DVec3, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
     let nearest = -p.dot(d);
     let q = p + nearest * d;
     let (wq, wd) = (w * q, w * d);
@@ -70,19 +72,20 @@ pub(super) fn meet_quadric(c: f64, w: DVec3, p: DVec3, d: DVec3, sign: f64) -> O
     (gradient.z > 0.0 && point.is_finite()).then_some(hit)
 }
 
-/// Where a ray meets a surface known by its height: Newton's iteration from a nearby quadric.
+/// Intersects a surface that is given by its height with a ray, by Newton's iteration from a nearby
+/// quadric.
 ///
-/// `surface` gives how far a point is above the surface, along the axis, and the gradient of
-/// that. The iteration stops where it no longer improves, which is rounding itself; a ray that
-/// has not converged to 1e-11 of its own size misses.
-pub(super) fn meet_profile(
+/// `surface` returns the height of a point over the surface, along the axis, and its gradient. The
+/// iteration stops where it no longer improves, which is at the rounding error. A ray whose height
+/// has not fallen below 1e-11 of its distance from the vertex misses.
+pub(super) fn intersect_profile(
     start: Option<Hit>,
     p: DVec3,
     d: DVec3,
     sign: f64,
     surface: impl Fn(DVec3) -> Option<(f64, DVec3)>,
 ) -> Option<Hit> {
-    // Counted from a point near the surface, so that a far origin costs no digits.
+    // Start from a point near the surface, so that a far origin costs no digits.
     let mut q = match start {
         Some(hit) => hit.point,
         None if d.z != 0.0 => p - p.z / d.z * d,
@@ -93,7 +96,7 @@ pub(super) fn meet_profile(
     let mut last_step = 0.0;
     for _ in 0..60 {
         let Some((height, gradient)) = surface(q) else {
-            // Outside the conic: half of the last step back.
+            // The point is outside the conic: go back by half of the last step.
             last_step *= 0.5;
             q -= last_step * d;
             if last_step == 0.0 {
@@ -130,11 +133,13 @@ pub(super) fn meet_profile(
     })
 }
 
-/// Height over a toroid and its gradient. The profile in y is turned about an axis parallel to
-/// y at the distance 1/`across`; across = 0 is a cylinder with any profile.
+/// The height over a toroid and its gradient; none beyond its edge. The profile in y is rotated
+/// about an axis parallel to y at the distance 1/`across`. With across = 0 it is a cylinder with
+/// any profile.
 pub(super) fn toroid(profile: &Profile, across: f64, q: DVec3) -> Option<(f64, DVec3)> {
     let (sag, slope) = profile.sag(q.y * q.y)?;
-    // In the turned plane: z − g − ½ c (x² + (z−g)²) … solved for the height along the axis.
+    // With g the sag and c = `across`, a point of the surface is at the distance |1/c − g| from the
+    // axis of rotation.
     let inside = 1.0 - across * sag;
     let radial = inside * inside - across * across * q.x * q.x;
     if !(radial > 0.0) || !(inside > 0.0) {
