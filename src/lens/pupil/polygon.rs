@@ -328,9 +328,9 @@ impl<'a> Polygon<'a> {
         corners.into_iter().take(SIDES)
     }
 
-    /// A point uniformly distributed over the area, for `u` and `v` uniformly distributed in 0 to
-    /// 1. `u` selects the direction from the center, and √`v` is the share of the distance to the
-    /// rim.
+    /// A point that is uniformly distributed over the area if `u` and `v` are uniformly distributed
+    /// from 0 to 1. The direction from the center is given by `u`, and √`v` is the share of the
+    /// distance to the rim.
     #[inline]
     pub fn point(&self, u: f64, v: f64) -> DVec2 {
         let point = match &self.figure {
