@@ -1,4 +1,4 @@
-//! A film in the dark behind a lens that stands in the scene as solids.
+//! A film behind a lens that is part of the scene's geometry.
 
 use glam::{DQuat, DVec2, DVec3};
 
@@ -10,19 +10,21 @@ use crate::lens::{FilmPlace, Lens, PupilWindow, RearElement};
 use crate::pose::{CameraPose, FilmPlane};
 use crate::sampling::DiscMap;
 
-/// A film in the dark, and no lens that the camera knows of: it stands in the scene as solids,
-/// which send on what the film sees of its rear element, or do not.
+/// A film without a lens model. The lens is part of the scene's geometry, which refracts or blocks
+/// the rays from the film to the rear element.
 #[derive(Clone, Copy, Debug)]
 pub struct FilmCamera {
+    /// The size of the film.
     pub format: FilmFormat,
     plane: FilmPlane,
     map: DiscMap,
     pub(super) world_from_camera: DQuat,
-    /// Where the front vertex is, from the scene's origin, in meters.
+    /// The position of the front vertex, from the scene's origin, in meters.
     pub(super) eye: DVec3,
 }
 
 impl FilmCamera {
+    /// A camera at the scene's origin, with the orientation of a pose.
     pub(crate) fn new(plane: FilmPlane, format: FilmFormat, aim: Aim, pose: &CameraPose) -> Self {
         Self {
             format,
@@ -36,7 +38,8 @@ impl FilmCamera {
         }
     }
 
-    /// The ray from a film point (millimeters) to a point of the rear element.
+    /// The ray from a film point, in millimeters from the film's middle, to a point of the rear
+    /// element.
     pub(super) fn ray(&self, film: DVec2, pupil: [f64; 2]) -> Option<CameraRay> {
         let [film_z, rear_z, radius] =
             [self.plane.film_z, self.plane.rear_z, self.plane.rear_radius]
@@ -58,7 +61,8 @@ impl FilmCamera {
 /// Half the height of 35 mm film, in millimeters.
 const FILM_HALF_HEIGHT: f64 = 12.0;
 
-/// The film behind a lens that stands in the scene as solids, to write into that scene.
+/// The film behind a lens, to be written into a scene that contains the lens as solids. `film_z` is
+/// in millimeters.
 pub(crate) fn film_plane(lens: &Lens, film_z: f64) -> FilmPlane {
     let focal = lens.first_order().focal;
     let image_distance = film_z - focal.map_or(0.0, |f| f.rear_principal_plane);

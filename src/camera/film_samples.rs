@@ -1,4 +1,4 @@
-//! Film points and lens points side by side.
+//! Film points and lens points, one of each in a lane.
 
 use crate::film::FilmFormat;
 use crate::math::lanes::{LANES, Lane};
@@ -7,9 +7,11 @@ use crate::sampling::Samples;
 /// Points of the film in millimeters from its middle, and points of the lens in the unit square.
 #[derive(Default)]
 pub(super) struct FilmSamples {
+    /// The x and y of the film points.
     pub film: [Lane; 2],
+    /// The coordinates of the lens points.
     pub pupil: [Lane; 2],
-    /// How many lanes are samples. The others repeat one of them.
+    /// The number of lanes that are samples. The other lanes repeat one of them.
     pub count: usize,
 }
 
@@ -31,6 +33,7 @@ impl FilmSamples {
         });
     }
 
+    /// Copies each coordinate by `copy`, and converts film points to millimeters.
     fn fill(
         &mut self,
         format: FilmFormat,

@@ -1,8 +1,8 @@
-//! A lens without thickness, aberrations and loss, to compare real lenses with.
+//! A thin lens without aberrations or losses, with which real lenses are compared.
 //!
-//! It stands where the camera stands. Every ray from a film point through the aperture goes to
-//! the same point of the plane in focus, and the aperture is round and empty: no vignetting but
-//! cos⁴, no distortion, no color.
+//! It is at the camera's position. Every ray from a film point through the aperture goes to the
+//! same point of the plane in focus, and the aperture is a disc: there is no vignetting except
+//! cos⁴, no distortion and no chromatic aberration.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -17,7 +17,7 @@ use crate::sampling::Samples;
 use super::film_samples::FilmSamples;
 use super::rays::{CameraRay, CameraRays, ExitRays, METERS_FROM_MM};
 
-/// A thin lens that is perfect.
+/// A thin lens without aberrations.
 #[derive(Clone, Copy, Debug)]
 pub struct IdealLens {
     /// The aperture's radius in millimeters.
@@ -29,12 +29,14 @@ pub struct IdealLens {
     format: FilmFormat,
     pub(super) world_from_camera: DQuat,
     pub(super) eye: DVec3,
-    /// Irradiance on the axis from radiance 1, focused at infinity: what exposure 1 means.
+    /// The irradiance on the axis from radiance 1, focused at infinity, in steradians. It is
+    /// exposure 1.
     pub axial_irradiance: f64,
 }
 
 impl IdealLens {
-    /// None where the lens can't focus so near. The film is at f d/(d − f).
+    /// The lens focused at a distance, with the film at f d/(d − f); none if the distance is not
+    /// greater than the focal length.
     pub fn new(
         efl: Mm,
         f_number: f64,
@@ -56,7 +58,7 @@ impl IdealLens {
         })
     }
 
-    /// One ray, for a place over the picture from 0 to 1 and a point in the unit square.
+    /// The ray for a point of the picture from 0 to 1 and a point of the unit square.
     pub(super) fn ray(&self, place: [f64; 2], pupil: [f64; 2]) -> CameraRay {
         let one = |[a, b]: [f64; 2]| [vec![a], vec![b]];
         let mut samples = Samples::default();
@@ -72,6 +74,7 @@ impl IdealLens {
         }
     }
 
+    /// Makes the rays of samples.
     pub(super) fn shoot(&self, samples: &Samples, rays: &mut CameraRays) {
         let mut lanes = FilmSamples::default();
         for first in (0..samples.len()).step_by(LANES) {
@@ -88,7 +91,7 @@ impl IdealLens {
     }
 }
 
-/// The rays from film points through the lens.
+/// The kernel that makes the rays from film points through the lens.
 struct Through<'a> {
     lens: &'a IdealLens,
     samples: &'a FilmSamples,
@@ -113,7 +116,7 @@ impl SimdKernel for Through<'_> {
             let (x, y) = (lx - fx, ly - fy);
             let squared = fused::<FUSED>(x, x, fused::<FUSED>(y, y, v * v));
             out.weights[i] = unit / (squared * squared);
-            // A plane at infinity leaves the direction of the middle ray.
+            // If the plane in focus is at infinity, all rays have the direction of the middle ray.
             let near = 1.0 / (lens.distance / METERS_FROM_MM);
             let across = DVec3::new(-fx / v - lx * near, -fy / v - ly * near, -1.0);
             let scale = 1.0 / across.length_squared().sqrt();
@@ -127,8 +130,9 @@ impl SimdKernel for Through<'_> {
     }
 }
 
-/// Shirley and Chiu's map of the square to the unit disc, as `sampling::concentric_disc`, side by
-/// side: its angles are within an eighth of a turn, where a few terms of the series do.
+/// Shirley and Chiu's map from the square to the unit disc, for all lanes;
+/// `sampling::concentric_disc` maps one point. Its angles are at most an eighth of a turn, for
+/// which a short series is enough.
 #[inline(always)]
 fn disc<const FUSED: bool>([u, v]: &[Lane; 2], x: &mut Lane, y: &mut Lane) {
     for i in 0..LANES {
@@ -145,7 +149,7 @@ fn disc<const FUSED: bool>([u, v]: &[Lane; 2], x: &mut Lane, y: &mut Lane) {
     }
 }
 
-/// Sine and cosine of an angle up to π/4: Taylor's series to where a term is below 1e-17.
+/// The sine and the cosine of an angle up to π/4, by Taylor's series up to terms of 1e-17.
 #[inline(always)]
 fn sin_cos<const FUSED: bool>(angle: f64) -> (f64, f64) {
     let square = -angle * angle;
@@ -164,7 +168,7 @@ mod tests {
     use crate::sampling::disc::concentric_disc;
 
     #[test]
-    fn points_of_the_disc_are_those_of_the_samplers_map() {
+    fn points_of_the_disc_are_those_of_the_concentric_map() {
         let n = 64;
         for first in (0..n * n).step_by(LANES) {
             let at = |f: &dyn Fn(usize) -> usize| -> Lane {
@@ -180,10 +184,10 @@ mod tests {
         }
     }
 
-    /// Gauss: 1/f = 1/v + 1/d. All rays of a film point meet in its image, −d/v times as far from
-    /// the axis; and a field of radiance 1 gives exposure cos⁴ (f/v)², but for the aperture's size.
+    /// By 1/f = 1/v + 1/d all rays of a film point meet in its image, −d/v times as far from the
+    /// axis. A field of radiance 1 gives the exposure cos⁴ (f/v)², for a small aperture.
     #[test]
-    fn all_rays_of_a_film_point_meet_in_its_image_and_weigh_as_the_cosine_law_says() {
+    fn all_rays_of_a_film_point_meet_in_its_image_and_have_the_weights_of_the_cosine_law() {
         let (efl, n, d) = (50.0, 16.0, 2.0);
         let pose = CameraPose::view_all(Default::default(), 1.5);
         let format = FilmFormat::STANDARD;

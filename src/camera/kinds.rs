@@ -1,4 +1,4 @@
-//! The kinds of cameras, and the rays that they make of samples.
+//! The kinds of cameras, and the rays that they make from samples.
 
 use glam::{DVec2, DVec3};
 
@@ -15,19 +15,22 @@ use crate::pose::{CameraPose, Projection};
 use crate::sampling::Samples;
 use crate::spectrum::{HERO, SETS};
 
-/// What makes the picture.
+/// A camera of any kind.
 #[derive(Clone, Debug)]
 pub enum Camera {
+    /// A camera without an aperture.
     Pinhole(Pinhole),
+    /// A real lens in front of a film.
     Lens(Box<LensCamera>),
+    /// A thin lens without aberrations.
     Ideal(IdealLens),
-    /// The lens stands in the scene: the paper's first approach.
+    /// A film whose lens is part of the scene, which is the paper's first approach.
     Film(FilmCamera),
 }
 
 impl Camera {
-    /// Everything that depends on the film point alone. `x` and `y` run over the picture from 0
-    /// to 1, from its upper left corner.
+    /// The film point of a point of the picture, with everything that depends on it alone. `x` and
+    /// `y` are from 0 to 1, from the upper left corner.
     pub fn at(&self, x: f64, y: f64) -> FilmPoint<'_> {
         match self {
             Self::Pinhole(pinhole) => FilmPoint::Pinhole(pinhole.ray(x, y)),
@@ -50,8 +53,9 @@ impl Camera {
         }
     }
 
-    /// Makes the rays of samples whose places are given over the picture from 0 to 1: those that
-    /// get through and are to be followed, and those that may correct them.
+    /// Makes the rays of samples, whose film points are points of the picture from 0 to 1. `rays`
+    /// receives the rays that get through and continue into the scene, and `corrections` those of
+    /// other wavelengths that may correct them.
     pub(crate) fn shoot(
         &self,
         samples: &Samples,
@@ -84,11 +88,12 @@ impl Camera {
         }
     }
 
+    /// Whether each wavelength has a ray of its own.
     fn is_spectral(&self) -> bool {
         matches!(self, Self::Lens(camera) if camera.is_dispersing())
     }
 
-    /// How many samples are best taken together: enough that resampled rays fill lanes.
+    /// The number of samples in a batch: enough for resampled rays to fill lanes.
     pub(crate) fn batch(&self) -> usize {
         match self {
             Self::Lens(_) if self.is_spectral() => SETS * LANES,
@@ -115,15 +120,16 @@ impl Camera {
         }
     }
 
-    /// The rays of one sample from the film: one, or one for each wavelength of a hero set.
+    /// The number of rays of one sample from the film: one, or one for each wavelength of a hero
+    /// set.
     pub(crate) fn rays_each(&self) -> usize {
         if self.is_spectral() { HERO } else { 1 }
     }
 }
 
 impl Camera {
-    /// How a pinhole in the lens's place would see: the height angle of the film by the paper's
-    /// equation 7, or what the pose says where there is no lens.
+    /// The projection of a pinhole in place of the lens, with the film's height angle by the
+    /// paper's equation 7. For a camera without a real lens it is the projection of the pose.
     pub fn projection(&self, pose: &CameraPose) -> Projection {
         match self {
             Self::Lens(lens) => Projection::Perspective {
@@ -133,15 +139,15 @@ impl Camera {
         }
     }
 
-    /// The same camera standing and looking as the pose says, for a scene compiled around
-    /// `origin`: what is seen from elsewhere without compiling again.
+    /// The camera with the position and orientation of a pose, for a scene that was compiled around
+    /// `origin`, in meters. The scene need not be compiled again.
     pub fn posed(mut self, pose: &CameraPose, origin: DVec3) -> Self {
         let eye = pose.position - origin;
         match &mut self {
             Self::Pinhole(pinhole) => {
                 (pinhole.world_from_camera, pinhole.eye) = (pose.orientation, eye)
             }
-            Self::Lens(lens) => lens.stand(pose.orientation, eye),
+            Self::Lens(lens) => lens.set_pose(pose.orientation, eye),
             Self::Ideal(lens) => {
                 (lens.world_from_camera, lens.eye) = (pose.orientation, eye);
             }
@@ -151,30 +157,40 @@ impl Camera {
     }
 }
 
-/// A point of the film, ready to look through any point of the lens. It lives on the stack for
-/// one pixel's sake, so its size costs nothing.
+/// A point of the film, prepared for rays through any point of the lens. It lives on the stack for
+/// one pixel, so its size costs nothing.
 #[allow(clippy::large_enum_variant)]
 pub enum FilmPoint<'a> {
+    /// The only ray of the point, or none outside the view.
     Pinhole(Option<CameraRay>),
+    /// A film point behind an ideal lens.
     Ideal {
+        /// The camera.
         lens: &'a IdealLens,
-        /// Over the picture from 0 to 1.
+        /// The point of the picture, from 0 to 1.
         place: [f64; 2],
     },
+    /// A film point behind a lens that is part of the scene.
     Film {
+        /// The camera.
         film: &'a FilmCamera,
+        /// The point in millimeters from the film's middle.
         point: DVec2,
     },
+    /// A film point behind a real lens.
     Lens {
+        /// The camera.
         camera: &'a LensCamera,
+        /// The point in millimeters from the film's middle.
         point: DVec2,
+        /// The part of the rear vertex plane at which rays are aimed.
         window: PupilWindow<'a>,
     },
 }
 
 impl FilmPoint<'_> {
-    /// The ray at the lens's own wavelength through a point of the lens, given in the unit square;
-    /// `None` is a lost ray.
+    /// The ray at the lens's own wavelength through the point of the lens for a point of the unit
+    /// square; none if it is lost.
     pub fn ray(&self, pupil: [f64; 2]) -> Option<CameraRay> {
         match self {
             Self::Pinhole(ray) => *ray,

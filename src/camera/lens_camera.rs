@@ -13,33 +13,40 @@ use crate::lens::{
 };
 use crate::pose::CameraPose;
 
-/// A lens in front of a film.
+/// A real lens in front of a film.
 #[derive(Clone, Debug)]
 pub struct LensCamera {
+    /// The lens.
     pub lens: Lens,
+    /// The focus of the lens.
     pub focus: Focus,
+    /// The size of the film.
     pub format: FilmFormat,
     pub(super) place: FilmPlace,
     pub(super) target: PupilTarget,
-    /// How much of what is aimed at is light. Measured when the first ray asks for it.
-    pub(super) light: OnceLock<PupilTransmission>,
-    /// The lens at other wavelengths; none where one is enough.
+    /// The open share of the area at which rays are aimed. It is measured for the first ray.
+    pub(super) transmission: OnceLock<PupilTransmission>,
+    /// The lens at other wavelengths; none if one wavelength is enough.
     pub(super) spectral: Option<Box<SpectralLenses>>,
     pub(super) world_from_lens: DQuat,
-    /// Where lens space's origin is, from the scene's.
+    /// The origin of lens space, from the scene's origin, in meters.
     pub(super) eye: DVec3,
+    /// The z of the rear vertex, in millimeters.
     pub(super) rear_z: f64,
-    /// Irradiance on the axis from radiance 1, with the lens at infinity: what exposure 1 means.
+    /// The irradiance on the axis from radiance 1, with the lens focused at infinity, in
+    /// steradians. It is exposure 1.
     pub(super) axial_irradiance: f64,
 }
 
 impl LensCamera {
+    /// A camera with a flat film, at the scene's origin with the orientation of a pose.
     pub fn new(lens: Lens, focus: Focus, format: FilmFormat, aim: Aim, pose: &CameraPose) -> Self {
         let place = FilmPlace::flat(focus.film_z);
         Self::with_film(lens, focus, place, format, aim, pose)
     }
 
-    /// With a film that is moved or bent.
+    /// A camera with a film that may be moved or bent, at the scene's origin with the orientation
+    /// of a pose.
     pub(crate) fn with_film(
         lens: Lens,
         focus: Focus,
@@ -62,15 +69,15 @@ impl LensCamera {
             format,
             place,
             target,
-            light: OnceLock::new(),
+            transmission: OnceLock::new(),
             spectral: None,
         };
-        this.stand(pose.orientation, DVec3::ZERO);
+        this.set_pose(pose.orientation, DVec3::ZERO);
         this
     }
 
-    /// The same camera seeing colors by their wavelengths. A lens without dispersion and without
-    /// coatings keeps seeing one, for all wavelengths take the same path through it.
+    /// The camera with rays of several wavelengths. For a lens without dispersion and coatings one
+    /// wavelength remains, because all wavelengths take the same path.
     pub(crate) fn dispersing(mut self) -> Self {
         if self.lens.prescription().is_chromatic() {
             let lenses = SpectralLenses::of(&self.lens, &self.target, &self.place, self.format);
@@ -79,39 +86,40 @@ impl LensCamera {
         self
     }
 
-    /// Whether the picture is made of wavelengths.
+    /// Whether the camera has rays of several wavelengths.
     pub(crate) fn is_dispersing(&self) -> bool {
         self.spectral.is_some()
     }
 
-    /// Stands at a point, in meters from the scene's origin, and looks somewhere.
-    pub(super) fn stand(&mut self, orientation: DQuat, eye: DVec3) {
+    /// Sets the orientation and the position, in meters from the scene's origin.
+    pub(super) fn set_pose(&mut self, orientation: DQuat, eye: DVec3) {
         self.world_from_lens = orientation * self.place.camera_from_lens;
         self.eye = eye + orientation * (self.place.offset * METERS_FROM_MM);
     }
 
-    /// Where the film stands.
+    /// The position and the shape of the film.
     pub(crate) fn place(&self) -> &FilmPlace {
         &self.place
     }
 
-    /// What a film point aims at.
+    /// The window at which rays from a film point are aimed.
     pub(crate) fn window(&self, film: DVec2) -> PupilWindow<'_> {
         self.target.window(film)
     }
 
-    /// Irradiance on the axis from radiance 1, in steradians: π/(4 N²) for an ideal lens.
+    /// The irradiance on the axis from radiance 1, in steradians: π/(4 N²) for an ideal lens.
     pub(crate) fn axial_irradiance(&self) -> f64 {
         self.axial_irradiance
     }
 
-    /// Millimeters on the film of a point of the upright picture.
+    /// The film point, in millimeters from the film's middle, of a point of the picture from 0 to
+    /// 1.
     pub(crate) fn film_point(&self, x: f64, y: f64) -> DVec2 {
         film_point(self.format, x, y)
     }
 
-    /// The pixel that a ray behind the lens falls on, and how much of its area the film has there:
-    /// bent film has more than what it is bent from. `None` beside the film.
+    /// The pixel that a ray behind the lens hits, and the cosine of the film's slope there: a bent
+    /// film has a greater area than its projection. Returns none outside the film.
     pub(crate) fn pixel(&self, out: &LensRay, resolution: Resolution) -> Option<(u32, f64)> {
         let film = self.place.intersect(out)?;
         let x = (0.5 - film.x / self.format.width) * f64::from(resolution.width);
@@ -122,7 +130,7 @@ impl LensCamera {
         inside.then(|| (y as u32 * resolution.width + x as u32, slant))
     }
 
-    /// A point of the scene, from its origin, in lens space.
+    /// A point of the scene, in meters from its origin, in lens space.
     pub(crate) fn lens_point(&self, world: DVec3) -> DVec3 {
         self.lens_direction(world - self.eye) / METERS_FROM_MM
     }
@@ -132,12 +140,13 @@ impl LensCamera {
         self.world_from_lens.inverse() * world
     }
 
-    /// A point of lens space in the scene, from its origin.
+    /// A point of lens space in the scene, in meters from its origin.
     pub(crate) fn world_point(&self, lens: DVec3) -> DVec3 {
         self.eye + self.world_from_lens * (lens * METERS_FROM_MM)
     }
 
-    /// The ray from a film point (millimeters) through a lens point of its window.
+    /// The ray from a film point, in millimeters from the film's middle, through the point of its
+    /// window for a point of the unit square; none if it is lost.
     pub(crate) fn ray(
         &self,
         film: DVec2,
@@ -147,7 +156,7 @@ impl LensCamera {
         self.ray_through(&self.lens, film, window, pupil)
     }
 
-    /// The ray of [`Self::ray`], through a lens that stands for another wavelength.
+    /// The ray of [`Self::ray`] through the lens at another wavelength.
     fn ray_through(
         &self,
         lens: &Lens,
@@ -157,18 +166,18 @@ impl LensCamera {
     ) -> Option<CameraRay> {
         let (inside, weight) = self.aim(film, window, pupil)?;
         let out = lens.trace_from_film(&inside).ok()?;
-        Some(self.outside(&out, weight * kept(lens, &inside)))
+        Some(self.exit_ray(&out, weight * transmitted(lens, &inside)))
     }
 
-    /// The way of a sample's ray through the lens, in lens space, from its film point; `None`
-    /// where no lens point is aimed at.
+    /// The ray of a sample behind the lens and its path through the lens, in lens space; none if no
+    /// light reaches the film point.
     pub fn path(&self, film: DVec2, pupil: [f64; 2]) -> Option<(LensRay, RayPath)> {
         let (inside, _) = self.aim(film, &self.target.window(film), pupil)?;
         let path = self.lens.trace_path(&inside, Toward::Scene, true);
         Some((inside, path))
     }
 
-    /// The ray behind the lens, and its weight.
+    /// The ray from a film point to the lens, and its weight.
     fn aim(
         &self,
         film: DVec2,
@@ -179,7 +188,8 @@ impl LensCamera {
         Some((inside, weight / self.axial_irradiance))
     }
 
-    fn outside(&self, out: &LensRay, weight: f64) -> CameraRay {
+    /// The ray in the scene of a ray in front of the lens.
+    fn exit_ray(&self, out: &LensRay, weight: f64) -> CameraRay {
         CameraRay {
             origin: self.world_point(out.origin),
             direction: self.world_from_lens * out.direction,
@@ -189,7 +199,7 @@ impl LensCamera {
 }
 
 /// The share of a ray's light that the surfaces do not reflect.
-pub(super) fn kept(lens: &Lens, inside: &LensRay) -> f64 {
+pub(super) fn transmitted(lens: &Lens, inside: &LensRay) -> f64 {
     if lens.reflects() {
         lens.transmittance(inside, Toward::Scene)
     } else {
@@ -197,8 +207,9 @@ pub(super) fn kept(lens: &Lens, inside: &LensRay) -> f64 {
     }
 }
 
-/// Half of the angle (radians) that a lens sees on a film's shorter side, focused at infinity: that
-/// of the real ray through the middle of the exit pupil, or what the focal length says.
+/// Half of the field angle on a film's shorter side, in radians, for a lens focused at infinity. It
+/// is the angle of the real ray through the middle of the exit pupil, or follows from the focal
+/// length if that ray is lost. Returns none for an afocal lens.
 pub(crate) fn half_field(lens: &Lens, format: FilmFormat) -> Option<f64> {
     let optics = lens.first_order();
     let focal = optics.focal?;
@@ -212,12 +223,14 @@ pub(crate) fn half_field(lens: &Lens, format: FilmFormat) -> Option<f64> {
         Some(libm::atan2(out.y.abs(), -out.z))
     });
     let angle = real.unwrap_or_else(|| libm::atan(height / focal.efl.abs()));
-    // A fish-eye sees behind itself; so near nobody wants to stand.
+    // A fish-eye may have a half field of 90° or more, for which no view would contain the scene.
+    // With
+    // 1.2 radians the distance is 1.07 times the scene's radius.
     Some(angle.min(1.2)).filter(|a| *a > 0.0)
 }
 
-/// What exposure 1 means: the irradiance on the axis with the lens focused at infinity, or at its
-/// own film where it has no focus there.
+/// The irradiance of exposure 1, in steradians: that on the axis from radiance 1 with the lens
+/// focused at infinity, or on the film at `film_z` if the lens has no focus at infinity.
 pub(super) fn white_irradiance(lens: &Lens, film_z: f64) -> f64 {
     let at_infinity = lens
         .first_order()
@@ -240,7 +253,7 @@ mod tests {
     use crate::sampling::{DiscMap, Sampler, SamplerKind};
 
     #[test]
-    fn a_ray_falls_on_the_pixel_that_sees_along_it() {
+    fn a_ray_hits_the_pixel_whose_own_ray_is_the_reverse() {
         let camera = camera(Lens::named("double-gauss").unwrap(), Aim::ExitPupil);
         let size = Resolution {
             width: 36,
@@ -269,7 +282,7 @@ mod tests {
         LensCamera::new(lens, focus, FilmFormat::STANDARD, aim, &pose)
     }
 
-    /// The steepest ray from the film's center that gets through, by halving: sin θ′.
+    /// The sine sin θ′ of the steepest ray from the film's center that gets through, by bisection.
     fn sine_of_marginal_ray(camera: &LensCamera) -> f64 {
         let origin = DVec3::new(0.0, 0.0, camera.focus.film_z);
         let (mut low, mut high) = (0.0, 1.0);
@@ -284,8 +297,8 @@ mod tests {
         low
     }
 
-    /// Mean and standard error of the irradiance that random rays bring to a film point from a
-    /// scene of radiance 1, in units of radiance times steradian.
+    /// The mean and the standard error of the irradiance at a film point from a scene of radiance
+    /// 1, by random rays, in steradians.
     fn by_rays(camera: &LensCamera, film: DVec2) -> (f64, f64) {
         let sampler = Sampler {
             kind: SamplerKind::Random,
@@ -305,7 +318,7 @@ mod tests {
         (mean, (variance / n).sqrt())
     }
 
-    /// From the paper's equation 1 over a pupil that is a disc as the film sees it: E = π L sin²θ′.
+    /// Equation 1 of the paper, integrated over a pupil that is a disc, gives E = π L sin²θ′.
     #[test]
     fn a_field_of_radiance_1_gives_pi_times_the_squared_sine_of_the_marginal_ray_on_the_axis() {
         for name in ["double-gauss", "cooke-triplet", "biogon", "wide-angle"] {
@@ -324,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn off_the_axis_the_rays_bring_the_irradiance_that_the_pupil_outline_gives() {
+    fn off_the_axis_rays_and_the_pupil_outline_give_the_same_irradiance() {
         for name in ["double-gauss", "biogon"] {
             for aim in [Aim::ExitPupil, Aim::RearElement(DiscMap::Polar)] {
                 let camera = camera(Lens::named(name).unwrap(), aim);
@@ -342,11 +355,11 @@ mod tests {
         }
     }
 
-    /// The Tessar's last surface is hollow toward the scene: seen from the side, a part of its rim
-    /// stands outside of the disc about its vertex. What the rear element brings is what passes
-    /// through the disc, on a grid; the exit pupil brings all.
+    /// The Tessar's last surface is hollow toward the scene: from the side, a part of its rim lies
+    /// outside the disc about its vertex. The rear element gives the light through the disc, which
+    /// is computed on a grid; the exit pupil gives all light.
     #[test]
-    fn the_disc_of_the_rear_element_misses_what_passes_beside_it() {
+    fn the_disc_of_the_rear_element_misses_the_light_outside_it() {
         let lens = Lens::named("tessar").unwrap();
         let [pupil, rear] = [Aim::ExitPupil, Aim::RearElement(DiscMap::Concentric)]
             .map(|aim| camera(lens.clone(), aim));
@@ -383,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bare_lens_is_darker_on_the_axis_by_what_its_t_number_says() {
+    fn a_bare_lens_is_darker_on_the_axis_by_its_transmittance() {
         let lens = Lens::named("double-gauss")
             .unwrap()
             .at_f_number(8.0)

@@ -1,8 +1,9 @@
-//! A lens as scene geometry: the approach that the 1999 paper proposed first and gave up, because
-//! Inventor could not say a part of a sphere exactly. `LensSurface`, an extension node, can.
+//! A lens as scene geometry: the approach that the 1999 paper proposed first and abandoned, because
+//! Inventor has no exact part of a sphere. `LensSurface`, an extension node, is one.
 //!
-//! Meters, in the camera's own space or where a camera stands: the front vertex is the camera's
-//! place, the scene lies at its -z, the film, a `FilmCamera`, at its +z. Only spherical and plane surfaces without tilt.
+//! Lengths are in meters, in the camera's own space or at a camera's pose: the front vertex is at
+//! the camera's position, the scene is toward −z, and the film, a `FilmCamera`, at +z. Only
+//! spherical and plane surfaces without tilt are supported.
 
 use std::fmt::Write as _;
 
@@ -10,14 +11,16 @@ use crate::diag::{Diagnostic, Result};
 use crate::lens::{Lens, Shape, Surface};
 use crate::pose::{CameraPose, FilmPlane, axis_angle};
 
-const METERS: f64 = 1e-3;
+use super::rays::METERS_FROM_MM;
 
-/// The lens as an Inventor file: glass as clear surfaces with the ratio of the indices,
-/// everything outside the semi-diameters as black rims in a black barrel, and the film behind.
-/// At the origin, or where a camera stands.
+/// The lens as the text of an Inventor file: glass as transparent surfaces with the ratio of the
+/// indices, black rims outside the semi-diameters in a black barrel, and the film behind. The lens
+/// is at the origin, or at the pose of a camera.
 ///
 /// # Errors
-/// A surface that is not a sphere or a plane about the axis.
+///
+/// Returns an error if a surface is not a sphere or a plane centered on the axis, or if no surface
+/// has a semi-diameter.
 pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) -> Result<String> {
     let surfaces = &lens.prescription().surfaces;
     let indices = lens.prescription().indices(lens.wavelength());
@@ -25,9 +28,10 @@ pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) 
     let widest = widest.filter(|r| r.is_finite()).fold(0.0, f64::max);
     if widest == 0.0 {
         return Err(Diagnostic::error(format!(
-            "`{}` has no apertures: it would be without end as a solid",
+            "`{}` has no semi-diameters, so it cannot be written as a solid",
             lens.name()
-        )));
+        ))
+        .with_help("give the surfaces semi-diameters"));
     }
     let barrel = 1.02 * widest;
     let mut profiles = Vec::with_capacity(surfaces.len());
@@ -35,7 +39,7 @@ pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) 
     for (i, surface) in surfaces.iter().enumerate() {
         let radius = radius_of(surface).ok_or_else(|| {
             Diagnostic::error(format!(
-                "surface {} of `{}` is no sphere about the axis",
+                "surface {} of `{}` is not a sphere centered on the axis",
                 i + 1,
                 lens.name()
             ))
@@ -54,7 +58,7 @@ pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) 
         let end = profile.end(before, profiles.get(i + 1), barrel);
         profile.write(&mut out, end, indices[i] / indices[i + 1]);
     }
-    // Between the outermost rims: past them the barrel would cut what leaves the lens.
+    // The barrel extends between the outermost rims. Beyond them it would cut off light.
     let from = profiles.first().map_or(0.0, |p| p.at(barrel));
     let to = profiles.last().map_or(0.0, |p| p.at(barrel));
     add_barrel(&mut out, barrel, from, to);
@@ -62,15 +66,19 @@ pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) 
     Ok(out)
 }
 
-/// A surface in section: millimeters, the radius 0 for a plane.
+/// The cross-section of a surface, in millimeters.
 struct Profile {
+    /// The z of the vertex.
     z: f64,
+    /// The signed radius of curvature; 0 for a plane.
     radius: f64,
+    /// The semi-diameter, at most the radius of the barrel.
     rim: f64,
 }
 
 impl Profile {
-    /// Where the surface's sphere ends: at its equator, or never.
+    /// The distance from the axis at which the sphere ends: that of its equator; infinite for a
+    /// plane.
     fn equator(&self) -> f64 {
         if self.radius == 0.0 {
             f64::INFINITY
@@ -79,7 +87,7 @@ impl Profile {
         }
     }
 
-    /// The surface's z off the axis; past the equator a flat ring goes on.
+    /// The surface's z at a distance from the axis. Beyond the equator a flat ring continues it.
     fn at(&self, off: f64) -> f64 {
         if self.radius == 0.0 {
             return self.z;
@@ -88,8 +96,8 @@ impl Profile {
         self.z + self.radius * share / (1.0 + (1.0 - share).sqrt())
     }
 
-    /// How far out the black rim goes: to the barrel, or to where it meets a neighbor. Past that
-    /// it would stand in the way of rays between other surfaces.
+    /// The distance from the axis at which the black rim ends: the barrel, or the intersection with
+    /// a neighboring surface. Beyond that it would block rays between other surfaces.
     fn end(&self, before: Option<&Self>, after: Option<&Self>, barrel: f64) -> f64 {
         const STEPS: u32 = 4096;
         let crosses = |off: &f64| {
@@ -101,14 +109,14 @@ impl Profile {
         places.find(crosses).unwrap_or(barrel)
     }
 
-    /// Clear to the rim, black from there on, on the same sphere as far as it goes, as the tracer
-    /// of the camera model blocks rays where they meet that sphere.
+    /// Writes the surface: transparent up to the rim, and black from there on. The black part is on
+    /// the same sphere as far as that extends, because the lens tracer blocks rays on that sphere.
     fn write(&self, out: &mut String, end: f64, ratio: f64) {
         let mut zone = |z: f64, material: &str, radius: f64, inner: f64, outer: f64| {
-            let [z, radius, inner, outer] = [z, radius, inner, outer].map(|v| v * METERS);
+            let [z, radius, inner, outer] = [z, radius, inner, outer].map(|v| v * METERS_FROM_MM);
             let _ = writeln!(
                 out,
-                "  Separator {{\n    MatrixTransform {{ matrix {TURN}  0 0 {z} 1 }}\n    {material}\n    \
+                "  Separator {{\n    MatrixTransform {{ matrix {Z_FROM_Y}  0 0 {z} 1 }}\n    {material}\n    \
                  LensSurface {{\n      {FIELDS}\n      \
                  radius {radius} inner {inner} outer {outer} refractionIndex {ratio}\n    }}\n  }}"
             );
@@ -127,7 +135,7 @@ impl Profile {
     }
 }
 
-/// 0 for a plane.
+/// The signed radius of a sphere, or 0 for a plane; none for other shapes.
 fn radius_of(surface: &Surface) -> Option<f64> {
     match surface.shape {
         Shape::Sphere if surface.curvature.is_plane() => Some(0.0),
@@ -136,6 +144,7 @@ fn radius_of(surface: &Surface) -> Option<f64> {
     }
 }
 
+/// The header of the file.
 fn opening(name: &str) -> String {
     format!(
         "#Inventor V2.1 ascii\n#\n# {name}, as solids: meters, the front vertex at the origin, the film at +z.\n\n\
@@ -143,6 +152,7 @@ fn opening(name: &str) -> String {
     )
 }
 
+/// Writes the transform to the pose of a camera.
 fn add_place(out: &mut String, pose: &CameraPose) {
     let p = pose.position;
     let (axis, angle) = axis_angle(pose.orientation);
@@ -153,7 +163,7 @@ fn add_place(out: &mut String, pose: &CameraPose) {
     );
 }
 
-/// A camera for other programs too: they see with its height angle.
+/// Writes the film as a camera. Other programs use its height angle.
 fn add_film(out: &mut String, film: &FilmPlane) {
     let FilmPlane {
         height_angle,
@@ -175,17 +185,20 @@ const CLEAR: &str =
     "Material { ambientColor 0 0 0  diffuseColor 0 0 0  specularColor 0 0 0  transparency 1 }";
 const FIELDS: &str =
     "fields [ SFFloat radius, SFFloat inner, SFFloat outer, SFFloat refractionIndex ]";
-/// Maps the surfaces' y to the lens's z, without a rounded rotation.
-const TURN: &str = "1 0 0 0  0 0 1 0  0 -1 0 0";
+/// The first three rows of the matrix that maps the surfaces' y axis to the lens's z axis. A
+/// rotation by an angle would be rounded.
+const Z_FROM_Y: &str = "1 0 0 0  0 0 1 0  0 -1 0 0";
 
+/// Writes the barrel as a black cylinder between two z in millimeters.
 fn add_barrel(out: &mut String, barrel: f64, from: f64, to: f64) {
     if to <= from {
         return;
     }
-    let [radius, middle, height] = [barrel, 0.5 * (from + to), to - from].map(|v| v * METERS);
+    let [radius, middle, height] =
+        [barrel, 0.5 * (from + to), to - from].map(|v| v * METERS_FROM_MM);
     let _ = writeln!(
         out,
-        "  Separator {{\n    MatrixTransform {{ matrix {TURN}  0 0 {middle} 1 }}\n    {BLACK}\n    \
+        "  Separator {{\n    MatrixTransform {{ matrix {Z_FROM_Y}  0 0 {middle} 1 }}\n    {BLACK}\n    \
          Cylinder {{ parts SIDES radius {radius} height {height} }}\n  }}"
     );
 }

@@ -1,17 +1,18 @@
-//! Traces rays through a lens side by side: aimed, traced, and transformed to the scene.
+//! Traces rays through a lens, one in each lane: aims them, traces them, and transforms them to the
+//! scene.
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use super::aim::equation_1;
 use super::film_samples::FilmSamples;
-use super::lens_camera::{LensCamera, kept};
+use super::lens_camera::{LensCamera, transmitted};
 use super::rays::{ExitRays, METERS_FROM_MM};
 use crate::bvh::RayPacket;
 use crate::lens::{Aims, Bundle, FilmPlace, Lens};
 use crate::math::lanes::{LANES, Lane, SimdKernel, bits, dispatch, fused};
 
 impl LensCamera {
-    /// Traces the rays from film points to the points of the lens that they are aimed at.
+    /// Traces the rays from film points to their aims, and on through a lens into the scene.
     pub(super) fn trace(
         &self,
         lens: &Lens,
@@ -36,7 +37,7 @@ impl LensCamera {
         }
         if lens.reflects() {
             for lane in bits(bundle.through()) {
-                out.weights[lane] *= kept(lens, &bundle.ray(lane));
+                out.weights[lane] *= transmitted(lens, &bundle.ray(lane));
             }
         }
         lens.trace_bundle_from_film(bundle);
@@ -50,10 +51,11 @@ impl LensCamera {
     }
 }
 
-/// Fills a bundle with the rays from film points to aims, and weighs them by equation 1.
+/// The kernel that fills a bundle with the rays from film points to aims, weighted by equation 1.
 struct Aimed<'a> {
     place: &'a FilmPlace,
     rear_z: f64,
+    /// The reciprocal of the irradiance of exposure 1.
     unit: f64,
     samples: &'a FilmSamples,
     aims: &'a Aims,
@@ -73,8 +75,8 @@ impl SimdKernel for Aimed<'_> {
             let origin = self.place.point(film);
             let across = aim - origin;
             let direction = across * (1.0 / across.length_squared().sqrt());
-            let seen = equation_1(across, self.place.normal(film));
-            self.weight[i] = seen * self.aims.area[i] * self.unit;
+            let factor = equation_1(across, self.place.normal(film));
+            self.weight[i] = factor * self.aims.area[i] * self.unit;
             [bundle.x[i], bundle.y[i], bundle.z[i]] = [origin.x, origin.y, origin.z];
             [bundle.dx[i], bundle.dy[i], bundle.dz[i]] = [direction.x, direction.y, direction.z];
         }
@@ -82,7 +84,7 @@ impl SimdKernel for Aimed<'_> {
     }
 }
 
-/// Transforms the rays of a bundle from lens space to the scene.
+/// The kernel that transforms the rays of a bundle from lens space to the scene.
 struct Leaving<'a> {
     turn: DQuat,
     eye: DVec3,

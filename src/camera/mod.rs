@@ -1,9 +1,9 @@
-//! A ray for a film point and a lens point.
+//! Cameras: the ray in the scene for a film point and a lens point.
 //!
-//! This is where the film's and the lens's millimeters meet the scene's meters. Film and lens
-//! space: the front vertex at the origin, light travels toward +z, the film at positive z. The
-//! camera looks down its −z with +y up, so the two share their axes and differ by a factor of
-//! 1000. The image on the film is upside down; a picture is the film turned upright.
+//! This folder converts between the millimeters of film and lens and the meters of the scene. In
+//! lens space the front vertex is the origin, light travels toward +z, and the film is at positive
+//! z. A camera looks down its −z with +y up, so the two spaces have the same axes and differ by
+//! the factor 1000. The image on the film is upside down; a picture is the film turned upright.
 
 mod aim;
 mod film_camera;

@@ -5,24 +5,28 @@ use glam::{DQuat, DVec2, DVec3};
 use super::rays::CameraRay;
 use crate::pose::{CameraPose, Projection, ViewportMapping};
 
-/// A camera of no aperture: the scene's own, as Inventor renders it.
+/// A camera without an aperture: the scene's own camera, as Inventor renders it.
 #[derive(Clone, Copy, Debug)]
 pub struct Pinhole {
     pub(super) world_from_camera: DQuat,
     projection: Projection,
-    /// Half the view's width and height at distance 1 (perspective) or anywhere (orthographic).
+    /// Half of the view's width and height: at distance 1 for a perspective camera, at any distance
+    /// for an orthographic one.
     half: DVec2,
-    /// The part of the picture that is the view: −1 to 1 on each axis. Outside is black, where
-    /// the camera crops the viewport.
+    /// Half of the width and height of the view, where those of the picture are 1. The picture is
+    /// black outside the view.
     frame: DVec2,
+    /// The distance in meters at which the rays of an orthographic camera start.
     near: f64,
     pub(super) eye: DVec3,
 }
 
 impl Pinhole {
-    /// Inventor's rules for a picture of another shape than the camera (`viewportMapping`):
-    /// `ADJUST_CAMERA` keeps the whole height angle on the shorter side, the `CROP_` ones leave a
-    /// part of the picture black, `LEAVE_ALONE` stretches.
+    /// The camera of a pose at the scene's origin, for a picture of an aspect ratio.
+    ///
+    /// If the aspect ratio is not that of the camera, Inventor's `viewportMapping` decides:
+    /// `ADJUST_CAMERA` keeps the height angle on the shorter side, the `CROP_` values leave a part
+    /// of the picture black, and `LEAVE_ALONE` stretches the picture.
     pub fn new(pose: &CameraPose, aspect: f64) -> Self {
         let half_height = match pose.projection {
             Projection::Perspective { height_angle } => libm::tan(0.5 * height_angle),
@@ -66,6 +70,7 @@ impl Pinhole {
         }
     }
 
+    /// The ray of a point of the picture from 0 to 1; none outside the view.
     pub(super) fn ray(&self, x: f64, y: f64) -> Option<CameraRay> {
         let view = DVec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y);
         if view.x.abs() > self.frame.x || view.y.abs() > self.frame.y {

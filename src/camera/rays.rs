@@ -1,4 +1,4 @@
-//! Rays into the scene: one, a packet, and a batch of packets.
+//! Rays into the scene: a single ray, a packet, and a batch of packets.
 
 use glam::{DMat3, DVec3};
 
@@ -8,24 +8,28 @@ use crate::math::lanes::{LANES, Lane, Lanes, Vec3Lanes, bits};
 /// Meters in a millimeter.
 pub(super) const METERS_FROM_MM: f64 = 1e-3;
 
-/// A packet with at least this many rays is kept as it is. A sparser one is compacted.
+/// A packet with at least this many rays keeps its empty lanes. The rays of a sparser one are moved
+/// to consecutive lanes. The value was chosen by trial.
 const COMPACT_BELOW: u32 = 24;
 
-/// A ray into the scene: meters, world directions, relative to the scene's origin.
+/// A ray into the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraRay {
+    /// A point of the ray, in meters from the scene's origin.
     pub origin: DVec3,
+    /// The direction in the scene.
     pub direction: DVec3,
-    /// The factor of the radiance along the ray, so that the mean over all samples (lost ones
-    /// included) is the exposure; white on the axis is 1.
+    /// The factor of the radiance along the ray. The mean of the product over all samples,
+    /// including lost ones, is the exposure; that of radiance 1 on the axis is 1.
     pub weight: f64,
 }
 
-/// Rays that leave a lens side by side, in meters from the scene's origin.
+/// Rays that leave a lens, one in each lane, in meters from the scene's origin.
 #[derive(Clone, Debug)]
 pub(crate) struct ExitRays {
+    /// The rays, with a mask of the lanes in use.
     pub rays: RayPacket,
-    /// The factor of the radiance along each ray: see [`CameraRay::weight`].
+    /// The factor of the radiance along each ray, as [`CameraRay::weight`] defines it.
     pub weights: Lane,
     /// The number of each ray's sample.
     pub samples: Lanes<u32>,
@@ -45,20 +49,22 @@ impl ExitRays {
     /// The origin and the direction of one lane.
     #[inline(always)]
     pub(crate) fn ray(&self, lane: usize) -> ([f32; 3], [f32; 3]) {
-        let of = |v: &Vec3Lanes| [v[0][lane], v[1][lane], v[2][lane]];
-        (of(&self.rays.origin), of(&self.rays.direction))
+        let lane_of = |v: &Vec3Lanes| [v[0][lane], v[1][lane], v[2][lane]];
+        (lane_of(&self.rays.origin), lane_of(&self.rays.direction))
     }
 }
 
-/// A batch of rays into the scene that answer samples, in packets.
+/// A batch of rays into the scene, in packets, each with the number of its sample.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CameraRays {
     packets: Vec<ExitRays>,
     /// The number of lanes in use, with or without a ray.
     len: usize,
-    /// The film's response to the radiance along each lane's ray, where wavelengths are told apart.
+    /// The film's response to the radiance along each lane's ray, if the rays have different
+    /// wavelengths.
     pub colors: Vec<DMat3>,
-    /// How many rays the lens let through. Not all wavelengths of a sample continue into the scene.
+    /// The number of rays that got through the lens. Not all wavelengths of a sample continue into
+    /// the scene.
     pub passed: usize,
 }
 
@@ -68,20 +74,24 @@ impl CameraRays {
         self.len
     }
 
+    /// Whether no lane is in use.
     pub(crate) fn is_empty(&self) -> bool {
         self.len == 0
     }
 
+    /// The packets in use.
     pub(crate) fn packets(&self) -> &[ExitRays] {
         &self.packets[..self.len.div_ceil(LANES)]
     }
 
+    /// Removes all rays and keeps the memory.
     pub(super) fn clear(&mut self) {
         self.len = 0;
         self.colors.clear();
         self.passed = 0;
     }
 
+    /// Appends the ray of a sample.
     pub(super) fn push(&mut self, sample: usize, ray: &CameraRay) {
         let (o, d) = (ray.origin.as_vec3(), ray.direction.as_vec3());
         self.put(sample as u32, (o.to_array(), d.to_array()), ray.weight);
@@ -94,6 +104,7 @@ impl CameraRays {
         self.colors.push(color);
     }
 
+    /// Appends a ray to the last packet.
     #[inline(always)]
     fn put(&mut self, sample: u32, (origin, direction): ([f32; 3], [f32; 3]), weight: f64) {
         let lane = self.len % LANES;
@@ -107,6 +118,7 @@ impl CameraRays {
         self.len += 1;
     }
 
+    /// The packet of a number, which is at most the number of packets.
     fn packet(&mut self, number: usize) -> &mut ExitRays {
         if number == self.packets.len() {
             self.packets.push(ExitRays::default());
@@ -114,13 +126,13 @@ impl CameraRays {
         &mut self.packets[number]
     }
 
-    /// The first packet without rays, to be filled and then accepted.
+    /// The first packet without rays. After it has been filled, [`Self::accept`] or
+    /// [`Self::append_filled`] must be called.
     pub(super) fn next_packet(&mut self) -> &mut ExitRays {
         self.packet(self.len.div_ceil(LANES))
     }
 
-    /// Accepts the rays of the packet that was filled, which belong to the samples from a number
-    /// on.
+    /// Adds the packet that was filled, whose lanes belong to the samples from number `sample` on.
     pub(super) fn accept(&mut self, sample: usize) {
         let next = self.len.div_ceil(LANES);
         let packet = self.packet(next);
@@ -134,8 +146,8 @@ impl CameraRays {
         }
     }
 
-    /// Appends the rays of the packet that was filled, without gaps, and does not count them as
-    /// `passed`.
+    /// Appends the rays of the packet that was filled to consecutive lanes. They are not counted in
+    /// `passed`. `sample` returns the sample of a lane.
     pub(super) fn append_filled(&mut self, sample: impl Fn(usize) -> u32) {
         let filled = self.len.div_ceil(LANES);
         let live = self.packet(filled).rays.mask;

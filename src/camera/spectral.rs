@@ -1,14 +1,14 @@
-//! Colors by their wavelengths.
+//! Rays of several wavelengths through a lens with dispersion.
 //!
-//! A sample sees a hero set of wavelengths (`spectrum`), whose rays start from one film point to
-//! one lens point. They leave the lens on nearly the same path, and nearly always bring the same
-//! light. So one of them stands for all: its radiance is used at every wavelength that gets through.
-//! The error is corrected at random. A ray of another wavelength is intersected with a probability
-//! that grows with its distance from the first. If it hits another surface it is shaded, else it is
-//! shaded with probability [`ALIKE`], and the difference of the two radiances is weighted by the
-//! inverse of the probabilities. The mean is that of following all rays (a multilevel estimate:
-//! Heinrich, "Multilevel Monte Carlo Methods", 2001), and most samples take one ray through the
-//! scene.
+//! A sample has a hero set of wavelengths (`spectrum`), whose rays go from one film point to one
+//! lens point. They leave the lens on nearly the same path, and nearly always have the same
+//! radiance. So one of them represents all: its radiance is used at every wavelength that gets
+//! through. The error is corrected at random. A ray of another wavelength is intersected with a
+//! probability that grows with its distance from the first. If it hits another surface it is
+//! shaded; otherwise it is shaded with the probability [`SAME_SURFACE_PROBABILITY`]. The difference
+//! of the two radiances is divided by the probabilities. The mean is that of tracing all rays (a
+//! multilevel estimate: Heinrich, "Multilevel Monte Carlo Methods", 2001), and most samples take
+//! one ray through the scene.
 
 use glam::DMat3;
 
@@ -21,45 +21,51 @@ use crate::math::lanes::LANES;
 use crate::sampling::Samples;
 use crate::spectrum::{HERO, Line, SETS};
 
-/// The order in which a set's rays are preferred to stand for all: those in the middle first.
-const FIRST: [usize; HERO] = [2, 1, 3, 0];
-/// A ray this far from the first, in radians, is intersected with the probability of its color's
-/// size. This constant and the next two were measured to give the least time to an error.
+/// The order in which the wavelengths of a set are preferred to represent all: the middle ones
+/// first.
+const PREFERENCE: [usize; HERO] = [2, 1, 3, 0];
+/// The distance from the first ray, in radians, at which a ray is intersected with the probability
+/// of its color's size. This constant and the next two were measured to give the least time for a
+/// given error.
 const FAR: f64 = 6.4e-4;
 /// The share of [`FAR`] that is added to every distance, so that every ray may be intersected.
-const LEAST: f64 = 0.125;
-/// The probability that a ray is shaded that hits the same surface as the first.
-const ALIKE: f64 = 0.2;
+const MIN_DISTANCE: f64 = 0.125;
+/// The probability of shading a ray that hits the same surface as the first.
+const SAME_SURFACE_PROBABILITY: f64 = 0.2;
 
-/// Rays of wavelengths that may bring other light than the first ray of their sample.
+/// Rays of further wavelengths, whose radiance may differ from that of the first ray of their
+/// sample.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SpectralCorrections {
+    /// The rays.
     pub rays: CameraRays,
-    /// The number of each one's first ray in the batch that is shaded.
+    /// For each ray, the number of the first ray of its sample in the batch that is shaded.
     pub firsts: Vec<u32>,
     /// Random numbers that are independent of the choice of the rays.
-    dice: Vec<f64>,
-    /// Rays behind the lens, which the samples of one set share.
+    uniform: Vec<f64>,
+    /// The rays in front of the lens. Samples of one set share an entry.
     traced: Vec<Traced>,
 }
 
-/// The rays of some samples behind the lens, at the wavelengths of one set.
+/// The rays of some samples in front of the lens, at the wavelengths of one set.
 #[derive(Clone, Debug)]
 struct Traced {
+    /// The number of the hero set.
     set: usize,
     rays: [ExitRays; HERO],
 }
 
 impl SpectralCorrections {
+    /// Removes all rays and keeps the memory.
     pub(super) fn clear(&mut self) {
         self.rays.clear();
         self.firsts.clear();
-        self.dice.clear();
+        self.uniform.clear();
         self.traced.clear();
     }
 
-    /// Moves the rays that are to be shaded into `accepted` and takes their share from their first
-    /// rays in `rays`. `is_unlike` says whether a correction hits another surface than its first.
+    /// Copies the rays to be shaded to `accepted`, and subtracts their share from their first rays
+    /// in `rays`. `is_unlike` returns whether a correction hits another surface than its first ray.
     pub(crate) fn accept(
         &self,
         is_unlike: impl Fn(usize) -> bool,
@@ -67,9 +73,12 @@ impl SpectralCorrections {
         accepted: &mut CameraRays,
     ) {
         accepted.clear();
-        for (number, (first, dice)) in self.firsts.iter().zip(&self.dice).enumerate() {
-            let probability = if is_unlike(number) { 1.0 } else { ALIKE };
-            if *dice >= probability {
+        for (number, (first, uniform)) in self.firsts.iter().zip(&self.uniform).enumerate() {
+            let probability = match is_unlike(number) {
+                true => 1.0,
+                false => SAME_SURFACE_PROBABILITY,
+            };
+            if *uniform >= probability {
                 continue;
             }
             let color = self.rays.colors[number] * probability.recip();
@@ -81,8 +90,8 @@ impl SpectralCorrections {
 }
 
 impl LensCamera {
-    /// Makes the rays of samples at their wavelengths. Samples of one set share its lenses, so they
-    /// are traced together, wherever they are; they continue into the scene in their own order.
+    /// Makes the rays of samples at their wavelengths. Samples of one hero set share its lenses, so
+    /// they are traced together; the rays continue into the scene in the order of the samples.
     pub(super) fn shoot_by_wavelength(
         &self,
         lenses: &SpectralLenses,
@@ -135,43 +144,47 @@ impl LensCamera {
     }
 }
 
-/// The hero set of a number in [0, 1), and how far into the set the number is.
+/// The hero set of a number in [0, 1), and the position of the number in the set, also in [0, 1).
 fn split(wavelength: f64) -> (usize, f64) {
     let place = wavelength * SETS as f64;
     let set = (place as usize).min(SETS - 1);
     (set, place - set as f64)
 }
 
-/// The choice of the rays of one sample that are followed.
+/// The choice of the rays of one sample that continue into the scene.
 struct Choice<'a> {
     lines: &'a [Line; HERO],
+    /// The sizes of the colors of the wavelengths.
     sizes: &'a [f64; HERO],
     rays: &'a [ExitRays; HERO],
+    /// The lane of the sample in `rays`.
     lane: usize,
+    /// The number of the sample.
     sample: u32,
 }
 
 impl Choice<'_> {
-    /// Appends the ray that stands for all to `rays`, if any gets through, and the rays that are
-    /// intersected besides to `corrections`.
-    fn make(&self, dice: f64, rays: &mut CameraRays, corrections: &mut SpectralCorrections) {
+    /// Appends the ray that represents all to `rays`, if any gets through, and the further rays to
+    /// be intersected to `corrections`. `uniform` is a random number in [0, 1).
+    fn make(&self, uniform: f64, rays: &mut CameraRays, corrections: &mut SpectralCorrections) {
         let through = |i: usize| self.rays[i].rays.mask >> self.lane & 1 == 1;
-        let Some(chosen) = FIRST.into_iter().find(|i| through(*i)) else {
+        let Some(chosen) = PREFERENCE.into_iter().find(|i| through(*i)) else {
             return;
         };
         let first = rays.len() as u32;
         let mut sum = self.color(chosen);
-        // Systematic sampling: the probabilities stand in a row, and a ray is chosen where an
-        // integer, shifted by the dice, falls into its part.
-        let (mut row, mut next) = (0.0, dice);
+        // Systematic sampling: the probabilities are summed, and a ray is chosen if an integer plus
+        // the random number falls into its interval of the sum.
+        let (mut sum_of_probabilities, mut next) = (0.0, uniform);
         for i in (0..HERO).filter(|i| *i != chosen && through(*i)) {
             let color = self.color(i);
             sum += color;
             let probability = self.probability(i, chosen);
-            row += probability;
-            if row > next {
-                // The place inside of the part is again uniform.
-                corrections.dice.push(1.0 - (row - next) / probability);
+            sum_of_probabilities += probability;
+            if sum_of_probabilities > next {
+                // The position in the interval is uniform, too.
+                let position = 1.0 - (sum_of_probabilities - next) / probability;
+                corrections.uniform.push(position);
                 corrections.firsts.push(first);
                 let ray = self.rays[i].ray(self.lane);
                 let color = color * probability.recip();
@@ -188,9 +201,10 @@ impl Choice<'_> {
         self.lines[i].color * self.rays[i].weights[self.lane]
     }
 
-    /// The probability with which a ray is intersected: the root of the mean square of its
-    /// correction. It is as likely as an edge between the two rays, and so grows as the root of
-    /// their distance.
+    /// The probability with which a ray is intersected. It is proportional to the root mean square
+    /// of its correction. A correction differs from 0 mostly if there is an edge between the two
+    /// rays, whose probability is proportional to their distance, so the root mean square grows as
+    /// the root of it.
     fn probability(&self, i: usize, first: usize) -> f64 {
         let [a, b] = [i, first].map(|i| &self.rays[i]);
         let apart = |axis: usize| {
@@ -200,7 +214,7 @@ impl Choice<'_> {
         };
         let distance = (apart(0) + apart(1) + apart(2)).sqrt();
         let share = a.weights[self.lane] / b.weights[self.lane];
-        (self.sizes[i] * share * (distance / FAR + LEAST).sqrt()).clamp(1e-3, 1.0)
+        (self.sizes[i] * share * (distance / FAR + MIN_DISTANCE).sqrt()).clamp(1e-3, 1.0)
     }
 }
 
@@ -209,9 +223,10 @@ mod tests {
     use super::*;
     use crate::spectrum::Spectrum;
 
-    /// Rays that leave a lens this far apart, in radians; some are lost, and their light differs.
+    /// The rays leave the lens at different distances, in radians. Some are lost, and their weights
+    /// differ.
     #[test]
-    fn over_all_dice_every_ray_counts_by_its_own_color() {
+    fn on_average_every_ray_counts_by_its_own_color() {
         let lines = &Spectrum::default().hero_sets()[3];
         for (apart, through) in [
             (1e-5, 15u32),
@@ -236,16 +251,16 @@ mod tests {
             };
             const STEPS: u32 = 20_000;
             let mut sums = [DMat3::ZERO; HERO];
-            let (mut most, mut left) = (0, [0i32; 4]);
+            let (mut most, mut quarters) = (0, [0i32; 4]);
             for step in 0..STEPS {
                 let (mut shaded, mut corrections) =
                     (CameraRays::default(), SpectralCorrections::default());
-                let dice = (f64::from(step) + 0.5) / f64::from(STEPS);
-                choice.make(dice, &mut shaded, &mut corrections);
+                let uniform = (f64::from(step) + 0.5) / f64::from(STEPS);
+                choice.make(uniform, &mut shaded, &mut corrections);
                 most = most.max(corrections.rays.len());
-                for dice in &corrections.dice {
-                    assert!((0.0..=1.0).contains(dice));
-                    left[(4.0 * dice) as usize & 3] += 1;
+                for uniform in &corrections.uniform {
+                    assert!((0.0..=1.0).contains(uniform));
+                    quarters[(4.0 * uniform) as usize & 3] += 1;
                 }
                 let mut more = CameraRays::default();
                 corrections.accept(|_| true, &mut shaded, &mut more);
@@ -257,8 +272,11 @@ mod tests {
                     }
                 }
             }
-            // What is left of the dice is even again.
-            assert!(left.iter().all(|n| (n - left[0]).abs() < 20), "{left:?}");
+            // The positions in the intervals are uniform.
+            assert!(
+                quarters.iter().all(|n| (n - quarters[0]).abs() < 20),
+                "{quarters:?}"
+            );
             assert!(most < through.count_ones() as usize);
             for (i, sum) in sums.iter().enumerate() {
                 let own = choice.color(i) * f64::from(through >> i & 1);

@@ -7,15 +7,19 @@ use crate::spectrum::{HERO, Line, SETS, Spectrum};
 /// A lens at the wavelengths of every hero set.
 #[derive(Clone, Debug)]
 pub(super) struct SpectralLenses {
+    /// The wavelengths of each set.
     pub sets: [[Line; HERO]; SETS],
+    /// The lens at each of the wavelengths.
     pub lenses: [[Lens; HERO]; SETS],
-    /// How much each wavelength matters: the root of the squares of its colors.
+    /// The size of each wavelength's color: the root of the sum of the squares of its matrix.
     pub sizes: [[f64; HERO]; SETS],
-    /// What is aimed at, whatever the wavelength.
+    /// The target of the rays at all wavelengths.
     pub target: PupilTarget,
 }
 
 impl SpectralLenses {
+    /// Makes the lenses of a lens. The pupil contains those of the shortest wavelength, the lens's
+    /// own and the longest.
     pub(super) fn of(
         lens: &Lens,
         target: &PupilTarget,

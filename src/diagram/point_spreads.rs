@@ -64,7 +64,7 @@ pub(crate) fn point_spreads(
 fn white_light() -> Vec<(f64, DVec3)> {
     let spectrum = Spectrum::default();
     let lines = (FIRST..=LAST).step_by(30).map(f64::from);
-    let lines: Vec<(f64, DVec3)> = lines.map(|nm| (nm, spectrum.answer(nm))).collect();
+    let lines: Vec<(f64, DVec3)> = lines.map(|nm| (nm, spectrum.response(nm))).collect();
     let whole: DVec3 = lines.iter().map(|(_, color)| *color).sum();
     lines
         .into_iter()

@@ -1,4 +1,4 @@
-//! A lens made ready for tracing.
+//! A lens prepared for tracing.
 
 use glam::DVec2;
 
@@ -13,7 +13,7 @@ use crate::prescription::glass::medium::D_LINE;
 use crate::prescription::prescription::{Iris, Prescription};
 use crate::prescription::surface::{Plane, Surface};
 
-/// A prescription made ready for tracing.
+/// A prescription prepared for tracing at one wavelength.
 #[derive(Clone, Debug)]
 pub struct Lens {
     prescription: Prescription,
@@ -30,6 +30,7 @@ impl Lens {
         Self::at(prescription, D_LINE)
     }
 
+    /// Prepares a prescription for tracing at a wavelength.
     fn at(prescription: Prescription, wavelength_nm: f64) -> Self {
         let indices = prescription.indices(wavelength_nm);
         let mut z = 0.0;
@@ -53,25 +54,27 @@ impl Lens {
         }
     }
 
+    /// The name of the prescription.
     pub fn name(&self) -> &str {
         &self.prescription.name
     }
 
+    /// The prescription.
     pub fn prescription(&self) -> &Prescription {
         &self.prescription
     }
 
-    /// The wavelength that rays are traced at, in nanometers.
+    /// The wavelength at which rays are traced, in nanometers.
     pub fn wavelength(&self) -> f64 {
         self.wavelength_nm
     }
 
-    /// The lens at another wavelength.
+    /// The lens at another wavelength, in nanometers.
     pub fn at_wavelength(&self, wavelength_nm: f64) -> Self {
         Self::at(self.prescription.clone(), wavelength_nm)
     }
 
-    /// The lens with every length multiplied, the paper's `-z`.
+    /// The lens with every length multiplied by a factor, as by the paper's option `-z`.
     pub fn scaled(&self, factor: f64) -> Self {
         Self::at(self.prescription.scaled(factor), self.wavelength_nm)
     }
@@ -98,11 +101,12 @@ impl Lens {
         Ok(self.with(stopped))
     }
 
+    /// The first-order data in the plane of the axis and y.
     pub fn first_order(&self) -> &FirstOrder {
         &self.first_order
     }
 
-    /// First-order data in the x plane, which differs for cylinders and toroids.
+    /// The first-order data in a plane. The two planes differ only for cylinders and toroids.
     pub(crate) fn first_order_in(&self, plane: Plane) -> FirstOrder {
         FirstOrder::of(
             &self.prescription,
@@ -111,7 +115,7 @@ impl Lens {
         )
     }
 
-    /// From the first vertex to the last, in millimeters: the z of the rear vertex.
+    /// The distance from the first vertex to the last, in millimeters: the z of the rear vertex.
     pub fn length(&self) -> f64 {
         self.elements.last().map_or(0.0, |e| e.vertex_z)
     }
@@ -166,7 +170,7 @@ impl Lens {
         self.tracer(Toward::Scene, true).follow(*ray, |_, _| {})
     }
 
-    /// Traces a ray and keeps its hits; `apertures` off lets it pass outside the semi-diameters.
+    /// Traces a ray and returns its hits. Without `apertures` nothing blocks it.
     pub fn trace_path(&self, ray: &LensRay, toward: Toward, apertures: bool) -> RayPath {
         let mut hits = Vec::with_capacity(self.elements.len());
         let outcome = self
@@ -175,10 +179,12 @@ impl Lens {
         RayPath { outcome, hits }
     }
 
+    /// The surfaces prepared for tracing, from front to rear.
     pub(super) fn elements(&self) -> &[Element] {
         &self.elements
     }
 
+    /// The tracer in a direction. Without `apertures` nothing blocks a ray.
     pub(super) fn tracer(&self, toward: Toward, apertures: bool) -> Tracer<'_> {
         Tracer {
             elements: &self.elements,

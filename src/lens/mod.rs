@@ -1,7 +1,7 @@
 //! Lenses: exact tracing, focus and pupils.
 //!
 //! Lens space is in millimeters. Light travels toward +z, the first vertex is the origin, and the
-//! film is at positive z. A [`Lens`] is a [`Prescription`] made ready for tracing. Nothing here
+//! film is at positive z. A [`Lens`] is a [`Prescription`] prepared for tracing. Nothing here
 //! knows about scenes, pixels or samples.
 //!
 //! The folder's parts, from the ground up: `trace` follows one ray; `lens` is a prescription made

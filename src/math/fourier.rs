@@ -1,8 +1,8 @@
-//! Fourier transforms of squares: where one small picture lies in another, and convolution.
+//! Fourier transforms of squares, for the registration of pictures and for convolution.
 
 use glam::DVec2;
 
-/// A square of complex numbers, the side a power of two.
+/// The Fourier transform of a square field whose side is a power of two.
 #[derive(Clone)]
 pub(crate) struct Spectrum {
     side: usize,
@@ -10,15 +10,15 @@ pub(crate) struct Spectrum {
 }
 
 impl Spectrum {
-    /// The transform of a square field.
+    /// Transforms a square field, row by row.
     pub(crate) fn of(side: usize, mut values: Vec<DVec2>) -> Self {
         debug_assert!(side.is_power_of_two() && values.len() == side * side);
         transform_square(&mut values, side, -1.0);
         Self { side, values }
     }
 
-    /// The shift of `self` against `other` with the largest correlation (real part), and that
-    /// correlation: `self` at `p + shift` looks like `other` at `p`.
+    /// The shift of `self` relative to `other` with the largest real part of the correlation, and
+    /// that correlation. `self` at `p + shift` is most similar to `other` at `p`.
     pub(crate) fn best_shift(&self, other: &Self) -> ([isize; 2], f64) {
         let products = self.values.iter().zip(&other.values);
         let mut cross: Vec<DVec2> = products.map(|(a, b)| times(*a, conjugate(*b))).collect();
@@ -34,7 +34,8 @@ impl Spectrum {
     }
 }
 
-/// Rows, then columns; not divided by the number of points.
+/// Transforms a square field: its rows, then its columns. The result is not divided by the number
+/// of points. `sign` is that of the exponent: −1 forward, 1 backward.
 pub(crate) fn transform_square(values: &mut [DVec2], side: usize, sign: f64) {
     let turns: Vec<DVec2> = (0..side / 2)
         .map(|k| {
@@ -57,7 +58,8 @@ pub(crate) fn transform_square(values: &mut [DVec2], side: usize, sign: f64) {
     }
 }
 
-/// Cooley and Tukey's, in place: `turns` are the roots of unity of half the length.
+/// The transform of Cooley and Tukey, in place. `turns` are the first half of the roots of unity of
+/// the length.
 fn transform(line: &mut [DVec2], turns: &[DVec2]) {
     let n = line.len();
     let bits = n.trailing_zeros();
@@ -86,6 +88,7 @@ pub(crate) fn times(a: DVec2, b: DVec2) -> DVec2 {
     DVec2::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x)
 }
 
+/// The complex conjugate.
 fn conjugate(a: DVec2) -> DVec2 {
     DVec2::new(a.x, -a.y)
 }
@@ -95,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_field_moved_by_five_and_minus_three_says_so() {
+    fn a_field_moved_by_five_and_minus_three_has_that_best_shift() {
         let side = 32;
         let value =
             |x: usize, y: usize| DVec2::new(((x * 7 + y * 13) * (x + 3 * y) % 17) as f64, 0.0);

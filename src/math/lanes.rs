@@ -1,24 +1,24 @@
-//! Arithmetic on many values side by side, compiled for every width of vectors that a processor may
-//! have, and chosen when the program runs.
+//! SIMD arithmetic: kernels are compiled for every vector width that a processor may have, and one
+//! is selected at run time.
 //!
-//! A kernel is loops over plain arrays without branches, which the compiler turns into vectors.
-//! Where the processor multiplies and adds in one step, a kernel may use that (`FUSED`). The result
-//! is then rounded once instead of twice, so it may differ in the last bit from one kind of
-//! processor to another (docs/decisions/0002-fused-arithmetic.md).
+//! A kernel consists of loops over plain arrays without branches, which the compiler vectorizes. If
+//! the processor has a fused multiply-add, a kernel may use it (`FUSED`). The result is then
+//! rounded once instead of twice, so it may differ in the last bit from one kind of processor to
+//! another (docs/decisions/0002-fused-arithmetic.md).
 
 use glam::Vec3;
 
-/// The number of values side by side, the same for rays in lenses, trees and shading. It is enough
-/// for four of the widest vectors of `f64`, which hides the latency of roots and quotients.
+/// The number of lanes, which is the same for rays in lenses, trees and shading. It is four of the
+/// widest vectors of `f64`, which hides the latency of roots and quotients.
 pub(crate) const LANES: usize = 32;
 
-/// A number of each lane.
+/// A value for each lane.
 pub(crate) type Lanes<T> = [T; LANES];
 
-/// A double-precision number of each lane.
+/// A double-precision number for each lane.
 pub(crate) type Lane = Lanes<f64>;
 
-/// A point or direction of each lane, axis by axis.
+/// A point or direction for each lane, axis by axis.
 pub(crate) type Vec3Lanes = [Lanes<f32>; 3];
 
 /// The point or direction of one lane.
@@ -42,35 +42,40 @@ pub(crate) fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Arithmetic to be compiled for each width. `run` and everything that it calls in its loops must
-/// be `#[inline(always)]`.
+/// Arithmetic that is compiled for each vector width. `run` and everything that it calls in its
+/// loops must be `#[inline(always)]`.
 pub(crate) trait SimdKernel {
+    /// The result.
     type Output;
 
+    /// Does the work. `FUSED` is whether the processor has a fast fused multiply-add.
     fn run<const FUSED: bool>(self) -> Self::Output;
 }
 
-/// A sum of a product, rounded once where that is fast.
+/// `a b + c`, rounded once if `FUSED`.
 #[inline(always)]
 pub(crate) fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// Whether every processor of this kind fuses.
+/// Whether every processor that the program is compiled for has a fused multiply-add.
 const ALWAYS_FUSED: bool = cfg!(any(target_arch = "aarch64", target_feature = "fma"));
 
-/// The width of the vectors.
+/// The width of the vectors, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Width {
+    /// The vectors that every processor of the target has.
     Plain,
+    /// 256 bits, with fused multiply-add.
     #[cfg(target_arch = "x86_64")]
     Avx2,
+    /// 512 bits, with fused multiply-add.
     #[cfg(target_arch = "x86_64")]
     Avx512,
 }
 
 impl Width {
-    /// The widest that this processor has.
+    /// The greatest width that this processor has.
     #[inline]
     pub(crate) fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
@@ -84,27 +89,30 @@ impl Width {
         Self::Plain
     }
 
-    /// Does the work with vectors of this width, or of the widest that the processor has.
+    /// Runs a kernel with vectors of this width, or of the greatest width that the processor has if
+    /// that is less.
     #[inline]
     pub(crate) fn run<W: SimdKernel>(self, work: W) -> W::Output {
         match self.min(Self::detect()) {
             Self::Plain => work.run::<ALWAYS_FUSED>(),
-            // SAFETY: the processor was just asked.
+            // SAFETY: `detect` has found that the processor has these instructions.
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => unsafe { run_avx2(work) },
-            // SAFETY: as above.
+            // SAFETY: `detect` has found that the processor has these instructions.
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => unsafe { run_avx512(work) },
         }
     }
 }
 
+/// Runs a kernel that is compiled for AVX2.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn run_avx2<W: SimdKernel>(work: W) -> W::Output {
     work.run::<true>()
 }
 
+/// Runs a kernel that is compiled for AVX-512.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma")]
 fn run_avx512<W: SimdKernel>(work: W) -> W::Output {
@@ -117,9 +125,10 @@ pub(crate) fn dispatch<W: SimdKernel>(work: W) -> W::Output {
     Width::detect().run(work)
 }
 
-/// A number from 0 to 1 to a power from 0 on, without a branch and so for lanes: to 1.2e-7 of
-/// itself, and the same on every machine. The logarithm is the series of the inverse hyperbolic
-/// tangent, for at most (√2 − 1)/(√2 + 1); the power of two is the exponential's, up to 1/2.
+/// A number from 0 to 1 raised to a power of at least 0, with a relative error of at most 1.2e-7.
+/// It has no branches, so it can be vectorized, and is the same on every machine. The logarithm is
+/// computed by the series of the inverse hyperbolic tangent, for arguments up to (√2 − 1)/(√2 + 1).
+/// The power of two is computed by the exponential series, for exponents up to 1/2.
 #[inline(always)]
 pub(crate) fn power(base: f32, exponent: f32) -> f32 {
     // base = m 2^k with m from √½ to √2.
@@ -131,9 +140,9 @@ pub(crate) fn power(base: f32, exponent: f32) -> f32 {
     let series = 1.0 / 9.0 + z * (1.0 / 11.0 + z * (1.0 / 13.0));
     let series = 1.0 + z * (1.0 / 3.0 + z * (0.2 + z * (1.0 / 7.0 + z * series)));
     let log = f64::from(k) + std::f64::consts::LOG2_E * 2.0 * s * series;
-    // Below 2^-126 it is nothing.
+    // A result below 2^-126 is replaced by 0.
     let y = (f64::from(exponent) * log).max(-200.0);
-    // To the nearest whole number, which is then in the lowest bits.
+    // Adding this number rounds to the nearest integer, which is then in the lowest bits.
     const SHIFT: f64 = 6_755_399_441_055_744.0;
     let shifted = y + SHIFT;
     let whole = shifted.to_bits() as i32;
@@ -141,8 +150,12 @@ pub(crate) fn power(base: f32, exponent: f32) -> f32 {
     let rest = 1.0 / 120.0 + x * (1.0 / 720.0 + x * (1.0 / 5040.0 + x * (1.0 / 40320.0)));
     let rest = 1.0 + x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0 + x * rest))));
     let scale = f32::from_bits(((whole + 127).max(0) << 23) as u32);
-    let some = (base > 0.0) | (exponent == 0.0);
-    if some { rest as f32 * scale } else { 0.0 }
+    let is_positive = (base > 0.0) | (exponent == 0.0);
+    if is_positive {
+        rest as f32 * scale
+    } else {
+        0.0
+    }
 }
 
 #[cfg(test)]
@@ -153,7 +166,7 @@ mod tests {
     fn powers_in_lanes_are_those_of_the_library() {
         for i in 0..=4000 {
             let base = i as f32 / 4000.0;
-            // Closer and closer to 0 and to 1 as well.
+            // The bases include numbers near 0 and near 1.
             let near = libm::exp2f(-(i as f32) / 40.0);
             for base in [base, near, 1.0 - near] {
                 for exponent in [0.0, 0.01, 0.5, 1.0, 2.0, 25.6, 100.0, 127.9, 128.0] {

@@ -1,4 +1,4 @@
-//! Lengths with units, for the borders between millimeters and meters.
+//! Lengths with units, for interfaces between code in millimeters and code in meters.
 
 /// A length in millimeters, the unit of lens prescriptions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
@@ -30,16 +30,21 @@ impl From<Mm> for Meters {
     }
 }
 
-/// A unit that a written length may carry.
+/// A unit of length in text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LengthUnit {
+    /// `mm`.
     Millimeter,
+    /// `cm`.
     Centimeter,
+    /// `in`.
     Inch,
+    /// `m`.
     Meter,
 }
 
 impl LengthUnit {
+    /// The unit's length in millimeters.
     pub(crate) fn millimeters(self) -> f64 {
         match self {
             Self::Millimeter => 1.0,
@@ -49,7 +54,7 @@ impl LengthUnit {
         }
     }
 
-    /// `mm`, `cm`, `in` or `m`, as written after a number.
+    /// The unit with an abbreviation (`mm`, `cm`, `in` or `m`) or an English name.
     pub(crate) fn parse(suffix: &str) -> Option<Self> {
         match suffix {
             "mm" | "millimeters" => Some(Self::Millimeter),
@@ -61,8 +66,8 @@ impl LengthUnit {
     }
 }
 
-/// Reads `20mm`, `1.2 m`, `2in` or a bare number, which has the unit `bare`. Infinity is a
-/// length (a focus distance may be `inf`); NaN is not.
+/// Parses a length such as `20mm`, `1.2 m` or `2in`. A number without a unit has the unit `bare`.
+/// Infinity is accepted, because a focus distance may be `inf`; NaN is not.
 pub fn parse_length(text: &str, bare: LengthUnit) -> Option<Mm> {
     let text = text.trim();
     if let Ok(number) = text.parse::<f64>() {

@@ -1,7 +1,8 @@
-//! Arithmetic that is the same everywhere, and lengths with units.
+//! Numerical tools that know nothing of lenses and scenes: lengths with units, SIMD lanes, Fourier
+//! transforms and systems of equations.
 //!
-//! Inside the crate a length is an `f64` in the unit its module states: millimeters in `lens`,
-//! meters in scenes. [`Mm`] and [`Meters`] stand at the borders, where the two meet.
+//! Inside the crate a length is an `f64` in the unit that its module states: millimeters in `lens`,
+//! meters in scenes. Interfaces between the two use [`Mm`] and [`Meters`].
 
 mod difference;
 pub(crate) mod fourier;

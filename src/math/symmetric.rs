@@ -1,7 +1,7 @@
-//! Systems of equations with a symmetric matrix, as least squares have them.
+//! Systems of equations with a symmetric matrix, for least squares.
 
-/// Solves a symmetric system of which the lower half is given, row by row, with its diagonal
-/// damped; Cholesky's factors. `None` where it is singular.
+/// Solves a symmetric system by Cholesky's factors; none if it is singular. `matrix` is given row
+/// by row, and only its lower half is used. Its diagonal is multiplied by 1 + `damping`.
 pub(crate) fn solve(matrix: &[f64], right: &[f64], damping: f64) -> Option<Vec<f64>> {
     let n = right.len();
     let mut l = matrix.to_vec();

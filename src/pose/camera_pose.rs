@@ -9,41 +9,53 @@ use crate::grammar::{
 };
 use crate::iv::NodeRef;
 
-/// A film behind a lens of solids, in the camera's frame: meters, the front vertex at the origin.
+/// A film behind a lens that is part of the scene. Lengths are in meters in the camera's space,
+/// with the front vertex at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilmPlane {
-    /// The height angle for a film 24 mm high, by the paper's equation 7, in radians.
+    /// The height angle for a film that is 24 mm high, by the paper's equation 7, in radians.
     pub height_angle: f64,
+    /// The z of the film.
     pub film_z: f64,
-    /// The z of the disc that rays from the film aim at.
+    /// The z of the disc at which rays from the film are aimed.
     pub rear_z: f64,
+    /// The radius of that disc.
     pub rear_radius: f64,
-    /// The irradiance on the axis from radiance 1, in steradians; it renders as white.
+    /// The irradiance on the axis from radiance 1, in steradians. It is rendered as white.
     pub irradiance: f64,
 }
 
+/// The position and orientation of a camera in the world, with its projection. Lengths are in
+/// meters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraPose {
+    /// The position of the eye.
     pub position: DVec3,
+    /// The rotation from the camera's space to the world.
     pub orientation: DQuat,
+    /// The mapping from directions to the picture.
     pub projection: Projection,
+    /// The distance of the near clipping plane.
     pub near: f64,
+    /// The distance of the far clipping plane.
     pub far: f64,
-    /// The distance in focus, as the scene states it.
+    /// The focus distance in the scene file.
     pub focal_distance: f64,
+    /// The width of the view over its height.
     pub aspect_ratio: f64,
+    /// What happens if the picture has another aspect ratio.
     pub viewport_mapping: ViewportMapping,
-    /// The film of a `FilmCamera`, behind a lens that stands in the scene.
+    /// The film of a `FilmCamera`, behind a lens that is part of the scene.
     pub film: Option<FilmPlane>,
-    /// Where the pose comes from, for messages: `PerspectiveCamera`, `viewAll`, ….
+    /// The origin of the pose, for messages: `PerspectiveCamera`, `viewAll`, ….
     pub source: String,
 }
 
 impl CameraPose {
     /// Returns the pose of a camera node or a VRML97 `Viewpoint`; `None` for any other node.
     ///
-    /// The world's matrix moves the position and turns the orientation; its scale does not change
-    /// the projection (Coin does the same).
+    /// The matrix `world_from_camera` transforms the position and rotates the orientation. Its
+    /// scale does not change the projection, as in Coin.
     pub fn from_node(node: NodeRef<'_>, world_from_camera: DMat4) -> Option<Self> {
         let class = node.class()?;
         let number = |field: Field<f32>| {
@@ -94,8 +106,8 @@ impl CameraPose {
         })
     }
 
-    /// Returns the view of everything that Inventor's `viewAll` takes: down −z, with a height angle of
-    /// π/4, the box's circumscribed sphere touching the frustum on the narrower side.
+    /// Returns the view of a box that Inventor's `viewAll` makes: it looks down −z with a height
+    /// angle of π/4, and the box's circumscribed sphere touches the frustum on the narrower side.
     pub fn view_all(bounds: (DVec3, DVec3), aspect: f64) -> Self {
         let height_angle = std::f64::consts::FRAC_PI_4;
         let radius = 0.5 * (bounds.1 - bounds.0).length();
@@ -103,8 +115,8 @@ impl CameraPose {
         Self::in_front_of(bounds, distance, height_angle)
     }
 
-    /// Returns the view of everything through a lens that sees this half angle (radians) on the film's
-    /// shorter side. The box's circumscribed sphere lies within it.
+    /// Returns the view of a box through a lens with this half field angle on the film's shorter
+    /// side, in radians. The box's circumscribed sphere lies within the field.
     pub(crate) fn view_all_within(bounds: (DVec3, DVec3), half_angle: f64) -> Self {
         let radius = 0.5 * (bounds.1 - bounds.0).length();
         let distance = radius / libm::sin(half_angle);
@@ -137,6 +149,7 @@ impl CameraPose {
         self.orientation * DVec3::NEG_Z
     }
 
+    /// Returns the matrix from the camera's space to the world.
     pub fn world_from_camera(&self) -> DMat4 {
         DMat4::from_rotation_translation(self.orientation, self.position)
     }

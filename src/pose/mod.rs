@@ -1,4 +1,5 @@
-//! Where a camera stands: a scene's camera node, a `-camread` file's, or a view of everything.
+//! The pose of a camera: from a camera node of the scene or of a `-camread` file, or a view of
+//! everything.
 //!
 //! A pose is in world space, in meters. The camera looks down its own −z with +y up, as in
 //! Inventor. Nothing here knows about lenses.

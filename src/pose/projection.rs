@@ -1,30 +1,40 @@
-//! How a camera maps directions to the picture.
+//! The mapping from directions to the picture.
 
 use crate::grammar::camera;
 
-/// How a pinhole maps directions to the picture.
+/// The projection of a pinhole camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Angle in radians from the bottom to the top of the view.
-    Perspective { height_angle: f64 },
-    /// Height of the view in meters.
-    Orthographic { height: f64 },
+    /// All rays start at the eye.
+    Perspective {
+        /// The angle from the bottom to the top of the view, in radians.
+        height_angle: f64,
+    },
+    /// All rays are parallel.
+    Orthographic {
+        /// The height of the view, in meters.
+        height: f64,
+    },
 }
 
-/// What to do where the picture and the camera have different aspect ratios; `AdjustCamera` is
-/// Inventor's default.
+/// What happens if the picture and the camera have different aspect ratios.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ViewportMapping {
+    /// The camera keeps its aspect ratio, and the rest of the picture is filled.
     CropViewportFillFrame,
+    /// The camera keeps its aspect ratio, and a line is drawn around its view.
     CropViewportLineFrame,
+    /// The camera keeps its aspect ratio, and the rest of the picture is empty.
     CropViewportNoFrame,
+    /// The camera takes the aspect ratio of the picture. This is Inventor's default.
     #[default]
     AdjustCamera,
+    /// The view is stretched to the picture.
     LeaveAlone,
 }
 
 impl ViewportMapping {
-    /// Converts the field's value in files.
+    /// Converts the value of the field `viewportMapping`.
     pub(crate) fn of(value: i32) -> Self {
         match value {
             camera::VIEWPORT_MAPPING_CROP_VIEWPORT_FILL_FRAME => Self::CropViewportFillFrame,

@@ -24,27 +24,35 @@ pub(crate) const KEYS: [&str; 8] = [
     "source",
 ];
 
-/// The design data of a lens. What the file does not state is none.
+/// The design data of a lens. A field is none if the file does not state it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct About {
+    /// The name of the design.
     pub title: Option<String>,
+    /// The kind of the lens, such as `normal` or `wide-angle`.
     pub kind: Option<String>,
+    /// The year of the design.
     pub year: Option<String>,
-    /// The field as the file states it, and the whole angle in degrees (of a zoom lens, the widest).
+    /// The field as the file states it.
     pub field: Option<String>,
+    /// The whole field angle in degrees; for a zoom lens, the widest.
     pub field_degrees: Option<f64>,
-    /// The focal length as the file states it, and in millimeters (of a zoom lens, the shortest).
+    /// The focal length as the file states it.
     pub focal_length: Option<String>,
+    /// The focal length in millimeters; for a zoom lens, the shortest.
     pub focal_length_mm: Option<f64>,
+    /// The f-number.
     pub f_number: Option<f64>,
     /// Half of the diagonal of the film, in millimeters.
     pub image_height: Option<f64>,
+    /// The patent or book that the data come from.
     pub source: Option<String>,
-    /// Comments that are none of these.
+    /// All other comments.
     pub notes: Vec<String>,
 }
 
 impl About {
+    /// The design data in the comments of a prescription.
     pub(crate) fn of(lens: &Prescription) -> Self {
         let mut about = Self::default();
         for note in &lens.notes {
@@ -70,7 +78,7 @@ impl About {
     }
 }
 
-/// The first word, as a number.
+/// The first word as a number; none if it is not a finite number.
 fn number(text: &str) -> Option<f64> {
     let word = text.split_whitespace().next()?;
     word.parse().ok().filter(|v: &f64| v.is_finite())
@@ -97,8 +105,8 @@ mod tests {
         assert!(lenses.len() >= 25, "{} lenses", lenses.len());
         for (lens, about) in lenses {
             let name = lens.name();
-            for said in [&about.title, &about.kind, &about.field, &about.focal_length] {
-                assert!(said.is_some(), "{name}: {about:?}");
+            for stated in [&about.title, &about.kind, &about.field, &about.focal_length] {
+                assert!(stated.is_some(), "{name}: {about:?}");
             }
             assert!(about.source.is_some_and(|s| s.len() > 10), "{name}");
             // A part of a maker's catalogue has no year of design.
@@ -128,7 +136,8 @@ mod tests {
             );
             let last = lens.prescription().surfaces.last().unwrap().thickness;
             let bfl = optics.focal.unwrap().bfl;
-            // The film stands at the focus of the axis, or a little off it for the zone's sake.
+            // The film is at the focus on the axis, or near it where a design balances zonal
+            // aberration.
             let off = (bfl - last).abs() / efl;
             assert!(
                 last == 0.0 || off < 0.02,

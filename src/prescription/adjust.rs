@@ -7,7 +7,7 @@ use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::Plane;
 
 impl Prescription {
-    /// First-order data in the y plane at a wavelength.
+    /// The first-order data in the plane of the axis and y at a wavelength.
     fn first_order(&self, wavelength_nm: f64) -> FirstOrder {
         FirstOrder::of(self, &self.indices(wavelength_nm), Plane::Y)
     }
@@ -15,7 +15,8 @@ impl Prescription {
     /// Scales the lens to a focal length at a wavelength.
     ///
     /// # Errors
-    /// An afocal lens has no focal length to scale.
+    ///
+    /// Returns an error for an afocal lens, which has no focal length.
     pub fn scaled_to(&self, efl: Mm, wavelength_nm: f64) -> Result<Self> {
         let old = self.first_order(wavelength_nm).efl();
         let factor = efl.0 / old;
@@ -33,7 +34,8 @@ impl Prescription {
     /// limits an axial beam at the wavelength.
     ///
     /// # Errors
-    /// A lens without a stop, and a length that is not greater than 0.
+    ///
+    /// Returns an error if the lens has no stop, or if the length is not greater than 0.
     pub fn with_stop(&self, semi_diameter: Mm, wavelength_nm: f64) -> Result<Self> {
         let Some(stop) = self.first_order(wavelength_nm).stop else {
             return Err(
@@ -53,11 +55,12 @@ impl Prescription {
         Ok(stopped)
     }
 
-    /// Stops the lens down to an f-number: the focal length over the diameter of the entrance pupil.
-    /// The stop does not open wider than the prescription has it.
+    /// Stops the lens down to an f-number: the focal length over the diameter of the entrance
+    /// pupil. The stop does not open wider than the prescription has it.
     ///
     /// # Errors
-    /// A lens without an f-number, and an f-number wider than its widest.
+    ///
+    /// Returns an error if the lens has no f-number, or if it cannot open that wide.
     pub fn at_f_number(&self, f_number: f64, wavelength_nm: f64) -> Result<Self> {
         let optics = self.first_order(wavelength_nm);
         let (Some(widest), Some(stop)) = (optics.f_number(), optics.stop) else {

@@ -1,28 +1,30 @@
 //! First-order (paraxial) optics: focal lengths, focal points, principal planes and pupils.
 //!
-//! Heights and slopes are traced linearly through the vertex curvatures, so no ray of finite
-//! height is involved and a stop closed to f/1024 changes nothing. The matrix is worked out in
-//! pairs of doubles: a telescope out of adjustment by a nanometer has a power of 1e-10 that is
-//! the difference of two numbers near 1, and plain doubles keep seven digits of it.
+//! Heights and slopes are traced linearly through the vertex curvatures, so no ray of finite height
+//! is involved, and a stop closed to f/1024 changes nothing. The matrix is computed in pairs of
+//! doubles: a telescope that is out of adjustment by a nanometer has a power of 1e-10, which is the
+//! difference of two numbers near 1, and a double keeps seven digits of it.
 //!
 //! Nothing assumes an order of planes and focal points along the axis: in a fish-eye the rear
-//! principal plane is behind the lens, in a telephoto in front of it, in a double Gauss the two
-//! are crossed. A lens without power (a telescope) is an answer, not an error.
+//! principal plane is behind the lens, in a telephoto lens in front of it, and in a double Gauss
+//! the rear plane is in front of the front one. A lens without power (a telescope) is not an error.
 
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Plane, Shape, Surface};
 
-/// The first-order data of a lens in one plane. Positions are from the front vertex, +z to the
-/// film, in millimeters.
+/// The first-order data of a lens in one plane. Positions are in millimeters from the front vertex,
+/// with +z toward the film.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FirstOrder {
-    /// From the first vertex to the last.
+    /// The distance from the first vertex to the last.
     pub length: f64,
-    /// The indices before and behind the lens.
+    /// The index in front of the lens.
     pub n_object: f64,
+    /// The index behind the lens.
     pub n_image: f64,
-    /// Maps (y, n u) at the front vertex to (y, n u) at the rear vertex, row by row.
+    /// The matrix, row by row, from (y, n u) at the front vertex to (y, n u) at the rear vertex.
     pub matrix: [f64; 4],
+    /// The optical power, per millimeter; 0 for an afocal lens.
     pub power: f64,
     /// The focal lengths; none for an afocal lens.
     pub focal: Option<Focal>,
@@ -30,33 +32,42 @@ pub struct FirstOrder {
     pub stop: Option<usize>,
     /// The image of the stop in scene space; none if it is at infinity or nothing limits a beam.
     pub entrance_pupil: Option<Pupil>,
-    /// The image of the stop in film space.
+    /// The image of the stop in film space; none if it is at infinity or nothing limits a beam.
     pub exit_pupil: Option<Pupil>,
 }
 
-/// Focal lengths and the planes they are counted from.
+/// The focal lengths, focal points and principal planes of a lens. Lengths are in millimeters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Focal {
-    /// From the rear principal plane to the rear focal point. Negative for a diverging lens.
+    /// The distance from the rear principal plane to the rear focal point. It is negative for a
+    /// diverging lens.
     pub efl: f64,
-    /// From the front focal point to the front principal plane; differs in another medium.
+    /// The distance from the front focal point to the front principal plane. It differs from `efl`
+    /// if the media in front of and behind the lens differ.
     pub front_efl: f64,
-    /// From the rear vertex to the rear focal point.
+    /// The distance from the rear vertex to the rear focal point.
     pub bfl: f64,
-    /// From the front vertex to the front focal point; negative where it is in front.
+    /// The distance from the front vertex to the front focal point. It is negative if the focal
+    /// point is in front of the vertex.
     pub ffl: f64,
+    /// The z of the front focal point.
     pub front_focal_point: f64,
+    /// The z of the rear focal point.
     pub rear_focal_point: f64,
+    /// The z of the front principal plane.
     pub front_principal_plane: f64,
+    /// The z of the rear principal plane.
     pub rear_principal_plane: f64,
 }
 
-/// An image of the stop, in object or in image space.
+/// An image of the stop, in object or in image space. Lengths are in millimeters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pupil {
+    /// The z of the pupil, from the front vertex.
     pub z: f64,
+    /// The radius of the pupil.
     pub semi_diameter: f64,
-    /// Its size over the stop's; negative where it is upside down.
+    /// The size of the pupil over that of the stop; negative if the image is upside down.
     pub magnification: f64,
 }
 
@@ -66,13 +77,16 @@ impl FirstOrder {
         self.focal.map_or(f64::INFINITY, |f| f.efl)
     }
 
-    /// Focal length over the diameter of the entrance pupil.
+    /// The focal length over the diameter of the entrance pupil; none if the lens is afocal or has
+    /// no entrance pupil.
     pub fn f_number(&self) -> Option<f64> {
         let pupil = self.entrance_pupil?;
         let n = self.focal?.efl.abs() / (2.0 * pupil.semi_diameter);
         n.is_finite().then_some(n)
     }
 
+    /// Computes the data of a prescription, with the index in front of every surface and, last, the
+    /// one behind the lens.
     pub(crate) fn of(prescription: &Prescription, indices: &[f64], plane: Plane) -> Self {
         let surfaces = &prescription.surfaces;
         let length: f64 = sum(surfaces.iter().rev().skip(1).rev().map(|s| s.thickness));
@@ -167,8 +181,8 @@ struct Matrix {
 }
 
 impl Matrix {
-    /// From the vertex of surface `from`, in front of it, to the vertex of surface `to`, in
-    /// front of it; or behind the last surface where `to` is the number of surfaces.
+    /// The transfer from the vertex of surface `from`, in front of it, to the vertex of surface
+    /// `to`, in front of it, or behind the last surface if `to` is the number of surfaces.
     /// `indices[i]` is the index in front of surface i.
     fn through(
         surfaces: &[Surface],
@@ -221,7 +235,7 @@ impl Matrix {
     }
 }
 
-/// The curvature at the vertex, from the radius as it was typed.
+/// The curvature at the vertex, computed from the radius as it was written in the file.
 fn curvature(surface: &Surface, plane: Plane) -> Dd {
     let plain = surface.vertex_curvature(plane);
     let inverse = |radius: f64| Dd::new(1.0).div(Dd::new(radius));
@@ -330,9 +344,9 @@ mod tests {
         }
     }
 
-    /// Two plano-convex lenses, f = 100 and 50, 150 apart: angles double and turn over.
+    /// Two plano-convex lenses with f = 100 and 50 that are 150 apart invert and double angles.
     #[test]
-    fn a_telescope_has_no_focal_length_and_is_no_error() {
+    fn a_telescope_has_no_focal_length_and_is_not_an_error() {
         let gap = |extra: f64| {
             lens(&[
                 (50.0, 3.0, 1.5),
@@ -349,7 +363,7 @@ mod tests {
         assert!((near.efl / -5e9 - 1.0).abs() < 1e-7, "{}", near.efl);
     }
 
-    /// A shell of one center bends as if all of it happened there.
+    /// A concentric shell refracts paraxial rays as a thin lens at its center does.
     #[test]
     fn both_principal_planes_of_a_concentric_shell_are_its_center() {
         let focal = lens(&[(50.0, 10.0, 1.5), (40.0, 0.0, 1.0)]).focal.unwrap();

@@ -1,9 +1,9 @@
-//! What a lens file says: a table of surfaces with their glass, apertures and notes.
+//! The contents of a lens file: a table of surfaces with their glass, apertures and notes.
 //!
-//! Lengths are in millimeters, indices of refraction those of the d line unless a wavelength is
-//! given. First-order optics follow from the table alone and stand here too, because readers need
-//! them: a file may give an f-number in place of a diameter. Nothing here traces rays; that is
-//! what `lens` does with a prescription.
+//! Lengths are in millimeters, and indices of refraction are those of the d line unless a
+//! wavelength is given. First-order optics follow from the table alone. They are part of this
+//! folder because readers need them: a file may give an f-number in place of a diameter. Nothing
+//! here traces rays; `lens` does.
 //!
 //! The folder's parts, from the ground up: `glass` and `surface`; `prescription` is the table,
 //! `about` its sources in words, `first_order` its focal lengths and pupils, `adjust` makes another

@@ -10,14 +10,17 @@ use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::surface::{Shape, Surface};
 
-/// A lens as its designer wrote it down: surfaces front to back and what fills the gaps.
+/// A lens as its designer specifies it: the surfaces from front to rear, and the media between
+/// them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prescription {
+    /// The name of the lens.
     pub name: String,
-    /// Comments of the file, in order: the design, the patent, the book.
+    /// The comments of the file, in order, such as the design, the patent and the book.
     pub notes: Vec<String>,
+    /// The surfaces from front to rear, the stop included.
     pub surfaces: Vec<Surface>,
-    /// What is in front of the first surface.
+    /// The medium in front of the first surface.
     pub object_medium: Medium,
     /// Half of the diagonal of the film that it is made for, in millimeters, if the file states it.
     pub image_height: Option<f64>,
@@ -25,35 +28,49 @@ pub struct Prescription {
     pub zoom: Vec<ZoomPosition>,
     /// The surfaces that move for focusing; none if the whole lens moves.
     pub focus_group: Option<FocusGroup>,
+    /// The shape of the hole in the stop.
     pub iris: Iris,
 }
 
-/// A tabulated setting of a zoom lens: gaps and stop that differ from the surfaces' own.
+/// A tabulated setting of a zoom lens: the gaps and the stop that differ from those of the
+/// surfaces.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ZoomPosition {
+    /// The name of the position.
     pub name: String,
-    /// (surface, thickness behind it).
+    /// Numbers of surfaces, each with the thickness behind it in millimeters.
     pub gaps: Vec<(usize, f64)>,
+    /// The semi-diameter of the stop in millimeters; none if it does not change.
     pub stop_semi_diameter: Option<f64>,
 }
 
-/// Surfaces `first..=last` move along the axis to focus, which changes the gaps around them.
+/// The surfaces that move along the axis for focusing, which changes the gaps around them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FocusGroup {
+    /// The number of the first surface that moves.
     pub first: usize,
+    /// The number of the last surface that moves.
     pub last: usize,
 }
 
 /// The shape of the hole in the stop.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Iris {
+    /// A circle.
     #[default]
     Round,
-    /// A regular polygon inside the stop's circle; `rotation` in radians, 0 has a corner on +x.
-    Blades { count: u32, rotation: f64 },
-    /// Any polygon, as corners in units of the stop's semi-diameter, counterclockwise.
+    /// A regular polygon whose corners are on the stop's circle.
+    Blades {
+        /// The number of corners.
+        count: u32,
+        /// The rotation in radians; 0 has a corner on +x.
+        rotation: f64,
+    },
+    /// Any polygon.
     Outline {
+        /// The corners in units of the stop's semi-diameter, counterclockwise.
         corners: Vec<[f64; 2]>,
+        /// The rotation in radians.
         rotation: f64,
     },
 }
@@ -99,6 +116,7 @@ impl Prescription {
         self.iris == Iris::Round && self.surfaces.iter().all(|s| s.shape.is_rotational())
     }
 
+    /// Whether the index of a medium depends on the wavelength.
     pub(crate) fn is_dispersive(&self) -> bool {
         self.surfaces.iter().any(|s| s.medium.is_dispersive()) || self.object_medium.is_dispersive()
     }
@@ -109,7 +127,7 @@ impl Prescription {
         self.is_dispersive() || self.surfaces.iter().any(tints)
     }
 
-    /// Every length multiplied: the paper's `-z`.
+    /// The lens with every length multiplied by a factor, as by the paper's option `-z`.
     pub fn scaled(&self, factor: f64) -> Self {
         let scale = |z: &ZoomPosition| ZoomPosition {
             name: z.name.clone(),
@@ -124,7 +142,7 @@ impl Prescription {
         }
     }
 
-    /// The lens turned around: what was in front is behind. Zoom positions are left out.
+    /// The lens with front and rear exchanged. It has no zoom positions and no focusing group.
     pub fn reversed(&self) -> Self {
         let count = self.surfaces.len();
         let surfaces = (0..count).rev().map(|i| Surface {
@@ -152,7 +170,11 @@ impl Prescription {
         self
     }
 
-    /// A zoom lens at one of its tabulated positions, by number from 0.
+    /// The lens at one of its tabulated zoom positions, counted from 0.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the lens does not have that position.
     pub fn at_zoom(&self, position: usize) -> Result<Self> {
         let Some(zoom) = self.zoom.get(position) else {
             let help = match self.zoom.len() {
@@ -179,8 +201,8 @@ impl Prescription {
 }
 
 impl Iris {
-    /// The corners of the hole in a stop of this semi-diameter, counterclockwise; none for a
-    /// round one, and for less than three corners, which close nothing.
+    /// The corners of the hole in a stop of this semi-diameter, counterclockwise; none for a round
+    /// hole, and for fewer than three corners, which enclose no area.
     pub(crate) fn outline(&self, semi_diameter: f64) -> Option<Box<[DVec2]>> {
         let turned = |angle: f64| {
             let (sin, cos) = libm::sincos(angle);
@@ -206,7 +228,7 @@ impl Iris {
     }
 }
 
-/// The columns of a row that a check can point at.
+/// A column of the table, for the place of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Column {
     Radius,
@@ -215,9 +237,12 @@ pub(crate) enum Column {
     SemiDiameter,
 }
 
-/// Checks a prescription after any reader. Errors end it; warnings go to `sink`.
+/// Checks a prescription from any reader. Warnings go to `sink`. `place` returns the span of a
+/// surface's value in the file.
 ///
-/// `place` gives the span of a surface's value in the file.
+/// # Errors
+///
+/// Returns the first error in the table.
 pub(crate) fn check(
     prescription: &mut Prescription,
     source: &Arc<Source>,
@@ -234,7 +259,7 @@ pub(crate) fn check(
     }
     check_stops(prescription, &fail, &place)?;
     check_backwards(prescription, &fail, &place)?;
-    // What may be wrong.
+    // The following may be wrong, and is only warned of.
     if prescription.stop().is_none() {
         sink.warn(place(0, Column::Radius), "the lens has no stop")
             .help(
@@ -357,14 +382,14 @@ fn clamp_to_radius(
     }
 }
 
-/// The gaps between surfaces that bend: the two and how far apart they are, past a stop between
-/// them, which may stand anywhere.
+/// The gaps between neighboring surfaces without the stop, which may be anywhere: the numbers of
+/// the two surfaces, and their distance.
 fn gaps(surfaces: &[Surface]) -> Vec<(usize, usize, f64)> {
-    let bends: Vec<usize> = (0..surfaces.len())
+    let refracting: Vec<usize> = (0..surfaces.len())
         .filter(|i| !surfaces[*i].is_stop)
         .collect();
     let gap = |i: usize, j: usize| surfaces[i..j].iter().map(|s| s.thickness).sum();
-    let pairs = bends.iter().zip(bends.iter().skip(1));
+    let pairs = refracting.iter().zip(refracting.iter().skip(1));
     pairs.map(|(&i, &j)| (i, j, gap(i, j))).collect()
 }
 
@@ -401,8 +426,8 @@ fn warn_of_gaps(
             )
             .help("light has to run backwards between them: check the sign of the thickness");
         }
-        // Past a stop the rims are often drawn wider than the light that it lets through; a hole
-        // of its size must fit.
+        // Around a stop the semi-diameters are often larger than the beam. Surfaces must not cross
+        // within the stop's own semi-diameter.
         let between = surfaces[i + 1..j].iter().map(|s| s.semi_diameter);
         let reach = between.fold(front.semi_diameter.min(rear.semi_diameter), f64::min);
         if let Some(height) = crossing(front, rear, gap, reach) {
@@ -415,7 +440,8 @@ fn warn_of_gaps(
     }
 }
 
-/// Where two neighbors cross nearer to the axis than `reach`, by more than rounding.
+/// The height at which two neighboring surfaces cross nearer to the axis than `reach`, by more than
+/// a thousandth of it; none if they do not.
 fn crossing(front: &Surface, rear: &Surface, thickness: f64, reach: f64) -> Option<f64> {
     const STEPS: u32 = 64;
     if !reach.is_finite() || thickness < 0.0 {

@@ -1,4 +1,4 @@
-//! One surface of a lens and the gap behind it, as a prescription gives them.
+//! A surface of a prescription and the gap behind it.
 
 use crate::diag::Span;
 
@@ -16,12 +16,14 @@ pub struct Curvature {
 }
 
 impl Curvature {
+    /// The curvature of a plane.
     pub const PLANE: Self = Self {
         per_mm: 0.0,
         radius: 0.0,
     };
 
-    /// From a radius in millimeters, positive with the center on the film side; 0 is a plane.
+    /// The curvature of a radius in millimeters, which is positive if the center is on the film
+    /// side. A radius of 0 is a plane.
     pub fn from_radius(radius: f64) -> Self {
         if radius == 0.0 || radius.is_infinite() {
             return Self::PLANE;
@@ -32,7 +34,7 @@ impl Curvature {
         }
     }
 
-    /// From a curvature per millimeter.
+    /// The curvature of a number per millimeter.
     pub(crate) fn from_curvature(per_mm: f64) -> Self {
         if per_mm == 0.0 {
             return Self::PLANE;
@@ -43,6 +45,7 @@ impl Curvature {
         }
     }
 
+    /// The curvature per millimeter.
     pub fn per_mm(self) -> f64 {
         self.per_mm
     }
@@ -52,6 +55,7 @@ impl Curvature {
         self.radius
     }
 
+    /// Whether it is the curvature of a plane.
     pub(crate) fn is_plane(self) -> bool {
         self.per_mm == 0.0
     }
@@ -68,10 +72,13 @@ impl Curvature {
     }
 }
 
-/// A plane through the axis. First-order data differ between the two only for cylinders and toroids.
+/// A plane through the axis. First-order data differ between the two only for cylinders and
+/// toroids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Plane {
+    /// The plane of the axis and x.
     X,
+    /// The plane of the axis and y.
     Y,
 }
 
@@ -81,24 +88,31 @@ pub(crate) const MAX_POWER: usize = 20;
 /// The kind of a surface, apart from its curvature.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// A sphere, or a plane where the curvature is 0.
+    /// A sphere, or a plane if the curvature is 0.
     Sphere,
-    /// A conic of revolution: `k` is 0 for a sphere, −1 for a paraboloid.
-    Conic { k: f64 },
-    /// A conic plus Σ `terms[p]` r^p, with p from 1 to 20, in millimeters^(1−p).
-    Asphere {
+    /// A conic of revolution.
+    Conic {
+        /// The conic constant: 0 for a sphere, −1 for a paraboloid.
         k: f64,
+    },
+    /// A conic plus a polynomial in the distance r from the axis.
+    Asphere {
+        /// The conic constant.
+        k: f64,
+        /// The coefficients of r^p, with p from 1 to 20, in millimeters^(1−p).
         terms: Box<[f64; MAX_POWER + 1]>,
     },
-    /// A cylinder with its axis along x: power in y only.
+    /// A cylinder with its axis along x. It has power in y only.
     CylinderX,
-    /// A cylinder with its axis along y: power in x only.
+    /// A cylinder with its axis along y. It has power in x only.
     CylinderY,
-    /// A profile in y (curvature, conic and terms in y) turned about an axis parallel to y; the
-    /// curvature across, in x, is `across`.
+    /// A profile in y, rotated about an axis parallel to y.
     Toroid {
+        /// The curvature in x.
         across: Curvature,
+        /// The conic constant of the profile.
         k: f64,
+        /// The coefficients of y^p in the profile, in millimeters^(1−p).
         terms: Box<[f64; MAX_POWER + 1]>,
     },
 }
@@ -146,20 +160,23 @@ impl Shape {
 /// A surface and the gap to the next one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
+    /// The kind of the surface.
     pub shape: Shape,
+    /// The curvature at the vertex, without polynomial terms.
     pub curvature: Curvature,
-    /// Distance along the axis to the next vertex; behind the last surface, to the film as the
-    /// file gives it (0 where it does not).
+    /// The distance along the axis to the next vertex, in millimeters. Behind the last surface it
+    /// is the distance to the film if the file gives it, and 0 otherwise.
     pub thickness: f64,
-    /// What fills that gap.
+    /// The medium in that gap.
     pub medium: Medium,
-    /// Rays farther than this from the axis are blocked. Infinite if the file gives none.
+    /// The distance from the axis beyond which rays are blocked, in millimeters. It is infinite if
+    /// the file gives none.
     pub semi_diameter: f64,
     /// Whether this is the aperture stop.
     pub is_stop: bool,
-    /// The coating on it.
+    /// The coating of the surface.
     pub coating: Coating,
-    /// Where the surface stands in the file, for messages.
+    /// The place of the surface in the file, for messages.
     pub span: Span,
 }
 
@@ -186,6 +203,7 @@ impl Surface {
         }
     }
 
+    /// Whether the surface is a plane.
     pub(crate) fn is_plane(&self) -> bool {
         self.curvature.is_plane() && self.shape.is_rotational() && !self.has_terms()
     }
@@ -207,8 +225,8 @@ impl Surface {
         }
     }
 
-    /// How far the surface is behind its vertex at a height in the plane of the axis and y, in
-    /// millimeters; past the edge of a conic, as far as there.
+    /// The sag in millimeters: the distance of the surface behind its vertex, at a height in the
+    /// plane of the axis and y. Beyond the edge of a conic the conic's part is that of a parabola.
     pub fn sag(&self, y: f64) -> f64 {
         let c = match self.shape {
             Shape::CylinderY => 0.0,
@@ -227,7 +245,7 @@ impl Surface {
         c * y * y / (1.0 + inside.sqrt()) + polynomial
     }
 
-    /// The surface with every length multiplied.
+    /// The surface with every length multiplied by a factor.
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         let mut shape = self.shape.map_terms(|power, term| match power {
             0 => term * factor,
@@ -245,7 +263,7 @@ impl Surface {
         }
     }
 
-    /// The surface seen from the other side. Its gap and medium are not changed.
+    /// The surface as seen from the other side. Its gap and medium are not changed.
     pub(crate) fn reversed(&self) -> Self {
         let mut shape = self.shape.map_terms(|_, term| -term);
         if let Shape::Toroid { across, .. } = &mut shape {

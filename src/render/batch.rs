@@ -119,7 +119,7 @@ impl<'a> Batch<'a> {
                 let wavelengths = now.clone().map(|index| pixel.wavelength(index));
                 self.samples.wavelength.extend(wavelengths);
             }
-            self.samples.ask(&pixel, now);
+            self.samples.request(&pixel, now);
             self.pixels[0].resize(filled + count, f64::from(at.0));
             self.pixels[1].resize(filled + count, f64::from(at.1));
             self.slots.resize(filled + count, sums.len() - 1);

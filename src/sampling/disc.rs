@@ -2,17 +2,18 @@
 
 use libm::{cos, sin};
 
-/// Which map takes the unit square to the disc.
+/// A map from the unit square to the unit disc that preserves areas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DiscMap {
-    /// r = √u, θ = 2πv (the paper, equation 3). The 1999 program.
+    /// r = √u, θ = 2πv, equation 3 of the paper. The 1999 program uses it.
     Polar,
-    /// Shirley and Chiu's concentric map: squares to circles, strata stay compact. Default.
+    /// Shirley and Chiu's map of concentric squares to concentric circles, which keeps strata
+    /// compact. This is the default.
     Concentric,
 }
 
 impl DiscMap {
-    /// A point of the unit disc, uniform in area.
+    /// The point of the unit disc for a point of the unit square.
     pub fn point(self, [u, v]: [f64; 2]) -> [f64; 2] {
         match self {
             Self::Polar => polar_disc(u, v),
@@ -21,13 +22,14 @@ impl DiscMap {
     }
 }
 
-/// r = √u, θ = 2πv: equation 3 of the paper.
+/// The point with r = √u and θ = 2πv, by equation 3 of the paper.
 pub(crate) fn polar_disc(u: f64, v: f64) -> [f64; 2] {
     let (r, angle) = (u.sqrt(), std::f64::consts::TAU * v);
     [r * cos(angle), r * sin(angle)]
 }
 
-/// Shirley and Chiu, "A low distortion map between disk and square", 1997.
+/// The point by the concentric map (Shirley and Chiu, "A low distortion map between disk and
+/// square", 1997).
 pub(crate) fn concentric_disc(u: f64, v: f64) -> [f64; 2] {
     use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
     let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);

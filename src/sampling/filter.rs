@@ -1,26 +1,27 @@
-//! How a pixel weighs the light around its middle.
+//! Pixel filters.
 //!
-//! A sample's place is drawn from the filter itself, so that every sample of a pixel counts the
-//! same (but for its sign) and none is shared with a neighbor: pixels stay independent.
+//! The positions of samples are distributed as the filter, so that every sample of a pixel has the
+//! same weight except for its sign, and none is shared with a neighbor: pixels stay independent.
 
 /// A separable pixel filter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Filter {
-    /// The pixel itself, evenly: the 1999 program. Default.
+    /// A constant over the pixel. This is the default, and what the 1999 program uses.
     #[default]
     Box,
-    /// Standard deviation ½ pixel, ended at 1½.
+    /// A Gaussian with a standard deviation of ½ pixel, truncated at 1½ pixels.
     Gaussian,
-    /// Blackman and Harris's window of four terms over 3 pixels.
+    /// The window of Blackman and Harris with four terms, over 3 pixels.
     BlackmanHarris,
-    /// Mitchell and Netravali's cubic with B = C = ⅓, over 4 pixels; negative in places.
+    /// The cubic of Mitchell and Netravali with B = C = ⅓, over 4 pixels. It has negative lobes.
     Mitchell,
 }
 
-/// Parts of a filter's half width in which samples are spread evenly.
+/// The number of parts of a filter's half width. In each the density of samples is constant.
 const CELLS: usize = 128;
 
 impl Filter {
+    /// All filters with their names.
     pub const ALL: [(&'static str, Self); 4] = [
         ("box", Self::Box),
         ("gaussian", Self::Gaussian),
@@ -28,6 +29,7 @@ impl Filter {
         ("mitchell", Self::Mitchell),
     ];
 
+    /// The name in options and reports.
     pub fn name(self) -> &'static str {
         Self::ALL
             .iter()
@@ -35,7 +37,7 @@ impl Filter {
             .map_or("", |(n, _)| n)
     }
 
-    /// Half the width, in pixels.
+    /// Half of the width, in pixels.
     pub fn radius(self) -> f64 {
         match self {
             Self::Box => 0.5,
@@ -44,7 +46,7 @@ impl Filter {
         }
     }
 
-    /// The weight at a distance from the middle along one axis, not normalized.
+    /// The weight at a distance from the middle along one axis, in pixels. It is not normalized.
     pub fn at(self, x: f64) -> f64 {
         let x = x.abs();
         if x > self.radius() {
@@ -66,27 +68,28 @@ impl Filter {
     }
 }
 
-/// A filter made ready for drawing samples.
+/// A filter prepared for importance sampling.
 #[derive(Clone, Debug)]
 pub(crate) struct FilterTable {
     filter: Filter,
-    /// The share of |filter| in the cells before each, over half the filter.
+    /// The cumulative distribution of |filter| over half of the filter, at the ends of the cells.
     before: Vec<f64>,
-    /// Integral of the filter over both halves.
+    /// The integral of the filter over its whole width.
     integral: f64,
 }
 
 impl FilterTable {
+    /// Makes the table of a filter.
     pub(crate) fn new(filter: Filter) -> Self {
         let width = filter.radius() / CELLS as f64;
         let middle = |i: usize| filter.at((i as f64 + 0.5) * width);
         let mut before = vec![0.0];
         let (mut sum, mut signed) = (0.0, 0.0);
         for i in 0..CELLS {
-            // Simpson's rule: exact for the cubics.
+            // Simpson's rule is exact for cubics.
             let (a, b) = (i as f64 * width, (i + 1) as f64 * width);
             signed += (filter.at(a) + 4.0 * middle(i) + filter.at(b)) / 6.0;
-            // Never nothing, so that no place is left out.
+            // The density is never 0, so that every position may be sampled.
             let most = filter.at(a).abs().max(filter.at(b).abs());
             sum += middle(i).abs().max(most).max(1e-6);
             before.push(sum);
@@ -99,8 +102,8 @@ impl FilterTable {
         }
     }
 
-    /// Takes places along one axis from the unit interval to the filter's, and multiplies the
-    /// weights by what each counts.
+    /// Maps numbers in [0, 1) to positions along one axis of the filter, and multiplies `weights`
+    /// by the weights of the samples.
     pub(crate) fn spread(&self, places: &mut [f64], weights: &mut [f64]) {
         if self.filter == Filter::Box {
             return;
@@ -112,8 +115,9 @@ impl FilterTable {
         }
     }
 
-    /// Where from the pixel's corner, and what the sample counts: 1 for most. `u` goes over the
-    /// filter from one side to the other, so that what is even in it stays so.
+    /// The position of a sample along one axis, in pixels from the pixel's corner, and its weight,
+    /// which is about 1 or −1. The position is a monotonic function of `u`, so that stratified
+    /// numbers give stratified positions.
     pub(crate) fn sample(&self, u: f64) -> (f64, f64) {
         if self.filter == Filter::Box {
             return (u, 1.0);
@@ -137,9 +141,10 @@ impl FilterTable {
 mod tests {
     use super::*;
 
-    /// Moments of the drawn places against moments of the filter by Simpson's rule.
+    /// The moments of the sampled positions are compared with those of the filter by Simpson's
+    /// rule.
     #[test]
-    fn places_are_drawn_as_the_filter_weighs_them() {
+    fn positions_are_distributed_as_the_filter() {
         for (name, filter) in Filter::ALL {
             let table = FilterTable::new(filter);
             let (n, r) = (1 << 18, filter.radius());
@@ -165,8 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn mitchells_filter_is_one_for_a_field_of_one() {
-        // Weights of neighboring pixels add up to 1 at any place.
+    fn the_mitchell_filters_of_all_pixels_add_up_to_one() {
         for x in [0.0, 0.2, 0.5, 0.9] {
             let sum: f64 = (-2..=2)
                 .map(|i| Filter::Mitchell.at(x + f64::from(i)))

@@ -1,7 +1,7 @@
-//! Numbered samples for a pixel, and maps from the square to a disc.
+//! Numbered samples for a pixel, pixel filters, and maps from the square to a disc.
 //!
-//! A sample is a function of (seed, pixel, index) alone, so tiles, threads and ranks agree on it.
-//! No state is carried from one sample to the next.
+//! A sample is a function of (seed, pixel, index) alone, so it does not depend on tiles and
+//! threads. No state is carried from one sample to the next.
 
 pub(crate) mod disc;
 mod filter;

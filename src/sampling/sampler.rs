@@ -1,38 +1,42 @@
-//! Which sample of which pixel goes where: a function of seed, pixel and index alone.
+//! The samples of pixels: functions of seed, pixel and index alone.
 
 use std::ops::Range;
 
 use super::hash::{mix, unit};
-use super::sobol::{Sobol, Waiting};
+use super::sobol::{PendingPoints, Sobol};
 
-/// Where on the pixel and where on the lens a ray goes, each in the unit square.
+/// A sample of film and pupil.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensSample {
+    /// The point of the pixel, in the unit square.
     pub film: [f64; 2],
+    /// The point of the unit square that determines the lens point.
     pub pupil: [f64; 2],
 }
 
-/// How the samples of a pixel are laid out.
+/// The distribution of a pixel's samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SamplerKind {
-    /// Pixel and pupil stratified and jittered separately, several pupil samples for each pixel
-    /// sample: the 1999 program (the paper, section Sampling).
+    /// Pixel and pupil are stratified and jittered separately, with several pupil samples for each
+    /// pixel sample. The 1999 program does this (the paper, section Sampling).
     Jittered,
-    /// Independent uniform numbers.
+    /// Independent uniform random numbers.
     Random,
-    /// Owen-scrambled Sobol' points in the four dimensions of film and pupil together, scrambled
-    /// anew for each pixel. Default.
+    /// Owen-scrambled Sobol' points in the four dimensions of film and pupil together, with a
+    /// different scrambling for each pixel. This is the default.
     Sobol,
-    /// One scrambled Sobol' sequence over all pixels along Morton's curve: the errors of
-    /// neighbors differ, and so look finer (Ahmed and Wonka, "Screen-space blue-noise diffusion
-    /// of Monte Carlo sampling error via hierarchical ordering of pixels", 2020).
+    /// One scrambled Sobol' sequence over all pixels along Morton's curve. The errors of
+    /// neighboring pixels differ, so the noise has less low frequency (Ahmed and Wonka,
+    /// "Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering
+    /// of pixels", 2020).
     Blue,
-    /// Multiples of the generalized golden ratio (Roberts's R sequence), shifted anew for each
-    /// pixel.
+    /// Multiples of the generalized golden ratio (Roberts's R sequence), with a different shift for
+    /// each pixel.
     Golden,
 }
 
 impl SamplerKind {
+    /// All kinds with their names.
     pub const ALL: [(&'static str, Self); 5] = [
         ("jittered", Self::Jittered),
         ("random", Self::Random),
@@ -41,6 +45,7 @@ impl SamplerKind {
         ("golden", Self::Golden),
     ];
 
+    /// The name in options and reports.
     pub fn name(self) -> &'static str {
         Self::ALL
             .iter()
@@ -52,19 +57,21 @@ impl SamplerKind {
 /// The samples of every pixel of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampler {
+    /// The distribution of a pixel's samples.
     pub kind: SamplerKind,
-    /// Samples a pixel. The strata of [`SamplerKind::Jittered`] are laid out for this many.
+    /// The number of samples of a pixel, which determines the strata of [`SamplerKind::Jittered`].
     pub samples: u32,
+    /// The seed of all random numbers.
     pub seed: u64,
 }
 
 impl Sampler {
-    /// The sample `index` (from 0) of a pixel, given as its number in the picture.
+    /// The sample `index`, counted from 0, of the pixel with a number in the picture.
     pub fn sample(&self, pixel: u64, index: u32) -> LensSample {
         self.pixel(pixel, [pixel as u32, 0]).sample(index)
     }
 
-    /// The samples of the pixel of a number, and of a place in the picture.
+    /// The samples of the pixel with a number, and with a column and a row in the picture.
     pub fn pixel(&self, number: u64, [x, y]: [u32; 2]) -> PixelSampler {
         let key = mix(self.seed ^ mix(number.wrapping_add(0x9e37_79b9_7f4a_7c15)));
         let layout = match self.kind {
@@ -89,12 +96,14 @@ impl Sampler {
         PixelSampler { key, layout }
     }
 
-    /// Which wavelengths the sample sees, in [0, 1): see [`PixelSampler::wavelength`].
+    /// The number in [0, 1) that determines the sample's wavelengths: see
+    /// [`PixelSampler::wavelength`].
     pub fn wavelength(&self, pixel: u64, index: u32) -> f64 {
         self.pixel(pixel, [pixel as u32, 0]).wavelength(index)
     }
 
-    /// Samples must come in wholes of so many, for a beginning by itself is uneven.
+    /// The number of samples of a pixel must be a multiple of this: the first samples of a jittered
+    /// set are not stratified.
     pub fn period(&self) -> u32 {
         match self.kind {
             SamplerKind::Jittered => self.samples.max(1),
@@ -110,23 +119,29 @@ pub struct PixelSampler {
     layout: Layout,
 }
 
+/// The parameters of a pixel's samples.
 #[derive(Clone, Copy, Debug)]
 enum Layout {
+    /// The number of samples in a set of strata.
     Jittered(u32),
     Random,
     Sobol(Sobol),
     Blue {
         sequence: Sobol,
+        /// The index in the sequence at which the pixel's points start.
         start: u64,
+        /// The binary logarithm of the number of the pixel's points.
         bits: u32,
+        /// The key of the sequence that is used after them.
         key: u64,
     },
+    /// The shift in each dimension.
     Golden([f64; 4]),
 }
 
 impl PixelSampler {
-    /// Which wavelengths the sample sees, in [0, 1): even over a pixel's samples, and shuffled
-    /// against its other dimensions.
+    /// The number in [0, 1) that determines the sample's wavelengths. It is stratified over a
+    /// pixel's samples, and shuffled relative to the other dimensions.
     pub fn wavelength(&self, index: u32) -> f64 {
         match self.layout {
             Layout::Random => unit(mix(self.key ^ mix((u64::from(index) << 3) | 4))),
@@ -134,7 +149,7 @@ impl PixelSampler {
         }
     }
 
-    /// The scrambled sequence and the place in it, for layouts that have one.
+    /// The scrambled sequence and the index in it, for kinds that have one.
     #[inline]
     fn net(&self, index: u32) -> Option<(Sobol, u32)> {
         match self.layout {
@@ -146,13 +161,15 @@ impl PixelSampler {
                 key,
             } => Some(match u32::try_from(start + u64::from(index)) {
                 Ok(place) if index >> bits == 0 => (sequence, place),
-                // Past the end of the pixel's part, or of the sequence: the pixel's own.
+                // After the end of the pixel's part, or of the sequence, the pixel has its own
+                // sequence.
                 _ => (Sobol::new(key), index),
             }),
             _ => None,
         }
     }
 
+    /// The sample with an index, counted from 0.
     #[inline]
     pub fn sample(&self, index: u32) -> LensSample {
         let [a, b, c, d] = match self.layout {
@@ -177,23 +194,26 @@ impl PixelSampler {
     }
 }
 
-/// Samples side by side, in the order in which they were asked for.
+/// A batch of samples, in the order of the requests.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Samples {
-    /// Where on the pixel, or whatever the caller makes of it.
+    /// The points of the pixel in the unit square. The caller may replace them by points of the
+    /// picture.
     pub film: [Vec<f64>; 2],
+    /// The points of the unit square that determine the lens points.
     pub pupil: [Vec<f64>; 2],
-    /// Which wavelengths, where they were asked for.
+    /// The numbers that determine the wavelengths, if the caller adds them.
     pub wavelength: Vec<f64>,
-    waiting: Waiting,
+    pending: PendingPoints,
 }
 
 impl Samples {
-    /// Ready to use after [`Samples::draw`].
+    /// The number of samples that were drawn.
     pub(crate) fn len(&self) -> usize {
         self.film[0].len()
     }
 
+    /// Removes all samples and keeps the memory.
     pub(crate) fn clear(&mut self) {
         let [a, b] = &mut self.film;
         let [c, d] = &mut self.pupil;
@@ -202,14 +222,15 @@ impl Samples {
         }
     }
 
-    /// Asks for samples of a pixel: the same as [`PixelSampler::sample`], to the bit.
-    pub(crate) fn ask(&mut self, pixel: &PixelSampler, indices: Range<u32>) {
+    /// Requests samples of a pixel, to be drawn by [`Self::draw`]. They are bit-identical to those
+    /// of [`PixelSampler::sample`].
+    pub(crate) fn request(&mut self, pixel: &PixelSampler, indices: Range<u32>) {
         if let Layout::Sobol(sobol) = pixel.layout {
-            return self.waiting.push_all(&sobol, indices);
+            return self.pending.push_all(&sobol, indices);
         }
         for index in indices {
             match pixel.net(index) {
-                Some((sobol, place)) => self.waiting.push(&sobol, place),
+                Some((sobol, place)) => self.pending.push(&sobol, place),
                 None => {
                     let LensSample { film, pupil } = pixel.sample(index);
                     for d in 0..2 {
@@ -221,16 +242,16 @@ impl Samples {
         }
     }
 
-    /// Draws what was asked for.
+    /// Draws the requested samples.
     pub(crate) fn draw(&mut self) {
         let [a, b] = &mut self.film;
         let [c, d] = &mut self.pupil;
-        self.waiting.draw([a, b, c, d]);
+        self.pending.draw([a, b, c, d]);
     }
 }
 
-/// 1/g, 1/g², … with g⁵ = g + 1 (Roberts, "The unreasonable effectiveness of quasirandom
-/// sequences").
+/// The powers 1/g, 1/g², … where g⁵ = g + 1 (Roberts, "The unreasonable effectiveness of
+/// quasirandom sequences").
 const GOLDEN: [f64; 4] = [
     0.856_674_883_854_502_9,
     0.733_891_856_627_126,
@@ -238,18 +259,18 @@ const GOLDEN: [f64; 4] = [
     0.538_597_257_223_601_1,
 ];
 
-/// Bits of a side of the squares that share a sequence of [`SamplerKind::Blue`]: of its 2^32
-/// points each pixel has up to 2^14.
+/// The binary logarithm of the side of the squares whose pixels share a sequence of
+/// [`SamplerKind::Blue`]. Of its 2^32 points each pixel has up to 2^14.
 const BLOCK_BITS: u32 = 9;
 
-/// The place of a pixel along Morton's curve through its square, the four parts of a part in an
-/// order drawn anew.
+/// The index of a pixel along Morton's curve through its square, with a random order of the four
+/// quadrants at every level.
 fn shuffled_morton(x: u32, y: u32, seed: u64) -> u32 {
     let mut place = 0u32;
     for level in (0..BLOCK_BITS).rev() {
         let quadrant = (x >> level & 1) | (y >> level & 1) << 1;
         let draw = mix(seed ^ mix(u64::from(place) << 5 | u64::from(level)));
-        // One of the 24 orders of four, digit by digit (Fisher and Yates).
+        // One of the 24 permutations of four (Fisher and Yates).
         let mut order = [0, 1, 2, 3];
         let mut rest = draw;
         for i in (1..4).rev() {
@@ -261,21 +282,22 @@ fn shuffled_morton(x: u32, y: u32, seed: u64) -> u32 {
     place
 }
 
-/// Samples past the number laid out start a new layout with other jitter.
+/// A jittered sample. After `samples` samples, a new set of strata starts with other jitter.
 fn jittered(key: u64, samples: u32, index: u32) -> LensSample {
     let (on_pixel, on_pupil) = split(samples);
     let (round, index) = (index / samples.max(1), index % samples.max(1));
     let key = mix(key ^ u64::from(round) << 40);
     let (i, j) = (index / on_pupil, index % on_pupil);
     let jitter = |d: u64, n: u32| unit(mix(key ^ mix((u64::from(n) << 3) | d)));
-    // One jitter a pixel stratum: the pupil samples in it start from the same film point.
+    // The jitter of a pixel stratum is shared by its pupil samples, which start from one film
+    // point.
     let film = stratum(i, on_pixel, jitter(0, i), jitter(1, i));
     let pupil = stratum(j, on_pupil, jitter(2, index), jitter(3, index));
     LensSample { film, pupil }
 }
 
-/// How `n` samples are shared out: pixel samples, and pupil samples for each. The pupil gets the
-/// larger factor, for it makes more of the noise. 16 is 4 and 4.
+/// The numbers of pixel samples, and of pupil samples for each, of `n` samples. The pupil gets the
+/// larger factor, because it causes more of the noise. 16 samples are 4 times 4.
 pub(crate) fn split(n: u32) -> (u32, u32) {
     let on_pixel = largest_factor(n.max(1));
     (on_pixel, n.max(1) / on_pixel)
@@ -289,7 +311,8 @@ fn largest_factor(n: u32) -> u32 {
         .unwrap_or(1)
 }
 
-/// Stratum `i` of `n` on the unit square, jittered by (u, v): a grid as square as n allows.
+/// A point of stratum `i` of `n` on the unit square, jittered by (u, v). The strata form a grid
+/// that is as square as n allows.
 fn stratum(i: u32, n: u32, u: f64, v: f64) -> [f64; 2] {
     let rows = largest_factor(n);
     let columns = n / rows;
@@ -333,7 +356,7 @@ mod tests {
 
     #[test]
     fn every_sampler_is_uniform_on_film_and_pupil() {
-        // Mean of n uniform numbers: 1/2 within 5 standard errors of 1/√(12 n).
+        // The mean of n uniform numbers is 1/2 within 5 standard errors of 1/√(12 n).
         for (_, kind) in SamplerKind::ALL {
             let s = sampler(kind, 16);
             let n = 16 * 2_000;
@@ -367,7 +390,7 @@ mod tests {
                 seen[place] = true;
             }
         }
-        // Four neighbors of one sample each are four points of a net.
+        // The samples of four neighboring pixels, one each, are a net of four points.
         let s = sampler(SamplerKind::Blue, 1);
         let quarter = |x: u32, y: u32| {
             let u = s.pixel(0, [x, y]).sample(0).pupil;
@@ -379,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn every_eight_samples_see_every_eighth_of_the_wavelengths_once() {
+    fn every_eight_samples_have_one_in_each_eighth_of_the_wavelengths() {
         for kind in [SamplerKind::Jittered, SamplerKind::Sobol, SamplerKind::Blue] {
             let s = sampler(kind, 16);
             for pixel in 0..50 {

@@ -1,16 +1,16 @@
 //! Owen-scrambled Sobol' points in four dimensions.
 //!
-//! Any power of two of consecutive points is a net, and each pixel scrambles anew, so that
-//! pixels know nothing of each other. Points are kept with their bits reversed, where Owen's
-//! scrambling is a hash that moves bits only upward.
+//! Any aligned power of two of consecutive points is a net. Each pixel has its own scrambling, so
+//! pixels are independent. Points are stored with their bits reversed. Owen's scrambling is then a
+//! hash in which a bit affects only higher bits.
 
 use std::ops::Range;
 
 use super::hash::mix;
 use crate::math::lanes::{LANES, SimdKernel, dispatch};
 
-/// Direction numbers of the first four dimensions (Joe and Kuo, 2008): degree and coefficients
-/// of the primitive polynomial, and the first numbers.
+/// The definition of the first four dimensions (Joe and Kuo, 2008): the degree and the coefficients
+/// of the primitive polynomial, and the first direction numbers.
 const POLYNOMIALS: [(usize, u32, [u32; 3]); 4] = [
     (0, 0, [1, 1, 1]),
     (1, 0, [1, 0, 0]),
@@ -18,9 +18,10 @@ const POLYNOMIALS: [(usize, u32, [u32; 3]); 4] = [
     (3, 1, [1, 3, 1]),
 ];
 
-/// What each bit of an index adds to each dimension, bits reversed.
+/// For each dimension and each bit of an index, the number that is added (XOR), bits reversed.
 static BITS: [[u32; 32]; 4] = bits();
 
+/// Computes [`BITS`].
 const fn bits() -> [[u32; 32]; 4] {
     let mut bits = [[0; 32]; 4];
     let mut dimension = 0;
@@ -36,9 +37,11 @@ const fn bits() -> [[u32; 32]; 4] {
     bits
 }
 
-/// For each byte of an index: what its values add to each dimension, bits reversed.
+/// For each byte of an index and each of its values, the numbers that are added (XOR) in the four
+/// dimensions, bits reversed.
 static TABLES: [[[u32; 4]; 256]; 4] = tables();
 
+/// The direction numbers of a dimension.
 const fn directions(dimension: usize) -> [u32; 32] {
     let (degree, coefficients, first) = POLYNOMIALS[dimension];
     let mut v = [0u32; 32];
@@ -64,6 +67,7 @@ const fn directions(dimension: usize) -> [u32; 32] {
     v
 }
 
+/// Computes [`TABLES`].
 const fn tables() -> [[[u32; 4]; 256]; 4] {
     let mut tables = [[[0; 4]; 256]; 4];
     let mut dimension = 0;
@@ -91,13 +95,15 @@ const fn tables() -> [[[u32; 4]; 256]; 4] {
     tables
 }
 
-/// Points of one scrambling.
+/// A scrambled Sobol' sequence.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sobol {
+    /// The seeds of the scrambling in the four dimensions.
     seeds: [u32; 4],
 }
 
 impl Sobol {
+    /// The sequence whose scrambling depends on a key.
     pub(super) fn new(key: u64) -> Self {
         let (a, b) = (mix(key), mix(!key));
         Self {
@@ -105,6 +111,7 @@ impl Sobol {
         }
     }
 
+    /// The point with an index.
     #[inline]
     pub(super) fn point(&self, index: u32) -> [f64; 4] {
         let byte = |i: u32| &TABLES[i as usize][(index >> (8 * i)) as usize & 255];
@@ -122,22 +129,25 @@ impl Sobol {
 }
 
 impl Sobol {
-    /// The first dimension in an order of its own: every aligned 2^k indices are shuffled among
-    /// themselves, so that it goes with the dimensions of another scrambling.
+    /// The first dimension of the point with a shuffled index: every aligned 2^k indices are
+    /// permuted among themselves, so that the result is independent of another scrambling.
     pub(super) fn shuffled(&self, index: u32) -> f64 {
         let shuffled = scramble(index.reverse_bits(), self.seeds[1]).reverse_bits();
         self.point(shuffled)[0]
     }
 }
 
-/// Points of many scramblings, to be drawn together.
+/// Requested points of several sequences, to be drawn together.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Waiting {
+pub(super) struct PendingPoints {
+    /// The indices of the points.
     places: Vec<u32>,
+    /// The seeds of the points' sequences.
     seeds: [Vec<u32>; 4],
 }
 
-impl Waiting {
+impl PendingPoints {
+    /// Requests a point of a sequence.
     #[inline]
     pub(super) fn push(&mut self, sobol: &Sobol, place: u32) {
         self.places.push(place);
@@ -146,7 +156,7 @@ impl Waiting {
         }
     }
 
-    /// Consecutive points of one scrambling.
+    /// Requests consecutive points of a sequence.
     pub(super) fn push_all(&mut self, sobol: &Sobol, places: Range<u32>) {
         let count = self.places.len() + places.len();
         self.places.extend(places);
@@ -155,7 +165,7 @@ impl Waiting {
         }
     }
 
-    /// Adds the points' coordinates to `out`, and nothing waits any more.
+    /// Appends the coordinates of the requested points to `out` and removes the requests.
     pub(super) fn draw(&mut self, out: [&mut Vec<f64>; 4]) {
         let count = self.places.len();
         let [a, b, c, d] = out;
@@ -183,9 +193,11 @@ impl Waiting {
     }
 }
 
-/// What the places of a row that begins at a multiple of [`LANES`] add to its first point.
+/// For each dimension, the numbers that consecutive indices, starting at a multiple of [`LANES`],
+/// add (XOR) to the first point.
 static ROW: [[u32; LANES]; 4] = row();
 
+/// Computes [`ROW`].
 const fn row() -> [[u32; LANES]; 4] {
     let mut row = [[0; LANES]; 4];
     let mut dimension = 0;
@@ -200,7 +212,7 @@ const fn row() -> [[u32; LANES]; 4] {
     row
 }
 
-/// [`Sobol::point`] side by side, for at most [`LANES`].
+/// The kernel that computes [`Sobol::point`] for at most [`LANES`] points.
 struct Draw<'a> {
     places: &'a [u32],
     seeds: [&'a [u32]; 4],
@@ -215,15 +227,16 @@ impl SimdKernel for Draw<'_> {
         let places = whole(self.places);
         let first = places[0];
         let most = places.iter().fold(0, |all, place| all | place);
-        let mut astray = first % LANES as u32;
+        // 0 if the indices are consecutive from a multiple of `LANES`.
+        let mut irregular = first % LANES as u32;
         for (i, place) in places.iter().enumerate() {
-            astray |= place ^ (first | i as u32);
+            irregular |= place ^ (first | i as u32);
         }
         let bits = 32 - most.leading_zeros() as usize;
         for (d, out) in self.out.into_iter().enumerate() {
             let seeds = whole(self.seeds[d]);
             let mut x = [0u32; LANES];
-            if astray == 0 {
+            if irregular == 0 {
                 let before = before(d, first);
                 for (x, more) in x.iter_mut().zip(&ROW[d]) {
                     *x = before ^ more;
@@ -245,13 +258,13 @@ impl SimdKernel for Draw<'_> {
     }
 }
 
-/// The point of a place before it is scrambled, bits reversed.
+/// The coordinate of the point with an index before scrambling, bits reversed.
 fn before(dimension: usize, place: u32) -> u32 {
     let table = |byte: usize| TABLES[byte][(place >> (8 * byte)) as usize & 255][dimension];
     table(0) ^ table(1) ^ table(2) ^ table(3)
 }
 
-/// A row, with zeros where it ends early.
+/// A row of [`LANES`] numbers, padded with zeros.
 #[inline(always)]
 fn whole(part: &[u32]) -> [u32; LANES] {
     let mut row = [0; LANES];
@@ -262,8 +275,8 @@ fn whole(part: &[u32]) -> [u32; LANES] {
     row
 }
 
-/// Laine and Karras's scrambling by a hash, with Vegdahl's constants ("Building a better LK
-/// hash", 2021).
+/// Scrambles a number by the hash of Laine and Karras, with the constants of Vegdahl ("Building a
+/// better LK hash", 2021).
 #[inline(always)]
 fn scramble(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
@@ -294,7 +307,7 @@ mod tests {
         }
     }
 
-    /// A (0, m, 2)-net: one point in every box of area 1/n, whatever its shape.
+    /// A (0, m, 2)-net has one point in every elementary box of area 1/n.
     #[test]
     fn the_film_dimensions_are_a_net() {
         for key in 0..20 {

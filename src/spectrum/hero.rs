@@ -1,25 +1,27 @@
-//! Hero sets of wavelengths, and the matrices that take colors apart and together again.
+//! Hero sets of wavelengths, and the matrices that convert colors to spectra and back.
 
 use glam::{DMat3, DVec3};
 
-/// Wavelengths that one sample sees.
+/// The number of wavelengths of a sample.
 pub(crate) const HERO: usize = 4;
-/// Sets of wavelengths; a sample takes one.
+/// The number of hero sets. A sample uses one.
 pub(crate) const SETS: usize = 8;
 
-/// One of the wavelengths that a picture is made of.
+/// A wavelength of a hero set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Line {
+    /// The wavelength in nanometers.
     pub nm: f64,
-    /// What a radiance in linear RGB, seen at this wavelength, adds to the film.
+    /// The matrix from a radiance in linear RGB to what it adds to the film at this wavelength.
     pub color: DMat3,
 }
 
-/// The range of the sums below, in whole nanometers.
+/// The first wavelength of sums over the spectrum, in nanometers.
 const FIRST: i32 = 380;
+/// The last wavelength of sums over the spectrum, in nanometers.
 const LAST: i32 = 780;
 
-/// Linear sRGB of XYZ (IEC 61966-2-1).
+/// The matrix from XYZ to linear sRGB (IEC 61966-2-1).
 const RGB_FROM_XYZ: DMat3 = DMat3::from_cols_array(&[
     3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570,
 ]);
@@ -32,13 +34,14 @@ const D65: [f64; 41] = [
     63.59, 46.42, 66.81, 63.38,
 ];
 
-/// A Gaussian with a width on either side.
+/// A Gaussian with different standard deviations below and above its middle.
 fn bump(nm: f64, middle: f64, below: f64, above: f64) -> f64 {
     let t = (nm - middle) / if nm < middle { below } else { above };
     libm::exp(-0.5 * t * t)
 }
 
-/// The CIE 1931 matching functions x̄, ȳ, z̄.
+/// The CIE 1931 color matching functions x̄, ȳ, z̄ at a wavelength in nanometers, by the fit of
+/// Wyman, Sloan and Shirley (2013).
 pub(crate) fn matching(nm: f64) -> DVec3 {
     DVec3::new(
         1.056 * bump(nm, 599.8, 37.9, 31.0) + 0.362 * bump(nm, 442.0, 16.0, 26.7)
@@ -48,74 +51,77 @@ pub(crate) fn matching(nm: f64) -> DVec3 {
     )
 }
 
-/// The power of D65, straight between the entries of its table.
+/// The relative power of D65 at a wavelength in nanometers, interpolated linearly.
 pub(crate) fn daylight(nm: f64) -> f64 {
     let place = ((nm - f64::from(FIRST)) / 10.0).clamp(0.0, 40.0);
     let i = (place as usize).min(39);
     D65[i] + (place - i as f64) * (D65[i + 1] - D65[i])
 }
 
-/// Shares of red, green and blue bands; together 1.
+/// The shares of the red, green and blue bands at a wavelength in nanometers. Their sum is 1.
 fn bands(nm: f64) -> DVec3 {
     let above = |edge: f64| 1.0 / (1.0 + libm::exp((edge - nm) / 6.0));
     let (red, blue) = (above(590.0), 1.0 - above(490.0));
     DVec3::new(red, 1.0 - red - blue, blue)
 }
 
+/// The wavelengths of sums over the spectrum, in nanometers.
 fn range() -> impl Iterator<Item = f64> {
     (FIRST..=LAST).map(f64::from)
 }
 
-/// The column `a` times the row `b`.
+/// The outer product of the column `a` and the row `b`.
 fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
-/// The light of colors and the answer to it, made to fit each other.
+/// The spectra of colors, and the response to them that returns the same colors.
 #[derive(Clone, Debug)]
 pub(crate) struct Spectrum {
-    /// Makes linear RGB of D65 white exactly 1.
+    /// The factors that make the linear RGB of D65 exactly 1.
     white: DVec3,
-    /// Mixes bands into basis functions.
+    /// The matrix from bands to basis functions.
     mix: DMat3,
 }
 
 impl Default for Spectrum {
     fn default() -> Self {
-        let answer = |nm: f64| RGB_FROM_XYZ * matching(nm) * daylight(nm);
-        let white = range().map(answer).sum::<DVec3>().recip();
-        let seen: DMat3 = range()
-            .map(|nm| outer(answer(nm) * white, bands(nm)))
+        let response = |nm: f64| RGB_FROM_XYZ * matching(nm) * daylight(nm);
+        let white = range().map(response).sum::<DVec3>().recip();
+        let color_of_bands: DMat3 = range()
+            .map(|nm| outer(response(nm) * white, bands(nm)))
             .fold(DMat3::ZERO, |sum, m| sum + m);
         Self {
             white,
-            mix: seen.inverse().transpose(),
+            mix: color_of_bands.inverse().transpose(),
         }
     }
 }
 
 impl Spectrum {
-    /// What red, green and blue of strength 1 have at a wavelength, against daylight.
+    /// The basis functions at a wavelength: the spectra of red, green and blue of strength 1,
+    /// relative to daylight.
     pub(crate) fn basis(&self, nm: f64) -> DVec3 {
         self.mix * bands(nm)
     }
 
-    /// The linear RGB that daylight of 1 nm around a wavelength has; over all of them, white.
-    pub(crate) fn answer(&self, nm: f64) -> DVec3 {
+    /// The linear RGB of daylight in 1 nm around a wavelength. The sum over all wavelengths is
+    /// white.
+    pub(crate) fn response(&self, nm: f64) -> DVec3 {
         RGB_FROM_XYZ * matching(nm) * daylight(nm) * self.white
     }
 
-    /// What a color seen at 1 nm around a wavelength adds to the film.
+    /// The matrix from a color to what it adds to the film in 1 nm around a wavelength.
     pub(crate) fn color(&self, nm: f64) -> DMat3 {
-        outer(self.answer(nm), self.basis(nm))
+        outer(self.response(nm), self.basis(nm))
     }
 
-    /// The hero sets: wavelengths a quarter of the way apart, each set a step further on. The way
-    /// is measured by how much a wavelength matters, see [`weight`].
+    /// The hero sets. The wavelengths of a set are a quarter of the spectrum apart, where the
+    /// spectrum is measured by [`weight`], and each set is shifted by a step.
     ///
-    /// What four wavelengths lack of the identity, at most 0.15 of it, is added to each of them
-    /// in equal parts. Over all sets that comes to less than 0.005, so the colors of a spectrum
-    /// stay those of the matching functions.
+    /// The difference between the identity and the sum of a set's matrices, at most 0.15 of the
+    /// identity, is added to them in equal parts. The mean of that over all sets is less than
+    /// 0.005, so the colors of a spectrum are those of the matching functions.
     pub(crate) fn hero_sets(&self) -> [[Line; HERO]; SETS] {
         let total: f64 = range().map(weight).sum();
         std::array::from_fn(|set| {
@@ -129,23 +135,23 @@ impl Spectrum {
                 }
             });
             let sum = lines.iter().fold(DMat3::ZERO, |sum, l| sum + l.color);
-            let lack = (DMat3::IDENTITY - sum) * (HERO as f64).recip();
-            lines.iter_mut().for_each(|l| l.color += lack);
+            let missing = (DMat3::IDENTITY - sum) * (HERO as f64).recip();
+            lines.iter_mut().for_each(|l| l.color += missing);
             lines
         })
     }
 }
 
-/// How densely to sample a wavelength. Three bumps near the largest entries of
-/// [`Spectrum::color`], placed so that any four wavelengths a quarter apart come nearest to the
-/// identity.
+/// The density with which a wavelength is sampled, not normalized. It has three peaks near the
+/// largest entries of [`Spectrum::color`]. Their parameters were chosen so that the matrices of any
+/// four wavelengths a quarter apart have a sum that is as near as possible to the identity.
 fn weight(nm: f64) -> f64 {
     1.34 * bump(nm, 449.0, 27.0, 27.0)
         + bump(nm, 530.0, 36.0, 36.0)
         + 1.16 * bump(nm, 610.0, 37.0, 37.0)
 }
 
-/// The wavelength below which the weights sum to this much.
+/// The wavelength in nanometers below which the weights have a given sum.
 fn wavelength_at(sum: f64) -> f64 {
     let mut below = 0.0;
     for nm in range() {
@@ -169,7 +175,7 @@ mod tests {
 
     /// CIE 15: x = 0.31272, y = 0.32903 for D65.
     #[test]
-    fn daylight_seen_by_the_standard_observer_is_the_published_white() {
+    fn daylight_has_the_published_chromaticity() {
         let sum: DVec3 = range().map(|nm| matching(nm) * daylight(nm)).sum();
         let xyz = sum / sum.element_sum();
         assert!(
@@ -178,7 +184,7 @@ mod tests {
         );
     }
 
-    /// The 1931 tables: ȳ is 1 at 555 nm, x̄ and z̄ at 600 and 445 nm 1.0622 and 1.7826.
+    /// In the tables of 1931 ȳ is 1 at 555 nm, x̄ is 1.0622 at 600 nm, and z̄ is 1.7826 at 445 nm.
     #[test]
     fn the_fit_has_the_peaks_of_the_tables() {
         for (nm, channel, tabulated) in [(600.0, 0, 1.0622), (555.0, 1, 1.0), (445.0, 2, 1.7826)] {
@@ -195,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn the_spectra_of_colors_are_light_and_white_is_daylight() {
+    fn the_spectra_of_colors_are_not_negative_and_that_of_white_is_daylight() {
         let spectrum = Spectrum::default();
         for nm in range() {
             let basis = spectrum.basis(nm);
@@ -216,10 +222,10 @@ mod tests {
         assert!(all.clone().all(|nm| (400.0..700.0).contains(&nm)));
     }
 
-    /// The sets as a whole are a quadrature of the matching functions: what is added to make each
-    /// exact cancels over them.
+    /// All sets together are a quadrature of the matching functions: the corrections that make each
+    /// set exact cancel.
     #[test]
-    fn what_makes_the_sets_exact_is_small_and_cancels() {
+    fn the_corrections_of_the_sets_are_small_and_cancel() {
         let spectrum = Spectrum::default();
         let total: f64 = range().map(weight).sum();
         let mut mean = DMat3::ZERO;

@@ -121,7 +121,7 @@ fn expected(lens: &Lens, film_z: f64, y: f64) -> (DVec3, DVec3) {
             let hit = -(out.origin.y + t * out.direction.y);
             (sum, squares, count) = (sum + hit, squares + hit * hit, count + 1.0);
         }
-        let answer = spectrum.answer(nm);
+        let answer = spectrum.response(nm);
         weight += answer;
         first += answer * (sum / count);
         second += answer * (squares / count);

@@ -7,26 +7,32 @@ use glam::{DVec2, DVec3};
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::{LensRay, Toward};
 
-/// The beam that arrives at a height of the film, with two directions across it.
+/// The beam that arrives at a height of the film. Its rays are given by places in a plane across
+/// the chief ray, in millimeters.
 pub struct Beam<'a> {
     lens: &'a Lens,
+    /// The height on the film, in millimeters.
     pub height: f64,
-    /// A point of the chief ray in front of the lens, and its direction toward the film.
+    /// A point of the chief ray in front of the lens, in millimeters.
     start: DVec3,
+    /// The unit direction of the chief ray in front of the lens, toward the film.
     pub d: DVec3,
-    /// Where the light comes from; none for parallel light.
+    /// The object point, in millimeters; none for parallel light.
     source: Option<DVec3>,
-    /// Across the meridian, and in it.
+    /// The unit vector across the meridian.
     u: DVec3,
+    /// The unit vector in the meridian, perpendicular to the chief ray.
     v: DVec3,
-    /// The box around what gets through.
+    /// The lower corner of the bounding box of the places whose rays get through.
     low: DVec2,
+    /// The upper corner of that box.
     high: DVec2,
 }
 
 impl<'a> Beam<'a> {
-    /// Of a point in a plane across the axis at a distance from the front vertex, in millimeters,
-    /// which may be infinite. None if no chief ray gets there, or no light.
+    /// The beam of the point whose chief ray arrives at `height`, in a plane perpendicular to the
+    /// axis at a `distance` from the front vertex. The distance is in millimeters and may be
+    /// infinite. Returns none if there is no chief ray or no light gets through.
     pub fn of(lens: &'a Lens, height: f64, film_z: f64, distance: f64) -> Option<Self> {
         let chief = lens.chief_ray(DVec2::new(0.0, height), film_z)?;
         let d = -chief.direction;
@@ -35,7 +41,8 @@ impl<'a> Beam<'a> {
             chief.origin + far * chief.direction
         });
         if source.is_some_and(|s| !s.is_finite() || s.z >= chief.origin.z) {
-            return None; // A fish-eye's chief ray that never comes to the plane.
+            // A fish-eye's chief ray may never reach the plane.
+            return None;
         }
         let mut this = Self {
             lens,
@@ -48,8 +55,8 @@ impl<'a> Beam<'a> {
             low: DVec2::INFINITY,
             high: DVec2::NEG_INFINITY,
         };
-        // Coarsely over the whole front, then again over the box that was found, until nothing that
-        // gets through touches it: a coarse grid steps over the tips of a narrow figure.
+        // A coarse grid covers the whole front, and finer ones the box that was found, until no ray
+        // that gets through is at its border: a coarse grid misses the tips of a narrow figure.
         let surfaces = &lens.prescription().surfaces;
         let reach = surfaces
             .iter()
@@ -69,7 +76,7 @@ impl<'a> Beam<'a> {
                 }
             }
             if low.x > high.x {
-                // Between the points of the grid: nearer to the chief ray.
+                // The beam fits between the points of the grid: search nearer to the chief ray.
                 (from, to) = (0.15 * from, 0.15 * to);
                 continue;
             }
@@ -100,19 +107,22 @@ impl<'a> Beam<'a> {
         }
     }
 
-    /// Whether the ray through a place gets through a lens, this one at any wavelength.
+    /// Whether the ray through a place gets through a lens, which may be this one at any
+    /// wavelength.
     pub fn passes(&self, lens: &Lens, place: DVec2) -> bool {
         lens.trace_from_scene(&self.ray(place)).is_ok()
     }
 
-    /// The ray through a place as it leaves the lens.
+    /// The ray through a place as it leaves the lens; none if it is lost, or nearly parallel to the
+    /// film.
     pub fn trace(&self, lens: &Lens, place: DVec2) -> Option<LensRay> {
         let out = lens.trace_from_scene(&self.ray(place)).ok()?;
         (out.direction.z > 1e-3).then_some(out)
     }
 
-    /// The ray through a place as it leaves the lens, and its optical path to the foot of the
-    /// perpendicular from a point on the film. Rims do not block it.
+    /// The ray through a place as it leaves the lens, and its optical path in millimeters to the
+    /// foot of the perpendicular from the point `image` on the film. Apertures do not block it.
+    /// `indices` are those of the media.
     pub(crate) fn arrival(
         &self,
         lens: &Lens,
@@ -126,7 +136,7 @@ impl<'a> Beam<'a> {
         let first = path.hits.first()?;
         let mut optical = indices[0] * (*first - ray.origin).length();
         for (legs, n) in path.hits.windows(2).zip(&indices[1..]) {
-            // Signed, as a ray may run backwards between surfaces that cross.
+            // The length is signed, because a ray may travel backward between surfaces that cross.
             let leg = legs[1] - legs[0];
             optical += n * leg.length().copysign(leg.z);
         }
@@ -135,12 +145,12 @@ impl<'a> Beam<'a> {
         Some((out, optical + rest))
     }
 
-    /// The box around what gets through.
+    /// The lower and the upper corner of a box around the places whose rays get through.
     pub fn bounds(&self) -> (DVec2, DVec2) {
         (self.low, self.high)
     }
 
-    /// The outline of what gets through, around a point that does.
+    /// The outline of the places whose rays get through, as 96 points; empty if none was found.
     pub(crate) fn outline(&self) -> Vec<DVec2> {
         let middle = 0.5 * (self.low + self.high);
         let Some(inside) = self.inside(middle) else {
@@ -150,21 +160,22 @@ impl<'a> Beam<'a> {
         (0..96)
             .map(|i| {
                 let angle = TAU * f64::from(i) / 96.0;
-                let way = DVec2::new(libm::cos(angle), libm::sin(angle));
+                let direction = DVec2::new(libm::cos(angle), libm::sin(angle));
                 let (mut near, mut out) = (0.0, far);
                 for _ in 0..18 {
                     let half = 0.5 * (near + out);
-                    if self.passes(self.lens, inside + half * way) {
+                    if self.passes(self.lens, inside + half * direction) {
                         near = half
                     } else {
                         out = half
                     }
                 }
-                inside + near * way
+                inside + near * direction
             })
             .collect()
     }
 
+    /// A place whose ray gets through: the middle, or the mean of those on a grid.
     fn inside(&self, middle: DVec2) -> Option<DVec2> {
         if self.passes(self.lens, middle) {
             return Some(middle);
@@ -182,13 +193,13 @@ impl<'a> Beam<'a> {
         (found.1 > 0.0 && self.passes(self.lens, center)).then_some(center)
     }
 
-    /// The radius of a circle as large as the beam.
+    /// The radius of a circle of the same area as the beam, in millimeters.
     pub(crate) fn outline_radius(&self) -> f64 {
         (polygon_area(&self.outline()) / (0.5 * TAU)).sqrt()
     }
 }
 
-/// The area inside a row of corners.
+/// The area of a polygon.
 pub(crate) fn polygon_area(corners: &[DVec2]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     let twice: f64 = corners.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum();

@@ -7,11 +7,11 @@
 //! image is many wavelengths from the pupil and the pupil many wavelengths wide, which is any
 //! camera.
 //!
-//! The pupil is cut into cells, and over a cell the phase is taken as linear in the direction: its
-//! slope is where the cell's ray lands. The integral over a cell is then a plane wave whose
-//! amplitude falls off as sin(t)/t away from there, so light goes only where rays go and the grid
-//! does not repeat the image. What is left out is the bend of the phase inside a cell, a quarter of
-//! a radian at most with [`Wavefront::cells_needed`].
+//! The pupil is divided into cells, and over a cell the phase is approximated as linear in the
+//! direction: its slope is the point where the cell's ray lands. The integral over a cell is then a
+//! plane wave whose amplitude falls off as sin(t)/t away from that point, so light goes only where
+//! rays go, and the grid does not repeat the image. The curvature of the phase inside a cell is
+//! neglected; with [`Wavefront::cells_needed`] cells it is a quarter of a radian at most.
 
 use std::f64::consts::TAU;
 
@@ -21,16 +21,19 @@ use crate::lens::analysis::beam::Beam;
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::LensRay;
 
-/// Parts of a cell each way, where the pupil's edge runs through it.
+/// The number of parts along each side into which a cell at the edge of the pupil is divided.
 const PARTS: u32 = 8;
-/// The most that the phase at a cell's corner may be off by its bend, in radians.
-const MAY_BEND: f64 = 0.25;
+/// The greatest error of the phase at a cell's corner by its neglected curvature, in radians. It is
+/// the quarter wave of Rayleigh's criterion divided by 2π. The number of cells is proportional to
+/// its inverse.
+const MAX_PHASE_ERROR: f64 = 0.25;
 
-/// The waves that arrive at an image point, a grid of plane waves.
+/// The wavefront at an image point, as a grid of plane waves.
 #[derive(Clone, Debug)]
 pub struct Wavefront {
-    /// Cells along each side; row by row.
+    /// The number of cells along each side.
     grid: usize,
+    /// The plane waves, row by row; none where no light gets through.
     cells: Vec<Option<Wave>>,
     /// 2π n / λ, per millimeter.
     wave_number: f64,
@@ -41,26 +44,30 @@ pub struct Wavefront {
 struct Wave {
     /// The share of the cell that gets through.
     open: f64,
-    /// Direction cosines along the film.
+    /// The direction cosines along the film's x and y.
     direction: DVec2,
     /// The phase at the image point, in radians.
     phase: f64,
-    /// Where the cell's ray lands, from the image point, in millimeters along the film.
+    /// The point where the cell's ray lands, relative to the image point, in millimeters.
     landing: DVec2,
-    /// The cell's width and height in direction cosines, and its area.
+    /// The cell's width and height in direction cosines.
     size: DVec2,
+    /// The cell's area in direction cosines.
     area: f64,
 }
 
-/// How much of each cell of a grid across a beam gets through the lens; the same for all
-/// wavelengths to what dispersion moves the pupil's rim.
+/// The shares of the cells of a grid across a beam that get through the lens. They are used for all
+/// wavelengths, which neglects the movement of the pupil's rim by dispersion.
 #[derive(Clone, Debug)]
 pub struct Openings {
+    /// The number of cells along each side.
     grid: usize,
+    /// The shares, row by row.
     shares: Vec<f64>,
 }
 
 impl Openings {
+    /// Measures the shares by rays.
     pub fn of(lens: &Lens, beam: &Beam<'_>, grid: usize) -> Self {
         let (low, high) = beam.bounds();
         let step = (high - low) / grid as f64;
@@ -87,9 +94,9 @@ impl Openings {
 }
 
 impl Wavefront {
-    /// The waves of a beam about an image point on the film. The point is the reference of the
-    /// phase; another one of the same beam is a shift of the picture, so that wavelengths keep
-    /// their places. None if no light gets through.
+    /// The wavefront of a beam at the point `image` on the film. The point is the reference of the
+    /// phase. If another point of the film is used, the image is shifted, so all wavelengths must
+    /// use the same. Returns none if no light gets through.
     pub fn of(lens: &Lens, beam: &Beam<'_>, openings: &Openings, image: DVec3) -> Option<Self> {
         let grid = openings.grid;
         let (low, high) = beam.bounds();
@@ -123,8 +130,9 @@ impl Wavefront {
         (light > 0.0).then_some(this)
     }
 
-    /// Cells each way across a beam so that the phase of this wavelength is linear enough in each:
-    /// by how much the rays of neighbors land and travel apart.
+    /// The number of cells along each side of the grid for which the phase error is at most
+    /// [`MAX_PHASE_ERROR`] at the lens's wavelength. It follows from the differences between the
+    /// landing points and directions of neighboring rays.
     pub(crate) fn cells_needed(lens: &Lens, beam: &Beam<'_>, film_z: f64) -> usize {
         const RAYS: usize = 48;
         let (low, high) = beam.bounds();
@@ -141,14 +149,14 @@ impl Wavefront {
         let across = (0..rays.len()).filter(|k| k % RAYS + 1 < RAYS);
         let pairs = across.filter_map(|k| neighbor(k, k + 1));
         let pairs = pairs.chain((0..rays.len()).filter_map(|k| neighbor(k, k + RAYS)));
-        let bend = pairs.map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+        let largest = pairs.map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
         let wave_number = TAU / (lens.wavelength() * 1e-6);
         // (x δd/2)²/2 of a phase with curvature x/δd, along both axes.
-        let radians = 2.0 * wave_number * bend / 8.0;
-        (RAYS as f64 * (radians / MAY_BEND).sqrt()).ceil() as usize
+        let radians = 2.0 * wave_number * largest / 8.0;
+        (RAYS as f64 * (radians / MAX_PHASE_ERROR).sqrt()).ceil() as usize
     }
 
-    /// Sizes and areas by differences of the neighbors' directions.
+    /// Computes the sizes and areas of the cells from the directions of their neighbors.
     fn measure_cells(&mut self) {
         let grid = self.grid;
         let direction = |cells: &[Option<Wave>], i: usize, j: usize| {
@@ -184,17 +192,20 @@ impl Wavefront {
         }
     }
 
+    /// The plane waves of all cells that light gets through.
     fn waves(&self) -> impl Iterator<Item = &Wave> {
         self.cells.iter().flatten()
     }
 
-    /// The intensity over a square of `side`² points `pitch` millimeters apart, rows upward, the
-    /// image point between the middle ones; light of 1 over the whole film, per mm².
+    /// The point spread over a square of `side`² points that are `pitch` millimeters apart, row by
+    /// row upward, with the image point in the middle. The values are per square millimeter, and
+    /// their integral over the whole film is 1.
     pub fn point_spread(&self, side: usize, pitch: f64) -> Vec<f64> {
         let light: f64 = self.waves().map(|w| w.open).sum();
         let mut field = Field::dark(side);
         for wave in self.waves().filter(|w| w.open > 0.0) {
-            // Every cell has the same light; its amplitude is the root of that over its area.
+            // Every open cell has the same flux; its amplitude is the root of the flux over its
+            // area.
             let amplitude = wave.open * (wave.area / light).sqrt();
             let [xs, ys] = [0, 1].map(|axis| self.along(wave, axis, side, pitch));
             field.add(amplitude * phasor(wave.phase), &xs, &ys);
@@ -205,11 +216,11 @@ impl Wavefront {
         light.map(|light| per_area * light).collect()
     }
 
-    /// What a cell brings to points along an axis of the film.
+    /// The factor of a cell's wave at points along an axis of the film.
     fn along(&self, wave: &Wave, axis: usize, side: usize, pitch: f64) -> Field {
         let start = -0.5 * (side as f64 - 1.0) * pitch;
         let turn = self.wave_number * wave.direction[axis];
-        // A cell's phase runs by 2t from its one end to the other.
+        // The phase changes by 2t from one end of a cell to the other.
         let half = 0.5 * self.wave_number * wave.size[axis];
         let from_landing = half * (start - wave.landing[axis]);
         let mut line = Field::default();
@@ -225,9 +236,9 @@ impl Wavefront {
         line
     }
 
-    /// The transfer of lines of a frequency (per mm) across the film's x axis or its y axis, as a
-    /// complex number: the pupil, correlated with itself shifted by the frequency (Hopkins).
-    /// Directions are taken as linear over the grid.
+    /// The optical transfer function at a frequency in cycles per millimeter along the film's x
+    /// axis (0) or y axis (1), as a complex number. It is the autocorrelation of the pupil, shifted
+    /// by the frequency (Hopkins). Directions are approximated as linear over the grid.
     pub fn transfer(&self, frequency: f64, axis: usize) -> DVec2 {
         let shift = frequency * TAU / (self.wave_number * self.cosine_step(axis));
         let (k, part) = (shift as usize, shift.fract());
@@ -242,7 +253,7 @@ impl Wavefront {
         for (i, cell) in self.cells.iter().enumerate() {
             let Some(a) = cell else { continue };
             light += a.open * a.open;
-            // Between cells the phase is linear, which is the transverse aberration there.
+            // The phase between two cells is interpolated linearly.
             let (phase, open) = match (shifted(i, k), shifted(i, k + 1)) {
                 (Some(b), Some(c)) => (
                     b.phase + part * (c.phase - b.phase),
@@ -257,8 +268,8 @@ impl Wavefront {
         sum / light
     }
 
-    /// How far the direction cosine along an axis changes from a cell to the next: the slope of
-    /// the line through all.
+    /// The change of the direction cosine along an axis from one cell to the next: the slope of the
+    /// regression line through all cells.
     fn cosine_step(&self, axis: usize) -> f64 {
         let place = |i: usize| match axis {
             0 => (i % self.grid) as f64,
@@ -280,8 +291,9 @@ impl Wavefront {
     }
 }
 
-/// Complex numbers, their parts apart so that many are worked out at once; single, as the sum of
-/// 1e5 waves is still right to 1e-4 of the peak's amplitude, 1e-8 of its light.
+/// Complex numbers. Their parts are separate so that many are computed at once. They have single
+/// precision: the error of the sum of 1e5 waves is 1e-4 of the peak's amplitude, or 1e-8 of its
+/// intensity.
 #[derive(Clone, Debug, Default)]
 struct Field {
     real: Vec<f32>,
@@ -289,6 +301,7 @@ struct Field {
 }
 
 impl Field {
+    /// A square of zeros.
     fn dark(side: usize) -> Self {
         let zeros = vec![0.0; side * side];
         Self {
@@ -297,7 +310,7 @@ impl Field {
         }
     }
 
-    /// Adds the products of two lines, one across and one up, with a factor.
+    /// Adds the outer product of two lines, along x and along y, times a factor.
     fn add(&mut self, factor: DVec2, xs: &Self, ys: &Self) {
         let side = xs.real.len();
         let rows = self.real.chunks_mut(side);
@@ -313,7 +326,7 @@ impl Field {
     }
 }
 
-/// How much of a cell at the pupil's edge gets through.
+/// The share of a cell at the edge of the pupil that gets through.
 fn open_share(lens: &Lens, beam: &Beam<'_>, corner: DVec2, step: DVec2) -> f64 {
     let share = |k: u32| (f64::from(k) + 0.5) / f64::from(PARTS);
     let parts = (0..PARTS).flat_map(|j| (0..PARTS).map(move |i| DVec2::new(share(i), share(j))));
@@ -321,6 +334,7 @@ fn open_share(lens: &Lens, beam: &Beam<'_>, corner: DVec2, step: DVec2) -> f64 {
     passed.count() as f64 / f64::from(PARTS * PARTS)
 }
 
+/// The complex number of absolute value 1 with an angle in radians.
 fn phasor(angle: f64) -> DVec2 {
     let (sin, cos) = libm::sincos(angle);
     DVec2::new(cos, sin)
@@ -358,8 +372,8 @@ mod tests {
         if v == 0.0 { 1.0 } else { 2.0 * libm::j1(v) / v }
     }
 
-    /// Of a clear circle with a round obstruction of a share of its radius (Born and Wolf, 8.6.2);
-    /// the whole light is 1.
+    /// The intensity of the image by a circular pupil with a central obstruction, which is a share
+    /// of its radius (Born and Wolf, 8.6.2). Its integral is 1.
     fn annular(radius: f64, cosine: f64, obstruction: f64) -> f64 {
         let k = TAU / (NM * 1e-6);
         let e = obstruction * obstruction;
@@ -368,7 +382,7 @@ mod tests {
         k * k * cosine * cosine / (2.0 * TAU * (1.0 - e)) * field * field
     }
 
-    /// The line through the peak of a point spread.
+    /// The point spread along a line from its peak.
     fn profile(waves: &Wavefront, pitch: f64) -> Vec<f64> {
         const SIDE: usize = 121;
         let spread = waves.point_spread(SIDE, pitch);
@@ -422,7 +436,7 @@ mod tests {
 
     #[test]
     fn an_obstructed_pupil_makes_the_annular_pattern() {
-        // Out along a circle, and back along a smaller one.
+        // The outline runs along a circle, and back along a smaller one.
         let ring = |radius: f64, sense: f64| {
             (0..=180).map(move |i| {
                 let (sin, cos) = libm::sincos(sense * TAU * f64::from(i) / 180.0);
@@ -444,8 +458,8 @@ mod tests {
         }
     }
 
-    /// The field of an even pupil with straight edges, for the light of 1 (the integral over it by
-    /// Gauss's theorem: a sum over its edges). `q` is the wave number times the place.
+    /// The intensity of the image by a uniform pupil with straight edges, whose integral is 1. By
+    /// Gauss's theorem the field is a sum over the edges. `q` is the wave number times the place.
     fn polygon_light(corners: &[DVec2], q: DVec2, wave_number: f64) -> f64 {
         let mut field = DVec2::ZERO;
         for (i, a) in corners.iter().enumerate() {
@@ -459,8 +473,8 @@ mod tests {
         scale * scale * field.length_squared() / area
     }
 
-    /// Two opposite blades' edges throw light across them: a hexagon has six rays. Along them and
-    /// between them there is as much light as the hexagon's own integral says, to 2 %.
+    /// The edges of opposite blades diffract light perpendicular to them: a hexagon has six rays.
+    /// Along them and between them the light agrees with the integral over a hexagon within 2%.
     #[test]
     fn straight_blades_make_the_rays_of_their_polygon() {
         let iris = Iris::Blades {
@@ -468,7 +482,7 @@ mod tests {
             rotation: 0.0,
         };
         let lens = perfect(16.0, iris);
-        // A ray upward meets an edge at half of √3 of the corners' distance.
+        // A line upward crosses an edge at √3/2 of the corners' distance.
         let edge = 0.75f64.sqrt();
         let sine = rim_sine(&lens, 25.0 / 16.0 * edge) / edge;
         let corner = |i: u32| phasor(TAU * f64::from(i) / 6.0) * sine;
@@ -492,17 +506,17 @@ mod tests {
         };
         // Corners on ±x, so edges face 30, 90 and 150 degrees.
         for degrees in [0.0, 30.0, 60.0, 90.0, 45.0] {
-            let [ours, exact] = along(degrees);
+            let [computed, exact] = along(degrees);
             assert!(
-                (ours / exact - 1.0).abs() < 0.02,
-                "{degrees}: {ours} {exact}"
+                (computed / exact - 1.0).abs() < 0.02,
+                "{degrees}: {computed} {exact}"
             );
         }
     }
 
-    /// Ten waves out of focus the light is in the cone of the rays, a disc of radius 4 λ N a wave,
-    /// evenly, and nowhere else in a frame three times as wide. A grid of plane waves that is too
-    /// coarse for that frame repeats the disc in it.
+    /// With ten waves of defocus the light fills the cone of the rays evenly, a disc whose radius
+    /// is 4 λ N for each wave, and nothing else of a square three times as wide. A grid of plane
+    /// waves that is too coarse for that square repeats the disc in it.
     #[test]
     fn a_blurred_image_has_no_copies_beside_it() {
         let (f_number, waves_out) = (10.0, 10.0);
@@ -531,13 +545,13 @@ mod tests {
             rings[ring] += light * pitch * pitch;
         }
         assert!((rings[0] - 0.25).abs() < 0.02, "{rings:?}");
-        // The rim throws 1 or 2 % of the light beyond six Airy radii.
+        // The rim diffracts 1 to 2% of the light beyond six Airy radii.
         assert!((rings[0] + rings[1] - 1.0).abs() < 0.03, "{rings:?}");
         assert!(rings[2] < 0.02, "{rings:?}");
     }
 
     #[test]
-    fn a_point_spread_holds_all_light_and_defocus_takes_it_from_the_middle() {
+    fn a_point_spread_contains_all_light_and_defocus_moves_it_out_of_the_middle() {
         let lens = perfect(10.0, Iris::Round);
         let sharp = waves(&lens, 96);
         let (side, pitch) = (120, 1.2e-3);
@@ -546,7 +560,7 @@ mod tests {
             spread.iter().sum::<f64>() * pitch * pitch
         };
         assert!((whole(&sharp) - 1.0).abs() < 0.03, "{}", whole(&sharp));
-        // One wave of defocus is 8 λ N² and leaves nothing in the middle: sinc²(π).
+        // One wave of defocus is 8 λ N², for which the intensity in the middle is 0: sinc²(π).
         let film_z = lens.first_order().focal.unwrap().rear_focal_point + 8.0 * NM * 1e-6 * 100.0;
         let beam = Beam::of(&lens, 0.0, film_z, f64::INFINITY).unwrap();
         let open = Openings::of(&lens, &beam, 96);

@@ -1,9 +1,10 @@
 //! Ghosts: light that reaches the film after two reflections inside the lens.
 //!
-//! A ghost belongs to a pair of surfaces: light on its way to the film is turned back by the one
-//! farther behind, again by the one in front, and goes on. Every pair of surfaces that reflect
-//! makes one, N(N−1)/2 in all. More reflections are left out: each costs a factor of a surface's
-//! reflectance, 4% at most, and two must follow each other.
+//! A ghost belongs to a pair of surfaces: light that travels to the film is reflected by the rear
+//! one of the pair, then by the front one, and continues to the film. N reflecting surfaces have
+//! N(N−1)/2 ghosts. Light after four or more reflections is neglected: each reflection costs a
+//! factor of the surface's reflectance, which is 4% at most for common glass, and there must be an
+//! even number.
 
 use glam::DVec3;
 
@@ -14,35 +15,38 @@ use crate::lens::trace::ray::{LensRay, Toward, unit};
 use crate::lens::trace::refraction::refract;
 use crate::prescription::glass::coating::Coating;
 
-/// Two surfaces that reflect, by number from the front.
+/// Two surfaces that reflect, numbered from 0 at the front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GhostPair {
+    /// The surface of the second reflection.
     pub front: usize,
+    /// The surface of the first reflection.
     pub rear: usize,
 }
 
-/// Three wavelengths in nanometers: what a film's red, green and blue stand for.
+/// Three wavelengths in nanometers that represent the red, green and blue of a film.
 pub(crate) const RGB_LINES: [f64; 3] = [611.0, 549.0, 465.0];
 
 impl Lens {
-    /// The pairs of surfaces that reflect, front to back.
+    /// All pairs of surfaces that reflect, from front to rear.
     pub fn ghost_pairs(&self) -> Vec<GhostPair> {
         let reflects = |e: &Element| e.coating != Coating::Ideal && e.indices[0] != e.indices[1];
-        let mirrors: Vec<usize> = (0..self.elements().len())
+        let reflecting: Vec<usize> = (0..self.elements().len())
             .filter(|i| reflects(&self.elements()[*i]))
             .collect();
         let with = |(i, &front): (usize, &usize)| {
-            let behind = mirrors[i + 1..].to_vec();
+            let behind = reflecting[i + 1..].to_vec();
             behind
                 .into_iter()
                 .map(move |rear| GhostPair { front, rear })
         };
-        mirrors.iter().enumerate().flat_map(with).collect()
+        reflecting.iter().enumerate().flat_map(with).collect()
     }
 
-    /// Follows a ray to the film, or backwards from it, by the way of a pair. What comes back is
-    /// the ray behind the lens and the share of light left of three wavelengths, which the
-    /// reflectances are for; the way itself is at the lens's wavelength. None for a lost ray.
+    /// Traces a ray to the film, or backward from it, with reflections at a pair of surfaces.
+    ///
+    /// Returns the ray behind the lens and the share of its light that remains at three wavelengths
+    /// in nanometers. The path is that of the lens's wavelength. Returns none if the ray is lost.
     pub(crate) fn trace_ghost(
         &self,
         ray: &LensRay,
@@ -55,36 +59,40 @@ impl Lens {
             Toward::Film => Toward::Scene,
             Toward::Scene => Toward::Film,
         };
-        // The turns, in the order of travel.
+        // The reflecting surfaces and the last one, in the order of travel.
         let (first, second, last) = match toward {
             Toward::Film => (pair.rear, pair.front, count - 1),
             Toward::Scene => (pair.front, pair.rear, 0),
         };
-        let mut walker = Walker::start(self, ray, toward, wavelengths)?;
-        walker.go(first, toward)?;
-        walker.turn(first, toward)?;
-        walker.go(second, away)?;
-        walker.turn(second, away)?;
-        walker.go(last, toward)?;
-        walker.cross(last, toward)?;
-        Some(walker.end())
+        let mut ray = GhostRay::start(self, ray, toward, wavelengths)?;
+        ray.advance_to(first, toward)?;
+        ray.reflect(first, toward)?;
+        ray.advance_to(second, away)?;
+        ray.reflect(second, away)?;
+        ray.advance_to(last, toward)?;
+        ray.cross(last, toward)?;
+        Some(ray.end())
     }
 }
 
-/// A ray between surfaces.
-struct Walker<'a> {
+/// A ray inside the lens that may travel in both directions.
+struct GhostRay<'a> {
     elements: &'a [Element],
     wavelengths: [f64; 3],
-    /// From the vertex of the surface `at`.
+    /// A point of the ray, relative to the vertex of the surface `at`.
     p: DVec3,
+    /// The unit direction.
     d: DVec3,
+    /// The number of the surface that the ray reaches next, or that it is on.
     at: usize,
-    /// The next surface to be met, if it is not `at`: it has been met already then.
-    met: bool,
-    left: DVec3,
+    /// Whether the ray is on the surface `at`.
+    is_on_surface: bool,
+    /// The share of the light that remains at the three wavelengths.
+    share: DVec3,
 }
 
-impl<'a> Walker<'a> {
+impl<'a> GhostRay<'a> {
+    /// The ray in front of the first surface that it reaches.
     fn start(lens: &'a Lens, ray: &LensRay, toward: Toward, wavelengths: [f64; 3]) -> Option<Self> {
         let elements = lens.elements();
         let at = match toward {
@@ -97,14 +105,14 @@ impl<'a> Walker<'a> {
             p: ray.origin - elements.get(at)?.vertex_z * DVec3::Z,
             d: unit(ray.direction).filter(|_| ray.origin.is_finite())?,
             at,
-            met: false,
-            left: DVec3::ONE,
+            is_on_surface: false,
+            share: DVec3::ONE,
         })
     }
 
-    /// Crosses all surfaces before one, and stands ready to meet that.
-    fn go(&mut self, to: usize, toward: Toward) -> Option<()> {
-        if self.met {
+    /// Crosses all surfaces in front of the surface `to`.
+    fn advance_to(&mut self, to: usize, toward: Toward) -> Option<()> {
+        if self.is_on_surface {
             self.step(toward);
         }
         while self.at != to {
@@ -114,7 +122,7 @@ impl<'a> Walker<'a> {
         Some(())
     }
 
-    /// To the next vertex.
+    /// Makes the next surface in the direction of travel the surface `at`.
     fn step(&mut self, toward: Toward) {
         match toward {
             Toward::Film => {
@@ -126,43 +134,48 @@ impl<'a> Walker<'a> {
                 self.p.z += self.elements[self.at].gap;
             }
         }
-        self.met = false;
+        self.is_on_surface = false;
     }
 
+    /// Refracts the ray at a surface.
     fn cross(&mut self, surface: usize, toward: Toward) -> Option<()> {
         let (element, hit) = self.intersect(surface, toward)?;
         let [r, g, b] = self.wavelengths;
         let share = |nm| 1.0 - element.reflectance(toward, hit.cos, nm);
-        self.left *= DVec3::new(share(r), share(g), share(b));
+        self.share *= DVec3::new(share(r), share(g), share(b));
         self.d = refract(self.d, &hit, element.refraction(toward), sign(toward))?;
         Some(())
     }
 
-    fn turn(&mut self, surface: usize, toward: Toward) -> Option<()> {
+    /// Reflects the ray at a surface.
+    fn reflect(&mut self, surface: usize, toward: Toward) -> Option<()> {
         let (element, hit) = self.intersect(surface, toward)?;
         let [r, g, b] = self.wavelengths;
         let share = |nm| element.reflectance(toward, hit.cos, nm);
-        self.left *= DVec3::new(share(r), share(g), share(b));
+        self.share *= DVec3::new(share(r), share(g), share(b));
         self.d -= 2.0 * self.d.dot(hit.normal) * hit.normal;
         Some(())
     }
 
+    /// Moves the ray to where it hits a surface; none if it misses or is blocked.
     fn intersect(&mut self, surface: usize, toward: Toward) -> Option<(&'a Element, Hit)> {
         let element = &self.elements[surface];
         let hit = element.intersect(self.p, self.d, sign(toward))?;
         self.p = hit.point;
-        self.met = true;
+        self.is_on_surface = true;
         let inside = self.p.truncate().length_squared() <= element.clear;
         (inside && element.is_open_at(self.p)).then_some((element, hit))
     }
 
+    /// The ray in lens space and the share of the light that remains.
     fn end(self) -> (LensRay, DVec3) {
         let origin = self.p + self.elements[self.at].vertex_z * DVec3::Z;
         let direction = self.d;
-        (LensRay { origin, direction }, self.left)
+        (LensRay { origin, direction }, self.share)
     }
 }
 
+/// The sign of a direction of travel along z.
 fn sign(toward: Toward) -> f64 {
     match toward {
         Toward::Film => 1.0,
@@ -188,10 +201,10 @@ mod tests {
         Lens::new(Prescription::new("plate", surfaces).with_coating(Coating::Bare))
     }
 
-    /// Twice more through a plate of thickness t: the ghost leaves in the ray's own direction,
-    /// 2 t tan θ′ farther, with R² T² of the light.
+    /// The ghost crosses a plate of thickness t twice more. It leaves in the direction of the ray,
+    /// offset by 2 t tan θ′, with R² T² of the light.
     #[test]
-    fn the_ghost_of_a_plate_is_the_ray_itself_set_off_sideways() {
+    fn the_ghost_of_a_plate_is_parallel_to_the_ray_and_offset_sideways() {
         let lens = plate();
         let pairs = lens.ghost_pairs();
         assert_eq!(pairs, [GhostPair { front: 0, rear: 1 }]);
@@ -218,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lens_of_n_mirrors_has_n_times_n_less_one_halves_of_ghosts() {
+    fn n_reflecting_surfaces_have_n_times_n_minus_one_halves_of_ghosts() {
         let lens = Lens::named("double-gauss").unwrap();
         assert!(
             lens.ghost_pairs().is_empty(),
@@ -234,14 +247,15 @@ mod tests {
         assert_eq!(pairs.len(), mirrors * (mirrors - 1) / 2);
     }
 
-    /// Paraxial height and reduced angle of a ghost behind the lens, of a ray along the axis at
-    /// height 1: n changes its sign at a mirror, and with it the sense of the gaps.
+    /// The paraxial height and reduced angle of a ghost behind the lens, for a ray parallel to the
+    /// axis at height 1. At a reflection n changes its sign, and so do the gaps.
     fn paraxial(lens: &Lens, pair: GhostPair) -> (f64, f64) {
         let surfaces = &lens.prescription().surfaces;
         let n = lens.prescription().indices(lens.wavelength());
         let c = |i: usize| surfaces[i].curvature.per_mm();
         let (mut y, mut nu) = (1.0, 0.0);
-        // Through: power (n' − n) c. At a mirror: (−n − n) c, n being signed.
+        // The power of a refraction is (n' − n) c. That of a reflection is (−n − n) c, n being
+        // signed.
         let last = surfaces.len() - 1;
         let forward = |from: usize, to: usize, y: &mut f64, nu: &mut f64| {
             for i in from..to {
@@ -277,11 +291,11 @@ mod tests {
                 };
                 let (out, _) = lens.trace_ghost(&ray, pair, Toward::Film, NM).unwrap();
                 let (y, u) = paraxial(&lens, pair);
-                let (ours_y, ours_u) = (out.origin.y / h, out.direction.y / out.direction.z / h);
+                let (real_y, real_u) = (out.origin.y / h, out.direction.y / out.direction.z / h);
                 let near = |a: f64, b: f64| (a - b).abs() < 1e-7 * (1.0 + b.abs());
                 assert!(
-                    near(ours_y, y) && near(ours_u, u),
-                    "{name} {pair:?}: {ours_y} {y} {ours_u} {u}"
+                    near(real_y, y) && near(real_u, u),
+                    "{name} {pair:?}: {real_y} {y} {real_u} {u}"
                 );
             }
         }
@@ -313,11 +327,11 @@ mod tests {
         }
     }
 
-    /// A lamp of 2 degrees' radius, of radiance 1: the light of a ghost on a film of 36×24 mm,
-    /// counted by rays from the lamp over the front, and by rays from the film over the rear
-    /// element.
+    /// The flux of a ghost on a film of 36×24 mm, from a lamp with a radius of 2 degrees and a
+    /// radiance of 1, is computed by rays from the lamp over the front, and by rays from the film
+    /// over the rear element.
     #[test]
-    fn the_light_of_a_ghost_is_the_same_counted_from_the_lamp_and_from_the_film() {
+    fn the_light_of_a_ghost_is_the_same_traced_from_the_lamp_and_from_the_film() {
         let lens = Lens::named("double-gauss")
             .unwrap()
             .with_coating(Coating::Bare);
@@ -342,7 +356,7 @@ mod tests {
             let forward = |i: u64| {
                 let [x, y] = concentric_disc(random(i, 0), random(i, 1));
                 let direction = within(lamp, least, random(i, 2), random(i, 3));
-                // The front disc, wide enough for the bulge of the surface.
+                // The disc at the front vertex is wide enough for the rim of a convex surface.
                 let reach = 1.3 * a;
                 let origin = DVec3::new(reach * x, reach * y, 0.0);
                 let ray = LensRay { origin, direction };
@@ -399,7 +413,7 @@ mod tests {
         (mean, ((squares / n - mean * mean) / n).sqrt())
     }
 
-    /// A direction evenly within a cone.
+    /// A direction uniformly distributed in a cone.
     fn within(axis: DVec3, least: f64, u: f64, v: f64) -> DVec3 {
         let cos = 1.0 - u * (1.0 - least);
         let sin = (1.0 - cos * cos).sqrt();

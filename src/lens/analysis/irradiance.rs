@@ -1,4 +1,4 @@
-//! The irradiance on the film, and the part of the rear vertex plane that a film point sees.
+//! The irradiance on the film, and the area of the pupil on the rear vertex plane.
 
 use glam::DVec2;
 
@@ -6,14 +6,13 @@ use crate::lens::lens::Lens;
 use crate::lens::pupil::search::pupil_search::PupilSearch;
 
 impl Lens {
-    /// The irradiance on the film from a scene of radiance 1, by equation 1: ∫ cos⁴θ / Z² over
-    /// the part of the rear vertex plane that is seen.
+    /// The irradiance at a film point from a scene of radiance 1, in steradians, by equation 1 of
+    /// the paper: ∫ cos⁴θ / Z² over the pupil on the rear vertex plane. Lengths are in millimeters.
     pub fn irradiance(&self, film: DVec2, film_z: f64) -> f64 {
         self.irradiance_and_area(film, film_z).0
     }
 
-    /// The irradiance and the area of the rear vertex plane that the film point sees light
-    /// through, in mm².
+    /// The irradiance, and the area of the pupil on the rear vertex plane in square millimeters.
     pub(crate) fn irradiance_and_area(&self, film: DVec2, film_z: f64) -> (f64, f64) {
         let z = film_z - self.length();
         let outline = PupilSearch::new(self).outline_points(film.extend(film_z), 1440);
@@ -25,7 +24,8 @@ impl Lens {
             let (p, q) = (rims[i], rims[(i + 1) % rims.len()]);
             let twice = p.perp_dot(q).abs();
             area += 0.5 * twice;
-            // The triangle from the center: Gauss's points outward along its middle line.
+            // The integral over a triangle with a corner at the center, by Gauss's points along its
+            // median.
             let middle = 0.5 * (p + q);
             for (t, weight) in GAUSS {
                 let d2 = (center + t * middle - film).length_squared();
@@ -37,7 +37,7 @@ impl Lens {
     }
 }
 
-/// Six points and weights on (0, 1).
+/// The points and weights of Gauss's quadrature with six points on (0, 1).
 const GAUSS: [(f64, f64); 6] = [
     (0.033_765_242_898_423_99, 0.085_662_246_189_585_18),
     (0.169_395_306_766_867_74, 0.180_380_786_524_069_3),

@@ -1,4 +1,4 @@
-//! What a lens does to a picture, computed from its rays: no sampling noise, no scene.
+//! The image quality of a lens, computed from its rays without a scene and without random sampling.
 
 pub(crate) mod beam;
 pub(crate) mod diffraction;

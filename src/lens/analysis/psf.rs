@@ -1,4 +1,4 @@
-//! Point spreads: the images of points at several heights of the film, by diffraction.
+//! Point spreads: images of points at several heights of the film, computed by diffraction.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -10,10 +10,10 @@ use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::lens::Lens;
 use crate::lens::optics::focus::{Focus, FocusMethod};
 
-/// Heights on the film, as shares of half of its diagonal.
+/// The heights on the film of the images, as shares of half of its diagonal.
 const HEIGHTS: [f64; 4] = [0.0, 0.5, 0.7, 1.0];
-/// The least and the most plane waves across a beam, each way: as many as the shape of the pupil
-/// needs, and as many as a minute of work allows.
+/// The least and the greatest number of plane waves along each side of the grid across a beam. The
+/// shape of the pupil needs the least number, and the greatest bounds the time to about a minute.
 const GRID: (usize, usize) = (64, 512);
 
 /// The images of points on the film's diagonal, all at one scale.
@@ -21,14 +21,19 @@ const GRID: (usize, usize) = (64, 512);
 pub(crate) struct PointSpreads {
     /// The size of a pixel, in millimeters.
     pub pitch: f64,
-    /// The colors of each image, row by row as the film has them, from a point source of color 1,
-    /// per mm².
+    /// The colors of each image per square millimeter, row by row as on the film, from a point
+    /// source of color 1.
     pub images: Vec<Vec<DVec3>>,
 }
 
 impl PointSpreads {
-    /// Computes the images from the wavelengths, in nanometers, and the color that each adds.
-    /// Without a focus the points are at infinity, and the film is where the data sheet has it.
+    /// Computes images of `side` by `side` pixels from wavelengths, in nanometers, and the color
+    /// that each adds. Without a focus the points are at infinity, and the film is at the best
+    /// focus.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the lens makes no image, or if an image is too blurred for [`GRID`].
     pub(crate) fn of(
         lens: &Lens,
         focus: Option<&Focus>,
@@ -81,16 +86,19 @@ impl PointSpreads {
     }
 }
 
-/// The image of a point by rays.
+/// The image of a point by rays. Lengths are in millimeters.
 struct Point<'a> {
     beam: &'a Beam<'a>,
+    /// The centroid of the spot, in lens space.
     center: DVec3,
+    /// The root mean square radius of the spot.
     rms: f64,
     /// The range of direction cosines that the beam covers.
     span: f64,
 }
 
 impl<'a> Point<'a> {
+    /// The image by a grid of rays; none if too few get through.
     fn of(lens: &Lens, beam: &'a Beam<'a>, film_z: f64) -> Option<Self> {
         const RAYS: usize = 48;
         let (low, high) = beam.bounds();
@@ -120,20 +128,22 @@ impl<'a> Point<'a> {
         })
     }
 
-    /// Half of the side of an image that shows it: several Airy discs, or the spot.
+    /// Half of the side of a square that shows the image: five Airy radii, or three times the
+    /// radius of the spot.
     fn half(&self) -> f64 {
         let airy = 1.22 * 550e-6 / self.span;
         (5.0 * airy).max(3.0 * self.rms)
     }
 
-    /// The openness of the pupil's cells, as fine as the shortest wavelength needs.
+    /// The open shares of the pupil's cells, on a grid that is fine enough for the shortest
+    /// wavelength.
     fn openings(&self, lens: &Lens, shortest: f64) -> Result<Openings> {
         let shortest = lens.at_wavelength(shortest);
         let grid = Wavefront::cells_needed(&shortest, self.beam, self.center.z);
         if grid > GRID.1 {
             return Err(Diagnostic::error(format!(
-                "the image {:.2} mm from the axis is too unsharp to be drawn as a wave: it takes {grid} \
-                 plane waves across the pupil, and {} is the most",
+                "the image {:.2} mm from the axis is too blurred to compute its diffraction: it needs \
+                 {grid} plane waves across the pupil, and the limit is {}",
                 self.center.truncate().length(),
                 GRID.1
             ))
@@ -142,6 +152,7 @@ impl<'a> Point<'a> {
         Ok(Openings::of(lens, self.beam, grid.max(GRID.0)))
     }
 
+    /// The point spread at a wavelength in nanometers.
     fn spread(
         &self,
         lens: &Lens,

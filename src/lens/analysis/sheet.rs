@@ -1,7 +1,7 @@
-//! The data sheet of a lens: everything that its curves and tables show, computed from rays.
+//! The data sheet of a lens: the data of its curves and tables, computed from rays.
 //!
-//! Lengths are millimeters, heights are on the film; the object is at infinity. Where the lens is
-//! not rotational the meridian of y is shown.
+//! Lengths are in millimeters, heights are on the film, and the object is at infinity. For a lens
+//! without rotational symmetry the sheet shows the meridian of y.
 
 use std::f64::consts::TAU;
 
@@ -17,108 +17,133 @@ use crate::prescription::about::About;
 use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
 use crate::prescription::surface::Plane;
 
-/// Steps of the curves over the film's height.
+/// The number of steps of the curves over the film's height.
 const STEPS: usize = 40;
-/// Rays across a beam, each way.
+/// The number of rays along each side of the grid across a beam.
 const GRID: usize = 64;
-/// Points of the curves over frequency.
+/// The number of steps of the curves over frequency.
 const FREQUENCIES: usize = 40;
-/// Wavelengths that the modulation in white light is made of, and how well the eye sees each (CIE
-/// 1924).
-const SEEN: [(f64, f64); 5] = [
+/// The wavelengths in nanometers from which the modulation in white light is computed, with the
+/// luminous efficiency of each (CIE 1924).
+const EFFICIENCY: [(f64, f64); 5] = [
     (480.0, 0.139),
     (520.0, 0.710),
     (560.0, 0.995),
     (600.0, 0.631),
     (640.0, 0.175),
 ];
-/// Heights whose spots, modulation and pupils are shown, as shares of the full one.
-const SHOWN: [f64; 4] = [0.0, 0.5, 0.7, 1.0];
+/// The heights for which the sheet has spots, modulation and pupils, as shares of the full height.
+const POINT_HEIGHTS: [f64; 4] = [0.0, 0.5, 0.7, 1.0];
 
-/// The curves of a lens.
+/// The data sheet of a lens. Lengths are in millimeters.
 #[derive(Clone, Debug, Serialize)]
 pub struct LensSheet {
-    /// Where the film is, from the front vertex: best focus of the axis by real rays.
+    /// The z of the film, from the front vertex: the best focus on the axis by real rays.
     pub film_z: f64,
-    /// From the paraxial focus to there.
+    /// The distance from the paraxial focus to the film.
     pub focus_shift: f64,
-    /// Half of the film's diagonal, and the angle that arrives there, in degrees.
+    /// Half of the film's diagonal.
     pub image_height: f64,
+    /// The angle of the chief ray that arrives at `image_height`, in degrees.
     pub half_field_degrees: f64,
-    /// Distortion is against f tan θ, or f θ for fields past 120 degrees.
+    /// The projection relative to which distortion is given: `f tan θ`, or `f θ` for fields of more
+    /// than 120 degrees.
     pub projection: &'static str,
-    /// Whether the glasses have indices at other lines than d.
+    /// Whether the indices of the glasses depend on the wavelength.
     pub dispersive: bool,
-    /// What focusing nearer does, by the focusing group where there is one, else by the film.
+    /// The change of the field and the exposure with the distance, by the focusing group if there
+    /// is one, and otherwise by the film.
     pub breathing: Vec<Breathing>,
+    /// The curves over the film's height.
     pub fields: Vec<FieldRow>,
+    /// The longitudinal spherical aberration.
     pub spherical: Vec<Zone>,
+    /// The longitudinal color.
     pub color: Vec<ColorRow>,
+    /// The images of points at four heights.
     pub points: Vec<PointImage>,
-    /// Line pairs a millimeter.
+    /// The frequencies of the modulation curves, in line pairs per millimeter.
     pub frequencies: Vec<f64>,
 }
 
-/// What happens at a height on the film.
+/// The properties of the image at a height on the film. Lengths are in millimeters.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct FieldRow {
+    /// The height on the film.
     pub height: f64,
+    /// The angle of the chief ray in the scene, in degrees.
     pub angle_degrees: f64,
+    /// The distortion relative to [`LensSheet::projection`].
     pub distortion_percent: Option<f64>,
+    /// The irradiance over that on the axis.
     pub relative_illumination: f64,
-    /// Where fans along and across the meridian focus, from the film.
+    /// The distance from the film to the focus of rays in the meridian near the chief ray.
     pub tangential_focus: Option<f64>,
+    /// The distance from the film to the focus of rays across the meridian near the chief ray.
     pub sagittal_focus: Option<f64>,
-    /// How far the chief rays of the F and C lines are from that of the d line.
+    /// The image height at the F line minus that at the d line.
     pub lateral_f: Option<f64>,
+    /// The image height at the C line minus that at the d line.
     pub lateral_c: Option<f64>,
 }
 
-/// Where rays of a zone of the pupil cross the axis, from the film.
+/// The distances from the film at which rays of a zone of the pupil cross the axis, in millimeters.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Zone {
-    /// Over the height of the widest beam.
+    /// The height of the rays in front of the lens, over that of the widest beam.
     pub pupil: f64,
+    /// The distance at the F line.
     pub focus_f: Option<f64>,
+    /// The distance at the d line.
     pub focus_d: Option<f64>,
+    /// The distance at the C line.
     pub focus_c: Option<f64>,
 }
 
-/// The paraxial focus at a wavelength, from that of the d line.
+/// The paraxial focus at a wavelength.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ColorRow {
+    /// The wavelength in nanometers.
     pub wavelength_nm: f64,
+    /// The distance from the focus of the d line, in millimeters.
     pub focus: f64,
 }
 
-/// The image of a point at infinity.
+/// The image of a point at infinity. Lengths are in millimeters.
 #[derive(Clone, Debug, Serialize)]
 pub struct PointImage {
+    /// The height on the film.
     pub height: f64,
+    /// The angle of the chief ray in the scene, in degrees.
     pub angle_degrees: f64,
-    /// The root mean square radius at the d line.
+    /// The root mean square radius of the spot at the d line.
     pub rms: f64,
-    /// Where rays of the F, d and C lines arrive, from the centroid of the d line.
+    /// The points at which rays of the F, d and C lines arrive, relative to the centroid of the d
+    /// line.
     #[serde(skip)]
     pub spots: [Vec<DVec2>; 3],
-    /// The beam that gets through, seen along it, over the radius of the axial one.
+    /// The outline of the beam that gets through, perpendicular to the chief ray, over the radius
+    /// of the axial beam.
     pub pupil: Vec<[f64; 2]>,
-    /// Its area over that of the axial one.
+    /// The cross-section of the beam over that of the axial beam.
     pub pupil_area: f64,
-    /// Modulation over the sheet's frequencies, of lines across the meridian and along it; by
-    /// rays alone, and with the wave.
+    /// The modulation by rays alone.
     pub geometric: Modulation,
+    /// The modulation with diffraction.
     pub diffraction: Modulation,
 }
 
+/// The modulation at the frequencies of the sheet.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Modulation {
+    /// The modulation of lines across the meridian.
     pub tangential: Vec<f64>,
+    /// The modulation of lines along the meridian.
     pub sagittal: Vec<f64>,
 }
 
 impl LensSheet {
-    /// None for an afocal lens, or one that lets no light through.
+    /// Computes the data sheet; none for an afocal lens, or for one that lets no light through.
     pub fn of(lens: &Lens) -> Option<Self> {
         let paraxial = lens.first_order().focal?.rear_focal_point;
         let film_z = lens.best_focus(f64::INFINITY).unwrap_or(paraxial);
@@ -146,7 +171,7 @@ impl LensSheet {
             frequencies: frequencies(image_height),
         };
         this.fields = this.field_rows(lens, &lines);
-        let beams: Vec<_> = SHOWN
+        let beams: Vec<_> = POINT_HEIGHTS
             .iter()
             .filter_map(|share| Beam::of(lens, share * image_height, film_z, f64::INFINITY))
             .collect();
@@ -158,23 +183,24 @@ impl LensSheet {
         Some(this)
     }
 
+    /// The curves over the film's height.
     fn field_rows(&self, lens: &Lens, lines: &[Lens; 3]) -> Vec<FieldRow> {
         let center = lens.irradiance(DVec2::ZERO, self.film_z);
-        let bent = |height: f64| {
+        let scale_at = |height: f64| {
             let distortion = lens.distortion(Plane::Y, height, self.film_z)?;
-            let against = match self.projection {
+            let relative = match self.projection {
                 "f θ" => distortion.f_theta,
                 _ => distortion.f_tan,
             };
-            Some((distortion.angle, 1.0 + against))
+            Some((distortion.angle, 1.0 + relative))
         };
-        // A film off the paraxial focus is a little larger as a whole: that is no distortion.
-        let scale = bent(1e-4 * self.image_height).map_or(1.0, |(_, scale)| scale);
+        // Off the paraxial focus the image as a whole has another scale, which is not distortion.
+        let scale = scale_at(1e-4 * self.image_height).map_or(1.0, |(_, scale)| scale);
         let row = |i: usize| {
             let height = self.image_height * i as f64 / STEPS as f64;
             let film = DVec2::new(0.0, height);
-            let distortion = bent(height);
-            let percent = distortion.map(|(_, bent)| 100.0 * (bent / scale - 1.0));
+            let distortion = scale_at(height);
+            let percent = distortion.map(|(_, local)| 100.0 * (local / scale - 1.0));
             let angle = if i == 0 {
                 0.0
             } else {
@@ -212,12 +238,13 @@ impl LensSheet {
     }
 }
 
+/// The angle in the scene of the chief ray that arrives at a height, in radians.
 fn angle_at(lens: &Lens, height: f64, film_z: f64) -> Option<f64> {
     Some(lens.distortion(Plane::Y, height, film_z)?.angle).filter(|a| a.is_finite())
 }
 
-/// The film's half diagonal: as the file says it, or where the stated field arrives, or as far
-/// as there is light.
+/// Half of the film's diagonal: the value in the file, or the height at which the stated field
+/// arrives, or that at which the light ends.
 fn full_height(lens: &Lens, about: &About, film_z: f64) -> Option<f64> {
     let center = lens.irradiance(DVec2::ZERO, film_z);
     if !(center > 0.0) {
@@ -254,7 +281,7 @@ fn full_height(lens: &Lens, about: &About, film_z: f64) -> Option<f64> {
         }
         low
     };
-    // Whether there is light takes many rays: it is looked at where the film is to end.
+    // A test for light takes many rays, so it is made only where the film would end.
     let height = border(&|h| !wanted(h) || angle_at(lens, h, film_z).is_none());
     let height = if height > 0.0 && lit(height) {
         height
@@ -264,6 +291,7 @@ fn full_height(lens: &Lens, about: &About, film_z: f64) -> Option<f64> {
     Some(if height > 0.0 { height } else { 0.01 * efl })
 }
 
+/// The longitudinal color from 400 to 700 nm.
 fn color(lens: &Lens) -> Vec<ColorRow> {
     let focus = |nm: f64| {
         lens.at_wavelength(nm)
@@ -285,6 +313,7 @@ fn color(lens: &Lens) -> Vec<ColorRow> {
         .collect()
 }
 
+/// The longitudinal spherical aberration of the lens at three wavelengths.
 fn zones(lines: &[Lens; 3], film_z: f64) -> Vec<Zone> {
     let beam = lines[1].axial_beam().height;
     let focus = |lens: &Lens, pupil: f64| {
@@ -314,7 +343,8 @@ fn zones(lines: &[Lens; 3], film_z: f64) -> Vec<Zone> {
         .collect()
 }
 
-/// Where two rays close to the chief ray meet, from the film: above and below it, and beside it.
+/// The tangential and the sagittal focus, from the film: the points at which two rays on either
+/// side of the chief ray intersect.
 fn close_foci(lens: &Lens, film: DVec2, film_z: f64) -> (Option<f64>, Option<f64>) {
     let Some(chief) = lens.chief_ray(film, film_z) else {
         return (None, None);
@@ -336,7 +366,7 @@ fn close_foci(lens: &Lens, film: DVec2, film_z: f64) -> (Option<f64>, Option<f64
     };
     let crossing = |offset: DVec3, axis: DVec3| {
         let (a, b) = (trace(offset)?, trace(-offset)?);
-        // Along z: where the two are at the same place across.
+        // The z at which the two rays have the same coordinate along `axis`.
         let slope = |r: &LensRay| r.direction.dot(axis) / r.direction.z;
         let at = |r: &LensRay| r.origin.dot(axis) + (film_z - r.origin.z) * slope(r);
         let z = (at(&b) - at(&a)) / (slope(&a) - slope(&b));
@@ -348,7 +378,8 @@ fn close_foci(lens: &Lens, film: DVec2, film_z: f64) -> (Option<f64>, Option<f64
     )
 }
 
-/// Frequencies up to a fine one for the film: 60 line pairs a millimeter on 43 mm.
+/// Frequencies up to 60 line pairs per millimeter for a film diagonal of 43 mm, and in proportion
+/// for other films, rounded.
 fn frequencies(height: f64) -> Vec<f64> {
     let finest = 60.0 * 21.6 / height.max(1e-3);
     let power = libm::pow(10.0, libm::floor(libm::log10(finest)));
@@ -366,7 +397,7 @@ fn frequencies(height: f64) -> Vec<f64> {
         .collect()
 }
 
-/// What a beam makes of its point.
+/// The image of the point of a beam; none if too few rays get through.
 fn point_image(
     beam: &Beam<'_>,
     lines: &[Lens; 3],
@@ -393,7 +424,7 @@ fn point_image(
     })
 }
 
-/// Where a grid of rays across the beam meets the film.
+/// The points at which a grid of rays across the beam hits the film.
 fn arrivals(beam: &Beam<'_>, lens: &Lens, film_z: f64) -> Vec<DVec2> {
     let (low, high) = beam.bounds();
     let step = (high - low) / GRID as f64;
@@ -405,21 +436,23 @@ fn arrivals(beam: &Beam<'_>, lens: &Lens, film_z: f64) -> Vec<DVec2> {
     .collect()
 }
 
-/// The modulation in white light by the eye's sensitivity: the transfers of the wavelengths add
-/// with their phases, so lateral colour counts.
+/// The modulation in white light, weighted by luminous efficiency. The transfer functions of the
+/// wavelengths are added as complex numbers, so that lateral color is included.
 fn diffraction(beam: &Beam<'_>, lens: &Lens, image: DVec3, sheet: &LensSheet) -> Modulation {
     let openings = Openings::of(lens, beam, GRID);
-    let waves: Vec<(f64, Wavefront)> = SEEN
+    let waves: Vec<(f64, Wavefront)> = EFFICIENCY
         .iter()
-        .filter_map(|(nm, seen)| {
+        .filter_map(|(nm, efficiency)| {
             let line = lens.at_wavelength(*nm);
-            Some((*seen, Wavefront::of(&line, beam, &openings, image)?))
+            Some((*efficiency, Wavefront::of(&line, beam, &openings, image)?))
         })
         .collect();
-    let total: f64 = waves.iter().map(|(seen, _)| seen).sum();
+    let total: f64 = waves.iter().map(|(efficiency, _)| efficiency).sum();
     let curve = |axis: usize| -> Vec<f64> {
         let at = |f: &f64| {
-            let parts = waves.iter().map(|(seen, w)| *seen * w.transfer(*f, axis));
+            let parts = waves
+                .iter()
+                .map(|(efficiency, w)| *efficiency * w.transfer(*f, axis));
             parts.sum::<DVec2>().length() / total
         };
         sheet.frequencies.iter().map(at).collect()
@@ -430,7 +463,7 @@ fn diffraction(beam: &Beam<'_>, lens: &Lens, image: DVec3, sheet: &LensSheet) ->
     }
 }
 
-/// The modulation of lines by the spot alone.
+/// The modulation of lines by the spot alone: the Fourier transform of the spot.
 fn geometric(spot: &[DVec2], at: &[f64]) -> Modulation {
     let curve = |axis: usize| -> Vec<f64> {
         at.iter()
@@ -459,8 +492,8 @@ mod tests {
         (lens, sheet)
     }
 
-    /// The triplet at f/32 is a clear circular pupil without aberration to speak of: the
-    /// modulation is (2/π)(acos s − s √(1 − s²)), s = λ N ν, over the wavelengths.
+    /// The triplet at f/32 has a circular pupil and negligible aberrations: at each wavelength the
+    /// modulation is (2/π)(acos s − s √(1 − s²)), where s = λ N ν.
     #[test]
     fn a_lens_stopped_down_has_the_modulation_of_a_clear_circle() {
         let lens = Lens::named("cooke-triplet")
@@ -473,12 +506,12 @@ mod tests {
             .iter()
             .zip(&sheet.points[0].diffraction.tangential)
         {
-            let circle = |(nm, seen): &(f64, f64)| {
+            let circle = |(nm, efficiency): &(f64, f64)| {
                 let s = (nm * 1e-6 * 32.0 * f).min(1.0);
-                seen * 2.0 / std::f64::consts::PI * (libm::acos(s) - s * (1.0 - s * s).sqrt())
+                efficiency * 2.0 / std::f64::consts::PI * (libm::acos(s) - s * (1.0 - s * s).sqrt())
             };
-            let total: f64 = SEEN.iter().map(|(_, seen)| seen).sum();
-            let ideal = SEEN.iter().map(circle).sum::<f64>() / total;
+            let total: f64 = EFFICIENCY.iter().map(|(_, efficiency)| efficiency).sum();
+            let ideal = EFFICIENCY.iter().map(circle).sum::<f64>() / total;
             assert!((m - ideal).abs() < 0.02, "{f} lp/mm: {m} against {ideal}");
         }
     }
@@ -523,7 +556,7 @@ mod tests {
             );
             let json = serde_json::to_string(&sheet).unwrap();
             assert!(sheet.points.iter().all(|p| p.rms.is_finite()), "{name}");
-            // A lost row or a wrong digit shows here: designers leave less than this.
+            // A missing row or a wrong digit shows here: no design has spots larger than this.
             let efl = lens.first_order().efl();
             let small = sheet.points.iter().take(3).all(|p| p.rms < 6e-3 * efl);
             assert!(small, "{name}: spots larger than any design's");

@@ -1,6 +1,6 @@
-//! What a lens loses by reflection, and its T-number.
+//! The transmittance of a lens, and its T-number.
 //!
-//! Glass absorbs nothing. What a surface does not reflect it lets through.
+//! Glass is assumed to absorb nothing: a surface transmits what it does not reflect.
 
 use glam::DVec3;
 
@@ -16,8 +16,8 @@ impl Lens {
         transmittance(&tracer, ray, self.wavelength())
     }
 
-    /// The share of the light of the widest beam along the axis that gets through, of what the
-    /// stop would let pass. None if no beam gets through.
+    /// The mean transmittance of the rays of the widest axial beam that get through; none if no ray
+    /// does.
     pub(crate) fn axial_transmittance(&self) -> Option<f64> {
         const RINGS: u32 = 32;
         const SPOKES: u32 = 16;
@@ -34,7 +34,7 @@ impl Lens {
         let (mut sum, mut count) = (0.0, 0.0);
         for i in 0..RINGS * spokes {
             let (ring, spoke) = (i % RINGS, i / RINGS);
-            // Rings of equal area, each at its middle.
+            // The rays are at the middles of rings of equal area.
             let r = beam * ((f64::from(ring) + 0.5) / f64::from(RINGS)).sqrt();
             let angle = std::f64::consts::TAU * (f64::from(spoke) + 0.5) / f64::from(spokes);
             let ray = LensRay {
@@ -48,13 +48,15 @@ impl Lens {
         (count > 0.0).then(|| sum / count)
     }
 
-    /// The f-number of a lens without losses that would make as bright a picture: N/√τ.
+    /// The T-number N/√τ: the f-number of a lens without losses that makes an equally bright
+    /// picture. Returns none if the lens has no f-number or no ray gets through.
     pub fn t_number(&self) -> Option<f64> {
         let f_number = self.first_order().f_number()?;
         Some(f_number / self.axial_transmittance()?.sqrt())
     }
 }
 
+/// The share of a ray's light that gets through; 0 for a lost ray.
 fn transmittance(tracer: &Tracer<'_>, ray: &LensRay, wavelength_nm: f64) -> f64 {
     let mut share = 1.0;
     let outcome = tracer.walk(*ray, |surface, _, hit| {
@@ -81,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bare_window_passes_the_square_of_what_one_surface_does() {
+    fn a_bare_window_transmits_the_square_of_what_one_surface_transmits() {
         let ray = LensRay {
             origin: DVec3::new(1.0, 2.0, -5.0),
             direction: DVec3::Z,
@@ -123,7 +125,7 @@ mod tests {
         assert_eq!(lens.t_number(), Some(f));
         let bare = lens.with_coating(Coating::Bare);
         let share = bare.axial_transmittance().unwrap();
-        // On the axis itself: the product over the surfaces, known by hand.
+        // On the axis the transmittance is the product over the surfaces.
         let indices = lens.prescription().indices(lens.wavelength());
         let product: f64 = indices
             .windows(2)

@@ -1,5 +1,5 @@
-//! Glass catalogues as Zemax writes them: `NM` names a glass and its formula, `CD` lists the
-//! coefficients. Prices, transmission and thermal data are skipped.
+//! Reads glass catalogues in Zemax's format: an `NM` line has the name and the formula of a glass,
+//! a `CD` line the coefficients. Prices, transmission and thermal data are skipped.
 
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ fn glass(
     for (slot, word) in k.iter_mut().zip(words) {
         *slot = word.number(source)?;
     }
-    // A glass for the infrared alone has no index at the d line: it is kept as it is there.
+    // A glass for the infrared may have no index at the d line. It is kept with an index of NaN.
     let medium = Medium::from_formula(formula, k).unwrap_or_else(|| Medium::constant(f64::NAN));
     Ok(medium.named(name.text))
 }

@@ -9,7 +9,7 @@ use crate::prescription::glass::medium::{Formula, Medium};
 
 const TABLE: &str = include_str!("../../../lenses/glasses.txt");
 
-/// What CODE V puts behind an underscore, and Zemax lists on its GCAT line.
+/// The makers' names that CODE V writes after an underscore, and Zemax on its GCAT line.
 const MAKERS: [&str; 12] = [
     "SCHOTT",
     "OHARA",
@@ -28,7 +28,8 @@ const MAKERS: [&str; 12] = [
 /// Glasses that a prescription can name.
 #[derive(Clone, Debug)]
 pub struct Catalogue {
-    /// Later ones come before earlier ones of the same name.
+    /// The glasses with the keys of their names. Of several with one name, the one added last is
+    /// first.
     glasses: Vec<(String, Medium)>,
 }
 
@@ -47,13 +48,17 @@ impl Catalogue {
         }
     }
 
-    /// Adds glasses; they go before those of the same name that are there.
+    /// Adds glasses. They take precedence over those of the same name.
     pub fn add(&mut self, glasses: impl IntoIterator<Item = Medium>) {
         let added = glasses.into_iter().map(|glass| (key(&glass.name), glass));
         self.glasses.splice(0..0, added.collect::<Vec<_>>());
     }
 
     /// Reads an `.agf` file and adds its glasses.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be read, or is not a glass catalogue.
     pub fn add_file(&mut self, path: impl AsRef<std::path::Path>) -> Result<()> {
         let path = path.as_ref();
         let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
@@ -62,8 +67,9 @@ impl Catalogue {
         Ok(())
     }
 
-    /// A glass by name, whatever its case and dashes: `nbk7_SCHOTT` is N-BK7. What stands behind an
-    /// underscore need not be a maker that is known here: `SILICA_SPECIAL` is SILICA.
+    /// Finds a glass by name. Case, dashes and the maker are ignored: `nbk7_SCHOTT` is N-BK7. A
+    /// word after an underscore is also ignored if it is not a known maker: `SILICA_SPECIAL` is
+    /// SILICA.
     pub fn find(&self, name: &str) -> Option<&Medium> {
         let find = |key: String| self.glasses.iter().find(|(k, _)| *k == key);
         let bare = || Some(name.rsplit_once('_')?.0).filter(|bare| !bare.is_empty());
@@ -71,7 +77,11 @@ impl Catalogue {
         found.map(|(_, glass)| glass)
     }
 
-    /// A glass by name, or a message with the nearest name.
+    /// Finds a glass by name.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error at `span` that names the nearest glass.
     pub fn get(&self, name: &str, source: &Arc<Source>, span: Span) -> Result<Medium> {
         if let Some(glass) = self.find(name) {
             return Ok(glass.clone());
@@ -88,6 +98,7 @@ impl Catalogue {
             .with_help(help))
     }
 
+    /// The name of the glass that is nearest to a misspelled one.
     pub fn nearest(&self, name: &str) -> Option<&str> {
         let bare = name.rsplit_once('_').map_or(
             name,
@@ -101,6 +112,7 @@ impl Catalogue {
         )
     }
 
+    /// All glasses.
     pub fn glasses(&self) -> impl Iterator<Item = &Medium> {
         self.glasses.iter().map(|(_, glass)| glass)
     }
@@ -110,7 +122,7 @@ fn is_maker(word: &str) -> bool {
     MAKERS.iter().any(|maker| word.eq_ignore_ascii_case(maker))
 }
 
-/// Letters and digits of a name without its maker.
+/// The key of a name: its letters and digits in capitals, without the maker.
 fn key(name: &str) -> String {
     let bare = match name.rsplit_once('_') {
         Some((glass, maker)) if is_maker(maker) => glass,

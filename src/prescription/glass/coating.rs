@@ -1,18 +1,19 @@
-//! What a surface reflects: Fresnel's formulas and a single layer of magnesium fluoride.
+//! The reflectance of surfaces: Fresnel's formulas and a single layer of magnesium fluoride.
 //!
-//! Light is taken as unpolarized at every surface: the mean of both polarizations, exact for
-//! one surface and on the axis.
+//! Light is treated as unpolarized at every surface: the reflectance is the mean of both
+//! polarizations. That is exact for one surface, and on the axis.
 
-/// What lies on a surface.
+/// The coating of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coating {
-    /// Reflects nothing: the paper's lenses, which pass all light. Default.
+    /// The surface reflects nothing, as in the paper, whose lenses transmit all light. This is the
+    /// default.
     #[default]
     Ideal,
-    /// Nothing: the bare step of the index.
+    /// The surface is uncoated.
     Bare,
-    /// A quarter wave of magnesium fluoride on a surface between glass and air; a cemented one
-    /// stays bare, for there it would do harm.
+    /// A quarter wave of magnesium fluoride on a surface between glass and air. A cemented surface
+    /// is uncoated, because there the layer would reflect more.
     MagnesiumFluoride,
 }
 
@@ -20,16 +21,19 @@ pub enum Coating {
 const FLUORIDE: f64 = 1.38;
 /// The wavelength at which the layer is a quarter wave thick, in nanometers.
 const QUARTER_WAVE_AT: f64 = 550.0;
-/// A layer is on surfaces to a medium thinner than this: air, not cement and not water.
-const THIN: f64 = 1.2;
+/// A surface has a layer if the medium on one side has an index below this: air, but not cement or
+/// water.
+const MAX_INDEX_OF_AIR: f64 = 1.2;
 
 impl Coating {
+    /// All coatings with their names.
     pub(crate) const ALL: [(&'static str, Self); 3] = [
         ("ideal", Self::Ideal),
         ("none", Self::Bare),
         ("mgf2", Self::MagnesiumFluoride),
     ];
 
+    /// The name in options and lens files.
     pub(crate) fn name(self) -> &'static str {
         Self::ALL
             .iter()
@@ -37,12 +41,13 @@ impl Coating {
             .map_or("", |(n, _)| n)
     }
 
+    /// The coating with a name.
     pub(crate) fn named(name: &str) -> Option<Self> {
         Self::ALL.iter().find(|(n, _)| *n == name).map(|(_, c)| *c)
     }
 
-    /// The share of unpolarized light that is reflected, for light that comes from the index
-    /// `from` at an angle of this cosine; 1 beyond the critical angle.
+    /// The reflectance for unpolarized light that comes from a medium of index `from` at an angle
+    /// with this cosine. It is 1 beyond the critical angle.
     pub fn reflectance(self, from: f64, into: f64, cos: f64, wavelength_nm: f64) -> f64 {
         let sine = from * (1.0 - cos * cos).max(0.0).sqrt();
         if sine > into {
@@ -52,13 +57,13 @@ impl Coating {
             return 0.0;
         }
         let behind = cos_in(into, sine);
-        if self == Self::Bare || from.min(into) > THIN || from.max(into) < FLUORIDE {
+        if self == Self::Bare || from.min(into) > MAX_INDEX_OF_AIR || from.max(into) < FLUORIDE {
             let [s, p] = amplitudes(from, cos, into, behind);
             return 0.5 * (s * s + p * p);
         }
         let inside = cos_in(FLUORIDE, sine);
-        // The layer's optical thickness is a quarter of 550 nm, so this is the phase of the way
-        // through it and back.
+        // The layer's optical thickness is a quarter of 550 nm, so this is the phase of the path
+        // through the layer and back.
         let phase = std::f64::consts::PI * QUARTER_WAVE_AT / wavelength_nm * inside;
         let turn = libm::cos(phase);
         let front = amplitudes(from, cos, FLUORIDE, inside);
@@ -72,13 +77,14 @@ impl Coating {
     }
 }
 
-/// The cosine in a medium, by Snell's law; `sine` is n sin θ.
+/// The cosine of the angle in a medium, by Snell's law. `sine` is n sin θ.
 fn cos_in(index: f64, sine: f64) -> f64 {
     let s = sine / index;
     (1.0 - s * s).max(0.0).sqrt()
 }
 
-/// Fresnel's reflected amplitudes across and in the plane of incidence.
+/// The amplitude reflection coefficients by Fresnel, perpendicular to and in the plane of
+/// incidence.
 fn amplitudes(from: f64, cos_from: f64, into: f64, cos_into: f64) -> [f64; 2] {
     let over = |a: f64, b: f64| if a + b > 0.0 { (a - b) / (a + b) } else { 1.0 };
     [
@@ -168,16 +174,17 @@ mod tests {
                 for i in 0..40 {
                     let cos: f64 = 1.0 - f64::from(i) / 40.0;
                     let sine = from * (1.0 - cos * cos).sqrt();
-                    let ours = Coating::MagnesiumFluoride.reflectance(from, into, cos, nm);
+                    let computed = Coating::MagnesiumFluoride.reflectance(from, into, cos, nm);
                     if sine > into {
-                        assert_eq!(ours, 1.0);
+                        assert_eq!(computed, 1.0);
                         continue;
                     }
                     let n = [from, 1.38, into];
                     let (rs, ts) = by_matrix(n, sine, 550.0, nm, false);
                     let (rp, tp) = by_matrix(n, sine, 550.0, nm, true);
                     assert!((rs + ts - 1.0).abs() < 1e-12 && (rp + tp - 1.0).abs() < 1e-12);
-                    assert!((ours - 0.5 * (rs + rp)).abs() < 1e-12, "{ours} {cos} {nm}");
+                    let off = (computed - 0.5 * (rs + rp)).abs();
+                    assert!(off < 1e-12, "{computed} {cos} {nm}");
                 }
             }
         }

@@ -1,7 +1,7 @@
-//! Media: what light travels through, and its refractive index at a wavelength.
+//! Optical media and their refractive indices.
 //!
 //! Indices are relative to air, as in prescriptions and glass catalogues. Wavelengths are in
-//! nanometers at the borders; the formulas want micrometers.
+//! nanometers, except in the dispersion formulas, which use micrometers.
 
 /// The Fraunhofer F line of hydrogen, in nanometers.
 pub(crate) const F_LINE: f64 = 486.1327;
@@ -10,10 +10,11 @@ pub(crate) const D_LINE: f64 = 587.5618;
 /// The Fraunhofer C line of hydrogen, in nanometers.
 pub(crate) const C_LINE: f64 = 656.2725;
 
-/// A wavelength as people write it, made exact where it names a line: 587.6 is the d line.
+/// The exact wavelength of a spectral line for a rounded one: 587.6 is the d line. Other
+/// wavelengths are returned unchanged.
 ///
-/// Half of the last digit of the usual four-digit names is 0.05 nm; an index differs by 1e-6
-/// within it, which is more than the rest of the arithmetic errs by.
+/// Wavelengths with four digits are rounded by up to 0.05 nm. Within that an index differs by 1e-6,
+/// which is more than the error of the other arithmetic.
 pub(crate) fn named_line(wavelength_nm: f64) -> f64 {
     [F_LINE, D_LINE, C_LINE]
         .into_iter()
@@ -21,24 +22,36 @@ pub(crate) fn named_line(wavelength_nm: f64) -> f64 {
         .unwrap_or(wavelength_nm)
 }
 
-/// How an index depends on the wavelength.
+/// The dependence of an index on the wavelength λ, in micrometers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Dispersion {
     /// A constant index: only `n_d` is known.
     None,
-    /// n = a + b/λ², through `n_d` and the Abbe number.
-    Cauchy { a: f64, b: f64 },
-    /// n = a + b/λ² + c/λ⁴, through the indices at F, d and C.
-    ThreeLines {
-        n_f: f64,
-        n_c: f64,
+    /// n = a + b/λ², determined by `n_d` and the Abbe number.
+    Cauchy {
+        /// The constant term.
         a: f64,
+        /// The coefficient of 1/λ².
         b: f64,
+    },
+    /// n = a + b/λ² + c/λ⁴, determined by the indices at the F, d and C lines.
+    ThreeLines {
+        /// The index at the F line.
+        n_f: f64,
+        /// The index at the C line.
+        n_c: f64,
+        /// The constant term.
+        a: f64,
+        /// The coefficient of 1/λ².
+        b: f64,
+        /// The coefficient of 1/λ⁴.
         c: f64,
     },
-    /// One of the formulas of a glass catalogue, with its coefficients as listed there.
+    /// A formula of a glass catalogue.
     Catalogue {
+        /// The formula.
         formula: Formula,
+        /// The coefficients in the order of the catalogue.
         coefficients: [f64; 10],
     },
 }
@@ -62,6 +75,7 @@ pub(crate) enum Formula {
 }
 
 impl Formula {
+    /// The formula with a number in `.agf` catalogues.
     pub(crate) fn from_number(number: u32) -> Option<Self> {
         use Formula::*;
         [
@@ -179,13 +193,15 @@ impl Medium {
         })
     }
 
+    /// The medium with a name.
     pub fn named(mut self, name: impl Into<String>) -> Self {
         self.name = name.into();
         self
     }
 
-    /// The index at a wavelength, see [`named_line`]. A formula used outside its range, where
-    /// it has no real value or falls below one half, gives the index at the d line.
+    /// The index at a wavelength in nanometers. A wavelength within 0.05 nm of the F, d or C line
+    /// is that line. Where a formula has no real value, or one that is not between 0.5 and 100, the
+    /// index is that at the d line.
     pub fn index(&self, wavelength_nm: f64) -> f64 {
         let nm = named_line(wavelength_nm);
         if nm == D_LINE {
@@ -207,6 +223,7 @@ impl Medium {
         if n > 0.5 && n < 100.0 { n } else { self.n_d }
     }
 
+    /// Whether the index depends on the wavelength.
     pub(crate) fn is_dispersive(&self) -> bool {
         self.dispersion != Dispersion::None
     }
