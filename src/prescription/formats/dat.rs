@@ -1,4 +1,5 @@
-//! Reads tables of four columns: radius, thickness, index, aperture diameter; a surface a line.
+//! Reads tables of four columns: radius, thickness, index and aperture diameter, one surface in a
+//! line.
 //!
 //! The paper prints such a table, and pbrt's `.dat` files are such tables. A stop is a row with
 //! radius 0 and index 0, or as the paper prints it, a row without a radius (`10.353 1.000 39.8`).
@@ -57,8 +58,8 @@ struct Row {
     abbe: Option<f64>,
     spans: [Span; 4],
 }
-/// The paper's and pbrt's four columns, and ISET's with a focal length above them: whatever is no
-/// other format.
+/// The four columns of the paper and of pbrt, and those of ISET, which have a focal length above
+/// them. A file in no other format is read as this.
 pub(crate) static FORMAT: Format = Format {
     name: "four columns",
     recognizes: |_| true,
@@ -68,7 +69,9 @@ pub(crate) static FORMAT: Format = Format {
 /// Reads a table of four or five columns.
 ///
 /// # Errors
-/// A row is no row of numbers, a number is impossible, or there is no surface.
+///
+/// Returns an error if a row does not consist of numbers, if a number is out of range, or if there
+/// is no surface.
 pub(crate) fn read(
     source: &Arc<Source>,
     position_first: Option<bool>,
@@ -301,8 +304,8 @@ fn build(source: &Source, rows: &[Row], notes: Vec<String>) -> Prescription {
     lens
 }
 
-/// Makes a plane with the same medium on both sides the stop, if the table has no stop and no other
-/// such plane: it does nothing but limit the beam.
+/// Marks a plane with the same medium on both sides as the stop, if the table has no stop and only
+/// one such plane: such a plane can only limit the beam.
 pub(super) fn adopt_a_stop(lens: &mut Prescription) {
     if lens.stop().is_some() {
         return;
@@ -318,8 +321,8 @@ pub(super) fn adopt_a_stop(lens: &mut Prescription) {
 }
 
 /// Warns if the last thickness, which is the distance to the film in a printed table, differs from
-/// the back focal distance by more than 5% of the focal length: a row or a digit is lost then. The
-/// table of the 1999 paper has lost one.
+/// the back focal distance by more than 5% of the focal length: a row or a digit is then probably
+/// missing, as in the table of the 1999 paper.
 fn warn_if_a_row_is_lost(lens: &Prescription, rows: &[Row], sink: &mut Sink) {
     let indices = lens.indices(D_LINE);
     let Some(focal) = FirstOrder::of(lens, &indices, Plane::Y).focal else {

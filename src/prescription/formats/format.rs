@@ -1,4 +1,4 @@
-//! What a file format of prescriptions is: how it is recognized, and who reads it.
+//! The description of a file format of prescriptions: how it is recognized, and its reader.
 
 use std::sync::Arc;
 
@@ -7,9 +7,9 @@ use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::text;
 
-/// One format.
+/// A file format of prescriptions.
 pub(crate) struct Format {
-    /// The name for people.
+    /// The name in messages.
     #[cfg_attr(
         not(test),
         expect(dead_code, reason = "tests ask which format was recognized")
@@ -29,7 +29,7 @@ pub struct Reading {
     pub position_first: Option<bool>,
 }
 
-/// The first word that is no comment, in capitals; empty if there is none.
+/// The first word outside comments, in capitals; empty if there is none.
 pub(super) fn first_word(text: &str) -> String {
     text::lines(text)
         .find_map(|(start, line)| {

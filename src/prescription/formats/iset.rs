@@ -1,4 +1,4 @@
-//! ISET's lenses as JSON: `surfaces` of `radius`, `thickness`, `ior` and `semi_aperture`.
+//! Reads ISET's lenses in JSON: `surfaces` of `radius`, `thickness`, `ior` and `semi_aperture`.
 //!
 //! A stop has the index 0 and the radius 0; the aperture is a semi-diameter here, and a diameter
 //! in ISET's `.dat` files, which are pbrt's four columns under a line with the focal length.
@@ -26,7 +26,7 @@ pub(crate) static FORMAT: Format = Format {
     read: |source, _, sink| read(source, sink),
 };
 
-/// Whether a JSON text is one of these: it speaks of `semi_aperture`, and of no schema.
+/// Whether a JSON text is in this format: it has the key `semi_aperture`, and no schema.
 pub(crate) fn is_iset(text: &str) -> bool {
     text.contains("\"semi_aperture\"") && !text.contains("\"schema\"")
 }
@@ -84,7 +84,7 @@ impl Row<'_> {
         Diagnostic::error(format!("surface {} {what}", self.number)).at(self.source, span)
     }
 
-    /// A number, which may be given for x and y; none if it is not there.
+    /// A number, which may be given for x and y; none if the key is missing.
     fn maybe(&self, key: &str) -> Result<Option<f64>> {
         match self.row.get(key).map(flat).as_deref() {
             Some([x, rest @ ..]) if rest.iter().all(|y| y == x) => Ok(Some(*x)),
@@ -101,7 +101,8 @@ impl Row<'_> {
         })
     }
 
-    /// The surface. `medium` is that in front of it, and becomes that behind it.
+    /// Makes the surface. `medium` is the medium in front of it, and is replaced by the one behind
+    /// it.
     fn surface(&self, medium: &mut Medium) -> Result<Surface> {
         let radius = self.value("radius")?;
         let glass = match self.row.get("ior").and_then(over_wavelengths) {
@@ -157,7 +158,7 @@ impl Row<'_> {
     }
 }
 
-/// The numbers of a value, of lists in it too.
+/// The numbers in a value, including those in nested lists.
 fn flat(value: &Value) -> Vec<f64> {
     match value {
         Value::Array(list) => list.iter().flat_map(flat).collect(),

@@ -11,7 +11,8 @@
 //! from r^4 in steps of two. A toroid has `R_x` across. `n_F` and `n_C` give dispersion, or `V_d`,
 //! or `sellmeier` (K1 L1 K2 L2 K3 L3 in µm²), or `formula` (numbered as in `.agf` files) with
 //! `coefficients`, or a `glass` named without an index. A missing `semi_diameter` does not limit.
-//! `coating` is none, mgf2 or ideal, of a surface or, beside `surfaces`, of all that say nothing.
+//! `coating` is none, mgf2 or ideal. It belongs to a surface or, beside `surfaces`, to all surfaces
+//! without one.
 
 use std::sync::Arc;
 
@@ -103,7 +104,7 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Value> {
     })
 }
 
-/// The words of serde_json without the position, which the message has by itself.
+/// The message of serde_json without its position, because the diagnostic has its own.
 fn reason(error: &serde_json::Error) -> String {
     let text = error.to_string();
     text.rsplit_once(" at line")
@@ -238,7 +239,7 @@ impl Reader<'_> {
         })
     }
 
-    /// A number in quotes would be taken for none.
+    /// Warns of a number in quotes, which would otherwise be ignored.
     fn check_numbers(&self, i: usize, row: &Map<String, Value>) -> Result<()> {
         for (name, value) in row {
             let is_list = ["sellmeier", "coefficients", "cauchy"].contains(&name.as_str());
@@ -296,7 +297,7 @@ impl Reader<'_> {
         Ok(positions)
     }
 
-    /// A field that nothing reads is more likely misspelt than meant for others.
+    /// Warns of an unknown field, which is probably misspelt.
     fn warn_of_unknown_fields(&self, i: usize, row: &Value, sink: &mut Sink) {
         let fields = FIELDS.map(|(name, _)| name);
         let names = row.as_object().into_iter().flatten().map(|(name, _)| name);
@@ -315,8 +316,8 @@ impl Reader<'_> {
         }
     }
 
-    /// A stop without an index, or with 0, keeps the medium in front of it.
-    /// A glass by name alone is the catalogue's.
+    /// The medium behind a surface. A stop without an index, or with 0, keeps the medium in front
+    /// of it, and a glass that has only a name is looked up in the catalogue.
     fn medium(&self, i: usize, row: &Value, before: &Medium, is_stop: bool) -> Result<Medium> {
         let n_d = number(row, &["n_d", "n"]);
         let name = row.get("glass").and_then(Value::as_str);
@@ -412,7 +413,7 @@ impl Reader<'_> {
         .with_help(format!("powers of r go from 1 to {MAX_POWER}"))
     }
 
-    /// What lies on a surface, or on all that say nothing themselves.
+    /// The coating of a surface, or of all surfaces without one of their own.
     fn coating(&self, row: &Value, surface: Option<usize>) -> Result<Option<Coating>> {
         let Some(word) = row.get("coating") else {
             return Ok(None);
@@ -468,7 +469,7 @@ fn notes(root: &Value) -> Vec<String> {
     named.chain(listed.map(str::to_owned)).collect()
 }
 
-/// The list of even coefficients from r^4, whatever dots end its name.
+/// The list of even coefficients from r^4. Its name may end with dots.
 fn even_terms(row: &Map<String, Value>) -> Option<&Value> {
     row.iter()
         .find(|(key, _)| key.starts_with("A4"))

@@ -1,4 +1,5 @@
-//! What a prescription takes from its file beside the table: its name, and where messages point.
+//! What a prescription takes from its file apart from the table: its name, and the places of
+//! messages.
 
 use std::sync::Arc;
 
@@ -17,8 +18,8 @@ pub(super) fn name_of(source: &Source) -> String {
         .to_owned()
 }
 
-/// Puts a message at the list of zoom positions: JSON's `zoom`, Zemax's `MNUM`, CODE V's `ZOO`;
-/// without one, at the beginning.
+/// Adds the place of the list of zoom positions to a message: JSON's `zoom`, Zemax's `MNUM`, CODE
+/// V's `ZOO`; without one, at the beginning.
 pub(crate) fn at_zoom_list(error: Box<Diagnostic>, source: &Arc<Source>) -> Box<Diagnostic> {
     let source = text::decoded(source);
     let text = text::text(&source);

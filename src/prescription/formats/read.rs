@@ -20,7 +20,8 @@ pub(crate) fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription
 /// Reads a prescription in any known format, with given glasses and options.
 ///
 /// # Errors
-/// A file in no known format, and whatever its reader finds wrong.
+///
+/// Returns an error if the file is in no known format, and the errors of its reader.
 pub(crate) fn read_with(
     source: &Arc<Source>,
     how: &Reading,
@@ -40,7 +41,7 @@ pub(crate) fn read_with(
     result
 }
 
-/// Refuses files that are no prescription, and those of programs that are not read, by name.
+/// Refuses files that are not prescriptions, and names the programs whose formats are not read.
 fn known(source: &Arc<Source>) -> Result<()> {
     let text = text::text(source);
     let refuse = |what: &str, span: Span, help: &str| {
@@ -79,8 +80,8 @@ fn known(source: &Arc<Source>) -> Result<()> {
     Ok(())
 }
 
-/// Whether a text is an `.agf` file, whose first line may say anything: it names glasses and has
-/// their coefficients.
+/// Whether a text is an `.agf` file. Its first line may be any comment, so it is recognized by the
+/// lines that name glasses and list their coefficients.
 fn is_catalogue(text: &str) -> bool {
     let begins = |key: &str| text.lines().any(|line| line.starts_with(key));
     begins("NM ") && begins("CD ")
@@ -107,7 +108,7 @@ mod tests {
         }
         for text in [
             "CC a\nNM A 2\nCD 1 2\n",
-            "Copied by leave.\r\nCC a\nNM A 2\nCD 1 2\n",
+            "Copied with permission.\r\nCC a\nNM A 2\nCD 1 2\n",
         ] {
             let agf = Source::new("a.agf", text.as_bytes().to_vec());
             let error = read(&Arc::new(agf), &mut Sink::new()).unwrap_err();
@@ -147,7 +148,7 @@ mod tests {
         assert_eq!(place("double-gauss").1, (1, 1));
     }
 
-    /// Files with bytes lost, doubled and changed: each is a lens or a message.
+    /// Files with bytes removed, doubled and changed give a lens or an error, and never a panic.
     #[test]
     fn a_damaged_file_is_a_message_and_never_a_panic() {
         let seq = "RDM;LEN\nTITLE 'a'\nDIM M\nEPD 5\nYAN 0 10\nPRV\n PWL 700 486\n 'X' 1.5 1.6\nEND\n\

@@ -1,7 +1,8 @@
-//! Writing prescriptions: pbrt's four columns, Zemax, and ivcam's own JSON.
+//! Writes prescriptions as pbrt's four columns, as Zemax files, and as ivcam's own JSON.
 //!
-//! JSON keeps everything. The others refuse what they cannot say, and say what they leave out.
-//! Numbers are written so that reading them back gives the same double.
+//! JSON contains everything. The other writers refuse lenses that their format cannot represent,
+//! and return a list of what they leave out. Numbers are written so that reading them back gives
+//! the same double.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -14,7 +15,7 @@ use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
 use crate::prescription::prescription::{Iris, Prescription};
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
-/// A format that is written.
+/// A format that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Target {
     Columns,
@@ -23,7 +24,7 @@ pub(crate) enum Target {
 }
 
 impl Target {
-    /// By the ending of a file name.
+    /// The format with the extension of a file name.
     pub(crate) fn of(path: &Path) -> Result<Self> {
         let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         match ending.to_ascii_lowercase().as_str() {
@@ -239,7 +240,7 @@ fn is_even(terms: &[f64; MAX_POWER + 1], highest: usize) -> bool {
     odd.all(|(_, term)| *term == 0.0)
 }
 
-/// Zoom positions as configurations, operand by operand as Zemax wants them.
+/// Zoom positions as configurations, in Zemax's order of operands.
 fn configurations(text: &mut String, lens: &Prescription) {
     if lens.zoom.is_empty() {
         return;
@@ -277,7 +278,7 @@ fn configurations(text: &mut String, lens: &Prescription) {
     }
 }
 
-/// ivcam's own, schema `ivlens-1`, a surface a line.
+/// ivcam's own JSON, schema `ivlens-1`, with one surface in a line.
 fn json(lens: &Prescription) -> String {
     let mut text = String::from("{\n");
     let mut line = |key: &str, value: String| {
@@ -325,7 +326,7 @@ fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// The shortest digits that read back as the same double.
+/// The shortest decimal number that is read back as the same double.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }
@@ -383,7 +384,7 @@ fn kind(surface: &Surface) -> &'static str {
     }
 }
 
-/// As a radius, or as a curvature where that is how it was given.
+/// Writes a curvature as a radius, or as a curvature if it was given as one.
 fn bend(fields: &mut Vec<(&str, String)>, [radius, curvature]: [&'static str; 2], bend: Curvature) {
     if bend.is_plane() {
         fields.push((radius, "0".to_owned()));

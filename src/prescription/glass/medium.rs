@@ -123,14 +123,16 @@ impl Formula {
 /// A medium: its name if it has one, its index at the d line, and its dispersion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Medium {
-    /// The catalogue's name of a glass; empty where a file gives only numbers.
+    /// The name of a glass in its catalogue; empty if a file gives only numbers.
     pub name: String,
     /// The index at the d line.
     pub n_d: f64,
+    /// The dependence of the index on the wavelength.
     pub(crate) dispersion: Dispersion,
 }
 
 impl Medium {
+    /// Air, whose index is 1.
     pub(crate) fn air() -> Self {
         Self::constant(1.0)
     }

@@ -2,7 +2,7 @@
 
 use crate::prescription::text::{Word, lines, words};
 
-/// A command: its name and what is behind it.
+/// A command: its name and its arguments.
 pub(super) type Command<'a> = Vec<Word<'a>>;
 
 pub(super) fn commands(text: &str) -> Vec<Command<'_>> {
@@ -48,7 +48,7 @@ fn split_outside_quotes(line: &str, separator: char) -> impl Iterator<Item = (us
     })
 }
 
-/// Takes the commands from PRV to END out.
+/// Removes the commands from PRV to END, and returns them.
 pub(super) fn take_private(commands: Vec<Command<'_>>) -> (Vec<Command<'_>>, Vec<Command<'_>>) {
     let (mut rest, mut private) = (Vec::new(), Vec::new());
     let mut inside = false;

@@ -1,4 +1,4 @@
-//! Glasses by name, by code, and private ones.
+//! Reads glasses by name, by code, and from private tables.
 
 use crate::diag::Result;
 use crate::prescription::formats::index_table::interpolated;

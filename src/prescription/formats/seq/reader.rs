@@ -1,4 +1,4 @@
-//! Obeys the commands of a file, one by one.
+//! Executes the commands of a file, one after another.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::prescription::text::{Word, text};
 use crate::prescription::formats::format::{Format, first_word};
 use crate::prescription::formats::seq::commands::{commands, take_private};
 
-/// Commands that say what no straight lens has.
+/// Commands for properties that a centered refracting lens does not have.
 const REFUSED: [(&str, &str); 26] = [
     ("ADE", "tilts a surface"),
     ("BDE", "tilts a surface"),
@@ -50,18 +50,18 @@ const OF_SURFACE: [&str; 29] = [
     "ASP", "CYL", "CUX", "RDX", "K", "A", "B", "C", "D", "E", "F", "G", "H", "J", "CUF", "IC",
 ];
 
-/// Where the numbers of a surface stand.
+/// The places of the numbers of a surface.
 #[derive(Clone, Default)]
 pub(super) struct Places {
     pub(super) command: Span,
     pub(super) columns: [Option<Span>; 4],
 }
 
-/// What has been read so far.
+/// The state of reading.
 pub(super) struct Reader<'a> {
     pub(super) source: &'a Arc<Source>,
     pub(super) glasses: Catalogue,
-    /// Whether bends are radii; none while the file has not said so.
+    /// Whether the first number of a surface is a radius; none until the file has stated it.
     pub(super) radii: Option<bool>,
     pub(super) unit: f64,
     pub(super) title: Option<String>,
@@ -113,7 +113,7 @@ pub(crate) fn read(
         current: None,
     };
     let commands = commands(text(source));
-    // Private glasses may stand behind the surfaces that use them.
+    // Private glasses may be defined after the surfaces that use them.
     let (commands, private) = take_private(commands);
     reader.private_glasses(&private)?;
     for command in &commands {

@@ -70,7 +70,7 @@ impl Reader<'_> {
             .with_help("ivcam traces lenses that light goes straight through")
     }
 
-    /// Commands that say something about one surface, the current one.
+    /// Executes a command that changes the current surface.
     pub(super) fn of_surface(
         &mut self,
         name: &str,

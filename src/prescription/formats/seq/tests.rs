@@ -40,22 +40,22 @@ fn surfaces_are_read_in_either_mode_and_any_unit() {
 }
 
 #[test]
-fn a_file_that_does_not_say_what_its_bends_are_is_told() {
+fn a_file_that_does_not_state_radii_or_curvatures_is_warned_of() {
     let text = "SO 0 1e9\nS .2 3 NBK7\n STO\n CIR 1\nS -.2 5\nSI 0 0\n";
-    for (mode, told) in [("", 1), ("RDM\n", 0), ("RDM N\n", 0)] {
+    for (mode, warnings) in [("", 1), ("RDM\n", 0), ("RDM N\n", 0)] {
         let source = Arc::new(Source::new("a.seq", format!("{mode}{text}").into_bytes()));
         let mut sink = Sink::new();
         read(&source, &Catalogue::builtin(), &mut sink).unwrap();
-        let said = sink
+        let found = sink
             .items()
             .iter()
             .filter(|d| d.message.contains("radii or curvatures"));
-        assert_eq!(said.count(), told, "{mode}");
+        assert_eq!(found.count(), warnings, "{mode}");
     }
 }
 
 #[test]
-fn a_command_goes_on_behind_an_ampersand_in_files_of_windows_too() {
+fn a_command_continues_after_an_ampersand_with_windows_line_ends_too() {
     let text = "RDM\r\nSO 0 1e9\r\nS 10 &\r\n 3 NBK7\r\n STO\r\n CIR 4\r\nS -9 5\r\nSI 0 0\r\n";
     assert_eq!(parse(text).unwrap().surfaces[0].thickness, 3.0);
 }
@@ -124,7 +124,7 @@ fn a_command_may_name_its_surface() {
         let error = parse(&format!("{numbered}{command}\n")).unwrap_err();
         assert!(error.message.contains(says), "{command}: {error}");
     }
-    // A tilt of nothing is none.
+    // A tilt by 0 is not a tilt.
     assert!(parse(&format!("{numbered}ADE S2 0\nXDE S1 0.0\n")).is_ok());
 }
 

@@ -132,7 +132,7 @@ impl Reader<'_> {
         })
     }
 
-    /// The lens, and what each of its surfaces is in the file.
+    /// The lens, and the surface of the file for each of its surfaces.
     fn lens(
         &self,
         header: &[Line<'_>],
@@ -157,7 +157,7 @@ impl Reader<'_> {
             let gap = (block.number, surface.thickness);
             let idle = surface.is_plane() && !surface.is_stop && surface.medium == medium;
             if idle && block.line("FLAP").is_none() && block.line("CLAP").is_none() {
-                // A dummy in front does nothing; elsewhere it only lengthens the gap.
+                // A dummy in front has no effect. Elsewhere it only lengthens the gap.
                 if let (Some(last), Some(kept)) = (surfaces.last_mut(), kept.last_mut()) {
                     last.thickness += surface.thickness;
                     kept.gaps.push(gap);
@@ -182,13 +182,13 @@ impl Reader<'_> {
             ..Prescription::new(name, surfaces)
         };
         for note in header.iter().filter(|l| l[0].is("NOTE")) {
-            let said = note
+            let text = note
                 .iter()
                 .skip(2)
                 .map(|w| w.text)
                 .collect::<Vec<_>>()
                 .join(" ");
-            lens.notes.push(said);
+            lens.notes.push(text);
         }
         Ok((lens, kept))
     }

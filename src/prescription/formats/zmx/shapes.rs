@@ -111,7 +111,7 @@ impl Reader<'_> {
             },
             None => 1.0,
         };
-        // Numbers 1 and 2 are no terms.
+        // Numbers 1 and 2 are not terms.
         terms[0] = 0.0;
         let mut scale = 1.0;
         for term in &mut terms[1..] {
@@ -152,8 +152,8 @@ impl Reader<'_> {
         })
     }
 
-    /// Where both curvatures and conics agree it is a conic of revolution, where one is flat a
-    /// cylinder; what lies between is refused.
+    /// If both curvatures and conics agree, the shape is a conic of revolution. If one curvature is
+    /// 0, it is a cylinder. All others are refused.
     fn biconic(
         &self,
         block: &Block<'_>,

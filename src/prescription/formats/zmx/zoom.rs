@@ -1,4 +1,4 @@
-//! Configurations, as zoom positions.
+//! Reads configurations as zoom positions.
 
 use crate::diag::{Result, Sink};
 use crate::prescription::prescription::ZoomPosition;
@@ -12,7 +12,7 @@ const OTHER_OPERANDS: [&str; 14] = [
     "PRAM", "EDVA",
 ];
 
-/// What the configurations of a file change.
+/// The changes by the configurations of a file.
 struct Changes {
     /// Surface of the file, configuration, thickness.
     thicknesses: Vec<(usize, usize, f64)>,
