@@ -127,13 +127,13 @@ fn unit(text: &str, source: &Arc<Source>) -> Result<f64> {
     let Some(at) = text.find("# units:") else {
         return Ok(1.0);
     };
-    let said = text[at + 8..].lines().next().unwrap_or("");
-    match LengthUnit::parse(said.trim()) {
+    let stated = text[at + 8..].lines().next().unwrap_or("");
+    match LengthUnit::parse(stated.trim()) {
         Some(unit) => Ok(unit.millimeters()),
         None => {
-            let message = format!("`{}` is not a unit of length", said.trim());
+            let message = format!("`{}` is not a unit of length", stated.trim());
             Err(Diagnostic::error(message)
-                .at(source, Span::new(at, at + 8 + said.len()))
+                .at(source, Span::new(at, at + 8 + stated.len()))
                 .with_help("mm, cm, in or m"))
         }
     }

@@ -265,8 +265,8 @@ impl Reader<'_> {
         let list = root.get("zoom").and_then(Value::as_array);
         let mut positions = Vec::new();
         for position in list.into_iter().flatten() {
-            let said = |key: &str| position.get(key).and_then(Value::as_str).unwrap_or("");
-            let name = said("name").to_owned();
+            let stated = |key: &str| position.get(key).and_then(Value::as_str).unwrap_or("");
+            let name = stated("name").to_owned();
             let mut gaps = Vec::new();
             let listed = position.get("gaps").and_then(Value::as_object);
             for (surface, gap) in listed.into_iter().flatten() {
@@ -311,8 +311,8 @@ impl Reader<'_> {
                 Some(near) => format!("did you mean `{near}`?"),
                 None => format!("the fields are {}", fields.join(", ")),
             };
-            let told = Diagnostic::warning(message).at(self.source, span);
-            sink.add(*told.with_help(help));
+            let warning = Diagnostic::warning(message).at(self.source, span);
+            sink.add(*warning.with_help(help));
         }
     }
 
@@ -459,13 +459,13 @@ impl Reader<'_> {
 
 /// The design data of the file, as comments of a `.dat` file.
 fn notes(root: &Value) -> Vec<String> {
-    let said = |key: &str| root.get(key).and_then(Value::as_str).map(str::to_owned);
-    let title = said("title").map(|title| format!("name: {title}"));
+    let stated = |key: &str| root.get(key).and_then(Value::as_str).map(str::to_owned);
+    let title = stated("title").map(|title| format!("name: {title}"));
     let others = crate::prescription::about::KEYS.iter().skip(1);
-    let others = others.filter_map(|key| said(key).map(|value| format!("{key}: {value}")));
+    let others = others.filter_map(|key| stated(key).map(|value| format!("{key}: {value}")));
     let list = root.get("note").and_then(Value::as_array);
     let listed = list.into_iter().flatten().filter_map(Value::as_str);
-    let named = title.into_iter().chain(others).chain(said("note"));
+    let named = title.into_iter().chain(others).chain(stated("note"));
     named.chain(listed.map(str::to_owned)).collect()
 }
 

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_zoom_position_that_is_not_there_is_told_at_the_list_of_those_that_are() {
+    fn a_missing_zoom_position_is_reported_at_the_list_of_positions() {
         let place = |name: &str| {
             let lens = crate::lens::Lens::named(name).unwrap();
             let error = lens.at_zoom(9).unwrap_err();
