@@ -422,9 +422,9 @@ fn warn_of_gaps(
         if gap < 0.0 {
             sink.warn(
                 span,
-                format!("surface {j} stands {:.3} mm in front of surface {i}", -gap),
+                format!("surface {j} is {:.3} mm in front of surface {i}", -gap),
             )
-            .help("light has to run backwards between them: check the sign of the thickness");
+            .help("light would travel backward between them: check the sign of the thickness");
         }
         // Around a stop the semi-diameters are often larger than the beam. Surfaces must not cross
         // within the stop's own semi-diameter.

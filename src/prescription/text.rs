@@ -74,6 +74,7 @@ impl<'a> Word<'a> {
         }
     }
 
+    /// Whether the word is another one, in any case.
     pub(crate) fn is(&self, word: &str) -> bool {
         self.text.eq_ignore_ascii_case(word)
     }

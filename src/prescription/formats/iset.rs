@@ -31,6 +31,7 @@ pub(crate) fn is_iset(text: &str) -> bool {
     text.contains("\"semi_aperture\"") && !text.contains("\"schema\"")
 }
 
+/// Reads a prescription in ISET's JSON.
 pub(crate) fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     let root = parse(source)?;
     let places = Places::new(source);

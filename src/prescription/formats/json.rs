@@ -89,6 +89,7 @@ pub(crate) fn read(
     Ok(lens)
 }
 
+/// Parses a JSON text.
 pub(super) fn parse(source: &Arc<Source>) -> Result<Value> {
     serde_json::from_slice(&source.bytes).map_err(|error| {
         let offset = offset_of(&source.bytes, error.line(), error.column());
@@ -503,6 +504,7 @@ pub(super) struct Places {
 }
 
 impl Places {
+    /// Finds the objects in a JSON text.
     pub(super) fn new(source: &Arc<Source>) -> Self {
         let bytes = &source.bytes;
         let key = b"\"surfaces\"";
@@ -542,6 +544,7 @@ impl Places {
         }
     }
 
+    /// The place at which the object of a surface begins.
     pub(super) fn object(&self, surface: usize) -> Span {
         let (from, _) = self.objects.get(surface).copied().unwrap_or((0, 0));
         Span::new(from, from + 1)

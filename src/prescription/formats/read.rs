@@ -33,7 +33,7 @@ pub(crate) fn read_with(
         let text = text::text(source);
         let format = FORMATS.iter().find(|format| (format.recognizes)(text));
         format.map_or_else(
-            || Err(Diagnostic::error("this is no prescription").at(source, Span::at(0))),
+            || Err(Diagnostic::error("this is not a lens prescription").at(source, Span::at(0))),
             |format| (format.read)(source, how, sink),
         )
     });
@@ -52,7 +52,7 @@ fn known(source: &Arc<Source>) -> Result<()> {
                 index, aperture diameter";
     if let Some(at) = text.find('\0') {
         return refuse(
-            "this is not text: it is no prescription",
+            "this is not text, so it is not a lens prescription",
             Span::at(at),
             "of a Zemax archive (.zar, .zos) open and save the lens as `.zmx`",
         );

@@ -63,11 +63,11 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
     }
     text += "# radius thickness n_d aperture\n";
     if lens.object_medium.n_d != 1.0 {
-        return Err(refuse(0, "stands in a medium other than air", FORMAT));
+        return Err(refuse(0, "is in a medium other than air", FORMAT));
     }
     for (i, surface) in lens.surfaces.iter().enumerate() {
         if surface.shape != Shape::Sphere {
-            return Err(refuse(i, "is no sphere", FORMAT));
+            return Err(refuse(i, "is not a sphere", FORMAT));
         }
         if !surface.semi_diameter.is_finite() {
             return Err(refuse(i, "has no aperture", FORMAT));

@@ -5,6 +5,7 @@ use crate::prescription::text::{Word, lines, words};
 /// A command: its name and its arguments.
 pub(super) type Command<'a> = Vec<Word<'a>>;
 
+/// The commands of a text.
 pub(super) fn commands(text: &str) -> Vec<Command<'_>> {
     let mut commands = Vec::new();
     let mut open: Command<'_> = Vec::new();

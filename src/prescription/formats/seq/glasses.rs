@@ -43,6 +43,7 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// The medium that a word names; air without a word.
     pub(super) fn glass(&self, word: Option<&Word<'_>>) -> Result<Medium> {
         let Some(word) = word else {
             return Ok(Medium::air());

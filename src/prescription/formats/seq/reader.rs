@@ -117,16 +117,18 @@ pub(crate) fn read(
     let (commands, private) = take_private(commands);
     reader.private_glasses(&private)?;
     for command in &commands {
-        reader.obey(command, sink)?;
+        reader.execute(command, sink)?;
     }
     reader.finish(sink)
 }
 
 impl<'a> Reader<'a> {
+    /// An error at a place of the file.
     pub(super) fn fail(&self, span: Span, message: String) -> Box<Diagnostic> {
         Diagnostic::error(message).at(self.source, span)
     }
 
+    /// The first argument of a command as a number.
     pub(super) fn value(&self, command: &[Word<'_>]) -> Result<f64> {
         match command.get(1) {
             Some(word) => word.number(self.source),
@@ -137,7 +139,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn obey(&mut self, command: &[Word<'a>], sink: &mut Sink) -> Result<()> {
+    /// Executes a command.
+    fn execute(&mut self, command: &[Word<'a>], sink: &mut Sink) -> Result<()> {
         let word = command[0];
         let name = word.text.to_ascii_uppercase();
         // A surface may be named behind the command.

@@ -8,6 +8,7 @@ use crate::prescription::text::Word;
 use crate::prescription::formats::seq::reader::{Places, Reader};
 
 impl Reader<'_> {
+    /// Executes `S`: appends a surface and makes it the current one.
     pub(super) fn surface(&mut self, command: &[Word<'_>], sink: &mut Sink) -> Result<()> {
         let (surface, places) = self.parsed(command, sink)?;
         self.current = Some(self.surfaces.len());
@@ -16,6 +17,7 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// The surface that `S` describes, and the places of its numbers.
     pub(super) fn parsed(
         &mut self,
         command: &[Word<'_>],
@@ -65,6 +67,7 @@ impl Reader<'_> {
         Ok((surface, places))
     }
 
+    /// The error for a mirror.
     pub(super) fn mirror(&self, span: Span, surface: usize) -> Box<Diagnostic> {
         self.fail(span, format!("surface {surface} is a mirror"))
             .with_help("ivcam traces lenses that light goes straight through")
@@ -135,6 +138,7 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// The current surface, or the last one if there is none.
     pub(super) fn last(&mut self) -> &mut Surface {
         let last = self.surfaces.len() - 1;
         &mut self.surfaces[self.current.unwrap_or(last).min(last)]

@@ -23,6 +23,7 @@ pub(super) struct Block<'a> {
 }
 
 impl<'a> Block<'a> {
+    /// The values of the first line with a keyword.
     pub(super) fn line(&self, keyword: &str) -> Option<&[Word<'a>]> {
         self.lines
             .iter()
@@ -30,6 +31,7 @@ impl<'a> Block<'a> {
             .map(|l| &l[1..])
     }
 
+    /// The first value of the first line with a keyword.
     pub(super) fn first(&self, keyword: &str) -> Option<Word<'a>> {
         self.line(keyword)?.first().copied()
     }
@@ -73,6 +75,7 @@ pub(super) fn split(source: &Arc<Source>) -> Result<(Vec<Line<'_>>, Vec<Block<'_
     Ok((header, blocks))
 }
 
+/// The place of a column of a surface, for messages.
 pub(super) fn place(block: Option<&Block<'_>>, column: Column) -> Span {
     let Some(block) = block else {
         return Span::at(0);
@@ -86,6 +89,7 @@ pub(super) fn place(block: Option<&Block<'_>>, column: Column) -> Span {
     block.first(keyword).map_or(block.heading, |word| word.span)
 }
 
+/// The first two values of a line.
 pub(super) fn pair<'a>(line: &Line<'a>) -> Option<(Word<'a>, Word<'a>)> {
     Some((*line.get(1)?, *line.get(2)?))
 }

@@ -22,6 +22,7 @@ pub(super) struct Kept {
     pub(super) gaps: Vec<(usize, f64)>,
 }
 
+/// The source of a file, and the glasses that it may name.
 pub(super) struct Reader<'a> {
     pub(super) source: &'a Arc<Source>,
     pub(super) glasses: &'a Catalogue,
@@ -66,6 +67,7 @@ pub(crate) fn read(
 }
 
 impl Reader<'_> {
+    /// An error at a place of the file.
     pub(super) fn fail(&self, span: Span, message: String) -> Box<Diagnostic> {
         Diagnostic::error(message).at(self.source, span)
     }

@@ -8,6 +8,7 @@ use crate::prescription::formats::zmx::file::{Block, pair};
 use crate::prescription::formats::zmx::reader::Reader;
 
 impl Reader<'_> {
+    /// The shape of the surface of a block.
     pub(super) fn shape(&self, block: &Block<'_>, curvature: Curvature) -> Result<Shape> {
         let Some(kind) = block.first("TYPE") else {
             return Ok(Shape::Sphere);
