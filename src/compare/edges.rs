@@ -15,6 +15,7 @@ use super::plane::{Plane, length};
 pub(crate) struct Edges {
     pub width: usize,
     pub height: usize,
+    /// Whether each pixel is on an edge, row by row.
     pub on: Vec<bool>,
 }
 

@@ -52,6 +52,7 @@ const SEARCH: i32 = 6;
 
 /// The target of a fit, and its settings.
 pub(crate) struct Fit<'a> {
+    /// The archival picture.
     pub target: &'a Plate,
     /// The sizes to render at, from small to large.
     pub sizes: Vec<(usize, usize)>,
@@ -65,6 +66,7 @@ pub(crate) struct Fit<'a> {
 /// The result of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Fitted {
+    /// The parameters.
     pub values: Vec<f64>,
     /// The covariance of the values, row by row, from the residuals, which are taken to be
     /// independent between blocks of 12 pixels. It is infinite for values that the picture does not

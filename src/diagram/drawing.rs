@@ -51,6 +51,7 @@ pub(crate) enum Lettering {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Path {
     pub points: Vec<[f64; 2]>,
+    /// Whether the last point is joined to the first.
     pub closed: bool,
     pub ink: Ink,
     pub dashed: bool,
@@ -61,6 +62,7 @@ pub(crate) struct Path {
 pub(crate) struct Text {
     pub at: [f64; 2],
     pub anchor: Anchor,
+    /// The font size in units of the drawing.
     pub size: f64,
     pub lettering: Lettering,
     pub ink: Ink,
@@ -123,6 +125,7 @@ impl Item {
 }
 
 impl Drawing {
+    /// Returns an empty drawing.
     pub(crate) fn new(width: f64, height: f64) -> Self {
         Self {
             width,
@@ -178,6 +181,7 @@ impl Drawing {
         }));
     }
 
+    /// Adds a text in the color of labels.
     pub(crate) fn text(
         &mut self,
         at: [f64; 2],

@@ -34,11 +34,14 @@ pub(crate) struct Timeline {
 /// The values at one moment; `None` leaves the plan's value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Moment {
+    /// The focus distance in meters.
     pub focus: Option<f64>,
+    /// The scale factor of the lens.
     pub zoom: Option<f64>,
     pub f_number: Option<f64>,
     pub position: Option<DVec3>,
     pub orientation: Option<DQuat>,
+    /// The time of the scene in seconds.
     pub time: Option<f64>,
 }
 

@@ -74,6 +74,7 @@ pub(super) struct Batch<'a> {
     hits: [Vec<Option<Hit>>; 2],
     exposures: Vec<DVec3>,
     pub work: Work,
+    /// The rays from the film that were added to the batch and that passed.
     pub counts: Counts,
 }
 

@@ -80,6 +80,7 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// Adds the counts of another part.
     pub(crate) fn add(&mut self, other: &Self) {
         self.film_rays += other.film_rays;
         self.passed += other.passed;

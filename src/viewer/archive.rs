@@ -20,6 +20,7 @@ pub(crate) enum ArchiveMode {
 }
 
 impl ArchiveMode {
+    /// The modes with their names in the window.
     pub(crate) const ALL: [(Self, &'static str); 4] = [
         (Self::Off, "Off"),
         (Self::Blink, "Blink"),

@@ -24,6 +24,7 @@ pub(crate) enum Preview {
 }
 
 impl Preview {
+    /// The previews with their names and descriptions in the window.
     pub(crate) const ALL: [(Self, &'static str, &'static str); 3] = [
         (Self::Lens, "Lens", "the picture itself, through the lens"),
         (

@@ -121,10 +121,12 @@ impl Engine {
         })
     }
 
+    /// Adds an order to those that wait.
     pub(crate) fn order(&self, order: Order) {
         self.tell(|inbox| inbox.orders.push_back(order));
     }
 
+    /// Requests a picture in place of the last request.
     pub(crate) fn show(&self, request: Request) {
         self.tell(|inbox| inbox.show = Some(request));
     }

@@ -38,6 +38,7 @@ impl History {
         }
     }
 
+    /// Returns the setup before the present one.
     pub(crate) fn undo(&mut self, present: &Setup) -> Option<Setup> {
         let setup = self.before.pop()?;
         self.after.push(present.clone());
@@ -45,6 +46,7 @@ impl History {
         Some(setup)
     }
 
+    /// Returns the setup that was last undone.
     pub(crate) fn redo(&mut self, present: &Setup) -> Option<Setup> {
         let setup = self.after.pop()?;
         self.before.push(present.clone());
@@ -52,14 +54,17 @@ impl History {
         Some(setup)
     }
 
+    /// Returns whether there is a setup to return to.
     pub(crate) fn can_undo(&self) -> bool {
         !self.before.is_empty()
     }
 
+    /// Returns whether there is a setup that was undone.
     pub(crate) fn can_redo(&self) -> bool {
         !self.after.is_empty()
     }
 
+    /// Removes all steps.
     pub(crate) fn forget(&mut self) {
         *self = Self::default();
     }

@@ -67,6 +67,7 @@ pub(crate) struct LensMenu {
 }
 
 impl LensMenu {
+    /// Starts the thread that prepares the menu; `wake` is called when it is complete.
     pub(crate) fn start(wake: Arc<dyn Fn() + Send + Sync>) -> Self {
         let menu = Self::default();
         let entries = menu.entries.clone();
@@ -87,6 +88,7 @@ impl LensMenu {
         menu
     }
 
+    /// Returns the lenses of the menu, or none while it is prepared.
     pub(crate) fn entries(&self) -> &[Entry] {
         self.entries.get().map_or(&[], Vec::as_slice)
     }

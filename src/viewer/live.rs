@@ -136,18 +136,22 @@ impl Live {
         })
     }
 
+    /// Returns the setup of the current request.
     pub(crate) fn setup(&self) -> &Setup {
         &self.request.setup
     }
 
+    /// Returns the session that renders.
     pub(crate) fn session(&self) -> &Session {
         &self.session
     }
 
+    /// Returns the view for queries of the current picture.
     pub(crate) fn view(&self) -> &Arc<View> {
         &self.view
     }
 
+    /// Returns the current request.
     pub(crate) fn request(&self) -> &Request {
         &self.request
     }

@@ -79,16 +79,20 @@ pub(crate) struct Model {
     pub history: History,
     /// Whether a scene is open.
     pub open: bool,
+    /// Whether a scene is being opened.
     pub opening: bool,
     /// The scenes opened so far, for the menu.
     pub scenes: Vec<PathBuf>,
+    /// The last frame of the renderer.
     pub frame: Option<Frame>,
     pub depths: Option<Arc<DepthMap>>,
     pub surface: Option<FocalSurface>,
     pub messages: Vec<Diagnostic>,
     /// The index of the message whose source lines are shown.
     pub shown_message: Option<usize>,
+    /// The reason why the last request cannot be shown.
     pub refusal: Option<Refusal>,
+    /// The last result of autofocus.
     pub focused: Option<Focused>,
     /// The description of the last action.
     pub status: String,
@@ -123,6 +127,7 @@ pub(crate) struct Model {
 }
 
 impl Model {
+    /// Returns the state of a window on a plan, before its scene is opened.
     pub(crate) fn new(plan: Plan) -> Self {
         let pose = CameraPose::view_all((DVec3::splat(-1.0), DVec3::splat(1.0)), 1.5);
         let mut model = Self {
@@ -184,12 +189,14 @@ impl Model {
         self.change(control, next);
     }
 
+    /// Returns to the setup before the last change.
     pub(crate) fn undo(&mut self) {
         if let Some(setup) = self.history.undo(&self.setup) {
             self.go_to(setup);
         }
     }
 
+    /// Repeats the change that was last undone.
     pub(crate) fn redo(&mut self) {
         if let Some(setup) = self.history.redo(&self.setup) {
             self.go_to(setup);
@@ -466,6 +473,7 @@ impl Model {
         }
     }
 
+    /// Returns the depth of field of the lens, if the picture has one.
     pub(crate) fn depth_of_field(&self) -> Option<DepthOfField> {
         depth_of_field(self.frame.as_ref()?.view.lens_camera()?)
     }
@@ -494,6 +502,7 @@ impl Model {
         self.edit(control, |s| s.set_pose(pose));
     }
 
+    /// Moves the camera back until the scene fills the picture.
     pub(crate) fn view_all(&mut self) {
         let Some(bounds) = self.frame.as_ref().and_then(|f| f.view.bounds()) else {
             return;

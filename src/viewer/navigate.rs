@@ -22,6 +22,7 @@ pub(crate) enum Tool {
 }
 
 impl Tool {
+    /// The tools with their names and descriptions in the window.
     pub(crate) const ALL: [(Self, &'static str, &'static str); 6] = [
         (Self::Focus, "Focus", "click: focus there (1)"),
         (

@@ -43,6 +43,7 @@ impl Setup {
         self.plan.focus.map_or(own, |d| d.0)
     }
 
+    /// Sets the focus distance in meters.
     pub(crate) fn set_focus(&mut self, meters: f64) {
         if meters > 0.0 {
             self.plan.focus = Some(Meters(rounded(meters)));

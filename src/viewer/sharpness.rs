@@ -86,6 +86,7 @@ impl Blur {
         self.object(film - shift)
     }
 
+    /// Returns the range of distances whose blur is at most a diameter in millimeters.
     pub(crate) fn depth_of_field(&self, circle: f64) -> DepthOfField {
         let (d, a) = (self.diameter, self.pupil_to_focus);
         let far = (d * self.film - circle * a) / (d + circle);

@@ -52,6 +52,7 @@ impl View {
         Some(VisiblePoint { point, distance })
     }
 
+    /// Returns the camera if it has a real lens.
     pub(crate) fn lens_camera(&self) -> Option<&LensCamera> {
         match &self.camera {
             Camera::Lens(camera) => Some(camera),
@@ -131,6 +132,7 @@ pub(crate) struct FocalSurface {
 impl FocalSurface {
     const STEPS: usize = 24;
 
+    /// Traces the surface of a focused camera.
     pub(crate) fn of(camera: &LensCamera) -> Self {
         let half_diagonal = camera.format.half_diagonal();
         let height = |i: usize| half_diagonal * i as f64 / (Self::STEPS - 1) as f64;

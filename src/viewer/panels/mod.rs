@@ -69,6 +69,7 @@ pub(crate) struct Window {
 }
 
 impl Window {
+    /// Returns the window of a model and a renderer.
     pub(crate) fn new(model: Model, engine: Engine, lenses: LensMenu) -> Self {
         let kit = Kit {
             lenses,
