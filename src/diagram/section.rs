@@ -32,8 +32,8 @@ pub(crate) struct SectionOptions {
 }
 
 impl SectionOptions {
-    /// The options for a lens whose film is at `film_z`, or else at its best focus. Without an image
-    /// only the beam on the axis is drawn.
+    /// The options for a lens whose film is at `film_z`, or else at its best focus. Without an
+    /// image only the beam on the axis is drawn.
     pub(crate) fn for_lens(lens: &Lens, film_z: Option<f64>) -> Self {
         let sheet = LensSheet::of(lens);
         let focus = lens.first_order().focal.map(|f| f.rear_focal_point);

@@ -45,7 +45,8 @@ impl Resolution {
     /// Returns a size that a picture can have.
     ///
     /// # Errors
-    /// Fails if a side is 0 or exceeds [`Resolution::LIMIT`], or if there are more than 2^30 pixels.
+    /// Fails if a side is 0 or exceeds [`Resolution::LIMIT`], or if there are more than 2^30
+    /// pixels.
     pub fn new(width: u32, height: u32) -> Result<Self> {
         if width == 0 || height == 0 {
             return Err(

@@ -3,8 +3,8 @@
 //! Radiance in scenes is in Inventor's units, where 1 is a white surface in full light. One number
 //! states how many candela per square meter that is; the rest is photometry. Film of ISO S is
 //! saturated (level 1) by H = 78/S lux seconds (ISO 12232, saturation-based speed), where H is the
-//! irradiance of the paper's equation 1, with the solid angle and the losses of the glass, times the
-//! shutter time.
+//! irradiance of the paper's equation 1, with the solid angle and the losses of the glass, times
+//! the shutter time.
 
 use std::f64::consts::PI;
 

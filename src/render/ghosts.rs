@@ -2,10 +2,10 @@
 //!
 //! A light is a point or a direction, so a ray from the film never hits it. Rays are traced from
 //! the light through the front of the lens, with a reflection at each surface of a pair, and added
-//! to the film where they arrive. For each pair of surfaces, a few pilot rays find the region of the
-//! front that its light comes through and the amount of that light; the other rays are distributed
-//! in proportion. Ghosts of the scene's surfaces are much fainter and are left out. So is the
-//! light's own image, because Inventor's lights are not visible.
+//! to the film where they arrive. For each pair of surfaces, a few pilot rays find the region of
+//! the front that its light comes through and the amount of that light; the other rays are
+//! distributed in proportion. Ghosts of the scene's surfaces are much fainter and are left out. So
+//! is the light's own image, because Inventor's lights are not visible.
 //!
 //! A ray is a function of seed, light, pair and number, and all rays are added in that order, so
 //! the film has the same bits at any number of threads.
@@ -132,8 +132,8 @@ struct FrontRegion {
     light: f64,
 }
 
-/// Traces a ray through a lens; returns the ray at the film and the share of its light in red, green
-/// and blue.
+/// Traces a ray through a lens; returns the ray at the film and the share of its light in red,
+/// green and blue.
 type LensPath<'a> = &'a (dyn Fn(&Lens, &LensRay) -> Option<(LensRay, DVec3)> + Sync);
 
 impl<'a> IncidentBeam<'a> {

@@ -120,8 +120,8 @@ fn parts(session: &Session, samples: u32) -> Vec<(f64, f64)> {
 }
 
 /// Compares six methods with independent random samples of the same filter, on 16 parts of the
-/// film. These are 96 t-tests with about 40 degrees of freedom. A correct program exceeds 4.6 in one
-/// of 250 runs, and the seeds are fixed.
+/// film. These are 96 t-tests with about 40 degrees of freedom. A correct program exceeds 4.6 in
+/// one of 250 runs, and the seeds are fixed.
 #[test]
 fn every_sampler_filter_and_adaptive_sampling_give_the_light_of_plain_random_samples() {
     let mut session = session(Era::Modern, "wide-angle");
