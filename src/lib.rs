@@ -2,9 +2,9 @@
 //!
 //! Data moves one way. Bytes become a [`Document`]; a [`Snapshot`] is the document at one time;
 //! a [`RenderScene`] is what a ray can hit; a lens prescription and a camera's pose become a
-//! [`Camera`]; and a [`Film`] collects the radiance that the camera's rays bring. Each step can be used
-//! alone. Nothing is global and nothing prints. A wrong file is a [`Diagnostic`] with its place, and a
-//! ray that does not pass a lens is a [`Loss`](lens::Loss); neither is a panic.
+//! [`Camera`]; and a [`Film`] collects the radiance that the camera's rays bring. Each step can be
+//! used alone. Nothing is global and nothing prints. A wrong file is a [`Diagnostic`] with its
+//! place, and a ray that does not pass a lens is a [`Loss`](lens::Loss); neither is a panic.
 //!
 //! # A tour
 //!
@@ -33,15 +33,12 @@
 //!
 //! // Photograph the scene through it. A session does all of the above by itself.
 //! let mut plan = Plan::of_era(Era::Modern, "scenes/livroom/livroom.iv");
-//! plan.optics = Optics::Lens(LensChoice { efl: Some(mm(60.0)), ..LensChoice::named("double-gauss") });
-//! plan.focus = Some(meters(3.6));
-//! plan.resolution = Resolution::new(18, 12)?;
-//! plan.sampler.samples = 4;
-//! let session = Session::open(plan)?;
-//! let exposure = session.expose(&|_progress| {});
-//! let error = exposure.film.error();
-//! assert!(exposure.film.mean() > 0.0);
-//! let picture = session.develop(&exposure, "the command that goes into the picture's metadata");
+//! plan.optics = Optics::Lens(LensChoice { efl: Some(mm(60.0)), ..LensChoice::named("double-gauss")
+//! }); plan.focus = Some(meters(3.6)); plan.resolution = Resolution::new(18, 12)?;
+//! plan.sampler.samples = 4; let session = Session::open(plan)?; let exposure =
+//! session.expose(&|_progress| {}); let error = exposure.film.error(); assert!(exposure.film.mean()
+//! > 0.0); let picture = session.develop(&exposure, "the command that goes into the picture's
+//! metadata");
 //! # let folder = std::env::temp_dir().join(format!("ivcam-tour-{}", std::process::id()));
 //! # std::fs::create_dir_all(&folder)?;
 //! # let file = folder.join("livroom.png");
@@ -52,9 +49,9 @@
 //!
 //! # Units
 //!
-//! Scenes are in meters and lenses in millimeters; [`math::Meters`] and [`math::Mm`] stand where the two
-//! meet. Angles are in radians and wavelengths in nanometers unless a name says otherwise. Vectors and
-//! matrices are those of [`glam`], which is re-exported.
+//! Scenes are in meters and lenses in millimeters; [`math::Meters`] and [`math::Mm`] stand where
+//! the two meet. Angles are in radians and wavelengths in nanometers unless a name says otherwise.
+//! Vectors and matrices are those of [`glam`], which is re-exported.
 
 #![forbid(unsafe_op_in_unsafe_fn)]
 #![warn(unreachable_pub)]

@@ -1,6 +1,6 @@
 //! Finds the parameters whose rendering matches an archival picture best.
 //!
-//! This module knows nothing of cameras. A caller gives start values, a step size for each, and a
+//! This module does not use cameras. A caller gives start values, a step size for each, and a
 //! function that renders. The Levenberg-Marquardt method minimizes the robust difference of local
 //! contrast, from small pictures to large ones; gain, gamma and lighting hardly change that. At
 //! full size it then minimizes the difference of detail, which also depends on blur.

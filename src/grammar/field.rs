@@ -37,7 +37,8 @@ macro_rules! field_types {
                 match self { $(Self::$name => stringify!($name)),* }
             }
 
-            /// Finds a type by Inventor's name. `SFLong`, `SFULong` and their lists are the 32-bit types.
+            /// Finds a type by Inventor's name. `SFLong`, `SFULong` and their lists are the 32-bit
+            /// types.
             pub fn named(name: &str) -> Option<Self> {
                 let name = match name {
                     "SFLong" => "SFInt32",

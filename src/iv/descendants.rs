@@ -4,12 +4,13 @@ use super::document::{Document, NodeRef};
 use crate::grammar::value::{NodeId, Value};
 
 impl Document {
-    /// Returns every node below the roots, the roots included, each once and in the order of the file.
+    /// Returns every node below the roots, the roots included, each once and in the order of the
+    /// file.
     ///
-    /// A node held in a field counts as below the node that has the field: the `Material` of a VRML97
-    /// `Appearance`, the texture of an `AppearanceKit`. So do the nodes of a file that the scene
-    /// includes, and the body of a `PROTO` in place of its instance. An instance that is used several
-    /// times is returned where it is first met.
+    /// A node held in a field counts as below the node that has the field: the `Material` of a
+    /// VRML97 `Appearance`, the texture of an `AppearanceKit`. So do the nodes of a file that the
+    /// scene includes, and the body of a `PROTO` in place of its instance. An instance that is used
+    /// several times is returned where it is first met.
     pub fn descendants(&self) -> Descendants<'_> {
         Descendants::below(self, self.roots.iter().rev().copied().collect())
     }

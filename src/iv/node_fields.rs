@@ -1,17 +1,17 @@
 //! Reads the fields of a node through the catalogue's typed handles.
 //!
-//! A handle such as `cone::HEIGHT` names a field and its type. It may be used on a node of any class:
-//! a class that has a field of the same name and type gives that field, so one function serves a
-//! family (`rotation::ROTATION` reads a `Rotor`) and both dialects of a name (`cone::HEIGHT` reads a
-//! VRML97 `Cone`).
+//! A handle such as `cone::HEIGHT` names a field and its type. It may be used on a node of any
+//! class: a class that has a field of the same name and type gives that field, so one function
+//! serves a family (`rotation::ROTATION` reads a `Rotor`) and both dialects of a name
+//! (`cone::HEIGHT` reads a VRML97 `Cone`).
 
 use super::document::{ClassRef, NodeRef};
 use crate::grammar::value::{Get, NodeId, NodeRefValue, Value};
 use crate::grammar::{self, Class, Field, default_value};
 
 impl<'a> NodeRef<'a> {
-    /// Returns the field's value as written, or the default that the catalogue states for the node's
-    /// class. A class without such a field gives the default of the handle's own class.
+    /// Returns the field's value as written, or the default that the catalogue states for the
+    /// node's class. A class without such a field gives the default of the handle's own class.
     ///
     /// A field written with `~` keeps its value here; see [`Self::acting`].
     pub fn get<T: Get + ?Sized>(self, field: Field<T>) -> T::Out<'a> {
@@ -38,8 +38,8 @@ impl<'a> NodeRef<'a> {
         if ignored { None } else { self.find(field) }
     }
 
-    /// Returns the value that acts on the traversal state, with the catalogue's default in the place
-    /// of a field that is ignored.
+    /// Returns the value that acts on the traversal state, with the catalogue's default in the
+    /// place of a field that is ignored.
     pub(crate) fn acting_or_default<T: Get + ?Sized>(self, field: Field<T>) -> T::Out<'a> {
         self.acting(field).unwrap_or_else(|| field.default())
     }
@@ -49,7 +49,8 @@ impl<'a> NodeRef<'a> {
         self.find(field)?.map(|id| self.document.node(id))
     }
 
-    /// Returns the nodes that a field holds: all of an `MFNode` field, the one of an `SFNode` field.
+    /// Returns the nodes that a field holds: all of an `MFNode` field, the one of an `SFNode`
+    /// field.
     pub fn get_nodes<T: ?Sized>(self, field: Field<T>) -> &'a [NodeId] {
         self.nodes_named(field.decl().name)
     }
@@ -66,7 +67,8 @@ impl<'a> NodeRef<'a> {
         }
     }
 
-    /// Returns the nodes of a field by name, for names that are data themselves: the parts of a kit.
+    /// Returns the nodes of a field by name, for names that are data themselves: the parts of a
+    /// kit.
     pub fn nodes_named(self, name: &str) -> &'a [NodeId] {
         match self.value(name) {
             Some(Value::Nodes(list)) => list,

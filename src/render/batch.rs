@@ -15,7 +15,7 @@ use crate::sampling::{Sampler, Samples};
 use crate::shade::Work;
 
 /// Converts positions within pixels to positions on the film along one axis, from 0 to 1. There is
-/// no film beyond its edges: a filter that reaches over an edge is mirrored there.
+/// no film beyond its edges: a filter that extends beyond an edge is mirrored there.
 struct Place<'a> {
     /// Positions relative to the pixels, replaced by positions on the film.
     places: &'a mut [f64],

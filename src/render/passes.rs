@@ -1,4 +1,4 @@
-//! Renders a picture in passes over its tiles until a stop condition is met.
+//! Renders a picture in passes over its tiles until a stop condition holds.
 
 use std::ops::Range;
 use std::sync::Mutex;

@@ -17,7 +17,7 @@ pub(crate) enum Tool {
     Dolly,
     /// Drags turn the camera; W, A, S, D, Q and E move it.
     Fly,
-    /// A click moves half of the distance to the visible point and looks at it.
+    /// A click moves half of the distance to the visible point and turns toward it.
     Seek,
 }
 

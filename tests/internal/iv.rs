@@ -1,4 +1,4 @@
-//! Tests of reading good and bad files.
+//! Tests of reading correct and faulty files.
 
 use std::sync::Arc;
 

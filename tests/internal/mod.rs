@@ -10,6 +10,7 @@ mod fit;
 mod glass;
 mod hostile;
 mod iv;
+mod language;
 mod layers;
 mod lens;
 mod movements;

@@ -73,8 +73,8 @@ fn before(input: &[u8]) -> Parsed<'_, &[u8]> {
 /// A dialect, as bits of [`Dialect`], and a version.
 type Language = (u8, (u8, u8));
 
-/// `#Inventor V2.1 ascii` and its like; the rest of the line may say anything. Reads the dialect and
-/// version, whether the file is binary, and the words themselves.
+/// `#Inventor V2.1 ascii` and its like; the rest of the line may say anything. Reads the dialect
+/// and version, whether the file is binary, and the words themselves.
 fn first_line(input: &[u8]) -> Parsed<'_, (Language, bool, String)> {
     let hashes = take_while1(|b| b == b'#');
     let (rest, (words, (language, binary))) =

@@ -5,7 +5,8 @@
 //!
 //! The layers, each of which imports only those before it:
 //!
-//! * `syntax_error`, `tokens`, `numbers`, `values` and `binary_values` parse bytes with nom, and know
+//! * `syntax_error`, `tokens`, `numbers`, `values` and `binary_values` parse bytes with nom, and
+//!   know
 //!   no document. The nesting of nodes is not theirs: it is a stack of the readers;
 //! * `header`, `upgrade` and `assemble` know what a class or field name means in a version of the
 //!   format, and put nodes together;

@@ -3,8 +3,8 @@
 //! An entry ([`Opt`]) holds the spellings of 1999 and of today, the help, what the option changes
 //! in a [`Plan`](super::Plan), how a plan is written as the option's words again, and what the
 //! metadata and the report say of it. The command line, the window's *Copy command*, the metadata,
-//! the report and `ivcam lens` are faces of this table. It knows nothing of clap: `cli::flags` makes
-//! arguments of it.
+//! the report and `ivcam lens` are faces of this table. It knows nothing of clap: `cli::flags`
+//! makes arguments of it.
 
 mod faces;
 mod film;

@@ -200,8 +200,8 @@ impl Work<'_> {
     }
 }
 
-/// Returns the outputs of a `ComputeBoundingBox`. Inventor's `objectCenter` is the box's center unless
-/// an action sets another one; here it always is.
+/// Returns the outputs of a `ComputeBoundingBox`. Inventor's `objectCenter` is the box's center
+/// unless an action sets another one; here it always is.
 fn corners((min, max): Corners) -> Outputs {
     let vector = |v: DVec3| Value::Vec3(v.as_vec3());
     let center = vector(0.5 * (min + max));

@@ -11,8 +11,8 @@ use crate::grammar::{
 };
 use crate::iv::NodeRef;
 
-/// A sensor that loops runs from its `startTime`. One that does not loop runs once, if the file gives
-/// it a start after 0 (0 is long ago in VRML97's time), and keeps its last fraction.
+/// A sensor that loops runs from its `startTime`. One that does not loop runs once, if the file
+/// gives it a start after 0 (0 is long ago in VRML97's time), and keeps its last fraction.
 pub(super) fn time_sensor(node: NodeRef<'_>, time: f64) -> Outputs {
     let start = node.get(time_sensor::START_TIME);
     let stop = node.get(time_sensor::STOP_TIME);
