@@ -33,12 +33,16 @@
 //!
 //! // Photograph the scene through it. A session does all of the above by itself.
 //! let mut plan = Plan::of_era(Era::Modern, "scenes/livroom/livroom.iv");
-//! plan.optics = Optics::Lens(LensChoice { efl: Some(mm(60.0)), ..LensChoice::named("double-gauss")
-//! }); plan.focus = Some(meters(3.6)); plan.resolution = Resolution::new(18, 12)?;
-//! plan.sampler.samples = 4; let session = Session::open(plan)?; let exposure =
-//! session.expose(&|_progress| {}); let error = exposure.film.error(); assert!(exposure.film.mean()
-//! > 0.0); let picture = session.develop(&exposure, "the command that goes into the picture's
-//! metadata");
+//! let lens = LensChoice { efl: Some(mm(60.0)), ..LensChoice::named("double-gauss") };
+//! plan.optics = Optics::Lens(lens);
+//! plan.focus = Some(meters(3.6));
+//! plan.resolution = Resolution::new(18, 12)?;
+//! plan.sampler.samples = 4;
+//! let session = Session::open(plan)?;
+//! let exposure = session.expose(&|_progress| {});
+//! let error = exposure.film.error();
+//! assert!(exposure.film.mean() > 0.0);
+//! let picture = session.develop(&exposure, "the command that goes into the picture's metadata");
 //! # let folder = std::env::temp_dir().join(format!("ivcam-tour-{}", std::process::id()));
 //! # std::fs::create_dir_all(&folder)?;
 //! # let file = folder.join("livroom.png");
