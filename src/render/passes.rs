@@ -237,6 +237,7 @@ impl Render<'_> {
 
     /// Returns the exposure of one sample of a pixel, traced by itself with the bits that it has in
     /// a tile. A lost ray has exposure 0 and is a sample like any other.
+    #[cfg(any(test, feature = "panels"))]
     pub(crate) fn sample(&self, pixel: (u32, u32), index: u32, work: &mut Work) -> DVec3 {
         let mut batch = Batch::new(self);
         let mut sums = [Exposed::default()];

@@ -121,6 +121,7 @@ impl<'a> Shader<'a> {
     }
 
     /// Returns the radiance along a ray from the camera.
+    #[cfg(any(test, feature = "tools"))]
     pub(crate) fn radiance(&self, ray: &Ray, work: &mut Work) -> Vec3 {
         work.counts.scene += 1;
         self.radiance_of(ray, self.scene.hit(ray), work)

@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 
-use crate::lens::trace::ray::{LensRay, Loss, LossKind};
+use crate::lens::trace::ray::LensRay;
+#[cfg(any(test, feature = "tools"))]
+use crate::lens::trace::ray::{Loss, LossKind};
 use crate::math::lanes::{LANES, Lane};
 
 /// A bundle of rays in lens space, stored component by component. Directions must be of unit
@@ -141,6 +143,7 @@ impl Bundle {
     }
 
     /// The reason why the ray of a lane was lost; none if it was not, or if the lane is empty.
+    #[cfg(any(test, feature = "tools"))]
     pub(crate) fn loss(&self, lane: usize) -> Option<Loss> {
         if self.lost[lane] == EMPTY {
             return None;

@@ -35,6 +35,7 @@ impl PupilTarget {
 
     /// The exit pupil for a flat film at `film_z` whose points are at most `film_radius` from the
     /// axis, both in millimeters.
+    #[cfg(any(test, feature = "tools"))]
     pub(crate) fn exit_pupil(lens: &Lens, film_z: f64, film_radius: f64) -> Self {
         Self::exit_pupil_of(lens, &FilmPlace::flat(film_z), film_radius)
     }
