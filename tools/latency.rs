@@ -59,6 +59,7 @@ impl Bench {
         self.engine.show(Request {
             setup: setup.clone(),
             preview: Preview::Lens,
+            resolution: None,
             serial,
             at: Instant::now(),
         });

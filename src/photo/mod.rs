@@ -18,6 +18,7 @@ mod tests;
 pub use camera_choice::{CameraChoice, CameraNode};
 pub use headlight::{Headlight, HeadlightCause, HeadlightState};
 pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};
+pub(crate) use pose::view_through_lens;
 pub use session::Session;
 
 pub use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};

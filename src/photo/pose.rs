@@ -32,18 +32,23 @@ pub(super) fn resolve_pose(
 }
 
 fn view_of_everything(snapshot: &Snapshot<'_>, plan: &Plan) -> CameraPose {
-    let options = CompileOptions {
-        fonts: plan.fonts.clone(),
-        ..CompileOptions::default()
-    };
-    let bounds = RenderScene::survey(snapshot, &options).inventor_bounds;
-    let bounds = bounds.unwrap_or_default();
+    let bounds = inventor_bounds(snapshot, plan).unwrap_or_default();
     view_through_lens(bounds, plan)
         .unwrap_or_else(|| CameraPose::view_all(bounds, plan.resolution.aspect()))
 }
 
-/// A view of everything from as far as the lens needs, and can focus; none without a lens.
-fn view_through_lens(bounds: (DVec3, DVec3), plan: &Plan) -> Option<CameraPose> {
+/// Returns the bounding box of a scene as Inventor's `viewAll` sees it, in meters.
+pub(super) fn inventor_bounds(snapshot: &Snapshot<'_>, plan: &Plan) -> Option<(DVec3, DVec3)> {
+    let options = CompileOptions {
+        fonts: plan.fonts.clone(),
+        ..CompileOptions::default()
+    };
+    RenderScene::survey(snapshot, &options).inventor_bounds
+}
+
+/// Returns a view of a box along −z from as far as the plan's lens needs, and can focus; `None` if
+/// the plan has no lens.
+pub(crate) fn view_through_lens(bounds: (DVec3, DVec3), plan: &Plan) -> Option<CameraPose> {
     let Optics::Lens(choice) = &plan.optics else {
         return None;
     };

@@ -12,7 +12,7 @@ use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, in_worl
 use super::lens_settings::camera;
 use super::overview::{Overview, first_camera};
 use super::plan::{Optics, Plan};
-use super::pose::{Environment, own_focus, resolve_pose};
+use super::pose::{Environment, inventor_bounds, own_focus, resolve_pose};
 use crate::camera::{Camera, film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::film::{Film, GhostImage};
@@ -59,6 +59,16 @@ impl Session {
     /// # Errors
     /// A file that can't be read, a camera file without a camera, a lens that can't focus there.
     pub fn open(plan: Plan) -> Result<Self> {
+        let framing = plan.clone();
+        Self::open_framed(plan, &framing)
+    }
+
+    /// Opens a plan with the camera where another plan for the same scene places it. The window opens
+    /// a scene with a pinhole, but frames it for the lens that the pinhole stands in for.
+    ///
+    /// # Errors
+    /// Fails if a file cannot be read, a camera file has no camera, or the lens cannot focus there.
+    pub(crate) fn open_framed(plan: Plan, framing: &Plan) -> Result<Self> {
         let clock = Instant::now();
         let search: Vec<&Path> = plan.search.iter().map(PathBuf::as_path).collect();
         let mut document = Document::open_with(&plan.scene, &search, &plan.limits)?;
@@ -67,12 +77,17 @@ impl Session {
             None => Environment::default(),
         };
         let read = clock.elapsed().as_secs_f64();
-        let mut session = Self::of_document(plan, document, &environment)?;
+        let mut session = Self::of_document(plan, framing, document, &environment)?;
         session.seconds.read = read;
         Ok(session)
     }
 
-    fn of_document(plan: Plan, mut document: Document, environment: &Environment) -> Result<Self> {
+    fn of_document(
+        plan: Plan,
+        framing: &Plan,
+        mut document: Document,
+        environment: &Environment,
+    ) -> Result<Self> {
         let mut seconds = Seconds::default();
         let mut sink = Sink::new();
         sink.extend_from(&document.sink);
@@ -91,7 +106,7 @@ impl Session {
             navigation_info: overview.navigation_info,
             scene_has_light: overview.has_light,
         };
-        let mut pose = resolve_pose(&plan, &snapshot, environment, overview.camera)?;
+        let mut pose = resolve_pose(framing, &snapshot, environment, overview.camera)?;
         if plan.solids {
             drop(snapshot);
             lens_into_scene(&plan, &pose, &mut document, &mut sink)?;
@@ -211,6 +226,12 @@ impl Session {
         self.headlight = in_world(lit.on, self.lamp, &pose);
         (self.plan, self.pose) = (plan, pose);
         Ok(())
+    }
+
+    /// Returns the bounding box of the scene as Inventor's `viewAll` sees it, in meters.
+    pub(crate) fn inventor_bounds(&self) -> Option<(DVec3, DVec3)> {
+        let snapshot = snapshot_of(&self.document, &self.plan);
+        inventor_bounds(&snapshot, &self.plan)
     }
 
     /// A line for the user where the headlight is on without being asked for.

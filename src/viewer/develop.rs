@@ -1,6 +1,8 @@
 //! Develops exposures for the screen: levels, the histogram, and marks for clipping, focus peaking
 //! and the focus plane.
 
+use rayon::prelude::*;
+
 use crate::film::Response;
 
 use super::live::Frame;
@@ -23,10 +25,24 @@ pub(crate) struct Histogram {
 
 /// Returns a frame's levels, 8 bits of red, green and blue, as in the saved picture.
 pub(crate) fn levels(frame: &Frame, exposure: f64, response: &Response) -> Vec<u8> {
-    let channels = frame.pixels.iter().flatten().enumerate();
     let exposure = exposure * frame.metered;
-    let level = |(i, x): (usize, &f32)| response.level(f64::from(*x) * exposure, i % 3);
-    channels.map(|c| (255.0 * level(c)).round() as u8).collect()
+    let level = |x: f32, channel| {
+        let level = response.level(f64::from(x) * exposure, channel);
+        (255.0 * level).round() as u8
+    };
+    let mut levels = vec![0; 3 * frame.pixels.len()];
+    // A thousand pixels at a time are worth a task.
+    let tasks = levels
+        .par_chunks_mut(3000)
+        .zip(frame.pixels.par_chunks(1000));
+    tasks.for_each(|(levels, pixels)| {
+        for (levels, pixel) in levels.chunks_exact_mut(3).zip(pixels) {
+            for (channel, (to, x)) in levels.iter_mut().zip(pixel).enumerate() {
+                *to = level(*x, channel);
+            }
+        }
+    });
+    levels
 }
 
 /// Counts the levels of a picture.

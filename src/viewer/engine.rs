@@ -12,6 +12,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
+use glam::DVec3;
+
 use crate::diag::{Diagnostic, Result};
 use crate::photo::headlight::HeadlightSources;
 use crate::photo::{Plan, Session};
@@ -52,6 +54,8 @@ pub(crate) enum News {
 pub(crate) struct Opened {
     pub setup: Setup,
     pub messages: Vec<Diagnostic>,
+    /// The bounding box of the scene as `viewAll` sees it, in meters.
+    pub bounds: Option<(DVec3, DVec3)>,
     pub headlight: HeadlightSources,
     /// See [`Session::headlight_notice`].
     pub notice: Option<&'static str>,
@@ -298,6 +302,7 @@ impl Worker {
                 let opened = Opened {
                     setup: live.setup().clone(),
                     messages: live.session().sink.items().to_vec(),
+                    bounds: live.session().inventor_bounds(),
                     headlight: live.session().headlight_sources,
                     notice: live.session().headlight_notice(),
                 };

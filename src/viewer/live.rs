@@ -1,4 +1,4 @@
-//! The live picture: small at first, then at full size, then refined without end.
+//! The live picture: coarse at first, then at the resolution of the view, then refined without end.
 //!
 //! It is rendered as a batch picture is, a pass at a time, with two differences: the exposure
 //! factor is applied when the picture is shown, and the scene is not recompiled while the camera
@@ -27,6 +27,9 @@ const GUESS: f64 = 150_000.0;
 /// The largest number of samples per pixel added in one pass. It bounds the time between two
 /// frames.
 const LONGEST_PASS: u32 = 16;
+/// The longest time of a pass that adds more than one sample per pixel, in seconds. Large views are
+/// slow, and a longer pass would hide the progress.
+const PATIENCE: f64 = 1.0;
 /// The time that the camera must be still before the scene is recompiled around it.
 const STANDING: Duration = Duration::from_millis(600);
 
@@ -35,6 +38,8 @@ const STANDING: Duration = Duration::from_millis(600);
 pub(crate) struct Request {
     pub setup: Setup,
     pub preview: Preview,
+    /// The pixels of the view; the plan's own resolution if `None`.
+    pub resolution: Option<Resolution>,
     /// The serial number of the request.
     pub serial: u64,
     /// The time of the request.
@@ -51,7 +56,7 @@ pub(crate) struct Frame {
     pub pixels: Vec<[f32; 3]>,
     /// The factor on exposures from shutter, ISO and aperture; 1 without metering.
     pub metered: f64,
-    /// Whether it has its full resolution.
+    /// Whether it has the resolution of the view.
     pub whole: bool,
     pub samples: u32,
     pub error: Option<ErrorEstimate>,
@@ -116,7 +121,7 @@ impl Live {
         let mut bare = plan.clone();
         bare.optics = Optics::Pinhole;
         bare.shading = compiled_for(plan.shading);
-        let session = Session::open(bare)?;
+        let session = Session::open_framed(bare, plan)?;
         let setup = Setup {
             plan: plan.clone(),
             pose: session.pose.clone(),
@@ -124,6 +129,7 @@ impl Live {
         let request = Request {
             setup,
             preview: Preview::Lens,
+            resolution: None,
             serial: 0,
             at: Instant::now(),
         };
@@ -173,7 +179,8 @@ impl Live {
             return Err(fault);
         }
         self.view = Arc::new(view(&self.session, &request));
-        self.exposing = Exposing::new(plan.resolution, self.first_divisor(plan.resolution));
+        let whole = self.view.resolution;
+        self.exposing = Exposing::new(whole, self.first_divisor(whole));
         self.request = request;
         Ok(())
     }
@@ -186,16 +193,23 @@ impl Live {
             .unwrap_or(64)
     }
 
+    /// Returns the number of samples after the next pass: twice as many as before, within
+    /// [`PATIENCE`].
+    fn samples_after_pass(&self) -> u32 {
+        let done = self.exposing.samples;
+        let affordable = self.rate * PATIENCE / self.exposing.resolution.pixels() as f64;
+        done + done.min(affordable as u32).clamp(1, LONGEST_PASS)
+    }
+
     /// Renders one more pass, or returns `None` if `proceed` returned false. Uses rayon's current
     /// pool.
     pub(crate) fn step(&mut self, proceed: &(dyn Fn() -> bool + Sync)) -> Option<Frame> {
         self.recompile_if_still();
-        let exposing = &mut self.exposing;
-        if exposing.samples > 0 && exposing.divisor > 1 {
-            *exposing = Exposing::new(self.view.resolution, exposing.divisor / 2);
+        if self.exposing.samples > 0 && self.exposing.divisor > 1 {
+            self.exposing = Exposing::new(self.view.resolution, self.exposing.divisor / 2);
         }
-        let done = exposing.samples;
-        let end = done + done.clamp(1, LONGEST_PASS);
+        let (done, end) = (self.exposing.samples, self.samples_after_pass());
+        let exposing = &mut self.exposing;
         let clock = Instant::now();
         let render = Render {
             shader: &self.session.shader(),
@@ -303,6 +317,6 @@ fn view(session: &Session, request: &Request) -> View {
         ),
         scene: session.scene.clone(),
         pose,
-        resolution: session.plan.resolution,
+        resolution: request.resolution.unwrap_or(session.plan.resolution),
     }
 }

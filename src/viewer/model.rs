@@ -8,13 +8,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::camera::Camera;
 use crate::diag::{Diagnostic, Result, Severity, Sink};
+use crate::film::Resolution;
 use crate::math::Meters;
 use crate::photo::headlight::HeadlightSources;
-use crate::photo::{CameraChoice, Optics, Plan, picture_name};
+use crate::photo::{CameraChoice, Optics, Plan, picture_name, view_through_lens};
 use crate::pose::{CameraPose, Projection};
 
 use super::archive::Archive;
@@ -85,6 +86,12 @@ pub(crate) struct Model {
     pub scenes: Vec<PathBuf>,
     /// The last frame of the renderer.
     pub frame: Option<Frame>,
+    /// The pixels of the place where the picture is shown; `None` before the first layout.
+    pub view_size: Option<Resolution>,
+    /// The bounding box of the scene as `viewAll` sees it, in meters.
+    pub bounds: Option<(DVec3, DVec3)>,
+    /// The point in the world that an orbit turns about, while a mouse button is held.
+    pivot: Option<DVec3>,
     pub depths: Option<Arc<DepthMap>>,
     pub surface: Option<FocalSurface>,
     pub messages: Vec<Diagnostic>,
@@ -122,7 +129,7 @@ pub(crate) struct Model {
     pub flight: Option<Flight>,
     orders: Vec<Order>,
     saves: Vec<(Setup, PathBuf)>,
-    request: Option<(Setup, Preview)>,
+    request: Option<(Setup, Preview, Option<Resolution>)>,
     serial: u64,
 }
 
@@ -141,6 +148,9 @@ impl Model {
             opening: false,
             scenes: Vec::new(),
             frame: None,
+            view_size: None,
+            bounds: None,
+            pivot: None,
             depths: None,
             surface: None,
             messages: Vec::new(),
@@ -351,7 +361,7 @@ impl Model {
 
     /// Returns the request to be shown, if it has changed.
     pub(crate) fn take_request(&mut self) -> Option<Request> {
-        let wanted = (self.setup.clone(), self.preview);
+        let wanted = (self.setup.clone(), self.preview, self.view_size);
         if !self.open || self.request.as_ref() == Some(&wanted) {
             return None;
         }
@@ -360,6 +370,7 @@ impl Model {
         Some(Request {
             setup: self.setup.clone(),
             preview: self.preview,
+            resolution: self.view_size,
             serial: self.serial,
             at: Instant::now(),
         })
@@ -420,6 +431,7 @@ impl Model {
     fn opened(&mut self, opened: Opened) {
         let scene = opened.setup.plan.scene.clone();
         (self.headlight, self.notice) = (opened.headlight, opened.notice);
+        (self.bounds, self.pivot) = (opened.bounds, None);
         (self.open, self.opening) = (true, false);
         self.status = format!("opened {}", scene.display());
         if let Some(notice) = opened.notice {
@@ -483,16 +495,48 @@ impl Model {
     pub(crate) fn viewpoint(&self) -> Viewpoint {
         let bounds = self.frame.as_ref().and_then(|f| f.view.bounds());
         let extent = bounds.map_or(1.0, |(a, b)| (b - a).length()).max(1e-6);
+        let pose = self.setup.pose.clone();
+        let along = |point: DVec3| (point - pose.position).dot(pose.direction());
+        let middle = || self.visible_in_the_middle().map(along);
+        let distance = self.pivot.map(along).or_else(middle).filter(|d| *d > 0.0);
         let focus = self.setup.focus();
-        let distance = if focus.is_finite() {
+        let distance = distance.unwrap_or(if focus.is_finite() {
             focus.min(10.0 * extent)
         } else {
             extent
-        };
+        });
         Viewpoint {
-            pose: self.setup.pose.clone(),
+            pose,
             distance,
             extent,
+        }
+    }
+
+    /// Returns the visible point in the middle of the picture, in the world, if there is one.
+    fn visible_in_the_middle(&self) -> Option<DVec3> {
+        self.look(0.5, 0.5).map(|seen| seen.point)
+    }
+
+    /// Turns the camera about what is in the middle of the picture, by radians to the right and up.
+    /// The pivot is kept until the mouse button is released, and the camera stops at a surface.
+    pub(crate) fn orbit(&mut self, by: DVec2) -> Option<CameraPose> {
+        let from = self.viewpoint();
+        let pivot = from.pose.position + from.distance * from.pose.direction();
+        self.pivot = Some(pivot);
+        let to = from.orbit(by);
+        let view = &self.frame.as_ref()?.view;
+        // The camera keeps a fiftieth of its distance from what is in its way.
+        if view.blocks(from.pose.position, to.position, 0.02 * from.distance) {
+            self.status = "a surface is in the way of the camera".into();
+            return None;
+        }
+        Some(to)
+    }
+
+    /// Forgets the pivot of an orbit when no mouse button is held.
+    pub(crate) fn release_pivot(&mut self) {
+        if !self.held {
+            self.pivot = None;
         }
     }
 
@@ -504,11 +548,18 @@ impl Model {
 
     /// Moves the camera back until the scene fills the picture.
     pub(crate) fn view_all(&mut self) {
-        let Some(bounds) = self.frame.as_ref().and_then(|f| f.view.bounds()) else {
+        let Some(bounds) = self.bounds else {
             return;
         };
-        let aspect = self.setup.plan.resolution.aspect();
-        let pose = navigate::view_all(&self.setup.pose, bounds, self.height_angle(), aspect);
+        let through_lens = view_through_lens(bounds, &self.setup.plan);
+        let distance = through_lens.map_or_else(
+            || {
+                let aspect = self.setup.plan.resolution.aspect();
+                navigate::viewing_distance(bounds, self.height_angle(), aspect)
+            },
+            |pose| pose.focal_distance,
+        );
+        let pose = navigate::view_all(&self.setup.pose, bounds, distance);
         self.go("view all", &pose);
         self.edit("view all", |s| s.set_focus(pose.focal_distance));
     }

@@ -28,7 +28,7 @@ impl Tool {
         (
             Self::Orbit,
             "Orbit",
-            "drag: turn around the point in focus (2)",
+            "drag: turn around what is in the middle of the picture (2)",
         ),
         (
             Self::Pan,
@@ -121,18 +121,22 @@ impl Viewpoint {
     }
 }
 
-/// Moves along the view until the sphere around the box fills the shorter side of the picture, as
-/// Inventor's `viewAll` does. The orientation does not change.
-pub(crate) fn view_all(
-    pose: &CameraPose,
-    bounds: (DVec3, DVec3),
-    height_angle: f64,
-    aspect: f64,
-) -> CameraPose {
-    let center = 0.5 * (bounds.0 + bounds.1);
-    let radius = (0.5 * (bounds.1 - bounds.0).length()).max(1e-6);
+/// Returns the distance at which the sphere around a box fills the shorter side of a picture with
+/// this height angle (radians) and aspect ratio.
+pub(crate) fn viewing_distance(bounds: (DVec3, DVec3), height_angle: f64, aspect: f64) -> f64 {
     let half = libm::tan(0.5 * height_angle) * aspect.min(1.0);
-    let distance = radius / libm::sin(libm::atan(half)).max(1e-3);
+    radius(bounds) / libm::sin(libm::atan(half)).max(1e-3)
+}
+
+fn radius(bounds: (DVec3, DVec3)) -> f64 {
+    (0.5 * (bounds.1 - bounds.0).length()).max(1e-6)
+}
+
+/// Moves to a distance from the middle of a box, seen in the direction of the pose, as Inventor's
+/// `viewAll` does.
+pub(crate) fn view_all(pose: &CameraPose, bounds: (DVec3, DVec3), distance: f64) -> CameraPose {
+    let center = 0.5 * (bounds.0 + bounds.1);
+    let radius = radius(bounds);
     CameraPose {
         position: center - distance * pose.direction(),
         near: (distance - radius).max(1e-3 * distance),
@@ -236,12 +240,9 @@ mod tests {
 
     #[test]
     fn a_view_of_all_touches_the_sphere() {
-        let pose = view_all(
-            &viewpoint().pose,
-            (DVec3::splat(-1.0), DVec3::splat(1.0)),
-            0.6,
-            1.5,
-        );
+        let bounds = (DVec3::splat(-1.0), DVec3::splat(1.0));
+        let distance = viewing_distance(bounds, 0.6, 1.5);
+        let pose = view_all(&viewpoint().pose, bounds, distance);
         let distance = pose.position.length();
         assert!((distance * libm::sin(0.3) - 3f64.sqrt()).abs() < 1e-12);
     }

@@ -44,6 +44,20 @@ impl View {
         self.intersection(&ray)
     }
 
+    /// Returns whether a surface lies on the way between two points of the world, or within `margin`
+    /// meters beyond it.
+    pub(crate) fn blocks(&self, from: DVec3, to: DVec3, margin: f64) -> bool {
+        let step = to - from;
+        let Some(direction) = step.try_normalize() else {
+            return false;
+        };
+        let origin = (from - self.scene.origin).as_vec3();
+        let hit = self
+            .scene
+            .hit_any_side(&Ray::new(origin, direction.as_vec3()));
+        hit.is_some_and(|hit| f64::from(hit.t) < step.length() + margin)
+    }
+
     fn intersection(&self, ray: &CameraRay) -> Option<VisiblePoint> {
         let scene_ray = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
         let hit = self.scene.hit(&scene_ray)?;

@@ -6,7 +6,7 @@ use egui::{
 };
 use glam::{DVec2, DVec3};
 
-use crate::film::Response as FilmResponse;
+use crate::film::{Resolution, Response as FilmResponse};
 use crate::viewer::develop::{Marking, histogram, levels, mark};
 use crate::viewer::model::{Marks, Model};
 use crate::viewer::navigate::Tool;
@@ -30,8 +30,8 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     let room = ui.available_rect_before_wrap();
     let film = model.setup.plan.film;
     let aspect = (film.width / film.height) as f32;
-    let width = room.width().min(room.height() * aspect).max(1.0);
-    let rect = Rect::from_center_size(room.center(), vec2(width, width / aspect));
+    let (rect, size) = place(room, aspect, ui.ctx().pixels_per_point());
+    model.view_size = Some(size);
     let response = ui.allocate_rect(rect, Sense::click_and_drag());
     response.widget_info(|| WidgetInfo::labeled(WidgetType::Image, true, "Picture"));
     refresh(ui.ctx(), model, kit);
@@ -55,6 +55,21 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
         );
     }
     mouse(ui, &response, rect, model);
+}
+
+/// Returns the place of the picture in the middle of the room that there is, on whole pixels of the
+/// screen, with the number of these pixels.
+fn place(room: Rect, aspect: f32, pixels_per_point: f32) -> (Rect, Resolution) {
+    let pixels = pixels_per_point * room.size();
+    let width = pixels.x.min(pixels.y * aspect).max(1.0);
+    let size = vec2(width.floor().max(1.0), (width / aspect).floor().max(1.0));
+    let corner = (pixels_per_point * room.center() - 0.5 * size).round();
+    let place = Rect::from_min_size(corner / pixels_per_point, size / pixels_per_point);
+    let resolution = Resolution {
+        width: size.x as u32,
+        height: size.y as u32,
+    };
+    (place, resolution)
 }
 
 /// Updates the texture if the picture or its marks have changed.
@@ -91,12 +106,8 @@ fn refresh(ctx: &Context, model: &Model, kit: &mut Kit) {
     };
     mark(&mut pixels, size, &marking);
     let image = egui::ColorImage::from_rgb(size, &pixels);
-    // A reduced preview is interpolated; the full picture shows its pixels.
-    let options = if frame.whole {
-        TextureOptions::NEAREST
-    } else {
-        TextureOptions::LINEAR
-    };
+    // A picture with the resolution of the view is shown pixel by pixel, others are interpolated.
+    let options = TextureOptions::LINEAR;
     match &mut kit.picture {
         Some(texture) => texture.set(image, options),
         None => kit.picture = Some(ctx.load_texture("picture", image, options)),
@@ -122,6 +133,7 @@ fn mouse(ui: &Ui, response: &Response, rect: Rect, model: &mut Model) {
             _ => {}
         }
     }
+    model.release_pivot();
     let drag = response.drag_delta() / rect.height();
     let drag = DVec2::new(f64::from(drag.x), f64::from(-drag.y));
     if drag != DVec2::ZERO {
@@ -144,7 +156,10 @@ fn dragged(model: &mut Model, tool: Tool, by: DVec2) {
     let viewpoint = model.viewpoint();
     let angle = model.height_angle();
     let pose = match tool {
-        Tool::Orbit => viewpoint.orbit(DVec2::new(3.0 * by.x, -3.0 * by.y)),
+        Tool::Orbit => match model.orbit(DVec2::new(3.0 * by.x, -3.0 * by.y)) {
+            Some(pose) => pose,
+            None => return,
+        },
         Tool::Pan => viewpoint.pan(DVec2::new(by.x, -by.y), angle),
         Tool::Dolly => viewpoint.dolly(2.0 * by.y),
         Tool::Fly => viewpoint.look(angle * by),
