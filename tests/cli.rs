@@ -355,7 +355,7 @@ fn metadata_and_report_state_the_headlight() {
 }
 
 #[test]
-fn of_many_files_each_has_a_line_with_its_first_problem_and_all_have_a_sum() {
+fn of_many_files_each_has_a_line_with_its_worst_problem_and_all_have_a_sum() {
     let scratch = Scratch::new("check-many");
     let write = |name: &str, text: &str| {
         let text = format!("#Inventor V2.1 ascii\n{text}");
@@ -379,7 +379,8 @@ fn of_many_files_each_has_a_line_with_its_first_problem_and_all_have_a_sum() {
     assert_eq!(lines[3].matches("d.iv").count(), 1, "{text}");
     assert_eq!(
         lines[4],
-        "4 files: 1 not read, 2 with problems, 1 with unknown classes, 1 with missing files"
+        "4 files: 3 whole, 0 damaged, 1 unreadable, 2 with problems, 1 with unknown classes, \
+         1 with missing files"
     );
     assert_eq!(output.status.code(), Some(2));
     let output = ivcam(&format!("check --full {folder}"))
@@ -390,6 +391,85 @@ fn of_many_files_each_has_a_line_with_its_first_problem_and_all_have_a_sum() {
         stderr(&output).contains("did you mean `height`?"),
         "{}",
         stderr(&output)
+    );
+}
+
+#[test]
+fn damaged_files_are_a_class_of_their_own_and_can_be_listed_alone() {
+    let scratch = Scratch::new("check-damaged");
+    let write = |name: &str, text: &str| {
+        let text = format!("#Inventor V2.1 ascii\n{text}");
+        std::fs::write(scratch.0.join(name), text).expect("writes");
+    };
+    write("cut.iv", "Cube { hight 2 }\nSeparator { Cone { }\n");
+    write("empty-scene.iv", "Separator { }");
+    write("value.iv", "Cube { width high }");
+    write("whole.iv", "Cube { hight 2 }");
+    std::fs::write(scratch.0.join("zero.iv"), "").expect("writes");
+    let check = |flags: &str| {
+        let mut output = ivcam(&format!("check {flags} {}", scratch.0.display()));
+        let output = output.output().expect("runs");
+        assert_eq!(output.status.code(), Some(2), "one file is unreadable");
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        (text, stderr(&output))
+    };
+    let sum = "5 files: 2 whole, 2 damaged, 1 unreadable, 3 with problems";
+    let (text, _) = check("");
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines[0].contains("damaged: the file ends inside the `Separator`"));
+    assert!(lines[1].contains("0 triangles, nothing to see, 0 problems"));
+    assert!(lines[2].contains("line 2, column 14: damaged: `Cube.width`: expected a number"));
+    assert!(lines[3].contains("warning: `Cube` has no field `hight`"));
+    assert!(lines[4].ends_with("zero.iv: error: this is empty"));
+    assert_eq!(lines[5], sum, "{text}");
+
+    let (text, _) = check("--only damaged");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 3, "{text}");
+    assert!(lines[0].contains("cut.iv") && lines[1].contains("value.iv") && lines[2] == sum);
+
+    let (text, messages) = check("--json --only damaged,unreadable");
+    let objects: Vec<serde_json::Value> = text
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("is JSON"))
+        .collect();
+    let states: Vec<&str> = objects.iter().filter_map(|o| o["state"].as_str()).collect();
+    assert_eq!(states, ["damaged", "damaged", "unreadable"]);
+    assert_eq!(objects[0]["diagnostics"][0]["severity"], "warning");
+    assert_eq!(objects[0]["diagnostics"][1]["severity"], "damaged");
+    assert!(messages.contains(sum), "{messages}");
+}
+
+#[test]
+fn a_cut_off_archive_is_damaged_and_a_file_outside_the_folder_is_not_missing() {
+    use std::io::Write;
+    let scratch = Scratch::new("check-archive");
+    let folder = scratch.0.join("a");
+    std::fs::create_dir(&folder).expect("makes a folder");
+    std::fs::write(scratch.0.join("near.iv"), "#Inventor V2.1 ascii\nCube { }").expect("writes");
+    let text = "#Inventor V2.1 ascii\nFile { name \"../near.iv\" }\nFile { name \"gone.iv\" }\n";
+    std::fs::write(folder.join("far.iv"), text).expect("writes");
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    gzip.write_all(b"#Inventor V2.1 ascii\nCube { }\n")
+        .expect("packs");
+    let bytes = gzip.finish().expect("packs");
+    // Without its last byte the archive unpacks whole, and its checksum cannot be read.
+    std::fs::write(folder.join("pack.iv.gz"), &bytes[..bytes.len() - 1]).expect("writes");
+    let output = ivcam(&format!("check {}", folder.display()))
+        .output()
+        .expect("runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        text.contains("1 file missing, 1 file outside the folder, 2 problems"),
+        "{text}"
+    );
+    assert!(
+        text.contains("damaged: the gzip archive is damaged"),
+        "{text}"
+    );
+    assert!(
+        text.contains("2 files: 1 whole, 1 damaged, 0 unreadable"),
+        "{text}"
     );
 }
 

@@ -11,7 +11,7 @@ use super::flags::{FONTS, LIMIT};
 use super::{ERROR, switch, tell};
 use crate::diag::Result;
 use crate::scene::CompileOptions;
-use crate::scene::check::{Checked, classes, counted, scene_files};
+use crate::scene::check::{Checked, FileState, classes, counted, scene_files};
 use crate::snapshot::SnapshotOptions;
 
 pub(crate) fn command() -> Command {
@@ -24,6 +24,15 @@ pub(crate) fn command() -> Command {
                 .num_args(1..)
                 .required(true)
                 .help("scene files, or folders to walk"),
+        )
+        .arg(
+            Arg::new("only")
+                .long("only")
+                .value_name("STATE")
+                .action(ArgAction::Append)
+                .value_delimiter(',')
+                .value_parser(FileState::ALL.map(FileState::name))
+                .help("report only files in these states; the last line counts all files"),
         )
         .arg(switch("json", "answer as JSON, one object a file"))
         .arg(switch(
@@ -70,11 +79,16 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let json = matches.get_flag("json");
     let several = files.len() > 1 || named.iter().any(|p| p.is_dir());
     let lines = several && !matches.get_flag("full");
+    let only: Vec<&String> = matches.get_many("only").into_iter().flatten().collect();
     let bar = progress(files.len(), several);
     let mut total = Total::default();
     for file in &files {
         let checked = Checked::read(file, &search, &limits, &at, &options);
         total.add(&checked);
+        bar.inc(1);
+        if !only.is_empty() && !only.iter().any(|state| *state == checked.state().name()) {
+            continue;
+        }
         let written = match (json, lines) {
             (true, _) if several => writeln!(out, "{}", checked.json()),
             (true, _) => writeln!(out, "{:#}", checked.json()),
@@ -87,54 +101,59 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         } else if json && !several {
             checked.document.as_ref().err().iter().for_each(|e| tell(e));
         }
-        bar.inc(1);
     }
     bar.finish_and_clear();
-    if several && !json {
+    if several && json {
+        super::say!("{}", total.line());
+    } else if several {
         super::written(writeln!(out, "{}", total.line()))?;
     }
-    Ok(if total.unread > 0 { ERROR } else { 0 })
+    Ok(if total.states[2] > 0 { ERROR } else { 0 })
 }
 
 /// What many files come to.
 #[derive(Default)]
 struct Total {
     files: usize,
-    unread: usize,
+    /// The numbers of files by state, in the order of [`FileState::ALL`].
+    states: [usize; 3],
     with_problems: usize,
     with_unknown: usize,
     with_missing: usize,
+    with_outside: usize,
 }
 
 impl Total {
     fn add(&mut self, checked: &Checked) {
         self.files += 1;
-        self.unread += usize::from(checked.document.is_err());
-        self.with_missing += usize::from(!checked.missing.is_empty());
+        self.states[checked.state() as usize] += 1;
+        let (missing, outside) = checked.missing_and_outside();
+        self.with_missing += usize::from(missing > 0);
+        self.with_outside += usize::from(outside > 0);
         if let Ok((document, _)) = &checked.document {
             self.with_problems += usize::from(checked.problems().next().is_some());
             self.with_unknown += usize::from(!classes(document)[3].1.is_empty());
         }
     }
 
-    /// `3 files: 1 not read, 1 with problems, …`; what there is none of is left out.
+    /// Returns the totals as `3 files: 1 whole, 1 damaged, 1 unreadable, 1 with problems, …`.
+    /// Counts of 0 are omitted, except those of the states.
     fn line(&self) -> String {
+        let states: Vec<String> = FileState::ALL
+            .iter()
+            .zip(self.states)
+            .map(|(state, n)| format!("{n} {}", state.name()))
+            .collect();
         let parts = [
-            (self.unread, "not read"),
             (self.with_problems, "with problems"),
             (self.with_unknown, "with unknown classes"),
             (self.with_missing, "with missing files"),
+            (self.with_outside, "with files outside the folder"),
         ];
-        let told: Vec<String> = parts
-            .iter()
-            .filter(|(n, _)| *n > 0)
-            .map(|(n, what)| format!("{n} {what}"))
-            .collect();
-        let told = match told.is_empty() {
-            true => "nothing to tell".to_owned(),
-            false => told.join(", "),
-        };
-        format!("{}: {told}", counted(self.files, "file"))
+        let present = parts.iter().filter(|(n, _)| *n > 0);
+        let counts = present.map(|(n, what)| format!("{n} {what}"));
+        let all: Vec<String> = states.into_iter().chain(counts).collect();
+        format!("{}: {}", counted(self.files, "file"), all.join(", "))
     }
 }
 

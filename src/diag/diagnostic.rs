@@ -46,6 +46,10 @@ pub enum ErrorKind {
     Io,
     /// The text or bytes of a file cannot be read, or cannot be used as they are.
     Syntax,
+    /// A file is damaged: it is cut off, its first line is wrong, or a part of it cannot be read.
+    Damaged,
+    /// A scene names a file outside the folders that may be read.
+    OutsideFolder,
     /// A limit on size, memory or count was passed.
     Limit,
     /// The input is valid, but this crate does not do what it asks for.
@@ -114,6 +118,20 @@ impl Diagnostic {
         Self::error(message).of_kind(ErrorKind::Unsupported)
     }
 
+    /// Returns the word for the class of the message: `error`, `damaged`, `warning` or `note`.
+    /// A warning of the kind [`ErrorKind::Damaged`] is `damaged`.
+    pub fn class(&self) -> &'static str {
+        match (self.severity, self.kind) {
+            (Severity::Warning, ErrorKind::Damaged) => "damaged",
+            (severity, _) => severity.name(),
+        }
+    }
+
+    /// Orders messages by severity. Damage lies between a warning and an error.
+    pub(crate) fn rank(&self) -> (Severity, bool) {
+        (self.severity, self.kind == ErrorKind::Damaged)
+    }
+
     /// Creates an error that reports an I/O error on a named file.
     pub(crate) fn io(file: impl fmt::Display, error: &std::io::Error) -> Box<Self> {
         let kind = match error.kind() {
@@ -175,7 +193,7 @@ impl Diagnostic {
     pub fn render(&self, color: bool) -> String {
         let level = match self.severity {
             Severity::Error => Level::ERROR,
-            Severity::Warning => Level::WARNING,
+            Severity::Warning => Level::WARNING.with_name(self.class()),
             Severity::Note => Level::NOTE,
         };
         let mut message = self.message.clone();
@@ -228,7 +246,7 @@ impl fmt::Display for Diagnostic {
             (Some(file), None) if !self.message.contains(file) => write!(f, "{file}: ")?,
             _ => {}
         }
-        write!(f, "{}: {}", self.severity.name(), self.message)
+        write!(f, "{}: {}", self.class(), self.message)
     }
 }
 

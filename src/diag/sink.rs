@@ -31,6 +31,13 @@ impl Sink {
         self.add_here(Severity::Warning, span, message)
     }
 
+    /// Adds a warning that the current source is damaged at a range.
+    pub(crate) fn damage(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
+        let warning = self.warn(span, message);
+        warning.kind = ErrorKind::Damaged;
+        warning
+    }
+
     /// Adds a note about a range of the current source.
     pub(crate) fn note(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
         self.add_here(Severity::Note, span, message)

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use crate::diag::{Diagnostic, Result};
+use crate::diag::{Diagnostic, ErrorKind, Result};
 
 /// Opens a file that a scene names. A reader of scenes without a file system implements this.
 pub trait Loader: Debug + Send + Sync {
@@ -154,6 +154,7 @@ impl Loader for Folder {
             Diagnostic::error(format!(
                 "`{reference}` lies outside the scene's folder and is not opened"
             ))
+            .of_kind(ErrorKind::OutsideFolder)
             .with_help("`--search FOLDER` allows what is below that folder")
         } else {
             Diagnostic::not_found(format!("`{reference}` is not there")).with_help(format!(

@@ -139,7 +139,7 @@ fn a_wrong_field_costs_only_itself() {
         messages(&document),
         [
             "test.iv:3:3: warning: `Cone` has no field `hieght`",
-            "test.iv:4:16: warning: `Cone.bottomRadius`: expected a number, not `x`",
+            "test.iv:4:16: damaged: `Cone.bottomRadius`: expected a number, not `x`",
             "test.iv:5:9: warning: `Cone.parts`: `LID` is not one of its values, which are SIDES, BOTTOM, ALL",
         ]
     );
@@ -153,7 +153,7 @@ fn a_truncated_file_keeps_what_was_read() {
     let document = read("#Inventor V2.1 ascii\nSeparator {\n  Cone { height 3\n");
     assert_eq!(
         messages(&document),
-        ["test.iv:4:1: warning: the file ends inside the `Cone` that line 3 begins"]
+        ["test.iv:4:1: damaged: the file ends inside the `Cone` that line 3 begins"]
     );
     assert_eq!(
         document.roots().next().map(|r| r.children().count()),

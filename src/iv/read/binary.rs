@@ -10,7 +10,7 @@ use nom::Parser;
 use super::assemble::{Assembler, Slot};
 use super::binary_values::{self, Context};
 use super::syntax_error::SyntaxError;
-use crate::diag::{Result, Span};
+use crate::diag::{ErrorKind, Result, Span};
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{FieldType, class, path};
 use crate::iv::document::{ClassRef, Connection};
@@ -51,8 +51,33 @@ enum Level {
     },
 }
 
-/// A mistake, which ends reading: its offset and the message.
-struct Stop(usize, String);
+/// A mistake, which ends reading.
+struct Stop {
+    /// The offset of the mistake.
+    at: usize,
+    message: String,
+    kind: ErrorKind,
+}
+
+impl Stop {
+    /// The file is damaged at an offset.
+    fn damaged(at: usize, message: impl Into<String>) -> Self {
+        Self {
+            at,
+            message: message.into(),
+            kind: ErrorKind::Damaged,
+        }
+    }
+
+    /// The file has a class or a field that nothing declares, and whose length is unknown.
+    fn unknown(at: usize, message: String) -> Self {
+        Self {
+            at,
+            message,
+            kind: ErrorKind::Unsupported,
+        }
+    }
+}
 
 type Step<T> = std::result::Result<T, Stop>;
 
@@ -85,11 +110,11 @@ pub(super) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>>
         match reader.step() {
             Ok(true) => {}
             Ok(false) => break,
-            Err(Stop(at, message)) => {
+            Err(stop) => {
                 if let Some(limit) = reader.limit.take() {
                     return Err(limit);
                 }
-                reader.stop(at, message);
+                reader.stop(stop);
                 break;
             }
         }
@@ -98,13 +123,14 @@ pub(super) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>>
 }
 
 impl<'s> Reader<'_, '_, 's> {
-    fn stop(&mut self, at: usize, message: String) {
-        self.asm
-            .document
-            .sink
-            .warn(Span::at(at), message)
+    /// Reports a mistake, and puts the open nodes in their places, so that the nodes that were
+    /// read form a tree.
+    fn stop(&mut self, stop: Stop) {
+        let sink = &mut self.asm.document.sink;
+        let warning = sink.warn(Span::at(stop.at), stop.message);
+        warning
             .help("a binary file cannot be resumed after a mistake; what came before it is kept");
-        // Put each open node in its place, so that the nodes that were read form a tree.
+        warning.kind = stop.kind;
         while let Some(level) = self.stack.pop() {
             match level {
                 Level::Fields { node, target, .. } | Level::Children { node, target, .. } => {
@@ -132,7 +158,10 @@ impl<'s> Reader<'_, '_, 's> {
             }
             Err(error) => {
                 let error = SyntaxError::from(error);
-                Err(Stop(self.bytes.len() - error.at.len(), error.message()))
+                Err(Stop::damaged(
+                    self.bytes.len() - error.at.len(),
+                    error.message(),
+                ))
             }
         }
     }
@@ -252,7 +281,7 @@ impl<'s> Reader<'_, '_, 's> {
     ) -> Step<()> {
         let known = self.asm.class_named(name);
         if known.is_none() && !is_name(name) {
-            return Err(Stop(start, "expected a node here".into()));
+            return Err(Stop::damaged(start, "expected a node here"));
         }
         let class = known.unwrap_or_else(|| self.asm.unknown(name));
         let node = match self.asm.add(class, None, Span::at(start)) {
@@ -297,7 +326,7 @@ impl<'s> Reader<'_, '_, 's> {
             self.word()?
         };
         if fields & !(DESCRIBED | 0x3fff) != 0 {
-            return Err(Stop(
+            return Err(Stop::damaged(
                 self.at() - 4,
                 format!("`{name}` cannot have {fields} fields"),
             ));
@@ -307,7 +336,7 @@ impl<'s> Reader<'_, '_, 's> {
             self.asm.data(node).class = blank;
             self.descriptions(node, fields & 0x3fff)?;
         } else if known.is_none() && fields & 0x3fff != 0 {
-            return Err(Stop(
+            return Err(Stop::unknown(
                 start,
                 format!("`{name}` is not a class of nodes, and nothing says where it ends"),
             ));
@@ -333,7 +362,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
         let start = self.at();
         if self.string()? != "type" {
-            return Err(Stop(
+            return Err(Stop::damaged(
                 start,
                 format!("a `{}` should begin with its type", id.get().name),
             ));
@@ -365,7 +394,7 @@ impl<'s> Reader<'_, '_, 's> {
 
     fn limit<T>(&mut self, error: Box<crate::diag::Diagnostic>) -> Step<T> {
         self.limit = Some(error);
-        Err(Stop(self.at(), String::new()))
+        Err(Stop::damaged(self.at(), String::new()))
     }
 
     /// Reads the types and names of the fields of a class that the file declares.
@@ -378,7 +407,7 @@ impl<'s> Reader<'_, '_, 's> {
                 Some(kind) => fields.push((name.into(), kind)),
                 None => {
                     let message = format!("`{kind}` is not a type of fields");
-                    return Err(Stop(self.at(), message));
+                    return Err(Stop::damaged(self.at(), message));
                 }
             }
         }
@@ -404,7 +433,7 @@ impl<'s> Reader<'_, '_, 's> {
             let class = self.asm.document.node(node).class_name();
             let message =
                 format!("`{class}` has no field `{name}`, and nothing says where it ends");
-            return Err(Stop(start, message));
+            return Err(Stop::unknown(start, message));
         };
         let span = Span::at(start);
         let Slot::Field { index, kind } = slot else {
@@ -452,7 +481,8 @@ impl<'s> Reader<'_, '_, 's> {
         let value = self.parse(|input| binary_values::value(input, kind, &mut context));
         for mistake in context.mistakes {
             let span = Span::at(self.bytes.len() - mistake.at.len());
-            self.asm.document.sink.warn(span, mistake.message());
+            let warning = self.asm.document.sink.warn(span, mistake.message());
+            warning.kind = mistake.kind();
         }
         value
     }
@@ -476,7 +506,7 @@ impl<'s> Reader<'_, '_, 's> {
             return Ok(());
         }
         if flags & !7 != 0 {
-            return Err(Stop(
+            return Err(Stop::damaged(
                 self.at() - 4,
                 format!("a field's flags cannot be {flags:#x}"),
             ));

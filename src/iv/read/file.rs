@@ -18,7 +18,7 @@ pub(super) fn read_into(
     limits: &Limits,
     otherwise: Option<Header>,
 ) -> Result<FileRead> {
-    let bytes = header::unpack(bytes, name, limits)?;
+    let (bytes, damage) = header::unpack(bytes, name, limits)?;
     let header = match (Header::parse(&bytes, name), otherwise) {
         (Ok(header), _) => header,
         (Err(_), Some(header)) => header,
@@ -33,6 +33,9 @@ pub(super) fn read_into(
     }
     let source = Arc::new(source);
     let before = document.sink.set_source(Some(source.clone()));
+    if let Some(damage) = damage {
+        document.sink.add(*damage);
+    }
     let first_node = document.nodes.len();
     document.sources.push(source.clone());
     let mut assembler = Assembler::new(document, header, limits, read_into);

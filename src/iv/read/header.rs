@@ -11,7 +11,7 @@ use nom::combinator::{consumed, opt, value, verify};
 use nom::sequence::{pair, preceded};
 
 use super::syntax_error::{Parsed, SyntaxError};
-use crate::diag::{Diagnostic, Result};
+use crate::diag::{Diagnostic, ErrorKind, Result};
 use crate::grammar::Dialect;
 use crate::iv::limits::Limits;
 
@@ -125,6 +125,14 @@ fn is_line_end(byte: u8) -> bool {
 
 /// The error for a file that begins with something else.
 fn wrong(name: &str, start: &[u8]) -> Box<Diagnostic> {
+    let kin =
+        "the first line should be `#Inventor V2.1 ascii`, `#VRML V2.0 utf8` or one of their kin";
+    if start.is_empty() {
+        return Diagnostic::error(format!("`{name}` is empty"))
+            .in_file(name)
+            .of_kind(ErrorKind::Damaged)
+            .with_help(kin);
+    }
     let line = start.split(|&b| is_line_end(b)).next().unwrap_or_default();
     let text = String::from_utf8_lossy(&line[..line.len().min(200)]);
     let begins: String = text
@@ -137,13 +145,21 @@ fn wrong(name: &str, start: &[u8]) -> Box<Diagnostic> {
     let help = if text.starts_with("#X3D") || text.starts_with("<?xml") {
         "X3D is not read; most tools that write it can write VRML97 too"
     } else {
-        "the first line should be `#Inventor V2.1 ascii`, `#VRML V2.0 utf8` or one of their kin"
+        kin
     };
-    Diagnostic::error(message).in_file(name).with_help(help)
+    Diagnostic::error(message)
+        .in_file(name)
+        .of_kind(ErrorKind::Damaged)
+        .with_help(help)
 }
 
-/// Unpacks gzip, as long as what comes out stays within the limit.
-pub(super) fn unpack(bytes: Vec<u8>, name: &str, limits: &Limits) -> Result<Vec<u8>> {
+/// Unpacks gzip, as long as what comes out stays within the limit. Of a damaged archive it returns
+/// the part that can be unpacked, and a warning.
+pub(super) fn unpack(
+    bytes: Vec<u8>,
+    name: &str,
+    limits: &Limits,
+) -> Result<(Vec<u8>, Option<Box<Diagnostic>>)> {
     let too_big = |n: usize| {
         Diagnostic::beyond_limit(format!("`{name}` is larger than {n} bytes"))
             .in_file(name)
@@ -153,7 +169,7 @@ pub(super) fn unpack(bytes: Vec<u8>, name: &str, limits: &Limits) -> Result<Vec<
         return if bytes.len() > limits.bytes {
             Err(too_big(limits.bytes))
         } else {
-            Ok(bytes)
+            Ok((bytes, None))
         };
     }
     let mut out = Vec::new();
@@ -162,11 +178,22 @@ pub(super) fn unpack(bytes: Vec<u8>, name: &str, limits: &Limits) -> Result<Vec<
         .read_to_end(&mut out);
     match read {
         Ok(_) if out.len() > limits.bytes => Err(too_big(limits.bytes)),
-        Ok(_) => Ok(out),
-        // A truncated archive still has its beginning; the reader says where that ends.
-        Err(_) if !out.is_empty() => Ok(out),
-        Err(error) => {
-            Err(Diagnostic::error(format!("`{name}` cannot be unpacked: {error}")).in_file(name))
+        Ok(_) => Ok((out, None)),
+        // Bytes behind a whole archive are ignored, as `gunzip` ignores them.
+        Err(error) if !out.is_empty() && error.to_string() == "invalid gzip header" => {
+            Ok((out, None))
         }
+        Err(error) if !out.is_empty() => {
+            let message = format!("the gzip archive is damaged: {error}");
+            let help = format!("{} bytes could be unpacked, and are read", out.len());
+            let warning = Diagnostic::warning(message).in_file(name);
+            let warning = warning.of_kind(ErrorKind::Damaged).with_help(help);
+            Ok((out, Some(warning)))
+        }
+        Err(error) => Err(
+            Diagnostic::error(format!("`{name}` cannot be unpacked: {error}"))
+                .in_file(name)
+                .of_kind(ErrorKind::Damaged),
+        ),
     }
 }

@@ -1,10 +1,11 @@
 //! What a parser of scene files reports when it fails: a place and a problem.
 
 use nom::Err as NomErr;
-use nom::error::{ErrorKind, ParseError};
+use nom::error::{ErrorKind as NomKind, ParseError};
 use nom::{IResult, Parser};
 
 use super::enum_names::EnumNames;
+use crate::diag::ErrorKind;
 use crate::iv::encoding::text;
 
 /// A failed parse. Making one allocates nothing, except for a name that an enumeration lacks.
@@ -37,10 +38,18 @@ pub(super) enum Problem {
     /// A binary file promises more values than the rest of it can hold.
     MissingValues(usize),
     /// A parser of nom's failed whose error no parser of ours replaced.
-    Other(ErrorKind),
+    Other(NomKind),
 }
 
 impl SyntaxError<'_> {
+    /// Returns the kind of the message. A name that an enumeration lacks is no damage.
+    pub(super) fn kind(&self) -> ErrorKind {
+        match self.problem {
+            Problem::UnknownName(..) => ErrorKind::Syntax,
+            _ => ErrorKind::Damaged,
+        }
+    }
+
     /// The text of the message.
     pub(super) fn message(&self) -> String {
         match &self.problem {
@@ -78,12 +87,12 @@ pub(super) fn expected(what: &str, at: &[u8]) -> String {
 }
 
 impl<'a> ParseError<&'a [u8]> for SyntaxError<'a> {
-    fn from_error_kind(at: &'a [u8], kind: ErrorKind) -> Self {
+    fn from_error_kind(at: &'a [u8], kind: NomKind) -> Self {
         let problem = Problem::Other(kind);
         Self { at, problem }
     }
 
-    fn append(_: &'a [u8], _: ErrorKind, other: Self) -> Self {
+    fn append(_: &'a [u8], _: NomKind, other: Self) -> Self {
         other
     }
 }
@@ -95,7 +104,7 @@ impl<'a> From<NomErr<SyntaxError<'a>>> for SyntaxError<'a> {
             // The parsers here are nom's `complete` ones, which never ask for more.
             NomErr::Incomplete(_) => Self {
                 at: &[],
-                problem: Problem::Other(ErrorKind::Eof),
+                problem: Problem::Other(NomKind::Eof),
             },
         }
     }

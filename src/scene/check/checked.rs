@@ -9,10 +9,35 @@ use serde_json::{Value as Json, json};
 use super::classes::classes;
 use super::json;
 use super::missing::{Missing, missing};
-use crate::diag::{Diagnostic, Result, Severity};
+use crate::diag::{Diagnostic, ErrorKind, Result, Severity};
 use crate::iv::{Document, Limits};
 use crate::scene::{CompileOptions, RenderScene, Survey, snapshot};
 use crate::snapshot::SnapshotOptions;
+
+/// Whether a file could be read as it was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FileState {
+    /// Everything in the file was read.
+    Whole,
+    /// The file is cut off, or a part of it cannot be read.
+    Damaged,
+    /// Nothing of the file was read.
+    Unreadable,
+}
+
+impl FileState {
+    /// Every state, in the order in which they are counted.
+    pub(crate) const ALL: [Self; 3] = [Self::Whole, Self::Damaged, Self::Unreadable];
+
+    /// Returns the word for the state in reports, in JSON and on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Whole => "whole",
+            Self::Damaged => "damaged",
+            Self::Unreadable => "unreadable",
+        }
+    }
+}
 
 /// A scene file that was read and surveyed.
 pub(crate) struct Checked {
@@ -49,6 +74,27 @@ impl Checked {
         }
     }
 
+    /// Returns the state of the file itself. Files that it includes have states of their own.
+    pub(crate) fn state(&self) -> FileState {
+        let Ok((document, _)) = &self.document else {
+            return FileState::Unreadable;
+        };
+        let is_damage = |d: &Diagnostic| {
+            d.kind == ErrorKind::Damaged && d.location().0.is_none_or(|file| file == self.file)
+        };
+        match document.sink.items().iter().any(is_damage) {
+            true => FileState::Damaged,
+            false => FileState::Whole,
+        }
+    }
+
+    /// Returns the numbers of named files that are not there or not readable, and of those outside
+    /// the folders that may be read.
+    pub(crate) fn missing_and_outside(&self) -> (usize, usize) {
+        let outside = self.missing.iter().filter(|m| m.outside).count();
+        (self.missing.len() - outside, outside)
+    }
+
     /// All diagnostics of reading, surveying and decoding.
     fn diagnostics(&self) -> Vec<&Diagnostic> {
         match &self.document {
@@ -70,10 +116,12 @@ impl Checked {
             .map(json::diagnostic)
             .collect();
         let Ok((document, survey)) = &self.document else {
-            return json!({ "file": self.file, "diagnostics": diagnostics });
+            let state = self.state().name();
+            return json!({ "file": self.file, "state": state, "diagnostics": diagnostics });
         };
         json!({
             "file": self.file,
+            "state": self.state().name(),
             "format": document.format,
             "nodes": document.nodes.len(),
             "classes": classes(document)
@@ -81,6 +129,7 @@ impl Checked {
                 .map(|(heading, list)| (heading.to_owned(), json!(list.into_iter().collect::<IndexMap<_, _>>())))
                 .collect::<serde_json::Map<_, _>>(),
             "missing": self.missing.iter().map(|m| &m.name).collect::<Vec<_>>(),
+            "outside": self.missing.iter().filter(|m| m.outside).map(|m| &m.name).collect::<Vec<_>>(),
             "diagnostics": diagnostics,
             "bounds": survey.bounds.map(|(min, max)| json!({
                 "min": min.to_array(), "max": max.to_array(),
@@ -96,7 +145,7 @@ impl Checked {
     }
 
     /// Returns one line with the file, its format, the numbers of nodes by treatment, of triangles
-    /// and of problems, and the first problem.
+    /// and of problems, and the worst problem.
     pub(crate) fn summary(&self) -> String {
         match &self.document {
             Err(error) => format!("{}: {}", self.file, self.without_file_name(error)),
@@ -117,13 +166,20 @@ impl Checked {
                     line += &format!(" ({})", becomes.join(", "));
                 }
                 line += &format!(", {}", counted(survey.triangles as usize, "triangle"));
-                if !self.missing.is_empty() {
-                    line += &format!(", {} missing", counted(self.missing.len(), "file"));
+                if survey.bounds.is_none() {
+                    line += ", nothing to see";
+                }
+                let (missing, outside) = self.missing_and_outside();
+                if missing > 0 {
+                    line += &format!(", {} missing", counted(missing, "file"));
+                }
+                if outside > 0 {
+                    line += &format!(", {} outside the folder", counted(outside, "file"));
                 }
                 let problems: usize = self.problems().map(|d| d.count).sum();
                 line += &format!(", {}", counted(problems, "problem"));
-                match self.problems().next() {
-                    Some(first) => line + ": " + &self.without_file_name(first),
+                match self.worst_problem() {
+                    Some(worst) => line + ": " + &self.without_file_name(worst),
                     None => line,
                 }
             }
@@ -135,7 +191,7 @@ impl Checked {
         let what = diagnostic
             .message
             .replace(&format!("`{}`", self.file), "this");
-        let kind = diagnostic.severity.name();
+        let kind = diagnostic.class();
         match diagnostic.location() {
             (Some(file), Some((line, column))) if file == self.file => {
                 format!("line {line}, column {column}: {kind}: {what}")
@@ -143,6 +199,15 @@ impl Checked {
             (Some(file), _) if file != self.file => diagnostic.to_string(),
             _ => format!("{kind}: {what}"),
         }
+    }
+
+    /// Returns the first of the most severe problems.
+    fn worst_problem(&self) -> Option<&Diagnostic> {
+        self.problems()
+            .reduce(|worst, next| match next.rank() > worst.rank() {
+                true => next,
+                false => worst,
+            })
     }
 
     /// Warnings and errors.
@@ -194,10 +259,14 @@ impl Checked {
                 json::one_line(&json::light(document, light))
             )?;
         }
-        if !self.missing.is_empty() {
-            let names: Vec<&str> = self.missing.iter().map(|m| &*m.name).collect();
-            writeln!(out, "  missing    {}", names.join(", "))?;
+        for (heading, outside) in [("missing", false), ("outside", true)] {
+            let files = self.missing.iter().filter(|m| m.outside == outside);
+            let names: Vec<&str> = files.map(|m| &*m.name).collect();
+            if !names.is_empty() {
+                writeln!(out, "  {heading:<10} {}", names.join(", "))?;
+            }
         }
+        writeln!(out, "  state      {}", self.state().name())?;
         let count: usize = self.problems().map(|d| d.count).sum();
         writeln!(out, "  problems   {count}")?;
         out.flush()

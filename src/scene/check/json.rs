@@ -17,7 +17,7 @@ fn plain(value: f32) -> Json {
 pub(super) fn diagnostic(d: &Diagnostic) -> Json {
     let (file, place) = d.location();
     json!({
-        "severity": d.severity.name(),
+        "severity": d.class(),
         "line": place.map(|p| p.0),
         "column": place.map(|p| p.1),
         "message": d.message,

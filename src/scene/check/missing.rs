@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::diag::{Diagnostic, Severity};
+use crate::diag::{Diagnostic, ErrorKind, Severity};
 use crate::grammar::{class, inline, www_inline};
 use crate::iv::NodeId;
 use crate::scene::looks::texture::{self, FileField, PANORAMA};
@@ -15,6 +15,8 @@ pub(crate) struct Missing {
     /// The reason. It is `None` for an included scene, which was reported when the document was
     /// read.
     pub diagnostic: Option<Box<Diagnostic>>,
+    /// Whether the file is there, and outside the folders that may be read.
+    pub outside: bool,
 }
 
 /// The fields that name an included scene.
@@ -45,12 +47,14 @@ pub(super) fn missing(snapshot: &Snapshot<'_>, folders: &[PathBuf]) -> Vec<Missi
                 for field in INCLUDED {
                     // A file that can be read but is not included includes itself or is not a
                     // scene.
-                    let names = field
-                        .names(node)
-                        .filter(|n| !n.starts_with('<') && document.load_beside(id, n).is_err());
-                    missing.extend(names.map(|name| Missing {
-                        name: name.to_owned(),
-                        diagnostic: None,
+                    let names = field.names(node).filter(|n| !n.starts_with('<'));
+                    missing.extend(names.filter_map(|name| {
+                        let error = document.load_beside(id, name).err()?;
+                        Some(Missing {
+                            name: name.to_owned(),
+                            diagnostic: None,
+                            outside: error.kind == ErrorKind::OutsideFolder,
+                        })
                     }));
                 }
                 continue;
@@ -62,6 +66,7 @@ pub(super) fn missing(snapshot: &Snapshot<'_>, folders: &[PathBuf]) -> Vec<Missi
                 let name = fields.iter().flat_map(|field| field.names(node)).next();
                 missing.push(Missing {
                     name: name.unwrap_or_default().to_owned(),
+                    outside: diagnostic.kind == ErrorKind::OutsideFolder,
                     diagnostic: Some(Box::new(Diagnostic {
                         severity: Severity::Warning,
                         ..*diagnostic

@@ -8,6 +8,6 @@ mod files;
 mod json;
 mod missing;
 
-pub(crate) use checked::{Checked, counted};
+pub(crate) use checked::{Checked, FileState, counted};
 pub(crate) use classes::classes;
 pub(crate) use files::scene_files;

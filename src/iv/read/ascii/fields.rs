@@ -251,7 +251,8 @@ impl<'s> Reader<'_, '_, 's> {
         let class = self.asm.document.node(node).class_name().to_owned();
         let end = def_name(error.at).map_or(error.at, |(rest, _)| rest);
         let span = self.span(error.at, end);
-        self.warn(span, format!("`{class}.{name}`: {}", error.message()));
+        self.warn(span, format!("`{class}.{name}`: {}", error.message()))
+            .kind = error.kind();
     }
 
     pub(super) fn old_field(&mut self, node: NodeId, slot: Slot, name: Span) -> Result<()> {
@@ -263,8 +264,9 @@ impl<'s> Reader<'_, '_, 's> {
                 self.take(b'~');
             }
             Err(error) => {
-                let message = SyntaxError::from(error).message();
-                self.warn(name, format!("`{}`: {message}", old.name));
+                let error = SyntaxError::from(error);
+                self.warn(name, format!("`{}`: {}", old.name, error.message()))
+                    .kind = error.kind();
                 self.recover(node);
             }
         }
@@ -304,7 +306,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
         let span = self.span(start, self.rest);
         if numbers.first().map(|&n| n as usize) != Some(numbers.len() - 1) {
-            self.warn(span, "a path's first number says how many follow");
+            self.damage(span, "a path's first number says how many follow");
         }
         numbers.remove(0);
         self.asm

@@ -21,7 +21,7 @@ impl<'s> Reader<'_, '_, 's> {
                 let Ok((after, name)) = def_name(named) else {
                     self.rest = rest;
                     let span = self.here();
-                    self.warn(span, "`DEF` needs a name");
+                    self.damage(span, "`DEF` needs a name");
                     return Ok(());
                 };
                 self.rest = skip(after);
@@ -52,7 +52,7 @@ impl<'s> Reader<'_, '_, 's> {
     pub(super) fn stray(&mut self) -> Result<()> {
         let span = self.here();
         let message = expected("a node or a field", self.rest);
-        self.warn(span, message);
+        self.damage(span, message);
         self.rest = match self.rest.first() {
             Some(b'{' | b'[' | b'"' | b'(') => past_token(self.rest),
             _ => &self.rest[1.min(self.rest.len())..],
@@ -75,7 +75,7 @@ impl<'s> Reader<'_, '_, 's> {
         if self.peek() != Some(b'{') {
             let message = format!("expected `{{` after `{}`", text(token));
             let span = self.span(at, rest);
-            self.warn(span, message);
+            self.damage(span, message);
             return self.deliver_nothing(target);
         }
         self.rest = &self.rest[1..];
@@ -152,7 +152,7 @@ impl<'s> Reader<'_, '_, 's> {
         let at = self.rest;
         let Ok((mut rest, token)) = def_name(at) else {
             let span = self.here();
-            self.warn(span, "`USE` needs a name");
+            self.damage(span, "`USE` needs a name");
             return self.deliver_nothing(target);
         };
         let mut found = self.asm.used(token);

@@ -107,6 +107,11 @@ impl<'s> Reader<'_, '_, 's> {
         self.asm.document.sink.warn(span, message)
     }
 
+    /// Adds a warning that the file is damaged at a range.
+    pub(super) fn damage(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
+        self.asm.document.sink.damage(span, message)
+    }
+
     /// Skips blanks, then takes a byte if it is the next one.
     pub(super) fn take(&mut self, byte: u8) -> bool {
         self.rest = skip(self.rest);
@@ -154,7 +159,7 @@ impl<'s> Reader<'_, '_, 's> {
             }
             (Some(&Level::List { .. }), Some(b'}')) => {
                 let span = self.here();
-                self.warn(span, "this list of nodes has no closing `]`");
+                self.damage(span, "this list of nodes has no closing `]`");
                 self.stack.pop();
                 Ok(true)
             }
@@ -194,7 +199,7 @@ impl<'s> Reader<'_, '_, 's> {
                 .to_owned();
             let line = open.map_or(1, |(_, start)| self.line_of(start));
             let span = Span::at(self.text.len());
-            self.warn(
+            self.damage(
                 span,
                 format!("the file ends inside the `{class}` that line {line} begins"),
             )
