@@ -70,10 +70,10 @@ impl Shading {
 
     /// The parts of a scene that the model uses.
     pub fn needs(self) -> Needs {
-        let lit = matches!(
-            self,
-            Self::Diffuse | Self::Phong | Self::Gl | Self::Recursive
-        );
+        let lit = match self {
+            Self::Flat | Self::Normal | Self::Ambient => false,
+            Self::Diffuse | Self::Phong | Self::Gl | Self::Recursive => true,
+        };
         Needs {
             normals: lit || self == Self::Normal,
             materials: self != Self::Normal,

@@ -7,6 +7,7 @@ use crate::cli::flags;
 use crate::diag::Sink;
 use crate::photo::options::{Opt, Takes, Words, all};
 use crate::photo::{Era, Plan};
+use crate::shade::Shading;
 
 const ERAS: [Era; 2] = [Era::Vintage, Era::Modern];
 
@@ -132,5 +133,30 @@ fn the_error_of_a_shading_model_lists_the_models() {
     words.add("shading", vec!["q".into()]);
     let start = |era| Plan::of_era(era, "a.iv");
     let error = Plan::from_words(&words, Era::Modern, start, &mut Sink::new()).unwrap_err();
-    assert!(error.message.contains("f, n, a, d, p, g or r"), "{error}");
+    for model in Shading::ALL {
+        let letter = model.letter().to_string();
+        let listed = error
+            .message
+            .split([' ', ',', '`'])
+            .any(|word| word == letter);
+        assert!(listed, "{error}");
+    }
+}
+
+#[test]
+fn the_help_and_the_examples_of_shading_name_every_model() {
+    let option = all().find(|o| o.name == "shading").unwrap();
+    for model in Shading::ALL {
+        let (letter, name) = (model.letter(), model.name());
+        let word = |text: &str| {
+            text.split([' ', ',', '(', ')'])
+                .any(|w| w == letter.to_string())
+        };
+        assert!(
+            word(option.help),
+            "the help of `--shading` lacks `{letter}`"
+        );
+        let shown = |line: &&str| line.ends_with(name) || line.ends_with(&format!(" {letter}"));
+        assert!(option.examples.iter().any(shown), "no example of `{name}`");
+    }
 }
