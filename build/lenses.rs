@@ -1,8 +1,9 @@
-//! Puts every prescription under `lenses/` into the program, as a table of names and texts.
+//! Embeds every prescription under `lenses/` in the program, as a table of names and texts.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+/// Writes the table `LENSES` to `lenses.rs` in the build folder.
 pub fn embed() {
     let root = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").expect("set by cargo"));
     let folder = root.join("lenses");
@@ -27,7 +28,8 @@ pub fn embed() {
     std::fs::write(out, table).expect("OUT_DIR can be written");
 }
 
-/// Every prescription below a folder; the folders themselves are watched for new files.
+/// Adds every prescription below a folder, and makes cargo run the build script again when a folder
+/// changes.
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     println!("cargo:rerun-if-changed={}", folder.display());
     let Ok(entries) = std::fs::read_dir(folder) else {

@@ -1,9 +1,8 @@
-//! Turns `grammar/*.nodes` into the node catalogue's table and typed handles, and puts the lenses
-//! into the program.
+//! Compiles `grammar/*.nodes` to the node catalogue's table and typed handles, and embeds the
+//! lenses in the program.
 //!
-//! The standard library alone: a fresh machine pays nothing for it. A mistake in the catalogue
-//! ends the build with file, line and what is wrong. The format is on one page in
-//! `grammar/README.md`.
+//! The build script uses only the standard library. A mistake in the catalogue ends the build with
+//! a message that names the file and line. `grammar/README.md` describes the format.
 
 mod lenses;
 mod nodes;

@@ -17,7 +17,7 @@ use std::time::Instant;
 
 use super::shared::scenes;
 use crate::bvh::Ray;
-use crate::iv::{Document, Folder, Format, Limits};
+use crate::iv::{Document, FolderLoader, Format, Limits};
 use crate::sampling::mix;
 use crate::scene::{CompileOptions, RenderScene};
 use crate::snapshot::SnapshotOptions;
@@ -134,7 +134,7 @@ fn forms(file: &Path) -> Vec<(&'static str, Vec<u8>)> {
 /// Processes a document as the program does, and returns whether it could be read.
 fn use_up(file: &Path, bytes: Vec<u8>) -> bool {
     let limits = Limits::default();
-    let loader = Arc::new(Folder::of(file, &[], limits.bytes));
+    let loader = Arc::new(FolderLoader::new(file, &[], limits.bytes));
     let Ok(document) = Document::read("damaged.iv", bytes, loader.clone(), &limits) else {
         return false;
     };

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use super::shared::scenes;
-use crate::iv::{Document, Folder, Format, Limits};
+use crate::iv::{Document, FolderLoader, Format, Limits};
 
 pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
     let folder = arguments.first().cloned().unwrap_or_else(|| ".".into());
@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
 
 fn again(document: &Document, file: &Path, format: Format) -> Option<String> {
     let bytes = document.write(format);
-    let loader = Arc::new(Folder::of(file, &[], usize::MAX));
+    let loader = Arc::new(FolderLoader::new(file, &[], usize::MAX));
     let name = file.display().to_string();
     match Document::read(&name, bytes, loader, &Limits::default()) {
         Ok(again) => {

@@ -1,11 +1,11 @@
-//! Writes what the catalogue declares as Rust.
+//! Writes the catalogue as Rust code.
 
 use std::collections::{HashMap, HashSet};
 
 use super::model::{Class, Field, KINDS, number};
 
-/// The module name of each class: `IndexedFaceSet` is `indexed_face_set`; a second entry of the
-/// same name is prefixed by its first dialect, `vrml97_cone`.
+/// Returns the module name of each class: `indexed_face_set` for `IndexedFaceSet`. A second class
+/// with the same name has its first dialect as a prefix: `vrml97_cone`.
 fn modules(classes: &[Class]) -> Result<Vec<String>, String> {
     let mut seen = HashMap::new();
     let mut out = Vec::new();
@@ -28,9 +28,10 @@ fn modules(classes: &[Class]) -> Result<Vec<String>, String> {
     Ok(out)
 }
 
-/// Class names that cannot name a module: Rust's keywords, and what would be taken for one.
+/// Class names that are not used as module names, because they are or look like keywords of Rust.
 const KEYWORDS: [&str; 5] = ["box", "switch", "loop", "in", "type"];
 
+/// Converts a name to snake case.
 fn snake(name: &str) -> String {
     let chars: Vec<char> = name.chars().collect();
     let mut out = String::new();
@@ -47,31 +48,61 @@ fn snake(name: &str) -> String {
     out
 }
 
-/// Writes the table of classes, their ids, and a module of field handles for each.
+/// Returns the table of classes, their identifiers, and a module of field handles for each class.
+///
+/// # Errors
+/// Returns a message if two classes have the same module name, or if a default is wrong.
 pub fn emit(classes: &[Class]) -> Result<String, String> {
     let modules = modules(classes)?;
-    let mut table = String::from("pub static CLASSES: &[Class] = &[\n");
+    let mut table = String::from(
+        "/// All classes of the catalogue. A `ClassId` is an index into this table.\n\
+         pub static CLASSES: &[Class] = &[\n",
+    );
     let mut ids = String::from(
-        "/// The id of every class, for `match`.\npub mod class {\n    use super::ClassId;\n",
+        "/// The identifiers of all classes.\npub mod class {\n    use super::ClassId;\n",
     );
     let mut handles = String::new();
     for (i, (class, module)) in classes.iter().zip(&modules).enumerate() {
         table.push_str(&table_entry(i, class)?);
         ids.push_str(&format!(
-            "    pub const {}: ClassId = ClassId({i});\n",
+            "    /// The class `{}`{}.\n    pub const {}: ClassId = ClassId({i});\n",
+            class.name,
+            languages(class),
             module.to_uppercase()
         ));
         let constants = constants(i, class);
         if !constants.is_empty() {
             handles.push_str(&format!(
-                "/// Fields of `{}`.\npub mod {module} {{\n    use super::*;\n{constants}}}\n",
-                class.name
+                "/// The fields of `{}`{}.\npub mod {module} {{\n    use super::*;\n{constants}}}\n",
+                class.name,
+                languages(class)
             ));
         }
     }
     Ok(format!("{table}];\n\n{ids}}}\n\n{handles}"))
 }
 
+/// Returns the formats that have a class as text for documentation, such as ` of VRML 1.0`.
+fn languages(class: &Class) -> String {
+    let names: Vec<&str> = class
+        .dialects
+        .iter()
+        .map(|dialect| match dialect.as_str() {
+            "iv1" => "Inventor V1.0",
+            "iv2" => "Inventor V2",
+            "vrml1" => "VRML 1.0",
+            "vrml97" => "VRML97",
+            _ => "Coin",
+        })
+        .collect();
+    match names.as_slice() {
+        [] => String::new(),
+        [one] => format!(" of {one}"),
+        [rest @ .., last] => format!(" of {} and {last}", rest.join(", ")),
+    }
+}
+
+/// Returns the entry of a class in the table.
 fn table_entry(i: usize, class: &Class) -> Result<String, String> {
     let dialects: Vec<String> = class
         .dialects
@@ -120,7 +151,7 @@ fn table_entry(i: usize, class: &Class) -> Result<String, String> {
     ))
 }
 
-/// The handles of a class's fields, and the values that its enumerations name.
+/// Returns the handles of a class's fields, and constants for the values of its enumerations.
 fn constants(i: usize, class: &Class) -> String {
     let mut out = String::new();
     let mut taken = HashSet::new();
@@ -135,17 +166,38 @@ fn constants(i: usize, class: &Class) -> String {
             constant.insert_str(0, "CAPITAL_"); // a Calculator has both `a` and `A`
         }
         out.push_str(&format!(
-            "    pub const {constant}: Field<{handle}> = Field::new({i}, {k});\n"
+            "    /// {}\n    pub const {constant}: Field<{handle}> = Field::new({i}, {k});\n",
+            field_doc(field)
         ));
         for (word, value) in &field.names {
-            let word = word.to_uppercase().replace('-', "_");
-            out.push_str(&format!("    pub const {name}_{word}: i32 = {value};\n"));
+            let constant = word.to_uppercase().replace('-', "_");
+            out.push_str(&format!(
+                "    /// The value `{word}` of the field `{}`.\n    \
+                 pub const {name}_{constant}: i32 = {value};\n",
+                field.name
+            ));
         }
     }
     out
 }
 
-/// `level_of_detail` as `LevelOfDetail`.
+/// Returns the documentation of a field: its name, type, default and legal range.
+fn field_doc(field: &Field) -> String {
+    let default = match field.default.as_str() {
+        "" => "It has no default value in the catalogue.".to_owned(),
+        text => format!("The default is `{text}`."),
+    };
+    let range = match &field.range {
+        Some(range) => format!(" The legal range is `{range}`."),
+        None => String::new(),
+    };
+    format!(
+        "The field `{}` of type `{}`. {default}{range}",
+        field.name, field.kind
+    )
+}
+
+/// Converts a name to camel case: `LevelOfDetail` for `level_of_detail`.
 fn camel(words: &str) -> String {
     words
         .split('_')
@@ -156,7 +208,7 @@ fn camel(words: &str) -> String {
         .collect()
 }
 
-/// A default as a constant expression of `Default`.
+/// Returns a default as a constant expression of type `Default`.
 fn default(class: &Class, field: &Field) -> Result<String, String> {
     let text = field.default.as_str();
     let bad = || format!("{}: bad default `{text}` for `{}`", class.place, field.name);
@@ -206,6 +258,7 @@ fn default(class: &Class, field: &Field) -> Result<String, String> {
     }
 }
 
+/// Returns the quoted strings of a text, or its words if it has no quotes.
 fn strings(text: &str) -> Vec<String> {
     if !text.contains('"') {
         return text.split_whitespace().map(Into::into).collect();
@@ -213,6 +266,7 @@ fn strings(text: &str) -> Vec<String> {
     text.split('"').skip(1).step_by(2).map(Into::into).collect()
 }
 
+/// Returns the numbers of a default, or `None` if a word is not a number.
 fn numbers(field: &Field, text: &str) -> Option<Vec<f64>> {
     text.split([' ', ',', '\t'])
         .filter(|w| !w.is_empty())

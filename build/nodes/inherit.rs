@@ -1,11 +1,14 @@
-//! Gives each class what its family brings: fields, events, parts and its role.
+//! Adds to each class the fields, events, parts and role that it inherits from its family.
 
 use std::collections::HashMap;
 
 use super::model::{Class, Field, Part, TREATMENTS};
 
-/// Puts the fields of a declared family in front of a class's own; a field of the same name is
-/// replaced in place. Families may come in any order.
+/// Inserts the members of a declared family before a class's own. A field with the same name
+/// replaces the inherited one in its position. Families may be declared in any order.
+///
+/// # Errors
+/// Returns a message if a family inherits from itself.
 pub fn inherit(classes: &mut [Class]) -> Result<(), String> {
     let by_name: HashMap<String, usize> = classes
         .iter()
@@ -55,8 +58,8 @@ pub fn inherit(classes: &mut [Class]) -> Result<(), String> {
     Ok(())
 }
 
-/// The role of a class: what it or the nearest family states, if that goes with its treatment, else
-/// the usual one of the treatment.
+/// Returns the role of a class. It is the role that the class or its nearest family states, if its
+/// treatment allows that role, and otherwise the default of the treatment.
 fn role_of(treatment: &str, stated: Option<&String>) -> String {
     let (_, roles) = TREATMENTS[TREATMENTS
         .iter()
@@ -68,8 +71,8 @@ fn role_of(treatment: &str, stated: Option<&String>) -> String {
     }
 }
 
-/// Adds a kit's own parts to those of its family, from the last, so that the sibling a part
-/// stands before is already there. A part of the same name is replaced in place.
+/// Adds a kit's own parts to those of its family. The last part is added first, so that the sibling
+/// after a part is already in the list. A part with the same name is replaced in its position.
 fn insert_parts(parts: &mut Vec<Part>, own: &[Part]) {
     for part in own.iter().rev() {
         if let Some(old) = parts.iter_mut().find(|p| p.name == part.name) {

@@ -1,4 +1,4 @@
-//! Reads `*.nodes` files and writes Rust: the class table, class ids, field handles.
+//! Compiles `*.nodes` files to Rust: the class table, class identifiers and field handles.
 
 mod emit;
 mod inherit;
@@ -7,6 +7,10 @@ mod parse;
 
 use std::path::Path;
 
+/// Compiles all `*.nodes` files in a folder and returns the Rust code.
+///
+/// # Errors
+/// Returns a message with file and line for a file that cannot be read or has a mistake.
 pub fn compile(folder: &Path) -> Result<String, String> {
     let mut files: Vec<_> = std::fs::read_dir(folder)
         .map_err(|e| format!("{}: {e}", folder.display()))?

@@ -1,46 +1,60 @@
-//! What the catalogue's files declare, and the words that they may use.
+//! The declarations in the catalogue's files, and the keywords that they may use.
 
+/// A node class.
 pub struct Class {
     pub name: String,
+    /// The name of the base class.
     pub family: String,
     pub dialects: Vec<String>,
     pub treatment: String,
-    /// What happens when the walk meets a node of the class. Empty until [`super::inherit`] has run,
-    /// if the class line does not state it.
+    /// The effect of a node on traversal. If the class line does not state it, it is empty until
+    /// [`super::inherit`] has run.
     pub role: String,
-    /// The index of the class's family, if the catalogue declares it.
+    /// The index of the base class, if the catalogue declares it.
     pub parent: Option<usize>,
     pub fields: Vec<Field>,
+    /// The name and type of each `eventIn`.
     pub inputs: Vec<(String, String)>,
+    /// The name and type of each engine output or `eventOut`.
     pub outputs: Vec<(String, String)>,
     pub parts: Vec<Part>,
+    /// The file and line of the declaration.
     pub place: String,
 }
 
-/// A place in a node kit's catalogue: `part camera of transformGroup PerspectiveCamera`.
+/// A part of a node kit: `part camera of transformGroup PerspectiveCamera`.
 #[derive(Clone)]
 pub struct Part {
     pub name: String,
-    /// The part it is a child of; `this` is the kit.
+    /// The part that this part is a child of; `this` is the kit.
     pub parent: String,
+    /// The sibling that follows this part.
     pub before: Option<String>,
     pub class: String,
+    /// Whether the part contains a `NodeKitListPart`.
     pub list: bool,
-    /// Made by the kit itself, not only when a file states it.
+    /// Whether the kit always creates the part. Other parts exist only if a file states them.
     pub made: bool,
 }
 
+/// A field of a class.
 #[derive(Clone)]
 pub struct Field {
+    /// Inventor's name of the type.
     pub kind: String,
     pub name: String,
+    /// The default as the catalogue writes it.
     pub default: String,
+    /// The names and values of an enumeration or bit mask.
     pub names: Vec<(String, i64)>,
+    /// The legal range.
     pub range: Option<String>,
 }
 
+/// The keywords of the dialects.
 pub const DIALECTS: [&str; 5] = ["iv1", "iv2", "vrml1", "vrml97", "coin"];
-/// Every treatment with the roles that a class of it may have; the first is the usual one. An
+
+/// The treatments, each with the roles that its classes may have. The first role is the default. An
 /// abstract class may have any role, which its descendants inherit.
 pub const TREATMENTS: [(&str, &[&str]); 5] = [
     ("rendered", &["shape", "appearance_and_geometry"]),
@@ -72,7 +86,7 @@ pub const TREATMENTS: [(&str, &[&str]); 5] = [
     ("abstract", &["kept"]),
 ];
 
-/// Every field type with the Rust type of its handle and the arm of `Value` that stores it.
+/// The field types, each with the Rust type of its handle.
 pub const KINDS: [(&str, &str); 53] = [
     ("SFBool", "bool"),
     ("SFInt32", "i32"),

@@ -1,7 +1,11 @@
-//! Reads the lines of a `*.nodes` file.
+//! Parses the lines of a `*.nodes` file.
 
 use super::model::{Class, DIALECTS, Field, KINDS, Part, TREATMENTS, number};
 
+/// Parses a file and adds its classes.
+///
+/// # Errors
+/// Returns a message with file and line for a mistake.
 pub fn parse(file: &str, text: &str, classes: &mut Vec<Class>) -> Result<(), String> {
     for (index, line) in text.lines().enumerate() {
         let place = format!("{file}:{}", index + 1);
@@ -21,7 +25,7 @@ pub fn parse(file: &str, text: &str, classes: &mut Vec<Class>) -> Result<(), Str
     Ok(())
 }
 
-/// Cuts at a `#` that is not inside quotes.
+/// Returns the part of a line before a `#` that is not inside quotes.
 fn strip_comment(line: &str) -> &str {
     let mut quoted = false;
     for (i, c) in line.char_indices() {
@@ -34,7 +38,7 @@ fn strip_comment(line: &str) -> &str {
     line
 }
 
-/// Reads a class line: `Cone : Shape  in iv1 iv2 vrml1  rendered`.
+/// Parses a class line: `Cone : Shape  in iv1 iv2 vrml1  rendered`.
 fn class(place: &str, line: &str) -> Result<Class, String> {
     let (name, rest) = line.split_once(':').ok_or(format!(
         "{place}: expected `Name : Family in dialects… treatment [role]`"
@@ -84,7 +88,7 @@ fn class(place: &str, line: &str) -> Result<Class, String> {
     })
 }
 
-/// A line of a class: a field, an event or engine output, or a part of a kit.
+/// Parses a line of a class: a field, an event or engine output, or a part of a kit.
 fn member(place: &str, line: &str, class: &mut Class) -> Result<(), String> {
     let words: Vec<&str> = line.split_whitespace().collect();
     match words.as_slice() {
@@ -123,7 +127,8 @@ fn member(place: &str, line: &str, class: &mut Class) -> Result<(), String> {
     Ok(())
 }
 
-/// `SFBitMask parts  ALL  { SIDES=1 BOTTOM=2 ALL=3 }` or `SFFloat height 2 (0, inf)`
+/// Parses a field such as `SFBitMask parts  ALL  { SIDES=1 BOTTOM=2 ALL=3 }` or
+/// `SFFloat height 2 (0, inf)`.
 fn field(place: &str, line: &str) -> Result<Field, String> {
     let (kind, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
     if !KINDS.iter().any(|(k, _)| *k == kind) {
@@ -166,6 +171,7 @@ fn field(place: &str, line: &str) -> Result<Field, String> {
     })
 }
 
+/// Returns whether a class with this treatment may have this role.
 fn is_role(role: &str, treatment: &str) -> bool {
     TREATMENTS
         .iter()

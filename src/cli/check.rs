@@ -1,4 +1,4 @@
-//! `ivcam check`: what is in a scene file, what of it is drawn, and what is wrong with it.
+//! `ivcam check`: lists the contents of scene files, what is drawn of them, and their problems.
 //!
 //! The JSON form is described in `docs/guide/machine.md`.
 
@@ -8,22 +8,23 @@ use std::path::{Path, PathBuf};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use super::flags::{FONTS, LIMIT};
-use super::{ERROR, switch, tell};
+use super::{ERROR, print_diagnostic, switch};
 use crate::diag::Result;
 use crate::scene::CompileOptions;
 use crate::scene::check::{Checked, FileState, classes, counted, scene_files};
 use crate::snapshot::SnapshotOptions;
 
+/// Returns the definition of the command.
 pub(crate) fn command() -> Command {
     let path = |name: &'static str| Arg::new(name).value_parser(value_parser!(PathBuf));
     Command::new("check")
-        .about("Tells what is in scene files, what is drawn of it, and what is wrong")
+        .about("Lists the contents of scene files, what is drawn of them, and their problems")
         .arg(
             path("scenes")
                 .value_name("SCENE")
                 .num_args(1..)
                 .required(true)
-                .help("scene files, or folders to walk"),
+                .help("scene files, or folders with scene files"),
         )
         .arg(
             Arg::new("only")
@@ -32,27 +33,28 @@ pub(crate) fn command() -> Command {
                 .action(ArgAction::Append)
                 .value_delimiter(',')
                 .value_parser(FileState::ALL.map(FileState::name))
-                .help("report only files in these states; the last line counts all files"),
+                .help("reports only files in these states; the last line counts all files"),
         )
-        .arg(switch("json", "answer as JSON, one object a file"))
+        .arg(switch("json", "prints JSON, one object per file"))
         .arg(switch(
             "full",
-            "of many files, the whole report of each, not a line",
+            "prints the whole report of each of several files instead of a line",
         ))
         .arg(switch(
             "handles",
-            "count the handles of draggers and manipulators in",
+            "includes the handles of draggers and manipulators",
         ))
         .arg(
             path("search")
                 .long("search")
                 .value_name("FOLDER")
                 .action(ArgAction::Append)
-                .help("also look here for files that a scene names"),
+                .help("searches this folder too for files of a scene"),
         )
         .args([FONTS, LIMIT].iter().map(super::flags::argument))
 }
 
+/// Runs the command and returns the exit code.
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let named: Vec<&PathBuf> = matches.get_many("scenes").into_iter().flatten().collect();
     let search: Vec<&Path> = matches
@@ -63,7 +65,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .collect();
     let limits = super::limits(matches)?;
     let fonts = super::fonts(matches)?;
-    fonts.warnings.iter().for_each(|t| tell(t));
+    fonts.warnings.iter().for_each(|t| print_diagnostic(t));
     let options = CompileOptions {
         texture_folders: search.iter().map(|p| p.to_path_buf()).collect(),
         fonts,
@@ -89,29 +91,34 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         if !only.is_empty() && !only.iter().any(|state| *state == checked.state().name()) {
             continue;
         }
-        let written = match (json, lines) {
+        let result = match (json, lines) {
             (true, _) if several => writeln!(out, "{}", checked.json()),
             (true, _) => writeln!(out, "{:#}", checked.json()),
             (false, true) => bar.suspend(|| writeln!(out, "{}", checked.summary())),
             (false, false) => bar.suspend(|| checked.report(out)),
         };
-        super::written(written)?;
+        super::exit_code(result)?;
         if !json && !lines {
-            bar.suspend(|| checked.problems().for_each(tell));
+            bar.suspend(|| checked.problems().for_each(print_diagnostic));
         } else if json && !several {
-            checked.document.as_ref().err().iter().for_each(|e| tell(e));
+            checked
+                .document
+                .as_ref()
+                .err()
+                .iter()
+                .for_each(|e| print_diagnostic(e));
         }
     }
     bar.finish_and_clear();
     if several && json {
-        super::say!("{}", total.line());
+        super::status!("{}", total.line());
     } else if several {
-        super::written(writeln!(out, "{}", total.line()))?;
+        super::exit_code(writeln!(out, "{}", total.line()))?;
     }
     Ok(if total.states[2] > 0 { ERROR } else { 0 })
 }
 
-/// What many files come to.
+/// The numbers of files with each kind of problem.
 #[derive(Default)]
 struct Total {
     files: usize,
@@ -157,6 +164,7 @@ impl Total {
     }
 }
 
+/// Returns a progress bar, which is visible only for several files on a terminal.
 fn progress(files: usize, several: bool) -> indicatif::ProgressBar {
     if several && std::io::stderr().is_terminal() {
         indicatif::ProgressBar::new(files as u64)

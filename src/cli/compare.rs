@@ -1,4 +1,4 @@
-//! `ivcam compare`: holds a new picture against an old one.
+//! `ivcam compare`: compares a new picture with an old one.
 
 use std::io::Write;
 use std::path::Path;
@@ -6,16 +6,17 @@ use std::path::Path;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde::Serialize;
 
-use super::{fit, flags, parsed, switch, text, written};
+use super::{exit_code, fit, flags, parsed, switch, text};
 use crate::compare::{
     self, Comparison, METRICS, Mask, Matching, Metric, Options, Plate, Registration,
 };
 use crate::diag::{Diagnostic, Result, nearest};
 use crate::picture::{Raster, write_whole};
 
-/// Exit code: a limit was passed.
+/// The exit code if a limit is exceeded.
 const DIFFERENT: i32 = 1;
 
+/// Returns the definition of the command.
 pub(crate) fn command() -> Command {
     let value = |name: &'static str, value: &'static str, help: &'static str| {
         Arg::new(name).long(name).value_name(value).help(help)
@@ -24,8 +25,12 @@ pub(crate) fn command() -> Command {
         Arg::new(name).value_name(value).required(true).help(help)
     };
     Command::new("compare")
-        .about("Holds a new picture against an old one: MSE, PSNR, SSIM, FLIP, edges")
-        .arg(picture("new", "NEW", "picture on whose pixels they meet"))
+        .about("Compares a new picture with an old one: MSE, PSNR, SSIM, FLIP, edges")
+        .arg(picture(
+            "new",
+            "NEW",
+            "new picture, on whose pixels the measures are computed",
+        ))
         .arg(picture(
             "old",
             "OLD",
@@ -42,18 +47,18 @@ pub(crate) fn command() -> Command {
         .arg(value(
             "crop",
             "X,Y,W,H",
-            "only these pixels of the new picture count",
+            "compares only these pixels of the new picture",
         ))
         .arg(value(
             "mask",
             "FILE",
-            "only where this picture is white; it has the new one's size",
+            "compares only where this picture is white; it must have the new one's size",
         ))
         .arg(
             value(
                 "match",
                 "WHAT",
-                "fits gain, offset and gamma: one curve for the picture, one a channel, or none",
+                "fits gain, offset and gamma: one curve for the picture, one per channel, or none",
             )
             .value_parser(["picture", "channel", "none"])
             .default_value("picture"),
@@ -61,14 +66,14 @@ pub(crate) fn command() -> Command {
         .arg(value(
             "ppd",
             "N",
-            "pixels a degree of view, for FLIP [67.02]",
+            "pixels per degree of view, for FLIP [67.02]",
         ))
         .arg(value(
             "sheet",
             "FILE",
             "writes new, old and difference side by side: .png, .jpg, .tiff or .bmp",
         ))
-        .arg(switch("json", "answers as JSON"))
+        .arg(switch("json", "prints JSON"))
         .arg(value(
             "fit",
             "FILE.dat",
@@ -86,7 +91,7 @@ pub(crate) fn command() -> Command {
         )
 }
 
-/// Runs the command; the number is the exit code.
+/// Runs the command and returns the exit code.
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let name = |which: &str| text(matches, which).unwrap_or_default();
     let limits = limits(matches)?;
@@ -133,27 +138,27 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         let bytes = sheet.encode(Path::new(path))?;
         write_whole(Path::new(path), |file| file.write_all(&bytes))?;
     }
-    let passed: Vec<Passed> = limits
+    let exceeded: Vec<Exceeded> = limits
         .iter()
         .filter(|(metric, limit)| !metric.holds(&comparison.measures, *limit))
-        .map(|&(metric, limit)| Passed {
+        .map(|&(metric, limit)| Exceeded {
             metric: metric.name,
             limit,
             value: (metric.get)(&comparison.measures),
         })
         .collect();
     let result = if matches.get_flag("json") {
-        write_json(&comparison, &passed, out)
+        write_json(&comparison, &exceeded, out)
     } else {
-        write_text(&comparison, &passed, out)
+        write_text(&comparison, &exceeded, out)
     };
-    let code = if passed.is_empty() { 0 } else { DIFFERENT };
-    written(result).map(|_| code)
+    let code = if exceeded.is_empty() { 0 } else { DIFFERENT };
+    exit_code(result).map(|_| code)
 }
 
-/// A limit that was not held.
+/// A limit that is exceeded.
 #[derive(Serialize)]
-struct Passed {
+struct Exceeded {
     metric: &'static str,
     limit: f64,
     value: f64,
@@ -180,13 +185,13 @@ fn limit(word: &str) -> Result<(&'static Metric, f64)> {
     match value.parse() {
         Ok(value) if !f64::is_nan(value) => Ok((metric, value)),
         _ => Err(
-            Diagnostic::error(format!("`--limit {word}` has no value that is a number"))
+            Diagnostic::error(format!("the value of `--limit {word}` is not a number"))
                 .with_help(format!("write it as `--limit {name}=0.01`")),
         ),
     }
 }
 
-/// What `--crop` and `--mask` leave.
+/// Returns the pixels that `--crop` and `--mask` select.
 fn mask(matches: &ArgMatches, new: &Plate) -> Result<Option<Mask>> {
     let (width, height) = (new.width, new.height);
     let mut mask = None;
@@ -199,7 +204,7 @@ fn mask(matches: &ArgMatches, new: &Plate) -> Result<Option<Mask>> {
             counts: (0..raster.pixels()).map(white).collect(),
         });
     }
-    let crop = parsed(matches, "crop", "four whole numbers x,y,w,h", |word| {
+    let crop = parsed(matches, "crop", "four integers x,y,w,h", |word| {
         let numbers: Option<Vec<usize>> = word.split(',').map(|n| n.trim().parse().ok()).collect();
         <[usize; 4]>::try_from(numbers?).ok()
     })?;
@@ -209,7 +214,7 @@ fn mask(matches: &ArgMatches, new: &Plate) -> Result<Option<Mask>> {
         };
         if !fits(left, w, width) || !fits(top, h, height) {
             return Err(Diagnostic::error(format!(
-                "`--crop {left},{top},{w},{h}` does not lie in the new picture"
+                "`--crop {left},{top},{w},{h}` is not inside the new picture"
             ))
             .with_help(format!(
                 "{} is {width}x{height}",
@@ -226,7 +231,7 @@ fn mask(matches: &ArgMatches, new: &Plate) -> Result<Option<Mask>> {
         };
         mask = Some(match mask {
             Some(m) if (m.width, m.height) == (width, height) => m.and(&crop),
-            Some(m) => m, // of a wrong size, which `compare` says
+            Some(m) => m, // The mask has the wrong size, which `compare` reports.
             None => crop,
         });
     }
@@ -235,7 +240,7 @@ fn mask(matches: &ArgMatches, new: &Plate) -> Result<Option<Mask>> {
 
 fn write_text(
     comparison: &Comparison,
-    passed: &[Passed],
+    exceeded: &[Exceeded],
     out: &mut dyn Write,
 ) -> std::io::Result<()> {
     let m = &comparison.measures;
@@ -287,7 +292,7 @@ fn write_text(
         )?,
         None => writeln!(out, "edges      one of the pictures has none")?,
     }
-    for p in passed {
+    for p in exceeded {
         writeln!(
             out,
             "limit      {} is {}, the limit is {}",
@@ -299,18 +304,18 @@ fn write_text(
 
 fn write_json(
     comparison: &Comparison,
-    passed: &[Passed],
+    exceeded: &[Exceeded],
     out: &mut dyn Write,
 ) -> std::io::Result<()> {
     #[derive(Serialize)]
     struct Answer<'a> {
         #[serde(flatten)]
         comparison: &'a Comparison,
-        limits_passed: &'a [Passed],
+        limits_passed: &'a [Exceeded],
     }
     let answer = Answer {
         comparison,
-        limits_passed: passed,
+        limits_passed: exceeded,
     };
     serde_json::to_writer_pretty(&mut *out, &answer)?;
     writeln!(out)

@@ -1,12 +1,12 @@
-//! `ivcam converge`: error against samples and time, for several methods.
+//! `ivcam converge`: measures the error over samples and time for several methods.
 
 use std::io::Write;
 use std::path::Path;
 
 use clap::{Arg, ArgMatches, Command};
 
-use super::render::{OutputOptions, plan, tell_headlight};
-use super::{flags, parsed, scene_argument, tell_all, text};
+use super::render::{OutputOptions, plan, print_headlight_notice};
+use super::{flags, parsed, print_warnings, scene_argument, text};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result};
 use crate::photo::{Era, Plan, Session};
@@ -15,6 +15,7 @@ use crate::render::Stop;
 use crate::render::report::{Convergence, Row};
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 
+/// Returns the definition of the command.
 pub(crate) fn command() -> Command {
     let value = |name: &'static str, value: &'static str, help: &'static str| {
         Arg::new(name).long(name).value_name(value).help(help)
@@ -32,17 +33,17 @@ pub(crate) fn command() -> Command {
         .arg(value(
             "from",
             "N",
-            "samples a pixel to begin with; they double up to --samples [1]",
+            "samples per pixel of the first render; they double up to --samples [1]",
         ))
         .arg(value(
             "reference",
             "FILE",
-            "picture (EXR) to measure against [an own run of --reference-samples]",
+            "picture (EXR) to compare with [a render with --reference-samples]",
         ))
         .arg(value(
             "reference-samples",
             "N",
-            "samples a pixel of the own reference [16 times --samples]",
+            "samples per pixel of the rendered reference [16 times --samples]",
         ))
         .arg(value("csv", "FILE", "also writes the table as CSV"))
         .arg(value("json", "FILE", "also writes the table as JSON"))
@@ -73,8 +74,8 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .map(Method::parse)
         .collect::<Result<_>>()?;
     let base = Session::open(plan.clone())?;
-    tell_all(&base.sink);
-    tell_headlight(&base, options.quiet);
+    print_warnings(&base.sink);
+    print_headlight_notice(&base, options.quiet);
 
     let mut table = Convergence {
         scene: plan.scene.display().to_string(),
@@ -117,16 +118,16 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             let exposure = options.on_threads(run)?;
             table.push(Row::new(&method.name, &exposure, &reference));
             if !options.quiet {
-                super::say!("{} {samples} spp: {:.2} s", method.name, exposure.seconds);
+                super::status!("{} {samples} spp: {:.2} s", method.name, exposure.seconds);
             }
             write(m, &table)?;
             samples *= 2;
         }
     }
-    super::written(write!(out, "{}", table.text()))
+    super::exit_code(write!(out, "{}", table.text()))
 }
 
-/// After every render, so that a run that is stopped loses nothing.
+/// Writes the tables. It is called after every render, so that an interrupted run loses nothing.
 fn write(m: &ArgMatches, table: &Convergence) -> Result<()> {
     let save = |name: &str, content: &dyn Fn() -> String| match text(m, name) {
         Some(file) => write_whole(Path::new(file), |f| f.write_all(content().as_bytes())),
@@ -142,13 +143,13 @@ fn write(m: &ArgMatches, table: &Convergence) -> Result<()> {
 const METHODS: &str = "methods are 1999, random, jittered, sobol, blue and golden, each also with +rear, +adaptive \
      or +FILTER: sobol+adaptive+mitchell";
 
-/// What a plan is changed to, by name.
+/// A method: the changes to a plan that a name describes.
 struct Method {
     name: String,
     kind: SamplerKind,
     aim: Aim,
     adaptive: bool,
-    /// The plan's own without.
+    /// The pixel filter. Default: that of the plan.
     filter: Option<Filter>,
 }
 
@@ -193,7 +194,7 @@ impl Method {
     }
 }
 
-/// Linear values of a picture file of the plan's size.
+/// Reads the linear values of a picture file that has the plan's size.
 fn read_reference(path: &Path, plan: &Plan) -> Result<Vec<[f64; 3]>> {
     let picture = Raster::open(path)?;
     if picture.channels < 3 || !matches!(picture.samples, Samples::F32(_)) {

@@ -1,18 +1,19 @@
-//! `ivcam convert`: writes a scene as ASCII or binary V2.1, from anything that is read.
+//! `ivcam convert`: converts a scene to Inventor V2.1 (ASCII or binary) or VRML97.
 
 use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Arg, ArgMatches, Command, value_parser};
 
-use super::{tell, tell_all, text};
+use super::{print_diagnostic, print_warnings, text};
 use crate::diag::{Diagnostic, Result};
 use crate::iv::{Document, Format};
 
+/// Returns the definition of the command.
 pub(crate) fn command() -> Command {
     let path = |name: &'static str| Arg::new(name).value_parser(value_parser!(PathBuf));
     Command::new("convert")
-        .about("Writes a scene file anew: any version and form to Inventor V2.1, VRML97 to VRML97")
+        .about("Converts a scene file: any version of Inventor to V2.1, VRML97 to VRML97")
         .arg(
             path("scene")
                 .value_name("SCENE")
@@ -29,30 +30,31 @@ pub(crate) fn command() -> Command {
         .arg(
             Arg::new("to")
                 .long("to")
-                .value_name("FORM")
+                .value_name("FORMAT")
                 .value_parser(["ascii", "binary"])
                 .default_value("ascii")
-                .help("text, or Inventor's binary form"),
+                .help("text, or Inventor's binary format"),
         )
         .arg(super::flags::argument(&super::flags::LIMIT))
 }
 
+/// Runs the command and returns the exit code.
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let Some(scene) = matches.get_one::<PathBuf>("scene") else {
         return Err(Diagnostic::error("no scene was given"));
     };
     let document = Document::open_with(scene, &[], &super::limits(matches)?)?;
-    tell_all(&document.sink);
+    print_warnings(&document.sink);
     let format = match text(matches, "to") {
         Some("binary") => Format::Binary,
         _ => Format::Ascii,
     };
     for loss in document.losses(format) {
-        tell(&Diagnostic::warning(loss).in_file(scene.display().to_string()));
+        print_diagnostic(&Diagnostic::warning(loss).in_file(scene.display().to_string()));
     }
     let bytes = document.write(format);
     match matches.get_one::<PathBuf>("output") {
-        None => super::written(out.write_all(&bytes).and_then(|()| out.flush())),
+        None => super::exit_code(out.write_all(&bytes).and_then(|()| out.flush())),
         Some(path) => {
             crate::picture::write_whole(path, |file| file.write_all(&bytes))?;
             Ok(0)

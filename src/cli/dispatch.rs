@@ -1,39 +1,40 @@
-//! Finds the command that the words name, and runs it.
+//! Finds the command that the arguments name, and runs it.
 
 use std::ffi::OsString;
 
 use clap::Command;
 
-use super::messages::{ERROR, tell};
-use super::words::scene_argument;
+use super::arguments::scene_argument;
+use super::messages::{ERROR, print_diagnostic};
 use super::{
     check, compare, converge, convert, expose, flags, lens, nodes, pull_focus, render, view,
 };
 use crate::diag::{Diagnostic, Result};
 use crate::photo::Era;
 
-/// Runs the program for its words, the first being its own name. Returns the exit code.
+/// Runs the program with its arguments, of which the first is its own name. Returns the exit code.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> i32 {
     let words = flags::modernize(words);
     match dispatch(&words) {
         Ok(code) => code,
         Err(error) => {
-            tell(&error);
+            print_diagnostic(&error);
             ERROR
         }
     }
 }
 
+/// Parses the arguments and runs the command.
 fn dispatch(words: &[OsString]) -> Result<i32> {
     let named = words.get(1).and_then(|w| w.to_str()).unwrap_or_default();
     let is_command = commands().get_subcommands().any(|c| c.get_name() == named)
         || ["help", "--help", "-h", "--version", "-V"].contains(&named)
         || words.len() < 2;
     if !is_command {
-        known_or_scene(named)?;
+        check_first_word(named)?;
     }
     if !is_command || RENDERING.contains(&named) {
-        known_flags(words)?;
+        check_flags(words)?;
     }
     let parsed = if is_command {
         commands().try_get_matches_from(words)
@@ -62,16 +63,17 @@ fn dispatch(words: &[OsString]) -> Result<i32> {
         Some(("nodes", m)) => nodes::run(m, out),
         Some(("view", m)) => view::run(m, Era::Modern),
         Some((name, _)) => Err(Diagnostic::error(format!(
-            "`{name}` has no program behind it"
+            "the command `{name}` is not implemented"
         ))),
     }
 }
 
-/// Commands that take the flags of a render.
+/// The commands that have the flags of a render.
 const RENDERING: [&str; 4] = ["render", "compare", "converge", "pull-focus"];
 
-fn known_flags(words: &[OsString]) -> Result<()> {
-    let Some(word) = flags::unknown(words.get(1..).unwrap_or_default()) else {
+/// Returns an error for an unknown flag with one dash, which clap would misread.
+fn check_flags(words: &[OsString]) -> Result<()> {
+    let Some(word) = flags::find_unknown(words.get(1..).unwrap_or_default()) else {
         return Ok(());
     };
     let error = Diagnostic::not_found(format!("there is no flag `{word}`"));
@@ -88,8 +90,9 @@ fn known_flags(words: &[OsString]) -> Result<()> {
     })
 }
 
-/// A first word that is no flag, no command and no file is most likely a slip.
-fn known_or_scene(word: &str) -> Result<()> {
+/// Returns an error for a first argument that is neither a flag, a command nor a file. It is most
+/// likely a misspelt command.
+fn check_first_word(word: &str) -> Result<()> {
     let scene_like = word.starts_with('-') || word.contains(['.', '/', '\\']);
     if scene_like || std::path::Path::new(word).exists() {
         return Ok(());
@@ -103,7 +106,7 @@ fn known_or_scene(word: &str) -> Result<()> {
     })
 }
 
-/// `ivcam COMMAND …`.
+/// Returns the definition of `ivcam COMMAND …`.
 pub(super) fn commands() -> Command {
     Command::new("ivcam")
         .version(env!("CARGO_PKG_VERSION"))
@@ -111,7 +114,7 @@ pub(super) fn commands() -> Command {
         .after_help(
             "As in 1999, without a command:\n  \
              ivcam -batch -j 16 -s r -f 1.2 -z 0.2 -camread camera/cam-1.dat scene.iv\n\n\
-             Exit code 0: done; 1: pictures differ, or a limit was passed; 2: an error.",
+             Exit code 0: success; 1: pictures differ, or a limit is exceeded; 2: an error.",
         )
         .subcommand_required(true)
         .arg_required_else_help(true)
@@ -134,7 +137,7 @@ pub(super) fn commands() -> Command {
         .subcommand(view::command())
 }
 
-/// `ivcam [flags] scene.iv`: the 1999 program.
+/// Returns the definition of `ivcam [flags] scene.iv`, the command line of the 1999 program.
 fn vintage_command() -> Command {
     Command::new("ivcam")
         .version(env!("CARGO_PKG_VERSION"))

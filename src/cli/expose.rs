@@ -1,4 +1,4 @@
-//! `ivcam expose`: several exposures on one film.
+//! `ivcam expose`: adds several exposures, as on one film.
 
 use std::io::Write;
 use std::path::Path;
@@ -6,14 +6,15 @@ use std::path::Path;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use indexmap::IndexMap;
 
-use super::{parsed, switch, text, written};
+use super::{exit_code, parsed, switch, text};
 use crate::diag::{Diagnostic, Result};
 use crate::film::Response;
 use crate::picture::{Depth, Picture, PictureFormat, Raster};
 
+/// Returns the definition of the command.
 pub(crate) fn command() -> Command {
     Command::new("expose")
-        .about("Adds exposures, as a film does that is exposed more than once")
+        .about("Adds exposures, like a multiple exposure on film")
         .arg(
             Arg::new("pictures")
                 .value_name("PICTURE")
@@ -32,7 +33,7 @@ pub(crate) fn command() -> Command {
         )
         .arg(switch(
             "average",
-            "divides by their number: parts of one exposure, as of motion",
+            "divides by the number of exposures, for the parts of one exposure",
         ))
         .arg(
             Arg::new("weights")
@@ -43,7 +44,7 @@ pub(crate) fn command() -> Command {
         )
 }
 
-/// Runs the command; the number is the exit code.
+/// Runs the command and returns the exit code.
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let names: Vec<&String> = matches.get_many("pictures").into_iter().flatten().collect();
     let weights = weights(matches, names.len())?;
@@ -83,7 +84,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     film.provenance
         .insert("ivcam:exposures".into(), list.join("; "));
     film.save(output, Depth::Eight)?;
-    written(writeln!(
+    exit_code(writeln!(
         out,
         "{} exposures on {}",
         names.len(),
@@ -91,6 +92,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     ))
 }
 
+/// Returns the weight of each exposure.
 fn weights(matches: &ArgMatches, count: usize) -> Result<Vec<f32>> {
     if matches.get_flag("average") {
         return Ok(vec![1.0 / count as f32; count]);

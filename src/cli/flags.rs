@@ -1,17 +1,17 @@
-//! The table of options ([`crate::photo::options`]) as arguments of the command line.
+//! Converts the table of options ([`crate::photo::options`]) to arguments of the command line.
 //!
-//! The 1999 program spelled long flags with one dash (`-batch`, `-camread`). clap has no such
-//! flags, so whole words are rewritten to the modern spelling before clap sees them; the two can
-//! therefore not drift apart.
+//! The 1999 program spelled long flags with one dash (`-batch`, `-camread`). clap does not support
+//! such flags, so they are rewritten to the modern spelling before clap parses the command line.
+//! Both spellings therefore always have the same meaning.
 
 use std::ffi::OsString;
 
 use clap::{Arg, ArgAction, ArgMatches, value_parser};
 
 pub(crate) use crate::photo::options::{FONTS, LIMIT};
-use crate::photo::options::{Opt, Takes, Words, all, groups};
+use crate::photo::options::{GivenOptions, Opt, Takes, all, groups};
 
-/// Arguments for everything that a photograph takes, under headings.
+/// Returns the arguments for all options of a photograph, under headings.
 pub(crate) fn photograph() -> impl Iterator<Item = Arg> {
     groups().iter().flat_map(|group| {
         let arguments = group.options.iter().map(argument);
@@ -19,7 +19,7 @@ pub(crate) fn photograph() -> impl Iterator<Item = Arg> {
     })
 }
 
-/// The argument of one option.
+/// Returns the argument of one option.
 pub(crate) fn argument(option: &Opt) -> Arg {
     let mut arg = Arg::new(option.name).long(option.name).help(option.help);
     if let Some(short) = letter(option) {
@@ -41,16 +41,18 @@ pub(crate) fn argument(option: &Opt) -> Arg {
     }
 }
 
+/// Returns the short spelling of an option, if it has one.
 fn letter(option: &Opt) -> Option<char> {
     let old = option.vintage.filter(|old| old.len() == 1)?;
     old.chars().next()
 }
 
-/// The options that were given, of those that the command has.
-pub(crate) fn words(matches: &ArgMatches) -> Words {
-    let mut words = Words::default();
+/// Returns the options that were given, of those that the command has.
+pub(crate) fn given_options(matches: &ArgMatches) -> GivenOptions {
+    let mut words = GivenOptions::default();
     for option in all() {
-        // A command may have a part of the table, and a switch is there without being given.
+        // A command may have only a part of the table. clap has a value for a switch even if the
+        // switch was not given.
         let given = matches.try_contains_id(option.name).unwrap_or(false)
             && matches.value_source(option.name) == Some(clap::parser::ValueSource::CommandLine);
         if given {
@@ -61,9 +63,9 @@ pub(crate) fn words(matches: &ArgMatches) -> Words {
     words
 }
 
-/// A word of one dash that clap would take apart into a letter and its value, though it is no such
-/// thing: `-foo` is not a focus of `oo`. Values that look like one may hang on: `-f1.2`, `-j16`.
-pub(crate) fn unknown(words: &[OsString]) -> Option<&str> {
+/// Finds an argument with one dash that clap would misread as a short flag with a value: `-foo`
+/// does not mean a focus of `oo`. A valid value may follow the letter directly: `-f1.2`, `-j16`.
+pub(crate) fn find_unknown(words: &[OsString]) -> Option<&str> {
     let takes_next = |word: &OsString| {
         let name = word.to_str().and_then(|w| w.strip_prefix("--"));
         let one = |o: &&Opt| matches!(o.takes, Takes::One(_) | Takes::Many(_));
@@ -75,7 +77,7 @@ pub(crate) fn unknown(words: &[OsString]) -> Option<&str> {
     for word in &words[..open] {
         if !last.is_some_and(takes_next)
             && let Some(text) = word.to_str()
-            && slurred(text)
+            && is_misread(text)
         {
             return Some(text);
         }
@@ -84,8 +86,8 @@ pub(crate) fn unknown(words: &[OsString]) -> Option<&str> {
     None
 }
 
-/// Whether a word is a known letter with something behind it that is no value of it.
-fn slurred(word: &str) -> bool {
+/// Returns whether an argument is a letter that is followed by something other than a valid value.
+fn is_misread(word: &str) -> bool {
     let Some(letters) = word.strip_prefix('-').filter(|w| w.len() > 1) else {
         return false;
     };
@@ -100,7 +102,7 @@ fn slurred(word: &str) -> bool {
     }
 }
 
-/// Every spelling of every flag, with its dashes.
+/// Returns all spellings of all flags, with their dashes.
 pub(crate) fn spellings() -> impl Iterator<Item = String> {
     all().flat_map(|option| {
         let modern = std::iter::once(option.name).chain(option.aliases.iter().copied());
@@ -109,8 +111,8 @@ pub(crate) fn spellings() -> impl Iterator<Item = String> {
     })
 }
 
-/// Rewrites the 1999 program's one-dash words (`-batch`) to the modern spelling (`--batch`).
-/// Words after `--` and everything unknown stay as they are. `-headlight on` becomes one word.
+/// Rewrites the 1999 program's flags (`-batch`) to the modern spelling (`--batch`). Arguments after
+/// `--` and unknown arguments are not changed. `-headlight on` becomes one argument.
 pub(crate) fn modernize(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut out: Vec<OsString> = Vec::new();
     for word in modern_spellings(words) {
@@ -215,7 +217,7 @@ mod tests {
     fn a_slip_is_not_taken_apart_but_a_value_may_hang_on_its_letter() {
         let unknown_in = |line: &str| {
             let words = modernize(line.split_whitespace().map(OsString::from));
-            unknown(&words).map(str::to_owned)
+            find_unknown(&words).map(str::to_owned)
         };
         for slip in [
             "-foo", "-samples", "-output", "-zoom", "-jitter", "-quiet", "-efl",

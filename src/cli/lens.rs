@@ -1,7 +1,7 @@
-//! `ivcam lens`: what a lens is, and what becomes of rays in it, as text or for other programs.
+//! `ivcam lens`: prints the data of a lens or traces rays through it, as text or JSON.
 //!
-//! Millimeters, z = 0 at the front vertex, light travelling toward +z. Numbers are printed so
-//! that reading them back gives the same double.
+//! Lengths are in millimeters, z = 0 is the front vertex, and light travels toward +z. JSON numbers
+//! have enough digits to give the same double when they are read.
 
 use std::io::Write;
 use std::path::Path;
@@ -24,9 +24,10 @@ use crate::photo::{LensChoice, options};
 use crate::picture::write_whole;
 use crate::prescription::glass;
 
-/// Half of the film's height in equation 7, in millimeters.
+/// Half of the film's height in the paper's equation 7, in millimeters.
 const HALF_HEIGHT: f64 = 12.0;
 
+/// Returns the definition of the command.
 pub(crate) fn command() -> Command {
     let value = |name: &'static str, value: &'static str, help: &'static str| {
         Arg::new(name)
@@ -36,19 +37,19 @@ pub(crate) fn command() -> Command {
             .allow_hyphen_values(true)
     };
     Command::new("lens")
-        .about("Tells what a lens is, or traces rays through it")
+        .about("Prints the data of a lens, or traces rays through it")
         .arg(
             Arg::new("lens")
                 .value_name("LENS")
-                .help("a shipped lens or a file; none lists them"),
+                .help("a shipped lens or a file; without one, lists the shipped lenses"),
         )
         .arg(
             Arg::new("json")
                 .long("json")
-                .help("answer as JSON")
+                .help("prints JSON")
                 .action(ArgAction::SetTrue),
         )
-        .args(options::for_a_lens_alone().map(flags::argument))
+        .args(options::lens_options().map(flags::argument))
         .mut_arg("zoom", |arg| arg.visible_alias("scale"))
         .mut_arg("efl", |arg| arg.conflicts_with("zoom"))
         .mut_arg("focus", |arg| {
@@ -77,7 +78,7 @@ pub(crate) fn command() -> Command {
         .arg(value(
             "psf",
             "FILE",
-            "draw the images of points by light as a wave: .png, .exr or .ppm",
+            "draw the images of points with diffraction: .png, .exr or .ppm",
         ))
         .arg(super::switch(
             "curves",
@@ -85,7 +86,7 @@ pub(crate) fn command() -> Command {
         ))
         .arg(super::switch(
             "position-first",
-            "in four columns, the second is the distance from the vertex before (Kolb's older files)",
+            "the second of four columns is the distance from the previous vertex (Kolb's older files)",
         ))
         .arg(value(
             "as-scene",
@@ -99,20 +100,21 @@ pub(crate) fn command() -> Command {
         ))
 }
 
-/// Runs the command; the number is the exit code.
+/// Runs the command and returns the exit code.
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
     let Some(name) = text("lens") else {
         return super::sheet::list(matches.get_flag("json"), out);
     };
     let mut sink = Sink::new();
-    let (choice, distance) = LensChoice::from_words(name, &flags::words(matches), &mut sink)?;
+    let (choice, distance) =
+        LensChoice::from_options(name, &flags::given_options(matches), &mut sink)?;
     let reading = Reading {
         position_first: matches.get_flag("position-first").then_some(true),
         ..Reading::default()
     };
     let opened = choice.open_as(reading, &mut sink);
-    sink.items().iter().for_each(super::tell);
+    sink.items().iter().for_each(super::print_diagnostic);
     let mut lens = opened?;
     if let Some(nm) = text("wavelength") {
         lens = lens.at_wavelength(wavelength(positive(nm, "wavelength")?)?);
@@ -145,7 +147,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     if files.iter().any(Option::is_some) && !matches.get_flag("json") {
         return Ok(0);
     }
-    let told = if matches.get_flag("json") {
+    let result = if matches.get_flag("json") {
         let mut sheet = Sheet::of(&lens, focus.as_ref());
         if matches.get_flag("curves") {
             sheet.curves = LensSheet::of(&lens);
@@ -160,15 +162,15 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
                 None => Ok(()),
             })
     };
-    super::written(told.and_then(|()| writeln!(out)))
+    super::exit_code(result.and_then(|()| writeln!(out)))
 }
 
-/// Writes the lens as solids, its film where the focus wants it: at infinity without a distance.
+/// Writes the lens as solids, with the film in focus. Without a distance the focus is at infinity.
 fn save_scene(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<i32> {
     let at_infinity = || lens.first_order().focal.map(|f| f.rear_focal_point);
     let Some(film_z) = film_z.or_else(at_infinity) else {
         return Err(Diagnostic::error(format!(
-            "`{}` has no focal point to put a film at",
+            "`{}` has no focal point for the film",
             lens.name()
         )));
     };
@@ -177,13 +179,14 @@ fn save_scene(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<i32> {
     Ok(0)
 }
 
-fn wrong(flag: &str, value: &str, wanted: &str) -> Box<Diagnostic> {
-    Diagnostic::error(format!("`--{flag} {value}` is not understood"))
-        .with_help(format!("give {wanted}"))
+fn invalid_value(flag: &str, value: &str, wanted: &str) -> Box<Diagnostic> {
+    Diagnostic::error(format!("`--{flag} {value}` is invalid")).with_help(format!("give {wanted}"))
 }
 
 fn parse<T: std::str::FromStr>(value: &str, flag: &str, wanted: &str) -> Result<T> {
-    value.parse().map_err(|_| wrong(flag, value, wanted))
+    value
+        .parse()
+        .map_err(|_| invalid_value(flag, value, wanted))
 }
 
 fn positive(value: &str, flag: &str) -> Result<f64> {
@@ -191,7 +194,7 @@ fn positive(value: &str, flag: &str) -> Result<f64> {
     if number > 0.0 && number.is_finite() {
         Ok(number)
     } else {
-        Err(wrong(flag, value, "a number greater than 0"))
+        Err(invalid_value(flag, value, "a number greater than 0"))
     }
 }
 
@@ -205,7 +208,7 @@ fn wavelength(nm: f64) -> Result<f64> {
     )
 }
 
-/// The answer to `--json`.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Sheet<'a> {
     name: &'a str,
@@ -216,7 +219,7 @@ struct Sheet<'a> {
     x_plane: Option<Optics>,
     #[serde(skip_serializing_if = "Option::is_none")]
     focus: Option<FocusSheet>,
-    /// The f-number over the root of the share of light that gets through along the axis.
+    /// The f-number divided by the square root of the transmittance on the axis.
     t_number: Option<f64>,
     transmittance: Option<f64>,
     about: AboutRow,
@@ -225,7 +228,7 @@ struct Sheet<'a> {
     curves: Option<LensSheet>,
 }
 
-/// First-order data of one plane; what is at infinity is null.
+/// First-order data in one plane. Values at infinity are null.
 #[derive(Serialize)]
 struct Optics {
     efl: Option<f64>,
@@ -250,7 +253,7 @@ struct PupilSheet {
     semi_diameter: f64,
 }
 
-/// Distances in millimeters, as everywhere in the answer.
+/// The focus, with distances in millimeters.
 #[derive(Serialize)]
 struct FocusSheet {
     distance: Option<f64>,
@@ -325,9 +328,9 @@ fn write_text(lens: &Lens, focus: Option<&Focus>, out: &mut dyn Write) -> std::i
         .title
         .map_or(String::new(), |title| format!("  {title}"));
     writeln!(out, "{}{title}", lens.name())?;
-    let said = [about.kind, about.year, about.field, about.source];
-    let said: Vec<String> = said.into_iter().flatten().collect();
-    for note in std::iter::once(said.join(" \u{b7} ")).chain(about.notes) {
+    let facts = [about.kind, about.year, about.field, about.source];
+    let facts: Vec<String> = facts.into_iter().flatten().collect();
+    for note in std::iter::once(facts.join(" \u{b7} ")).chain(about.notes) {
         if !note.is_empty() {
             writeln!(out, "  {note}")?;
         }
@@ -398,7 +401,7 @@ fn write_text(lens: &Lens, focus: Option<&Focus>, out: &mut dyn Write) -> std::i
     Ok(())
 }
 
-/// The T-number as the lens is, and for coatings that it has not.
+/// Prints the T-number of the lens, and those with other coatings.
 fn t_numbers(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> {
     let number = |lens: &Lens| Some((lens.t_number()?, lens.axial_transmittance()?));
     let Some((own, share)) = number(lens) else {
@@ -417,9 +420,9 @@ fn t_numbers(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> {
     )
 }
 
-/// A ray as asked.
+/// A ray to trace.
 #[derive(Deserialize)]
-struct Asked {
+struct RayQuery {
     origin: [f64; 3],
     direction: [f64; 3],
     #[serde(default)]
@@ -441,9 +444,9 @@ fn yes() -> bool {
     true
 }
 
-/// A ray as answered.
+/// The result of tracing a ray.
 #[derive(Serialize)]
-struct Answer {
+struct RayAnswer {
     status: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     surface: Option<usize>,
@@ -461,7 +464,7 @@ fn trace_file(lens: &Lens, file: &str, out: &mut dyn Write) -> Result<i32> {
     };
     let bytes = bytes.map_err(|e| Diagnostic::io(file, &e))?;
     let source = Arc::new(Source::new(file, bytes));
-    let asked: Vec<Asked> = serde_json::from_slice(&source.bytes).map_err(|error| {
+    let asked: Vec<RayQuery> = serde_json::from_slice(&source.bytes).map_err(|error| {
         let before: usize = source
             .bytes
             .split_inclusive(|&b| b == b'\n')
@@ -499,7 +502,7 @@ fn trace_file(lens: &Lens, file: &str, out: &mut dyn Write) -> Result<i32> {
     Ok(0)
 }
 
-fn answer(lens: &Lens, number: usize, asked: &Asked) -> Result<Answer> {
+fn answer(lens: &Lens, number: usize, asked: &RayQuery) -> Result<RayAnswer> {
     let ray = LensRay {
         origin: DVec3::from_array(asked.origin),
         direction: DVec3::from_array(asked.direction),
@@ -517,14 +520,14 @@ fn answer(lens: &Lens, number: usize, asked: &Asked) -> Result<Answer> {
     let path = lens.trace_path(&ray, toward, asked.apertures);
     let hits = path.hits.iter().map(|h| h.to_array()).collect();
     Ok(match path.outcome {
-        Ok(ray) => Answer {
+        Ok(ray) => RayAnswer {
             status: "passed",
             surface: None,
             origin: Some(ray.origin.to_array()),
             direction: Some(ray.direction.to_array()),
             hits,
         },
-        Err(loss) => Answer {
+        Err(loss) => RayAnswer {
             status: match loss.kind {
                 LossKind::Missed => "missed",
                 LossKind::Blocked => "blocked",

@@ -1,8 +1,9 @@
-//! The command line: both spellings of the flags, the commands, and where text goes.
+//! The command line: the flags in both spellings, and the commands.
 //!
-//! Data goes to stdout, talk to stderr. Exit 0: done; 1: pictures differ, or a limit was passed;
-//! 2: an error.
+//! Data is written to stdout, messages to stderr. The exit code is 0 for success, 1 if pictures
+//! differ or a limit is exceeded, and 2 for an error.
 
+mod arguments;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod converge;
@@ -18,9 +19,8 @@ pub(crate) mod pull_focus;
 pub(crate) mod render;
 pub(crate) mod sheet;
 pub(crate) mod view;
-mod words;
 
+pub(crate) use arguments::{fonts, limits, parsed, scene_argument, switch, text};
 pub use dispatch::run;
-pub(crate) use messages::say;
-pub(crate) use messages::{ERROR, tell, tell_all, written};
-pub(crate) use words::{fonts, limits, parsed, scene_argument, switch, text};
+pub(crate) use messages::status;
+pub(crate) use messages::{ERROR, exit_code, print_diagnostic, print_warnings};

@@ -8,17 +8,19 @@ use super::{switch, text};
 use crate::diag::{Diagnostic, Result, nearest};
 use crate::grammar::{CLASSES, Class, Default, Dialect, FieldDecl, FieldType, Treatment};
 
+/// Returns the definition of the command.
 pub(crate) fn command() -> Command {
     Command::new("nodes")
-        .about("Tells what a node class is: fields, types, defaults, and who knows it")
+        .about("Describes a node class: its fields, types, defaults and file formats")
         .arg(
             Arg::new("class")
                 .value_name("CLASS")
-                .help("a node class; none lists them all"),
+                .help("a node class; without one, lists all classes"),
         )
-        .arg(switch("json", "answer as JSON"))
+        .arg(switch("json", "prints JSON"))
 }
 
+/// Runs the command and returns the exit code.
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let classes: Vec<&Class> = match text(matches, "class") {
         None => CLASSES
@@ -27,16 +29,17 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             .collect(),
         Some(name) => named(name)?,
     };
-    let written = if matches.get_flag("json") {
+    let result = if matches.get_flag("json") {
         json(&classes, out)
     } else if text(matches, "class").is_none() {
         list(&classes, out)
     } else {
         classes.iter().try_for_each(|c| manual(c, out))
     };
-    super::written(written)
+    super::exit_code(result)
 }
 
+/// Finds the classes with a name, in any case.
 fn named(name: &str) -> Result<Vec<&'static Class>> {
     let found: Vec<_> = CLASSES
         .iter()
@@ -136,15 +139,15 @@ fn treatment(treatment: Treatment) -> &'static str {
 
 fn meaning(t: Treatment) -> &'static str {
     match t {
-        Treatment::Rendered => "has a picture",
+        Treatment::Rendered => "drawn",
         Treatment::State => "changes the traversal state",
-        Treatment::Group => "its children are walked",
+        Treatment::Group => "its children are traversed",
         Treatment::Kept => "read and written back, not drawn",
-        Treatment::Abstract => "a family; no node is of it",
+        Treatment::Abstract => "a family without nodes of its own",
     }
 }
 
-/// The default as a file would write it.
+/// Returns the default of a field as a file states it.
 fn default(field: &FieldDecl) -> String {
     let join = |items: Vec<String>| match (field.kind.is_multiple(), items.len()) {
         (true, _) => format!("[{}]", items.join(" ")),

@@ -1,4 +1,4 @@
-//! `ivcam pull-focus`: a movie, frame by frame.
+//! `ivcam pull-focus`: renders a movie frame by frame.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -8,27 +8,28 @@ use std::time::{Duration, Instant};
 use clap::{Arg, ArgMatches, Command};
 
 use super::render::{OutputOptions, movie_plan};
-use super::{flags, parsed, scene_argument, tell_all, text};
+use super::{flags, parsed, print_warnings, scene_argument, text};
 use crate::diag::{Diagnostic, Result, Source};
 use crate::math::{LengthUnit, Meters, parse_length};
 use crate::movie::{Container, Ease, Event, Shoot, Timeline, has_ffmpeg};
 use crate::photo::Era;
 use crate::photo::options::{MovieFrame, Shutter, command_line};
 
+/// Returns the definition of the command.
 pub(crate) fn command() -> Command {
     let value = |name: &'static str, value: &'static str, help: &'static str| {
         Arg::new(name).long(name).value_name(value).help(help)
     };
     Command::new("pull-focus")
-        .about("Makes a film that pulls focus, or follows a timeline")
+        .about("Renders a movie that pulls focus or follows a timeline")
         .args(flags::photograph())
         .mut_arg("output", |arg| {
-            arg.value_name("FILM")
-                .help("film to write: .mov, .mp4 or .png (animated) [the scene's name, .mov and .mp4; .png without ffmpeg]")
+            arg.value_name("MOVIE")
+                .help("movie to write: .mov, .mp4 or .png (animated) [the scene's name, .mov and .mp4; .png without ffmpeg]")
         })
         .arg(value("from", "DISTANCE", "focus of the first frame").conflicts_with("animate"))
         .arg(value("to", "DISTANCE", "focus of the last frame").conflicts_with("animate"))
-        .arg(value("frames", "N", "how many [200]").conflicts_with("animate"))
+        .arg(value("frames", "N", "number of frames [200]").conflicts_with("animate"))
         .arg(value(
             "ease",
             "WORDS",
@@ -39,16 +40,16 @@ pub(crate) fn command() -> Command {
             "FILE",
             "a timeline instead: focus, zoom, aperture, camera, time",
         ))
-        .arg(value("rate", "N", "frames a second [24]"))
+        .arg(value("rate", "N", "frames per second [24]"))
         .arg(value(
             "folder",
             "FOLDER",
-            "where the frames go [the film's name with -frames]",
+            "folder for the frames [the movie's name with -frames]",
         ))
         .arg(scene_argument())
 }
 
-/// Runs the command; the number is the exit code.
+/// Runs the command and returns the exit code.
 pub(crate) fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
     let timeline = timeline(m)?;
     let frame = MovieFrame {
@@ -72,22 +73,22 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
     for (movie, container) in &movies {
         container.write(movie, &shoot.frame_paths(), rate)?;
         if !options.quiet {
-            super::say!("{frames} frames in {}", movie.display());
+            super::status!("{frames} frames in {}", movie.display());
         }
     }
     Ok(0)
 }
 
-/// Renders the frames that are missing, with a line for each.
+/// Renders the frames that are missing, and prints a line for each.
 fn render(shoot: &Shoot, frames: u32, options: &OutputOptions) -> Result<()> {
     let missing = shoot.missing();
     let there = frames as usize - missing.len();
     if there > 0 && !options.quiet {
-        super::say!("{there} frames are there already");
+        super::status!("{there} frames exist already");
     }
     let start = Instant::now();
-    let mut tell = |event: Event<'_>| match event {
-        Event::Opened(sink) => tell_all(sink),
+    let mut handle = |event: Event<'_>| match event {
+        Event::Opened(sink) => print_warnings(sink),
         Event::Frame { .. } if options.quiet => {}
         Event::Frame {
             number,
@@ -97,14 +98,14 @@ fn render(shoot: &Shoot, frames: u32, options: &OutputOptions) -> Result<()> {
         } => {
             let done = (missing.len() - left) as u32;
             let focus = focus.map(|d| format!("  focus {d:.3} m"));
-            super::say!(
+            super::status!(
                 "frame {number} of {frames}{}  {seconds:.1} s  {} left",
                 focus.unwrap_or_default(),
                 duration(start.elapsed() / done * left as u32)
             );
         }
     };
-    options.on_threads(|| shoot.render(&missing, &mut tell))?
+    options.on_threads(|| shoot.render(&missing, &mut handle))?
 }
 
 fn timeline(m: &ArgMatches) -> Result<Timeline> {
@@ -130,7 +131,7 @@ fn timeline(m: &ArgMatches) -> Result<Timeline> {
     if let Some(rate) = parsed(m, "rate", "frames a second, from 0.1 to 1000", rate)? {
         timeline.rate = rate;
     }
-    match Shutter::of(&flags::words(m))? {
+    match Shutter::of(&flags::given_options(m))? {
         None => {}
         Some(Shutter::Part(part)) => timeline.shutter = part,
         Some(Shutter::Seconds(time)) if time * timeline.rate <= 1.0 + 1e-9 => {
@@ -147,11 +148,11 @@ fn timeline(m: &ArgMatches) -> Result<Timeline> {
     Ok(timeline)
 }
 
-/// The movies to write: what `-o` names, else a .mov and an .mp4, or an animated PNG where there is
-/// no ffmpeg to make them.
+/// Returns the movies to write: the value of `-o`, or else a .mov and an .mp4, or an animated PNG
+/// if ffmpeg is not installed.
 ///
 /// # Errors
-/// A name that ends otherwise.
+/// Returns an error if the name has an unknown extension.
 fn movies(m: &ArgMatches) -> Result<Vec<(PathBuf, Container)>> {
     if let Some(output) = text(m, "output") {
         let movie = PathBuf::from(output);
@@ -184,10 +185,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_left_is_told_in_words_of_its_size() {
-        let tell = |s| duration(Duration::from_secs(s));
+    fn remaining_time_is_printed_in_suitable_units() {
+        let text = |s| duration(Duration::from_secs(s));
         assert_eq!(
-            [tell(7), tell(600), tell(7260)],
+            [text(7), text(600), text(7260)],
             ["7 s", "10 min", "2 h 1 min"]
         );
     }

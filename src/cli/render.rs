@@ -1,4 +1,4 @@
-//! `ivcam [flags] scene.iv` and `ivcam render`: from words to a picture and its report.
+//! `ivcam [flags] scene.iv` and `ivcam render`: renders a picture and writes its report.
 
 use std::ffi::OsString;
 use std::io::IsTerminal;
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
 
-use super::{flags, parsed, tell, tell_all, text};
+use super::{flags, parsed, print_diagnostic, print_warnings, text};
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
 use crate::photo::{Era, Plan, Session, picture_name};
@@ -15,15 +15,23 @@ use crate::picture::{PictureFormat, write_whole};
 use crate::render::report::RenderReport;
 use crate::render::{Exposure, Progress};
 
-/// Where a picture and its report go, how much is said, and on how many threads it is made.
+/// The options of the output.
 pub(crate) struct OutputOptions {
+    /// The file of the picture or movie.
     pub output: PathBuf,
+    /// The file of the report.
     pub report: Option<PathBuf>,
+    /// The number of threads to render with.
     pub threads: usize,
+    /// Whether progress and summary are not printed.
     pub quiet: bool,
 }
 
 impl OutputOptions {
+    /// Reads the options of a picture.
+    ///
+    /// # Errors
+    /// Returns an error if an option is invalid or if a file cannot be created.
     pub(crate) fn of(m: &ArgMatches) -> Result<Self> {
         let output = output(m);
         PictureFormat::of(&output)?;
@@ -32,15 +40,20 @@ impl OutputOptions {
         if let Some(report) = &options.report {
             writable(report)?;
             if *report == options.output {
-                return Err(Diagnostic::error("the report has the picture's own name")
-                    .in_file(report.display().to_string())
-                    .with_help("give `--report` another name, such as report.json"));
+                return Err(
+                    Diagnostic::error("the report has the same name as the picture")
+                        .in_file(report.display().to_string())
+                        .with_help("give `--report` another name, such as report.json"),
+                );
             }
         }
         Ok(options)
     }
 
-    /// The same for a movie, whose name does not end as a picture's.
+    /// Reads the options of a movie, whose name has other extensions than that of a picture.
+    ///
+    /// # Errors
+    /// Returns an error if an option is invalid.
     pub(crate) fn of_movie(m: &ArgMatches) -> Result<Self> {
         Self::to(m, PathBuf::from(text(m, "output").unwrap_or_default()))
     }
@@ -54,7 +67,10 @@ impl OutputOptions {
         })
     }
 
-    /// Runs on this many threads.
+    /// Runs `work` on a pool with this number of threads.
+    ///
+    /// # Errors
+    /// Returns an error if the threads cannot be started.
     pub(crate) fn on_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T> {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(self.threads)
@@ -66,25 +82,32 @@ impl OutputOptions {
     }
 }
 
-/// Where the picture goes: what `-o` says, else a name made of the scene's.
+/// Returns the file of the picture: the value of `-o`, or a name derived from the scene's.
 pub(crate) fn output(m: &ArgMatches) -> PathBuf {
     let scene = Path::new(text(m, "scene").unwrap_or_default());
     text(m, "output").map_or_else(|| picture_name(scene), PathBuf::from)
 }
 
-/// Threads to use: all cores, unless said otherwise.
+/// Returns the number of threads. The default is the number of cores.
+///
+/// # Errors
+/// Returns an error if the option is invalid.
 pub(crate) fn threads(m: &ArgMatches) -> Result<usize> {
     let here = std::thread::available_parallelism().map_or(1, usize::from);
     let count = |w: &str| w.parse().ok().filter(|n| (1..=1024).contains(n));
     let threads = parsed(m, "threads", "a number of threads from 1 to 1024", count)?;
     if let Some(many) = threads.filter(|many| *many > here) {
-        let text = format!("`--threads {many}`: there are {here} cores, and more do not go faster");
-        tell(&Diagnostic::warning(text));
+        let text =
+            format!("`--threads {many}`: there are {here} cores, and more threads are not faster");
+        print_diagnostic(&Diagnostic::warning(text));
     }
     Ok(threads.unwrap_or(here))
 }
 
-/// Whether a file can come to be there, asked before hours of work and not after.
+/// Checks before a long render that a file can be created.
+///
+/// # Errors
+/// Returns an error if the folder does not exist or if the path is a folder.
 pub(crate) fn writable(path: &Path) -> Result<()> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -105,56 +128,72 @@ pub(crate) fn writable(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The plan that the words ask for.
+/// Returns the plan that the arguments describe.
+///
+/// # Errors
+/// Returns an error if an option is invalid.
 pub(crate) fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
     changed(m, era, Plan::of_era, None)
 }
 
-/// The plan that the words ask for, for the window.
+/// Returns the plan that the arguments describe, for the window.
+///
+/// # Errors
+/// Returns an error if an option is invalid.
 #[cfg(any(feature = "viewer", all(test, feature = "panels")))]
 pub(crate) fn window_plan(m: &ArgMatches, era: Era) -> Result<Plan> {
     changed(m, era, Plan::for_window, None)
 }
 
-/// The plan that the words ask for, for pictures that are frames of a movie.
+/// Returns the plan that the arguments describe, for the frames of a movie.
+///
+/// # Errors
+/// Returns an error if an option is invalid.
 pub(crate) fn movie_plan(m: &ArgMatches, era: Era, frame: MovieFrame) -> Result<Plan> {
     changed(m, era, Plan::of_era, Some(frame))
 }
 
-/// The plan that the words make of the one to start from.
+/// Applies the arguments to the plan that `start` returns.
 fn changed(
     m: &ArgMatches,
     era: Era,
     start: fn(Era, PathBuf) -> Plan,
     frame: Option<MovieFrame>,
 ) -> Result<Plan> {
-    let mut words = flags::words(m);
+    let mut words = flags::given_options(m);
     words.frame = frame;
     let scene = text(m, "scene").unwrap_or_default();
     let mut sink = Sink::new();
-    let plan = Plan::from_words(&words, era, |era| start(era, scene.into()), &mut sink);
-    tell_all(&sink);
+    let plan = Plan::from_options(&words, era, |era| start(era, scene.into()), &mut sink);
+    print_warnings(&sink);
     plan
 }
 
-/// Renders and writes the picture; the exit code.
+/// Runs the command and returns the exit code.
+///
+/// # Errors
+/// Returns an error if an option or a file is invalid, or if a file cannot be written.
 pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
     let options = OutputOptions::of(matches)?;
     let session = Session::open(plan(matches, era)?)?;
-    tell_all(&session.sink);
+    print_warnings(&session.sink);
     if session.pose.film.is_some() && !session.plan.solids {
         let idle = [Needs::Camera, Needs::Lens, Needs::Prescription];
-        let idle = idle_options(&flags::words(matches), &idle, "with the lens in the scene");
-        idle.iter().for_each(|warning| tell(warning));
+        let idle = idle_options(
+            &flags::given_options(matches),
+            &idle,
+            "with the lens in the scene",
+        );
+        idle.iter().for_each(|warning| print_diagnostic(warning));
     }
-    tell_headlight(&session, options.quiet);
+    print_headlight_notice(&session, options.quiet);
     if !options.quiet {
         let choices: Vec<String> = session
             .described
             .iter()
             .map(|(k, v)| format!("{k} {v}"))
             .collect();
-        super::say!("{}", choices.join(", "));
+        super::status!("{}", choices.join(", "));
     }
     let meter = Meter::new(options.quiet);
     let exposure = options.on_threads(|| session.expose(&|p| meter.show(p)))?;
@@ -162,8 +201,10 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
     warn_of_shortfall(&session, &exposure);
 
     if exposure.counts.passed == 0 {
-        let none = Diagnostic::warning("no ray got through to the scene: the picture is black");
-        tell(&none.with_help("the film may be too large for the lens, or the lens closed"));
+        let none = Diagnostic::warning("no ray reached the scene: the picture is black");
+        print_diagnostic(
+            &none.with_help("the film may be too large for the lens, or the lens closed"),
+        );
     }
 
     let clock = Instant::now();
@@ -177,10 +218,10 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
     Ok(0)
 }
 
-/// Says that the headlight is on without being asked for.
-pub(crate) fn tell_headlight(session: &Session, quiet: bool) {
+/// Prints a notice if the headlight is on only because the scene has no light.
+pub(crate) fn print_headlight_notice(session: &Session, quiet: bool) {
     if let Some(line) = session.headlight_notice().filter(|_| !quiet) {
-        super::say!("{line}");
+        super::status!("{line}");
     }
 }
 
@@ -196,22 +237,23 @@ fn warn_of_shortfall(session: &Session, exposure: &Exposure) {
         } else {
             "the time"
         };
-        let said = format!(
-            "the relative error is {:.3}%, not the {:.3}% asked for: {ended_by} ended the render",
+        let message = format!(
+            "the relative error is {:.3}%, not the target of {:.3}%: {ended_by} ended the render",
             100.0 * error,
             100.0 * limit
         );
         let more = f64::from(exposure.samples) * (error / limit) * (error / limit);
-        let help = format!("about {more:.0} samples a pixel reach it");
+        let help = format!("about {more:.0} samples per pixel reach it");
         let mut sink = Sink::new();
-        sink.add(*Diagnostic::warning(said).with_help(help));
-        tell_all(&sink);
+        sink.add(*Diagnostic::warning(message).with_help(help));
+        print_warnings(&sink);
     }
 }
 
+/// Prints the summary and writes the report.
 fn report_on(options: &OutputOptions, report: &RenderReport) -> Result<()> {
     if !options.quiet {
-        super::say!("{}", report.line());
+        super::status!("{}", report.line());
     }
     let Some(path) = &options.report else {
         return Ok(());
@@ -221,7 +263,7 @@ fn report_on(options: &OutputOptions, report: &RenderReport) -> Result<()> {
     write_whole(path, |file| writeln!(file, "{text}"))
 }
 
-/// The progress line, on a terminal only.
+/// The progress line, which is visible only on a terminal.
 struct Meter {
     bar: indicatif::ProgressBar,
 }

@@ -1,5 +1,5 @@
-//! What `ivcam lens` prints and writes beside the first-order data: the list of lenses, surfaces
-//! and curves, drawings, pages and prescriptions.
+//! The output of `ivcam lens` other than the first-order data: the list of lenses, surfaces,
+//! curves, drawings, data sheets and prescriptions.
 
 use std::io::Write;
 use std::path::Path;
@@ -50,7 +50,7 @@ pub(crate) fn list(json: bool, out: &mut dyn Write) -> Result<i32> {
     } else {
         list_text(&lenses, out)
     };
-    super::written(result)
+    super::exit_code(result)
 }
 
 fn list_text(lenses: &[Listed], out: &mut dyn Write) -> std::io::Result<()> {
@@ -61,26 +61,26 @@ fn list_text(lenses: &[Listed], out: &mut dyn Write) -> std::io::Result<()> {
             writeln!(out, "{gap}{}", lens.kind.as_deref().unwrap_or("other"))?;
             kind = Some(&lens.kind);
         }
-        let said = |text: &Option<String>| text.clone().unwrap_or_else(|| "-".into());
+        let or_dash = |text: &Option<String>| text.clone().unwrap_or_else(|| "-".into());
         let f_number = lens.f_number.map_or("-".into(), |n| {
             let digits = if n < 1.0 { 2 } else { 1 };
             format!("f/{n:.digits$}")
         });
-        let field = said(&lens.field).replace(" degrees", "\u{b0}");
+        let field = or_dash(&lens.field).replace(" degrees", "\u{b0}");
         writeln!(
             out,
             "  {:<19} {:>6.1} mm  {f_number:<6} {field:<12} {:<4}  {} \u{b7} {}",
             lens.name,
             lens.efl,
-            said(&lens.year),
-            said(&lens.title),
-            said(&lens.source)
+            or_dash(&lens.year),
+            or_dash(&lens.title),
+            or_dash(&lens.source)
         )?;
     }
     Ok(())
 }
 
-/// What a file says of its lens, for other programs.
+/// The description of a lens in its file, for JSON.
 #[derive(Serialize)]
 pub(crate) struct AboutRow {
     title: Option<String>,
@@ -105,7 +105,7 @@ impl AboutRow {
     }
 }
 
-/// A surface, for other programs; a plane has radius 0, what does not limit is null.
+/// A surface, for JSON. A plane has radius 0. A surface without an aperture has no semi-diameter.
 #[derive(Serialize)]
 pub(crate) struct SurfaceRow {
     kind: &'static str,
@@ -137,7 +137,7 @@ impl SurfaceRow {
     }
 }
 
-/// The table of surfaces.
+/// Prints the table of surfaces.
 pub(crate) fn surfaces(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(
         out,
@@ -173,7 +173,7 @@ pub(crate) fn surfaces(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> 
     Ok(())
 }
 
-/// The curves as a table of heights.
+/// Prints the curves as a table over the image height.
 pub(crate) fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
     writeln!(
         out,
@@ -252,7 +252,7 @@ pub(crate) fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<
     )
 }
 
-/// What focusing nearer does to the field.
+/// Prints how the field changes with the distance in focus.
 fn breathing(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
     if sheet.breathing.is_empty() {
         return Ok(());
@@ -280,12 +280,13 @@ fn breathing(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Writes the prescription, in the format of the file's ending; says what it leaves out.
+/// Writes the prescription in the format of the file's extension, and warns about data that the
+/// format cannot express.
 pub(crate) fn save_prescription(lens: &Lens, file: &str) -> Result<()> {
     let path = Path::new(file);
     let (text, left_out) = write(lens.prescription(), Target::of(path)?)?;
     for what in left_out {
-        super::say!("warning: `{file}` leaves out {what}");
+        super::status!("warning: `{file}` leaves out {what}");
     }
     save(path, &text)
 }
@@ -313,7 +314,7 @@ pub(crate) fn save_sheet(lens: &Lens, file: &str) -> Result<()> {
     save(path, &page(lens, LensSheet::of(lens).as_ref()))
 }
 
-/// Writes the images of points, as a picture.
+/// Writes the images of points as a picture.
 pub(crate) fn save_point_spreads(lens: &Lens, focus: Option<&Focus>, file: &str) -> Result<()> {
     let path = Path::new(file);
     let picture = point_spreads(lens, focus, PictureFormat::of(path)?)?;
@@ -326,7 +327,7 @@ fn ending(path: &Path) -> String {
 }
 
 fn unknown(flag: &str, file: &str, endings: &str) -> Box<Diagnostic> {
-    Diagnostic::unsupported(format!("`{flag} {file}` says no known format"))
+    Diagnostic::unsupported(format!("`{flag} {file}` has no known extension"))
         .with_help(format!("end the name in {endings}"))
 }
 

@@ -6,6 +6,7 @@ use super::flags;
 use crate::diag::Result;
 use crate::photo::Era;
 
+/// Returns the definition of the command.
 pub(crate) fn command() -> Command {
     Command::new("view")
         .about("Composes a photograph in a window, with the real lens live on screen")
@@ -18,23 +19,23 @@ pub(crate) fn command() -> Command {
         )
 }
 
-/// Opens the window; the exit code when it is closed.
+/// Opens the window, and returns the exit code when it is closed.
 ///
 /// # Errors
-/// A flag that is wrong, no display, or a program built without the window.
+/// Returns an error if a flag is invalid or if there is no display.
 #[cfg(feature = "viewer")]
 pub(crate) fn run(matches: &ArgMatches, era: Era) -> Result<i32> {
     let plan = super::render::window_plan(matches, era)?;
     let output = super::text(matches, "output").map(str::to_owned);
     let threads = super::render::threads(matches)?;
-    crate::viewer::window::run(plan, output, threads, |line| super::say!("{line}"))?;
+    crate::viewer::window::run(plan, output, threads, |line| super::status!("{line}"))?;
     Ok(0)
 }
 
-/// The same in a program that has no window: how to get it.
+/// Reports that the program was built without the window.
 ///
 /// # Errors
-/// Always.
+/// Always returns an error.
 #[cfg(not(feature = "viewer"))]
 pub(crate) fn run(_: &ArgMatches, _: Era) -> Result<i32> {
     let error = "this ivcam was built without its window; `-batch` (or `ivcam render`) makes the picture without one";

@@ -1,4 +1,5 @@
-//! The table of classes and the handles, as `build/nodes/` writes them from `grammar/*.nodes`.
+//! The table of classes and the field handles, which `build/nodes/` generates from
+//! `grammar/*.nodes`.
 
 #![allow(clippy::all)]
 #![allow(dead_code, unused_imports)]

@@ -1,5 +1,5 @@
-//! The name by which code knows a class.
+//! The identifier of a class.
 
-/// A class of the catalogue, by its place in the table.
+/// A class of the catalogue, as its index in [`CLASSES`](super::CLASSES).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ClassId(pub u16);

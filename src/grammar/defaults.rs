@@ -1,4 +1,4 @@
-//! Default values, made from what the catalogue states.
+//! The default values of fields, converted from the catalogue's constants.
 
 use std::sync::OnceLock;
 
@@ -7,8 +7,7 @@ use super::class_id::ClassId;
 use super::field::Field;
 use super::value::{Get, Value};
 
-/// Returns the default of a class's field, which is made the first time that a field of the class
-/// is asked for.
+/// Returns the default of a class's field. The defaults of a class are created on first use.
 pub(crate) fn default_value(class: ClassId, index: u16) -> &'static Value {
     static DEFAULTS: OnceLock<Vec<OnceLock<Vec<Value>>>> = OnceLock::new();
     let classes = DEFAULTS.get_or_init(|| CLASSES.iter().map(|_| OnceLock::new()).collect());

@@ -1,4 +1,4 @@
-//! Node classes: what the catalogue knows about each, and how to find one.
+//! The catalogue's entries for node classes, and functions that find a class by name.
 
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -7,140 +7,172 @@ use super::catalogue::CLASSES;
 use super::class_id::ClassId;
 use super::field::{FieldDecl, FieldType};
 
-/// Which languages know a class, as a set of bits.
+/// The file formats that have a class, as a set of bits.
 pub struct Dialect;
 
 impl Dialect {
+    /// Inventor V1.0.
     pub const IV1: u8 = 1;
+    /// Inventor V2.0 and V2.1.
     pub const IV2: u8 = 2;
+    /// VRML 1.0.
     pub const VRML1: u8 = 4;
+    /// VRML97.
     pub const VRML97: u8 = 8;
-    /// Classes that only Coin and its relatives know.
+    /// Inventor files of Coin and later libraries.
     pub const COIN: u8 = 16;
 }
 
 /// How a class takes part in a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Treatment {
-    /// It is drawn.
+    /// The node is drawn.
     Rendered,
-    /// It changes the traversal state.
+    /// The node changes the traversal state.
     State,
-    /// Its children are walked.
+    /// The node's children are traversed.
     Group,
-    /// It is read and written back, and not drawn.
+    /// The node is read and written back, but not drawn.
     Kept,
-    /// It is a family, of which no node is.
+    /// The class is a family without nodes of its own.
     Abstract,
 }
 
-/// What happens when a walk meets a node of a class: the last word of a class line.
+/// The effect of a node of a class on traversal: the last word of a class line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Nothing: sensors, engines, information, hints to a graphics library.
+    /// No effect. Sensors, engines, information and hints to a graphics library have this role.
     Kept,
-    /// Nothing: the node that has it in a field reads it, as a VRML97 `Shape` does its `Material`.
+    /// No effect by itself. The node that has it in a field reads it, as a VRML97 `Shape` reads its
+    /// `Material`.
     Held,
-    /// Changes the traversal state.
+    /// A property, which changes the traversal state.
     Property,
+    /// A light source.
     Light,
+    /// A camera.
     Camera,
-    /// VRML97 `Background` and `Fog`, of which a scene has one in force.
+    /// VRML97's `Background` and `Fog`, of which only one is active.
     Bindable,
+    /// A shape.
     Shape,
-    /// VRML97's `Shape`, which holds an appearance and the geometry to draw with it.
+    /// VRML97's `Shape`, which contains an appearance and the geometry to draw with it.
     AppearanceAndGeometry,
+    /// A group that does not restore the state: Inventor's `Group`.
     Group,
+    /// A group that restores the state after its children.
     Separator,
+    /// A group that restores only the transform after its children.
     TransformSeparator,
-    /// A separator that moves its children: VRML97's `Transform`.
+    /// A separator that transforms its children: VRML97's `Transform`.
     TransformGroup,
+    /// A group that turns toward the viewer: VRML97's `Billboard`.
     Billboard,
+    /// A group of which the selected children are traversed.
     Switch,
+    /// A switch that changes its child with time.
     Blinker,
+    /// A group that is traversed only along a given path.
     PathSwitch,
+    /// A group that is repeated on a regular grid.
     Array,
+    /// A group that is repeated with a list of transforms.
     MultipleCopy,
+    /// A level of detail that is selected by distance: `LOD`.
     Lod,
+    /// A level of detail that is selected by size on the screen: `LevelOfDetail`.
     LevelOfDetail,
-    /// Names files, whose roots are its children.
+    /// A node that includes files, whose roots are its children.
     File,
+    /// A node kit.
     Kit,
-    /// A kit's list of children, in a container of its own.
+    /// A node kit's list of children, which has its own container.
     ListPart,
 }
 
 impl ClassId {
+    /// Returns the class's entry.
     pub(crate) fn get(self) -> &'static Class {
         &CLASSES[usize::from(self.0)]
     }
 }
 
+/// The catalogue's entry for a node class.
 #[derive(Debug)]
 pub struct Class {
+    /// The identifier of the class.
     pub id: ClassId,
+    /// The name of the class in files.
     pub name: &'static str,
+    /// The name of the base class.
     pub family: &'static str,
-    /// The family's entry, if the catalogue has one.
+    /// The base class, if the catalogue has an entry for it.
     pub parent: Option<ClassId>,
-    /// A set of [`Dialect`] bits.
+    /// The file formats that have the class, as [`Dialect`] bits.
     pub dialects: u8,
+    /// How the class takes part in a picture.
     pub treatment: Treatment,
+    /// The effect of a node on traversal.
     pub role: Role,
+    /// The fields, with those of the base classes first.
     pub fields: &'static [FieldDecl],
-    /// VRML97's `eventIn`s that are not fields.
+    /// The name and type of each `eventIn` of VRML97 that is not a field.
     pub inputs: &'static [(&'static str, FieldType)],
-    /// The outputs of an engine; VRML97's `eventOut`s that are not fields.
+    /// The name and type of each output of an engine, or `eventOut` of VRML97 that is not a field.
     pub outputs: &'static [(&'static str, FieldType)],
-    /// A node kit's parts, those of one parent in the order in which they are walked.
+    /// The parts of a node kit. Parts with the same parent are in the order of traversal.
     pub parts: &'static [Part],
-    /// Where the catalogue declares it.
+    /// The file and line of the catalogue that declare the class.
     pub place: &'static str,
 }
 
 impl Class {
+    /// Finds a field by name, and returns it with its index.
     pub fn field(&self, name: &str) -> Option<(usize, &'static FieldDecl)> {
         self.fields.iter().enumerate().find(|(_, f)| f.name == name)
     }
 
-    /// Whether the class is, or descends from, the family of that name.
+    /// Returns whether the class is, or descends from, the family with this name.
     pub fn is_a(&self, family: &str) -> bool {
         self.lineage()
             .any(|c| c.name == family || c.family == family)
     }
 
-    /// Whether the class is, or descends from, another.
+    /// Returns whether the class is, or descends from, another class.
     pub(crate) fn descends_from(&self, ancestor: ClassId) -> bool {
         self.lineage().any(|c| c.id == ancestor)
     }
 
-    /// The class itself, its family, that one's family, and so on.
+    /// Returns the class, its family, the family's family, and so on.
     pub(crate) fn lineage(&self) -> impl Iterator<Item = &Self> {
         std::iter::successors(Some(self), |c| c.parent.map(ClassId::get))
     }
 
-    /// Whether the class is VRML97's alone.
+    /// Returns whether VRML97 has the class, and neither Inventor nor VRML 1.0 has it.
     pub(crate) fn is_vrml97(&self) -> bool {
         self.dialects & Dialect::VRML97 != 0
             && self.dialects & (Dialect::IV1 | Dialect::IV2 | Dialect::VRML1) == 0
     }
 }
 
-/// A part of a node kit. Each is also a field, an `SFNode` of the same name.
+/// A part of a node kit. Each part is also an `SFNode` field of the same name.
 #[derive(Debug)]
 pub struct Part {
+    /// The name of the part.
     pub name: &'static str,
-    /// The part it is a child of; `this` is the kit itself.
+    /// The name of the part that this part is a child of. `this` is the kit itself.
     pub parent: &'static str,
-    /// The class that the kit makes where a file does not say.
+    /// The class of the node that the kit creates if a file does not state the part.
     pub class: &'static str,
-    /// Holds a `NodeKitListPart`.
+    /// Whether the part contains a `NodeKitListPart`.
     pub list: bool,
-    /// Made by the kit itself; others come when a file states them (or a part below them).
+    /// Whether the kit always creates the part. Other parts exist only if a file states them or a
+    /// part below them.
     pub made: bool,
 }
 
-/// Finds a class by its name and dialects (a set of bits); the first declared wins.
+/// Finds a class by name and dialects, which are [`Dialect`] bits. Of several classes it returns
+/// the one that the catalogue declares first.
 pub fn by_name(name: &str, dialects: u8) -> Option<&'static Class> {
     index()
         .get(name)?
@@ -149,11 +181,12 @@ pub fn by_name(name: &str, dialects: u8) -> Option<&'static Class> {
         .find(|c| c.dialects & dialects != 0)
 }
 
-/// Finds a class by its name in any dialect, since files mix them.
+/// Finds a class by name in any dialect, because files mix them.
 pub fn any(name: &str) -> Option<&'static Class> {
     index().get(name)?.first().map(|id| id.get())
 }
 
+/// Returns the classes by name.
 fn index() -> &'static HashMap<&'static str, Vec<ClassId>> {
     static INDEX: OnceLock<HashMap<&'static str, Vec<ClassId>>> = OnceLock::new();
     INDEX.get_or_init(|| {

@@ -1,44 +1,56 @@
-//! Fields of node classes: types, declarations, and typed handles.
+//! The fields of node classes: their types, declarations and typed handles.
 
 use std::marker::PhantomData;
 
 use super::class_id::ClassId;
 
+/// The declaration of a field in the catalogue.
 #[derive(Debug)]
 pub struct FieldDecl {
+    /// The name of the field in files.
     pub name: &'static str,
+    /// The type of its values.
     pub kind: FieldType,
+    /// The default.
     pub default: Default,
-    /// The names of an enumeration's or bit mask's values.
+    /// The names and values of an enumeration or bit mask.
     pub names: &'static [(&'static str, i64)],
-    /// The legal range, for the manual and for hints.
+    /// The legal range as text, for the manual. Values outside it are accepted.
     pub range: Option<&'static str>,
 }
 
-/// A default as the catalogue states it; a Boolean is 0 or 1.
+/// A default as the catalogue states it.
 #[derive(Debug)]
 pub enum Default {
+    /// Zero, an empty list, `NULL` or the identity, depending on the type.
     Nothing,
+    /// The numbers of all values one after another. A Boolean is 0 or 1.
     Numbers(&'static [f64]),
+    /// The strings.
     Strings(&'static [&'static str]),
 }
 
 macro_rules! field_types {
     ($($name:ident)*) => {
-        /// Inventor's field types, by Inventor's names.
+        /// The type of a field, by Inventor's name. `SF` types have one value and `MF` types a
+        /// list.
         #[allow(clippy::upper_case_acronyms)]
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub enum FieldType { $($name),* }
+        pub enum FieldType {
+            $(#[doc = concat!("Inventor's type `", stringify!($name), "`.")] $name),*
+        }
 
         impl FieldType {
+            /// All field types.
             pub const ALL: &'static [Self] = &[$(Self::$name),*];
 
+            /// Returns Inventor's name of the type.
             pub fn name(self) -> &'static str {
                 match self { $(Self::$name => stringify!($name)),* }
             }
 
-            /// Finds a type by Inventor's name. `SFLong`, `SFULong` and their lists are the 32-bit
-            /// types.
+            /// Finds a type by Inventor's name. The old names `SFLong`, `SFULong`, `MFLong` and
+            /// `MFULong` mean the 32-bit types.
             pub fn named(name: &str) -> Option<Self> {
                 let name = match name {
                     "SFLong" => "SFInt32",
@@ -50,7 +62,7 @@ macro_rules! field_types {
                 Self::ALL.iter().copied().find(|k| k.name() == name)
             }
 
-            /// Returns how many numbers one value has, or 1 if it has none.
+            /// Returns the number of numbers in one value, or 1 if the value has no numbers.
             pub fn width(self) -> usize {
                 match self.name().trim_start_matches(['S', 'M']).trim_start_matches('F') {
                     "Vec2f" | "Vec2s" | "Vec2i32" => 2,
@@ -61,6 +73,7 @@ macro_rules! field_types {
                 }
             }
 
+            /// Returns whether a field of this type has a list of values.
             pub fn is_multiple(self) -> bool {
                 self.name().starts_with("MF")
             }
@@ -77,14 +90,17 @@ field_types! {
     MFColor MFRotation MFMatrix MFPlane MFNode
 }
 
-/// A field of a class whose value is read as a `T`.
+/// A typed handle of a field, whose value is read as a `T`.
 pub struct Field<T: ?Sized> {
+    /// The class that declares the field.
     pub class: ClassId,
+    /// The index of the field among the fields of the class.
     pub index: u16,
     kind: PhantomData<fn() -> Box<T>>,
 }
 
 impl<T: ?Sized> Field<T> {
+    /// Creates a handle from the indices of the class and the field.
     pub(crate) const fn new(class: u16, index: u16) -> Self {
         Self {
             class: ClassId(class),
@@ -93,6 +109,7 @@ impl<T: ?Sized> Field<T> {
         }
     }
 
+    /// Returns the field's declaration in the catalogue.
     pub(crate) fn decl(&self) -> &'static FieldDecl {
         &self.class.get().fields[usize::from(self.index)]
     }

@@ -1,7 +1,8 @@
-//! The node catalogue: every node class, its fields, types, defaults and dialects, as data.
+//! The node catalogue: every node class with its fields, types, defaults and dialects, as data.
 //!
-//! Generated from `grammar/*.nodes`, whose format is in `grammar/README.md`. A class is found by
-//! dialect and name; a field by a typed handle (`cone::BOTTOM_RADIUS`) that cannot be misspelt.
+//! The catalogue is generated from `grammar/*.nodes`; `grammar/README.md` describes their format. A
+//! class is found by its name and dialect, and a field by a typed handle such as
+//! `cone::BOTTOM_RADIUS`.
 
 mod catalogue;
 mod class_id;
@@ -38,7 +39,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_a_kit_stand_in_the_order_in_which_they_are_walked() {
+    fn parts_of_a_kit_are_in_the_order_of_traversal() {
         let kit = any("ShapeKit").expect("in the catalogue");
         let of_top: Vec<_> = kit
             .parts
@@ -55,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vectors_default_is_whole_vectors() {
+    fn the_default_of_a_vector_field_consists_of_complete_vectors() {
         for class in CLASSES {
             for field in class.fields {
                 if let Default::Numbers(numbers) = field.default {

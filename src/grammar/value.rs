@@ -1,4 +1,4 @@
-//! What a field holds, and how a typed handle reads it.
+//! The values of fields, and how typed handles read them.
 
 use std::sync::Arc;
 
@@ -6,31 +6,35 @@ use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 
 use super::field::{Default, FieldDecl, FieldType};
 
-/// A node of a `Document`, by its place in the arena.
+/// A node of a `Document`, as its index in the arena.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeId(pub u32);
 
-/// Axis and angle (radians) as the file has them; the axis need not be of length 1.
+/// A rotation as the file states it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
+    /// The axis, which may have any length.
     pub axis: Vec3,
+    /// The angle in radians.
     pub angle: f32,
 }
 
 impl Rotation {
+    /// The rotation by 0 about the z axis.
     pub const IDENTITY: Self = Self {
         axis: Vec3::Z,
         angle: 0.0,
     };
 
-    fn of(numbers: &[f64]) -> Self {
+    /// Creates a rotation from the axis and the angle, four numbers.
+    fn from_numbers(numbers: &[f64]) -> Self {
         Self {
             axis: Vec3::new(numbers[0] as f32, numbers[1] as f32, numbers[2] as f32),
             angle: numbers[3] as f32,
         }
     }
 
-    /// Returns the unit quaternion; an axis of no length turns nothing, as in Inventor.
+    /// Returns the unit quaternion. An axis of length 0 gives the identity, as in Inventor.
     pub fn to_quat(self) -> Quat {
         let half = 0.5 * f64::from(self.angle);
         match self.axis.as_dvec3().try_normalize() {
@@ -43,81 +47,114 @@ impl Rotation {
     }
 }
 
-/// The points p with p·normal = distance, normal pointing into the kept half space.
+/// The plane of the points p with p·normal = distance. The normal points into the half space that
+/// is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
+    /// The normal, which may have any length.
     pub normal: Vec3,
+    /// The product of the normal and each point of the plane.
     pub distance: f32,
 }
 
-/// An `SFImage` (depth 1) or `SFImage3`: rows from the bottom up, `components` bytes a pixel.
+/// The value of an `SFImage` or `SFImage3`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
+    /// The width in pixels.
     pub width: u32,
+    /// The height in pixels.
     pub height: u32,
+    /// The depth in pixels. It is 1 for an `SFImage`.
     pub depth: u32,
+    /// The number of bytes per pixel, from 0 to 4: gray, gray and alpha, RGB or RGBA.
     pub components: u8,
+    /// The pixels, in rows from the bottom up.
     pub bytes: Arc<[u8]>,
 }
 
-/// The value of an `SFEnum` or `SFBitMask`; the names are in the catalogue.
+/// The value of an `SFEnum` or `SFBitMask`. The catalogue has the names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice(pub i32);
 
-/// An `SFTime`.
+/// The value of an `SFTime`, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seconds(pub f64);
 
-/// Handle types of fields that hold text, a node, or nothing at all.
+/// The handle type of a field that contains text.
 pub struct Text;
+
+/// The handle type of a field that contains a node.
 pub struct NodeRefValue;
+
+/// The handle type of a field that contains nothing and only sends events.
 pub struct Trigger;
 
 /// The value of a field.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
+    /// An `SFBool`.
     Bool(bool),
-    /// `SFInt32`, `SFShort`, `SFEnum` and `SFBitMask`.
+    /// An `SFInt32`, `SFShort`, `SFEnum` or `SFBitMask`.
     Int(i32),
-    /// `SFUInt32`, `SFUShort`.
+    /// An `SFUInt32` or `SFUShort`.
     UInt(u32),
+    /// An `SFFloat`.
     Float(f32),
-    /// `SFDouble` and `SFTime`.
+    /// An `SFDouble`, or an `SFTime` in seconds.
     Double(f64),
-    /// `SFString`, `SFName`.
+    /// An `SFString` or `SFName`.
     String(Box<str>),
+    /// An `SFVec2f`.
     Vec2(Vec2),
-    /// `SFVec3f`, `SFColor`.
+    /// An `SFVec3f` or `SFColor`.
     Vec3(Vec3),
+    /// An `SFVec4f`.
     Vec4(Vec4),
+    /// An `SFRotation`.
     Rotation(Rotation),
-    /// Row vectors, as Inventor writes it: the last four numbers are the translation.
+    /// An `SFMatrix` for row vectors, as Inventor writes it: the last four numbers are the
+    /// translation.
     Matrix(Box<Mat4>),
+    /// An `SFPlane`.
     Plane(Plane),
+    /// An `SFImage` or `SFImage3`.
     Image(Box<Image>),
-    /// `SFNode`, `SFEngine`, `SFPath` (its head): `None` is `NULL`.
+    /// An `SFNode` or `SFEngine`, or the head of an `SFPath`. `None` is `NULL`.
     Node(Option<NodeId>),
+    /// An `SFTrigger`.
     Trigger,
+    /// An `MFBool`.
     Bools(Vec<bool>),
-    /// `MFInt32`, `MFShort`, `MFEnum`; also `SFVec2s`, `SFVec2i32` and theirs, number by number.
+    /// An `MFInt32`, `MFShort` or `MFEnum`, or the components of integer vectors such as `SFVec2s`
+    /// and `MFVec2i32`.
     Ints(Vec<i32>),
+    /// An `MFUInt32` or `MFUShort`.
     UInts(Vec<u32>),
+    /// An `MFFloat`.
     Floats(Vec<f32>),
-    /// `MFDouble`, `MFTime`; also `SFVec3d` and `MFVec3d`, number by number.
+    /// An `MFDouble` or `MFTime`, or the components of an `SFVec3d` or `MFVec3d`.
     Doubles(Vec<f64>),
-    /// `MFString`, `MFName`.
+    /// An `MFString` or `MFName`.
     Strings(Vec<String>),
+    /// An `MFVec2f`.
     Vec2s(Vec<Vec2>),
+    /// An `MFVec3f` or `MFColor`.
     Vec3s(Vec<Vec3>),
+    /// An `MFVec4f`.
     Vec4s(Vec<Vec4>),
+    /// An `MFRotation`.
     Rotations(Vec<Rotation>),
+    /// An `MFMatrix`.
     Matrices(Vec<Mat4>),
+    /// An `MFPlane`.
     Planes(Vec<Plane>),
+    /// An `MFNode`.
     Nodes(Vec<NodeId>),
 }
 
 impl Value {
-    /// Whether no number in it is NaN or infinite.
+    /// Returns whether no number in the value is NaN or infinite. Rotations, planes and integers
+    /// are not checked.
     pub fn is_finite(&self) -> bool {
         match self {
             Self::Float(v) => v.is_finite(),
@@ -136,12 +173,12 @@ impl Value {
         }
     }
 
-    /// The default that the catalogue states.
+    /// Returns the default that the catalogue states.
     pub(crate) fn default_of(decl: &FieldDecl) -> Self {
         Self::from_default(decl.kind, &decl.default)
     }
 
-    /// The value a field of this type has where nothing states one: zeros, nothing, empty.
+    /// Returns the value of a field without a default: zero, `NULL`, empty or the identity.
     pub(crate) fn empty(kind: FieldType) -> Self {
         Self::from_default(kind, &Default::Nothing)
     }
@@ -174,7 +211,7 @@ impl Value {
             F::SFVec3f | F::SFColor => Self::Vec3(Vec3::new(f(0), f(1), f(2))),
             F::SFVec4f => Self::Vec4(Vec4::new(f(0), f(1), f(2), f(3))),
             F::SFRotation if numbers.len() < 4 => Self::Rotation(Rotation::IDENTITY),
-            F::SFRotation => Self::Rotation(Rotation::of(numbers)),
+            F::SFRotation => Self::Rotation(Rotation::from_numbers(numbers)),
             F::SFMatrix if numbers.len() < 16 => Self::Matrix(Box::new(Mat4::IDENTITY)),
             F::SFMatrix => Self::Matrix(Box::new(Mat4::from_cols_array(&std::array::from_fn(f)))),
             F::SFPlane => Self::Plane(Plane {
@@ -213,7 +250,12 @@ impl Value {
             F::MFVec2f => Self::Vec2s(each(numbers, |n: [f32; 2]| n.into())),
             F::MFVec3f | F::MFColor => Self::Vec3s(each(numbers, |n: [f32; 3]| n.into())),
             F::MFVec4f => Self::Vec4s(each(numbers, |n: [f32; 4]| n.into())),
-            F::MFRotation => Self::Rotations(numbers.chunks_exact(4).map(Rotation::of).collect()),
+            F::MFRotation => Self::Rotations(
+                numbers
+                    .chunks_exact(4)
+                    .map(Rotation::from_numbers)
+                    .collect(),
+            ),
             F::MFMatrix => Self::Matrices(each(numbers, |n| Mat4::from_cols_array(&n))),
             F::MFPlane => Self::Planes(each(numbers, |[x, y, z, distance]: [f32; 4]| Plane {
                 normal: Vec3::new(x, y, z),
@@ -226,7 +268,7 @@ impl Value {
     }
 }
 
-/// Makes a value of each N numbers.
+/// Makes one value from each group of `N` numbers.
 fn each<T, const N: usize>(numbers: &[f64], make: impl Fn([f32; N]) -> T) -> Vec<T> {
     let chunks = numbers.chunks_exact(N);
     chunks
@@ -234,10 +276,13 @@ fn each<T, const N: usize>(numbers: &[f64], make: impl Fn([f32; N]) -> T) -> Vec
         .collect()
 }
 
-/// Reads a [`Value`] as the Rust type of a field handle. `None`: the value is of another type,
-/// which a reader that follows the catalogue never makes.
+/// Reads a [`Value`] as the Rust type of a field handle.
 pub trait Get {
+    /// The Rust type.
     type Out<'a>;
+
+    /// Returns the value, or `None` if it has another type. The readers of files never create such
+    /// a value.
     fn from_value(value: &Value) -> Option<Self::Out<'_>>;
 }
 
@@ -330,8 +375,8 @@ impl Get for Trigger {
     }
 }
 
-/// Whether no number is infinite or NaN. Neither branches nor sums depend on the element before, so
-/// that the compiler can use vector instructions.
+/// Returns whether no number is NaN or infinite. The loop has no early exit, so that the compiler
+/// can use vector instructions.
 fn all_finite<T, const N: usize>(values: &[T], numbers: impl Fn(&T) -> [f32; N]) -> bool {
     let each = |v: &T| numbers(v).iter().fold(true, |all, n| all & n.is_finite());
     values.iter().fold(true, |all, v| all & each(v))

@@ -74,11 +74,11 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::iv::{Limits, Nowhere};
+    use crate::iv::{Limits, NoFiles};
 
     fn classes(text: &str) -> Vec<String> {
         let bytes = text.as_bytes().to_vec();
-        let document = Document::read("a.wrl", bytes, Arc::new(Nowhere), &Limits::default());
+        let document = Document::read("a.wrl", bytes, Arc::new(NoFiles), &Limits::default());
         let document = document.unwrap();
         let nodes = document.descendants();
         nodes.map(|n| n.class_name().to_owned()).collect()
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn the_body_of_a_proto_stands_for_its_instance() {
+    fn the_body_of_a_proto_represents_its_instance() {
         let text = "#VRML V2.0 utf8\nPROTO Ball [] { Shape { geometry Sphere { } } } Ball { }";
         assert_eq!(classes(text), ["Shape", "Sphere"]);
     }

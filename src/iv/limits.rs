@@ -1,25 +1,28 @@
-//! Bounds on what a scene may ask for.
+//! Limits on the size of scenes, which protect against hostile and damaged files.
 
-/// Bounds on what reading and compiling a scene may take. Whatever passes one is reported and left
-/// out, or ends reading with a message that names the limit.
+/// Limits on the size of a scene and of its files. What exceeds a limit is reported and left out,
+/// or reading fails with a message that names the limit.
+///
+/// The defaults bound memory and time, and were chosen by trial.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// The bytes of one file, after unpacking. Default: 512 MiB.
+    /// The size of one file after decompression, in bytes. Default: 512 MiB.
     pub bytes: usize,
-    /// The nodes of a document and of the files that it includes. Default: 10 million.
+    /// The number of nodes of a document, with the files that it includes. Default: 10 million.
     pub nodes: usize,
-    /// The nodes made by expanding protos. Default: 1 million.
+    /// The number of nodes that expanding protos creates. Default: 1 million.
     pub copies: usize,
-    /// How deep nodes may be nested. Default: 1 million.
+    /// The nesting depth of nodes. Default: 1 million.
     pub depth: usize,
-    /// How deep included files may be nested. Default: 32.
+    /// The nesting depth of included files. Default: 32.
     pub include_depth: usize,
-    /// The files that a document includes. Default: 1,000.
+    /// The number of files that a document includes. Default: 1,000.
     pub files: usize,
-    /// The nodes met in traversing the scene, each counted as often as it is used. Default:
-    /// 300,000, or twice the nodes of the document if that is more.
+    /// The number of nodes that a traversal of the scene visits. A node counts once for each use.
+    /// Default: 300,000, or twice the number of nodes of the document if that is more.
     pub visits: usize,
-    /// Triangles, exact solids and strokes. Default: 16 million, which take less than 3 GB.
+    /// The number of triangles, quadrics and strokes. Default: 16 million, which take less than
+    /// 3 GB.
     pub primitives: usize,
 }
 
@@ -39,7 +42,7 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// The names that [`Self::set`] knows.
+    /// The names that [`Self::set`] accepts.
     pub(crate) const NAMES: [&'static str; 8] = [
         "bytes",
         "nodes",
@@ -51,7 +54,7 @@ impl Limits {
         "primitives",
     ];
 
-    /// Every limit by its name.
+    /// Returns every limit with its name.
     pub(crate) fn entries(&self) -> [(&'static str, usize); 8] {
         let values = [
             self.bytes,
@@ -66,8 +69,8 @@ impl Limits {
         std::array::from_fn(|i| (Self::NAMES[i], values[i]))
     }
 
-    /// Sets a limit by a word such as `bytes=2G` or `visits=100000`; k, M and G are powers of
-    /// 1024. `None` if the word is not one.
+    /// Sets a limit from text such as `bytes=2G` or `visits=100000`. The suffixes k, M and G mean
+    /// powers of 1024. Returns `None` if the text is not a limit.
     pub(crate) fn set(&mut self, word: &str) -> Option<()> {
         let (name, value) = word.split_once('=')?;
         let (digits, power) = match value.trim_end_matches(|c: char| c.is_ascii_alphabetic()) {

@@ -1,4 +1,4 @@
-//! Opens the files that a scene names.
+//! Opens the files that a scene refers to.
 
 use std::collections::HashMap;
 use std::fmt::Debug;
@@ -7,40 +7,44 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::diag::{Diagnostic, ErrorKind, Result};
 
-/// Opens a file that a scene names. A reader of scenes without a file system implements this.
+/// Opens the files that a scene refers to. A program that reads scenes from somewhere else than the
+/// file system implements this trait.
 pub trait Loader: Debug + Send + Sync {
-    /// Opens the file that `reference` means in the file called `from`. Returns its bytes and its
-    /// name, which is `from` for the files that it names itself.
+    /// Opens the file that the file named `from` calls `reference`. Returns its name and its bytes.
+    /// The name becomes `from` for the files that this file refers to.
     ///
     /// # Errors
-    /// There is no such file, or it may not be opened.
+    /// Returns an error if there is no such file, or if it may not be opened.
     fn load(&self, from: &str, reference: &str) -> Result<(String, Vec<u8>)>;
 }
 
-/// A loader that opens nothing.
+/// A loader that opens no files.
 #[derive(Debug)]
-pub struct Nowhere;
+pub struct NoFiles;
 
-impl Loader for Nowhere {
+impl Loader for NoFiles {
     fn load(&self, _: &str, reference: &str) -> Result<(String, Vec<u8>)> {
         Err(Diagnostic::error(format!(
-            "`{reference}` is not opened: no files are, here"
+            "`{reference}` is not opened: this document cannot open other files"
         )))
     }
 }
 
 /// A loader for the files below a scene's folder and below the search paths.
 #[derive(Debug)]
-pub struct Folder {
+pub struct FolderLoader {
+    /// The canonical paths of the folders whose files may be opened.
     allowed: Vec<PathBuf>,
+    /// The largest size of a file, in bytes.
     bytes: usize,
-    /// Canonical paths of the folders that were asked for.
+    /// The canonical paths of the folders that were requested, as a cache.
     real: Mutex<HashMap<PathBuf, Option<PathBuf>>>,
 }
 
-impl Folder {
-    /// Makes a loader for the scene at `path`, which refuses files of more than `bytes`.
-    pub fn of(path: &Path, search: &[&Path], bytes: usize) -> Self {
+impl FolderLoader {
+    /// Creates a loader for the scene at `path`. It opens files below the scene's folder and below
+    /// the folders in `search`, and refuses files of more than `bytes` bytes.
+    pub fn new(path: &Path, search: &[&Path], bytes: usize) -> Self {
         let own = std::iter::once(folder_of(path));
         let given = search.iter().map(|p| p.to_path_buf());
         Self {
@@ -53,7 +57,8 @@ impl Folder {
         }
     }
 
-    /// Returns the canonical path of a folder, for which the system is asked once.
+    /// Returns the canonical path of a folder. Only the first call for a folder queries the file
+    /// system.
     fn real_folder(&self, folder: &Path) -> Option<PathBuf> {
         let mut real = self.real.lock().unwrap_or_else(PoisonError::into_inner);
         let known = real.get(folder).cloned();
@@ -64,9 +69,9 @@ impl Folder {
         })
     }
 
-    /// Returns the canonical path of a file below a folder. Unless there are links below the
-    /// folder, that is the canonical folder and the rest of the path.
-    fn real(&self, base: &Path, tail: &Path) -> Option<PathBuf> {
+    /// Returns the canonical path of a file below a folder. If the path has no symbolic links below
+    /// the folder, this is the canonical folder followed by the rest of the path.
+    fn real_file(&self, base: &Path, tail: &Path) -> Option<PathBuf> {
         let mut path = self.real_folder(base)?;
         for part in tail.components() {
             let Component::Normal(part) = part else {
@@ -80,10 +85,12 @@ impl Folder {
         Some(path)
     }
 
-    /// Returns the canonical path of a file below a folder, if there is one. `Err` means that it is
-    /// outside of the allowed folders.
+    /// Returns the canonical path of a file below a folder, or `None` if there is no such file.
+    ///
+    /// # Errors
+    /// Returns an error if the file is outside the allowed folders.
     fn permitted(&self, base: &Path, tail: &Path) -> std::result::Result<Option<PathBuf>, ()> {
-        let real = self.real(base, tail);
+        let real = self.real_file(base, tail);
         let Some(real) = real.or_else(|| other_case(&base.join(tail))) else {
             return Ok(None);
         };
@@ -98,6 +105,7 @@ impl Folder {
     }
 }
 
+/// Returns the folder that contains a file.
 fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p.to_path_buf(),
@@ -105,7 +113,8 @@ fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// Finds a file whose name differs in case only, as scenes from systems that ignored case need it.
+/// Finds a file whose name differs only in case. Scenes from file systems that ignore case need
+/// this.
 fn other_case(path: &Path) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
     let entries = std::fs::read_dir(path.parent()?).ok()?;
@@ -119,27 +128,27 @@ fn other_case(path: &Path) -> Option<PathBuf> {
     names.into_iter().find(same)?.canonicalize().ok()
 }
 
-/// Whether a reference is an absolute path of any system.
+/// Returns whether a reference is an absolute path on Unix or Windows.
 pub(super) fn is_absolute(reference: &str) -> bool {
     let drive =
         reference.as_bytes().get(1) == Some(&b':') && reference.as_bytes()[0].is_ascii_alphabetic();
     reference.starts_with(['/', '\\']) || drive
 }
 
-impl Loader for Folder {
+impl Loader for FolderLoader {
     fn load(&self, from: &str, reference: &str) -> Result<(String, Vec<u8>)> {
         let plain = reference.strip_prefix("file:").unwrap_or(reference);
         let plain = plain.strip_prefix("//").unwrap_or(plain);
         if plain.contains("://") || plain.starts_with("urn:") {
             let message =
-                format!("`{reference}` is an address, and nothing is fetched from the net");
+                format!("`{reference}` is a network address, and files are not downloaded");
             return Err(Diagnostic::error(message));
         }
         let plain = plain.replace('\\', "/");
         let beside = folder_of(Path::new(from));
         let mut bases = vec![beside];
         bases.extend(self.allowed.iter().cloned());
-        // Of an absolute path only the last parts are used: the file that it names is not opened.
+        // Only the last parts of an absolute path are used, so the file itself is not opened.
         let mut refused = is_absolute(&plain) && Path::new(&plain).is_file();
         for tail in tails(&plain) {
             for base in &bases {
@@ -152,21 +161,22 @@ impl Loader for Folder {
         }
         Err(if refused {
             Diagnostic::error(format!(
-                "`{reference}` lies outside the scene's folder and is not opened"
+                "`{reference}` is outside the scene's folder and is not opened"
             ))
             .of_kind(ErrorKind::OutsideFolder)
-            .with_help("`--search FOLDER` allows what is below that folder")
+            .with_help("`--search FOLDER` allows the files below that folder")
         } else {
-            Diagnostic::not_found(format!("`{reference}` is not there")).with_help(format!(
-                "it was looked for beside `{from}` and in the search paths"
+            Diagnostic::not_found(format!("`{reference}` was not found")).with_help(format!(
+                "the folder of `{from}` and the search paths were searched"
             ))
         })
     }
 }
 
-impl Folder {
+impl FolderLoader {
+    /// Reads a file and returns its name for messages and its bytes.
     fn read(&self, from: &str, path: &Path) -> Result<(String, Vec<u8>)> {
-        let name = self.shown(from, path);
+        let name = self.display_name(from, path);
         let size = path
             .metadata()
             .map_err(|e| Diagnostic::io(&name, &e))?
@@ -181,8 +191,9 @@ impl Folder {
         Ok((name, bytes))
     }
 
-    /// Returns a path as the user would write it, if it is below the folder that `from` is in.
-    fn shown(&self, from: &str, path: &Path) -> String {
+    /// Returns a path relative to the working directory as the user would write it, if the file is
+    /// below the folder of `from`. Otherwise it returns the canonical path.
+    fn display_name(&self, from: &str, path: &Path) -> String {
         let base = folder_of(Path::new(from));
         let short = self
             .real_folder(&base)
@@ -196,8 +207,9 @@ impl Folder {
     }
 }
 
-/// Returns the path itself, then its last parts: all but the first, and so on to the file's name
-/// alone. Of an absolute path only the last parts are returned.
+/// Returns the path, then the path without its first part, and so on until only the file name is
+/// left. A path with a fragment (`#Name`) is tried with and without the fragment. An absolute path
+/// is treated as relative to the root.
 fn tails(path: &str) -> Vec<PathBuf> {
     let mut out = Vec::new();
     for path in [Some(path), path.split_once('#').map(|(p, _)| p)]

@@ -6,13 +6,13 @@
 
 pub(crate) mod declarations;
 mod descendants;
+mod difference;
 pub(crate) mod document;
 mod encoding;
 mod limits;
 mod loader;
 mod node_fields;
 mod read;
-mod same;
 mod write;
 
 pub use crate::grammar::value::{NodeId, Value};
@@ -20,5 +20,5 @@ pub use declarations::Route;
 pub use descendants::Descendants;
 pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
 pub use limits::Limits;
-pub use loader::{Folder, Loader, Nowhere};
+pub use loader::{FolderLoader, Loader, NoFiles};
 pub use write::Format;

@@ -1,24 +1,24 @@
 //! Reads the fields of a node through the catalogue's typed handles.
 //!
-//! A handle such as `cone::HEIGHT` names a field and its type. It may be used on a node of any
-//! class: a class that has a field of the same name and type gives that field, so one function
-//! serves a family (`rotation::ROTATION` reads a `Rotor`) and both dialects of a name
-//! (`cone::HEIGHT` reads a VRML97 `Cone`).
+//! A handle such as `cone::HEIGHT` identifies a field and its type. It may be used on a node of any
+//! class that has a field of the same name and type. One function can therefore handle a family
+//! (`rotation::ROTATION` reads a `Rotor`) and both dialects of a class (`cone::HEIGHT` reads a
+//! VRML97 `Cone`).
 
 use super::document::{ClassRef, NodeRef};
 use crate::grammar::value::{Get, NodeId, NodeRefValue, Value};
 use crate::grammar::{self, Class, Field, default_value};
 
 impl<'a> NodeRef<'a> {
-    /// Returns the field's value as written, or the default that the catalogue states for the
-    /// node's class. A class without such a field gives the default of the handle's own class.
+    /// Returns the value that the file states, or the catalogue's default for the node's class. If
+    /// the class has no such field, it returns the default of the handle's class.
     ///
-    /// A field written with `~` keeps its value here; see [`Self::acting`].
+    /// The ignore flag `~` does not count here; see [`Self::acting`].
     pub fn get<T: Get + ?Sized>(self, field: Field<T>) -> T::Out<'a> {
         self.find(field).unwrap_or_else(|| field.default())
     }
 
-    /// Returns the same as [`Self::get`], but `None` if the node's class has no such field.
+    /// Returns the value as [`Self::get`] does, or `None` if the node's class has no such field.
     pub fn find<T: Get + ?Sized>(self, field: Field<T>) -> Option<T::Out<'a>> {
         let value = if self.class_id() == Some(field.class) {
             self.stated(field.index)
@@ -38,8 +38,8 @@ impl<'a> NodeRef<'a> {
         if ignored { None } else { self.find(field) }
     }
 
-    /// Returns the value that acts on the traversal state, with the catalogue's default in the
-    /// place of a field that is ignored.
+    /// Returns the value that acts on the traversal state, or the catalogue's default if the field
+    /// is ignored.
     pub(crate) fn acting_or_default<T: Get + ?Sized>(self, field: Field<T>) -> T::Out<'a> {
         self.acting(field).unwrap_or_else(|| field.default())
     }
@@ -49,14 +49,13 @@ impl<'a> NodeRef<'a> {
         self.find(field)?.map(|id| self.document.node(id))
     }
 
-    /// Returns the nodes that a field holds: all of an `MFNode` field, the one of an `SFNode`
-    /// field.
+    /// Returns the nodes of an `MFNode` field, or the one node of an `SFNode` field.
     pub fn get_nodes<T: ?Sized>(self, field: Field<T>) -> &'a [NodeId] {
         self.nodes_named(field.decl().name)
     }
 
-    /// Returns the class to treat the node as: its own, or the nearest known one that the file says
-    /// it is (`isA`).
+    /// Returns the node's class if the catalogue has it, or else the first known class in the
+    /// file's `isA` declaration.
     pub(crate) fn known_class(self) -> Option<&'static Class> {
         match self.data().class {
             ClassRef::Known(id) => Some(id.get()),
@@ -67,8 +66,8 @@ impl<'a> NodeRef<'a> {
         }
     }
 
-    /// Returns the nodes of a field by name, for names that are data themselves: the parts of a
-    /// kit.
+    /// Returns the nodes of a field by name. It is for field names that are data themselves, such
+    /// as the parts of a node kit.
     pub fn nodes_named(self, name: &str) -> &'a [NodeId] {
         match self.value(name) {
             Some(Value::Nodes(list)) => list,
@@ -77,12 +76,13 @@ impl<'a> NodeRef<'a> {
         }
     }
 
+    /// Returns the value that the file states for a field.
     fn stated(self, index: u16) -> Option<&'a Value> {
         let entry = self.data().fields.iter().find(|f| f.index == index)?;
         Some(&entry.value)
     }
 
-    /// The field's place in the node's own class.
+    /// Returns the index of the handle's field in the node's own class.
     fn index_of<T: ?Sized>(self, field: Field<T>) -> Option<u16> {
         let name = field.decl().name;
         let index = match self.data().class {

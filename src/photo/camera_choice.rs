@@ -1,4 +1,4 @@
-//! The camera that a plan names: a file with a camera node, or the node itself.
+//! The camera of a plan: a file with a camera node, or the text of a camera node.
 
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -14,14 +14,16 @@ use crate::pose::{CameraPose, Projection, ViewportMapping, quat};
 use crate::scene::{CompileOptions, snapshot};
 use crate::snapshot::SnapshotOptions;
 
-/// The camera that a plan names.
+/// The camera of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraChoice {
+    /// The first camera in a file.
     File(PathBuf),
+    /// A camera node.
     Node(CameraNode),
 }
 
-/// A camera node, and where it stands.
+/// The text of a camera node, and the pose that it describes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraNode {
     text: String,
@@ -29,10 +31,11 @@ pub struct CameraNode {
 }
 
 impl CameraChoice {
-    /// A word with a brace is a node, any other the name of a file.
+    /// Parses an argument of the command line. An argument with a brace is a node; any other is the
+    /// name of a file.
     ///
     /// # Errors
-    /// A text that holds no camera.
+    /// Returns an error if the text of a node has no camera.
     pub fn parse(word: &OsStr) -> Result<Self> {
         match word.to_str().filter(|text| text.contains('{')) {
             Some(text) => CameraNode::read(text).map(Self::Node),
@@ -40,7 +43,7 @@ impl CameraChoice {
         }
     }
 
-    /// The word that [`Self::parse`] reads as this camera.
+    /// Returns the argument that [`Self::parse`] reads as this camera.
     pub(crate) fn word(&self) -> String {
         match self {
             Self::File(path) => path.display().to_string(),
@@ -48,8 +51,10 @@ impl CameraChoice {
         }
     }
 
+    /// Returns the camera's pose.
+    ///
     /// # Errors
-    /// A file that can't be read, or without a camera.
+    /// Returns an error if the file cannot be read or has no camera.
     pub(crate) fn pose(&self) -> Result<CameraPose> {
         match self {
             Self::Node(node) => Ok(node.pose.clone()),
@@ -62,8 +67,10 @@ impl CameraChoice {
 }
 
 impl CameraNode {
+    /// Reads a camera node from text.
+    ///
     /// # Errors
-    /// A text that holds no camera.
+    /// Returns an error if the text has no camera.
     pub fn read(text: &str) -> Result<Self> {
         Ok(Self {
             text: text.to_owned(),
@@ -71,22 +78,25 @@ impl CameraNode {
         })
     }
 
-    /// The node nearest to a pose: a node holds floats, and a turn by axis and angle.
-    pub fn of(pose: &CameraPose) -> Self {
-        let (text, pose) = node(pose);
+    /// Creates the node for a pose. The stored pose is rounded, because a node has numbers in
+    /// single precision and a rotation as axis and angle.
+    pub fn from_pose(pose: &CameraPose) -> Self {
+        let (text, pose) = node_text(pose);
         Self { text, pose }
     }
 
+    /// Returns the text of the node.
     pub fn text(&self) -> &str {
         &self.text
     }
 
+    /// Returns the pose that the node describes.
     pub fn pose(&self) -> &CameraPose {
         &self.pose
     }
 }
 
-/// The first camera of a text without a header.
+/// Returns the pose of the first camera in a file, which may have no header.
 fn read(name: &str, bytes: Vec<u8>) -> Result<CameraPose> {
     let document = Document::read_headerless(name, bytes)?;
     let options = CompileOptions::default();
@@ -96,13 +106,13 @@ fn read(name: &str, bytes: Vec<u8>) -> Result<CameraPose> {
         Diagnostic::error("there is no camera in the file")
             .in_file(name)
             .with_help(format!(
-                "a camera file holds a camera node, such as {example}"
+                "a camera file contains a camera node, such as {example}"
             ))
     })
 }
 
-/// Axis and angle in floats. An axis of a quaternion that turns nothing is any.
-fn turn(orientation: DQuat) -> (glam::Vec3, f32) {
+/// Returns the axis and angle of a rotation. The identity has the z axis.
+fn axis_and_angle(orientation: DQuat) -> (glam::Vec3, f32) {
     let q = if orientation.w < 0.0 {
         -orientation
     } else {
@@ -115,12 +125,11 @@ fn turn(orientation: DQuat) -> (glam::Vec3, f32) {
     }
 }
 
-/// A camera node that stands as the pose does, and the pose as that node says it: in floats, with
-/// a turn by axis and angle.
-fn node(pose: &CameraPose) -> (String, CameraPose) {
+/// Returns the text of a camera node for a pose, and the pose that this text describes.
+fn node_text(pose: &CameraPose) -> (String, CameraPose) {
     let float = |x: f64| f64::from(x as f32);
     let p = pose.position.as_vec3();
-    let (axis, angle) = turn(pose.orientation);
+    let (axis, angle) = axis_and_angle(pose.orientation);
     let (class, size, projection) = match pose.projection {
         Projection::Perspective { height_angle } => (
             "PerspectiveCamera",
@@ -152,7 +161,7 @@ fn node(pose: &CameraPose) -> (String, CameraPose) {
         pose.aspect_ratio as f32,
         mapping(pose.viewport_mapping),
     );
-    let said = CameraPose {
+    let written = CameraPose {
         position: p.as_dvec3(),
         orientation: quat(Rotation { axis, angle }).normalize(),
         projection,
@@ -164,9 +173,10 @@ fn node(pose: &CameraPose) -> (String, CameraPose) {
         film: None,
         source: class.into(),
     };
-    (text, said)
+    (text, written)
 }
 
+/// Returns the text of the field `viewportMapping`, which is empty for the default.
 fn mapping(mapping: ViewportMapping) -> &'static str {
     match mapping {
         ViewportMapping::CropViewportFillFrame => " viewportMapping CROP_VIEWPORT_FILL_FRAME",
@@ -197,7 +207,7 @@ mod tests {
             let mut pose = CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.5);
             pose.position = DVec3::new(t / 7.0, -t / 3.0, 1e-3 * t * t);
             pose.orientation = DQuat::from_euler(glam::EulerRot::XYZ, t, t / 3.0, t / 17.0);
-            let node = CameraNode::of(&pose);
+            let node = CameraNode::from_pose(&pose);
             assert_eq!(CameraNode::read(node.text()).unwrap(), node);
         }
     }

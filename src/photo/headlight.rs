@@ -1,24 +1,27 @@
-//! The light on the camera: whether it is on, and who decided.
+//! The light on the camera: whether it is on, and which setting decided that.
 
 use glam::Vec3;
 
 use crate::pose::CameraPose;
 use crate::scene::Light;
 
-/// What a plan asks of the headlight.
+/// The plan's setting of the headlight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Headlight {
-    /// The environment file decides; without one, the scene's `NavigationInfo`; without either,
-    /// the headlight is on if the scene has no light. The default of today.
+    /// The environment file decides. Without one the scene's `NavigationInfo` decides, and without
+    /// either the headlight is on if the scene has no light. This is the default of
+    /// [`Era::Modern`](super::Era::Modern).
     Automatic,
-    /// The environment file decides; without one, the headlight is off. The default of 1999.
+    /// The environment file decides. Without one the headlight is off. This is the default of
+    /// [`Era::Vintage`](super::Era::Vintage).
     Environment,
-    /// The opposite of what [`Headlight::Environment`] gives.
+    /// The headlight is the opposite of the result of [`Headlight::Environment`].
     Flipped,
+    /// The headlight is on or off.
     Set(bool),
 }
 
-/// What decides about the headlight where the plan leaves it open.
+/// The facts that decide about the headlight if the plan does not set it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct HeadlightSources {
     /// Whether the environment file has its headlight on, if there is such a file.
@@ -29,26 +32,32 @@ pub(crate) struct HeadlightSources {
     pub scene_has_light: bool,
 }
 
-/// Who decided about the headlight.
+/// The setting or fact that decided about the headlight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HeadlightCause {
+    /// An option of the plan.
     Option,
+    /// The environment file.
     Environment,
+    /// The scene's `NavigationInfo`.
     NavigationInfo,
-    /// The scene has a light, or it has none.
+    /// Whether the scene has a light.
     Scene,
-    /// The era's default, without looking at the scene.
+    /// The default of the era, independent of the scene.
     Era,
 }
 
 /// Whether the headlight is on, and why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HeadlightState {
+    /// Whether the headlight is on.
     pub on: bool,
+    /// The setting or fact that decided.
     pub cause: HeadlightCause,
 }
 
 impl HeadlightSources {
+    /// Decides whether the headlight is on.
     pub(crate) fn resolve(self, asked: Headlight) -> HeadlightState {
         let (on, cause) = match (asked, self.environment, self.navigation_info) {
             (Headlight::Set(on), ..) => (on, HeadlightCause::Option),
@@ -65,7 +74,7 @@ impl HeadlightSources {
 }
 
 impl HeadlightState {
-    /// The state in words, for the metadata and the report.
+    /// Returns the state as text for the metadata and the report.
     pub fn describe(self) -> &'static str {
         match (self.on, self.cause) {
             (true, HeadlightCause::Option) => "on, by option",
@@ -80,9 +89,9 @@ impl HeadlightState {
     }
 }
 
-/// The headlight in world space. It hangs on the camera: `own`, the environment file's own
-/// headlight, is in camera space.
-pub(super) fn in_world(on: bool, own: Option<Light>, pose: &CameraPose) -> Option<Light> {
+/// Returns the headlight in world space. It is attached to the camera: `own`, the headlight of the
+/// environment file, is in camera space.
+pub(super) fn headlight_in_world(on: bool, own: Option<Light>, pose: &CameraPose) -> Option<Light> {
     on.then(|| {
         let mut light = own.unwrap_or(Light::headlight(Vec3::NEG_Z));
         light.direction = (pose.orientation * light.direction.as_dvec3()).as_vec3();

@@ -1,4 +1,4 @@
-//! The camera that a plan asks for, and the settings of its lens for the report.
+//! Creates the camera of a plan, and lists the settings of its lens for the report.
 
 use indexmap::IndexMap;
 
@@ -13,14 +13,14 @@ use crate::pose::{CameraPose, FilmPlane};
 /// The settings of a camera by name, in the order of the report.
 type LensSettings = IndexMap<String, String>;
 
-/// Returns the camera of a plan, and the settings that its lens brought with it.
+/// Returns the camera of a plan, and the settings of its lens.
 pub(super) fn camera(
     plan: &Plan,
     pose: &CameraPose,
     sink: &mut Sink,
 ) -> Result<(Camera, LensSettings)> {
     if let Some(plane) = pose.film {
-        return Ok(film_alone(plan, plane, pose));
+        return Ok(film_behind_solids(plan, plane, pose));
     }
     match &plan.optics {
         Optics::Pinhole => pinhole(plan, pose),
@@ -29,10 +29,10 @@ pub(super) fn camera(
     }
 }
 
-fn film_alone(plan: &Plan, plane: FilmPlane, pose: &CameraPose) -> (Camera, LensSettings) {
+fn film_behind_solids(plan: &Plan, plane: FilmPlane, pose: &CameraPose) -> (Camera, LensSettings) {
     let film = FilmCamera::new(plane, plan.film, plan.aim, pose);
     let settings = [("lens", "in the scene, as solids".into())];
-    (Camera::Film(film), all(settings))
+    (Camera::Film(film), to_map(settings))
 }
 
 fn pinhole(plan: &Plan, pose: &CameraPose) -> Result<(Camera, LensSettings)> {
@@ -44,7 +44,7 @@ fn pinhole(plan: &Plan, pose: &CameraPose) -> Result<(Camera, LensSettings)> {
     }
     let pinhole = Pinhole::new(pose, plan.resolution.aspect());
     let settings = [("lens", "none (pinhole)".into())];
-    Ok((Camera::Pinhole(pinhole), all(settings)))
+    Ok((Camera::Pinhole(pinhole), to_map(settings)))
 }
 
 fn ideal(choice: &IdealChoice, plan: &Plan, pose: &CameraPose) -> Result<(Camera, LensSettings)> {
@@ -65,7 +65,7 @@ fn ideal(choice: &IdealChoice, plan: &Plan, pose: &CameraPose) -> Result<(Camera
         ("focus", in_meters(distance)),
         ("film position", format!("{:.4} mm", lens.film_distance)),
     ];
-    Ok((Camera::Ideal(lens), all(settings)))
+    Ok((Camera::Ideal(lens), to_map(settings)))
 }
 
 fn through_lens(
@@ -76,22 +76,23 @@ fn through_lens(
 ) -> Result<(Camera, LensSettings)> {
     let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
     let (lens, focus) = choice.open_focused(distance, sink)?;
-    warn(plan, &lens, sink);
-    let mut settings = of_lens(choice, plan, &lens);
-    settings.extend(of_exposure(plan, &lens));
-    settings.extend(of_focus(choice, plan, distance, &focus));
+    warn_about_plan(plan, &lens, sink);
+    let mut settings = lens_settings(choice, plan, &lens);
+    settings.extend(exposure_settings(plan, &lens));
+    settings.extend(focus_settings(choice, plan, distance, &focus));
     let place = FilmPlace::new(&lens, &focus, &plan.movements, plan.film);
     let place = place.map_err(|fault| fault.diagnostic(lens.name()))?;
     let mut camera = LensCamera::with_film(lens, focus, place, plan.film, plan.aim, pose);
     if plan.dispersion {
         camera = camera.dispersing();
     }
-    let waves = if camera.is_dispersing() { "on" } else { "off" };
-    settings.insert("dispersion".into(), waves.into());
+    let state = if camera.is_dispersing() { "on" } else { "off" };
+    settings.insert("dispersion".into(), state.into());
     Ok((Camera::Lens(Box::new(camera)), settings))
 }
 
-fn warn(plan: &Plan, lens: &Lens, sink: &mut Sink) {
+/// Warns about pixels that are not square, and about ghosts of a lens that does not reflect.
+fn warn_about_plan(plan: &Plan, lens: &Lens, sink: &mut Sink) {
     if (pixel_aspect(plan.film, plan.resolution) - 1.0).abs() > 1e-2 {
         sink.add(*Diagnostic::warning(format!(
             "pixels are not square: {}x{} mm of film on {}x{} pixels",
@@ -99,13 +100,13 @@ fn warn(plan: &Plan, lens: &Lens, sink: &mut Sink) {
         )));
     }
     if plan.ghosts && !lens.reflects() {
-        let none = "there are no ghosts: the lens is ideal, and its surfaces reflect nothing";
+        let none = "there are no ghosts, because the lens's coating is ideal and reflects nothing";
         sink.add(*Diagnostic::warning(none).with_help("give `--coating mgf2` or none"));
     }
 }
 
-fn of_lens(choice: &LensChoice, plan: &Plan, lens: &Lens) -> LensSettings {
-    let mut settings = all([
+fn lens_settings(choice: &LensChoice, plan: &Plan, lens: &Lens) -> LensSettings {
+    let mut settings = to_map([
         ("lens", choice.name.clone()),
         ("efl", format!("{:.3} mm", lens.first_order().efl())),
     ]);
@@ -122,11 +123,11 @@ fn of_lens(choice: &LensChoice, plan: &Plan, lens: &Lens) -> LensSettings {
     settings
 }
 
-fn of_exposure(plan: &Plan, lens: &Lens) -> LensSettings {
+fn exposure_settings(plan: &Plan, lens: &Lens) -> LensSettings {
     let Some(metering) = &plan.metering else {
         return LensSettings::new();
     };
-    let mut settings = all([
+    let mut settings = to_map([
         ("shutter", metering.dial()),
         ("iso", metering.iso.to_string()),
         ("white", format!("{:.0} cd/m2", metering.white)),
@@ -138,8 +139,13 @@ fn of_exposure(plan: &Plan, lens: &Lens) -> LensSettings {
     settings
 }
 
-fn of_focus(choice: &LensChoice, plan: &Plan, distance: Meters, focus: &Focus) -> LensSettings {
-    let mut settings = all([
+fn focus_settings(
+    choice: &LensChoice,
+    plan: &Plan,
+    distance: Meters,
+    focus: &Focus,
+) -> LensSettings {
+    let mut settings = to_map([
         ("focus", in_meters(distance)),
         ("focus method", choice.method.name().into()),
         ("film position", format!("{:.4} mm", focus.film_z)),
@@ -156,11 +162,11 @@ fn of_focus(choice: &LensChoice, plan: &Plan, distance: Meters, focus: &Focus) -
     settings
 }
 
-/// Five digits after the point: hundredths of a millimeter.
+/// Formats a distance in meters, rounded to hundredths of a millimeter.
 fn in_meters(distance: Meters) -> String {
     format!("{} m", (distance.0 * 1e5).round() / 1e5)
 }
 
-fn all<const N: usize>(settings: [(&str, String); N]) -> LensSettings {
+fn to_map<const N: usize>(settings: [(&str, String); N]) -> LensSettings {
     settings.map(|(key, value)| (key.to_owned(), value)).into()
 }

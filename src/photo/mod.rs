@@ -1,8 +1,8 @@
-//! Every choice of a photograph in one value, and the value made ready to render.
+//! All choices of a photograph in one value, and the state that is ready to render.
 //!
-//! 1999 and now differ by the [`Plan`] they start from, never by an `if` in a loop. The command
-//! line, the window, convergence runs and films all make a `Plan` and open a [`Session`] of it, so
-//! they render by the same code. [`options`] is the table of everything that can be asked for.
+//! The 1999 program and ivcam's own defaults differ only in the [`Plan`] that they start from. The
+//! command line, the window, convergence runs and movies all make a `Plan` and open a [`Session`]
+//! from it, so they use the same code to render. [`options`] is the table of all options.
 
 mod camera_choice;
 pub(crate) mod headlight;

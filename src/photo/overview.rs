@@ -1,4 +1,4 @@
-//! What a photograph needs to know of a scene before it is compiled.
+//! The facts about a scene that a photograph needs before the scene is compiled.
 
 use crate::grammar::{class, vrml97_navigation_info};
 use crate::iv::NodeRef;
@@ -8,18 +8,19 @@ use crate::traversal::role::Role;
 use crate::traversal::state::{LightElement, State};
 use crate::traversal::{self, Visitor, WalkOptions};
 
-/// What a plan takes from the scene without compiling it.
+/// The camera, lights and navigation settings of a scene.
 #[derive(Default)]
 pub(super) struct Overview {
     /// The first camera.
     pub camera: Option<CameraPose>,
-    /// Whether there is a light that is on.
+    /// Whether the scene has a light that is on.
     pub has_light: bool,
     /// The field `headlight` of the first VRML 97 `NavigationInfo`.
     pub navigation_info: Option<bool>,
 }
 
 impl Overview {
+    /// Traverses a scene and collects the facts.
     pub(super) fn of(snapshot: &Snapshot<'_>) -> Self {
         let mut overview = Self::default();
         traversal::walk(snapshot, &WalkOptions::default(), &mut overview);
@@ -48,7 +49,7 @@ impl<'a> Visitor<'a> for Overview {
     }
 }
 
-/// The first camera that a walk meets.
+/// Returns the first camera in the order of traversal.
 pub(super) fn first_camera(snapshot: &Snapshot<'_>) -> Option<CameraPose> {
     Overview::of(snapshot).camera
 }

@@ -1,4 +1,4 @@
-//! Every choice of a photograph.
+//! The plan: all choices of a photograph.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,22 +20,24 @@ use crate::render::Stop;
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 use crate::shade::Shading;
 
-/// Whose choices a plan starts from.
+/// The set of defaults that a plan starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Era {
-    /// The 1999 program (`docs/vintage.md`).
+    /// The defaults of the 1999 program (`docs/vintage.md`).
     Vintage,
+    /// ivcam's own defaults.
     Modern,
 }
 
 impl Era {
-    /// The words for an era.
+    /// The names that the option `--era` accepts.
     pub const NAMES: [(&'static str, Self); 3] = [
         ("1999", Self::Vintage),
         ("vintage", Self::Vintage),
         ("modern", Self::Modern),
     ];
 
+    /// Returns the name of the era.
     pub fn name(self) -> &'static str {
         match self {
             Self::Vintage => "1999",
@@ -44,24 +46,28 @@ impl Era {
     }
 }
 
-/// What stands in front of the film.
+/// The optics in front of the film.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Optics {
-    /// The scene's own camera, without an aperture.
+    /// The scene's own camera as a pinhole.
     Pinhole,
+    /// A thin lens without aberrations.
     Ideal(IdealChoice),
+    /// A lens with a prescription.
     Lens(LensChoice),
 }
 
-/// A lens without thickness or faults.
+/// A thin lens without aberrations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IdealChoice {
+    /// The focal length.
     pub efl: Mm,
+    /// The f-number.
     pub f_number: f64,
 }
 
 impl Default for IdealChoice {
-    /// 50 mm, f/2.
+    /// Returns a lens of 50 mm f/2.
     fn default() -> Self {
         Self {
             efl: Mm(50.0),
@@ -70,28 +76,34 @@ impl Default for IdealChoice {
     }
 }
 
-/// A lens with its changes, in the order in which they are made.
+/// A lens with a prescription, and the changes to it.
+///
+/// [`LensChoice::open`] sets the zoom position first, then scales to `efl`, scales by `zoom`, and
+/// stops down to `f_number`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LensChoice {
-    /// A name under `lenses/`, or a path.
+    /// The name of a shipped lens, or the path of a file.
     pub name: String,
-    /// Scale to this focal length first.
+    /// The focal length to scale the lens to. Default: no scaling.
     pub efl: Option<Mm>,
-    /// Then by this factor.
+    /// A factor to scale the lens by. Default: 1.
     pub zoom: f64,
-    /// A tabulated position of a zoom lens, from 0, before anything else.
+    /// A tabulated position of a zoom lens, counted from 0. Default: the first.
     pub zoom_position: Option<usize>,
-    /// Stop down to this f-number; full aperture without.
+    /// The f-number to stop down to. Default: full aperture.
     pub f_number: Option<f64>,
+    /// The shape of the aperture stop. Default: round.
     pub iris: Iris,
-    /// On every surface; what the prescription says without.
+    /// The coating of all surfaces. Default: that of the prescription.
     pub coating: Option<Coating>,
+    /// The part that moves for focusing. Default: the film.
     pub method: FocusMethod,
-    /// `.agf` files with glasses that the prescription names, besides the built-in table.
+    /// Glass catalogues (`.agf` files) that are searched in addition to the built-in one.
     pub catalogues: Vec<PathBuf>,
 }
 
 impl LensChoice {
+    /// Creates a choice of a lens without changes.
     pub fn named(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -106,15 +118,15 @@ impl LensChoice {
         }
     }
 
-    /// Opens the lens and makes the changes.
+    /// Opens the lens and applies the changes.
     ///
     /// # Errors
-    /// A lens that can't be read, or can't be changed so.
+    /// Returns an error if the lens cannot be read, or if a change is impossible.
     pub fn open(&self, sink: &mut Sink) -> Result<Lens> {
         self.open_as(Reading::default(), sink)
     }
 
-    /// Opens the lens like [`LensChoice::open`], with given glasses and a given form of its file.
+    /// Opens the lens as [`LensChoice::open`] does, with options for reading its file.
     ///
     /// # Errors
     /// Returns the errors of [`LensChoice::open`].
@@ -146,10 +158,10 @@ impl LensChoice {
         Ok(Lens::new(lens))
     }
 
-    /// The lens focused at a distance, and where the film is then.
+    /// Opens the lens and focuses it at a distance. Returns it with the position of the film.
     ///
     /// # Errors
-    /// A lens that can't be opened, or can't focus there.
+    /// Returns an error if the lens cannot be opened or cannot focus at the distance.
     pub fn open_focused(&self, distance: Meters, sink: &mut Sink) -> Result<(Lens, Focus)> {
         let lens = self.open(sink)?;
         lens.focused(self.method, distance)
@@ -157,60 +169,77 @@ impl LensChoice {
     }
 }
 
-/// Every choice of a photograph.
+/// All choices of a photograph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
+    /// The set of defaults that the plan started from.
     pub era: Era,
+    /// The path of the scene file.
     pub scene: PathBuf,
-    /// Default: the environment's camera, else the scene's own, else a view of everything.
+    /// The camera. Default: the environment's camera, or else the scene's first camera, or else a
+    /// view of the whole scene.
     pub camera: Option<CameraChoice>,
+    /// The path of a SceneViewer environment file.
     pub environment: Option<PathBuf>,
+    /// The optics in front of the film.
     pub optics: Optics,
-    /// From the camera. Without: the scene camera's `focalDistance`.
+    /// The distance in focus, from the camera. Default: the scene camera's `focalDistance`.
     pub focus: Option<Meters>,
+    /// The shading model.
     pub shading: Shading,
+    /// The setting of the headlight.
     pub headlight: Headlight,
+    /// The sampler, with the number of samples per pixel and the seed.
     pub sampler: Sampler,
-    /// How a pixel weighs the light around its middle.
+    /// The pixel filter, which weights the light around a pixel's center.
     pub filter: Filter,
-    /// Whether samples go where a first look finds noise.
+    /// Whether most samples are taken where a first pass finds noise.
     pub adaptive: bool,
+    /// The region of the lens that rays from the film aim at.
     pub aim: Aim,
-    /// Whether glass with dispersion parts colors. The 1999 program: no. Default: yes.
+    /// Whether the dispersion of glass is simulated. The 1999 program: no. Default: yes.
     pub dispersion: bool,
+    /// The size of the film.
     pub film: FilmFormat,
-    /// Of the lens against the film; nothing for the scene's own pinhole.
+    /// The movements of the lens against the film. A pinhole ignores them.
     pub movements: Movements,
+    /// The size of the picture in pixels.
     pub resolution: Resolution,
-    /// Multiplies the exposure; 1 renders white on the axis as white.
+    /// A factor of the exposure. At 1 a white surface on the axis renders as white.
     pub exposure: f64,
-    /// Shutter and ISO, instead of the paper's constant; `exposure` then multiplies what they give.
+    /// Shutter and ISO, which replace the paper's constant. `exposure` multiplies their result.
     pub metering: Option<Metering>,
-    /// Two reflections inside the lens, of the scene's lights. Default: no; 1999 had none.
+    /// Whether ghosts of the scene's lights (two reflections inside the lens) are added. Default:
+    /// no.
     pub ghosts: bool,
-    /// Spread the film's light by the pupil's diffraction, see [`crate::diffraction`].
+    /// Whether the diffraction of the pupil spreads the light on the film.
     pub diffraction: bool,
+    /// The conversion from exposure to levels.
     pub response: Response,
+    /// The number of bits per channel in PNG and PPM files.
     pub depth: Depth,
-    /// Reflections and refractions in a row. Default: 5, through a lens of solids 64.
+    /// The largest number of successive reflections and refractions. Default: 5, or 64 with
+    /// `solids`.
     pub max_depth: Option<u32>,
-    /// The lens stands in the scene as solids, the film behind it: the paper's first approach.
+    /// Whether the lens is part of the scene as solids with the film behind it, which is the
+    /// paper's first approach.
     pub solids: bool,
-    /// The scene's own time in seconds.
+    /// The time of the scene's engines and sensors, in seconds.
     pub time: f64,
-    /// Draws the handles of draggers and manipulators. Default: no.
+    /// Whether the handles of draggers and manipulators are drawn. Default: no.
     pub handles: bool,
+    /// The conditions that end a render.
     pub stop: Stop,
-    /// Folders besides the scene's own in which files that it names are looked for.
+    /// Folders that are searched for files of the scene, in addition to the scene's own folder.
     pub search: Vec<PathBuf>,
-    /// Typefaces to draw text with before the shipped ones. Default: none.
+    /// Typefaces that are preferred to the shipped ones. Default: none.
     pub(crate) fonts: Arc<Fonts>,
-    /// How much the scene may ask for.
+    /// Limits on the size of the scene.
     pub limits: Limits,
 }
 
 impl Plan {
-    /// The lens, if it has a prescription.
+    /// Returns the lens, if it has a prescription.
     pub(crate) fn lens(&self) -> Option<&LensChoice> {
         match &self.optics {
             Optics::Lens(choice) => Some(choice),
@@ -218,6 +247,7 @@ impl Plan {
         }
     }
 
+    /// Returns the lens for changes, if it has a prescription.
     pub(crate) fn lens_mut(&mut self) -> Option<&mut LensChoice> {
         match &mut self.optics {
             Optics::Lens(choice) => Some(choice),
@@ -225,7 +255,8 @@ impl Plan {
         }
     }
 
-    /// The one place where 1999 and today differ.
+    /// Creates a plan with the defaults of an era. This is the only function in which the eras
+    /// differ.
     pub fn of_era(era: Era, scene: impl Into<PathBuf>) -> Self {
         let (kind, aim, samples, headlight) = match era {
             Era::Vintage => (
@@ -274,8 +305,8 @@ impl Plan {
         }
     }
 
-    /// The plan that the window starts from. It shows a picture that goes on refining, and saves
-    /// what it shows, so the samples and the pupil of 1999 are only for those who ask for them.
+    /// Creates the plan that the window starts from. The window refines its picture continuously,
+    /// so the number of samples and the aim are those of [`Era::Modern`].
     #[cfg(any(feature = "viewer", all(test, feature = "panels")))]
     pub(crate) fn for_window(era: Era, scene: impl Into<PathBuf>) -> Self {
         let modern = Self::of_era(Era::Modern, "");
@@ -287,8 +318,8 @@ impl Plan {
     }
 }
 
-/// The name of a scene's picture where none is given: the scene's with `.png`, in the current
-/// folder. Where the 1999 program put it is unknown.
+/// Returns the default name of a scene's picture: the scene's name with `.png`, in the current
+/// folder. The rule of the 1999 program is unknown.
 pub fn picture_name(scene: &Path) -> PathBuf {
     let name = scene.file_name().unwrap_or_default().to_string_lossy();
     let stem = name.trim_end_matches(".gz");

@@ -1,4 +1,4 @@
-//! A plan made ready to render.
+//! The session: a plan with its scene compiled and its lens focused.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use std::time::Instant;
 use glam::DVec3;
 use indexmap::IndexMap;
 
-use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, in_world};
+use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlight_in_world};
 use super::lens_settings::camera;
 use super::overview::{Overview, first_camera};
 use super::plan::{Optics, Plan};
@@ -29,60 +29,71 @@ use crate::scene::{CompileOptions, Light, RenderScene, snapshot};
 use crate::shade::{ShadeOptions, Shader, Shading};
 use crate::snapshot::{Snapshot, SnapshotOptions};
 
-/// Rays in the ghosts of a light, for each sample of a pixel.
+/// The number of rays for the ghosts of each light, per sample of a pixel. It was chosen by trial.
 const GHOST_RAYS: u32 = 1 << 17;
 
-/// A plan made ready: scene compiled, camera in place, lens focused.
+/// A plan that is ready to render: the scene is compiled, the camera is placed and the lens is
+/// focused.
 pub struct Session {
+    /// The choices of the photograph.
     pub plan: Plan,
+    /// The scene file.
     pub document: Arc<Document>,
+    /// The compiled scene.
     pub scene: Arc<RenderScene>,
     /// The projection that the scene was compiled for (see [`Camera::projection`]).
-    pub(super) seen: Projection,
+    pub(super) projection: Projection,
+    /// The pose of the camera in the scene.
     pub pose: CameraPose,
+    /// The camera with its lens.
     pub camera: Camera,
+    /// The headlight in world space, if it is on.
     pub(crate) headlight: Option<Light>,
-    /// What decides about the headlight where the plan leaves it open.
+    /// The facts that decide about the headlight if the plan does not set it.
     pub(crate) headlight_sources: HeadlightSources,
-    /// The environment file's own headlight, in camera space.
-    lamp: Option<Light>,
+    /// The headlight of the environment file, in camera space.
+    environment_headlight: Option<Light>,
+    /// The seconds that each step took.
     pub seconds: Seconds,
-    /// What reading, compiling and the lens had to say.
+    /// The diagnostics of reading, compiling and the lens.
     pub sink: Sink,
-    /// The plan's choices and those that the scene and the lens brought with them.
+    /// The choices for the metadata and the report, with those of the scene and the lens.
     pub described: IndexMap<String, String>,
 }
 
 impl Session {
-    /// Reads, compiles and focuses.
+    /// Reads and compiles the scene, and focuses the lens.
     ///
     /// # Errors
-    /// A file that can't be read, a camera file without a camera, a lens that can't focus there.
+    /// Returns an error if a file cannot be read, if a camera file has no camera, or if the lens
+    /// cannot focus at the distance.
     pub fn open(plan: Plan) -> Result<Self> {
         let framing = plan.clone();
         Self::open_framed(plan, &framing)
     }
 
-    /// Opens a plan with the camera where another plan for the same scene places it. The window opens
-    /// a scene with a pinhole, but frames it for the lens that the pinhole stands in for.
+    /// Opens a plan with the camera pose of another plan for the same scene. The window opens a
+    /// scene with a pinhole, but frames it for the lens that the pinhole replaces.
     ///
     /// # Errors
-    /// Fails if a file cannot be read, a camera file has no camera, or the lens cannot focus there.
+    /// Returns an error if a file cannot be read, if a camera file has no camera, or if the lens
+    /// cannot focus at the distance.
     pub(crate) fn open_framed(plan: Plan, framing: &Plan) -> Result<Self> {
         let clock = Instant::now();
         let search: Vec<&Path> = plan.search.iter().map(PathBuf::as_path).collect();
         let mut document = Document::open_with(&plan.scene, &search, &plan.limits)?;
         let environment = match plan.environment.as_deref() {
-            Some(path) => Environment::join(&mut document, path, plan.time)?,
+            Some(path) => Environment::merge(&mut document, path, plan.time)?,
             None => Environment::default(),
         };
         let read = clock.elapsed().as_secs_f64();
-        let mut session = Self::of_document(plan, framing, document, &environment)?;
+        let mut session = Self::from_document(plan, framing, document, &environment)?;
         session.seconds.read = read;
         Ok(session)
     }
 
-    fn of_document(
+    /// Compiles a document that has been read, and focuses the lens.
+    fn from_document(
         plan: Plan,
         framing: &Plan,
         mut document: Document,
@@ -120,11 +131,12 @@ impl Session {
         seconds.pupil = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let seen = camera.projection(&pose);
-        let scene = RenderScene::compile(&snapshot, &options(&plan, plan.shading, &pose, seen))?;
+        let projection = camera.projection(&pose);
+        let scene =
+            RenderScene::compile(&snapshot, &options(&plan, plan.shading, &pose, projection))?;
         drop(snapshot);
         scene.prepare();
-        // A picture is made all the same, so none of these is an error.
+        // The picture can be rendered in spite of these, so they are at most warnings.
         for diagnostic in &scene.census().diagnostics {
             let severity = diagnostic.severity.min(Severity::Warning);
             sink.add(Diagnostic {
@@ -145,13 +157,13 @@ impl Session {
             sink.add(*Diagnostic::warning(dark).with_help(help));
         }
         Ok(Self {
-            headlight: in_world(lit.on, environment.headlight, &pose),
+            headlight: headlight_in_world(lit.on, environment.headlight, &pose),
             headlight_sources,
-            lamp: environment.headlight,
+            environment_headlight: environment.headlight,
             plan,
             document: Arc::new(document),
             scene: Arc::new(scene),
-            seen,
+            projection,
             pose,
             camera,
             seconds,
@@ -160,10 +172,11 @@ impl Session {
         })
     }
 
-    /// Takes on another plan and pose for the same scene file; only what differs is made again.
+    /// Changes the plan and the pose for the same scene file. Only the parts that differ are
+    /// updated.
     ///
     /// # Errors
-    /// A lens that can't focus there, or a scene that does not compile.
+    /// Returns an error if the lens cannot focus at the distance, or if the scene does not compile.
     pub(crate) fn change(&mut self, plan: Plan, pose: CameraPose) -> Result<()> {
         let stands = pose.orientation == self.pose.orientation
             && plan.time == self.plan.time
@@ -176,33 +189,34 @@ impl Session {
         self.compile(self.plan.shading)
     }
 
-    /// Whether the scene was compiled around where the camera stands, for what it sees.
+    /// Returns whether the scene was compiled for the camera's present position and projection.
     pub(crate) fn is_compiled_from_here(&self) -> bool {
-        self.scene.origin == self.pose.position && self.seen == self.camera.projection(&self.pose)
+        self.scene.origin == self.pose.position
+            && self.projection == self.camera.projection(&self.pose)
     }
 
-    /// Compiles the scene anew, around where the camera stands.
+    /// Compiles the scene again, with the camera's position as its origin.
     ///
     /// # Errors
-    /// A scene that does not compile. Nothing has changed then.
+    /// Returns an error if the scene does not compile. The session is then unchanged.
     pub(crate) fn compile(&mut self, shading: Shading) -> Result<()> {
-        let seen = self.camera.projection(&self.pose);
-        let options = options(&self.plan, shading, &self.pose, seen);
+        let projection = self.camera.projection(&self.pose);
+        let options = options(&self.plan, shading, &self.pose, projection);
         let snapshot = snapshot_of(&self.document, &self.plan);
         let scene = RenderScene::compile(&snapshot, &options)?;
         scene.prepare();
         let camera = self.camera.clone();
         self.camera = camera.posed(&self.pose, scene.origin);
         self.scene = Arc::new(scene);
-        self.seen = seen;
+        self.projection = projection;
         Ok(())
     }
 
-    /// Takes on another plan and pose with the scene as it was compiled. What looks at the camera
-    /// (levels of detail, billboards, the width of lines) stays as it is.
+    /// Changes the plan and the pose without compiling the scene again. Parts of the scene that
+    /// depend on the camera (levels of detail, billboards, line widths) are not updated.
     ///
     /// # Errors
-    /// A lens that can't focus there. Nothing has changed then.
+    /// Returns an error if the lens cannot focus at the distance. The session is then unchanged.
     pub(crate) fn aim(&mut self, plan: Plan, pose: CameraPose) -> Result<()> {
         let focus = |plan: &Plan, pose: &CameraPose| plan.focus.unwrap_or_else(|| own_focus(pose));
         let same_lens = matches!(plan.optics, Optics::Lens(_))
@@ -223,7 +237,7 @@ impl Session {
         let lit = self.headlight_sources.resolve(plan.headlight);
         self.described
             .insert("headlight".into(), lit.describe().into());
-        self.headlight = in_world(lit.on, self.lamp, &pose);
+        self.headlight = headlight_in_world(lit.on, self.environment_headlight, &pose);
         (self.plan, self.pose) = (plan, pose);
         Ok(())
     }
@@ -234,7 +248,7 @@ impl Session {
         inventor_bounds(&snapshot, &self.plan)
     }
 
-    /// A line for the user where the headlight is on without being asked for.
+    /// Returns a line for the user if the headlight is on only because the scene has no light.
     pub fn headlight_notice(&self) -> Option<&'static str> {
         let lit = self.headlight_sources.resolve(self.plan.headlight);
         let automatic = lit.on && lit.cause == HeadlightCause::Scene;
@@ -243,12 +257,12 @@ impl Session {
         )
     }
 
-    /// Exposes a film. Uses rayon's current pool.
+    /// Exposes a film on the threads of rayon's current pool. `progress` is called after each tile.
     pub fn expose(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
         self.expose_with(self.plan.sampler, self.plan.stop, progress)
     }
 
-    /// Exposes a film with other samples than those of the plan.
+    /// Exposes a film with another sampler and another end than the plan's.
     pub(crate) fn expose_with(
         &self,
         sampler: Sampler,
@@ -272,7 +286,7 @@ impl Session {
         exposure
     }
 
-    /// What turns the plan's rays into radiance.
+    /// Returns the shader of the plan, which computes the radiance along rays.
     pub(crate) fn shader(&self) -> Shader<'_> {
         let options = ShadeOptions {
             headlight: self.headlight,
@@ -283,7 +297,7 @@ impl Session {
         Shader::new(&self.scene, self.plan.shading, options)
     }
 
-    /// The ghosts of the scene's lights, if they are asked for.
+    /// Returns the ghosts of the scene's lights, if the plan has them.
     fn ghosts(&self, sampler: Sampler) -> Option<GhostImage> {
         let Camera::Lens(camera) = &self.camera else {
             return None;
@@ -301,7 +315,7 @@ impl Session {
         })
     }
 
-    /// What exposures are multiplied by.
+    /// Returns the factor of the exposure.
     pub(crate) fn exposure_factor(&self) -> f64 {
         let metered = match (&self.plan.metering, &self.camera) {
             (Some(metering), Camera::Lens(camera)) => {
@@ -313,7 +327,8 @@ impl Session {
         metered * self.plan.exposure
     }
 
-    /// A ray through solid glass is bent at every surface, and may be mirrored in between.
+    /// Returns the largest number of successive reflections and refractions. Through a lens of
+    /// solids the default is 64, because a ray is refracted at every surface.
     fn max_depth(&self) -> u32 {
         let usual = match self.camera {
             Camera::Film(_) => 64,
@@ -322,7 +337,7 @@ impl Session {
         self.plan.max_depth.unwrap_or(usual)
     }
 
-    /// The film with diffraction, where the plan has it and there is a pupil.
+    /// Returns the film with diffraction, if the plan has it and the camera has a pupil.
     fn with_diffraction<'a>(&self, film: &'a Film) -> Cow<'a, Film> {
         match &self.camera {
             Camera::Lens(camera) if self.plan.diffraction => Cow::Owned(diffract(film, camera)),
@@ -330,7 +345,7 @@ impl Session {
         }
     }
 
-    /// The picture of an exposure, with how it was made.
+    /// Develops an exposure to a picture. Its metadata has the plan and the command line.
     pub fn develop(&self, exposure: &Exposure, command: &str) -> Picture {
         let film = self.with_diffraction(&exposure.film);
         let mut picture = Picture::develop(&film, self.plan.response.clone());
@@ -345,7 +360,7 @@ impl Session {
         picture
     }
 
-    /// The account of an exposure, but for the picture's name and the time to write it.
+    /// Returns the report of an exposure, without the picture's name and the time to write it.
     pub fn report(&self, exposure: &Exposure) -> RenderReport {
         let mut seconds = self.seconds;
         seconds.render = exposure.seconds;
@@ -377,7 +392,7 @@ impl Session {
         report
     }
 
-    /// What the picture did not need.
+    /// Lists the features that the picture did not need, with the reasons.
     fn left_out(&self) -> Vec<String> {
         let mut out = self.scene.census().left_out();
         let mut leave = |what: &str, why: &str| out.push(format!("{what} ({why})"));
@@ -404,18 +419,23 @@ impl Session {
     }
 }
 
-/// Whether nothing lights the scene, and nobody asked for that.
+/// Returns whether nothing lights the scene although no option turned the headlight off.
 fn is_left_dark(sources: HeadlightSources, lit: HeadlightState) -> bool {
     !lit.on && !sources.scene_has_light && lit.cause != HeadlightCause::Option
 }
 
-/// What looks at the camera (levels of detail, lines, how finely textures are read) sees it with
-/// its lens: not with the angle that its node has for a pinhole.
-fn options(plan: &Plan, shading: Shading, pose: &CameraPose, seen: Projection) -> CompileOptions {
+/// Returns the options for compiling a plan's scene. Features that depend on the camera (levels of
+/// detail, lines, texture filtering) use the lens's angle of view, and not that of the camera node.
+fn options(
+    plan: &Plan,
+    shading: Shading,
+    pose: &CameraPose,
+    projection: Projection,
+) -> CompileOptions {
     CompileOptions {
         origin: pose.position,
         camera: Some(CameraPose {
-            projection: seen,
+            projection,
             ..pose.clone()
         }),
         needs: shading.needs(),
@@ -428,7 +448,7 @@ fn options(plan: &Plan, shading: Shading, pose: &CameraPose, seen: Projection) -
     }
 }
 
-/// The document at the plan's time.
+/// Returns the document at the plan's time.
 fn snapshot_of<'a>(document: &'a Document, plan: &Plan) -> Snapshot<'a> {
     let at = SnapshotOptions {
         time: plan.time,
@@ -443,8 +463,8 @@ fn snapshot_of<'a>(document: &'a Document, plan: &Plan) -> Snapshot<'a> {
     snapshot(document, &at, &options)
 }
 
-/// Puts the lens into the scene as solids where the camera stands, and a film behind it, which is
-/// the camera then.
+/// Adds the lens to the scene as solids at the camera's position, with a film behind it. The film
+/// is then the camera.
 fn lens_into_scene(
     plan: &Plan,
     pose: &CameraPose,
@@ -452,7 +472,7 @@ fn lens_into_scene(
     sink: &mut Sink,
 ) -> Result<()> {
     let Optics::Lens(choice) = &plan.optics else {
-        return Err(Diagnostic::error("there is no lens to put into the scene")
+        return Err(Diagnostic::error("there is no lens to add to the scene")
             .with_help("leave out `--lens none`, or `--solids`"));
     };
     if plan.movements != Movements::default() {

@@ -1,4 +1,4 @@
-//! Sessions that change, and what the scene is compiled for.
+//! Tests of sessions that change.
 
 use std::path::Path;
 
@@ -26,8 +26,8 @@ fn plan(folder: &Path) -> Plan {
     plan
 }
 
-/// The scene is compiled in floats around its camera, so a camera a meter off sees it with
-/// other roundings: the same picture to a part in ten thousand, but for rays at an edge.
+/// The scene is compiled in single precision with its camera as the origin. A camera one meter away
+/// has other rounding errors: the pictures agree to 1e-4 except for rays at an edge.
 #[test]
 fn a_camera_that_is_only_aimed_sees_what_it_sees_after_compiling() {
     let folder = std::env::temp_dir().join(format!("ivcam-plan-{}", std::process::id()));
@@ -54,12 +54,12 @@ fn a_camera_that_is_only_aimed_sees_what_it_sees_after_compiling() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// Textures and lines are as fine as the lens makes them, also where it stands as solids.
+/// The resolution of textures and lines depends on the lens, also if the lens consists of solids.
 #[test]
 fn the_scene_is_compiled_for_what_the_lens_sees() {
     let folder = std::env::temp_dir().join(format!("ivcam-seen-{}", std::process::id()));
     let mut session = Session::open(plan(&folder)).expect("the scene is whole");
-    let tangent = |session: &Session| match session.seen {
+    let tangent = |session: &Session| match session.projection {
         Projection::Perspective { height_angle } => libm::tan(0.5 * height_angle),
         Projection::Orthographic { .. } => f64::NAN,
     };

@@ -37,12 +37,12 @@ mod tests {
 
     use super::*;
     use crate::grammar;
-    use crate::iv::{Limits, Nowhere};
+    use crate::iv::{Limits, NoFiles};
     use crate::scene::RenderScene;
 
     fn bounds(text: &str) -> Option<(DVec3, DVec3)> {
         let text = format!("#Inventor V2.1 ascii\n{text}").into_bytes();
-        let document = Document::read("a.iv", text, Arc::new(Nowhere), &Limits::default());
+        let document = Document::read("a.iv", text, Arc::new(NoFiles), &Limits::default());
         let document = document.expect("reads");
         let at = SnapshotOptions {
             handles: true,

@@ -1,16 +1,16 @@
-//! The snapshot itself; `take` makes it.
+//! The snapshot; `take` creates it.
 
 use std::borrow::Cow;
 
 use crate::diag::Diagnostic;
 use crate::iv::Document;
 
-/// When a snapshot is taken, and what is added to it.
+/// The options of a snapshot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SnapshotOptions {
     /// Seconds since the scene was opened. Default: 0. A time that is not finite counts as 0.
     pub time: f64,
-    /// Adds the handles of draggers and manipulators. Default: no.
+    /// Whether the handles of draggers and manipulators are added. Default: no.
     pub handles: bool,
 }
 
@@ -20,12 +20,12 @@ pub struct Snapshot<'a> {
     pub(super) document: Cow<'a, Document>,
     time: f64,
     pub(super) has_handles: bool,
-    /// How many diagnostics the document had before.
+    /// The number of diagnostics that the document had before.
     known_diagnostics: usize,
 }
 
 impl<'a> Snapshot<'a> {
-    /// A document as it is, in the middle of its evaluation.
+    /// Creates a snapshot of a document that is still being evaluated.
     pub(super) fn of_part(document: &'a Document, time: f64) -> Self {
         Self {
             document: Cow::Borrowed(document),
@@ -35,6 +35,7 @@ impl<'a> Snapshot<'a> {
         }
     }
 
+    /// Returns the evaluated document.
     pub fn document(&self) -> &Document {
         &self.document
     }
@@ -44,12 +45,12 @@ impl<'a> Snapshot<'a> {
         self.time
     }
 
-    /// Whether the handles of draggers and manipulators are in the document.
+    /// Returns whether the document has the handles of draggers and manipulators.
     pub(crate) fn has_handles(&self) -> bool {
         self.has_handles
     }
 
-    /// Returns what was found wrong with engines and routes.
+    /// Returns the diagnostics about engines and routes.
     pub fn diagnostics(&self) -> &[Diagnostic] {
         let all = self.document.sink.items();
         all.get(self.known_diagnostics..).unwrap_or_default()

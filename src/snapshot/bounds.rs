@@ -1,24 +1,25 @@
-//! What a snapshot asks of whoever can draw.
+//! The interface through which a snapshot gets bounding boxes.
 
 use glam::DVec3;
 
 use super::at_time::Snapshot;
 use crate::iv::NodeId;
 
-/// The smallest and the largest corner of a box in the world.
+/// The smallest and the largest corner of a box in world space.
 pub(crate) type Corners = (DVec3, DVec3);
 
-/// Measures parts of a scene.
+/// Computes the bounding boxes of parts of a scene.
 pub trait Bounds {
-    /// Returns the box around everything that the roots of a part draw.
+    /// Returns the bounding box of everything that the roots of a part draw.
     fn of_roots(&self, part: &Snapshot<'_>) -> Option<Corners>;
 
-    /// Returns the box around what some nodes draw when they are walked in order from the default
+    /// Returns the bounding box of the nodes when they are traversed in order from the default
     /// state, with all levels of detail.
     fn of_nodes(&self, part: &Snapshot<'_>, nodes: &[NodeId]) -> Option<Corners>;
 }
 
-/// Measures nothing: `ComputeBoundingBox` has no outputs, and handles surround a cube.
+/// An implementation that knows no boxes. `ComputeBoundingBox` then has no outputs, and handles
+/// surround a cube.
 pub(crate) struct NoBounds;
 
 impl Bounds for NoBounds {

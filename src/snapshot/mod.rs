@@ -1,10 +1,10 @@
-//! A document at one time: engines and routes evaluated, handles of draggers added if asked for.
+//! A document at one time, with engines and routes evaluated and, on request, handles of draggers.
 //!
-//! Whoever reads the values of nodes for a picture (the walk, the compiler, the search for a
-//! camera, `check`) takes a [`Snapshot`] and not a [`Document`], so that all of them see the same
-//! values. Some engines and the handles depend on how large a part of the scene is, which only
-//! drawing tells; [`Bounds`] is how a snapshot asks. `scene::snapshot` answers it and is the usual
-//! way to take one.
+//! All code that reads the values of nodes for a picture (traversal, compiling, the search for a
+//! camera, `check`) uses a [`Snapshot`] and not a [`Document`], so that it sees the same values.
+//! Some engines and the handles depend on the size of a part of the scene, which only the code that
+//! draws knows; a snapshot gets it through [`Bounds`]. `scene::snapshot` implements that trait and
+//! is the usual function to take a snapshot.
 //!
 //! [`Document`]: crate::iv::Document
 

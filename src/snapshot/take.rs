@@ -1,4 +1,4 @@
-//! Takes snapshots: evaluates, then adds handles.
+//! Takes snapshots: evaluates engines and routes, then adds handles.
 
 use std::borrow::Cow;
 
@@ -8,8 +8,8 @@ use super::{engines, handles};
 use crate::iv::Document;
 
 impl<'a> Snapshot<'a> {
-    /// Evaluates the document's engines and routes, and adds handles if they are asked for. The
-    /// document is copied only if that changes it.
+    /// Evaluates the document's engines and routes, and adds handles if `options` request them. The
+    /// document is copied only if this changes it.
     pub fn take(document: &'a Document, options: &SnapshotOptions, bounds: &dyn Bounds) -> Self {
         let time = if options.time.is_finite() {
             options.time
@@ -28,7 +28,7 @@ impl<'a> Snapshot<'a> {
         snapshot
     }
 
-    /// Takes a snapshot at a time, of a document whose engines do not ask for boxes.
+    /// Takes a snapshot at a time in seconds. Engines that need bounding boxes have no outputs.
     pub fn at(document: &'a Document, time: f64) -> Self {
         let options = SnapshotOptions {
             time,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::*;
-use crate::iv::{Document, Limits, NodeRef, Nowhere};
+use crate::iv::{Document, Limits, NoFiles, NodeRef};
 use crate::snapshot::Snapshot;
 
 /// Records shapes with their places. `area` is the screen area of every box, in pixels.
@@ -29,7 +29,7 @@ impl<'a> Visitor<'a> for Recorder {
 
 fn shapes_with(scene: &str, time: f64, options: &WalkOptions, area: Option<f64>) -> Vec<String> {
     let text = format!("#Inventor V2.1 ascii\n{scene}").into_bytes();
-    let document = Document::read("test.iv", text, Arc::new(Nowhere), &Limits::default());
+    let document = Document::read("test.iv", text, Arc::new(NoFiles), &Limits::default());
     let mut recorder = Recorder {
         shapes: Vec::new(),
         area,

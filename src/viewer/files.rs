@@ -57,7 +57,7 @@ pub(crate) fn camera_text(setup: &Setup) -> String {
     };
     format!(
         "{HEADER}# Written by ivcam.\n{}\n",
-        one_field_per_line(CameraNode::of(&pose).text())
+        one_field_per_line(CameraNode::from_pose(&pose).text())
     )
 }
 

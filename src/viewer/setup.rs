@@ -52,7 +52,7 @@ impl Setup {
 
     /// Moves the camera to the nearest pose that a camera node can represent.
     pub(crate) fn set_pose(&mut self, pose: &CameraPose) {
-        let node = CameraNode::of(pose);
+        let node = CameraNode::from_pose(pose);
         self.pose = node.pose().clone();
         self.plan.camera = Some(CameraChoice::Node(node));
     }
@@ -72,7 +72,7 @@ impl Setup {
 
     /// Returns the command-line arguments that make this picture without a window.
     pub(crate) fn words(&self, output: &Path) -> Vec<String> {
-        self.plan.to_words(output)
+        self.plan.to_args(output)
     }
 
     /// Returns the command line for a shell.

@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ivcam::iv::{Document, Format, Limits, Nowhere};
+use ivcam::iv::{Document, Format, Limits, NoFiles};
 use libtest_mimic::{Failed, Trial};
 
 /// Returns one trial for each file, named `iv/<folder>/<file>`.
@@ -60,7 +60,7 @@ fn accept(file: &Path) -> Result<(), Failed> {
     let means = stated(file, "means")?.join("\n");
     if !means.is_empty() {
         let text = format!("#Inventor V2.1 ascii\n{means}").into_bytes();
-        let plain = Document::read("means", text, Arc::new(Nowhere), &Limits::default())
+        let plain = Document::read("means", text, Arc::new(NoFiles), &Limits::default())
             .map_err(|e| e.render(false))?;
         let written = |d: &Document| String::from_utf8_lossy(&d.write(Format::Ascii)).into_owned();
         if written(&plain) != written(&document) {

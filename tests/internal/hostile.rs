@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::bvh::Ray;
 use crate::grammar::{CLASSES, Class, Default, Dialect, FieldType, Treatment};
-use crate::iv::{Document, Limits, NodeRef, Nowhere};
+use crate::iv::{Document, Limits, NoFiles, NodeRef};
 use crate::pose::CameraPose;
 use crate::scene::{CompileOptions, RenderScene};
 use crate::snapshot::{Snapshot, SnapshotOptions};
@@ -17,7 +17,7 @@ fn read(text: &str) -> Document {
     Document::read(
         "test.iv",
         text.into_bytes(),
-        Arc::new(Nowhere),
+        Arc::new(NoFiles),
         &Limits::default(),
     )
     .expect("the scene reads")
@@ -270,7 +270,7 @@ fn a_scene_compiles_with_any_number_in_any_field() {
                      {node} Cube {{ }} Sphere {{ }} FaceSet {{ numVertices 4 }} LineSet {{ }} Text3 {{ string a parts ALL }} {node} }}"
                 )
             };
-            let document = Document::read("t", text.into(), Arc::new(Nowhere), &Limits::default());
+            let document = Document::read("t", text.into(), Arc::new(NoFiles), &Limits::default());
             let document = document.expect("reads");
             let snapshot = crate::scene::snapshot(&document, &SnapshotOptions::default(), &options);
             RenderScene::survey(&snapshot, &options);

@@ -6,13 +6,13 @@ use crate::grammar::{
     class, cone, coordinate3, indexed_face_set, shape_hints, transform, vrml97_group, vrml97_shape,
     vrml97_sphere,
 };
-use crate::iv::{Document, Limits, Loader, NodeId, Nowhere, Value};
+use crate::iv::{Document, Limits, Loader, NoFiles, NodeId, Value};
 
 fn read(text: &str) -> Document {
     Document::read(
         "test.iv",
         text.as_bytes().to_vec(),
-        Arc::new(Nowhere),
+        Arc::new(NoFiles),
         &Limits::default(),
     )
     .unwrap_or_else(|e| panic!("{}", e.render(false)))
@@ -116,7 +116,7 @@ fn an_unknown_class_is_skipped_and_what_follows_is_read() {
     assert_eq!(names, ["Widget", "Cone"]);
     assert_eq!(
         messages(&document),
-        ["test.iv:3:3: warning: `Widget` is not a class of nodes; its contents are skipped"]
+        ["test.iv:3:3: warning: `Widget` is not a known node class; its contents are skipped"]
     );
 }
 
@@ -153,7 +153,7 @@ fn a_truncated_file_keeps_what_was_read() {
     let document = read("#Inventor V2.1 ascii\nSeparator {\n  Cone { height 3\n");
     assert_eq!(
         messages(&document),
-        ["test.iv:4:1: damaged: the file ends inside the `Cone` that line 3 begins"]
+        ["test.iv:4:1: damaged: the file ends inside the `Cone` that begins on line 3"]
     );
     assert_eq!(
         document.roots().next().map(|r| r.children().count()),
@@ -166,7 +166,7 @@ fn another_kind_of_file_is_refused_with_what_it_begins_with() {
     let error = Document::read(
         "a.iv",
         b"solid cube\n".to_vec(),
-        Arc::new(Nowhere),
+        Arc::new(NoFiles),
         &Limits::default(),
     );
     let message = error.expect_err("not Inventor").to_string();
@@ -216,7 +216,7 @@ impl Loader for Shelf {
         let found = self.0.iter().find(|(name, _)| *name == reference);
         found
             .map(|(name, text)| ((*name).to_owned(), text.as_bytes().to_vec()))
-            .ok_or_else(|| crate::diag::Diagnostic::error(format!("`{reference}` is not there")))
+            .ok_or_else(|| crate::diag::Diagnostic::error(format!("`{reference}` was not found")))
     }
 }
 
@@ -347,7 +347,7 @@ fn of_several_urls_the_first_that_has_the_definition_counts() {
 }
 
 #[test]
-fn without_a_definition_the_proto_before_it_serves_or_nothing_is_drawn() {
+fn without_a_definition_the_earlier_proto_is_used_or_nothing_is_drawn() {
     let gone = "EXTERNPROTO Ball [ field SFFloat r ] \"gone.wrl#Ball\"";
     let ball = "Shape { geometry Ball { r 4 } }";
     let local = "PROTO Ball [ field SFFloat r 1 ] { Sphere { radius IS r } }";
@@ -356,7 +356,7 @@ fn without_a_definition_the_proto_before_it_serves_or_nothing_is_drawn() {
     assert_eq!(
         told,
         [
-            "a.wrl:3:38: warning: the definition of `Ball` was not found; the `PROTO` before it serves"
+            "a.wrl:3:38: warning: the definition of `Ball` was not found; the earlier `PROTO` is used"
         ]
     );
     let (radius, told) = ball_beside_a_library(&format!("{gone}\n{ball}"));
@@ -390,9 +390,9 @@ fn a_binary_file_with_a_count_beyond_its_end_is_reported() {
     string(&mut bytes, "point");
     bytes.extend([0xff; 4]);
     let document =
-        Document::read("b.iv", bytes, Arc::new(Nowhere), &Limits::default()).expect("reads");
+        Document::read("b.iv", bytes, Arc::new(NoFiles), &Limits::default()).expect("reads");
     assert!(
-        messages(&document)[0].contains("4294967295 values are promised"),
+        messages(&document)[0].contains("4294967295 values are declared"),
         "{:?}",
         messages(&document)
     );
@@ -406,8 +406,8 @@ fn nan_and_infinity_are_reported_by_field_and_kept() {
     assert_eq!(
         messages(&document),
         [
-            "test.iv:2:8: warning: `Cone.height` has a number that is none, or too large",
-            "test.iv:3:15: warning: `Coordinate3.point` has a number that is none, or too large"
+            "test.iv:2:8: warning: `Cone.height` has a number that is NaN or infinite",
+            "test.iv:3:15: warning: `Coordinate3.point` has a number that is NaN or infinite"
         ]
     );
 }
@@ -424,7 +424,7 @@ fn a_gzip_bomb_stops_at_the_limit() {
         ..Limits::default()
     };
     let error =
-        Document::read("bomb.iv.gz", bytes, Arc::new(Nowhere), &limits).expect_err("too big");
+        Document::read("bomb.iv.gz", bytes, Arc::new(NoFiles), &limits).expect_err("too big");
     assert!(
         error.to_string().contains("larger than 1048576 bytes"),
         "{error}"
@@ -445,7 +445,7 @@ fn protos_that_double_at_every_step_stop_at_the_limit() {
         copies: 10_000,
         ..Limits::default()
     };
-    let error = Document::read("p.wrl", text.into_bytes(), Arc::new(Nowhere), &limits)
+    let error = Document::read("p.wrl", text.into_bytes(), Arc::new(NoFiles), &limits)
         .expect_err("too many");
     assert!(
         error.to_string().contains("more than 10000 nodes"),
@@ -504,7 +504,7 @@ fn binary_of_the_first_version_has_no_flags_on_its_nodes() {
         bytes.extend(3.0f32.to_be_bytes());
         bytes.extend([0; 4]); // not ignored, not connected
         let document =
-            Document::read("b.iv", bytes, Arc::new(Nowhere), &Limits::default()).expect("reads");
+            Document::read("b.iv", bytes, Arc::new(NoFiles), &Limits::default()).expect("reads");
         assert_eq!(messages(&document), Vec::<String>::new(), "{version}");
         let root = document.roots().next().expect("a root");
         let cone = root.children().next().expect("a child");
@@ -527,7 +527,7 @@ fn a_field_of_a_binary_file_that_holds_its_default_may_be_connected() {
     word(&mut bytes, 0); // no fields
     packed(&mut bytes, "timeOut");
     let document =
-        Document::read("b.iv", bytes, Arc::new(Nowhere), &Limits::default()).expect("reads");
+        Document::read("b.iv", bytes, Arc::new(NoFiles), &Limits::default()).expect("reads");
     assert_eq!(messages(&document), Vec::<String>::new());
     let text = String::from_utf8(document.write(crate::iv::Format::Ascii)).expect("text");
     let words: Vec<&str> = text.split_whitespace().collect();

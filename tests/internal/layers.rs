@@ -64,7 +64,7 @@ const INSIDE: [(&str, &[&str]); 6] = [
             "loader",
             "document",
             "node_fields",
-            "same",
+            "difference",
             "read",
             "write",
         ],
@@ -129,7 +129,7 @@ const INSIDE: [(&str, &[&str]); 6] = [
         &[
             "messages",
             "flags",
-            "words",
+            "arguments",
             "sheet",
             "render",
             "fit",

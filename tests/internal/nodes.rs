@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use crate::bvh::{Hit, Ray};
-use crate::iv::{Document, Limits, Nowhere};
+use crate::iv::{Document, Limits, NoFiles};
 use crate::pose::{CameraPose, Projection};
 use crate::scene::{CompileOptions, RenderScene};
 use crate::snapshot::Snapshot;
@@ -13,7 +13,7 @@ use crate::traversal::state::FogKind;
 use glam::{DVec3, Vec3};
 
 fn document(text: &str) -> Document {
-    Document::read("test", text.into(), Arc::new(Nowhere), &Limits::default()).expect("reads")
+    Document::read("test", text.into(), Arc::new(NoFiles), &Limits::default()).expect("reads")
 }
 
 fn compile_file(text: &str) -> RenderScene {

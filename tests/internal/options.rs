@@ -5,7 +5,7 @@ use std::ffi::OsString;
 
 use crate::cli::flags;
 use crate::diag::Sink;
-use crate::photo::options::{Opt, Takes, Words, all};
+use crate::photo::options::{GivenOptions, Opt, Takes, all};
 use crate::photo::{Era, Plan};
 use crate::shade::Shading;
 
@@ -22,7 +22,13 @@ fn read(words: &[String], era: Era) -> Option<Plan> {
         .try_get_matches_from(words)
         .ok()?;
     let start = |era| Plan::of_era(era, "a.iv");
-    Plan::from_words(&flags::words(&matches), era, start, &mut Sink::new()).ok()
+    Plan::from_options(
+        &flags::given_options(&matches),
+        era,
+        start,
+        &mut Sink::new(),
+    )
+    .ok()
 }
 
 fn of_line(line: &str, era: Era) -> Option<Plan> {
@@ -32,7 +38,7 @@ fn of_line(line: &str, era: Era) -> Option<Plan> {
 
 /// Prints a plan as a command line and parses it.
 fn again(plan: &Plan) -> (Vec<String>, Option<Plan>) {
-    let words = plan.to_words("a.png".as_ref());
+    let words = plan.to_args("a.png".as_ref());
     let rest = match words[1].as_str() {
         "render" => &words[2..],
         _ => &words[1..],
@@ -113,7 +119,7 @@ fn the_copied_command_has_all_options() {
         "--scene-limit nodes=9",
     ] {
         let plan = of_line(line, Era::Modern).unwrap();
-        let words = plan.to_words("a.png".as_ref()).join(" ");
+        let words = plan.to_args("a.png".as_ref()).join(" ");
         assert!(words.contains(line), "{line} is missing in {words}");
     }
 }
@@ -129,10 +135,10 @@ fn no_two_options_share_a_spelling() {
 
 #[test]
 fn the_error_of_a_shading_model_lists_the_models() {
-    let mut words = Words::default();
+    let mut words = GivenOptions::default();
     words.add("shading", vec!["q".into()]);
     let start = |era| Plan::of_era(era, "a.iv");
-    let error = Plan::from_words(&words, Era::Modern, start, &mut Sink::new()).unwrap_err();
+    let error = Plan::from_options(&words, Era::Modern, start, &mut Sink::new()).unwrap_err();
     for model in Shading::ALL {
         let letter = model.letter().to_string();
         let listed = error

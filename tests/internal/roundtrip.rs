@@ -6,7 +6,7 @@ use crate::diag::Span;
 use crate::grammar::value::{Image, Plane, Rotation};
 use crate::grammar::{CLASSES, Class, FieldDecl, FieldType, Treatment, class};
 use crate::iv::document::FieldEntry;
-use crate::iv::{ClassRef, Connection, Document, Format, Limits, Node, NodeId, Nowhere, Value};
+use crate::iv::{ClassRef, Connection, Document, Format, Limits, NoFiles, Node, NodeId, Value};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use proptest::prelude::*;
 
@@ -234,7 +234,7 @@ fn document(seed: u64, size: usize) -> Document {
 }
 
 fn read(bytes: Vec<u8>) -> Document {
-    Document::read("written.iv", bytes, Arc::new(Nowhere), &Limits::default())
+    Document::read("written.iv", bytes, Arc::new(NoFiles), &Limits::default())
         .unwrap_or_else(|e| panic!("{}", e.render(false)))
 }
 
@@ -371,10 +371,10 @@ proptest! {
             }
         }
         let limits = Limits { bytes: 1 << 20, nodes: 10_000, copies: 10_000, ..Limits::default() };
-        if let Ok(document) = Document::read("damaged.iv", bytes, Arc::new(Nowhere), &limits) {
+        if let Ok(document) = Document::read("damaged.iv", bytes, Arc::new(NoFiles), &limits) {
             let _ = document.sink.items().iter().map(|d| d.render(false).len()).sum::<usize>();
             for format in [Format::Ascii, Format::Binary] {
-                let _ = Document::read("again.iv", document.write(format), Arc::new(Nowhere), &limits);
+                let _ = Document::read("again.iv", document.write(format), Arc::new(NoFiles), &limits);
             }
         }
     }

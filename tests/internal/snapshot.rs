@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::sync::Arc;
 
-use crate::iv::{Document, Limits, Nowhere};
+use crate::iv::{Document, Limits, NoFiles};
 use crate::scene::{CompileOptions, RenderScene, snapshot};
 use crate::snapshot::SnapshotOptions;
 use glam::DVec3;
@@ -11,7 +11,7 @@ use glam::DVec3;
 /// Returns the position of the first camera that `check` finds.
 fn surveyed(scene: &str, time: f64) -> Option<DVec3> {
     let bytes = scene.as_bytes().to_vec();
-    let document = Document::read("scene", bytes, Arc::new(Nowhere), &Limits::default());
+    let document = Document::read("scene", bytes, Arc::new(NoFiles), &Limits::default());
     let document = document.expect("reads");
     let at = SnapshotOptions {
         time,

@@ -1,5 +1,5 @@
-//! Puts nodes together while a file is read: finds classes and fields by name, and keeps track of
-//! `DEF`. The ASCII and the binary reader share it.
+//! Assembles nodes while a file is read: finds classes and fields by name, and records the names
+//! after `DEF`. The ASCII and the binary reader share it.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -15,18 +15,17 @@ use crate::iv::document::{ClassRef, Document, FieldEntry, Node};
 use crate::iv::encoding::text;
 use crate::iv::limits::Limits;
 
-/// A field of a node's class, found by name.
+/// A field of a node's class, as it was found by name.
 #[derive(Clone, Copy)]
 pub(super) enum Slot {
-    Field {
-        index: u16,
-        kind: FieldType,
-    },
-    /// A field that later versions lack. [`upgrade`] turns it into fields that they have.
+    /// A field of the class, by its index.
+    Field { index: u16, kind: FieldType },
+    /// A field that later versions of the format do not have. [`upgrade`] replaces it.
     Old(&'static upgrade::OldField),
 }
 
 impl Slot {
+    /// Returns the type of the field's values.
     pub(super) fn kind(self) -> FieldType {
         match self {
             Self::Field { kind, .. } => kind,
@@ -35,43 +34,47 @@ impl Slot {
     }
 }
 
-/// The most fields that a file may declare for a class. A field is searched for one by one.
-const MOST_FIELDS: usize = 5_000;
+/// The largest number of fields that a file may declare for a class. Fields are found by linear
+/// search, so without a limit a hostile file takes quadratic time. The value was chosen by trial.
+pub(super) const MAX_FIELDS: usize = 5_000;
 
-/// What a file adds to a document.
+/// The top-level nodes and classes that a file adds to a document.
 pub(super) struct FileRead {
+    /// The top-level nodes of the file.
     pub roots: Vec<NodeId>,
-    /// The classes that it declares, by name, in [`Document::extensions`].
+    /// The classes that the file declares: their names and indices in [`Document::extensions`].
     pub declared: HashMap<Box<str>, u32>,
 }
 
-/// Reads a file into a document: the whole of `file::read_into`, for `EXTERNPROTO`s, whose files
-/// are needed while the file that names them is being read.
+/// The type of `file::read_into`. It is passed as a pointer because an `EXTERNPROTO` needs another
+/// file while the file that refers to it is being read.
 pub(super) type ReadFile =
     fn(&mut Document, &str, Vec<u8>, &Limits, Option<Header>) -> Result<FileRead>;
 
-/// The document that is being read, and what is known of the file so far.
+/// The document that is being read, and the state of reading one file.
 pub(super) struct Assembler<'d> {
     pub document: &'d mut Document,
     pub header: Header,
     pub limits: Limits,
     pub read_file: ReadFile,
+    /// The index of the file in [`Document::sources`].
     pub source: u16,
-    /// The nodes by the whole token after `DEF`, with its reference number.
+    /// The nodes by the whole token after `DEF`, including its reference number.
     pub names: HashMap<Box<[u8]>, NodeId>,
-    /// The classes that this file declares, by name.
+    /// The classes that this file declares: their names and indices in [`Document::extensions`].
     pub declared: HashMap<Box<str>, u32>,
-    /// The meaning that each declared name had before, which it has again at the end of the proto.
+    /// The previous class of each declared name, which is restored at the end of the proto.
     pub shadowed: Vec<(Box<str>, Option<u32>)>,
-    /// How many more hints (`did you mean`) to search for. Each search compares all names.
+    /// The number of further hints (`did you mean`) to search for. Each search compares all names.
     hints: usize,
-    /// How many bodies of protos are open.
+    /// The number of open bodies of protos.
     pub in_protos: usize,
-    /// The values of fields that later versions lack, for [`upgrade`].
+    /// The values of fields that later versions do not have, for [`upgrade`].
     pub old: Vec<(NodeId, &'static upgrade::OldField, Value)>,
 }
 
 impl<'d> Assembler<'d> {
+    /// Creates the state for reading the document's last source.
     pub(super) fn new(
         document: &'d mut Document,
         header: Header,
@@ -94,9 +97,9 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// Finds the class that a file means by a name: one that it declares, else one of its dialect,
-    /// else of any dialect. `So…` is Inventor's prefix in C++, and `VRML…` Coin's for VRML97's
-    /// classes.
+    /// Finds a class by the name that a file uses. Classes that the file declares come first, then
+    /// those of its dialect, then those of any dialect. The prefix `So` of Inventor's C++ classes
+    /// and Coin's prefix `VRML` for VRML97 classes are accepted.
     pub(super) fn class_named(&self, name: &str) -> Option<ClassRef> {
         if let Some(&extension) = self.declared.get(name) {
             return Some(ClassRef::Extension(extension));
@@ -104,7 +107,7 @@ impl<'d> Assembler<'d> {
         self.known_class(name).map(ClassRef::Known)
     }
 
-    /// Finds the catalogue's class for a name.
+    /// Finds a class of the catalogue by name, as [`Self::class_named`] does.
     pub(super) fn known_class(&self, name: &str) -> Option<ClassId> {
         let find = |name: &str| {
             let class =
@@ -126,7 +129,7 @@ impl<'d> Assembler<'d> {
     /// Adds a node.
     ///
     /// # Errors
-    /// The document has as many nodes as the limit allows.
+    /// Returns an error if the document already has as many nodes as the limit allows.
     pub(super) fn add(
         &mut self,
         class: ClassRef,
@@ -149,12 +152,13 @@ impl<'d> Assembler<'d> {
         }))
     }
 
+    /// Returns a node's entry in the arena.
     pub(super) fn data(&mut self, node: NodeId) -> &mut Node {
         &mut self.document.nodes[node.0 as usize]
     }
 
-    /// Notes a node under the token after `DEF`, and names it. `name+3` is a node called `name`
-    /// with the reference number 3; `+3` has no name.
+    /// Records a node under the token after `DEF`, and sets its name. `name+3` is a node with the
+    /// name `name` and the reference number 3; `+3` is a node without a name.
     pub(super) fn define(&mut self, token: &[u8], node: NodeId) {
         self.names.insert(token.into(), node);
         let name = base_name(token);
@@ -168,13 +172,14 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// Finds the node that a token after `USE` means.
+    /// Finds the node that a token after `USE` refers to.
     pub(super) fn used(&self, token: &[u8]) -> Option<NodeId> {
         let base = || self.names.get(base_name(token));
         self.names.get(token).or_else(base).copied()
     }
 
-    /// Makes a name mean a class of the file's own, or none of them, until the scope ends.
+    /// Declares that a name means a class of the file until the scope ends, or with `None` that it
+    /// means no class of the file.
     pub(super) fn declare_class(&mut self, name: Box<str>, class: Option<u32>) {
         let before = match class {
             Some(class) => self.declared.insert(name.clone(), class),
@@ -183,14 +188,14 @@ impl<'d> Assembler<'d> {
         self.shadowed.push((name, before));
     }
 
-    /// Finds the class of a proto that has a body, by name.
+    /// Finds the extension of a proto that has a body, by name.
     pub(super) fn proto_named(&self, name: &str) -> Option<u32> {
         let &class = self.declared.get(name)?;
         let proto = &self.document.protos.list[self.document.protos.of_extension(class)?];
         (!proto.external || !proto.body.is_empty()).then_some(class)
     }
 
-    /// Takes back all declarations but the first `shadowed` ones.
+    /// Undoes all declarations except the first `shadowed` ones.
     pub(super) fn end_scope(&mut self, shadowed: usize) {
         for (name, before) in self
             .shadowed
@@ -204,13 +209,14 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// Whether another hint may be searched for. Counts it.
+    /// Returns whether another hint may be searched for, and counts the search.
     pub(super) fn may_hint(&mut self) -> bool {
         self.hints = self.hints.saturating_sub(1);
         self.hints > 0
     }
 
-    /// Finds the `DEF` name that is nearest in spelling. Of several, every run takes the same one.
+    /// Finds the `DEF` name that is nearest in spelling. The names are sorted, so that every run
+    /// returns the same one of several.
     pub(super) fn nearest_name(&mut self, name: &str) -> Option<String> {
         if self.names.len() > 10_000 || !self.may_hint() {
             return None;
@@ -240,7 +246,7 @@ impl<'d> Assembler<'d> {
         })
     }
 
-    /// The names of an enumeration's values.
+    /// Returns the names of the values of an enumeration field.
     pub(super) fn names_of(&self, node: NodeId, slot: Slot) -> EnumNames {
         let none = |_: &str| None;
         match (slot, self.document.nodes[node.0 as usize].class) {
@@ -265,8 +271,8 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// The type by which to read a value. The names of an enumeration that a file declares are not
-    /// known, so its values are kept as text.
+    /// Returns the type to parse a value as. For an enumeration that the file declares the names of
+    /// the values are unknown, so its values are kept as text.
     pub(super) fn written_as(&self, node: NodeId, slot: Slot) -> FieldType {
         let own = matches!(
             self.document.nodes[node.0 as usize].class,
@@ -280,7 +286,7 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// The names of the fields of a node's class.
+    /// Returns the names of the fields of a node's class.
     pub(super) fn field_names(&self, node: NodeId) -> Vec<&str> {
         match self.document.nodes[node.0 as usize].class {
             ClassRef::Known(id) => id.get().fields.iter().map(|f| f.name).collect(),
@@ -292,7 +298,7 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// Sets a field, also one that was set before. Returns its place among the node's stated
+    /// Sets a field and replaces an earlier value. Returns its index among the node's stated
     /// fields.
     pub(super) fn set(&mut self, node: NodeId, index: u16, value: Value, span: Span) -> usize {
         if !value.is_finite() {
@@ -323,7 +329,7 @@ impl<'d> Assembler<'d> {
             None => None,
         };
         let message = format!(
-            "`{class}.{}` has a number that is none, or too large",
+            "`{class}.{}` has a number that is NaN or infinite",
             field.unwrap_or("a field")
         );
         self.document.sink.warn(span, message);
@@ -331,7 +337,8 @@ impl<'d> Assembler<'d> {
 
     /// Returns the index of an extension equal to this one, which is added if there is none.
     pub(super) fn extension(&mut self, extension: Extension) -> u32 {
-        // A file may declare very many classes of one name, so only the last 64 are compared.
+        // A hostile file may declare very many classes with one name, so only the last 64 are
+        // compared. If an equal one is missed, the file only takes more memory.
         let alike = self
             .document
             .extension_names
@@ -349,8 +356,8 @@ impl<'d> Assembler<'d> {
         index
     }
 
-    /// Gives a node the class that the file declares with `fields [ … ]` and `isA [ … ]`. A class
-    /// of the catalogue stays, unless it draws nothing itself and the file adds fields to it.
+    /// Sets a node's class to the one that the file declares with `fields [ … ]` and `isA [ … ]`. A
+    /// class of the catalogue is kept, unless it draws nothing itself and the file adds fields.
     pub(super) fn declare(
         &mut self,
         node: NodeId,
@@ -402,7 +409,7 @@ impl<'d> Assembler<'d> {
             }
         };
         let mut extension = extension;
-        extension.fields.truncate(MOST_FIELDS);
+        extension.fields.truncate(MAX_FIELDS);
         let name = extension.name.clone();
         let index = self.extension(extension);
         if self.known_class(&name).is_none() {
@@ -411,8 +418,8 @@ impl<'d> Assembler<'d> {
         self.data(node).class = ClassRef::Extension(index);
     }
 
-    /// The class of a node before its own declaration of fields is read. What other nodes of that
-    /// name declare does not count, but a proto does.
+    /// Returns the class of a node before its own declaration of fields is read. Declarations of
+    /// other nodes of that name do not count, but a proto does.
     pub(super) fn blank(&mut self, name: &str, known: Option<ClassRef>) -> ClassRef {
         match known {
             Some(ClassRef::Extension(i)) if self.document.protos.of_extension(i).is_none() => {
@@ -423,7 +430,7 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// The class without fields for a name that nothing declares.
+    /// Returns a class without fields for an undeclared name.
     pub(super) fn unknown(&mut self, name: &str) -> ClassRef {
         let extension = Extension {
             name: name.into(),
@@ -434,8 +441,8 @@ impl<'d> Assembler<'d> {
         ClassRef::Extension(self.extension(extension))
     }
 
-    /// Gives a `GlobalField`, or an engine whose fields depend on its `type`, those fields. Returns
-    /// `None` if the node is neither.
+    /// Adds the fields that depend on the `type` of an engine or `GlobalField`. Returns `None` if
+    /// the node is of another class. `field` is the name of a `GlobalField`'s field.
     pub(super) fn specialize(
         &mut self,
         node: NodeId,
@@ -478,7 +485,7 @@ impl<'d> Assembler<'d> {
     }
 }
 
-/// The part of a token before its reference number, such as `name` of `name+3`.
+/// Returns the part of a token before its reference number, such as `name` in `name+3`.
 fn base_name(token: &[u8]) -> &[u8] {
     match token.iter().rposition(|&b| b == b'+') {
         Some(i) if token[i + 1..].iter().all(u8::is_ascii_digit) => &token[..i],

@@ -1,9 +1,10 @@
 //! Reads the binary formats V1.0, V2.0 and V2.1: big-endian words, as XDR lays them out.
 //!
-//! A node is its class's name, from V2.1 on a word of flags (2: has children), the number of its
-//! fields, the fields, and, for groups, the number of its children and the children. A field is its
-//! name, its value and a word of flags: 1 ignored, 2 connected, 4 default. Reading cannot resume
-//! after a mistake, so the first one ends it; what was read before stays.
+//! A node consists of its class's name, from V2.1 on a word of flags (2: has children), the number
+//! of its fields, and the fields. For groups the number of children and the children follow. A
+//! field consists of its name, its value and a word of flags: 1 ignored, 2 connected, 4 default.
+//! Reading cannot continue after a mistake, so it ends at the first one. The nodes before it are
+//! kept.
 
 use nom::Parser;
 
@@ -15,35 +16,49 @@ use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{FieldType, class, path};
 use crate::iv::document::{ClassRef, Connection};
 
+/// The flag of a field with the ignore flag `~`.
 const IGNORED: u32 = 1;
+/// The flag of a connected field.
 const CONNECTED: u32 = 2;
+/// The flag of a field that has its default.
 const DEFAULT: u32 = 4;
+/// The flag of a node that has children.
 const HAS_CHILDREN: u32 = 2;
-/// In the number of fields: the types and names of the fields follow it.
+/// The flag in the number of fields: the types and names of the fields follow.
 const DESCRIBED: u32 = 0x4000;
 
+/// Where a node belongs. A field is given by its index among the stated fields of its node.
 #[derive(Clone, Copy)]
 enum Target {
+    /// A top-level node.
     Root,
+    /// A child of a node.
     Child(NodeId),
+    /// The value of an `SFNode` field.
     Field(NodeId, usize),
+    /// One of the nodes of an `MFNode` field.
     Element(NodeId, usize),
+    /// The node that a field is connected to.
     Source(NodeId, usize),
 }
 
+/// An open part of the file. `left` is the number of items that are still to be read.
 #[derive(Clone, Copy)]
 enum Level {
+    /// The fields of a node.
     Fields {
         node: NodeId,
         target: Target,
         left: u32,
         children: bool,
     },
+    /// The children of a node.
     Children {
         node: NodeId,
         target: Target,
         left: u32,
     },
+    /// The nodes of an `MFNode` field.
     List {
         node: NodeId,
         entry: usize,
@@ -51,7 +66,7 @@ enum Level {
     },
 }
 
-/// A mistake, which ends reading.
+/// A mistake that ends reading.
 struct Stop {
     /// The offset of the mistake.
     at: usize,
@@ -60,7 +75,7 @@ struct Stop {
 }
 
 impl Stop {
-    /// The file is damaged at an offset.
+    /// Creates a mistake for a file that is damaged at an offset.
     fn damaged(at: usize, message: impl Into<String>) -> Self {
         Self {
             at,
@@ -69,7 +84,7 @@ impl Stop {
         }
     }
 
-    /// The file has a class or a field that nothing declares, and whose length is unknown.
+    /// Creates a mistake for an undeclared class or field, whose length is unknown.
     fn unknown(at: usize, message: String) -> Self {
         Self {
             at,
@@ -79,23 +94,26 @@ impl Stop {
     }
 }
 
+/// The result of a reading step.
 type Step<T> = std::result::Result<T, Stop>;
 
+/// The state of the reader.
 struct Reader<'r, 'd, 's> {
     asm: &'r mut Assembler<'d>,
     bytes: &'s [u8],
-    /// The suffix of `bytes` that is left to read.
+    /// The suffix of `bytes` that is still to be read.
     rest: &'s [u8],
+    /// The open parts of the file. The innermost is last.
     stack: Vec<Level>,
     roots: Vec<NodeId>,
-    /// The error for a limit that was passed, which is no mistake of the file.
+    /// The error if a limit is exceeded. Unlike a mistake in the file it makes reading fail.
     limit: Option<Box<crate::diag::Diagnostic>>,
 }
 
-/// Reads the nodes of a file.
+/// Reads the nodes of a file and returns the top-level ones.
 ///
 /// # Errors
-/// A limit is passed.
+/// Returns an error if a limit is exceeded.
 pub(super) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
     let rest = &bytes[asm.header.length.min(bytes.len())..];
     let mut reader = Reader {
@@ -123,13 +141,12 @@ pub(super) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>>
 }
 
 impl<'s> Reader<'_, '_, 's> {
-    /// Reports a mistake, and puts the open nodes in their places, so that the nodes that were
+    /// Reports a mistake, and attaches each open node to its parent, so that the nodes that were
     /// read form a tree.
     fn stop(&mut self, stop: Stop) {
         let sink = &mut self.asm.document.sink;
         let warning = sink.warn(Span::at(stop.at), stop.message);
-        warning
-            .help("a binary file cannot be resumed after a mistake; what came before it is kept");
+        warning.help("a binary file cannot be read past a mistake; the nodes before it are kept");
         warning.kind = stop.kind;
         while let Some(level) = self.stack.pop() {
             match level {
@@ -141,12 +158,12 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// The offset of the next byte to read.
+    /// Returns the offset of the next byte.
     fn at(&self) -> usize {
         self.bytes.len() - self.rest.len()
     }
 
-    /// Runs a parser on the rest of the file and moves past what it reads.
+    /// Runs a parser on the rest of the file and advances past the bytes that it reads.
     fn parse<T>(
         &mut self,
         mut parser: impl Parser<&'s [u8], Output = T, Error = SyntaxError<'s>>,
@@ -174,12 +191,13 @@ impl<'s> Reader<'_, '_, 's> {
         self.parse(binary_values::string)
     }
 
-    /// Reads a count of items, of at least four bytes each.
+    /// Reads a count of items that take at least four bytes each.
     fn count(&mut self) -> Step<u32> {
-        self.parse(|input| binary_values::promised(input, 4))
+        self.parse(|input| binary_values::checked_count(input, 4))
             .map(|count| count as u32)
     }
 
+    /// Reads one item. Returns `false` at the end of the file.
     fn step(&mut self) -> Step<bool> {
         match self.stack.last_mut() {
             None => {
@@ -218,6 +236,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(true)
     }
 
+    /// Ends the fields of a node and begins its children.
     fn fields_done(&mut self) -> Step<()> {
         let Some(Level::Fields {
             node,
@@ -246,6 +265,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
+    /// Reads a node, `USE` or `NULL`.
     fn statement(&mut self, target: Target) -> Step<()> {
         let start = self.at();
         let mut name = self.string()?;
@@ -256,7 +276,7 @@ impl<'s> Reader<'_, '_, 's> {
                 return match self.asm.used(token.as_bytes()) {
                     Some(node) => self.deliver(target, node),
                     None => {
-                        let message = format!("no node before this is called `{token}`");
+                        let message = format!("no earlier node is named `{token}`");
                         self.asm.document.sink.warn(Span::at(start), message);
                         self.deliver_nothing(target)
                     }
@@ -272,6 +292,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.node(target, defined, &name, start)
     }
 
+    /// Reads a node up to its fields. Its class and the name after `DEF` have been read.
     fn node(
         &mut self,
         target: Target,
@@ -297,7 +318,7 @@ impl<'s> Reader<'_, '_, 's> {
             self.asm.define(defined.as_bytes(), node);
         }
         if class == ClassRef::Known(class::PATH) {
-            // The head is read first, then the numbers of the children to follow.
+            // The head comes first, then the indices of the children along the path.
             self.stack.push(Level::Fields {
                 node,
                 target,
@@ -338,7 +359,7 @@ impl<'s> Reader<'_, '_, 's> {
         } else if known.is_none() && fields & 0x3fff != 0 {
             return Err(Stop::unknown(
                 start,
-                format!("`{name}` is not a class of nodes, and nothing says where it ends"),
+                format!("`{name}` is not a known node class, so the end of the node is unknown"),
             ));
         }
         self.stack.push(Level::Fields {
@@ -350,8 +371,8 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Reads the type of a `GlobalField` and of engines whose fields depend on it. It stands before
-    /// the number of fields, in a `GlobalField` without flags after it.
+    /// Reads the type of a `GlobalField`, or of an engine whose fields depend on it. The type comes
+    /// before the number of fields. In a `GlobalField` no flags follow it.
     fn type_first(&mut self, node: NodeId) -> Step<()> {
         let ClassRef::Known(id) = self.asm.document.nodes[node.0 as usize].class else {
             return Ok(());
@@ -381,8 +402,8 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Whether the number of fields is missing. Before V2.1 a `Group`, which has none, lacks it.
-    /// Another group without fields lacks it if the next word is not 0.
+    /// Returns whether the number of fields is missing. Before V2.1 a `Group`, which has no fields,
+    /// has no such number. For other groups without fields it is missing if the next word is not 0.
     fn lacks_field_count(&self, class: ClassRef) -> bool {
         let ClassRef::Known(id) = class else {
             return false;
@@ -392,6 +413,7 @@ impl<'s> Reader<'_, '_, 's> {
         old && bare && (id == class::GROUP || !self.rest.starts_with(&[0; 4]))
     }
 
+    /// Ends reading with the error for an exceeded limit.
     fn limit<T>(&mut self, error: Box<crate::diag::Diagnostic>) -> Step<T> {
         self.limit = Some(error);
         Err(Stop::damaged(self.at(), String::new()))
@@ -406,7 +428,7 @@ impl<'s> Reader<'_, '_, 's> {
                 Some(_) if name == "isA" => {}
                 Some(kind) => fields.push((name.into(), kind)),
                 None => {
-                    let message = format!("`{kind}` is not a type of fields");
+                    let message = format!("`{kind}` is not a field type");
                     return Err(Stop::damaged(self.at(), message));
                 }
             }
@@ -415,6 +437,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
+    /// Reads a field.
     fn field(&mut self, node: NodeId) -> Step<()> {
         let start = self.at();
         let name = self.string()?;
@@ -432,7 +455,7 @@ impl<'s> Reader<'_, '_, 's> {
         let Some(slot) = slot else {
             let class = self.asm.document.node(node).class_name();
             let message =
-                format!("`{class}` has no field `{name}`, and nothing says where it ends");
+                format!("`{class}` has no field `{name}`, so the end of the field is unknown");
             return Err(Stop::unknown(start, message));
         };
         let span = Span::at(start);
@@ -470,7 +493,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Reads a value that holds no nodes, and reports names that the enumeration lacks.
+    /// Reads a value that contains no nodes, and reports names that the enumeration does not have.
     fn value(&mut self, node: NodeId, slot: Slot) -> Step<Value> {
         let mut context = Context {
             names: self.asm.names_of(node, slot),
@@ -487,7 +510,7 @@ impl<'s> Reader<'_, '_, 's> {
         value
     }
 
-    /// Reads `isA`, which is a field like any other in this format.
+    /// Reads `isA`, which is written as a field in this format.
     fn is_a(&mut self, node: NodeId) -> Step<()> {
         let list = self.parse(|input| binary_values::list(input, binary_values::string))?;
         self.word()?;
@@ -500,7 +523,7 @@ impl<'s> Reader<'_, '_, 's> {
     fn tail(&mut self, node: NodeId, entry: usize) -> Step<()> {
         let flags = self.word()?;
         self.asm.data(node).fields[entry].ignored = flags & IGNORED != 0;
-        // A field that is marked as default and as connected is connected.
+        // A field with both the default and the connected flag is connected.
         if flags == DEFAULT && self.is_default(node, entry) {
             self.asm.data(node).fields.remove(entry);
             return Ok(());
@@ -517,7 +540,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Whether the value of a field that is marked as default is the catalogue's default.
+    /// Returns whether the value of a field that is marked as default is the catalogue's default.
     fn is_default(&self, node: NodeId, entry: usize) -> bool {
         let data = &self.asm.document.nodes[node.0 as usize];
         let field = &data.fields[entry];
@@ -529,6 +552,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
+    /// Stores a node where it belongs.
     fn attach(&mut self, target: Target, node: NodeId) {
         match target {
             Target::Root => self.roots.push(node),
@@ -545,6 +569,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
+    /// Stores a node where it belongs, and reads the part of the field that follows it.
     fn deliver(&mut self, target: Target, node: NodeId) -> Step<()> {
         self.attach(target, node);
         match target {
@@ -563,6 +588,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.asm.document.nodes[node.0 as usize].class == ClassRef::Known(class::PATH)
     }
 
+    /// Reads the part of the field that follows a `NULL` or an unknown name.
     fn deliver_nothing(&mut self, target: Target) -> Step<()> {
         match target {
             Target::Field(holder, entry) if !self.is_path(holder) => self.tail(holder, entry),
@@ -572,7 +598,8 @@ impl<'s> Reader<'_, '_, 's> {
     }
 }
 
-/// Whether a string can be the name of a class. What is read after a mistake mostly cannot.
+/// Returns whether a string can be the name of a class. Bytes that are read at a wrong offset
+/// mostly cannot.
 fn is_name(name: &str) -> bool {
     !name.is_empty()
         && name

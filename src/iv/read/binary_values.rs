@@ -1,7 +1,7 @@
-//! The values of the binary formats: big-endian words, as XDR lays them out.
+//! Parses the values of the binary formats, which consist of big-endian words in the layout of XDR.
 //!
-//! A string is its length and its bytes, filled up to a multiple of four. Each function is a nom
-//! parser over the rest of the file.
+//! A string is its length and its bytes, padded to a multiple of four. Each function is a nom
+//! parser of the rest of the file.
 
 use std::sync::Arc;
 
@@ -18,16 +18,18 @@ use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Plane, Rotation, Value};
 use crate::iv::encoding::text;
 
-/// What the parser of a value needs to know beside its type.
+/// The parameters of the parser of a value, in addition to its type.
 pub(super) struct Context<'a> {
+    /// The names of an enumeration's values.
     pub names: EnumNames,
-    /// Images have a word a pixel, as before V2.1, and not a byte a component.
+    /// Whether images have one word per pixel, as before V2.1, and not one byte per component.
     pub wide_pixels: bool,
-    /// Names that the enumeration lacks, whose values are read as 0.
+    /// The names that the enumeration does not have. Their values are read as 0.
     pub mistakes: Vec<SyntaxError<'a>>,
 }
 
-/// Reads a value of any type, except that the nodes of a field are left to the reader of nodes.
+/// Parses a value of any type. For a field of nodes it returns an empty value and reads nothing,
+/// because the reader of nodes handles them.
 pub(super) fn value<'a>(
     input: &'a [u8],
     kind: FieldType,
@@ -35,7 +37,7 @@ pub(super) fn value<'a>(
 ) -> Parsed<'a, Value> {
     use FieldType as F;
     let wide = context.wide_pixels;
-    let mut choice = |input: &'a [u8]| choice(input, context);
+    let mut named = |input: &'a [u8]| enumeration(input, context);
     match kind {
         F::SFBool => read(word(input), |n| Value::Bool(n != 0)),
         F::SFInt32 | F::SFShort => read(int(input), Value::Int),
@@ -43,8 +45,8 @@ pub(super) fn value<'a>(
         F::SFFloat => read(float(input), Value::Float),
         F::SFDouble | F::SFTime => read(double(input), Value::Double),
         F::SFString | F::SFName => read(string(input), |s| Value::String(s.into())),
-        F::SFEnum => read(choice(input), Value::Int),
-        F::SFBitMask => read(bit_mask(input, choice), Value::Int),
+        F::SFEnum => read(named(input), Value::Int),
+        F::SFBitMask => read(bit_mask(input, named), Value::Int),
         F::SFVec2f => read(floats(input), |v| Value::Vec2(Vec2::from_array(v))),
         F::SFVec3f | F::SFColor => read(floats(input), |v| Value::Vec3(Vec3::from_array(v))),
         F::SFVec4f => read(floats(input), |v| Value::Vec4(Vec4::from_array(v))),
@@ -62,10 +64,13 @@ pub(super) fn value<'a>(
         F::SFTrigger => Ok((input, Value::Trigger)),
         F::MFBool => read(tuples(input, |[n]| n != 0), Value::Bools),
         F::MFInt32 | F::MFShort => read(tuples(input, |[n]| n as i32), Value::Ints),
-        F::MFEnum => read(list(input, choice), Value::Ints),
+        F::MFEnum => read(list(input, named), Value::Ints),
         F::MFUInt32 | F::MFUShort => read(tuples(input, |[n]| n), Value::UInts),
         F::MFFloat => read(tuples(input, |[n]| f32::from_bits(n)), Value::Floats),
-        F::MFDouble | F::MFTime => read(tuples(input, |[a, b]| long(a, b)), Value::Doubles),
+        F::MFDouble | F::MFTime => read(
+            tuples(input, |[a, b]| double_from_words(a, b)),
+            Value::Doubles,
+        ),
         F::MFString | F::MFName => read(list(input, string), Value::Strings),
         F::MFVec2f => read(float_tuples(input, Vec2::from_array), Value::Vec2s),
         F::MFVec3f | F::MFColor => read(float_tuples(input, Vec3::from_array), Value::Vec3s),
@@ -74,7 +79,13 @@ pub(super) fn value<'a>(
         F::MFVec3i32 => read(int_tuples::<3>(input), Value::Ints),
         F::MFVec4i32 => read(int_tuples::<4>(input), Value::Ints),
         F::MFVec3d => {
-            let vector = |[a, b, c, d, e, f]: [u32; 6]| [long(a, b), long(c, d), long(e, f)];
+            let vector = |[a, b, c, d, e, f]: [u32; 6]| {
+                [
+                    double_from_words(a, b),
+                    double_from_words(c, d),
+                    double_from_words(e, f),
+                ]
+            };
             read(tuples(input, vector), |v| {
                 Value::Doubles(v.into_flattened())
             })
@@ -85,16 +96,17 @@ pub(super) fn value<'a>(
     }
 }
 
+/// Converts the result of a parser to a [`Value`].
 fn read<'a, T>(parsed: Parsed<'a, T>, make: impl Fn(T) -> Value) -> Parsed<'a, Value> {
     parsed.map(|(rest, value)| (rest, make(value)))
 }
 
-/// A word of four bytes.
+/// Parses a word of four bytes.
 pub(super) fn word(input: &[u8]) -> Parsed<'_, u32> {
     or(Problem::CutOff, be_u32)(input)
 }
 
-/// A word as a signed number.
+/// Parses a word as a signed number.
 pub(super) fn int(input: &[u8]) -> Parsed<'_, i32> {
     word.map(u32::cast_signed).parse(input)
 }
@@ -105,17 +117,17 @@ fn float(input: &[u8]) -> Parsed<'_, f32> {
 
 fn double(input: &[u8]) -> Parsed<'_, f64> {
     pair(word, word)
-        .map(|(high, low)| long(high, low))
+        .map(|(high, low)| double_from_words(high, low))
         .parse(input)
 }
 
-/// A number of two words.
-fn long(high: u32, low: u32) -> f64 {
+/// Returns the number that two words encode.
+fn double_from_words(high: u32, low: u32) -> f64 {
     f64::from_bits(u64::from(high) << 32 | u64::from(low))
 }
 
-/// Bytes, and behind them those that fill them up to a multiple of four, as far as the file has
-/// them.
+/// Parses bytes and the padding to a multiple of four. The padding may be missing at the end of the
+/// file.
 fn padded(input: &[u8], promised: usize) -> Parsed<'_, &[u8]> {
     let left = input.len();
     let (rest, bytes) = or(Problem::MissingBytes { promised, left }, take(promised))(input)?;
@@ -124,15 +136,16 @@ fn padded(input: &[u8], promised: usize) -> Parsed<'_, &[u8]> {
     Ok((rest, bytes))
 }
 
-/// A length and so many bytes of text.
+/// Parses a length and that many bytes of text.
 pub(super) fn string(input: &[u8]) -> Parsed<'_, String> {
     let (rest, length) = word(input)?;
     let (rest, bytes) = padded(rest, length as usize)?;
     Ok((rest, text(bytes)))
 }
 
-/// How many things of at least `size` bytes follow. The rest of the file must be able to hold them.
-pub(super) fn promised(input: &[u8], size: usize) -> Parsed<'_, usize> {
+/// Parses the number of items of at least `size` bytes that follow. It fails if the rest of the
+/// file is too short for them.
+pub(super) fn checked_count(input: &[u8], size: usize) -> Parsed<'_, usize> {
     let (rest, count) = word.map(|n| n as usize).parse(input)?;
     if count.saturating_mul(size) > rest.len() {
         return fail(input, Problem::MissingValues(count));
@@ -140,18 +153,19 @@ pub(super) fn promised(input: &[u8], size: usize) -> Parsed<'_, usize> {
     Ok((rest, count))
 }
 
-/// A count and so many values, of four bytes or more each.
+/// Parses a count and that many values of at least four bytes each.
 pub(super) fn list<'a, T>(
     input: &'a [u8],
     one: impl FnMut(&'a [u8]) -> Parsed<'a, T>,
 ) -> Parsed<'a, Vec<T>> {
-    let (rest, length) = promised(input, 4)?;
+    let (rest, length) = checked_count(input, 4)?;
     count(one, length).parse(rest)
 }
 
-/// A count and so many values of `N` words each, taken out of the file all at once.
+/// Parses a count and that many values of `N` words each. It checks the length only once for all
+/// values, which is faster than a parser per value.
 fn tuples<const N: usize, T>(input: &[u8], one: impl Fn([u32; N]) -> T) -> Parsed<'_, Vec<T>> {
-    let (rest, length) = promised(input, 4 * N)?;
+    let (rest, length) = checked_count(input, 4 * N)?;
     let (rest, bytes) = take(4 * N * length)(rest)?;
     let tuple = |bytes: &[u8]| {
         let word = |i: usize| u32::from_be_bytes(std::array::from_fn(|k| bytes[4 * i + k]));
@@ -196,9 +210,9 @@ fn matrix(columns: [f32; 16]) -> Mat4 {
     Mat4::from_cols_array(&columns)
 }
 
-/// A name of an enumeration's value, or the value as text. A name that the enumeration lacks is a
-/// mistake that reading survives.
-fn choice<'a>(input: &'a [u8], context: &mut Context<'a>) -> Parsed<'a, i32> {
+/// Parses the name of an enumeration's value, or the value as text. An unknown name is added to the
+/// mistakes, and reading continues.
+fn enumeration<'a>(input: &'a [u8], context: &mut Context<'a>) -> Parsed<'a, i32> {
     let (rest, name) = string(input)?;
     let value = context.names.value(&name).or_else(|| name.parse().ok());
     if value.is_none() {
@@ -208,13 +222,13 @@ fn choice<'a>(input: &'a [u8], context: &mut Context<'a>) -> Parsed<'a, i32> {
     Ok((rest, value.unwrap_or(0) as i32))
 }
 
-/// Names up to a word of 0.
+/// Parses names up to a word of 0.
 fn bit_mask<'a>(input: &'a [u8], bit: impl FnMut(&'a [u8]) -> Parsed<'a, i32>) -> Parsed<'a, i32> {
     let (rest, (bits, _)) = many_till(bit, tag(&[0; 4][..])).parse(input)?;
     Ok((rest, bits.into_iter().fold(0, |union, bit| union | bit)))
 }
 
-/// Width, height, the depth of a solid image, the number of components, then the pixels.
+/// Parses an image: width, height, depth if it is three-dimensional, number of components, pixels.
 fn image(input: &[u8], solid: bool, wide_pixels: bool) -> Parsed<'_, Image> {
     let (rest, (width, height)) = pair(word, word).parse(input)?;
     let (rest, depth) = if solid { word(rest)? } else { (rest, 1) };
@@ -256,7 +270,7 @@ fn image(input: &[u8], solid: bool, wide_pixels: bool) -> Parsed<'_, Image> {
     Ok((rest, image))
 }
 
-/// The last `N` bytes of each word.
+/// Returns the last `N` bytes of each word.
 fn last_bytes<const N: usize>(words: &[u8]) -> Arc<[u8]> {
     let words = words.chunks_exact(4);
     let pixels = words.map(|w| std::array::from_fn(|i| w[4 - N + i]));

@@ -1,25 +1,30 @@
-//! Removes the edges of a document that lead a node back to itself.
+//! Removes cycles from a document, so that no node contains itself.
 
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{self, Treatment};
 use crate::iv::document::{ClassRef, Document};
 
-/// A way from a node to another, in the order of traversal.
+/// A reference from a node to a node that it contains. Numbers are indices.
 #[derive(Clone, Copy)]
 enum Edge {
+    /// A child.
     Child(usize),
+    /// The value of an `SFNode` field.
     Field(usize),
+    /// A node of an `MFNode` field: the field and the index in its list.
     Element(usize, usize),
+    /// A root of an included file.
     Included(usize),
-    StandsFor,
+    /// The first node of the body's copy, for an instance of a proto.
+    Expansion,
 }
 
-/// The edges of a node and where they lead.
+/// Returns the edges of a node and their targets, in the order of traversal.
 fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
     let node = &document.nodes[id.0 as usize];
     let mut out = Vec::new();
     if let Some(&other) = document.expansions.get(&id) {
-        out.push((Edge::StandsFor, other));
+        out.push((Edge::Expansion, other));
         return out;
     }
     for (i, &child) in node.children.iter().enumerate() {
@@ -57,8 +62,10 @@ fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
     out
 }
 
-/// Removes every edge that leads a node back to itself, so that traversal ends. It does not
-/// recurse, since a file may nest deeper than the program's stack.
+/// Removes every edge that closes a cycle, so that traversal ends.
+///
+/// It is a depth-first search with an explicit stack, because files may nest deeper than recursion
+/// allows.
 pub(super) fn cut_cycles(document: &mut Document) {
     const NEW: u8 = 0;
     const OPEN: u8 = 1;
@@ -94,6 +101,7 @@ pub(super) fn cut_cycles(document: &mut Document) {
     }
 }
 
+/// Removes an edge and warns about it.
 fn cut(document: &mut Document, id: NodeId, edge: Edge, target: NodeId) {
     let data = &document.nodes[target.0 as usize];
     let name = data.name.as_deref().unwrap_or("a node").to_owned();
@@ -104,7 +112,7 @@ fn cut(document: &mut Document, id: NodeId, edge: Edge, target: NodeId) {
             span,
             format!("`{name}` contains itself; the inner one is left out"),
         )
-        .help("a node can be used again beside itself, not inside itself");
+        .help("a node cannot be used inside itself");
     let node = &mut document.nodes[id.0 as usize];
     match edge {
         Edge::Child(i) => {
@@ -121,7 +129,7 @@ fn cut(document: &mut Document, id: NodeId, edge: Edge, target: NodeId) {
                 roots.remove(i);
             }
         }
-        Edge::StandsFor => {
+        Edge::Expansion => {
             document.expansions.remove(&id);
         }
     }

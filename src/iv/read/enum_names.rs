@@ -1,9 +1,11 @@
-//! The names of the values that an enumeration or a bit mask has.
+//! The names of the values of an enumeration or a bit mask.
 
-/// The names of an enumeration's values, and how names of older versions are read.
+/// The names of an enumeration's values, in the current and in older versions of the format.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EnumNames {
+    /// The current names with their values.
     pub names: &'static [(&'static str, i64)],
+    /// Returns the value of a name that only older versions have.
     pub old: fn(&str) -> Option<i64>,
 }
 
@@ -14,13 +16,14 @@ impl PartialEq for EnumNames {
 }
 
 impl EnumNames {
-    /// For the values of fields that have no names.
+    /// No names, for fields of other types.
     pub(super) const NONE: Self = Self {
         names: &[],
         old: |_| None,
     };
 
-    /// The value of a name: as it is spelled, else in other case, else of an older version.
+    /// Returns the value of a name. An exact match comes first, then one that differs in case, then
+    /// a name of an older version.
     pub(super) fn value(self, name: &str) -> Option<i64> {
         let exact = self.names.iter().find(|(n, _)| *n == name);
         let loose = || {
@@ -34,7 +37,7 @@ impl EnumNames {
             .or_else(|| (self.old)(name))
     }
 
-    /// The message for a name that is none of them.
+    /// Returns the message for an unknown name.
     pub(super) fn unknown(self, name: &str) -> String {
         let all: Vec<&str> = self.names.iter().map(|(n, _)| *n).collect();
         match crate::diag::nearest(name, all.iter().copied()) {

@@ -1,22 +1,22 @@
-//! Expands the instances of protos, and leads routes through them.
+//! Expands the instances of protos, and connects routes to the nodes of their bodies.
 //!
-//! A proto's body is a template that is not part of the scene. An instance is a node with the
-//! fields that the file states. A copy of the body, whose `IS` fields have the instance's values,
-//! stands for it in [`Document::expansions`].
+//! The body of a proto is a template that is not part of the scene. An instance is a node with the
+//! fields that the file states. Expanding it makes a copy of the body whose `IS` fields have the
+//! instance's values. [`Document::expansions`] maps the instance to the first node of the copy.
 
 use std::collections::HashMap;
 
 use crate::diag::{Result, Span};
 use crate::grammar::FieldType;
 use crate::grammar::value::{NodeId, Value};
-use crate::iv::declarations::{Link, Passage, Proto, Route};
+use crate::iv::declarations::{EventBinding, Link, Proto, Route};
 use crate::iv::document::{ClassRef, Document, FieldEntry};
 use crate::iv::limits::Limits;
 
 /// Expands an instance, and the instances in its body.
 ///
 /// # Errors
-/// The limit of copies or of nodes is passed.
+/// Returns an error if the limit of copies or of nodes is exceeded.
 pub(super) fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Result<()> {
     let mut work = vec![instance];
     while let Some(instance) = work.pop() {
@@ -31,15 +31,19 @@ pub(super) fn expand(document: &mut Document, instance: NodeId, limits: &Limits)
         for &root in &proto.body {
             copy(document, root, &mut copies, limits)?;
         }
-        let mut passages = Vec::new();
+        let mut event_bindings = Vec::new();
         for link in &proto.links {
-            // A node with a link need not be in the body: a child that is not allowed is dropped.
+            // A linked node may be missing from the copy, because nodes in unknown fields are
+            // dropped.
             if let Some(&node) = copies.get(&link.node) {
                 fill(document, instance, &proto, link, node, &mut copies, limits)?;
-                passages.push((link.interface.clone(), node, link.name.clone()));
+                event_bindings.push((link.interface.clone(), node, link.name.clone()));
             }
         }
-        document.protos.passages.insert(instance, passages);
+        document
+            .protos
+            .event_bindings
+            .insert(instance, event_bindings);
         for route in &proto.routes {
             let end = |id: &NodeId| copies.get(id).copied().unwrap_or(*id);
             let route = Route {
@@ -60,7 +64,7 @@ pub(super) fn expand(document: &mut Document, instance: NodeId, limits: &Limits)
     Ok(())
 }
 
-/// The proto that a node is an instance of.
+/// Returns the index of the proto that a node is an instance of.
 pub(super) fn proto_of(document: &Document, node: NodeId) -> Option<usize> {
     match document.nodes[node.0 as usize].class {
         ClassRef::Extension(i) => document.protos.of_extension(i),
@@ -68,7 +72,7 @@ pub(super) fn proto_of(document: &Document, node: NodeId) -> Option<usize> {
     }
 }
 
-/// Copies a node of a template and all nodes below it. A node that is met twice is copied once.
+/// Copies a node of a template and all nodes below it. A node that is used twice is copied once.
 fn copy(
     document: &mut Document,
     root: NodeId,
@@ -104,25 +108,26 @@ fn copy(
         copies.insert(id, new);
         order.push(new);
     }
-    let to = |id: &mut NodeId| *id = copies.get(id).copied().unwrap_or(*id);
+    let redirect = |id: &mut NodeId| *id = copies.get(id).copied().unwrap_or(*id);
     for id in order {
         let node = &mut document.nodes[id.0 as usize];
-        node.children.iter_mut().for_each(to);
+        node.children.iter_mut().for_each(redirect);
         for field in &mut node.fields {
             match &mut field.value {
-                Value::Node(Some(target)) => to(target),
-                Value::Nodes(targets) => targets.iter_mut().for_each(to),
+                Value::Node(Some(target)) => redirect(target),
+                Value::Nodes(targets) => targets.iter_mut().for_each(redirect),
                 _ => {}
             }
             if let Some(connection) = &mut field.connection {
-                to(&mut connection.from);
+                redirect(&mut connection.from);
             }
         }
     }
     Ok(copies[&root])
 }
 
-/// Gives a field of the body the value that the instance states, or else the interface's default.
+/// Sets a field of the body's copy to the value that the instance states, or to the default of the
+/// interface.
 fn fill(
     document: &mut Document,
     instance: NodeId,
@@ -134,7 +139,7 @@ fn fill(
 ) -> Result<()> {
     let fields = &document.extensions[proto.extension as usize].fields;
     let Some(source) = fields.iter().position(|(n, _)| *n == link.interface) else {
-        return Ok(()); // It is an event, which has no value.
+        return Ok(()); // The link is for an event, which has no value.
     };
     let kind = fields[source].1;
     let Some((index, inner_kind)) = field_of(document, node, &link.name) else {
@@ -162,7 +167,7 @@ fn fill(
     let value = match stated(document, instance) {
         Some(value) => value,
         None => match stated(document, proto.defaults) {
-            // The nodes of a default are part of the template, so each instance has its own copy.
+            // Nodes in a default are part of the template, so each instance gets its own copy.
             Some(Value::Node(Some(id))) => Value::Node(Some(copy(document, id, copies, limits)?)),
             Some(Value::Nodes(ids)) => {
                 let ids = ids.into_iter().map(|id| copy(document, id, copies, limits));
@@ -184,7 +189,7 @@ fn fill(
     Ok(())
 }
 
-/// Finds a field by name, also as `set_name` or `name_changed`.
+/// Finds a field by its name or by the names of its events, `set_name` and `name_changed`.
 fn field_of(document: &Document, node: NodeId, name: &str) -> Option<(u16, FieldType)> {
     let find = |name: &str| match document.nodes[node.0 as usize].class {
         ClassRef::Known(id) => id.get().field(name).map(|(i, f)| (i as u16, f.kind)),
@@ -194,16 +199,16 @@ fn field_of(document: &Document, node: NodeId, name: &str) -> Option<(u16, Field
             Some((i as u16, fields[i].1))
         }
     };
-    find(name).or_else(|| find(bare(name)))
+    find(name).or_else(|| find(field_of_event(name)))
 }
 
-/// The name of an exposed field, from that of its events.
-pub(super) fn bare(name: &str) -> &str {
+/// Returns the name of an exposed field from the name of one of its events.
+pub(super) fn field_of_event(name: &str) -> &str {
     let name = name.strip_prefix("set_").unwrap_or(name);
     name.strip_suffix("_changed").unwrap_or(name)
 }
 
-/// Makes routes that begin or end at an instance begin or end at nodes of its body.
+/// Replaces the ends of routes that are instances of protos by the nodes of their bodies.
 pub(super) fn resolve_routes(document: &mut Document) {
     document.stated_routes = document
         .routes
@@ -213,8 +218,8 @@ pub(super) fn resolve_routes(document: &mut Document) {
         .collect();
     let routes = std::mem::take(&mut document.routes);
     for route in routes {
-        let sources = ends(document, route.from, &route.output);
-        let targets = ends(document, route.to, &route.input);
+        let sources = route_ends(document, route.from, &route.output);
+        let targets = route_ends(document, route.to, &route.input);
         for (from, output) in &sources {
             for (to, input) in &targets {
                 document.routes.push(Route {
@@ -229,18 +234,20 @@ pub(super) fn resolve_routes(document: &mut Document) {
     }
 }
 
-/// The nodes of which an event of a node is one, with its names there.
-fn ends(document: &Document, node: NodeId, name: &str) -> Vec<(NodeId, Box<str>)> {
+/// Returns the nodes that an event of a node belongs to, with its name in each. For a node that is
+/// not an instance of a proto this is the node itself.
+fn route_ends(document: &Document, node: NodeId, name: &str) -> Vec<(NodeId, Box<str>)> {
     let mut out = Vec::new();
     let mut work = vec![(node, Box::<str>::from(name))];
     while let Some((node, name)) = work.pop() {
-        let Some(passages) = document.protos.passages.get(&node) else {
+        let Some(event_bindings) = document.protos.event_bindings.get(&node) else {
             out.push((node, name));
             continue;
         };
-        let same = |p: &&Passage| *p.0 == *name || bare(&p.0) == bare(&name);
+        let same =
+            |p: &&EventBinding| *p.0 == *name || field_of_event(&p.0) == field_of_event(&name);
         work.extend(
-            passages
+            event_bindings
                 .iter()
                 .filter(same)
                 .map(|(_, inner, name)| (*inner, name.clone())),

@@ -1,4 +1,4 @@
-//! Reads one file into a document, which may hold others already.
+//! Reads one file into a document, which may already contain others.
 
 use std::sync::Arc;
 
@@ -9,8 +9,12 @@ use crate::diag::{Result, Source};
 use crate::iv::document::Document;
 use crate::iv::limits::Limits;
 
-/// Reads one file into a document, which may hold others already. `otherwise` stands in for a
-/// header that is missing.
+/// Reads one file into a document, which may already contain others. `otherwise` is used if the
+/// file has no header.
+///
+/// # Errors
+/// Returns an error if the file has no header and `otherwise` is `None`, if it cannot be
+/// decompressed, or if a limit is exceeded.
 pub(super) fn read_into(
     document: &mut Document,
     name: &str,

@@ -1,6 +1,6 @@
-//! What a file is: its first line, and the gzip around it.
+//! Reads the header of a file, and decompresses files that are packed with gzip.
 //!
-//! The header decides the format, never the extension.
+//! Only the header determines the format; the file name does not.
 
 use std::io::Read;
 
@@ -15,21 +15,23 @@ use crate::diag::{Diagnostic, ErrorKind, Result};
 use crate::grammar::Dialect;
 use crate::iv::limits::Limits;
 
-/// The first line of a file, understood.
+/// The content of the first line of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Header {
-    /// The classes to look names up in first: bits of [`Dialect`].
+    /// The dialect whose classes come first when a name is looked up, as bits of [`Dialect`].
     pub dialect: u8,
+    /// The major and minor version of the format.
     pub version: (u8, u8),
+    /// Whether the file is binary.
     pub binary: bool,
-    /// The header's words, such as `Inventor V2.1 ascii`.
+    /// The format as the header states it, such as `Inventor V2.1 ascii`.
     pub words: String,
-    /// Bytes up to and with the end of the line.
+    /// The number of bytes up to the end of the line, with the line ending.
     pub length: usize,
 }
 
 impl Header {
-    /// What a `.dat` or `.env` file without a header is taken for.
+    /// Returns the header that is assumed for a `.dat` or `.env` file without one.
     pub(super) fn ascii_2_1() -> Self {
         Self {
             dialect: Dialect::IV2 | Dialect::COIN,
@@ -40,15 +42,16 @@ impl Header {
         }
     }
 
-    /// Whether the file is VRML97.
+    /// Returns whether the file is VRML97.
     pub(super) fn is_vrml97(&self) -> bool {
         self.dialect == Dialect::VRML97
     }
 
-    /// Reads the first line.
+    /// Parses the first line.
     ///
     /// # Errors
-    /// The line names no format that is read. The message says what the file begins with.
+    /// Returns an error if the line is not the header of a supported format. The message quotes the
+    /// beginning of the file.
     pub(super) fn parse(bytes: &[u8], name: &str) -> Result<Self> {
         let start = before(bytes).map_or(bytes, |(start, _)| start);
         match first_line(start) {
@@ -59,12 +62,12 @@ impl Header {
                 words,
                 length: bytes.len() - rest.len(),
             }),
-            Err(_) => Err(wrong(name, start)),
+            Err(_) => Err(unknown_header(name, start)),
         }
     }
 }
 
-/// A mark of the byte order and empty lines, which are passed.
+/// Skips a byte-order mark and empty lines.
 fn before(input: &[u8]) -> Parsed<'_, &[u8]> {
     let order = opt(tag("\u{feff}"));
     preceded(order, take_while(|b: u8| b.is_ascii_whitespace())).parse(input)
@@ -73,8 +76,8 @@ fn before(input: &[u8]) -> Parsed<'_, &[u8]> {
 /// A dialect, as bits of [`Dialect`], and a version.
 type Language = (u8, (u8, u8));
 
-/// `#Inventor V2.1 ascii` and its like; the rest of the line may say anything. Reads the dialect
-/// and version, whether the file is binary, and the words themselves.
+/// Parses a header such as `#Inventor V2.1 ascii`; the rest of the line may be anything. Returns
+/// the dialect and version, whether the file is binary, and the words of the header.
 fn first_line(input: &[u8]) -> Parsed<'_, (Language, bool, String)> {
     let hashes = take_while1(|b| b == b'#');
     let (rest, (words, (language, binary))) =
@@ -86,7 +89,7 @@ fn first_line(input: &[u8]) -> Parsed<'_, (Language, bool, String)> {
     Ok((rest, (language, binary, words)))
 }
 
-/// The first two words, such as `Inventor V2.1`.
+/// Parses the first two words, such as `Inventor V2.1`.
 fn language(input: &[u8]) -> Parsed<'_, Language> {
     alt((
         value((Dialect::IV1, (1, 0)), pair(name("Inventor"), name("V1.0"))),
@@ -98,18 +101,20 @@ fn language(input: &[u8]) -> Parsed<'_, Language> {
     .parse(input)
 }
 
+/// Parses the encoding, and returns whether it is binary.
 fn is_binary(input: &[u8]) -> Parsed<'_, bool> {
     let text = alt((name("ascii"), name("utf8")));
     alt((value(false, text), value(true, name("binary")))).parse(input)
 }
 
+/// Makes a parser of one fixed word.
 fn name<'a>(
     expected: &'static str,
 ) -> impl Parser<&'a [u8], Output = &'a [u8], Error = SyntaxError<'a>> {
     verify(word, |word: &[u8]| word == expected.as_bytes())
 }
 
-/// Anything between spaces.
+/// Parses a word, which ends at a space or at the end of the line.
 fn word(input: &[u8]) -> Parsed<'_, &[u8]> {
     let letters = take_till1(|b| is_space(&b) || is_line_end(b));
     preceded(take_while(|b| is_space(&b)), letters).parse(input)
@@ -123,15 +128,15 @@ fn is_line_end(byte: u8) -> bool {
     matches!(byte, b'\n' | b'\r')
 }
 
-/// The error for a file that begins with something else.
-fn wrong(name: &str, start: &[u8]) -> Box<Diagnostic> {
-    let kin =
-        "the first line should be `#Inventor V2.1 ascii`, `#VRML V2.0 utf8` or one of their kin";
+/// Returns the error for a file with an unknown header.
+fn unknown_header(name: &str, start: &[u8]) -> Box<Diagnostic> {
+    let expected =
+        "the first line should be `#Inventor V2.1 ascii`, `#VRML V2.0 utf8` or a similar header";
     if start.is_empty() {
         return Diagnostic::error(format!("`{name}` is empty"))
             .in_file(name)
             .of_kind(ErrorKind::Damaged)
-            .with_help(kin);
+            .with_help(expected);
     }
     let line = start.split(|&b| is_line_end(b)).next().unwrap_or_default();
     let text = String::from_utf8_lossy(&line[..line.len().min(200)]);
@@ -143,9 +148,9 @@ fn wrong(name: &str, start: &[u8]) -> Box<Diagnostic> {
     let message =
         format!("`{name}` is neither an Inventor nor a VRML file: it begins with `{begins}`");
     let help = if text.starts_with("#X3D") || text.starts_with("<?xml") {
-        "X3D is not read; most tools that write it can write VRML97 too"
+        "X3D is not supported; most tools that write it can also write VRML97"
     } else {
-        kin
+        expected
     };
     Diagnostic::error(message)
         .in_file(name)
@@ -153,8 +158,11 @@ fn wrong(name: &str, start: &[u8]) -> Box<Diagnostic> {
         .with_help(help)
 }
 
-/// Unpacks gzip, as long as what comes out stays within the limit. Of a damaged archive it returns
-/// the part that can be unpacked, and a warning.
+/// Decompresses a file that is packed with gzip, and returns other files unchanged. For a damaged
+/// archive it returns the part that can be decompressed, and a warning.
+///
+/// # Errors
+/// Returns an error if the result is larger than the limit, or if nothing can be decompressed.
 pub(super) fn unpack(
     bytes: Vec<u8>,
     name: &str,
@@ -179,7 +187,7 @@ pub(super) fn unpack(
     match read {
         Ok(_) if out.len() > limits.bytes => Err(too_big(limits.bytes)),
         Ok(_) => Ok((out, None)),
-        // Bytes behind a whole archive are ignored, as `gunzip` ignores them.
+        // Bytes after a complete archive are ignored, as by `gunzip`.
         Err(error) if !out.is_empty() && error.to_string() == "invalid gzip header" => {
             Ok((out, None))
         }

@@ -1,4 +1,4 @@
-//! Reads in the files that `File`, `WWWInline` and `Inline` nodes name.
+//! Includes the files that `File`, `WWWInline` and `Inline` nodes refer to.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use crate::iv::document::{ClassRef, Document};
 use crate::iv::limits::Limits;
 use crate::iv::loader::{Loader, is_absolute};
 
-/// Reads in the files that nodes name, and those that they name in turn.
+/// Includes the files that nodes refer to, and the files that those refer to.
 pub(super) fn include(document: &mut Document, limits: &Limits) {
     let Some(loader) = document.loader.clone() else {
         return;
@@ -31,21 +31,21 @@ pub(super) fn include(document: &mut Document, limits: &Limits) {
     }
 }
 
-/// What is known of the files that a document includes.
+/// The state of including files.
 struct Inclusion<'d> {
     document: &'d mut Document,
     limits: &'d Limits,
     loader: Arc<dyn Loader>,
-    /// The source and the roots of each file that was read, by its name.
+    /// The source and the roots of each file that has been read, by its name.
     read: HashMap<String, (u16, Vec<NodeId>)>,
-    /// The sources that each source includes: a loop among them is a file inside itself.
+    /// The sources that each source includes. A cycle means that a file includes itself.
     inside: HashMap<u16, Vec<u16>>,
-    /// How many files each source is inside of.
+    /// The number of files that each source is nested in.
     depth: Vec<usize>,
 }
 
 impl Inclusion<'_> {
-    /// Reads in the file that a node names, if it names one.
+    /// Includes the file that a node refers to, if it refers to one.
     fn node(&mut self, id: NodeId) {
         if self.document.is_template(id) {
             return;
@@ -65,9 +65,8 @@ impl Inclusion<'_> {
         match outcome {
             Some(Ok((reference, (name, bytes)))) => {
                 if is_absolute(reference) {
-                    let message = format!(
-                        "`{reference}` is a path of another machine; `{name}` is taken instead"
-                    );
+                    let message =
+                        format!("`{reference}` is an absolute path; `{name}` is used instead");
                     self.document.sink.warn(span, message);
                 }
                 self.file(id, name, bytes);
@@ -84,7 +83,7 @@ impl Inclusion<'_> {
         self.document.sink.set_source(before);
     }
 
-    /// Makes the roots of a file the children of the node that names it.
+    /// Makes the roots of a file the children of the node that includes it.
     fn file(&mut self, id: NodeId, name: String, bytes: Vec<u8>) {
         let node = &self.document.nodes[id.0 as usize];
         let (from, span) = (node.source, node.span);
@@ -98,9 +97,11 @@ impl Inclusion<'_> {
             return;
         }
         if depth > self.limits.include_depth || self.read.len() >= self.limits.files {
-            let message = format!("`{name}` is left out: too many files in files");
+            let message = format!("`{name}` is left out: too many included files");
             let warning = self.document.sink.warn(span, message);
-            warning.help("`--scene-limit files=N` and `--scene-limit include-depth=N` raise this");
+            warning.help(
+                "`--scene-limit files=N` and `--scene-limit include-depth=N` raise the limits",
+            );
             return;
         }
         let (target, roots) = known.unwrap_or_else(|| self.read(name, bytes, depth));
@@ -108,8 +109,8 @@ impl Inclusion<'_> {
         self.document.included.insert(id, roots);
     }
 
-    /// Reads a file for the first time. Returns its source and its roots; a file that cannot be
-    /// read has none.
+    /// Reads a file for the first time and returns its source and its roots. A file that cannot be
+    /// read has no roots.
     fn read(&mut self, name: String, bytes: Vec<u8>, depth: usize) -> (u16, Vec<NodeId>) {
         let target = self.document.sources.len() as u16;
         let roots = match read_into(self.document, &name, bytes, self.limits, None) {
@@ -130,7 +131,7 @@ impl Inclusion<'_> {
     }
 }
 
-/// What a node names, in the order to try.
+/// Returns the files that a node refers to, in the order in which they are tried.
 fn references(document: &Document, id: NodeId) -> Vec<String> {
     let node = document.nodes[id.0 as usize].class;
     let index = match node {
@@ -153,7 +154,7 @@ fn references(document: &Document, id: NodeId) -> Vec<String> {
     }
 }
 
-/// Whether one source includes the other, at any remove.
+/// Returns whether one source includes another, directly or through others.
 fn reaches(inside: &HashMap<u16, Vec<u16>>, from: u16, to: u16) -> bool {
     let mut stack = vec![from];
     let mut seen = Vec::new();

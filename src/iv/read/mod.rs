@@ -1,16 +1,16 @@
-//! Reads the bytes of a file, and of the files that it names, into a `Document`.
+//! Reads the bytes of a file, and of the files that it includes, into a `Document`.
 //!
-//! The header decides the format. A file with mistakes is read as far as possible, and the
-//! messages are in `Document::sink`; only a wrong header, a limit or I/O ends reading.
+//! The header determines the format. A file with mistakes is read as far as possible, and the
+//! messages are in `Document::sink`. Reading fails only because of a wrong header, a limit or an
+//! I/O error.
 //!
-//! The layers, each of which imports only those before it:
+//! The modules form layers, each of which imports only the layers before it:
 //!
-//! * `syntax_error`, `tokens`, `numbers`, `values` and `binary_values` parse bytes with nom, and
-//!   know
-//!   no document. The nesting of nodes is not theirs: it is a stack of the readers;
-//! * `header`, `upgrade` and `assemble` know what a class or field name means in a version of the
-//!   format, and put nodes together;
-//! * `expand` and `cycles` finish a document: instances of protos, and nodes inside themselves;
+//! * `syntax_error`, `tokens`, `numbers`, `values` and `binary_values` parse bytes with nom and do
+//!   not depend on documents. The readers keep the nesting of nodes on a stack;
+//! * `header`, `upgrade` and `assemble` resolve the names of classes and fields in each version of
+//!   the format, and assemble nodes;
+//! * `expand` and `cycles` complete a document: they expand protos and remove cycles;
 //! * `ascii` and `binary` read the nodes of one file;
 //! * `file`, `inline` and `open` read whole files.
 

@@ -1,4 +1,5 @@
-//! Numbers, scanned by hand, since most of a large file is numbers. Each function is a nom parser.
+//! Parses numbers. The loops are written by hand, because most of a large file is numbers. Each
+//! public function is a nom parser.
 
 use nom::Parser;
 use nom::combinator::map_opt;
@@ -8,15 +9,16 @@ use super::tokens::def_name;
 
 /// A decimal number before rounding: digits · 10^exponent.
 struct Decimal {
-    /// The number of bytes that it takes in the file.
+    /// The number of bytes of its text.
     length: usize,
     negative: bool,
     digits: u64,
     exponent: i32,
-    /// Whether there are more digits than `digits` holds.
+    /// Whether the number has more digits than a `u64` can represent.
     long: bool,
 }
 
+/// Scans a decimal number at the start of the input.
 #[inline]
 fn decimal(input: &[u8]) -> Option<Decimal> {
     let mut i = 0;
@@ -82,16 +84,17 @@ fn decimal(input: &[u8]) -> Option<Decimal> {
     })
 }
 
-/// The powers of ten that an `f64` holds exactly.
+/// The powers of ten that an `f64` represents exactly.
 static TENS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
 impl Decimal {
-    /// The nearest `f64`, if one rounding of exact operands gives it.
+    /// Returns the nearest `f64` if one operation on exact operands computes it. This is Clinger's
+    /// fast path (How to Read Floating Point Numbers Accurately, 1990).
     #[inline]
-    fn quick(&self) -> Option<f64> {
+    fn exact(&self) -> Option<f64> {
         if self.long || self.digits >= 1 << 53 || self.exponent.unsigned_abs() > 22 {
             return None;
         }
@@ -102,15 +105,15 @@ impl Decimal {
     }
 }
 
-/// A number in single precision: `1`, `+1`, `1.`, `.5`, `-1e-3`, `nan`, `inf`.
+/// Parses a number in single precision: `1`, `+1`, `1.`, `.5`, `-1e-3`, `nan`, `inf`.
 #[inline]
 pub(super) fn float(input: &[u8]) -> Parsed<'_, f32> {
     let Some(d) = decimal(input) else {
-        return odd_float(input).map(|(rest, n)| (rest, n as f32));
+        return nan_or_infinity(input).map(|(rest, n)| (rest, n as f32));
     };
     let rest = &input[d.length..];
-    if let Some(n) = d.quick() {
-        // Rounding twice is wrong only if the `f64` lies half way between two `f32`.
+    if let Some(n) = d.exact() {
+        // Rounding twice can be wrong only if the `f64` is exactly halfway between two `f32`.
         if n.to_bits() & 0x1fff_ffff != 0x1000_0000
             && (n == 0.0 || n.abs() >= f64::from(f32::MIN_POSITIVE))
         {
@@ -123,10 +126,10 @@ pub(super) fn float(input: &[u8]) -> Parsed<'_, f32> {
     Ok((rest, slow.unwrap_or(0.0)))
 }
 
-/// A number in double precision, in the same spellings.
+/// Parses a number in double precision, in the same spellings as [`float`].
 pub(super) fn double(input: &[u8]) -> Parsed<'_, f64> {
     let Some(d) = decimal(input) else {
-        return odd_float(input);
+        return nan_or_infinity(input);
     };
     let rest = &input[d.length..];
     let slow = || {
@@ -134,12 +137,12 @@ pub(super) fn double(input: &[u8]) -> Parsed<'_, f64> {
             .ok()
             .and_then(|s| s.parse().ok())
     };
-    Ok((rest, d.quick().or_else(slow).unwrap_or(0.0)))
+    Ok((rest, d.exact().or_else(slow).unwrap_or(0.0)))
 }
 
-/// NaN and infinity, in any of the ways in which `printf` has written them.
+/// Parses NaN or infinity in any of the spellings that `printf` implementations write.
 #[cold]
-fn odd_float(input: &[u8]) -> Parsed<'_, f64> {
+fn nan_or_infinity(input: &[u8]) -> Parsed<'_, f64> {
     let odd = map_opt(def_name, |token: &[u8]| {
         let lower = String::from_utf8_lossy(token).to_lowercase();
         let (sign, name) = match lower.strip_prefix('-') {
@@ -155,7 +158,8 @@ fn odd_float(input: &[u8]) -> Parsed<'_, f64> {
     or(Problem::Expected("a number"), odd)(input)
 }
 
-/// A whole number: decimal, hexadecimal with `0x`, or octal with a leading 0, as in C.
+/// Parses an integer: decimal, hexadecimal with `0x`, or octal with a leading 0, as in C. A decimal
+/// number with a fraction is truncated.
 #[inline]
 pub(super) fn integer(input: &[u8]) -> Parsed<'_, i64> {
     let signed = matches!(input.first(), Some(b'-' | b'+'));
@@ -176,13 +180,13 @@ pub(super) fn integer(input: &[u8]) -> Parsed<'_, i64> {
     if i == 0 || (radix != 16 && matches!(rest.first(), Some(b'.' | b'e' | b'E' | b'8' | b'9'))) {
         return match double(input) {
             Ok((rest, n)) if n.abs() < 9e15 => Ok((rest, n as i64)),
-            _ => fail(input, Problem::Expected("a whole number")),
+            _ => fail(input, Problem::Expected("an integer")),
         };
     }
     Ok((rest, if input[0] == b'-' { -n } else { n }))
 }
 
-/// A whole number of 32 bits. More than 31 bits wrap, so that `0xffffffff` is −1.
+/// Parses an integer of 32 bits. Values above 2^31 − 1 wrap, so that `0xffffffff` is −1.
 #[inline]
 pub(super) fn int32(input: &[u8]) -> Parsed<'_, i32> {
     let (rest, n) = integer(input)?;
@@ -192,7 +196,7 @@ pub(super) fn int32(input: &[u8]) -> Parsed<'_, i32> {
     Ok((rest, n as i32))
 }
 
-/// A whole number of 32 bits. Negative ones wrap, so that −1 is `0xffffffff`.
+/// Parses an unsigned integer of 32 bits. Negative values wrap, so that −1 is `0xffffffff`.
 #[inline]
 pub(super) fn uint32(input: &[u8]) -> Parsed<'_, u32> {
     int32.map(|n| n as u32).parse(input)

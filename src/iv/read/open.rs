@@ -1,4 +1,4 @@
-//! The ways to read a document: from a file, from bytes, with or without a header.
+//! The functions that read a document: from a file or from bytes, with or without a header.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,33 +10,36 @@ use crate::diag::{Diagnostic, Result};
 use crate::grammar::value::NodeId;
 use crate::iv::document::Document;
 use crate::iv::limits::Limits;
-use crate::iv::loader::{Folder, Loader, Nowhere};
+use crate::iv::loader::{FolderLoader, Loader, NoFiles};
 
 impl Document {
-    /// Reads a file and the files it names, which must be below its folder.
+    /// Reads a file and the files that it includes, which must be below its folder.
     ///
     /// # Errors
-    /// The file cannot be read, has no header of Inventor or VRML, or passes a limit.
+    /// Returns an error if the file cannot be read, has no Inventor or VRML header, or exceeds a
+    /// limit.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         Self::open_with(path, &[], &Limits::default())
     }
 
-    /// Reads a file and the files it names, below its folder or in one of the search paths.
+    /// Reads a file and the files that it includes, which must be below its folder or below one of
+    /// the folders in `search`.
     ///
     /// # Errors
-    /// The file cannot be read, has no header of Inventor or VRML, or passes a limit.
+    /// Returns an error if the file cannot be read, has no Inventor or VRML header, or exceeds a
+    /// limit.
     pub fn open_with(path: impl AsRef<Path>, search: &[&Path], limits: &Limits) -> Result<Self> {
         let path = path.as_ref();
         let name = path.display().to_string();
         let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(&name, &e))?;
-        let loader = Folder::of(path, search, limits.bytes);
+        let loader = FolderLoader::new(path, search, limits.bytes);
         Self::read(&name, bytes, Arc::new(loader), limits)
     }
 
-    /// Reads bytes under a name for messages.
+    /// Reads a document from bytes. `name` is the file name for messages and for `loader`.
     ///
     /// # Errors
-    /// The bytes have no header of Inventor or VRML, or pass a limit.
+    /// Returns an error if the bytes have no Inventor or VRML header or exceed a limit.
     pub fn read(
         name: &str,
         bytes: Vec<u8>,
@@ -46,20 +49,21 @@ impl Document {
         Self::read_as(name, bytes, loader, limits, None)
     }
 
-    /// Reads Inventor syntax that may lack its first line, as `-camread` and `-e` files may.
+    /// Reads a document that may have no header, such as the files of `-camread` and `-e`. It is
+    /// then read as Inventor V2.1.
     ///
     /// # Errors
-    /// The bytes pass a limit.
+    /// Returns an error if the bytes exceed a limit.
     pub(crate) fn read_headerless(name: &str, bytes: Vec<u8>) -> Result<Self> {
         let header = Some(Header::ascii_2_1());
-        Self::read_as(name, bytes, Arc::new(Nowhere), &Limits::default(), header)
+        Self::read_as(name, bytes, Arc::new(NoFiles), &Limits::default(), header)
     }
 
-    /// Reads another file, which may lack its first line, into this document's arena. Returns its
-    /// roots, which do not become the document's.
+    /// Reads another file, which may have no header, into this document's arena. Returns its roots,
+    /// which do not become roots of the document.
     ///
     /// # Errors
-    /// The bytes pass a limit.
+    /// Returns an error if the bytes exceed a limit.
     pub(crate) fn read_more(&mut self, name: &str, bytes: Vec<u8>) -> Result<Vec<NodeId>> {
         let header = Some(Header::ascii_2_1());
         let roots = read_into(self, name, bytes, &Limits::default(), header)?.roots;
@@ -67,6 +71,7 @@ impl Document {
         Ok(roots)
     }
 
+    /// Reads a document from bytes. `otherwise` is used if they have no header.
     fn read_as(
         name: &str,
         bytes: Vec<u8>,

@@ -1,4 +1,4 @@
-//! What a parser of scene files reports when it fails: a place and a problem.
+//! The error of the parsers of scene files: a location and a problem.
 
 use nom::Err as NomErr;
 use nom::error::{ErrorKind as NomKind, ParseError};
@@ -8,41 +8,44 @@ use super::enum_names::EnumNames;
 use crate::diag::ErrorKind;
 use crate::iv::encoding::text;
 
-/// A failed parse. Making one allocates nothing, except for a name that an enumeration lacks.
+/// The error of a parser. Creating one allocates no memory, except for an unknown name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SyntaxError<'a> {
-    /// The suffix of the source that begins where the mistake is.
+    /// The suffix of the source that begins at the mistake.
     pub at: &'a [u8],
+    /// The mistake.
     pub problem: Problem,
 }
 
 /// The mistakes that parsers find.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Problem {
-    /// Something else stands where this should be.
+    /// The source has something else in place of this.
     Expected(&'static str),
     /// The file ends inside a string.
     UnclosedString,
-    /// A whole number does not fit in 32 bits.
+    /// An integer does not fit in 32 bits.
     MoreThan32Bits,
-    /// A name that an enumeration or a bit mask does not have.
+    /// An enumeration or a bit mask does not have this name.
     UnknownName(Box<str>, EnumNames),
-    /// An image whose pixels have this many components, which is more than four.
+    /// The pixels of an image have this many components, which is more than four.
     TooManyComponents(u32),
-    /// An image of this width and height, which is longer than the rest of the file.
+    /// An image of this width and height is longer than the rest of the file.
     ImageTooLarge(u32, u32),
     /// A binary file ends inside a number.
     CutOff,
-    /// A binary file promises this many bytes and has only so many left.
+    /// A binary file declares `promised` bytes, but only `left` bytes remain.
     MissingBytes { promised: usize, left: usize },
-    /// A binary file promises more values than the rest of it can hold.
+    /// A binary file declares this many values, which is more than the rest of the file can
+    /// contain.
     MissingValues(usize),
-    /// A parser of nom's failed whose error no parser of ours replaced.
+    /// A parser of the nom library failed, and no parser of this crate replaced its error.
     Other(NomKind),
 }
 
 impl SyntaxError<'_> {
-    /// Returns the kind of the message. A name that an enumeration lacks is no damage.
+    /// Returns the kind of the message. An unknown name in an enumeration does
+    /// not mean that the file is damaged.
     pub(super) fn kind(&self) -> ErrorKind {
         match self.problem {
             Problem::UnknownName(..) => ErrorKind::Syntax,
@@ -50,7 +53,7 @@ impl SyntaxError<'_> {
         }
     }
 
-    /// The text of the message.
+    /// Returns the message for the user.
     pub(super) fn message(&self) -> String {
         match &self.problem {
             Problem::Expected(what) => expected(what, self.at),
@@ -59,23 +62,24 @@ impl SyntaxError<'_> {
             Problem::UnknownName(name, names) => names.unknown(name),
             Problem::TooManyComponents(n) => format!("a pixel has 0 to 4 components, not {n}"),
             Problem::ImageTooLarge(width, height) => format!(
-                "a picture of {}x{} pixels does not fit in the rest of the file",
+                "an image of {}x{} pixels does not fit in the rest of the file",
                 width.cast_signed(),
                 height.cast_signed()
             ),
             Problem::CutOff => "the file ends in the middle of a value".into(),
             Problem::MissingBytes { promised, left } => {
-                format!("{promised} bytes are promised, and {left} are left")
+                format!("{promised} bytes are declared, but only {left} remain")
             }
             Problem::MissingValues(promised) => {
-                format!("{promised} values are promised, which do not fit in the rest of the file")
+                format!("{promised} values are declared, which do not fit in the rest of the file")
             }
             Problem::Other(kind) => kind.description().into(),
         }
     }
 }
 
-/// Says what should stand at a place, and what stands there instead, up to a blank.
+/// Returns the message that `what` was expected and something else was found. The found text is
+/// quoted up to the next blank or comma.
 pub(super) fn expected(what: &str, at: &[u8]) -> String {
     let end = at.iter().position(|&b| b <= b' ' || b == b',');
     let token = text(&at[..end.unwrap_or(at.len()).min(24)]);
@@ -101,7 +105,7 @@ impl<'a> From<NomErr<SyntaxError<'a>>> for SyntaxError<'a> {
     fn from(error: NomErr<SyntaxError<'a>>) -> Self {
         match error {
             NomErr::Error(error) | NomErr::Failure(error) => error,
-            // The parsers here are nom's `complete` ones, which never ask for more.
+            // The `complete` parsers of nom never ask for more input.
             NomErr::Incomplete(_) => Self {
                 at: &[],
                 problem: Problem::Other(NomKind::Eof),
@@ -110,15 +114,15 @@ impl<'a> From<NomErr<SyntaxError<'a>>> for SyntaxError<'a> {
     }
 }
 
-/// The result of a parser: the rest of the source and what was read, or a [`SyntaxError`].
+/// The result of a parser: the rest of the source and the value, or a [`SyntaxError`].
 pub(super) type Parsed<'a, T> = IResult<&'a [u8], T, SyntaxError<'a>>;
 
-/// A failed parse at a place.
+/// Returns the error of a parser at a location.
 pub(super) fn fail<'a, T>(at: &'a [u8], problem: Problem) -> Parsed<'a, T> {
     Err(NomErr::Error(SyntaxError { at, problem }))
 }
 
-/// Makes a parser that fails with `problem`, at the place where it began.
+/// Makes a parser that fails with `problem` at the location where it began.
 pub(super) fn or<'a, T>(
     problem: Problem,
     mut parser: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,

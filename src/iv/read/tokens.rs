@@ -1,7 +1,7 @@
-//! The tokens of an ASCII file: white space, comments, punctuation, names and strings.
+//! Parses the tokens of an ASCII file: white space, comments, punctuation, names and strings.
 //!
-//! A parser takes a suffix of the source and returns a shorter one. The offset of any point is
-//! `source.len() - rest.len()`, so places cost nothing until a message needs them.
+//! A parser takes a suffix of the source and returns a shorter one. The offset of a location is
+//! `source.len() - rest.len()`, so locations cost nothing until a message needs them.
 
 use nom::Parser;
 use nom::branch::alt;
@@ -14,12 +14,14 @@ use nom::sequence::{delimited, pair, preceded};
 use super::syntax_error::{Parsed, Problem, SyntaxError, or};
 use crate::iv::encoding::{text, text_of};
 
+/// The byte is white space or a comma.
 const SPACE: u8 = 1;
-/// Ends the name of a class or a field.
+/// The byte ends the name of a class or a field.
 const ENDS_WORD: u8 = 2;
-/// Ends a `DEF` name, which may hold almost anything.
+/// The byte ends a `DEF` name, which may contain almost any byte.
 const ENDS_NAME: u8 = 4;
 
+/// The properties of each byte, as bits.
 static KINDS: [u8; 256] = {
     let mut table = [0; 256];
     let mut i = 0;
@@ -48,9 +50,10 @@ fn is(byte: u8, kind: u8) -> bool {
     KINDS[usize::from(byte)] & kind != 0
 }
 
-/// White space, commas (which separate and mean nothing) and comments. It never fails.
+/// Parses white space, commas (which have no meaning) and comments. It never fails.
 ///
-/// The loop is by hand: it runs before every number, and `take_while` costs a tenth of all reading.
+/// The loop is written by hand because it runs before every number. With `take_while` reading takes
+/// about 10% longer.
 #[inline]
 pub(super) fn blank(mut input: &[u8]) -> Parsed<'_, ()> {
     while let Some(&b) = input.first()
@@ -64,20 +67,20 @@ pub(super) fn blank(mut input: &[u8]) -> Parsed<'_, ()> {
     }
 }
 
-/// Comments, each up to the end of its line, and the white space behind them.
+/// Parses comments, each up to the end of its line, and the white space after them.
 fn comments(input: &[u8]) -> Parsed<'_, ()> {
     let comment = preceded(char('#'), take_till(|b| matches!(b, b'\n' | b'\r')));
     let space = take_while(|b| is(b, SPACE));
     value((), many0_count(pair(comment, space))).parse(input)
 }
 
-/// Skips what [`blank`] reads.
+/// Returns the input after white space and comments.
 #[inline]
 pub(super) fn skip(input: &[u8]) -> &[u8] {
     blank(input).map_or(input, |(rest, ())| rest)
 }
 
-/// Makes a parser that may have white space and comments in front of it.
+/// Makes a parser that skips white space and comments first.
 #[inline]
 pub(super) fn token<'a, T>(
     parser: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,
@@ -85,23 +88,23 @@ pub(super) fn token<'a, T>(
     preceded(blank, parser)
 }
 
-/// A punctuation mark.
+/// Makes a parser of a punctuation mark.
 #[inline]
 pub(super) fn mark<'a>(c: char) -> impl Parser<&'a [u8], Output = char, Error = SyntaxError<'a>> {
     char(c)
 }
 
-/// The name of a class or field, or a keyword.
+/// Parses the name of a class or field, or a keyword.
 pub(super) fn word(input: &[u8]) -> Parsed<'_, &[u8]> {
     take_while1(|b| !is(b, ENDS_WORD))(input)
 }
 
-/// A name after `DEF` or `USE`: `Text01-TIMER`, `name+0`, `+0`, even `a.b`.
+/// Parses a name after `DEF` or `USE`: `Text01-TIMER`, `name+0`, `+0`, even `a.b`.
 pub(super) fn def_name(input: &[u8]) -> Parsed<'_, &[u8]> {
     take_while1(|b| !is(b, ENDS_NAME))(input)
 }
 
-/// A string in quotes, over as many lines as it takes, or a bare word.
+/// Parses a string in quotes, which may have several lines, or a word without quotes.
 pub(super) fn string(input: &[u8]) -> Parsed<'_, String> {
     if input.first() == Some(&b'"') {
         return quoted(input);
@@ -112,8 +115,8 @@ pub(super) fn string(input: &[u8]) -> Parsed<'_, String> {
         .parse(input)
 }
 
-/// A string in quotes. Of escapes, `\"` and `\\` mean something; any other backslash is itself, as
-/// in the paths that people write.
+/// Parses a string in quotes. Only `\"` and `\\` are escapes. Any other backslash is kept, because
+/// files contain Windows paths.
 fn quoted(input: &[u8]) -> Parsed<'_, String> {
     let plain = take_while1(|b| !matches!(b, b'"' | b'\\'));
     let escape = preceded(char('\\'), recognize(one_of("\"\\")));
@@ -133,7 +136,8 @@ fn quoted(input: &[u8]) -> Parsed<'_, String> {
     .parse(input)
 }
 
-/// Past one token: a string, something in brackets or braces, a word, or a single byte.
+/// Returns the input after one token: a string, a group in brackets or braces, a word, or a single
+/// byte.
 pub(super) fn past_token(rest: &[u8]) -> &[u8] {
     match rest.first() {
         None => rest,
@@ -146,7 +150,7 @@ pub(super) fn past_token(rest: &[u8]) -> &[u8] {
     }
 }
 
-/// Past the brace or bracket that closes the one already passed. Without recursion.
+/// Returns the input after the brace or bracket that closes the one before the input.
 pub(super) fn past_braces(mut rest: &[u8]) -> &[u8] {
     let mut depth = 1usize;
     loop {
@@ -168,7 +172,8 @@ pub(super) fn past_braces(mut rest: &[u8]) -> &[u8] {
     }
 }
 
-/// Past the `]` that closes the list we are in; a `}` before it means that there is none.
+/// Returns the input after the `]` that closes the current list, or the input from a `}` if that
+/// comes first.
 pub(super) fn past_list(mut rest: &[u8]) -> &[u8] {
     loop {
         rest = skip(rest);

@@ -1,6 +1,6 @@
-//! Turns nodes of Inventor V1.0 and V2.0 and VRML 1.0 into V2.1, before anything else sees them.
+//! Converts nodes of Inventor V1.0, Inventor V2.0 and VRML 1.0 to V2.1, directly after reading.
 //!
-//! A field that V2.1 lacks is read by its old type and becomes the fields that replaced it.
+//! A field that V2.1 does not have is read with its old type and replaced by the newer fields.
 
 use glam::{Vec2, Vec3};
 
@@ -16,12 +16,17 @@ use crate::iv::document::{ClassRef, Document, FieldEntry, Node};
 /// A field that a class had in an older version.
 #[derive(Debug)]
 pub(super) struct OldField {
+    /// The name of the field.
     pub name: &'static str,
+    /// The type of its values.
     pub kind: FieldType,
+    /// The names of its enumeration values.
     pub names: &'static [(&'static str, i64)],
+    /// Sets the fields of the node that replace it.
     into: fn(&mut Document, NodeId, &Value),
 }
 
+/// Makes an entry of [`OLD_FIELDS`].
 const fn old(
     name: &'static str,
     kind: FieldType,
@@ -36,65 +41,67 @@ const fn old(
     }
 }
 
-fn forget(_: &mut Document, _: NodeId, _: &Value) {}
+/// Ignores a field that has no replacement, or that [`upgrade_texture_planes`] handles.
+fn discard(_: &mut Document, _: NodeId, _: &Value) {}
 
-static OLD: [(ClassId, OldField); 13] = [
+/// The fields that V2.1 does not have, with the classes that had them.
+static OLD_FIELDS: [(ClassId, OldField); 13] = [
     (
         class::SHAPE_HINTS,
-        old("hints", FieldType::SFBitMask, HINTS, hints),
+        old("hints", FieldType::SFBitMask, HINTS, upgrade_hints),
     ),
     (
         class::PACKED_COLOR,
-        old("rgba", FieldType::MFUInt32, &[], packed),
+        old("rgba", FieldType::MFUInt32, &[], reorder_packed_colors),
     ),
     (
         class::ENVIRONMENT,
-        old("fogDensity", FieldType::SFFloat, &[], fog_density),
+        old("fogDensity", FieldType::SFFloat, &[], upgrade_fog_density),
     ),
     (
         class::ENVIRONMENT,
-        old("fogComputed", FieldType::SFEnum, PER, forget),
+        old("fogComputed", FieldType::SFEnum, FOG_COMPUTED, discard),
     ),
     (
         class::LIGHT_MODEL,
-        old("nearColor", FieldType::SFColor, &[], forget),
+        old("nearColor", FieldType::SFColor, &[], discard),
     ),
     (
         class::LIGHT_MODEL,
-        old("farColor", FieldType::SFColor, &[], forget),
+        old("farColor", FieldType::SFColor, &[], discard),
     ),
     (
         class::TEXTURE2,
-        old("minFilter", FieldType::SFEnum, FILTERS, forget),
+        old("minFilter", FieldType::SFEnum, FILTERS, discard),
     ),
     (
         class::TEXTURE2,
-        old("magFilter", FieldType::SFEnum, FILTERS, forget),
+        old("magFilter", FieldType::SFEnum, FILTERS, discard),
     ),
     (
         class::TEXTURE2,
-        old("component", FieldType::SFEnum, COMPONENTS, forget),
+        old("component", FieldType::SFEnum, COMPONENTS, discard),
     ),
     (
         class::TEXTURE_COORDINATE_PLANE,
-        old("coord", FieldType::SFEnum, COORDS, forget),
+        old("coord", FieldType::SFEnum, COORDS, discard),
     ),
     (
         class::TEXTURE_COORDINATE_PLANE,
-        old("normal", FieldType::SFVec3f, &[], forget),
+        old("normal", FieldType::SFVec3f, &[], discard),
     ),
     (
         class::TEXTURE_COORDINATE_PLANE,
-        old("distanceFromOrigin", FieldType::SFFloat, &[], forget),
+        old("distanceFromOrigin", FieldType::SFFloat, &[], discard),
     ),
     (
         class::TEXTURE_COORDINATE_PLANE,
-        old("repeatInterval", FieldType::SFFloat, &[], forget),
+        old("repeatInterval", FieldType::SFFloat, &[], discard),
     ),
 ];
 
 const HINTS: &[(&str, i64)] = &[("NONE", 0), ("SOLID", 1), ("ORDERED", 2), ("CONVEX", 4)];
-const PER: &[(&str, i64)] = &[("PER_VERTEX", 0), ("PER_PIXEL", 1)];
+const FOG_COMPUTED: &[(&str, i64)] = &[("PER_VERTEX", 0), ("PER_PIXEL", 1)];
 const COORDS: &[(&str, i64)] = &[("S", 0), ("T", 1), ("ALL", 2)];
 const COMPONENTS: &[(&str, i64)] = &[
     ("INTENSITY", 0),
@@ -113,12 +120,13 @@ const FILTERS: &[(&str, i64)] = &[
 
 /// Finds a field of an older version by name.
 pub(super) fn old_field(class: ClassId, name: &str) -> Option<&'static OldField> {
-    OLD.iter()
+    OLD_FIELDS
+        .iter()
         .find(|(c, f)| *c == class && f.name == name)
         .map(|(_, f)| f)
 }
 
-/// The names that an enumeration had in older versions, as the values that replaced them.
+/// Returns a function that maps the old names of an enumeration's values to the current values.
 pub(super) fn old_names(class: ClassId, index: u16) -> fn(&str) -> Option<i64> {
     match (class, class.get().fields[usize::from(index)].name) {
         (class::ENVIRONMENT, "fogType") => |name| match name {
@@ -128,13 +136,13 @@ pub(super) fn old_names(class: ClassId, index: u16) -> fn(&str) -> Option<i64> {
             _ => None,
         },
         (class::PICK_STYLE, "style") => |name| (name == "PICKABLE").then_some(0),
-        // V2.1 has no depth cueing; what it colored is drawn in its own color.
+        // V2.1 has no depth cueing, so such shapes are drawn in their own color.
         (class::LIGHT_MODEL, "model") => |name| (name == "DEPTH").then_some(0),
         _ => |_| None,
     }
 }
 
-/// Upgrades the nodes of one file, which are those from `first` on.
+/// Upgrades the nodes of one file, which begin at index `first`.
 pub(super) fn upgrade(
     document: &mut Document,
     header: &Header,
@@ -144,17 +152,18 @@ pub(super) fn upgrade(
     for (node, field, value) in &old {
         (field.into)(document, *node, value);
     }
-    planes(document, &old);
+    upgrade_texture_planes(document, &old);
     for i in first..document.nodes.len() {
         if document.nodes[i].class == ClassRef::Known(class::MATERIAL)
             && header.dialect == Dialect::IV1
         {
-            shine(document, i);
+            remove_dull_highlight(document, i);
         }
     }
 }
 
-fn state(document: &mut Document, node: usize, index: u16, value: Value) {
+/// Sets a field of a node and replaces an earlier value.
+fn set_field(document: &mut Document, node: usize, index: u16, value: Value) {
     let entry = FieldEntry {
         index,
         value,
@@ -167,8 +176,9 @@ fn state(document: &mut Document, node: usize, index: u16, value: Value) {
     fields.push(entry);
 }
 
-/// Removes the highlight of a material whose shininess is 0, as IRIS GL and so V1.0 did.
-fn shine(document: &mut Document, node: usize) {
+/// Removes the highlight of a material whose shininess is 0. IRIS GL drew none, so V1.0 did not
+/// either.
+fn remove_dull_highlight(document: &mut Document, node: usize) {
     let shininess = material::SHININESS.index;
     let field = document.nodes[node]
         .fields
@@ -180,7 +190,7 @@ fn shine(document: &mut Document, node: usize) {
         Some(_) => false,
     };
     if dull {
-        state(
+        set_field(
             document,
             node,
             material::SPECULAR_COLOR.index,
@@ -190,10 +200,11 @@ fn shine(document: &mut Document, node: usize) {
     }
 }
 
-fn hints(document: &mut Document, node: NodeId, value: &Value) {
+/// Replaces the bit mask `hints` of a `ShapeHints` by the three fields of V2.0.
+fn upgrade_hints(document: &mut Document, node: NodeId, value: &Value) {
     let &Value::Int(bits) = value else { return };
     let node = node.0 as usize;
-    let mut set = |index, n| state(document, node, index, Value::Int(n));
+    let mut set = |index, n| set_field(document, node, index, Value::Int(n));
     if bits & 2 != 0 {
         set(
             shape_hints::VERTEX_ORDERING.index,
@@ -212,11 +223,11 @@ fn hints(document: &mut Document, node: NodeId, value: &Value) {
     set(shape_hints::FACE_TYPE.index, face);
 }
 
-/// `rgba` had its bytes in the other order: 0xaabbggrr.
-fn packed(document: &mut Document, node: NodeId, value: &Value) {
+/// Replaces `rgba` by `orderedRGBA`. The bytes of `rgba` were in the order 0xaabbggrr.
+fn reorder_packed_colors(document: &mut Document, node: NodeId, value: &Value) {
     let Value::UInts(colors) = value else { return };
     let ordered = colors.iter().map(|c| c.swap_bytes()).collect();
-    state(
+    set_field(
         document,
         node.0 as usize,
         packed_color::ORDERED_RGBA.index,
@@ -224,12 +235,13 @@ fn packed(document: &mut Document, node: NodeId, value: &Value) {
     );
 }
 
-fn fog_density(document: &mut Document, node: NodeId, value: &Value) {
+/// Replaces the fog density of an `Environment` by the visibility, its reciprocal.
+fn upgrade_fog_density(document: &mut Document, node: NodeId, value: &Value) {
     if let Value::Float(density) = value
         && *density > 0.0
     {
         let visibility = Value::Float(1.0 / density);
-        state(
+        set_field(
             document,
             node.0 as usize,
             environment::FOG_VISIBILITY.index,
@@ -238,10 +250,10 @@ fn fog_density(document: &mut Document, node: NodeId, value: &Value) {
     }
 }
 
-/// Turns texture planes of V1.0 into directions. Such a plane gave one coordinate, by the distance
-/// from it, and the other came from an earlier node. A coordinate that no node gives is as in SGI's
-/// own upgrader: both follow the plane x = 0.
-fn planes(document: &mut Document, old: &[(NodeId, &'static OldField, Value)]) {
+/// Replaces the texture planes of V1.0 by directions. Such a plane determined one coordinate as the
+/// distance from it, and an earlier node determined the other one. For a coordinate without a node
+/// the result is that of SGI's upgrader: both follow the plane x = 0.
+fn upgrade_texture_planes(document: &mut Document, old: &[(NodeId, &'static OldField, Value)]) {
     let is_plane = |id: NodeId| {
         let class = document.nodes[id.0 as usize].class;
         class == ClassRef::Known(class::TEXTURE_COORDINATE_PLANE)
@@ -268,7 +280,7 @@ fn planes(document: &mut Document, old: &[(NodeId, &'static OldField, Value)]) {
             Some(&Value::Int(which)) => which,
             _ => 2,
         };
-        // The length of a direction is the interval at which the texture repeats.
+        // The length of a direction is the interval after which the texture repeats.
         if which != 1 {
             s = normal * interval;
         }
@@ -276,9 +288,9 @@ fn planes(document: &mut Document, old: &[(NodeId, &'static OldField, Value)]) {
             t = normal * interval;
         }
         let (directions, index) = (texture_coordinate_plane::DIRECTION_S, node.0 as usize);
-        state(document, index, directions.index, Value::Vec3(s));
+        set_field(document, index, directions.index, Value::Vec3(s));
         let directions = texture_coordinate_plane::DIRECTION_T;
-        state(document, index, directions.index, Value::Vec3(t));
+        set_field(document, index, directions.index, Value::Vec3(t));
         if shift != 0.0 && shift.is_finite() {
             let by = Vec2::new(
                 if which != 1 { shift } else { 0.0 },
@@ -289,7 +301,7 @@ fn planes(document: &mut Document, old: &[(NodeId, &'static OldField, Value)]) {
     }
 }
 
-/// Puts a `Texture2Transform` after a node, wherever it is a child.
+/// Inserts a `Texture2Transform` after a node in every list of children that contains it.
 fn shift_texture(document: &mut Document, after: NodeId, by: Vec2) {
     let before = &document.nodes[after.0 as usize];
     let (span, source) = (before.span, before.source);
@@ -302,7 +314,7 @@ fn shift_texture(document: &mut Document, after: NodeId, by: Vec2) {
         source,
     });
     let index = texture2_transform::TRANSLATION.index;
-    state(document, new.0 as usize, index, Value::Vec2(by));
+    set_field(document, new.0 as usize, index, Value::Vec2(by));
     let lists = document.nodes.iter_mut().map(|n| &mut n.children);
     for list in lists {
         if list.contains(&after) {

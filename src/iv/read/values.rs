@@ -1,4 +1,4 @@
-//! One parser for the values of each field type, over the bytes of an ASCII file.
+//! Parses the values of each field type in an ASCII file.
 
 use std::sync::Arc;
 
@@ -17,15 +17,16 @@ use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Plane, Rotation, Value};
 use crate::iv::encoding::text;
 
-/// A value as far as it could be read.
+/// A value, which may be a list that ends at a mistake.
 pub(super) struct Read<'a> {
     pub value: Value,
-    /// The mistake that ended a list early. The values before it stand, and the rest of the source
-    /// begins behind the list.
+    /// The mistake that ended a list early. The values before it are kept, and the rest of the
+    /// source begins after the list.
     pub mistake: Option<SyntaxError<'a>>,
 }
 
-/// Reads a value of any type, except that the nodes of a field are left to the reader of nodes.
+/// Parses a value of any type. For a field of nodes it returns an empty value and reads nothing,
+/// because the reader of nodes handles them.
 pub(super) fn value<'a>(
     input: &'a [u8],
     kind: FieldType,
@@ -77,7 +78,7 @@ pub(super) fn value<'a>(
     }
 }
 
-/// The value of a field of one value.
+/// Parses the value of a single-value field.
 #[inline]
 fn single<'a, T>(
     input: &'a [u8],
@@ -91,8 +92,8 @@ fn single<'a, T>(
     one.map(read).parse(input)
 }
 
-/// The value of a field of many values: `[ a, b c, ]`, or one value without brackets. Several
-/// without brackets are taken too, where the next thing is plainly a number.
+/// Parses the value of a multiple-value field: `[ a, b c, ]`, or one value without brackets.
+/// Several numbers without brackets are accepted too.
 #[inline]
 fn list<'a, T>(
     input: &'a [u8],
@@ -113,7 +114,7 @@ fn list<'a, T>(
             values.shrink_to_fit();
             Ok((rest, read(values, None)))
         }
-        // What ended the list was the mistake of this parser, which says what it is once more.
+        // `many0` discards the error that ended the list, so the parser runs again to return it.
         Err(_) => {
             let mistake = token(one).parse(rest).err().map(SyntaxError::from);
             let rest = past_list(mistake.as_ref().map_or(rest, |mistake| mistake.at));
@@ -126,7 +127,7 @@ fn bracket(input: &[u8]) -> Parsed<'_, char> {
     mark('[').parse(input)
 }
 
-/// Values as long as the next thing is plainly a number; at least one.
+/// Parses one value, and more values as long as the next byte begins a number.
 fn without_brackets<'a, T>(
     input: &'a [u8],
     mut one: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,
@@ -152,7 +153,7 @@ fn nothing(input: &[u8]) -> Parsed<'_, ()> {
     Ok((input, ()))
 }
 
-/// A fixed number of values of one kind.
+/// Parses a fixed number of values.
 #[inline]
 fn array<'a, const N: usize, T: Copy + Default>(
     input: &'a [u8],
@@ -221,7 +222,7 @@ fn boolean(input: &[u8]) -> Parsed<'_, bool> {
     or(Problem::Expected("TRUE or FALSE"), known)(input)
 }
 
-/// A name of an enumeration's value, in quotes or not, or the value as a number.
+/// Parses the name of an enumeration's value, with or without quotes, or the value as a number.
 fn enumeration(input: &[u8], names: EnumNames) -> Parsed<'_, i32> {
     let bare = || or(Problem::Expected("a name"), word).map(text);
     let (rest, name) = match input.first() {
@@ -235,7 +236,7 @@ fn enumeration(input: &[u8], names: EnumNames) -> Parsed<'_, i32> {
     }
 }
 
-/// `ALL`, `(SIDES | BOTTOM)`, `SIDES|BOTTOM`, `()`.
+/// Parses a bit mask: `ALL`, `(SIDES | BOTTOM)`, `SIDES|BOTTOM`, `()`.
 fn bit_mask(input: &[u8], names: EnumNames) -> Parsed<'_, i32> {
     let bit = |input| enumeration(input, names);
     let (input, open) = opt(mark('(')).parse(input)?;
@@ -249,7 +250,8 @@ fn bit_mask(input: &[u8], names: EnumNames) -> Parsed<'_, i32> {
     fold_many0(more, || first, |bits, bit| bits | bit).parse(rest)
 }
 
-/// Width, height, the depth of a solid image, the number of components, then a number a pixel.
+/// Parses an image: width, height, depth if it is three-dimensional, number of components, then one
+/// number per pixel.
 fn image<const SOLID: bool>(input: &[u8]) -> Parsed<'_, Image> {
     let (rest, ([width, height], depth, components)) = (
         |input| array(input, uint32),
@@ -264,7 +266,7 @@ fn image<const SOLID: bool>(input: &[u8]) -> Parsed<'_, Image> {
         return fail(input, Problem::TooManyComponents(components));
     }
     let pixels = u64::from(width) * u64::from(height) * u64::from(depth);
-    // A pixel takes at least a digit and a space, so the rest of the file bounds their number.
+    // A pixel takes at least a digit and a space, so the rest of the file limits their number.
     if pixels * 2 > rest.len() as u64 + 1 && components > 0 {
         return fail(input, Problem::ImageTooLarge(width, height));
     }

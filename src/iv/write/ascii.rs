@@ -1,6 +1,7 @@
-//! Writes text: Inventor V2.1, or VRML97 for a document of that kind.
+//! Writes the text formats: Inventor V2.1, or VRML97 for a document that was read from VRML97.
 //!
-//! Open nodes stand on a `Vec` and not on the program's stack.
+//! The tasks that remain are on an explicit stack, because files may nest deeper than recursion
+//! allows.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
@@ -15,43 +16,58 @@ use crate::iv::declarations::{Extension, Interface, Proto, Route};
 use crate::iv::document::{ClassRef, Document, FieldEntry};
 use crate::iv::encoding::text;
 
+/// Writes a document as text.
 pub(super) fn write(document: &Document) -> Vec<u8> {
     Ascii::new(document).document()
 }
 
-/// The deepest indentation. A file may nest a hundred thousand nodes.
+/// The largest number of indentation levels that are written. Without it the size of a file would
+/// be quadratic in its nesting depth, which can be a hundred thousand.
 const DEEPEST_INDENT: usize = 40;
 
-/// What is left to write. The next task is last on the stack.
+/// Something that remains to be written. The next task is last on the stack.
 enum Task<'d> {
+    /// A node, or `USE` if it is written already.
     Node(NodeId),
+    /// The name and value of a field, as its index among the stated fields of the node.
     Field(NodeId, usize),
-    /// What follows a field's value: `~` and the connection.
+    /// The part after a field's value: `~` and the connection.
     Tail(NodeId, usize),
+    /// The output of a connection.
     Output(&'d str),
+    /// The closing brace of a node.
     Close,
+    /// A fixed text.
     Text(Cow<'static, str>),
+    /// The end of a line.
     Line,
+    /// A change of the indentation, or for 0 the indentation itself.
     Indent(i32),
+    /// A line of the interface of a script or proto.
     Interface(NodeId, &'d Interface),
 }
 
+/// The state of the text writer.
 struct Ascii<'d> {
     document: &'d Document,
     vrml97: bool,
     out: String,
     indent: usize,
-    /// Whether this is the first of two passes, which only notes the order of the nodes.
+    /// Whether this is the first of two passes, which only records the order of the nodes.
     dry: bool,
-    met: Vec<NodeId>,
+    /// The nodes in the order in which the first pass visited them, repeated visits included.
+    visited: Vec<NodeId>,
+    /// The nodes that this pass has written.
     written: HashSet<NodeId>,
     tokens: Tokens,
-    /// The fields of each node that are `IS` one of the interface, in the proto that is written.
+    /// The `IS` links of the proto that is being written: for each node, the name of its field and
+    /// the name in the interface.
     links: HashMap<NodeId, Vec<(&'d str, &'d str)>>,
+    /// The name under which each proto is written, by the index of its extension.
     proto_names: HashMap<u32, String>,
-    /// The protos to write, by the proto in whose body they are declared.
+    /// The protos that remain to be written, grouped by the proto whose body declares them.
     within: HashMap<Option<usize>, Vec<usize>>,
-    /// The classes of protos that have instances.
+    /// The extensions of protos that have instances.
     instanced: HashSet<u32>,
 }
 
@@ -63,7 +79,7 @@ impl<'d> Ascii<'d> {
             out: String::new(),
             indent: 0,
             dry: false,
-            met: Vec::new(),
+            visited: Vec::new(),
             written: HashSet::new(),
             tokens: Tokens::default(),
             links: HashMap::new(),
@@ -73,6 +89,7 @@ impl<'d> Ascii<'d> {
         }
     }
 
+    /// Writes the whole document and returns the file's bytes.
     fn document(mut self) -> Vec<u8> {
         self.out.push_str(if self.vrml97 {
             "#VRML V2.0 utf8\n\n"
@@ -86,8 +103,8 @@ impl<'d> Ascii<'d> {
         self.out.into_bytes()
     }
 
-    /// Writes nodes and routes in a scope of names, in two passes: the first sees which nodes are
-    /// used again.
+    /// Writes nodes and routes in a scope of names. It makes two passes, of which the first finds
+    /// the nodes that are used more than once.
     fn scope(&mut self, nodes: &'d [NodeId], routes: &'d [Route]) {
         let tasks = |_: &mut Self| -> Vec<Task<'d>> {
             nodes
@@ -106,23 +123,24 @@ impl<'d> Ascii<'d> {
         }
     }
 
+    /// Begins a pass.
     fn begin(&mut self, dry: bool) {
         self.dry = dry;
         self.written.clear();
         if dry {
-            self.met.clear();
+            self.visited.clear();
         } else {
-            self.tokens = Tokens::new(self.document, &self.met);
+            self.tokens = Tokens::new(self.document, &self.visited);
         }
     }
 
     fn route(&mut self, route: &Route) {
         let both = self.written.contains(&route.from) && self.written.contains(&route.to);
         if !both {
-            return; // A node that is not written cannot be named.
+            return; // A route cannot refer to a node that is not written.
         }
         if self.dry {
-            self.met.extend([route.from, route.to]);
+            self.visited.extend([route.from, route.to]);
             return;
         }
         let name = |id| self.tokens.get(id).unwrap_or("_").to_owned();
@@ -142,12 +160,14 @@ impl<'d> Ascii<'d> {
         }
     }
 
+    /// Appends text, except in the first pass.
     fn put(&mut self, text: &str) {
         if !self.dry {
             self.out.push_str(text);
         }
     }
 
+    /// Carries out tasks and the tasks that they create.
     fn run(&mut self, mut tasks: Vec<Task<'d>>) {
         while let Some(task) = tasks.pop() {
             match task {
@@ -176,9 +196,11 @@ impl<'d> Ascii<'d> {
         }
     }
 
+    /// Writes the beginning of a node, or `USE` if the node is written already. The rest of the
+    /// node becomes tasks.
     fn node(&mut self, id: NodeId, tasks: &mut Vec<Task<'d>>) {
         if self.dry {
-            self.met.push(id);
+            self.visited.push(id);
         }
         let token = self.tokens.get(id).map(str::to_owned);
         if !self.written.insert(id) {
@@ -231,8 +253,8 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// Writes the fields in their order. A field that the node declares is written with the events
-    /// that stand before it in the interface.
+    /// Writes the fields in the file's order. A field that the node declares is written after the
+    /// events that precede it in the interface.
     fn body(&mut self, id: NodeId, interface: &'d [Interface], tasks: &mut Vec<Task<'d>>) {
         let document = self.document;
         let node = &document.nodes[id.0 as usize];
@@ -255,7 +277,7 @@ impl<'d> Ascii<'d> {
         tasks.extend(out.into_iter().rev());
     }
 
-    /// The body, as the file has it, of a node whose class nothing declares.
+    /// Returns the body of a node of an undeclared class, copied from the source file.
     fn skipped(&self, id: NodeId) -> Option<String> {
         let node = &self.document.nodes[id.0 as usize];
         let ClassRef::Extension(i) = node.class else {
@@ -278,7 +300,7 @@ impl<'d> Ascii<'d> {
         bytes.ends_with(b"}").then(|| text(&bytes[open..]))
     }
 
-    /// Writes the head of a path, and the numbers of the children from there.
+    /// Writes the head of a path and the indices of the children below it.
     fn path(&mut self, id: NodeId, tasks: &mut Vec<Task<'d>>) {
         let fields = &self.document.nodes[id.0 as usize].fields;
         let value = |index| fields.iter().find(|f| f.index == index).map(|f| &f.value);
@@ -396,7 +418,7 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// Writes a value that holds no nodes.
+    /// Writes a value that contains no nodes.
     fn plain(&mut self, value: &Value, kind: FieldType, names: &[(&str, i64)]) {
         if !self.dry {
             let indent = self.indent.min(DEEPEST_INDENT);
@@ -404,7 +426,8 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// Writes the protos that are declared in the body of another, or in none.
+    /// Writes the protos that are declared in the body of a proto, or for `None` the protos that
+    /// are declared at the top level.
     fn protos_within(&mut self, within: Option<usize>) {
         for place in self.within.remove(&within).unwrap_or_default() {
             let proto = &self.document.protos.list[place];
@@ -414,7 +437,7 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// Whether an equal `EXTERNPROTO` is written already. Then this one goes by its name.
+    /// Returns whether an equal `EXTERNPROTO` is written already. If so, its name is reused.
     fn is_declared(&mut self, proto: &Proto) -> bool {
         let named = |p: &Proto| &self.document.extensions[p.extension as usize].name;
         let same = |p: &&Proto| {
@@ -433,17 +456,18 @@ impl<'d> Ascii<'d> {
         is_declared
     }
 
-    /// Makes a name that means nothing else where the proto is declared: no proto beside it, and
-    /// none of which the body around it has instances. Protos without instances may share a name,
-    /// as several forms of an `EXTERNPROTO` do for which a class of the catalogue serves.
+    /// Returns a name that is unique where the proto is declared: no other proto of the same body
+    /// has it, and no proto that the surrounding body has instances of. Protos without instances
+    /// may share a name. This occurs for several forms of an `EXTERNPROTO` that a class of the
+    /// catalogue replaces.
     fn name_for(&self, proto: &Proto) -> String {
         let protos = &self.document.protos.list;
         let beside = protos.iter().filter(|p| p.within == proto.within);
         let around = proto.within.map(|p| instances_in(self.document, p));
         let used = around.iter().flatten().map(|&p| &protos[p]);
-        let served = |p: &Proto| !self.instanced.contains(&p.extension);
+        let unused = |p: &Proto| !self.instanced.contains(&p.extension);
         let written = |p: &Proto| match self.proto_names.get(&p.extension) {
-            Some(_) if served(p) && served(proto) => None,
+            Some(_) if unused(p) && unused(proto) => None,
             name => name,
         };
         let taken: Vec<&String> = beside.chain(used).filter_map(written).collect();
@@ -456,6 +480,7 @@ impl<'d> Ascii<'d> {
         name
     }
 
+    /// Writes the declaration of a proto.
     fn proto(&mut self, place: usize, proto: &'d Proto) {
         let name = self.name_for(proto);
         self.proto_names.insert(proto.extension, name.clone());

@@ -1,4 +1,4 @@
-//! Writes binary V2.1, in the layout that `read::binary` describes.
+//! Writes the binary format V2.1, whose layout `read::binary` describes.
 
 use std::collections::HashSet;
 
@@ -10,43 +10,62 @@ use crate::grammar::{FieldType, class, path};
 use crate::iv::declarations::Extension;
 use crate::iv::document::{ClassRef, Document, FieldEntry};
 
+/// The header, padded to a multiple of four bytes.
 const HEADER: &[u8; 24] = b"#Inventor V2.1 binary  \n";
+/// The flag of a field with the ignore flag `~`.
 const IGNORED: u32 = 1;
+/// The flag of a connected field.
 const CONNECTED: u32 = 2;
+/// The flag of a field that has its default.
 const DEFAULT: u32 = 4;
+/// The flag of a node that is an engine.
 const ENGINE: u32 = 1;
+/// The flag of a node that has children.
 const HAS_CHILDREN: u32 = 2;
+/// The flag in the number of fields: the types and names of the fields follow.
 const DESCRIBED: u32 = 0x4000;
 
+/// Something that remains to be written. The next task is last on the stack.
 enum Task<'d> {
+    /// A node, or `USE` if it is written already.
     Node(NodeId),
+    /// A field, as its index among the stated fields of the node.
     Field(NodeId, usize),
+    /// The flags after a field's value.
     Flags(&'d FieldEntry),
+    /// A number.
     Word(u32),
+    /// A string.
     Text(&'d str),
     /// A field of a declared class that the node does not state.
     Unstated(&'d str, FieldType),
-    Nothing,
+    /// The string `NULL` in place of a node.
+    Null,
 }
 
+/// The state of the binary writer.
 struct Writer<'d> {
     document: &'d Document,
     out: Vec<u8>,
-    met: Vec<NodeId>,
+    /// The nodes in the order in which they were visited, repeated visits included.
+    visited: Vec<NodeId>,
+    /// The nodes that this pass has written.
     written: HashSet<NodeId>,
     tokens: Tokens,
 }
 
+/// Writes a document in the binary format. It makes two passes, of which the first finds the nodes
+/// that are used more than once.
 pub(super) fn write(document: &Document) -> Vec<u8> {
     let mut writer = Writer {
         document,
         out: Vec::new(),
-        met: Vec::new(),
+        visited: Vec::new(),
         written: HashSet::new(),
         tokens: Tokens::default(),
     };
     writer.run();
-    writer.tokens = Tokens::new(document, &writer.met);
+    writer.tokens = Tokens::new(document, &writer.visited);
     writer.written.clear();
     writer.out.clear();
     writer.out.extend_from_slice(HEADER);
@@ -59,6 +78,7 @@ impl<'d> Writer<'d> {
         self.out.extend_from_slice(&n.to_be_bytes());
     }
 
+    /// Appends bytes and pads them to a multiple of four.
     fn bytes(&mut self, bytes: &[u8]) {
         self.out.extend_from_slice(bytes);
         self.out.resize(self.out.len().next_multiple_of(4), 0);
@@ -83,19 +103,19 @@ impl<'d> Writer<'d> {
                 Task::Field(id, field) => self.field(id, field, &mut tasks),
                 Task::Word(n) => self.word(n),
                 Task::Text(text) => self.string(text),
-                Task::Nothing => self.string("NULL"),
+                Task::Null => self.string("NULL"),
                 Task::Unstated(name, kind) => self.unstated(name, kind),
                 Task::Flags(entry) => self.flags(entry, &mut tasks),
             }
         }
     }
 
-    /// Writes a node up to its fields. For an instance of a proto, the node that stands for it is
-    /// written.
+    /// Writes the beginning of a node; its fields and children become tasks. For an instance of a
+    /// proto it writes the first node of the body's copy.
     fn node(&mut self, id: NodeId, tasks: &mut Vec<Task<'d>>) {
         let document = self.document;
         let id = document.node(id).id;
-        self.met.push(id);
+        self.visited.push(id);
         let token = self.tokens.get(id).map(str::to_owned);
         if !self.written.insert(id) {
             self.string("USE");
@@ -157,8 +177,9 @@ impl<'d> Writer<'d> {
         }
     }
 
-    /// Writes the names and types of all fields that the file declares for a class, then the fields
-    /// of a node of that class: the stated ones in their order, then the others.
+    /// Writes the names and types of all fields that the file declares for a class. Tasks then
+    /// write the fields of a node of that class: the stated ones in the file's order, then the
+    /// others.
     fn declaration(
         &mut self,
         id: NodeId,
@@ -200,7 +221,7 @@ impl<'d> Writer<'d> {
         tasks.push(Task::Word(steps.len() as u32));
         match value(path::HEAD.index) {
             Some(Value::Node(Some(head))) => tasks.push(Task::Node(*head)),
-            _ => tasks.push(Task::Nothing),
+            _ => tasks.push(Task::Null),
         }
     }
 
@@ -232,6 +253,7 @@ impl<'d> Writer<'d> {
         }
     }
 
+    /// Writes a field of a declared class that the node does not state, marked as default.
     fn unstated(&mut self, name: &str, kind: FieldType) {
         self.string(name);
         match (kind, Value::empty(kind)) {

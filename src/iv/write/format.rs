@@ -1,20 +1,20 @@
-//! The formats in which a document is written, and what each cannot express.
+//! The formats in which a document is written, and the features that a format cannot express.
 
 use super::{ascii, binary};
 use crate::iv::document::Document;
 
-/// The formats that [`Document::write`] knows.
+/// A format that [`Document::write`] can write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Inventor V2.1 ASCII, or VRML97 for a document that was read from VRML97.
+    /// The text format: VRML97 for a document that was read from VRML97, Inventor V2.1 otherwise.
     Ascii,
-    /// Inventor V2.1 binary. It has no protos, which are written expanded, and no routes or
-    /// interfaces of scripts, which are left out.
+    /// Inventor V2.1 binary. The format has no protos, so they are written expanded. It has no
+    /// routes and no script interfaces, so they are left out.
     Binary,
 }
 
 impl Document {
-    /// Writes the document.
+    /// Writes the document and returns the file's bytes.
     pub fn write(&self, format: Format) -> Vec<u8> {
         match format {
             Format::Ascii => ascii::write(self),
@@ -22,7 +22,7 @@ impl Document {
         }
     }
 
-    /// Lists what a format cannot express of this document.
+    /// Returns one message for each feature of this document that a format cannot express.
     pub fn losses(&self, format: Format) -> Vec<String> {
         if format == Format::Ascii {
             return Vec::new();
@@ -30,12 +30,12 @@ impl Document {
         let mut out = Vec::new();
         if !self.protos.list.is_empty() {
             out.push(
-                "the binary form has no protos; what stands for their instances is written".into(),
+                "the binary format has no protos; their instances are written expanded".into(),
             );
         }
         if !self.routes.is_empty() {
             out.push(format!(
-                "{} routes are left out, which the binary form lacks",
+                "{} routes are left out, which the binary format cannot express",
                 self.routes.len()
             ));
         }
@@ -47,13 +47,13 @@ impl Document {
         if !names.is_empty() {
             let names = names.join(", ");
             out.push(format!(
-                "the contents of {names} are left out: nothing says what they are"
+                "the contents of {names} are left out: the file does not declare their fields"
             ));
         }
         out
     }
 
-    /// Whether the file was VRML97.
+    /// Returns whether the file was VRML97.
     pub(crate) fn is_vrml97(&self) -> bool {
         self.format.starts_with("VRML V2.0")
     }

@@ -1,7 +1,7 @@
 //! Writes a document as Inventor V2.1, ASCII or binary, or as VRML97.
 //!
-//! The fields that the file states are written in their order, and no others. Reading the result
-//! gives the same document. Files that a scene includes are not written.
+//! Only the fields that the file states are written, in the file's order. Reading the result gives
+//! an equal document. Included files are not written.
 
 mod ascii;
 mod binary;

@@ -6,8 +6,8 @@ use crate::grammar::value::{NodeId, Value};
 use crate::iv::declarations::Proto;
 use crate::iv::document::{ClassRef, Document};
 
-/// The file's own protos, by the proto in whose body they are declared, each after those that it
-/// needs.
+/// Returns the indices of the file's own protos, grouped by the proto whose body declares them.
+/// Each proto comes after the protos that it uses.
 pub(super) fn protos_by_body(document: &Document) -> HashMap<Option<usize>, Vec<usize>> {
     let order = proto_order(document);
     let written: HashSet<usize> = order.iter().copied().collect();
@@ -20,7 +20,7 @@ pub(super) fn protos_by_body(document: &Document) -> HashMap<Option<usize>, Vec<
     within
 }
 
-/// The file's own protos, each after those of which its body has instances.
+/// Returns the indices of the file's own protos, each after those that its body has instances of.
 fn proto_order(document: &Document) -> Vec<usize> {
     let own = |p: &Proto| document.nodes[p.defaults.0 as usize].source == 0;
     let mut order = Vec::new();
@@ -46,7 +46,8 @@ fn proto_order(document: &Document) -> Vec<usize> {
     order
 }
 
-/// The classes of protos that have instances. The nodes that hold defaults are none.
+/// Returns the extensions of the protos that have instances. A node that holds the defaults of a
+/// proto does not count as an instance.
 pub(super) fn instanced(document: &Document) -> HashSet<u32> {
     let defaults: HashSet<NodeId> = document.protos.list.iter().map(|p| p.defaults).collect();
     let ids = (0..document.nodes.len()).map(|i| NodeId(i as u32));
@@ -59,7 +60,7 @@ pub(super) fn instanced(document: &Document) -> HashSet<u32> {
         .collect()
 }
 
-/// The protos of which a proto's body and defaults have instances.
+/// Returns the indices of the protos that a proto's body and defaults have instances of.
 pub(super) fn instances_in(document: &Document, proto: usize) -> Vec<usize> {
     let proto = &document.protos.list[proto];
     let mut stack = proto.body.clone();
@@ -81,7 +82,7 @@ pub(super) fn instances_in(document: &Document, proto: usize) -> Vec<usize> {
     out
 }
 
-/// All nodes to which a node refers: children, values, sources of connections.
+/// Returns all nodes that a node refers to: children, field values and sources of connections.
 fn targets(document: &Document, id: NodeId) -> Vec<NodeId> {
     let node = &document.nodes[id.0 as usize];
     let mut out = node.children.clone();

@@ -1,5 +1,5 @@
-//! Spelling that all formats share: classes, fields, enumerations, and the tokens of nodes that are
-//! used again.
+//! Names that all formats share: those of classes, fields and enumeration values, and the tokens
+//! after `DEF` and `USE`.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,7 +7,8 @@ use crate::grammar::value::NodeId;
 use crate::grammar::{Dialect, FieldType};
 use crate::iv::document::{ClassRef, Document};
 
-/// The name to write for a class. In an Inventor file a class of VRML97 is `VRML…`, as in Coin.
+/// Returns the name to write for a class. In an Inventor file a VRML97 class has the prefix `VRML`,
+/// as in Coin.
 pub(super) fn class_name(document: &Document, class: ClassRef, vrml97: bool) -> String {
     match class {
         ClassRef::Known(id) if id.get().dialects == Dialect::VRML97 && !vrml97 => {
@@ -26,9 +27,10 @@ pub(super) fn class_name(document: &Document, class: ClassRef, vrml97: bool) -> 
     }
 }
 
-/// The name and type of a field, and the names of its values.
+/// The name and type of a field, and the names of its enumeration values.
 pub(super) type Described<'d> = (&'d str, FieldType, &'static [(&'static str, i64)]);
 
+/// Returns the description of a field of a class.
 pub(super) fn described(document: &Document, class: ClassRef, index: u16) -> Described<'_> {
     match class {
         ClassRef::Known(id) => {
@@ -48,8 +50,8 @@ pub(super) fn described(document: &Document, class: ClassRef, index: u16) -> Des
     }
 }
 
-/// Whether a node is an engine or global field whose other fields depend on its type, which is
-/// written first.
+/// Returns whether a class is an engine or global field whose `type` determines its other fields.
+/// Such a type is written first.
 pub(super) fn has_type_first(document: &Document, class: ClassRef) -> bool {
     let name = match class {
         ClassRef::Known(id) => id.get().name,
@@ -58,7 +60,8 @@ pub(super) fn has_type_first(document: &Document, class: ClassRef) -> bool {
     matches!(name, "Gate" | "SelectOne" | "Concatenate" | "GlobalField")
 }
 
-/// The order in which to write fields: as they are, but a type on which others depend is first.
+/// Returns the order in which to write a node's fields. It is the file's order, except that a type
+/// that determines the other fields comes first.
 pub(super) fn field_order(document: &Document, id: NodeId) -> Vec<usize> {
     let node = &document.nodes[id.0 as usize];
     let mut order: Vec<usize> = (0..node.fields.len()).collect();
@@ -68,22 +71,22 @@ pub(super) fn field_order(document: &Document, id: NodeId) -> Vec<usize> {
     order
 }
 
-/// The tokens of nodes in the file, which stand after `DEF` and `USE`.
+/// The tokens that are written after `DEF` and `USE`.
 #[derive(Default)]
 pub(super) struct Tokens {
     tokens: HashMap<NodeId, String>,
 }
 
 impl Tokens {
-    /// Makes tokens for the nodes in the order in which they are met: a node is written the first
-    /// time and used after that. A name that means another node by the time it is used gets a
-    /// number.
-    pub(super) fn new(document: &Document, met: &[NodeId]) -> Self {
+    /// Creates the tokens for nodes in the order in which they are visited. A node is written on
+    /// its first visit and referred to with `USE` on later visits. It gets a reference number if it
+    /// has no name, or if a later node has taken over its name before a `USE`.
+    pub(super) fn new(document: &Document, visited: &[NodeId]) -> Self {
         let name = |id: NodeId| document.nodes[id.0 as usize].name.as_deref();
         let mut latest: HashMap<&str, NodeId> = HashMap::new();
         let mut seen = HashSet::new();
         let mut numbered: Vec<NodeId> = Vec::new();
-        for &id in met {
+        for &id in visited {
             let used = !seen.insert(id);
             match (name(id), used) {
                 (Some(name), false) => {
@@ -95,7 +98,7 @@ impl Tokens {
             }
         }
         let mut tokens: HashMap<NodeId, String> = HashMap::new();
-        for &id in met {
+        for &id in visited {
             if let Some(name) = name(id) {
                 tokens.insert(id, name.to_owned());
             }
@@ -110,12 +113,13 @@ impl Tokens {
         Self { tokens }
     }
 
+    /// Returns the token of a node, or `None` if it needs none.
     pub(super) fn get(&self, id: NodeId) -> Option<&str> {
         self.tokens.get(&id).map(String::as_str)
     }
 }
 
-/// The name of an enumeration's value, or the value as a number.
+/// Returns the name of an enumeration's value, or the number if the value has no name.
 pub(super) fn enumeration(n: i32, names: &[(&str, i64)]) -> String {
     let name = names
         .iter()
@@ -124,7 +128,7 @@ pub(super) fn enumeration(n: i32, names: &[(&str, i64)]) -> String {
     name.map_or_else(|| n.to_string(), str::to_owned)
 }
 
-/// The names whose bits make up a value, and as a number the bits that no name has.
+/// Returns the names of the bits of a value. Bits without a name follow as one number.
 pub(super) fn bit_names(n: i32, names: &[(&str, i64)]) -> Vec<String> {
     if let Some((name, _)) = names.iter().find(|(_, v)| *v == i64::from(n)) {
         return vec![(*name).to_owned()];

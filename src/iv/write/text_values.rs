@@ -1,4 +1,4 @@
-//! Values as text, each the shortest that reads back as the same.
+//! Writes field values as text. Numbers have the shortest text that reads back as the same number.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use super::spelling::{bit_names, enumeration};
 use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Rotation, Value};
 
-/// Appends a value that holds no nodes.
+/// Appends a value that contains no nodes.
 pub(super) fn put(
     out: &mut String,
     indent: usize,
@@ -97,6 +97,7 @@ fn float(out: &mut String, n: f32) {
     };
 }
 
+/// Appends the shortest text that reads back as the same number.
 fn double(out: &mut String, n: f64) {
     let plain = n == 0.0 || (1e-5..1e15).contains(&n.abs());
     let _ = match n {
@@ -123,6 +124,7 @@ fn rotation(r: &Rotation) -> [f32; 4] {
     [r.axis.x, r.axis.y, r.axis.z, r.angle]
 }
 
+/// Appends a list in brackets with `in_line` values per line, or a single value without brackets.
 pub(super) fn list<T>(
     out: &mut String,
     indent: usize,
@@ -167,7 +169,8 @@ fn image(out: &mut String, image: &Image, solid: bool) {
     }
 }
 
-/// Puts text in quotes. A backslash is doubled only if the reader would take it for an escape.
+/// Quotes a string. A backslash is doubled only if the reader would otherwise treat it as an
+/// escape.
 pub(super) fn quoted(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     out.push('"');

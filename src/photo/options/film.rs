@@ -1,8 +1,10 @@
-//! Options of the film: its size and place, and how it is exposed.
+//! Options of the film: its size, its position, and its exposure.
 
 use super::option::{Opt, Takes};
 use super::shutter::{metering, shutter_word};
-use super::values::{POSITIVE, angle, degrees, if_any, length, pair, positive, set, unless_usual};
+use super::values::{
+    POSITIVE, angle, degrees, if_any, length, pair, positive, set, unless_default,
+};
 use crate::film::{FilmFormat, Metering, Resolution, Response};
 use crate::picture::Depth;
 
@@ -22,7 +24,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
             Ok(())
         },
         |plan, usual| {
-            unless_usual(plan.film, usual.film, |f| {
+            unless_default(plan.film, usual.film, |f| {
                 format!("{}x{}", f.width, f.height)
             })
         },
@@ -43,7 +45,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
             }
             Ok(())
         },
-        |plan, usual| unless_usual(plan.resolution, usual.resolution, pixels),
+        |plan, usual| unless_default(plan.resolution, usual.resolution, pixels),
     )
     .describe(|plan| Some(pixels(plan.resolution)))
     .examples(&["--size 96x64", "--size 1x1"]),
@@ -57,7 +59,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
             set(&mut plan.movements.tilt, words.parsed("tilt", ANGLE, angle)?);
             Ok(())
         },
-        |plan, _| unless_usual(degrees(plan.movements.tilt), 0.0, |d| d.to_string()),
+        |plan, _| unless_default(degrees(plan.movements.tilt), 0.0, |d| d.to_string()),
     )
     .examples(&["--tilt 8", "--tilt -5.25"]),
     Opt::new(
@@ -71,7 +73,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
             set(&mut plan.movements.swing, swing);
             Ok(())
         },
-        |plan, _| unless_usual(degrees(plan.movements.swing), 0.0, |d| d.to_string()),
+        |plan, _| unless_default(degrees(plan.movements.swing), 0.0, |d| d.to_string()),
     )
     .examples(&["--swing 13", "--swing -0.5"]),
     Opt::new(
@@ -85,7 +87,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
             set(&mut plan.movements.rise, rise);
             Ok(())
         },
-        |plan, _| unless_usual(plan.movements.rise, 0.0, |mm| mm.to_string()),
+        |plan, _| unless_default(plan.movements.rise, 0.0, |mm| mm.to_string()),
     )
     .examples(&["--rise 8mm", "--rise -3.7"]),
     Opt::new(
@@ -99,7 +101,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
             set(&mut plan.movements.shift, shift);
             Ok(())
         },
-        |plan, _| unless_usual(plan.movements.shift, 0.0, |mm| mm.to_string()),
+        |plan, _| unless_default(plan.movements.shift, 0.0, |mm| mm.to_string()),
     )
     .examples(&["--shift 1cm", "--shift -2.1"]),
     Opt::new(
@@ -132,14 +134,14 @@ pub(super) static OPTIONS: [Opt; 13] = [
             set(&mut plan.exposure, factor);
             Ok(())
         },
-        |plan, usual| unless_usual(plan.exposure, usual.exposure, |x| x.to_string()),
+        |plan, usual| unless_default(plan.exposure, usual.exposure, |x| x.to_string()),
     )
     .describe(|plan| Some(plan.exposure.to_string()))
     .examples(&["--exposure 2", "--exposure 0.3333333333333333"]),
     Opt::new(
         "shutter",
         Takes::One("TIME"),
-        "exposes by the lens's light instead: open for 1/60, 0.5s …; of a film's frame also 0.5 or 180deg, for its blur",
+        "meters by the lens's light instead: open for 1/60, 0.5s …; for a movie also a part of a frame, 0.5 or 180deg, for motion blur",
     )
     .plan(
         |plan, words, _| {
@@ -161,7 +163,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
         "speed of the film, with --shutter [100]",
     )
     .plan(
-        |_, _, _| Ok(()), // `--shutter` reads it
+        |_, _, _| Ok(()), // The entry of `--shutter` reads it.
         |plan, _| {
             let metering = plan.metering.filter(|m| m.iso != Metering::new(1.0).iso);
             if_any(metering, |metering| metering.iso.to_string())
@@ -174,7 +176,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
         "luminance of Inventor's white, with --shutter [25424: sunny 16]",
     )
     .plan(
-        |_, _, _| Ok(()), // `--shutter` reads it
+        |_, _, _| Ok(()), // The entry of `--shutter` reads it.
         |plan, _| {
             let metering = plan.metering.filter(|m| m.white != Metering::SUNLIT_WHITE);
             if_any(metering, |metering| metering.white.to_string())
@@ -194,7 +196,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
             Ok(())
         },
         |plan, usual| {
-            unless_usual(&plan.response, &usual.response, |response| response.name())
+            unless_default(&plan.response, &usual.response, |response| response.name())
         },
     )
     .describe(|plan| Some(plan.response.name()))
@@ -208,7 +210,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
     Opt::new(
         "depth",
         Takes::One("8|16"),
-        "bits a channel in PNG and PPM [8]",
+        "bits per channel in PNG and PPM [8]",
     )
     .plan(
         |plan, words, _| {
@@ -217,7 +219,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
             Ok(())
         },
         |plan, usual| {
-            unless_usual(plan.depth, usual.depth, |depth| {
+            unless_default(plan.depth, usual.depth, |depth| {
                 if depth == Depth::Eight { "8" } else { "16" }.into()
             })
         },

@@ -1,12 +1,12 @@
 //! Options of the lens and of its focus.
 
+use super::given::GivenOptions;
 use super::option::{Needs, Opt, Takes};
 use super::table::all;
 use super::values::{
     POSITIVE, degrees, distance, distance_word, finite, if_any, on_off, paths, positive, set,
-    switch, unless_usual,
+    switch, unless_default,
 };
-use super::words::Words;
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::lens::{Coating, FocusMethod, Iris};
 use crate::math::{LengthUnit, Mm, parse_length};
@@ -42,7 +42,7 @@ pub(super) static OPTIONS: [Opt; 14] = [
                 Optics::Ideal(_) => "ideal".into(),
                 Optics::Pinhole => "none".into(),
             };
-            unless_usual(name(plan), name(usual), |name| name)
+            unless_default(name(plan), name(usual), |name| name)
         },
     )
     .examples(&["--lens double-gauss", "--lens none", "--lens ideal"]),
@@ -78,7 +78,7 @@ pub(super) static OPTIONS: [Opt; 14] = [
         },
         |plan, _| {
             let lens = plan.lens();
-            lens.map_or(Vec::new(), |l| unless_usual(l.zoom, 1.0, |z| z.to_string()))
+            lens.map_or(Vec::new(), |l| unless_default(l.zoom, 1.0, |z| z.to_string()))
         },
     )
     .examples(&["-z 0.2", "--zoom 3"]),
@@ -176,7 +176,7 @@ pub(super) static OPTIONS: [Opt; 14] = [
         },
         |plan, _| {
             let method = plan.lens().map_or(FocusMethod::Film, |lens| lens.method);
-            unless_usual(method, FocusMethod::Film, |method| method.name().into())
+            unless_default(method, FocusMethod::Film, |method| method.name().into())
         },
     )
     .examples(&[
@@ -211,13 +211,13 @@ pub(super) static OPTIONS: [Opt; 14] = [
             set(&mut plan.ghosts, words.on_or_off("ghosts")?);
             Ok(())
         },
-        |plan, usual| unless_usual(plan.ghosts, usual.ghosts, |on| on_off(on).into()),
+        |plan, usual| unless_default(plan.ghosts, usual.ghosts, |on| on_off(on).into()),
     )
     .examples(&["--ghosts on", "--ghosts off"]),
     Opt::new(
         "glass-catalogue",
         Takes::Many("FILE.agf"),
-        "glasses that the prescription may name; may be repeated",
+        "catalogue of glasses for the prescription; may be repeated",
     )
     .plan(
         |plan, words, _| {
@@ -235,14 +235,14 @@ pub(super) static OPTIONS: [Opt; 14] = [
     Opt::new(
         "dispersion",
         Takes::One("on|off"),
-        "whether glass with dispersion parts colors [1999: off, now: on]",
+        "whether the dispersion of glass is simulated [1999: off, now: on]",
     )
     .plan(
         |plan, words, _| {
             set(&mut plan.dispersion, words.on_or_off("dispersion")?);
             Ok(())
         },
-        |plan, usual| unless_usual(plan.dispersion, usual.dispersion, |on| on_off(on).into()),
+        |plan, usual| unless_default(plan.dispersion, usual.dispersion, |on| on_off(on).into()),
     )
     .examples(&["--dispersion on", "--dispersion off"]),
     Opt::new(
@@ -256,14 +256,14 @@ pub(super) static OPTIONS: [Opt; 14] = [
             Ok(())
         },
         |plan, usual| {
-            unless_usual(plan.diffraction, usual.diffraction, |on| on_off(on).into())
+            unless_default(plan.diffraction, usual.diffraction, |on| on_off(on).into())
         },
     )
     .examples(&["--diffraction on", "--diffraction off"]),
     Opt::new(
         "solids",
         Takes::Nothing,
-        "puts the lens into the scene as solid glass, as the paper first meant to, and exposes the film behind it",
+        "adds the lens to the scene as solid glass, the paper's first approach, and exposes the film behind it",
     )
     .plan(
         |plan, words, _| {
@@ -275,8 +275,8 @@ pub(super) static OPTIONS: [Opt; 14] = [
     .examples(&["--solids"]),
 ];
 
-/// The options that mean something for a lens without a scene, as `ivcam lens` has them.
-pub(crate) fn for_a_lens_alone() -> impl Iterator<Item = &'static Opt> {
+/// Returns the options that apply to a lens without a scene, which `ivcam lens` has.
+pub(crate) fn lens_options() -> impl Iterator<Item = &'static Opt> {
     const NAMES: [&str; 8] = [
         "zoom",
         "efl",
@@ -290,7 +290,7 @@ pub(crate) fn for_a_lens_alone() -> impl Iterator<Item = &'static Opt> {
     all().filter(|option| NAMES.contains(&option.name))
 }
 
-fn focal_length(plan: &mut Plan, words: &Words, sink: &mut Sink) -> Result<()> {
+fn focal_length(plan: &mut Plan, words: &GivenOptions, sink: &mut Sink) -> Result<()> {
     let length = |word: &str| {
         parse_length(word, LengthUnit::Millimeter).filter(|l| l.0 > 0.0 && l.0.is_finite())
     };
@@ -313,13 +313,13 @@ fn focal_length(plan: &mut Plan, words: &Words, sink: &mut Sink) -> Result<()> {
     Ok(())
 }
 
-/// `f/8`, `F8` or `8`.
+/// Parses an f-number: `f/8`, `F8` or `8`.
 fn f_number(word: &str) -> Option<f64> {
     let bare = word.trim_start_matches(['f', 'F']).trim_start_matches('/');
     positive(bare)
 }
 
-/// `6` blades, or `6@15`: turned by 15 degrees.
+/// Parses the blades of an iris: `6` blades, or `6@15` for blades that are turned by 15 degrees.
 fn blades(word: &str) -> Option<Iris> {
     let (count, turn) = word.split_once('@').unwrap_or((word, "0"));
     let count = count.parse().ok().filter(|n| (3..=64).contains(n))?;

@@ -25,7 +25,7 @@ pub(super) static OPTIONS: [Opt; 3] = [
     Opt::new(
         "headlight",
         Takes::Maybe("on|off"),
-        "flips the headlight on the camera, as a flash, or sets it [1999: off; now: on where the scene has no light]",
+        "toggles the headlight on the camera, or sets it [1999: off; now: on if the scene has no light]",
     )
     .vintage("headlight")
     .plan(
@@ -45,7 +45,7 @@ pub(super) static OPTIONS: [Opt; 3] = [
     Opt::new(
         "max-depth",
         Takes::One("N"),
-        "reflections and refractions in a row, for model r [5; with --solids: 64]",
+        "largest number of successive reflections and refractions, for model r [5; with --solids: 64]",
     )
     .plan(
         |plan, words, _| {
@@ -58,7 +58,7 @@ pub(super) static OPTIONS: [Opt; 3] = [
     .examples(&["--max-depth 0", "--max-depth 12"]),
 ];
 
-/// What `--shading` expects.
+/// Returns the description of the values of `--shading` for messages.
 fn models() -> String {
     let letters = Shading::ALL.map(|model| model.letter().to_string());
     match letters.split_last() {

@@ -1,13 +1,14 @@
-//! The table of options: everything that can be asked of a photograph, one entry each.
+//! The table of options, with one entry for each option of a photograph.
 //!
-//! An entry ([`Opt`]) holds the spellings of 1999 and of today, the help, what the option changes
-//! in a [`Plan`](super::Plan), how a plan is written as the option's words again, and what the
-//! metadata and the report say of it. The command line, the window's *Copy command*, the metadata,
-//! the report and `ivcam lens` are faces of this table. It knows nothing of clap: `cli::flags`
-//! makes arguments of it.
+//! An entry ([`Opt`]) has the option's spellings of 1999 and of today, its help, functions that
+//! change a [`Plan`](super::Plan) by it and that write a plan's value as arguments, and the text
+//! for the metadata and the report. The command line, the window's *Copy command*, the metadata,
+//! the report and `ivcam lens` all use this table. It does not depend on clap: `cli::flags`
+//! converts it to clap's arguments.
 
-mod faces;
+mod conversions;
 mod film;
+mod given;
 mod lens;
 mod light;
 mod option;
@@ -17,12 +18,11 @@ mod scene;
 mod shutter;
 mod table;
 mod values;
-mod words;
 
-pub(crate) use faces::{command_line, idle_options};
-pub(crate) use lens::for_a_lens_alone;
+pub(crate) use conversions::{command_line, idle_options};
+pub(crate) use given::{GivenOptions, MovieFrame, invalid_value};
+pub(crate) use lens::lens_options;
 pub(crate) use option::{Needs, Opt, Takes};
 pub(crate) use scene::{FONTS, LIMIT, limits, typefaces};
 pub(crate) use shutter::Shutter;
 pub(crate) use table::{all, groups};
-pub(crate) use words::{MovieFrame, Words, not_understood};

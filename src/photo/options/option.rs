@@ -1,65 +1,73 @@
-//! One entry of the table.
+//! The entry of one option in the table.
 
-use super::words::Words;
+use super::given::GivenOptions;
 use crate::diag::{Result, Sink};
 use crate::photo::plan::Plan;
 
-/// Changes a plan as the words say. It is called whether the option was given or not, in the
-/// order of the table.
-pub(super) type Parse = fn(&mut Plan, &Words, &mut Sink) -> Result<()>;
+/// Changes a plan by an option. It is called in the order of the table, whether the option was
+/// given or not.
+pub(super) type Parse = fn(&mut Plan, &GivenOptions, &mut Sink) -> Result<()>;
 
-/// The values by which a plan differs from `usual`, its era's own; none if it does not. An empty
-/// value is an option without a value.
+/// Returns the values of an option with which a plan differs from `usual`, the era's defaults. An
+/// empty string is an option without a value.
 pub(super) type Print = fn(plan: &Plan, usual: &Plan) -> Vec<String>;
 
-/// What the metadata and the report say, if there is something to say.
+/// Returns the text of an option for the metadata and the report, if it has one.
 pub(super) type Describe = fn(&Plan) -> Option<String>;
 
-/// What follows an option.
+/// The kind of value that an option has. The text is the value's name in the help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Takes {
+    /// No value.
     Nothing,
-    /// A value, shown by this name.
+    /// One value.
     One(&'static str),
-    /// `--option=VALUE`, or nothing.
+    /// An optional value, written `--option=VALUE`.
     Maybe(&'static str),
-    /// A value, and the option may be repeated.
+    /// One value; the option may be repeated.
     Many(&'static str),
 }
 
-/// What an option has no effect without.
+/// The requirement without which an option has no effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Needs {
+    /// No requirement.
     Nothing,
-    /// A camera that has its lens of its own, not as solids of the scene.
+    /// The lens belongs to the camera and is not part of the scene as solids.
     Camera,
-    /// Such a camera with a lens, which may be the ideal one.
+    /// The camera has a lens, which may be the ideal one.
     Lens,
-    /// A lens with a prescription.
+    /// The camera has a lens with a prescription.
     Prescription,
-    /// A lens with a prescription whose points are sampled, in the camera or as solids.
+    /// A lens with a prescription is sampled, in the camera or as solids.
     Pupil,
 }
 
-/// One option.
+/// An option.
 pub(crate) struct Opt {
-    /// The key that code asks for, and today's long spelling.
+    /// The name, which is also today's long spelling.
     pub name: &'static str,
-    /// The 1999 spelling, without its dash; one letter is also today's short form.
+    /// The spelling of 1999 without its dash. A single letter is also today's short spelling.
     pub vintage: Option<&'static str>,
-    /// Other spellings of today.
+    /// Other long spellings of today.
     pub aliases: &'static [&'static str],
+    /// The kind of value.
     pub takes: Takes,
+    /// The line in the help, with the default in brackets.
     pub help: &'static str,
+    /// The requirement without which the option has no effect.
     pub needs: Needs,
-    /// What the option changes in a plan, and back; none for where results go.
+    /// The functions that change a plan by the option and write a plan's value. Options about the
+    /// output have none.
     pub plan: Option<(Parse, Print)>,
+    /// The function that describes a plan's value in the metadata and the report.
     pub describe: Option<Describe>,
     /// Command lines that use the option, for the test of the table.
     pub examples: &'static [&'static str],
 }
 
 impl Opt {
+    /// Creates an option with only a name, a kind of value and a help line.
     pub(crate) const fn new(name: &'static str, takes: Takes, help: &'static str) -> Self {
         Self {
             name,
@@ -74,31 +82,37 @@ impl Opt {
         }
     }
 
+    /// Sets the spelling of 1999.
     pub(crate) const fn vintage(mut self, old: &'static str) -> Self {
         self.vintage = Some(old);
         self
     }
 
+    /// Sets other long spellings.
     pub(crate) const fn aliases(mut self, aliases: &'static [&'static str]) -> Self {
         self.aliases = aliases;
         self
     }
 
+    /// Sets the requirement.
     pub(crate) const fn needs(mut self, needs: Needs) -> Self {
         self.needs = needs;
         self
     }
 
+    /// Sets the functions that change a plan and write its value.
     pub(crate) const fn plan(mut self, parse: Parse, print: Print) -> Self {
         self.plan = Some((parse, print));
         self
     }
 
+    /// Sets the function that describes a plan's value.
     pub(crate) const fn describe(mut self, describe: Describe) -> Self {
         self.describe = Some(describe);
         self
     }
 
+    /// Sets the example command lines.
     pub(crate) const fn examples(mut self, lines: &'static [&'static str]) -> Self {
         self.examples = lines;
         self

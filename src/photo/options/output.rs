@@ -1,4 +1,4 @@
-//! Where results go. Nothing here changes a plan; `cli::render` reads them.
+//! Options of the output. They do not change a plan; `cli::render` reads them.
 
 use super::option::{Opt, Takes};
 
@@ -19,6 +19,6 @@ pub(super) static OPTIONS: [Opt; 5] = [
     Opt::new(
         "quiet",
         Takes::Nothing,
-        "no progress and no summary; problems are still told",
+        "prints no progress and no summary; warnings and errors are still printed",
     ),
 ];

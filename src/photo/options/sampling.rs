@@ -1,14 +1,15 @@
 //! Options of sampling, and of when to stop.
 
+use super::given::GivenOptions;
 use super::option::{Needs, Opt, Takes};
-use super::values::{duration, if_any, set, share, switch, unless_usual};
-use super::words::Words;
+use super::values::{duration, if_any, set, share, switch, unless_default};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result};
 use crate::photo::plan::{Era, Plan};
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 
-/// Samples a pixel at most, where the error or the time is to end a render.
+/// The largest number of samples per pixel if the error or the time ends a render. It only prevents
+/// endless renders and was chosen by trial.
 const SAMPLE_LIMIT: u32 = 65_536;
 
 const DISC_MAPS: [(&str, DiscMap); 2] = [
@@ -20,7 +21,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new(
         "samples",
         Takes::One("N"),
-        "samples a pixel [1999: 1, now: 16]",
+        "samples per pixel [1999: 1, now: 16]",
     )
     .vintage("j")
     .plan(samples, |plan, usual| {
@@ -44,7 +45,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
             Ok(())
         },
         |plan, usual| {
-            unless_usual(plan.sampler.kind, usual.sampler.kind, |k| k.name().into())
+            unless_default(plan.sampler.kind, usual.sampler.kind, |k| k.name().into())
         },
     )
     .describe(|plan| Some(plan.sampler.kind.name().to_owned()))
@@ -63,7 +64,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
                 Ok(())
             },
             |plan, usual| {
-                unless_usual(plan.sampler.seed, usual.sampler.seed, |n| n.to_string())
+                unless_default(plan.sampler.seed, usual.sampler.seed, |n| n.to_string())
             },
         )
         .describe(|plan| Some(plan.sampler.seed.to_string()))
@@ -83,7 +84,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
         },
         |plan, usual| {
             let is_rear = |plan: &Plan| matches!(plan.aim, Aim::RearElement(_));
-            unless_usual(is_rear(plan), is_rear(usual), |rear| {
+            unless_default(is_rear(plan), is_rear(usual), |rear| {
                 if rear { "rear" } else { "exit" }.into()
             })
         },
@@ -111,7 +112,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
             Ok(())
         },
         |plan, _| match plan.aim {
-            Aim::RearElement(map) => unless_usual(map, disc_map_of(plan.era), |map| {
+            Aim::RearElement(map) => unless_default(map, disc_map_of(plan.era), |map| {
                 let known = DISC_MAPS.iter().find(|(_, m)| *m == map);
                 known.map_or(String::new(), |(name, _)| (*name).into())
             }),
@@ -132,7 +133,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
             set(&mut plan.filter, words.named("filter", &Filter::ALL)?);
             Ok(())
         },
-        |plan, usual| unless_usual(plan.filter, usual.filter, |f| f.name().into()),
+        |plan, usual| unless_default(plan.filter, usual.filter, |f| f.name().into()),
     )
     .describe(|plan| (plan.filter != Filter::Box).then(|| plan.filter.name().to_owned()))
     .examples(&[
@@ -144,7 +145,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new(
         "adaptive",
         Takes::Nothing,
-        "sends the samples where a first look, an eighth of them, finds noise; the picture stays unbiased",
+        "takes most samples where a first pass, with an eighth of them, finds noise; the picture stays unbiased",
     )
     .plan(
         |plan, words, _| {
@@ -190,7 +191,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
     .examples(&["--time 30s", "--time 1500ms --samples 8", "--time 2m"]),
 ];
 
-fn samples(plan: &mut Plan, words: &Words, _: &mut crate::diag::Sink) -> Result<()> {
+fn samples(plan: &mut Plan, words: &GivenOptions, _: &mut crate::diag::Sink) -> Result<()> {
     let count = |w: &str| w.parse().ok().filter(|n| (1..=1 << 24).contains(n));
     if let Some(count) = words.parsed("samples", "a number from 1 to 2^24", count)? {
         plan.sampler.samples = count;
@@ -199,18 +200,20 @@ fn samples(plan: &mut Plan, words: &Words, _: &mut crate::diag::Sink) -> Result<
     Ok(())
 }
 
-/// Without `--samples`, a render that the error or the time ends may take many.
-fn limit_samples(plan: &mut Plan, words: &Words) {
+/// Raises the number of samples to [`SAMPLE_LIMIT`] if `--samples` is not given and the error or
+/// the time ends the render.
+fn limit_samples(plan: &mut Plan, words: &GivenOptions) {
     if has_other_end(plan) && !words.has("samples") {
         plan.stop.samples = SAMPLE_LIMIT;
     }
 }
 
+/// Returns whether the error or the time ends the render.
 fn has_other_end(plan: &Plan) -> bool {
     plan.stop.error.is_some() || plan.stop.time.is_some()
 }
 
-/// The map of an era where `--disc` is not given.
+/// Returns an era's default of `--disc`.
 fn disc_map_of(era: Era) -> DiscMap {
     match era {
         Era::Vintage => DiscMap::Polar,
@@ -218,14 +221,15 @@ fn disc_map_of(era: Era) -> DiscMap {
     }
 }
 
-/// Fewer jittered samples than were laid out leave parts of pixel and pupil out.
+/// Returns an error for the jittered sampler. It cannot be used adaptively, because only a complete
+/// set of its samples covers the pixel and the pupil.
 fn can_adapt(sampler: &Sampler) -> Result<()> {
     if sampler.kind != SamplerKind::Jittered {
         return Ok(());
     }
     let name = sampler.kind.name();
     Err(Diagnostic::error(format!(
-        "`--adaptive` does not go with the sampler `{name}`"
+        "`--adaptive` cannot be used with the sampler `{name}`"
     ))
-    .with_help("choose one whose every beginning is even: `--sampler sobol`"))
+    .with_help("use `--sampler sobol`, of which any first samples are evenly distributed"))
 }

@@ -1,20 +1,20 @@
-//! Options of the scene, the camera's place in it, and the era.
+//! Options of the scene, the camera's pose in it, and the era.
 
 use std::sync::Arc;
 
+use super::given::GivenOptions;
 use super::option::{Opt, Takes};
-use super::values::{finite, paths, set, switch, unless_usual};
-use super::words::Words;
+use super::values::{finite, paths, set, switch, unless_default};
 use crate::diag::{Diagnostic, Result};
 use crate::geometry::text::Fonts;
 use crate::iv::Limits;
 use crate::photo::camera_choice::CameraChoice;
 
-/// How much a scene may ask for; every command that reads scenes takes it.
+/// The option `--scene-limit`, which every command that reads scenes has.
 pub(crate) const LIMIT: Opt = Opt::new(
     "scene-limit",
     Takes::Many("NAME=N"),
-    "raises or lowers a limit on the scene: bytes of a file [512M], nodes [10000000], copies by protos [1000000], depth [1000000], files it names [1000], include-depth [32], visits on the way through it [300000, or twice its nodes], primitives [16000000]",
+    "raises or lowers a limit on the scene: bytes of a file [512M], nodes [10000000], copies by protos [1000000], depth [1000000], files that it includes [1000], include-depth [32], visits in traversing it [300000, or twice its nodes], primitives [16000000]",
 )
 .plan(
     |plan, words, _| {
@@ -30,7 +30,7 @@ pub(crate) const LIMIT: Opt = Opt::new(
 )
 .examples(&["--scene-limit bytes=2G", "--scene-limit nodes=7 --scene-limit visits=90k"]);
 
-/// Typefaces of the user's own; every command that sets text takes it.
+/// The option `--fonts`, which every command that draws text has.
 pub(crate) const FONTS: Opt = Opt::new(
     "fonts",
     Takes::Many("FOLDER"),
@@ -52,8 +52,8 @@ pub(super) static OPTIONS: [Opt; 8] = [
         "which program's choices to start from [`ivcam …`: 1999, `ivcam render`: modern]",
     )
     .plan(
-        |_, _, _| Ok(()), // `Plan::from_words` begins with it
-        |_, _| Vec::new(), // the command's form says it
+        |_, _, _| Ok(()), // `Plan::from_options` reads the era first.
+        |_, _| Vec::new(), // The form of the command determines the era.
     )
     .describe(|plan| Some(plan.era.name().to_owned()))
     .examples(&["--era 1999", "--era modern", "--era vintage -j 4"]),
@@ -97,7 +97,7 @@ pub(super) static OPTIONS: [Opt; 8] = [
             set(&mut plan.time, time);
             Ok(())
         },
-        |plan, usual| unless_usual(plan.time, usual.time, |t| t.to_string()),
+        |plan, usual| unless_default(plan.time, usual.time, |t| t.to_string()),
     )
     .examples(&["--scene-time 1.5", "--scene-time -3"]),
     Opt::new(
@@ -116,7 +116,7 @@ pub(super) static OPTIONS: [Opt; 8] = [
     Opt::new(
         "search",
         Takes::Many("FOLDER"),
-        "also look here for files that the scene names",
+        "searches this folder too for files of the scene",
     )
     .plan(
         |plan, words, _| {
@@ -130,11 +130,11 @@ pub(super) static OPTIONS: [Opt; 8] = [
     LIMIT,
 ];
 
-/// The limits on scenes, as `--scene-limit` changes them.
+/// Returns the limits on scenes that `--scene-limit` sets.
 ///
 /// # Errors
-/// A word that is not a limit and a number.
-pub(crate) fn limits(words: &Words) -> Result<Limits> {
+/// Returns an error if a value is not the name of a limit and a number.
+pub(crate) fn limits(words: &GivenOptions) -> Result<Limits> {
     let mut limits = Limits::default();
     for word in words.paths("scene-limit") {
         let word = word.to_string_lossy();
@@ -151,10 +151,10 @@ pub(crate) fn limits(words: &Words) -> Result<Limits> {
     Ok(limits)
 }
 
-/// The typefaces below the folders of `--fonts`.
+/// Returns the typefaces below the folders of `--fonts`.
 ///
 /// # Errors
-/// A folder that can't be read.
-pub(crate) fn typefaces(words: &Words) -> Result<Arc<Fonts>> {
+/// Returns an error if a folder cannot be read.
+pub(crate) fn typefaces(words: &GivenOptions) -> Result<Arc<Fonts>> {
     Fonts::open(&words.paths("fonts")).map(Arc::new)
 }

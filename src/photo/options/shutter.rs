@@ -1,19 +1,23 @@
-//! Shutter, ISO and the luminance of white, which together expose a film by the lens's light.
+//! Options of metering: shutter, ISO and the luminance of white, which determine the exposure
+//! together with the lens's light.
 
+use super::given::GivenOptions;
 use super::values::{POSITIVE, duration, finite, positive};
-use super::words::Words;
 use crate::diag::{Diagnostic, Result};
 use crate::film::Metering;
 
-/// How long a shutter is open: a time, or a part of a movie's frame.
+/// The time for which a shutter is open.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Shutter {
+    /// A time in seconds.
     Seconds(f64),
+    /// A part of a movie's frame, from 0 to 1.
     Part(f64),
 }
 
 impl Shutter {
-    /// `1/60`, `0.5s`, `20ms`; `0.5` of a frame, or `180deg` of a movie camera's turning shutter.
+    /// Parses a time (`1/60`, `0.5s`, `20ms`) or a part of a frame (`0.5`, or `180deg` of a movie
+    /// camera's rotary shutter).
     pub(crate) fn parse(word: &str) -> Option<Self> {
         let part = |part: f64| (0.0..=1.0).contains(&part).then_some(Self::Part(part));
         let bare = word.trim_end_matches('s');
@@ -29,15 +33,17 @@ impl Shutter {
         }
     }
 
+    /// Returns the value of `--shutter`, if it is given.
+    ///
     /// # Errors
-    /// A value that is neither a time nor a part of a frame.
-    pub(crate) fn of(words: &Words) -> Result<Option<Self>> {
+    /// Returns an error if the value is neither a time nor a part of a frame.
+    pub(crate) fn of(words: &GivenOptions) -> Result<Option<Self>> {
         let expects = "a time such as 1/60 or 0.5s, nor a part of a frame such as 0.5 or 180deg";
         words.parsed("shutter", expects, Self::parse)
     }
 }
 
-/// The word that [`Shutter::parse`] reads as exactly this time.
+/// Returns the text that [`Shutter::parse`] reads as exactly this time.
 pub(super) fn shutter_word(seconds: f64) -> String {
     let candidates = [
         format!("1/{}", (1.0 / seconds).round()),
@@ -48,18 +54,22 @@ pub(super) fn shutter_word(seconds: f64) -> String {
     found.unwrap_or_else(|| format!("{seconds}/1"))
 }
 
-/// Shutter and ISO, where a time or an ISO is given; a part of a frame alone is for the blur.
-pub(super) fn metering(words: &Words) -> Result<Option<Metering>> {
+/// Returns the metering if a time or an ISO is given. A part of a frame alone affects only the
+/// motion blur.
+///
+/// # Errors
+/// Returns an error if a value is invalid, or if no option gives a time.
+pub(super) fn metering(words: &GivenOptions) -> Result<Option<Metering>> {
     let iso = words.parsed("iso", POSITIVE, positive)?;
     let expects = "a luminance in cd/m2 greater than 0";
     let white = words.parsed("white", expects, positive)?;
     let seconds = match (Shutter::of(words)?, words.frame) {
         (Some(Shutter::Seconds(seconds)), _) => Some(seconds),
         (Some(Shutter::Part(_)), None) => {
-            return Err(
-                Diagnostic::error("only a film has frames to open a shutter in part of")
-                    .with_help("give a time, such as `--shutter 1/60` or `--shutter 0.5s`"),
-            );
+            return Err(Diagnostic::error(
+                "only a movie can have a shutter that is open for a part of a frame",
+            )
+            .with_help("give a time, such as `--shutter 1/60` or `--shutter 0.5s`"));
         }
         (_, Some(frame)) if iso.is_some() => Some(frame.open * frame.seconds),
         _ => None,
@@ -85,7 +95,7 @@ pub(super) fn metering(words: &Words) -> Result<Option<Metering>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::words::MovieFrame;
+    use super::super::given::MovieFrame;
     use super::*;
 
     #[test]
@@ -109,7 +119,7 @@ mod tests {
             open: 0.5,
         });
         let asked = |line: &[(&'static str, &str)], frame| {
-            let mut words = Words::default();
+            let mut words = GivenOptions::default();
             words.frame = frame;
             for (name, value) in line {
                 words.add(name, vec![value.into()]);

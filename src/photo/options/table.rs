@@ -1,15 +1,18 @@
-//! The options under their headings.
+//! The table of all options, grouped under the headings of the help.
 
 use super::option::Opt;
 use super::{film, lens, light, output, sampling, scene};
 
-/// Options under one heading of the help.
+/// The options under one heading of the help.
 pub(crate) struct Group {
+    /// The heading.
     pub heading: &'static str,
+    /// The options in the order of the help.
     pub options: &'static [Opt],
 }
 
-/// An option may read what one above it has set: `--zoom` changes the lens that `--lens` names.
+/// The groups. An option may depend on an earlier one: `--zoom` changes the lens that `--lens`
+/// sets.
 static GROUPS: [Group; 6] = [
     Group {
         heading: "Lens",
@@ -37,11 +40,12 @@ static GROUPS: [Group; 6] = [
     },
 ];
 
+/// Returns the groups in the order of the help.
 pub(crate) fn groups() -> &'static [Group] {
     &GROUPS
 }
 
-/// Every option, in the order in which they change a plan.
+/// Returns all options in the order in which they change a plan.
 pub(crate) fn all() -> impl Iterator<Item = &'static Opt> {
     GROUPS.iter().flat_map(|group| group.options)
 }

@@ -207,7 +207,7 @@ mod tests {
         let text = format!(
             "#Inventor V2.1 ascii\n{hints} DrawStyle {{ style LINES lineWidth 3 }} Cube {{ }}"
         );
-        let files = std::sync::Arc::new(crate::iv::Nowhere);
+        let files = std::sync::Arc::new(crate::iv::NoFiles);
         let limits = crate::iv::Limits::default();
         let document = Document::read("a.iv", text.into_bytes(), files, &limits).expect("reads");
         let options = CompileOptions {

@@ -235,13 +235,13 @@ mod tests {
     use glam::Vec3;
 
     use crate::bvh::Ray;
-    use crate::iv::{Document, Limits, Nowhere};
+    use crate::iv::{Document, Limits, NoFiles};
     use crate::scene::{CompileOptions, RenderScene, Surface};
     use crate::snapshot::Snapshot;
 
     fn document(text: &str) -> Document {
         let text = text.as_bytes().to_vec();
-        Document::read("a", text, Arc::new(Nowhere), &Limits::default()).expect("reads")
+        Document::read("a", text, Arc::new(NoFiles), &Limits::default()).expect("reads")
     }
 
     fn compiled(text: &str) -> RenderScene {

@@ -5,9 +5,10 @@ use crate::grammar::value::{Seconds, Trigger, Value};
 use crate::grammar::{Field, counter, elapsed_time, on_off, one_shot, time_counter};
 use crate::iv::NodeRef;
 
-/// Tells how often a trigger has fired.
+/// Returns the pulses of a trigger.
 type Fired<'a> = &'a dyn Fn(Field<Trigger>) -> Pulses;
 
+/// Computes an `ElapsedTime`: the time since its last reset.
 pub(super) fn elapsed_time(node: NodeRef<'_>, time: f64, fired: Fired<'_>) -> Outputs {
     let runs = node.get(elapsed_time::ON) && !node.get(elapsed_time::PAUSE);
     let since = time_in(node, elapsed_time::TIME_IN, time) - fired(elapsed_time::RESET).last;
@@ -16,7 +17,8 @@ pub(super) fn elapsed_time(node: NodeRef<'_>, time: f64, fired: Fired<'_>) -> Ou
     vec![("timeOut", Value::Double(elapsed))]
 }
 
-/// Returns the connected `timeIn`. Without a connection it is the clock, whatever the file states.
+/// Returns the value of a connected `timeIn`. Without a connection it is the present time, even if
+/// the file states a value.
 fn time_in(node: NodeRef<'_>, field: Field<Seconds>, time: f64) -> f64 {
     let mut entries = node.data().fields.iter();
     let joined = node.class_id() == Some(field.class)
@@ -32,20 +34,21 @@ struct Series {
 }
 
 impl Series {
-    /// Returns the number of its values, or `None` if the steps do not lead from `min` to `max`.
+    /// Returns the number of values, or `None` if the steps do not lead from `min` to `max`.
     fn count(&self) -> Option<i64> {
         let span = self.max - self.min;
         let leads = self.step != 0 && span.signum() * self.step.signum() >= 0;
         leads.then(|| span / self.step + 1)
     }
 
+    /// Returns the value at an index.
     fn at(&self, place: i64) -> Value {
         Value::Int(i32::try_from(self.min + place * self.step).unwrap_or(i32::MAX))
     }
 }
 
-/// Counts from `min` to `max` by `step`, a whole round in 1/frequency seconds; `duty` weighs how
-/// long each count lasts.
+/// Computes a `TimeCounter`, which counts from `min` to `max` by `step` once in 1/frequency
+/// seconds. `duty` weights the duration of each count.
 pub(super) fn time_counter(node: NodeRef<'_>, time: f64) -> Outputs {
     let series = Series {
         min: node.get(time_counter::MIN).into(),
@@ -60,7 +63,7 @@ pub(super) fn time_counter(node: NodeRef<'_>, time: f64) -> Outputs {
     vec![("output", series.at(place))]
 }
 
-/// Returns which of `count` values holds at a phase, from 0 to 1, of the round.
+/// Returns the index, of `count` values, at a phase of the cycle from 0 to 1.
 fn place_in_round(duty: &[f32], phase: f64, count: i64) -> i64 {
     let total: f64 = duty.iter().map(|&d| f64::from(d.max(0.0))).sum();
     if duty.len() as i64 == count && count > 1 && total > 0.0 {
@@ -75,12 +78,13 @@ fn place_in_round(duty: &[f32], phase: f64, count: i64) -> i64 {
     }
 }
 
+/// Returns the number of cycles of a `TimeCounter` since time 0.
 fn cycles(node: NodeRef<'_>, time: f64) -> f64 {
     let frequency = f64::from(node.get(time_counter::FREQUENCY));
     time_in(node, time_counter::TIME_IN, time) * frequency
 }
 
-/// Returns the whole rounds of a `TimeCounter`: each fires its `syncOut`.
+/// Returns the pulses of the `syncOut` of a `TimeCounter`, one for each complete cycle.
 pub(super) fn rounds(node: NodeRef<'_>, time: f64) -> Pulses {
     let cycles = cycles(node, time);
     let whole = cycles.floor();
@@ -93,7 +97,7 @@ pub(super) fn rounds(node: NodeRef<'_>, time: f64) -> Pulses {
     }
 }
 
-/// Steps once for each trigger, and begins again at the end.
+/// Computes a `Counter`, which steps once for each trigger and starts again after its last value.
 pub(super) fn counter(node: NodeRef<'_>, fired: Fired<'_>) -> Outputs {
     let series = Series {
         min: node.get(counter::MIN).into(),
@@ -105,7 +109,8 @@ pub(super) fn counter(node: NodeRef<'_>, fired: Fired<'_>) -> Outputs {
     vec![("output", series.at(place))]
 }
 
-/// Runs from its last trigger for `duration`; with `HOLD_FINAL` it stays at the end.
+/// Computes a `OneShot`, which runs for `duration` from its last trigger. With `HOLD_FINAL` it
+/// keeps its last values.
 pub(super) fn one_shot(node: NodeRef<'_>, time: f64, fired: Fired<'_>) -> Outputs {
     let trigger = fired(one_shot::TRIGGER);
     let duration = node.get(one_shot::DURATION);
@@ -130,6 +135,7 @@ pub(super) fn one_shot(node: NodeRef<'_>, time: f64, fired: Fired<'_>) -> Output
     ]
 }
 
+/// Computes an `OnOff`, which triggers turn on, turn off or toggle.
 pub(super) fn on_off(fired: Fired<'_>) -> Outputs {
     let (on, off) = (fired(on_off::ON), fired(on_off::OFF));
     let turned_on = on.count > 0 && (off.count == 0 || on.last >= off.last);

@@ -1,6 +1,7 @@
-//! Engines that compose vectors, rotations and matrices from their parts, and decompose them.
+//! Evaluates engines that compose vectors, rotations and matrices from their parts, or decompose
+//! them.
 //!
-//! Fields of several values are computed value by value; a shorter one repeats its last.
+//! Fields with several values are computed value by value. A shorter field repeats its last value.
 
 use glam::{DQuat, DVec3, Mat4, Vec2, Vec3, Vec4};
 

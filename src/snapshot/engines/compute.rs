@@ -1,4 +1,4 @@
-//! Finds what an engine, a sensor or a moving node gives out by its class.
+//! Computes the outputs of an engine, a sensor or an animated node.
 
 use super::outputs::{Outputs, Pulses};
 use super::{calculator, clocks, compose, interpolate, movers, sensors, values};
@@ -6,20 +6,20 @@ use crate::grammar::value::{Trigger, Value};
 use crate::grammar::{ClassId, Field, class};
 use crate::iv::NodeRef;
 
-/// What is known to an engine besides its fields.
+/// The inputs of an engine other than its fields.
 pub(super) struct Moment<'a> {
-    /// Seconds since the scene was opened.
+    /// The time in seconds since the scene was opened.
     pub time: f64,
-    /// How often a trigger among the engine's fields has fired.
+    /// Returns the pulses of a trigger field of the engine.
     pub fired: &'a dyn Fn(Field<Trigger>) -> Pulses,
     /// The last `set_fraction` event of an interpolator.
     pub fraction: Option<f32>,
 }
 
-/// Returns the outputs of a node of a class; none for a class that has none.
+/// Returns the outputs of a node of a class. The list is empty for a class without outputs.
 ///
 /// # Errors
-/// What is wrong with the engine's fields.
+/// Returns a message if the engine's fields are wrong.
 pub(super) fn outputs(
     node: NodeRef<'_>,
     class: ClassId,
@@ -58,7 +58,7 @@ pub(super) fn outputs(
         class::COUNTER => clocks::counter(node, fired),
         class::ONE_SHOT => clocks::one_shot(node, time, fired),
         class::ON_OFF => clocks::on_off(fired),
-        // A `GlobalField` declares its one field; the clock's is a field of this name.
+        // A `GlobalField` declares one field. Inventor's clock has this name.
         class::GLOBAL_FIELD if node.value("realTime").is_some() => {
             vec![("realTime", Value::Double(time))]
         }

@@ -1,4 +1,4 @@
-//! A value of one field type as a value of another, as Inventor's field converters do it.
+//! Converts values between field types, as Inventor's field converters do.
 
 use std::fmt::Write;
 
@@ -9,8 +9,8 @@ use crate::grammar::FieldType as F;
 use crate::grammar::value::{Plane, Rotation};
 use crate::iv::Value;
 
-/// The value as that type; a single value is a list of one, and a list gives its first. `None`
-/// where there is no way.
+/// Converts a value to a type. A single value becomes a list of one, and a list gives its first
+/// value. Returns `None` if there is no conversion.
 pub(super) fn to_type(value: &Value, kind: F) -> Option<Value> {
     if same_shape(value, kind) {
         return Some(value.clone());
@@ -39,12 +39,12 @@ pub(super) fn to_type(value: &Value, kind: F) -> Option<Value> {
     from_numbers(&rewidth(value, numbers, width, kind)?, kind)
 }
 
-/// Whether the value's variant is the one that the type has.
+/// Returns whether a value has the variant of a type.
 fn same_shape(value: &Value, kind: F) -> bool {
     std::mem::discriminant(value) == std::mem::discriminant(&Value::empty(kind))
 }
 
-/// The numbers of a value, and how many make one.
+/// Returns the numbers of a value, and the number of them in one element.
 fn numbers(value: &Value) -> Option<(Vec<f64>, usize)> {
     fn all<T: Copy, const N: usize>(v: &[T], f: impl Fn(T) -> [f64; N]) -> (Vec<f64>, usize) {
         (v.iter().flat_map(|&x| f(x)).collect(), N)
@@ -86,6 +86,7 @@ fn numbers(value: &Value) -> Option<(Vec<f64>, usize)> {
     })
 }
 
+/// Returns the numbers in a text, up to the first word that is not a number.
 fn parse(text: &str) -> Vec<f64> {
     match text.trim() {
         "TRUE" => vec![1.0],
@@ -98,6 +99,7 @@ fn parse(text: &str) -> Vec<f64> {
     }
 }
 
+/// Formats numbers as strings, one for each element.
 fn text(numbers: &[f64], width: usize, kind: F) -> Value {
     let mut strings = numbers.chunks(width).map(|chunk| {
         let mut out = String::new();
@@ -114,8 +116,8 @@ fn text(numbers: &[f64], width: usize, kind: F) -> Value {
     }
 }
 
-/// Numbers in the width of another type: rotations and matrices turn into each other, text is
-/// whatever it is read as; otherwise widths must agree.
+/// Converts numbers to the width of another type. Rotations and matrices are converted to each
+/// other, and numbers from text have any width. In other cases the widths must agree.
 fn rewidth(value: &Value, numbers: Vec<f64>, width: usize, kind: F) -> Option<Vec<f64>> {
     let wanted = kind.width();
     let is_text = matches!(value, Value::String(_) | Value::Strings(_));
@@ -146,7 +148,7 @@ fn rewidth(value: &Value, numbers: Vec<f64>, width: usize, kind: F) -> Option<Ve
     }
 }
 
-/// Axis and angle of a unit quaternion.
+/// Returns the axis and angle of a unit quaternion.
 pub(super) fn rotation_of(q: DQuat) -> Rotation {
     let v = DVec3::new(q.x, q.y, q.z);
     match v.try_normalize() {
@@ -158,7 +160,7 @@ pub(super) fn rotation_of(q: DQuat) -> Rotation {
     }
 }
 
-/// A value from its numbers; `None` if a single value is wanted and there is none.
+/// Creates a value from its numbers, or `None` if there are too few for a single value.
 fn from_numbers(n: &[f64], kind: F) -> Option<Value> {
     let width = kind.width();
     if !kind.is_multiple() && n.len() < width {

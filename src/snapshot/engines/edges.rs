@@ -1,4 +1,4 @@
-//! Which values flow into which fields, and in what order they must be computed.
+//! The graph of connections and routes, and the order in which its values are computed.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,9 +7,10 @@ use crate::grammar::FieldType;
 use crate::iv::document::ClassRef;
 use crate::iv::{Document, NodeId, NodeRef};
 
-/// Where a value goes.
+/// The target of a connection or route in its node.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Slot {
+    /// A field, by its index.
     Field(u16, FieldType),
     /// A VRML97 `eventIn` that is not a field.
     Input(&'static str, FieldType),
@@ -24,7 +25,7 @@ pub(super) struct Edge {
     pub(super) span: Span,
 }
 
-/// What flows into each node that anything flows into, in the order of the file.
+/// Returns the edges into each node that has any, in the order of the file.
 pub(super) fn edges(document: &Document) -> Vec<(NodeId, Vec<Edge>)> {
     let mut out: Vec<(NodeId, Vec<Edge>)> = Vec::new();
     for index in 0..document.nodes.len() {
@@ -55,7 +56,7 @@ pub(super) fn edges(document: &Document) -> Vec<(NodeId, Vec<Edge>)> {
     for route in &document.routes {
         let to = document.node(route.to);
         let Some(slot) = slot(to, &route.input) else {
-            continue; // a script's, or of a class that is not drawn
+            continue; // The target is a script or a class that is not drawn.
         };
         let edge = Edge {
             from: document.node(route.from).id,
@@ -72,6 +73,7 @@ pub(super) fn edges(document: &Document) -> Vec<(NodeId, Vec<Edge>)> {
     out
 }
 
+/// Returns the type of a field.
 fn field_type(node: NodeRef<'_>, index: u16) -> Option<FieldType> {
     let index = usize::from(index);
     match node.data().class {
@@ -83,7 +85,8 @@ fn field_type(node: NodeRef<'_>, index: u16) -> Option<FieldType> {
     }
 }
 
-/// The field or input that a route's `TO` names; `set_` before a field's name is dropped.
+/// Returns the field or input that a route's `TO` names. The prefix `set_` of a field's name is
+/// optional.
 fn slot(node: NodeRef<'_>, name: &str) -> Option<Slot> {
     let class = node.class()?;
     let short = name.strip_prefix("set_").unwrap_or(name);
@@ -95,8 +98,9 @@ fn slot(node: NodeRef<'_>, name: &str) -> Option<Slot> {
     input.map(|&(name, kind)| Slot::Input(name, kind))
 }
 
-/// The places of nodes so that each comes after those it takes values from, and the edges (place,
-/// number) left out because they close a circle. Depth first, without recursion.
+/// Sorts nodes topologically by a depth-first search without recursion. Returns the indices of the
+/// nodes, each after the nodes that it takes values from, and the edges (index of the node, number
+/// of the edge) that are left out because they close a cycle.
 pub(super) fn sorted(edges: &[(NodeId, Vec<Edge>)]) -> (Vec<usize>, HashSet<(usize, usize)>) {
     #[derive(Clone, Copy, PartialEq)]
     enum Mark {

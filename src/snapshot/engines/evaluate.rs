@@ -39,23 +39,30 @@ pub(in crate::snapshot) fn evaluate(
     Some(work.document)
 }
 
-/// The most boxes that are measured; each is a walk.
+/// The largest number of bounding boxes that are computed. Each needs a traversal, so the number
+/// bounds the time for hostile files; it was chosen by trial.
 const MAX_BOXES: usize = 100;
 
+/// The state of an evaluation.
 struct Work<'a> {
     document: Document,
+    /// The time in seconds since the scene was opened.
     time: f64,
-    /// What has arrived at inputs that are not fields.
+    /// The values that were sent to inputs that are not fields.
     inputs: HashMap<(NodeId, &'static str), Value>,
+    /// The outputs of the engines and sensors that have been computed.
     outputs: HashMap<NodeId, Outputs>,
-    /// What has come to the fields that are triggers.
+    /// The pulses that were sent to trigger fields.
     triggers: HashMap<(NodeId, u16), Pulses>,
+    /// The warnings that have been reported.
     warned: HashSet<String>,
     bounds: &'a dyn Bounds,
+    /// The number of bounding boxes that have been computed.
     boxes: usize,
 }
 
 impl Work<'_> {
+    /// Delivers the values along all edges, in an order in which they are computed before use.
     fn run(&mut self, edges: Vec<(NodeId, Vec<Edge>)>) {
         let (order, cut) = sorted(&edges);
         for (place, which) in &cut {
@@ -84,6 +91,7 @@ impl Work<'_> {
         }
     }
 
+    /// Delivers the value of an edge to its target.
     fn deliver(&mut self, to: NodeId, edge: &Edge) {
         if let Slot::Field(index, FieldType::SFTrigger) = edge.slot {
             let pulses = self.pulses(edge.from, &edge.output);
@@ -123,7 +131,7 @@ impl Work<'_> {
         }
     }
 
-    /// What comes out of a node under a name: of an engine or sensor, or the value of a field.
+    /// Returns an output of an engine or sensor, or the value of a field.
     fn output(&mut self, from: NodeId, name: &str, span: Span) -> Option<Value> {
         if !self.outputs.contains_key(&from) {
             let outputs = self.compute(from, span);
@@ -139,7 +147,7 @@ impl Work<'_> {
         Some(value.clone())
     }
 
-    /// The trigger that comes out of a node. Clocks alone give any by themselves.
+    /// Returns the pulses of a node's output. Only clocks create pulses.
     fn pulses(&self, from: NodeId, output: &str) -> Pulses {
         let node = self.document.node(from);
         match node.known_class().map(|c| c.id) {
@@ -155,6 +163,7 @@ impl Work<'_> {
         }
     }
 
+    /// Computes the outputs of an engine or sensor.
     fn compute(&mut self, from: NodeId, span: Span) -> Outputs {
         let node = self.document.node(from);
         let Some(class) = node.known_class() else {
@@ -182,6 +191,7 @@ impl Work<'_> {
         })
     }
 
+    /// Computes the outputs of a `ComputeBoundingBox`.
     fn bounding_box(&mut self, engine: NodeId) -> Outputs {
         let node = self.document.node(engine);
         let subject = node

@@ -1,4 +1,4 @@
-//! Inventor's interpolating engines, and the mean of two rotations.
+//! Evaluates Inventor's interpolation engines, and interpolates between rotations.
 
 use glam::DQuat;
 
@@ -53,7 +53,7 @@ pub(super) fn rotations(node: NodeRef<'_>) -> Outputs {
     vec![("output", Value::Rotations(run([a.len(), b.len()], make)))]
 }
 
-/// Returns a rotation between two, the shorter way round.
+/// Interpolates between two rotations along the shorter arc (slerp). `share` is from 0 to 1.
 pub(super) fn between(a: Rotation, b: Rotation, share: f64) -> Rotation {
     let (a, mut b) = (a.to_quat().as_dquat(), b.to_quat().as_dquat());
     let mut cosine = a.dot(b);

@@ -1,8 +1,10 @@
-//! A matrix as Inventor's translation, rotation, scale and scale orientation, and back.
+//! Composes a matrix from Inventor's translation, rotation, scale and scale orientation, and
+//! decomposes a matrix into them.
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
-/// Move, about a center turn, and scale along the axes that `scale_orientation` turns.
+/// The parts of a matrix. It scales along the axes of `scale_orientation`, then rotates, both about
+/// a center, then translates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Parts {
     pub translation: DVec3,
@@ -11,6 +13,7 @@ pub(super) struct Parts {
     pub scale_orientation: DQuat,
 }
 
+/// Returns the matrix of the parts.
 pub(super) fn compose(parts: &Parts, center: DVec3) -> DMat4 {
     let along = DMat4::from_quat(parts.scale_orientation);
     DMat4::from_translation(parts.translation + center)
@@ -21,8 +24,8 @@ pub(super) fn compose(parts: &Parts, center: DVec3) -> DMat4 {
         * DMat4::from_translation(-center)
 }
 
-/// Takes a matrix apart by polar decomposition; what it does beside (perspective, or flattening
-/// to a plane or less) is lost.
+/// Decomposes a matrix by polar decomposition. A perspective part is ignored. A singular matrix
+/// gives only its translation.
 pub(super) fn decompose(m: DMat4, center: DVec3) -> Parts {
     let linear = DMat3::from_mat4(m);
     let translation = m.w_axis.truncate() - center + linear * center;
@@ -47,7 +50,8 @@ pub(super) fn decompose(m: DMat4, center: DVec3) -> Parts {
     }
 }
 
-/// The orthogonal matrix nearest to one, by Newton's iteration (Higham).
+/// Returns the orthogonal matrix nearest to a matrix, by Newton's iteration (Higham, Computing the
+/// Polar Decomposition, 1986), or `None` for a singular matrix.
 fn nearest_turn(m: DMat3) -> Option<DMat3> {
     let mut q = m;
     for _ in 0..64 {
@@ -67,8 +71,8 @@ fn nearest_turn(m: DMat3) -> Option<DMat3> {
     q.is_finite().then_some(q)
 }
 
-/// Scale and axes of a symmetric matrix, by Jacobi's rotations; the axes stay where they are if
-/// it is diagonal already.
+/// Returns the eigenvalues and eigenvectors of a symmetric matrix, by Jacobi's method. For a
+/// diagonal matrix the eigenvectors are the coordinate axes.
 fn diagonal(mut s: DMat3) -> (DVec3, DMat3) {
     let mut axes = DMat3::IDENTITY;
     let size = s
@@ -101,7 +105,7 @@ fn diagonal(mut s: DMat3) -> (DVec3, DMat3) {
     (DVec3::new(s.x_axis.x, s.y_axis.y, s.z_axis.z), axes)
 }
 
-/// A unit quaternion from a matrix that only turns.
+/// Returns the unit quaternion of a rotation matrix.
 pub(super) fn quaternion(turn: DMat3) -> DQuat {
     DQuat::from_mat3(&turn).normalize()
 }
@@ -111,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_put_together_comes_apart() {
+    fn decomposing_a_composed_matrix_returns_its_parts() {
         let parts = Parts {
             translation: DVec3::new(1.0, -2.0, 3.0),
             rotation: DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 2.0) / 3.0, 1.1),

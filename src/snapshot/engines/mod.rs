@@ -1,9 +1,9 @@
-//! Engines, connections and routes: values that come from other values, evaluated at one time.
+//! Evaluates engines, connections and routes at one time.
 //!
-//! Inventor's `=` connections and VRML97's `ROUTE`s are followed from the fields that have them
-//! back to engines, sensors and other fields, once, at the time asked for; the walk then sees
-//! plain values. Time 0 is when the scene was opened. Nobody has clicked or will, so triggers come
-//! from clocks alone. Scripts do not run.
+//! Inventor's `=` connections and VRML97's `ROUTE`s are followed from the connected fields back to
+//! engines, sensors and other fields, once, at the requested time. Traversal then sees plain
+//! values. Time 0 is when the scene was opened. There is no user input, so triggers come only from
+//! clocks. Scripts do not run.
 
 mod calculator;
 mod clocks;

@@ -1,4 +1,4 @@
-//! The fields that Inventor's moving nodes change by themselves, for connections from them.
+//! Evaluates the fields that Inventor's animated nodes change, for connections from these fields.
 
 use std::f64::consts::TAU;
 

@@ -1,13 +1,15 @@
-//! What engines give out: values by name, and the pulses of triggers.
+//! The outputs of engines: values by name, and the pulses of triggers.
 
 use crate::iv::Value;
 
-/// How often a trigger has fired by now, and when it last did.
+/// The pulses of a trigger up to the present time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Pulses {
+    /// The number of pulses.
     pub count: u64,
+    /// The time of the last pulse, in seconds.
     pub last: f64,
 }
 
-/// Values by the names of an engine's outputs.
+/// The names and values of an engine's outputs.
 pub(super) type Outputs = Vec<(&'static str, Value)>;

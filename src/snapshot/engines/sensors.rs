@@ -1,4 +1,4 @@
-//! VRML97's time sensors and interpolators at a time.
+//! Evaluates VRML97's time sensors and interpolators.
 
 use glam::Vec3;
 
@@ -11,8 +11,9 @@ use crate::grammar::{
 };
 use crate::iv::NodeRef;
 
-/// A sensor that loops runs from its `startTime`. One that does not loop runs once, if the file
-/// gives it a start after 0 (0 is long ago in VRML97's time), and keeps its last fraction.
+/// Computes a `TimeSensor`. A sensor that loops runs from its `startTime`. Another one runs once,
+/// if its `startTime` is after 0 (VRML97 counts from 1970, so 0 is long ago), and keeps its last
+/// fraction.
 pub(super) fn time_sensor(node: NodeRef<'_>, time: f64) -> Outputs {
     let start = node.get(time_sensor::START_TIME);
     let stop = node.get(time_sensor::STOP_TIME);
@@ -35,13 +36,14 @@ pub(super) fn time_sensor(node: NodeRef<'_>, time: f64) -> Outputs {
     ]
 }
 
-/// Returns the value at the last fraction that an interpolator was sent, if any.
+/// Returns the value of an interpolator at the last fraction that was sent to it, if there is one.
 pub(super) fn interpolator(node: NodeRef<'_>, class: ClassId, fraction: Option<f32>) -> Outputs {
     let value = fraction.and_then(|fraction| interpolate(node, class, fraction));
     value.map(|v| ("value_changed", v)).into_iter().collect()
 }
 
-/// Finds a fraction among the keys: the key before it, and its share of the way to the next.
+/// Finds a fraction among the keys. Returns the index of the key before it, and its relative
+/// position between that key and the next, from 0 to 1.
 fn locate(keys: &[f32], fraction: f32) -> Option<(usize, f64)> {
     if keys.is_empty() || fraction.is_nan() {
         return None;
@@ -57,6 +59,7 @@ fn locate(keys: &[f32], fraction: f32) -> Option<(usize, f64)> {
     Some((next - 1, (f64::from(fraction) - a) / (b - a)))
 }
 
+/// Returns the value of an interpolator at a fraction.
 fn interpolate(node: NodeRef<'_>, class: ClassId, fraction: f32) -> Option<Value> {
     let keys = node.get(vrml_interpolator::KEY);
     let (at, share) = locate(keys, fraction)?;
@@ -92,12 +95,14 @@ fn interpolate(node: NodeRef<'_>, class: ClassId, fraction: f32) -> Option<Value
     })
 }
 
+/// Returns a value and the next one. The last value is its own successor.
 fn pair<T: Copy>(values: &[T], at: usize) -> Option<(T, T)> {
     let a = *values.get(at)?;
     Some((a, values.get(at + 1).copied().unwrap_or(a)))
 }
 
-/// Hue in sixths of a turn, saturation, value; the standard interpolates colors in them.
+/// Converts a color to hue (in sixths of a turn), saturation and value, in which VRML97
+/// interpolates.
 fn to_hsv(c: Vec3) -> Vec3 {
     let (high, low) = (c.max_element(), c.min_element());
     let range = high - low;
@@ -113,15 +118,16 @@ fn to_hsv(c: Vec3) -> Vec3 {
     Vec3::new(hue, if high > 0.0 { range / high } else { 0.0 }, high)
 }
 
-/// The color a share of the way between two, the short way round; gray has no hue of its own.
+/// Interpolates between two colors in hue, saturation and value, along the shorter arc of hues.
+/// Returns RGB. Gray has the hue of the other color.
 fn to_rgb(a: Vec3, b: Vec3, share: f32) -> Vec3 {
     let (from, to) = match (a.y == 0.0, b.y == 0.0) {
         (true, false) => (b.x, b.x),
         (false, true) => (a.x, a.x),
         _ => (a.x, b.x),
     };
-    let way = (to - from + 9.0).rem_euclid(6.0) - 3.0;
-    let hue = (from + share * way).rem_euclid(6.0);
+    let arc = (to - from + 9.0).rem_euclid(6.0) - 3.0;
+    let hue = (from + share * arc).rem_euclid(6.0);
     let rest = a.lerp(b, share);
     let (saturation, value) = (rest.y, rest.z);
     let channel = |n: f32| {

@@ -4,13 +4,13 @@ use glam::{DVec3, Vec3};
 
 use super::*;
 use crate::grammar::value::Rotation;
-use crate::iv::{Document, Limits, NodeId, Nowhere, Value};
+use crate::iv::{Document, Limits, NoFiles, NodeId, Value};
 use crate::snapshot::bounds::NoBounds;
 use crate::snapshot::{Bounds, Corners, Snapshot};
 
 fn read(text: &str) -> Document {
     let bytes = text.as_bytes().to_vec();
-    Document::read("test.iv", bytes, Arc::new(Nowhere), &Limits::default()).expect("reads")
+    Document::read("test.iv", bytes, Arc::new(NoFiles), &Limits::default()).expect("reads")
 }
 
 fn field(document: &Document, name: &str, field: &str) -> Value {

@@ -1,4 +1,4 @@
-//! Engines that pass values on: choices, gates, lists joined, and Boolean algebra.
+//! Evaluates engines that select, gate and concatenate values, and Boolean operations.
 
 use super::lists::{at, at_or, run};
 use super::outputs::{Outputs, Pulses};
@@ -38,14 +38,15 @@ pub(super) fn bool_operation(node: NodeRef<'_>) -> Outputs {
     ]
 }
 
-/// Passes its input on while it is enabled, or once it has been triggered.
+/// Computes a `Gate`, which passes its input on while it is enabled or after a trigger.
 pub(super) fn gate(node: NodeRef<'_>, fired: &dyn Fn(Field<Trigger>) -> Pulses) -> Outputs {
     let open = node.get(gate::ENABLE) || fired(gate::TRIGGER).count > 0;
     let passed = node.value("input").filter(|_| open);
     passed.map(|v| ("output", v.clone())).into_iter().collect()
 }
 
-/// Gives one value of a list, the last one for an index past its end.
+/// Computes a `SelectOne`, which returns one value of a list. An index after the end means the last
+/// value.
 pub(super) fn select_one(node: NodeRef<'_>) -> Outputs {
     let index = usize::try_from(node.get(select_one::INDEX)).unwrap_or(0);
     let chosen = node.value("input").and_then(|input| element(input, index));
@@ -74,7 +75,7 @@ fn element(list: &Value, i: usize) -> Option<Value> {
     })
 }
 
-/// Joins `input0` to `input9`, whose type the engine's `type` field states.
+/// Computes a `Concatenate`, which joins `input0` to `input9`. The field `type` states their type.
 pub(super) fn concatenate(node: NodeRef<'_>) -> Outputs {
     let mut all: Option<Value> = None;
     for input in (0..10).filter_map(|i| node.value(&format!("input{i}"))) {
@@ -101,6 +102,6 @@ fn append(all: &mut Value, more: &Value) {
         (Value::Matrices(a), Value::Matrices(b)) => a.extend_from_slice(b),
         (Value::Planes(a), Value::Planes(b)) => a.extend_from_slice(b),
         (Value::Nodes(a), Value::Nodes(b)) => a.extend_from_slice(b),
-        _ => {} // inputs are of one type
+        _ => {} // All inputs have the same type.
     }
 }

@@ -1,10 +1,10 @@
-//! The handles of draggers and manipulators, for whoever asks to see them.
+//! Adds the handles of draggers and manipulators to a document.
 //!
-//! The document is rewritten: beside each dragger comes a separator with the dragger's own motion
-//! and its handles, and after each manipulator one that is scaled to surround what the manipulator
-//! moves, as a `SurroundScale` does. Parts that the file gives the dragger (`translator`,
-//! `rotator`, …) are drawn; a dragger without any gets those of `handles.iv`, which are ivcam's
-//! own. What shows only while something is dragged is left out.
+//! Each dragger gets a separator after it with the dragger's motion and its handles. Each
+//! manipulator gets one whose scale surrounds the shapes that the manipulator transforms, as a
+//! `SurroundScale` does. Parts that the file states (`translator`, `rotator`, …) are drawn. A
+//! dragger without any gets ivcam's own handles from `handles.iv`. Parts that are visible only
+//! during dragging are left out.
 
 mod place;
 

@@ -1,4 +1,4 @@
-//! Puts handles beside the draggers and manipulators of a document.
+//! Adds handles after the draggers and manipulators of a document.
 
 use std::sync::Arc;
 
@@ -6,11 +6,11 @@ use glam::{DVec3, Vec3};
 
 use crate::diag::Span;
 use crate::grammar::{self, Class, Field, class, point_light, transform};
-use crate::iv::{Document, FieldEntry, Limits, Node, NodeId, NodeRef, Nowhere, Value};
+use crate::iv::{Document, FieldEntry, Limits, NoFiles, Node, NodeId, NodeRef, Value};
 use crate::snapshot::at_time::Snapshot;
 use crate::snapshot::bounds::{Bounds, Corners};
 
-/// Returns the document with handles beside its draggers and manipulators.
+/// Returns the document with handles for its draggers and manipulators.
 pub(in crate::snapshot) fn with_handles(snapshot: &Snapshot<'_>, bounds: &dyn Bounds) -> Document {
     let document = snapshot.document();
     let mut out = document.clone();
@@ -35,10 +35,10 @@ pub(in crate::snapshot) fn with_handles(snapshot: &Snapshot<'_>, bounds: &dyn Bo
     out
 }
 
-/// The usual handles of each class, once they are part of a document.
+/// The default handles of each class, after they have been added to a document.
 struct Library {
     document: Document,
-    /// Where its nodes begin in the document that they were added to.
+    /// The index of the first added node.
     first: u32,
 }
 
@@ -46,7 +46,7 @@ impl Library {
     fn add_to(document: &mut Document) -> Option<Self> {
         let text = include_bytes!("handles.iv").to_vec();
         let limits = Limits::default();
-        let library = Document::read("handles.iv", text, Arc::new(Nowhere), &limits).ok()?;
+        let library = Document::read("handles.iv", text, Arc::new(NoFiles), &limits).ok()?;
         let first = document.nodes.len() as u32;
         for node in &library.nodes {
             let mut node = node.clone();
@@ -69,10 +69,10 @@ impl Library {
     }
 }
 
-/// Measures the box around nodes that follow each other.
+/// Returns the bounding box of consecutive nodes.
 type Around<'a> = &'a dyn Fn(&[NodeId]) -> Option<Corners>;
 
-/// Adds a separator with the handles of a dragger or a manipulator; `None` for any other node.
+/// Adds a separator with the handles of a dragger or manipulator. Returns `None` for other nodes.
 fn handles_of(
     node: NodeRef<'_>,
     around: Around<'_>,
@@ -102,7 +102,8 @@ fn handles_of(
     )))
 }
 
-/// The parts that a file gives a dragger, those left out that show while it is dragged.
+/// Returns the parts of a dragger that a file states, without those that are visible only during
+/// dragging.
 fn stated_parts(node: NodeRef<'_>, dragger: &Class) -> Vec<NodeId> {
     let shown = |name: &str| {
         let passing = [
@@ -123,7 +124,7 @@ fn stated_parts(node: NodeRef<'_>, dragger: &Class) -> Vec<NodeId> {
         .collect()
 }
 
-/// The motion that a dragger's fields state.
+/// Returns a transform with the motion that a dragger's fields state.
 fn own_motion(node: NodeRef<'_>) -> Node {
     transform(vec![
         entry(
@@ -141,8 +142,8 @@ fn own_motion(node: NodeRef<'_>) -> Node {
     ])
 }
 
-/// The scale by which a manipulator's handles surround what comes after it in its group; lights'
-/// stand where the light does.
+/// Returns the transform with which a manipulator's handles surround the nodes after it in its
+/// group. The handles of a light are at its location.
 fn surround(node: NodeRef<'_>, kind: &str, around: Around<'_>) -> Node {
     if kind.ends_with("Light") {
         let at = node.find(point_light::LOCATION).unwrap_or(Vec3::ZERO);
@@ -162,7 +163,7 @@ fn surround(node: NodeRef<'_>, kind: &str, around: Around<'_>) -> Node {
         .next()
         .unwrap_or((DVec3::NEG_ONE, DVec3::ONE));
     let half = 0.5 * (max - min);
-    // What an `AntiSquish` in these manipulators makes of three scales.
+    // The result of the `AntiSquish` in these manipulators for three different scales.
     let scale = match kind {
         "HandleBox" | "TabBox" | "Transformer" => half,
         "Trackball" | "Centerball" => DVec3::splat(half.length() / 3f64.sqrt()),

@@ -1,4 +1,4 @@
-//! The body of a node: its fields, connections, and the fields that it declares.
+//! Reads the body of a node: its fields, connections, and the fields that it declares.
 use super::reader::{Level, Reader, Target};
 use crate::diag::{Result, Span, nearest};
 use crate::grammar::value::{NodeId, Value};
@@ -64,10 +64,12 @@ impl<'s> Reader<'_, '_, 's> {
         self.no_field(node, name, self.span(start, rest))
     }
 
+    /// Returns whether a node is a `GlobalField`.
     pub(super) fn is_global_field(&self, node: NodeId) -> bool {
         self.class_of(node) == Some(class::GLOBAL_FIELD)
     }
 
+    /// Returns the catalogue's class of a node, or `None` if the file declares the class.
     pub(super) fn class_of(&self, node: NodeId) -> Option<ClassId> {
         match self.asm.document.nodes[node.0 as usize].class {
             ClassRef::Known(id) => Some(id),
@@ -75,6 +77,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
+    /// Reads a child of a node, or the head of a path.
     pub(super) fn child(&mut self, node: NodeId) -> Result<()> {
         if self.class_of(node) == Some(class::PATH) {
             let entry = self
@@ -98,6 +101,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.statement(Target::Child(node))
     }
 
+    /// Warns about an unknown field and skips its value.
     pub(super) fn no_field(&mut self, node: NodeId, name: &str, span: Span) -> Result<()> {
         let class = self.asm.document.node(node).class_name().to_owned();
         let hint = self.asm.may_hint();
@@ -112,14 +116,14 @@ impl<'s> Reader<'_, '_, 's> {
         self.warn(span, format!("`{class}` has no field `{name}`"))
             .help(help);
         if self.value_is_node(node) {
-            return self.statement(Target::Nowhere);
+            return self.statement(Target::Discarded);
         }
         self.recover(node);
         Ok(())
     }
 
-    /// Whether a node comes next that is the value of an unknown field. In a group it is more
-    /// likely a child, since children stand among the fields.
+    /// Returns whether the next item is a node that is the value of an unknown field. In a group a
+    /// node is more likely a child, because children are written among the fields.
     pub(super) fn value_is_node(&mut self, node: NodeId) -> bool {
         self.rest = skip(self.rest);
         let has_children = !self.asm.header.is_vrml97()
@@ -133,7 +137,8 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Skips to where reading can go on: a field of this node, a child, or the closing brace.
+    /// Skips to the next item from which reading can continue: a field of this node, a child, or
+    /// the closing brace.
     pub(super) fn recover(&mut self, node: NodeId) {
         loop {
             let Some(next) = self.peek() else { return };
@@ -159,7 +164,7 @@ impl<'s> Reader<'_, '_, 's> {
         let Slot::Field { index, .. } = slot else {
             return self.old_field(node, slot, name);
         };
-        // `name = …` and `name ~` leave the value to the catalogue or the connection.
+        // `name = …` and `name ~` state no value, so the default is stored.
         if kind == FieldType::SFTrigger || matches!(next, Some(b'=' | b'~')) {
             let value = self.default_of(node, index, kind);
             let entry = self.asm.set(node, index, value, name);
@@ -182,6 +187,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
+    /// Reads the value of a field that contains no nodes.
     pub(super) fn plain(&mut self, node: NodeId, slot: Slot, index: u16, name: Span) -> Result<()> {
         let at = self.rest;
         let kind = self.asm.written_as(node, slot);
@@ -209,7 +215,7 @@ impl<'s> Reader<'_, '_, 's> {
                 let error = SyntaxError::from(error);
                 self.bad_value(node, index, &error);
                 if error.problem == Problem::UnclosedString {
-                    self.truncated = true; // Reported above; the string takes the rest of the file.
+                    self.truncated = true; // The warning above is enough: the string has no end.
                     self.rest = &[];
                 } else {
                     self.rest = at;
@@ -220,7 +226,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// The type of an engine's other fields, if this is the field that states it.
+    /// Returns the type of an engine's other fields, if this is the field that states it.
     pub(super) fn dynamic_type(&self, node: NodeId, index: u16, value: &Value) -> Option<Box<str>> {
         let name = self.class_of(node)?.get().fields[usize::from(index)].name;
         match value {
@@ -229,18 +235,19 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Warns of an escaped quote at the end of a line, which was sometimes meant to end the string.
+    /// Warns about an escaped quote at the end of a line, which is often meant to end the string.
     pub(super) fn long_string(&mut self, string: &str, at: &[u8]) {
         if string.contains("\"\n") || string.contains("\"\r") {
             let span = self.span(at, &at[1..]);
             self.warn(
                 span,
-                "this string goes on over the line's end, because the quote there has a backslash",
+                "this string continues on the next line, because the quote has a backslash before it",
             )
             .help("double the backslash if the string should end there");
         }
     }
 
+    /// Warns about a value that cannot be parsed.
     pub(super) fn bad_value(&mut self, node: NodeId, index: u16, error: &SyntaxError<'_>) {
         let fields = self.asm.field_names(node);
         let name = fields
@@ -255,6 +262,7 @@ impl<'s> Reader<'_, '_, 's> {
             .kind = error.kind();
     }
 
+    /// Reads the value of a field that later versions do not have.
     pub(super) fn old_field(&mut self, node: NodeId, slot: Slot, name: Span) -> Result<()> {
         let Slot::Old(old) = slot else { return Ok(()) };
         match values::value(self.rest, slot.kind(), self.asm.names_of(node, slot)) {
@@ -273,6 +281,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
+    /// Returns the stated value of a field, or its default.
     pub(super) fn default_of(&self, node: NodeId, index: u16, kind: FieldType) -> Value {
         let data = &self.asm.document.nodes[node.0 as usize];
         if let Some(stated) = data.fields.iter().find(|f| f.index == index) {
@@ -284,7 +293,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Reads what may follow a value: `~`, and `= node . output`.
+    /// Reads the optional parts after a value: `~`, and `= node . output`.
     pub(super) fn tail(&mut self, node: NodeId, entry: usize) -> Result<()> {
         if self.take(b'~') {
             self.asm.data(node).fields[entry].ignored = true;
@@ -296,7 +305,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Reads the numbers of a path: their count, then the number of the child at each step.
+    /// Reads the indices of a path: their count, then the index of the child at each level.
     pub(super) fn path_indices(&mut self, node: NodeId) {
         let start = self.rest;
         let mut numbers = Vec::new();
@@ -306,7 +315,10 @@ impl<'s> Reader<'_, '_, 's> {
         }
         let span = self.span(start, self.rest);
         if numbers.first().map(|&n| n as usize) != Some(numbers.len() - 1) {
-            self.damage(span, "a path's first number says how many follow");
+            self.damage(
+                span,
+                "the first number of a path must be the number of indices after it",
+            );
         }
         numbers.remove(0);
         self.asm
@@ -353,7 +365,7 @@ impl<'s> Reader<'_, '_, 's> {
                 Some(kind) => fields.push((pair[1].0.as_str().into(), kind)),
                 None => {
                     let span = self.span(at, &at[kind.len().min(at.len())..]);
-                    self.warn(span, format!("`{kind}` is not a type of fields"));
+                    self.warn(span, format!("`{kind}` is not a field type"));
                 }
             }
         }

@@ -1,8 +1,8 @@
 //! Reads the ASCII formats: Inventor V1.0 to V2.1, VRML 1.0 and VRML97.
 //!
-//! The meaning of a token depends on the field that it is in, so the catalogue leads. Open nodes
-//! stand on a `Vec` and not on the program's stack: a file may nest as deep as it likes. A mistake
-//! is reported, and reading goes on at the next field name or brace.
+//! The meaning of a token depends on its field, so the catalogue determines how tokens are parsed.
+//! Open nodes are on an explicit stack, because files may nest deeper than recursion allows. A
+//! mistake is reported, and reading continues at the next field name or brace.
 
 mod fields;
 mod nodes;

@@ -1,4 +1,4 @@
-//! Statements: nodes, `DEF` and `USE`, and the place where each node goes.
+//! Reads statements: nodes, `DEF` and `USE`. Stores each node where it belongs.
 use super::reader::{Level, Reader, Target};
 use crate::diag::{Result, Span, nearest};
 use crate::grammar;
@@ -48,7 +48,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Reports and skips a token that begins neither a node nor a field.
+    /// Warns about a token that begins neither a node nor a field, and skips it.
     pub(super) fn stray(&mut self) -> Result<()> {
         let span = self.here();
         let message = expected("a node or a field", self.rest);
@@ -60,7 +60,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Reads `Class {`. A name before it has been read; `start` is where the statement began.
+    /// Reads `Class {`. The name after `DEF` has been read; `start` is the start of the statement.
     pub(super) fn node(
         &mut self,
         target: Target,
@@ -112,7 +112,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Whether the body that is about to be read begins with a declaration of its fields.
+    /// Returns whether the body that comes next begins with a declaration of its fields.
     pub(super) fn declares(&mut self) -> bool {
         self.rest = skip(self.rest);
         word(self.rest).is_ok_and(|(rest, w)| {
@@ -120,7 +120,7 @@ impl<'s> Reader<'_, '_, 's> {
         })
     }
 
-    /// Skips the contents of a node that nothing declares, up to its closing brace.
+    /// Warns about a node of an undeclared class, and skips its contents up to the closing brace.
     pub(super) fn unknown(&mut self, name: &str, span: Span) {
         let near = if self.asm.may_hint() {
             nearest(name, grammar::CLASSES.iter().map(|c| c.name))
@@ -136,12 +136,12 @@ impl<'s> Reader<'_, '_, 's> {
         };
         self.warn(
             span,
-            format!("`{name}` is not a class of nodes; its contents are skipped"),
+            format!("`{name}` is not a known node class; its contents are skipped"),
         )
         .help(help);
         let inside = self.rest;
         let after = past_braces(inside);
-        // Stop before the closing brace, which ends the node as it ends any other.
+        // Stop before the closing brace, which ends the node in the usual way.
         let skipped = inside.len() - after.len();
         let closed = inside[..skipped].last() == Some(&b'}');
         self.rest = &inside[skipped - usize::from(closed)..];
@@ -175,7 +175,7 @@ impl<'s> Reader<'_, '_, 's> {
             let name = text(token);
             let near = self.asm.nearest_name(&name);
             let span = self.span(at, rest);
-            let warning = self.warn(span, format!("no node before this is called `{name}`"));
+            let warning = self.warn(span, format!("no earlier node is named `{name}`"));
             if let Some(near) = near {
                 warning.help(format!("did you mean `{near}`?"));
             }
@@ -184,7 +184,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.deliver(target, node)
     }
 
-    /// Puts a node in its place, and reads what may follow it there.
+    /// Stores a node where it belongs, and reads the part of the field that may follow it.
     pub(super) fn deliver(&mut self, target: Target, node: NodeId) -> Result<()> {
         self.attach(target, node);
         match target {
@@ -194,6 +194,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
+    /// Stores a node where it belongs.
     pub(super) fn attach(&mut self, target: Target, node: NodeId) {
         match target {
             Target::Root => self.roots.push(node),
@@ -206,11 +207,12 @@ impl<'s> Reader<'_, '_, 's> {
                     list.push(node);
                 }
             }
-            Target::Source(..) | Target::Nowhere => {}
+            Target::Source(..) | Target::Discarded => {}
             Target::Proto(proto) => self.asm.document.protos.list[proto].body.push(node),
         }
     }
 
+    /// Reads the part of the field that may follow a `NULL` or an unknown name.
     pub(super) fn deliver_nothing(&mut self, target: Target) -> Result<()> {
         match target {
             Target::Field(holder, entry) | Target::Alone(holder, entry) => self.tail(holder, entry),

@@ -1,4 +1,4 @@
-//! The reader of an ASCII file: the stack of open nodes, and the step from one item to the next.
+//! The main loop of the ASCII reader, and its stack of open nodes.
 
 use std::collections::HashMap;
 
@@ -8,73 +8,75 @@ use crate::iv::declarations::Route;
 use crate::iv::read::assemble::Assembler;
 use crate::iv::read::tokens::{skip, word};
 
-/// Where a node goes once it is read.
+/// Where a node belongs. A field is given by its index among the stated fields of its node.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Target {
+    /// A top-level node.
     Root,
+    /// A child of a node.
     Child(NodeId),
-    /// The value of an `SFNode`, by the field's place among the stated fields of the node.
+    /// The value of an `SFNode`.
     Field(NodeId, usize),
     /// One of the nodes of an `MFNode` in brackets.
     Element(NodeId, usize),
     /// The only node of an `MFNode` without brackets.
     Alone(NodeId, usize),
-    /// The node to which a field is connected.
+    /// The node that a field is connected to.
     Source(NodeId, usize),
     /// A node of a proto's body.
     Proto(usize),
-    /// The value of a field that the class does not have.
-    Nowhere,
+    /// The value of an unknown field, which is not stored.
+    Discarded,
 }
 
-/// What is open. The innermost is last on the stack.
+/// An open part of the file.
 pub(super) enum Level {
+    /// The body of a node, in braces. `start` is the offset of the node.
     Body {
         node: NodeId,
         target: Target,
         start: usize,
     },
-    List {
-        node: NodeId,
-        entry: usize,
-    },
+    /// The nodes of an `MFNode` field, in brackets.
+    List { node: NodeId, entry: usize },
     /// The interface of a proto, in brackets.
-    Interface {
-        proto: usize,
-        scope: Scope,
-    },
+    Interface { proto: usize, scope: Scope },
     /// The body of a proto, in braces.
-    Proto {
-        proto: usize,
-        scope: Scope,
-    },
+    Proto { proto: usize, scope: Scope },
 }
 
-/// What is put aside while a proto is read.
+/// The state that is saved while a proto is read.
 pub(super) struct Scope {
+    /// The nodes by name of the scope around the proto.
     pub(super) names: HashMap<Box<[u8]>, NodeId>,
-    /// The number of declarations before it, as `Assembler::shadowed` counts them.
+    /// The length of `Assembler::shadowed` before the proto.
     pub(super) shadowed: usize,
+    /// The routes of the scope around the proto.
     pub(super) routes: Vec<Route>,
+    /// The name of the proto.
     pub(super) name: Box<str>,
-    /// The number of nodes before it.
+    /// The number of nodes in the arena before the proto.
     pub(super) first: u32,
 }
 
+/// The state of the reader.
 pub(super) struct Reader<'r, 'd, 's> {
     pub(super) asm: &'r mut Assembler<'d>,
+    /// The whole file.
     pub(super) text: &'s [u8],
+    /// The suffix of `text` that is still to be read.
     pub(super) rest: &'s [u8],
+    /// The open parts of the file. The innermost is last.
     pub(super) stack: Vec<Level>,
     pub(super) roots: Vec<NodeId>,
-    /// Whether it has been reported that the file ends too soon.
+    /// Whether a warning has reported that the file ends too early.
     pub(super) truncated: bool,
 }
 
-/// Reads the nodes of a file.
+/// Reads the nodes of a file and returns the top-level ones.
 ///
 /// # Errors
-/// A limit is passed.
+/// Returns an error if a limit is exceeded.
 pub(crate) fn read(asm: &mut Assembler<'_>, text: &[u8]) -> Result<Vec<NodeId>> {
     let rest = &text[asm.header.length.min(text.len())..];
     let mut reader = Reader {
@@ -90,19 +92,23 @@ pub(crate) fn read(asm: &mut Assembler<'_>, text: &[u8]) -> Result<Vec<NodeId>> 
 }
 
 impl<'s> Reader<'_, '_, 's> {
+    /// Returns the offset of a suffix of the file.
     pub(super) fn offset(&self, rest: &[u8]) -> usize {
         self.text.len() - rest.len()
     }
 
+    /// Returns the range between two suffixes of the file.
     pub(super) fn span(&self, from: &[u8], to: &[u8]) -> Span {
         Span::new(self.offset(from), self.offset(to))
     }
 
+    /// Returns the range of the next token.
     pub(super) fn here(&self) -> Span {
         let end = word(self.rest).map_or(&self.rest[self.rest.len().min(1)..], |(rest, _)| rest);
         self.span(self.rest, end)
     }
 
+    /// Adds a warning.
     pub(super) fn warn(&mut self, span: Span, message: impl Into<String>) -> &mut Diagnostic {
         self.asm.document.sink.warn(span, message)
     }
@@ -112,7 +118,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.asm.document.sink.damage(span, message)
     }
 
-    /// Skips blanks, then takes a byte if it is the next one.
+    /// Skips blanks, then consumes a byte if it comes next. Returns whether it did.
     pub(super) fn take(&mut self, byte: u8) -> bool {
         self.rest = skip(self.rest);
         let next = self.rest.first() == Some(&byte);
@@ -120,6 +126,7 @@ impl<'s> Reader<'_, '_, 's> {
         next
     }
 
+    /// Skips blanks and returns the next byte.
     pub(super) fn peek(&mut self) -> Option<u8> {
         self.rest = skip(self.rest);
         self.rest.first().copied()
@@ -184,7 +191,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Closes a node or list inside of which the file ends, and reports that once.
+    /// Closes the innermost open part at the end of the file. The first call warns about it.
     pub(super) fn end_early(&mut self) {
         if !self.truncated {
             self.truncated = true;
@@ -201,7 +208,7 @@ impl<'s> Reader<'_, '_, 's> {
             let span = Span::at(self.text.len());
             self.damage(
                 span,
-                format!("the file ends inside the `{class}` that line {line} begins"),
+                format!("the file ends inside the `{class}` that begins on line {line}"),
             )
             .help("a `}` is missing, or the file was cut off; what was read is kept");
         }
@@ -222,11 +229,13 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
+    /// Returns the line of an offset.
     pub(super) fn line_of(&self, offset: usize) -> u32 {
         let source = self.asm.document.sources.get(usize::from(self.asm.source));
         source.map_or(1, |s| s.line_column(offset as u32).0)
     }
 
+    /// Sets the range of a node that has been read completely.
     pub(super) fn finish(&mut self, node: NodeId, start: usize) {
         let end = self.offset(self.rest);
         let data = self.asm.data(node);

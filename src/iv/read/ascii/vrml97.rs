@@ -1,5 +1,5 @@
-//! The statements that only VRML97 has: `PROTO`, `EXTERNPROTO`, `IS`, `ROUTE`, and the interface of
-//! a `Script`.
+//! Reads the statements that only VRML97 has: `PROTO`, `EXTERNPROTO`, `IS`, `ROUTE`, and the
+//! interface of a `Script`.
 
 use std::collections::HashMap;
 
@@ -11,13 +11,14 @@ use crate::iv::declarations::{Access, Extension, Interface, Link, Proto, Route};
 use crate::iv::document::ClassRef;
 use crate::iv::encoding::text;
 use crate::iv::limits::Limits;
-use crate::iv::read::assemble::Slot;
+use crate::iv::read::assemble::{MAX_FIELDS, Slot};
 use crate::iv::read::enum_names::EnumNames;
 use crate::iv::read::expand::{self, proto_of};
 use crate::iv::read::tokens::{skip, word};
 use crate::iv::read::values;
 
 impl<'s> Reader<'_, '_, 's> {
+    /// Returns whether a node is a `Script`.
     pub(super) fn is_script(&self, node: NodeId) -> bool {
         match self.asm.document.nodes[node.0 as usize].class {
             ClassRef::Known(id) => id == class::SCRIPT,
@@ -28,8 +29,8 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Reads `field SFFloat x 1` or `eventIn SFTime now` in a `Script`, which gets a class of its
-    /// own.
+    /// Reads `field SFFloat x 1` or `eventIn SFTime now` in a `Script`. The node gets its own class
+    /// with that field or event.
     pub(super) fn script_interface(&mut self, node: NodeId, access: Access) -> Result<()> {
         let Some(interface) = self.interface_item(access) else {
             return Ok(());
@@ -67,7 +68,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.interface_value(node, &interface)
     }
 
-    /// Gives a field that a node declares an empty value, in case that none can be read.
+    /// Sets a field that a node declares to an empty value, in case no value can be read.
     fn set_empty(&mut self, node: NodeId, interface: &Interface) {
         if interface.access.has_value()
             && let Some(Slot::Field { index, kind }) = self.asm.slot(node, &interface.name)
@@ -81,7 +82,7 @@ impl<'s> Reader<'_, '_, 's> {
     fn add_field(&mut self, extension: u32, interface: &Interface) {
         let fields = &mut self.asm.document.extensions[extension as usize].fields;
         if interface.access.has_value()
-            && fields.len() < 5_000
+            && fields.len() < MAX_FIELDS
             && !fields.iter().any(|(n, _)| *n == interface.name)
         {
             fields.push((interface.name.clone(), interface.kind));
@@ -99,7 +100,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Reads a type and a name, after `field` or its like.
+    /// Reads a type and a name after a keyword such as `field`.
     fn interface_item(&mut self, access: Access) -> Option<Interface> {
         let at = skip(self.rest);
         let (rest, kind_name) = word(at).ok()?;
@@ -108,7 +109,7 @@ impl<'s> Reader<'_, '_, 's> {
         let kind_text = text(kind_name);
         let Some(kind) = FieldType::named(&kind_text) else {
             let span = self.span(at, &at[kind_name.len()..]);
-            self.warn(span, format!("`{kind_text}` is not a type of fields"));
+            self.warn(span, format!("`{kind_text}` is not a field type"));
             return None;
         };
         Some(Interface {
@@ -153,7 +154,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// The proto whose body is being read.
+    /// Returns the index of the innermost proto whose body is being read.
     fn proto_around(&self) -> Option<usize> {
         self.stack.iter().rev().find_map(|level| match level {
             Level::Proto { proto, .. } => Some(*proto),
@@ -237,13 +238,13 @@ impl<'s> Reader<'_, '_, 's> {
         self.interface_value(defaults, &interface)
     }
 
-    /// Ends the interface at `]`, and begins the body of a `PROTO` or reads the files of an
+    /// Ends the interface at `]`. Begins the body of a `PROTO`, or reads the file names of an
     /// `EXTERNPROTO`.
     pub(super) fn interface_done(&mut self) -> Result<()> {
         let Some(Level::Interface { proto, mut scope }) = self.stack.pop() else {
             return Ok(());
         };
-        // Defaults may use the names of the file around the proto; the body may not.
+        // Defaults may use names from outside the proto; the body may not.
         scope.names = std::mem::take(&mut self.asm.names);
         if self.asm.document.protos.list[proto].external {
             self.rest = skip(self.rest);
@@ -271,7 +272,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Ends the body. The names around it are known again, and so is the class.
+    /// Ends the body of a proto. Restores the names of the scope around it and declares its class.
     pub(super) fn proto_done(&mut self) {
         let popped = self.stack.pop();
         let Some(Level::Proto { proto, scope } | Level::Interface { proto, scope }) = popped else {
@@ -295,9 +296,9 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    /// Finds the definition of an `EXTERNPROTO`, in the first of its files that has it. If there is
-    /// none, the name keeps its meaning (a `PROTO` of the file, a class of the catalogue); if it
-    /// has none, nothing is drawn (VRML97, 4.9.1).
+    /// Finds the definition of an `EXTERNPROTO` in the first of its files that has one. Without a
+    /// definition the name keeps its earlier meaning, which is a `PROTO` of the file or a class of
+    /// the catalogue. Without such a meaning the nodes are not drawn (VRML97, 4.9.1).
     fn external(&mut self, proto: usize, span: Span) -> Result<()> {
         let data = &self.asm.document.protos.list[proto];
         let (urls, extension) = (data.urls.clone(), data.extension);
@@ -323,7 +324,7 @@ impl<'s> Reader<'_, '_, 's> {
         // A class of the catalogue needs no definition.
         let known = self.asm.known_class(&name).is_some();
         let instead = match before {
-            Some(_) => "the `PROTO` before it serves",
+            Some(_) => "the earlier `PROTO` is used",
             None if known => {
                 self.asm.declare_class(name, None);
                 return Ok(());
@@ -341,7 +342,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Gives an `EXTERNPROTO` the interface and body that another file defines.
+    /// Sets the interface and body of an `EXTERNPROTO` to those of another file's proto.
     fn adopt(&mut self, proto: usize, found: u32) {
         let document = &mut *self.asm.document;
         let Some(from) = document.protos.of_extension(found) else {
@@ -361,7 +362,7 @@ impl<'s> Reader<'_, '_, 's> {
         document.extensions[extension as usize].fields = fields;
     }
 
-    /// Returns the protos of another file by name. A file is read once.
+    /// Returns the extensions of another file's protos by name. Each file is read once.
     fn library(&mut self, url: &str) -> Result<HashMap<Box<str>, u32>> {
         let read_file = self.asm.read_file;
         let document = &mut *self.asm.document;
@@ -376,10 +377,11 @@ impl<'s> Reader<'_, '_, 's> {
         let own = &self.asm.limits;
         if own.include_depth == 0 {
             return Err(Diagnostic::beyond_limit(format!(
-                "`{name}` is left out: too many files in files"
+                "`{name}` is left out: included files are nested too deep"
             )));
         }
-        // While it is read it defines nothing, so that files that name each other come to an end.
+        // While the file is read it counts as a file without protos, so that files that refer to
+        // each other do not cause endless recursion.
         document
             .protos
             .libraries
@@ -404,7 +406,7 @@ impl<'s> Reader<'_, '_, 's> {
         Ok(declared)
     }
 
-    /// Expands a node, if it is an instance of a proto and not part of a proto's body.
+    /// Expands a node if it is an instance of a proto and not part of a proto's body.
     pub(super) fn expand(&mut self, node: NodeId) -> Result<()> {
         if self.asm.in_protos > 0 || proto_of(self.asm.document, node).is_none() {
             return Ok(());
@@ -435,13 +437,14 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
+    /// Reads `node.event`.
     fn route_end(&mut self) -> Option<(NodeId, Box<str>)> {
         let at = skip(self.rest);
         let (rest, name) = word(at).ok()?;
         self.rest = rest;
         if !self.take(b'.') {
             let span = self.here();
-            self.warn(span, "a ROUTE goes from `node.event` to `node.event`");
+            self.warn(span, "expected `node.event` in a ROUTE");
             return None;
         }
         let (rest_after, event) = word(skip(self.rest)).ok()?;
@@ -449,7 +452,7 @@ impl<'s> Reader<'_, '_, 's> {
         let Some(node) = self.asm.used(name) else {
             let name = text(name);
             let span = self.span(at, rest);
-            self.warn(span, format!("no node before this is called `{name}`"));
+            self.warn(span, format!("no earlier node is named `{name}`"));
             return None;
         };
         Some((node, text(event).into()))

@@ -1,4 +1,4 @@
-//! The engine: runs its statements for each value of its inputs.
+//! The engine, which runs its statements for each value of its inputs.
 
 use glam::DVec3;
 
@@ -10,9 +10,14 @@ use crate::iv::NodeRef;
 use crate::snapshot::engines::lists::MAX_VALUES;
 use crate::snapshot::engines::outputs::Outputs;
 
-/// The most operations over all values.
-const MAX_WORK: usize = 100_000_000;
+/// The largest number of operations over all values. It bounds the time for hostile files and was
+/// chosen by trial.
+const MAX_OPERATIONS: usize = 100_000_000;
 
+/// Computes the outputs of a `Calculator`.
+///
+/// # Errors
+/// Returns a message if an expression is wrong or needs too many operations.
 pub(crate) fn outputs(node: NodeRef<'_>) -> Result<Outputs, String> {
     use calculator as c;
     let scalars = [c::A, c::B, c::C, c::D, c::E, c::F, c::G, c::H].map(|f| node.get(f));
@@ -37,9 +42,9 @@ pub(crate) fn outputs(node: NodeRef<'_>) -> Result<Outputs, String> {
         .chain(points.iter().map(|p| p.len()));
     let count = lengths.max().unwrap_or(1).clamp(1, MAX_VALUES);
     let size: usize = program.iter().map(|s| s.size).sum();
-    if size.saturating_mul(count) > MAX_WORK {
+    if size.saturating_mul(count) > MAX_OPERATIONS {
         return Err(format!(
-            "{count} values through {size} operations are too much work"
+            "{count} values with {size} operations each are more than {MAX_OPERATIONS} operations"
         ));
     }
     let mut bank = Bank::default();

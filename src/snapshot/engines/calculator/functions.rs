@@ -48,7 +48,8 @@ functions! {
     "vec3f" 3 (x: Number, y: Number, z: Number) => Vector DVec3::new(x, y, z);
 }
 
-/// A number from 0 to its argument. The same file gives the same numbers every time.
+/// The function `rand`, which returns a number from 0 to its argument. The numbers are the same in
+/// every run.
 pub(super) static RANDOM: Function = Function {
     name: "rand",
     arguments: 1,
@@ -65,6 +66,7 @@ pub(super) static RANDOM: Function = Function {
     },
 };
 
+/// Returns the value of a named constant.
 pub(super) fn constant(name: &str) -> Option<f64> {
     use std::f64::consts as c;
     Some(match name {

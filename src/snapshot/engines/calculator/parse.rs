@@ -3,10 +3,11 @@
 use super::functions::{FUNCTIONS, RANDOM, constant};
 use super::program::{Expr, Kind, Op, Statement, Variable};
 
-/// The most operations in one statement.
+/// The largest number of operations in one statement. Evaluation recurses, so the number bounds the
+/// use of the stack; it was chosen by trial.
 const MAX_NODES: usize = 1000;
 
-/// The binary operators, from those that bind loosest.
+/// The binary operators by precedence, lowest first.
 const LEVELS: [&[(&str, Op)]; 6] = [
     &[("||", Op::Or)],
     &[("&&", Op::And)],
@@ -21,6 +22,10 @@ const LEVELS: [&[(&str, Op)]; 6] = [
     &[("*", Op::Multiply), ("/", Op::Divide), ("%", Op::Remainder)],
 ];
 
+/// Parses the statements of an expression.
+///
+/// # Errors
+/// Returns a message if the text has a mistake or exceeds a limit.
 pub(super) fn parse(text: &str) -> Result<Vec<Statement>, String> {
     let mut parser = Parser {
         rest: text,
@@ -112,7 +117,7 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// Counts an operation, so that no statement is too long to be walked by recursion.
+    /// Counts an operation, so that recursion over a statement is bounded.
     fn count(&mut self) -> Result<(), String> {
         self.size += 1;
         if self.size > MAX_NODES {
@@ -153,7 +158,7 @@ impl<'a> Parser<'a> {
         Ok(left)
     }
 
-    /// Signs before a value, then its components.
+    /// Parses signs before a value and components after it.
     fn unary(&mut self) -> Result<Expr, String> {
         let mut signs = Vec::new();
         loop {
@@ -245,7 +250,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// Returns the beginning of a line, for messages.
+/// Returns the first 60 characters of a line, for messages.
 pub(super) fn short(line: &str) -> String {
     line.chars().take(60).collect()
 }

@@ -1,15 +1,17 @@
-//! What an expression is parsed into, and its evaluation.
+//! The syntax tree of a program, and its evaluation.
 
 use glam::DVec3;
 
-/// The values of all variables: inputs, temporaries, outputs.
+/// The values of all variables. The first index is the [`Kind`], the second the letter.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Bank {
     pub scalars: [[f64; 8]; 3],
     pub vectors: [[DVec3; 8]; 3],
+    /// The number of random numbers that have been drawn.
     pub draws: u32,
 }
 
+/// The kind of a variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Kind {
     Input = 0,
@@ -17,6 +19,7 @@ pub(super) enum Kind {
     Output = 2,
 }
 
+/// A variable, such as `ta`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Variable {
     pub kind: Kind,
@@ -128,14 +131,14 @@ fn component(index: f64) -> Result<usize, String> {
 fn number(value: Val) -> Result<f64, String> {
     match value {
         Val::Number(n) => Ok(n),
-        Val::Vector(_) => Err("a vector stands where a number should".to_owned()),
+        Val::Vector(_) => Err("expected a number, not a vector".to_owned()),
     }
 }
 
 fn vector(value: Val) -> Result<DVec3, String> {
     match value {
         Val::Vector(v) => Ok(v),
-        Val::Number(_) => Err("a number stands where a vector should".to_owned()),
+        Val::Number(_) => Err("expected a vector, not a number".to_owned()),
     }
 }
 
@@ -172,7 +175,7 @@ fn eval(expr: &Expr, bank: &mut Bank) -> Result<Val, String> {
             let values: Result<Vec<Val>, String> =
                 arguments.iter().map(|a| eval(a, bank)).collect();
             (function.apply)(&values?, &mut bank.draws)
-                .ok_or_else(|| format!("`{}` is given the wrong kind of value", function.name))?
+                .ok_or_else(|| format!("`{}` has an argument of the wrong kind", function.name))?
         }
     })
 }
@@ -201,6 +204,6 @@ fn binary(op: Op, a: Val, b: Val) -> Result<Val, String> {
             Vector(a * b)
         }
         (Op::Divide, Vector(a), Number(b)) => Vector(a / b),
-        _ => return Err("an operator is given the wrong kind of value".to_owned()),
+        _ => return Err("an operator has an operand of the wrong kind".to_owned()),
     })
 }

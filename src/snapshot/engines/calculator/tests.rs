@@ -58,8 +58,8 @@ fn mistakes_are_sentences() {
     for (text, part) in [
         ("oa = ", "missing at the end"),
         ("a = 1", "cannot be assigned"),
-        ("oa = A", "vector stands where"),
-        ("oA = 1", "number stands where"),
+        ("oa = A", "expected a number"),
+        ("oA = 1", "expected a vector"),
         ("oa = q", "no variable `q`"),
         ("oa = foo(1)", "no function `foo`"),
         ("oa = pow(1)", "takes 2 values"),

@@ -1,26 +1,26 @@
-//! A plan from words, and words, metadata and report from a plan.
+//! Converts given options to a plan, and a plan to arguments and to text for metadata.
 
 use std::ffi::OsStr;
 use std::path::Path;
 
 use indexmap::IndexMap;
 
-use super::lens::for_a_lens_alone;
+use super::given::GivenOptions;
+use super::lens::lens_options;
 use super::option::{Needs, Takes};
 use super::table::all;
-use super::words::Words;
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::math::Meters;
 use crate::photo::plan::{Era, LensChoice, Optics, Plan};
 
 impl Plan {
-    /// The plan that the words make of the one that `start` gives for an era. The words may name
-    /// another era than `era`.
+    /// Creates a plan from the given options. `start` returns the plan to change for an era, which
+    /// is `era` unless the options name another one. Options without effect give a warning.
     ///
     /// # Errors
-    /// A word that is not understood.
-    pub fn from_words(
-        words: &Words,
+    /// Returns an error if the value of an option is invalid.
+    pub fn from_options(
+        words: &GivenOptions,
         era: Era,
         start: impl FnOnce(Era) -> Self,
         sink: &mut Sink,
@@ -49,9 +49,9 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The command line, word by word, that makes this plan's picture without a window. Options
-    /// with the era's own values are left out.
-    pub fn to_words(&self, output: &Path) -> Vec<String> {
+    /// Returns the arguments of the command line that renders this plan without a window. Options
+    /// with the era's default values are left out.
+    pub fn to_args(&self, output: &Path) -> Vec<String> {
         let usual = Self::of_era(self.era, &self.scene);
         let form = match self.era {
             Era::Vintage => "--batch",
@@ -81,7 +81,7 @@ impl Plan {
         words
     }
 
-    /// The choices that make the picture what it is, for its metadata and the report.
+    /// Returns the choices that determine the picture, for its metadata and the report.
     pub fn describe(&self) -> IndexMap<String, String> {
         all()
             .filter_map(|option| Some((option.name.to_owned(), option.describe?(self)?)))
@@ -90,18 +90,19 @@ impl Plan {
 }
 
 impl LensChoice {
-    /// The lens of a name as the words change it, and the distance that it is to focus at.
+    /// Creates the choice of a lens from its name and the given options. Returns it with the
+    /// distance to focus at.
     ///
     /// # Errors
-    /// A word that is not understood.
-    pub fn from_words(
+    /// Returns an error if the value of an option is invalid.
+    pub fn from_options(
         name: &str,
-        words: &Words,
+        words: &GivenOptions,
         sink: &mut Sink,
     ) -> Result<(Self, Option<Meters>)> {
         let mut plan = Plan::of_era(Era::Modern, "");
         plan.optics = Optics::Lens(Self::named(name));
-        for (parse, _) in for_a_lens_alone().filter_map(|option| option.plan) {
+        for (parse, _) in lens_options().filter_map(|option| option.plan) {
             parse(&mut plan, words, sink)?;
         }
         let choice = plan.lens().cloned();
@@ -109,9 +110,10 @@ impl LensChoice {
     }
 }
 
-/// A warning about the options given that have no effect, for lack of what they need.
+/// Returns a warning about given options that have no effect, because a requirement in `lacking` is
+/// not met. `circumstance` describes why.
 pub(crate) fn idle_options(
-    words: &Words,
+    words: &GivenOptions,
     lacking: &[Needs],
     circumstance: &str,
 ) -> Option<Box<Diagnostic>> {
@@ -129,8 +131,8 @@ pub(crate) fn idle_options(
     )))
 }
 
-/// A command line of these words, quoted where a shell would need it. The first word is the
-/// program, by whatever name.
+/// Returns a command line of these arguments, quoted for a shell. The first argument, the program's
+/// name, becomes `ivcam`.
 pub(crate) fn command_line<W: AsRef<OsStr>>(words: &[W]) -> String {
     let quote = |w: &W| {
         let w = w.as_ref().to_string_lossy();

@@ -1,4 +1,4 @@
-//! Reads the words of a command line that several commands share.
+//! Arguments that several commands share, and functions that parse them.
 
 use std::sync::Arc;
 
@@ -10,6 +10,7 @@ use crate::geometry::text::Fonts;
 use crate::iv::Limits;
 use crate::photo::options;
 
+/// Returns the argument for the scene file.
 pub(crate) fn scene_argument() -> Arg {
     Arg::new("scene")
         .value_name("SCENE")
@@ -17,17 +18,23 @@ pub(crate) fn scene_argument() -> Arg {
         .help("scene file: .iv, .wrl, plain or .gz")
 }
 
-/// The limits on scenes, as `--scene-limit` changes them.
+/// Returns the limits on scenes that `--scene-limit` sets.
+///
+/// # Errors
+/// Returns an error if a value is not the name of a limit and a number.
 pub(crate) fn limits(matches: &ArgMatches) -> Result<Limits> {
-    options::limits(&flags::words(matches))
+    options::limits(&flags::given_options(matches))
 }
 
-/// The typefaces below the folders of `--fonts`.
+/// Returns the typefaces below the folders of `--fonts`.
+///
+/// # Errors
+/// Returns an error if a folder cannot be read.
 pub(crate) fn fonts(matches: &ArgMatches) -> Result<Arc<Fonts>> {
-    options::typefaces(&flags::words(matches))
+    options::typefaces(&flags::given_options(matches))
 }
 
-/// A flag that does nothing but switch on.
+/// Returns a flag without a value.
 pub(crate) fn switch(name: &'static str, help: &'static str) -> Arg {
     Arg::new(name)
         .long(name)
@@ -35,12 +42,15 @@ pub(crate) fn switch(name: &'static str, help: &'static str) -> Arg {
         .help(help)
 }
 
-/// The text of a flag, if it was given.
+/// Returns the text of a flag, if it was given.
 pub(crate) fn text<'a>(matches: &'a ArgMatches, name: &str) -> Option<&'a str> {
     matches.get_one::<String>(name).map(String::as_str)
 }
 
-/// A flag's value read by `parse`, or an error that names the flag and what it expects.
+/// Parses a flag's value with `parse`. Returns `None` if the flag was not given.
+///
+/// # Errors
+/// Returns an error with the flag's name and the text `expects` if `parse` returns `None`.
 pub(crate) fn parsed<T>(
     matches: &ArgMatches,
     name: &str,
@@ -52,6 +62,6 @@ pub(crate) fn parsed<T>(
     };
     match parse(word) {
         Some(value) => Ok(Some(value)),
-        None => Err(options::not_understood(name, word, expects)),
+        None => Err(options::invalid_value(name, word, expects)),
     }
 }

@@ -1,4 +1,4 @@
-//! Compares two documents.
+//! Compares two documents and describes the first difference.
 
 use std::collections::HashMap;
 
@@ -9,8 +9,8 @@ use crate::grammar::value::{NodeId, Value};
 impl Document {
     /// Describes the first difference from another document, or returns `None` if there is none.
     ///
-    /// The order of the nodes in the arena, spans and messages do not count. It does count which
-    /// uses of a node mean the same node.
+    /// The order of the nodes in the arena, the spans and the messages are not compared. Which uses
+    /// refer to the same node is compared.
     pub fn difference(&self, other: &Self) -> Option<String> {
         Comparison {
             a: self,
@@ -24,8 +24,8 @@ impl Document {
 }
 
 impl Document {
-    /// Returns the proto that is number `rank`, from 0, of those with a name.
-    fn proto_called(&self, name: &str, rank: usize) -> Option<&Proto> {
+    /// Returns the proto with number `rank`, counted from 0, of all protos with a name.
+    fn nth_proto_named(&self, name: &str, rank: usize) -> Option<&Proto> {
         let named = |p: &&Proto| !p.external && self.proto_name(p) == name;
         self.protos.list.iter().filter(named).nth(rank)
     }
@@ -35,17 +35,21 @@ impl Document {
     }
 }
 
+/// The state of a comparison.
 struct Comparison<'d> {
     a: &'d Document,
     b: &'d Document,
+    /// The node of `b` that corresponds to each visited node of `a`.
     pairs: HashMap<NodeId, NodeId>,
+    /// The pairs whose contents are still to be compared.
     work: Vec<(NodeId, NodeId)>,
 }
 
-type Same = Result<(), String>;
+/// The result of a comparison. The error describes the difference.
+type Check = Result<(), String>;
 
 impl Comparison<'_> {
-    fn run(mut self) -> Same {
+    fn run(mut self) -> Check {
         self.lists(&self.a.roots, &self.b.roots, "roots")?;
         self.drain()?;
         self.routes(&self.a.stated_routes, &self.b.stated_routes)?;
@@ -62,9 +66,9 @@ impl Comparison<'_> {
         Ok(())
     }
 
-    /// Looks for an `EXTERNPROTO` in the other document, once for all equal ones: they are written
-    /// once.
-    fn declared(&self, proto: &Proto) -> Same {
+    /// Checks that the other document has an equal `EXTERNPROTO`. Several equal ones need only one
+    /// counterpart, because they are written once.
+    fn declared(&self, proto: &Proto) -> Check {
         if self.b.protos.list.iter().any(|o| self.declares(proto, o)) {
             return Ok(());
         }
@@ -72,16 +76,17 @@ impl Comparison<'_> {
         Err(format!("no `EXTERNPROTO` like that of `{name}`"))
     }
 
-    fn defined(&mut self, proto: &Proto, rank: usize) -> Same {
+    /// Compares a `PROTO` with the one of the same name and rank in the other document.
+    fn defined(&mut self, proto: &Proto, rank: usize) -> Check {
         let name = self.a.proto_name(proto);
-        let Some(other) = self.b.proto_called(name, rank) else {
+        let Some(other) = self.b.nth_proto_named(name, rank) else {
             return Err(format!("no proto `{name}`"));
         };
         if proto.interface != other.interface {
             return Err(format!("the interface of `{name}`"));
         }
-        // A name means nothing on the other side of a proto's border, so a node that is used on
-        // both sides is written twice.
+        // A name is not visible across the boundary of a proto, so a node that is used on both
+        // sides is written twice.
         let outside = std::mem::take(&mut self.pairs);
         self.pair(proto.defaults, other.defaults)?;
         self.lists(&proto.body, &other.body, "a proto's body")?;
@@ -95,20 +100,21 @@ impl Comparison<'_> {
         Ok(())
     }
 
-    /// Whether two `EXTERNPROTO`s are equal.
+    /// Returns whether two `EXTERNPROTO`s are equal.
     fn declares(&self, x: &Proto, y: &Proto) -> bool {
         let names = self.a.proto_name(x) == self.b.proto_name(y);
         names && x.external == y.external && x.interface == y.interface && x.urls == y.urls
     }
 
-    fn drain(&mut self) -> Same {
+    /// Compares the contents of all pairs in the work list.
+    fn drain(&mut self) -> Check {
         while let Some((a, b)) = self.work.pop() {
             self.nodes(a, b)?;
         }
         Ok(())
     }
 
-    fn routes(&mut self, a: &[Route], b: &[Route]) -> Same {
+    fn routes(&mut self, a: &[Route], b: &[Route]) -> Check {
         let known = |r: &&Route| self.pairs.contains_key(&r.from) && self.pairs.contains_key(&r.to);
         let a: Vec<&Route> = a.iter().filter(known).collect();
         if a.len() != b.len() {
@@ -123,14 +129,14 @@ impl Comparison<'_> {
         Ok(())
     }
 
-    fn lists(&mut self, a: &[NodeId], b: &[NodeId], what: &str) -> Same {
+    fn lists(&mut self, a: &[NodeId], b: &[NodeId], what: &str) -> Check {
         if a.len() != b.len() {
             return Err(format!("{what}: {} nodes, not {}", b.len(), a.len()));
         }
         a.iter().zip(b).try_for_each(|(&a, &b)| self.pair(a, b))
     }
 
-    fn pair(&mut self, a: NodeId, b: NodeId) -> Same {
+    fn pair(&mut self, a: NodeId, b: NodeId) -> Check {
         match self.pairs.insert(a, b) {
             None => {
                 self.work.push((a, b));
@@ -144,7 +150,7 @@ impl Comparison<'_> {
         }
     }
 
-    fn nodes(&mut self, a: NodeId, b: NodeId) -> Same {
+    fn nodes(&mut self, a: NodeId, b: NodeId) -> Check {
         let (x, y) = (&self.a.nodes[a.0 as usize], &self.b.nodes[b.0 as usize]);
         let place = |what: &str| {
             format!(
@@ -176,7 +182,7 @@ impl Comparison<'_> {
         self.lists(&x.children, &y.children, &place("children"))
     }
 
-    fn fields(&mut self, f: &FieldEntry, g: &FieldEntry) -> Same {
+    fn fields(&mut self, f: &FieldEntry, g: &FieldEntry) -> Check {
         if f.index != g.index || f.ignored != g.ignored {
             return Err("the field or its `~`".into());
         }
@@ -188,13 +194,13 @@ impl Comparison<'_> {
         match (&f.value, &g.value) {
             (Value::Node(Some(x)), Value::Node(Some(y))) => self.pair(*x, *y),
             (Value::Nodes(x), Value::Nodes(y)) => self.lists(x, y, "nodes"),
-            (x, y) if x == y || bits(x) == bits(y) => Ok(()),
+            (x, y) if x == y || debug_text(x) == debug_text(y) => Ok(()),
             (x, y) => Err(format!("{y:.200?}, not {x:.200?}")),
         }
     }
 }
 
-/// Writes a value as text, in which every NaN is the same.
-fn bits(value: &Value) -> String {
+/// Formats a value as text, in which all NaNs are equal.
+fn debug_text(value: &Value) -> String {
     format!("{value:?}")
 }

@@ -1,53 +1,59 @@
-//! What the user typed, by option, before it means anything.
+//! The options that the user gave, with their values as text.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 
 use crate::diag::{Diagnostic, Result};
 
-/// A movie's frame: its time, and the share of it for which the shutter is open.
+/// The exposure of a frame of a movie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MovieFrame {
+    /// The duration of the frame in seconds.
     pub seconds: f64,
+    /// The part of that time for which the shutter is open, from 0 to 1.
     pub open: f64,
 }
 
-/// The values of the options that were given.
+/// The options that the user gave, with their values as text.
 #[derive(Clone, Debug, Default)]
-pub struct Words {
+pub struct GivenOptions {
     values: Vec<(&'static str, Vec<OsString>)>,
-    /// The frame, where the picture is one of a movie.
+    /// The frame's exposure, if the picture is a frame of a movie.
     pub frame: Option<MovieFrame>,
 }
 
-impl Words {
-    /// Adds an option with its values: none for a switch, several where it was repeated.
+impl GivenOptions {
+    /// Adds an option with its values: none for a switch, several for a repeated option.
     pub fn add(&mut self, name: &'static str, values: Vec<OsString>) {
         self.values.push((name, values));
     }
 
+    /// Returns the values of an option, if it was given.
     fn get(&self, name: &str) -> Option<&[OsString]> {
         let found = self.values.iter().find(|(n, _)| *n == name);
         found.map(|(_, values)| values.as_slice())
     }
 
-    /// Whether the option was given.
+    /// Returns whether the option was given.
     pub fn has(&self, name: &str) -> bool {
         self.get(name).is_some()
     }
 
-    /// The option's value as text.
+    /// Returns the option's last value as text.
     pub fn text(&self, name: &str) -> Option<&str> {
         self.get(name)?.last()?.to_str()
     }
 
-    /// All values of an option that may be repeated.
+    /// Returns all values of an option that may be repeated.
     pub fn paths(&self, name: &str) -> Vec<PathBuf> {
         let values = self.get(name).unwrap_or_default();
         values.iter().map(PathBuf::from).collect()
     }
 
-    /// The option's value read by `parse`, or an error that says what the option expects.
+    /// Parses the option's value with `parse`. Returns `None` if the option was not given.
+    ///
+    /// # Errors
+    /// Returns an error with the text `expects` if `parse` returns `None`.
     pub fn parsed<T>(
         &self,
         name: &str,
@@ -59,11 +65,14 @@ impl Words {
         };
         match parse(word) {
             Some(value) => Ok(Some(value)),
-            None => Err(not_understood(name, word, expects)),
+            None => Err(invalid_value(name, word, expects)),
         }
     }
 
-    /// The option's value as one of a few words.
+    /// Parses the option's value as one of several names.
+    ///
+    /// # Errors
+    /// Returns an error that lists the names if the value is none of them.
     pub fn named<T: Copy>(&self, name: &str, values: &[(&'static str, T)]) -> Result<Option<T>> {
         let words: Vec<&str> = values.iter().map(|(n, _)| *n).collect();
         let expects = format!("one of {}", words.join(", "));
@@ -72,13 +81,16 @@ impl Words {
         })
     }
 
-    /// The option's value as `on` or `off`.
+    /// Parses the option's value as `on` or `off`.
+    ///
+    /// # Errors
+    /// Returns an error if the value is something else.
     pub fn on_or_off(&self, name: &str) -> Result<Option<bool>> {
         self.named(name, &[("on", true), ("off", false)])
     }
 }
 
-/// A value that is not what an option expects.
-pub(crate) fn not_understood(name: &str, word: &str, expects: &str) -> Box<Diagnostic> {
+/// Returns the error for an invalid value of an option.
+pub(crate) fn invalid_value(name: &str, word: &str, expects: &str) -> Box<Diagnostic> {
     Diagnostic::error(format!("`--{name} {word}` is not {expects}"))
 }
