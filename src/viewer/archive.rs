@@ -1,8 +1,11 @@
 //! An archival picture shown with the live one: alternating, side by side, or blended.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use crate::compare::{Alignment, Plane, Plate, align};
 use crate::diag::Result;
+use crate::film::Resolution;
 use crate::picture::Raster;
 
 /// The way that two pictures are shown in one place.
@@ -32,18 +35,82 @@ impl ArchiveMode {
 /// The time in seconds that each picture is shown when they alternate.
 pub(crate) const BLINK: f64 = 0.6;
 
+/// The longest side, in pixels, of the pictures that are aligned. It bounds the time to about a
+/// second; larger pictures are reduced.
+const ALIGNED_SIDE: u32 = 1000;
+
+/// A picture for the screen: 8 bits of red, green, blue and opacity, rows from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Levels {
+    pub size: [usize; 2],
+    pub rgba: Vec<u8>,
+}
+
+/// An archival picture mapped to the live one's pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Aligned {
+    /// It is transparent where the archival picture does not reach.
+    pub levels: Levels,
+    /// The position of the archival picture on the live one.
+    pub alignment: Alignment,
+}
+
+/// An archival picture to be aligned with the live one.
+pub(crate) struct AlignmentJob {
+    /// See [`Archive::version`].
+    pub version: u64,
+    live: Plate,
+    old: Arc<Raster>,
+}
+
+impl AlignmentJob {
+    /// Finds the alignment and resamples the archival picture. Uses rayon's current pool.
+    ///
+    /// # Errors
+    /// Fails if the pictures do not show the same scene.
+    pub(crate) fn run(&self) -> Result<Aligned> {
+        let longer = self.live.width.max(self.live.height) as f64;
+        let ratio = (longer / f64::from(ALIGNED_SIDE)).max(1.0);
+        let side = |n: usize| ((n as f64 / ratio).round() as usize).max(1);
+        let (width, height) = (side(self.live.width), side(self.live.height));
+        let live = self.live.map(|p| p.resized(width, height));
+        let old = Plate::from_raster(&self.old);
+        let (warp, alignment) = align::align(&live, &old)?;
+        let (onto, shared) = align::resample(&old, warp, width, height);
+        let rgba = (0..width * height).flat_map(|i| {
+            let [r, g, b] = onto.color(i).map(level);
+            [r, g, b, if shared.counts[i] { 255 } else { 0 }]
+        });
+        let levels = Levels {
+            size: [width, height],
+            rgba: rgba.collect(),
+        };
+        Ok(Aligned { levels, alignment })
+    }
+}
+
+fn level(v: f32) -> u8 {
+    (255.0 * v.clamp(0.0, 1.0)).round() as u8
+}
+
 /// The archival picture and how it is shown.
 #[derive(Clone, Debug)]
 pub(crate) struct Archive {
     /// The file of the picture.
     pub path: PathBuf,
-    pub picture: Option<Raster>,
+    pub picture: Option<Arc<Raster>>,
+    /// The picture on the live one's pixels, once it has been aligned.
+    pub aligned: Option<Aligned>,
+    /// Whether it is to be aligned as soon as the live picture has little noise.
+    pub wants_alignment: bool,
+    /// The state of the alignment, for the panel.
+    pub note: String,
     pub mode: ArchiveMode,
     /// The position of the wipe's line, from 0 to 1.
     pub line: f32,
     /// The opacity of the old picture when it is blended.
     pub opacity: f32,
-    /// The number of pictures loaded so far.
+    /// The number of changes of the picture on screen so far.
     pub version: u64,
 }
 
@@ -52,6 +119,9 @@ impl Default for Archive {
         Self {
             path: PathBuf::new(),
             picture: None,
+            aligned: None,
+            wants_alignment: false,
+            note: String::new(),
             mode: ArchiveMode::Off,
             line: 0.5,
             opacity: 0.5,
@@ -66,23 +136,91 @@ impl Archive {
     /// # Errors
     /// Fails if the file is not a picture.
     pub(crate) fn load(&mut self, path: &Path) -> Result<()> {
-        self.picture = Some(Raster::open(path)?);
+        self.picture = Some(Arc::new(Raster::open(path)?));
         self.path = path.to_owned();
-        self.version += 1;
+        self.realign();
         if self.mode == ArchiveMode::Off {
             self.mode = ArchiveMode::Wipe;
         }
         Ok(())
     }
 
-    /// Returns the size and the levels, 8 bits of red, green and blue.
-    pub(crate) fn levels(&self) -> Option<([usize; 2], Vec<u8>)> {
+    /// Aligns the picture again, as soon as the live picture has little noise.
+    pub(crate) fn realign(&mut self) {
+        self.version += 1;
+        (self.aligned, self.wants_alignment) = (None, true);
+        self.note = "not aligned yet".into();
+    }
+
+    /// Returns the picture to be aligned with the live one's levels, if it still has to be.
+    pub(crate) fn alignment_job(
+        &mut self,
+        size: Resolution,
+        levels: impl FnOnce() -> Vec<u8>,
+    ) -> Option<AlignmentJob> {
+        if !std::mem::take(&mut self.wants_alignment) {
+            return None;
+        }
+        let old = self.picture.clone()?;
+        let levels = levels();
+        let (width, height) = (size.width as usize, size.height as usize);
+        let plane = |channel: usize| {
+            let at = |x: usize, y: usize| f32::from(levels[3 * (y * width + x) + channel]) / 255.0;
+            Plane::from_fn(width, height, at)
+        };
+        let live = Plate::from_planes([plane(0), plane(1), plane(2)]);
+        self.note = "aligning".into();
+        let version = self.version;
+        Some(AlignmentJob { version, live, old })
+    }
+
+    /// Takes the result of an alignment, unless the picture has changed since.
+    pub(crate) fn align_done(&mut self, version: u64, aligned: Result<Aligned>) {
+        if version != self.version {
+            return;
+        }
+        self.version += 1;
+        match aligned {
+            Ok(aligned) => {
+                let Alignment {
+                    scale,
+                    rotation,
+                    agreement,
+                    ..
+                } = aligned.alignment;
+                self.note = format!(
+                    "aligned: scale {scale:.3}, turned {rotation:.2}°, agreement {agreement:.2}"
+                );
+                self.aligned = Some(aligned);
+            }
+            Err(error) => self.note = format!("not aligned: {}", error.message),
+        }
+    }
+
+    /// Returns the picture for the screen: aligned, or else as it is in its file.
+    pub(crate) fn levels(&self) -> Option<Levels> {
+        if let Some(aligned) = &self.aligned {
+            return Some(aligned.levels.clone());
+        }
         let picture = self.picture.as_ref()?;
-        let level = |v: f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
-        let levels = (0..picture.pixels())
-            .flat_map(|i| picture.color(i).map(level))
-            .collect();
-        Some(([picture.width as usize, picture.height as usize], levels))
+        let rgba = (0..picture.pixels()).flat_map(|i| {
+            let [r, g, b] = picture.color(i).map(level);
+            [r, g, b, 255]
+        });
+        Some(Levels {
+            size: [picture.width as usize, picture.height as usize],
+            rgba: rgba.collect(),
+        })
+    }
+
+    /// Returns the width over the height of the picture on screen.
+    pub(crate) fn aspect(&self) -> Option<f32> {
+        let [width, height] = match (&self.aligned, &self.picture) {
+            (Some(aligned), _) => aligned.levels.size,
+            (None, Some(picture)) => [picture.width as usize, picture.height as usize],
+            (None, None) => return None,
+        };
+        Some(width as f32 / height as f32)
     }
 
     /// Returns whether the old picture is the one shown at a time in seconds, when they alternate.

@@ -19,6 +19,7 @@ use crate::photo::headlight::HeadlightSources;
 use crate::photo::{Plan, Session};
 use crate::picture::PictureFormat;
 
+use super::archive::{Aligned, AlignmentJob};
 use super::autofocus::{Focused, focus_at};
 use super::live::{Frame, Live, Request};
 use super::setup::Setup;
@@ -44,6 +45,8 @@ pub(crate) enum News {
     /// kept.
     Refused(u64, Box<Diagnostic>),
     Focused(Option<Focused>),
+    /// The archival picture that was loaded as this one has been aligned.
+    Aligned(u64, Result<Aligned>),
     Saved(PathBuf, String),
     NotSaved(PathBuf, Box<Diagnostic>),
     /// The renderer panicked with this message.
@@ -153,6 +156,20 @@ impl Engine {
     /// Returns the news since the last call.
     pub(crate) fn news(&self) -> Vec<News> {
         self.news.try_iter().collect()
+    }
+
+    /// Aligns an archival picture with the live one.
+    pub(crate) fn align(&self, job: AlignmentJob) {
+        let (sender, wake, threads) = (self.sender.clone(), self.wake.clone(), self.threads);
+        std::thread::spawn(move || {
+            let version = job.version;
+            let run = AssertUnwindSafe(|| pool(threads)?.install(|| job.run()));
+            let aligned = catch_unwind(run);
+            let aligned =
+                aligned.unwrap_or_else(|cause| Err(Diagnostic::error(panic_message(&*cause))));
+            let _ = sender.send(News::Aligned(version, aligned));
+            wake();
+        });
     }
 
     /// Renders and writes the picture of a plan, as a batch run does.

@@ -18,8 +18,9 @@ use crate::photo::headlight::HeadlightSources;
 use crate::photo::{CameraChoice, Optics, Plan, picture_name, view_through_lens};
 use crate::pose::{CameraPose, Projection};
 
-use super::archive::Archive;
+use super::archive::{AlignmentJob, Archive};
 use super::autofocus::Focused;
+use super::develop;
 use super::draft::{self, Preview};
 use super::engine::{News, Opened, Order};
 use super::files;
@@ -50,6 +51,10 @@ pub(crate) struct Flight {
     to: CameraPose,
     start: f64,
 }
+
+/// Samples per pixel of the live picture with which an archival one is aligned. Noise then hides no
+/// edges; chosen by trial.
+const ALIGNED_SAMPLES: u32 = 4;
 
 /// Seconds of a seek (Inventor's own default is 2).
 const FLIGHT: f64 = 0.6;
@@ -101,6 +106,8 @@ pub(crate) struct Model {
     pub refusal: Option<Refusal>,
     /// The last result of autofocus.
     pub focused: Option<Focused>,
+    /// The focus distance that autofocus set, in meters.
+    pub focused_at: f64,
     /// The description of the last action.
     pub status: String,
     /// The position of the cursor on the picture, from 0 to 1.
@@ -157,6 +164,7 @@ impl Model {
             shown_message: None,
             refusal: None,
             focused: None,
+            focused_at: f64::NAN,
             status: String::new(),
             cursor: None,
             archive: Archive::default(),
@@ -347,6 +355,18 @@ impl Model {
         std::mem::take(&mut self.saves)
     }
 
+    /// Returns the archival picture to align with the live one, once that has little noise.
+    pub(crate) fn alignment_job(&mut self) -> Option<AlignmentJob> {
+        let frame = self.frame.as_ref()?;
+        let ready = frame.whole && frame.serial == self.serial && frame.samples >= ALIGNED_SAMPLES;
+        if !ready {
+            return None;
+        }
+        let plan = &self.setup.plan;
+        let levels = || develop::levels(frame, plan.exposure, &plan.response);
+        self.archive.alignment_job(frame.resolution, levels)
+    }
+
     /// Adds a message and shows its source lines.
     pub(crate) fn add_message(&mut self, message: Diagnostic) {
         self.status = message.message.clone();
@@ -405,6 +425,7 @@ impl Model {
                 }
             }
             News::Focused(found) => self.focus_found(found),
+            News::Aligned(version, aligned) => self.archive.align_done(version, aligned),
             News::Saved(path, line) => {
                 self.end_saving(&path);
                 self.status = format!("saved {}: {line}", path.display());
@@ -465,7 +486,10 @@ impl Model {
     fn focus_found(&mut self, found: Option<Focused>) {
         self.focused = found;
         match found {
-            Some(found) => self.edit("focus", |s| s.set_focus(found.distance)),
+            Some(found) => {
+                self.edit("focus", |s| s.set_focus(found.distance));
+                self.focused_at = self.setup.focus();
+            }
             None => self.status = "no surface to focus on at this place".into(),
         }
     }

@@ -7,7 +7,9 @@ use crate::viewer::draft::Preview;
 use crate::viewer::model::Model;
 use crate::viewer::navigate::Tool;
 
-pub(super) fn top(ui: &mut Ui, model: &mut Model) {
+use super::fold::Fold;
+
+pub(super) fn top(ui: &mut Ui, model: &mut Model, fold: &mut Fold) {
     ui.horizontal_wrapped(|ui| {
         scenes(ui, model);
         ui.separator();
@@ -40,6 +42,8 @@ pub(super) fn top(ui: &mut Ui, model: &mut Model) {
         {
             model.redo();
         }
+        ui.separator();
+        fold.buttons(ui);
     });
 }
 

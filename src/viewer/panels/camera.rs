@@ -1,6 +1,6 @@
 //! The camera menu with the lenses, and the film formats.
 
-use egui::{Sense, Ui, WidgetInfo, WidgetType, vec2};
+use egui::{Response, Sense, Ui, WidgetInfo, WidgetType, vec2};
 
 use crate::film::FilmFormat;
 use crate::lens::FocusMethod;
@@ -25,7 +25,7 @@ pub(super) const FILMS: [(&str, f64, f64); 10] = [
     ("4x5 in", 121.0, 97.0),
 ];
 
-pub(super) fn menu(ui: &mut Ui, model: &mut Model, kit: &Kit) {
+pub(super) fn menu(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     ui.heading("Camera");
     film(ui, model);
     ui.separator();
@@ -42,15 +42,29 @@ pub(super) fn menu(ui: &mut Ui, model: &mut Model, kit: &Kit) {
         .map(|l| l.name.clone())
         .unwrap_or_default();
     let mut wanted = None;
+    let lenses = kit.lenses.clone();
+    let shipped = lenses.entries().iter().any(|e| e.name == chosen);
+    if !(chosen.is_empty() || shipped || lenses.entries().is_empty()) {
+        let file = std::path::Path::new(&chosen).file_name();
+        let name = file.map_or(chosen.clone(), |n| n.to_string_lossy().into_owned());
+        let _ = ui.selectable_label(true, name).on_hover_text(&chosen);
+    }
     egui::ScrollArea::vertical()
         .auto_shrink(false)
         .show(ui, |ui| {
-            for entry in kit.lenses.entries() {
-                if row(ui, entry, entry.name == chosen) {
+            for entry in lenses.entries() {
+                let response = row(ui, entry, entry.name == chosen);
+                if entry.name == chosen && kit.lens_in_view != chosen {
+                    kit.lens_in_view.clone_from(&chosen);
+                    if !ui.clip_rect().contains_rect(response.rect) {
+                        response.scroll_to_me(Some(egui::Align::Center));
+                    }
+                }
+                if response.clicked() {
                     wanted = Some(entry.name);
                 }
             }
-            if kit.lenses.entries().is_empty() {
+            if lenses.entries().is_empty() {
                 ui.spinner();
             }
         });
@@ -59,8 +73,8 @@ pub(super) fn menu(ui: &mut Ui, model: &mut Model, kit: &Kit) {
     }
 }
 
-/// Shows one lens, and returns whether it was chosen.
-fn row(ui: &mut Ui, entry: &Entry, chosen: bool) -> bool {
+/// Shows one lens; a click chooses it.
+fn row(ui: &mut Ui, entry: &Entry, chosen: bool) -> Response {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 46.0), Sense::click());
     response
         .widget_info(|| WidgetInfo::selected(WidgetType::RadioButton, true, chosen, entry.name));
@@ -86,18 +100,17 @@ fn row(ui: &mut Ui, entry: &Entry, chosen: bool) -> bool {
             font,
             visuals.text_color(),
         );
-        let small = egui::TextStyle::Small.resolve(ui.style());
-        let faint = ui.visuals().weak_text_color();
+        let small = egui::FontId::proportional(12.0);
         text.text(
             at + vec2(0.0, 20.0),
             egui::Align2::LEFT_TOP,
             entry.numbers(),
             small,
-            faint,
+            visuals.text_color(),
         );
     }
     let facts = format!("{}\n{}\n{}", entry.title, entry.kind, entry.numbers());
-    response.on_hover_text(facts).clicked()
+    response.on_hover_text(facts)
 }
 
 fn film(ui: &mut Ui, model: &mut Model) {

@@ -1,8 +1,8 @@
 //! The panel that compares an archival picture with the live one.
 
-use egui::{Color32, Painter, Rect, Stroke, TextureHandle, Ui, pos2};
+use egui::{Color32, Painter, Rect, Stroke, TextureHandle, Ui, pos2, vec2};
 
-use crate::viewer::archive::{Archive, ArchiveMode};
+use crate::viewer::archive::{Archive, ArchiveMode, Levels};
 use crate::viewer::model::Model;
 
 use super::Kit;
@@ -35,6 +35,16 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
         }
         ArchiveMode::Off | ArchiveMode::Blink => {}
     }
+    ui.horizontal(|ui| {
+        if ui
+            .button("Align")
+            .on_hover_text("finds the shift, scale and rotation to the live picture again")
+            .clicked()
+        {
+            archive.realign();
+        }
+        ui.add(egui::Label::new(egui::RichText::new(&archive.note).small()).truncate());
+    });
 }
 
 /// Draws the old picture over the live one.
@@ -44,16 +54,20 @@ pub(super) fn paint(painter: &Painter, rect: Rect, model: &Model, kit: &mut Kit)
         return;
     };
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+    let Some(aspect) = archive.aspect() else {
+        return;
+    };
+    let place = inside(rect, aspect, archive.aligned.is_some());
     match archive.mode {
         ArchiveMode::Off => {}
         ArchiveMode::Blink if !archive.blinks_on(model.now) => {}
         ArchiveMode::Blink => {
-            painter.image(texture, rect, whole, Color32::WHITE);
+            painter.image(texture, place, whole, Color32::WHITE);
         }
         ArchiveMode::Onion => {
             painter.image(
                 texture,
-                rect,
+                place,
                 whole,
                 Color32::WHITE.gamma_multiply(archive.opacity),
             );
@@ -61,11 +75,21 @@ pub(super) fn paint(painter: &Painter, rect: Rect, model: &Model, kit: &mut Kit)
         ArchiveMode::Wipe => {
             let x = rect.left() + archive.line * rect.width();
             let left = Rect::from_min_max(rect.min, pos2(x, rect.bottom()));
-            let part = Rect::from_min_max(pos2(0.0, 0.0), pos2(archive.line, 1.0));
-            painter.image(texture, left, part, Color32::WHITE);
+            let left = painter.with_clip_rect(left.intersect(painter.clip_rect()));
+            left.image(texture, place, whole, Color32::WHITE);
             painter.vline(x, rect.y_range(), Stroke::new(1.5, Color32::WHITE));
         }
     }
+}
+
+/// Returns the place of the old picture: the film's if it is aligned, or else the largest one with
+/// its own aspect ratio.
+fn inside(film: Rect, aspect: f32, aligned: bool) -> Rect {
+    if aligned {
+        return film;
+    }
+    let width = film.width().min(film.height() * aspect);
+    Rect::from_center_size(film.center(), vec2(width, width / aspect))
 }
 
 fn texture(painter: &Painter, archive: &Archive, kit: &mut Kit) -> Option<egui::TextureId> {
@@ -73,8 +97,8 @@ fn texture(painter: &Painter, archive: &Archive, kit: &mut Kit) -> Option<egui::
         .archive
         .as_ref()
         .is_none_or(|(version, _)| *version != archive.version);
-    if fresh && let Some((size, levels)) = archive.levels() {
-        let image = egui::ColorImage::from_rgb(size, &levels);
+    if fresh && let Some(Levels { size, rgba }) = archive.levels() {
+        let image = egui::ColorImage::from_rgba_unmultiplied(size, &rgba);
         let handle: TextureHandle =
             painter
                 .ctx()

@@ -2,11 +2,14 @@
 
 use std::path::PathBuf;
 
-use egui::{Context, Ui};
+use egui::{Context, Ui, WidgetInfo, WidgetType};
 
 use crate::viewer::model::{Model, Output};
 
-pub(super) fn show(ui: &mut Ui, model: &mut Model) {
+use super::Kit;
+use super::dialog::{Dialog, Purpose};
+
+pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     ui.heading("Save");
     let mut next = model.setup.clone();
     ui.horizontal(|ui| {
@@ -29,8 +32,10 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
     });
     model.change("size", next);
     ui.horizontal(|ui| {
-        ui.add(egui::TextEdit::singleline(&mut model.output).desired_width(140.0))
+        let name = egui::TextEdit::singleline(&mut model.output).desired_width(124.0);
+        ui.add(name)
             .on_hover_text("the picture's name: .png, .exr or .ppm");
+        browse(ui, model, kit, Purpose::Picture);
         if ui
             .add_enabled(model.open, egui::Button::new("Save picture"))
             .on_hover_text("makes the same picture as the command line, bit for bit")
@@ -49,16 +54,42 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
     }
     ui.separator();
     ui.heading("Files");
-    read(ui, model);
-    write(ui, model);
+    read(ui, model, kit);
+    write(ui, model, kit);
     ui.separator();
 }
 
-fn read(ui: &mut Ui, model: &mut Model) {
-    ui.add(
-        egui::TextEdit::singleline(&mut model.file)
-            .hint_text("open: scene, camera, environment, picture"),
-    );
+/// Shows the button that opens the file dialog.
+fn browse(ui: &mut Ui, model: &Model, kit: &mut Kit, purpose: Purpose) {
+    let help = match purpose {
+        Purpose::Open => "choose a file to open (Ctrl+O)",
+        Purpose::Picture => "choose the name of the picture",
+        Purpose::Written => "choose the name of the camera or environment",
+    };
+    let button = ui.button("…").on_hover_text(help);
+    button.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, help));
+    if button.clicked() {
+        kit.dialog = Some(Dialog::open(purpose, model));
+    }
+}
+
+fn read(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+    ui.horizontal(|ui| {
+        let field = egui::TextEdit::singleline(&mut model.file)
+            .hint_text("open: scene, camera, picture, …")
+            .desired_width(236.0);
+        let field = ui.add(field);
+        field.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "File to open"));
+        let enter = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+        if enter && !model.file.trim().is_empty() {
+            let path = PathBuf::from(model.file.trim());
+            model.take_file(&path);
+        }
+        if !model.file.is_empty() {
+            field.on_hover_text(&model.file);
+        }
+        browse(ui, model, kit, Purpose::Open);
+    });
     let path = PathBuf::from(model.file.trim());
     let named = !model.file.trim().is_empty();
     ui.horizontal(|ui| {
@@ -82,8 +113,14 @@ fn read(ui: &mut Ui, model: &mut Model) {
     });
 }
 
-fn write(ui: &mut Ui, model: &mut Model) {
-    ui.add(egui::TextEdit::singleline(&mut model.written).hint_text("write: a new .dat or .env"));
+fn write(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+    ui.horizontal(|ui| {
+        let field = egui::TextEdit::singleline(&mut model.written)
+            .hint_text("write: a new .dat or .env")
+            .desired_width(236.0);
+        ui.add(field);
+        browse(ui, model, kit, Purpose::Written);
+    });
     let path = PathBuf::from(model.written.trim());
     let named = !model.written.trim().is_empty();
     ui.horizontal(|ui| {

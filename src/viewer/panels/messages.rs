@@ -13,7 +13,9 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
         return;
     }
     ui.horizontal(|ui| {
-        ui.strong(format!("{} messages", model.messages.len()));
+        let count = model.messages.len();
+        let plural = if count == 1 { "" } else { "s" };
+        ui.strong(format!("{count} message{plural}"));
         if ui.button("Clear").clicked() {
             model.messages.clear();
             model.shown_message = None;

@@ -3,8 +3,10 @@
 mod bar;
 mod camera;
 mod compare;
+mod dialog;
 mod drawing;
 mod file;
+mod fold;
 mod light;
 mod messages;
 mod overlay;
@@ -35,6 +37,10 @@ pub(crate) struct Kit {
     shown: Option<picture::Shown>,
     histogram: Option<super::develop::Histogram>,
     archive: Option<(u64, TextureHandle)>,
+    /// The lens that was last scrolled into view in the menu.
+    lens_in_view: String,
+    dialog: Option<dialog::Dialog>,
+    fold: fold::Fold,
     wheel: f32,
     rays: rays::Section,
     /// A lens wide open, with its f-number.
@@ -77,6 +83,9 @@ impl Window {
             shown: None,
             histogram: None,
             archive: None,
+            lens_in_view: String::new(),
+            dialog: None,
+            fold: fold::Fold::default(),
             wheel: 0.0,
             rays: rays::Section::default(),
             widest: None,
@@ -95,7 +104,7 @@ impl Window {
             model.held = i.pointer.any_down();
         });
         dropped(ctx, model);
-        keys(ctx, model);
+        keys(ctx, model, &mut self.kit);
         self.panels(ctx);
         let model = &mut self.model;
         if model.continue_flight() || model.archive.mode == super::archive::ArchiveMode::Blink {
@@ -111,11 +120,15 @@ impl Window {
         for (setup, output) in model.saves() {
             self.engine.save(setup, output);
         }
+        if let Some(job) = model.alignment_job() {
+            self.engine.align(job);
+        }
     }
 
     fn panels(&mut self, ctx: &Context) {
         let (model, kit) = (&mut self.model, &mut self.kit);
-        egui::TopBottomPanel::top("bar").show(ctx, |ui| bar::top(ui, model));
+        kit.fold.fit(ctx.content_rect().size());
+        egui::TopBottomPanel::top("bar").show(ctx, |ui| bar::top(ui, model, &mut kit.fold));
         egui::TopBottomPanel::bottom("status").show(ctx, |ui| bar::status(ui, model));
         if !model.messages.is_empty() || model.refusal.is_some() {
             egui::TopBottomPanel::bottom("messages")
@@ -123,26 +136,39 @@ impl Window {
                 .max_height(260.0)
                 .show(ctx, |ui| messages::show(ui, model));
         }
-        egui::SidePanel::left("camera")
-            .exact_width(214.0)
-            .show(ctx, |ui| camera::menu(ui, model, kit));
-        egui::SidePanel::right("settings")
-            .exact_width(286.0)
-            .show(ctx, |ui| {
+        if kit.fold.lenses {
+            egui::SidePanel::left("camera")
+                .exact_width(214.0)
+                .show(ctx, |ui| camera::menu(ui, model, kit));
+        }
+        if kit.fold.settings {
+            let panel = egui::SidePanel::right("settings").exact_width(298.0);
+            panel.show(ctx, |ui| {
+                // A solid bar shows that there is more below.
+                ui.spacing_mut().scroll = egui::style::ScrollStyle::solid();
                 egui::ScrollArea::vertical().show(ui, |ui| {
                     settings::focus(ui, model, kit);
                     settings::aperture(ui, model, kit);
                     light::show(ui, model, kit);
                     overlay::choices(ui, model);
-                    file::show(ui, model);
+                    file::show(ui, model, kit);
                     compare::show(ui, model);
                 });
             });
-        egui::TopBottomPanel::bottom("lens")
-            .exact_height(180.0)
-            .show(ctx, |ui| rays::show(ui, model, &mut kit.rays));
+        }
+        if kit.fold.section {
+            let height = (0.21 * ctx.content_rect().height()).clamp(120.0, 260.0);
+            egui::TopBottomPanel::bottom("lens")
+                .exact_height(height)
+                .show(ctx, |ui| rays::show(ui, model, &mut kit.rays));
+        }
         egui::CentralPanel::default().show(ctx, |ui| picture::show(ui, model, kit));
         file::confirm(ctx, model);
+        if let Some(dialog) = &mut kit.dialog
+            && !dialog.show(ctx, model)
+        {
+            kit.dialog = None;
+        }
     }
 }
 
@@ -155,7 +181,7 @@ fn dropped(ctx: &Context, model: &mut Model) {
 }
 
 /// Handles keys that work at any position of the cursor, unless a text is being typed.
-fn keys(ctx: &Context, model: &mut Model) {
+fn keys(ctx: &Context, model: &mut Model, kit: &mut Kit) {
     let pressed = |modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
     if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y)
     {
@@ -163,6 +189,9 @@ fn keys(ctx: &Context, model: &mut Model) {
     }
     if pressed(Modifiers::COMMAND, Key::Z) {
         model.undo();
+    }
+    if pressed(Modifiers::COMMAND, Key::O) {
+        kit.dialog = Some(dialog::Dialog::open(dialog::Purpose::Open, model));
     }
     if ctx.wants_keyboard_input() {
         return;

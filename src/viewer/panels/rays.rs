@@ -17,7 +17,7 @@ const RAYS: u32 = 24;
 /// The section with its rays, kept until the pixel or the lens changes.
 #[derive(Default)]
 pub(super) struct Section {
-    of: Option<(u64, [u32; 2])>,
+    of: Option<(u64, [u32; 2], [f32; 2])>,
     drawing: crate::diagram::drawing::Drawing,
     passed: usize,
 }
@@ -32,13 +32,14 @@ pub(super) fn show(ui: &mut Ui, model: &Model, section: &mut Section) {
     let size = model.setup.plan.resolution;
     let cell = |t: f64, n: u32| ((t * f64::from(n)) as u32).min(n.saturating_sub(1));
     let pixel = [cell(x, size.width), cell(y, size.height)];
-    if section.of != Some((frame.serial, pixel)) {
-        let number = u64::from(pixel[1] * size.width + pixel[0]);
-        (section.drawing, section.passed) = draw(camera, model, pixel, number);
-        section.of = Some((frame.serial, pixel));
-    }
     caption(ui, model, camera, pixel, section.passed);
     let (rect, _) = ui.allocate_exact_size(ui.available_size(), egui::Sense::hover());
+    let room: [f32; 2] = rect.size().into();
+    if section.of != Some((frame.serial, pixel, room)) {
+        let number = u64::from(pixel[1] * size.width + pixel[0]);
+        (section.drawing, section.passed) = draw(camera, model, pixel, number, room);
+        section.of = Some((frame.serial, pixel, room));
+    }
     drawing::paint(
         &ui.painter_at(rect),
         rect,
@@ -56,23 +57,24 @@ fn caption(ui: &mut Ui, model: &Model, camera: &LensCamera, [px, py]: [u32; 2], 
         ui.strong(format!("{} {:.1} mm{f}", camera.lens.name(), optics.efl()));
         let seen = model.cursor.and_then(|(x, y)| model.look(x, y));
         let there = seen.map_or("nothing".into(), |s| meters(s.distance));
-        ui.label(format!(
-            "pixel {px}, {py}: {passed} of {RAYS} rays through; {there} away"
-        ));
+        let text = format!("pixel {px}, {py}: {passed} of {RAYS} rays through; {there} away");
+        ui.add(egui::Label::new(text).truncate());
     });
 }
 
-/// Returns the section and the number of rays that pass through the lens.
+/// Returns the section with the size of the room, in which its letters are legible, and the number
+/// of rays that pass through the lens.
 fn draw(
     camera: &LensCamera,
     model: &Model,
     [px, py]: [u32; 2],
     number: u64,
+    [width, height]: [f32; 2],
 ) -> (crate::diagram::drawing::Drawing, usize) {
     let plan = &model.setup.plan;
     let options = SectionOptions {
-        width: 960.0,
-        height: 240.0,
+        width: width.max(80.0).into(),
+        height: height.max(80.0).into(),
         fields: Vec::new(),
         lost: false,
         ..SectionOptions::of(camera.focus.film_z, 0.0)

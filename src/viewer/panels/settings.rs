@@ -59,7 +59,11 @@ pub(super) fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
 /// Shows the result of autofocus in one line, which is reserved while it is empty, so that nothing
 /// below moves.
 fn autofocus(ui: &mut Ui, model: &Model) {
-    let text = match model.focused {
+    // A result is out of date when the focus has been changed by other means.
+    let current = model
+        .focused
+        .filter(|_| model.focused_at == model.setup.focus());
+    let text = match current {
         None => " ".into(),
         Some(found) => {
             let distance = meters(found.distance);

@@ -1039,6 +1039,150 @@ fn an_archival_picture_is_blinked_wiped_and_blended() {
     );
 }
 
+/// The old picture is twice as large as the live one, has a border, and is shifted in it.
+#[test]
+fn an_archival_picture_is_aligned_with_the_live_one() {
+    let scratch = Scratch::new("align");
+    let mut plan = scratch.plan();
+    plan.optics = Optics::Pinhole;
+    plan.resolution = Resolution {
+        width: 120,
+        height: 80,
+    };
+    let mut live = Live::open(&plan).unwrap();
+    let request = Request {
+        setup: live.setup().clone(),
+        preview: Preview::Lens,
+        resolution: None,
+        serial: 1,
+        at: Instant::now(),
+    };
+    live.show(request).unwrap();
+    let mut frame = live.step(&|| true).unwrap();
+    while !frame.whole || frame.samples < 8 {
+        frame = live.step(&|| true).unwrap();
+    }
+    let levels = crate::viewer::develop::levels(&frame, 1.0, &plan.response);
+    let picture = image::RgbImage::from_raw(120, 80, levels.clone()).unwrap();
+    let large =
+        image::imageops::resize(&picture, 240, 160, image::imageops::FilterType::CatmullRom);
+    let mut old = image::RgbImage::from_pixel(300, 230, image::Rgb([128; 3]));
+    image::imageops::overlay(&mut old, &large, 40, 20);
+    let path = scratch.path("old.png");
+    old.save(&path).unwrap();
+
+    let mut archive = crate::viewer::archive::Archive::default();
+    archive.load(&path).unwrap();
+    assert_eq!(archive.aspect(), Some(300.0 / 230.0));
+    let job = archive.alignment_job(frame.resolution, || levels.clone());
+    let aligned = job.unwrap().run().unwrap();
+    assert!(
+        (aligned.alignment.scale - 0.5).abs() < 0.005,
+        "{:?}",
+        aligned.alignment
+    );
+    assert_eq!(aligned.levels.size, [120, 80]);
+    let pixels = aligned
+        .levels
+        .rgba
+        .chunks_exact(4)
+        .zip(levels.chunks_exact(3));
+    let (mut covered, mut difference) = (0, 0.0);
+    for (old, new) in pixels.filter(|(old, _)| old[3] == 255) {
+        covered += 1;
+        difference += (0..3)
+            .map(|c| f64::from(old[c].abs_diff(new[c])))
+            .sum::<f64>()
+            / 3.0;
+    }
+    assert!(covered > 9000, "{covered} of 9600 pixels");
+    assert!(
+        difference / f64::from(covered) < 2.0,
+        "{difference} levels in all"
+    );
+    archive.align_done(archive.version, Ok(aligned));
+    assert_eq!(archive.aspect(), Some(1.5));
+}
+
+#[test]
+fn the_enter_key_opens_the_file_that_is_named() {
+    let scratch = Scratch::new("enter");
+    let mut bench = Bench::open(&scratch);
+    std::fs::write(scratch.path("second.iv"), SCENE).unwrap();
+    let name = scratch.path("second.iv").display().to_string();
+    bench.change(|m| m.file = name);
+    bench.harness.get_by_label("File to open").focus();
+    bench.harness.run_steps(3);
+    bench.harness.key_press(Key::Enter);
+    bench.until("the second scene", |m| {
+        m.setup.plan.scene.ends_with("second.iv")
+    });
+}
+
+#[test]
+fn the_file_dialog_opens_the_file_that_is_chosen() {
+    let scratch = Scratch::new("dialog");
+    std::fs::write(scratch.path("second.iv"), SCENE).unwrap();
+    let mut bench = Bench::open(&scratch);
+    bench.click("choose a file to open (Ctrl+O)");
+    bench.harness.get_by_label_contains("second.iv").click();
+    bench.harness.run_steps(3);
+    bench.click("Open file");
+    bench.until("the second scene", |m| {
+        m.setup.plan.scene.ends_with("second.iv")
+    });
+    assert!(bench.harness.query_by_label("Open file").is_none());
+    bench.click("choose the name of the picture");
+    bench.click("Cancel");
+    assert!(bench.harness.query_by_label("Cancel").is_none());
+}
+
+#[test]
+fn the_chosen_lens_is_scrolled_into_view() {
+    let scratch = Scratch::new("in-view");
+    let mut plan = scratch.plan();
+    for name in ["wide-angle", "double-gauss", "anamorphic"] {
+        plan.optics = Optics::Lens(LensChoice::named(name));
+        let mut bench = Bench::sized(Model::new(plan.clone()), [800.0, 600.0]);
+        bench.harness.run_steps(20);
+        let row = bench.harness.get_by_label(name).rect();
+        assert!(row.top() > 60.0 && row.bottom() < 590.0, "{name}: {row:?}");
+    }
+}
+
+#[test]
+fn panels_fold_away_in_a_small_window_and_buttons_show_them() {
+    let scratch = Scratch::new("fold");
+    let mut bench = Bench::sized(Model::new(scratch.plan()), [420.0, 320.0]);
+    bench.until("a frame", |m| m.frame.is_some());
+    let picture = bench.harness.get_by_label("Picture").rect();
+    assert!(picture.width() > 250.0, "{picture:?}");
+    assert!(bench.harness.query_by_label("Movements").is_none());
+    bench.click("Settings");
+    assert!(bench.harness.query_by_label("Movements").is_some());
+    bench.click("Lenses");
+    assert!(bench.harness.query_by_label("Movements").is_none());
+    assert!(bench.harness.query_by_label("Film").is_some());
+}
+
+#[test]
+fn the_result_of_autofocus_goes_when_the_focus_is_changed_otherwise() {
+    let scratch = Scratch::new("stale");
+    let mut bench = Bench::open(&scratch);
+    bench.click_at(bench.at(0.5, 0.5));
+    bench.until("the focus", |m| m.focused.is_some());
+    let shown = |bench: &Bench| {
+        bench
+            .harness
+            .query_by_label_contains("autofocus ")
+            .is_some()
+    };
+    bench.harness.run_steps(2);
+    assert!(shown(&bench));
+    bench.click("Undo");
+    assert!(!shown(&bench));
+}
+
 /// Opens a window whose picture is always the same: exposed to four samples by hand, without a
 /// renderer.
 fn still(scratch: &Scratch) -> Bench {
@@ -1090,6 +1234,46 @@ fn difference_from(name: &str, bench: &Bench) -> f64 {
         .zip(now.pixels())
         .filter(|(a, b)| a.0.iter().zip(b.0).any(|(x, y)| x.abs_diff(y) > 16));
     differ.count() as f64 / f64::from(now.width() * now.height())
+}
+
+/// Writes pictures of the window at several sizes to the folder that `SHOTS` names, to look at:
+/// `SHOTS=folder cargo test --features viewer-tests shots -- --ignored`. `SHOTS_SCENE` names a
+/// scene, and `SHOTS_SIZES` other sizes. docs/guide/window.png is made so.
+#[test]
+#[ignore = "pictures to look at"]
+fn shots() {
+    let text = |name: &str| std::env::var(name).ok();
+    let folder = PathBuf::from(text("SHOTS").expect("a folder"));
+    let sizes = text("SHOTS_SIZES");
+    let sizes = sizes
+        .as_deref()
+        .unwrap_or("420x320 800x600 1360x860 2560x1440");
+    let scratch = Scratch::new("shots");
+    for size in sizes.split_whitespace() {
+        let (width, height) = size.split_once('x').unwrap();
+        let size = [width, height].map(|n| n.parse::<f32>().unwrap());
+        let mut plan = scratch.plan();
+        if let Some(scene) = text("SHOTS_SCENE") {
+            plan = Plan::of_era(Era::Modern, scene);
+        }
+        let mut lens = LensChoice::named("wide-angle");
+        lens.efl = Some(Mm(20.0));
+        plan.optics = Optics::Lens(lens);
+        let mut bench = Bench::sized(Model::new(plan), size);
+        bench.until("a frame", |m| m.frame.is_some());
+        let start = Instant::now();
+        let ready = |m: &Model| m.frame.as_ref().is_some_and(|f| f.whole && f.samples >= 16);
+        while !ready(bench.model()) && start.elapsed() < Duration::from_secs(90) {
+            bench.harness.step();
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let canvas =
+            raster::Canvas::draw(&bench.harness.ctx, bench.harness.output(), &bench.textures);
+        let (width, height) = (canvas.width as u32, canvas.height as u32);
+        let picture = image::RgbImage::from_raw(width, height, canvas.levels()).unwrap();
+        let name = format!("{width}x{height}.png");
+        picture.save(folder.join(name)).unwrap();
+    }
 }
 
 #[test]
