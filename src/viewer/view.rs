@@ -44,8 +44,8 @@ impl View {
         self.intersection(&ray)
     }
 
-    /// Returns whether a surface lies on the way between two points of the world, or within `margin`
-    /// meters beyond it.
+    /// Returns whether a surface lies on the way between two points of the world, or within
+    /// `margin` meters beyond it.
     pub(crate) fn blocks(&self, from: DVec3, to: DVec3, margin: f64) -> bool {
         let step = to - from;
         let Some(direction) = step.try_normalize() else {
