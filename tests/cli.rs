@@ -265,10 +265,14 @@ fn a_scene_without_light_is_lit_from_the_camera_with_a_notice() {
         assert_eq!(said.matches(HEADLIGHT_ON).count(), 1, "{said}");
     }
     // From behind, the light of this scene reaches no visible surface, so the picture remains dark.
-    for line in ["render DIR/lamp.iv", "render --headlight=off DIR/dark.iv"] {
+    for (line, cause) in [
+        ("render DIR/lamp.iv", "do not reach what the camera sees"),
+        ("render --headlight=off DIR/dark.iv", "no light is on"),
+    ] {
         let (level, said) = lit(&scratch, line);
         assert!(level < 20 && !said.contains(HEADLIGHT_ON), "{level} {said}");
-        assert!(!said.contains("warning"), "{said}");
+        assert_eq!(said.matches("warning").count(), 1, "{said}");
+        assert!(said.contains(cause), "{said}");
     }
     for flag in ["--headlight", "--headlight=on"] {
         let (level, said) = lit(&scratch, &format!("render {flag} DIR/dark.iv"));
@@ -293,6 +297,78 @@ fn in_the_1999_form_the_headlight_remains_off_with_a_hint() {
     }
     let (level, said) = lit(&scratch, "-batch -headlight DIR/dark.iv");
     assert!(level > 100 && !said.contains("warning"), "{level} {said}");
+}
+
+#[test]
+fn a_picture_that_is_black_or_clipped_says_so_with_the_likely_cause() {
+    let scratch = Scratch::new("black");
+    let scene = |name: &str, text: &str| {
+        scratch.file(name, &format!("#Inventor V2.1 ascii\n{text}\n"));
+    };
+    let wall = "Cube { width 40 height 40 depth 0.1 }";
+    scene("empty.iv", "Separator { }");
+    scene(
+        "wall.iv",
+        &format!("PerspectiveCamera {{ position 0 0 3 }} {wall}"),
+    );
+    scene(
+        "behind.iv",
+        &format!("PerspectiveCamera {{ position 0 0 -3 }} {wall}"),
+    );
+    scene(
+        "past.iv",
+        "PerspectiveCamera { position 50 0 3 } Cube { depth 0.1 }",
+    );
+    scene(
+        "shadow.iv",
+        &format!(
+            "PerspectiveCamera {{ position 0 0 3 }} DirectionalLight {{ }} {wall} \
+             Translation {{ translation 0 0 5 }} {wall}"
+        ),
+    );
+    scene(
+        "dull.iv",
+        &format!("PerspectiveCamera {{ position 0 0 3 }} Material {{ diffuseColor 0 0 0 }} {wall}"),
+    );
+    for (line, cause, next) in [
+        ("render DIR/empty.iv", "nothing to see", "ivcam check"),
+        ("render DIR/behind.iv", "behind the camera", "--camera"),
+        ("render DIR/past.iv", "looks past the scene", "ivcam view"),
+        ("render DIR/shadow.iv", "is in shadow", "--headlight=on"),
+        ("-batch DIR/shadow.iv", "is in shadow", "-headlight on"),
+        (
+            "render --exposure 1e-4 DIR/wall.iv",
+            "too short",
+            "--exposure",
+        ),
+        (
+            "render --exposure 900 DIR/wall.iv",
+            "too long",
+            "--exposure",
+        ),
+        ("render DIR/dull.iv", "black or nearly so", "--exposure"),
+        // A warning is no progress and no summary, so it is not suppressed.
+        (
+            "render --quiet DIR/behind.iv",
+            "behind the camera",
+            "--camera",
+        ),
+    ] {
+        let (_, messages) = lit(&scratch, line);
+        let warnings: Vec<&str> = messages
+            .lines()
+            .filter(|l| l.starts_with("warning"))
+            .collect();
+        assert_eq!(warnings.len(), 1, "{line}: {messages}");
+        assert!(warnings[0].contains("the picture is"), "{line}: {messages}");
+        assert!(warnings[0].contains(cause), "{line}: {messages}");
+        assert!(messages.contains(next), "{line}: {messages}");
+    }
+    let (level, messages) = lit(&scratch, "render DIR/wall.iv");
+    assert!(
+        level > 100 && !messages.contains("the picture is"),
+        "{messages}"
+    );
 }
 
 #[test]

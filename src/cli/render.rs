@@ -200,15 +200,11 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
     meter.clear();
     warn_of_shortfall(&session, &exposure);
 
-    if exposure.counts.passed == 0 {
-        let none = Diagnostic::warning("no ray reached the scene: the picture is black");
-        print_diagnostic(
-            &none.with_help("the film may be too large for the lens, or the lens closed"),
-        );
-    }
-
     let clock = Instant::now();
     let picture = session.develop(&exposure, &command_line(words));
+    if let Some(warning) = session.warn_if_black_or_clipped(&exposure, &picture) {
+        print_diagnostic(&warning);
+    }
     picture.save(&options.output, session.plan.depth)?;
     let mut report = session.report(&exposure);
     report.picture = options.output.display().to_string();

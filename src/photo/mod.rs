@@ -9,6 +9,7 @@ pub(crate) mod headlight;
 mod lens_settings;
 pub(crate) mod options;
 mod overview;
+mod picture_hint;
 mod plan;
 mod pose;
 mod session;

@@ -248,9 +248,14 @@ impl Session {
         inventor_bounds(&snapshot, &self.plan)
     }
 
+    /// Returns whether the headlight is on, and why.
+    pub(super) fn headlight_state(&self) -> HeadlightState {
+        self.headlight_sources.resolve(self.plan.headlight)
+    }
+
     /// Returns a line for the user if the headlight is on only because the scene has no light.
     pub fn headlight_notice(&self) -> Option<&'static str> {
-        let lit = self.headlight_sources.resolve(self.plan.headlight);
+        let lit = self.headlight_state();
         let automatic = lit.on && lit.cause == HeadlightCause::Scene;
         (automatic && self.plan.shading.needs().lights).then_some(
             "headlight: on, because the scene has no light; --headlight=off turns it off",
@@ -288,13 +293,18 @@ impl Session {
 
     /// Returns the shader of the plan, which computes the radiance along rays.
     pub(crate) fn shader(&self) -> Shader<'_> {
+        self.shader_of(self.plan.shading)
+    }
+
+    /// Returns a shader of another model, which may need no more of the scene than the plan's.
+    pub(super) fn shader_of(&self, shading: Shading) -> Shader<'_> {
         let options = ShadeOptions {
             headlight: self.headlight,
             backward: (self.pose.orientation * DVec3::Z).as_vec3(),
             max_depth: self.max_depth(),
             ..ShadeOptions::default()
         };
-        Shader::new(&self.scene, self.plan.shading, options)
+        Shader::new(&self.scene, shading, options)
     }
 
     /// Returns the ghosts of the scene's lights, if the plan has them.
@@ -420,7 +430,7 @@ impl Session {
 }
 
 /// Returns whether nothing lights the scene although no option turned the headlight off.
-fn is_left_dark(sources: HeadlightSources, lit: HeadlightState) -> bool {
+pub(super) fn is_left_dark(sources: HeadlightSources, lit: HeadlightState) -> bool {
     !lit.on && !sources.scene_has_light && lit.cause != HeadlightCause::Option
 }
 

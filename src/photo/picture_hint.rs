@@ -1,0 +1,218 @@
+//! Recognizes a picture that is almost entirely black or clipped, and finds the likely cause.
+//!
+//! The causes come from the counts of the render, from the plan, and from a grid of rays that are
+//! traced after the render and only for such a picture. The picture itself does not change.
+
+use glam::Vec3;
+
+use super::plan::Era;
+use super::session::{Session, is_left_dark};
+use crate::bvh::Ray;
+use crate::diag::Diagnostic;
+use crate::picture::Picture;
+use crate::render::Exposure;
+use crate::shade::{Shading, Work};
+
+/// The highest level of a dark pixel, of 255. On most screens such a pixel looks black beside a
+/// white window; chosen by eye.
+const DARK: f64 = 24.0 / 255.0;
+/// The share of pixels that may be brighter in a picture that is almost entirely black. A thin line
+/// across the picture of 1999 covers more (one row of 240).
+const BRIGHT_SHARE: f64 = 1e-3;
+/// The linear exposure from which a pixel counts as clipped. A white background is 1.
+const CLIPPED: f32 = 1.1;
+/// The share of clipped pixels from which a picture is almost entirely clipped; chosen by trial.
+const CLIPPED_SHARE: f64 = 0.95;
+/// The rays across and down that look for the cause.
+const GRID: (u32, u32) = (36, 24);
+/// Points of the lens that are tried in turn for a ray that represents a place of the picture.
+const PUPIL_POINTS: [[f64; 2]; 3] = [[0.5, 0.5], [0.3, 0.5], [0.7, 0.5]];
+
+/// The help for a camera that sees nothing useful.
+const OTHER_CAMERA: &str =
+    "`--camera FILE` takes another camera, and `ivcam view` finds one in a window";
+
+/// What the grid of rays found.
+struct Probe {
+    /// Rays that got through the lens.
+    rays: usize,
+    /// Rays that hit a surface.
+    hits: usize,
+    /// Hits on the back of a surface.
+    backs: usize,
+    /// Whether a surface would be bright without shadows.
+    bright_without_shadows: bool,
+}
+
+impl Session {
+    /// Returns a warning if the picture is almost entirely black or clipped. It names the likely
+    /// cause and what to do next.
+    pub(crate) fn warn_if_black_or_clipped(
+        &self,
+        exposure: &Exposure,
+        picture: &Picture,
+    ) -> Option<Box<Diagnostic>> {
+        if exposure.counts.passed == 0 {
+            let none = Diagnostic::warning("no ray reached the scene: the picture is black");
+            let help = "the film may be too large for the lens, or the lens closed";
+            return Some(none.with_help(help));
+        }
+        let count = picture.pixels.len().max(1) as f64;
+        let clipped = |pixel: &&[f32; 3]| pixel.iter().all(|x| *x > CLIPPED);
+        if picture.pixels.iter().filter(clipped).count() as f64 >= CLIPPED_SHARE * count {
+            let middle = brightness(picture, 0.5);
+            let cause = "the picture is almost entirely clipped: its exposure is too long";
+            let factor = rounded(0.5 * self.plan.exposure / f64::from(middle));
+            let help = format!("`--exposure {factor}` brings the middle of its range to half");
+            return Some(Diagnostic::warning(cause).with_help(help));
+        }
+        let is_bright = |pixel: &&[f32; 3]| {
+            let level = |(i, x): (usize, &f32)| picture.response.level(f64::from(*x), i);
+            pixel
+                .iter()
+                .enumerate()
+                .map(level)
+                .any(|level| level > DARK)
+        };
+        let bright = picture.pixels.iter().filter(is_bright).count();
+        if bright as f64 > BRIGHT_SHARE * count {
+            return None;
+        }
+        let (cause, help) = self.cause_of_darkness(picture)?;
+        let black = match bright {
+            0 => "black",
+            _ => "almost entirely black",
+        };
+        let message = format!("the picture is {black}: {cause}");
+        Some(Diagnostic::warning(message).with_help(help))
+    }
+
+    /// Returns the likely cause of a dark picture and what to do next, or `None` if opening the
+    /// session already warned about it.
+    fn cause_of_darkness(&self, picture: &Picture) -> Option<(String, String)> {
+        let because = |cause: &str, help: &str| Some((cause.to_owned(), help.to_owned()));
+        let (triangles, quadrics, strokes) = self.scene.primitives();
+        if triangles + quadrics + strokes == 0 {
+            let help = format!(
+                "`ivcam check {}` lists its nodes",
+                self.plan.scene.display()
+            );
+            return because("the scene has nothing to see", &help);
+        }
+        let brightest = brightness(picture, 1.0 - BRIGHT_SHARE);
+        let factor = self.exposure_factor();
+        let brighter = rounded(0.8 * self.plan.exposure / f64::from(brightest));
+        if factor < 1.0 && f64::from(brightest) / factor > DARK {
+            let help = format!("`--exposure {brighter}` makes its brightest part nearly white");
+            return because("its exposure is too short", &help);
+        }
+        let probe = self.probe();
+        if probe.hits == 0 {
+            return because(self.empty_view(), OTHER_CAMERA);
+        }
+        let headlight = match self.plan.era {
+            Era::Vintage => "`-headlight on`",
+            Era::Modern => "`--headlight=on`",
+        };
+        let needs = self.plan.shading.needs();
+        if needs.lights && self.headlight.is_none() && self.scene.lights().is_empty() {
+            if is_left_dark(self.headlight_sources, self.headlight_state()) {
+                return None;
+            }
+            let help = format!("{headlight} turns the light on the camera on");
+            return because("no light is on", &help);
+        }
+        if 100 * probe.hits < probe.rays {
+            let cause = "less than 1% of it shows the scene";
+            let help = "a longer `--efl` or a camera that is nearer shows it larger";
+            return because(cause, help);
+        }
+        if 10 * probe.backs > 9 * probe.hits {
+            let cause = "the camera sees only the back of surfaces, as from inside a closed shape";
+            return because(cause, OTHER_CAMERA);
+        }
+        if probe.bright_without_shadows {
+            let cause = "everything in view is in shadow";
+            let help = format!("{headlight} adds a light on the camera, `-s p` draws no shadows");
+            return because(cause, &help);
+        }
+        if needs.lights && self.headlight.is_none() {
+            let cause = "the scene's lights do not reach what the camera sees";
+            let help = format!("{headlight} adds a light on the camera");
+            return because(cause, &help);
+        }
+        let help = match brightest > 0.0 {
+            true => format!("`--exposure {brighter}` makes the brightest part nearly white"),
+            false => "`-s n` shows their shapes without light and materials".to_owned(),
+        };
+        because("the surfaces in view are black or nearly so", &help)
+    }
+
+    /// Says why a camera sees nothing of a scene that has shapes.
+    fn empty_view(&self) -> &'static str {
+        let Some((min, max)) = self.scene.bounds() else {
+            return "the camera sees nothing of the scene";
+        };
+        let eye = (self.pose.position - self.scene.origin).as_vec3();
+        let forward = self.pose.direction().as_vec3();
+        // The corner of the box that is farthest in the direction of the view.
+        let far = Vec3::select(forward.cmpgt(Vec3::ZERO), max, min);
+        if (far - eye).dot(forward) < 0.0 {
+            "the whole scene is behind the camera"
+        } else if eye.clamp(min, max) == eye {
+            "the camera is inside the scene and looks to where nothing is"
+        } else {
+            "the camera looks past the scene"
+        }
+    }
+
+    /// Traces a grid of rays over the picture.
+    fn probe(&self) -> Probe {
+        let mut probe = Probe {
+            rays: 0,
+            hits: 0,
+            backs: 0,
+            bright_without_shadows: false,
+        };
+        let shader = self.shader_of(Shading::Phong);
+        let exposure = self.exposure_factor() as f32;
+        let mut work = Work::default();
+        for (row, column) in (0..GRID.1).flat_map(|row| (0..GRID.0).map(move |c| (row, c))) {
+            let x = (f64::from(column) + 0.5) / f64::from(GRID.0);
+            let y = (f64::from(row) + 0.5) / f64::from(GRID.1);
+            let at = self.camera.at(x, y);
+            let Some(ray) = PUPIL_POINTS.iter().find_map(|pupil| at.ray(*pupil)) else {
+                continue;
+            };
+            let ray = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
+            probe.rays += 1;
+            let Some(hit) = self.scene.hit(&ray) else {
+                continue;
+            };
+            probe.hits += 1;
+            let surface = self.scene.surface(&hit);
+            probe.backs += usize::from(!self.scene.is_front(&ray, &hit, surface));
+            if self.plan.shading == Shading::Recursive {
+                let radiance = shader.radiance_of(&ray, Some(hit), &mut work).max_element();
+                probe.bright_without_shadows |= f64::from(exposure * radiance) > DARK;
+            }
+        }
+        probe
+    }
+}
+
+/// Returns the brightness that a share of the pixels does not exceed: the largest linear exposure
+/// of a pixel's channels.
+fn brightness(picture: &Picture, share: f64) -> f32 {
+    let largest = |pixel: &[f32; 3]| pixel.iter().copied().fold(0.0, f32::max);
+    let mut all: Vec<f32> = picture.pixels.iter().map(largest).collect();
+    all.sort_unstable_by(f32::total_cmp);
+    let last = all.len().saturating_sub(1);
+    let index = (share * last as f64).round() as usize;
+    all.get(index).copied().unwrap_or_default()
+}
+
+/// Rounds a factor to two digits.
+fn rounded(factor: f64) -> f64 {
+    format!("{factor:.1e}").parse().unwrap_or(factor)
+}
