@@ -372,6 +372,60 @@ fn a_picture_that_is_black_or_clipped_says_so_with_the_likely_cause() {
 }
 
 #[test]
+fn help_is_grouped_short_and_names_the_spellings_of_its_form() {
+    let help = |line: &str| {
+        let output = ivcam(line).output().expect("runs");
+        assert_eq!(output.status.code(), Some(0), "{line}");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let (short, long) = (help("render -h"), help("render --help"));
+    assert!(short.lines().count() <= 50, "{short}");
+    assert!(short.contains("--aperture") && !short.contains("--film-radius"));
+    for heading in ["Lens:", "Film:", "Sampling:", "Output:"] {
+        assert!(
+            short.contains(heading) && long.contains(heading),
+            "{heading}"
+        );
+    }
+    assert!(long.contains("--film-radius") && !long.contains("--batch"));
+    assert!(!help("view --help").contains("--batch"));
+    for line in ["-help", "-batch --help", "-batch -help scene.iv"] {
+        let text = help(line);
+        for old in ["-batch", "-camread FILE", "-j ", "-headlight"] {
+            assert!(
+                text.contains(&format!("\n  {old}")),
+                "{line}: {old} missing in {text}"
+            );
+        }
+    }
+}
+
+#[test]
+fn messages_name_the_option_as_it_was_typed() {
+    for (line, message) in [
+        ("-batch -s q a.iv", "`-s q` is not"),
+        ("-batch -j 0 a.iv", "`-j 0` is not"),
+        ("render --samples 0 a.iv", "`--samples 0` is not"),
+        ("render -j0 a.iv", "`-j 0` is not"),
+        (
+            "-batch -f -camread x scene.iv",
+            "`-f` wants a distance, and `-camread` is an option",
+        ),
+    ] {
+        let output = ivcam(line).output().expect("runs");
+        assert_eq!(output.status.code(), Some(2), "{line}");
+        assert!(
+            stderr(&output).contains(message),
+            "{line}: {}",
+            stderr(&output)
+        );
+    }
+    let output = ivcam("-batch a.iv b.iv").output().expect("runs");
+    let text = stderr(&output);
+    assert!(text.contains("b.iv") && !text.contains("--batch"), "{text}");
+}
+
+#[test]
 fn navigation_info_and_environment_set_the_headlight() {
     let scratch = Scratch::new("say");
     let world = |info: &str, lamp: &str| {

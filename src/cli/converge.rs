@@ -23,6 +23,7 @@ pub(crate) fn command() -> Command {
     Command::new("converge")
         .about("Measures error against samples and run time, for a list of methods")
         .args(flags::photograph())
+        .after_help(flags::MORE)
         .mut_arg("output", |arg| arg.hide(true))
         .arg(value(
             "methods",

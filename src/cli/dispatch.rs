@@ -1,51 +1,72 @@
 //! Finds the command that the arguments name, and runs it.
 
 use std::ffi::OsString;
+use std::io::Write as _;
 
 use clap::Command;
 
 use super::arguments::scene_argument;
-use super::messages::{ERROR, print_diagnostic};
+use super::messages::{ERROR, exit_code, print_diagnostic, status};
 use super::{
     check, compare, converge, convert, expose, flags, lens, nodes, pull_focus, render, view,
+    vintage_help,
 };
 use crate::diag::{Diagnostic, Result};
 use crate::photo::Era;
 
 /// Runs the program with its arguments, of which the first is its own name. Returns the exit code.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> i32 {
-    let words = flags::modernize(words);
-    match dispatch(&words) {
+    let typed: Vec<OsString> = words.into_iter().collect();
+    let words = flags::modernize(typed.clone());
+    match dispatch(&words, &typed) {
         Ok(code) => code,
-        Err(error) => {
+        Err(mut error) => {
+            error.message = vintage_help::as_typed(&error.message, &typed);
             print_diagnostic(&error);
             ERROR
         }
     }
 }
 
-/// Parses the arguments and runs the command.
-fn dispatch(words: &[OsString]) -> Result<i32> {
+/// Parses the arguments and runs the command. `words` are in today's spelling, `typed` are as they
+/// were typed.
+fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
     let named = words.get(1).and_then(|w| w.to_str()).unwrap_or_default();
     let is_command = commands().get_subcommands().any(|c| c.get_name() == named)
         || ["help", "--help", "-h", "--version", "-V"].contains(&named)
         || words.len() < 2;
     if !is_command {
+        if vintage_help::is_asked(words) {
+            let help = vintage_help::text();
+            return exit_code(write!(std::io::stdout(), "{help}"));
+        }
         check_first_word(named)?;
     }
+    let modern_help = |word: &OsString| match word == "-help" {
+        true => "--help".into(),
+        false => word.clone(),
+    };
     if !is_command || RENDERING.contains(&named) {
-        check_flags(words)?;
+        if !vintage_help::is_asked(words) {
+            check_flags(words)?;
+        }
+        vintage_help::check_values(typed.get(1..).unwrap_or_default())?;
     }
     let parsed = if is_command {
-        commands().try_get_matches_from(words)
+        commands().try_get_matches_from(words.iter().map(modern_help))
     } else {
         vintage_command().try_get_matches_from(words)
     };
     let matches = match parsed {
         Ok(matches) => matches,
         Err(error) => {
-            let _ = error.print();
-            return Ok(if error.use_stderr() { ERROR } else { 0 });
+            if !error.use_stderr() {
+                let _ = error.print();
+                return Ok(0);
+            }
+            let text = error.render().to_string();
+            status!("{}", vintage_help::as_typed(text.trim_end(), typed));
+            return Ok(ERROR);
         }
     };
     let out = &mut std::io::stdout().lock();
@@ -113,7 +134,8 @@ pub(super) fn commands() -> Command {
         .about("Photographs Open Inventor and VRML scenes through real lenses")
         .after_help(
             "As in 1999, without a command:\n  \
-             ivcam -batch -j 16 -s r -f 1.2 -z 0.2 -camread camera/cam-1.dat scene.iv\n\n\
+             ivcam -batch -j 16 -s r -f 1.2 -z 0.2 -camread camera/cam-1.dat scene.iv\n  \
+             ivcam -batch -help     lists the spellings of 1999\n\n\
              Exit code 0: success; 1: pictures differ, or a limit is exceeded; 2: an error.",
         )
         .subcommand_required(true)
@@ -124,6 +146,7 @@ pub(super) fn commands() -> Command {
                 .about("Makes the photograph of a scene through a lens")
                 .args_override_self(true)
                 .args(flags::photograph())
+                .after_help(flags::MORE)
                 .arg(scene_argument()),
         )
         .subcommand(check::command())
@@ -142,6 +165,8 @@ fn vintage_command() -> Command {
     Command::new("ivcam")
         .version(env!("CARGO_PKG_VERSION"))
         .about("Photographs a scene as the 1999 program did; see also `ivcam help`")
+        .override_usage("ivcam [options] scene.iv")
+        .disable_help_flag(true)
         .args_override_self(true)
         .args(flags::photograph())
         .arg(scene_argument())

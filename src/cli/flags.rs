@@ -11,10 +11,36 @@ use clap::{Arg, ArgAction, ArgMatches, value_parser};
 pub(crate) use crate::photo::options::{FONTS, LIMIT};
 use crate::photo::options::{GivenOptions, Opt, Takes, all, groups};
 
-/// Returns the arguments for all options of a photograph, under headings.
+/// The options that `-h` lists. `--help` lists all.
+const COMMON: [&str; 14] = [
+    "lens",
+    "focus",
+    "efl",
+    "aperture",
+    "camera",
+    "headlight",
+    "shading",
+    "samples",
+    "target-error",
+    "size",
+    "exposure",
+    "output",
+    "threads",
+    "quiet",
+];
+
+/// The line below the help of a command with the options of a photograph.
+pub(super) const MORE: &str = "`-h` lists the common options, `--help` lists all.";
+
+/// Returns the arguments for all options of a photograph, under headings. Today's commands accept
+/// `--batch` without listing it, because only the 1999 form has a use for it.
 pub(crate) fn photograph() -> impl Iterator<Item = Arg> {
     groups().iter().flat_map(|group| {
-        let arguments = group.options.iter().map(argument);
+        let arguments = group.options.iter().map(|option| {
+            argument(option)
+                .hide(option.name == "batch")
+                .hide_short_help(!COMMON.contains(&option.name))
+        });
         arguments.map(|arg| arg.help_heading(group.heading))
     })
 }

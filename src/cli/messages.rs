@@ -16,6 +16,34 @@ pub(crate) use status;
 /// The exit code for an error.
 pub(crate) const ERROR: i32 = 2;
 
+/// The longest line of [`print_wrapped`], in columns.
+const COLUMNS: usize = 100;
+
+/// Prints a list to stderr, broken after commas and double blanks into lines that fit a terminal.
+pub(crate) fn print_wrapped(text: &str) {
+    status!("{}", wrapped(text));
+}
+
+/// Breaks a list after commas and double blanks. Lines after the first are indented.
+fn wrapped(text: &str) -> String {
+    let mut lines = String::new();
+    let mut column = 0;
+    for item in text
+        .split_inclusive(", ")
+        .flat_map(|s| s.split_inclusive("  "))
+    {
+        let length = item.trim_end().chars().count();
+        if column > 0 && column + length > COLUMNS {
+            lines.truncate(lines.trim_end().len());
+            lines += "\n  ";
+            column = 2;
+        }
+        lines += item;
+        column += item.chars().count();
+    }
+    lines
+}
+
 /// Prints a message to stderr as a compiler would.
 pub(crate) fn print_diagnostic(diagnostic: &Diagnostic) {
     let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
@@ -39,5 +67,20 @@ pub(crate) fn exit_code(result: std::io::Result<()>) -> Result<i32> {
         Ok(()) => Ok(0),
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(0),
         Err(e) => Err(Diagnostic::io("standard output", &e)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_list_becomes_lines_that_keep_its_items() {
+        let list: Vec<String> = (0..60).map(|i| format!("item {i}")).collect();
+        let text = wrapped(&list.join(", "));
+        assert!(text.lines().all(|line| line.chars().count() <= COLUMNS));
+        assert!(text.lines().count() > 2);
+        assert_eq!(text.replace("\n  ", " "), list.join(", "));
+        assert_eq!(wrapped("one, two  three"), "one, two  three");
     }
 }

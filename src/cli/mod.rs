@@ -19,8 +19,9 @@ pub(crate) mod pull_focus;
 pub(crate) mod render;
 pub(crate) mod sheet;
 pub(crate) mod view;
+mod vintage_help;
 
 pub(crate) use arguments::{fonts, limits, parsed, scene_argument, switch, text};
 pub use dispatch::run;
 pub(crate) use messages::status;
-pub(crate) use messages::{ERROR, exit_code, print_diagnostic, print_warnings};
+pub(crate) use messages::{ERROR, exit_code, print_diagnostic, print_warnings, print_wrapped};

@@ -23,6 +23,7 @@ pub(crate) fn command() -> Command {
     Command::new("pull-focus")
         .about("Renders a movie that pulls focus or follows a timeline")
         .args(flags::photograph())
+        .after_help(flags::MORE)
         .mut_arg("output", |arg| {
             arg.value_name("MOVIE")
                 .help("movie to write: .mov, .mp4 or .png (animated) [the scene's name, .mov and .mp4; .png without ffmpeg]")

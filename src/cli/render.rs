@@ -193,7 +193,7 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
             .iter()
             .map(|(k, v)| format!("{k} {v}"))
             .collect();
-        super::status!("{}", choices.join(", "));
+        super::print_wrapped(&choices.join(", "));
     }
     let meter = Meter::new(options.quiet);
     let exposure = options.on_threads(|| session.expose(&|p| meter.show(p)))?;
@@ -249,7 +249,7 @@ fn warn_of_shortfall(session: &Session, exposure: &Exposure) {
 /// Prints the summary and writes the report.
 fn report_on(options: &OutputOptions, report: &RenderReport) -> Result<()> {
     if !options.quiet {
-        super::status!("{}", report.line());
+        super::print_wrapped(&report.line());
     }
     let Some(path) = &options.report else {
         return Ok(());
@@ -257,6 +257,14 @@ fn report_on(options: &OutputOptions, report: &RenderReport) -> Result<()> {
     let text = serde_json::to_string_pretty(report)
         .map_err(|e| Diagnostic::error(format!("the report cannot be written: {e}")))?;
     write_whole(path, |file| writeln!(file, "{text}"))
+}
+
+/// Writes the time left of a progress bar; nothing before there is progress to estimate it from.
+fn time_left(state: &indicatif::ProgressState, text: &mut dyn std::fmt::Write) {
+    if state.pos() > 0 {
+        let left = indicatif::HumanDuration(state.eta());
+        let _ = write!(text, "  {left:#} left");
+    }
 }
 
 /// The progress line, which is visible only on a terminal.
@@ -271,10 +279,10 @@ impl Meter {
         } else {
             indicatif::ProgressBar::new(1)
         };
-        if let Ok(style) = indicatif::ProgressStyle::with_template(
-            "{bar:30} {percent}%  {elapsed}  {eta} left  {msg}",
-        ) {
-            bar.set_style(style);
+        if let Ok(style) =
+            indicatif::ProgressStyle::with_template("{bar:30} {percent}%  {elapsed}{left}  {msg}")
+        {
+            bar.set_style(style.with_key("left", time_left));
         }
         bar.enable_steady_tick(Duration::from_millis(200));
         Self { bar }

@@ -11,7 +11,8 @@ pub(crate) fn command() -> Command {
     Command::new("view")
         .about("Composes a photograph in a window, with the real lens live on screen")
         .args_override_self(true)
-        .args(flags::photograph())
+        .args(flags::photograph().filter(|arg| arg.get_id() != "batch"))
+        .after_help(flags::MORE)
         .arg(
             Arg::new("scene")
                 .value_name("SCENE")
