@@ -34,18 +34,16 @@ pub(super) fn show(ui: &mut Ui, model: &Model, section: &mut Section) {
     let pixel = [cell(x, size.width), cell(y, size.height)];
     caption(ui, model, camera, pixel, section.passed);
     let (rect, _) = ui.allocate_exact_size(ui.available_size(), egui::Sense::hover());
+    let painter = ui.painter_at(rect);
+    // The letters above the section reach a little beyond the drawing.
+    let rect = rect.shrink2(egui::vec2(0.0, 6.0));
     let room: [f32; 2] = rect.size().into();
     if section.of != Some((frame.serial, pixel, room)) {
         let number = u64::from(pixel[1] * size.width + pixel[0]);
         (section.drawing, section.passed) = draw(camera, model, pixel, number, room);
         section.of = Some((frame.serial, pixel, room));
     }
-    drawing::paint(
-        &ui.painter_at(rect),
-        rect,
-        &section.drawing,
-        ui.visuals().dark_mode,
-    );
+    drawing::paint(&painter, rect, &section.drawing, ui.visuals().dark_mode);
 }
 
 fn caption(ui: &mut Ui, model: &Model, camera: &LensCamera, [px, py]: [u32; 2], passed: usize) {
