@@ -326,6 +326,27 @@ fn a_picture_that_is_black_or_clipped_says_so_with_the_likely_cause() {
              Translation {{ translation 0 0 5 }} {wall}"
         ),
     );
+    let face = "Normal { vector 0 0 -1 } NormalBinding { value OVERALL } FaceSet { numVertices 4 }";
+    scene(
+        "away.iv",
+        &format!(
+            "PerspectiveCamera {{ position 0 0 3 }} \
+             Coordinate3 {{ point [ -9 -9 0, 9 -9 0, 9 9 0, -9 9 0 ] }} {face}"
+        ),
+    );
+    scene(
+        "edge.iv",
+        &format!(
+            "PerspectiveCamera {{ position 0 0 3 }} \
+             Coordinate3 {{ point [ -1 0 -1, 1 0 -1, 1 0 1, -1 0 1 ] }} {face}"
+        ),
+    );
+    // A light after the last shape lights nothing, so the headlight is on.
+    let (level, messages) = {
+        scene("late.iv", "Cube { } PointLight { location 0 0 9 }");
+        lit(&scratch, "render DIR/late.iv")
+    };
+    assert!(level > 100 && messages.contains(HEADLIGHT_ON), "{messages}");
     scene(
         "dull.iv",
         &format!("PerspectiveCamera {{ position 0 0 3 }} Material {{ diffuseColor 0 0 0 }} {wall}"),
@@ -347,6 +368,8 @@ fn a_picture_that_is_black_or_clipped_says_so_with_the_likely_cause() {
             "--exposure",
         ),
         ("render DIR/dull.iv", "black or nearly so", "--exposure"),
+        ("render DIR/away.iv", "face away from the light", "-s f"),
+        ("render DIR/edge.iv", "too thin to see", "--camera"),
         // A warning is no progress and no summary, so it is not suppressed.
         (
             "render --quiet DIR/behind.iv",

@@ -28,7 +28,7 @@ pub(crate) struct HeadlightSources {
     pub environment: Option<bool>,
     /// The field `headlight` of the scene's first VRML 97 `NavigationInfo`, if it has one.
     pub navigation_info: Option<bool>,
-    /// Whether the scene has a light that is on.
+    /// Whether a light that is on lights a shape of the scene.
     pub scene_has_light: bool,
 }
 

@@ -5,7 +5,7 @@ use crate::iv::NodeRef;
 use crate::pose::CameraPose;
 use crate::snapshot::Snapshot;
 use crate::traversal::role::Role;
-use crate::traversal::state::{LightElement, State};
+use crate::traversal::state::State;
 use crate::traversal::{self, Visitor, WalkOptions};
 
 /// The camera, lights and navigation settings of a scene.
@@ -13,7 +13,7 @@ use crate::traversal::{self, Visitor, WalkOptions};
 pub(super) struct Overview {
     /// The first camera.
     pub camera: Option<CameraPose>,
-    /// Whether the scene has a light that is on.
+    /// Whether a shape is lit by a light of the scene.
     pub has_light: bool,
     /// The field `headlight` of the first VRML 97 `NavigationInfo`.
     pub navigation_info: Option<bool>,
@@ -29,16 +29,14 @@ impl Overview {
 }
 
 impl<'a> Visitor<'a> for Overview {
-    fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
+    fn shape(&mut self, _: NodeRef<'a>, state: &State<'a>) {
+        self.has_light |= !state.lights.is_empty();
+    }
 
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         if self.camera.is_none() {
             self.camera = CameraPose::from_node(node, state.world_from_object);
         }
-    }
-
-    fn light(&mut self, _: &LightElement, _: &State<'a>) {
-        self.has_light = true;
     }
 
     fn node(&mut self, node: NodeRef<'a>, _: Role) {

@@ -42,6 +42,8 @@ struct Probe {
     backs: usize,
     /// Whether a surface would be bright without shadows.
     bright_without_shadows: bool,
+    /// Whether a surface has a color that is not nearly black.
+    has_color: bool,
 }
 
 impl Session {
@@ -141,6 +143,11 @@ impl Session {
             let help = format!("{headlight} adds a light on the camera");
             return because(cause, &help);
         }
+        if needs.lights && probe.has_color {
+            let cause = "the surfaces in view face away from the light";
+            let help = "`-s f` draws their colors without light";
+            return because(cause, help);
+        }
         let help = match brightest > 0.0 {
             true => format!("`--exposure {brighter}` makes the brightest part nearly white"),
             false => "`-s n` shows their shapes without light and materials".to_owned(),
@@ -159,11 +166,28 @@ impl Session {
         let far = Vec3::select(forward.cmpgt(Vec3::ZERO), max, min);
         if (far - eye).dot(forward) < 0.0 {
             "the whole scene is behind the camera"
+        } else if self.scene_is_ahead() {
+            "what is in front of the camera is too thin to see, as a plane that is seen edge-on"
         } else if eye.clamp(min, max) == eye {
             "the camera is inside the scene and looks to where nothing is"
         } else {
             "the camera looks past the scene"
         }
+    }
+
+    /// Whether the axis of the view meets the bounding box of the scene from outside.
+    fn scene_is_ahead(&self) -> bool {
+        let Some((min, max)) = self.scene.bounds() else {
+            return false;
+        };
+        let eye = (self.pose.position - self.scene.origin).as_vec3();
+        let forward = self.pose.direction().as_vec3();
+        let margin = 1e-4 * (max - min).length();
+        let (min, max) = (min - margin, max + margin);
+        // A component of 0 divides to infinity, or to NaN inside a slab, which `min` and `max` skip.
+        let (a, b) = ((min - eye) / forward, (max - eye) / forward);
+        let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
+        enter > 0.0 && enter <= leave
     }
 
     /// Traces a grid of rays over the picture.
@@ -173,8 +197,9 @@ impl Session {
             hits: 0,
             backs: 0,
             bright_without_shadows: false,
+            has_color: false,
         };
-        let shader = self.shader_of(Shading::Phong);
+        let [lit, colored] = [Shading::Phong, Shading::Flat].map(|s| self.shader_of(s));
         let exposure = self.exposure_factor() as f32;
         let mut work = Work::default();
         for (row, column) in (0..GRID.1).flat_map(|row| (0..GRID.0).map(move |c| (row, c))) {
@@ -193,8 +218,14 @@ impl Session {
             let surface = self.scene.surface(&hit);
             probe.backs += usize::from(!self.scene.is_front(&ray, &hit, surface));
             if self.plan.shading == Shading::Recursive {
-                let radiance = shader.radiance_of(&ray, Some(hit), &mut work).max_element();
+                let radiance = lit.radiance_of(&ray, Some(hit), &mut work).max_element();
                 probe.bright_without_shadows |= f64::from(exposure * radiance) > DARK;
+            }
+            if self.plan.shading.needs().materials {
+                let color = colored
+                    .radiance_of(&ray, Some(hit), &mut work)
+                    .max_element();
+                probe.has_color |= f64::from(color) > DARK;
             }
         }
         probe
