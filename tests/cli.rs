@@ -83,7 +83,7 @@ fn the_papers_own_command_line_runs_unchanged() {
         "rear element, polar map",
         "samples 16",
         "efl 20.0",
-        "relRMSE",
+        "relative error",
     ] {
         assert!(said.contains(part), "{part} missing in {said}");
     }
@@ -747,4 +747,347 @@ fn a_picture_written_through_a_link_leaves_the_link() {
     assert!(ivcam(&line).status().unwrap().success());
     assert!(link.is_symlink());
     assert_eq!(image::image_dimensions(target).unwrap(), (6, 4));
+}
+
+/// A scene file whose bytes every refused command must leave alone.
+const ROOM: &str = "#Inventor V2.1 ascii\nTexture2 { filename \"wood.ppm\" }\nCube { }\n";
+
+#[test]
+fn no_output_replaces_an_input_under_any_of_its_names() {
+    let scratch = Scratch::new("inputs");
+    let room = scratch.file("room.iv", ROOM);
+    scratch.file("wood.ppm", "P3 1 1 255 9 9 9\n");
+    scratch.file("lens.dat", "50 5 1.5 20\n-50 40 1 20\n");
+    scratch.file("a.ppm", "P3 1 1 255 9 9 9\n");
+    scratch.file("b.ppm", "P3 1 1 255 9 9 9\n");
+    scratch.file("cam.dat", "PerspectiveCamera { position 0 0 5 }\n");
+    scratch.file("a.tl", "frames 2\n");
+    std::fs::create_dir(scratch.0.join("sub")).unwrap();
+    let mut names = vec!["room.iv", "./room.iv", "sub/../room.iv"];
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(&room, scratch.0.join("link.iv")).unwrap();
+        std::fs::hard_link(&room, scratch.0.join("hard.iv")).unwrap();
+        names.extend(["link.iv", "hard.iv"]);
+    }
+    let small = "--size 4x4 -j 1 --lens none";
+    for name in names {
+        for line in [
+            format!("render {small} -o DIR/p.png --report DIR/{name} DIR/room.iv"),
+            format!("-batch {small} -o DIR/p.png --report DIR/{name} DIR/room.iv"),
+            format!("convert -o DIR/{name} DIR/room.iv"),
+            format!("converge {small} --csv DIR/{name} DIR/room.iv"),
+            format!("converge {small} --json DIR/{name} DIR/room.iv"),
+            format!("converge {small} --svg DIR/{name} DIR/room.iv"),
+            format!("compare DIR/room.iv DIR/a.ppm --fit DIR/{name}"),
+        ] {
+            must_fail(
+                &scratch,
+                &line,
+                &["overwrite the input", "room.iv", "another name"],
+            );
+        }
+    }
+    for line in [
+        format!("render {small} -o DIR/wood.ppm DIR/room.iv"),
+        format!("render {small} -o DIR/p.png --report DIR/wood.ppm DIR/room.iv"),
+        format!(
+            "render {small} -o DIR/p.png --camera DIR/cam.dat --report DIR/cam.dat DIR/room.iv"
+        ),
+        format!("render {small} -o DIR/p.png -e DIR/cam.dat --report DIR/cam.dat DIR/room.iv"),
+        format!(
+            "render {small} -o DIR/p.png --response DIR/a.ppm,DIR/b.ppm --report DIR/b.ppm DIR/room.iv"
+        ),
+        "lens DIR/lens.dat --write DIR/lens.dat".to_owned(),
+        "lens DIR/lens.dat --diagram DIR/lens.dat".to_owned(),
+        "lens DIR/lens.dat --sheet DIR/lens.dat".to_owned(),
+        "lens DIR/lens.dat --psf DIR/lens.dat".to_owned(),
+        "lens DIR/lens.dat --as-scene DIR/lens.dat".to_owned(),
+        "compare DIR/a.ppm DIR/b.ppm --sheet DIR/b.ppm".to_owned(),
+        "expose DIR/a.ppm DIR/b.ppm -o DIR/b.ppm".to_owned(),
+        "pull-focus --animate DIR/a.tl -o DIR/a.tl DIR/room.iv".to_owned(),
+    ] {
+        must_fail(&scratch, &line, &["overwrite the input"]);
+    }
+    let same = format!("converge {small} --csv DIR/t --svg DIR/./t DIR/room.iv");
+    must_fail(&scratch, &same, &["`--csv` and `--svg`", "same file"]);
+    assert_eq!(std::fs::read_to_string(room).unwrap(), ROOM);
+}
+
+#[test]
+fn convert_replaces_its_scene_only_by_force_and_names_only_what_it_writes() {
+    let scratch = Scratch::new("convert");
+    let room = scratch.file("room.iv", "#Inventor V1.0 ascii\nCube { }\n");
+    scratch.file("one.wrl", "#VRML V1.0 ascii\nCube { }\n");
+    scratch.file("two.wrl", "#VRML V2.0 utf8\nShape { geometry Box { } }\n");
+    let run = |line: &str| {
+        let line = line.replace("DIR", &scratch.0.display().to_string());
+        ivcam(&line).output().unwrap()
+    };
+    for (line, ending) in [
+        ("room.iv -o DIR/room.gltf", "`.iv`"),
+        ("room.iv -o DIR/room.x3d", "`.iv`"),
+        ("room.iv -o DIR/room.iv.gz", "`.iv`"),
+        ("room.iv -o DIR/room", "`.iv`"),
+        ("one.wrl -o DIR/one-new.wrl", "`.iv`"),
+        ("two.wrl -o DIR/two.iv", "`.wrl`"),
+        ("two.wrl --to binary -o DIR/two-new.wrl", "`.iv`"),
+    ] {
+        let line = format!("convert DIR/{line}");
+        must_fail(&scratch, &line, &["does not name the format", ending]);
+    }
+    for line in [
+        "two.wrl -o DIR/new.wrl",
+        "one.wrl -o DIR/new.iv",
+        "room.iv --force -o DIR/room.iv",
+    ] {
+        let output = run(&format!("convert DIR/{line}"));
+        assert!(output.status.success(), "{line}: {}", stderr(&output));
+    }
+    let written = std::fs::read_to_string(room).unwrap();
+    assert!(written.starts_with("#Inventor V2.1 ascii"), "{written}");
+}
+
+#[test]
+fn a_name_made_up_for_a_picture_replaces_no_file() {
+    let scratch = Scratch::new("made-up");
+    scratch.file("room.iv", "#Inventor V2.1 ascii\nCube { }\n");
+    for form in ["render", "-batch", "render"] {
+        let run = ivcam(form)
+            .current_dir(&scratch.0)
+            .args(["--size", "4x4", "--lens", "none", "room.iv"])
+            .output()
+            .unwrap();
+        assert!(run.status.success(), "{}", stderr(&run));
+    }
+    let names = ["room-2.png", "room-3.png", "room.iv", "room.png"];
+    assert_eq!(scratch.names(), names);
+}
+
+/// A scene with a light, a camera and something to see.
+const CUBE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0.5 0.2 6 focalDistance 5 }\n\
+                    DirectionalLight { direction -1 -1 -1 }\nCube { }\n";
+
+/// Runs a command line in which `DIR` stands for the folder, and that must succeed.
+fn must_run(scratch: &Scratch, line: &str) -> Output {
+    let line = line.replace("DIR", &scratch.0.display().to_string());
+    let run = ivcam(&line).output().unwrap();
+    assert!(run.status.success(), "{line}: {}", stderr(&run));
+    run
+}
+
+/// Returns the levels of a PPM picture of 8 bits, without its header.
+fn levels(path: &Path) -> Vec<u8> {
+    let bytes = std::fs::read(path).unwrap();
+    let at = bytes.windows(5).position(|w| w == b"\n255\n").unwrap();
+    bytes[at..].to_vec()
+}
+
+#[test]
+fn the_camera_in_use_is_written_and_makes_the_same_picture() {
+    let scratch = Scratch::new("camwrite");
+    scratch.file("cube.iv", CUBE);
+    let small = "--size 15x10 -j 4 --lens double-gauss --efl 50mm --pupil exit";
+    let focused = format!("-f 4.5 -o DIR/a.ppm DIR/cube.iv {small}");
+    must_run(&scratch, &format!("-batch -camwrite DIR/old.dat {focused}"));
+    let old = levels(&scratch.0.join("a.ppm"));
+    must_run(
+        &scratch,
+        &format!("-batch -camread DIR/old.dat -o DIR/b.ppm DIR/cube.iv {small}"),
+    );
+    assert!(old == levels(&scratch.0.join("b.ppm")));
+    must_run(
+        &scratch,
+        &format!("render --write-camera DIR/new.dat {focused}"),
+    );
+    let read = |name: &str| std::fs::read_to_string(scratch.0.join(name)).unwrap();
+    assert_eq!(read("old.dat"), read("new.dat"));
+    assert!(
+        read("new.dat").contains("\n  focalDistance 4.5\n"),
+        "{}",
+        read("new.dat")
+    );
+    for (line, part) in [
+        ("-camwrite DIR/c.dat DIR/cube.iv", "-batch"),
+        (
+            "compare --write-camera DIR/c.dat DIR/a.ppm DIR/b.ppm",
+            "ivcam render",
+        ),
+        (
+            "render --size 4x4 --solids --write-camera DIR/c.dat -o DIR/c.png DIR/cube.iv",
+            "--solids",
+        ),
+        (
+            "render --camera DIR/new.dat --write-camera DIR/./new.dat -o DIR/c.png DIR/cube.iv",
+            "overwrite",
+        ),
+    ] {
+        must_fail(&scratch, line, &[part]);
+    }
+}
+
+#[test]
+fn when_most_rays_are_lost_the_summary_says_how_many_and_what_helps() {
+    let scratch = Scratch::new("lost");
+    scratch.file("cube.iv", CUBE);
+    let line = "-batch --size 12x8 -j 4 -o DIR/a.png DIR/cube.iv";
+    let said = stderr(&must_run(&scratch, line));
+    let help = "`--pupil exit` aims only where light passes";
+    assert_eq!(said.matches(help).count(), 1, "{said}");
+    assert!(
+        said.contains("% of the rays passed through the lens, "),
+        "{said}"
+    );
+    let exit = stderr(&must_run(&scratch, &format!("{line} --pupil exit")));
+    assert!(!exit.contains(help), "{exit}");
+}
+
+/// Returns the provenance of a PNG picture.
+fn provenance(path: &Path) -> std::collections::BTreeMap<String, String> {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let reader = png::Decoder::new(file).read_info().unwrap();
+    let texts = reader.info().utf8_text.iter();
+    texts
+        .map(|text| (text.keyword.clone(), text.get_text().unwrap()))
+        .collect()
+}
+
+#[test]
+fn metadata_states_the_samples_taken_and_the_pupil_used() {
+    let scratch = Scratch::new("truth");
+    scratch.file("cube.iv", CUBE);
+    let picture = scratch.0.join("a.png");
+    let run = |flags: &str| {
+        let line =
+            format!("render --size 24x16 {flags} --report DIR/a.json -o DIR/a.png DIR/cube.iv");
+        must_run(&scratch, &line);
+        let report = std::fs::read_to_string(scratch.0.join("a.json")).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+        (provenance(&picture), report)
+    };
+    for (flags, taken) in [
+        ("--target-error 1000%", 1..=15),
+        ("--target-error 0.0001% --samples 32", 32..=32),
+        ("--samples 3", 3..=3),
+    ] {
+        let (texts, report) = run(flags);
+        let samples: u64 = texts["ivcam:samples"].parse().unwrap();
+        assert!(taken.contains(&samples), "{flags}: {samples}");
+        assert_eq!(report["samples"], samples);
+        assert_eq!(report["plan"]["samples"], samples.to_string());
+    }
+    for (flags, pupil) in [
+        ("--samples 1", Some("exit pupil")),
+        (
+            "--samples 1 --lens ideal --efl 50mm --pupil rear",
+            Some("exit pupil"),
+        ),
+        ("--samples 1 --lens none", None),
+        ("--samples 1 --solids", Some("rear element, concentric map")),
+    ] {
+        let (texts, report) = run(flags);
+        let stated = texts.get("ivcam:pupil").map(String::as_str);
+        assert_eq!(stated, pupil, "{flags}");
+        assert_eq!(report["plan"]["pupil"].as_str(), pupil, "{flags}");
+    }
+}
+
+#[test]
+fn the_ending_chooses_the_format_of_a_picture() {
+    let scratch = Scratch::new("formats");
+    scratch.file("cube.iv", CUBE);
+    for ending in ["tif", "tiff", "jpg", "jpeg", "rgb", "sgi"] {
+        let line = format!("render --size 13x7 -j 1 --lens none -o DIR/a.{ending} DIR/cube.iv");
+        must_run(&scratch, &line);
+        let path = scratch.0.join(format!("a.{ending}"));
+        if ["rgb", "sgi"].contains(&ending) {
+            let bytes = std::fs::read(path).unwrap();
+            assert_eq!(bytes[..12], [1, 0xda, 0, 1, 0, 3, 0, 13, 0, 7, 0, 3]);
+            assert_eq!(bytes.len(), 512 + 13 * 7 * 3);
+        } else {
+            assert_eq!(image::image_dimensions(path).unwrap(), (13, 7), "{ending}");
+        }
+    }
+}
+
+#[test]
+fn a_hyphen_is_standard_input_and_standard_output() {
+    use std::io::Write as _;
+    let scratch = Scratch::new("streams");
+    scratch.file("cube.iv", CUBE);
+    let piped = |line: &str| {
+        let mut command = ivcam(line);
+        command.current_dir(&scratch.0);
+        command.stdin(std::process::Stdio::piped());
+        command.stdout(std::process::Stdio::piped());
+        command.stderr(std::process::Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        child
+            .stdin
+            .take()
+            .unwrap()
+            .write_all(CUBE.as_bytes())
+            .unwrap();
+        let run = child.wait_with_output().unwrap();
+        assert!(run.status.success(), "{line}: {}", stderr(&run));
+        run
+    };
+    let small = "--size 13x7 -j 1 --lens none";
+    let run = piped(&format!("render {small} -o - -"));
+    let from_stream = image::load_from_memory(&run.stdout).unwrap().to_rgb8();
+    must_run(
+        &scratch,
+        &format!("render {small} -o DIR/a.png DIR/cube.iv"),
+    );
+    assert_eq!(
+        from_stream,
+        image::open(scratch.0.join("a.png")).unwrap().to_rgb8()
+    );
+    // A name made up for the picture of a stream is not that of a stream.
+    piped(&format!("-batch {small} -"));
+    assert_eq!(scratch.names(), ["a.png", "cube.iv", "picture.png"]);
+    let checked = piped("check -");
+    assert!(
+        String::from_utf8_lossy(&checked.stdout).contains("Cube"),
+        "{checked:?}"
+    );
+    let converted = piped("convert -o - -");
+    assert!(
+        converted.stdout.starts_with(b"#Inventor V2.1 ascii"),
+        "{converted:?}"
+    );
+}
+
+/// The script is run where no program but the shell is found, so without ffmpeg.
+#[cfg(unix)]
+#[test]
+fn the_papers_movie_is_made_without_ffmpeg() {
+    let scratch = Scratch::new("movie");
+    for folder in ["scenes", "camera"] {
+        std::os::unix::fs::symlink(root().join(folder), scratch.0.join(folder)).unwrap();
+    }
+    let script = |arguments: &[&str]| {
+        let mut command = Command::new("/bin/sh");
+        command
+            .arg("scenes/livroom/pull-focus.sh")
+            .args(arguments)
+            .current_dir(&scratch.0)
+            .env("PATH", &scratch.0)
+            .env("IVCAM", env!("CARGO_BIN_EXE_ivcam"))
+            .env("FRAMES", "2")
+            .env("SAMPLES", "1");
+        command.output().unwrap()
+    };
+    let run = script(&["small.png", "--size", "6x4"]);
+    assert!(run.status.success(), "{}", stderr(&run));
+    let movie = std::fs::read(scratch.0.join("small.png")).unwrap();
+    let frames = movie.windows(8).position(|w| w == b"acTL\0\0\0\x02");
+    assert!(frames.is_some() && !stderr(&run).contains("ffmpeg"));
+    // The film of the paper's size is only begun: the folder of its frames cannot be made.
+    std::fs::write(scratch.0.join("pull-focus-frames"), "in the way").unwrap();
+    let said = stderr(&script(&[]));
+    assert!(
+        said.contains("pull-focus.png") && said.contains("With ffmpeg"),
+        "{said}"
+    );
 }

@@ -38,6 +38,11 @@ impl FilmCamera {
         }
     }
 
+    /// Returns the map from samples to the rear element, the only disc that rays are aimed at.
+    pub(crate) fn disc_map(&self) -> DiscMap {
+        self.map
+    }
+
     /// The ray from a film point, in millimeters from the film's middle, to a point of the rear
     /// element.
     pub(super) fn ray(&self, film: DVec2, pupil: [f64; 2]) -> Option<CameraRay> {

@@ -15,7 +15,7 @@ pub(crate) fn scene_argument() -> Arg {
     Arg::new("scene")
         .value_name("SCENE")
         .required(true)
-        .help("scene file: .iv, .wrl, plain or .gz")
+        .help("scene file: .iv, .wrl, plain or .gz; - for standard input")
 }
 
 /// Returns the limits on scenes that `--scene-limit` sets.

@@ -24,7 +24,7 @@ pub(crate) fn command() -> Command {
                 .value_name("SCENE")
                 .num_args(1..)
                 .required(true)
-                .help("scene files, or folders with scene files"),
+                .help("scene files, folders with scene files, or - for standard input"),
         )
         .arg(
             Arg::new("only")

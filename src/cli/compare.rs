@@ -95,12 +95,8 @@ pub(crate) fn command() -> Command {
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let name = |which: &str| text(matches, which).unwrap_or_default();
     let limits = limits(matches)?;
-    let outputs = ["sheet", "fit"].map(|name| text(matches, name).map(Path::new));
-    if let Some(sheet) = outputs[0] {
-        compare::sheet::format_of(sheet)?;
-    }
-    for output in outputs.into_iter().flatten() {
-        super::render::writable(output)?;
+    if let Some(sheet) = text(matches, "sheet") {
+        compare::sheet::format_of(Path::new(sheet))?;
     }
     let ppd = |w: &str| w.parse().ok().filter(|p: &f64| (1.0..=1000.0).contains(p));
     let open = |path: &str| Raster::open(Path::new(path)).map(|r| Plate::from_raster(&r));

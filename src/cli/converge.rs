@@ -12,7 +12,7 @@ use crate::diag::{Diagnostic, Result};
 use crate::photo::{Era, Plan, Session};
 use crate::picture::{Raster, Samples, write_whole};
 use crate::render::Stop;
-use crate::render::report::{Convergence, Row};
+use crate::render::report::{Convergence, Row, percent};
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 
 /// Returns the definition of the command.
@@ -96,7 +96,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             let run = || base.expose_with(sampler, Stop::after(deep), &|_| ());
             let exposure = options.on_threads(run)?;
             let error = exposure.film.relative_rmse().unwrap_or(f64::NAN);
-            table.reference = format!("{deep} spp of sobol, relRMSE {error:.1e}");
+            table.reference = format!("{deep} spp of sobol, relative error {}", percent(error, 2));
             exposure
                 .film
                 .pixels

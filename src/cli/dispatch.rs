@@ -3,13 +3,13 @@
 use std::ffi::OsString;
 use std::io::Write as _;
 
-use clap::Command;
+use clap::{ArgMatches, Command};
 
 use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, print_diagnostic, status};
 use super::{
-    check, compare, converge, convert, expose, flags, lens, nodes, pull_focus, render, view,
-    vintage_help,
+    check, compare, converge, convert, expose, flags, lens, nodes, outputs, pull_focus, render,
+    view, vintage_help,
 };
 use crate::diag::{Diagnostic, Result};
 use crate::photo::Era;
@@ -52,11 +52,14 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
         }
         vintage_help::check_values(typed.get(1..).unwrap_or_default())?;
     }
-    let parsed = if is_command {
-        commands().try_get_matches_from(words.iter().map(modern_help))
+    let command = if is_command {
+        commands()
     } else {
-        vintage_command().try_get_matches_from(words)
+        vintage_command()
     };
+    let parsed = command
+        .clone()
+        .try_get_matches_from(words.iter().map(modern_help));
     let matches = match parsed {
         Ok(matches) => matches,
         Err(error) => {
@@ -69,6 +72,14 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
             return Ok(ERROR);
         }
     };
+    match matches.subcommand() {
+        None => outputs::check(&command, &matches)?,
+        Some((name, m)) => {
+            let named = command.find_subcommand(name);
+            named.map_or(Ok(()), |named| outputs::check(named, m))?;
+        }
+    }
+    camera_is_written(&matches)?;
     let out = &mut std::io::stdout().lock();
     match matches.subcommand() {
         None if !matches.get_flag("batch") => view::run(&matches, Era::Vintage),
@@ -87,6 +98,20 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
             "the command `{name}` is not implemented"
         ))),
     }
+}
+
+/// Refuses `--write-camera` where no picture is rendered.
+fn camera_is_written(matches: &ArgMatches) -> Result<()> {
+    let (renders, m) = match matches.subcommand() {
+        None => (matches.get_flag("batch"), matches),
+        Some((name, m)) => (name == "render", m),
+    };
+    if renders || !m.try_contains_id("write-camera").unwrap_or_default() {
+        return Ok(());
+    }
+    let error = "`--write-camera` goes with a render, and no picture is rendered here";
+    Err(Diagnostic::error(error)
+        .with_help("use `ivcam render` or `-batch`, or the window's *Write camera*"))
 }
 
 /// The commands that have the flags of a render.

@@ -78,7 +78,7 @@ pub(crate) fn command() -> Command {
         .arg(value(
             "psf",
             "FILE",
-            "draw the images of points with diffraction: .png, .exr or .ppm",
+            "draw the images of points with diffraction: .png, .exr or another picture format",
         ))
         .arg(super::switch(
             "curves",

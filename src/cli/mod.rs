@@ -15,6 +15,7 @@ pub(crate) mod flags;
 pub(crate) mod lens;
 mod messages;
 pub(crate) mod nodes;
+mod outputs;
 pub(crate) mod pull_focus;
 pub(crate) mod render;
 pub(crate) mod sheet;

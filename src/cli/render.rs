@@ -7,12 +7,15 @@ use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
 
+use super::outputs::{keep_inputs, picture_format, save_picture};
 use super::{flags, parsed, print_diagnostic, print_warnings, text};
+use crate::camera::{Aim, Camera};
 use crate::diag::{Diagnostic, Result, Sink};
+use crate::iv::Document;
 use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
-use crate::photo::{Era, Plan, Session, picture_name};
-use crate::picture::{PictureFormat, write_whole};
-use crate::render::report::RenderReport;
+use crate::photo::{Era, Plan, Session, free_name, picture_name};
+use crate::picture::write_whole;
+use crate::render::report::{RenderReport, count, percent};
 use crate::render::{Exposure, Progress};
 
 /// The options of the output.
@@ -21,6 +24,8 @@ pub(crate) struct OutputOptions {
     pub output: PathBuf,
     /// The file of the report.
     pub report: Option<PathBuf>,
+    /// The file that the camera in use is written to.
+    pub camera: Option<PathBuf>,
     /// The number of threads to render with.
     pub threads: usize,
     /// Whether progress and summary are not printed.
@@ -34,20 +39,8 @@ impl OutputOptions {
     /// Returns an error if an option is invalid or if a file cannot be created.
     pub(crate) fn of(m: &ArgMatches) -> Result<Self> {
         let output = output(m);
-        PictureFormat::of(&output)?;
-        writable(&output)?;
-        let options = Self::to(m, output)?;
-        if let Some(report) = &options.report {
-            writable(report)?;
-            if *report == options.output {
-                return Err(
-                    Diagnostic::error("the report has the same name as the picture")
-                        .in_file(report.display().to_string())
-                        .with_help("give `--report` another name, such as report.json"),
-                );
-            }
-        }
-        Ok(options)
+        picture_format(&output)?;
+        Self::to(m, output)
     }
 
     /// Reads the options of a movie, whose name has other extensions than that of a picture.
@@ -62,9 +55,22 @@ impl OutputOptions {
         Ok(Self {
             output,
             report: text(m, "report").map(PathBuf::from),
+            camera: text(m, "write-camera").map(PathBuf::from),
             threads: threads(m)?,
             quiet: m.get_flag("quiet"),
         })
+    }
+
+    /// Refuses to replace a file that the scene names, such as a texture.
+    fn keep(&self, scene: &Document) -> Result<()> {
+        let inputs = scene.opened_files();
+        let report = self.report.iter().map(|path| ("--report", path));
+        let camera = self.camera.iter().map(|path| ("--write-camera", path));
+        let outputs = std::iter::once(("--output", &self.output));
+        outputs
+            .chain(report)
+            .chain(camera)
+            .try_for_each(|(option, path)| keep_inputs(option, path, &inputs))
     }
 
     /// Runs `work` on a pool with this number of threads.
@@ -82,10 +88,14 @@ impl OutputOptions {
     }
 }
 
-/// Returns the file of the picture: the value of `-o`, or a name derived from the scene's.
-pub(crate) fn output(m: &ArgMatches) -> PathBuf {
+/// Returns the picture's file: what `-o` names, else the scene's name with `.png`, with a number
+/// where that exists, so that no picture is replaced that the user has not named.
+fn output(m: &ArgMatches) -> PathBuf {
     let scene = Path::new(text(m, "scene").unwrap_or_default());
-    text(m, "output").map_or_else(|| picture_name(scene), PathBuf::from)
+    text(m, "output").map_or_else(
+        || free_name(&picture_name(scene), |path| path.symlink_metadata().is_ok()),
+        PathBuf::from,
+    )
 }
 
 /// Returns the number of threads. The default is the number of cores.
@@ -102,30 +112,6 @@ pub(crate) fn threads(m: &ArgMatches) -> Result<usize> {
         print_diagnostic(&Diagnostic::warning(text));
     }
     Ok(threads.unwrap_or(here))
-}
-
-/// Checks before a long render that a file can be created.
-///
-/// # Errors
-/// Returns an error if the folder does not exist or if the path is a folder.
-pub(crate) fn writable(path: &Path) -> Result<()> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        return Err(
-            Diagnostic::not_found(format!("there is no folder `{}`", folder.display()))
-                .in_file(path.display().to_string()),
-        );
-    }
-    if path.is_dir() {
-        return Err(
-            Diagnostic::error(format!("`{}` is a folder", path.display()))
-                .with_help("give the output the name of a file"),
-        );
-    }
-    Ok(())
 }
 
 /// Returns the plan that the arguments describe.
@@ -177,6 +163,7 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
     let options = OutputOptions::of(matches)?;
     let session = Session::open(plan(matches, era)?)?;
     print_warnings(&session.sink);
+    options.keep(&session.document)?;
     if session.pose.film.is_some() && !session.plan.solids {
         let idle = [Needs::Camera, Needs::Lens, Needs::Prescription];
         let idle = idle_options(
@@ -185,6 +172,10 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
             "with the lens in the scene",
         );
         idle.iter().for_each(|warning| print_diagnostic(warning));
+    }
+    if let Some(path) = &options.camera {
+        let text = session.camera_file()?;
+        write_whole(path, |file| file.write_all(text.as_bytes()))?;
     }
     print_headlight_notice(&session, options.quiet);
     if !options.quiet {
@@ -205,12 +196,15 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
     if let Some(warning) = session.warn_if_black_or_clipped(&exposure, &picture) {
         print_diagnostic(&warning);
     }
-    picture.save(&options.output, session.plan.depth)?;
+    save_picture(&picture, &options.output, session.plan.depth)?;
     let mut report = session.report(&exposure);
     report.picture = options.output.display().to_string();
     report.seconds.write = clock.elapsed().as_secs_f64();
     report.total_seconds = report.seconds.total();
     report_on(&options, &report)?;
+    if !options.quiet {
+        report_lost_rays(&session, &exposure);
+    }
     Ok(0)
 }
 
@@ -219,6 +213,23 @@ pub(crate) fn print_headlight_notice(session: &Session, quiet: bool) {
     if let Some(line) = session.headlight_notice().filter(|_| !quiet) {
         super::status!("{line}");
     }
+}
+
+/// Says how many rays passed if fewer than half did, and which option loses none.
+fn report_lost_rays(session: &Session, exposure: &Exposure) {
+    let aimed_at_rear = matches!(session.plan.aim, Aim::RearElement(_));
+    let share = exposure.counts.passed_share();
+    if !matches!(session.camera, Camera::Lens(_)) || !aimed_at_rear || share >= 0.5 || share == 0.0
+    {
+        return;
+    }
+    super::status!(
+        "{:.1}% of the rays passed through the lens, {} of {}; `--pupil exit` aims only where light \
+         passes",
+        100.0 * share,
+        count(exposure.counts.passed),
+        count(exposure.counts.film_rays + exposure.counts.error_rays)
+    );
 }
 
 /// Warns if the target error was not reached.
@@ -292,8 +303,11 @@ impl Meter {
         self.bar.set_length(progress.tiles);
         self.bar.set_position(progress.tiles_done);
         if let Some(error) = progress.error {
-            self.bar
-                .set_message(format!("{} spp  relRMSE {error:.2e}", progress.samples));
+            self.bar.set_message(format!(
+                "{} spp  relative error {}",
+                progress.samples,
+                percent(error, 2)
+            ));
         }
     }
 

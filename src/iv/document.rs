@@ -4,6 +4,7 @@
 //! the file states. The other fields have the catalogue's defaults, which are looked up on access.
 
 use std::collections::HashMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use indexmap::IndexMap;
@@ -141,6 +142,13 @@ impl Document {
                 "`{reference}` cannot be opened: the document has no loader"
             ))),
         }
+    }
+
+    /// Returns the files that the scene names, as far as they were opened: included scenes and,
+    /// once they were asked for, textures.
+    pub(crate) fn opened_files(&self) -> Vec<PathBuf> {
+        let loader = self.loader.as_ref();
+        loader.map_or_else(Vec::new, |loader| loader.opened_files())
     }
 
     /// Returns the top-level nodes of the main file.

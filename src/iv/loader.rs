@@ -1,6 +1,6 @@
 //! Opens the files that a scene refers to.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt::Debug;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -16,6 +16,11 @@ pub trait Loader: Debug + Send + Sync {
     /// # Errors
     /// Returns an error if there is no such file, or if it may not be opened.
     fn load(&self, from: &str, reference: &str) -> Result<(String, Vec<u8>)>;
+
+    /// Returns the paths of the files that were opened. A loader without a file system has none.
+    fn opened_files(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
 }
 
 /// A loader that opens no files.
@@ -39,6 +44,8 @@ pub struct FolderLoader {
     bytes: usize,
     /// The canonical paths of the folders that were requested, as a cache.
     real: Mutex<HashMap<PathBuf, Option<PathBuf>>>,
+    /// Canonical paths of the files that were opened.
+    opened: Mutex<BTreeSet<PathBuf>>,
 }
 
 impl FolderLoader {
@@ -54,6 +61,7 @@ impl FolderLoader {
                 .collect(),
             bytes,
             real: Mutex::default(),
+            opened: Mutex::default(),
         }
     }
 
@@ -171,6 +179,10 @@ impl Loader for FolderLoader {
             ))
         })
     }
+    fn opened_files(&self) -> Vec<PathBuf> {
+        let opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
+        opened.iter().cloned().collect()
+    }
 }
 
 impl FolderLoader {
@@ -188,6 +200,8 @@ impl FolderLoader {
             )));
         }
         let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(&name, &e))?;
+        let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
+        opened.insert(path.to_path_buf());
         Ok((name, bytes))
     }
 

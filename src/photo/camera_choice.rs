@@ -96,6 +96,41 @@ impl CameraNode {
     }
 }
 
+/// Returns a camera file, one field per line, with the pose and the distance in focus as the
+/// camera's own. At infinity the pose's own distance remains, since a file holds no infinity.
+pub(crate) fn camera_file(pose: &CameraPose, distance: f64) -> String {
+    let mut pose = pose.clone();
+    if distance.is_finite() {
+        pose.focal_distance = distance;
+    }
+    let node = CameraNode::from_pose(&pose);
+    format!(
+        "#Inventor V2.1 ascii\n# Written by ivcam.\n{}\n",
+        one_field_per_line(node.text())
+    )
+}
+
+/// Formats a node with one field per line.
+fn one_field_per_line(node: &str) -> String {
+    let fields = [
+        "position",
+        "orientation",
+        "nearDistance",
+        "farDistance",
+        "focalDistance",
+        "aspectRatio",
+        "heightAngle",
+        "height ",
+        "viewportMapping",
+    ];
+    let mut text = node.to_owned();
+    for field in fields {
+        text = text.replace(&format!(" {field}"), &format!("\n  {field}"));
+    }
+    text.strip_suffix(" }")
+        .map_or(text.clone(), |t| format!("{t}\n}}"))
+}
+
 /// Returns the pose of the first camera in a file, which may have no header.
 fn read(name: &str, bytes: Vec<u8>) -> Result<CameraPose> {
     let document = Document::read_headerless(name, bytes)?;

@@ -2,6 +2,7 @@
 
 use indexmap::IndexMap;
 
+use super::options::rear_element;
 use super::plan::{IdealChoice, LensChoice, Optics, Plan};
 use super::pose::own_focus;
 use crate::camera::{Camera, FilmCamera, IdealLens, LensCamera, Pinhole, pixel_aspect};
@@ -31,7 +32,10 @@ pub(super) fn camera(
 
 fn film_behind_solids(plan: &Plan, plane: FilmPlane, pose: &CameraPose) -> (Camera, LensSettings) {
     let film = FilmCamera::new(plane, plan.film, plan.aim, pose);
-    let settings = [("lens", "in the scene, as solids".into())];
+    let settings = [
+        ("lens", "in the scene, as solids".into()),
+        ("pupil", rear_element(film.disc_map())),
+    ];
     (Camera::Film(film), to_map(settings))
 }
 

@@ -16,8 +16,10 @@ mod session;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use camera_choice::camera_file;
 pub use camera_choice::{CameraChoice, CameraNode};
 pub use headlight::{Headlight, HeadlightCause, HeadlightState};
+pub(crate) use plan::free_name;
 pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};
 pub(crate) use pose::view_through_lens;
 pub use session::Session;

@@ -324,8 +324,19 @@ pub fn picture_name(scene: &Path) -> PathBuf {
     let name = scene.file_name().unwrap_or_default().to_string_lossy();
     let stem = name.trim_end_matches(".gz");
     let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
-    if stem.is_empty() {
+    if stem.is_empty() || stem == "-" {
         return "picture.png".into();
     }
     PathBuf::from(stem).with_extension("png")
+}
+
+/// Returns the first of `name.png`, `name-2.png`, `name-3.png`, … that is not taken.
+pub(crate) fn free_name(path: &Path, taken: impl Fn(&Path) -> bool) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let end = path.extension().unwrap_or_default().to_string_lossy();
+    let numbered = (2..).map(|n: u32| path.with_file_name(format!("{stem}-{n}.{end}")));
+    std::iter::once(path.to_owned())
+        .chain(numbered)
+        .find(|path| !taken(path))
+        .unwrap_or_else(|| path.to_owned())
 }

@@ -8,6 +8,7 @@ use std::time::Instant;
 use glam::DVec3;
 use indexmap::IndexMap;
 
+use super::camera_choice::camera_file;
 use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlight_in_world};
 use super::lens_settings::camera;
 use super::overview::{Overview, first_camera};
@@ -81,7 +82,7 @@ impl Session {
     pub(crate) fn open_framed(plan: Plan, framing: &Plan) -> Result<Self> {
         let clock = Instant::now();
         let search: Vec<&Path> = plan.search.iter().map(PathBuf::as_path).collect();
-        let mut document = Document::open_with(&plan.scene, &search, &plan.limits)?;
+        let mut document = Document::open_or_stdin(&plan.scene, &search, &plan.limits)?;
         let environment = match plan.environment.as_deref() {
             Some(path) => Environment::merge(&mut document, path, plan.time)?,
             None => Environment::default(),
@@ -253,6 +254,21 @@ impl Session {
         self.headlight_sources.resolve(self.plan.headlight)
     }
 
+    /// Returns the camera in use as a file for `--camera`, with the distance in focus.
+    ///
+    /// # Errors
+    /// Fails if the camera is a film behind solid glass, which a camera file has no node for.
+    pub(crate) fn camera_file(&self) -> Result<String> {
+        if self.pose.film.is_some() {
+            return Err(Diagnostic::unsupported(
+                "a camera file can't hold a film behind solid glass",
+            )
+            .with_help("write the camera without `--solids`"));
+        }
+        let focus = self.plan.focus.unwrap_or_else(|| own_focus(&self.pose));
+        Ok(camera_file(&self.pose, focus.0))
+    }
+
     /// Returns a line for the user if the headlight is on only because the scene has no light.
     pub fn headlight_notice(&self) -> Option<&'static str> {
         let lit = self.headlight_state();
@@ -364,10 +380,18 @@ impl Session {
         };
         say("Software", concat!("ivcam ", env!("CARGO_PKG_VERSION")));
         say("Command", command);
-        self.described
+        self.described_as_exposed(exposure)
             .iter()
             .for_each(|(k, v)| say(&format!("ivcam:{k}"), v));
         picture
+    }
+
+    /// Returns the choices, with the samples that were really taken: a render that the time or the
+    /// error ends takes others than the plan's.
+    fn described_as_exposed(&self, exposure: &Exposure) -> IndexMap<String, String> {
+        let mut described = self.described.clone();
+        described.insert("samples".into(), exposure.samples.to_string());
+        described
     }
 
     /// Returns the report of an exposure, without the picture's name and the time to write it.
@@ -379,7 +403,7 @@ impl Session {
             ivcam: env!("CARGO_PKG_VERSION"),
             scene: self.plan.scene.display().to_string(),
             picture: String::new(),
-            plan: self.described.clone(),
+            plan: self.described_as_exposed(exposure),
             seconds,
             total_seconds: 0.0,
             samples: exposure.samples,

@@ -40,13 +40,19 @@ pub enum PictureFormat {
     Exr,
     /// PPM (P6), 8 or 16 bits per channel.
     Ppm,
+    /// Silicon Graphics' format, 8 or 16 bits per channel, without compression.
+    Sgi,
+    /// TIFF, 8 or 16 bits per channel. It carries no provenance.
+    Tiff,
+    /// JPEG, 8 bits per channel, with loss. Its EXIF data hold the command and the program.
+    Jpeg,
 }
 
 impl PictureFormat {
     /// Returns the format of a path's extension.
     ///
     /// # Errors
-    /// Fails if the extension is not png, exr, ppm or pnm.
+    /// Fails if the extension is not png, exr, ppm, pnm, rgb, sgi, tif, tiff, jpg or jpeg.
     pub fn of(path: &Path) -> Result<Self> {
         let extension = path
             .extension()
@@ -57,11 +63,14 @@ impl PictureFormat {
             "png" => Ok(Self::Png),
             "exr" => Ok(Self::Exr),
             "ppm" | "pnm" => Ok(Self::Ppm),
+            "rgb" | "sgi" => Ok(Self::Sgi),
+            "tif" | "tiff" => Ok(Self::Tiff),
+            "jpg" | "jpeg" => Ok(Self::Jpeg),
             _ => Err(Diagnostic::unsupported(format!(
                 "cannot tell the picture's format from `{}`",
                 path.display()
             ))
-            .with_help("end the output's name in .png, .exr or .ppm")),
+            .with_help("end the output's name in .png, .exr, .tif, .jpg, .rgb, .sgi or .ppm")),
         }
     }
 }

@@ -1,9 +1,12 @@
 //! Reads Silicon Graphics picture files (`.rgb`, `.rgba`, `.bw`, `.sgi`), uncompressed and
-//! run-length encoded.
+//! run-length encoded, and writes uncompressed ones.
 //!
 //! The format is Paul Haeberli's "The SGI Image File Format", version 1.00. Numbers are big-endian,
 //! channels are stored one after the other, and rows from the bottom up.
 
+use std::io::{Error, Write};
+
+use super::developed::{Depth, Picture};
 use super::raster::{Raster, Samples, check_size};
 use crate::diag::{Diagnostic, Result};
 
@@ -59,6 +62,51 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Raster> {
         1 => from_dithered(raster),
         _ => raster,
     })
+}
+
+/// The place of the image's name in the header, and its length with the zero at its end.
+const NAME: (usize, usize) = (24, 80);
+
+/// Writes a picture in red, green and blue, without compression. The command is the image's name
+/// if it fits into 79 characters of ASCII; otherwise the program's name is.
+///
+/// # Errors
+/// Fails if the picture has more than 65,535 pixels in a row or a column.
+pub(super) fn write(picture: &Picture, depth: Depth, to: &mut dyn Write) -> std::io::Result<()> {
+    let side = |pixels: u32| {
+        let too_large = "an SGI picture has at most 65535 pixels in a row or a column";
+        u16::try_from(pixels).map_err(|_| Error::other(too_large))
+    };
+    let (bytes, largest) = match depth {
+        Depth::Eight => (1_usize, 255_u32),
+        Depth::Sixteen => (2, 65_535),
+    };
+    let mut header = MAGIC.to_vec();
+    header.extend([0, bytes as u8, 0, 3]);
+    for size in [side(picture.width)?, side(picture.height)?, 3] {
+        header.extend(size.to_be_bytes());
+    }
+    header.extend(0_u32.to_be_bytes());
+    header.extend(largest.to_be_bytes());
+    header.resize(HEADER, 0);
+    let texts = ["Command", "Software"].map(|key| picture.provenance.get(key));
+    let fits = |text: &&String| text.is_ascii() && text.len() < NAME.1;
+    if let Some(name) = texts.into_iter().flatten().find(fits) {
+        header[NAME.0..][..name.len()].copy_from_slice(name.as_bytes());
+    }
+    to.write_all(&header)?;
+    let levels = picture.levels(depth);
+    for channel in 0..3 {
+        for row in levels
+            .chunks_exact(3 * bytes * picture.width as usize)
+            .rev()
+        {
+            let pixels = row.chunks_exact(3 * bytes);
+            let plane = pixels.flat_map(|pixel| &pixel[bytes * channel..][..bytes]);
+            to.write_all(&plane.copied().collect::<Vec<u8>>())?;
+        }
+    }
+    Ok(())
 }
 
 /// Reads and checks the header.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::diag::{Diagnostic, Result};
 
 /// Writes a temporary file in the same folder and renames it when it is complete. A failed write
-/// leaves no file.
+/// leaves no file. A pipe or a device, such as `/dev/null`, is written to and stays what it is.
 ///
 /// # Errors
 /// Fails if the folder does not exist, the disk is full, or `write` fails.
@@ -18,6 +18,12 @@ pub(crate) fn write_whole(
     let linked = path.is_symlink().then(|| std::fs::canonicalize(path).ok());
     let target = linked.flatten();
     let path = target.as_deref().unwrap_or(path);
+    if path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+        let stream = std::fs::OpenOptions::new().write(true).open(path);
+        return stream
+            .and_then(|mut stream| write(&mut stream).and_then(|()| stream.flush()))
+            .map_err(|e| Diagnostic::io(path.display(), &e));
+    }
     let temporary = temporary(path);
     let attempt = || {
         let mut file = BufWriter::new(std::fs::File::create(&temporary)?);

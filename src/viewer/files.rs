@@ -1,17 +1,15 @@
 //! Camera and environment files, which `--camera` and `--environment` read.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::diag::{Diagnostic, Result};
 use crate::grammar::class;
 use crate::iv::{Document, Format};
-use crate::photo::{CameraChoice, CameraNode};
+use crate::photo::{CameraChoice, camera_file};
 use crate::picture::write_whole;
 use crate::pose::CameraPose;
 
 use super::setup::Setup;
-
-const HEADER: &str = "#Inventor V2.1 ascii\n";
 
 /// The probable kind of a file that was dropped or named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,40 +44,7 @@ impl Kind {
 
 /// Returns a camera file with the pose, and the focus distance as the camera's own.
 pub(crate) fn camera_text(setup: &Setup) -> String {
-    let distance = setup.focus();
-    let pose = CameraPose {
-        focal_distance: if distance.is_finite() {
-            distance
-        } else {
-            setup.pose.focal_distance
-        },
-        ..setup.pose.clone()
-    };
-    format!(
-        "{HEADER}# Written by ivcam.\n{}\n",
-        one_field_per_line(CameraNode::from_pose(&pose).text())
-    )
-}
-
-/// Formats a node with one field per line.
-fn one_field_per_line(node: &str) -> String {
-    let fields = [
-        "position",
-        "orientation",
-        "nearDistance",
-        "farDistance",
-        "focalDistance",
-        "aspectRatio",
-        "heightAngle",
-        "height ",
-        "viewportMapping",
-    ];
-    let mut text = node.to_owned();
-    for field in fields {
-        text = text.replace(&format!(" {field}"), &format!("\n  {field}"));
-    }
-    text.strip_suffix(" }")
-        .map_or(text.clone(), |t| format!("{t}\n}}"))
+    camera_file(&setup.pose, setup.focus())
 }
 
 /// Returns a SceneViewer environment file: the camera, the other nodes of the environment read
@@ -123,17 +88,6 @@ fn body(document: &Document) -> String {
     written
         .split_once('\n')
         .map_or(String::new(), |(_, rest)| rest.to_owned())
-}
-
-/// Returns the first of `name.png`, `name-2.png`, `name-3.png`, … that is not taken.
-pub(crate) fn free_name(path: &Path, taken: impl Fn(&Path) -> bool) -> PathBuf {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let end = path.extension().unwrap_or_default().to_string_lossy();
-    let numbered = (2..).map(|n: u32| path.with_file_name(format!("{stem}-{n}.{end}")));
-    std::iter::once(path.to_owned())
-        .chain(numbered)
-        .find(|path| !taken(path))
-        .unwrap_or_else(|| path.to_owned())
 }
 
 /// Writes a text file.

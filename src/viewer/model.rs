@@ -15,7 +15,7 @@ use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::film::Resolution;
 use crate::math::Meters;
 use crate::photo::headlight::HeadlightSources;
-use crate::photo::{CameraChoice, Optics, Plan, picture_name, view_through_lens};
+use crate::photo::{CameraChoice, Optics, Plan, free_name, picture_name, view_through_lens};
 use crate::pose::{CameraPose, Projection};
 
 use super::archive::{AlignmentJob, Archive};
@@ -305,7 +305,7 @@ impl Model {
     fn propose_name(&mut self) {
         let name = picture_name(&self.setup.plan.scene);
         let taken = |path: &Path| path.exists() || self.saving.iter().any(|p| p == path);
-        self.made_up = files::free_name(&name, taken).display().to_string();
+        self.made_up = free_name(&name, taken).display().to_string();
         self.output = self.made_up.clone();
     }
 

@@ -130,6 +130,7 @@ const INSIDE: [(&str, &[&str]); 6] = [
             "messages",
             "flags",
             "arguments",
+            "outputs",
             "sheet",
             "render",
             "fit",

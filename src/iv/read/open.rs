@@ -1,7 +1,8 @@
 //! The functions that read a document: from a file or from bytes, with or without a header.
 
+use std::io::Read;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::file::read_into;
 use super::header::Header;
@@ -11,6 +12,26 @@ use crate::grammar::value::NodeId;
 use crate::iv::document::Document;
 use crate::iv::limits::Limits;
 use crate::iv::loader::{FolderLoader, Loader, NoFiles};
+
+/// The name of standard input in messages.
+const STANDARD_INPUT: &str = "standard input";
+
+/// Returns all that standard input holds. It can be read only once, so the bytes are kept for a
+/// command that opens its scene several times. One byte beyond the limit is enough to pass it.
+fn standard_input(limit: usize) -> Result<Vec<u8>> {
+    static KEPT: Mutex<Option<Vec<u8>>> = Mutex::new(None);
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(bytes) = &*kept {
+        return Ok(bytes.clone());
+    }
+    let mut bytes = Vec::new();
+    std::io::stdin()
+        .take((limit as u64).saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(|e| Diagnostic::io(STANDARD_INPUT, &e))?;
+    *kept = Some(bytes.clone());
+    Ok(bytes)
+}
 
 impl Document {
     /// Reads a file and the files that it includes, which must be below its folder.
@@ -34,6 +55,20 @@ impl Document {
         let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(&name, &e))?;
         let loader = FolderLoader::new(path, search, limits.bytes);
         Self::read(&name, bytes, Arc::new(loader), limits)
+    }
+
+    /// Reads a file as [`Document::open_with`] does, or standard input if the path is `-`. The
+    /// files that a scene on standard input names are looked for below the working directory.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Document::open_with`].
+    pub(crate) fn open_or_stdin(path: &Path, search: &[&Path], limits: &Limits) -> Result<Self> {
+        if path.as_os_str() != "-" {
+            return Self::open_with(path, search, limits);
+        }
+        let loader = FolderLoader::new(Path::new("."), search, limits.bytes);
+        let bytes = standard_input(limits.bytes)?;
+        Self::read(STANDARD_INPUT, bytes, Arc::new(loader), limits)
     }
 
     /// Reads a document from bytes. `name` is the file name for messages and for `loader`.

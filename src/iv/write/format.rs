@@ -22,6 +22,16 @@ impl Document {
         }
     }
 
+    /// Returns the endings, without a dot, of the names of files that hold what [`Document::write`]
+    /// writes.
+    pub(crate) fn written_endings(&self, format: Format) -> &'static [&'static str] {
+        if format == Format::Ascii && self.is_vrml97() {
+            &["wrl", "vrml"]
+        } else {
+            &["iv"]
+        }
+    }
+
     /// Returns one message for each feature of this document that a format cannot express.
     pub fn losses(&self, format: Format) -> Vec<String> {
         if format == Format::Ascii {

@@ -2,13 +2,19 @@
 
 use super::option::{Opt, Takes};
 
-pub(super) static OPTIONS: [Opt; 5] = [
+pub(super) static OPTIONS: [Opt; 6] = [
     Opt::new(
         "output",
         Takes::One("FILE"),
-        "picture to write: .png, .exr or .ppm [the scene's name with .png]",
+        "picture to write: .png, .exr, .tif, .jpg, .rgb, .sgi or .ppm; - for standard output as PNG [the scene's name with .png, and a number if that exists]",
     )
     .vintage("o"),
+    Opt::new(
+        "write-camera",
+        Takes::One("FILE"),
+        "writes the camera in use, with its focus, as a file for --camera",
+    )
+    .vintage("camwrite"),
     Opt::new("batch", Takes::Nothing, "renders without a window").vintage("batch"),
     Opt::new("threads", Takes::One("N"), "threads to use [all cores]"),
     Opt::new(

@@ -5,7 +5,7 @@ use super::option::{Needs, Opt, Takes};
 use super::values::{duration, if_any, set, share, switch, unless_default};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result};
-use crate::photo::plan::{Era, Plan};
+use crate::photo::plan::{Era, Optics, Plan};
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 
 /// The largest number of samples per pixel if the error or the time ends a render. It only prevents
@@ -89,12 +89,11 @@ pub(super) static OPTIONS: [Opt; 9] = [
             })
         },
     )
-    .describe(|plan| {
-        Some(match plan.aim {
-            Aim::RearElement(DiscMap::Polar) => "rear element, polar map".into(),
-            Aim::RearElement(DiscMap::Concentric) => "rear element, concentric map".into(),
-            Aim::ExitPupil => "exit pupil".into(),
-        })
+    .describe(|plan| match (&plan.optics, plan.aim) {
+        (Optics::Pinhole, _) => None,
+        // The paraxial disc of an ideal lens is its exit pupil, whatever was asked for.
+        (Optics::Ideal(_), _) | (_, Aim::ExitPupil) => Some("exit pupil".into()),
+        (_, Aim::RearElement(map)) => Some(rear_element(map)),
     })
     .examples(&["--pupil rear", "--pupil exit"]),
     Opt::new(
@@ -190,6 +189,14 @@ pub(super) static OPTIONS: [Opt; 9] = [
     )
     .examples(&["--time 30s", "--time 1500ms --samples 8", "--time 2m"]),
 ];
+
+/// Describes rays that are aimed at the rear element.
+pub(crate) fn rear_element(map: DiscMap) -> String {
+    match map {
+        DiscMap::Polar => "rear element, polar map".into(),
+        DiscMap::Concentric => "rear element, concentric map".into(),
+    }
+}
 
 fn samples(plan: &mut Plan, words: &GivenOptions, _: &mut crate::diag::Sink) -> Result<()> {
     let count = |w: &str| w.parse().ok().filter(|n| (1..=1 << 24).contains(n));

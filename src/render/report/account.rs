@@ -120,9 +120,10 @@ impl RenderReport {
         let bounds = self.relative_rmse_low.zip(self.relative_rmse_high);
         match self.relative_rmse.zip(bounds) {
             Some((e, (low, high))) => {
-                let _ = write!(line, "  relRMSE {e:.2e} ({low:.1e} to {high:.1e})");
+                let (e, low, high) = (percent(e, 3), percent(low, 2), percent(high, 2));
+                let _ = write!(line, "  relative error {e} ({low} to {high})");
             }
-            None => line.push_str("  relRMSE unknown (black)"),
+            None => line.push_str("  relative error unknown (black)"),
         }
         if let Some(share) = self.ghosts_of_picture {
             let _ = write!(
@@ -151,9 +152,28 @@ pub(crate) fn count(n: u64) -> String {
     }
 }
 
+/// Formats a share as a percentage with at least `digits` significant digits: 0.0230 becomes
+/// `2.30%`.
+pub(crate) fn percent(share: f64, digits: i32) -> String {
+    let percent = 100.0 * share;
+    if percent == 0.0 || !percent.is_finite() {
+        return format!("{percent}%");
+    }
+    let before_point = libm::log10(percent.abs()).floor() as i32 + 1;
+    let decimals = (digits - before_point).clamp(0, 12) as usize;
+    format!("{percent:.decimals$}%")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_share_is_a_percentage_with_its_significant_digits() {
+        let text = [1.08, 0.0230, 0.00456, 12.5, 0.0].map(|share| percent(share, 3));
+        assert_eq!(text, ["108%", "2.30%", "0.456%", "1250%", "0%"]);
+        assert_eq!(percent(f64::INFINITY, 3), "inf%");
+    }
 
     #[test]
     fn numbers_of_rays_are_short() {

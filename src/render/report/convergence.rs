@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use indexmap::IndexMap;
 use serde::Serialize;
 
-use super::account::count;
+use super::account::{count, percent};
 use super::chart::chart;
 use super::deviation::Deviation;
 use crate::render::exposure::Exposure;
@@ -102,17 +102,17 @@ impl Convergence {
         );
         for r in &self.rows {
             let d = r.deviation;
-            let estimated = r.estimated.map_or("-".into(), |e| format!("{e:.2e}"));
+            let estimated = r.estimated.map_or("-".into(), |e| percent(e, 3));
             let bias = format!("{:+.1e} ± {:.1e}", d.bias, d.bias_error);
             let _ = writeln!(
                 out,
-                "{:<16} {:>6} {:>9.3} {:>8} {:>9.2e} {:>9.2e} {estimated:>9} {bias:>20} {:>9.2e} {:>10.3e}",
+                "{:<16} {:>6} {:>9.3} {:>8} {:>9.2e} {:>9} {estimated:>9} {bias:>20} {:>9.2e} {:>10.3e}",
                 r.method,
                 r.samples,
                 r.seconds,
                 count(r.rays),
                 d.rel_mse,
-                d.rel_mse.sqrt(),
+                percent(d.rel_mse.sqrt(), 3),
                 d.worst,
                 r.efficiency
             );

@@ -7,5 +7,5 @@ mod chart;
 mod convergence;
 pub(crate) mod deviation;
 
-pub(crate) use account::{RenderReport, Seconds};
+pub(crate) use account::{RenderReport, Seconds, count, percent};
 pub(crate) use convergence::{Convergence, Row};

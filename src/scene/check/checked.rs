@@ -59,7 +59,7 @@ impl Checked {
         options: &CompileOptions,
     ) -> Self {
         let mut unreadable = Vec::new();
-        let document = Document::open_with(path, search, limits).map(|document| {
+        let document = Document::open_or_stdin(path, search, limits).map(|document| {
             let survey = {
                 let snapshot = snapshot(&document, at, options);
                 unreadable = missing(&snapshot, &options.texture_folders);

@@ -1,0 +1,203 @@
+//! Guards files: no output of a command replaces one of its inputs, or another of its outputs.
+
+use std::io::{BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::{Arg, ArgMatches, Command, parser::ValueSource};
+
+use crate::diag::{Diagnostic, Result};
+use crate::picture::{Depth, Picture, PictureFormat};
+
+/// The arguments that name a file to write, in whichever command has them.
+const OUTPUTS: [&str; 12] = [
+    "output",
+    "report",
+    "write-camera",
+    "sheet",
+    "fit",
+    "csv",
+    "json",
+    "svg",
+    "write",
+    "diagram",
+    "psf",
+    "as-scene",
+];
+
+/// The switch that lets an output replace an input, in the commands that have it.
+pub(crate) const FORCE: &str = "force";
+
+/// Checks all files that the words of a command name, before the command starts.
+///
+/// Every value that is the name of an existing file counts as an input, whatever its argument
+/// means by it. So a new option is covered from its first day; a wrong alarm costs another name.
+///
+/// # Errors
+/// Fails if an output is also an input or another output, is a folder, or has no folder to be in.
+pub(crate) fn check(command: &Command, matches: &ArgMatches) -> Result<()> {
+    let named = |arg: &Arg| values(arg, matches);
+    let takes_values = |arg: &&Arg| arg.get_action().takes_values();
+    let (outputs, others): (Vec<&Arg>, Vec<&Arg>) = command
+        .get_arguments()
+        .filter(takes_values)
+        .partition(|arg| OUTPUTS.contains(&arg.get_id().as_str()));
+    let outputs: Vec<(String, PathBuf)> = outputs.into_iter().flat_map(named).collect();
+    let inputs: Vec<PathBuf> = others
+        .into_iter()
+        .flat_map(named)
+        .flat_map(|(_, path)| files_in(&path))
+        .collect();
+    for (i, (option, path)) in outputs.iter().enumerate() {
+        writable(path)?;
+        if !is_forced(matches) {
+            keep_inputs(option, path, &inputs)?;
+        }
+        if let Some((other, _)) = outputs[..i].iter().find(|(_, p)| is_same_file(p, path)) {
+            return Err(Diagnostic::error(format!(
+                "`{other}` and `{option}` write to the same file"
+            ))
+            .in_file(path.display().to_string())
+            .with_help(format!("give `{option}` another name")));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses to write to a file that the command has read.
+///
+/// # Errors
+/// Fails if `path` is one of the inputs under any name: a link, or another spelling.
+pub(crate) fn keep_inputs(option: &str, path: &Path, inputs: &[PathBuf]) -> Result<()> {
+    let Some(input) = inputs.iter().find(|input| is_same_file(input, path)) else {
+        return Ok(());
+    };
+    let (input, path) = (input.display(), path.display());
+    let help = match option {
+        "--output" => "give `-o` another name".to_owned(),
+        _ => format!("give `{option}` another name"),
+    };
+    Err(Diagnostic::error(format!(
+        "`{option} {path}` would overwrite the input `{input}`"
+    ))
+    .with_help(help))
+}
+
+/// Returns whether `--force` was given to a command that has it.
+pub(crate) fn is_forced(matches: &ArgMatches) -> bool {
+    let given = matches.try_get_one::<bool>(FORCE);
+    given.ok().flatten().copied().unwrap_or_default()
+}
+
+/// Checks that a file can be written, so that hours of work are not lost for want of a folder.
+///
+/// # Errors
+/// Fails if the file's folder does not exist, or a folder has the file's name.
+pub(crate) fn writable(path: &Path) -> Result<()> {
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(
+            Diagnostic::not_found(format!("there is no folder `{}`", folder.display()))
+                .in_file(path.display().to_string()),
+        );
+    }
+    if path.is_dir() {
+        return Err(
+            Diagnostic::error(format!("`{}` is a folder", path.display()))
+                .with_help("give the output the name of a file"),
+        );
+    }
+    Ok(())
+}
+
+/// Checks an option's picture file, or `-` for standard output.
+///
+/// # Errors
+/// Fails if the ending is unknown, or standard output is a terminal.
+pub(crate) fn picture_format(output: &Path) -> Result<PictureFormat> {
+    if !is_standard_stream(output) {
+        return PictureFormat::of(output);
+    }
+    if std::io::stdout().is_terminal() {
+        return Err(
+            Diagnostic::error("standard output is a terminal, not a file or a pipe")
+                .with_help("redirect it, as in `-o - > picture.png`"),
+        );
+    }
+    Ok(PictureFormat::Png)
+}
+
+/// Writes a picture to its file, or to standard output as PNG if the file is `-`.
+///
+/// # Errors
+/// Fails if the file cannot be written.
+pub(crate) fn save_picture(picture: &Picture, output: &Path, depth: Depth) -> Result<()> {
+    if !is_standard_stream(output) {
+        return picture.save(output, depth);
+    }
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    let result = picture.write(PictureFormat::Png, depth, &mut out);
+    super::exit_code(result.and_then(|()| out.flush())).map(|_| ())
+}
+
+/// Returns whether a name stands for standard input or output.
+pub(crate) fn is_standard_stream(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// Returns the values that the user gave to an argument, each with the argument's spelling.
+fn values(arg: &Arg, matches: &ArgMatches) -> Vec<(String, PathBuf)> {
+    let id = arg.get_id().as_str();
+    if matches.value_source(id) != Some(ValueSource::CommandLine) {
+        return Vec::new();
+    }
+    let raw = matches.get_raw(id).into_iter().flatten();
+    raw.filter(|word| *word != "-")
+        .map(|word| (format!("--{id}"), PathBuf::from(word)))
+        .collect()
+}
+
+/// Returns the existing files that a value names: one, or several with commas between.
+fn files_in(value: &Path) -> Vec<PathBuf> {
+    if value.is_file() {
+        return vec![value.to_path_buf()];
+    }
+    let text = value.to_string_lossy();
+    let parts = text.split(',').map(PathBuf::from);
+    parts.filter(|part| part.is_file()).collect()
+}
+
+/// Returns whether two paths lead to one file, which need not exist.
+fn is_same_file(a: &Path, b: &Path) -> bool {
+    canonical(a) == canonical(b) || is_hard_link(a, b)
+}
+
+/// Returns the path without links and detours. Of a file that does not exist, the folder's path is
+/// made so.
+fn canonical(path: &Path) -> PathBuf {
+    if let Ok(real) = path.canonicalize() {
+        return real;
+    }
+    let folder = folder_of(path);
+    let folder = folder.canonicalize().unwrap_or(folder);
+    folder.join(path.file_name().unwrap_or_default())
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// Returns whether two names stand for one entry of the disk.
+#[cfg(unix)]
+fn is_hard_link(a: &Path, b: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let entry = |path: &Path| path.metadata().ok().map(|m| (m.dev(), m.ino()));
+    entry(a).is_some_and(|a| Some(a) == entry(b))
+}
+
+#[cfg(not(unix))]
+fn is_hard_link(_: &Path, _: &Path) -> bool {
+    false
+}
