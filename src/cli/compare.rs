@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::{exit_code, fit, flags, parsed, switch, text};
 use crate::compare::{
-    self, Comparison, METRICS, Mask, Matching, Metric, Options, Plate, Registration,
+    self, Alignment, Comparison, METRICS, Mask, Matching, Metric, Options, Plate, Registration,
 };
 use crate::diag::{Diagnostic, Result, nearest};
 use crate::picture::{Raster, write_whole};
@@ -38,7 +38,7 @@ pub(crate) fn command() -> Command {
         ))
         .arg(switch(
             "align",
-            "finds shift, scale and rotation of the old picture",
+            "finds shift, scale, rotation and mirroring of the old picture, and how likely its agreement is by chance",
         ))
         .arg(
             switch("resize", "stretches the old picture to the new one's size")
@@ -241,11 +241,7 @@ fn write_text(
 ) -> std::io::Result<()> {
     let m = &comparison.measures;
     if let Some(a) = comparison.alignment {
-        writeln!(
-            out,
-            "aligned    shift {:+.3} {:+.3} px, scale {:.5}, rotation {:+.4} degrees (agreement {:.3})",
-            a.shift[0], a.shift[1], a.scale, a.rotation, a.agreement
-        )?;
+        write_alignment(&a, out)?;
     }
     let [r, g, b] = comparison.tones;
     let same = r == g && g == b;
@@ -296,6 +292,28 @@ fn write_text(
         )?;
     }
     Ok(())
+}
+
+/// Writes where the old picture lies, each value with its standard error.
+fn write_alignment(a: &Alignment, out: &mut dyn Write) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "aligned    shift {:+.3} {:+.3} px (± {:.3}), scale {:.5} (± {:.5}), rotation {:+.4} degrees (± {:.4})",
+        a.shift[0], a.shift[1], a.shift_error, a.scale, a.scale_error, a.rotation, a.rotation_error
+    )?;
+    if a.mirrored {
+        writeln!(
+            out,
+            "mirrored   the old picture is reversed left to right, as a slide scanned from its back; \
+             it is compared unmirrored"
+        )?;
+    }
+    writeln!(
+        out,
+        "agreement  {:.3}; unrelated pictures agree as well with a probability of at most {}",
+        a.agreement,
+        compare::probability(a.chance)
+    )
 }
 
 fn write_json(

@@ -10,12 +10,13 @@ use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::metric::Mask;
+use super::chance::{self, Searched};
 use super::plane::{Plane, Plate};
+use super::refine::{Errors, refine};
 use super::tone::{self, Matching};
+use super::warp::{Warp, half, is_inside, reduced, resample};
 use crate::diag::{Diagnostic, Result};
 use crate::math::fourier::Spectrum;
-use crate::math::symmetric::solve;
 
 /// The longer side of the small pictures, in pixels.
 const SMALL: f64 = 48.0;
@@ -25,23 +26,23 @@ const SQUARE: usize = 128;
 const COARSE: f64 = 0.3;
 /// The standard deviation of the blur before contrast is computed, in pixels, for the refinement.
 const FINE: f64 = 1.0;
-/// The width of the border, in pixels, where contrast depends on what lies outside the picture.
-const MARGIN: f64 = 12.0;
 /// The number of candidates of the search that are refined. Chosen by trial.
 const CANDIDATES: usize = 24;
-/// The correlation of local contrast, on small pictures, below which they are taken to show
-/// different scenes. Chosen by trial.
-const LEAST_AGREEMENT: f64 = 0.3;
-
-/// A map from points of the new picture to points of the old one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Warp {
-    /// A scaled rotation: the cosine and sine, times the pixels of the old picture in one of the
-    /// new.
-    pub turn: DVec2,
-    /// The point of the old picture at the new one's center.
-    pub shift: DVec2,
-}
+/// The agreement at which the mirrored picture is not searched, because it could hardly agree better.
+const CLEAR_AGREEMENT: f64 = 0.97;
+/// The warps of the search: every 7.5 degrees, and scales from half to double.
+const SEARCHED: Searched = Searched {
+    rotations: 48,
+    scales: 4,
+    per_octave: 4.0,
+    shifts: SQUARE as i32,
+};
+/// The displacement of corners, in pixels, that nonlinear tones and resampling cause. It bounds the
+/// errors from below. The largest that the tests of this file find is 0.02.
+const SYSTEMATIC: f64 = 0.02;
+/// The number of standard errors within which a scale is 1, a rotation a multiple of 90 degrees,
+/// and a shift one of whole pixels.
+const WITHIN: f64 = 3.0;
 
 /// The position of the old picture on the new one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -52,108 +53,219 @@ pub struct Alignment {
     pub scale: f64,
     /// The clockwise rotation of the old picture that aligns it, in degrees.
     pub rotation: f64,
+    /// Whether the old picture is mirrored, left to right, before it is rotated.
+    pub mirrored: bool,
+    /// The standard error of the shift along the worse axis, in pixels of the new picture.
+    pub shift_error: f64,
+    /// The standard error of the scale.
+    pub scale_error: f64,
+    /// The standard error of the rotation, in degrees.
+    pub rotation_error: f64,
     /// The correlation of local contrast where the two overlap, on small pictures.
     pub agreement: f64,
+    /// An upper bound on the probability that an unrelated picture agrees as well.
+    pub chance: f64,
 }
 
-impl Warp {
-    fn apply(self, p: DVec2) -> DVec2 {
-        self.turn.rotate(p) + self.shift
-    }
-
-    fn scale(self) -> f64 {
-        self.turn.length()
-    }
-
-    /// Returns the same warp for the pictures reduced by these ratios.
-    fn between(self, new_ratio: f64, old_ratio: f64) -> Self {
-        Self {
-            turn: self.turn * (new_ratio / old_ratio),
-            shift: self.shift / old_ratio,
-        }
-    }
-
-    /// Describes the warp as seen from the new picture.
-    fn alignment(self, agreement: f64) -> Alignment {
-        let inverse = DMat2::from_cols(self.turn, self.turn.perp()).inverse();
-        let center = -(inverse * self.shift);
-        Alignment {
-            shift: center.to_array(),
-            scale: 1.0 / self.scale(),
-            rotation: -libm::atan2(self.turn.y, self.turn.x).to_degrees(),
-            agreement,
-        }
-    }
-}
-
-/// Resamples the old picture on the new one's pixels; the mask has the pixels that it covers.
-pub(crate) fn resample(old: &Plate, warp: Warp, width: usize, height: usize) -> (Plate, Mask) {
-    let ratio = warp.scale().max(1.0);
-    let reduced = old.map(|p| reduced(p, ratio));
-    let warp = warp.between(1.0, ratio);
-    let center = 0.5 * DVec2::new(width as f64, height as f64);
-    let place = |x: usize, y: usize| warp.apply(DVec2::new(x as f64, y as f64) + 0.5 - center);
-    let plate = reduced.map(|p| {
-        Plane::from_fn(width, height, |x, y| {
-            let at = place(x, y) + half(p);
-            p.sample(at.x, at.y)
-        })
-    });
-    let inside = |i: usize| is_inside(&reduced.channels[0], place(i % width, i / width), 0.5);
-    let mask = Mask {
-        width,
-        height,
-        counts: (0..width * height).map(inside).collect(),
-    };
-    (plate, mask)
+/// An old picture, mirrored if that aligns it, with its warp.
+pub(crate) struct Aligned {
+    pub old: Plate,
+    pub warp: Warp,
+    pub alignment: Alignment,
 }
 
 /// Finds the warp from the new picture to the old one.
 ///
 /// # Errors
-/// Fails if the pictures do not show the same scene.
-pub(crate) fn align(new: &Plate, old: &Plate) -> Result<(Warp, Alignment)> {
-    let (new, old) = (new.luma(), old.luma());
-    let longer = |p: &Plane| p.width.max(p.height) as f64;
+/// Fails if the pictures agree no better than unrelated ones may.
+pub(crate) fn align(new: &Plate, old: &Plate) -> Result<Aligned> {
+    for (name, picture) in [("new", new), ("old", old)] {
+        if is_flat(&picture.luma()) {
+            return Err(Diagnostic::error(format!(
+                "the pictures can't be aligned: the {name} one has the same brightness everywhere"
+            )));
+        }
+    }
+    let found = best(new, old).ok_or_else(|| no_agreement(None))?;
+    if found.alignment.chance > chance::LIMIT {
+        return Err(no_agreement(Some(&found.alignment)));
+    }
+    Ok(found)
+}
+
+/// Finds the best warp from the new picture to the old one, however good it is.
+pub(crate) fn best(new: &Plate, old: &Plate) -> Option<Aligned> {
+    let sides = [old.clone(), old.map(Plane::mirrored)];
+    let new = new.luma();
     let new_ratio = (longer(&new) / SMALL).max(1.0);
-    let old_ratio = (longer(&old) / SMALL).max(1.0);
-    let (mut warp, agreement) = search(&reduced(&new, new_ratio), &old, old_ratio)
-        .map(|(warp, a)| (warp.between(1.0 / new_ratio, 1.0 / old_ratio), a))
-        .filter(|(_, a)| *a >= LEAST_AGREEMENT)
-        .ok_or_else(no_agreement)?;
-    let mut ratio = new_ratio;
+    let old_ratio = (longer(&sides[0].channels[0]) / SMALL).max(1.0);
+    let small = reduced(&new, new_ratio);
+    let candidate = |mirrored: bool| {
+        let luma = sides[usize::from(mirrored)].luma();
+        let (warp, agreement) = search(&small, &luma, old_ratio)?;
+        let warp = warp.between(1.0 / new_ratio, 1.0 / old_ratio);
+        let chance = SEARCHED.chance(&new, &luma, warp, mirrored);
+        Some((mirrored, warp, agreement, chance))
+    };
+    let direct = candidate(false);
+    let is_clear = direct.is_some_and(|d| d.2 >= CLEAR_AGREEMENT && d.3 <= chance::LIMIT);
+    let reverse = if is_clear { None } else { candidate(true) };
+    let found = direct.into_iter().chain(reverse);
+    let by_chance = |a: &(_, _, f64, f64), b: &(_, _, f64, f64)| {
+        a.3.total_cmp(&b.3).then(b.2.total_cmp(&a.2)) // Both may be too small for a number.
+    };
+    let (mirrored, warp, agreement, _) = found.min_by(by_chance)?;
+    let [same, reverse] = sides;
+    let old = if mirrored { reverse } else { same };
+    let luma = old.luma();
+    let (warp, errors) = refine_fully(&new, &luma, warp, new_ratio);
+    let warp = errors.map_or(warp, |errors| rounded(&new, &luma, warp, errors));
+    let chance = SEARCHED.chance(&new, &luma, warp, mirrored);
+    let alignment = describe(warp, errors, mirrored, agreement, chance);
+    Some(Aligned {
+        old,
+        warp,
+        alignment,
+    })
+}
+
+fn longer(picture: &Plane) -> f64 {
+    picture.width.max(picture.height) as f64
+}
+
+/// Returns whether a picture has the same level everywhere, to half a level of 8 bits.
+fn is_flat(picture: &Plane) -> bool {
+    let values = || picture.values.iter().copied();
+    values().fold(f32::MIN, f32::max) - values().fold(f32::MAX, f32::min) < 0.5 / 255.0
+}
+
+/// Describes a warp as seen from the new picture.
+fn describe(
+    warp: Warp,
+    errors: Option<Errors>,
+    mirrored: bool,
+    agreement: f64,
+    chance: f64,
+) -> Alignment {
+    let inverse = DMat2::from_cols(warp.turn, warp.turn.perp()).inverse();
+    let center = -(inverse * warp.shift);
+    let scale = 1.0 / warp.scale();
+    let error = |of: fn(Errors) -> f64| errors.map_or(f64::INFINITY, of);
+    Alignment {
+        shift: (center + 0.0).to_array(), // Adding zero turns −0 into 0.
+        scale,
+        rotation: 0.0 - libm::atan2(warp.turn.y, warp.turn.x).to_degrees(),
+        mirrored,
+        shift_error: scale * error(|e| e.shift),
+        scale_error: scale * error(|e| e.scale),
+        rotation_error: error(|e| e.rotation).to_degrees(),
+        agreement,
+        chance,
+    }
+}
+
+/// Refines a warp from the small pictures to full size, with the errors at full size.
+fn refine_fully(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> (Warp, Option<Errors>) {
+    let (mut warp, mut ratio) = (warp, ratio);
     while ratio > 1.0 {
         ratio = (0.5 * ratio).max(1.0);
-        warp = refine_at(&new, &old, warp, ratio);
+        (warp, _) = refine_at(new, old, warp, ratio);
     }
     // A nonlinear tone curve moves the middle of a soft edge, so the warp is refined again with
     // matched tones.
     let gray = |p: &Plane| Plate::from_planes([p.clone(), p.clone(), p.clone()]);
-    let (onto, shared) = resample(&gray(&old), warp, new.width, new.height);
-    let [tone, ..] = tone::fit(&gray(&new), &onto, &shared, Matching::Channel);
-    warp = refine_at(&new, &old.map(|v| tone.apply(v)), warp, 1.0);
-    Ok((warp, warp.alignment(agreement)))
+    let (onto, shared) = resample(&gray(old), warp, new.width, new.height);
+    let [tone, ..] = tone::fit(&gray(new), &onto, &shared, Matching::Channel);
+    let (warp, errors) = refine_at(new, &old.map(|v| tone.apply(v)), warp, 1.0);
+    let corner = half(new).length();
+    let errors = errors.map(|e| Errors {
+        scale: e.scale.hypot(SYSTEMATIC / corner),
+        rotation: e.rotation.hypot(SYSTEMATIC / corner),
+        shift: e.shift.hypot(SYSTEMATIC * warp.scale()),
+    });
+    (warp, errors)
+}
+
+/// Returns the warp with a scale of 1, a rotation by a multiple of 90 degrees and a shift of whole
+/// pixels, each if it is within the error. If all three are, no pixel is interpolated.
+fn rounded(new: &Plane, old: &Plane, warp: Warp, errors: Errors) -> Warp {
+    let mut turn = warp.turn;
+    let unit = DVec2::new(turn.x.signum(), 0.0);
+    let unit = if turn.x.abs() > turn.y.abs() {
+        unit
+    } else {
+        DVec2::new(0.0, turn.y.signum())
+    };
+    let is_straight = turn.angle_to(unit).abs() <= WITHIN * errors.rotation;
+    let is_same_size = (turn.length() - 1.0).abs() <= WITHIN * errors.scale;
+    if is_straight {
+        turn = unit * turn.length();
+    }
+    if is_same_size {
+        turn = if is_straight { unit } else { turn.normalize() };
+    }
+    let mut shift = warp.shift;
+    if is_straight && is_same_size {
+        // The old picture's pixel on which the new one's first lies.
+        let first = turn.rotate(0.5 - half(new)) + shift + half(old) - 0.5;
+        let off = first.round() - first;
+        if off.abs().max_element() <= WITHIN * errors.shift {
+            shift += off;
+        }
+    }
+    Warp { turn, shift }
 }
 
 /// Refines a warp on the new picture reduced by `ratio`, and on the old one reduced to the same
 /// scale.
-fn refine_at(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> Warp {
+fn refine_at(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> (Warp, Option<Errors>) {
     let old_ratio = (ratio * warp.scale()).max(1.0);
     let new = contrast(&reduced(new, ratio), FINE);
     let old = contrast(&reduced(old, old_ratio), FINE);
-    refine(&new, &old, warp.between(ratio, old_ratio)).between(1.0 / ratio, 1.0 / old_ratio)
+    let (warp, errors) = refine(&new, &old, warp.between(ratio, old_ratio));
+    let errors = errors.map(|e| Errors {
+        shift: e.shift * old_ratio,
+        ..e
+    });
+    (warp.between(1.0 / ratio, 1.0 / old_ratio), errors)
 }
 
-fn no_agreement() -> Box<Diagnostic> {
-    Diagnostic::error("the two pictures can't be aligned: nothing in them matches")
-        .with_help("check that both show the same scene; `--crop x,y,w,h` can leave out a border")
+fn no_agreement(best: Option<&Alignment>) -> Box<Diagnostic> {
+    let Some(best) = best else {
+        return Diagnostic::error("the two pictures can't be aligned: nothing in them matches")
+            .with_help("check that both show the same scene");
+    };
+    Diagnostic::error(format!(
+        "the two pictures can't be aligned: unrelated pictures agree as well with a probability \
+         of up to {}, and the limit is {}",
+        probability(best.chance),
+        chance::LIMIT
+    ))
+    .with_help(
+        "check that both show the same scene, that neither is a negative, and that they have \
+         enough detail; if only the size differs, `--resize` compares without a search",
+    )
+}
+
+/// Returns a probability as text of two digits.
+pub(crate) fn probability(value: f64) -> String {
+    if value == 0.0 {
+        "1e-307".to_owned() // The smallest normal number is 2e-308.
+    } else if value < 1e-3 {
+        format!("{value:.0e}")
+    } else {
+        format!("{value:.2}")
+    }
 }
 
 /// Returns the best warp between small pictures with its agreement. `old_ratio` is the ratio that
 /// the old picture is reduced by.
 fn search(new: &Plane, old: &Plane, old_ratio: f64) -> Option<(Warp, f64)> {
     let new_spectrum = directions(new, 0.0);
-    let scales: Vec<f64> = (-4..=4).map(|i| libm::exp2(0.25 * f64::from(i))).collect();
+    let per_octave = SEARCHED.per_octave;
+    let scales: Vec<f64> = (-SEARCHED.scales..=SEARCHED.scales)
+        .map(|i| libm::exp2(f64::from(i) / per_octave))
+        .collect();
     let mut found: Vec<(f64, Warp)> = scales
         .par_iter()
         .flat_map_iter(|&scale| {
@@ -161,8 +273,8 @@ fn search(new: &Plane, old: &Plane, old_ratio: f64) -> Option<(Warp, f64)> {
             let ratio = (old_ratio * scale).max(1.0);
             let same = reduced(old, ratio);
             let new_spectrum = &new_spectrum;
-            (0..48).map(move |i| {
-                let angle = f64::from(i) * std::f64::consts::TAU / 48.0;
+            (0..SEARCHED.rotations).map(move |i| {
+                let angle = f64::from(i) * std::f64::consts::TAU / f64::from(SEARCHED.rotations);
                 let (shift, peak) = directions(&same, angle).best_shift(new_spectrum);
                 let turn = DVec2::new(libm::cos(angle), libm::sin(angle)) * ratio / old_ratio;
                 let shift = turn.rotate(DVec2::new(shift[0] as f64, shift[1] as f64));
@@ -178,7 +290,7 @@ fn search(new: &Plane, old: &Plane, old_ratio: f64) -> Option<(Warp, f64)> {
         .map(|&(_, warp)| {
             let ratio = (old_ratio * warp.scale()).max(1.0);
             let old = contrast(&reduced(old, ratio), COARSE);
-            let warp = refine(&new, &old, warp.between(1.0, ratio / old_ratio));
+            let (warp, _) = refine(&new, &old, warp.between(1.0, ratio / old_ratio));
             let agreement = agreement(&new, &old, warp);
             (warp.between(1.0, old_ratio / ratio), agreement)
         })
@@ -230,170 +342,6 @@ pub(super) fn detail(luma: &Plane, sigma: f64) -> (Plane, Plane) {
     let off = smooth.zip(&around, |v, a| v - a);
     let squares = off.map(|v| v * v).blurred(6.0);
     (off, squares.map(|s| s.max(0.0).sqrt()))
-}
-
-/// Returns a smaller picture with the same center, whose pixels are `ratio` old ones wide.
-fn reduced(picture: &Plane, ratio: f64) -> Plane {
-    if ratio <= 1.0 {
-        return picture.clone();
-    }
-    let smooth = picture.blurred(0.4 * (ratio * ratio - 1.0).sqrt().max(0.1));
-    let size = |n: usize| ((n as f64 / ratio).floor() as usize).max(1);
-    let (width, height) = (size(picture.width), size(picture.height));
-    let center = 0.5 * DVec2::new(width as f64, height as f64);
-    Plane::from_fn(width, height, |x, y| {
-        let p = DVec2::new(x as f64, y as f64) + 0.5 - center;
-        let at = ratio * p + half(picture);
-        smooth.sample(at.x, at.y)
-    })
-}
-
-/// Returns half of the size, the position of the center from the corner.
-fn half(picture: &Plane) -> DVec2 {
-    0.5 * DVec2::new(picture.width as f64, picture.height as f64)
-}
-
-/// Returns whether a position is at least `margin` pixels from the border. At 0.5 it has a pixel on
-/// every side.
-fn is_inside(picture: &Plane, p: DVec2, margin: f64) -> bool {
-    let room = half(picture) - margin + 1e-9;
-    p.x.abs() <= room.x && p.y.abs() <= room.y
-}
-
-/// The normal equations of one Gauss-Newton step in (turn.x, turn.y, shift.x, shift.y, gain,
-/// offset).
-struct Normal {
-    matrix: [[f64; 6]; 6],
-    right: [f64; 6],
-    cost: f64,
-    count: f64,
-}
-
-impl Normal {
-    const ZERO: Self = Self {
-        matrix: [[0.0; 6]; 6],
-        right: [0.0; 6],
-        cost: 0.0,
-        count: 0.0,
-    };
-
-    fn add(&mut self, row: &[f64; 6], off: f64, weight: f64) {
-        for i in 0..6 {
-            for j in 0..=i {
-                self.matrix[i][j] += weight * row[i] * row[j];
-            }
-            self.right[i] -= weight * row[i] * off;
-        }
-    }
-
-    fn join(mut self, other: &Self) -> Self {
-        for i in 0..6 {
-            for j in 0..=i {
-                self.matrix[i][j] += other.matrix[i][j];
-            }
-            self.right[i] += other.right[i];
-        }
-        self.cost += other.cost;
-        self.count += other.count;
-        self
-    }
-}
-
-/// Refines a warp by the Levenberg-Marquardt method on the robust difference of two planes of
-/// contrast.
-fn refine(new: &Plane, old: &Plane, start: Warp) -> Warp {
-    let gradients = old.gradients();
-    let mut state = [
-        start.turn.x,
-        start.turn.y,
-        start.shift.x,
-        start.shift.y,
-        1.0,
-        0.0,
-    ];
-    let mut width = 1.0; // Huber's threshold, updated from the residuals.
-    let mut damping = 1e-3;
-    let mut sums = normal(new, old, &gradients, &state, width);
-    for _ in 0..40 {
-        let Some(step) = solve(sums.matrix.as_flattened(), &sums.right, damping) else {
-            break;
-        };
-        let next: [f64; 6] = std::array::from_fn(|i| state[i] + step[i]);
-        let after = normal(new, old, &gradients, &next, width);
-        let enough = after.count >= 0.25 * sums.count.max(0.2 * new.values.len() as f64);
-        if enough && after.cost / after.count < sums.cost / sums.count {
-            let moved = move_of(&step, new);
-            (state, sums, damping) = (next, after, (0.3 * damping).max(1e-9));
-            if moved < 1e-4 {
-                break;
-            }
-            width = 1.345 * (sums.cost / sums.count).sqrt().clamp(0.02, 1.0);
-            sums = normal(new, old, &gradients, &state, width);
-        } else {
-            damping *= 8.0;
-            if damping > 1e6 {
-                break;
-            }
-        }
-    }
-    warp_of(&state)
-}
-
-fn warp_of(state: &[f64; 6]) -> Warp {
-    Warp {
-        turn: DVec2::new(state[0], state[1]),
-        shift: DVec2::new(state[2], state[3]),
-    }
-}
-
-/// Returns how many pixels a step moves the corner of the picture.
-fn move_of(step: &[f64], new: &Plane) -> f64 {
-    DVec2::new(step[0], step[1]).length() * half(new).length()
-        + DVec2::new(step[2], step[3]).length()
-}
-
-/// Sums the normal equations over all pixels, with Huber's weights of threshold `width`.
-fn normal(
-    new: &Plane,
-    old: &Plane,
-    gradients: &[Plane; 2],
-    state: &[f64; 6],
-    width: f64,
-) -> Normal {
-    let warp = warp_of(state);
-    let margin = MARGIN.min(new.width.min(new.height) as f64 / 12.0);
-    let rows: Vec<Normal> = (0..new.height)
-        .into_par_iter()
-        .map(|y| {
-            let mut sums = Normal::ZERO;
-            for x in 0..new.width {
-                let p = DVec2::new(x as f64, y as f64) + 0.5 - half(new);
-                let q = warp.apply(p);
-                if !is_inside(new, p, margin) || !is_inside(old, q, margin) {
-                    continue;
-                }
-                let at = q + half(old);
-                let value = f64::from(old.sample(at.x, at.y));
-                let off = state[4] * value + state[5] - f64::from(new.at(x, y));
-                let g = DVec2::new(
-                    f64::from(gradients[0].sample(at.x, at.y)),
-                    f64::from(gradients[1].sample(at.x, at.y)),
-                ) * state[4];
-                let row = [g.dot(p), g.dot(p.perp()), g.x, g.y, value, 1.0];
-                let size = off.abs();
-                let weight = if size <= width { 1.0 } else { width / size };
-                sums.add(&row, off, weight);
-                sums.cost += if size <= width {
-                    off * off
-                } else {
-                    width * (2.0 * size - width)
-                };
-                sums.count += 1.0;
-            }
-            sums
-        })
-        .collect();
-    rows.iter().fold(Normal::ZERO, Normal::join)
 }
 
 /// Returns the correlation of two planes of contrast where they overlap, reduced if the overlap is
@@ -506,8 +454,9 @@ mod tests {
             let truth = degrees(angle, scale, shift);
             let side = if scale > 1.5 { (360, 240) } else { (180, 150) };
             let old = photograph(side.0, side.1, view_of_old(truth), |v| 0.1 + 0.7 * v * v);
-            let (found, _) = align(&new, &old).unwrap();
-            let error = corner_error(found, truth);
+            let found = align(&new, &old).unwrap();
+            assert!(!found.alignment.mirrored && found.alignment.chance < 1e-6);
+            let error = corner_error(found.warp, truth);
             assert!(error < 0.05, "{angle} degrees, {scale}: {error} pixels off");
         }
     }
@@ -524,10 +473,35 @@ mod tests {
 
     #[test]
     fn the_reported_alignment_is_the_position_of_the_old_picture() {
-        let report = degrees(30.0, 2.0, (0.0, 0.0)).alignment(1.0);
-        assert!((report.scale - 0.5).abs() < 1e-12);
-        assert!((report.rotation + 30.0).abs() < 1e-12);
-        let moved = degrees(0.0, 2.0, (10.0, -6.0)).alignment(1.0);
+        let report = |warp| describe(warp, None, false, 1.0, 0.0);
+        let turned = report(degrees(30.0, 2.0, (0.0, 0.0)));
+        assert!((turned.scale - 0.5).abs() < 1e-12);
+        assert!((turned.rotation + 30.0).abs() < 1e-12);
+        let moved = report(degrees(0.0, 2.0, (10.0, -6.0)));
         assert!((moved.shift[0] + 5.0).abs() < 1e-12 && (moved.shift[1] - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_warp_within_its_error_of_whole_pixels_is_exact_and_one_beyond_stays() {
+        let picture = Plane::from_fn(96, 64, |_, _| 0.0);
+        let turned = Plane::from_fn(64, 97, |_, _| 0.0);
+        let errors = Errors {
+            scale: 1e-3,
+            rotation: 1e-3,
+            shift: 0.05,
+        };
+        let off = degrees(0.1, 1.002, (3.1, -0.1));
+        let exact = rounded(&picture, &picture, off, errors);
+        assert_eq!((exact.turn, exact.shift), (DVec2::X, DVec2::new(3.0, 0.0)));
+        // 64 and 97 rows: the centers are half a pixel apart.
+        let off = degrees(89.9, 0.998, (0.1, 0.45));
+        let exact = rounded(&picture, &turned, off, errors);
+        assert_eq!(
+            (exact.turn, exact.shift),
+            (DVec2::Y, DVec2::new(0.0, 0.5)),
+            "{exact:?}"
+        );
+        let far = degrees(0.3, 1.01, (0.3, 0.0));
+        assert_eq!(rounded(&picture, &picture, far, errors), far);
     }
 }

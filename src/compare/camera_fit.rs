@@ -202,7 +202,10 @@ impl CameraFit {
         let mut values = vec![0.0; self.count()];
         let new = draw(&values, size, Half::First).ok()?;
         let old = target.map(|p| p.resized(size.0, size.1));
-        let (_, found) = align::align(&new, &old).ok()?;
+        let found = align::best(&new, &old)?.alignment;
+        if found.mirrored {
+            return None;
+        }
         let pixels = self.efl / self.plan.film.width * size.0 as f64;
         values[3] = -libm::atan(found.shift[1] / pixels);
         values[4] = -libm::atan(found.shift[0] / pixels);

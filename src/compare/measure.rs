@@ -8,6 +8,7 @@ use super::flip;
 use super::metric::{self, Mask};
 use super::plane::Plate;
 use super::tone::{self, Matching, Tone};
+use super::warp;
 use crate::diag::{Diagnostic, Result};
 
 /// The method that maps the old picture to the new one's pixels.
@@ -212,9 +213,9 @@ fn register(
     let everywhere = Mask::all(width, height);
     match registration {
         Registration::Align => {
-            let (warp, alignment) = align::align(new, old)?;
-            let (old, shared) = align::resample(old, warp, width, height);
-            Ok((old, Some(alignment), shared))
+            let aligned = align::align(new, old)?;
+            let (old, shared) = warp::resample(&aligned.old, aligned.warp, width, height);
+            Ok((old, Some(aligned.alignment), shared))
         }
         _ if (old.width, old.height) == (width, height) => Ok((old.clone(), None, everywhere)),
         Registration::Resize if same_aspect(new, old) => {

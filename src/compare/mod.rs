@@ -6,16 +6,20 @@
 
 pub(crate) mod align;
 pub(crate) mod camera_fit;
+mod chance;
 pub(crate) mod edges;
 pub(crate) mod fit;
 pub(crate) mod flip;
 mod measure;
 pub(crate) mod metric;
 pub(crate) mod plane;
+mod refine;
 pub(crate) mod sheet;
 pub(crate) mod tone;
+mod warp;
 
 pub use align::Alignment;
+pub(crate) use align::probability;
 pub use edges::EdgeDistance;
 pub use measure::{Comparison, METRICS, Measures, Metric, Options, Registration, compare};
 pub use metric::Mask;

@@ -121,6 +121,13 @@ impl Plane {
         sum as f32
     }
 
+    /// Returns the plane mirrored left to right.
+    pub(crate) fn mirrored(&self) -> Self {
+        Self::from_fn(self.width, self.height, |x, y| {
+            self.at(self.width - 1 - x, y)
+        })
+    }
+
     /// Returns the gradient along x and along y, half the central difference.
     pub fn gradients(&self) -> [Self; 2] {
         let difference = [-0.5, 0.0, 0.5];

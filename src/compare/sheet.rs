@@ -233,8 +233,12 @@ pub(crate) fn measure_lines(comparison: &Comparison) -> Vec<String> {
     });
     if let Some(a) = comparison.alignment {
         lines.push(format!(
-            "old: shift {:+.2} {:+.2} px, scale {:.4}, rotation {:+.3} deg",
-            a.shift[0], a.shift[1], a.scale, a.rotation
+            "old: {}shift {:+.2} {:+.2} px, scale {:.4}, rotation {:+.3} deg",
+            if a.mirrored { "mirrored, " } else { "" },
+            a.shift[0],
+            a.shift[1],
+            a.scale,
+            a.rotation
         ));
     }
     let [r, g, b] = comparison.tones;

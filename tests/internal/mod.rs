@@ -4,6 +4,7 @@
 //! `tests/golden` or `tests/iv`; a test of the program as a process is in `tests/cli.rs`.
 
 mod common;
+mod compare;
 mod extreme;
 mod film;
 mod fit;
