@@ -1,13 +1,15 @@
 //! `ivcam compare SCENE PICTURE --fit FILE.dat`: finds the camera pose of an archival picture.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
 
 use super::{exit_code, print_warnings, render, text};
 use crate::compare::Plate;
 use crate::compare::camera_fit::CameraFit;
+use crate::compare::fit::Step;
 use crate::diag::{Diagnostic, Result};
 use crate::photo::{Era, Session};
 use crate::picture::write_whole;
@@ -35,15 +37,51 @@ pub(crate) fn run(
     let mut session = Session::open(plan)?;
     print_warnings(&session.sink);
     let fit = CameraFit::of(&session)?;
-    let mut progress = |(width, height): (usize, usize), cost: f64| {
-        if !quiet {
-            super::status!("{width}x{height}: remaining error {:.4}", cost.sqrt());
+    let clock = Instant::now();
+    let bar = progress_bar(quiet);
+    let mut kept = Ok(());
+    let mut report = |step: &Step<'_>| {
+        // Every improvement is kept, so that an interrupted fit leaves its best camera.
+        let text = fit.camera_text(step.values);
+        kept = write_whole(file, |f| f.write_all(text.as_bytes()));
+        let (width, height) = step.size;
+        let residual = 100.0 * step.cost.max(0.0).sqrt();
+        let left = clock.elapsed().mul_f64((1.0 - step.done) / step.done);
+        let line = format!(
+            "{width}x{height}: residual {residual:.1}%, about {} left",
+            minutes(left)
+        );
+        bar.set_position((1000.0 * step.done) as u64);
+        bar.set_message(line.clone());
+        if step.size_finished && !quiet {
+            bar.suspend(|| super::status!("{line}"));
         }
     };
-    let found = fit.search(&mut session, target, &mut progress)?;
-    let text = fit.camera_text(&found.fitted);
+    let found = fit.search(&mut session, target, &mut report)?;
+    bar.finish_and_clear();
+    kept?;
+    let text = fit.camera_text(&found.fitted.values);
     write_whole(file, |f| f.write_all(text.as_bytes()))?;
     exit_code(fit.report(&found.fitted, out))?;
     exit_code(writeln!(out, "camera     {}", file.display()))?;
     Ok(found.rendering)
+}
+
+/// Returns a progress bar of a thousand parts, on a terminal only.
+fn progress_bar(quiet: bool) -> indicatif::ProgressBar {
+    if quiet || !std::io::stderr().is_terminal() {
+        return indicatif::ProgressBar::hidden();
+    }
+    let bar = indicatif::ProgressBar::new(1000);
+    if let Ok(style) = indicatif::ProgressStyle::with_template("{bar:30} {percent}%  {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// Returns a length of time as minutes and seconds.
+fn minutes(time: Duration) -> String {
+    let seconds = time.as_secs_f64().round() as u64;
+    format!("{}:{:02}", seconds / 60, seconds % 60)
 }

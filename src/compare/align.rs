@@ -207,10 +207,10 @@ fn rounded(new: &Plane, old: &Plane, warp: Warp, errors: Errors) -> Warp {
     let mut shift = warp.shift;
     if is_straight && is_same_size {
         // The old picture's pixel on which the new one's first lies.
-        let first = turn.rotate(0.5 - half(new)) + shift + half(old) - 0.5;
-        let off = first.round() - first;
-        if off.abs().max_element() <= WITHIN * errors.shift {
-            shift += off;
+        let corner = turn.rotate(0.5 - half(new)) + half(old) - 0.5;
+        let whole = (corner + shift).round() - corner;
+        if (whole - shift).abs().max_element() <= WITHIN * errors.shift {
+            shift = whole;
         }
     }
     Warp { turn, shift }

@@ -3,12 +3,14 @@
 //! The fit starts from a camera and a lens, and refines position, orientation, focal length and
 //! focus until the rendering of the scene matches the picture best.
 
+use std::cell::Cell;
 use std::io::Write;
+use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 
 use super::align;
-use super::fit::{Fit, Fitted, Half};
+use super::fit::{Fit, Fitted, Half, Step};
 use super::plane::{Plane, Plate};
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::film::Resolution;
@@ -32,6 +34,27 @@ pub(crate) struct CameraFit {
     focus: f64,
     /// The diameter of the entrance pupil in millimeters; `None` for a pinhole.
     opening: Option<f64>,
+    /// The time that the whole fit may take.
+    limit: Option<Duration>,
+}
+
+/// The time that a fit takes.
+struct Clock {
+    start: Instant,
+    limit: Option<Duration>,
+    /// The pixels of a rendering at full size.
+    pixels: f64,
+    /// The longest time that a rendering took, in seconds a pixel.
+    rate: Cell<f64>,
+}
+
+impl Clock {
+    /// Returns whether the limit leaves no time for another rendering and the last one.
+    fn is_over(&self) -> bool {
+        let needed = 2.0 * self.rate.get() * self.pixels;
+        let taken = self.start.elapsed().as_secs_f64();
+        self.limit.is_some_and(|l| taken + needed > l.as_secs_f64())
+    }
 }
 
 /// The result of a camera fit: the parameters, and their rendering.
@@ -44,7 +67,7 @@ pub(crate) struct Found {
 const FOCUS: usize = 7;
 
 /// Renders parameters. Pictures of all sizes have the same number of samples per pixel.
-fn draw(
+fn render(
     session: &mut Session,
     start: &CameraFit,
     values: &[f64],
@@ -86,7 +109,7 @@ impl CameraFit {
     /// # Errors
     /// Fails for an ideal lens, an orthographic camera, and a lens without a positive focal length.
     pub(crate) fn of(session: &Session) -> Result<Self> {
-        let (plan, pose) = (session.plan.clone(), session.pose.clone());
+        let (mut plan, pose) = (session.plan.clone(), session.pose.clone());
         let focus = plan.focus.map_or(pose.focal_distance, |d| d.0);
         let mut opening = None;
         let efl = match (&plan.optics, pose.projection) {
@@ -115,12 +138,18 @@ impl CameraFit {
                 "a lens without a positive focal length can't be fitted",
             ));
         }
+        // `--time` limits the fit and not each of its renderings.
+        let limit = plan.stop.time.take();
+        if limit.is_some() && plan.stop.error.is_none() {
+            plan.stop.samples = plan.sampler.samples;
+        }
         Ok(Self {
             plan,
             pose,
             efl,
             focus,
             opening,
+            limit,
         })
     }
 
@@ -214,8 +243,8 @@ impl CameraFit {
         Some(values)
     }
 
-    /// Finds the camera whose rendering matches the target best. After each size, `report` receives
-    /// the size of the rendering in pixels and the cost.
+    /// Finds the camera whose rendering matches the target best. `report` receives every step that
+    /// improves it.
     ///
     /// # Errors
     /// Fails if the target's aspect differs from the rendering's, or if the start cannot be
@@ -224,19 +253,34 @@ impl CameraFit {
         &self,
         session: &mut Session,
         target: &Plate,
-        report_size: &mut dyn FnMut((usize, usize), f64),
+        report: &mut dyn FnMut(&Step<'_>),
     ) -> Result<Found> {
         let size = self.plan.resolution;
         self.check_aspect(target)?;
         let count = self.count();
+        let clock = Clock {
+            start: Instant::now(),
+            limit: self.limit,
+            pixels: f64::from(size.width) * f64::from(size.height),
+            rate: Cell::new(0.0),
+        };
+        let has_to_end = || clock.is_over();
         let fit = Fit {
+            has_to_end: &has_to_end,
             target,
             sizes: Fit::pyramid((size.width as usize, size.height as usize)),
             steps: self.steps(),
             blur: (count > FOCUS).then_some(FOCUS),
         };
         let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
-            draw(session, self, values, size, half)
+            if clock.is_over() {
+                return Err(Diagnostic::error("the time of the fit is over"));
+            }
+            let begun = Instant::now();
+            let drawn = render(session, self, values, size, half);
+            let rate = begun.elapsed().as_secs_f64() / (size.0 * size.1) as f64;
+            clock.rate.set(clock.rate.get().max(rate));
+            drawn
         };
         let still = vec![0.0; count];
         let before = fit.cost_of(&still, &mut draw)?;
@@ -246,9 +290,9 @@ impl CameraFit {
         {
             first = guess;
         }
-        let fitted = fit.run(&first, &mut draw, report_size)?;
+        let fitted = fit.run(&first, &mut draw, report)?;
         let whole = (size.width as usize, size.height as usize);
-        let rendering = draw(&fitted.values, whole, Half::First)?;
+        let rendering = render(session, self, &fitted.values, whole, Half::First)?;
         Ok(Found { fitted, rendering })
     }
 
@@ -270,10 +314,10 @@ impl CameraFit {
         )))
     }
 
-    /// Returns a camera file, with the lens options in a comment.
-    pub(crate) fn camera_text(&self, fitted: &Fitted) -> String {
-        let pose = self.pose_at(&fitted.values);
-        let (efl, focus) = self.optics(&fitted.values);
+    /// Returns a camera file of parameters, with the lens options in a comment.
+    pub(crate) fn camera_text(&self, values: &[f64]) -> String {
+        let pose = self.pose_at(values);
+        let (efl, focus) = self.optics(values);
         let (axis, angle) = axis_angle(pose.orientation);
         let Projection::Perspective { height_angle } = pose.projection else {
             return String::new(); // `pose_at` always returns a perspective camera.
@@ -325,6 +369,17 @@ impl CameraFit {
                 "focus      {focus:.3} m (± {:.3}), was {:.3} m",
                 focus * error(FOCUS),
                 self.focus
+            )?;
+        }
+        writeln!(
+            out,
+            "residual   {:.1}%",
+            100.0 * fitted.cost.max(0.0).sqrt()
+        )?;
+        if fitted.ended_early {
+            writeln!(
+                out,
+                "ended      by `--time`; this is the best camera so far, without errors"
             )?;
         }
         writeln!(out, "renders    {}", fitted.renders)

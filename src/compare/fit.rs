@@ -50,6 +50,23 @@ const BLOCK: usize = 12;
 /// The number of steps to either side in the search for the blur parameter.
 const SEARCH: i32 = 6;
 
+/// The number of iterations that most sizes need, for the expected amount of work.
+const USUAL_ITERATIONS: usize = 6;
+
+/// The state of a fit after a step that improved it.
+pub(crate) struct Step<'a> {
+    /// The size of the rendering in pixels.
+    pub size: (usize, usize),
+    /// The best values so far.
+    pub values: &'a [f64],
+    /// The robust mean square of the residuals.
+    pub cost: f64,
+    /// The share of the expected work that is done, from 0 to 1.
+    pub done: f64,
+    /// Whether the fit has finished this size.
+    pub size_finished: bool,
+}
+
 /// The target of a fit, and its settings.
 pub(crate) struct Fit<'a> {
     /// The archival picture.
@@ -61,6 +78,9 @@ pub(crate) struct Fit<'a> {
     /// The parameter that changes only blur, which small pictures and local contrast do not
     /// determine.
     pub blur: Option<usize>,
+    /// Returns whether the fit has to end with its best values so far. The renderer fails from then
+    /// on.
+    pub has_to_end: &'a dyn Fn() -> bool,
 }
 
 /// The result of a fit.
@@ -76,6 +96,8 @@ pub(crate) struct Fitted {
     pub cost: f64,
     /// The number of renderings.
     pub renders: usize,
+    /// Whether the fit ended before it had converged at every size.
+    pub ended_early: bool,
 }
 
 impl Fitted {
@@ -155,6 +177,10 @@ struct Level<'f, 'r> {
     renders: usize,
 }
 
+/// Receives the values, their cost, the number of renderings at this size, and whether the size is
+/// finished.
+type StepReport<'r> = dyn FnMut(&[f64], f64, usize, bool) + 'r;
+
 /// The normal equations over the free parameters, row by row.
 struct System {
     /// The matrix from the mean of both renderings. Noise makes it too large, and keeps it positive
@@ -190,7 +216,18 @@ impl Fit<'_> {
         Ok(off.cost(&vec![1.0; off.first.len()]))
     }
 
-    /// Refines the parameters, and calls `report` after every size.
+    /// Returns the expected work at each size, in rendered pixels; the last size is done twice.
+    fn expected_work(&self) -> Vec<f64> {
+        let columns = 2 * self.steps.len() + 2;
+        let renders = (USUAL_ITERATIONS + 1) * columns;
+        let pixels = |s: &(usize, usize)| (s.0 * s.1 * renders) as f64;
+        // The fine measure renders everything twice.
+        let fine = self.sizes.last().map(|s| 2.0 * pixels(s));
+        self.sizes.iter().map(pixels).chain(fine).collect()
+    }
+
+    /// Refines the parameters, and calls `report` after every step that improves them. If the fit
+    /// has to end, the result has the best values so far.
     ///
     /// # Errors
     /// Fails if the start cannot be rendered.
@@ -198,7 +235,7 @@ impl Fit<'_> {
         &self,
         start: &[f64],
         render: &mut Renderer<'_>,
-        report: &mut dyn FnMut((usize, usize), f64),
+        report: &mut dyn FnMut(&Step<'_>),
     ) -> Result<Fitted> {
         let count = start.len();
         let mut fitted = Fitted {
@@ -206,21 +243,43 @@ impl Fit<'_> {
             covariance: vec![f64::INFINITY; count * count],
             cost: f64::INFINITY,
             renders: 0,
+            ended_early: false,
         };
+        let work = self.expected_work();
         let coarse = self.sizes.iter().map(|s| (*s, Measure::Contrast));
         let fine = self.sizes.last().map(|s| (*s, Measure::Detail));
-        for (size, measure) in coarse.chain(fine) {
+        for (i, (size, measure)) in coarse.chain(fine).enumerate() {
+            let before: f64 = work[..i].iter().sum();
+            let total: f64 = work.iter().sum();
+            let mut report_step = |values: &[f64], cost: f64, renders: usize, finished: bool| {
+                let here = ((size.0 * size.1 * renders) as f64).min(0.95 * work[i]);
+                let here = if finished { work[i] } else { here };
+                report(&Step {
+                    size,
+                    values,
+                    cost,
+                    done: (before + here) / total,
+                    size_finished: finished,
+                });
+            };
             let mut level = Level::new(self, size, measure, render);
             if measure == Measure::Contrast {
                 level.free.retain(|i| Some(*i) != self.blur);
-            } else if let Some(blur) = self.blur {
-                level.match_tones(&fitted.values)?;
-                level.search(&mut fitted.values, blur);
             }
-            let done = level.refine(&fitted.values)?;
+            let done = level.fit_from(&mut fitted.values, &mut report_step);
             let renders = fitted.renders + level.renders;
-            fitted = Fitted { renders, ..done };
-            report(size, fitted.cost);
+            match done {
+                Ok(done) => fitted = Fitted { renders, ..done },
+                Err(_) if (self.has_to_end)() => {
+                    fitted.renders = renders;
+                    fitted.ended_early = true;
+                }
+                Err(error) => return Err(error),
+            }
+            if fitted.ended_early {
+                break;
+            }
+            report_step(&fitted.values, fitted.cost, level.renders, true);
         }
         Ok(fitted)
     }
@@ -246,6 +305,15 @@ impl<'f, 'r> Level<'f, 'r> {
         };
         this.set_target(&luma);
         this
+    }
+
+    /// Searches for the blur if the measure depends on it, and iterates.
+    fn fit_from(&mut self, values: &mut [f64], report: &mut StepReport<'_>) -> Result<Fitted> {
+        if let (Measure::Detail, Some(blur)) = (self.measure, self.fit.blur) {
+            self.match_tones(values)?;
+            self.search(values, blur);
+        }
+        self.refine(values, report)
     }
 
     /// Sets the target from a picture of its brightness.
@@ -335,7 +403,7 @@ impl<'f, 'r> Level<'f, 'r> {
     }
 
     /// Iterates from start values, and estimates the covariance.
-    fn refine(&mut self, start: &[f64]) -> Result<Fitted> {
+    fn refine(&mut self, start: &[f64], report: &mut StepReport<'_>) -> Result<Fitted> {
         self.match_tones(start)?;
         let mut values = start.to_vec();
         if self.measure == Measure::Detail {
@@ -351,6 +419,9 @@ impl<'f, 'r> Level<'f, 'r> {
         for _ in 0..MOST_ITERATIONS {
             let weights = self.weights(&off);
             let system = self.linearized(&values, &off, &weights);
+            if (self.fit.has_to_end)() {
+                break; // Some derivatives may not have been rendered.
+            }
             let before = off.cost(&weights);
             let mut better = None;
             while better.is_none() && damping < 1e5 {
@@ -375,6 +446,12 @@ impl<'f, 'r> Level<'f, 'r> {
                 .all(|(s, i)| s.abs() < 0.02 * self.step(*i));
             let gained = (before - next_off.cost(&weights)) / before.abs().max(1e-12);
             (values, off) = (next, next_off);
+            report(
+                &values[..start.len()],
+                off.cost(&weights),
+                self.renders,
+                false,
+            );
             damping = damping.max(1e-6);
             if small || gained < 1e-4 {
                 break;
@@ -383,11 +460,17 @@ impl<'f, 'r> Level<'f, 'r> {
         let weights = self.weights(&off);
         let system = self.linearized(&values, &off, &weights);
         values.truncate(start.len());
+        let ended_early = (self.fit.has_to_end)();
         Ok(Fitted {
             cost: off.cost(&weights),
-            covariance: self.covariance(&system, &off, &weights),
+            covariance: if ended_early {
+                vec![f64::INFINITY; start.len() * start.len()]
+            } else {
+                self.covariance(&system, &off, &weights)
+            },
             values,
             renders: 0,
+            ended_early,
         })
     }
 
@@ -560,16 +643,59 @@ mod tests {
             sizes: Fit::pyramid((192, 128)),
             steps: vec![0.003; 3],
             blur: None,
+            has_to_end: &|| false,
         };
         assert_eq!(fit.sizes, [(48, 32), (96, 64), (192, 128)]);
         let mut render = |v: &[f64], size: (usize, usize), _| Ok(blobs(v, size));
+        let mut shares = Vec::new();
         let found = fit
-            .run(&[0.45, 0.36, 1.0], &mut render, &mut |_, _| ())
+            .run(&[0.45, 0.36, 1.0], &mut render, &mut |step| {
+                shares.push(step.done);
+            })
             .unwrap();
+        assert!(
+            shares.is_sorted() && shares.last() == Some(&1.0),
+            "{shares:?}"
+        );
+        assert!(!found.ended_early);
         // One of three values exceeds four standard errors by chance once in 5,000 runs.
         for (i, (v, t)) in found.values.iter().zip(truth).enumerate() {
             let error = found.error(i);
             assert!((v - t).abs() < 4.0 * error && error < 5e-3, "{found:?}");
         }
+    }
+
+    #[test]
+    fn a_fit_that_has_to_end_keeps_its_best_values_and_states_no_errors() {
+        let truth = [0.52, 0.31, 1.1];
+        let target = blobs(&truth, (96, 64));
+        let left = std::cell::Cell::new(40);
+        let ended = || left.get() == 0;
+        let fit = Fit {
+            target: &target,
+            sizes: Fit::pyramid((96, 64)),
+            steps: vec![0.003; 3],
+            blur: None,
+            has_to_end: &ended,
+        };
+        let mut render = |v: &[f64], size: (usize, usize), _| {
+            if ended() {
+                return Err(crate::diag::Diagnostic::error("the time is over"));
+            }
+            left.set(left.get() - 1);
+            Ok(blobs(v, size))
+        };
+        let start = [0.45, 0.36, 1.0];
+        let mut reported = start.to_vec();
+        let found = fit
+            .run(&start, &mut render, &mut |step| {
+                reported = step.values.to_vec();
+            })
+            .unwrap();
+        assert!(found.ended_early && found.renders >= 40, "{found:?}");
+        assert_eq!(found.values, reported);
+        assert!(found.error(0).is_infinite());
+        let off = |v: &[f64]| (v[0] - truth[0]).abs() + (v[1] - truth[1]).abs();
+        assert!(off(&found.values) < 0.5 * off(&start), "{found:?}");
     }
 }

@@ -16,7 +16,7 @@ pub(crate) mod plane;
 mod refine;
 pub(crate) mod sheet;
 pub(crate) mod tone;
-mod warp;
+pub(crate) mod warp;
 
 pub use align::Alignment;
 pub(crate) use align::probability;

