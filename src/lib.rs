@@ -58,7 +58,7 @@
 //! Vectors and matrices are those of [`glam`], which is re-exported.
 
 #![forbid(unsafe_op_in_unsafe_fn)]
-#![warn(unreachable_pub)]
+#![warn(missing_docs, unreachable_pub)]
 
 mod bvh;
 pub mod camera;

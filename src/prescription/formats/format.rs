@@ -23,6 +23,7 @@ pub(crate) struct Format {
 /// Options of reading that a file does not state.
 #[derive(Clone, Debug, Default)]
 pub struct Reading {
+    /// The glasses that a file may name beside the built-in ones.
     pub glasses: Catalogue,
     /// In four columns: whether the second is the distance from the vertex before (the order of
     /// the older files of Kolb and CS348b) or to the next one. None: as the file itself suggests.
