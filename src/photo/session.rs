@@ -152,7 +152,8 @@ impl Session {
         described.extend(settings);
         let lit = headlight_sources.resolve(plan.headlight);
         described.insert("headlight".into(), lit.describe().into());
-        if plan.shading.needs().lights && is_left_dark(headlight_sources, lit) {
+        let can_be_lit = plan.shading.needs().lights && scene.primitives() != (0, 0, 0);
+        if can_be_lit && is_left_dark(headlight_sources, lit) {
             let dark = "the scene has no light, and the headlight is off";
             let help = "`-headlight`, or `--headlight=on`, turns the light on the camera on";
             sink.add(*Diagnostic::warning(dark).with_help(help));
@@ -273,7 +274,8 @@ impl Session {
     pub fn headlight_notice(&self) -> Option<&'static str> {
         let lit = self.headlight_state();
         let automatic = lit.on && lit.cause == HeadlightCause::Scene;
-        (automatic && self.plan.shading.needs().lights).then_some(
+        let can_be_lit = self.plan.shading.needs().lights && self.scene.primitives() != (0, 0, 0);
+        (automatic && can_be_lit).then_some(
             "headlight: on, because the scene has no light; --headlight=off turns it off",
         )
     }
