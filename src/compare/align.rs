@@ -28,7 +28,7 @@ const COARSE: f64 = 0.3;
 const FINE: f64 = 1.0;
 /// The number of candidates of the search that are refined. Chosen by trial.
 const CANDIDATES: usize = 24;
-/// The agreement at which the mirrored picture is not searched, because it could hardly agree better.
+/// The agreement above which the mirrored picture is not searched: it could hardly agree better.
 const CLEAR_AGREEMENT: f64 = 0.97;
 /// The warps of the search: every 7.5 degrees, and scales from half to double.
 const SEARCHED: Searched = Searched {

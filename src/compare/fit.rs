@@ -78,8 +78,7 @@ pub(crate) struct Fit<'a> {
     /// The parameter that changes only blur, which small pictures and local contrast do not
     /// determine.
     pub blur: Option<usize>,
-    /// Returns whether the fit has to end with its best values so far. The renderer fails from then
-    /// on.
+    /// Returns whether the fit has to end with its best values so far. Once it does, renders fail.
     pub has_to_end: &'a dyn Fn() -> bool,
 }
 

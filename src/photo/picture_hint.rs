@@ -184,7 +184,7 @@ impl Session {
         let forward = self.pose.direction().as_vec3();
         let margin = 1e-4 * (max - min).length();
         let (min, max) = (min - margin, max + margin);
-        // A component of 0 divides to infinity, or to NaN inside a slab, which `min` and `max` skip.
+        // A component of 0 divides to infinity, or to NaN inside a slab; `min` and `max` skip NaN.
         let (a, b) = ((min - eye) / forward, (max - eye) / forward);
         let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
         enter > 0.0 && enter <= leave
