@@ -1,7 +1,7 @@
 //! Alignment of pictures: the same one disturbed in the ways of an archive, and unrelated ones.
 //!
 //! The pictures are references of golden scenes. The large count is a command:
-//! `cargo test --release --lib counted_over -- --ignored --nocapture`.
+//! `cargo test --release --lib counted -- --ignored --nocapture`.
 
 use std::path::{Path, PathBuf};
 
