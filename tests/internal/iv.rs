@@ -584,7 +584,7 @@ fn only_files_below_the_scene_and_the_search_paths_are_opened() {
     };
     assert_eq!(opened("parts/own.iv", &[]), (true, None));
     assert_eq!(opened("parts/../parts/own.iv", &[]), (true, None));
-    let refused = Some("`--search FOLDER` allows what is below that folder".to_owned());
+    let refused = Some("`--search FOLDER` allows the files below that folder".to_owned());
     for name in [
         "../outside/secret.iv",
         "link.iv",

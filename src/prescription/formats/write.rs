@@ -550,7 +550,7 @@ mod tests {
         assert!(written > 25, "{written}");
         let phone = Lens::named("phone").unwrap();
         let error = write(phone.prescription(), Target::Columns).unwrap_err();
-        assert!(error.message.contains("no sphere"));
+        assert!(error.message.contains("is not a sphere"));
     }
 
     #[test]
