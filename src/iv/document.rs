@@ -20,7 +20,7 @@ use crate::grammar::{Class, ClassId, default_value};
 pub enum ClassRef {
     /// A class of the node catalogue.
     Known(ClassId),
-    /// A class that the file declares, as its index in [`Document::extensions`].
+    /// A class that the file declares, as its index in `Document::extensions`.
     Extension(u32),
 }
 

@@ -1,6 +1,6 @@
 //! Reads Inventor and VRML files into a [`Document`], and writes documents as such files.
 //!
-//! [`document`] defines the nodes of a file, and [`declarations`] the classes and routes that a
+//! `document` defines the nodes of a file, and `declarations` the classes and routes that a
 //! file declares. `read` makes a document from bytes and `write` makes bytes from a document;
 //! neither imports the other.
 

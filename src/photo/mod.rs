@@ -2,7 +2,7 @@
 //!
 //! The 1999 program and ivcam's own defaults differ only in the [`Plan`] that they start from. The
 //! command line, the window, convergence runs and movies all make a `Plan` and open a [`Session`]
-//! from it, so they use the same code to render. [`options`] is the table of all options.
+//! from it, so they use the same code to render. `options` is the table of all options.
 
 mod camera_choice;
 pub(crate) mod headlight;

@@ -1,6 +1,6 @@
 //! Reading and writing of picture files, with one module per format.
 //!
-//! Reading gives a [`Raster`], the uninterpreted samples of the file. Writing takes a [`Picture`],
+//! Reading gives a `Raster`, the uninterpreted samples of the file. Writing takes a [`Picture`],
 //! the linear exposure values of a developed film with their provenance.
 
 mod developed;

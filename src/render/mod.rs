@@ -3,10 +3,10 @@
 //! A pixel's samples are added in the order of their numbers by one thread, and a sample is a
 //! function of seed, pixel and number, so a picture has the same bits at any number of threads.
 //! The rays of a tile go through the lens a bundle at a time, with the same arithmetic as the
-//! scalar path, so a test can compare a tile with [`Render::sample`].
+//! scalar path, so a test can compare a tile with `Render::sample`.
 //!
-//! [`ghosts`] adds light reflected between lens surfaces, [`diffraction`] spreads light at the
-//! pupil's rim, and [`report`] states the cost of a render and the error of its picture.
+//! `ghosts` adds light reflected between lens surfaces, `diffraction` spreads light at the
+//! pupil's rim, and `report` states the cost of a render and the error of its picture.
 
 mod batch;
 pub(crate) mod diffraction;

@@ -97,7 +97,7 @@ impl Sampler {
     }
 
     /// The number in [0, 1) that determines the sample's wavelengths: see
-    /// [`PixelSampler::wavelength`].
+    /// `PixelSampler::wavelength`.
     pub fn wavelength(&self, pixel: u64, index: u32) -> f64 {
         self.pixel(pixel, [pixel as u32, 0]).wavelength(index)
     }

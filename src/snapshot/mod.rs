@@ -3,7 +3,7 @@
 //! All code that reads the values of nodes for a picture (traversal, compiling, the search for a
 //! camera, `check`) uses a [`Snapshot`] and not a [`Document`], so that it sees the same values.
 //! Some engines and the handles depend on the size of a part of the scene, which only the code that
-//! draws knows; a snapshot gets it through [`Bounds`]. `scene::snapshot` implements that trait and
+//! draws knows; a snapshot gets it through `Bounds`. `scene::snapshot` implements that trait and
 //! is the usual function to take a snapshot.
 //!
 //! [`Document`]: crate::iv::Document
