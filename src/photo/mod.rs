@@ -16,11 +16,13 @@ mod session;
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "panels")]
 pub(crate) use camera_choice::camera_file;
 pub use camera_choice::{CameraChoice, CameraNode};
 pub use headlight::{Headlight, HeadlightCause, HeadlightState};
 pub(crate) use plan::free_name;
 pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};
+#[cfg(feature = "panels")]
 pub(crate) use pose::view_through_lens;
 pub use session::Session;
 

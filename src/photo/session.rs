@@ -13,7 +13,7 @@ use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlig
 use super::lens_settings::camera;
 use super::overview::{Overview, first_camera};
 use super::plan::{Optics, Plan};
-use super::pose::{Environment, inventor_bounds, own_focus, resolve_pose};
+use super::pose::{Environment, own_focus, resolve_pose};
 use crate::camera::{Camera, film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::film::{Film, GhostImage};
@@ -245,9 +245,10 @@ impl Session {
     }
 
     /// Returns the bounding box of the scene as Inventor's `viewAll` sees it, in meters.
+    #[cfg(feature = "panels")]
     pub(crate) fn inventor_bounds(&self) -> Option<(DVec3, DVec3)> {
         let snapshot = snapshot_of(&self.document, &self.plan);
-        inventor_bounds(&snapshot, &self.plan)
+        super::pose::inventor_bounds(&snapshot, &self.plan)
     }
 
     /// Returns whether the headlight is on, and why.

@@ -4,7 +4,6 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::batch::{Batch, TileExposure};
@@ -14,7 +13,7 @@ use super::tile::Tile;
 use crate::camera::Camera;
 use crate::film::{Exposed, Film, Resolution, Twin};
 use crate::sampling::{FilterTable, PixelSampler, Sampler, mix};
-use crate::shade::{Shader, Work};
+use crate::shade::Shader;
 
 /// A scene and a camera with the settings of a render.
 pub(crate) struct Render<'a> {
@@ -238,7 +237,12 @@ impl Render<'_> {
     /// Returns the exposure of one sample of a pixel, traced by itself with the bits that it has in
     /// a tile. A lost ray has exposure 0 and is a sample like any other.
     #[cfg(any(test, feature = "panels"))]
-    pub(crate) fn sample(&self, pixel: (u32, u32), index: u32, work: &mut Work) -> DVec3 {
+    pub(crate) fn sample(
+        &self,
+        pixel: (u32, u32),
+        index: u32,
+        work: &mut crate::shade::Work,
+    ) -> glam::DVec3 {
         let mut batch = Batch::new(self);
         let mut sums = [Exposed::default()];
         std::mem::swap(&mut batch.work, work);
