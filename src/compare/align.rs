@@ -31,7 +31,7 @@ const CANDIDATES: usize = 24;
 /// The agreement above which the mirrored picture is not searched: it could hardly agree better.
 const CLEAR_AGREEMENT: f64 = 0.97;
 /// The warps of the search: every 7.5 degrees, and scales from half to double.
-const SEARCHED: Searched = Searched {
+pub(super) const SEARCHED: Searched = Searched {
     rotations: 48,
     scales: 4,
     per_octave: 4.0,
@@ -97,8 +97,8 @@ pub(crate) fn align(new: &Plate, old: &Plate) -> Result<Aligned> {
 pub(crate) fn best(new: &Plate, old: &Plate) -> Option<Aligned> {
     let sides = [old.clone(), old.map(Plane::mirrored)];
     let new = new.luma();
-    let new_ratio = (longer(&new) / SMALL).max(1.0);
-    let old_ratio = (longer(&sides[0].channels[0]) / SMALL).max(1.0);
+    let new_ratio = (new.longer_side() / SMALL).max(1.0);
+    let old_ratio = (sides[0].channels[0].longer_side() / SMALL).max(1.0);
     let small = reduced(&new, new_ratio);
     let candidate = |mirrored: bool| {
         let luma = sides[usize::from(mirrored)].luma();
@@ -127,10 +127,6 @@ pub(crate) fn best(new: &Plate, old: &Plate) -> Option<Aligned> {
         warp,
         alignment,
     })
-}
-
-fn longer(picture: &Plane) -> f64 {
-    picture.width.max(picture.height) as f64
 }
 
 /// Returns whether a picture has the same level everywhere, to half a level of 8 bits.

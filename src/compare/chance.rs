@@ -55,7 +55,7 @@ impl Searched {
     /// `warp` maps the new picture to the old one.
     pub(super) fn chance(&self, new: &Plane, old: &Plane, warp: Warp, mirrored: bool) -> f64 {
         let tail = LEVELS.map(|level| {
-            let ratio = (longer(new) / level).max(1.0);
+            let ratio = (new.longer_side() / level).max(1.0);
             let (r, independent) = correlation(&directions(new, old, warp, ratio));
             ln_tail(r, independent)
         });
@@ -68,9 +68,9 @@ impl Searched {
     /// on the new one's frame. The weights of all warps add up to one.
     fn weight(&self, new: &Plane, old: &Plane, warp: Warp, mirrored: bool) -> f64 {
         let turns = libm::atan2(warp.turn.y, warp.turn.x) / std::f64::consts::TAU;
-        let scale = warp.scale() * longer(new) / longer(old);
+        let scale = warp.scale() * new.longer_side() / old.longer_side();
         let steps = self.per_octave * libm::log2(scale);
-        let small = LEVELS[0] / longer(old).max(LEVELS[0]);
+        let small = LEVELS[0] / old.longer_side().max(LEVELS[0]);
         let off = (warp.shift * small).round();
         let one = |i: f64| 1.0 / (1.0 + 2.0 * i.abs().round());
         let disc = |x: f64, y: f64| 1.0 / (1.0 + std::f64::consts::PI * (x * x + y * y));
@@ -91,10 +91,6 @@ impl Searched {
             * disc(off.x, off.y)
             / shifts
     }
-}
-
-fn longer(picture: &Plane) -> f64 {
-    picture.width.max(picture.height) as f64
 }
 
 /// Returns the gradient's direction, as a vector of length up to 1, of the new picture reduced by
@@ -206,14 +202,8 @@ fn ln_tail(r: f64, n: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::align::SEARCHED;
     use super::*;
-
-    const SEARCHED: Searched = Searched {
-        rotations: 48,
-        scales: 4,
-        per_octave: 4.0,
-        shifts: 128,
-    };
 
     /// Returns reproducible numbers of mean 0 and variance 1, nearly normally distributed.
     fn normal_numbers(seed: u64) -> impl FnMut() -> f64 {

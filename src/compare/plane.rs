@@ -47,6 +47,11 @@ impl Plane {
         }
     }
 
+    /// Returns the longer side, in pixels.
+    pub(super) fn longer_side(&self) -> f64 {
+        self.width.max(self.height) as f64
+    }
+
     /// Returns the value of a pixel.
     pub fn at(&self, x: usize, y: usize) -> f32 {
         self.values[y * self.width + x]
