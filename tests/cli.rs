@@ -19,6 +19,11 @@ impl Scratch {
         path
     }
 
+    /// Writes an Inventor file.
+    fn inventor(&self, name: &str, body: &str) -> PathBuf {
+        self.file(name, &format!("#Inventor V2.1 ascii\n{body}"))
+    }
+
     fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(&self.0).unwrap();
         let mut names: Vec<String> = entries
@@ -510,13 +515,9 @@ fn metadata_and_report_state_the_headlight() {
 #[test]
 fn of_many_files_each_has_a_line_with_its_worst_problem_and_all_have_a_sum() {
     let scratch = Scratch::new("check-many");
-    let write = |name: &str, text: &str| {
-        let text = format!("#Inventor V2.1 ascii\n{text}");
-        std::fs::write(scratch.0.join(name), text).expect("writes");
-    };
-    write("a.iv", "Cube { }");
-    write("b.iv", "Cube { depth 1\n hight 2 }");
-    write("c.iv", "Texture2 { filename \"gone.png\" } Whatsit { a 1 }");
+    scratch.inventor("a.iv", "Cube { }");
+    scratch.inventor("b.iv", "Cube { depth 1\n hight 2 }");
+    scratch.inventor("c.iv", "Texture2 { filename \"gone.png\" } Whatsit { a 1 }");
     std::fs::write(scratch.0.join("d.iv"), "no scene").expect("writes");
     let folder = scratch.0.display();
     let output = ivcam(&format!("check {folder}")).output().expect("runs");
@@ -550,14 +551,10 @@ fn of_many_files_each_has_a_line_with_its_worst_problem_and_all_have_a_sum() {
 #[test]
 fn damaged_files_are_a_class_of_their_own_and_can_be_listed_alone() {
     let scratch = Scratch::new("check-damaged");
-    let write = |name: &str, text: &str| {
-        let text = format!("#Inventor V2.1 ascii\n{text}");
-        std::fs::write(scratch.0.join(name), text).expect("writes");
-    };
-    write("cut.iv", "Cube { hight 2 }\nSeparator { Cone { }\n");
-    write("empty-scene.iv", "Separator { }");
-    write("value.iv", "Cube { width high }");
-    write("whole.iv", "Cube { hight 2 }");
+    scratch.inventor("cut.iv", "Cube { hight 2 }\nSeparator { Cone { }\n");
+    scratch.inventor("empty-scene.iv", "Separator { }");
+    scratch.inventor("value.iv", "Cube { width high }");
+    scratch.inventor("whole.iv", "Cube { hight 2 }");
     std::fs::write(scratch.0.join("zero.iv"), "").expect("writes");
     let check = |flags: &str| {
         let mut output = ivcam(&format!("check {flags} {}", scratch.0.display()));

@@ -32,6 +32,11 @@ fn ray(origin: [f64; 3], direction: [f64; 3]) -> LensRay {
 
 const OPEN: f64 = f64::INFINITY;
 
+const MISSED_AT_FIRST: Loss = Loss {
+    kind: LossKind::Missed,
+    surface: 0,
+};
+
 mod radii {
     use super::*;
 
@@ -92,13 +97,7 @@ mod rims {
         }
         for y in [10.0, 10.000000000000009, 11.0] {
             let lost = hemisphere.trace_from_scene(&ray([0.0, y, -5.0], [0.0, 0.0, 1.0]));
-            assert_eq!(
-                lost,
-                Err(Loss {
-                    kind: LossKind::Missed,
-                    surface: 0
-                })
-            );
+            assert_eq!(lost, Err(MISSED_AT_FIRST));
         }
     }
 
@@ -167,13 +166,7 @@ mod bending {
         }
         // A ray along the plane does not intersect it.
         let along = plane.trace_from_scene(&ray([0.0, -1.0, -1.0], [0.0, 1.0, 0.0]));
-        assert_eq!(
-            along,
-            Err(Loss {
-                kind: LossKind::Missed,
-                surface: 0
-            })
-        );
+        assert_eq!(along, Err(MISSED_AT_FIRST));
     }
 
     #[test]
@@ -621,13 +614,7 @@ mod bad_input {
             ray([f64::NAN, 0.0, -1.0], [0.0, 0.0, 1.0]),
         ] {
             let lost = lens.trace_from_scene(&bad);
-            assert_eq!(
-                lost,
-                Err(Loss {
-                    kind: LossKind::Missed,
-                    surface: 0
-                })
-            );
+            assert_eq!(lost, Err(MISSED_AT_FIRST));
         }
     }
 
