@@ -166,28 +166,13 @@ impl Session {
         let far = Vec3::select(forward.cmpgt(Vec3::ZERO), max, min);
         if (far - eye).dot(forward) < 0.0 {
             "the whole scene is behind the camera"
-        } else if self.scene_is_ahead() {
+        } else if is_ahead(eye, forward, [min, max]) {
             "what is in front of the camera is too thin to see, as a plane that is seen edge-on"
         } else if eye.clamp(min, max) == eye {
             "the camera is inside the scene and looks to where nothing is"
         } else {
             "the camera looks past the scene"
         }
-    }
-
-    /// Whether the axis of the view meets the bounding box of the scene from outside.
-    fn scene_is_ahead(&self) -> bool {
-        let Some((min, max)) = self.scene.bounds() else {
-            return false;
-        };
-        let eye = (self.pose.position - self.scene.origin).as_vec3();
-        let forward = self.pose.direction().as_vec3();
-        let margin = 1e-4 * (max - min).length();
-        let (min, max) = (min - margin, max + margin);
-        // A component of 0 divides to infinity, or to NaN inside a slab; `min` and `max` skip NaN.
-        let (a, b) = ((min - eye) / forward, (max - eye) / forward);
-        let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
-        enter > 0.0 && enter <= leave
     }
 
     /// Traces a grid of rays over the picture.
@@ -230,6 +215,16 @@ impl Session {
         }
         probe
     }
+}
+
+/// Returns whether a ray from `eye` meets a box that it starts outside of.
+fn is_ahead(eye: Vec3, forward: Vec3, [min, max]: [Vec3; 2]) -> bool {
+    let margin = 1e-4 * (max - min).length();
+    let (min, max) = (min - margin, max + margin);
+    // A component of 0 divides to infinity, or to NaN inside a slab; `min` and `max` skip NaN.
+    let (a, b) = ((min - eye) / forward, (max - eye) / forward);
+    let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
+    enter > 0.0 && enter <= leave
 }
 
 /// Returns the brightness that a share of the pixels does not exceed: the largest linear exposure
