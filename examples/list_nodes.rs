@@ -1,4 +1,5 @@
-//! Lists the nodes of a scene, by line, with the fields that they state: `cargo run --example list_nodes -- SCENE [CLASS]`.
+//! Lists the nodes of a scene, by line, with the fields that they state:
+//! `cargo run --example list_nodes -- SCENE [CLASS]`.
 //!
 //! Nodes that fields hold are listed too, such as the `Material` of a VRML97 `Appearance`.
 

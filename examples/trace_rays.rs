@@ -1,7 +1,7 @@
 //! Traces a fan of rays through a lens, from the film: `cargo run --example trace_rays -- [LENS]`.
 //!
-//! Lens space is in millimeters: light from the scene travels toward +z, the first vertex is the origin,
-//! and the film is at positive z.
+//! Lens space is in millimeters: light from the scene travels toward +z, the first vertex is the
+//! origin, and the film is at positive z.
 
 use glam::{DVec2, DVec3};
 use ivcam::Lens;

@@ -1,13 +1,13 @@
 //! Renders every scene under `tests/golden` and compares it with the picture beside it.
 //!
-//! A scene shows one fact, at 96×64 pixels with a fixed seed. A comment
-//! `# flags: -s p --lens none` in its first lines adds flags. Pictures are the same on every machine,
-//! so a difference of one level is already a finding, and is all that is allowed.
+//! A scene shows one fact, at 96×64 pixels with a fixed seed. A comment `# flags: -s p --lens none`
+//! in its first lines adds flags. Pictures are the same on every machine, so a difference of one
+//! level is already a finding, and is all that is allowed.
 //!
 //! A picture that differs leaves `new.png`, `old.png` and `difference.png` in
-//! `target/golden/<scene>/`, and the pictures of all scenes that differ in a run are side by side in
-//! `target/golden/sheet.png`. `UPDATE=1` rewrites the references of pictures with any difference, and
-//! writes the same sheet.
+//! `target/golden/<scene>/`, and the pictures of all scenes that differ in a run are side by side
+//! in `target/golden/sheet.png`. `UPDATE=1` rewrites the references of pictures with any
+//! difference, and writes the same sheet.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub struct Changes {
 
 /// Returns one trial for each scene, named `golden/<folder>/<scene>`.
 pub fn trials(changes: &Arc<Mutex<Changes>>) -> Vec<Trial> {
-    // Relative to the package, where cargo starts tests: a picture records the command that made it.
+    // Relative to the package, where cargo starts tests: a picture records its command.
     let root = Path::new("tests/golden");
     let mut scenes = Vec::new();
     find(root, &mut scenes);
@@ -118,8 +118,8 @@ impl Golden {
 
     /// Renders the scene, and returns a row if the picture differs from the reference.
     ///
-    /// Leaves the pictures of a scene that differs in its folder. With `update`, the new picture becomes
-    /// the reference.
+    /// Leaves the pictures of a scene that differs in its folder. With `update`, the new picture
+    /// becomes the reference.
     fn examine(&self, update: bool) -> Result<Option<Row>, Failed> {
         let folder = self.folder();
         if folder.exists() {

@@ -1,8 +1,8 @@
 //! Reads every file under `tests/iv`, files as people wrote them.
 //!
-//! A file in `accept` reads without a message, and as what its `# means:` lines say, if it has any. A
-//! file in `tolerate` reads with the messages of its `# says:` lines and no others. A file in `reject`
-//! does not read, and fails with the message of its `# fails:` line.
+//! A file in `accept` reads without a message, and as what its `# means:` lines say, if it has any.
+//! A file in `tolerate` reads with the messages of its `# says:` lines and no others. A file in
+//! `reject` does not read, and fails with the message of its `# fails:` line.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,11 +1,12 @@
-//! Data-driven tests: one trial for every scene under `tests/golden` and every file under `tests/iv`.
+//! Data-driven tests: one trial for every scene under `tests/golden` and every file under
+//! `tests/iv`.
 //!
 //! A trial has the name of its file, so `cargo test --test files golden/lights` runs the golden
 //! pictures of one folder, and `cargo test --test files iv/reject` the files that must not read.
 //!
 //! To update golden pictures, run `UPDATE=1 cargo test --test files golden`, look at
-//! `target/golden/sheet.png`, which shows the old picture, the new one and their difference in one row
-//! for each picture that changed, and commit the references only if every new picture is right.
+//! `target/golden/sheet.png`, which shows the old picture, the new one and their difference in one
+//! row for each picture that changed, and commit the references only if every new picture is right.
 
 mod difference;
 mod golden;

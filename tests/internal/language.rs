@@ -4,8 +4,8 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Phrases of a dialect that readers of technical English do not know. The standard term is clearer.
-/// They are matched in whole words, in upper or lower case.
+/// Phrases of a dialect that readers of technical English do not know. The standard term is
+/// clearer. They are matched in whole words, in upper or lower case.
 const PHRASES: &[&str] = &[
     "a hair",
     "a second look",
