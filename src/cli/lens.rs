@@ -17,8 +17,7 @@ use crate::camera::{film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::{
-    About, Coating, FirstOrder, Focus, Lens, LensRay, LossKind, Plane, Pupil, Reading, Toward,
-    trace,
+    About, Coating, FirstOrder, Focus, Lens, LensRay, LossKind, Plane, Pupil, Toward, trace,
 };
 use crate::photo::{LensChoice, options};
 use crate::picture::write_whole;
@@ -84,10 +83,6 @@ pub(crate) fn command() -> Command {
             "curves",
             "with --json: the data sheet's curves too",
         ))
-        .arg(super::switch(
-            "position-first",
-            "the second of four columns is the distance from the previous vertex (Kolb's older files)",
-        ))
         .arg(value(
             "as-scene",
             "FILE.iv",
@@ -109,11 +104,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let mut sink = Sink::new();
     let (choice, distance) =
         LensChoice::from_options(name, &flags::given_options(matches), &mut sink)?;
-    let reading = Reading {
-        position_first: matches.get_flag("position-first").then_some(true),
-        ..Reading::default()
-    };
-    let opened = choice.open_as(reading, &mut sink);
+    let opened = choice.open(&mut sink);
     sink.items().iter().for_each(super::print_diagnostic);
     let mut lens = opened?;
     if let Some(nm) = text("wavelength") {

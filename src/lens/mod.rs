@@ -21,6 +21,7 @@ pub(crate) mod trace;
 pub(crate) use crate::math::lanes::LANES;
 pub(crate) use crate::prescription::About;
 pub(crate) use crate::prescription::Coating;
+pub use crate::prescription::Gap;
 pub(crate) use crate::prescription::Reading;
 pub(crate) use crate::prescription::{FirstOrder, Pupil};
 pub(crate) use crate::prescription::{Iris, Prescription};

@@ -11,7 +11,8 @@ use crate::film::{FilmFormat, Metering, Resolution, Response};
 use crate::geometry::text::Fonts;
 use crate::iv::Limits;
 use crate::lens::{
-    Coating, Focus, FocusMethod, Iris, Lens, Movements, Reading, at_zoom_list, open_prescription,
+    Coating, Focus, FocusMethod, Gap, Iris, Lens, Movements, Reading, at_zoom_list,
+    open_prescription,
 };
 use crate::math::{Meters, Mm};
 use crate::picture::Depth;
@@ -100,6 +101,8 @@ pub struct LensChoice {
     pub method: FocusMethod,
     /// Glass catalogues (`.agf` files) that are searched in addition to the built-in one.
     pub catalogues: Vec<PathBuf>,
+    /// The meaning of the second column of a table; none leaves it to the file's evidence.
+    pub gap: Option<Gap>,
 }
 
 impl LensChoice {
@@ -115,6 +118,7 @@ impl LensChoice {
             coating: None,
             method: FocusMethod::Film,
             catalogues: Vec::new(),
+            gap: None,
         }
     }
 
@@ -134,6 +138,7 @@ impl LensChoice {
         for file in &self.catalogues {
             reading.glasses.add_file(file)?;
         }
+        reading.gap = self.gap.or(reading.gap);
         let mut lens = open_prescription(&self.name, &reading, sink)?;
         if let Some(position) = self.zoom_position {
             lens = lens

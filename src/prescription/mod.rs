@@ -22,7 +22,7 @@ pub(crate) mod text;
 
 pub use about::About;
 pub use first_order::{FirstOrder, Focal, Pupil};
-pub use formats::Reading;
+pub use formats::{Gap, Reading};
 pub use glass::{Catalogue, Coating, Medium};
 pub use prescription::{FocusGroup, Iris, Prescription, ZoomPosition};
 pub use surface::{Curvature, Plane, Shape, Surface};

@@ -237,6 +237,37 @@ pub(crate) enum Column {
     SemiDiameter,
 }
 
+/// The largest number of surfaces of a lens. The largest lenses that are made have about 60.
+pub(crate) const MAX_SURFACES: usize = 1000;
+
+/// Refuses a lens of too many surfaces. Readers ask this before they compute anything of the lens.
+///
+/// # Errors
+///
+/// Returns an error of the kind [`ErrorKind::Limit`](crate::diag::ErrorKind::Limit).
+pub(crate) fn check_count(surfaces: usize, source: &Arc<Source>) -> Result<()> {
+    if surfaces <= MAX_SURFACES {
+        return Ok(());
+    }
+    let message = format!("the lens has {surfaces} surfaces, more than {MAX_SURFACES}");
+    Err(Diagnostic::beyond_limit(message)
+        .at(source, Span::at(0))
+        .with_help("is this file a lens?"))
+}
+
+/// The number of gaps that no real lens has: neighbors that cross where light passes, and glasses
+/// without thickness.
+pub(crate) fn crossings(lens: &Prescription) -> usize {
+    let surfaces = &lens.surfaces;
+    let is_wrong = |&(i, j, gap): &(usize, usize, f64)| {
+        let (front, rear) = (&surfaces[i], &surfaces[j]);
+        let reach = front.semi_diameter.min(rear.semi_diameter);
+        let no_glass = gap <= 0.0 && surfaces[i..j].iter().any(|s| s.medium.n_d > 1.2);
+        no_glass || crossing(front, rear, gap, reach).is_some()
+    };
+    gaps(surfaces).iter().filter(|gap| is_wrong(gap)).count()
+}
+
 /// Checks a prescription from any reader. Warnings go to `sink`. `place` returns the span of a
 /// surface's value in the file.
 ///
@@ -250,6 +281,7 @@ pub(crate) fn check(
     place: impl Fn(usize, Column) -> Span,
 ) -> Result<()> {
     let fail = |span, message: String| Diagnostic::error(message).at(source, span);
+    check_count(prescription.surfaces.len(), source)?;
     if prescription.surfaces.is_empty() {
         return Err(fail(Span::at(0), "the lens has no surfaces".into())
             .with_help("a row is: radius, thickness, index, aperture diameter"));

@@ -8,7 +8,7 @@ use super::values::{
     switch, unless_default,
 };
 use crate::diag::{Diagnostic, Result, Sink};
-use crate::lens::{Coating, FocusMethod, Iris};
+use crate::lens::{Coating, FocusMethod, Gap, Iris};
 use crate::math::{LengthUnit, Mm, parse_length};
 use crate::photo::plan::{IdealChoice, LensChoice, Optics, Plan};
 
@@ -19,7 +19,7 @@ const METHODS: [FocusMethod; 4] = [
     FocusMethod::Best,
 ];
 
-pub(super) static OPTIONS: [Opt; 14] = [
+pub(super) static OPTIONS: [Opt; 15] = [
     Opt::new(
         "lens",
         Takes::One("LENS"),
@@ -233,6 +233,23 @@ pub(super) static OPTIONS: [Opt; 14] = [
         "--glass-catalogue a.agf --glass-catalogue b/c.agf",
     ]),
     Opt::new(
+        "gap",
+        Takes::One("next|previous|position"),
+        "the second column of a table: the distance to the next vertex, from the one before, or the position [by evidence]",
+    )
+    .needs(Needs::Prescription)
+    .plan(
+        |plan, words, _| {
+            if let Some(lens) = plan.lens_mut() {
+                let gap = words.named("gap", &Gap::ALL)?;
+                lens.gap = gap.or(lens.gap);
+            }
+            Ok(())
+        },
+        |plan, _| if_any(plan.lens().and_then(|l| l.gap), |gap| gap.name().into()),
+    )
+    .examples(&["--gap next", "--gap previous", "--gap position"]),
+    Opt::new(
         "dispersion",
         Takes::One("on|off"),
         "whether the dispersion of glass is simulated [1999: off, now: on]",
@@ -277,7 +294,7 @@ pub(super) static OPTIONS: [Opt; 14] = [
 
 /// Returns the options that apply to a lens without a scene, which `ivcam lens` has.
 pub(crate) fn lens_options() -> impl Iterator<Item = &'static Opt> {
-    const NAMES: [&str; 8] = [
+    const NAMES: [&str; 9] = [
         "zoom",
         "efl",
         "zoom-position",
@@ -286,6 +303,7 @@ pub(crate) fn lens_options() -> impl Iterator<Item = &'static Opt> {
         "focus",
         "focus-method",
         "glass-catalogue",
+        "gap",
     ];
     all().filter(|option| NAMES.contains(&option.name))
 }

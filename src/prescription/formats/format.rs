@@ -25,9 +25,42 @@ pub(crate) struct Format {
 pub struct Reading {
     /// The glasses that a file may name beside the built-in ones.
     pub glasses: Catalogue,
-    /// In four columns: whether the second is the distance from the vertex before (the order of
-    /// the older files of Kolb and CS348b) or to the next one. None: as the file itself suggests.
-    pub position_first: Option<bool>,
+    /// In tables of four columns: the meaning of the second. None: the file's evidence decides.
+    pub gap: Option<Gap>,
+}
+
+/// The meaning of the column of gaps in a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gap {
+    /// The distance to the next vertex (pbrt).
+    Next,
+    /// The distance from the vertex before (the older files of Kolb and CS348b).
+    Previous,
+    /// The position of the vertex on the axis.
+    Position,
+}
+
+impl Gap {
+    /// The meanings with the words of the command line.
+    pub(crate) const ALL: [(&'static str, Self); 3] = [
+        ("next", Self::Next),
+        ("previous", Self::Previous),
+        ("position", Self::Position),
+    ];
+
+    /// The word of the command line.
+    pub(crate) fn name(self) -> &'static str {
+        Self::ALL[self as usize].0
+    }
+
+    /// The meaning in words.
+    pub(crate) fn meaning(self) -> &'static str {
+        match self {
+            Self::Next => "the distance to the next vertex",
+            Self::Previous => "the distance from the vertex before",
+            Self::Position => "the position of the vertex on the axis",
+        }
+    }
 }
 
 /// The first word outside comments, in capitals; empty if there is none.

@@ -13,7 +13,7 @@ pub(crate) mod write;
 pub(crate) mod zmx;
 
 pub(crate) use format::Format;
-pub use format::Reading;
+pub use format::{Gap, Reading};
 use origin::name_of;
 pub(crate) use read::read;
 
