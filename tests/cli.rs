@@ -1055,6 +1055,45 @@ fn a_hyphen_is_standard_input_and_standard_output() {
     );
 }
 
+#[test]
+fn a_region_is_that_part_of_the_picture() {
+    let scratch = Scratch::new("region");
+    scratch.file("cube.iv", CUBE);
+    let line = "render --size 40x27 -j 4 --ghosts on --coating none";
+    must_run(&scratch, &format!("{line} -o DIR/whole.png DIR/cube.iv"));
+    let part = format!("{line} --region 11,6,17,13 -o DIR/part.png DIR/cube.iv");
+    must_run(&scratch, &part);
+    let read = |name: &str| image::open(scratch.0.join(name)).unwrap().to_rgb8();
+    let cut = image::imageops::crop_imm(&read("whole.png"), 11, 6, 17, 13).to_image();
+    assert_eq!(read("part.png"), cut);
+    assert_eq!(
+        provenance(&scratch.0.join("part.png"))["ivcam:region"],
+        "11,6,17,13"
+    );
+    let to = "-o DIR/a.png DIR/cube.iv";
+    for (line, part) in [
+        (
+            format!("render --size 9x9 --region 8,0,2,1 {to}"),
+            "not inside",
+        ),
+        (
+            format!("render --region 1,2,3 {to}"),
+            "left,top,width,height",
+        ),
+        (
+            format!("render --diffraction on --region 1,2,3,4 {to}"),
+            "--diffraction",
+        ),
+        ("converge --region 0,0,9,9 DIR/cube.iv".into(), "--region"),
+        (
+            "compare --region 0,0,9,9 --fit DIR/c.dat DIR/cube.iv DIR/whole.png".into(),
+            "--region",
+        ),
+    ] {
+        must_fail(&scratch, &line, &[part]);
+    }
+}
+
 /// The script is run where no program but the shell is found, so without ffmpeg.
 #[cfg(unix)]
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use clap::{Arg, ArgMatches, Command};
 
-use super::render::{OutputOptions, plan, print_headlight_notice};
+use super::render::{OutputOptions, plan, print_headlight_notice, refuse_region};
 use super::{flags, parsed, print_warnings, scene_argument, text};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result};
@@ -65,6 +65,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     }
     let options = OutputOptions::of(m)?;
     let plan = plan(m, Era::Modern)?;
+    refuse_region(&plan)?;
     let most = plan.sampler.samples;
     let whole = |w: &str| w.parse::<u32>().ok().filter(|n| (1..=1 << 24).contains(n));
     let from = parsed(m, "from", "a number of samples", whole)?.unwrap_or(1);

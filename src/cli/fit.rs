@@ -33,6 +33,7 @@ pub(crate) fn run(
                 .with_help("leave it out: the picture is the same without it"),
         );
     }
+    render::refuse_region(&plan)?;
     let quiet = matches.get_flag("quiet");
     let mut session = Session::open(plan)?;
     print_warnings(&session.sink);

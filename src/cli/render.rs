@@ -128,7 +128,9 @@ pub(crate) fn plan(m: &ArgMatches, era: Era) -> Result<Plan> {
 /// Returns an error if an option is invalid.
 #[cfg(any(feature = "viewer", all(test, feature = "panels")))]
 pub(crate) fn window_plan(m: &ArgMatches, era: Era) -> Result<Plan> {
-    changed(m, era, Plan::for_window, None)
+    let plan = changed(m, era, Plan::for_window, None)?;
+    refuse_region(&plan)?;
+    Ok(plan)
 }
 
 /// Returns the plan that the arguments describe, for the frames of a movie.
@@ -137,6 +139,20 @@ pub(crate) fn window_plan(m: &ArgMatches, era: Era) -> Result<Plan> {
 /// Returns an error if an option is invalid.
 pub(crate) fn movie_plan(m: &ArgMatches, era: Era, frame: MovieFrame) -> Result<Plan> {
     changed(m, era, Plan::of_era, Some(frame))
+}
+
+/// Refuses `--region` for commands that need the whole picture.
+///
+/// # Errors
+/// Returns an error if the plan has a region.
+pub(crate) fn refuse_region(plan: &Plan) -> Result<()> {
+    if plan.region.is_none() {
+        return Ok(());
+    }
+    Err(
+        Diagnostic::unsupported("`--region` is for `ivcam render` and `ivcam pull-focus` only")
+            .with_help("leave it out: this command needs the whole picture"),
+    )
 }
 
 /// Applies the arguments to the plan that `start` returns.

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::format::Resolution;
 use super::pixel::Exposed;
+use super::region::Region;
 use crate::sampling::mix;
 
 /// A second exposure of a pixel with independent samples. It is not part of the picture; the
@@ -68,6 +69,15 @@ impl GhostImage {
         self.pixels.iter().map(|p| p.element_sum()).sum()
     }
 
+    /// Returns the part of the image in a region of its picture. The light of the lights' own
+    /// images is still that of the picture.
+    pub(crate) fn cut(&self, region: Region, picture: Resolution) -> Self {
+        Self {
+            pixels: region.cut(&self.pixels, picture),
+            of_lights: self.of_lights,
+        }
+    }
+
     fn scaled(&self, part: f64) -> Self {
         Self {
             pixels: self.pixels.iter().map(|p| part * *p).collect(),
@@ -90,6 +100,24 @@ impl Film {
             resolution,
             pixels: vec![Exposed::default(); resolution.pixels()],
             twins: Vec::new(),
+            ghosts: None,
+        }
+    }
+
+    /// Returns the part of the film in a region, without ghosts, as a film of its own.
+    pub(crate) fn cut(&self, region: Region) -> Self {
+        let Resolution { width, .. } = self.resolution;
+        let twin = |twin: &Twin| {
+            let (x, y) = region.locate((twin.pixel % width, twin.pixel / width))?;
+            Some(Twin {
+                pixel: y * region.width + x,
+                ..*twin
+            })
+        };
+        Self {
+            resolution: region.resolution(),
+            pixels: region.cut(&self.pixels, self.resolution),
+            twins: self.twins.iter().filter_map(twin).collect(),
             ghosts: None,
         }
     }

@@ -9,6 +9,7 @@ mod exposed_film;
 mod format;
 mod metering;
 mod pixel;
+mod region;
 mod response;
 
 pub use exposed_film::{ErrorEstimate, Film};
@@ -16,4 +17,5 @@ pub(crate) use exposed_film::{GhostImage, Twin};
 pub use format::{FilmFormat, Resolution};
 pub use metering::Metering;
 pub(crate) use pixel::Exposed;
+pub use region::Region;
 pub use response::{Emulsion, Response};

@@ -7,7 +7,7 @@ use super::camera_choice::CameraChoice;
 use super::headlight::Headlight;
 use crate::camera::Aim;
 use crate::diag::{Result, Sink};
-use crate::film::{FilmFormat, Metering, Resolution, Response};
+use crate::film::{FilmFormat, Metering, Region, Resolution, Response};
 use crate::geometry::text::Fonts;
 use crate::iv::Limits;
 use crate::lens::{
@@ -210,6 +210,8 @@ pub struct Plan {
     pub movements: Movements,
     /// The size of the picture in pixels.
     pub resolution: Resolution,
+    /// The part of the picture that is rendered and written. Default: the whole picture.
+    pub region: Option<Region>,
     /// A factor of the exposure. At 1 a white surface on the axis renders as white.
     pub exposure: f64,
     /// Shutter and ISO, which replace the paper's constant. `exposure` multiplies their result.
@@ -293,6 +295,7 @@ impl Plan {
             film: FilmFormat::STANDARD,
             movements: Movements::default(),
             resolution: Resolution::VINTAGE,
+            region: None,
             exposure: 1.0,
             metering: None,
             ghosts: false,

@@ -16,7 +16,7 @@ use super::plan::{Optics, Plan};
 use super::pose::{Environment, own_focus, resolve_pose};
 use crate::camera::{Camera, film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
-use crate::film::{Film, GhostImage};
+use crate::film::{Film, GhostImage, Region};
 use crate::iv::Document;
 use crate::lens::Movements;
 use crate::picture::Picture;
@@ -80,6 +80,7 @@ impl Session {
     /// Returns an error if a file cannot be read, if a camera file has no camera, or if the lens
     /// cannot focus at the distance.
     pub(crate) fn open_framed(plan: Plan, framing: &Plan) -> Result<Self> {
+        check_region(&plan)?;
         let clock = Instant::now();
         let search: Vec<&Path> = plan.search.iter().map(PathBuf::as_path).collect();
         let mut document = Document::open_or_stdin(&plan.scene, &search, &plan.limits)?;
@@ -293,6 +294,8 @@ impl Session {
         stop: Stop,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
+        let all = Region::whole(self.plan.resolution);
+        let region = self.plan.region.unwrap_or(all);
         let mut exposure = Render {
             shader: &self.shader(),
             camera: &self.camera,
@@ -303,9 +306,13 @@ impl Session {
             filter: &FilterTable::new(self.plan.filter),
             adaptive: self.plan.adaptive,
         }
-        .run(progress);
+        .run_inside(region, progress);
         let clock = Instant::now();
-        exposure.film.ghosts = self.ghosts(sampler);
+        let ghosts = self.ghosts(sampler);
+        exposure.film.ghosts = match self.plan.region {
+            Some(region) => ghosts.map(|g| g.cut(region, self.plan.resolution)),
+            None => ghosts,
+        };
         exposure.seconds += clock.elapsed().as_secs_f64();
         exposure
     }
@@ -454,6 +461,20 @@ impl Session {
         }
         out
     }
+}
+
+/// Checks that the plan's region, if it has one, is inside its picture and can be rendered alone.
+fn check_region(plan: &Plan) -> Result<()> {
+    let Some(region) = plan.region else {
+        return Ok(());
+    };
+    if plan.diffraction {
+        let error = "`--region` can't be used with `--diffraction on`";
+        return Err(Diagnostic::unsupported(error).with_help(
+            "leave one of them out: diffraction brings light from outside the region into it",
+        ));
+    }
+    region.check(plan.resolution)
 }
 
 /// Returns whether nothing lights the scene although no option turned the headlight off.

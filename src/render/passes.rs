@@ -11,7 +11,7 @@ use super::exposure::{Counts, Exposure, Progress, Stop};
 use super::shares::SampleShares;
 use super::tile::Tile;
 use crate::camera::Camera;
-use crate::film::{Exposed, Film, Resolution, Twin};
+use crate::film::{Exposed, Film, Region, Resolution, Twin};
 use crate::sampling::{FilterTable, PixelSampler, Sampler, mix};
 use crate::shade::Shader;
 
@@ -37,15 +37,36 @@ pub(crate) struct Render<'a> {
 }
 
 impl Render<'_> {
-    /// Exposes the film, calling `progress` after every tile. Uses rayon's current pool.
+    /// Exposes the whole film as [`Render::run_inside`] does.
+    #[cfg(test)]
     pub(crate) fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
+        self.run_inside(Region::whole(self.resolution), progress)
+    }
+
+    /// Exposes a region of the film, calling `progress` after every tile. Uses rayon's current
+    /// pool. Pixels get the same bits as in a render of the whole picture; only a limit on error or
+    /// time may end the render after another number of samples.
+    pub(crate) fn run_inside(
+        &self,
+        region: Region,
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Exposure {
         let start = Instant::now();
-        let tiles = Tile::all(self.resolution);
+        let tiles = Tile::inside(region, self.resolution);
+        let whole = region == Region::whole(self.resolution);
+        let error_inside = |film: &Film| {
+            let estimate = if whole {
+                film.error()
+            } else {
+                film.cut(region).error()
+            };
+            estimate.map(|e| e.relative_rmse)
+        };
         let mut film = Film::new(self.resolution);
         let mut counts = Counts::default();
         let mut done = 0;
         let mut error = None;
-        let shares = self.pilot_pass(&tiles, &mut counts);
+        let shares = self.pilot_pass(&mut counts);
         while done < self.stop.samples {
             let pass_start = Instant::now();
             let end = self.pass_end(done);
@@ -64,13 +85,13 @@ impl Render<'_> {
             }
             let last = pass_start.elapsed() / (end - done).max(1);
             done = end;
-            error = film.error().map(|e| e.relative_rmse);
+            error = error_inside(&film);
             if self.stops(start, last * (self.pass_end(done) - done), error) {
                 break;
             }
         }
         Exposure {
-            film,
+            film: if whole { film } else { film.cut(region) },
             counts,
             seconds: start.elapsed().as_secs_f64(),
             samples: done,
@@ -91,8 +112,9 @@ impl Render<'_> {
     }
 
     /// Estimates the noise of each pixel for adaptive sampling from an eighth of the samples, at
-    /// least 2 and at most 16 (chosen by trial). Its rays are counted; its light is discarded.
-    fn pilot_pass(&self, tiles: &[Tile], counts: &mut Counts) -> SampleShares {
+    /// least 2 and at most 16 (chosen by trial). Its rays are counted; its light is discarded. It
+    /// covers the whole picture, so that the shares in a region are those of the whole picture.
+    fn pilot_pass(&self, counts: &mut Counts) -> SampleShares {
         if !self.adaptive {
             return SampleShares(None);
         }
@@ -105,7 +127,7 @@ impl Render<'_> {
         };
         let mut film = Film::new(self.resolution);
         let samples = 0..(self.stop.samples / 8).clamp(2, 16);
-        if let Some(rays) = pilot.pass(tiles, &mut film, samples, &|_| true) {
+        if let Some(rays) = pilot.pass(&Tile::all(self.resolution), &mut film, samples, &|_| true) {
             counts.add(&rays);
         }
         SampleShares::of(&film, self.stop.samples)

@@ -1,5 +1,5 @@
 use super::*;
-use crate::film::{Exposed, Film, Resolution};
+use crate::film::{Exposed, Film, Region, Resolution};
 use crate::photo::{Era, LensChoice, Optics, Plan, Session};
 use crate::sampling::{Filter, FilterTable, Sampler, SamplerKind};
 use crate::shade::{Shader, Work};
@@ -81,6 +81,29 @@ fn tiles_give_the_bits_of_one_ray_at_a_time_at_any_number_of_threads() {
             assert_eq!(made.counts.film_rays, each * 5 * 44 * 27);
             assert!(made.counts.shadow_rays > 0 && made.counts.error_rays > 0);
         }
+    }
+}
+
+#[test]
+fn a_region_has_the_bits_of_the_whole_picture_with_adaptive_sampling_too() {
+    for adaptive in [false, true] {
+        let mut session = session(Era::Modern, "wide-angle");
+        session.plan.adaptive = adaptive;
+        session.plan.stop = Stop::after(16);
+        let region = Region {
+            left: 13,
+            top: 5,
+            width: 20,
+            height: 17,
+        };
+        let whole = with_render(&session, 2, |render| render.run(&|_| ()));
+        let part = with_render(&session, 2, |render| render.run_inside(region, &|_| ()));
+        assert_eq!(part.film.resolution, region.resolution());
+        assert_eq!(part.film.pixels, whole.film.cut(region).pixels);
+        assert_eq!(part.film.error(), whole.film.cut(region).error());
+        assert!(part.film.error().is_some() && part.film.error() != whole.film.error());
+        let counts: Vec<u32> = part.film.pixels.iter().map(|p| p.count).collect();
+        assert_eq!(counts.iter().any(|n| *n != counts[0]), adaptive);
     }
 }
 

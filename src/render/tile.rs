@@ -1,6 +1,6 @@
 //! Tiles: the parts of a picture that threads render.
 
-use crate::film::Resolution;
+use crate::film::{Region, Resolution};
 
 /// Pixels on a side of a tile. It is small enough to share the work evenly among threads and for a
 /// tile's rays to stay in the cache.
@@ -29,6 +29,20 @@ impl Tile {
             })
         })
         .collect()
+    }
+
+    /// Returns the parts of all tiles inside a region of the picture, row by row.
+    pub(super) fn inside(region: Region, resolution: Resolution) -> Vec<Self> {
+        let right = region.left + region.width;
+        let bottom = region.top + region.height;
+        let part = |tile: Self| Self {
+            x0: tile.x0.max(region.left),
+            y0: tile.y0.max(region.top),
+            x1: tile.x1.min(right),
+            y1: tile.y1.min(bottom),
+        };
+        let parts = Self::all(resolution).into_iter().map(part);
+        parts.filter(|t| t.x0 < t.x1 && t.y0 < t.y1).collect()
     }
 
     /// Returns the column and row of each pixel of the tile, row by row.

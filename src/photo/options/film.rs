@@ -5,13 +5,13 @@ use super::shutter::{metering, shutter_word};
 use super::values::{
     POSITIVE, angle, degrees, if_any, length, pair, positive, set, unless_default,
 };
-use crate::film::{FilmFormat, Metering, Resolution, Response};
+use crate::film::{FilmFormat, Metering, Region, Resolution, Response};
 use crate::picture::Depth;
 
 const ANGLE: &str = "an angle in degrees, less than 90, such as 8 or -5";
 const LENGTH: &str = "a length in millimeters, such as 8 or -5mm";
 
-pub(super) static OPTIONS: [Opt; 13] = [
+pub(super) static OPTIONS: [Opt; 14] = [
     Opt::new(
         "film",
         Takes::One("WxH"),
@@ -49,6 +49,21 @@ pub(super) static OPTIONS: [Opt; 13] = [
     )
     .describe(|plan| Some(pixels(plan.resolution)))
     .examples(&["--size 96x64", "--size 1x1"]),
+    Opt::new(
+        "region",
+        Takes::One("X,Y,W,H"),
+        "renders and writes only these pixels of the picture, with the same bits",
+    )
+    .plan(
+        |plan, words, _| {
+            let expects = "four numbers of pixels, left,top,width,height";
+            plan.region = words.parsed("region", expects, region)?;
+            Ok(())
+        },
+        |plan, _| if_any(plan.region, |region| region.to_string()),
+    )
+    .describe(|plan| plan.region.map(|region| region.to_string()))
+    .examples(&["--region 0,0,1,1", "--size 720x480 --region 300,200,90,60"]),
     Opt::new(
         "tilt",
         Takes::One("DEGREES"),
@@ -231,6 +246,17 @@ fn film_size(word: &str) -> Option<FilmFormat> {
     let (width, height) = pair::<f64>(word.trim_end_matches("mm"))?;
     let fits = |x: f64| x > 0.0 && x.is_finite();
     (fits(width) && fits(height)).then_some(FilmFormat { width, height })
+}
+
+fn region(word: &str) -> Option<Region> {
+    let numbers: Option<Vec<u32>> = word.split(',').map(|n| n.trim().parse().ok()).collect();
+    let [left, top, width, height] = numbers?.try_into().ok()?;
+    Some(Region {
+        left,
+        top,
+        width,
+        height,
+    })
 }
 
 fn pixels(size: Resolution) -> String {

@@ -1,0 +1,135 @@
+//! A rectangle of a picture's pixels.
+
+use super::format::Resolution;
+use crate::diag::{Diagnostic, Result};
+
+/// The pixels of a picture that are rendered, counted from its upper left corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// The column of the leftmost pixels.
+    pub left: u32,
+    /// The row of the top pixels.
+    pub top: u32,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+}
+
+impl Region {
+    /// Returns all pixels of a picture.
+    pub fn whole(picture: Resolution) -> Self {
+        Self {
+            left: 0,
+            top: 0,
+            width: picture.width,
+            height: picture.height,
+        }
+    }
+
+    /// Checks that a region has pixels and is inside a picture.
+    ///
+    /// # Errors
+    /// Returns an error that names the region and the picture's size.
+    pub(crate) fn check(self, picture: Resolution) -> Result<()> {
+        let Self {
+            left,
+            top,
+            width,
+            height,
+        } = self;
+        let fits = |from: u32, size: u32, limit: u32| {
+            size > 0 && from.checked_add(size).is_some_and(|end| end <= limit)
+        };
+        if fits(left, width, picture.width) && fits(top, height, picture.height) {
+            return Ok(());
+        }
+        let message = format!(
+            "`--region {self}` is not inside a picture of {}x{} pixels",
+            picture.width, picture.height
+        );
+        Err(Diagnostic::error(message)
+            .with_help("the numbers are the left column, the top row, the width and the height"))
+    }
+
+    /// Returns the size of the region.
+    pub(crate) fn resolution(self) -> Resolution {
+        Resolution {
+            width: self.width,
+            height: self.height,
+        }
+    }
+
+    /// Returns the column and row in the region of a pixel of the picture, if it is inside.
+    pub(crate) fn locate(self, (x, y): (u32, u32)) -> Option<(u32, u32)> {
+        let column = x.checked_sub(self.left).filter(|c| *c < self.width)?;
+        let row = y.checked_sub(self.top).filter(|r| *r < self.height)?;
+        Some((column, row))
+    }
+
+    /// Returns the region's part of the values of a picture's pixels, row by row.
+    pub(crate) fn cut<T: Copy>(self, values: &[T], picture: Resolution) -> Vec<T> {
+        let row = |y: u32| {
+            let start = (y * picture.width + self.left) as usize;
+            &values[start..start + self.width as usize]
+        };
+        (self.top..self.top + self.height)
+            .flat_map(row)
+            .copied()
+            .collect()
+    }
+}
+
+impl std::fmt::Display for Region {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{},{},{},{}",
+            self.left, self.top, self.width, self.height
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PICTURE: Resolution = Resolution {
+        width: 4,
+        height: 3,
+    };
+
+    #[test]
+    fn a_region_cuts_its_own_pixels() {
+        let region = Region {
+            left: 1,
+            top: 1,
+            width: 2,
+            height: 2,
+        };
+        let numbers: Vec<u32> = (0..12).collect();
+        assert_eq!(region.cut(&numbers, PICTURE), [5, 6, 9, 10]);
+        assert_eq!(region.locate((2, 2)), Some((1, 1)));
+        assert_eq!(region.locate((0, 2)), None);
+        assert_eq!(region.locate((3, 2)), None);
+    }
+
+    #[test]
+    fn a_region_outside_the_picture_or_without_pixels_is_refused() {
+        for (left, top, width, height) in [
+            (0, 0, 5, 1),
+            (0, 3, 1, 1),
+            (1, 1, 0, 1),
+            (1, 1, u32::MAX, 1),
+        ] {
+            let region = Region {
+                left,
+                top,
+                width,
+                height,
+            };
+            assert!(region.check(PICTURE).is_err(), "{region}");
+        }
+        assert!(Region::whole(PICTURE).check(PICTURE).is_ok());
+    }
+}
