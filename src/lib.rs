@@ -66,6 +66,7 @@ pub mod cli;
 pub mod compare;
 pub mod diag;
 mod diagram;
+mod files;
 pub mod film;
 mod geometry;
 pub mod grammar;

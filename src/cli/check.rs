@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use super::flags::{FONTS, LIMIT};
-use super::{ERROR, print_diagnostic, switch};
-use crate::diag::Result;
+use super::{ERROR, print_diagnostic, print_warnings, switch};
+use crate::diag::{Result, Sink};
 use crate::scene::CompileOptions;
 use crate::scene::check::{Checked, FileState, classes, counted, scene_files};
 use crate::snapshot::SnapshotOptions;
@@ -77,7 +77,9 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         handles: matches.get_flag("handles"),
         ..SnapshotOptions::default()
     };
-    let files = scene_files(&named)?;
+    let mut skipped = Sink::new();
+    let files = scene_files(&named, &mut skipped)?;
+    print_warnings(&skipped);
     let json = matches.get_flag("json");
     let several = files.len() > 1 || named.iter().any(|p| p.is_dir());
     let lines = several && !matches.get_flag("full");

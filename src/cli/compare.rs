@@ -11,7 +11,8 @@ use crate::compare::{
     self, Alignment, Comparison, METRICS, Mask, Matching, Metric, Options, Plate, Registration,
 };
 use crate::diag::{Diagnostic, Result, nearest};
-use crate::picture::{Raster, write_whole};
+use crate::files::write_whole;
+use crate::picture::Raster;
 
 /// The exit code if a limit is exceeded.
 const DIFFERENT: i32 = 1;

@@ -69,7 +69,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     match output {
         None => super::exit_code(out.write_all(&bytes).and_then(|()| out.flush())),
         Some(path) => {
-            crate::picture::write_whole(path, |file| file.write_all(&bytes))?;
+            crate::files::write_whole(path, |file| file.write_all(&bytes))?;
             Ok(0)
         }
     }

@@ -11,8 +11,8 @@ use crate::compare::Plate;
 use crate::compare::camera_fit::CameraFit;
 use crate::compare::fit::Step;
 use crate::diag::{Diagnostic, Result};
+use crate::files::write_whole;
 use crate::photo::{Era, Session};
-use crate::picture::write_whole;
 
 /// Fits the camera, writes it to `file`, and returns the best rendering.
 ///

@@ -15,12 +15,12 @@ use super::flags;
 use super::sheet::{AboutRow, SurfaceRow};
 use crate::camera::{film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
+use crate::files::{MAX_TEXT, read_file, read_stream, write_whole};
 use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::{
     About, Coating, FirstOrder, Focus, Lens, LensRay, LossKind, Plane, Pupil, Toward, trace,
 };
 use crate::photo::{LensChoice, options};
-use crate::picture::write_whole;
 use crate::prescription::glass;
 
 /// Half of the film's height in the paper's equation 7, in millimeters.
@@ -450,10 +450,9 @@ struct RayAnswer {
 
 fn trace_file(lens: &Lens, file: &str, out: &mut dyn Write) -> Result<i32> {
     let bytes = match file {
-        "-" => std::io::read_to_string(std::io::stdin()).map(String::into_bytes),
-        _ => std::fs::read(file),
+        "-" => read_stream(std::io::stdin(), "standard input", MAX_TEXT)?,
+        _ => read_file(Path::new(file), MAX_TEXT)?,
     };
-    let bytes = bytes.map_err(|e| Diagnostic::io(file, &e))?;
     let source = Arc::new(Source::new(file, bytes));
     let asked: Vec<RayQuery> = serde_json::from_slice(&source.bytes).map_err(|error| {
         let before: usize = source

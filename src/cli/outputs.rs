@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::{Arg, ArgMatches, Command, parser::ValueSource};
 
 use crate::diag::{Diagnostic, Result};
+use crate::files::check_writable;
+use crate::photo::free_name;
 use crate::picture::{Depth, Picture, PictureFormat};
 
 /// The arguments that name a file to write, in whichever command has them.
@@ -91,7 +93,8 @@ pub(crate) fn is_forced(matches: &ArgMatches) -> bool {
 /// Checks that a file can be written, so that hours of work are not lost for want of a folder.
 ///
 /// # Errors
-/// Fails if the file's folder does not exist, or a folder has the file's name.
+/// Fails if the file's folder does not exist or nothing can be written to it, or a folder has the
+/// file's name.
 pub(crate) fn writable(path: &Path) -> Result<()> {
     let folder = folder_of(path);
     if !folder.is_dir() {
@@ -106,7 +109,7 @@ pub(crate) fn writable(path: &Path) -> Result<()> {
                 .with_help("give the output the name of a file"),
         );
     }
-    Ok(())
+    check_writable(path)
 }
 
 /// Checks an option's picture file, or `-` for standard output.
@@ -126,17 +129,37 @@ pub(crate) fn picture_format(output: &Path) -> Result<PictureFormat> {
     Ok(PictureFormat::Png)
 }
 
-/// Writes a picture to its file, or to standard output as PNG if the file is `-`.
+/// Writes a picture to its file, or to standard output as PNG if the file is `-`. If the file
+/// cannot be written, the picture goes to the folder for temporary files, so that a long render is
+/// not lost.
 ///
 /// # Errors
-/// Fails if the file cannot be written.
+/// Fails if the file cannot be written. The message names the file that has the picture instead.
 pub(crate) fn save_picture(picture: &Picture, output: &Path, depth: Depth) -> Result<()> {
     if !is_standard_stream(output) {
-        return picture.save(output, depth);
+        return picture
+            .save(output, depth)
+            .map_err(|error| saved_elsewhere(picture, output, depth, error));
     }
     let mut out = BufWriter::new(std::io::stdout().lock());
     let result = picture.write(PictureFormat::Png, depth, &mut out);
     super::exit_code(result.and_then(|()| out.flush())).map(|_| ())
+}
+
+/// Writes a picture that could not be written to its file to the folder for temporary files.
+/// Returns the error with the name of that file.
+fn saved_elsewhere(
+    picture: &Picture,
+    output: &Path,
+    depth: Depth,
+    error: Box<Diagnostic>,
+) -> Box<Diagnostic> {
+    let name = std::env::temp_dir().join(output.file_name().unwrap_or_default());
+    let other = free_name(&name, |path| path.symlink_metadata().is_ok());
+    match picture.save(&other, depth) {
+        Ok(()) => error.with_help(format!("the picture was written to `{}`", other.display())),
+        Err(_) => error,
+    }
 }
 
 /// Returns whether a name stands for standard input or output.

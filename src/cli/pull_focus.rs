@@ -10,6 +10,7 @@ use clap::{Arg, ArgMatches, Command};
 use super::render::{OutputOptions, movie_plan};
 use super::{flags, parsed, print_warnings, scene_argument, text};
 use crate::diag::{Diagnostic, Result, Source};
+use crate::files::{MAX_TEXT, read_file};
 use crate::math::{LengthUnit, Meters, parse_length};
 use crate::movie::{Container, Ease, Event, Shoot, Timeline, has_ffmpeg};
 use crate::photo::Era;
@@ -111,7 +112,7 @@ fn render(shoot: &Shoot, frames: u32, options: &OutputOptions) -> Result<()> {
 
 fn timeline(m: &ArgMatches) -> Result<Timeline> {
     let mut timeline = if let Some(path) = text(m, "animate") {
-        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path, &e))?;
+        let bytes = read_file(Path::new(path), MAX_TEXT)?;
         Timeline::read(&Arc::new(Source::new(path, bytes)))?
     } else {
         let meters = |name: &str| {

@@ -11,10 +11,10 @@ use super::outputs::{keep_inputs, picture_format, save_picture};
 use super::{flags, parsed, print_diagnostic, print_warnings, text};
 use crate::camera::{Aim, Camera};
 use crate::diag::{Diagnostic, Result, Sink};
+use crate::files::write_whole;
 use crate::iv::Document;
 use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
 use crate::photo::{Era, Plan, Session, free_name, picture_name};
-use crate::picture::write_whole;
 use crate::render::report::{RenderReport, count, percent};
 use crate::render::{Exposure, Progress};
 

@@ -8,9 +8,10 @@ use serde::Serialize;
 
 use crate::diag::{Diagnostic, Result};
 use crate::diagram::{LensDiagram, SectionOptions, html_page, point_spreads, svg_page};
+use crate::files::write_whole;
 use crate::lens::analysis::sheet::LensSheet;
 use crate::lens::{About, Focus, Lens, Prescription, Shape, shipped_names};
-use crate::picture::{Depth, PictureFormat, write_whole};
+use crate::picture::{Depth, PictureFormat};
 use crate::prescription::formats::write::{Target, write};
 
 /// A line of the list of lenses.

@@ -10,6 +10,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Source, Span, nearest};
+use crate::files::{MAX_TEXT, read_file};
 
 /// A map from exposure to a level between 0 and 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,9 +114,9 @@ impl Emulsion {
             return Self::read(&Arc::new(source)).map(|film| film.named(word));
         }
         let is_word = !word.contains(['/', '\\', '.']);
-        let bytes = match std::fs::read(Path::new(word)) {
+        let bytes = match read_file(Path::new(word), MAX_TEXT) {
             Err(_) if is_word => return Err(unknown(word)),
-            read => read.map_err(|e| Diagnostic::io(word, &e))?,
+            read => read?,
         };
         Self::read(&Arc::new(Source::new(word, bytes)))
     }

@@ -6,6 +6,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use crate::diag::{Diagnostic, ErrorKind, Result};
+use crate::files::read_file_named;
 
 /// Opens the files that a scene refers to. A program that reads scenes from somewhere else than the
 /// file system implements this trait.
@@ -189,17 +190,7 @@ impl FolderLoader {
     /// Reads a file and returns its name for messages and its bytes.
     fn read(&self, from: &str, path: &Path) -> Result<(String, Vec<u8>)> {
         let name = self.display_name(from, path);
-        let size = path
-            .metadata()
-            .map_err(|e| Diagnostic::io(&name, &e))?
-            .len();
-        if size > self.bytes as u64 {
-            return Err(Diagnostic::beyond_limit(format!(
-                "`{name}` is larger than {} bytes",
-                self.bytes
-            )));
-        }
-        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(&name, &e))?;
+        let bytes = read_file_named(path, &name, self.bytes)?;
         let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
         opened.insert(path.to_path_buf());
         Ok((name, bytes))

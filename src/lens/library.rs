@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, nearest};
+use crate::files::{MAX_TEXT, read_file};
 use crate::lens::lens::Lens;
 use crate::prescription::formats::origin;
 use crate::prescription::formats::{Reading, read};
@@ -67,7 +68,7 @@ fn source(path: &Path) -> Result<Arc<Source>> {
     if !path.exists() && (is_shipped || (is_word && !word.contains('.'))) {
         return shipped_source(&word);
     }
-    let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+    let bytes = read_file(path, MAX_TEXT)?;
     Ok(Arc::new(Source::new(word.into_owned(), bytes)))
 }
 

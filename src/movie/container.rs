@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::diag::{Diagnostic, Result};
-use crate::picture::{Raster, Samples, write_whole};
+use crate::files::write_whole;
+use crate::picture::{Raster, Samples};
 
 /// The file format of a movie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

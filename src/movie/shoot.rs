@@ -8,9 +8,9 @@ use std::path::PathBuf;
 
 use super::timeline::{Moment, Timeline, Travel};
 use crate::diag::{Diagnostic, Result, Sink};
+use crate::files::write_whole;
 use crate::math::Meters;
 use crate::photo::{Optics, Plan, Session};
-use crate::picture::write_whole;
 use crate::pose::CameraPose;
 use crate::render::{Exposure, Stop};
 use crate::sampling::Sampler;

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::overview::first_camera;
 use crate::diag::{Diagnostic, Result};
+use crate::files::{MAX_TEXT, read_file};
 use crate::grammar::value::Rotation;
 use crate::iv::Document;
 use crate::pose::{CameraPose, Projection, ViewportMapping, quat};
@@ -59,7 +60,7 @@ impl CameraChoice {
         match self {
             Self::Node(node) => Ok(node.pose.clone()),
             Self::File(path) => {
-                let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+                let bytes = read_file(path, MAX_TEXT)?;
                 read(&path.display().to_string(), bytes)
             }
         }

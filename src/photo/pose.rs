@@ -7,6 +7,7 @@ use glam::{DMat4, DVec3};
 use super::plan::{Optics, Plan};
 use crate::camera::half_field;
 use crate::diag::{Diagnostic, Result, Sink};
+use crate::files::{MAX_TEXT, read_file};
 use crate::grammar::{class, directional_light};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::math::Meters;
@@ -87,7 +88,7 @@ impl Environment {
     /// # Errors
     /// Returns an error if the file cannot be read or has neither a camera nor a light.
     pub(super) fn merge(document: &mut Document, path: &Path, time: f64) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+        let bytes = read_file(path, MAX_TEXT)?;
         let roots = document.read_more(&path.display().to_string(), bytes)?;
         let mut this = Self::default();
         let mut around = Vec::new();

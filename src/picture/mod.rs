@@ -8,9 +8,7 @@ mod exr;
 mod raster;
 mod read;
 mod sgi;
-mod whole_file;
 mod write;
 
 pub use developed::{Depth, Picture, PictureFormat};
 pub(crate) use raster::{Raster, Samples};
-pub(crate) use whole_file::write_whole;

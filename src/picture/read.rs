@@ -11,6 +11,7 @@ use image::{DynamicImage, ImageFormat};
 use super::raster::{Raster, Samples, check_size};
 use super::{exr, sgi};
 use crate::diag::{Diagnostic, Result};
+use crate::files::{MAX_PICTURE, read_file};
 
 impl Raster {
     /// Reads a file of any known format. The content determines the format; only for TGA, which has
@@ -19,7 +20,7 @@ impl Raster {
     /// # Errors
     /// Fails if the file cannot be read, or is not a picture.
     pub fn open(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+        let bytes = read_file(path, MAX_PICTURE)?;
         Self::decode(&bytes, &path.to_string_lossy())
     }
 

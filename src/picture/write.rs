@@ -8,9 +8,9 @@ use image::codecs::tiff::TiffEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 
 use super::developed::{Depth, Picture, PictureFormat};
-use super::whole_file::write_whole;
 use super::{exr, sgi};
 use crate::diag::Result;
+use crate::files::write_whole;
 
 impl Picture {
     /// Writes the picture in the format of the path's extension.

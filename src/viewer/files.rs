@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use crate::diag::{Diagnostic, Result};
+use crate::diag::Result;
+use crate::files::write_whole;
+use crate::files::{MAX_TEXT, read_file};
 use crate::grammar::class;
 use crate::iv::{Document, Format};
 use crate::photo::{CameraChoice, camera_file};
-use crate::picture::write_whole;
 use crate::pose::CameraPose;
 
 use super::setup::Setup;
@@ -56,7 +57,7 @@ pub(crate) fn environment_text(setup: &Setup, lit: bool) -> Result<String> {
     let mut text = camera_text(setup);
     let mut lamp = None;
     if let Some(path) = &setup.plan.environment {
-        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+        let bytes = read_file(path, MAX_TEXT)?;
         let mut document = Document::read_headerless(&path.display().to_string(), bytes)?;
         let roots = std::mem::take(&mut document.roots);
         for id in roots {

@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The folders of `src` from the ground up: each imports only from those before it.
-const ORDER: [&str; 28] = [
+const ORDER: [&str; 29] = [
     "diag",
+    "files",
     "math",
     "spectrum",
     "sampling",

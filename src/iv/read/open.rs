@@ -1,13 +1,13 @@
 //! The functions that read a document: from a file or from bytes, with or without a header.
 
-use std::io::Read;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::file::read_into;
 use super::header::Header;
 use super::{cycles, expand, inline};
-use crate::diag::{Diagnostic, Result};
+use crate::diag::Result;
+use crate::files::{read_file, read_stream};
 use crate::grammar::value::NodeId;
 use crate::iv::document::Document;
 use crate::iv::limits::Limits;
@@ -17,18 +17,14 @@ use crate::iv::loader::{FolderLoader, Loader, NoFiles};
 const STANDARD_INPUT: &str = "standard input";
 
 /// Returns all that standard input holds. It can be read only once, so the bytes are kept for a
-/// command that opens its scene several times. One byte beyond the limit is enough to pass it.
+/// command that opens its scene several times.
 fn standard_input(limit: usize) -> Result<Vec<u8>> {
     static KEPT: Mutex<Option<Vec<u8>>> = Mutex::new(None);
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(bytes) = &*kept {
         return Ok(bytes.clone());
     }
-    let mut bytes = Vec::new();
-    std::io::stdin()
-        .take((limit as u64).saturating_add(1))
-        .read_to_end(&mut bytes)
-        .map_err(|e| Diagnostic::io(STANDARD_INPUT, &e))?;
+    let bytes = read_stream(std::io::stdin(), STANDARD_INPUT, limit)?;
     *kept = Some(bytes.clone());
     Ok(bytes)
 }
@@ -52,7 +48,7 @@ impl Document {
     pub fn open_with(path: impl AsRef<Path>, search: &[&Path], limits: &Limits) -> Result<Self> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(&name, &e))?;
+        let bytes = read_file(path, limits.bytes)?;
         let loader = FolderLoader::new(path, search, limits.bytes);
         Self::read(&name, bytes, Arc::new(loader), limits)
     }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Source, Span, nearest};
+use crate::files::{MAX_TEXT, read_file};
 
 use crate::prescription::glass::agf;
 use crate::prescription::glass::medium::{Formula, Medium};
@@ -61,7 +62,7 @@ impl Catalogue {
     /// Returns an error if the file cannot be read, or is not a glass catalogue.
     pub fn add_file(&mut self, path: impl AsRef<std::path::Path>) -> Result<()> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+        let bytes = read_file(path, MAX_TEXT)?;
         let source = Source::new(path.display().to_string(), bytes);
         self.add(agf::read(&Arc::new(source))?);
         Ok(())

@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::diag::Result;
+use crate::files::{MAX_PICTURE, read_file};
 use crate::grammar::value::{Image, Text};
 use crate::grammar::{Field, image_texture, texture2, texture3, vrml97_background};
 use crate::iv::NodeRef;
@@ -388,7 +389,10 @@ fn in_folders(name: &str, folders: &[PathBuf]) -> Option<(String, Vec<u8>)> {
     let file = Path::new(name).file_name()?;
     folders.iter().find_map(|folder| {
         let path = folder.join(file);
-        Some((path.display().to_string(), std::fs::read(&path).ok()?))
+        Some((
+            path.display().to_string(),
+            read_file(&path, MAX_PICTURE).ok()?,
+        ))
     })
 }
 

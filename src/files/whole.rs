@@ -1,0 +1,251 @@
+//! Atomic writing: a file appears under its name only when it is complete.
+//!
+//! The bytes go to a temporary file in the same folder, which is renamed at the end. Its name is
+//! random and it is created exclusively, so that no two processes share one, also on different
+//! machines with one folder. It is locked while its process lives. An unlocked one is left over
+//! from a process that died, and the next process that writes the same file removes it.
+
+use std::fs::{File, OpenOptions};
+use std::hash::{BuildHasher, RandomState};
+use std::io::{BufWriter, Error, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use crate::diag::{Diagnostic, Result};
+
+/// Temporary names that are tried in turn. A second one is needed only if two processes chose the
+/// same 64 random bits.
+const TRIES: usize = 8;
+
+/// A file that can be written under its name.
+struct Writable {
+    /// The file that is replaced. A symbolic link is kept, and this is the file that it points to.
+    target: PathBuf,
+    kind: Kind,
+}
+
+enum Kind {
+    /// A temporary file, which becomes the target.
+    Temporary(Temporary),
+    /// A pipe or a device such as `/dev/null`, which is written to and stays what it is.
+    Stream(File),
+}
+
+/// A locked file, removed when it is dropped.
+struct Temporary {
+    path: PathBuf,
+    file: File,
+}
+
+impl Writable {
+    /// Opens the stream, or creates the temporary file.
+    fn new(path: &Path) -> Result<Self> {
+        let linked = path.is_symlink().then(|| std::fs::canonicalize(path).ok());
+        let target = linked.flatten().unwrap_or_else(|| path.to_path_buf());
+        let kind = if is_stream(&target) {
+            let stream = OpenOptions::new().write(true).open(&target);
+            stream.map(Kind::Stream)
+        } else {
+            remove_leftovers(&target);
+            Temporary::beside(&target).map(Kind::Temporary)
+        };
+        let kind = kind.map_err(|e| Diagnostic::io(path.display(), &e))?;
+        Ok(Self { target, kind })
+    }
+
+    /// Writes the file, and gives it its name when it is complete.
+    fn write(self, write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<()> {
+        let Self { target, kind } = self;
+        let attempt = || match kind {
+            Kind::Stream(mut stream) => {
+                write(&mut stream)?;
+                stream.flush()
+            }
+            Kind::Temporary(temporary) => {
+                let mut to = BufWriter::new(&temporary.file);
+                write(&mut to)?;
+                to.flush()?;
+                drop(to);
+                temporary.file.sync_data()?;
+                std::fs::rename(&temporary.path, &target)
+            }
+        };
+        attempt().map_err(|e| Diagnostic::io(target.display(), &e))
+    }
+}
+
+/// Checks that a file can be written, by creating a temporary file beside it. This finds a folder
+/// or a file system that is read-only and a name that is too long before any work is done.
+///
+/// # Errors
+/// Fails if the file could not be written.
+pub(crate) fn check_writable(path: &Path) -> Result<()> {
+    if is_stream(path) {
+        return Ok(()); // Opening a pipe waits for its reader.
+    }
+    Writable::new(path).map(|_| ())
+}
+
+/// Writes a file that appears under its name only when it is complete. A failed write leaves no
+/// file. A pipe or a device, such as `/dev/null`, is written to and stays what it is.
+///
+/// # Errors
+/// Fails if the folder does not exist, the disk is full, or `write` fails.
+pub(crate) fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<()> {
+    Writable::new(path)?.write(write)
+}
+
+impl Temporary {
+    /// Creates a temporary file in the folder of `target` and locks it.
+    fn beside(target: &Path) -> std::io::Result<Self> {
+        for _ in 0..TRIES {
+            let path = target.with_file_name(format!("{}{:016x}.tmp", prefix(target), random()));
+            let file = match OpenOptions::new().write(true).create_new(true).open(&path) {
+                Err(e) if e.kind() == ErrorKind::AlreadyExists => continue,
+                opened => opened?,
+            };
+            // A file system without locks works too; its leftovers stay.
+            let _ = file.try_lock();
+            // Before the lock, another process may have taken the file for a leftover.
+            if path.exists() {
+                return Ok(Self { path, file });
+            }
+        }
+        Err(Error::other("no temporary file could be created beside it"))
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        // After the file has been renamed, there is nothing under this name.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+/// Returns whether a path is a pipe or a device.
+fn is_stream(path: &Path) -> bool {
+    path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir())
+}
+
+/// Returns the beginning of the names of temporary files for a target.
+fn prefix(target: &Path) -> String {
+    let name = target.file_name().unwrap_or_default().to_string_lossy();
+    format!(".{name}.")
+}
+
+/// Returns a number that other processes cannot predict.
+fn random() -> u64 {
+    RandomState::new().hash_one(std::process::id())
+}
+
+/// Removes the temporary files of dead processes that were writing the same file.
+fn remove_leftovers(target: &Path) {
+    let folder = match target.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
+    let prefix = prefix(target);
+    let is_temporary = |name: &str| {
+        let middle = name
+            .strip_prefix(&prefix)
+            .and_then(|n| n.strip_suffix(".tmp"));
+        middle.is_some_and(|m| m.len() == 16 && m.bytes().all(|b| b.is_ascii_hexdigit()))
+    };
+    for entry in entries.flatten() {
+        if is_temporary(&entry.file_name().to_string_lossy())
+            && entry.file_type().is_ok_and(|t| t.is_file())
+            && OpenOptions::new()
+                .write(true)
+                .open(entry.path())
+                .is_ok_and(|file| file.try_lock().is_ok())
+        {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Folder(PathBuf);
+
+    impl Folder {
+        fn new(name: &str) -> Self {
+            let name = format!("ivcam-files-{}-{name}", std::process::id());
+            let path = std::env::temp_dir().join(name);
+            std::fs::create_dir_all(&path).unwrap();
+            Self(path)
+        }
+
+        fn names(&self) -> Vec<String> {
+            let entries = std::fs::read_dir(&self.0).unwrap();
+            let name = |e: std::fs::DirEntry| e.file_name().to_string_lossy().into_owned();
+            entries.map(|e| name(e.unwrap())).collect()
+        }
+    }
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = std::fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn a_failed_write_leaves_nothing_behind() {
+        let folder = Folder::new("half");
+        let result = write_whole(&folder.0.join("half.png"), |file| {
+            file.write_all(b"half")?;
+            Err(Error::other("the disk caught fire"))
+        });
+        assert!(result.unwrap_err().message.contains("caught fire"));
+        assert!(folder.names().is_empty());
+    }
+
+    #[test]
+    fn two_writers_of_one_file_have_temporary_files_of_their_own() {
+        let folder = Folder::new("two");
+        let path = folder.0.join("a.png");
+        let (first, second) = (Writable::new(&path).unwrap(), Writable::new(&path).unwrap());
+        assert_eq!(folder.names().len(), 2);
+        first.write(|file| file.write_all(b"first")).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"first");
+        second.write(|file| file.write_all(b"second")).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"second");
+        assert_eq!(folder.names(), ["a.png"]);
+    }
+
+    #[test]
+    fn what_a_dead_process_left_is_removed_and_other_files_stay() {
+        let folder = Folder::new("dead");
+        let path = folder.0.join("a.png");
+        for name in [
+            ".a.png.0123456789abcdef.tmp",
+            ".a.png.notes.tmp",
+            ".b.png.0123456789abcdef.tmp",
+        ] {
+            std::fs::write(folder.0.join(name), b"left over").unwrap();
+        }
+        write_whole(&path, |file| file.write_all(b"whole")).unwrap();
+        let mut names = folder.names();
+        names.sort();
+        assert_eq!(
+            names,
+            [".a.png.notes.tmp", ".b.png.0123456789abcdef.tmp", "a.png"]
+        );
+    }
+
+    #[test]
+    fn a_missing_folder_and_a_long_name_are_found_before_the_work() {
+        let folder = Folder::new("early");
+        assert!(check_writable(&folder.0.join("gone/a.png")).is_err());
+        assert!(check_writable(&folder.0.join("a".repeat(249))).is_err());
+        assert!(check_writable(&folder.0.join("a.png")).is_ok());
+        assert!(folder.names().is_empty());
+    }
+}
