@@ -1,0 +1,150 @@
+//! Places and sizes of panels, and pictures of the window against references.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use egui_kittest::kittest::Queryable;
+
+use crate::math::Mm;
+use crate::photo::{Era, LensChoice, Optics, Plan};
+use crate::viewer::model::Model;
+
+use super::bench::{Bench, Scratch, difference_from, still};
+use super::raster;
+
+/// The picture has one pixel for each pixel of the screen, in windows of every size.
+#[test]
+fn the_live_picture_has_the_resolution_of_the_view() {
+    for size in [[660.0, 480.0], [800.0, 600.0], [1360.0, 860.0]] {
+        let mut bench = Bench::of_size("resolution", size);
+        bench.until("a coarse frame", |m| m.frame.is_some());
+        bench.until("the resolution of the view", |m| {
+            m.frame.as_ref().is_some_and(|f| f.whole)
+        });
+        let frame = bench.model().frame.as_ref().unwrap();
+        let shown = bench.harness.get_by_label("Picture").rect().size();
+        let pixels = [frame.resolution.width, frame.resolution.height];
+        assert_eq!(pixels.map(|n| n as f32), [shown.x, shown.y], "{size:?}");
+        assert_eq!(bench.setup().plan.resolution.width, 96);
+    }
+}
+
+/// If a button moved during a click, the click would hit another.
+#[test]
+fn the_panel_does_not_move_while_pictures_and_focus_change() {
+    let scratch = Scratch::new("still");
+    let plan = scratch.plan();
+    let mut bench = Bench::new(scratch, plan);
+    let labels = [
+        "∞",
+        "Zoom",
+        "Movements",
+        "Blades",
+        "Headlight",
+        "Peaking",
+        "Save picture",
+        "Open",
+        "Write environment",
+    ];
+    let places = |bench: &mut Bench| {
+        bench.harness.run_steps(3);
+        labels.map(|label| {
+            let mut nodes = bench.harness.query_all_by_label(label);
+            nodes.next().unwrap().rect().min
+        })
+    };
+    // The panel finds its width in two frames of the window.
+    bench.harness.run_steps(2);
+    assert!(bench.model().frame.is_none() || bench.model().open);
+    let before = places(&mut bench);
+    bench.until("a frame", |m| m.frame.is_some());
+    assert_eq!(places(&mut bench), before, "a picture came");
+    bench.click_at(bench.at(0.5, 0.5));
+    bench.until("the focus", |m| m.focused.is_some());
+    assert_eq!(places(&mut bench), before, "autofocus");
+    let scene = bench.scratch.path("scene.iv");
+    bench.change(|m| m.open_scene(&scene));
+    bench.until("the scene again", |m| !m.opening && m.focused.is_none());
+    assert_eq!(places(&mut bench), before, "another scene");
+}
+
+#[test]
+fn the_chosen_lens_is_scrolled_into_view() {
+    for name in ["wide-angle", "double-gauss", "anamorphic"] {
+        let scratch = Scratch::new("in-view");
+        let mut plan = scratch.plan();
+        plan.optics = Optics::Lens(LensChoice::named(name));
+        let mut bench = Bench::sized(scratch, Model::new(plan), [800.0, 600.0]);
+        bench.harness.run_steps(20);
+        let row = bench.harness.get_by_label(name).rect();
+        assert!(row.top() > 60.0 && row.bottom() < 590.0, "{name}: {row:?}");
+    }
+}
+
+#[test]
+fn panels_fold_away_in_a_small_window_and_buttons_show_them() {
+    let mut bench = Bench::of_size("fold", [420.0, 320.0]);
+    bench.until("a frame", |m| m.frame.is_some());
+    let picture = bench.harness.get_by_label("Picture").rect();
+    assert!(picture.width() > 250.0, "{picture:?}");
+    assert!(bench.harness.query_by_label("Movements").is_none());
+    bench.click("Settings");
+    assert!(bench.harness.query_by_label("Movements").is_some());
+    bench.click("Lenses");
+    assert!(bench.harness.query_by_label("Movements").is_none());
+    assert!(bench.harness.query_by_label("Film").is_some());
+}
+
+#[test]
+fn the_window_looks_as_it_did() {
+    let mut bench = still(Scratch::new("look"));
+    bench.harness.run_steps(3);
+    assert!(difference_from("window", &bench) < 1e-3);
+    bench.change(|m| {
+        m.marks.plane = true;
+        m.marks.thirds = true;
+        m.edit("focus", |s| s.set_focus(2.2));
+    });
+    bench.harness.run_steps(3);
+    assert!(difference_from("focus-plane", &bench) < 1e-3);
+}
+
+/// Writes pictures of the window at several sizes to the folder that `SHOTS` names, to look at:
+/// `SHOTS=folder cargo test --features viewer-tests shots -- --ignored`. `SHOTS_SCENE` names a
+/// scene, and `SHOTS_SIZES` other sizes. docs/guide/window.png is made so.
+#[test]
+#[ignore = "pictures to look at"]
+fn shots() {
+    let text = |name: &str| std::env::var(name).ok();
+    let folder = PathBuf::from(text("SHOTS").expect("a folder"));
+    let sizes = text("SHOTS_SIZES");
+    let sizes = sizes
+        .as_deref()
+        .unwrap_or("420x320 800x600 1360x860 2560x1440");
+    for size in sizes.split_whitespace() {
+        let (width, height) = size.split_once('x').unwrap();
+        let size = [width, height].map(|n| n.parse::<f32>().unwrap());
+        let scratch = Scratch::new("shots");
+        let mut plan = scratch.plan();
+        if let Some(scene) = text("SHOTS_SCENE") {
+            plan = Plan::of_era(Era::Modern, scene);
+        }
+        let mut lens = LensChoice::named("wide-angle");
+        lens.efl = Some(Mm(20.0));
+        plan.optics = Optics::Lens(lens);
+        let mut bench = Bench::sized(scratch, Model::new(plan), size);
+        bench.until("a frame", |m| m.frame.is_some());
+        let start = Instant::now();
+        let ready = |m: &Model| m.frame.as_ref().is_some_and(|f| f.whole && f.samples >= 16);
+        while !ready(bench.model()) && start.elapsed() < Duration::from_secs(90) {
+            bench.harness.step();
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let canvas =
+            raster::Canvas::draw(&bench.harness.ctx, bench.harness.output(), &bench.textures);
+        let (width, height) = (canvas.width as u32, canvas.height as u32);
+        let picture = image::RgbImage::from_raw(width, height, canvas.levels()).unwrap();
+        let name = format!("{width}x{height}.png");
+        picture.save(folder.join(name)).unwrap();
+    }
+}

@@ -1,0 +1,145 @@
+//! Opening scenes, cameras and environments, and what happens when they are wrong.
+
+use std::sync::atomic::Ordering;
+
+use egui::{Key, PointerButton};
+use egui_kittest::kittest::Queryable;
+
+use super::bench::{Bench, SCENE};
+
+#[test]
+fn cameras_and_environments_go_to_files_and_come_back() {
+    let mut bench = Bench::open("files");
+    bench.drag_picture([0.5, 0.5], [0.6, 0.5], PointerButton::Secondary);
+    bench.click("Headlight");
+    let pose = bench.setup().pose.clone();
+    let focus = bench.setup().focus();
+    let camera = bench.scratch.path("mine.dat");
+    let environment = bench.scratch.path("mine.env");
+    bench.change(|m| m.written = camera.display().to_string());
+    bench.click("Write camera");
+    bench.change(|m| m.written = environment.display().to_string());
+    bench.click("Write environment");
+    bench.change(|m| m.view_all());
+    bench.change(|m| m.file = camera.display().to_string());
+    bench.click("Open");
+    assert_eq!(bench.setup().pose.position, pose.position);
+    assert!((bench.setup().focus() - focus).abs() < 1e-6);
+    bench.change(|m| m.file = environment.display().to_string());
+    bench.click("Read environment");
+    bench.until("the scene with it", |m| !m.opening);
+    assert_eq!(
+        bench.setup().plan.environment.as_deref(),
+        Some(environment.as_path())
+    );
+    assert_eq!(bench.setup().pose.position, pose.position);
+    let missing = bench.scratch.path("none.dat").display().to_string();
+    bench.change(|m| m.file = missing);
+    bench.click("Open");
+    assert!(
+        bench
+            .model()
+            .messages
+            .iter()
+            .any(|m| m.message.contains("none.dat"))
+    );
+}
+
+#[test]
+fn opening_has_a_name_field_of_its_own() {
+    let mut bench = Bench::open("own-field");
+    let scene = bench.scratch.path("scene.iv").display().to_string();
+    bench.change(|m| m.file = scene);
+    for button in ["Write camera", "Write environment"] {
+        bench.click(button);
+        assert_eq!(bench.model().replacing, None);
+    }
+    let scene = std::fs::read_to_string(bench.scratch.path("scene.iv")).unwrap();
+    assert_eq!(scene, SCENE);
+}
+
+#[test]
+fn the_enter_key_opens_the_file_that_is_named() {
+    let mut bench = Bench::open("enter");
+    std::fs::write(bench.scratch.path("second.iv"), SCENE).unwrap();
+    let name = bench.scratch.path("second.iv").display().to_string();
+    bench.change(|m| m.file = name);
+    bench.harness.get_by_label("File to open").focus();
+    bench.harness.run_steps(3);
+    bench.harness.key_press(Key::Enter);
+    bench.until("the second scene", |m| {
+        m.setup.plan.scene.ends_with("second.iv")
+    });
+}
+
+#[test]
+fn the_file_dialog_opens_the_file_that_is_chosen() {
+    let mut bench = Bench::open("dialog");
+    std::fs::write(bench.scratch.path("second.iv"), SCENE).unwrap();
+    bench.click("choose a file to open (Ctrl+O)");
+    // Clicks in quick succession would be a double click.
+    bench.harness.run_steps(10);
+    bench.harness.get_by_label_contains("second.iv").click();
+    bench.harness.run_steps(10);
+    assert!(bench.setup().plan.scene.ends_with("scene.iv"));
+    bench.click("Open file");
+    bench.until("the second scene", |m| {
+        m.setup.plan.scene.ends_with("second.iv")
+    });
+    assert!(bench.harness.query_by_label("Open file").is_none());
+    bench.click("choose the name of the picture");
+    bench.click("Cancel");
+    assert!(bench.harness.query_by_label("Cancel").is_none());
+}
+
+#[test]
+fn a_scene_that_fails_leaves_the_old_one_with_its_messages() {
+    let mut bench = Bench::open("bad");
+    let bad = bench.scratch.path("bad.iv");
+    std::fs::write(&bad, "solid ball\n").unwrap();
+    bench
+        .harness
+        .input_mut()
+        .dropped_files
+        .push(egui::DroppedFile {
+            path: Some(bad),
+            ..Default::default()
+        });
+    bench.until("the message", |m| !m.messages.is_empty());
+    assert!(bench.model().open && bench.setup().plan.scene.ends_with("scene.iv"));
+    bench.until("the window at rest", |m| !m.opening);
+    bench.click("f/8");
+    bench.until("the old scene again", |m| {
+        m.depth_of_field().is_some() && m.refusal.is_none()
+    });
+}
+
+#[test]
+fn a_message_shows_its_lines_when_it_is_clicked() {
+    let wrong = SCENE.replace("Sphere { radius .6 }", "Sphere { radius .6 flavour 3 }");
+    let mut bench = Bench::open_scene("lines", &wrong);
+    assert_eq!(bench.model().messages.len(), 1);
+    let line = bench.model().messages[0].to_string();
+    assert!(line.contains("scene.iv:4:"), "{line}");
+    bench.click(&line);
+    assert_eq!(bench.model().shown_message, Some(0));
+    assert!(bench.harness.query_by_label_contains("flavour 3").is_some());
+    bench.click("Clear");
+    assert!(bench.model().messages.is_empty());
+}
+
+#[test]
+fn a_panic_in_the_renderer_takes_neither_window_nor_settings() {
+    let mut bench = Bench::open("panic");
+    bench.click("f/4");
+    bench.breaks.store(true, Ordering::Relaxed);
+    bench.until("its words", |m| {
+        m.messages.iter().any(|m| m.message.contains("as ordered"))
+    });
+    assert_eq!(bench.setup().lens().unwrap().f_number, Some(4.0));
+    let serial = bench.model().frame.as_ref().unwrap().serial;
+    bench.click("Try again");
+    bench.until("a frame after it", |m| {
+        m.frame.as_ref().is_some_and(|f| f.serial > serial)
+    });
+}

@@ -1,0 +1,223 @@
+//! Saved pictures and command lines against batch runs, and what is replaced.
+
+use std::path::{Path, PathBuf};
+
+use egui::{Key, PointerButton};
+use egui_kittest::kittest::Queryable;
+use glam::DVec3;
+use image::imageops::FilterType;
+
+use crate::film::{Resolution, Response};
+use crate::lens::{FocusMethod, Iris};
+use crate::photo::{Era, Headlight, Plan};
+use crate::sampling::SamplerKind;
+use crate::viewer::model::Model;
+use crate::viewer::setup::Setup;
+
+use super::bench::{Bench, SCENE, Scratch, batch, exposed, lens_of, window_plan};
+
+/// Returns the picture in the window, at the size of the saved one.
+fn seen(bench: &Bench) -> image::RgbImage {
+    let plan = &bench.setup().plan;
+    let frame = bench.model().frame.as_ref().unwrap();
+    let levels = crate::viewer::develop::levels(frame, plan.exposure, &plan.response);
+    let size = frame.resolution;
+    let picture = image::RgbImage::from_raw(size.width, size.height, levels).unwrap();
+    let Resolution { width, height } = plan.resolution;
+    image::imageops::resize(&picture, width, height, FilterType::Triangle)
+}
+
+/// Returns the root mean square difference of two pictures, in levels of 255.
+fn difference(a: &image::RgbImage, b: &image::RgbImage) -> f64 {
+    assert_eq!(a.dimensions(), b.dimensions());
+    let square = |(a, b): (&u8, &u8)| (f64::from(*a) - f64::from(*b)).powi(2);
+    (a.iter().zip(b.iter()).map(square).sum::<f64>() / a.len() as f64).sqrt()
+}
+
+/// Composes a picture in the window, saves it, and compares it with the picture on the screen and
+/// with that of the batch command.
+fn save_what_is_seen(era: Era) {
+    let scratch = Scratch::new(&format!("save-{era:?}"));
+    let scene = scratch.path("scene.iv").display().to_string();
+    let words = format!("--lens double-gauss --focus 3 --size 96x64 {scene}");
+    // The window is small, so that its picture has few pixels.
+    let model = Model::new(window_plan(&words, era));
+    let mut bench = Bench::sized(scratch, model, [660.0, 900.0]);
+    assert_eq!(bench.setup().plan.era, era);
+    let ready = |m: &Model| m.frame.as_ref().is_some_and(|f| f.whole && f.samples >= 16);
+    bench.until("a picture", ready);
+    let first = seen(&bench);
+    bench.drag_picture([0.5, 0.5], [0.56, 0.5], PointerButton::Secondary);
+    bench.change(|m| m.edit("aperture", |s| lens_of(s).f_number = Some(4.0)));
+    bench.change(|m| m.edit("exposure", |s| s.plan.exposure = 1.5));
+    bench.change(|m| m.edit("focus", |s| s.set_focus(2.345_678)));
+    let focused = bench.setup().focus();
+    bench.until("the picture with these settings", |m| {
+        let lens = m.frame.as_ref().and_then(|f| f.view.lens_camera());
+        ready(m) && lens.is_some_and(|c| (c.focus.distance / 1e3 - focused).abs() < 1e-9)
+    });
+    let last = seen(&bench);
+    let output = bench.scratch.path("picture.png");
+    bench.change(|m| m.output = output.display().to_string());
+    bench.change(|m| m.save_picture());
+    bench.until("the picture", |m| {
+        m.saving.is_empty() && m.status.starts_with("saved")
+    });
+    let saved = image::open(&output).unwrap().to_rgb8();
+    let (as_seen, as_before) = (difference(&saved, &last), difference(&saved, &first));
+    // The rest is noise, and edges, which the window shows with more pixels.
+    assert!(as_seen < 6.0 && as_before > 24.0, "{as_seen} {as_before}");
+    let bytes = std::fs::read(&output).unwrap();
+    std::fs::remove_file(&output).unwrap();
+    batch(&bench.setup().words(&output));
+    let again = std::fs::read(&output).unwrap();
+    assert!(again == bytes, "{}", bench.model().command());
+}
+
+#[test]
+fn the_saved_picture_is_the_one_in_the_window_and_the_batch_commands() {
+    save_what_is_seen(Era::Modern);
+}
+
+#[test]
+fn in_the_1999_form_too_the_saved_picture_is_the_one_in_the_window() {
+    save_what_is_seen(Era::Vintage);
+}
+
+#[test]
+fn the_samples_and_pupil_of_1999_are_shown_and_saved() {
+    let plan = window_plan("-j 1 --pupil rear a.iv", Era::Vintage);
+    let old = Plan::of_era(Era::Vintage, "a.iv");
+    assert_eq!((plan.sampler, plan.aim), (old.sampler, old.aim));
+    let scratch = Scratch::new("rear");
+    let mut plan = scratch.plan();
+    plan.aim = old.aim;
+    let (live, _) = exposed(&plan, 1);
+    assert_eq!(live.session().plan.aim, old.aim);
+}
+
+#[test]
+fn copy_command_puts_the_batch_line_on_the_clipboard() {
+    let mut bench = Bench::open("copy");
+    bench.harness.get_by_label("Copy command").click();
+    let mut copied = None;
+    for _ in 0..4 {
+        bench.harness.step();
+        for command in &bench.harness.output().platform_output.commands {
+            if let egui::OutputCommand::CopyText(text) = command {
+                copied = Some(text.clone());
+            }
+        }
+    }
+    let line = copied.expect("a text on the clipboard");
+    assert_eq!(line, bench.model().command());
+    assert!(
+        line.starts_with("ivcam render --lens double-gauss"),
+        "{line}"
+    );
+}
+
+/// The arguments of a plan parse to the same plan.
+#[test]
+fn a_command_line_describes_its_plan_exactly() {
+    let scratch = Scratch::new("words");
+    let mut setup = Setup {
+        plan: scratch.plan(),
+        pose: crate::pose::CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.5),
+    };
+    let check = |setup: &Setup| {
+        let words = setup.words(Path::new("a.png"));
+        let modern = setup.plan.era == Era::Modern;
+        let rest = words.iter().skip(if modern { 2 } else { 1 });
+        let matches = clap::Command::new("ivcam")
+            .no_binary_name(true)
+            .args(crate::cli::flags::photograph())
+            .arg(clap::Arg::new("scene"))
+            .try_get_matches_from(rest)
+            .unwrap();
+        let plan = crate::cli::render::plan(&matches, setup.plan.era).unwrap();
+        assert_eq!(plan, setup.plan, "{words:?}");
+        if let Some(camera) = &setup.plan.camera {
+            assert_eq!(camera.pose().unwrap(), setup.pose);
+        }
+    };
+    check(&setup);
+    for i in 1..40 {
+        let t = f64::from(i);
+        let mut pose = setup.pose.clone();
+        pose.position = DVec3::new(t / 7.0, -t / 3.0, 1e-3 * t * t);
+        pose.orientation = glam::DQuat::from_euler(glam::EulerRot::XYZ, t, t / 3.0, t / 17.0);
+        setup.set_pose(&pose);
+        setup.set_focus(1e-3 * libm::exp(t / 2.3));
+        setup.plan.exposure = t / 7.0;
+        check(&setup);
+    }
+    setup.set_focus(f64::INFINITY);
+    setup.plan.headlight = Headlight::Set(false);
+    setup.plan.sampler.kind = SamplerKind::Jittered;
+    setup.plan.sampler.seed = 77;
+    setup.plan.response = Response::Srgb;
+    let lens = lens_of(&mut setup);
+    (lens.zoom, lens.f_number, lens.method) = (0.37, Some(5.6), FocusMethod::Best);
+    lens.iris = Iris::Blades {
+        count: 7,
+        rotation: 13f64.to_radians(),
+    };
+    check(&setup);
+    let mut old = Setup {
+        plan: Plan::of_era(Era::Vintage, "room.iv"),
+        ..setup
+    };
+    old.plan.sampler.samples = 16;
+    old.plan.stop.samples = 16;
+    old.set_focus(1.2);
+    check(&old);
+    let line = old.command(Path::new("a.png"));
+    assert_eq!(line, "ivcam --batch -f 1.2 -s r -j 16 -o a.png room.iv");
+}
+
+#[test]
+fn a_proposed_name_is_one_that_no_file_has() {
+    let name = format!("ivcam-made-up-{}", std::process::id());
+    let mut model = Model::new(Plan::of_era(Era::Modern, format!("rooms/{name}.iv")));
+    assert_eq!(model.output, format!("{name}.png"));
+    for end in [".png", "-2.png", "-3.png"] {
+        model.save_picture();
+        let (_, path) = model.saves().pop().unwrap();
+        assert_eq!(path, PathBuf::from(format!("{name}{end}")));
+    }
+    // For a name that the user typed, the window asks instead.
+    model.output = format!("{name}.png");
+    model.save_picture();
+    assert!(model.replacing.is_some() && model.saves().is_empty());
+}
+
+#[test]
+fn a_file_that_is_there_is_replaced_only_after_a_question() {
+    let mut bench = Bench::open("replace");
+    let picture = bench.scratch.path("old.png");
+    for (button, file) in [
+        ("Save picture", picture),
+        ("Write camera", bench.scratch.path("scene.iv")),
+        ("Write environment", bench.scratch.path("scene.iv")),
+    ] {
+        std::fs::write(&file, SCENE).unwrap();
+        let name = file.display().to_string();
+        bench.change(|m| (m.output, m.written) = (name.clone(), name));
+        bench.click(button);
+        let question = format!("Replace {}?", file.file_name().unwrap().display());
+        assert!(bench.harness.query_by_label(&question).is_some());
+        bench.click("Keep it");
+        assert!(bench.harness.query_by_label(&question).is_none());
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), SCENE, "{button}");
+        bench.click(button);
+        bench.harness.key_press(Key::Escape);
+        bench.harness.run_steps(3);
+        assert_eq!(bench.model().replacing, None);
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), SCENE, "{button}");
+        bench.click(button);
+        bench.click("Replace it");
+        bench.until("the new file", |m| m.saving.is_empty());
+        assert_ne!(std::fs::read(&file).unwrap(), SCENE.as_bytes(), "{button}");
+    }
+}
