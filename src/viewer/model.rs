@@ -243,7 +243,7 @@ impl Model {
 
     fn order_open(&mut self, plan: Plan) {
         self.opening = true;
-        self.status = format!("opening {}", plan.scene.display());
+        self.status = format!("opening {}", file_name(&plan.scene));
         self.orders.push(Order::Open(Box::new(plan)));
     }
 
@@ -282,7 +282,7 @@ impl Model {
             setup.plan.focus = None;
             setup.pose = pose;
         });
-        self.status = format!("camera of {}", path.display());
+        self.status = format!("camera of {}", file_name(path));
         Ok(())
     }
 
@@ -402,7 +402,7 @@ impl Model {
             News::Opened(opened) => self.opened(*opened),
             News::NotOpened(path, error) => {
                 self.opening = false;
-                self.status = format!("{} stays out", path.display());
+                self.status = format!("{} cannot be opened", file_name(&path));
                 self.add_message(*error);
             }
             News::Frame(frame) => {
@@ -428,7 +428,8 @@ impl Model {
             News::Aligned(version, aligned) => self.archive.align_done(version, aligned),
             News::Saved(path, line) => {
                 self.end_saving(&path);
-                self.status = format!("saved {}: {line}", path.display());
+                // The line begins with the name of the picture.
+                self.status = format!("saved {line}");
             }
             News::NotSaved(path, error) => {
                 self.end_saving(&path);
@@ -454,7 +455,7 @@ impl Model {
         (self.headlight, self.notice) = (opened.headlight, opened.notice);
         (self.bounds, self.pivot) = (opened.bounds, None);
         (self.open, self.opening) = (true, false);
-        self.status = format!("opened {}", scene.display());
+        self.status = format!("opened {}", file_name(&scene));
         if let Some(notice) = opened.notice {
             self.status += &format!("; {notice}");
         }
@@ -619,6 +620,14 @@ impl Model {
     pub(crate) fn command(&self) -> String {
         self.setup.command(Path::new(&self.output))
     }
+}
+
+/// Returns the last part of a path, for the status line.
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy()
+        .into_owned()
 }
 
 /// Returns the nearest distance at which the lens of a setup can focus, in meters.

@@ -3,11 +3,15 @@
 use egui::Ui;
 
 use crate::render::report::account::count;
+use crate::scene::check::counted;
 use crate::viewer::draft::Preview;
 use crate::viewer::model::Model;
 use crate::viewer::navigate::Tool;
 
 use super::fold::Fold;
+
+/// The width in points below which the status line leaves out speed and losses.
+const WIDE: f32 = 720.0;
 
 pub(super) fn top(ui: &mut Ui, model: &mut Model, fold: &mut Fold) {
     ui.horizontal_wrapped(|ui| {
@@ -76,7 +80,8 @@ pub(super) fn status(ui: &mut Ui, model: &mut Model) {
         if let Some(frame) = &model.frame {
             let size = frame.resolution;
             let text = if frame.whole {
-                format!("{}x{}  {} samples", size.width, size.height, frame.samples)
+                let samples = counted(frame.samples as usize, "sample");
+                format!("{}x{}  {samples}", size.width, size.height)
             } else {
                 format!("preview {}x{}", size.width, size.height)
             };
@@ -85,9 +90,11 @@ pub(super) fn status(ui: &mut Ui, model: &mut Model) {
                 Some(e) if frame.samples > 1 => format!("error {:.2}%", 100.0 * e.relative_rmse),
                 _ => "error unknown".into(),
             });
-            ui.label(format!("{} rays/s", count(frame.rate as u64)));
-            let passed = 100.0 * frame.counts.passed_share();
-            ui.label(format!("{passed:.0}% through the lens"));
+            if ui.ctx().content_rect().width() >= WIDE {
+                ui.label(format!("{} rays/s", count(frame.rate as u64)));
+                let passed = 100.0 * frame.counts.passed_share();
+                ui.label(format!("{passed:.0}% through the lens"));
+            }
         }
         if model.opening || !model.saving.is_empty() {
             ui.spinner();

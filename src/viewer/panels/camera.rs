@@ -31,7 +31,8 @@ pub(super) fn menu(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     ui.separator();
     let pinhole = model.setup.plan.optics == Optics::Pinhole;
     if ui
-        .selectable_label(pinhole, "Pinhole (the scene's own camera)")
+        .selectable_label(pinhole, "Pinhole of the scene")
+        .on_hover_text("the scene's own camera, without a lens")
         .clicked()
     {
         model.edit("lens", |s| s.plan.optics = Optics::Pinhole);

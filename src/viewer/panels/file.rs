@@ -6,11 +6,16 @@ use egui::{Context, Ui, WidgetInfo, WidgetType};
 
 use crate::viewer::model::{Model, Output};
 
-use super::Kit;
 use super::dialog::{Dialog, Purpose};
+use super::{Kit, rule};
 
 pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
-    ui.heading("Save");
+    ui.horizontal(|ui| {
+        ui.heading("Save");
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            copy_command(ui, model);
+        });
+    });
     let mut next = model.setup.clone();
     ui.horizontal(|ui| {
         let size = &mut next.plan.resolution;
@@ -24,17 +29,18 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
         }
         ui.label(format!("x {}", size.height));
         let samples = &mut next.plan.sampler.samples;
-        let field = ui.add(egui::DragValue::new(samples).range(1..=65_536));
-        let name = ui.label("samples");
-        if field.labelled_by(name.id).changed() {
+        let name = ui.label("Samples");
+        let field = egui::DragValue::new(samples).range(1..=65_536);
+        if ui.add(field).labelled_by(name.id).changed() {
             next.plan.stop.samples = *samples;
         }
     });
     model.change("size", next);
     ui.horizontal(|ui| {
         let name = egui::TextEdit::singleline(&mut model.output).desired_width(124.0);
+        let formats = "the picture's name: .png, .jpg, .tif, .exr, .ppm, .rgb or .sgi";
         ui.add(name)
-            .on_hover_text("the picture's name: .png, .exr or .ppm");
+            .on_hover_text(format!("{}\n{formats}", model.output));
         browse(ui, model, kit, Purpose::Picture);
         if ui
             .add_enabled(model.open, egui::Button::new("Save picture"))
@@ -44,6 +50,14 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
             model.save_picture();
         }
     });
+    rule(ui);
+    ui.heading("Files");
+    read(ui, model, kit);
+    write(ui, model, kit);
+    rule(ui);
+}
+
+fn copy_command(ui: &mut Ui, model: &mut Model) {
     if ui
         .button("Copy command")
         .on_hover_text("the command that makes this picture without a window")
@@ -52,11 +66,6 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
         ui.ctx().copy_text(model.command());
         model.status = format!("copied: {}", model.command());
     }
-    ui.separator();
-    ui.heading("Files");
-    read(ui, model, kit);
-    write(ui, model, kit);
-    ui.separator();
 }
 
 /// Shows the button that opens the file dialog.
@@ -118,7 +127,10 @@ fn write(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
         let field = egui::TextEdit::singleline(&mut model.written)
             .hint_text("write: a new .dat or .env")
             .desired_width(236.0);
-        ui.add(field);
+        let field = ui.add(field);
+        if !model.written.is_empty() {
+            field.on_hover_text(&model.written);
+        }
         browse(ui, model, kit, Purpose::Written);
     });
     let path = PathBuf::from(model.written.trim());

@@ -8,21 +8,23 @@ use crate::shade::Shading;
 use crate::viewer::develop::{BINS, Histogram};
 use crate::viewer::model::Model;
 
-use super::Kit;
+use super::{Kit, rule};
 
 pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &Kit) {
     let mut next = model.setup.clone();
     let plan = &mut next.plan;
-    ui.heading(format!("Exposure {:+.1} EV", libm::log2(plan.exposure)));
-    let mut stops = libm::log2(plan.exposure);
-    let slider = egui::Slider::new(&mut stops, -8.0..=8.0)
-        .step_by(0.1)
-        .suffix(" EV")
-        .text("Exposure");
-    if ui.add(slider).changed() {
-        // The number is rounded so that it is short on the command line.
-        plan.exposure = (libm::exp2(stops) * 1e4).round().max(1.0) / 1e4;
-    }
+    ui.horizontal(|ui| {
+        let name = ui.heading("Exposure");
+        let mut stops = libm::log2(plan.exposure);
+        let slider = egui::Slider::new(&mut stops, -8.0..=8.0)
+            .step_by(0.1)
+            .custom_formatter(|stops, _| format!("{stops:+.1}"))
+            .suffix(" EV");
+        if ui.add(slider).labelled_by(name.id).changed() {
+            // The number is rounded so that it is short on the command line.
+            plan.exposure = (libm::exp2(stops) * 1e4).round().max(1.0) / 1e4;
+        }
+    });
     bars(ui, kit.histogram.as_ref());
     ui.horizontal(|ui| {
         ui.label("Response");
@@ -31,35 +33,34 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &Kit) {
         ui.selectable_value(&mut plan.response, Response::Srgb, "sRGB");
     });
     let mut lit = model.headlight.resolve(plan.headlight).on;
-    if ui
-        .checkbox(&mut lit, "Headlight")
-        .on_hover_text("a flash on the camera")
-        .changed()
-    {
-        plan.headlight = Headlight::Set(lit);
-    }
-    egui::ComboBox::from_label("Shading")
-        .selected_text(plan.shading.name())
-        .show_ui(ui, |ui| {
-            for model in Shading::ALL {
-                ui.selectable_value(&mut plan.shading, model, model.name());
-            }
-        });
+    ui.horizontal(|ui| {
+        if ui
+            .checkbox(&mut lit, "Headlight")
+            .on_hover_text("a light at the camera, as Inventor's viewers have")
+            .changed()
+        {
+            plan.headlight = Headlight::Set(lit);
+        }
+        egui::ComboBox::from_label("Shading")
+            .selected_text(plan.shading.name())
+            .show_ui(ui, |ui| {
+                for model in Shading::ALL {
+                    ui.selectable_value(&mut plan.shading, model, model.name());
+                }
+            });
+    });
     model.change("light", next);
-    ui.separator();
+    rule(ui);
 }
 
-/// Draws the curves of the channels with the clipped shares at the ends, or reserves their space
-/// before the first picture.
+/// Draws the curves of the channels with the shares of full and black pixels, or reserves their
+/// space before the first picture.
 fn bars(ui: &mut Ui, histogram: Option<&Histogram>) {
     let (rect, response) =
-        ui.allocate_exact_size(vec2(ui.available_width().min(260.0), 56.0), Sense::hover());
+        ui.allocate_exact_size(vec2(ui.available_width().min(260.0), 50.0), Sense::hover());
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 2.0, Color32::from_gray(16));
-    let Some(histogram) = histogram else {
-        ui.small(" ");
-        return;
-    };
+    let Some(histogram) = histogram else { return };
     let colors = [
         Color32::from_rgb(230, 70, 60),
         Color32::from_rgb(70, 190, 90),
@@ -78,6 +79,9 @@ fn bars(ui: &mut Ui, histogram: Option<&Histogram>) {
         100.0 * histogram.clipped,
         100.0 * histogram.black
     );
+    let corner = rect.right_top() + vec2(-4.0, 2.0);
+    let font = egui::FontId::proportional(10.0);
+    let gray = Color32::from_gray(170);
+    painter.text(corner, egui::Align2::RIGHT_TOP, text, font, gray);
     response.on_hover_text("the number of pixels at each level");
-    ui.small(text);
 }

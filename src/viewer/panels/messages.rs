@@ -3,6 +3,7 @@
 use egui::{Color32, RichText, Ui};
 
 use crate::diag::{Diagnostic, Severity};
+use crate::scene::check::counted;
 use crate::viewer::model::Model;
 
 use super::settings::meters;
@@ -13,9 +14,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
         return;
     }
     ui.horizontal(|ui| {
-        let count = model.messages.len();
-        let plural = if count == 1 { "" } else { "s" };
-        ui.strong(format!("{count} message{plural}"));
+        ui.strong(counted(model.messages.len(), "message"));
         if ui.button("Clear").clicked() {
             model.messages.clear();
             model.shown_message = None;

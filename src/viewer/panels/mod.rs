@@ -146,6 +146,10 @@ impl Window {
             panel.show(ctx, |ui| {
                 // A solid bar shows that there is more below.
                 ui.spacing_mut().scroll = egui::style::ScrollStyle::solid();
+                let heading = egui::FontId::proportional(15.0);
+                ui.style_mut()
+                    .text_styles
+                    .insert(egui::TextStyle::Heading, heading);
                 egui::ScrollArea::vertical().show(ui, |ui| {
                     settings::focus(ui, model, kit);
                     settings::aperture(ui, model, kit);
@@ -170,6 +174,11 @@ impl Window {
             kit.dialog = None;
         }
     }
+}
+
+/// Draws a line between two sections of a panel.
+fn rule(ui: &mut egui::Ui) {
+    ui.add(egui::Separator::default().spacing(4.0));
 }
 
 /// Opens files dropped on the window: scenes, cameras, environments, pictures, lenses.

@@ -4,6 +4,8 @@ use egui::{Color32, Painter, Rect, Stroke, Ui, pos2, vec2};
 
 use crate::viewer::model::Model;
 
+use super::rule;
+
 pub(super) fn choices(ui: &mut Ui, model: &mut Model) {
     ui.heading("Overlays");
     let marks = &mut model.marks;
@@ -14,18 +16,16 @@ pub(super) fn choices(ui: &mut Ui, model: &mut Model) {
         ui.checkbox(&mut marks.curved, "curved").on_hover_text(
             "the surface of sharp focus, traced through the lens, instead of the plane",
         );
+        ui.checkbox(&mut marks.thirds, "Thirds");
     });
     ui.horizontal(|ui| {
         ui.checkbox(&mut marks.peaking, "Peaking")
             .on_hover_text("marks edges that are sharp");
         ui.checkbox(&mut marks.clipping, "Clipping")
             .on_hover_text("stripes where the picture is clipped or black");
-    });
-    ui.horizontal(|ui| {
-        ui.checkbox(&mut marks.thirds, "Thirds");
         ui.checkbox(&mut marks.grid, "Grid");
     });
-    ui.separator();
+    rule(ui);
 }
 
 /// Draws the lines over the picture.

@@ -13,6 +13,8 @@ use super::settings::meters;
 
 /// The number of samples of the pixel that are drawn.
 const RAYS: u32 = 24;
+/// The width in points below which the caption has two lines.
+const TWO_LINES: f32 = 540.0;
 
 /// The section with its rays, kept until the pixel or the lens changes.
 #[derive(Default)]
@@ -46,18 +48,27 @@ pub(super) fn show(ui: &mut Ui, model: &Model, section: &mut Section) {
     drawing::paint(&painter, rect, &section.drawing, ui.visuals().dark_mode);
 }
 
+/// Shows the lens, and what the rays of the pixel meet; in two lines if the panel is narrow.
 fn caption(ui: &mut Ui, model: &Model, camera: &LensCamera, [px, py]: [u32; 2], passed: usize) {
-    ui.horizontal(|ui| {
-        let optics = camera.lens.first_order();
-        let f = optics
-            .f_number()
-            .map_or(String::new(), |n| format!(" f/{n:.2}"));
-        ui.strong(format!("{} {:.1} mm{f}", camera.lens.name(), optics.efl()));
-        let seen = model.cursor.and_then(|(x, y)| model.look(x, y));
-        let there = seen.map_or("nothing".into(), |s| meters(s.distance));
-        let text = format!("pixel {px}, {py}: {passed} of {RAYS} rays through; {there} away");
-        ui.add(egui::Label::new(text).truncate());
-    });
+    let optics = camera.lens.first_order();
+    let f = optics
+        .f_number()
+        .map_or(String::new(), |n| format!(" f/{n:.2}"));
+    let lens = format!("{} {:.1} mm{f}", camera.lens.name(), optics.efl());
+    let (x, y) = model.cursor.unwrap_or((0.5, 0.5));
+    let seen = model.look(x, y);
+    let there = seen.map_or(String::new(), |s| format!("; {} away", meters(s.distance)));
+    let rays = format!("{passed} of {RAYS} rays at {px}, {py}{there}");
+    let rays = egui::Label::new(rays).truncate();
+    if ui.available_width() < TWO_LINES {
+        ui.strong(lens);
+        ui.add(rays);
+    } else {
+        ui.horizontal(|ui| {
+            ui.strong(lens);
+            ui.add(rays);
+        });
+    }
 }
 
 /// Returns the section with the size of the room, in which its letters are legible, and the number

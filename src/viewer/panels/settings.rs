@@ -6,7 +6,7 @@ use crate::lens::Iris;
 use crate::viewer::model::Model;
 use crate::viewer::sharpness::{self, DepthOfField};
 
-use super::{Kit, Turn, camera, wheel};
+use super::{Kit, Turn, camera, rule, wheel};
 
 /// The full f-stops, from f/1.
 pub(super) const STOPS: [f64; 13] = [
@@ -53,7 +53,7 @@ pub(super) fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     depth_of_field(ui, model);
     camera::zoom(ui, model);
     camera::movements(ui, model);
-    ui.separator();
+    rule(ui);
 }
 
 /// Shows the result of autofocus in one line, which is reserved while it is empty, so that nothing
@@ -101,11 +101,9 @@ fn depth_of_field(ui: &mut Ui, model: &Model) {
             let range =
                 |field: &DepthOfField| format!("{} to {}", meters(field.near), meters(field.far));
             row("sharp from", field.as_ref().map(range));
-            row("hyperfocal", field.as_ref().map(|f| meters(f.hyperfocal)));
-            row(
-                "circle",
-                field.as_ref().map(|f| format!("{:.3} mm", f.circle)),
-            );
+            let circle =
+                |f: &DepthOfField| format!("{}, circle {:.3} mm", meters(f.hyperfocal), f.circle);
+            row("hyperfocal", field.as_ref().map(circle));
             let angle = format!("{:.2}°", model.height_angle().to_degrees());
             row("height angle", field.as_ref().map(|_| angle));
         });
@@ -131,9 +129,12 @@ pub(super) fn aperture(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
         {
             next.f_number = None;
         }
-        for stop in STOPS.into_iter().filter(|n| widest.is_none_or(|w| *n > w)) {
+        // All stops are shown, so that nothing moves when another lens is chosen.
+        for stop in STOPS {
             let chosen = next.f_number == Some(stop);
-            if ui.selectable_label(chosen, format!("f/{stop}")).clicked() {
+            let label = egui::Button::selectable(chosen, format!("f/{stop}"));
+            let possible = widest.is_none_or(|widest| stop > widest);
+            if ui.add_enabled(possible, label).clicked() {
                 next.f_number = Some(stop);
             }
         }
@@ -144,7 +145,7 @@ pub(super) fn aperture(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
             s.plan.optics = crate::photo::Optics::Lens(next)
         });
     }
-    ui.separator();
+    rule(ui);
 }
 
 fn blades(ui: &mut Ui, iris: &mut Iris) {

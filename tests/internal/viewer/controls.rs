@@ -29,7 +29,7 @@ fn every_lens_is_in_the_menu_and_a_click_selects_it() {
             .is_some_and(|c| c.lens.name().contains("iotar"))
     };
     bench.until("the picture through it", shown);
-    bench.click("Pinhole (the scene's own camera)");
+    bench.click("Pinhole of the scene");
     assert_eq!(bench.setup().plan.optics, Optics::Pinhole);
     bench.click("Undo");
     assert_eq!(bench.setup().lens().unwrap().name, "biotar");
@@ -197,7 +197,7 @@ fn the_picture_to_save_has_the_size_and_samples_of_its_fields() {
     bench.put(Role::SpinButton, "Size", 120.0);
     let size = bench.setup().plan.resolution;
     assert_eq!((size.width, size.height), (120, 80));
-    bench.put(Role::SpinButton, "samples", 9.0);
+    bench.put(Role::SpinButton, "Samples", 9.0);
     let plan = &bench.setup().plan;
     assert_eq!((plan.sampler.samples, plan.stop.samples), (9, 9));
     bench.click("Refine");

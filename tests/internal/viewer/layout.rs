@@ -148,3 +148,95 @@ fn shots() {
         picture.save(folder.join(name)).unwrap();
     }
 }
+
+/// Returns the texts that do not fit: shortened by an ellipsis, or wider than their panel.
+fn cut_labels(bench: &Bench) -> Vec<String> {
+    let mut cut = Vec::new();
+    let mut shapes: Vec<(egui::Rect, &egui::Shape)> = Vec::new();
+    let output = bench.harness.output();
+    shapes.extend(output.shapes.iter().map(|s| (s.clip_rect, &s.shape)));
+    while let Some((clip, shape)) = shapes.pop() {
+        match shape {
+            egui::Shape::Vec(inner) => shapes.extend(inner.iter().map(|s| (clip, s))),
+            egui::Shape::Text(text) => {
+                let place = text.visual_bounding_rect();
+                // Rows of the lists may be scrolled out of view.
+                let scrolled = place.bottom() < clip.top() || place.top() > clip.bottom();
+                let inside = clip.x_range().expand(0.5).contains(place.left())
+                    && clip.x_range().expand(0.5).contains(place.right());
+                let empty = text.galley.text().trim().is_empty();
+                if !(scrolled || empty) && (text.galley.elided || !inside) {
+                    cut.push(text.galley.text().to_owned());
+                }
+            }
+            _ => {}
+        }
+    }
+    cut
+}
+
+#[test]
+fn no_label_is_cut_at_any_size_of_the_window() {
+    for size in [
+        [600.0, 440.0],
+        [800.0, 600.0],
+        [1360.0, 860.0],
+        [2560.0, 1440.0],
+    ] {
+        let mut bench = Bench::of_size("labels", size);
+        bench.until("a frame", |m| m.frame.is_some());
+        bench.harness.run_steps(3);
+        assert_eq!(cut_labels(&bench), Vec::<String>::new(), "{size:?}");
+        bench.click_at(bench.at(0.5, 0.5));
+        bench.until("the focus", |m| m.focused.is_some());
+        bench.harness.run_steps(3);
+        assert_eq!(cut_labels(&bench), Vec::<String>::new(), "{size:?}");
+    }
+}
+
+/// The last section of the panel is visible without scrolling in the window's own size.
+#[test]
+fn all_sections_are_visible_in_a_window_of_the_first_size() {
+    let mut bench = Bench::of_size("sections", [1360.0, 860.0]);
+    bench.until("a frame", |m| m.frame.is_some());
+    let old = bench.scratch.path("old.png");
+    let picture = image::RgbImage::from_pixel(12, 8, image::Rgb([250, 10, 10]));
+    picture.save(&old).unwrap();
+    bench.change(|m| m.take_file(&old));
+    bench.harness.run_steps(3);
+    let status = bench.harness.get_by_label("Refine").rect();
+    for label in ["Comparison", "Onion skin", "Align"] {
+        let place = bench.harness.get_by_label(label).rect();
+        assert!(place.bottom() < status.top(), "{label}: {place:?}");
+    }
+}
+
+/// The places that `tests/window/drive.sh` clicks on, in a window of the first size.
+#[test]
+fn the_places_of_the_driving_script_are_those_of_the_window() {
+    let scratch = Scratch::new("places");
+    let mut plan = scratch.plan();
+    plan.optics = Optics::Lens(LensChoice::named("wide-angle"));
+    let mut bench = Bench::sized(scratch, Model::new(plan), [1360.0, 860.0]);
+    bench.until("a frame", |m| m.frame.is_some());
+    bench.harness.run_steps(20);
+    let labels = [
+        "angenieux-28",
+        "Picture",
+        "Focus wheel",
+        "f/4",
+        "Save picture",
+    ];
+    let mut text = String::new();
+    for label in labels {
+        let place = bench.harness.get_by_label(label).rect();
+        let [x, y] = [place.left(), place.top()].map(f32::round);
+        let [width, height] = [place.width(), place.height()].map(f32::round);
+        text += &format!("{label}\t{x} {y} {width} {height}\n");
+    }
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/window/places.txt");
+    if std::env::var_os("UPDATE").is_some() {
+        std::fs::write(&path, &text).unwrap();
+    }
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+}
