@@ -12,11 +12,10 @@
 //! use ivcam::math::{meters, mm};
 //! use ivcam::photo::LensChoice;
 //! use ivcam::snapshot::SnapshotOptions;
-//! use ivcam::{
-//!     CompileOptions, Document, Era, Lens, Optics, Plan, RenderScene, Resolution, Session, scene,
-//! };
+//! use ivcam::{CompileOptions, Document, RenderScene, scene};
+//! use ivcam::{Era, Lens, Optics, Plan, Resolution, Session};
 //!
-//! // Read a scene. What is wrong in it is in `sink`, with file, line and column.
+//! // Read a scene. `document.sink` has its warnings, with file, line and column.
 //! let document = Document::open("scenes/livroom/livroom.iv")?;
 //! let cameras = document.descendants().filter(|n| n.class_name() == "PerspectiveCamera");
 //! println!("{} nodes, {} cameras", document.nodes.len(), cameras.count());
@@ -42,7 +41,7 @@
 //! let exposure = session.expose(&|_progress| {});
 //! let error = exposure.film.error();
 //! assert!(exposure.film.mean() > 0.0);
-//! let picture = session.develop(&exposure, "the command that goes into the picture's metadata");
+//! let picture = session.develop(&exposure, "a command, for the metadata");
 //! # let folder = std::env::temp_dir().join(format!("ivcam-tour-{}", std::process::id()));
 //! # std::fs::create_dir_all(&folder)?;
 //! # let file = folder.join("livroom.png");
