@@ -18,11 +18,11 @@ pub(crate) struct Point<'a> {
     pub normal: Vec3,
     /// Whether the ray hit the front.
     pub front: bool,
-    /// The diffuse color without the texture.
+    /// The diffuse color. It includes a texture of the model [`TextureModel::Diffuse`] only.
     pub diffuse: Vec3,
     /// The fraction of light that is transmitted, including the texture's alpha.
     pub transparency: f32,
-    /// The texture's color and alpha at the point.
+    /// The texture's color and alpha at the point, unless the diffuse color includes them.
     pub texel: Option<Vec4>,
     /// The surface of the shape.
     pub surface: &'a Surface,
@@ -53,6 +53,22 @@ impl Point<'_> {
         Ray::new(origin, direction)
     }
 
+    /// Moves a texture that is part of the material to the diffuse color.
+    fn mix_texture(&mut self) {
+        let Some(texture) = &self.surface.texture else {
+            return;
+        };
+        if texture.model == TextureModel::Diffuse
+            && let Some(texel) = self.texel.take()
+        {
+            self.diffuse = if texture.texture.has_color() {
+                texel.truncate()
+            } else {
+                self.diffuse * texel.truncate()
+            };
+        }
+    }
+
     /// Applies the texture to a lit color by OpenGL's texture environment.
     pub(crate) fn textured(&self, color: Vec3) -> Vec3 {
         let (Some(texel), Some(texture)) = (self.texel, &self.surface.texture) else {
@@ -60,7 +76,7 @@ impl Point<'_> {
         };
         let rgb = texel.truncate();
         match texture.model {
-            TextureModel::Modulate => color * rgb,
+            TextureModel::Modulate | TextureModel::Diffuse => color * rgb,
             TextureModel::Decal => color.lerp(rgb, texel.w),
             TextureModel::Blend => color * (Vec3::ONE - rgb) + texture.blend_color * rgb,
             TextureModel::Replace => rgb,
@@ -71,11 +87,26 @@ impl Point<'_> {
 impl RenderScene {
     /// Returns the point at a hit.
     pub(crate) fn point(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
-        point(self, ray, hit)
+        let mut point = point(self, ray, hit);
+        point.mix_texture();
+        point
     }
 
-    /// Returns the corners of the triangle that was hit as points, with their weights. Returns
-    /// `None` for other primitives.
+    /// Returns the point at a hit as an OpenGL program lights it: every texture is applied after
+    /// lighting. The diffuse color under a texture of colors is then white (VRML 97).
+    pub(crate) fn point_before_texture(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
+        let mut point = point(self, ray, hit);
+        if let Some(texture) = &point.surface.texture
+            && texture.model == TextureModel::Diffuse
+            && texture.texture.has_color()
+        {
+            point.diffuse = Vec3::ONE;
+        }
+        point
+    }
+
+    /// Returns the corners of the triangle that was hit as points without their textures, with
+    /// their weights. Returns `None` for other primitives.
     pub(crate) fn corner_points(&self, ray: &Ray, hit: &Hit) -> Option<[(Point<'_>, f32); 3]> {
         self.triangles.get(hit.primitive as usize)?;
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
@@ -85,12 +116,13 @@ impl RenderScene {
             } else {
                 2 * usize::from(v == 1.0)
             };
-            (self.point(ray, &Hit { u, v, ..*hit }), weights[i])
+            let hit = Hit { u, v, ..*hit };
+            (self.point_before_texture(ray, &hit), weights[i])
         }))
     }
 }
 
-/// Computes the point at a hit.
+/// Computes the point at a hit, with the texture's color in `texel` whatever its model.
 fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
     let surface = scene.surface(hit);
     let index = hit.primitive as usize;
@@ -154,9 +186,11 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
         let texel = texture
             .texture
             .sample_deep(at, wide, texture.filter, texture.repeat);
-        if texture.model != TextureModel::Decal {
-            out.transparency = 1.0 - (1.0 - out.transparency) * texel.w;
-        }
+        out.transparency = match texture.model {
+            TextureModel::Decal => out.transparency,
+            TextureModel::Diffuse if texture.texture.has_alpha() => 1.0 - texel.w,
+            _ => 1.0 - (1.0 - out.transparency) * texel.w,
+        };
         out.texel = Some(texel);
     }
     out

@@ -79,9 +79,14 @@ pub(super) struct PlainSurface {
 
 impl PlainSurface {
     pub(super) fn new(surface: &Surface) -> Self {
+        let diffuse = surface.diffuse_at(0).clamp(Vec3::ZERO, Vec3::ONE);
+        // Otherwise the ambient light of a point depends on its own diffuse color.
+        let one_glow = surface.ambient_intensity.is_none()
+            || surface.materials.is_empty()
+            || surface.environment.ambient == Vec3::ZERO;
         Self {
-            diffuse: surface.diffuse_at(0).clamp(Vec3::ZERO, Vec3::ONE),
-            glow: surface.glow(),
+            diffuse,
+            glow: surface.glow(diffuse),
             lights: surface.lights,
             first: surface.first,
             turn: if surface.counterclockwise { 1.0 } else { -1.0 },
@@ -90,7 +95,8 @@ impl PlainSurface {
                 && !surface.base_color
                 && surface.specular == Vec3::ZERO
                 && surface.environment.fog == FogKind::None
-                && surface.is_opaque(),
+                && surface.is_opaque()
+                && one_glow,
             has_normals: !surface.normals.is_empty(),
             has_materials: !surface.materials.is_empty(),
         }
@@ -333,7 +339,7 @@ impl PointLanes {
         placed.error[lane] = point.error;
         let surface = point.surface;
         set_lane(&mut gathered.diffuse, lane, point.diffuse);
-        set_lane(&mut gathered.glow, lane, surface.glow());
+        set_lane(&mut gathered.glow, lane, surface.glow(point.diffuse));
         gathered.lights[lane] = surface.lights;
         self.mask |= 1 << lane;
         if highlight && surface.specular != Vec3::ZERO {

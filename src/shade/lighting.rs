@@ -7,7 +7,7 @@ use crate::traversal::state::FogKind;
 
 /// The terms without a light: emissive, and ambient from the surroundings.
 pub(super) fn ambient(point: &Point<'_>) -> Vec3 {
-    point.surface.glow()
+    point.surface.glow(point.diffuse)
 }
 
 /// The terms of one light that reaches a point. `shadow` is the fraction of the light that arrives:
@@ -20,7 +20,7 @@ pub(super) fn direct(
     shadow: f32,
 ) -> Vec3 {
     let surface = point.surface;
-    let mut sum = surface.ambient * incident.ambient;
+    let mut sum = surface.ambient_at(point.diffuse) * incident.ambient;
     let facing = point.normal.dot(incident.toward);
     if facing > 0.0 && shadow > 0.0 {
         let mut lit = point.diffuse * facing;

@@ -245,7 +245,7 @@ impl<'a> Shader<'a> {
         let mut next = Some(first);
         let mut color = self.scene.background().color(ray.direction);
         while let Some(hit) = next {
-            let point = self.scene.point(&ray, &hit);
+            let point = self.scene.point_before_texture(&ray, &hit);
             let local = self.interpolated(&ray, &hit, &point);
             if point.surface.is_opaque() {
                 color = local;

@@ -55,7 +55,7 @@ fn set_appearance<'a>(state: &mut State<'a>, appearance: Option<NodeRef<'a>>) {
     );
     state.texture = node(appearance::TEXTURE).map(|texture| TextureElement {
         node: texture,
-        model: TextureModel::Modulate,
+        model: TextureModel::Diffuse,
         blend_color: Vec3::ZERO,
         repeat_s: texture.get(image_texture::REPEAT_S),
         repeat_t: texture.get(image_texture::REPEAT_T),
@@ -70,7 +70,8 @@ fn set_appearance<'a>(state: &mut State<'a>, appearance: Option<NodeRef<'a>>) {
 fn material_element(node: NodeRef<'_>) -> MaterialElement<'static> {
     let diffuse = node.get(vrml97_material::DIFFUSE_COLOR);
     MaterialElement {
-        ambient: diffuse * node.get(vrml97_material::AMBIENT_INTENSITY),
+        ambient_intensity: Some(node.get(vrml97_material::AMBIENT_INTENSITY)),
+        ambient: MaterialElement::DEFAULT.ambient,
         diffuse: Diffuse::Colors(List::One(diffuse)),
         specular: node.get(vrml97_material::SPECULAR_COLOR),
         emissive: node.get(vrml97_material::EMISSIVE_COLOR),

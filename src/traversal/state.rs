@@ -57,8 +57,11 @@ pub(crate) enum Diffuse<'a> {
 /// fields only the first value is used, as in SGI's Inventor 2.1 and in Coin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MaterialElement<'a> {
-    /// The ambient color.
+    /// The ambient color, unless `ambient_intensity` is set.
     pub ambient: Vec3,
+    /// VRML97's `ambientIntensity`: the ambient color is this fraction of the diffuse color of each
+    /// point, which colors and textures may replace.
+    pub ambient_intensity: Option<f32>,
     /// The diffuse colors.
     pub diffuse: Diffuse<'a>,
     /// The specular color.
@@ -77,6 +80,7 @@ impl MaterialElement<'_> {
     /// Inventor's default material.
     pub(crate) const DEFAULT: Self = Self {
         ambient: Vec3::splat(0.2),
+        ambient_intensity: None,
         diffuse: Diffuse::Colors(List::One(Vec3::splat(0.8))),
         specular: Vec3::ZERO,
         emissive: Vec3::ZERO,
@@ -414,6 +418,10 @@ pub(crate) enum TextureModel {
 #[derive(Clone, Copy)]
 pub(crate) struct TextureElement<'a> {
     /// The `textureQuality` of `Complexity` at the texture, not at the shape.
+    /// The texture is part of the material, as in VRML97 (4.14.4, tables 4.5 and 4.6). Colors
+    /// replace the diffuse color before lighting, gray levels multiply it, and alpha replaces the
+    /// transparency.
+    Diffuse,
     pub quality: f32,
     /// Whether a `Texture3` repeats along its depth.
     pub repeat_r: bool,
@@ -609,7 +617,14 @@ impl State<'_> {
                 family: 0,
                 style: 0,
             },
-            environment: EnvironmentElement::DEFAULT,
+            environment: match language {
+                // VRML97 has no ambient light other than that of its lights (4.14.4).
+                Language::Vrml97 => EnvironmentElement {
+                    ambient: Vec3::ZERO,
+                    ..EnvironmentElement::DEFAULT
+                },
+                _ => EnvironmentElement::DEFAULT,
+            },
             lights: Arc::default(),
             clip_planes: Arc::default(),
             profile_coordinates: ProfileCoordinates::Two(&[]),

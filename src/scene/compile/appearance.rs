@@ -77,6 +77,7 @@ impl SceneBuilder {
         Surface {
             class: node.known_class().map_or("", |c| c.name),
             ambient: m.ambient,
+            ambient_intensity: m.ambient_intensity,
             diffuse,
             specular: m.specular,
             emissive,

@@ -100,8 +100,10 @@ pub(crate) struct Surface {
     /// The name of the shape's class.
     #[cfg_attr(not(test), expect(dead_code, reason = "tests ask what a ray has hit"))]
     pub class: &'static str,
-    /// The ambient color.
+    /// The ambient color, unless `ambient_intensity` is set.
     pub ambient: Vec3,
+    /// The ambient color as a fraction of the diffuse color of each point (VRML 97).
+    pub ambient_intensity: Option<f32>,
     /// The diffuse colors, at least one.
     pub diffuse: Vec<Vec3>,
     /// The specular color.
@@ -169,9 +171,15 @@ impl Surface {
         self.transparency[(index as usize).min(last)]
     }
 
-    /// The light of the surface without any light source: emissive and ambient.
-    pub(crate) fn glow(&self) -> Vec3 {
-        self.emissive + self.ambient * self.environment.ambient
+    /// The ambient color where the diffuse color is `diffuse`.
+    pub(crate) fn ambient_at(&self, diffuse: Vec3) -> Vec3 {
+        self.ambient_intensity.map_or(self.ambient, |a| a * diffuse)
+    }
+
+    /// The light without any light source, emissive and ambient, where the diffuse color is
+    /// `diffuse`.
+    pub(crate) fn glow(&self, diffuse: Vec3) -> Vec3 {
+        self.emissive + self.ambient_at(diffuse) * self.environment.ambient
     }
 
     /// The diffuse color of a triangle, interpolated with the weights of a hit.

@@ -98,6 +98,11 @@ impl Texture {
         matches!(self.components, 2 | 4)
     }
 
+    /// Whether the texture has color components, and not only gray ones.
+    pub(crate) fn has_color(&self) -> bool {
+        self.components >= 3
+    }
+
     /// Returns the color at (s, t), interpolated between texel centers.
     pub(crate) fn sample(&self, at: Vec2, filter: Filter, repeat: Repeat) -> Vec4 {
         let texels = self.texels();
