@@ -589,6 +589,7 @@ impl SimdKernel for Reach<'_> {
                 out.direction[1][i] = y * scale;
                 out.direction[2][i] = z * scale;
                 let falloff = kc + distance * (kl + distance * kq);
+                let falloff = falloff.max(light.least_divisor);
                 let part = if falloff > 0.0 { 1.0 / falloff } else { 1.0 };
                 factor[i] = if distance > light.radius { 0.0 } else { part };
                 // The ray ends at the light, so nothing behind the light casts a shadow.

@@ -8,6 +8,7 @@ mod appearance;
 mod frame;
 mod groups;
 mod kit;
+mod lights;
 pub(crate) mod property;
 pub(crate) mod role;
 pub(crate) mod state;

@@ -395,7 +395,9 @@ pub(crate) struct LightElement {
     pub direction: DVec3,
     /// The quadratic, linear and constant coefficient of 1 / (a₀d² + a₁d + a₂).
     pub attenuation: Vec3,
-    /// The distance at which a VRML97 light ends; infinite for Inventor's lights.
+    /// The least value of that divisor: 1 for VRML97 lights, 0 for Inventor's.
+    pub least_divisor: f32,
+    /// The distance in meters at which a VRML97 light ends; infinite for Inventor's lights.
     pub radius: f32,
     /// The light's node.
     pub node: NodeId,

@@ -4,13 +4,15 @@ use std::sync::Arc;
 
 use super::frame::Frame;
 use super::kit;
-use super::property;
+use super::lights;
+use super::property::{self, Reach};
 use super::role::{self, Role};
 use super::state::{Language, State};
 use super::visitor::{Visitor, WalkOptions};
 use crate::diag::Diagnostic;
 use crate::grammar::{
-    class, node_kit_list_part, vrml97_group, vrml97_lod, vrml97_switch_node, vrml97_transform,
+    Class, class, node_kit_list_part, vrml97_group, vrml97_lod, vrml97_switch_node,
+    vrml97_transform,
 };
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::snapshot::Snapshot;
@@ -31,6 +33,8 @@ pub(super) struct Walk<'a, 'v, V> {
     pub(super) visits: u64,
     /// Whether a cycle was reported; only the first one is.
     reported_cycle: bool,
+    /// Whether the document has lights that shine on all of their group.
+    pub(super) has_group_lights: bool,
 }
 
 /// Walks all roots of a snapshot in order, with one state.
@@ -40,7 +44,9 @@ pub(crate) fn walk<'a, V: Visitor<'a>>(
     visitor: &mut V,
 ) {
     let document = snapshot.document();
-    let state = State::new(Language::of(document));
+    let mut state = State::new(Language::of(document));
+    let lights = lights::scene_lights(snapshot, &document.roots, &state, options);
+    state.lights = Arc::new(lights);
     walk_list(snapshot, &document.roots, state, options, visitor);
 }
 
@@ -63,7 +69,9 @@ pub(crate) fn walk_list<'a, V: Visitor<'a>>(
         on_path: vec![false; document.nodes.len()],
         visits: 0,
         reported_cycle: false,
+        has_group_lights: lights::has_light(document, Reach::Group),
     };
+    walk.light_group(list);
     let most = options.max_visits.max(2 * document.nodes.len() as u64);
     while let Some(frame) = walk.stack.pop() {
         walk.step(frame);
@@ -144,13 +152,6 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
-    fn light(&mut self, node: NodeRef<'a>) {
-        if let Some(light) = property::light(&self.state, node) {
-            self.visitor.light(&light, &self.state);
-            Arc::make_mut(&mut self.state.lights).push(light);
-        }
-    }
-
     /// Enters a node with children, unless it is already on the path, which means that it contains
     /// itself.
     pub(super) fn enter(&mut self, node: NodeRef<'a>, role: Role) {
@@ -178,6 +179,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             Role::Group => self.children(node),
             Role::File => {
                 if let Some(list) = self.document.included.get(&node.id) {
+                    if node.known_class().is_some_and(Class::is_vrml97) {
+                        self.keep_state();
+                    }
+                    self.light_group(list);
                     self.stack.push(Frame::List { list, next: 0 });
                 }
             }
@@ -242,6 +247,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         ] {
             let list = node.get_nodes(field);
             if !list.is_empty() {
+                self.light_group(list);
                 self.stack.push(Frame::List { list, next: 0 });
             }
         }

@@ -19,6 +19,8 @@ pub(crate) struct Light {
     pub direction: Vec3,
     /// The quadratic, linear and constant coefficient of the attenuation.
     pub attenuation: Vec3,
+    /// The least divisor of the attenuation.
+    pub least_divisor: f32,
     /// The distance at which a VRML 97 light ends, in meters; infinite for Inventor's lights.
     pub radius: f32,
 }
@@ -47,6 +49,7 @@ impl Light {
             position: (element.position - origin).as_vec3(),
             direction: element.direction.as_vec3(),
             attenuation: element.attenuation,
+            least_divisor: element.least_divisor,
             radius: element.radius,
         }
     }
@@ -60,13 +63,15 @@ impl Light {
             position: Vec3::ZERO,
             direction: direction.normalize_or(Vec3::NEG_Z),
             attenuation: Vec3::Z,
+            least_divisor: 0.0,
             radius: f32::INFINITY,
         }
     }
 
     /// Returns the light that arrives at a point.
     ///
-    /// As in OpenGL 1.x the attenuation is 1/(k_c + k_l d + k_q d²). A spot's factor is max(−L·s,
+    /// As in OpenGL 1.x the attenuation is 1/(k_c + k_l d + k_q d²). VRML 97 takes at least 1 for the
+    /// divisor (6.35). A spot's factor is max(−L·s,
     /// 0)^e inside its cone, where e is Inventor's drop-off rate times 128, and 0 outside.
     pub(crate) fn reach(&self, point: Vec3) -> IncidentLight {
         if self.kind == LightKind::Directional {
@@ -81,7 +86,7 @@ impl Light {
         let distance = to.length();
         let toward = to / distance.max(f32::MIN_POSITIVE);
         let a = self.attenuation;
-        let falloff = a.z + distance * (a.y + distance * a.x);
+        let falloff = (a.z + distance * (a.y + distance * a.x)).max(self.least_divisor);
         let mut factor = if falloff > 0.0 { 1.0 / falloff } else { 1.0 };
         if distance > self.radius {
             factor = 0.0;

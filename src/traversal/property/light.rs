@@ -3,11 +3,33 @@
 use glam::{DVec3, Vec3};
 
 use crate::grammar::{
-    Class, class, directional_light, light, point_light, spot_light, vrml97_point_light,
+    Class, Role, class, directional_light, light, point_light, spot_light, vrml97_point_light,
     vrml97_spot_light,
 };
 use crate::iv::NodeRef;
 use crate::traversal::state::{LightElement, LightKind, State};
+
+/// How far a light shines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::traversal) enum Reach {
+    /// On the shapes that follow it, up to the end of the separator: Inventor's lights.
+    Following,
+    /// On the siblings of the node and all that is below them, also on those before it: VRML97's
+    /// `DirectionalLight` (4.6.6, 6.16).
+    Group,
+    /// On the whole scene within its radius: VRML97's `PointLight` and `SpotLight` (4.6.6).
+    Scene,
+}
+
+/// Returns how far a node shines, or `None` if it is not a light.
+pub(in crate::traversal) fn reach(node: NodeRef<'_>) -> Option<Reach> {
+    let class = node.known_class().filter(|c| c.role == Role::Light)?;
+    Some(match class.id {
+        _ if !class.is_vrml97() => Reach::Following,
+        class::VRML97_DIRECTIONAL_LIGHT => Reach::Group,
+        _ => Reach::Scene,
+    })
+}
 
 /// Returns a light in world space, or `None` if it is off.
 pub(in crate::traversal) fn light<'a>(
@@ -29,6 +51,7 @@ pub(in crate::traversal) fn light<'a>(
         position: world.transform_point3(node.get(point_light::LOCATION).as_dvec3()),
         direction: direction.try_normalize().unwrap_or(DVec3::NEG_Z),
         attenuation: state.environment.attenuation,
+        least_divisor: 0.0,
         radius: f32::INFINITY,
         node: node.id,
     };
@@ -36,9 +59,14 @@ pub(in crate::traversal) fn light<'a>(
         // VRML97 has the constant, linear and quadratic coefficients in each light. Inventor has
         // them in the reverse order in the `Environment`.
         let a = node.get(vrml97_point_light::ATTENUATION);
-        light.attenuation = Vec3::new(a.z, a.y, a.x);
+        // The distance is measured in the light's space (4.14.4, table 4.7), and scales act on the
+        // radius (6.35).
+        let scale = libm::cbrt(world.determinant().abs()) as f32;
+        let scale = if scale > 0.0 { scale } else { 1.0 };
+        light.attenuation = Vec3::new(a.z / (scale * scale), a.y / scale, a.x);
+        light.least_divisor = 1.0;
         light.ambient = node.get(vrml97_point_light::AMBIENT_INTENSITY);
-        light.radius = node.get(vrml97_point_light::RADIUS);
+        light.radius = node.get(vrml97_point_light::RADIUS) * scale;
     }
     Some(light)
 }

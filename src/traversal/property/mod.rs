@@ -14,6 +14,6 @@ mod transform;
 pub(crate) use apply::apply;
 pub(crate) use environment::fog97;
 pub(crate) use geometry::vertex_property;
-pub(super) use light::light;
+pub(super) use light::{Reach, light, reach};
 pub(super) use material::highlight;
 pub(super) use transform::{transform, turn_z};

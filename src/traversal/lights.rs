@@ -1,0 +1,80 @@
+//! The lights of a walk, with the scopes of Inventor and of VRML97.
+//!
+//! An Inventor light shines on what follows it. A VRML97 `DirectionalLight` shines on all of its
+//! group, and the other lights of VRML97 on all shapes within their radius (4.6.6). Those are
+//! therefore in force before the shapes around them are visited.
+
+use std::sync::Arc;
+
+use super::property::{self, Reach};
+use super::state::{LightElement, State};
+use super::visitor::{Visitor, WalkOptions};
+use super::walk::{Walk, walk_list};
+use crate::iv::{Document, NodeId, NodeRef};
+use crate::snapshot::Snapshot;
+
+/// Whether the document has a node that shines in a given way.
+pub(super) fn has_light(document: &Document, wanted: Reach) -> bool {
+    let nodes = (0..document.nodes.len()).map(|i| NodeId(i as u32));
+    let reaches = |id: NodeId| property::reach(document.node(id));
+    nodes.into_iter().any(|id| reaches(id) == Some(wanted))
+}
+
+/// Returns the lights that shine on the whole scene. A walk of its own finds them, because shapes
+/// before a light are lit too.
+pub(super) fn scene_lights<'a>(
+    snapshot: &'a Snapshot<'_>,
+    list: &'a [NodeId],
+    state: &State<'a>,
+    options: &WalkOptions,
+) -> Vec<LightElement> {
+    struct Collector<'d>(&'d Document, Vec<LightElement>);
+    impl<'a> Visitor<'a> for Collector<'_> {
+        fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
+        fn light(&mut self, light: &LightElement, _: &State<'a>) {
+            if property::reach(self.0.node(light.node)) == Some(Reach::Scene) {
+                self.1.push(*light);
+            }
+        }
+    }
+    let document = snapshot.document();
+    if !has_light(document, Reach::Scene) {
+        return Vec::new();
+    }
+    let mut collector = Collector(document, Vec::new());
+    walk_list(snapshot, list, state.clone(), options, &mut collector);
+    collector.1
+}
+
+impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
+    /// Adds a light to the state, unless it is in force already.
+    pub(super) fn light(&mut self, node: NodeRef<'a>) {
+        let Some(light) = property::light(&self.state, node) else {
+            return;
+        };
+        self.visitor.light(&light, &self.state);
+        let is_in_force = match property::reach(node) {
+            Some(Reach::Scene) => true,
+            Some(Reach::Group) => self.state.lights.iter().any(|l| l.node == node.id),
+            _ => false,
+        };
+        if !is_in_force {
+            Arc::make_mut(&mut self.state.lights).push(light);
+        }
+    }
+
+    /// Adds the lights among the members of a group that shine on all of the group.
+    pub(super) fn light_group(&mut self, members: &[NodeId]) {
+        if !self.has_group_lights {
+            return;
+        }
+        for &id in members {
+            let node = self.document.node(id);
+            if property::reach(node) == Some(Reach::Group)
+                && let Some(light) = property::light(&self.state, node)
+            {
+                Arc::make_mut(&mut self.state.lights).push(light);
+            }
+        }
+    }
+}
