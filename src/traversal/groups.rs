@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec3, Mat4};
 
 use super::frame::Frame;
+use super::state::Language;
 use super::visitor::Visitor;
 use super::walk::Walk;
 use crate::grammar::{
@@ -161,7 +162,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
     }
 
-    /// Walks the child that an `LOD` selects by the distance from the eye to its center, in meters.
+    /// Walks the child that an `LOD` selects by the distance from the eye to its center. Inventor
+    /// measures it in world space, VRML 1.0 and VRML97 (6.26) in the node's own space.
     pub(super) fn lod(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
@@ -170,10 +172,18 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
         let ranges = node.get(lod::RANGE);
         let center = node.get(lod::CENTER).as_dvec3();
-        let world = self.state.world_from_object.transform_point3(center);
+        let world_from_object = self.state.world_from_object;
+        let is_vrml97 = node.known_class().is_some_and(Class::is_vrml97);
+        let is_local = is_vrml97 || self.state.language != Language::Inventor;
         let level = match &self.options.camera {
             Some(camera) => {
-                let distance = camera.position.distance(world);
+                let distance = if is_local {
+                    let inverse = world_from_object.inverse();
+                    inverse.transform_point3(camera.position).distance(center)
+                } else {
+                    let world = world_from_object.transform_point3(center);
+                    camera.position.distance(world)
+                };
                 ranges
                     .iter()
                     .take_while(|&&range| distance >= f64::from(range))
