@@ -25,8 +25,8 @@ impl BoxCoordinates {
             max = max.max(p);
         }
         let size = (max - min).max(Vec3::ZERO);
-        // The longest side is first. Of equal sides the later axis is first (Coin).
-        let mut order = [2usize, 1, 0];
+        // The longest side is first. Of equal sides the earlier axis is first (VRML97, 6.23).
+        let mut order = [0usize, 1, 2];
         order.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
         let longest = size[order[0]];
         Self {
