@@ -9,8 +9,8 @@ use crate::scene::Light;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Headlight {
     /// The environment file decides. Without one the scene's `NavigationInfo` decides, and without
-    /// either the headlight is on if the scene has no light. This is the default of
-    /// [`Era::Modern`](super::Era::Modern).
+    /// either the headlight is on in a VRML97 scene, and in any other if it has no light. This is
+    /// the default of [`Era::Modern`](super::Era::Modern).
     Automatic,
     /// The environment file decides. Without one the headlight is off. This is the default of
     /// [`Era::Vintage`](super::Era::Vintage).
@@ -28,6 +28,8 @@ pub(crate) struct HeadlightSources {
     pub environment: Option<bool>,
     /// The field `headlight` of the scene's first VRML 97 `NavigationInfo`, if it has one.
     pub navigation_info: Option<bool>,
+    /// Whether the scene is a VRML97 file, whose headlight is on by default.
+    pub is_vrml97: bool,
     /// Whether a light that is on lights a shape of the scene.
     pub scene_has_light: bool,
 }
@@ -41,6 +43,8 @@ pub enum HeadlightCause {
     Environment,
     /// The scene's `NavigationInfo`.
     NavigationInfo,
+    /// The default of VRML97, in a scene without `NavigationInfo`.
+    Vrml97,
     /// Whether the scene has a light.
     Scene,
     /// The default of the era, independent of the scene.
@@ -67,6 +71,8 @@ impl HeadlightSources {
             (_, Some(on), _) => (on, HeadlightCause::Environment),
             (Headlight::Environment, ..) => (false, HeadlightCause::Era),
             (Headlight::Automatic, None, Some(on)) => (on, HeadlightCause::NavigationInfo),
+            // A scene without a `NavigationInfo` has the default of its fields (VRML97, 6.29).
+            (Headlight::Automatic, None, None) if self.is_vrml97 => (true, HeadlightCause::Vrml97),
             (Headlight::Automatic, None, None) => (!self.scene_has_light, HeadlightCause::Scene),
         };
         HeadlightState { on, cause }
@@ -83,6 +89,7 @@ impl HeadlightState {
             (false, HeadlightCause::Environment) => "off, by the environment file",
             (true, HeadlightCause::NavigationInfo) => "on, by NavigationInfo",
             (false, HeadlightCause::NavigationInfo) => "off, by NavigationInfo",
+            (true, HeadlightCause::Vrml97) => "on, by VRML97's default",
             (true, _) => "on, because the scene has no light",
             (false, _) => "off",
         }
@@ -122,6 +129,13 @@ mod tests {
         assert!(on(dark, Headlight::Automatic) && !on(lit, Headlight::Automatic));
         assert!(!on(dark, Headlight::Environment) && !on(walking(true), Headlight::Environment));
         assert!(on(walking(true), Headlight::Automatic));
+        let vrml97 = |sources| HeadlightSources {
+            is_vrml97: true,
+            ..sources
+        };
+        assert!(on(vrml97(lit), Headlight::Automatic) && on(vrml97(dark), Headlight::Automatic));
+        assert!(!on(vrml97(walking(false)), Headlight::Automatic));
+        assert!(!on(vrml97(lit), Headlight::Environment));
         assert!(!on(walking(false), Headlight::Automatic));
         assert!(!on(around(false, walking(true)), Headlight::Automatic));
         assert!(on(around(true, walking(false)), Headlight::Automatic));

@@ -29,6 +29,7 @@ use crate::sampling::{FilterTable, Sampler};
 use crate::scene::{CompileOptions, Light, RenderScene, snapshot};
 use crate::shade::{ShadeOptions, Shader, Shading};
 use crate::snapshot::{Snapshot, SnapshotOptions};
+use crate::traversal::state::Language;
 
 /// The number of rays for the ghosts of each light, per sample of a pixel. It was chosen by trial.
 const GHOST_RAYS: u32 = 1 << 17;
@@ -117,6 +118,7 @@ impl Session {
                 .is_some()
                 .then_some(environment.headlight.is_some()),
             navigation_info: overview.navigation_info,
+            is_vrml97: Language::of(&document) == Language::Vrml97,
             scene_has_light: overview.has_light,
         };
         let mut pose = resolve_pose(framing, &snapshot, environment, overview.camera)?;

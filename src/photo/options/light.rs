@@ -25,7 +25,7 @@ pub(super) static OPTIONS: [Opt; 3] = [
     Opt::new(
         "headlight",
         Takes::Maybe("on|off"),
-        "toggles the headlight on the camera, or sets it [1999: off; now: on if the scene has no light]",
+        "toggles the headlight on the camera, or sets it [1999: off; now: on if the scene has no light, and in VRML97]",
     )
     .vintage("headlight")
     .plan(
