@@ -555,8 +555,8 @@ fn old_texture_planes_become_directions() {
             node.get(plane::DIRECTION_T).to_array(),
         )
     };
-    assert_eq!(both(0), ([0.0, 4.0, 0.0], [0.0, 1.0, 0.0]));
-    assert_eq!(both(1), ([0.0, 4.0, 0.0], [0.0, 0.0, 2.0]));
+    assert_eq!(both(0), ([0.0, 0.25, 0.0], [0.0, 1.0, 0.0]));
+    assert_eq!(both(1), ([0.0, 0.25, 0.0], [0.0, 0.0, 0.5]));
     let shift = nodes[2].get(texture2_transform::TRANSLATION);
     assert_eq!(shift.to_array(), [0.0, 1.5]);
     assert_eq!(nodes[3].class_name(), "Cube");

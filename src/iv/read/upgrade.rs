@@ -280,12 +280,18 @@ fn upgrade_texture_planes(document: &mut Document, old: &[(NodeId, &'static OldF
             Some(&Value::Int(which)) => which,
             _ => 2,
         };
-        // The length of a direction is the interval after which the texture repeats.
+        // The texture repeats after an interval, so the coordinate grows by 1 in each (SGI's
+        // SoV1TextureCoordinatePlane).
+        let direction = if interval == 0.0 {
+            normal
+        } else {
+            normal / interval
+        };
         if which != 1 {
-            s = normal * interval;
+            s = direction;
         }
         if which != 0 {
-            t = normal * interval;
+            t = direction;
         }
         let (directions, index) = (texture_coordinate_plane::DIRECTION_S, node.0 as usize);
         set_field(document, index, directions.index, Value::Vec3(s));

@@ -173,12 +173,7 @@ impl SceneBuilder {
     fn mapping(&self, state: &State<'_>) -> Mapping {
         match state.texture_coordinates {
             TextureCoordinates::Plane { s, t } => {
-                // The length of a direction is the period: a texture along a direction of length 2
-                // repeats every 2 units.
-                let row = |v: Vec3| {
-                    let v = v.as_dvec3();
-                    self.plane((v / v.length_squared().max(1e-30)).extend(0.0))
-                };
+                let row = |v: Vec3| self.plane(v.as_dvec3().extend(0.0));
                 Mapping::Plane {
                     s: row(s),
                     t: row(t),

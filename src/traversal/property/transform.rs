@@ -59,9 +59,10 @@ pub(super) fn rotation(node: NodeRef<'_>) -> DMat4 {
     DMat4::from_quat(quat(node.acting_or_default(rotation::ROTATION)))
 }
 
-/// Returns the matrix of a `RotationXYZ`.
+/// Returns the matrix of a `RotationXYZ`. Ignoring the axis has no effect, because no other axis is
+/// in force (Coin).
 pub(super) fn rotation_xyz(node: NodeRef<'_>) -> DMat4 {
-    let axis = match node.acting_or_default(rotation_xyz::AXIS) {
+    let axis = match node.get(rotation_xyz::AXIS) {
         rotation_xyz::AXIS_Y => Vec3::Y,
         rotation_xyz::AXIS_Z => Vec3::Z,
         _ => Vec3::X,
