@@ -72,6 +72,33 @@ fn a_use_is_the_same_node_and_the_latest_definition_counts() {
 }
 
 #[test]
+fn a_use_inside_a_node_of_the_same_name_takes_the_definition_before() {
+    let text = "#Inventor V2.1 ascii\nDEF a Cube { }\nDEF a Group { DEF b Cone { } USE a USE b }\n\
+                USE a DEF c Separator { DEF c Sphere { } USE c } USE c";
+    let document = clean(text);
+    let binary = document.write(crate::iv::Format::Binary);
+    let again = Document::read("a.iv", binary, Arc::new(NoFiles), &Limits::default());
+    for document in [document, again.expect("reads")] {
+        let roots = &document.roots;
+        let node = |id: NodeId| &document.nodes[id.0 as usize];
+        let group = node(roots[1]);
+        assert_eq!(group.children[1], roots[0], "the group is not complete");
+        assert_eq!(group.children[2], group.children[0]);
+        assert_eq!(
+            roots[2], roots[1],
+            "the group is complete and later than the cube"
+        );
+        let inner = node(roots[3]).children.clone();
+        assert_eq!(
+            [inner[1], roots[4]],
+            [inner[0]; 2],
+            "the sphere begins last"
+        );
+        assert!(document.sink.items().is_empty());
+    }
+}
+
+#[test]
 fn a_connection_names_its_engine_and_output() {
     let document = clean(
         "#Inventor V2.1 ascii\nRotation { rotation 0 0 1 0 = DEF e ComposeRotation { axis 0 1 0 } . rotation } \

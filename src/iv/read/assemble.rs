@@ -61,6 +61,8 @@ pub(super) struct Assembler<'d> {
     pub source: u16,
     /// The nodes by the whole token after `DEF`, including its reference number.
     pub names: HashMap<Box<[u8]>, NodeId>,
+    /// For each open node whose name was defined before: the node that had the name.
+    redefined: HashMap<NodeId, NodeId>,
     /// The classes that this file declares: their names and indices in [`Document::extensions`].
     pub declared: HashMap<Box<str>, u32>,
     /// The previous class of each declared name, which is restored at the end of the proto.
@@ -89,6 +91,7 @@ impl<'d> Assembler<'d> {
             read_file,
             source,
             names: HashMap::new(),
+            redefined: HashMap::new(),
             declared: HashMap::new(),
             shadowed: Vec::new(),
             hints: 200,
@@ -160,7 +163,9 @@ impl<'d> Assembler<'d> {
     /// Records a node under the token after `DEF`, and sets its name. `name+3` is a node with the
     /// name `name` and the reference number 3; `+3` is a node without a name.
     pub(super) fn define(&mut self, token: &[u8], node: NodeId) {
-        self.names.insert(token.into(), node);
+        if let Some(before) = self.names.insert(token.into(), node) {
+            self.redefined.insert(node, before);
+        }
         let name = base_name(token);
         if name.is_empty() {
             return;
@@ -172,10 +177,21 @@ impl<'d> Assembler<'d> {
         }
     }
 
-    /// Finds the node that a token after `USE` refers to.
+    /// Records that a node is complete.
+    pub(super) fn complete(&mut self, node: NodeId) {
+        self.redefined.remove(&node);
+    }
+
+    /// Finds the node that a token after `USE` refers to: the latest one with the name that is
+    /// complete. Inside `DEF a Group { }` that is an earlier `DEF a`, because a node cannot be used
+    /// inside itself.
     pub(super) fn used(&self, token: &[u8]) -> Option<NodeId> {
         let base = || self.names.get(base_name(token));
-        self.names.get(token).or_else(base).copied()
+        let mut node = self.names.get(token).or_else(base).copied()?;
+        while let Some(&before) = self.redefined.get(&node) {
+            node = before;
+        }
+        Some(node)
     }
 
     /// Declares that a name means a class of the file until the scope ends, or with `None` that it

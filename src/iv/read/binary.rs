@@ -571,6 +571,7 @@ impl<'s> Reader<'_, '_, 's> {
 
     /// Stores a node where it belongs, and reads the part of the field that follows it.
     fn deliver(&mut self, target: Target, node: NodeId) -> Step<()> {
+        self.asm.complete(node);
         self.attach(target, node);
         match target {
             Target::Field(holder, entry) if !self.is_path(holder) => self.tail(holder, entry),

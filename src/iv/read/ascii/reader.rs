@@ -237,6 +237,7 @@ impl<'s> Reader<'_, '_, 's> {
 
     /// Sets the range of a node that has been read completely.
     pub(super) fn finish(&mut self, node: NodeId, start: usize) {
+        self.asm.complete(node);
         let end = self.offset(self.rest);
         let data = self.asm.data(node);
         data.span = Span::new(start, end);
