@@ -39,6 +39,8 @@ pub(crate) struct Quadric {
     pub object_from_scene: DAffine3,
     /// The index of the material among those of the shape.
     pub material: u32,
+    /// Whether the matrix mirrors the shape.
+    pub mirrored: bool,
 }
 
 impl Quadric {
@@ -55,6 +57,7 @@ impl Quadric {
             scene_from_object,
             object_from_scene,
             material,
+            mirrored: scene_from_object.matrix3.determinant() < 0.0,
         })
     }
 

@@ -230,8 +230,25 @@ impl RenderScene {
     /// Whether the ray hits the front: the side from which the vertices have the hinted order.
     pub(crate) fn is_front(&self, ray: &Ray, hit: &Hit, surface: &Surface) -> bool {
         let outward = self.geometric_normal(ray, hit);
+        self.is_front_of(ray, hit, surface, outward)
+    }
+
+    /// Whether the ray hits the front, given the outward normal at the hit.
+    ///
+    /// A mirroring matrix reverses the order of vertices in the picture, and so exchanges front and
+    /// back, as in OpenGL and thus in SGI's library (`glFrontFace`). The normal of a triangle, which
+    /// comes from its vertices, is reversed already; that of a quadric is not.
+    pub(super) fn is_front_of(
+        &self,
+        ray: &Ray,
+        hit: &Hit,
+        surface: &Surface,
+        outward: Vec3,
+    ) -> bool {
         let faces = outward.dot(ray.direction) < 0.0;
-        faces == surface.counterclockwise
+        let quadric = (hit.primitive as usize).checked_sub(self.triangles.len());
+        let mirrored = quadric.and_then(|i| self.quadrics.get(i));
+        (faces == surface.counterclockwise) != mirrored.is_some_and(|q| q.mirrored)
     }
 
     /// Returns the fraction of light that is transmitted between the ray's ends. It is the product

@@ -127,7 +127,7 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
     let surface = scene.surface(hit);
     let index = hit.primitive as usize;
     let outward = scene.geometric_normal(ray, hit);
-    let front = (outward.dot(ray.direction) < 0.0) == surface.counterclockwise;
+    let front = scene.is_front_of(ray, hit, surface, outward);
     let mut out = Point {
         position: ray.at(hit.t),
         geometric: if outward.dot(ray.direction) > 0.0 {
