@@ -321,9 +321,25 @@ macro_rules! get_slice {
 }
 
 get_copy! {
-    i32 => i32, Int; i16 => i16, Int; Choice => i32, Int;
-    u32 => u32, UInt; u16 => u16, UInt; f32 => f32, Float; f64 => f64, Double; Seconds => f64, Double;
+    i32 => i32, Int; Choice => i32, Int;
+    u32 => u32, UInt; f32 => f32, Float; f64 => f64, Double; Seconds => f64, Double;
 }
+
+macro_rules! get_saturated {
+    ($($handle:ty, $arm:ident;)*) => { $(
+        impl Get for $handle {
+            type Out<'a> = $handle;
+            fn from_value(value: &Value) -> Option<$handle> {
+                match value {
+                    Value::$arm(v) => Some((*v).clamp(<$handle>::MIN.into(), <$handle>::MAX.into()) as $handle),
+                    _ => None,
+                }
+            }
+        }
+    )* };
+}
+
+get_saturated! { i16, Int; u16, UInt; }
 
 get_plain! {
     bool => bool, Bool; Vec2 => Vec2, Vec2; Vec3 => Vec3, Vec3; Vec4 => Vec4, Vec4;

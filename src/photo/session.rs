@@ -26,7 +26,7 @@ use crate::render::ghosts::GhostRender;
 use crate::render::report::{RenderReport, Seconds};
 use crate::render::{Exposure, Progress, Render, Stop};
 use crate::sampling::{FilterTable, Sampler};
-use crate::scene::{CompileOptions, Light, RenderScene, snapshot};
+use crate::scene::{CompileOptions, Light, RenderScene, precision_warning, snapshot};
 use crate::shade::{ShadeOptions, Shader, Shading};
 use crate::snapshot::{Snapshot, SnapshotOptions};
 use crate::traversal::state::Language;
@@ -147,6 +147,11 @@ impl Session {
                 severity,
                 ..diagnostic.clone()
             });
+        }
+        let world = |p: glam::Vec3| p.as_dvec3() + scene.origin;
+        let bounds = scene.bounds().map(|(low, high)| (world(low), world(high)));
+        if let Some(warning) = precision_warning(bounds, Some(pose.position)) {
+            sink.add(*warning);
         }
         seconds.compile += clock.elapsed().as_secs_f64();
 

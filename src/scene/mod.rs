@@ -15,6 +15,7 @@ mod options;
 mod packets;
 mod pixel_footprint;
 mod point;
+mod precision;
 mod render_scene;
 mod shapes;
 mod snapshot;
@@ -26,6 +27,7 @@ pub(crate) use looks::{IncidentLight, Light, Surface};
 pub use options::CompileOptions;
 pub(crate) use options::Needs;
 pub(crate) use point::Point;
+pub(crate) use precision::precision_warning;
 #[cfg(feature = "tools")]
 pub(crate) use render_scene::OracleTriangle;
 pub use render_scene::RenderScene;

@@ -6,9 +6,10 @@ use super::frame::Frame;
 use super::state::Language;
 use super::visitor::Visitor;
 use super::walk::Walk;
+use crate::diag::Diagnostic;
 use crate::grammar::{
-    array, billboard, blinker, level_of_detail, lod, multiple_copy, path, path_switch, switch_node,
-    vrml97_group, vrml97_lod, vrml97_switch_node,
+    Class, array, billboard, blinker, level_of_detail, lod, multiple_copy, path, path_switch,
+    switch_node, vrml97_group, vrml97_lod, vrml97_switch_node,
 };
 use crate::iv::{NodeId, NodeRef};
 use crate::pose::Projection;
@@ -111,8 +112,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     }
 
     /// Walks the children at every place of a grid, with x fastest and z slowest. As in Inventor,
-    /// every copy begins with the state at the array itself. An array of more than ten million
-    /// copies is skipped, to bound memory.
+    /// every copy begins with the state at the array itself. Copies beyond the limit of visits are
+    /// left out, to bound memory.
     pub(super) fn array(&mut self, node: NodeRef<'a>) {
         let counts = [
             array::NUM_ELEMENTS1,
@@ -122,25 +123,39 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         let steps = [array::SEPARATION1, array::SEPARATION2, array::SEPARATION3];
         let n = counts.map(|field| i64::from(node.get(field).max(0)));
         let s = steps.map(|field| node.get(field).as_dvec3());
-        if n[0] * n[1] * n[2] > 10_000_000 {
-            return;
+        let copies = n
+            .iter()
+            .fold(1u64, |all, &n| all.saturating_mul(n.unsigned_abs()));
+        let most = self.options.max_visits;
+        if copies > most {
+            let mut diagnostic = Diagnostic::warning(format!(
+                "this `{}` makes {} x {} x {} copies; the first {most} are drawn",
+                node.class_name(),
+                n[0],
+                n[1],
+                n[2]
+            ))
+            .with_help("`--scene-limit visits=N` raises this");
+            if let Some(source) = node.source() {
+                diagnostic = diagnostic.at(source, node.span());
+            }
+            self.visitor.report(diagnostic);
         }
+        let most = usize::try_from(copies.min(most)).unwrap_or(usize::MAX);
         let from = |i: usize| match node.get(array::ORIGIN) {
             array::ORIGIN_CENTER => -0.5 * (n[i] - 1) as f64,
             array::ORIGIN_LAST => -(n[i] - 1) as f64,
             _ => 0.0,
         };
-        let mut places = Vec::new();
-        for k in 0..n[2] {
-            for j in 0..n[1] {
-                for i in 0..n[0] {
-                    let offset: DVec3 = (from(0) + i as f64) * s[0]
-                        + (from(1) + j as f64) * s[1]
-                        + (from(2) + k as f64) * s[2];
-                    places.push(DMat4::from_translation(offset));
-                }
-            }
-        }
+        let place = |number: usize| {
+            let number = number as i64;
+            let (i, j, k) = (number % n[0], number / n[0] % n[1], number / n[0] / n[1]);
+            let offset: DVec3 = (from(0) + i as f64) * s[0]
+                + (from(1) + j as f64) * s[1]
+                + (from(2) + k as f64) * s[2];
+            DMat4::from_translation(offset)
+        };
+        let places: Vec<DMat4> = (0..most).map(place).collect();
         self.place(node, &places);
     }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::*;
+use crate::diag::Diagnostic;
 use crate::iv::{Document, Limits, NoFiles, NodeRef};
 use crate::snapshot::Snapshot;
 
@@ -12,6 +13,7 @@ use crate::snapshot::Snapshot;
 struct Recorder {
     shapes: Vec<String>,
     area: Option<f64>,
+    reports: Vec<String>,
 }
 
 impl<'a> Visitor<'a> for Recorder {
@@ -25,18 +27,27 @@ impl<'a> Visitor<'a> for Recorder {
     fn screen_area(&mut self, _: NodeRef<'a>, _: &State<'a>) -> Option<f64> {
         self.area
     }
+
+    fn report(&mut self, diagnostic: Box<Diagnostic>) {
+        self.reports.push(diagnostic.message);
+    }
 }
 
-fn shapes_with(scene: &str, time: f64, options: &WalkOptions, area: Option<f64>) -> Vec<String> {
+fn walked(scene: &str, time: f64, options: &WalkOptions, area: Option<f64>) -> Recorder {
     let text = format!("#Inventor V2.1 ascii\n{scene}").into_bytes();
     let document = Document::read("test.iv", text, Arc::new(NoFiles), &Limits::default());
     let mut recorder = Recorder {
         shapes: Vec::new(),
         area,
+        reports: Vec::new(),
     };
     let document = document.expect("reads");
     walk(&Snapshot::at(&document, time), options, &mut recorder);
-    recorder.shapes
+    recorder
+}
+
+fn shapes_with(scene: &str, time: f64, options: &WalkOptions, area: Option<f64>) -> Vec<String> {
+    walked(scene, time, options, area).shapes
 }
 
 fn shapes(scene: &str, time: f64) -> Vec<String> {
@@ -114,4 +125,34 @@ fn shadow_groups_and_annotations_are_separators() {
             format!("{class} {{ Translation {{ translation 1 0 0 }} Cube {{ }} }} Cone {{ }}");
         assert_eq!(shapes(&scene, 0.0), ["Cube 1 0", "Cone 0 0"], "{class}");
     }
+}
+
+/// An array of 2 x 2 x 2 is whole. Of larger ones the copies up to the limit of visits are walked,
+/// and the rest is reported.
+#[test]
+fn the_copies_of_an_array_beyond_the_limit_are_reported() {
+    let options = WalkOptions {
+        max_visits: 100,
+        ..WalkOptions::default()
+    };
+    let array = |counts: [i32; 3]| {
+        let [a, b, c] = counts;
+        let scene = format!(
+            "Array {{ numElements1 {a} numElements2 {b} numElements3 {c} \
+             separation1 1 0 0 separation2 0 1 0 Cube {{ }} }}"
+        );
+        let recorder = walked(&scene, 0.0, &options, None);
+        (recorder.shapes, recorder.reports)
+    };
+    let (shapes, reports) = array([2, 2, 2]);
+    assert_eq!((shapes.len(), reports.len()), (8, 0));
+    assert_eq!(shapes[..3], ["Cube 0 0", "Cube 1 0", "Cube 0 1"]);
+    for counts in [[101, 1, 1], [32_767, 32_767, 32_767]] {
+        let (shapes, reports) = array(counts);
+        assert_eq!(shapes.len(), 100, "{counts:?}");
+        let [a, b, c] = counts;
+        let what = format!("this `Array` makes {a} x {b} x {c} copies; the first 100 are drawn");
+        assert_eq!(reports[0], what);
+    }
+    assert_eq!(array([0, 5, 5]).0.len(), 0);
 }

@@ -440,6 +440,30 @@ fn nan_and_infinity_are_reported_by_field_and_kept() {
 }
 
 #[test]
+fn numbers_beyond_16_bits_are_reported_and_the_nearest_that_fits_counts() {
+    use crate::grammar::{array, draw_style};
+    let document = read(
+        "#Inventor V2.1 ascii\nArray { numElements1 70000 numElements2 -40000 numElements3 9 }\n\
+         DrawStyle { linePattern 0x1ffff }",
+    );
+    let what = "has a number beyond 16 bits; the nearest that fits is used";
+    let places = [
+        "2:9: warning: `Array.numElements1`",
+        "2:28: warning: `Array.numElements2`",
+    ];
+    let mut expected = places.map(|p| format!("test.iv:{p} {what}")).to_vec();
+    expected.push(format!(
+        "test.iv:3:13: warning: `DrawStyle.linePattern` {what}"
+    ));
+    assert_eq!(messages(&document), expected);
+    let roots: Vec<_> = document.roots().collect();
+    assert_eq!(roots[0].get(array::NUM_ELEMENTS1), i16::MAX);
+    assert_eq!(roots[0].get(array::NUM_ELEMENTS2), i16::MIN);
+    assert_eq!(roots[0].get(array::NUM_ELEMENTS3), 9);
+    assert_eq!(roots[1].get(draw_style::LINE_PATTERN), u16::MAX);
+}
+
+#[test]
 fn a_gzip_bomb_stops_at_the_limit() {
     use std::io::Write as _;
     let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());

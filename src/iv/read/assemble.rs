@@ -318,7 +318,12 @@ impl<'d> Assembler<'d> {
     /// fields.
     pub(super) fn set(&mut self, node: NodeId, index: u16, value: Value, span: Span) -> usize {
         if !value.is_finite() {
-            self.warn_about_numbers(node, index, span);
+            let message = "has a number that is NaN or infinite";
+            self.warn_about_numbers(node, index, span, message);
+        }
+        if self.is_beyond_16_bits(node, index, &value) {
+            let message = "has a number beyond 16 bits; the nearest that fits is used";
+            self.warn_about_numbers(node, index, span, message);
         }
         let entry = FieldEntry {
             index,
@@ -336,18 +341,28 @@ impl<'d> Assembler<'d> {
         fields.len() - 1
     }
 
-    /// Warns that a field has numbers that are NaN or infinite. The field keeps them.
-    fn warn_about_numbers(&mut self, node: NodeId, index: u16, span: Span) {
+    /// Whether the value of a field of 16 bits does not fit.
+    fn is_beyond_16_bits(&self, node: NodeId, index: u16, value: &Value) -> bool {
+        let Some(class) = self.document.node(node).class() else {
+            return false;
+        };
+        let kind = class.fields.get(usize::from(index)).map(|f| f.kind);
+        match (kind, value) {
+            (Some(FieldType::SFShort), Value::Int(n)) => i16::try_from(*n).is_err(),
+            (Some(FieldType::SFUShort), Value::UInt(n)) => u16::try_from(*n).is_err(),
+            _ => false,
+        }
+    }
+
+    /// Warns about the numbers of a field. The field keeps them.
+    fn warn_about_numbers(&mut self, node: NodeId, index: u16, span: Span, message: &str) {
         let node = self.document.node(node);
         let class = node.class_name();
         let field = match node.class() {
             Some(class) => class.fields.get(usize::from(index)).map(|f| f.name),
             None => None,
         };
-        let message = format!(
-            "`{class}.{}` has a number that is NaN or infinite",
-            field.unwrap_or("a field")
-        );
+        let message = format!("`{class}.{}` {message}", field.unwrap_or("a field"));
         self.document.sink.warn(span, message);
     }
 

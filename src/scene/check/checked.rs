@@ -11,7 +11,7 @@ use super::json;
 use super::missing::{Missing, missing};
 use crate::diag::{Diagnostic, ErrorKind, Result, Severity};
 use crate::iv::{Document, Limits};
-use crate::scene::{CompileOptions, RenderScene, Survey, snapshot};
+use crate::scene::{CompileOptions, RenderScene, Survey, precision_warning, snapshot};
 use crate::snapshot::SnapshotOptions;
 
 /// Whether a file could be read as it was written.
@@ -60,11 +60,14 @@ impl Checked {
     ) -> Self {
         let mut unreadable = Vec::new();
         let document = Document::open_or_stdin(path, search, limits).map(|document| {
-            let survey = {
+            let mut survey = {
                 let snapshot = snapshot(&document, at, options);
                 unreadable = missing(&snapshot, &options.texture_folders);
                 RenderScene::survey(&snapshot, options)
             };
+            let camera = survey.cameras.first().map(|c| c.position);
+            let warning = precision_warning(survey.bounds, camera);
+            survey.diagnostics.extend(warning.map(|w| *w));
             (document, survey)
         });
         Self {
