@@ -76,8 +76,10 @@ pub(crate) struct Stroke {
     /// The outward normal, of any length, of the face whose edge or vertex this is. It is zero for
     /// a line or a point that belongs to no face.
     pub face: Vec3,
-    /// A pattern of 16 dashes and gaps, each one pixel long, which begins with the lowest bit.
+    /// A pattern of 16 dashes and gaps, which begins with the lowest bit.
     pattern: u16,
+    /// The length of each dash and gap in pixels.
+    scale: f32,
     /// The number of pixels of the pattern that the preceding lines have used.
     start: f32,
 }
@@ -102,14 +104,17 @@ impl Stroke {
             coordinates: [Vec2::ZERO; 2],
             face: Vec3::ZERO,
             pattern: 0xffff,
+            scale: 1.0,
             start: 0.0,
         }
     }
 
-    /// Sets the pattern, and the number of pixels of it that are already used.
-    pub(crate) fn with_pattern(self, pattern: u16, start: f32) -> Self {
+    /// Sets the pattern, the number of pixels for each of its bits, and the number of pixels that
+    /// are already used.
+    pub(crate) fn with_pattern(self, pattern: u16, scale: u16, start: f32) -> Self {
         Self {
             pattern,
+            scale: f32::from(scale.max(1)),
             start,
             ..self
         }
@@ -218,8 +223,9 @@ impl Stroke {
     /// Whether the pattern has a dash at a point of the line.
     fn is_inked(&self, foot: Vec3, view: &StrokeView) -> bool {
         !self.has_gaps() || {
-            let pixel = (self.start + self.pixels_to(foot, view)) as u64;
-            self.pattern >> (pixel % 16) & 1 == 1
+            let pixel = (self.start + self.pixels_to(foot, view)).floor();
+            let bit = (pixel / self.scale) as u64 % 16;
+            self.pattern >> bit & 1 == 1
         }
     }
 }
@@ -267,7 +273,7 @@ mod tests {
     #[test]
     fn the_lowest_bit_of_a_pattern_is_its_first_pixel() {
         let ends = [Vec3::new(0.0, 0.0, -1.0), Vec3::new(0.4, 0.0, -1.0)];
-        let line = Stroke::new(ends, 1.0, &VIEW).with_pattern(0x0003, 0.0);
+        let line = Stroke::new(ends, 1.0, &VIEW).with_pattern(0x0003, 1, 0.0);
         let seen: Vec<usize> = (0..40)
             .filter(|&i| hits(&line, i as f32 + 0.5, 0.0))
             .collect();

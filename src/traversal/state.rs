@@ -293,6 +293,8 @@ pub(crate) struct Drawing {
     pub point_size: f32,
     /// The stipple of lines, one bit for each pixel, as in OpenGL.
     pub line_pattern: u16,
+    /// The number of pixels for each bit of the stipple, at least 1.
+    pub line_pattern_scale: u16,
     /// The sign of `PolygonOffset`: 1 moves faces behind others in the same plane, −1 in front of
     /// them.
     pub offset: i8,
@@ -307,6 +309,7 @@ impl Drawing {
         line_width: 0.0,
         point_size: 0.0,
         line_pattern: 0xffff,
+        line_pattern_scale: 1,
         offset: 0,
         offset_styles: 1,
     };
@@ -404,7 +407,7 @@ pub(crate) struct LightElement {
     pub node: NodeId,
 }
 
-/// How a texture changes the color of a surface, as in OpenGL.
+/// How a texture changes the color of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TextureModel {
     /// The texture multiplies the color.
@@ -415,16 +418,16 @@ pub(crate) enum TextureModel {
     Blend,
     /// The texture replaces the color.
     Replace,
+    /// The texture is part of the material, as in VRML97 (4.14.4, tables 4.5 and 4.6). Colors
+    /// replace the diffuse color before lighting, gray levels multiply it, and alpha replaces the
+    /// transparency.
+    Diffuse,
 }
 
 /// The current texture. Its image is decoded only if a picture needs it.
 #[derive(Clone, Copy)]
 pub(crate) struct TextureElement<'a> {
     /// The `textureQuality` of `Complexity` at the texture, not at the shape.
-    /// The texture is part of the material, as in VRML97 (4.14.4, tables 4.5 and 4.6). Colors
-    /// replace the diffuse color before lighting, gray levels multiply it, and alpha replaces the
-    /// transparency.
-    Diffuse,
     pub quality: f32,
     /// Whether a `Texture3` repeats along its depth.
     pub repeat_r: bool,

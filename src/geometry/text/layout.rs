@@ -62,9 +62,9 @@ pub(crate) fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Lay
 
 /// Lays out the glyphs of an `AsciiText`.
 ///
-/// A line with a positive width gets it by scaling the advances, never the glyphs themselves
-/// (Coin). If the width is less than that of a glyph, all glyphs are at one place. A line ends at
-/// the end of its last glyph's outline, so that `RIGHT` is flush.
+/// A line with a positive width is compressed or expanded to it, glyphs and advances alike (VRML
+/// 1.0, AsciiText); Coin scales the advances alone, so that letters overlap. A line ends at the end
+/// of its last glyph's outline, so that `RIGHT` is flush.
 pub(crate) fn ascii_layout<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle<'_>,
@@ -76,11 +76,15 @@ pub(crate) fn ascii_layout<S: AsRef<str>>(
     for (i, line) in strings.iter().enumerate() {
         let advances = font.advances(line.as_ref(), style.size);
         let wanted = widths.get(i).copied().filter(|w| *w > 0.0 && w.is_finite());
-        let (stretch, width) = stretch(&font, &advances, style.size, wanted);
+        let natural = font.ink_width(&advances, style.size);
+        let (stretch, width) = match wanted.filter(|_| natural > 0.0) {
+            Some(wanted) => (wanted / natural, wanted),
+            None => (1.0, natural),
+        };
         let left = start(style.justify, width);
         let mut at = Vec2::new(left, -(i as f32) * style.spacing * style.size);
         for &(character, advance) in &advances {
-            out.push(character, at, 1.0);
+            out.push(character, at, stretch);
             at.x += advance * stretch;
             let (reach, _) = font.reach(character);
             low = low.min(style.size * reach.min_element());
@@ -92,35 +96,6 @@ pub(crate) fn ascii_layout<S: AsRef<str>>(
     let below = strings.len().saturating_sub(1) as f32 * style.size;
     out.bottom = (-below * style.spacing).min(low - below);
     out
-}
-
-/// Returns the scale of the advances, and the resulting length of the line. The glyph that ends
-/// last keeps its width (Coin).
-fn stretch(
-    font: &Typeface<'_>,
-    advances: &[(char, f32)],
-    size: f32,
-    wanted: Option<f32>,
-) -> (f32, f32) {
-    let natural = font.ink_width(advances, size);
-    let Some(wanted) = wanted.filter(|_| natural > 0.0) else {
-        return (1.0, natural);
-    };
-    let (mut from, mut last, mut width) = (0.0, 0.0, 0.0);
-    let mut end = 0.0;
-    for &(character, advance) in advances {
-        let own = size * font.width(character);
-        let ends = from * wanted / natural + own;
-        if ends > end {
-            (end, last, width) = (ends, from, own);
-        }
-        from += advance;
-    }
-    if natural <= width || wanted <= width {
-        return (0.0, width);
-    }
-    let stretch = (wanted - width) / (natural - width);
-    (stretch, stretch * last + width)
 }
 
 /// Returns the beginning of a line of a given width.

@@ -130,18 +130,21 @@ fn lines_are_spaced_by_size_and_justified() {
     assert_eq!(places, [(-12.0, 0.0), (-6.0, 0.0), (-6.0, -40.0)]);
 }
 
-/// As in Coin, glyphs keep their shapes and only their advances are scaled.
 #[test]
-fn a_stated_width_scales_the_advances_of_a_line() {
+fn a_stated_width_compresses_and_expands_a_line_and_its_letters() {
     let sans = style("Helvetica", 1.0);
-    let (alone, _) = ascii_text(&["H"], &sans, &[]);
-    let widest = alone.bounds().unwrap().1.x;
-    for wanted in [4.0_f32, 0.9, 0.5] {
-        let (mesh, laid) = ascii_text(&["HH"], &sans, &[wanted]);
-        let (_, hi) = mesh.bounds().unwrap();
-        let width = wanted.max(widest);
-        assert!((hi.x - width).abs() < 1e-5, "{wanted}: {hi}");
-        assert!((laid.right - width).abs() < 1e-5);
+    let extent = |text: &str, widths: &[f32]| {
+        let (mesh, laid) = ascii_text(&[text], &sans, widths);
+        let (low, high) = mesh.bounds().unwrap();
+        (low.x, high.x, laid.right)
+    };
+    let (left, right, natural) = extent("HIH", &[]);
+    for wanted in [4.0_f32, 0.9, 0.1] {
+        let (low, high, end) = extent("HIH", &[wanted]);
+        let scale = wanted / natural;
+        assert!((low - scale * left).abs() < 1e-5, "{wanted}: {low}");
+        assert!((high - scale * right).abs() < 1e-5, "{wanted}: {high}");
+        assert!((end - wanted).abs() < 1e-5);
     }
 }
 

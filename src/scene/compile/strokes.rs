@@ -68,8 +68,11 @@ impl SceneBuilder {
         let width = if width > 0.0 { width } else { 1.0 }.min(WIDEST);
         let view = self.scene.view;
         let drawing = &self.shape.drawing;
-        let mut stroke = Stroke::new(placed, width, &view)
-            .with_pattern(drawing.line_pattern, self.shape.pattern_at);
+        let mut stroke = Stroke::new(placed, width, &view).with_pattern(
+            drawing.line_pattern,
+            drawing.line_pattern_scale,
+            self.shape.pattern_at,
+        );
         if stroke.has_gaps() {
             self.shape.pattern_at = stroke.pattern_end(&view);
         }

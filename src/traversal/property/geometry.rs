@@ -125,6 +125,10 @@ pub(super) fn draw_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(v) = node.acting(draw_style::LINE_PATTERN) {
         state.drawing.line_pattern = v;
     }
+    if let Some(v) = node.acting(draw_style::LINE_PATTERN_SCALE_FACTOR) {
+        // OpenGL clamps the factor to this range.
+        state.drawing.line_pattern_scale = v.clamp(1, 256) as u16;
+    }
 }
 
 /// Applies a `PolygonOffset`. OpenGL moves faces in depth by the factor times their slope plus
