@@ -236,8 +236,8 @@ impl RenderScene {
     /// Whether the ray hits the front, given the outward normal at the hit.
     ///
     /// A mirroring matrix reverses the order of vertices in the picture, and so exchanges front and
-    /// back, as in OpenGL and thus in SGI's library (`glFrontFace`). The normal of a triangle, which
-    /// comes from its vertices, is reversed already; that of a quadric is not.
+    /// back, as in OpenGL and thus in SGI's library (`glFrontFace`). The normal of a triangle,
+    /// which comes from its vertices, is reversed already; that of a quadric is not.
     pub(super) fn is_front_of(
         &self,
         ray: &Ray,

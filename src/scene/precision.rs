@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::diag::Diagnostic;
 
-/// The farthest position in meters. Files and rays keep 24 bits of a position, which are steps of 8 m
-/// at this distance.
+/// The farthest position in meters. Files and rays keep 24 bits of a position, which are steps of
+/// 8 m at this distance.
 const FARTHEST: f64 = 1e8;
 /// The smallest size of a scene in meters. The area of smaller faces is dominated by rounding.
 const SMALLEST: f64 = 1e-12;

@@ -195,8 +195,8 @@ pub(crate) enum TextureCoordinates<'a> {
     Two(&'a [Vec2]),
     /// Coordinates (s, t, r) that shapes index.
     Three(&'a [Vec3]),
-    /// The node `TextureCoordinatePlane`: dot products of the point with directions in object space.
-    /// A longer direction repeats the texture more often, as in SGI's library.
+    /// The node `TextureCoordinatePlane`: dot products of the point with directions in object
+    /// space. A longer direction repeats the texture more often, as in SGI's library.
     Plane { s: Vec3, t: Vec3 },
     /// The node `TextureCoordinateEnvironment`: a sphere map, which depends on the camera.
     Environment,

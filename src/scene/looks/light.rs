@@ -70,8 +70,8 @@ impl Light {
 
     /// Returns the light that arrives at a point.
     ///
-    /// As in OpenGL 1.x the attenuation is 1/(k_c + k_l d + k_q d²). VRML 97 takes at least 1 for the
-    /// divisor (6.35). A spot's factor is max(−L·s,
+    /// As in OpenGL 1.x the attenuation is 1/(k_c + k_l d + k_q d²). VRML 97 takes at least 1 for
+    /// the divisor (6.35). A spot's factor is max(−L·s,
     /// 0)^e inside its cone, where e is Inventor's drop-off rate times 128, and 0 outside.
     pub(crate) fn reach(&self, point: Vec3) -> IncidentLight {
         if self.kind == LightKind::Directional {
