@@ -292,6 +292,20 @@ pub(crate) fn check(
     check_stops(prescription, &fail, &place)?;
     check_backwards(prescription, &fail, &place)?;
     // The following may be wrong, and is only warned of.
+    for (i, surface) in prescription.surfaces.iter().enumerate() {
+        if let Some(name) = &surface.medium.stands_for {
+            let glass = &surface.medium;
+            let message = format!(
+                "there is no glass named `{name}` in the table: `{}` takes its place",
+                glass.name
+            );
+            sink.warn(place(i, Column::Index), message).help(format!(
+                "its n_d is {:.5}, its V_d {:.2}; for the glass itself: --glass-catalogue FILE.agf",
+                glass.n_d,
+                glass.abbe().unwrap_or(f64::INFINITY)
+            ));
+        }
+    }
     if prescription.stop().is_none() {
         sink.warn(place(0, Column::Radius), "the lens has no stop")
             .help(

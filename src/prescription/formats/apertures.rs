@@ -4,10 +4,11 @@
 //! first-order beam on it, which is that of the marginal ray plus that of the chief ray at the edge
 //! of the field.
 
+use crate::diag::{Sink, Span};
 use crate::prescription::first_order::FirstOrder;
 use crate::prescription::glass::D_LINE;
 use crate::prescription::prescription::Prescription;
-use crate::prescription::surface::Plane;
+use crate::prescription::surface::{Plane, Surface};
 
 /// The beam as a file describes it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -72,6 +73,83 @@ pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> bool {
     true
 }
 
+/// Reports an f-number or an entrance pupil of the file that its apertures contradict by more than
+/// 0.5%. `span` is the place of the file's number.
+pub(super) fn compare(lens: &Prescription, beam: Beam, span: Span, sink: &mut Sink) {
+    let optics = FirstOrder::of(lens, &lens.indices(D_LINE), Plane::Y);
+    let (Some(focal), Some(found)) = (optics.focal, optics.f_number()) else {
+        return;
+    };
+    let by_pupil = beam.entrance_diameter.map(|d| focal.efl.abs() / d);
+    let Some(stated) = by_pupil.or(beam.f_number) else {
+        return;
+    };
+    if (found / stated - 1.0).abs() > 5e-3 {
+        let message =
+            format!("the file states f/{stated:.3}, but its apertures let through f/{found:.3}");
+        sink.warn(span, message).help(if stated > found {
+            format!(
+                "the apertures count; `--aperture {stated:.3}` closes the stop to the stated one"
+            )
+        } else {
+            "the apertures count".to_owned()
+        });
+    }
+}
+
+/// Gives a stop without an aperture that of the axial beam which the other surfaces let through,
+/// with a warning: without it the lens has no f-number.
+pub(super) fn close_open_stop(lens: &mut Prescription, sink: &mut Sink) {
+    let Some(stop) = lens.stop() else { return };
+    if lens.surfaces[stop].semi_diameter.is_finite() {
+        return;
+    }
+    let heights = heights(lens, &lens.indices(D_LINE), (1.0, 0.0));
+    let limits = lens.surfaces.iter().zip(&heights).enumerate();
+    let limits = limits.map(|(i, (surface, y))| (i, surface.semi_diameter / y.abs()));
+    let narrowest = limits.min_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((limit, entrance)) = narrowest.filter(|(_, r)| r.is_finite()) else {
+        return;
+    };
+    let radius = entrance * heights[stop].abs();
+    if radius > 0.0 {
+        let message = format!(
+            "the stop, surface {stop}, has no aperture: it is as wide as the beam on the axis that \
+             surface {limit} lets through, {:.3} mm in diameter",
+            2.0 * radius
+        );
+        sink.warn(lens.surfaces[stop].span, message)
+            .help("give the stop a diameter, or use `--aperture`");
+        lens.surfaces[stop].semi_diameter = radius;
+    }
+}
+
+/// Warns of a lens without power. A telescope has none, but so has a file read wrongly.
+pub(super) fn warn_if_afocal(lens: &Prescription, sink: &mut Sink) {
+    let indices = lens.indices(D_LINE);
+    let in_y = FirstOrder::of(lens, &indices, Plane::Y).focal;
+    if in_y
+        .or(FirstOrder::of(lens, &indices, Plane::X).focal)
+        .is_some()
+    {
+        return;
+    }
+    let bends = |(i, s): (usize, &Surface)| {
+        indices[i] != indices[i + 1] && s.vertex_curvature(Plane::Y) != 0.0
+    };
+    let place = lens.surfaces.first().map_or(Span::at(0), |s| s.span);
+    if lens.surfaces.iter().enumerate().any(bends) {
+        sink.warn(
+            place,
+            "the lens is afocal, although its surfaces have power",
+        )
+        .help("parallel light leaves it parallel; if it is no telescope, a number is wrong");
+    } else {
+        sink.warn(place, "no surface of the lens has power")
+            .help("check the radii and the indices: are columns swapped?");
+    }
+}
+
 /// The heights on all surfaces of a first-order ray, which has the height y and the slope u at the
 /// plane of the front vertex.
 fn heights(lens: &Prescription, indices: &[f64], (mut y, u): (f64, f64)) -> Vec<f64> {
@@ -89,7 +167,6 @@ fn heights(lens: &Prescription, indices: &[f64], (mut y, u): (f64, f64)) -> Vec<
 mod tests {
     use super::*;
     use crate::prescription::glass::Medium;
-    use crate::prescription::surface::Surface;
 
     /// A stop 10 mm in front of a thin lens: at 45 degrees the beam is 10 mm lower there.
     #[test]

@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE, Medium};
-use crate::prescription::prescription::{Column, Prescription, check};
+use crate::prescription::prescription::{Column, Prescription, check, check_count};
 use crate::prescription::surface::{Shape, Surface};
 
 use crate::prescription::formats::format::Format;
@@ -39,6 +39,7 @@ pub(crate) fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription
     let rows = rows.ok_or_else(|| {
         Diagnostic::error("there is no list of `surfaces`").at(source, Span::at(0))
     })?;
+    check_count(rows.len(), source)?;
     let mut medium = Medium::air();
     let mut surfaces = Vec::with_capacity(rows.len());
     for (number, row) in rows.iter().enumerate() {

@@ -25,7 +25,7 @@ use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
 use crate::prescription::prescription::{
-    Column, FocusGroup, Iris, Prescription, ZoomPosition, check,
+    Column, FocusGroup, Iris, Prescription, ZoomPosition, check, check_count,
 };
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
@@ -165,6 +165,10 @@ impl Reader<'_> {
         }
         let object_medium = medium.clone();
         let coating = self.coating(root, None)?.unwrap_or_default();
+        check_count(rows.len(), self.source)?;
+        if schema.is_none() {
+            self.refuse_foreign(root, rows)?;
+        }
         let mut surfaces = Vec::with_capacity(rows.len());
         for (i, row) in rows.iter().enumerate() {
             let surface = self.surface(i, row, &medium, coating)?;
@@ -194,6 +198,30 @@ impl Reader<'_> {
             return Err(Diagnostic::error(message).at(self.source, Span::new(at, at + key.len())));
         }
         Ok(if unit == 1.0 { lens } else { lens.scaled(unit) })
+    }
+
+    /// Refuses a list of surfaces of another program: a surface, other than the stop and the last,
+    /// that has no thickness or no index under a name that is known here.
+    fn refuse_foreign(&self, root: &Value, rows: &[Value]) -> Result<()> {
+        let inner = rows.len().saturating_sub(1);
+        for (i, row) in rows.iter().take(inner).enumerate() {
+            let has = |keys: &[&str]| keys.iter().any(|key| row.get(key).is_some());
+            let is_stop = row.get("kind").and_then(Value::as_str) == Some("stop");
+            let missing = match (has(&["t", "thickness"]), has(&["n_d", "n", "glass"])) {
+                (true, true) => continue,
+                _ if is_stop || !row.is_object() => continue,
+                (false, false) => "neither a thickness `t` nor an index `n_d`",
+                (false, true) => "no thickness `t`",
+                (true, false) => "no index `n_d` and no `glass`",
+            };
+            let error = self.fail(Some(i), format!("surface {i} has {missing}"));
+            return Err(error.with_help(match foreign(root) {
+                Some(name) => format!("this seems to be a file of {name}, which is not read"),
+                None => "ivcam reads JSON of the schema `ivlens-1`, ISET, rayoptics and optiland"
+                    .to_owned(),
+            }));
+        }
+        Ok(())
     }
 
     fn surface(&self, i: usize, row: &Value, before: &Medium, coating: Coating) -> Result<Surface> {
@@ -456,6 +484,24 @@ impl Reader<'_> {
             _ => Ok(Iris::Outline { corners, rotation }),
         }
     }
+}
+
+/// The program whose JSON this seems to be, by the names of its fields.
+fn foreign(root: &Value) -> Option<&'static str> {
+    const SIGNS: [(&str, &str); 6] = [
+        ("d_next", "DeepLens"),
+        ("mat2", "DeepLens"),
+        ("roc", "DeepLens"),
+        ("radiusOfCurvature", "a web lens editor"),
+        ("semiDiameter", "a web lens editor"),
+        ("refractive_index", "another program"),
+    ];
+    let rows = root.get("surfaces")?.as_array()?;
+    let has = |key: &str| rows.iter().any(|row| row.get(key).is_some());
+    SIGNS
+        .iter()
+        .find(|(key, _)| has(key))
+        .map(|(_, name)| *name)
 }
 
 /// The design data of the file, as comments of a `.dat` file.

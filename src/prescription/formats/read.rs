@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 
 use crate::prescription::formats::FORMATS;
+use crate::prescription::formats::apertures;
 use crate::prescription::formats::format::Reading;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::text;
@@ -32,10 +33,13 @@ pub(crate) fn read_with(
     let result = known(source).and_then(|()| {
         let text = text::text(source);
         let format = FORMATS.iter().find(|format| (format.recognizes)(text));
-        format.map_or_else(
+        let mut lens = format.map_or_else(
             || Err(Diagnostic::error("this is not a lens prescription").at(source, Span::at(0))),
             |format| (format.read)(source, how, sink),
-        )
+        )?;
+        apertures::close_open_stop(&mut lens, sink);
+        apertures::warn_if_afocal(&lens, sink);
+        Ok(lens)
     });
     sink.set_source(before);
     result

@@ -127,6 +127,8 @@ pub struct Medium {
     pub name: String,
     /// The index at the d line.
     pub n_d: f64,
+    /// The name in the file, if the table does not have it and another glass takes its place.
+    pub(crate) stands_for: Option<Box<str>>,
     /// The dependence of the index on the wavelength.
     pub(crate) dispersion: Dispersion,
 }
@@ -142,6 +144,7 @@ impl Medium {
         Self {
             name: String::new(),
             n_d,
+            stands_for: None,
             dispersion: Dispersion::None,
         }
     }

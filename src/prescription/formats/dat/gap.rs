@@ -13,7 +13,7 @@
 //! | next: the last number is the back focus, within 5% of the focal length | +3 |
 //! | previous: the first number, of glass, is 0 and the last is not | +3 |
 //! | previous: the first number, which nothing then uses, is not 0 | −2 |
-//! | position: six or more numbers that all increase (four or five: +1) | +4 |
+//! | position: six or more numbers that all increase (four or five: +1) | +6 |
 //! | the focal length is the one that the file states, within 2% | +3 |
 //! | the word in the heading | +1 |
 //!
@@ -114,7 +114,7 @@ fn points(candidate: &Candidate, column: &[f64], stated: Stated) -> i32 {
         Gap::Previous if first == 0.0 && last != 0.0 && from_glass => 3,
         Gap::Previous if first != 0.0 => -2,
         Gap::Previous => 0,
-        Gap::Position if column.len() >= 6 => 4,
+        Gap::Position if column.len() >= 6 => 6,
         Gap::Position => 1,
     };
     if let (Some(focal), Some(stated)) = (focal, stated.focal_length) {

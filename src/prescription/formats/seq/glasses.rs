@@ -61,8 +61,14 @@ impl Reader<'_> {
     }
 }
 
-/// `517642` is n = 1.517, V = 64.2; `500.700` the same with a dot: n = 1.500, V = 70.0.
+/// `517642` is n = 1.517, V = 64.2; `500.700` the same with a dot: n = 1.500, V = 70.0; and
+/// `1.5168:64.17` gives both in full.
 fn fictitious(word: &str) -> Option<Medium> {
+    if let Some((index, abbe)) = word.split_once(':') {
+        let (n, v) = (index.parse::<f64>().ok()?, abbe.parse::<f64>().ok()?);
+        let possible = (1.0..5.0).contains(&n) && (1.0..1000.0).contains(&v);
+        return possible.then(|| Medium::from_abbe(n, v));
+    }
     let (index, abbe) = match word.split_once('.') {
         Some(parts) => parts,
         None if word.len() == 6 => word.split_at(3),

@@ -3,16 +3,16 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::prescription::formats::apertures::{Beam, fill};
+use crate::prescription::formats::apertures::{Beam, compare, fill};
 use crate::prescription::formats::origin::name_of;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::medium::Medium;
-use crate::prescription::prescription::{Prescription, ZoomPosition, check};
+use crate::prescription::prescription::{Prescription, ZoomPosition, check, crossings};
 use crate::prescription::surface::Surface;
 use crate::prescription::text::{Word, text};
 
 use crate::prescription::formats::format::{Format, first_word};
-use crate::prescription::formats::seq::commands::{commands, take_private};
+use crate::prescription::formats::seq::commands::{Command, commands, take_private};
 
 /// Commands for properties that a centered refracting lens does not have.
 const REFUSED: [(&str, &str); 26] = [
@@ -61,11 +61,15 @@ pub(super) struct Places {
 pub(super) struct Reader<'a> {
     pub(super) source: &'a Arc<Source>,
     pub(super) glasses: Catalogue,
-    /// Whether the first number of a surface is a radius; none until the file has stated it.
-    pub(super) radii: Option<bool>,
+    /// Whether the first number of a surface is a radius.
+    pub(super) radii: bool,
+    /// The first bend of a surface that is not 0.
+    pub(super) first_bend: Option<Span>,
     pub(super) unit: f64,
     pub(super) title: Option<String>,
     pub(super) beam: Beam,
+    /// The place of EPD or FNO.
+    stated_aperture: Option<Span>,
     pub(super) fields: Vec<f64>,
     pub(super) upper_vignetting: Vec<f64>,
     pub(super) object_medium: Medium,
@@ -94,35 +98,107 @@ pub(crate) fn read(
     glasses: &Catalogue,
     sink: &mut Sink,
 ) -> Result<Prescription> {
-    let mut reader = Reader {
-        source,
-        glasses: glasses.clone(),
-        radii: None,
-        unit: 1.0,
-        title: None,
-        beam: Beam {
-            edge_share: 1.0,
-            ..Beam::default()
-        },
-        fields: Vec::new(),
-        upper_vignetting: Vec::new(),
-        object_medium: Medium::air(),
-        surfaces: Vec::new(),
-        places: Vec::new(),
-        zoom: Vec::new(),
-        current: None,
-    };
     let commands = commands(text(source));
     // Private glasses may be defined after the surfaces that use them.
     let (commands, private) = take_private(commands);
-    reader.private_glasses(&private)?;
-    for command in &commands {
-        reader.execute(command, sink)?;
+    let read = |radii: bool| {
+        let mut messages = Sink::new();
+        messages.set_source(Some(source.clone()));
+        let mut reader = Reader::new(source, glasses, radii);
+        let result = reader.all(&commands, &private, &mut messages);
+        let bend = reader.first_bend;
+        let lens = result.and_then(|()| reader.finish(&mut messages));
+        (lens, messages, bend)
+    };
+    let states = commands.iter().any(|command| command[0].is("RDM"));
+    let (lens, messages, bend) = read(true);
+    let bend = bend.filter(|_| !states);
+    let Some(bend) = bend else {
+        sink.extend_from(&messages);
+        return lens;
+    };
+    let (other, other_messages, _) = read(false);
+    let (radii, curvatures) = (score(&lens), score(&other));
+    let taken = if radii >= curvatures {
+        ("radii", lens, messages)
+    } else {
+        ("curvatures", other, other_messages)
+    };
+    let (word, lens, messages) = taken;
+    let message =
+        format!("nothing says whether bends are radii or curvatures: they are read as {word}");
+    let help = "begin the file with `RDM` for radii or `RDM N` for curvatures";
+    if (radii - curvatures).abs() < MARGIN {
+        sink.warn(bend, message).help(help);
+    } else {
+        sink.note(bend, message).help(help);
     }
-    reader.finish(sink)
+    sink.extend_from(&messages);
+    lens
+}
+
+/// The lead in points from which a reading of the bends is certain: one impossible surface.
+const MARGIN: i32 = 3;
+
+/// What speaks for a reading of the bends: 3 points less for each surface that is wider than its
+/// sphere, for each glass more than four times as thick as its larger radius, and for each pair of
+/// neighbors that cross. A reading that gives no lens has fewer than all others.
+fn score(lens: &Result<Prescription>) -> i32 {
+    let Ok(lens) = lens else {
+        return -10_000;
+    };
+    let surfaces = &lens.surfaces;
+    // Semi-diameters that follow from the beam end just inside the sphere.
+    let wide = |s: &&Surface| {
+        s.semi_diameter.is_finite() && s.curvature.per_mm().abs() * s.semi_diameter > 0.97
+    };
+    let thick = |pair: &&[Surface]| {
+        let radius = pair[0].curvature.radius().abs();
+        let radius = radius.max(pair[1].curvature.radius().abs());
+        pair[0].medium.n_d > 1.2 && radius > 0.0 && pair[0].thickness > 4.0 * radius
+    };
+    let wide = surfaces.iter().filter(wide).count();
+    let thick = surfaces.windows(2).filter(thick).count();
+    -3 * (wide + thick + crossings(lens)) as i32
 }
 
 impl<'a> Reader<'a> {
+    fn new(source: &'a Arc<Source>, glasses: &Catalogue, radii: bool) -> Self {
+        Self {
+            source,
+            glasses: glasses.clone(),
+            radii,
+            first_bend: None,
+            unit: 1.0,
+            title: None,
+            beam: Beam {
+                edge_share: 1.0,
+                ..Beam::default()
+            },
+            stated_aperture: None,
+            fields: Vec::new(),
+            upper_vignetting: Vec::new(),
+            object_medium: Medium::air(),
+            surfaces: Vec::new(),
+            places: Vec::new(),
+            zoom: Vec::new(),
+            current: None,
+        }
+    }
+
+    /// Executes all commands.
+    fn all(
+        &mut self,
+        commands: &[Command<'a>],
+        private: &[Command<'a>],
+        sink: &mut Sink,
+    ) -> Result<()> {
+        self.private_glasses(private)?;
+        commands
+            .iter()
+            .try_for_each(|command| self.execute(command, sink))
+    }
+
     /// An error at a place of the file.
     pub(super) fn fail(&self, span: Span, message: String) -> Box<Diagnostic> {
         Diagnostic::error(message).at(self.source, span)
@@ -167,11 +243,17 @@ impl<'a> Reader<'a> {
                 .with_help("ivcam traces lenses on one straight axis, without gratings"));
         }
         match name.as_str() {
-            "RDM" => self.radii = Some(!command.get(1).is_some_and(|w| w.is("N") || w.is("NO"))),
+            "RDM" => self.radii = !command.get(1).is_some_and(|w| w.is("N") || w.is("NO")),
             "TIT" | "TITLE" => self.title = command.get(1).map(|w| w.text.to_owned()),
             "DIM" => self.unit = self.dimension(command)?,
-            "EPD" => self.beam.entrance_diameter = Some(self.value(command)?),
-            "FNO" => self.beam.f_number = Some(self.value(command)?),
+            "EPD" => {
+                self.beam.entrance_diameter = Some(self.value(command)?).filter(|d| *d > 0.0);
+                self.stated_aperture = Some(word.span);
+            }
+            "FNO" => {
+                self.beam.f_number = Some(self.value(command)?).filter(|n| *n > 0.0);
+                self.stated_aperture = Some(word.span);
+            }
             "YAN" | "XAN" => self.fields.extend(self.list(command)?),
             "YIM" | "XIM" | "YRI" | "XRI" => {
                 let heights = self.list(command)?;
@@ -182,7 +264,7 @@ impl<'a> Reader<'a> {
             "VUY" => self.upper_vignetting = self.list(command)?,
             "SO" | "S0" => self.object_medium = self.glass(command.get(3))?,
             "SI" => self.current = None,
-            "S" => self.surface(command, sink)?,
+            "S" => self.surface(command)?,
             "ZOO" => self.zoom(&command[1..], sink)?,
             "THI" if !self.zoom.is_empty() && plain.len() > 2 => self.zoom(command, sink)?,
             _ if let Some(Ok(number)) = name.strip_prefix('S').map(str::parse::<usize>) => {
@@ -236,7 +318,7 @@ impl<'a> Reader<'a> {
         if (1..=count).contains(&number) {
             self.current = Some(number - 1);
             if command.len() > 1 {
-                let (surface, places) = self.parsed(command, sink)?;
+                let (surface, places) = self.parsed(command)?;
                 self.surfaces[number - 1] = surface;
                 self.places[number - 1] = places;
             }
@@ -247,7 +329,7 @@ impl<'a> Reader<'a> {
             sink.warn(command[0].span, message)
                 .help("is a surface lost in front of it?");
         }
-        self.surface(command, sink)
+        self.surface(command)
     }
 
     fn list(&self, command: &[Word<'_>]) -> Result<Vec<f64>> {
@@ -292,6 +374,9 @@ impl<'a> Reader<'a> {
                 Span::at(0),
                 "apertures that the file leaves out are those of its beam",
             );
+        }
+        if let Some(span) = self.stated_aperture {
+            compare(&lens, beam, span, sink);
         }
         let places = self.places;
         check(&mut lens, self.source, sink, |surface, column| {

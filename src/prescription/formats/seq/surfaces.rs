@@ -2,6 +2,7 @@
 
 use crate::diag::{Diagnostic, Result, Sink, Span};
 use crate::prescription::glass::coating::Coating;
+use crate::prescription::prescription::check_count;
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 use crate::prescription::text::Word;
 
@@ -9,8 +10,8 @@ use crate::prescription::formats::seq::reader::{Places, Reader};
 
 impl Reader<'_> {
     /// Executes `S`: appends a surface and makes it the current one.
-    pub(super) fn surface(&mut self, command: &[Word<'_>], sink: &mut Sink) -> Result<()> {
-        let (surface, places) = self.parsed(command, sink)?;
+    pub(super) fn surface(&mut self, command: &[Word<'_>]) -> Result<()> {
+        let (surface, places) = self.parsed(command)?;
         self.current = Some(self.surfaces.len());
         self.surfaces.push(surface);
         self.places.push(places);
@@ -18,11 +19,7 @@ impl Reader<'_> {
     }
 
     /// The surface that `S` describes, and the places of its numbers.
-    pub(super) fn parsed(
-        &mut self,
-        command: &[Word<'_>],
-        sink: &mut Sink,
-    ) -> Result<(Surface, Places)> {
+    pub(super) fn parsed(&mut self, command: &[Word<'_>]) -> Result<(Surface, Places)> {
         if command.len() < 3 {
             let last = command[command.len() - 1].span;
             let message = "too few numbers in this surface".to_owned();
@@ -31,19 +28,16 @@ impl Reader<'_> {
                 .with_help("a surface is: S radius thickness glass"));
         }
         let bend = command[1].number(self.source)?;
-        let curvature = if self.radii != Some(false) {
+        let curvature = if self.radii {
             Curvature::from_radius(bend)
         } else {
             Curvature::from_curvature(bend)
         };
         let medium = self.glass(command.get(3))?;
         let thickness = command[2].number(self.source)?;
-        if self.radii.is_none() && bend != 0.0 {
-            let message =
-                "nothing says whether bends are radii or curvatures: they are read as radii";
-            sink.warn(command[1].span, message)
-                .help("begin the file with `RDM` for radii or `RDM N` for curvatures");
-            self.radii = Some(true);
+        check_count(self.surfaces.len() + 1, self.source)?;
+        if bend != 0.0 && self.first_bend.is_none() {
+            self.first_bend = Some(command[1].span);
         }
         let places = Places {
             command: command[0].span,

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::math::LengthUnit;
-use crate::prescription::formats::apertures::{Beam, fill};
+use crate::prescription::formats::apertures::{Beam, compare, fill};
 use crate::prescription::formats::origin::name_of;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::Medium;
-use crate::prescription::prescription::{Prescription, check};
+use crate::prescription::prescription::{Prescription, check, check_count};
 use crate::prescription::surface::{Curvature, Shape, Surface};
 
 use crate::prescription::formats::format::{Format, first_word};
@@ -46,6 +46,7 @@ pub(crate) fn read(
 ) -> Result<Prescription> {
     let reader = Reader { source, glasses };
     let (header, blocks) = split(source)?;
+    check_count(blocks.len(), source)?;
     reader.refuse_modes(&header)?;
     let (mut lens, kept) = reader.lens(&header, &blocks, sink)?;
     lens.zoom = reader.zoom(&header, &blocks, &kept, lens.stop(), sink)?;
@@ -56,6 +57,10 @@ pub(crate) fn read(
             Span::at(0),
             "apertures that the file leaves out are those of its beam",
         );
+    }
+    let aperture = header.iter().find(|l| l[0].is("ENPD") || l[0].is("FNUM"));
+    if let Some(line) = aperture.filter(|_| lens.zoom.is_empty()) {
+        compare(&lens, beam, line[0].span, sink);
     }
     check(&mut lens, source, sink, |surface, column| {
         let block = kept
