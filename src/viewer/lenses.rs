@@ -78,14 +78,17 @@ impl LensMenu {
         menu
     }
 
-    /// Returns the menu with all lenses, for tests.
+    /// Returns the menu with all lenses, which is prepared once for all tests.
     #[cfg(test)]
     pub(crate) fn ready() -> Self {
-        let menu = Self::default();
-        let _ = menu
-            .entries
-            .set(shipped_names().filter_map(Entry::of).collect());
-        menu
+        static MENU: std::sync::LazyLock<LensMenu> = std::sync::LazyLock::new(|| {
+            let menu = LensMenu::default();
+            let _ = menu
+                .entries
+                .set(shipped_names().filter_map(Entry::of).collect());
+            menu
+        });
+        MENU.clone()
     }
 
     /// Returns the lenses of the menu, or none while it is prepared.
