@@ -33,6 +33,10 @@ const PATIENCE: f64 = 1.0;
 /// The time that the camera must be still before the scene is recompiled around it.
 const STANDING: Duration = Duration::from_millis(600);
 
+/// The number of lit pixels, of the eight around a black one, from which it is filled. The edge of
+/// a shape before a black background has fewer around most of its pixels.
+const FILLED_FROM: usize = 6;
+
 /// A request of the window for a picture.
 #[derive(Clone, Debug)]
 pub(crate) struct Request {
@@ -254,14 +258,15 @@ impl Live {
 
     fn frame(&self) -> Frame {
         let film = &self.exposing.film;
+        let means = film.pixels.iter().map(|p| p.mean.as_vec3().to_array());
+        let mut pixels: Vec<[f32; 3]> = means.collect();
+        if self.exposing.samples == 1 {
+            fill_lost(&mut pixels, film.resolution.width as usize);
+        }
         Frame {
             serial: self.request.serial,
             resolution: film.resolution,
-            pixels: film
-                .pixels
-                .iter()
-                .map(|p| p.mean.as_vec3().to_array())
-                .collect(),
+            pixels,
             metered: self.session.exposure_factor(),
             whole: self.exposing.divisor == 1,
             samples: self.exposing.samples,
@@ -286,6 +291,31 @@ impl Live {
         let setup = self.request.setup.clone();
         let _ = self.session.aim(as_shown(&setup.plan), setup.pose);
         Some(made)
+    }
+}
+
+/// Fills single black pixels with the mean of their neighbors. With one sample, a pixel is black if
+/// its only ray was lost in the lens, and the picture would be full of black dots.
+fn fill_lost(pixels: &mut [[f32; 3]], width: usize) {
+    const BLACK: [f32; 3] = [0.0; 3];
+    let before = pixels.to_vec();
+    let height = before.len() / width.max(1);
+    for y in 1..height.saturating_sub(1) {
+        for x in 1..width.saturating_sub(1) {
+            if before[y * width + x] != BLACK {
+                continue;
+            }
+            let around = (y - 1..=y + 1).flat_map(|y| (x - 1..=x + 1).map(move |x| (x, y)));
+            let lit = around
+                .map(|(x, y)| before[y * width + x])
+                .filter(|p| *p != BLACK);
+            let (count, sum) = lit.fold((0, glam::Vec3::ZERO), |(n, sum), p| {
+                (n + 1, sum + glam::Vec3::from(p))
+            });
+            if count >= FILLED_FROM {
+                pixels[y * width + x] = (sum / count as f32).to_array();
+            }
+        }
     }
 }
 
@@ -318,5 +348,23 @@ fn view(session: &Session, request: &Request) -> View {
         scene: session.scene.clone(),
         pose,
         resolution: request.resolution.unwrap_or(session.plan.resolution),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_single_black_pixels_are_filled() {
+        let (lit, black) = ([0.5, 0.25, 1.0], [0.0; 3]);
+        // A black dot at (1, 1), and a black half of the picture from column 4.
+        let mut pixels: Vec<[f32; 3]> = (0..7 * 5)
+            .map(|i| if i % 7 >= 4 || i == 8 { black } else { lit })
+            .collect();
+        fill_lost(&mut pixels, 7);
+        assert_eq!(pixels[8], lit);
+        assert!(pixels.iter().skip(4).step_by(7).all(|p| *p == black));
+        fill_lost(&mut [], 0);
     }
 }
