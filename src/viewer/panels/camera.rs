@@ -37,6 +37,7 @@ pub(super) fn menu(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     {
         model.edit("lens", |s| s.plan.optics = Optics::Pinhole);
     }
+    ui.separator();
     let chosen = model
         .setup
         .lens()

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use egui::{Context, Ui, WidgetInfo, WidgetType};
 
+use crate::film::{FilmFormat, Resolution};
 use crate::viewer::model::{Model, Output};
 
 use super::dialog::{Dialog, Purpose};
@@ -14,18 +15,19 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
         ui.heading("Save");
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             copy_command(ui, model);
+            size_as_shown(ui, model);
         });
     });
     let mut next = model.setup.clone();
     ui.horizontal(|ui| {
         let size = &mut next.plan.resolution;
         let name = ui.label("Size");
-        let aspect = next.plan.film.width / next.plan.film.height;
+        let film = next.plan.film;
         let field = egui::DragValue::new(&mut size.width)
             .range(16..=8192)
             .suffix(" px");
         if ui.add(field).labelled_by(name.id).changed() {
-            size.height = ((f64::from(size.width) / aspect).round() as u32).max(1);
+            size.height = height_for(size.width, film);
         }
         ui.label(format!("x {}", size.height));
         let samples = &mut next.plan.sampler.samples;
@@ -55,6 +57,29 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     read(ui, model, kit);
     write(ui, model, kit);
     rule(ui);
+}
+
+/// Returns the height in pixels of a picture of a width on a film.
+fn height_for(width: u32, film: FilmFormat) -> u32 {
+    let height = f64::from(width) * film.height / film.width;
+    (height.round() as u32).max(1)
+}
+
+fn size_as_shown(ui: &mut Ui, model: &mut Model) {
+    let button = ui
+        .button("Size as shown")
+        .on_hover_text("the saved picture gets as many pixels as the one in the window");
+    if let Some(view) = model.view_size
+        && button.clicked()
+    {
+        model.edit("size", |setup| {
+            let height = height_for(view.width, setup.plan.film);
+            setup.plan.resolution = Resolution {
+                width: view.width,
+                height,
+            };
+        });
+    }
 }
 
 fn copy_command(ui: &mut Ui, model: &mut Model) {

@@ -35,11 +35,11 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
                 if ui.selectable_label(shown, line(message)).clicked() {
                     model.shown_message = (!shown).then_some(i);
                 }
-                if shown {
-                    ui.add(
-                        egui::Label::new(RichText::new(message.render(false)).monospace())
-                            .selectable(true),
-                    );
+                let lines = message.render(false);
+                // A message without source lines or help has nothing to add.
+                if shown && lines.trim_end() != message.to_string() {
+                    let lines = RichText::new(lines).monospace();
+                    ui.add(egui::Label::new(lines).selectable(true));
                 }
             }
         });

@@ -161,7 +161,7 @@ impl Window {
             });
         }
         if kit.fold.section {
-            let height = (0.21 * ctx.content_rect().height()).clamp(120.0, 260.0);
+            let height = section_height(ctx, model);
             egui::TopBottomPanel::bottom("lens")
                 .exact_height(height)
                 .show(ctx, |ui| rays::show(ui, model, &mut kit.rays));
@@ -174,6 +174,16 @@ impl Window {
             kit.dialog = None;
         }
     }
+}
+
+/// Returns the height of the lens section: what the picture leaves of the room, within limits.
+fn section_height(ctx: &Context, model: &Model) -> f32 {
+    let room = ctx.available_rect();
+    let film = model.setup.plan.film;
+    let margin = 16.0;
+    let picture = (room.width() - margin) * (film.height / film.width) as f32 + margin;
+    let least = (0.21 * ctx.content_rect().height()).clamp(120.0, 260.0);
+    (room.height() - picture).floor().clamp(least, 260.0)
 }
 
 /// Draws a line between two sections of a panel.

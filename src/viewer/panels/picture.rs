@@ -1,8 +1,8 @@
 //! The picture, the actions of the mouse on it, and the marks over it.
 
 use egui::{
-    Color32, Context, Key, PointerButton, Rect, Response, Sense, TextureOptions, Ui, WidgetInfo,
-    WidgetType, pos2, vec2,
+    Button, Color32, Context, Key, Label, PointerButton, Rect, Response, RichText, Sense,
+    TextureOptions, Ui, WidgetInfo, WidgetType, pos2, vec2,
 };
 use glam::{DVec2, DVec3};
 
@@ -11,6 +11,7 @@ use crate::viewer::develop::{Marking, histogram, levels, mark};
 use crate::viewer::model::{Marks, Model};
 use crate::viewer::navigate::Tool;
 
+use super::dialog::{Dialog, Purpose};
 use super::{Kit, compare, overlay};
 
 /// The inputs that the texture on screen was made of.
@@ -44,17 +45,23 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     compare::paint(&painter, rect, model, kit);
     overlay::lines(&painter, rect, model);
     if !model.open && !model.opening {
-        let text = "drop a scene here, or name one under Files";
-        let font = egui::FontId::proportional(16.0);
-        painter.text(
-            rect.center(),
-            egui::Align2::CENTER_CENTER,
-            text,
-            font,
-            Color32::GRAY,
-        );
+        invite(ui, rect, model, kit);
     }
     mouse(ui, &response, rect, model);
+}
+
+/// Shows a button that opens a scene, where there is no picture yet.
+fn invite(ui: &mut Ui, rect: Rect, model: &Model, kit: &mut Kit) {
+    let text = RichText::new("Open a scene …").size(18.0);
+    let button = Rect::from_center_size(rect.center(), vec2(170.0, 36.0));
+    if ui.put(button, Button::new(text)).clicked() {
+        kit.dialog = Some(Dialog::open(Purpose::Open, model));
+    }
+    let hint = Rect::from_center_size(rect.center() + vec2(0.0, 40.0), vec2(rect.width(), 24.0));
+    ui.put(
+        hint,
+        Label::new(RichText::new("or drop a file here").weak()),
+    );
 }
 
 /// Returns the place of the picture in the middle of the room that there is, on whole pixels of the
@@ -227,5 +234,27 @@ pub(super) fn fly(ctx: &Context, model: &mut Model) {
         let pose = viewpoint.fly(seconds * by);
         keep_focus(model, "fly", &pose);
         ctx.request_repaint();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On screens of every density, so that no pixel of the picture is enlarged or interpolated.
+    #[test]
+    fn the_picture_has_whole_pixels_of_the_screen() {
+        for density in [1.0, 1.25, 1.5, 2.0, 3.0] {
+            for width in [300.0, 641.5, 848.0, 1332.3] {
+                let room = Rect::from_min_size(pos2(222.0, 30.7), vec2(width, 0.63 * width));
+                let (place, size) = place(room, 1.5, density);
+                let pixels = density * place.size();
+                let off = pixels - vec2(size.width as f32, size.height as f32);
+                assert!(off.length() < 1e-2, "{density} {width}: {off}");
+                let corner = density * place.min;
+                assert!((corner - corner.round()).length() < 1e-2, "{corner}");
+                assert!(room.expand(1.0).contains_rect(place));
+            }
+        }
     }
 }

@@ -59,15 +59,15 @@ fn caption(ui: &mut Ui, model: &Model, camera: &LensCamera, [px, py]: [u32; 2], 
     let seen = model.look(x, y);
     let there = seen.map_or(String::new(), |s| format!("; {} away", meters(s.distance)));
     let rays = format!("{passed} of {RAYS} rays at {px}, {py}{there}");
-    let rays = egui::Label::new(rays).truncate();
-    if ui.available_width() < TWO_LINES {
+    let show = |ui: &mut Ui| {
         ui.strong(lens);
-        ui.add(rays);
+        ui.add(egui::Label::new(rays).truncate())
+            .on_hover_text("rays of the pixel under the cursor that pass through the lens");
+    };
+    if ui.available_width() < TWO_LINES {
+        show(ui);
     } else {
-        ui.horizontal(|ui| {
-            ui.strong(lens);
-            ui.add(rays);
-        });
+        ui.horizontal(show);
     }
 }
 

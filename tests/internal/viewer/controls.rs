@@ -197,6 +197,13 @@ fn the_picture_to_save_has_the_size_and_samples_of_its_fields() {
     bench.put(Role::SpinButton, "Size", 120.0);
     let size = bench.setup().plan.resolution;
     assert_eq!((size.width, size.height), (120, 80));
+    bench.click("Size as shown");
+    let (size, view) = (
+        bench.setup().plan.resolution,
+        bench.model().view_size.unwrap(),
+    );
+    assert_eq!(size.width, view.width);
+    assert!(size.width > 600 && size.height.abs_diff(view.height) <= 1);
     bench.put(Role::SpinButton, "Samples", 9.0);
     let plan = &bench.setup().plan;
     assert_eq!((plan.sampler.samples, plan.stop.samples), (9, 9));

@@ -7,6 +7,7 @@ use egui_kittest::kittest::Queryable;
 
 use crate::math::Mm;
 use crate::photo::{Era, LensChoice, Optics, Plan};
+use crate::viewer::autofocus::Focused;
 use crate::viewer::model::Model;
 
 use super::bench::{Bench, Scratch, difference_from, still};
@@ -69,7 +70,7 @@ fn the_panel_does_not_move_while_pictures_and_focus_change() {
 }
 
 #[test]
-fn the_chosen_lens_is_scrolled_into_view() {
+fn the_chosen_lens_is_highlighted_and_scrolled_into_view() {
     for name in ["wide-angle", "double-gauss", "anamorphic"] {
         let scratch = Scratch::new("in-view");
         let mut plan = scratch.plan();
@@ -78,6 +79,20 @@ fn the_chosen_lens_is_scrolled_into_view() {
         bench.harness.run_steps(20);
         let row = bench.harness.get_by_label(name).rect();
         assert!(row.top() > 60.0 && row.bottom() < 590.0, "{name}: {row:?}");
+        // Right of the name there is no text: the row has another color than its neighbor.
+        let canvas =
+            raster::Canvas::draw(&bench.harness.ctx, bench.harness.output(), &bench.textures);
+        let at = |y: f32| canvas.pixels[y as usize * canvas.width + row.right() as usize - 6];
+        let other = if row.top() > 300.0 {
+            -row.height()
+        } else {
+            row.height()
+        };
+        let (chosen, other) = (at(row.center().y), at(row.center().y + other));
+        assert!(
+            (chosen[2] - other[2]).abs() > 0.1,
+            "{name}: {chosen:?} {other:?}"
+        );
     }
 }
 
@@ -187,8 +202,15 @@ fn no_label_is_cut_at_any_size_of_the_window() {
         bench.until("a frame", |m| m.frame.is_some());
         bench.harness.run_steps(3);
         assert_eq!(cut_labels(&bench), Vec::<String>::new(), "{size:?}");
-        bench.click_at(bench.at(0.5, 0.5));
-        bench.until("the focus", |m| m.focused.is_some());
+        // The longest result of autofocus.
+        bench.change(|m| {
+            m.focused = Some(Focused {
+                distance: 23.45,
+                plain: 20.25,
+                gain: Some(12.5),
+            });
+            m.focused_at = m.setup.focus();
+        });
         bench.harness.run_steps(3);
         assert_eq!(cut_labels(&bench), Vec::<String>::new(), "{size:?}");
     }

@@ -5,7 +5,10 @@ use std::sync::atomic::Ordering;
 use egui::{Key, PointerButton};
 use egui_kittest::kittest::Queryable;
 
-use super::bench::{Bench, SCENE};
+use crate::photo::{Era, Plan};
+use crate::viewer::model::Model;
+
+use super::bench::{Bench, SCENE, Scratch};
 
 #[test]
 fn cameras_and_environments_go_to_files_and_come_back() {
@@ -142,4 +145,13 @@ fn a_panic_in_the_renderer_takes_neither_window_nor_settings() {
     bench.until("a frame after it", |m| {
         m.frame.as_ref().is_some_and(|f| f.serial > serial)
     });
+}
+
+#[test]
+fn a_window_without_a_scene_offers_to_open_one() {
+    let scratch = Scratch::new("without");
+    let model = Model::new(Plan::of_era(Era::Modern, ""));
+    let mut bench = Bench::sized(scratch, model, [1360.0, 860.0]);
+    bench.click("Open a scene …");
+    assert!(bench.harness.query_by_label("Open file").is_some());
 }
