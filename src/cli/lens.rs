@@ -5,23 +5,19 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::sync::Arc;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
-use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::flags;
 use super::sheet::{AboutRow, SurfaceRow};
 use crate::camera::{film_plane, lens_in_scene};
-use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::files::{MAX_TEXT, read_file, read_stream, write_whole};
-use crate::lens::analysis::sheet::LensSheet;
+use crate::diag::{Diagnostic, Result, Sink};
+use crate::files::write_whole;
 use crate::lens::{
-    About, Coating, FirstOrder, Focus, Lens, LensRay, LossKind, Plane, Pupil, Toward, trace,
+    About, Coating, FieldPoint, FirstOrder, Focus, Lens, LensSheet, Plane, Pupil, SheetSetting,
 };
 use crate::photo::{LensChoice, options};
-use crate::prescription::glass;
 
 /// Half of the film's height in the paper's equation 7, in millimeters.
 const HALF_HEIGHT: f64 = 12.0;
@@ -79,6 +75,26 @@ pub(crate) fn command() -> Command {
             "FILE",
             "draw the images of points with diffraction: .png, .exr or another picture format",
         ))
+        .arg(value(
+            "defocus",
+            "MM",
+            "shifts the film of the data sheet away from the lens by this many millimeters",
+        ))
+        .arg(value(
+            "fields",
+            "LIST",
+            "the points of the data sheet on the film's diagonal: heights in mm, 70% or 20deg [0,50%,70%,100%]",
+        ))
+        .arg(value(
+            "frequencies",
+            "LIST",
+            "the frequencies of the modulation, in line pairs per millimeter",
+        ))
+        .arg(value(
+            "film",
+            "WxH",
+            "the film of the data sheet, or its diagonal, in millimeters [the stated field of the lens]",
+        ))
         .arg(super::switch(
             "curves",
             "with --json: the data sheet's curves too",
@@ -110,30 +126,34 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     if let Some(nm) = text("wavelength") {
         lens = lens.at_wavelength(wavelength(positive(nm, "wavelength")?)?);
     }
-    if let Some(file) = text("trace") {
-        return trace_file(&lens, file, out);
+    let unfocused = lens.clone();
+    let mut focus = None;
+    if let Some(distance) = distance {
+        let focused = lens.focused(choice.method, distance);
+        let (moved, found) = focused.map_err(|fault| fault.diagnostic(lens.name()))?;
+        (lens, focus) = (moved, Some(found));
     }
-    let focus = distance.map(|distance| {
-        lens.focus(choice.method, distance)
-            .map_err(|fault| fault.diagnostic(lens.name()))
-    });
-    let focus = focus.transpose()?;
     let film_z = focus.as_ref().map(|f| f.film_z);
+    if let Some(file) = text("trace") {
+        return super::trace_rays::run(&lens, film_z, file, text("diagram"), out);
+    }
     if let Some(file) = text("as-scene") {
         return save_scene(&lens, film_z, file);
     }
+    let mut setting = setting(matches)?;
+    (setting.unfocused, setting.focus) = (Some(&unfocused), focus.as_ref());
     let files = ["write", "diagram", "sheet", "psf"].map(text);
     if let [Some(file), ..] = files {
         super::sheet::save_prescription(&lens, file)?;
     }
     if let [_, Some(file), ..] = files {
-        super::sheet::save_diagram(&lens, film_z, file)?;
+        super::sheet::save_diagram(&lens, &setting, file)?;
     }
     if let [_, _, Some(file), _] = files {
-        super::sheet::save_sheet(&lens, file)?;
+        super::sheet::save_sheet(&lens, &setting, file)?;
     }
     if let [.., Some(file)] = files {
-        super::sheet::save_point_spreads(&lens, focus.as_ref(), file)?;
+        super::sheet::save_point_spreads(&lens, &setting, file)?;
     }
     if files.iter().any(Option::is_some) && !matches.get_flag("json") {
         return Ok(0);
@@ -141,19 +161,85 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let result = if matches.get_flag("json") {
         let mut sheet = Sheet::of(&lens, focus.as_ref());
         if matches.get_flag("curves") {
-            sheet.curves = LensSheet::of(&lens);
+            sheet.curves = LensSheet::at(&lens, &setting);
         }
         serde_json::to_writer_pretty(&mut *out, &sheet).map_err(std::io::Error::from)
     } else {
         write_text(&lens, focus.as_ref(), out)
             .and_then(|()| writeln!(out))
             .and_then(|()| super::sheet::surfaces(&lens, out))
-            .and_then(|()| match LensSheet::of(&lens) {
+            .and_then(|()| match LensSheet::at(&lens, &setting) {
                 Some(sheet) => super::sheet::curves(&sheet, out),
                 None => Ok(()),
             })
     };
     super::exit_code(result.and_then(|()| writeln!(out)))
+}
+
+/// The conditions of the data sheet, without the focus.
+fn setting(matches: &ArgMatches) -> Result<SheetSetting<'static>> {
+    let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
+    let mut setting = SheetSetting::default();
+    if let Some(value) = text("defocus") {
+        let wanted = "a length in millimeters, such as 0.05 or -0.1mm";
+        setting.defocus = parse(value.trim_end_matches("mm"), "defocus", wanted)?;
+        if !(setting.defocus.abs() < 1e6) {
+            return Err(invalid_value("defocus", value, wanted));
+        }
+    }
+    if let Some(value) = text("film") {
+        let wanted = "a film size in millimeters such as 36x24, or the diagonal alone";
+        let sides: Vec<&str> = value
+            .trim_end_matches("mm")
+            .split(['x', 'X', '×'])
+            .collect();
+        let sides: Vec<f64> = sides
+            .iter()
+            .map(|side| positive(side.trim(), "film"))
+            .collect::<Result<_>>()
+            .map_err(|_| invalid_value("film", value, wanted))?;
+        setting.image_height = Some(match sides[..] {
+            [diagonal] => 0.5 * diagonal,
+            [width, height] => 0.5 * width.hypot(height),
+            _ => return Err(invalid_value("film", value, wanted)),
+        });
+    }
+    if let Some(value) = text("frequencies") {
+        let wanted = "up to 400 numbers of line pairs per millimeter, such as 10,20,40";
+        let all = list(value, |word| positive(word, "frequencies").ok());
+        let mut all = all.ok_or_else(|| invalid_value("frequencies", value, wanted))?;
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        setting.frequencies = all;
+    }
+    if let Some(value) = text("fields") {
+        let wanted =
+            "up to 400 heights in mm (10), shares (70%) or angles (20deg), such as 0,50%,100%";
+        let all = list(value, field_point);
+        setting.fields = all.ok_or_else(|| invalid_value("fields", value, wanted))?;
+    }
+    Ok(setting)
+}
+
+/// Parses a list of 1 to 400 words with commas between them.
+fn list<T>(value: &str, word: impl Fn(&str) -> Option<T>) -> Option<Vec<T>> {
+    let all: Vec<T> = value
+        .split(',')
+        .map(|w| word(w.trim()))
+        .collect::<Option<_>>()?;
+    (all.len() <= 400).then_some(all)
+}
+
+/// Parses a place on the film's diagonal: `10` or `10mm`, `70%`, or `20deg`.
+fn field_point(word: &str) -> Option<FieldPoint> {
+    let number = |text: &str| text.parse().ok().filter(|v: &f64| (0.0..1e6).contains(v));
+    if let Some(share) = word.strip_suffix('%') {
+        return Some(FieldPoint::Share(0.01 * number(share)?));
+    }
+    if let Some(angle) = word.strip_suffix("deg") {
+        return Some(FieldPoint::Angle(number(angle)?.to_radians()));
+    }
+    number(word.trim_end_matches("mm")).map(FieldPoint::Height)
 }
 
 /// Writes the lens as solids, with the film in focus. Without a distance the focus is at infinity.
@@ -189,7 +275,7 @@ fn positive(value: &str, flag: &str) -> Result<f64> {
     }
 }
 
-fn wavelength(nm: f64) -> Result<f64> {
+pub(super) fn wavelength(nm: f64) -> Result<f64> {
     if (100.0..=100_000.0).contains(&nm) {
         return Ok(nm);
     }
@@ -210,8 +296,14 @@ struct Sheet<'a> {
     x_plane: Option<Optics>,
     #[serde(skip_serializing_if = "Option::is_none")]
     focus: Option<FocusSheet>,
-    /// The f-number divided by the square root of the transmittance on the axis.
+    /// The f-number by real rays: the one that `--aperture` sets and exposures use.
+    f_number: Option<f64>,
+    f_number_real: Option<f64>,
+    f_number_paraxial: Option<f64>,
+    /// The f-number by real rays divided by the square root of the transmittance on the axis.
     t_number: Option<f64>,
+    t_number_real: Option<f64>,
+    t_number_paraxial: Option<f64>,
     transmittance: Option<f64>,
     about: AboutRow,
     surfaces: Vec<SurfaceRow>,
@@ -231,7 +323,6 @@ struct Optics {
     rear_principal_plane: Option<f64>,
     entrance_pupil: Option<PupilSheet>,
     exit_pupil: Option<PupilSheet>,
-    f_number: Option<f64>,
     length: f64,
     afocal: bool,
     power: f64,
@@ -274,7 +365,6 @@ impl Optics {
             rear_principal_plane: focal.map(|f| f.rear_principal_plane),
             entrance_pupil: pupil(optics.entrance_pupil),
             exit_pupil: pupil(optics.exit_pupil),
-            f_number: optics.f_number(),
             length: optics.length,
             afocal: focal.is_none(),
             power: optics.power,
@@ -303,7 +393,12 @@ impl<'a> Sheet<'a> {
                 height_angle: focus.height_angle(HALF_HEIGHT),
                 extension: focus.extension,
             }),
+            f_number: lens.real_f_number(),
+            f_number_real: lens.real_f_number(),
+            f_number_paraxial: lens.first_order().f_number(),
             t_number: lens.t_number(),
+            t_number_real: lens.t_number(),
+            t_number_paraxial: lens.paraxial_t_number(),
             transmittance: lens.axial_transmittance(),
             about: AboutRow::of(lens.prescription()),
             surfaces: SurfaceRow::all(lens.prescription()),
@@ -362,8 +457,11 @@ fn write_text(lens: &Lens, focus: Option<&Focus>, out: &mut dyn Write) -> std::i
             None => writeln!(out, "  {name:<22} at infinity")?,
         }
     }
-    if let Some(n) = optics.f_number() {
-        writeln!(out, "  f-number               {n:>12.4}")?;
+    if let Some(n) = lens.real_f_number() {
+        writeln!(out, "  f-number, real rays    {n:>12.4}")?;
+        if let Some(n) = optics.f_number() {
+            writeln!(out, "  f-number, paraxial     {n:>12.4}")?;
+        }
         t_numbers(lens, out)?;
     }
     write!(out, "  length                 {:>12.4} mm", optics.length)?;
@@ -405,128 +503,12 @@ fn t_numbers(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> {
     });
     writeln!(
         out,
-        "  T-number               {own:>12.4}     {:.1}% gets through; coated {}",
+        "  T-number, real rays    {own:>12.4}     {:.1}% gets through; coated {}",
         100.0 * share,
         others.join(", ")
-    )
-}
-
-/// A ray to trace.
-#[derive(Deserialize)]
-struct RayQuery {
-    origin: [f64; 3],
-    direction: [f64; 3],
-    #[serde(default)]
-    from: From,
-    #[serde(default = "yes")]
-    apertures: bool,
-    wavelength_nm: Option<f64>,
-}
-
-#[derive(Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum From {
-    #[default]
-    Scene,
-    Film,
-}
-
-fn yes() -> bool {
-    true
-}
-
-/// The result of tracing a ray.
-#[derive(Serialize)]
-struct RayAnswer {
-    status: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    surface: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    origin: Option<[f64; 3]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    direction: Option<[f64; 3]>,
-    hits: Vec<[f64; 3]>,
-}
-
-fn trace_file(lens: &Lens, file: &str, out: &mut dyn Write) -> Result<i32> {
-    let bytes = match file {
-        "-" => read_stream(std::io::stdin(), "standard input", MAX_TEXT)?,
-        _ => read_file(Path::new(file), MAX_TEXT)?,
-    };
-    let source = Arc::new(Source::new(file, bytes));
-    let asked: Vec<RayQuery> = serde_json::from_slice(&source.bytes).map_err(|error| {
-        let before: usize = source
-            .bytes
-            .split_inclusive(|&b| b == b'\n')
-            .take(error.line().saturating_sub(1))
-            .map(<[u8]>::len)
-            .sum();
-        let at = (before + error.column().saturating_sub(1)).min(source.bytes.len());
-        let text = error.to_string();
-        let reason = text.rsplit_once(" at line").map_or(text.as_str(), |(reason, _)| reason);
-        Diagnostic::error(format!("this is not a list of rays: {reason}"))
-            .at(&source, Span::at(at))
-            .with_help(
-                r#"a ray is {"origin": [x, y, z], "direction": [x, y, z], "from": "scene" or "film"}"#,
-            )
-    })?;
-    let mut lenses: Vec<Lens> = vec![lens.clone()];
-    let mut answers = Vec::with_capacity(asked.len());
-    for (i, ray) in asked.iter().enumerate() {
-        let nm = match ray.wavelength_nm {
-            Some(nm) => wavelength(nm).map_err(|e| e.in_file(file))?,
-            None => lens.wavelength(),
-        };
-        let nm = glass::named_line(nm);
-        let found = lenses.iter().position(|l| l.wavelength() == nm);
-        let index = found.unwrap_or_else(|| {
-            lenses.push(lens.at_wavelength(nm));
-            lenses.len() - 1
-        });
-        answers.push(answer(&lenses[index], i, ray).map_err(|e| e.in_file(file))?);
+    )?;
+    match lens.paraxial_t_number() {
+        Some(t) => writeln!(out, "  T-number, paraxial     {t:>12.4}"),
+        None => Ok(()),
     }
-    serde_json::to_writer(&mut *out, &answers)
-        .map_err(std::io::Error::from)
-        .and_then(|()| writeln!(out))
-        .map_err(|e| Diagnostic::io("standard output", &e))?;
-    Ok(0)
-}
-
-fn answer(lens: &Lens, number: usize, asked: &RayQuery) -> Result<RayAnswer> {
-    let ray = LensRay {
-        origin: DVec3::from_array(asked.origin),
-        direction: DVec3::from_array(asked.direction),
-    };
-    if trace::ray::unit(ray.direction).is_none() || !ray.origin.is_finite() {
-        return Err(Diagnostic::error(format!(
-            "ray {number} has no direction or no finite origin"
-        ))
-        .with_help("rays are counted from 0; a direction may have any length but 0"));
-    }
-    let toward = match asked.from {
-        From::Scene => Toward::Film,
-        From::Film => Toward::Scene,
-    };
-    let path = lens.trace_path(&ray, toward, asked.apertures);
-    let hits = path.hits.iter().map(|h| h.to_array()).collect();
-    Ok(match path.outcome {
-        Ok(ray) => RayAnswer {
-            status: "passed",
-            surface: None,
-            origin: Some(ray.origin.to_array()),
-            direction: Some(ray.direction.to_array()),
-            hits,
-        },
-        Err(loss) => RayAnswer {
-            status: match loss.kind {
-                LossKind::Missed => "missed",
-                LossKind::Blocked => "blocked",
-                LossKind::TotalReflection => "total_reflection",
-            },
-            surface: Some(loss.surface),
-            origin: None,
-            direction: None,
-            hits,
-        },
-    })
 }

@@ -19,6 +19,7 @@ mod outputs;
 pub(crate) mod pull_focus;
 pub(crate) mod render;
 pub(crate) mod sheet;
+mod trace_rays;
 pub(crate) mod view;
 mod vintage_help;
 

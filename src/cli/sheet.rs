@@ -7,10 +7,10 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::diag::{Diagnostic, Result};
+use crate::diagram::drawing::Drawing;
 use crate::diagram::{LensDiagram, SectionOptions, html_page, point_spreads, svg_page};
 use crate::files::write_whole;
-use crate::lens::analysis::sheet::LensSheet;
-use crate::lens::{About, Focus, Lens, Prescription, Shape, shipped_names};
+use crate::lens::{About, Lens, LensSheet, Prescription, Shape, SheetSetting, shipped_names};
 use crate::picture::{Depth, PictureFormat};
 use crate::prescription::formats::write::{Target, write};
 
@@ -40,7 +40,7 @@ pub(crate) fn list(json: bool, out: &mut dyn Write) -> Result<i32> {
             year: about.year,
             field: about.field,
             efl: lens.first_order().efl(),
-            f_number: lens.first_order().f_number(),
+            f_number: lens.real_f_number(),
             source: about.source,
         });
     }
@@ -174,20 +174,45 @@ pub(crate) fn surfaces(lens: &Lens, out: &mut dyn Write) -> std::io::Result<()> 
     Ok(())
 }
 
-/// Prints the curves as a table over the image height.
-pub(crate) fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
+/// Prints the object, the film and the reference of distortion.
+fn conditions(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
+    let object = match sheet.object_distance {
+        Some(mm) => format!("object {:.4} m from the front vertex", mm / 1000.0),
+        None => "object at infinity".to_owned(),
+    };
+    let defocus = match sheet.defocus {
+        0.0 => String::new(),
+        mm => format!(", {mm:+.4} mm of it defocus"),
+    };
     writeln!(
         out,
-        "\n  film at {:.4} mm, best focus on the axis ({:+.4} mm from the paraxial)",
+        "\n  {object}; film at {:.4} mm, {:+.4} mm from the paraxial image{defocus}",
         sheet.film_z, sheet.focus_shift
     )?;
+    if let Some(best) = sheet.best_film_z {
+        let off = sheet.film_z - best;
+        match off.abs() < 1e-9 {
+            true => writeln!(out, "  that is the least rms spot on the axis")?,
+            false => writeln!(
+                out,
+                "  {off:+.4} mm from the least rms spot on the axis, which is at {best:.4} mm"
+            )?,
+        }
+    }
+    writeln!(out, "  distortion in % of {}", sheet.distortion_reference())
+}
+
+/// Prints the curves as a table over the image height.
+pub(crate) fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<()> {
+    conditions(sheet, out)?;
     writeln!(
         out,
-        "  {:>8} {:>7} {:>11} {:>8} {:>10} {:>10} {:>9} {:>9}",
+        "  {:>8} {:>7} {:>11} {:>8} {:>8} {:>10} {:>10} {:>9} {:>9}",
         "height",
         "angle",
         "distortion",
         "light",
+        "at film",
         "tangential",
         "sagittal",
         "lateral F",
@@ -195,18 +220,19 @@ pub(crate) fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<
     )?;
     writeln!(
         out,
-        "  {:>8} {:>7} {:>11} {:>8} {:>10} {:>10} {:>9} {:>9}",
-        "mm", "deg", "%", "", "mm", "mm", "\u{b5}m", "\u{b5}m"
+        "  {:>8} {:>7} {:>11} {:>8} {:>8} {:>10} {:>10} {:>9} {:>9}",
+        "mm", "deg", "%", "", "deg", "mm", "mm", "\u{b5}m", "\u{b5}m"
     )?;
     let number = |v: Option<f64>, places: usize| v.map_or("-".into(), |v| format!("{v:.places$}"));
     for row in sheet.fields.iter().step_by(8) {
         writeln!(
             out,
-            "  {:>8.3} {:>7.2} {:>11} {:>8.3} {:>10} {:>10} {:>9} {:>9}",
+            "  {:>8.3} {:>7.2} {:>11} {:>8.3} {:>8} {:>10} {:>10} {:>9} {:>9}",
             row.height,
             row.angle_degrees,
             number(row.distortion_percent, 3),
             row.relative_illumination,
+            number(row.chief_ray_angle_degrees, 2),
             number(row.tangential_focus, 3),
             number(row.sagittal_focus, 3),
             number(row.lateral_f.map(|v| 1000.0 * v), 2),
@@ -214,7 +240,12 @@ pub(crate) fn curves(sheet: &LensSheet, out: &mut dyn Write) -> std::io::Result<
         )?;
     }
     breathing(sheet, out)?;
-    let shown: Vec<usize> = (0..sheet.frequencies.len()).step_by(10).skip(1).collect();
+    // Of the 41 frequencies of the default, four are printed; of a list that was asked for, all up
+    // to eight.
+    let shown: Vec<usize> = match sheet.frequencies.first() {
+        Some(0.0) => (0..sheet.frequencies.len()).step_by(10).skip(1).collect(),
+        _ => (0..sheet.frequencies.len().min(8)).collect(),
+    };
     let heads: Vec<String> = shown
         .iter()
         .map(|i| format!("{:>11}", format!("{} lp/mm", sheet.frequencies[*i])))
@@ -293,10 +324,14 @@ pub(crate) fn save_prescription(lens: &Lens, file: &str) -> Result<()> {
 }
 
 /// Draws the section with rays.
-pub(crate) fn save_diagram(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<()> {
+pub(crate) fn save_diagram(lens: &Lens, setting: &SheetSetting<'_>, file: &str) -> Result<()> {
+    let options = SectionOptions::for_lens(lens, setting);
+    save_drawing(&LensDiagram::of(lens, options).drawing(), file)
+}
+
+/// Writes a drawing in the format of the file's extension.
+pub(crate) fn save_drawing(drawing: &Drawing, file: &str) -> Result<()> {
     let path = Path::new(file);
-    let options = SectionOptions::for_lens(lens, film_z);
-    let drawing = LensDiagram::of(lens, options).drawing();
     match ending(path).as_str() {
         "svg" => save(path, &drawing.to_svg()),
         "fig" => save(path, &drawing.to_fig()),
@@ -305,20 +340,24 @@ pub(crate) fn save_diagram(lens: &Lens, film_z: Option<f64>, file: &str) -> Resu
 }
 
 /// Writes the data sheet as one page.
-pub(crate) fn save_sheet(lens: &Lens, file: &str) -> Result<()> {
+pub(crate) fn save_sheet(lens: &Lens, setting: &SheetSetting<'_>, file: &str) -> Result<()> {
     let path = Path::new(file);
     let page = match ending(path).as_str() {
         "svg" => svg_page,
         "html" | "htm" => html_page,
         _ => return Err(unknown("--sheet", file, ".html or .svg")),
     };
-    save(path, &page(lens, LensSheet::of(lens).as_ref()))
+    save(path, &page(lens, LensSheet::at(lens, setting).as_ref()))
 }
 
 /// Writes the images of points as a picture.
-pub(crate) fn save_point_spreads(lens: &Lens, focus: Option<&Focus>, file: &str) -> Result<()> {
+pub(crate) fn save_point_spreads(
+    lens: &Lens,
+    setting: &SheetSetting<'_>,
+    file: &str,
+) -> Result<()> {
     let path = Path::new(file);
-    let picture = point_spreads(lens, focus, PictureFormat::of(path)?)?;
+    let picture = point_spreads(lens, setting, PictureFormat::of(path)?)?;
     picture.save(path, Depth::Eight)
 }
 

@@ -116,7 +116,7 @@ impl CameraFit {
             (Optics::Lens(choice), _) => {
                 let lens = choice.open(&mut Sink::new())?;
                 let efl = lens.first_order().efl();
-                opening = lens.first_order().f_number().map(|n| efl / n);
+                opening = lens.real_f_number().map(|n| efl / n);
                 efl
             }
             (Optics::Ideal(_), _) => {

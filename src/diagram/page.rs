@@ -1,7 +1,6 @@
 //! The data sheet of a lens on one page.
 
-use crate::lens::analysis::sheet::{FieldRow, LensSheet, Modulation, PointImage, Zone};
-use crate::lens::{About, Lens, Shape, Surface};
+use crate::lens::{About, FieldRow, Lens, LensSheet, Modulation, PointImage, Shape, Surface, Zone};
 
 use super::chart::{Chart, Series};
 use super::drawing::{Anchor, Drawing, Ink, Item};
@@ -81,9 +80,8 @@ fn header(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>) -> f64 {
     let figures = [
         ("focal length", millimeters(optics.focal.map(|f| f.efl))),
         (
-            "f-number",
-            optics
-                .f_number()
+            "f-number, real rays",
+            lens.real_f_number()
                 .map_or("\u{2014}".into(), |n| format!("f/{}", brief(n))),
         ),
         (
@@ -105,7 +103,33 @@ fn header(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>) -> f64 {
         page.text([x, y + 26.0], Anchor::Start, 18.0, value);
         page.note([x, y + 42.0], Anchor::Start, 10.0, name);
     }
+    if let Some(sheet) = sheet {
+        page.note([MARGIN, y + 62.0], Anchor::Start, 10.0, conditions(sheet));
+        y += 20.0;
+    }
     y + 56.0
+}
+
+/// Returns the object, the film and the reference of distortion in one line.
+fn conditions(sheet: &LensSheet) -> String {
+    let object = match sheet.object_distance {
+        Some(mm) => format!("Object {} m from the front vertex", brief(mm / 1000.0)),
+        None => "Object at infinity".into(),
+    };
+    let best = match sheet.best_film_z {
+        Some(best) if (sheet.film_z - best).abs() < 1e-9 => ", the least spot on the axis".into(),
+        Some(best) => format!(
+            ", {} mm from the least spot on the axis",
+            tidy(sheet.film_z - best, 1e-4)
+        ),
+        None => String::new(),
+    };
+    format!(
+        "{object}; film at {} mm, {} mm from the paraxial image{best}; distortion in % of {}.",
+        tidy(sheet.film_z, 1e-4),
+        tidy(sheet.focus_shift, 1e-4),
+        sheet.distortion_reference()
+    )
 }
 
 fn section(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>, y: f64) -> f64 {
@@ -116,6 +140,9 @@ fn section(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>, y: f64) -
     let film_z = film_z.unwrap_or(1.3 * lens.length());
     let height = sheet.map_or(0.0, |s| s.image_height);
     let mut options = SectionOptions::of(film_z, height);
+    if let Some(distance) = sheet.and_then(|s| s.object_distance) {
+        options.distance = distance;
+    }
     options.width = WIDTH - 2.0 * MARGIN + 32.0;
     options.height = 380.0;
     if height == 0.0 {
@@ -154,7 +181,10 @@ fn tables(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>, top: f64) 
         ("its semi-diameter", en.map(|p| p.semi_diameter)),
         ("exit pupil", ex.map(|p| p.z)),
         ("its semi-diameter", ex.map(|p| p.semi_diameter)),
-        ("f-number", optics.f_number()),
+        ("f-number, real rays", lens.real_f_number()),
+        ("f-number, paraxial", optics.f_number()),
+        ("T-number, real rays", lens.t_number()),
+        ("T-number, paraxial", lens.paraxial_t_number()),
         ("length", Some(optics.length)),
     ]);
     let edge = MARGIN + 232.0;
@@ -326,7 +356,10 @@ fn field_chart(title: &str, unit: &str, series: Vec<Series>, span: (f64, f64)) -
 
 fn distortion(sheet: &LensSheet) -> Chart {
     let curve = over_height(sheet, |row| row.distortion_percent);
-    let unit = format!("% of {}", sheet.projection);
+    let unit = match sheet.projection {
+        "m y" => format!("% of m y, m = {}", tidy(sheet.projection_scale, 1e-4)),
+        name => format!("% of {name}, f = {} mm", tidy(sheet.projection_scale, 0.01)),
+    };
     field_chart(
         "Distortion",
         &unit,
@@ -525,8 +558,7 @@ fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
     let size = ((WIDTH - 2.0 * MARGIN - (count - 1.0) * GUTTER) / count).min(210.0);
     let step = (WIDTH - 2.0 * MARGIN - size) / (count - 1.0).max(1.0);
     let airy = lens
-        .first_order()
-        .f_number()
+        .real_f_number()
         .map(|n| 1.22 * lens.wavelength() * 1e-6 * n);
     for (i, point) in sheet.points.iter().enumerate() {
         let corner = [MARGIN + step * i as f64, top + 12.0];

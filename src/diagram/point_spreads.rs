@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::diag::Result;
 use crate::film::Response;
 use crate::lens::analysis::psf::PointSpreads;
-use crate::lens::{Focus, Lens};
+use crate::lens::{Lens, SheetSetting};
 use crate::picture::{Picture, PictureFormat};
 use crate::spectrum::Spectrum;
 
@@ -27,10 +27,10 @@ const LAST: i32 = 700;
 /// Fails if the lens makes no image of a point, or one too blurred for the diffraction computation.
 pub(crate) fn point_spreads(
     lens: &Lens,
-    focus: Option<&Focus>,
+    setting: &SheetSetting<'_>,
     format: PictureFormat,
 ) -> Result<Picture> {
-    let PointSpreads { pitch, images, .. } = PointSpreads::of(lens, focus, &white_light(), SIDE)?;
+    let PointSpreads { pitch, images, .. } = PointSpreads::of(lens, setting, &white_light(), SIDE)?;
     let width = (images.len() * (SIDE + GAP)).saturating_sub(GAP);
     let mut picture = Picture {
         width: width as u32,

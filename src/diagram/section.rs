@@ -1,13 +1,12 @@
 //! Draws the section of a lens through its axis, with rays, as in figures 3 to 5 and 13 to 16 of
 //! the paper.
 //!
-//! Light comes from the left. Each fan is the parallel beam of one field. A lost ray ends in a
+//! Light comes from the left. Each fan is the beam of one field. A lost ray ends in a
 //! small cross at the surface where it is lost.
 
 use glam::{DVec2, DVec3};
 
-use crate::lens::analysis::sheet::LensSheet;
-use crate::lens::{Lens, LensRay, Prescription, RayPath, Surface, Toward};
+use crate::lens::{Lens, LensRay, LensSheet, Prescription, RayPath, SheetSetting, Surface, Toward};
 
 use super::drawing::{Anchor, Drawing, Ink, Item};
 use super::numbers::{round_number, tidy};
@@ -21,6 +20,8 @@ pub(crate) struct SectionOptions {
     pub height: f64,
     /// The z of the film. Default: the focus on the axis.
     pub film_z: Option<f64>,
+    /// The distance of the object from the front vertex, in millimeters; it may be infinite.
+    pub distance: f64,
     /// The film heights whose beams are drawn, in millimeters.
     pub fields: Vec<f64>,
     /// The number of rays of each beam that pass through the lens.
@@ -32,14 +33,17 @@ pub(crate) struct SectionOptions {
 }
 
 impl SectionOptions {
-    /// The options for a lens whose film is at `film_z`, or else at its best focus. Without an
-    /// image only the beam on the axis is drawn.
-    pub(crate) fn for_lens(lens: &Lens, film_z: Option<f64>) -> Self {
-        let sheet = LensSheet::of(lens);
-        let focus = lens.first_order().focal.map(|f| f.rear_focal_point);
-        let film_z = film_z.or(sheet.as_ref().map(|s| s.film_z)).or(focus);
+    /// The options for a lens with the film and the object of a setting. Without an image only the
+    /// beam on the axis is drawn.
+    pub(crate) fn for_lens(lens: &Lens, setting: &SheetSetting<'_>) -> Self {
+        let sheet = LensSheet::at(lens, setting);
         let height = sheet.map_or(0.0, |s| s.image_height);
-        let mut options = Self::of(film_z.unwrap_or(1.3 * lens.length()), height);
+        let conjugate = setting.conjugate(lens);
+        let film_z = conjugate.map_or(1.3 * lens.length(), |c| c.film_z);
+        let mut options = Self {
+            distance: conjugate.map_or(f64::INFINITY, |c| c.distance),
+            ..Self::of(film_z, height)
+        };
         if height == 0.0 {
             options.fields = vec![0.0];
         }
@@ -52,6 +56,7 @@ impl SectionOptions {
             width: 960.0,
             height: 420.0,
             film_z: Some(film_z),
+            distance: f64::INFINITY,
             fields: vec![0.0, 0.7 * film_height, film_height],
             rays: 7,
             lost: true,
@@ -66,6 +71,8 @@ pub(crate) struct LensDiagram {
     /// Strokes in millimeters, z to the right and y up.
     strokes: Vec<Stroke>,
     signs: Vec<Sign>,
+    /// The entries of the legend, with the style of their lines.
+    legend: Vec<(String, Ink)>,
     options: SectionOptions,
 }
 
@@ -94,6 +101,7 @@ impl LensDiagram {
         let mut this = Self {
             strokes: Vec::new(),
             signs: Vec::new(),
+            legend: Vec::new(),
             options,
         };
         let film_z = this.film_z(lens);
@@ -121,14 +129,18 @@ impl LensDiagram {
     }
 
     /// Adds the path of a ray, given in lens space as (z, height). A lost ray ends in a cross.
-    #[cfg(feature = "panels")]
-    pub(crate) fn add_path(&mut self, points: Vec<DVec2>, lost: bool) {
+    pub(crate) fn add_path(&mut self, points: Vec<DVec2>, ink: Ink, lost: bool) {
         self.strokes.push(Stroke {
             points,
             closed: false,
-            ink: if lost { Ink::Lost(2) } else { Ink::Ray(0) },
+            ink,
             ends_lost: lost,
         });
+    }
+
+    /// Adds an entry to the legend at the lower right.
+    pub(crate) fn add_legend(&mut self, name: String, ink: Ink) {
+        self.legend.push((name, ink));
     }
 
     /// Returns the z of the film: the option's, or the focus, or a place behind the lens.
@@ -209,25 +221,38 @@ impl LensDiagram {
         }
     }
 
-    /// Draws the parallel beam whose chief ray arrives at −`height` on the film.
+    /// Draws the beam whose chief ray arrives at −`height` on the film.
     fn fan(&mut self, lens: &Lens, number: u8, height: f64, film_z: f64, reach: f64) {
         let Some((start, d)) = beam(lens, height, film_z) else {
             return;
         };
         let across = DVec3::new(0.0, d.z, -d.y);
         let lead = 0.16 * film_z.max(lens.length()) + 0.25 * reach;
+        let distance = self.options.distance;
+        let source =
+            (distance.is_finite() && d.z > 0.0).then(|| start - (distance + start.z) / d.z * d);
         let trace = |s: f64| {
             let origin = start + s * across;
-            let ray = LensRay {
-                origin: origin - 4.0 * reach * d,
-                direction: d,
+            let ray = match source {
+                Some(source) => LensRay {
+                    origin: source,
+                    direction: (origin - source).normalize(),
+                },
+                None => LensRay {
+                    origin: origin - 4.0 * reach * d,
+                    direction: d,
+                },
             };
-            (origin, lens.trace_path(&ray, Toward::Film, true))
+            (
+                origin,
+                ray.direction,
+                lens.trace_path(&ray, Toward::Film, true),
+            )
         };
         let widest = 2.2 * reach;
         let steps = 1200;
         let at = |i: i32| f64::from(i) / f64::from(steps) * widest;
-        let mut passing = (-steps..=steps).filter(|i| trace(at(*i)).1.outcome.is_ok());
+        let mut passing = (-steps..=steps).filter(|i| trace(at(*i)).2.outcome.is_ok());
         let Some(first) = passing.next() else { return };
         let last = passing.next_back().unwrap_or(first);
         let (low, high) = (at(first), at(last));
@@ -243,7 +268,9 @@ impl LensDiagram {
             }
         }
         for s in offsets {
-            let (origin, path) = trace(s);
+            let (origin, d, path) = trace(s);
+            // A ray starts at its object, if that is on the drawing.
+            let lead = lead.min(source.map_or(lead, |s| (origin - s).length()));
             self.ray(number, origin - lead * d, d, &path, film_z);
         }
     }
@@ -377,6 +404,14 @@ impl LensDiagram {
             drawing.symbol([x, y + gap], anchor, 13.0, sign.text);
         }
         scale_bar(&mut drawing, scale, size.x, margin, height);
+        let mut x = self.options.width - margin;
+        for (name, ink) in self.legend.iter().rev() {
+            let y = height - margin + 4.0;
+            let length = 5.6 * name.chars().count() as f64;
+            drawing.text([x, y + 3.5], Anchor::End, 10.5, name.as_str());
+            drawing.line([x - length - 24.0, y], [x - length - 6.0, y], *ink);
+            x -= length + 40.0;
+        }
         drawing
     }
 }

@@ -93,14 +93,6 @@ impl Lens {
         Ok(self.with(stopped))
     }
 
-    /// The lens stopped down; see [`Prescription::at_f_number`].
-    pub fn at_f_number(&self, f_number: f64) -> Result<Self> {
-        let stopped = self
-            .prescription
-            .at_f_number(f_number, self.wavelength_nm)?;
-        Ok(self.with(stopped))
-    }
-
     /// The first-order data in the plane of the axis and y.
     pub fn first_order(&self) -> &FirstOrder {
         &self.first_order

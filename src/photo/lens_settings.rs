@@ -114,7 +114,7 @@ fn lens_settings(choice: &LensChoice, plan: &Plan, lens: &Lens) -> LensSettings 
         ("lens", choice.name.clone()),
         ("efl", format!("{:.3} mm", lens.first_order().efl())),
     ]);
-    if let Some(n) = lens.first_order().f_number() {
+    if let Some(n) = lens.real_f_number() {
         settings.insert("f-number".into(), format!("f/{n:.2}"));
     }
     if let Some(t) = lens.t_number().filter(|_| lens.reflects()) {
@@ -136,7 +136,7 @@ fn exposure_settings(plan: &Plan, lens: &Lens) -> LensSettings {
         ("iso", metering.iso.to_string()),
         ("white", format!("{:.0} cd/m2", metering.white)),
     ]);
-    if let Some(n) = lens.first_order().f_number() {
+    if let Some(n) = lens.real_f_number() {
         let value = metering.exposure_value(n);
         settings.insert("ev".into(), format!("{value:.1}"));
     }

@@ -151,16 +151,17 @@ impl LensChoice {
         if self.zoom != 1.0 {
             lens = lens.scaled(self.zoom);
         }
-        if let Some(n) = self.f_number {
-            lens = lens.at_f_number(n, D_LINE)?;
-        }
-        if self.iris != Iris::Round {
-            lens.iris = self.iris.clone();
-        }
         if let Some(coating) = self.coating {
             lens = lens.with_coating(coating);
         }
-        Ok(Lens::new(lens))
+        let mut lens = Lens::new(lens);
+        if let Some(n) = self.f_number {
+            lens = lens.at_f_number(n)?;
+        }
+        if self.iris != Iris::Round {
+            lens = lens.with_iris(self.iris.clone());
+        }
+        Ok(lens)
     }
 
     /// Opens the lens and focuses it at a distance. Returns it with the position of the film.

@@ -362,7 +362,7 @@ impl Session {
     pub(crate) fn exposure_factor(&self) -> f64 {
         let metered = match (&self.plan.metering, &self.camera) {
             (Some(metering), Camera::Lens(camera)) => {
-                metering.level_of_white(camera.axial_irradiance())
+                metering.level_of_white(camera.metered_irradiance())
             }
             (Some(metering), Camera::Ideal(lens)) => metering.level_of_white(lens.axial_irradiance),
             _ => 1.0,

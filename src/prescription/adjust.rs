@@ -54,29 +54,4 @@ impl Prescription {
         stopped.surfaces[stop].semi_diameter = semi_diameter.0;
         Ok(stopped)
     }
-
-    /// Stops the lens down to an f-number: the focal length over the diameter of the entrance
-    /// pupil. The stop does not open wider than the prescription has it.
-    ///
-    /// # Errors
-    ///
-    /// Returns an error if the lens has no f-number, or if it cannot open that wide.
-    pub fn at_f_number(&self, f_number: f64, wavelength_nm: f64) -> Result<Self> {
-        let optics = self.first_order(wavelength_nm);
-        let (Some(widest), Some(stop)) = (optics.f_number(), optics.stop) else {
-            return Err(
-                Diagnostic::error(format!("`{}` has no f-number", self.name))
-                    .with_help("an afocal lens, or one without apertures, has none"),
-            );
-        };
-        if !(f_number.is_finite() && f_number >= widest * (1.0 - 1e-3)) {
-            return Err(
-                Diagnostic::error(format!("`{}` can't open to f/{f_number}", self.name))
-                    .with_help(format!("its widest is f/{widest:.2}")),
-            );
-        }
-        let full = self.surfaces[stop].semi_diameter;
-        let semi_diameter = full * (widest / f_number).min(1.0);
-        self.with_stop(Mm(semi_diameter), wavelength_nm)
-    }
 }

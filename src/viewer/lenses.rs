@@ -30,7 +30,7 @@ impl Entry {
             title: about.title.unwrap_or_else(|| name.to_owned()),
             kind: about.kind.unwrap_or_default(),
             efl: lens.first_order().efl(),
-            f_number: lens.first_order().f_number(),
+            f_number: lens.real_f_number(),
             section,
         })
     }
@@ -53,6 +53,7 @@ fn thumbnail() -> SectionOptions {
         width: 360.0,
         height: 200.0,
         film_z: None,
+        distance: f64::INFINITY,
         fields: Vec::new(),
         rays: 2,
         lost: false,

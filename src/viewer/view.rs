@@ -242,7 +242,7 @@ mod tests {
     #[test]
     fn a_condensers_focal_surface_bends_toward_the_lens() {
         let lens = Lens::named("condenser").unwrap();
-        let widest = lens.first_order().f_number().unwrap();
+        let widest = lens.real_f_number().unwrap();
         let surface = FocalSurface::of(&camera("condenser", 8.0 * widest, 4.0));
         assert!(
             surface.at(0.0, 0.5) < 0.9 * surface.at(0.5, 0.5),

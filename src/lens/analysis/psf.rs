@@ -6,12 +6,9 @@ use rayon::prelude::*;
 use crate::diag::{Diagnostic, Result};
 use crate::lens::analysis::beam::Beam;
 use crate::lens::analysis::diffraction::{Openings, Wavefront};
-use crate::lens::analysis::sheet::LensSheet;
+use crate::lens::analysis::sheet::SheetSetting;
 use crate::lens::lens::Lens;
-use crate::lens::optics::focus::{Focus, FocusMethod};
 
-/// The heights on the film of the images, as shares of half of its diagonal.
-const HEIGHTS: [f64; 4] = [0.0, 0.5, 0.7, 1.0];
 /// The least and the greatest number of plane waves along each side of the grid across a beam. The
 /// shape of the pupil needs the least number, and the greatest bounds the time to about a minute.
 const GRID: (usize, usize) = (64, 512);
@@ -28,32 +25,29 @@ pub(crate) struct PointSpreads {
 
 impl PointSpreads {
     /// Computes images of `side` by `side` pixels from wavelengths, in nanometers, and the color
-    /// that each adds. Without a focus the points are at infinity, and the film is at the best
-    /// focus.
+    /// that each adds. The setting has the object, the film and the heights.
     ///
     /// # Errors
     ///
     /// Returns an error if the lens makes no image, or if an image is too blurred for [`GRID`].
     pub(crate) fn of(
         lens: &Lens,
-        focus: Option<&Focus>,
+        setting: &SheetSetting<'_>,
         colors: &[(f64, DVec3)],
         side: usize,
     ) -> Result<Self> {
-        let Some(sheet) = LensSheet::of(lens) else {
+        let at = setting.conjugate(lens).zip(setting.full_height(lens));
+        let Some((conjugate, image_height)) = at else {
             return Err(
                 Diagnostic::error(format!("`{}` makes no image of a point", lens.name()))
                     .with_help("an afocal lens, or one that lets no light through, has none"),
             );
         };
-        let (film_z, distance) = match focus {
-            None => (sheet.film_z, f64::INFINITY),
-            Some(f) if f.method == FocusMethod::Lens => (f.film_z, f.distance - f.film_z),
-            Some(f) => (f.film_z, f.distance),
-        };
-        let beams: Vec<Beam<'_>> = HEIGHTS
-            .iter()
-            .filter_map(|share| Beam::of(lens, share * sheet.image_height, film_z, distance))
+        let (film_z, distance) = (conjugate.film_z, conjugate.distance);
+        let beams: Vec<Beam<'_>> = setting
+            .heights(lens, image_height, film_z)
+            .into_iter()
+            .filter_map(|height| Beam::of(lens, height, film_z, distance))
             .collect();
         let points: Vec<Point<'_>> = beams
             .iter()

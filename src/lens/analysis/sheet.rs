@@ -1,54 +1,83 @@
 //! The data sheet of a lens: the data of its curves and tables, computed from rays.
 //!
-//! Lengths are in millimeters, heights are on the film, and the object is at infinity. For a lens
-//! without rotational symmetry the sheet shows the meridian of y.
+//! Lengths are in millimeters and heights are on the film. The object is at infinity unless a
+//! [`SheetSetting`] has a focus. For a lens without rotational symmetry the sheet shows the
+//! meridian of y.
 
-use std::f64::consts::TAU;
-
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use serde::Serialize;
 
-use crate::lens::analysis::beam::{Beam, polygon_area};
-use crate::lens::analysis::diffraction::{Openings, Wavefront};
+use crate::lens::analysis::beam::Beam;
+use crate::lens::analysis::curves::{ColorRow, Conjugate, FieldRow, Projection, Zone};
+use crate::lens::analysis::points::{PointImage, point_image};
 use crate::lens::lens::Lens;
 use crate::lens::optics::breathing::Breathing;
-use crate::lens::trace::ray::{LensRay, Toward};
+use crate::lens::optics::focus::Focus;
 use crate::prescription::about::About;
-use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
+use crate::prescription::glass::medium::{C_LINE, F_LINE};
 use crate::prescription::surface::Plane;
 
-/// The number of steps of the curves over the film's height.
-const STEPS: usize = 40;
-/// The number of rays along each side of the grid across a beam.
-const GRID: usize = 64;
 /// The number of steps of the curves over frequency.
 const FREQUENCIES: usize = 40;
-/// The wavelengths in nanometers from which the modulation in white light is computed, with the
-/// luminous efficiency of each (CIE 1924).
-const EFFICIENCY: [(f64, f64); 5] = [
-    (480.0, 0.139),
-    (520.0, 0.710),
-    (560.0, 0.995),
-    (600.0, 0.631),
-    (640.0, 0.175),
-];
 /// The heights for which the sheet has spots, modulation and pupils, as shares of the full height.
 const POINT_HEIGHTS: [f64; 4] = [0.0, 0.5, 0.7, 1.0];
+
+/// The conditions for which a data sheet is computed. The default is an object at infinity with the
+/// film at the best focus.
+#[derive(Clone, Debug, Default)]
+pub struct SheetSetting<'a> {
+    /// The lens before it was focused, if its focusing group has been moved. It determines the
+    /// field and the table of breathing.
+    pub unfocused: Option<&'a Lens>,
+    /// The focus, with the position of the film. Default: the best focus at infinity.
+    pub focus: Option<&'a Focus>,
+    /// A shift of the film away from the lens, in millimeters.
+    pub defocus: f64,
+    /// Half of the film's diagonal, in millimeters. Default: the stated field of the lens.
+    pub image_height: Option<f64>,
+    /// The points for which the sheet has spots and modulation. Default: 0, 50, 70 and 100% of the
+    /// image height.
+    pub fields: Vec<FieldPoint>,
+    /// The frequencies of the modulation in line pairs per millimeter, in rising order. Default: 41
+    /// from 0 to what suits the film.
+    pub frequencies: Vec<f64>,
+}
+
+/// A place on the film's diagonal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FieldPoint {
+    /// The height on the film in millimeters.
+    Height(f64),
+    /// A share of half of the film's diagonal.
+    Share(f64),
+    /// The angle of the chief ray in the scene, in radians.
+    Angle(f64),
+}
 
 /// The data sheet of a lens. Lengths are in millimeters.
 #[derive(Clone, Debug, Serialize)]
 pub struct LensSheet {
-    /// The z of the film, from the front vertex: the best focus on the axis by real rays.
+    /// The distance of the object from the front vertex; none for infinity.
+    pub object_distance: Option<f64>,
+    /// The z of the film, from the front vertex. Without a focus it is the best focus on the axis
+    /// by real rays.
     pub film_z: f64,
-    /// The distance from the paraxial focus to the film.
+    /// The distance from the paraxial image to the film.
     pub focus_shift: f64,
+    /// The part of `focus_shift` that was asked for as defocus.
+    pub defocus: f64,
+    /// The z of the film for which the root mean square spot on the axis is least.
+    pub best_film_z: Option<f64>,
     /// Half of the film's diagonal.
     pub image_height: f64,
     /// The angle of the chief ray that arrives at `image_height`, in degrees.
     pub half_field_degrees: f64,
     /// The projection relative to which distortion is given: `f tan θ`, or `f θ` for fields of more
-    /// than 120 degrees.
+    /// than 120 degrees, or `m y` (magnification times object height) for a near object.
     pub projection: &'static str,
+    /// The f in millimeters, or the m, of `projection`: that of chief rays near the axis on this
+    /// film.
+    pub projection_scale: f64,
     /// Whether the indices of the glasses depend on the wavelength.
     pub dispersive: bool,
     /// The change of the field and the exposure with the distance, by the focusing group if there
@@ -60,181 +89,122 @@ pub struct LensSheet {
     pub spherical: Vec<Zone>,
     /// The longitudinal color.
     pub color: Vec<ColorRow>,
-    /// The images of points at four heights.
+    /// The images of points: by default at four heights.
     pub points: Vec<PointImage>,
     /// The frequencies of the modulation curves, in line pairs per millimeter.
     pub frequencies: Vec<f64>,
 }
 
-/// The properties of the image at a height on the film. Lengths are in millimeters.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct FieldRow {
-    /// The height on the film.
-    pub height: f64,
-    /// The angle of the chief ray in the scene, in degrees.
-    pub angle_degrees: f64,
-    /// The distortion relative to [`LensSheet::projection`].
-    pub distortion_percent: Option<f64>,
-    /// The irradiance over that on the axis.
-    pub relative_illumination: f64,
-    /// The distance from the film to the focus of rays in the meridian near the chief ray.
-    pub tangential_focus: Option<f64>,
-    /// The distance from the film to the focus of rays across the meridian near the chief ray.
-    pub sagittal_focus: Option<f64>,
-    /// The image height at the F line minus that at the d line.
-    pub lateral_f: Option<f64>,
-    /// The image height at the C line minus that at the d line.
-    pub lateral_c: Option<f64>,
-}
-
-/// The distances from the film at which rays of a zone of the pupil cross the axis, in millimeters.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Zone {
-    /// The height of the rays in front of the lens, over that of the widest beam.
-    pub pupil: f64,
-    /// The distance at the F line.
-    pub focus_f: Option<f64>,
-    /// The distance at the d line.
-    pub focus_d: Option<f64>,
-    /// The distance at the C line.
-    pub focus_c: Option<f64>,
-}
-
-/// The paraxial focus at a wavelength.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct ColorRow {
-    /// The wavelength in nanometers.
-    pub wavelength_nm: f64,
-    /// The distance from the focus of the d line, in millimeters.
-    pub focus: f64,
-}
-
-/// The image of a point at infinity. Lengths are in millimeters.
-#[derive(Clone, Debug, Serialize)]
-pub struct PointImage {
-    /// The height on the film.
-    pub height: f64,
-    /// The angle of the chief ray in the scene, in degrees.
-    pub angle_degrees: f64,
-    /// The root mean square radius of the spot at the d line.
-    pub rms: f64,
-    /// The points at which rays of the F, d and C lines arrive, relative to the centroid of the d
-    /// line.
-    #[serde(skip)]
-    pub spots: [Vec<DVec2>; 3],
-    /// The outline of the beam that gets through, perpendicular to the chief ray, over the radius
-    /// of the axial beam.
-    pub pupil: Vec<[f64; 2]>,
-    /// The cross-section of the beam over that of the axial beam.
-    pub pupil_area: f64,
-    /// The modulation by rays alone.
-    pub geometric: Modulation,
-    /// The modulation with diffraction.
-    pub diffraction: Modulation,
-}
-
-/// The modulation at the frequencies of the sheet.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct Modulation {
-    /// The modulation of lines across the meridian.
-    pub tangential: Vec<f64>,
-    /// The modulation of lines along the meridian.
-    pub sagittal: Vec<f64>,
-}
-
 impl LensSheet {
-    /// Computes the data sheet; none for an afocal lens, or for one that lets no light through.
+    /// Computes the data sheet for an object at infinity, with the film at the best focus; none for
+    /// an afocal lens, or for one that lets no light through.
     pub fn of(lens: &Lens) -> Option<Self> {
-        let paraxial = lens.first_order().focal?.rear_focal_point;
-        let film_z = lens.best_focus(f64::INFINITY).unwrap_or(paraxial);
-        let about = About::of(lens.prescription());
-        let image_height = full_height(lens, &about, film_z)?;
-        let lines = [F_LINE, lens.wavelength(), C_LINE].map(|nm| lens.at_wavelength(nm));
-        let half = angle_at(lens, image_height, film_z).unwrap_or(0.0);
-        let projection = if half > 60f64.to_radians() {
-            "f θ"
-        } else {
-            "f tan θ"
-        };
-        let mut this = Self {
-            film_z,
-            focus_shift: film_z - paraxial,
-            image_height,
-            half_field_degrees: half.to_degrees(),
-            projection,
-            dispersive: lens.prescription().is_dispersive(),
-            breathing: lens.breathing(lens.default_focus_method(), image_height),
-            fields: Vec::new(),
-            spherical: zones(&lines, film_z),
-            color: color(lens),
-            points: Vec::new(),
-            frequencies: frequencies(image_height),
-        };
-        this.fields = this.field_rows(lens, &lines);
-        let beams: Vec<_> = POINT_HEIGHTS
-            .iter()
-            .filter_map(|share| Beam::of(lens, share * image_height, film_z, f64::INFINITY))
-            .collect();
-        let axial = beams.first()?.outline_radius();
-        this.points = beams
-            .iter()
-            .filter_map(|b| point_image(b, &lines, axial, &this))
-            .collect();
-        Some(this)
+        Self::at(lens, &SheetSetting::default())
     }
 
-    /// The curves over the film's height.
-    fn field_rows(&self, lens: &Lens, lines: &[Lens; 3]) -> Vec<FieldRow> {
-        let center = lens.irradiance(DVec2::ZERO, self.film_z);
-        let scale_at = |height: f64| {
-            let distortion = lens.distortion(Plane::Y, height, self.film_z)?;
-            let relative = match self.projection {
-                "f θ" => distortion.f_theta,
-                _ => distortion.f_tan,
-            };
-            Some((distortion.angle, 1.0 + relative))
+    /// Computes the data sheet of a focused lens under the conditions of a setting; none for an
+    /// afocal lens, or for one that lets no light through.
+    pub fn at(lens: &Lens, setting: &SheetSetting<'_>) -> Option<Self> {
+        let conjugate = setting.conjugate(lens)?;
+        let film_z = conjugate.film_z;
+        let base = setting.unfocused.unwrap_or(lens);
+        let image_height = setting.full_height(lens)?;
+        let lines = [F_LINE, lens.wavelength(), C_LINE].map(|nm| lens.at_wavelength(nm));
+        let half = angle_at(lens, image_height, film_z).unwrap_or(0.0);
+        let projection = match conjugate.distance.is_finite() {
+            _ if half > 60f64.to_radians() => Projection::Angle,
+            true => Projection::ObjectHeight,
+            false => Projection::Tangent,
         };
-        // Off the paraxial focus the image as a whole has another scale, which is not distortion.
-        let scale = scale_at(1e-4 * self.image_height).map_or(1.0, |(_, scale)| scale);
-        let row = |i: usize| {
-            let height = self.image_height * i as f64 / STEPS as f64;
-            let film = DVec2::new(0.0, height);
-            let distortion = scale_at(height);
-            let percent = distortion.map(|(_, local)| 100.0 * (local / scale - 1.0));
-            let angle = if i == 0 {
-                0.0
-            } else {
-                distortion.map_or(f64::NAN, |(angle, _)| angle)
-            };
-            let lateral = |line: &Lens| {
-                let there = line.image_height(angle, height, self.film_z)?;
-                Some(there - height).filter(|d| d.is_finite() && d.abs() < 0.2 * height.max(1e-9))
-            };
-            let (tangential_focus, sagittal_focus) = close_foci(lens, film, self.film_z);
-            FieldRow {
-                height,
-                angle_degrees: angle.to_degrees(),
-                distortion_percent: if i == 0 {
-                    Some(0.0)
-                } else {
-                    percent.filter(|p| p.is_finite())
-                },
-                relative_illumination: lens.irradiance(film, self.film_z) / center,
-                tangential_focus,
-                sagittal_focus,
-                lateral_f: if i == 0 {
-                    Some(0.0)
-                } else {
-                    lateral(&lines[0])
-                },
-                lateral_c: if i == 0 {
-                    Some(0.0)
-                } else {
-                    lateral(&lines[2])
-                },
+        let scale = conjugate.central_scale(lens, image_height, projection);
+        let frequencies = match setting.frequencies.is_empty() {
+            true => frequencies(image_height),
+            false => setting.frequencies.clone(),
+        };
+        let beams: Vec<_> = setting
+            .heights(lens, image_height, film_z)
+            .into_iter()
+            .filter_map(|height| Beam::of(lens, height, film_z, conjugate.distance))
+            .collect();
+        let axial = Beam::of(lens, 0.0, film_z, conjugate.distance)?.outline_radius();
+        Some(Self {
+            object_distance: Some(conjugate.distance).filter(|d| d.is_finite()),
+            film_z,
+            focus_shift: film_z - conjugate.paraxial_image(lens)?,
+            defocus: setting.defocus,
+            best_film_z: lens.best_focus(conjugate.distance),
+            image_height,
+            half_field_degrees: half.to_degrees(),
+            projection: projection.name(),
+            projection_scale: scale.unwrap_or(f64::NAN),
+            dispersive: lens.prescription().is_dispersive(),
+            breathing: base.breathing(base.default_focus_method(), image_height),
+            fields: conjugate.field_rows(&lines, image_height, projection),
+            spherical: conjugate.zones(&lines),
+            color: conjugate.color(lens),
+            points: beams
+                .iter()
+                .filter_map(|b| point_image(b, &lines, axial, film_z, &frequencies))
+                .collect(),
+            frequencies,
+        })
+    }
+
+    /// What distortion is referred to, as a sentence part.
+    pub fn distortion_reference(&self) -> String {
+        match self.projection {
+            "m y" => format!(
+                "m y, m = {:.5} of chief rays near the axis",
+                self.projection_scale
+            ),
+            name => format!(
+                "{name}, f = {:.3} mm of chief rays near the axis",
+                self.projection_scale
+            ),
+        }
+    }
+}
+
+impl SheetSetting<'_> {
+    /// The object plane and the film; none for an afocal lens without a focus.
+    pub fn conjugate(&self, lens: &Lens) -> Option<Conjugate> {
+        let (distance, film_z) = match self.focus {
+            Some(focus) => (focus.object_distance(), focus.film_z),
+            None => {
+                let paraxial = lens.first_order().focal?.rear_focal_point;
+                (
+                    f64::INFINITY,
+                    lens.best_focus(f64::INFINITY).unwrap_or(paraxial),
+                )
             }
         };
-        (0..=STEPS).map(row).collect()
+        Some(Conjugate {
+            distance,
+            film_z: film_z + self.defocus,
+        })
+    }
+
+    /// Half of the film's diagonal, in millimeters.
+    pub(super) fn full_height(&self, lens: &Lens) -> Option<f64> {
+        let stated = || full_height(self.unfocused.unwrap_or(lens));
+        self.image_height.or_else(stated)
+    }
+
+    /// The heights on the film of the points.
+    pub(super) fn heights(&self, lens: &Lens, image_height: f64, film_z: f64) -> Vec<f64> {
+        if self.fields.is_empty() {
+            return POINT_HEIGHTS.map(|share| share * image_height).to_vec();
+        }
+        let height = |field: &FieldPoint| match *field {
+            FieldPoint::Height(height) => Some(height),
+            FieldPoint::Share(share) => Some(share * image_height),
+            FieldPoint::Angle(0.0) => Some(0.0),
+            FieldPoint::Angle(angle) => {
+                let near = lens.first_order().efl().abs() * angle.min(1.0);
+                lens.image_height(angle, near.min(0.5 * image_height), film_z)
+            }
+        };
+        self.fields.iter().filter_map(height).collect()
     }
 }
 
@@ -245,7 +215,10 @@ fn angle_at(lens: &Lens, height: f64, film_z: f64) -> Option<f64> {
 
 /// Half of the film's diagonal: the value in the file, or the height at which the stated field
 /// arrives, or that at which the light ends.
-fn full_height(lens: &Lens, about: &About, film_z: f64) -> Option<f64> {
+fn full_height(lens: &Lens) -> Option<f64> {
+    let about = About::of(lens.prescription());
+    let paraxial = lens.first_order().focal?.rear_focal_point;
+    let film_z = lens.best_focus(f64::INFINITY).unwrap_or(paraxial);
     let center = lens.irradiance(DVec2::ZERO, film_z);
     if !(center > 0.0) {
         return None;
@@ -291,93 +264,6 @@ fn full_height(lens: &Lens, about: &About, film_z: f64) -> Option<f64> {
     Some(if height > 0.0 { height } else { 0.01 * efl })
 }
 
-/// The longitudinal color from 400 to 700 nm.
-fn color(lens: &Lens) -> Vec<ColorRow> {
-    let focus = |nm: f64| {
-        lens.at_wavelength(nm)
-            .first_order()
-            .focal
-            .map(|f| f.rear_focal_point)
-    };
-    let Some(d) = focus(D_LINE) else {
-        return Vec::new();
-    };
-    (0..=30)
-        .map(|i| 400.0 + 10.0 * f64::from(i))
-        .filter_map(|wavelength_nm| {
-            Some(ColorRow {
-                wavelength_nm,
-                focus: focus(wavelength_nm)? - d,
-            })
-        })
-        .collect()
-}
-
-/// The longitudinal spherical aberration of the lens at three wavelengths.
-fn zones(lines: &[Lens; 3], film_z: f64) -> Vec<Zone> {
-    let beam = lines[1].axial_beam().height;
-    let focus = |lens: &Lens, pupil: f64| {
-        if pupil == 0.0 {
-            return lens
-                .first_order()
-                .focal
-                .map(|f| f.rear_focal_point - film_z);
-        }
-        let start = 0.5 * beam + 1.0 + 4.0 * lens.length();
-        let ray = LensRay {
-            origin: DVec3::new(0.0, pupil * beam, -start),
-            direction: DVec3::Z,
-        };
-        let out = lens.trace_path(&ray, Toward::Film, false).outcome.ok()?;
-        let z = out.origin.z - out.origin.y / out.direction.y * out.direction.z;
-        Some(z - film_z).filter(|z| z.is_finite())
-    };
-    (0..=20)
-        .map(|i| f64::from(i) / 20.0)
-        .map(|pupil| Zone {
-            pupil,
-            focus_f: focus(&lines[0], pupil),
-            focus_d: focus(&lines[1], pupil),
-            focus_c: focus(&lines[2], pupil),
-        })
-        .collect()
-}
-
-/// The tangential and the sagittal focus, from the film: the points at which two rays on either
-/// side of the chief ray intersect.
-fn close_foci(lens: &Lens, film: DVec2, film_z: f64) -> (Option<f64>, Option<f64>) {
-    let Some(chief) = lens.chief_ray(film, film_z) else {
-        return (None, None);
-    };
-    let d = -chief.direction;
-    let up = DVec3::new(0.0, d.z, -d.y);
-    let aside = DVec3::X;
-    let pupil = lens
-        .first_order()
-        .entrance_pupil
-        .map_or(1.0, |p| p.semi_diameter);
-    let step = 1e-3 * pupil;
-    let trace = |offset: DVec3| {
-        let ray = LensRay {
-            origin: chief.origin + offset - 10.0 * pupil * d,
-            direction: d,
-        };
-        lens.trace_path(&ray, Toward::Film, false).outcome.ok()
-    };
-    let crossing = |offset: DVec3, axis: DVec3| {
-        let (a, b) = (trace(offset)?, trace(-offset)?);
-        // The z at which the two rays have the same coordinate along `axis`.
-        let slope = |r: &LensRay| r.direction.dot(axis) / r.direction.z;
-        let at = |r: &LensRay| r.origin.dot(axis) + (film_z - r.origin.z) * slope(r);
-        let z = (at(&b) - at(&a)) / (slope(&a) - slope(&b));
-        Some(z).filter(|z| z.is_finite())
-    };
-    (
-        crossing(step * up, DVec3::Y),
-        crossing(step * aside, DVec3::X),
-    )
-}
-
 /// Frequencies up to 60 line pairs per millimeter for a film diagonal of 43 mm, and in proportion
 /// for other films, rounded.
 fn frequencies(height: f64) -> Vec<f64> {
@@ -397,94 +283,15 @@ fn frequencies(height: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The image of the point of a beam; none if too few rays get through.
-fn point_image(
-    beam: &Beam<'_>,
-    lines: &[Lens; 3],
-    axial: f64,
-    sheet: &LensSheet,
-) -> Option<PointImage> {
-    let places = lines
-        .each_ref()
-        .map(|line| arrivals(beam, line, sheet.film_z));
-    let count = places[1].len() as f64;
-    let centroid = places[1].iter().sum::<DVec2>() / count;
-    let spots = places.map(|places| places.iter().map(|p| *p - centroid).collect::<Vec<_>>());
-    let square: f64 = spots[1].iter().map(|p| p.length_squared()).sum();
-    let outline = beam.outline();
-    (count > 8.0).then(|| PointImage {
-        height: beam.height,
-        angle_degrees: libm::acos(beam.d.z.clamp(-1.0, 1.0)).to_degrees(),
-        rms: (square / count).sqrt(),
-        geometric: geometric(&spots[1], &sheet.frequencies),
-        diffraction: diffraction(beam, &lines[1], centroid.extend(sheet.film_z), sheet),
-        spots,
-        pupil: outline.iter().map(|p| (*p / axial).to_array()).collect(),
-        pupil_area: polygon_area(&outline) / (0.5 * TAU * axial * axial),
-    })
-}
-
-/// The points at which a grid of rays across the beam hits the film.
-fn arrivals(beam: &Beam<'_>, lens: &Lens, film_z: f64) -> Vec<DVec2> {
-    let (low, high) = beam.bounds();
-    let step = (high - low) / GRID as f64;
-    let grid = (0..GRID).flat_map(|j| (0..GRID).map(move |i| DVec2::new(i as f64, j as f64)));
-    grid.filter_map(|at| {
-        let out = beam.trace(lens, low + step * (at + 0.5))?;
-        Some(out.at_z(film_z).truncate())
-    })
-    .collect()
-}
-
-/// The modulation in white light, weighted by luminous efficiency. The transfer functions of the
-/// wavelengths are added as complex numbers, so that lateral color is included.
-fn diffraction(beam: &Beam<'_>, lens: &Lens, image: DVec3, sheet: &LensSheet) -> Modulation {
-    let openings = Openings::of(lens, beam, GRID);
-    let waves: Vec<(f64, Wavefront)> = EFFICIENCY
-        .iter()
-        .filter_map(|(nm, efficiency)| {
-            let line = lens.at_wavelength(*nm);
-            Some((*efficiency, Wavefront::of(&line, beam, &openings, image)?))
-        })
-        .collect();
-    let total: f64 = waves.iter().map(|(efficiency, _)| efficiency).sum();
-    let curve = |axis: usize| -> Vec<f64> {
-        let at = |f: &f64| {
-            let parts = waves
-                .iter()
-                .map(|(efficiency, w)| *efficiency * w.transfer(*f, axis));
-            parts.sum::<DVec2>().length() / total
-        };
-        sheet.frequencies.iter().map(at).collect()
-    };
-    Modulation {
-        tangential: curve(1),
-        sagittal: curve(0),
-    }
-}
-
-/// The modulation of lines by the spot alone: the Fourier transform of the spot.
-fn geometric(spot: &[DVec2], at: &[f64]) -> Modulation {
-    let curve = |axis: usize| -> Vec<f64> {
-        at.iter()
-            .map(|f| {
-                let sum = spot.iter().fold(DVec2::ZERO, |sum, p| {
-                    let phase = TAU * f * p[axis];
-                    sum + DVec2::new(libm::cos(phase), libm::sin(phase))
-                });
-                sum.length() / spot.len() as f64
-            })
-            .collect()
-    };
-    Modulation {
-        tangential: curve(1),
-        sagittal: curve(0),
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::lens::analysis::diffraction::{Openings, Wavefront};
+    use crate::lens::analysis::points::{EFFICIENCY, GRID};
+    use crate::lens::{FocusMethod, Prescription};
+    use crate::math::Meters;
 
     fn sheet(name: &str) -> (Lens, LensSheet) {
         let lens = Lens::named(name).unwrap();
@@ -562,5 +369,110 @@ mod tests {
             assert!(small, "{name}: spots larger than any design's");
             assert!(json.len() > 5000, "{name}");
         }
+    }
+
+    fn near(name: &str, method: FocusMethod, meters: f64) -> (Lens, Focus) {
+        let lens = Lens::named(name).unwrap();
+        let (lens, focus) = lens.focused(method, Meters(meters)).unwrap();
+        (lens, focus)
+    }
+
+    /// A perfectly symmetric lens at life size has no distortion and no lateral color.
+    #[test]
+    fn a_symmetric_lens_at_life_size_has_no_distortion() {
+        let glass = crate::prescription::Medium::constant(1.6);
+        let surface = |radius, gap, medium| crate::lens::Surface::sphere(radius, gap, medium, 9.0);
+        let air = crate::prescription::Medium::air;
+        let lens = Lens::new(Prescription::new(
+            "symmetric",
+            vec![
+                surface(30.0, 5.0, glass.clone()),
+                surface(120.0, 6.0, air()),
+                crate::lens::Surface::stop(6.0, air(), 3.0),
+                surface(-120.0, 5.0, glass),
+                surface(-30.0, 0.0, air()),
+            ],
+        ));
+        // At life size the object is a focal length in front of the front focal point.
+        let focal = lens.first_order().focal.unwrap();
+        let distance = focal.efl - focal.front_focal_point;
+        let focus = lens
+            .focus(FocusMethod::Film, Meters(1e-3 * distance))
+            .unwrap();
+        assert!((focus.magnification + 1.0).abs() < 1e-9);
+        let setting = SheetSetting {
+            focus: Some(&focus),
+            image_height: Some(8.0),
+            ..SheetSetting::default()
+        };
+        let sheet = LensSheet::at(&lens, &setting).unwrap();
+        assert!(
+            (sheet.projection_scale - 1.0).abs() < 1e-6,
+            "{}",
+            sheet.projection_scale
+        );
+        for row in &sheet.fields {
+            let percent = row.distortion_percent.unwrap();
+            assert!(percent.abs() < 1e-6, "{percent} at {}", row.height);
+            let out = row.chief_ray_angle_degrees.unwrap();
+            assert!(
+                (out - row.angle_degrees).abs() < 1e-6,
+                "{out} {}",
+                row.angle_degrees
+            );
+        }
+    }
+
+    #[test]
+    fn the_spot_on_the_axis_is_least_at_the_best_focus_of_every_conjugate() {
+        for (name, meters) in [
+            ("telephoto", f64::INFINITY),
+            ("telephoto", 5.0),
+            ("double-gauss", 1.0),
+        ] {
+            let (lens, focus) = near(name, FocusMethod::Best, meters);
+            let rms = |defocus: f64| {
+                let beam = Beam::of(&lens, 0.0, focus.film_z, focus.object_distance()).unwrap();
+                let places =
+                    crate::lens::analysis::points::arrivals(&beam, &lens, focus.film_z + defocus);
+                let square: f64 = places.iter().map(|p| p.length_squared()).sum();
+                (square / places.len() as f64).sqrt()
+            };
+            // The vertex of the parabola of the squared radius, by an independent grid of rays.
+            let step = 0.05;
+            let [a, b, c] = [-step, 0.0, step].map(|d| rms(d) * rms(d));
+            let vertex = 0.5 * step * (a - c) / (a - 2.0 * b + c);
+            assert!(
+                vertex.abs() < 1.5e-3,
+                "{name} at {meters} m: off by {vertex} mm"
+            );
+        }
+    }
+
+    #[test]
+    fn a_sheet_follows_focus_defocus_fields_and_frequencies() {
+        let (lens, focus) = near("double-gauss", FocusMethod::Film, 1.5);
+        let setting = SheetSetting {
+            focus: Some(&focus),
+            defocus: 0.25,
+            image_height: Some(21.6),
+            fields: vec![
+                FieldPoint::Height(0.0),
+                FieldPoint::Share(0.5),
+                FieldPoint::Angle(0.1),
+            ],
+            frequencies: vec![5.0, 25.0],
+            ..SheetSetting::default()
+        };
+        let sheet = LensSheet::at(&lens, &setting).unwrap();
+        assert_eq!(sheet.film_z, focus.film_z + 0.25);
+        assert_eq!(sheet.object_distance, Some(1500.0));
+        assert!((sheet.focus_shift - 0.25).abs() < 1e-9);
+        assert_eq!(sheet.frequencies, [5.0, 25.0]);
+        assert_eq!(sheet.points[1].height, 10.8);
+        assert!((sheet.points[2].angle_degrees.to_radians() - 0.1).abs() < 1e-9);
+        assert_eq!(sheet.points[0].diffraction.sagittal.len(), 2);
+        let scale = sheet.projection_scale / focus.magnification.abs();
+        assert!((scale - 1.0).abs() < 0.01, "{scale}");
     }
 }

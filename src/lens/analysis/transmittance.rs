@@ -48,9 +48,15 @@ impl Lens {
         (count > 0.0).then(|| sum / count)
     }
 
-    /// The T-number N/√τ: the f-number of a lens without losses that makes an equally bright
-    /// picture. Returns none if the lens has no f-number or no ray gets through.
+    /// The T-number N/√τ, with the f-number by real rays: the f-number of a lens without losses
+    /// that makes an equally bright picture. Returns none if the lens has no f-number or no ray
+    /// gets through.
     pub fn t_number(&self) -> Option<f64> {
+        Some(self.real_f_number()? / self.axial_transmittance()?.sqrt())
+    }
+
+    /// The T-number with the paraxial f-number.
+    pub(crate) fn paraxial_t_number(&self) -> Option<f64> {
         let f_number = self.first_order().f_number()?;
         Some(f_number / self.axial_transmittance()?.sqrt())
     }
@@ -121,7 +127,7 @@ mod tests {
     #[test]
     fn the_t_number_is_the_f_number_over_the_root_of_what_gets_through() {
         let lens = Lens::named("cooke-triplet").unwrap();
-        let f = lens.first_order().f_number().unwrap();
+        let f = lens.real_f_number().unwrap();
         assert_eq!(lens.t_number(), Some(f));
         let bare = lens.with_coating(Coating::Bare);
         let share = bare.axial_transmittance().unwrap();

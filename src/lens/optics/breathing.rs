@@ -21,8 +21,8 @@ pub struct Breathing {
     pub field_degrees: Option<f64>,
     /// The field over the field at infinity, less 1, in percent.
     pub field_change_percent: Option<f64>,
-    /// The f-number that determines the exposure: N (1 − m/p), where p is the magnification of the
-    /// pupils.
+    /// The f-number that determines the exposure: N (1 − m/p), where N is the f-number by real rays
+    /// and p the magnification of the pupils.
     pub working_f_number: Option<f64>,
 }
 
@@ -74,7 +74,7 @@ impl Lens {
             extension: focus.extension,
             field_degrees: chief.map(|c| 2.0 * c.angle.to_degrees()),
             field_change_percent: None,
-            working_f_number: optics.f_number().zip(magnified).map(working),
+            working_f_number: self.real_f_number().zip(magnified).map(working),
         }
     }
 

@@ -142,10 +142,20 @@ impl Lens {
     /// radians, arrives. The search starts from the height `near`. At a wavelength other than the
     /// one for which the film was placed, the height shows the lateral color.
     pub fn image_height(&self, angle: f64, near: f64, film_z: f64) -> Option<f64> {
-        let at = |h: f64| {
-            let chief = self.chief_ray(DVec2::new(0.0, h), film_z)?;
+        self.height_where(near, film_z, |chief| {
             Some(angle_of(chief.direction) - angle)
-        };
+        })
+    }
+
+    /// The height on the film's y axis, in millimeters, at which a function of the chief ray is 0,
+    /// by the secant method from the height `near`.
+    pub(crate) fn height_where(
+        &self,
+        near: f64,
+        film_z: f64,
+        error: impl Fn(&LensRay) -> Option<f64>,
+    ) -> Option<f64> {
+        let at = |h: f64| error(&self.chief_ray(DVec2::new(0.0, h), film_z)?);
         let (mut a, mut b) = (near, near * (1.0 + 1e-4));
         let (mut fa, mut fb) = (at(a)?, at(b)?);
         for _ in 0..40 {
@@ -168,6 +178,6 @@ impl Lens {
 }
 
 /// The angle between a ray into the scene and the axis, in radians.
-fn angle_of(direction: DVec3) -> f64 {
+pub(crate) fn angle_of(direction: DVec3) -> f64 {
     libm::atan2(direction.truncate().length(), -direction.z)
 }

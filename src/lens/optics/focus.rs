@@ -62,6 +62,14 @@ pub struct Focus {
 }
 
 impl Focus {
+    /// The distance of the object from the front vertex, in millimeters; it may be infinite.
+    pub fn object_distance(&self) -> f64 {
+        match self.method {
+            FocusMethod::Lens => self.distance - self.film_z,
+            _ => self.distance,
+        }
+    }
+
     /// The angle that the film's height subtends by equation 7, θ = 2 atan(h/z), in radians.
     /// `height` is half of the film's height in millimeters, 12 mm in the paper.
     pub(crate) fn height_angle(&self, height: f64) -> f64 {

@@ -2,6 +2,7 @@
 
 pub(crate) mod breathing;
 pub(crate) mod chief_ray;
+mod f_number;
 pub(crate) mod film_place;
 pub(crate) mod focus;
 mod focus_group;

@@ -32,32 +32,59 @@ pub(crate) struct AxialBeam {
     pub height: f64,
     /// The loss of the next higher ray; none if none is lost.
     pub limit: Option<Loss>,
-    /// The focal length over the beam's diameter.
-    pub f_number: f64,
 }
 
 impl Lens {
     /// The widest beam parallel to the axis that gets through. It is found by single rays with y >
     /// 0.
     pub(crate) fn axial_beam(&self) -> AxialBeam {
-        let trace = |y: f64| {
-            let start = self
-                .prescription()
-                .surfaces
-                .first()
-                .map_or(0.0, |s| s.thickness.abs());
-            let origin = DVec3::new(0.0, y, -10.0 * (1.0 + start + self.length()));
-            self.trace_from_scene(&LensRay {
-                origin,
+        let (height, limit) = self.axial_reach(DVec2::Y);
+        AxialBeam { height, limit }
+    }
+
+    /// The height of the highest ray parallel to the axis that gets through, in millimeters, in a
+    /// direction across the axis, and the loss of the next higher ray.
+    pub(super) fn axial_reach(&self, across: DVec2) -> (f64, Option<Loss>) {
+        let far = self.far();
+        self.widest_ray(1.5, |height| LensRay {
+            origin: (height * across).extend(-far),
+            direction: DVec3::Z,
+        })
+    }
+
+    /// The height of the highest ray from the point of the axis at a distance in front of the first
+    /// vertex, in the plane through that vertex. Lengths are in millimeters, and the distance may
+    /// be infinite.
+    pub(crate) fn beam_height(&self, distance: f64) -> f64 {
+        self.widest_ray(1.5, |height| self.axial_ray(distance, height))
+            .0
+    }
+
+    /// The ray from the point of the axis at a distance through a height in the plane of the front
+    /// vertex.
+    pub(crate) fn axial_ray(&self, distance: f64, height: f64) -> LensRay {
+        match distance.is_finite() {
+            true => LensRay {
+                origin: -distance * DVec3::Z,
+                direction: DVec3::new(0.0, height, distance),
+            },
+            false => LensRay {
+                origin: DVec3::new(0.0, height, -self.far()),
                 direction: DVec3::Z,
-            })
-        };
+            },
+        }
+    }
+
+    /// The greatest height in millimeters whose ray gets through, and the loss of the next higher
+    /// one. Heights are tried in 512 steps up to `reach` times the largest semi-diameter.
+    fn widest_ray(&self, reach: f64, ray: impl Fn(f64) -> LensRay) -> (f64, Option<Loss>) {
+        let trace = |height: f64| self.trace_from_scene(&ray(height));
         let surfaces = &self.prescription().surfaces;
         let widest = surfaces
             .iter()
             .map(|s| s.semi_diameter)
             .filter(|r| r.is_finite());
-        let widest = 1.5 * widest.fold(0.0, f64::max);
+        let widest = reach * widest.fold(0.0, f64::max);
         let step = widest / 512.0;
         let lost = (1..=512).find_map(|i| trace(i as f64 * step).err().map(|loss| (i, loss)));
         let (mut low, mut high, mut limit) = match lost {
@@ -71,11 +98,7 @@ impl Lens {
                 Err(loss) => (high, limit) = (middle, Some(loss)),
             }
         }
-        AxialBeam {
-            height: low,
-            limit,
-            f_number: self.first_order().efl().abs() / (2.0 * low),
-        }
+        (low, limit)
     }
 
     /// The spot of the point at infinity whose chief ray arrives at a film point; none if there is
@@ -135,28 +158,20 @@ impl Lens {
     /// axis is smallest, by real rays. `distance` is from the front vertex, in millimeters, and may
     /// be infinite. Returns none if too few rays get through.
     pub fn best_focus(&self, distance: f64) -> Option<f64> {
-        let beam = self.axial_beam().height;
-        let pupil = self.first_order().entrance_pupil;
-        let pupil_z = pupil.map_or(0.0, |p| p.z);
+        let ray = |height: f64| self.axial_ray(distance, height);
+        let beam = self.beam_height(distance);
         let mut hits = Vec::new();
-        const RINGS: usize = 64;
+        const RINGS: usize = 256;
         for i in 0..RINGS {
             // The rays are at the middles of rings of equal area.
-            let y = beam * ((i as f64 + 0.5) / RINGS as f64).sqrt();
-            let ray = if distance.is_finite() {
-                let origin = -distance * DVec3::Z;
-                LensRay {
-                    origin,
-                    direction: DVec3::new(0.0, y, pupil_z) - origin,
-                }
-            } else {
-                let far = -4.0 * (beam + self.length());
-                LensRay {
-                    origin: DVec3::new(0.0, y, far),
-                    direction: DVec3::Z,
-                }
-            };
-            for turned in [ray, mirrored(&ray)] {
+            let ray = ray(beam * ((i as f64 + 0.5) / RINGS as f64).sqrt());
+            // Rays on both sides of the axis: their centroid is on it.
+            for turned in [
+                ray,
+                mirrored(&ray),
+                opposite(&ray),
+                opposite(&mirrored(&ray)),
+            ] {
                 hits.extend(self.trace_from_scene(&turned));
             }
         }
@@ -167,6 +182,15 @@ impl Lens {
         let spot = Spot::of(&hits, rear, 0.0);
         let z = rear + spot.best_shift;
         z.is_finite().then_some(z)
+    }
+}
+
+/// A ray turned by half a turn about the axis.
+fn opposite(ray: &LensRay) -> LensRay {
+    let turn = |v: DVec3| DVec3::new(-v.x, -v.y, v.z);
+    LensRay {
+        origin: turn(ray.origin),
+        direction: turn(ray.direction),
     }
 }
 

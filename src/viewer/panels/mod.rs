@@ -61,7 +61,7 @@ impl Kit {
             return *f_number;
         }
         let lens = open.open(&mut Sink::new()).ok();
-        let f_number = lens.and_then(|lens| lens.first_order().f_number());
+        let f_number = lens.and_then(|lens| lens.real_f_number());
         self.widest = Some((open, f_number));
         f_number
     }

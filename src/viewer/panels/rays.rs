@@ -4,6 +4,7 @@ use egui::Ui;
 use glam::{DVec2, DVec3};
 
 use crate::camera::LensCamera;
+use crate::diagram::drawing::Ink;
 use crate::diagram::{LensDiagram, SectionOptions};
 use crate::lens::{LensRay, RayPath};
 use crate::viewer::model::Model;
@@ -51,8 +52,9 @@ pub(super) fn show(ui: &mut Ui, model: &Model, section: &mut Section) {
 /// Shows the lens, and what the rays of the pixel meet; in two lines if the panel is narrow.
 fn caption(ui: &mut Ui, model: &Model, camera: &LensCamera, [px, py]: [u32; 2], passed: usize) {
     let optics = camera.lens.first_order();
-    let f = optics
-        .f_number()
+    let f = camera
+        .lens
+        .real_f_number()
         .map_or(String::new(), |n| format!(" f/{n:.2}"));
     let lens = format!("{} {:.1} mm{f}", camera.lens.name(), optics.efl());
     let (x, y) = model.cursor.unwrap_or((0.5, 0.5));
@@ -98,10 +100,12 @@ fn draw(
             continue;
         };
         passed += usize::from(path.outcome.is_ok());
-        diagram.add_path(
-            flat(&start, &path, camera.lens.length()),
-            path.outcome.is_err(),
-        );
+        let ink = match path.outcome {
+            Ok(_) => Ink::Ray(0),
+            Err(_) => Ink::Lost(2),
+        };
+        let lost = path.outcome.is_err();
+        diagram.add_path(flat(&start, &path, camera.lens.length()), ink, lost);
     }
     (diagram.drawing(), passed)
 }

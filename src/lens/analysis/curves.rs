@@ -1,0 +1,287 @@
+//! The curves of a data sheet: distortion, illumination, field curvature, color and spherical
+//! aberration.
+//!
+//! Lengths are in millimeters, heights are on the film, and angles are in radians. A [`Conjugate`]
+//! is an object plane with the film's position.
+
+use glam::{DVec2, DVec3};
+use serde::Serialize;
+
+use crate::lens::lens::Lens;
+use crate::lens::optics::chief_ray::angle_of;
+use crate::lens::trace::ray::{LensRay, Toward};
+use crate::prescription::glass::medium::D_LINE;
+
+/// The number of steps of the curves over the film's height.
+const STEPS: usize = 40;
+
+/// An object plane and a film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conjugate {
+    /// The distance of the object plane in front of the first vertex; it may be infinite.
+    pub distance: f64,
+    /// The z of the film, from the front vertex.
+    pub film_z: f64,
+}
+
+/// What distortion is measured against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Projection {
+    /// The image height is proportional to the tangent of the angle.
+    Tangent,
+    /// The image height is proportional to the angle.
+    Angle,
+    /// The image height is proportional to the height of the object.
+    ObjectHeight,
+}
+
+impl Projection {
+    /// The name in the data sheet.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Tangent => "f tan θ",
+            Self::Angle => "f θ",
+            Self::ObjectHeight => "m y",
+        }
+    }
+}
+
+/// The properties of the image at a height on the film. Lengths are in millimeters.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct FieldRow {
+    /// The height on the film.
+    pub height: f64,
+    /// The angle of the chief ray in the scene, in degrees.
+    pub angle_degrees: f64,
+    /// The distortion relative to [`LensSheet::projection`].
+    pub distortion_percent: Option<f64>,
+    /// The irradiance over that on the axis.
+    pub relative_illumination: f64,
+    /// The angle between the chief ray and the axis where it arrives on the film, in degrees.
+    /// Positive: the ray travels away from the axis.
+    pub chief_ray_angle_degrees: Option<f64>,
+    /// The distance from the film to the focus of rays in the meridian near the chief ray.
+    pub tangential_focus: Option<f64>,
+    /// The distance from the film to the focus of rays across the meridian near the chief ray.
+    pub sagittal_focus: Option<f64>,
+    /// `tangential_focus` at the F line.
+    pub tangential_focus_f: Option<f64>,
+    /// `sagittal_focus` at the F line.
+    pub sagittal_focus_f: Option<f64>,
+    /// `tangential_focus` at the C line.
+    pub tangential_focus_c: Option<f64>,
+    /// `sagittal_focus` at the C line.
+    pub sagittal_focus_c: Option<f64>,
+    /// The image height at the F line minus that at the d line.
+    pub lateral_f: Option<f64>,
+    /// The image height at the C line minus that at the d line.
+    pub lateral_c: Option<f64>,
+}
+
+/// The distances from the film at which rays of a zone of the pupil cross the axis, in millimeters.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Zone {
+    /// The height of the rays in front of the lens, over that of the widest beam.
+    pub pupil: f64,
+    /// The distance at the F line.
+    pub focus_f: Option<f64>,
+    /// The distance at the d line.
+    pub focus_d: Option<f64>,
+    /// The distance at the C line.
+    pub focus_c: Option<f64>,
+}
+
+/// The paraxial focus at a wavelength.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ColorRow {
+    /// The wavelength in nanometers.
+    pub wavelength_nm: f64,
+    /// The distance from the focus of the d line, in millimeters.
+    pub focus: f64,
+}
+
+impl Conjugate {
+    /// The angle of a chief ray in the scene, if the object is at infinity; otherwise the height at
+    /// which the ray meets the object plane. Returns none if it meets no object.
+    fn object(&self, chief: &LensRay) -> Option<f64> {
+        let d = chief.direction;
+        if self.distance.is_infinite() {
+            return Some(angle_of(d));
+        }
+        let far = (-self.distance - chief.origin.z) / d.z;
+        let y = chief.origin.y + far * d.y;
+        (far > 0.0 && y.is_finite()).then_some(y)
+    }
+
+    /// The height on the film over what it is proportional to in a projection.
+    fn scale(&self, chief: &LensRay, height: f64, projection: Projection) -> Option<f64> {
+        let angle = angle_of(chief.direction);
+        let reference = match projection {
+            Projection::Tangent if angle < std::f64::consts::FRAC_PI_2 => libm::tan(angle),
+            Projection::Tangent => return None,
+            Projection::Angle => angle,
+            Projection::ObjectHeight => self.object(chief)?.abs(),
+        };
+        Some(height / reference).filter(|s| s.is_finite())
+    }
+
+    /// The scale of the image near the axis: millimeters per unit of the tangent, per radian, or
+    /// per millimeter of the object.
+    pub(super) fn central_scale(&self, lens: &Lens, height: f64, to: Projection) -> Option<f64> {
+        let height = 1e-4 * height;
+        let chief = lens.chief_ray(DVec2::new(0.0, height), self.film_z)?;
+        self.scale(&chief, height, to)
+    }
+
+    /// The z of the paraxial image of the object.
+    pub(super) fn paraxial_image(&self, lens: &Lens) -> Option<f64> {
+        let focal = lens.first_order().focal?;
+        let x = self.distance + focal.ffl;
+        Some(focal.rear_focal_point + focal.efl * focal.front_efl / x).filter(|z| z.is_finite())
+    }
+
+    /// The tangential and the sagittal focus at a film point, from the film: the points at which
+    /// two rays on either side of the chief ray intersect.
+    fn close_foci(&self, lens: &Lens, film: DVec2) -> (Option<f64>, Option<f64>) {
+        let film_z = self.film_z;
+        let Some(chief) = lens.chief_ray(film, film_z) else {
+            return (None, None);
+        };
+        let d = -chief.direction;
+        let up = DVec3::new(0.0, d.z, -d.y);
+        let aside = DVec3::X;
+        let pupil = lens
+            .first_order()
+            .entrance_pupil
+            .map_or(1.0, |p| p.semi_diameter);
+        let step = 1e-3 * pupil;
+        let source = self.distance.is_finite().then(|| {
+            let far = (-self.distance - chief.origin.z) / chief.direction.z;
+            chief.origin + far * chief.direction
+        });
+        let trace = |offset: DVec3| {
+            let through = chief.origin + offset;
+            let ray = match source {
+                Some(origin) => LensRay {
+                    origin,
+                    direction: through - origin,
+                },
+                None => LensRay {
+                    origin: through - 10.0 * pupil * d,
+                    direction: d,
+                },
+            };
+            lens.trace_path(&ray, Toward::Film, false).outcome.ok()
+        };
+        let crossing = |offset: DVec3, axis: DVec3| {
+            let (a, b) = (trace(offset)?, trace(-offset)?);
+            // The z at which the two rays have the same coordinate along `axis`.
+            let slope = |r: &LensRay| r.direction.dot(axis) / r.direction.z;
+            let at = |r: &LensRay| r.origin.dot(axis) + (film_z - r.origin.z) * slope(r);
+            let z = (at(&b) - at(&a)) / (slope(&a) - slope(&b));
+            Some(z).filter(|z| z.is_finite())
+        };
+        (
+            crossing(step * up, DVec3::Y),
+            crossing(step * aside, DVec3::X),
+        )
+    }
+
+    /// The curves over the film's height. `lines` are the lens at the F line, at its own wavelength
+    /// and at the C line.
+    pub(super) fn field_rows(
+        &self,
+        lines: &[Lens; 3],
+        image_height: f64,
+        projection: Projection,
+    ) -> Vec<FieldRow> {
+        let lens = &lines[1];
+        let center = lens.irradiance(DVec2::ZERO, self.film_z);
+        // Off the paraxial focus the image as a whole has another scale, which is not distortion.
+        let scale = self
+            .central_scale(lens, image_height, projection)
+            .unwrap_or(1.0);
+        let row = |i: usize| {
+            let height = image_height * i as f64 / STEPS as f64;
+            let film = DVec2::new(0.0, height);
+            let chief = lens.chief_ray(film, self.film_z);
+            let arriving = chief.and_then(|chief| {
+                let back = LensRay {
+                    origin: chief.origin + chief.direction,
+                    direction: -chief.direction,
+                };
+                lens.trace_path(&back, Toward::Film, false).outcome.ok()
+            });
+            let local = chief.and_then(|chief| self.scale(&chief, height, projection));
+            let object = chief.and_then(|chief| self.object(&chief));
+            let lateral = |line: &Lens| {
+                let object = object?;
+                let error = |chief: &LensRay| Some(self.object(chief)? - object);
+                let there = line.height_where(height, self.film_z, error)?;
+                Some(there - height).filter(|d| d.is_finite() && d.abs() < 0.2 * height.max(1e-9))
+            };
+            let at_axis = |value: f64, other: Option<f64>| if i == 0 { Some(value) } else { other };
+            let foci = lines.each_ref().map(|line| self.close_foci(line, film));
+            FieldRow {
+                height,
+                angle_degrees: match i {
+                    0 => 0.0,
+                    _ => chief.map_or(f64::NAN, |chief| angle_of(chief.direction).to_degrees()),
+                },
+                distortion_percent: at_axis(0.0, local.map(|l| 100.0 * (l / scale - 1.0))),
+                relative_illumination: lens.irradiance(film, self.film_z) / center,
+                chief_ray_angle_degrees: arriving
+                    .map(|out| libm::atan2(out.direction.y, out.direction.z).to_degrees()),
+                tangential_focus: foci[1].0,
+                sagittal_focus: foci[1].1,
+                tangential_focus_f: foci[0].0,
+                sagittal_focus_f: foci[0].1,
+                tangential_focus_c: foci[2].0,
+                sagittal_focus_c: foci[2].1,
+                lateral_f: at_axis(0.0, lateral(&lines[0])),
+                lateral_c: at_axis(0.0, lateral(&lines[2])),
+            }
+        };
+        (0..=STEPS).map(row).collect()
+    }
+
+    /// The longitudinal color from 400 to 700 nm.
+    pub(super) fn color(&self, lens: &Lens) -> Vec<ColorRow> {
+        let focus = |nm: f64| self.paraxial_image(&lens.at_wavelength(nm));
+        let Some(d) = focus(D_LINE) else {
+            return Vec::new();
+        };
+        (0..=30)
+            .map(|i| 400.0 + 10.0 * f64::from(i))
+            .filter_map(|wavelength_nm| {
+                Some(ColorRow {
+                    wavelength_nm,
+                    focus: focus(wavelength_nm)? - d,
+                })
+            })
+            .collect()
+    }
+
+    /// The longitudinal spherical aberration of the lens at three wavelengths.
+    pub(super) fn zones(&self, lines: &[Lens; 3]) -> Vec<Zone> {
+        let beam = lines[1].beam_height(self.distance);
+        let focus = |lens: &Lens, pupil: f64| {
+            if pupil == 0.0 {
+                return self.paraxial_image(lens).map(|z| z - self.film_z);
+            }
+            let ray = lens.axial_ray(self.distance, pupil * beam);
+            let out = lens.trace_path(&ray, Toward::Film, false).outcome.ok()?;
+            let z = out.origin.z - out.origin.y / out.direction.y * out.direction.z;
+            Some(z - self.film_z).filter(|z| z.is_finite())
+        };
+        (0..=20)
+            .map(|i| f64::from(i) / 20.0)
+            .map(|pupil| Zone {
+                pupil,
+                focus_f: focus(&lines[0], pupil),
+                focus_d: focus(&lines[1], pupil),
+                focus_c: focus(&lines[2], pupil),
+            })
+            .collect()
+    }
+}
