@@ -55,22 +55,6 @@ fn stderr(output: &Output) -> String {
 }
 
 #[test]
-fn the_readmes_first_command_makes_its_picture() {
-    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    let line = readme
-        .lines()
-        .find_map(|l| l.trim().strip_prefix("cargo run --release -- "))
-        .unwrap();
-    let (line, output) = line.rsplit_once(" -o ").unwrap();
-    let scratch = Scratch::new("readme");
-    let picture = scratch.0.join(output);
-    let small = format!("{line} --size 36x24 --samples 1 -o {}", picture.display());
-    let run = ivcam(&small).output().unwrap();
-    assert!(run.status.success(), "{}", stderr(&run));
-    assert_eq!(image::image_dimensions(picture).unwrap(), (36, 24));
-}
-
-#[test]
 fn the_papers_own_command_line_runs_unchanged() {
     let scratch = Scratch::new("paper");
     let picture = scratch.0.join("a.png");
@@ -447,6 +431,14 @@ fn messages_name_the_option_as_it_was_typed() {
             "{line}: {}",
             stderr(&output)
         );
+    }
+    let scratch = Scratch::new("typed");
+    scratch.file("cube.iv", CUBE);
+    let warned = "--lens none --size 4x4 -o DIR/a.png DIR/cube.iv";
+    for option in ["-z", "--zoom"] {
+        let run = must_run(&scratch, &format!("-batch {option} 0.2 {warned}"));
+        let expected = format!("without a lens, `{option}` does nothing");
+        assert!(stderr(&run).contains(&expected), "{}", stderr(&run));
     }
     let output = ivcam("-batch a.iv b.iv").output().expect("runs");
     let text = stderr(&output);
@@ -1092,6 +1084,29 @@ fn a_region_is_that_part_of_the_picture() {
     ] {
         must_fail(&scratch, &line, &[part]);
     }
+}
+
+#[test]
+fn a_movie_without_a_name_does_not_replace_a_movie() {
+    let scratch = Scratch::new("movie-names");
+    scratch.file("cube.iv", CUBE);
+    let run = |number: usize| {
+        let line = "pull-focus cube.iv --from 2 --to 4 --frames 2 --size 4x3 --samples 1";
+        let mut command = ivcam(line);
+        // Without a program path there is no ffmpeg.
+        command.current_dir(&scratch.0).env("PATH", &scratch.0);
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{number}: {}", stderr(&output));
+        let movies = scratch.names();
+        movies
+            .into_iter()
+            .filter(|name| name.ends_with(".png"))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(run(1), ["cube.png"]);
+    let first = std::fs::read(scratch.0.join("cube.png")).unwrap();
+    assert_eq!(run(2), ["cube-2.png", "cube.png"]);
+    assert_eq!(std::fs::read(scratch.0.join("cube.png")).unwrap(), first);
 }
 
 /// The script is run where no program but the shell is found, so without ffmpeg.

@@ -6,7 +6,7 @@ use std::io::Write as _;
 use clap::{ArgMatches, Command};
 
 use super::arguments::scene_argument;
-use super::messages::{ERROR, exit_code, print_diagnostic, status};
+use super::messages::{ERROR, exit_code, print_diagnostic, set_typed, status};
 use super::{
     check, compare, converge, convert, expose, flags, lens, nodes, outputs, pull_focus, render,
     view, vintage_help,
@@ -17,11 +17,11 @@ use crate::photo::Era;
 /// Runs the program with its arguments, of which the first is its own name. Returns the exit code.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> i32 {
     let typed: Vec<OsString> = words.into_iter().collect();
+    set_typed(&typed);
     let words = flags::modernize(typed.clone());
     match dispatch(&words, &typed) {
         Ok(code) => code,
-        Err(mut error) => {
-            error.message = vintage_help::as_typed(&error.message, &typed);
+        Err(error) => {
             print_diagnostic(&error);
             ERROR
         }

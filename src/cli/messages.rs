@@ -1,7 +1,10 @@
 //! Prints messages to stderr, and converts results to exit codes.
 
+use std::cell::RefCell;
+use std::ffi::OsString;
 use std::io::IsTerminal;
 
+use super::vintage_help::as_typed;
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 
 /// Prints a line to stderr. A closed stderr is not an error.
@@ -44,9 +47,24 @@ fn wrapped(text: &str) -> String {
     lines
 }
 
-/// Prints a message to stderr as a compiler would.
+thread_local! {
+    /// The arguments of the command that this thread runs, as they were typed.
+    static TYPED: RefCell<Vec<OsString>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Sets the arguments whose spellings of options the messages of this thread use.
+pub(super) fn set_typed(words: &[OsString]) {
+    TYPED.set(words.to_vec());
+}
+
+/// Prints a message to stderr as a compiler would, with options as they were typed.
 pub(crate) fn print_diagnostic(diagnostic: &Diagnostic) {
     let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let message = TYPED.with_borrow(|words| as_typed(&diagnostic.message, words));
+    let diagnostic = Diagnostic {
+        message,
+        ..diagnostic.clone()
+    };
     status!("{}", diagnostic.render(color));
 }
 

@@ -13,8 +13,8 @@ use crate::diag::{Diagnostic, Result, Source};
 use crate::files::{MAX_TEXT, read_file};
 use crate::math::{LengthUnit, Meters, parse_length};
 use crate::movie::{Container, Ease, Event, Shoot, Timeline, has_ffmpeg};
-use crate::photo::Era;
 use crate::photo::options::{MovieFrame, Shutter, command_line};
+use crate::photo::{Era, free_name};
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
@@ -151,7 +151,8 @@ fn timeline(m: &ArgMatches) -> Result<Timeline> {
 }
 
 /// Returns the movies to write: the value of `-o`, or else a .mov and an .mp4, or an animated PNG
-/// if ffmpeg is not installed.
+/// if ffmpeg is not installed. A name made up here gets a number if a movie has it, so that no
+/// movie is replaced that the user has not named.
 ///
 /// # Errors
 /// Returns an error if the name has an unknown extension.
@@ -169,8 +170,12 @@ fn movies(m: &ArgMatches) -> Result<Vec<(PathBuf, Container)>> {
     } else {
         &[("png", Container::AnimatedPng)]
     };
-    let named =
-        |(end, container): &(&str, Container)| (PathBuf::from(format!("{stem}.{end}")), *container);
+    let is_taken = |path: &Path| {
+        let mut movies = kinds.iter().map(|(end, _)| path.with_extension(end));
+        movies.any(|movie| movie.symlink_metadata().is_ok())
+    };
+    let free = free_name(Path::new(&format!("{stem}.{}", kinds[0].0)), is_taken);
+    let named = |(end, container): &(&str, Container)| (free.with_extension(end), *container);
     Ok(kinds.iter().map(named).collect())
 }
 
