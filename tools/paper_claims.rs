@@ -17,7 +17,7 @@ const PIXEL: f64 = 0.1;
 const CORNER: DVec2 = DVec2::new(18.0, 12.0);
 
 /// The lens and the position of a figure; distances are in meters from the front vertex, as in
-/// `camera/cam-1.dat` to `cam-3.dat`.
+/// `camera/cam-4.dat` to `cam-6.dat`.
 struct Shot {
     figure: &'static str,
     lens: Lens,
@@ -33,9 +33,9 @@ fn shots() -> Vec<Shot> {
         book,
     };
     vec![
-        shot("10: wide-angle, 20 mm", "wide-angle", 20.0, 1.20, 1.99),
-        shot("11: double Gauss, 60 mm", "double-gauss", 60.0, 3.60, 4.38),
-        shot("12: telephoto, 180 mm", "telephoto", 180.0, 10.80, 11.57),
+        shot("10: wide-angle, 20 mm", "wide-angle", 20.0, 0.50, 1.29),
+        shot("11: double Gauss, 60 mm", "double-gauss", 60.0, 1.50, 2.25),
+        shot("12: telephoto, 180 mm", "telephoto", 180.0, 4.50, 5.23),
     ]
 }
 

@@ -178,7 +178,7 @@ fn the_same_picture_is_recognized_in_a_scan_a_crop_a_third_and_turned_by_90_degr
         (crop.shift, crop.scale, crop.rotation),
         ([-2.0, 3.0], 1.0, 0.0)
     );
-    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/livroom-20mm.png");
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/fisheye.png");
     let book = cropped(&open(&book), [60, 60, 180, 120]);
     let third = alignment(&book, &book.map(|p| p.resized(60, 40))).unwrap();
     assert!(

@@ -23,4 +23,5 @@ mod second_approach;
 mod snapshot;
 #[cfg(feature = "viewer-tests")]
 mod viewer;
+mod vrml97_defaults;
 mod walk;
