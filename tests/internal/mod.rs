@@ -14,6 +14,7 @@ mod iv;
 mod language;
 mod layers;
 mod lens;
+mod lens_files;
 mod movements;
 mod nodes;
 mod options;

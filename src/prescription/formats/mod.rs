@@ -1,13 +1,19 @@
 //! Reads prescriptions, whose format is recognized by their content, and writes them.
 
 mod apertures;
+mod bench;
 pub(crate) mod dat;
+mod flare;
 mod format;
 mod index_table;
 pub(crate) mod iset;
 pub(crate) mod json;
+mod loose;
+mod optiland;
 pub(crate) mod origin;
+mod oslo;
 pub(crate) mod read;
+mod roa;
 pub(crate) mod seq;
 pub(crate) mod write;
 pub(crate) mod zmx;
@@ -18,9 +24,14 @@ use origin::name_of;
 pub(crate) use read::read;
 
 /// The formats that are read; a file is in the first that recognizes it.
-pub(crate) static FORMATS: [&Format; 5] = [
+pub(crate) static FORMATS: [&Format; 10] = [
     &iset::FORMAT,
+    &roa::FORMAT,
+    &optiland::FORMAT,
     &json::FORMAT,
+    &bench::FORMAT,
+    &flare::FORMAT,
+    &oslo::FORMAT,
     &zmx::FORMAT,
     &seq::FORMAT,
     &dat::FORMAT,

@@ -68,18 +68,17 @@ fn known(source: &Arc<Source>) -> Result<()> {
             "give it as --glass-catalogue FILE.agf",
         );
     }
-    let mut lens = None;
-    for (start, line) in text::lines(text) {
-        let words = text::words(line, start);
-        let Some(first) = words.first() else { continue };
-        // OSLO: one command a line, `RD`, `TH`, `AP`, `GLA`, surfaces end with `NXT`.
-        if first.is("LEN") {
-            lens = lens.or(Some(first.span));
-        }
-        if first.is("NXT") && words.len() == 1 {
-            let span = lens.unwrap_or(first.span);
-            return refuse("this is a lens file of OSLO, which is not read", span, help);
-        }
+    let heading = |word: &str| {
+        let mut lines = text::lines(text);
+        let found = lines.find(|(_, line)| line.trim().eq_ignore_ascii_case(word));
+        found.map(|(start, line)| Span::new(start, start + line.len()))
+    };
+    if let (Some(_), Some(span)) = (heading("[metadata]"), heading("[elements]")) {
+        return refuse(
+            "this is a lens file of crayg, which is not read",
+            span,
+            help,
+        );
     }
     Ok(())
 }
@@ -105,6 +104,11 @@ mod tests {
             ("! old\nlen\ntit 'x'\n", "CODE V"),
             (" {\"surfaces\": []}", "JSON"),
             ("{\"surfaces\": [{\"semi_aperture\": 1}]}", "JSON of ISET"),
+            (" {\"surface_group\": {}}", "optiland"),
+            ("{\"optical_model\": {\"seq_model\": 1}}", "ray-optics"),
+            ("[Lens Data]\n1\t2\t3\n", "Optical Bench"),
+            ("name: a\n surfaces:\n10 2 1.5 60 9 1\n", "lens flare table"),
+            ("// OSLO 6\nLEN NEW \"a\"\nTH 1e20\nNXT // 1\n", "OSLO"),
             ("", "four columns"),
         ] {
             let format = FORMATS.iter().find(|f| (f.recognizes)(text)).unwrap();
@@ -124,9 +128,9 @@ mod tests {
     fn what_is_no_prescription_or_not_read_is_refused_by_name() {
         for (text, says, at) in [
             (
-                "// OSLO 6\nLEN NEW \"a\" 50 7\nAIR\nNXT\nRD 21\n",
-                "OSLO",
-                (2, 1),
+                "[Metadata]\nName: a\n\n[Elements]\nRadius Thickness\n",
+                "crayg",
+                (4, 1),
             ),
             ("ab\ncd\0\u{1}", "not text", (2, 3)),
         ] {
@@ -158,7 +162,40 @@ mod tests {
         let seq = "RDM;LEN\nTITLE 'a'\nDIM M\nEPD 5\nYAN 0 10\nPRV\n PWL 700 486\n 'X' 1.5 1.6\nEND\n\
                    SO 0 1e9\nS 50 3 NBK7_SCHOTT\n CIR 9\n STO\nS -40 2 517642\n ASP; K -1; A 1e-6\n\
                    S -90 95\n CIR 8\nZOO 2\nZOO THI S2 1 2\nSI 0 0\nGO\n";
-        let mut texts = vec![seq.to_owned()];
+        let bench = "[constants]\nAsphericalOddCount\t1\n[variable distances]\nFocal Length\t50\t70\n\
+                     d2\t1\t9\n[lens data]\n1\t50\t5\t1.5\t20\t60\n2\t-50\td2\t\t20\n3\tAS\t40\t\t9\n\
+                     [aspherical data]\n1\t50\t-0.5\t1e-6\t1e-7\n";
+        let flare =
+            "name: a\nsurfaces:\n50 5 1.5 60 9 1\n-50 3 1 0 9 0 toric -60\nstop 40 1 0 5 0\n";
+        let oslo = "LEN NEW \"a\" 50 3\nEBR 5; UNI 1.0; WV .587 .486 .656\nTH 1e20\nNXT\nGLA MOD A 1.5 1.51 \
+                    1.49\nRD 50\nTH 5\nAP CHK 9\nCC -1\nAD 1e-6\nNXT\nAIR\nRD -50\nTH 40\nAST\nNXT\nEND 3\n";
+        let optiland = r#"{"surface_group": {"surfaces": [{"geometry": {"type": "Plane", "cs": {"z": -Infinity}}},
+            {"geometry": {"type": "EvenAsphere", "cs": {"z": 0.0}, "radius": 50, "conic": -1,
+             "coefficients": [0, 1e-6]}, "material_post": {"type": "AbbeMaterial", "index": 1.5, "abbe": 60},
+             "is_stop": true},
+            {"geometry": {"type": "StandardGeometry", "cs": {"z": 5.0}, "radius": -50},
+             "material_post": {"type": "IdealMaterial", "index": 1.0}, "aperture": {"r_max": 9}},
+            {"geometry": {"type": "Plane", "cs": {"z": 50.0}, "radius": Infinity}}]},
+            "aperture": {"type": "EPD", "value": 10}}"#;
+        let roa = r#"{"optical_model": {"attributes": {"system_spec": {"attributes": {"_dimensions": "mm"}},
+            "profile_dict": {"1": {"__instance_type__": ["a", "Spherical"], "attributes": {"cv": 0.02}}},
+            "seq_model": {"attributes": {"stop_surface": 1, "ifcs": [{"attributes": {}},
+             {"__instance_type__": ["a", "Surface"], "attributes": {"interact_mode": "transmit",
+              "max_aperture": 9, "profile_id": "1"}},
+             {"__instance_type__": ["a", "Surface"], "attributes": {"interact_mode": "transmit",
+              "profile": {"__instance_type__": ["a", "EvenPolynomial"], "attributes": {"cv": -0.02, "cc": -1,
+              "coefs": {"__ndarray__": [0, 1e-6]}}}}}, {"attributes": {}}],
+             "gaps": [{"attributes": {"thi": Infinity, "medium": {"__instance_type__": ["a", "Air"]}}},
+              {"attributes": {"thi": 5, "medium": {"attributes": {"n": 1.5, "v": 60}}}},
+              {"attributes": {"thi": 40, "medium": {"__instance_type__": ["a", "Air"]}}}]}}}}}"#;
+        let mut texts: Vec<String> = [seq, bench, flare, oslo, optiland, roa]
+            .map(str::to_owned)
+            .to_vec();
+        for text in &texts {
+            let source = Arc::new(Source::new("whole", text.clone().into_bytes()));
+            let whole = read(&source, &mut Sink::new());
+            assert!(whole.is_ok(), "{text}: {}", whole.unwrap_err());
+        }
         for name in ["double-gauss", "canon-70-200", "phone"] {
             let lens = crate::lens::Lens::named(name).unwrap();
             for target in [
@@ -177,7 +214,7 @@ mod tests {
             (state >> 33) as usize % below.max(1)
         };
         let mut read_well = 0;
-        for round in 0..1500 {
+        for round in 0..3000 {
             let mut bytes = texts[round % texts.len()].clone().into_bytes();
             for _ in 0..=random(4) {
                 let at = random(bytes.len());

@@ -1,0 +1,119 @@
+//! Lens files as people have them: `tests/lenses/dialects` has a file for each dialect, and a table
+//! of what becomes of it. Focal lengths in the table are computed by another program, a paraxial
+//! trace of the same designs, and those of `.roa` and optiland files also by those programs.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use crate::diag::{Severity, Sink};
+use crate::lens::{Lens, open_prescription};
+use crate::prescription::Reading;
+
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/lenses/dialects")
+}
+
+/// A row of the table: the file, what becomes of it, the focal length in millimeters or `-`, and
+/// words of a message, or nothing.
+struct Row<'a> {
+    file: &'a str,
+    fate: &'a str,
+    focal_length: Option<f64>,
+    says: &'a str,
+}
+
+fn rows(table: &str) -> Vec<Row<'_>> {
+    let lines = table.lines().filter(|line| !line.starts_with('#'));
+    let row = |line| {
+        let parts: Vec<&str> = str::split(line, '|').map(str::trim).collect();
+        let [file, fate, focal_length, says] = parts[..] else {
+            panic!("{line}");
+        };
+        Row {
+            file,
+            fate,
+            focal_length: focal_length.parse().ok(),
+            says,
+        }
+    };
+    lines.map(row).collect()
+}
+
+#[test]
+fn files_in_all_dialects_are_read_warned_of_or_refused_as_the_table_says() {
+    let table = std::fs::read_to_string(folder().join("TABLE.txt")).unwrap();
+    let rows = rows(&table);
+    assert!(rows.len() >= 60, "{}", rows.len());
+    let mut wrong = String::new();
+    for row in &rows {
+        let mut sink = Sink::new();
+        let result = open_prescription(folder().join(row.file), &Reading::default(), &mut sink);
+        let warned = sink.items().iter().any(|d| d.severity == Severity::Warning);
+        let fate = match (&result, warned) {
+            (Err(_), _) => "refused",
+            (Ok(_), true) => "warned",
+            (Ok(_), false) => "read",
+        };
+        let mut messages: Vec<String> = sink.items().iter().map(|d| d.message.clone()).collect();
+        if let Err(error) = &result {
+            messages.push(error.message.clone());
+            messages.extend(error.help.clone());
+            let (_, place) = error.location();
+            assert!(place.is_some(), "{}: {error} has no place", row.file);
+        }
+        let says = messages.iter().any(|m| m.contains(row.says)) || row.says.is_empty();
+        let efl = result.map(|lens| Lens::new(lens).first_order().focal.map(|f| f.efl));
+        let efl = efl.ok().flatten();
+        let right = match (efl, row.focal_length) {
+            // Glasses that a file names have catalogue indices of five places.
+            (Some(found), Some(stated)) => (found / stated - 1.0).abs() < 1e-5,
+            (None, None) => true,
+            _ => false,
+        };
+        if fate != row.fate || !says || !right {
+            writeln!(
+                wrong,
+                "{}: {fate}, {efl:?}; {}",
+                row.file,
+                messages.join("; ")
+            )
+            .unwrap();
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
+#[test]
+fn every_file_is_in_the_table() {
+    let table = std::fs::read_to_string(folder().join("TABLE.txt")).unwrap();
+    let rows = rows(&table);
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let name = entry.unwrap().file_name().to_string_lossy().into_owned();
+        let listed = rows.iter().any(|row| row.file == name);
+        assert!(listed || name == "TABLE.txt", "{name}");
+    }
+}
+
+/// The positions of a zoom in the text of the Optical Bench.
+#[test]
+fn a_zoom_of_the_optical_bench_has_its_positions() {
+    let file = folder().join("tele-bench-zoom.txt");
+    let lens = open_prescription(file, &Reading::default(), &mut Sink::new()).unwrap();
+    assert_eq!(lens.zoom.len(), 2);
+    assert_eq!(lens.zoom[1].gaps[0], (2, 36.0));
+    let at = |i: usize| Lens::new(lens.at_zoom(i).unwrap());
+    let stated = |i: usize| {
+        lens.zoom[i]
+            .name
+            .split(' ')
+            .next()
+            .unwrap()
+            .parse::<f64>()
+            .unwrap()
+    };
+    for i in 0..2 {
+        let efl = at(i).first_order().focal.unwrap().efl;
+        assert!((efl - stated(i)).abs() < 1e-3, "{i}: {efl}");
+    }
+    assert!(stated(0) != stated(1));
+}
