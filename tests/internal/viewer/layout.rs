@@ -126,7 +126,7 @@ fn the_window_looks_as_it_did() {
 
 /// Writes pictures of the window at several sizes to the folder that `SHOTS` names, to look at:
 /// `SHOTS=folder cargo test --features viewer-tests shots -- --ignored`. `SHOTS_SCENE` names a
-/// scene, and `SHOTS_SIZES` other sizes. docs/guide/window.png is made so.
+/// scene, and `SHOTS_SIZES` other sizes.
 #[test]
 #[ignore = "pictures to look at"]
 fn shots() {
