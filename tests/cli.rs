@@ -588,6 +588,7 @@ fn a_cut_off_archive_is_damaged_and_a_file_outside_the_folder_is_not_missing() {
     let scratch = Scratch::new("check-archive");
     let folder = scratch.0.join("a");
     std::fs::create_dir(&folder).expect("makes a folder");
+    std::fs::write(folder.join(".ivcam-project"), "").expect("writes");
     std::fs::write(scratch.0.join("near.iv"), "#Inventor V2.1 ascii\nCube { }").expect("writes");
     let text = "#Inventor V2.1 ascii\nFile { name \"../near.iv\" }\nFile { name \"gone.iv\" }\n";
     std::fs::write(folder.join("far.iv"), text).expect("writes");
@@ -602,7 +603,9 @@ fn a_cut_off_archive_is_damaged_and_a_file_outside_the_folder_is_not_missing() {
         .expect("runs");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(
-        text.contains("1 file missing, 1 file outside the folder, 2 problems"),
+        text.contains(
+            "1 file missing, 1 file outside the folder (`--search` opens more), 2 problems"
+        ),
         "{text}"
     );
     assert!(
@@ -613,6 +616,15 @@ fn a_cut_off_archive_is_damaged_and_a_file_outside_the_folder_is_not_missing() {
         text.contains("2 files: 1 whole, 1 damaged, 0 unreadable"),
         "{text}"
     );
+    let total = text.lines().last().unwrap_or_default();
+    let outside = "1 with files outside the folder (`--search` opens more)";
+    assert!(total.ends_with(outside), "{text}");
+    let output = ivcam(&format!("check {} --contain", folder.display()))
+        .arg(&scratch.0)
+        .output()
+        .expect("runs");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("1 file missing, 1 problem"), "{text}");
 }
 
 #[test]

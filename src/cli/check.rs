@@ -49,7 +49,13 @@ pub(crate) fn command() -> Command {
                 .long("search")
                 .value_name("FOLDER")
                 .action(ArgAction::Append)
-                .help("searches this folder too for files of a scene"),
+                .help("searches this folder too for files of a scene, and opens files below it"),
+        )
+        .arg(
+            path("contain")
+                .long("contain")
+                .value_name("FOLDER")
+                .help("opens files of a scene only below this folder and those of --search [the scene's project]"),
         )
         .args([FONTS, LIMIT].iter().map(super::flags::argument))
 }
@@ -63,6 +69,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .flatten()
         .map(PathBuf::as_path)
         .collect();
+    let contain = matches.get_one::<PathBuf>("contain").map(PathBuf::as_path);
     let limits = super::limits(matches)?;
     let fonts = super::fonts(matches)?;
     fonts.warnings.iter().for_each(|t| print_diagnostic(t));
@@ -87,7 +94,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let bar = progress(files.len(), several);
     let mut total = Total::default();
     for file in &files {
-        let checked = Checked::read(file, &search, &limits, &at, &options);
+        let checked = Checked::read(file, &search, contain, &limits, &at, &options);
         total.add(&checked);
         bar.inc(1);
         if !only.is_empty() && !only.iter().any(|state| *state == checked.state().name()) {
@@ -157,7 +164,10 @@ impl Total {
             (self.with_problems, "with problems"),
             (self.with_unknown, "with unknown classes"),
             (self.with_missing, "with missing files"),
-            (self.with_outside, "with files outside the folder"),
+            (
+                self.with_outside,
+                "with files outside the folder (`--search` opens more)",
+            ),
         ];
         let present = parts.iter().filter(|(n, _)| *n > 0);
         let counts = present.map(|(n, what)| format!("{n} {what}"));

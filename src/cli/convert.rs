@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use clap::{Arg, ArgMatches, Command, value_parser};
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use super::outputs::{FORCE, is_forced, is_standard_stream, keep_inputs};
 use super::{print_diagnostic, print_warnings, switch, text};
@@ -40,6 +40,19 @@ pub(crate) fn command() -> Command {
             FORCE,
             "lets the output replace the scene that is read",
         ))
+        .arg(
+            path("search")
+                .long("search")
+                .value_name("FOLDER")
+                .action(ArgAction::Append)
+                .help("searches this folder too for files of the scene, and opens files below it"),
+        )
+        .arg(
+            path("contain")
+                .long("contain")
+                .value_name("FOLDER")
+                .help("opens files of the scene only below this folder and those of --search [the scene's project]"),
+        )
         .arg(super::flags::argument(&super::flags::LIMIT))
 }
 
@@ -50,7 +63,14 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     };
     let output = matches.get_one::<PathBuf>("output");
     let output = output.filter(|path| !is_standard_stream(path));
-    let document = Document::open_or_stdin(scene, &[], &super::limits(matches)?)?;
+    let search: Vec<&Path> = matches
+        .get_many::<PathBuf>("search")
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    let contain = matches.get_one::<PathBuf>("contain").map(PathBuf::as_path);
+    let document = Document::open_or_stdin(scene, &search, contain, &super::limits(matches)?)?;
     print_warnings(&document.sink);
     let format = match text(matches, "to") {
         Some("binary") => Format::Binary,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Arg, ArgMatches, Command, parser::ValueSource};
 
 use crate::diag::{Diagnostic, Result};
-use crate::files::check_writable;
+use crate::files::{check_writable, folder_of};
 use crate::photo::free_name;
 use crate::picture::{Depth, Picture, PictureFormat};
 
@@ -203,13 +203,6 @@ fn canonical(path: &Path) -> PathBuf {
     let folder = folder_of(path);
     let folder = folder.canonicalize().unwrap_or(folder);
     folder.join(path.file_name().unwrap_or_default())
-}
-
-fn folder_of(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
-        _ => PathBuf::from("."),
-    }
 }
 
 /// Returns whether two names stand for one entry of the disk.

@@ -1,7 +1,10 @@
-//! Reads files of bounded size, and writes files that appear only when they are complete.
+//! Reads files of bounded size, writes files that appear only when they are complete, and finds the
+//! folders of files.
 
+mod folder;
 mod read;
 mod whole;
 
+pub(crate) use folder::{folder_of, project_of};
 pub(crate) use read::{MAX_PICTURE, MAX_TEXT, read_file, read_file_named, read_stream};
 pub(crate) use whole::{check_writable, write_whole};

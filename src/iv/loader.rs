@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::diag::{Diagnostic, ErrorKind, Result};
 use crate::files::read_file_named;
+use crate::files::{folder_of, project_of};
 
 /// Opens the files that a scene refers to. A program that reads scenes from somewhere else than the
 /// file system implements this trait.
@@ -36,11 +37,17 @@ impl Loader for NoFiles {
     }
 }
 
-/// A loader for the files below a scene's folder and below the search paths.
+/// A loader for the files of a scene's project and below the search paths.
 #[derive(Debug)]
 pub struct FolderLoader {
-    /// The canonical paths of the folders whose files may be opened.
-    allowed: Vec<PathBuf>,
+    /// The canonical path of the folder below which the scene's own files are.
+    root: Option<PathBuf>,
+    /// Whether the user chose that folder.
+    is_contained: bool,
+    /// The canonical path of the scene's folder.
+    own: Option<PathBuf>,
+    /// The canonical paths of the folders that are searched too, whose files may be opened.
+    search: Vec<PathBuf>,
     /// The largest size of a file, in bytes.
     bytes: usize,
     /// The canonical paths of the folders that were requested, as a cache.
@@ -50,16 +57,31 @@ pub struct FolderLoader {
 }
 
 impl FolderLoader {
-    /// Creates a loader for the scene at `path`. It opens files below the scene's folder and below
-    /// the folders in `search`, and refuses files of more than `bytes` bytes.
+    /// Creates a loader for the scene at `path`. It opens files of the scene's project and files
+    /// below the folders in `search`, and refuses files of more than `bytes` bytes.
+    ///
+    /// The project is all below the nearest folder, from the scene's own upward, with an entry
+    /// named `.git`, `.hg`, `.svn` or `.ivcam-project`; without one, all below the folder one level
+    /// above the scene's. It never is the root of a disk, a folder at the root, a user's home or
+    /// the folder for temporary files, unless the scene itself lies there.
     pub fn new(path: &Path, search: &[&Path], bytes: usize) -> Self {
-        let own = std::iter::once(folder_of(path));
-        let given = search.iter().map(|p| p.to_path_buf());
+        Self::within(path, search, None, bytes)
+    }
+
+    /// Creates a loader like [`FolderLoader::new`], which opens files below `contain` instead of
+    /// those of the scene's project.
+    pub fn within(path: &Path, search: &[&Path], contain: Option<&Path>, bytes: usize) -> Self {
+        let own = folder_of(path).canonicalize().ok();
+        let root = match contain {
+            Some(folder) => folder.canonicalize().ok(),
+            None => own.as_deref().map(project_of),
+        };
+        let search = search.iter().filter_map(|p| p.canonicalize().ok());
         Self {
-            allowed: own
-                .chain(given)
-                .filter_map(|p| p.canonicalize().ok())
-                .collect(),
+            root,
+            is_contained: contain.is_some(),
+            own,
+            search: search.collect(),
             bytes,
             real: Mutex::default(),
             opened: Mutex::default(),
@@ -97,8 +119,8 @@ impl FolderLoader {
     /// Returns the canonical path of a file below a folder, or `None` if there is no such file.
     ///
     /// # Errors
-    /// Returns an error if the file is outside the allowed folders.
-    fn permitted(&self, base: &Path, tail: &Path) -> std::result::Result<Option<PathBuf>, ()> {
+    /// Returns the path of a file outside the folders that may be read.
+    fn permitted(&self, base: &Path, tail: &Path) -> std::result::Result<Option<PathBuf>, PathBuf> {
         let real = self.real_file(base, tail);
         let Some(real) = real.or_else(|| other_case(&base.join(tail))) else {
             return Ok(None);
@@ -106,19 +128,33 @@ impl FolderLoader {
         if !real.is_file() {
             return Ok(None);
         }
-        if self.allowed.iter().any(|a| real.starts_with(a)) {
+        let mut allowed = self.root.iter().chain(&self.search);
+        if allowed.any(|folder| real.starts_with(folder)) {
             Ok(Some(real))
         } else {
-            Err(())
+            Err(real)
         }
     }
-}
 
-/// Returns the folder that contains a file.
-fn folder_of(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p.to_path_buf(),
-        _ => PathBuf::from("."),
+    /// Returns the error for a file outside the folders that may be read.
+    fn refusal(&self, reference: &str, file: &Path) -> Box<Diagnostic> {
+        let outside = match self.is_contained {
+            true => "the folder of `--contain`",
+            false => "the scene's project folder",
+        };
+        let message = format!("`{reference}` is outside {outside} and is not opened");
+        let folder = folder_of(file);
+        let allows = format!(
+            "`--search {}` allows the files below that folder",
+            folder.display()
+        );
+        let help = match &self.root {
+            Some(root) => format!("files below `{}` are opened; {allows}", root.display()),
+            None => allows,
+        };
+        Diagnostic::error(message)
+            .of_kind(ErrorKind::OutsideFolder)
+            .with_help(help)
     }
 }
 
@@ -156,28 +192,27 @@ impl Loader for FolderLoader {
         let plain = plain.replace('\\', "/");
         let beside = folder_of(Path::new(from));
         let mut bases = vec![beside];
-        bases.extend(self.allowed.iter().cloned());
-        // Only the last parts of an absolute path are used, so the file itself is not opened.
-        let mut refused = is_absolute(&plain) && Path::new(&plain).is_file();
+        bases.extend(self.own.iter().chain(&self.search).cloned());
+        let mut refused = None;
         for tail in tails(&plain) {
             for base in &bases {
                 match self.permitted(base, &tail) {
                     Ok(Some(path)) => return self.read(from, &path),
                     Ok(None) => {}
-                    Err(()) => refused = true,
+                    Err(file) => refused = refused.or(Some(file)),
                 }
             }
         }
-        Err(if refused {
-            Diagnostic::error(format!(
-                "`{reference}` is outside the scene's folder and is not opened"
-            ))
-            .of_kind(ErrorKind::OutsideFolder)
-            .with_help("`--search FOLDER` allows the files below that folder")
-        } else {
-            Diagnostic::not_found(format!("`{reference}` was not found")).with_help(format!(
-                "the folder of `{from}` and the search paths were searched"
-            ))
+        // Only the last parts of an absolute path are used, so the file itself is not opened.
+        let itself = Path::new(&plain);
+        if refused.is_none() && is_absolute(&plain) && itself.is_file() {
+            refused = itself.canonicalize().ok();
+        }
+        Err(match refused {
+            Some(file) => self.refusal(reference, &file),
+            None => Diagnostic::not_found(format!("`{reference}` was not found")).with_help(
+                format!("the folder of `{from}` and the search paths were searched"),
+            ),
         })
     }
     fn opened_files(&self) -> Vec<PathBuf> {

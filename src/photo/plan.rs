@@ -240,6 +240,9 @@ pub struct Plan {
     pub stop: Stop,
     /// Folders that are searched for files of the scene, in addition to the scene's own folder.
     pub search: Vec<PathBuf>,
+    /// The folder below which the scene's files must be. Default: the folder of its project, see
+    /// [`FolderLoader::new`](crate::iv::FolderLoader::new).
+    pub contain: Option<PathBuf>,
     /// Typefaces that are preferred to the shipped ones. Default: none.
     pub(crate) fonts: Arc<Fonts>,
     /// Limits on the size of the scene.
@@ -309,6 +312,7 @@ impl Plan {
             handles: false,
             stop: Stop::after(samples),
             search: Vec::new(),
+            contain: None,
             fonts: Arc::default(),
             limits: Limits::default(),
         }

@@ -84,7 +84,8 @@ impl Session {
         check_region(&plan)?;
         let clock = Instant::now();
         let search: Vec<&Path> = plan.search.iter().map(PathBuf::as_path).collect();
-        let mut document = Document::open_or_stdin(&plan.scene, &search, &plan.limits)?;
+        let mut document =
+            Document::open_or_stdin(&plan.scene, &search, plan.contain.as_deref(), &plan.limits)?;
         let environment = match plan.environment.as_deref() {
             Some(path) => Environment::merge(&mut document, path, plan.time)?,
             None => Environment::default(),

@@ -613,39 +613,129 @@ fn old_texture_planes_become_directions() {
     assert_eq!(nodes[3].class_name(), "Cube");
 }
 
+/// A folder with a project, a scene in it, and files in and outside the project.
+#[cfg(unix)]
+struct Project {
+    top: std::path::PathBuf,
+    file: std::path::PathBuf,
+}
+
+#[cfg(unix)]
+impl Project {
+    /// Makes `project/models/a.iv` with files beside it, above it, and outside the project.
+    fn new(name: &str) -> Self {
+        let top = std::env::temp_dir().join(format!("ivcam-{name}-{}", std::process::id()));
+        let models = top.join("project/models");
+        let part = "#Inventor V2.1 ascii\nCube { }";
+        for file in ["models/parts/own.iv", "models/beside.iv", "maps/map.iv"] {
+            let file = top.join("project").join(file);
+            std::fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
+            std::fs::write(file, part).expect("written");
+        }
+        std::fs::create_dir_all(top.join("outside")).expect("a folder");
+        std::fs::write(top.join("outside/secret.iv"), part).expect("written");
+        let link = std::os::unix::fs::symlink::<_, std::path::PathBuf>;
+        link(top.join("outside/secret.iv"), models.join("link.iv")).expect("a link");
+        link(top.join("outside"), models.join("folder")).expect("a link");
+        let file = models.join("a.iv");
+        Self { top, file }
+    }
+
+    /// Whether a file that the scene names is opened, and the message and the help if it is not.
+    fn opened(
+        &self,
+        name: &str,
+        search: &[&str],
+        contain: Option<&str>,
+    ) -> Result<(), [String; 2]> {
+        let text = format!("#Inventor V2.1 ascii\nFile {{ name \"{name}\" }}");
+        std::fs::write(&self.file, text).expect("written");
+        let search: Vec<_> = search.iter().map(|f| self.top.join(f)).collect();
+        let search: Vec<&std::path::Path> = search.iter().map(AsRef::as_ref).collect();
+        let contain = contain.map(|f| self.top.join(f));
+        let limits = Limits::default();
+        let document = Document::open_or_stdin(&self.file, &search, contain.as_deref(), &limits);
+        let document = document.expect("reads");
+        if document.roots().any(|r| r.children().count() > 0) {
+            return Ok(());
+        }
+        let said = &document.sink.items()[0];
+        Err([said.message.clone(), said.help.clone().unwrap_or_default()])
+    }
+}
+
+#[cfg(unix)]
+impl Drop for Project {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.top);
+    }
+}
+
 #[test]
 #[cfg(unix)]
-fn only_files_below_the_scene_and_the_search_paths_are_opened() {
-    let root = std::env::temp_dir().join(format!("ivcam-iv-{}", std::process::id()));
-    let (scene, outside) = (root.join("scene"), root.join("outside"));
-    std::fs::create_dir_all(scene.join("parts")).expect("a folder");
-    std::fs::create_dir_all(&outside).expect("a folder");
-    let part = "#Inventor V2.1 ascii\nCube { }";
-    std::fs::write(outside.join("secret.iv"), part).expect("written");
-    std::fs::write(scene.join("parts/own.iv"), part).expect("written");
-    std::os::unix::fs::symlink(outside.join("secret.iv"), scene.join("link.iv")).expect("a link");
-    std::os::unix::fs::symlink(&outside, scene.join("folder")).expect("a link");
-    let file = scene.join("a.iv");
-    let opened = |name: &str, search: &[&std::path::Path]| {
-        let text = format!("#Inventor V2.1 ascii\nFile {{ name \"{name}\" }}");
-        std::fs::write(&file, text).expect("written");
-        let document = Document::open_with(&file, search, &Limits::default()).expect("reads");
-        let help = document.sink.items().first().and_then(|d| d.help.clone());
-        (document.roots().any(|r| r.children().count() > 0), help)
-    };
-    assert_eq!(opened("parts/own.iv", &[]), (true, None));
-    assert_eq!(opened("parts/../parts/own.iv", &[]), (true, None));
-    let refused = Some("`--search FOLDER` allows the files below that folder".to_owned());
+fn only_files_of_the_scenes_project_and_the_search_paths_are_opened() {
+    let project = Project::new("project");
     for name in [
-        "../outside/secret.iv",
+        "beside.iv",
+        "parts/own.iv",
+        "parts/../parts/own.iv",
+        "../maps/map.iv",
+        "../models/../maps/map.iv",
+    ] {
+        assert_eq!(project.opened(name, &[], None), Ok(()), "{name}");
+    }
+    let real = |folder: &str| project.top.join(folder).canonicalize().expect("a folder");
+    let (root, outside) = (real("project"), real("outside"));
+    let absolute = project.top.join("outside/secret.iv").display().to_string();
+    for name in [
+        "../../outside/secret.iv",
+        "parts/../../../outside/secret.iv",
+        "../maps/../../outside/secret.iv",
         "link.iv",
         "folder/secret.iv",
-        "parts/../../outside/secret.iv",
+        "../models/folder/secret.iv",
+        &absolute,
     ] {
-        assert_eq!(opened(name, &[]), (false, refused.clone()), "{name}");
-        assert!(opened(name, &[&outside]).0, "{name}");
+        let message = format!("`{name}` is outside the scene's project folder and is not opened");
+        let help = format!(
+            "files below `{}` are opened; `--search {}` allows the files below that folder",
+            root.display(),
+            outside.display()
+        );
+        assert_eq!(
+            project.opened(name, &[], None),
+            Err([message, help]),
+            "{name}"
+        );
+        assert_eq!(project.opened(name, &["outside"], None), Ok(()), "{name}");
     }
-    let there = outside.join("secret.iv").display().to_string();
-    assert!(!opened(&there, &[]).0, "a path from the root");
-    let _ = std::fs::remove_dir_all(root);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_marker_widens_and_contain_narrows_what_is_opened() {
+    let project = Project::new("contain");
+    let opened = |name: &str, contain: Option<&str>| project.opened(name, &[], contain).is_ok();
+    let (map, secret) = ("../maps/map.iv", "../../outside/secret.iv");
+    assert!(opened(map, None) && !opened(secret, None));
+    let models = Some("project/models");
+    assert!(opened("beside.iv", models) && opened("parts/own.iv", models));
+    assert!(!opened(map, models) && !opened("link.iv", models));
+    assert!(!opened("beside.iv", Some("project/models/parts")));
+    assert!(opened(secret, Some("")), "the user chose the folder above");
+    let [message, _] = project.opened(map, &[], models).unwrap_err();
+    let what = "is outside the folder of `--contain` and is not opened";
+    assert_eq!(message, format!("`{map}` {what}"));
+    assert_eq!(project.opened(map, &["project/maps"], models), Ok(()));
+    std::fs::write(project.top.join(".ivcam-project"), "").expect("written");
+    assert!(opened(secret, None), "the marker is above both");
+    std::fs::write(project.top.join("project/models/.ivcam-project"), "").expect("written");
+    assert!(!opened(map, None), "the nearest marker counts");
+    let nowhere = project.top.join("nowhere");
+    let error = Document::open_or_stdin(&project.file, &[], Some(&nowhere), &Limits::default());
+    let message = error.unwrap_err().message;
+    assert_eq!(
+        message,
+        format!("there is no folder `{}`", nowhere.display())
+    );
 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::file::read_into;
 use super::header::Header;
 use super::{cycles, expand, inline};
-use crate::diag::Result;
+use crate::diag::{Diagnostic, Result};
 use crate::files::{read_file, read_stream};
 use crate::grammar::value::NodeId;
 use crate::iv::document::Document;
@@ -30,7 +30,7 @@ fn standard_input(limit: usize) -> Result<Vec<u8>> {
 }
 
 impl Document {
-    /// Reads a file and the files that it includes, which must be below its folder.
+    /// Reads a file and the files of its project that it includes: see [`FolderLoader::new`].
     ///
     /// # Errors
     /// Returns an error if the file cannot be read, has no Inventor or VRML header, or exceeds a
@@ -39,32 +39,42 @@ impl Document {
         Self::open_with(path, &[], &Limits::default())
     }
 
-    /// Reads a file and the files that it includes, which must be below its folder or below one of
-    /// the folders in `search`.
+    /// Reads a file and the files that it includes, which must belong to its project (see
+    /// [`FolderLoader::new`]) or be below one of the folders in `search`.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read, has no Inventor or VRML header, or exceeds a
     /// limit.
     pub fn open_with(path: impl AsRef<Path>, search: &[&Path], limits: &Limits) -> Result<Self> {
-        let path = path.as_ref();
-        let name = path.display().to_string();
-        let bytes = read_file(path, limits.bytes)?;
-        let loader = FolderLoader::new(path, search, limits.bytes);
-        Self::read(&name, bytes, Arc::new(loader), limits)
+        Self::open_or_stdin(path.as_ref(), search, None, limits)
     }
 
     /// Reads a file as [`Document::open_with`] does, or standard input if the path is `-`. The
-    /// files that a scene on standard input names are looked for below the working directory.
+    /// files that a scene on standard input names are looked for in the working directory. If
+    /// `contain` is a folder, the files below it are opened instead of those of the project.
     ///
     /// # Errors
-    /// Returns the errors of [`Document::open_with`].
-    pub(crate) fn open_or_stdin(path: &Path, search: &[&Path], limits: &Limits) -> Result<Self> {
-        if path.as_os_str() != "-" {
-            return Self::open_with(path, search, limits);
+    /// Returns the errors of [`Document::open_with`], and one if `contain` is not a folder.
+    pub(crate) fn open_or_stdin(
+        path: &Path,
+        search: &[&Path],
+        contain: Option<&Path>,
+        limits: &Limits,
+    ) -> Result<Self> {
+        if let Some(folder) = contain.filter(|folder| !folder.is_dir()) {
+            let message = format!("there is no folder `{}`", folder.display());
+            return Err(Diagnostic::not_found(message)
+                .with_help("`--contain` takes the folder below which files may be opened"));
         }
-        let loader = FolderLoader::new(Path::new("."), search, limits.bytes);
-        let bytes = standard_input(limits.bytes)?;
-        Self::read(STANDARD_INPUT, bytes, Arc::new(loader), limits)
+        let (name, place, bytes) = if path.as_os_str() == "-" {
+            let bytes = standard_input(limits.bytes)?;
+            (STANDARD_INPUT.to_owned(), Path::new("."), bytes)
+        } else {
+            let bytes = read_file(path, limits.bytes)?;
+            (path.display().to_string(), path, bytes)
+        };
+        let loader = FolderLoader::within(place, search, contain, limits.bytes);
+        Self::read(&name, bytes, Arc::new(loader), limits)
     }
 
     /// Reads a document from bytes. `name` is the file name for messages and for `loader`.

@@ -45,7 +45,7 @@ pub(crate) const FONTS: Opt = Opt::new(
 )
 .examples(&["--fonts films", "--fonts films --fonts lenses"]);
 
-pub(super) static OPTIONS: [Opt; 8] = [
+pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new(
         "era",
         Takes::One("1999|modern"),
@@ -116,7 +116,7 @@ pub(super) static OPTIONS: [Opt; 8] = [
     Opt::new(
         "search",
         Takes::Many("FOLDER"),
-        "searches this folder too for files of the scene",
+        "searches this folder too for files of the scene, and opens files below it",
     )
     .plan(
         |plan, words, _| {
@@ -126,6 +126,19 @@ pub(super) static OPTIONS: [Opt; 8] = [
         |plan, _| paths(&plan.search),
     )
     .examples(&["--search a", "--search a --search b/c"]),
+    Opt::new(
+        "contain",
+        Takes::One("FOLDER"),
+        "opens files of the scene only below this folder and those of --search [the scene's project]",
+    )
+    .plan(
+        |plan, words, _| {
+            plan.contain = words.text("contain").map(Into::into);
+            Ok(())
+        },
+        |plan, _| paths(plan.contain.as_slice()),
+    )
+    .examples(&["--contain .", "--contain a/b --search c"]),
     FONTS,
     LIMIT,
 ];

@@ -54,12 +54,13 @@ impl Checked {
     pub(crate) fn read(
         path: &Path,
         search: &[&Path],
+        contain: Option<&Path>,
         limits: &Limits,
         at: &SnapshotOptions,
         options: &CompileOptions,
     ) -> Self {
         let mut unreadable = Vec::new();
-        let document = Document::open_or_stdin(path, search, limits).map(|document| {
+        let document = Document::open_or_stdin(path, search, contain, limits).map(|document| {
             let mut survey = {
                 let snapshot = snapshot(&document, at, options);
                 unreadable = missing(&snapshot, &options.texture_folders);
@@ -177,7 +178,8 @@ impl Checked {
                     line += &format!(", {} missing", counted(missing, "file"));
                 }
                 if outside > 0 {
-                    line += &format!(", {} outside the folder", counted(outside, "file"));
+                    let files = counted(outside, "file");
+                    line += &format!(", {files} outside the folder (`--search` opens more)");
                 }
                 let problems: usize = self.problems().map(|d| d.count).sum();
                 line += &format!(", {}", counted(problems, "problem"));
