@@ -9,6 +9,7 @@ mod damage;
 #[cfg(feature = "panels")]
 mod latency;
 mod optics;
+mod optics_aberrations;
 mod paper_claims;
 mod readall;
 mod roundtrip;

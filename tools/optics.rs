@@ -2,7 +2,8 @@
 //! FOLDER`.
 //!
 //! FOLDER has `reference.json`, `extremes.json` and `lenses/*.json`. In them z = 0 is the last
-//! vertex; here it is the first. The program prints tables, with `--markdown` as in
+//! vertex; here it is the first. A word that ends in `.json` is a reference of aberrations, made by
+//! `tools/optics_reference.py`. The program prints tables, with `--markdown` as in
 //! docs/accuracy.md, and the exit code is 1 if a number is out of its bounds.
 
 use std::path::{Path, PathBuf};
@@ -14,7 +15,7 @@ use crate::lens::{
 };
 use crate::math::lanes::Width;
 use crate::math::{Meters, Mm};
-use crate::prescription::{FirstOrder, Focal, formats, glass};
+use crate::prescription::{FirstOrder, formats, glass};
 use crate::sampling::{DiscMap, mix};
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
@@ -23,14 +24,20 @@ use serde_json::{Value, json};
 type Part = fn(&Path, &mut Table);
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
-    let mut plain = words.iter().filter(|w| !w.starts_with("--"));
-    let Some(folder) = plain.next().map(PathBuf::from) else {
+    let is_reference = |word: &&String| word.ends_with(".json");
+    let mut plain = words
+        .iter()
+        .filter(|w| !w.starts_with("--") && !is_reference(w));
+    let references: Vec<&String> = words.iter().filter(is_reference).collect();
+    let folder = plain.next().map(PathBuf::from);
+    let parts: Vec<&String> = plain.collect();
+    if folder.is_none() && references.is_empty() {
         eprintln!(
-            "usage: optics FOLDER [--markdown] [reference] [pictures] [pupils] [extremes] [lanes]"
+            "usage: optics FOLDER [--markdown] [reference] [pictures] [pupils] [extremes] [lanes]\n\
+             or: optics [--markdown] REFERENCE.json"
         );
         return ExitCode::from(2);
-    };
-    let parts: Vec<&String> = plain.collect();
+    }
     let wanted = |part: &str| parts.is_empty() || parts.iter().any(|p| *p == part);
     let mut table = Table {
         markdown: words.iter().any(|w| w == "--markdown"),
@@ -44,7 +51,12 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         ("lanes", lanes),
     ];
     for (_, part) in all.iter().filter(|(name, _)| wanted(name)) {
-        part(&folder, &mut table);
+        if let Some(folder) = &folder {
+            part(folder, &mut table);
+        }
+    }
+    for file in references {
+        super::optics_aberrations::run(Path::new(file), &mut table);
     }
     println!("\n{} of {} checks failed", table.failed, table.checks);
     if table.failed == 0 {
@@ -56,7 +68,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
 
 /// A printed table, with the numbers of values in and out of bounds.
 #[derive(Default)]
-struct Table {
+pub(super) struct Table {
     markdown: bool,
     checks: usize,
     failed: usize,
@@ -66,7 +78,7 @@ struct Table {
 
 impl Table {
     /// Starts a table with the names of its columns; the first is the lens or the case.
-    fn head(&mut self, columns: &[&str]) {
+    pub(super) fn head(&mut self, columns: &[&str]) {
         let width = |(i, name): (usize, &&str)| name.len().max(if i == 0 { 24 } else { 10 });
         self.widths = columns.iter().enumerate().map(width).collect();
         println!();
@@ -76,7 +88,7 @@ impl Table {
         }
     }
 
-    fn row(&self, cells: &[String]) {
+    pub(super) fn row(&self, cells: &[String]) {
         if self.markdown {
             println!("| {} |", cells.join(" | "));
             return;
@@ -91,12 +103,12 @@ impl Table {
         println!("{}", line.join(" ").trim_end());
     }
 
-    fn fail(&mut self, text: String) {
+    pub(super) fn fail(&mut self, text: String) {
         self.failed += 1;
         println!("  FAIL {text}");
     }
 
-    fn check(&mut self, what: &str, ok: bool, text: impl Fn() -> String) {
+    pub(super) fn check(&mut self, what: &str, ok: bool, text: impl Fn() -> String) {
         self.checks += 1;
         if !ok {
             self.fail(format!("{what}: {}", text()));
@@ -104,7 +116,7 @@ impl Table {
     }
 }
 
-fn read(path: &Path) -> Value {
+pub(super) fn read(path: &Path) -> Value {
     let bytes = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     // The oracle writes NaN where its single-precision run had one.
     let text = String::from_utf8_lossy(&bytes)
@@ -113,7 +125,7 @@ fn read(path: &Path) -> Value {
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-fn num(value: &Value) -> f64 {
+pub(super) fn num(value: &Value) -> f64 {
     match value {
         Value::String(digits) => digits.parse().unwrap_or(f64::NAN),
         other => other.as_f64().unwrap_or(f64::NAN),
@@ -1103,26 +1115,7 @@ fn extreme_focus(folder: &Path, case: &Value, id: &str, table: &mut Table) {
 fn extreme_quadratic(case: &Value, id: &str, table: &mut Table) {
     let (input, exact) = (&case["input"], &case["exact"]);
     let (z, f, t) = (num(&input["z"]), num(&input["f"]), num(&input["t"]));
-    let lens = FirstOrder {
-        length: 0.0,
-        n_object: 1.0,
-        n_image: 1.0,
-        matrix: [1.0, 0.0, -1.0 / f, 1.0],
-        power: 1.0 / f,
-        focal: Some(Focal {
-            efl: f,
-            front_efl: f,
-            bfl: t + f,
-            ffl: -f,
-            front_focal_point: -f,
-            rear_focal_point: t + f,
-            front_principal_plane: 0.0,
-            rear_principal_plane: t,
-        }),
-        stop: None,
-        entrance_pupil: None,
-        exit_pupil: None,
-    };
+    let lens = FirstOrder::in_air(f, t);
     let ours = optics::focus::focus(&lens, FocusMethod::Lens, z);
     let ours = ours.ok().map(|focus| focus.extension);
     let wanted = if exact["T"].is_null() {

@@ -14,6 +14,7 @@ use super::sheet::{AboutRow, SurfaceRow};
 use crate::camera::{film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::files::write_whole;
+use crate::lens::analysis::aberrations::report::Aberrations;
 use crate::lens::{
     About, Coating, FieldPoint, FirstOrder, Focus, Lens, LensSheet, Plane, Pupil, SheetSetting,
 };
@@ -71,6 +72,11 @@ pub(crate) fn command() -> Command {
             "write the data sheet as one page: .html or .svg",
         ))
         .arg(value(
+            "csv",
+            "FILE",
+            "write the curves, fans, coefficients and spots as CSV, one value a row",
+        ))
+        .arg(value(
             "psf",
             "FILE",
             "draw the images of points with diffraction: .png, .exr or another picture format",
@@ -97,7 +103,7 @@ pub(crate) fn command() -> Command {
         ))
         .arg(super::switch(
             "curves",
-            "with --json: the data sheet's curves too",
+            "with --json: the data sheet's curves and aberrations too",
         ))
         .arg(value(
             "as-scene",
@@ -142,14 +148,17 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     }
     let mut setting = setting(matches)?;
     (setting.unfocused, setting.focus) = (Some(&unfocused), focus.as_ref());
-    let files = ["write", "diagram", "sheet", "psf"].map(text);
+    if let Some(file) = text("csv") {
+        super::sheet::save_csv(&lens, &setting, file)?;
+    }
+    let files = ["write", "diagram", "sheet", "csv", "psf"].map(text);
     if let [Some(file), ..] = files {
         super::sheet::save_prescription(&lens, file)?;
     }
     if let [_, Some(file), ..] = files {
         super::sheet::save_diagram(&lens, &setting, file)?;
     }
-    if let [_, _, Some(file), _] = files {
+    if let [_, _, Some(file), ..] = files {
         super::sheet::save_sheet(&lens, &setting, file)?;
     }
     if let [.., Some(file)] = files {
@@ -162,6 +171,8 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         let mut sheet = Sheet::of(&lens, focus.as_ref());
         if matches.get_flag("curves") {
             sheet.curves = LensSheet::at(&lens, &setting);
+            let curves = sheet.curves.as_ref();
+            sheet.aberrations = curves.and_then(|c| Aberrations::of(&lens, c, &setting));
         }
         serde_json::to_writer_pretty(&mut *out, &sheet).map_err(std::io::Error::from)
     } else {
@@ -169,7 +180,13 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             .and_then(|()| writeln!(out))
             .and_then(|()| super::sheet::surfaces(&lens, out))
             .and_then(|()| match LensSheet::at(&lens, &setting) {
-                Some(sheet) => super::sheet::curves(&sheet, out),
+                Some(sheet) => {
+                    super::sheet::curves(&sheet, out)?;
+                    match Aberrations::of(&lens, &sheet, &setting) {
+                        Some(all) => super::sheet::aberrations(&all, out),
+                        None => Ok(()),
+                    }
+                }
                 None => Ok(()),
             })
     };
@@ -309,6 +326,8 @@ struct Sheet<'a> {
     surfaces: Vec<SurfaceRow>,
     #[serde(skip_serializing_if = "Option::is_none")]
     curves: Option<LensSheet>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    aberrations: Option<Aberrations>,
 }
 
 /// First-order data in one plane. Values at infinity are null.
@@ -403,6 +422,7 @@ impl<'a> Sheet<'a> {
             about: AboutRow::of(lens.prescription()),
             surfaces: SurfaceRow::all(lens.prescription()),
             curves: None,
+            aberrations: None,
         }
     }
 }

@@ -13,6 +13,7 @@ pub(crate) mod expose;
 pub(crate) mod fit;
 pub(crate) mod flags;
 pub(crate) mod lens;
+mod lens_csv;
 mod messages;
 pub(crate) mod nodes;
 mod outputs;

@@ -10,6 +10,7 @@ use crate::diag::{Diagnostic, Result};
 use crate::diagram::drawing::Drawing;
 use crate::diagram::{LensDiagram, SectionOptions, html_page, point_spreads, svg_page};
 use crate::files::write_whole;
+use crate::lens::analysis::aberrations::report::Aberrations;
 use crate::lens::{About, Lens, LensSheet, Prescription, Shape, SheetSetting, shipped_names};
 use crate::picture::{Depth, PictureFormat};
 use crate::prescription::formats::write::{Target, write};
@@ -347,7 +348,63 @@ pub(crate) fn save_sheet(lens: &Lens, setting: &SheetSetting<'_>, file: &str) ->
         "html" | "htm" => html_page,
         _ => return Err(unknown("--sheet", file, ".html or .svg")),
     };
-    save(path, &page(lens, LensSheet::at(lens, setting).as_ref()))
+    let sheet = LensSheet::at(lens, setting);
+    let all = sheet
+        .as_ref()
+        .and_then(|sheet| Aberrations::of(lens, sheet, setting));
+    save(path, &page(lens, sheet.as_ref(), all.as_ref()))
+}
+
+/// Writes the data sheet as CSV.
+pub(crate) fn save_csv(lens: &Lens, setting: &SheetSetting<'_>, file: &str) -> Result<()> {
+    let Some(sheet) = LensSheet::at(lens, setting) else {
+        return Err(
+            Diagnostic::error(format!("`{}` has no image to describe", lens.name()))
+                .with_help("an afocal lens, or one that lets no light through, has none"),
+        );
+    };
+    let all = Aberrations::of(lens, &sheet, setting);
+    save(
+        Path::new(file),
+        &super::lens_csv::csv(&sheet, all.as_ref(), lens.wavelength()),
+    )
+}
+
+/// Prints the working f-number, Strehl ratios, wavefront errors and Seidel sums.
+pub(crate) fn aberrations(all: &Aberrations, out: &mut dyn Write) -> std::io::Result<()> {
+    let number = |v: Option<f64>| v.map_or("-".into(), |v| format!("{v:.3}"));
+    writeln!(
+        out,
+        "\n  {:>8} {:>9} {:>11} {:>11}",
+        "height", "Strehl", "rms waves", "P-V waves"
+    )?;
+    for point in &all.points {
+        let fit = point.wavefront.as_ref();
+        writeln!(
+            out,
+            "  {:>8.3} {:>9} {:>11} {:>11}",
+            point.height,
+            number(point.strehl),
+            number(fit.map(|w| w.rms)),
+            number(fit.map(|w| w.peak_to_valley)),
+        )?;
+    }
+    if let Some(n) = all.working_f_number {
+        writeln!(
+            out,
+            "  at {} nm; f-number of the cone on the film {n:.4}",
+            all.wavelength_nm
+        )?;
+    }
+    if let Some(seidel) = &all.seidel {
+        let sums = seidel.sum.values().map(|v| format!("{:.4}", 1000.0 * v));
+        writeln!(
+            out,
+            "  Seidel sums I to V, axial and lateral color, \u{b5}m: {}",
+            sums.join(" ")
+        )?;
+    }
+    Ok(())
 }
 
 /// Writes the images of points as a picture.

@@ -3,6 +3,7 @@
 //!
 //! Optics are computed by `lens::analysis`.
 
+mod aberration_page;
 mod chart;
 pub(crate) mod drawing;
 mod fig;

@@ -1,24 +1,34 @@
 //! The data sheet of a lens on one page.
 
+use crate::lens::analysis::aberrations::report::Aberrations;
 use crate::lens::{About, FieldRow, Lens, LensSheet, Modulation, PointImage, Shape, Surface, Zone};
 
+use super::aberration_page;
 use super::chart::{Chart, Series};
 use super::drawing::{Anchor, Drawing, Ink, Item};
 use super::numbers::{round_number, tidy};
 use super::section::{LensDiagram, SectionOptions};
 
-const WIDTH: f64 = 1040.0;
-const MARGIN: f64 = 44.0;
-const GUTTER: f64 = 32.0;
+pub(super) const WIDTH: f64 = 1040.0;
+pub(super) const MARGIN: f64 = 44.0;
+pub(super) const GUTTER: f64 = 32.0;
 const CHART_HEIGHT: f64 = 190.0;
 
 /// Returns the page as an SVG file.
-pub(crate) fn svg_page(lens: &Lens, sheet: Option<&LensSheet>) -> String {
-    page(lens, sheet).to_svg()
+pub(crate) fn svg_page(
+    lens: &Lens,
+    sheet: Option<&LensSheet>,
+    all: Option<&Aberrations>,
+) -> String {
+    page(lens, sheet, all).to_svg()
 }
 
 /// Returns the page as an HTML file.
-pub(crate) fn html_page(lens: &Lens, sheet: Option<&LensSheet>) -> String {
+pub(crate) fn html_page(
+    lens: &Lens,
+    sheet: Option<&LensSheet>,
+    all: Option<&Aberrations>,
+) -> String {
     let about = About::of(lens.prescription());
     let title = about.title.unwrap_or_else(|| lens.name().to_owned());
     let title = title.replace('&', "&amp;").replace('<', "&lt;");
@@ -27,11 +37,11 @@ pub(crate) fn html_page(lens: &Lens, sheet: Option<&LensSheet>) -> String {
          content=\"width=device-width\">\n<title>{title}</title>\n<style>body{{margin:0;\
          background:#fff}}svg{{display:block;margin:auto;max-width:100%;height:auto}}@media \
          (prefers-color-scheme:dark){{body{{background:#14181b}}}}</style>\n{}</html>\n",
-        svg_page(lens, sheet)
+        svg_page(lens, sheet, all)
     )
 }
 
-fn page(lens: &Lens, sheet: Option<&LensSheet>) -> Drawing {
+fn page(lens: &Lens, sheet: Option<&LensSheet>, all: Option<&Aberrations>) -> Drawing {
     let mut page = Drawing::new(WIDTH, 0.0);
     let mut y = header(&mut page, lens, sheet);
     y = section(&mut page, lens, sheet, y);
@@ -39,6 +49,9 @@ fn page(lens: &Lens, sheet: Option<&LensSheet>) -> Drawing {
     if let Some(sheet) = sheet {
         y = charts(&mut page, sheet, y);
         y = spots(&mut page, lens, sheet, y);
+        if let Some(all) = all {
+            y = aberration_page::draw(&mut page, sheet, all, y);
+        }
     }
     let foot = format!(
         "Lengths in millimeters; z from the front vertex, light to the right. Lines F 486.1, d 587.6, \
@@ -641,13 +654,18 @@ mod tests {
     fn a_page_has_all_its_parts() {
         let lens = Lens::named("double-gauss").unwrap();
         let sheet = LensSheet::of(&lens);
-        let text = html_page(&lens, sheet.as_ref());
+        let setting = crate::lens::SheetSetting::default();
+        let all = Aberrations::of(&lens, sheet.as_ref().unwrap(), &setting);
+        let text = html_page(&lens, sheet.as_ref(), all.as_ref());
         for part in [
             "Distortion",
             "Relative illumination",
             "Spots",
             "Modulation",
             "Surfaces",
+            "Ray fans",
+            "Strehl ratio",
+            "Seidel coefficients",
         ] {
             assert!(text.contains(part), "{part}");
         }
@@ -659,7 +677,7 @@ mod tests {
         let lens = Lens::named("achromat").unwrap();
         let mut afocal = lens.prescription().clone();
         afocal.surfaces.truncate(1);
-        let text = svg_page(&Lens::new(afocal), None);
+        let text = svg_page(&Lens::new(afocal), None, None);
         assert!(text.contains("First order"));
     }
 }

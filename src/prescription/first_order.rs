@@ -72,6 +72,32 @@ pub struct Pupil {
 }
 
 impl FirstOrder {
+    /// A lens in air with its front principal plane at the origin, its rear one at `t`, and no
+    /// stop. Lengths are in millimeters.
+    #[cfg(any(test, feature = "tools"))]
+    pub(crate) fn in_air(f: f64, t: f64) -> Self {
+        Self {
+            length: 0.0,
+            n_object: 1.0,
+            n_image: 1.0,
+            matrix: [1.0, 0.0, -1.0 / f, 1.0],
+            power: 1.0 / f,
+            focal: Some(Focal {
+                efl: f,
+                front_efl: f,
+                bfl: t + f,
+                ffl: -f,
+                front_focal_point: -f,
+                rear_focal_point: t + f,
+                front_principal_plane: 0.0,
+                rear_principal_plane: t,
+            }),
+            stop: None,
+            entrance_pupil: None,
+            exit_pupil: None,
+        }
+    }
+
     /// The focal length, infinite for an afocal lens.
     pub fn efl(&self) -> f64 {
         self.focal.map_or(f64::INFINITY, |f| f.efl)

@@ -268,6 +268,65 @@ impl Wavefront {
         sum / light
     }
 
+    /// The wavefront at the point behind the image point by a distance along the axis, in
+    /// millimeters.
+    pub(crate) fn shifted(&self, distance: f64) -> Self {
+        let mut this = self.clone();
+        for wave in this.cells.iter_mut().flatten() {
+            let along = (1.0 - wave.direction.length_squared()).sqrt();
+            wave.phase += self.wave_number * along * distance;
+            wave.landing += distance / along * wave.direction;
+        }
+        this
+    }
+
+    /// The Strehl ratio: the peak of the point spread over that of the same waves in phase.
+    pub(crate) fn strehl(&self) -> f64 {
+        const SIDE: usize = 121;
+        let light: f64 = self.waves().map(|w| w.open).sum();
+        let amplitude = |w: &Wave| w.open * (w.area / light).sqrt();
+        let perfect: f64 = self.waves().map(amplitude).sum();
+        let open = || self.waves().filter(|w| w.open > 0.0);
+        let low = open().fold(DVec2::INFINITY, |b, w| b.min(w.direction));
+        let high = open().fold(DVec2::NEG_INFINITY, |b, w| b.max(w.direction));
+        // The finest structure of the image, in which the peak cannot be missed.
+        let fine = TAU / (self.wave_number * (high - low).max_element());
+        let square: f64 = open().map(|w| w.open * w.landing.length_squared()).sum();
+        let reach = 2.0 * (square / light).sqrt();
+        let pitch = (0.25 * fine).max((2.0 * reach / SIDE as f64).min(0.5 * fine));
+        let spread = self.point_spread(SIDE, pitch);
+        let best = (0..spread.len()).max_by(|a, b| spread[*a].total_cmp(&spread[*b]));
+        let cell = |i: usize| (i as f64 - 0.5 * (SIDE as f64 - 1.0)) * pitch;
+        let mut place = best.map_or(DVec2::ZERO, |k| DVec2::new(cell(k % SIDE), cell(k / SIDE)));
+        let at = |place: DVec2| {
+            let field = self.waves().map(|w| {
+                let turn = self.wave_number * w.direction.dot(place);
+                let off = 0.5 * self.wave_number * w.size * (place - w.landing);
+                let share = |t: f64| {
+                    if t.abs() > 1e-4 {
+                        libm::sin(t) / t
+                    } else {
+                        1.0
+                    }
+                };
+                amplitude(w) * share(off.x) * share(off.y) * phasor(w.phase + turn)
+            });
+            field.sum::<DVec2>().length_squared()
+        };
+        let mut step = 0.5 * pitch;
+        for _ in 0..6 {
+            for axis in [DVec2::X, DVec2::Y] {
+                let [a, b, c] = [-1.0, 0.0, 1.0].map(|s| at(place + s * step * axis));
+                let turn = 0.5 * (a - c) / (a - 2.0 * b + c);
+                if turn.abs() <= 1.0 {
+                    place += turn * step * axis;
+                }
+            }
+            step *= 0.6;
+        }
+        (at(place) / (perfect * perfect)).min(1.0)
+    }
+
     /// The change of the direction cosine along an axis from one cell to the next: the slope of the
     /// regression line through all cells.
     fn cosine_step(&self, axis: usize) -> f64 {

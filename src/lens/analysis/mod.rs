@@ -1,5 +1,6 @@
 //! The image quality of a lens, computed from its rays without a scene and without random sampling.
 
+pub(crate) mod aberrations;
 pub(crate) mod beam;
 pub(crate) mod curves;
 pub(crate) mod diffraction;

@@ -291,33 +291,9 @@ fn move_lens(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus,
 mod tests {
     use super::*;
 
-    /// A lens in air with its front principal plane at the origin.
-    fn lens_of(f: f64, t: f64) -> FirstOrder {
-        FirstOrder {
-            length: 0.0,
-            n_object: 1.0,
-            n_image: 1.0,
-            matrix: [1.0, 0.0, -1.0 / f, 1.0],
-            power: 1.0 / f,
-            focal: Some(Focal {
-                efl: f,
-                front_efl: f,
-                bfl: t + f,
-                ffl: -f,
-                front_focal_point: -f,
-                rear_focal_point: t + f,
-                front_principal_plane: 0.0,
-                rear_principal_plane: t,
-            }),
-            stop: None,
-            entrance_pupil: None,
-            exit_pupil: None,
-        }
-    }
-
     #[test]
     fn the_quadratic_keeps_its_digits_at_any_distance() {
-        let lens = lens_of(50.0, -5.0);
+        let lens = FirstOrder::in_air(50.0, -5.0);
         // For f = 50, t = −5 and large z, the root is T = f²/b (1 + f²/b² + 2 f⁴/b⁴ + …), where
         // b = z − t − 2f.
         for z in [1e4, 1e6, 1e9, 1e12, 1e15] {

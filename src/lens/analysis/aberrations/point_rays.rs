@@ -1,0 +1,218 @@
+//! Rays of one object point through given places of the stop.
+//!
+//! A place is a pair of pupil coordinates: the point where the ray crosses the stop, over the
+//! height at which the widest ray from the axis crosses it. So (0, 0) is the chief ray, and for a
+//! point on the axis the unit circle is the beam. x is across the meridian and y in it. Apertures
+//! block rays, so a vignetted beam covers a part of the unit disc.
+
+use glam::{DVec2, DVec3};
+
+use crate::lens::analysis::curves::Conjugate;
+use crate::lens::lens::Lens;
+use crate::lens::trace::ray::{LensRay, Toward};
+
+/// The rays of one object point at one wavelength. Lengths are in millimeters.
+pub(super) struct PointRays<'a> {
+    lens: &'a Lens,
+    film_z: f64,
+    stop: usize,
+    /// The radius of the unit circle at the stop.
+    radius: f64,
+    /// The chief ray's point on the front surface, and its direction toward the film.
+    start: DVec3,
+    direction: DVec3,
+    /// The object point; none for parallel light.
+    source: Option<DVec3>,
+    /// The index of each medium, from the one in front of the lens.
+    indices: Vec<f64>,
+    /// The radius of the reference sphere: the distance from the paraxial exit pupil on the axis to
+    /// the image point; infinite if that pupil is at infinity.
+    sphere: f64,
+    /// The chief ray's arrival on the film.
+    pub image: DVec3,
+    /// The optical path of the chief ray to the image point.
+    path: f64,
+}
+
+/// A ray of a point that got through the lens.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PupilRay {
+    /// The place where it arrives on the film, from the chief ray's, in millimeters.
+    pub arrival: DVec2,
+    /// The optical path difference in waves: that of the chief ray less that of this ray, both to
+    /// the reference sphere. It is positive where the wavefront is ahead of the sphere.
+    pub waves: f64,
+}
+
+/// The height at the stop of the widest ray from the object point on the axis, in millimeters.
+pub(super) fn stop_radius(lens: &Lens, distance: f64) -> Option<f64> {
+    let stop = lens.first_order().stop?;
+    let ray = lens.axial_ray(distance, lens.beam_height(distance));
+    let path = lens.trace_path(&ray, Toward::Film, false);
+    let radius = path.hits.get(stop)?.truncate().length();
+    (radius > 0.0).then_some(radius)
+}
+
+impl<'a> PointRays<'a> {
+    /// The rays of the object point whose chief ray arrives at a height on the film at the
+    /// wavelength of `base`. `lens` may be that lens at another wavelength, and `radius` is its
+    /// [`stop_radius`] at the wavelength of `base`.
+    pub(super) fn of(
+        base: &Lens,
+        lens: &'a Lens,
+        height: f64,
+        conjugate: Conjugate,
+        radius: f64,
+    ) -> Option<Self> {
+        let chief = base.chief_ray(DVec2::new(0.0, height), conjugate.film_z)?;
+        let direction = -chief.direction;
+        let source = conjugate.distance.is_finite().then(|| {
+            let far = (-conjugate.distance - chief.origin.z) / chief.direction.z;
+            chief.origin + far * chief.direction
+        });
+        if source.is_some_and(|s| !s.is_finite() || s.z >= chief.origin.z) {
+            return None;
+        }
+        let mut this = Self {
+            lens,
+            film_z: conjugate.film_z,
+            stop: lens.first_order().stop?,
+            radius,
+            start: chief.origin,
+            direction,
+            source,
+            indices: lens.prescription().indices(lens.wavelength()),
+            sphere: f64::INFINITY,
+            image: DVec3::ZERO,
+            path: 0.0,
+        };
+        let place = this.aim(DVec2::ZERO, DVec2::ZERO)?;
+        let (out, path) = this.arrival(place, false)?;
+        this.image = out.at_z(this.film_z);
+        if let Some(pupil) = lens.first_order().exit_pupil {
+            this.sphere = (this.image - pupil.z * DVec3::Z).length();
+        }
+        let n = this.indices[this.indices.len() - 1];
+        this.path = path + n * (this.image - out.origin).dot(out.direction);
+        Some(this)
+    }
+
+    /// The ray through a place across the chief ray, in millimeters.
+    fn ray(&self, place: DVec2) -> LensRay {
+        let up = DVec3::new(0.0, self.direction.z, -self.direction.y);
+        let through = self.start + place.x * DVec3::X + place.y * up;
+        match self.source {
+            Some(origin) => LensRay {
+                origin,
+                direction: through - origin,
+            },
+            None => LensRay {
+                origin: through - (1.0 + self.lens.length()) * self.direction,
+                direction: self.direction,
+            },
+        }
+    }
+
+    /// The point at which the ray through a place crosses the stop, over the unit radius.
+    fn at_stop(&self, place: DVec2) -> Option<DVec2> {
+        let path = self.lens.trace_path(&self.ray(place), Toward::Film, false);
+        Some(path.hits.get(self.stop)?.truncate() / self.radius)
+    }
+
+    /// The place whose ray crosses the stop at pupil coordinates, by Newton's iteration from a
+    /// place nearby.
+    fn aim(&self, pupil: DVec2, near: DVec2) -> Option<DVec2> {
+        let step = 1e-4 * self.radius;
+        let mut place = near;
+        let mut miss = self.at_stop(place)? - pupil;
+        for _ in 0..20 {
+            if miss.length() < 1e-13 {
+                break;
+            }
+            let slope = |axis: DVec2| {
+                let (a, b) = (
+                    self.at_stop(place + step * axis)?,
+                    self.at_stop(place - step * axis)?,
+                );
+                Some((a - b) / (2.0 * step))
+            };
+            let (dx, dy) = (slope(DVec2::X)?, slope(DVec2::Y)?);
+            let determinant = dx.perp_dot(dy);
+            let change = DVec2::new(miss.perp_dot(dy), dx.perp_dot(miss)) / determinant;
+            if !change.is_finite() {
+                return None;
+            }
+            let next = place - change;
+            let value = self.at_stop(next)? - pupil;
+            if value.length() >= miss.length() {
+                break;
+            }
+            (place, miss) = (next, value);
+        }
+        (miss.length() < 1e-10).then_some(place)
+    }
+
+    /// The ray through a place behind the lens, with its optical path to its last hit.
+    fn arrival(&self, place: DVec2, apertures: bool) -> Option<(LensRay, f64)> {
+        let ray = self.ray(place);
+        let path = self.lens.trace_path(&ray, Toward::Film, apertures);
+        let out = path.outcome.ok().filter(|out| out.direction.z > 1e-3)?;
+        let first = *path.hits.first()?;
+        // Parallel light is in phase on the plane through `start` across the chief ray.
+        let lead = match self.source {
+            Some(origin) => (first - origin).length(),
+            None => (first - self.start).dot(self.direction),
+        };
+        let mut optical = self.indices[0] * lead;
+        for (legs, n) in path.hits.windows(2).zip(&self.indices[1..]) {
+            // The length is signed, because a ray may travel backward between surfaces that cross.
+            let leg = legs[1] - legs[0];
+            optical += n * leg.length().copysign(leg.z);
+        }
+        Some((out, optical))
+    }
+
+    /// The ray through pupil coordinates, and the place of its aim, from which that of a neighbor
+    /// may start. Returns none if the ray is blocked or lost.
+    pub(super) fn trace(&self, pupil: DVec2, near: DVec2) -> Option<(PupilRay, DVec2)> {
+        let place = self.aim(pupil, near)?;
+        let (out, path) = self.arrival(place, true)?;
+        let n = self.indices[self.indices.len() - 1];
+        // The foot of the perpendicular from the image point, and from there to the sphere.
+        let along = (self.image - out.origin).dot(out.direction);
+        let miss = (out.origin + along * out.direction - self.image).length_squared();
+        let sphere = match self.sphere.is_finite() {
+            true => miss / (self.sphere + (self.sphere * self.sphere - miss).sqrt()),
+            false => 0.0,
+        };
+        let behind = path + n * (along + sphere) - self.path;
+        Some((
+            PupilRay {
+                arrival: (out.at_z(self.film_z) - self.image).truncate(),
+                waves: -behind / (self.lens.wavelength() * 1e-6),
+            },
+            place,
+        ))
+    }
+
+    /// The rays through pupil coordinates that are in steps along a line from the center; none for
+    /// those that are lost.
+    pub(super) fn along(&self, direction: DVec2, steps: usize) -> Vec<Option<PupilRay>> {
+        let mut near = DVec2::ZERO;
+        let mut rays = Vec::with_capacity(steps + 1);
+        for i in 0..=steps {
+            // The rim itself may round to either side of the aperture.
+            let pupil = direction * (i as f64 / steps as f64).min(1.0 - 1e-9);
+            let found = self.trace(pupil, near).or_else(|| {
+                // A blocked ray still shows where its neighbor goes.
+                near = self.aim(pupil, near).unwrap_or(near);
+                None
+            });
+            if let Some((_, place)) = found {
+                near = place;
+            }
+            rays.push(found.map(|(ray, _)| ray));
+        }
+        rays
+    }
+}
