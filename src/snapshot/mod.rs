@@ -1,4 +1,5 @@
-//! A document at one time, with engines and routes evaluated and, on request, handles of draggers.
+//! A document at one time, with events delivered, engines evaluated and, on request, handles of
+//! draggers.
 //!
 //! All code that reads the values of nodes for a picture (traversal, compiling, the search for a
 //! camera, `check`) uses a [`Snapshot`] and not a [`Document`], so that it sees the same values.
@@ -11,6 +12,7 @@
 mod at_time;
 mod bounds;
 mod engines;
+mod events;
 mod handles;
 mod take;
 

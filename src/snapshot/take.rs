@@ -1,15 +1,15 @@
-//! Takes snapshots: evaluates engines and routes, then adds handles.
+//! Takes snapshots: delivers events, evaluates engines, then adds handles.
 
 use std::borrow::Cow;
 
 use super::at_time::{Snapshot, SnapshotOptions};
 use super::bounds::{Bounds, NoBounds};
-use super::{engines, handles};
+use super::{engines, events, handles};
 use crate::iv::Document;
 
 impl<'a> Snapshot<'a> {
-    /// Evaluates the document's engines and routes, and adds handles if `options` request them. The
-    /// document is copied only if this changes it.
+    /// Delivers the events up to the time, evaluates the document's engines, and adds handles if
+    /// `options` request them. The document is copied only if this changes it.
     pub fn take(document: &'a Document, options: &SnapshotOptions, bounds: &dyn Bounds) -> Self {
         let time = if options.time.is_finite() {
             options.time
@@ -17,7 +17,10 @@ impl<'a> Snapshot<'a> {
             0.0
         };
         let mut snapshot = Self::of_part(document, time);
-        if let Some(evaluated) = engines::evaluate(document, time, bounds) {
+        if let Some(played) = events::play(document, time) {
+            snapshot.document = Cow::Owned(played);
+        }
+        if let Some(evaluated) = engines::evaluate(snapshot.document(), time, bounds) {
             snapshot.document = Cow::Owned(evaluated);
         }
         if options.handles {

@@ -112,6 +112,11 @@ impl Document {
         Ok(roots)
     }
 
+    /// Removes every edge that closes a cycle, which events can create.
+    pub(crate) fn cut_cycles(&mut self) {
+        cycles::cut_cycles(self);
+    }
+
     /// Reads a document from bytes. `otherwise` is used if they have no header.
     fn read_as(
         name: &str,

@@ -1,7 +1,7 @@
-//! Computes the outputs of an engine, a sensor or an animated node.
+//! Computes the outputs of an engine or an animated node.
 
 use super::outputs::{Outputs, Pulses};
-use super::{calculator, clocks, compose, interpolate, movers, sensors, values};
+use super::{calculator, clocks, compose, interpolate, movers, values};
 use crate::grammar::value::{Trigger, Value};
 use crate::grammar::{ClassId, Field, class};
 use crate::iv::NodeRef;
@@ -12,8 +12,6 @@ pub(super) struct Moment<'a> {
     pub time: f64,
     /// Returns the pulses of a trigger field of the engine.
     pub fired: &'a dyn Fn(Field<Trigger>) -> Pulses,
-    /// The last `set_fraction` event of an interpolator.
-    pub fraction: Option<f32>,
 }
 
 /// Returns the outputs of a node of a class. The list is empty for a class without outputs.
@@ -25,11 +23,7 @@ pub(super) fn outputs(
     class: ClassId,
     moment: &Moment<'_>,
 ) -> Result<Outputs, String> {
-    let &Moment {
-        time,
-        fired,
-        fraction,
-    } = moment;
+    let &Moment { time, fired } = moment;
     Ok(match class {
         class::CALCULATOR => calculator::outputs(node)?,
         class::COMPOSE_VEC2F => compose::vec2(node),
@@ -62,13 +56,6 @@ pub(super) fn outputs(
         class::GLOBAL_FIELD if node.value("realTime").is_some() => {
             vec![("realTime", Value::Double(time))]
         }
-        class::TIME_SENSOR => sensors::time_sensor(node, time),
-        class::SCALAR_INTERPOLATOR
-        | class::POSITION_INTERPOLATOR
-        | class::COLOR_INTERPOLATOR
-        | class::ORIENTATION_INTERPOLATOR
-        | class::COORDINATE_INTERPOLATOR
-        | class::NORMAL_INTERPOLATOR => sensors::interpolator(node, class, fraction),
         class::ROTOR => movers::rotor(node, time),
         class::PENDULUM => movers::pendulum(node, time),
         class::SHUTTLE => movers::shuttle(node, time),

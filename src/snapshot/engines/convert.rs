@@ -11,7 +11,7 @@ use crate::iv::Value;
 
 /// Converts a value to a type. A single value becomes a list of one, and a list gives its first
 /// value. Returns `None` if there is no conversion.
-pub(super) fn to_type(value: &Value, kind: F) -> Option<Value> {
+pub(in crate::snapshot) fn to_type(value: &Value, kind: F) -> Option<Value> {
     if same_shape(value, kind) {
         return Some(value.clone());
     }
@@ -45,7 +45,7 @@ fn same_shape(value: &Value, kind: F) -> bool {
 }
 
 /// Returns the numbers of a value, and the number of them in one element.
-fn numbers(value: &Value) -> Option<(Vec<f64>, usize)> {
+pub(in crate::snapshot) fn numbers(value: &Value) -> Option<(Vec<f64>, usize)> {
     fn all<T: Copy, const N: usize>(v: &[T], f: impl Fn(T) -> [f64; N]) -> (Vec<f64>, usize) {
         (v.iter().flat_map(|&x| f(x)).collect(), N)
     }
@@ -161,7 +161,7 @@ pub(super) fn rotation_of(q: DQuat) -> Rotation {
 }
 
 /// Creates a value from its numbers, or `None` if there are too few for a single value.
-fn from_numbers(n: &[f64], kind: F) -> Option<Value> {
+pub(in crate::snapshot) fn from_numbers(n: &[f64], kind: F) -> Option<Value> {
     let width = kind.width();
     if !kind.is_multiple() && n.len() < width {
         return None;

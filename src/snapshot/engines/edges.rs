@@ -3,13 +3,13 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::diag::Span;
-use crate::grammar::FieldType;
+use crate::grammar::{FieldType, class};
 use crate::iv::document::ClassRef;
-use crate::iv::{Document, NodeId, NodeRef};
+use crate::iv::{Document, NodeId, NodeRef, Route};
 
 /// The target of a connection or route in its node.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Slot {
+pub(in crate::snapshot) enum Slot {
     /// A field, by its index.
     Field(u16, FieldType),
     /// A VRML97 `eventIn` that is not a field.
@@ -53,7 +53,7 @@ pub(super) fn edges(document: &Document) -> Vec<(NodeId, Vec<Edge>)> {
         .enumerate()
         .map(|(i, (id, _))| (*id, i))
         .collect();
-    for route in &document.routes {
+    for route in document.routes.iter().filter(|r| is_computed(document, r)) {
         let to = document.node(route.to);
         let Some(slot) = slot(to, &route.input) else {
             continue; // The target is a script or a class that is not drawn.
@@ -73,8 +73,17 @@ pub(super) fn edges(document: &Document) -> Vec<(NodeId, Vec<Edge>)> {
     out
 }
 
+/// Returns whether the value of a route is computed on request, because it comes from an Inventor
+/// engine or from a node that moves by itself. The other routes carry events.
+pub(in crate::snapshot) fn is_computed(document: &Document, route: &Route) -> bool {
+    let class = document.node(route.from).class();
+    class.is_some_and(|c| {
+        c.is_a("Engine") || matches!(c.id, class::ROTOR | class::PENDULUM | class::SHUTTLE)
+    })
+}
+
 /// Returns the type of a field.
-fn field_type(node: NodeRef<'_>, index: u16) -> Option<FieldType> {
+pub(in crate::snapshot) fn field_type(node: NodeRef<'_>, index: u16) -> Option<FieldType> {
     let index = usize::from(index);
     match node.data().class {
         ClassRef::Known(id) => id.get().fields.get(index).map(|f| f.kind),
@@ -87,7 +96,7 @@ fn field_type(node: NodeRef<'_>, index: u16) -> Option<FieldType> {
 
 /// Returns the field or input that a route's `TO` names. The prefix `set_` of a field's name is
 /// optional.
-fn slot(node: NodeRef<'_>, name: &str) -> Option<Slot> {
+pub(in crate::snapshot) fn slot(node: NodeRef<'_>, name: &str) -> Option<Slot> {
     let class = node.class()?;
     let short = name.strip_prefix("set_").unwrap_or(name);
     let field = class.field(name).or_else(|| class.field(short));

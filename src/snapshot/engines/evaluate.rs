@@ -28,7 +28,6 @@ pub(in crate::snapshot) fn evaluate(
     let mut work = Work {
         document: document.clone(),
         time,
-        inputs: HashMap::new(),
         outputs: HashMap::new(),
         triggers: HashMap::new(),
         warned: HashSet::new(),
@@ -48,9 +47,7 @@ struct Work<'a> {
     document: Document,
     /// The time in seconds since the scene was opened.
     time: f64,
-    /// The values that were sent to inputs that are not fields.
-    inputs: HashMap<(NodeId, &'static str), Value>,
-    /// The outputs of the engines and sensors that have been computed.
+    /// The outputs of the engines that have been computed.
     outputs: HashMap<NodeId, Outputs>,
     /// The pulses that were sent to trigger fields.
     triggers: HashMap<(NodeId, u16), Pulses>,
@@ -112,9 +109,7 @@ impl Work<'_> {
             return self.warn(to, edge.span, message);
         };
         match edge.slot {
-            Slot::Input(name, _) => {
-                self.inputs.insert((to, name), value);
-            }
+            Slot::Input(..) => {} // Only events have an effect there.
             Slot::Field(index, _) => {
                 let fields = &mut self.document.nodes[to.0 as usize].fields;
                 match fields.iter_mut().find(|f| f.index == index) {
@@ -131,7 +126,7 @@ impl Work<'_> {
         }
     }
 
-    /// Returns an output of an engine or sensor, or the value of a field.
+    /// Returns an output of an engine, or the value of a field.
     fn output(&mut self, from: NodeId, name: &str, span: Span) -> Option<Value> {
         if !self.outputs.contains_key(&from) {
             let outputs = self.compute(from, span);
@@ -163,7 +158,7 @@ impl Work<'_> {
         }
     }
 
-    /// Computes the outputs of an engine or sensor.
+    /// Computes the outputs of an engine.
     fn compute(&mut self, from: NodeId, span: Span) -> Outputs {
         let node = self.document.node(from);
         let Some(class) = node.known_class() else {
@@ -172,17 +167,12 @@ impl Work<'_> {
         if class.id == class::COMPUTE_BOUNDING_BOX {
             return self.bounding_box(from);
         }
-        let fraction = match self.inputs.get(&(from, "set_fraction")) {
-            Some(Value::Float(fraction)) => Some(*fraction),
-            _ => None,
-        };
         let moment = Moment {
             time: self.time,
             fired: &|field| {
                 let pulses = self.triggers.get(&(from, field.index));
                 pulses.copied().unwrap_or_default()
             },
-            fraction,
         };
         let made = compute::outputs(node, class.id, &moment);
         made.unwrap_or_else(|message| {

@@ -1,46 +1,14 @@
-//! Evaluates VRML97's time sensors and interpolators.
+//! Evaluates VRML97's interpolators.
 
 use glam::Vec3;
 
 use super::interpolate::between;
-use super::outputs::Outputs;
 use crate::grammar::value::Value;
 use crate::grammar::{
     ClassId, class, orientation_interpolator, position_interpolator, scalar_interpolator,
-    time_sensor, vrml_interpolator,
+    vrml_interpolator,
 };
 use crate::iv::NodeRef;
-
-/// Computes a `TimeSensor`. A sensor that loops runs from its `startTime`. Another one runs once,
-/// if its `startTime` is after 0 (VRML97 counts from 1970, so 0 is long ago), and keeps its last
-/// fraction.
-pub(super) fn time_sensor(node: NodeRef<'_>, time: f64) -> Outputs {
-    let start = node.get(time_sensor::START_TIME);
-    let stop = node.get(time_sensor::STOP_TIME);
-    let stated = node.get(time_sensor::CYCLE_INTERVAL);
-    let cycle = if stated > 0.0 { stated } else { 1.0 };
-    let loops = node.get(time_sensor::LOOP);
-    if !node.get(time_sensor::ENABLED) || !(time >= start) || !(loops || start > 0.0) {
-        return vec![("isActive", Value::Bool(false))];
-    }
-    let stopped = stop > start && time >= stop;
-    let now = if stopped { stop } else { time };
-    let cycles = (now - start) / cycle;
-    let ended = !loops && cycles >= 1.0;
-    let fraction = if ended { 1.0 } else { cycles - cycles.floor() };
-    vec![
-        ("isActive", Value::Bool(!stopped && !ended)),
-        ("fraction_changed", Value::Float(fraction as f32)),
-        ("time", Value::Double(now)),
-        ("cycleTime", Value::Double(start + cycle * cycles.floor())),
-    ]
-}
-
-/// Returns the value of an interpolator at the last fraction that was sent to it, if there is one.
-pub(super) fn interpolator(node: NodeRef<'_>, class: ClassId, fraction: Option<f32>) -> Outputs {
-    let value = fraction.and_then(|fraction| interpolate(node, class, fraction));
-    value.map(|v| ("value_changed", v)).into_iter().collect()
-}
 
 /// Finds a fraction among the keys. Returns the index of the key before it, and its relative
 /// position between that key and the next, from 0 to 1.
@@ -59,8 +27,12 @@ fn locate(keys: &[f32], fraction: f32) -> Option<(usize, f64)> {
     Some((next - 1, (f64::from(fraction) - a) / (b - a)))
 }
 
-/// Returns the value of an interpolator at a fraction.
-fn interpolate(node: NodeRef<'_>, class: ClassId, fraction: f32) -> Option<Value> {
+/// Returns the value of an interpolator at a fraction, or `None` if it has no keys.
+pub(in crate::snapshot) fn interpolate(
+    node: NodeRef<'_>,
+    class: ClassId,
+    fraction: f32,
+) -> Option<Value> {
     let keys = node.get(vrml_interpolator::KEY);
     let (at, share) = locate(keys, fraction)?;
     let vectors = node.get(position_interpolator::KEY_VALUE);

@@ -132,47 +132,6 @@ fn a_long_chain_needs_no_stack() {
     assert_eq!(field(&document, "N19999", "width"), Value::Float(4.0));
 }
 
-const ROUTED: &str = "#VRML V2.0 utf8
-DEF T TimeSensor { loop TRUE cycleInterval 4 }
-DEF P PositionInterpolator { key [ 0 0.5 1 ] keyValue [ 0 0 0, 2 0 0, 2 4 0 ] }
-DEF O OrientationInterpolator { key [ 0 1 ] keyValue [ 0 0 1 0, 0 0 1 3 ] }
-DEF C ColorInterpolator { key [ 0 1 ] keyValue [ 1 0 0, 0 1 0 ] }
-DEF X Transform { translation 9 9 9 }
-DEF M Material { }
-ROUTE T.fraction_changed TO P.set_fraction
-ROUTE T.fraction_changed TO O.set_fraction
-ROUTE T.fraction_changed TO C.set_fraction
-ROUTE P.value_changed TO X.set_translation
-ROUTE O.value_changed TO X.rotation
-ROUTE C.value_changed TO M.diffuseColor
-";
-
-#[test]
-fn routes_carry_a_sensors_time_through_interpolators() {
-    let document = evaluate(&read(ROUTED), 7.0, &NoBounds).expect("has routes");
-    let place = field(&document, "X", "translation");
-    assert_eq!(place, Value::Vec3(Vec3::new(2.0, 2.0, 0.0)));
-    let Value::Rotation(turn) = field(&document, "X", "rotation") else {
-        panic!()
-    };
-    assert!((turn.angle - 2.25).abs() < 1e-6 && (turn.axis - Vec3::Z).length() < 1e-6);
-    let half = evaluate(&read(ROUTED), 2.0, &NoBounds).expect("has routes");
-    assert_eq!(
-        field(&half, "M", "diffuseColor"),
-        Value::Vec3(Vec3::new(1.0, 1.0, 0.0))
-    );
-}
-
-#[test]
-fn a_sensor_that_has_not_started_sends_nothing() {
-    let waiting = ROUTED.replace("loop TRUE", "loop FALSE");
-    let document = evaluate(&read(&waiting), 2.0, &NoBounds).expect("has routes");
-    assert_eq!(
-        field(&document, "X", "translation"),
-        Value::Vec3(Vec3::splat(9.0))
-    );
-}
-
 struct OneCube;
 
 impl Bounds for OneCube {

@@ -1,0 +1,22 @@
+//! Delivers VRML97's events up to one time.
+//!
+//! A `ROUTE` carries a value only when its source sends an event (VRML97, 4.10). Events begin at
+//! `TimeSensor`s and at scripts, because there is no user input. Time 0 is when the scene was
+//! opened. A scene is played from there to the requested time: scripts are initialized, and time
+//! passes in steps that depend only on the scene and on that time, so that the same time always
+//! gives the same document.
+//!
+//! Scripts are not run; a warning names each that has a program.
+
+mod cascade;
+mod no_scripts;
+mod play;
+mod source;
+mod timer;
+mod wires;
+mod world;
+
+pub(super) use play::play;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,47 @@
+//! Takes the place of an engine that runs scripts.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use super::source::{self, Source};
+use super::world::{Event, World};
+
+/// The scripts of a scene, none of which runs.
+#[derive(Debug)]
+pub(super) struct Scripts;
+
+impl Scripts {
+    /// Warns about each script that has a program.
+    pub(super) fn find(world: &Rc<RefCell<World>>) -> Self {
+        let world = &mut *world.borrow_mut();
+        for id in source::scripts(&world.document, 0) {
+            let reason = match source::source(&world.document, id) {
+                Source::Nothing => continue,
+                Source::Program(text) if text.trim().is_empty() => continue,
+                Source::Unsupported(reason) => reason,
+                Source::Program(_) => "this program does not run scripts".to_owned(),
+            };
+            let warning = world.warn(id, format!("a `Script` was not run: {reason}"));
+            warning.kind = crate::diag::ErrorKind::Unsupported;
+        }
+        Self
+    }
+
+    /// Returns whether any script runs.
+    pub(super) fn any_runs(&self) -> bool {
+        false
+    }
+
+    /// Calls `initialize` of each script.
+    pub(super) fn initialize(&mut self) {}
+
+    /// Delivers an event to a script. Returns whether its target is a script.
+    pub(super) fn deliver(&mut self, _: &Event) -> bool {
+        false
+    }
+
+    /// Calls `eventsProcessed` of the scripts that received events. Returns whether there were any.
+    pub(super) fn finish_events(&mut self) -> bool {
+        false
+    }
+}
