@@ -4,6 +4,7 @@
 //! focus until the rendering of the scene matches the picture best.
 
 use std::cell::Cell;
+use std::cmp::Ordering;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
@@ -44,14 +45,48 @@ struct Clock {
     limit: Option<Duration>,
     /// The pixels of a rendering at full size.
     pixels: f64,
-    /// The longest time that a rendering took, in seconds a pixel.
-    rate: Cell<f64>,
+    cost: Cell<RenderCost>,
+}
+
+/// The time that a rendering is expected to take.
+#[derive(Clone, Copy, Default)]
+struct RenderCost {
+    /// The longest time outside the exposure, in seconds: it does not depend on the size.
+    fixed: f64,
+    /// The longest exposure of the largest pictures so far, in seconds per pixel. Small pictures
+    /// say less, because starting the threads takes a part of their time.
+    rate: f64,
+    /// The pixels of the largest pictures so far.
+    largest: f64,
+}
+
+impl RenderCost {
+    /// Returns the costs with those of another rendering: its pixels, all its seconds, and those of
+    /// its exposure.
+    fn with(self, pixels: f64, seconds: f64, exposure: f64) -> Self {
+        let rate = exposure / pixels;
+        Self {
+            fixed: self.fixed.max(seconds - exposure),
+            rate: match pixels.total_cmp(&self.largest) {
+                Ordering::Less => self.rate,
+                Ordering::Equal => self.rate.max(rate),
+                Ordering::Greater => rate,
+            },
+            largest: self.largest.max(pixels),
+        }
+    }
+
+    fn seconds(self, pixels: f64) -> f64 {
+        self.fixed + self.rate * pixels
+    }
 }
 
 impl Clock {
-    /// Returns whether the limit leaves no time for another rendering and the last one.
+    /// Returns whether the limit leaves no time for another rendering of the present size and the
+    /// last one, which has full size.
     fn is_over(&self) -> bool {
-        let needed = 2.0 * self.rate.get() * self.pixels;
+        let cost = self.cost.get();
+        let needed = cost.seconds(cost.largest) + cost.seconds(self.pixels);
         let taken = self.start.elapsed().as_secs_f64();
         self.limit.is_some_and(|l| taken + needed > l.as_secs_f64())
     }
@@ -66,14 +101,14 @@ pub(crate) struct Found {
 /// The index of the focus among the parameters.
 const FOCUS: usize = 7;
 
-/// Renders parameters. Pictures of all sizes have the same number of samples per pixel.
+/// Renders parameters, and returns the seconds of the exposure too. Pictures of all sizes have the same number of samples per pixel.
 fn render(
     session: &mut Session,
     start: &CameraFit,
     values: &[f64],
     (width, height): (usize, usize),
     half: Half,
-) -> Result<Plate> {
+) -> Result<(Plate, f64)> {
     let mut plan = start.plan.clone();
     if half == Half::Second {
         plan.sampler.seed = plan.sampler.seed.wrapping_add(0x9e37_79b9);
@@ -88,7 +123,7 @@ fn render(
     let pose = start.pose_at(values);
     session.change(plan, pose)?;
     let exposure = session.expose(&|_| ());
-    Ok(plate(&exposure, session))
+    Ok((plate(&exposure, session), exposure.seconds))
 }
 
 /// Returns the levels of an exposure.
@@ -262,7 +297,7 @@ impl CameraFit {
             start: Instant::now(),
             limit: self.limit,
             pixels: f64::from(size.width) * f64::from(size.height),
-            rate: Cell::new(0.0),
+            cost: Cell::default(),
         };
         let has_to_end = || clock.is_over();
         let fit = Fit {
@@ -277,10 +312,12 @@ impl CameraFit {
                 return Err(Diagnostic::error("the time of the fit is over"));
             }
             let begun = Instant::now();
-            let drawn = render(session, self, values, size, half);
-            let rate = begun.elapsed().as_secs_f64() / (size.0 * size.1) as f64;
-            clock.rate.set(clock.rate.get().max(rate));
-            drawn
+            let (drawn, exposure) = render(session, self, values, size, half)?;
+            let (pixels, seconds) = ((size.0 * size.1) as f64, begun.elapsed().as_secs_f64());
+            clock
+                .cost
+                .set(clock.cost.get().with(pixels, seconds, exposure));
+            Ok(drawn)
         };
         let still = vec![0.0; count];
         let before = fit.cost_of(&still, &mut draw)?;
@@ -292,7 +329,7 @@ impl CameraFit {
         }
         let fitted = fit.run(&first, &mut draw, report)?;
         let whole = (size.width as usize, size.height as usize);
-        let rendering = render(session, self, &fitted.values, whole, Half::First)?;
+        let (rendering, _) = render(session, self, &fitted.values, whole, Half::First)?;
         Ok(Found { fitted, rendering })
     }
 
@@ -347,35 +384,34 @@ impl CameraFit {
         let (efl, focus) = self.optics(v);
         writeln!(
             out,
-            "moved      {:.1} mm (± {:.1})",
+            "moved      {:.1} mm{}",
             1000.0 * length(v[0], v[1], v[2]),
-            1000.0 * length(error(0), error(1), error(2))
+            in_brackets(1000.0 * length(error(0), error(1), error(2)), 1)
         )?;
         writeln!(
             out,
-            "turned     {:.3} degrees (± {:.3})",
+            "turned     {:.3} degrees{}",
             length(v[3], v[4], v[5]).to_degrees(),
-            length(error(3), error(4), error(5)).to_degrees()
+            in_brackets(length(error(3), error(4), error(5)).to_degrees(), 3)
         )?;
         writeln!(
             out,
-            "focal      {efl:.3} mm (± {:.3}), was {:.3} mm",
-            efl * fitted.error_of(&self.focal_length_gradient(v)),
+            "focal      {efl:.3} mm{}, was {:.3} mm",
+            in_brackets(efl * fitted.error_of(&self.focal_length_gradient(v)), 3),
             self.efl
         )?;
         if v.len() > FOCUS {
             writeln!(
                 out,
-                "focus      {focus:.3} m (± {:.3}), was {:.3} m",
-                focus * error(FOCUS),
+                "focus      {focus:.3} m{}, was {:.3} m",
+                in_brackets(focus * error(FOCUS), 3),
                 self.focus
             )?;
         }
-        writeln!(
-            out,
-            "residual   {:.1}%",
-            100.0 * fitted.cost.max(0.0).sqrt()
-        )?;
+        if fitted.cost.is_finite() {
+            let residual = 100.0 * fitted.cost.max(0.0).sqrt();
+            writeln!(out, "residual   {residual:.1}%")?;
+        }
         if fitted.ended_early {
             writeln!(
                 out,
@@ -383,6 +419,14 @@ impl CameraFit {
             )?;
         }
         writeln!(out, "renders    {}", fitted.renders)
+    }
+}
+
+/// Returns a standard error in brackets, or nothing if it is unknown.
+fn in_brackets(error: f64, decimals: usize) -> String {
+    match error.is_finite() {
+        true => format!(" (± {error:.decimals$})"),
+        false => String::new(),
     }
 }
 
@@ -401,6 +445,15 @@ fn turned(vector: DVec3) -> DQuat {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A small rendering whose time is nearly all compiling says little about a large one.
+    #[test]
+    fn the_time_of_a_large_rendering_is_not_that_of_compiling_a_small_one() {
+        let small = RenderCost::default().with(1e3, 2.01, 0.01);
+        assert!((small.seconds(1e5) - 3.0).abs() < 1e-9);
+        let both = small.with(1e5, 2.5, 0.5).with(1e3, 1.0, 0.9);
+        assert!((both.seconds(2e5) - 3.0).abs() < 1e-9);
+    }
 
     #[test]
     fn a_turn_is_written_as_its_axis_and_angle() {
