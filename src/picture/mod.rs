@@ -8,6 +8,7 @@ mod exr;
 mod raster;
 mod read;
 mod sgi;
+mod tiff;
 mod write;
 
 pub use developed::{Depth, Picture, PictureFormat};

@@ -1,14 +1,13 @@
 //! Writes picture files, with as much of the picture's provenance as each format holds.
 
-use std::io::{Cursor, Write};
+use std::io::Write;
 use std::path::Path;
 
 use image::codecs::jpeg::JpegEncoder;
-use image::codecs::tiff::TiffEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 
 use super::developed::{Depth, Picture, PictureFormat};
-use super::{exr, sgi};
+use super::{exr, sgi, tiff};
 use crate::diag::Result;
 use crate::files::write_whole;
 
@@ -35,7 +34,7 @@ impl Picture {
             PictureFormat::Ppm => self.write_ppm(to, depth),
             PictureFormat::Exr => exr::write(self, to),
             PictureFormat::Sgi => sgi::write(self, depth, to),
-            PictureFormat::Tiff => self.write_tiff(to, depth),
+            PictureFormat::Tiff => tiff::write(self, depth, to),
             PictureFormat::Jpeg => self.write_jpeg(to),
         }
     }
@@ -74,31 +73,11 @@ impl Picture {
 const JPEG_QUALITY: u8 = 95;
 
 impl Picture {
-    fn write_tiff(&self, to: &mut dyn Write, depth: Depth) -> std::io::Result<()> {
-        let mut levels = self.levels(depth);
-        let color = match depth {
-            Depth::Eight => ExtendedColorType::Rgb8,
-            Depth::Sixteen => {
-                // The encoder takes the machine's own order of bytes.
-                for level in levels.chunks_exact_mut(2) {
-                    let value = u16::from_be_bytes([level[0], level[1]]);
-                    level.copy_from_slice(&value.to_ne_bytes());
-                }
-                ExtendedColorType::Rgb16
-            }
-        };
-        let mut bytes = Cursor::new(Vec::new());
-        TiffEncoder::new(&mut bytes)
-            .write_image(&levels, self.width, self.height, color)
-            .map_err(std::io::Error::other)?;
-        to.write_all(bytes.get_ref())
-    }
-
     fn write_jpeg(&self, to: &mut dyn Write) -> std::io::Result<()> {
         let mut bytes = Vec::new();
         let mut encoder = JpegEncoder::new_with_quality(&mut bytes, JPEG_QUALITY);
         encoder
-            .set_exif_metadata(self.exif())
+            .set_exif_metadata(tiff::exif(self))
             .map_err(std::io::Error::other)?;
         let levels = self.levels(Depth::Eight);
         encoder
@@ -106,47 +85,11 @@ impl Picture {
             .map_err(std::io::Error::other)?;
         to.write_all(&bytes)
     }
-
-    /// Returns EXIF data with the command as `ImageDescription` and the program as `Software`: a
-    /// TIFF header, one directory, and its texts.
-    fn exif(&self) -> Vec<u8> {
-        const IMAGE_DESCRIPTION: u16 = 0x010e;
-        const SOFTWARE: u16 = 0x0131;
-        const ASCII: u16 = 2;
-        // A segment of a JPEG file has at most 65,533 bytes.
-        let fits = |text: &&String| text.len() < 30_000;
-        let entries: Vec<(u16, &String)> = [(IMAGE_DESCRIPTION, "Command"), (SOFTWARE, "Software")]
-            .into_iter()
-            .filter_map(|(tag, key)| Some((tag, self.provenance.get(key).filter(fits)?)))
-            .collect();
-        let mut exif = b"MM\0*\0\0\0\x08".to_vec();
-        exif.extend((entries.len() as u16).to_be_bytes());
-        let mut texts = Vec::new();
-        let first_text = exif.len() + 12 * entries.len() + 4;
-        for (tag, text) in entries {
-            let length = text.len() + 1;
-            exif.extend(tag.to_be_bytes());
-            exif.extend(ASCII.to_be_bytes());
-            exif.extend((length as u32).to_be_bytes());
-            if length <= 4 {
-                // A text this short takes the place of its address.
-                let mut inside = [0; 4];
-                inside[..text.len()].copy_from_slice(text.as_bytes());
-                exif.extend(inside);
-                continue;
-            }
-            exif.extend(((first_text + texts.len()) as u32).to_be_bytes());
-            texts.extend_from_slice(text.as_bytes());
-            texts.push(0);
-        }
-        exif.extend([0; 4]); // There is no further directory.
-        exif.extend(texts);
-        exif
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::io::Cursor;
     use std::path::PathBuf;
 
     use ::exr::prelude as exr;
@@ -279,6 +222,19 @@ mod tests {
         let (length, start) = (long(14), long(18));
         assert_eq!(&exif[start..start + length - 1], command);
         assert_eq!((exif[start + length - 1], exif.len()), (0, start + length));
+    }
+
+    #[test]
+    fn a_tiff_tells_its_command() {
+        let bytes = written(&gradient(), PictureFormat::Tiff, Depth::Eight);
+        let short = |at: usize| usize::from(u16::from_be_bytes([bytes[at], bytes[at + 1]]));
+        let long = |at: usize| short(at) << 16 | short(at + 2);
+        let entries = (0..short(8)).map(|i| 10 + 12 * i);
+        let tags: Vec<usize> = entries.clone().map(short).collect();
+        assert!(tags.is_sorted(), "{tags:x?}");
+        let description = entries.clone().find(|at| short(*at) == 0x010e).unwrap();
+        let (length, start) = (long(description + 4), long(description + 8));
+        assert_eq!(&bytes[start..start + length], b"ivcam -batch room.iv\0");
     }
 
     #[test]
