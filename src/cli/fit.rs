@@ -35,6 +35,7 @@ pub(crate) fn run(
     }
     render::refuse_region(&plan)?;
     let quiet = matches.get_flag("quiet");
+    let limit = plan.stop.time;
     let mut session = Session::open(plan)?;
     print_warnings(&session.sink);
     let fit = CameraFit::of(&session)?;
@@ -47,7 +48,9 @@ pub(crate) fn run(
         kept = write_whole(file, |f| f.write_all(text.as_bytes()));
         let (width, height) = step.size;
         let residual = 100.0 * step.cost.max(0.0).sqrt();
-        let left = clock.elapsed().mul_f64((1.0 - step.done) / step.done);
+        let taken = clock.elapsed();
+        let left = taken.mul_f64((1.0 - step.done) / step.done);
+        let left = limit.map_or(left, |limit| left.min(limit.saturating_sub(taken)));
         let line = format!(
             "{width}x{height}: residual {residual:.1}%, about {} left",
             minutes(left)

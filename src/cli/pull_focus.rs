@@ -15,6 +15,7 @@ use crate::math::{LengthUnit, Meters, parse_length};
 use crate::movie::{Container, Ease, Event, Shoot, Timeline, has_ffmpeg};
 use crate::photo::options::{MovieFrame, Shutter, command_line};
 use crate::photo::{Era, free_name};
+use crate::scene::check::counted;
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
@@ -86,7 +87,8 @@ fn render(shoot: &Shoot, frames: u32, options: &OutputOptions) -> Result<()> {
     let missing = shoot.missing();
     let there = frames as usize - missing.len();
     if there > 0 && !options.quiet {
-        super::status!("{there} frames exist already");
+        let verb = if there == 1 { "exists" } else { "exist" };
+        super::status!("{} {verb} already", counted(there, "frame"));
     }
     let start = Instant::now();
     let mut handle = |event: Event<'_>| match event {

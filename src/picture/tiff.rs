@@ -51,6 +51,14 @@ impl Entry {
         }
     }
 
+    /// A number of pixels, in the shortest form: some programs read no other.
+    fn size(tag: u16, pixels: u32) -> Self {
+        match u16::try_from(pixels) {
+            Ok(short) => Self::shorts(tag, &[short]),
+            Err(_) => Self::long(tag, pixels),
+        }
+    }
+
     fn rational(tag: u16, [over, under]: [u32; 2]) -> Self {
         Self {
             tag,
@@ -117,14 +125,14 @@ pub(super) fn write(picture: &Picture, depth: Depth, to: &mut dyn Write) -> std:
     let head = |strip: u32| {
         let mut entries = texts(picture, usize::MAX);
         entries.extend([
-            Entry::long(0x0100, picture.width),
-            Entry::long(0x0101, picture.height),
+            Entry::size(0x0100, picture.width),
+            Entry::size(0x0101, picture.height),
             Entry::shorts(0x0102, &[bits; 3]),
             Entry::shorts(0x0103, &[1]), // no compression
             Entry::shorts(0x0106, &[2]), // red, green, blue
             Entry::long(0x0111, strip),
             Entry::shorts(0x0115, &[3]), // samples per pixel
-            Entry::long(0x0116, picture.height),
+            Entry::size(0x0116, picture.height),
             Entry::long(0x0117, levels.len() as u32),
             Entry::rational(0x011a, [72, 1]),
             Entry::rational(0x011b, [72, 1]),
