@@ -5,8 +5,8 @@
 //! picture's name. A render is compared in the two rows of the picture that have the most contrast,
 //! with all its samples; `WHOLE=1` compares every pixel. A drawing is compared as text. Pictures are
 //! the same on every machine, so any difference is an error. `UPDATE=1` makes pictures again, whole,
-//! and replaces those that differ. Ghosts are always those of a whole picture and take a minute, so
-//! pictures with ghosts are compared only with `WHOLE` or `UPDATE`.
+//! and replaces those that differ. Ghosts and the images of points are always whole and take long, so
+//! their pictures are compared only with `WHOLE` or `UPDATE`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -48,7 +48,7 @@ pub fn trials() -> Vec<Trial> {
             let made_by = commands.iter().find(|c| base_name(c.output()) == name);
             let (made_by, page) = (made_by.cloned(), file.display().to_string());
             let title = format!("guide/{name}");
-            let slow = made_by.as_ref().is_some_and(Printed::has_ghosts) && !is_whole();
+            let slow = made_by.as_ref().is_some_and(Printed::is_slow) && !is_whole();
             let check = move || match made_by {
                 Some(command) => command.check(&picture),
                 None => Err(format!("{page} prints no command with the output `{name}`").into()),
@@ -107,8 +107,9 @@ struct Printed {
 }
 
 impl Printed {
-    fn has_ghosts(&self) -> bool {
-        self.words.windows(2).any(|w| w == ["--ghosts", "on"])
+    fn is_slow(&self) -> bool {
+        let slow = |word: &String| ["--ghosts", "--psf"].contains(&word.as_str());
+        self.words.iter().any(slow)
     }
 
     fn output(&self) -> &str {
