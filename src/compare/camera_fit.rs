@@ -101,7 +101,8 @@ pub(crate) struct Found {
 /// The index of the focus among the parameters.
 const FOCUS: usize = 7;
 
-/// Renders parameters, and returns the seconds of the exposure too. Pictures of all sizes have the same number of samples per pixel.
+/// Renders parameters, and returns the seconds of the exposure too. Pictures of all sizes have the
+/// same number of samples per pixel.
 fn render(
     session: &mut Session,
     start: &CameraFit,

@@ -1,7 +1,7 @@
 //! TIFF pictures, and TIFF directories, of which a JPEG's EXIF data consist.
 //!
-//! Numbers are big-endian. Pictures are not compressed and have one strip. `ImageDescription` is the
-//! command and `Software` the program.
+//! Numbers are big-endian. Pictures are not compressed and have one strip. `ImageDescription` is
+//! the command and `Software` the program.
 
 use std::io::Write;
 
