@@ -70,7 +70,13 @@ fn decode_other(bytes: &[u8], name: &str) -> Result<Raster> {
         .decode()
         .map_err(|e| Diagnostic::error(e.to_string()))?;
     check_size(picture.width() as usize, picture.height() as usize)?;
-    Ok(from_image(picture))
+    // The decoder adds alpha to every GIF, but only one with a transparent color has any.
+    let is_opaque = || picture.to_rgba8().pixels().all(|p| p.0[3] == u8::MAX);
+    Ok(from_image(if format == ImageFormat::Gif && is_opaque() {
+        DynamicImage::ImageRgb8(picture.to_rgb8())
+    } else {
+        picture
+    }))
 }
 
 /// Converts to a raster in the file's own precision.
@@ -130,6 +136,21 @@ mod tests {
             assert_eq!((raster.width, raster.height), (3, 2), "{format:?}");
             assert_eq!(raster.color(5), [160.0 / 255.0, 0.0, 1.0 / 255.0]);
         }
+    }
+
+    #[test]
+    fn a_gif_has_alpha_only_if_it_has_a_transparent_color() {
+        let opaque = Raster::decode(&encoded(ImageFormat::Gif), "a.gif").unwrap();
+        assert_eq!(opaque.channels, 3);
+        let picture = image::RgbaImage::from_fn(3, 2, |x, _| match x {
+            0 => image::Rgba([0, 0, 0, 0]),
+            _ => image::Rgba([9, 9, 9, 255]),
+        });
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, ImageFormat::Gif).unwrap();
+        let raster = Raster::decode(&bytes.into_inner(), "a.gif").unwrap();
+        assert_eq!(raster.channels, 4);
+        assert_eq!([raster.alpha(0), raster.alpha(1)], [0.0, 1.0]);
     }
 
     #[test]
