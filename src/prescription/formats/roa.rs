@@ -50,10 +50,9 @@ fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Pr
         compare(&lens, beam, Span::at(0), sink);
     }
     check(&mut lens, source, sink, |surface, _| place(source, surface))?;
-    let unit = attributes(&model["system_spec"])["_dimensions"]
-        .as_str()
-        .unwrap_or("mm");
-    let unit = match unit {
+    let stated = attributes(&model["system_spec"])["_dimensions"].as_str();
+    let unit = stated.unwrap_or("mm").to_ascii_lowercase();
+    let unit = match unit.as_str() {
         "inches" => "in",
         other => other,
     };
