@@ -593,7 +593,7 @@ mod bad_input {
             ("20 1 1.5 30\n-20 1 1 30\n0 1 0 5", "cross"),
             ("50 3 1.5 20\n0 1 0 5\n-50 10 1 20\n", "last thickness"),
             (
-                r#"{"surfaces": [{"R": 50, "t": 3, "nd": 1.5}, {"kind": "stop"}]}"#,
+                r#"{"surfaces": [{"R": 50, "t": 3, "n_d": 1.5, "nd": 1.5}, {"kind": "stop"}]}"#,
                 "no field `nd`",
             ),
         ] {
