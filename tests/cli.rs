@@ -463,7 +463,7 @@ fn navigation_info_and_environment_set_the_headlight() {
         ("render --headlight=off DIR/on.wrl", false),
         ("render DIR/off.wrl", false),
         ("render --headlight=on DIR/off.wrl", true),
-        ("render DIR/none.wrl", false),
+        ("render DIR/none.wrl", true),
         ("-batch DIR/on.wrl", false),
     ] {
         let (level, said) = lit(&scratch, line);
