@@ -181,9 +181,9 @@ fn through_focus(
         )
     });
     let mut charts = vec![Chart {
-        title: "Spot through focus".into(),
+        title: "Spot through focus, rms in \u{b5}m".into(),
         x_label: "shift of the film away from the lens, mm".into(),
-        y_label: "rms, \u{b5}m".into(),
+        y_label: String::new(),
         series: sizes.collect(),
         y_span: (0.0, 0.0),
         x_span: None,
