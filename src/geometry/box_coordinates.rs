@@ -25,8 +25,8 @@ impl BoxCoordinates {
             max = max.max(p);
         }
         let size = (max - min).max(Vec3::ZERO);
-        // The longest side is first. Of equal sides the earlier axis is first (VRML97, 6.23).
-        let mut order = [0usize, 1, 2];
+        // The longest side is first. Of equal sides the later axis is first (Coin).
+        let mut order = [2usize, 1, 0];
         order.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
         let longest = size[order[0]];
         Self {
@@ -35,6 +35,14 @@ impl BoxCoordinates {
             scale: if longest > 0.0 { 1.0 / longest } else { 0.0 },
             axes: order,
         }
+    }
+
+    /// Gives equal sides the order x, y, z, as VRML97 states (6.23).
+    pub(crate) fn with_first_of_equal_sides(mut self) -> Self {
+        let size = self.size;
+        self.axes = [0, 1, 2];
+        self.axes.sort_by(|&a, &b| size[b].total_cmp(&size[a]));
+        self
     }
 
     /// Returns the default coordinates of a point.

@@ -63,7 +63,11 @@ pub(super) fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &
     };
     if out.wants().coordinates {
         let used = faces.all().filter_map(|c| state.coordinates.get(c));
-        vertices.boxed = Some(BoxCoordinates::of(used));
+        let boxed = BoxCoordinates::of(used);
+        vertices.boxed = Some(match state.language {
+            Language::Vrml97 => boxed.with_first_of_equal_sides(),
+            _ => boxed,
+        });
     }
     if out.wants().normals {
         vertices.normals = normals(&faces, state, normal_binding, false);
