@@ -33,8 +33,8 @@ const PATIENCE: f64 = 1.0;
 /// The time that the camera must be still before the scene is recompiled around it.
 const STANDING: Duration = Duration::from_millis(600);
 
-/// The number of lit pixels, of the eight around a black one, from which it is filled. The edge of
-/// a shape before a black background has fewer around most of its pixels.
+/// The number of lit pixels, of the eight around a black one, from which a channel is filled. At
+/// the edge of a shape before a black background, most pixels have fewer around them.
 const FILLED_FROM: usize = 6;
 
 /// A request of the window for a picture.
@@ -294,26 +294,26 @@ impl Live {
     }
 }
 
-/// Fills single black pixels with the mean of their neighbors. With one sample, a pixel is black if
-/// its only ray was lost in the lens, and the picture would be full of black dots.
+/// Fills channels that are black in a single pixel with the mean of their neighbors. With one
+/// sample, a channel is black if its only ray was lost in the lens, and the picture would be full
+/// of black and colored dots.
 fn fill_lost(pixels: &mut [[f32; 3]], width: usize) {
-    const BLACK: [f32; 3] = [0.0; 3];
     let before = pixels.to_vec();
     let height = before.len() / width.max(1);
     for y in 1..height.saturating_sub(1) {
         for x in 1..width.saturating_sub(1) {
-            if before[y * width + x] != BLACK {
-                continue;
-            }
-            let around = (y - 1..=y + 1).flat_map(|y| (x - 1..=x + 1).map(move |x| (x, y)));
-            let lit = around
-                .map(|(x, y)| before[y * width + x])
-                .filter(|p| *p != BLACK);
-            let (count, sum) = lit.fold((0, glam::Vec3::ZERO), |(n, sum), p| {
-                (n + 1, sum + glam::Vec3::from(p))
-            });
-            if count >= FILLED_FROM {
-                pixels[y * width + x] = (sum / count as f32).to_array();
+            for channel in 0..3 {
+                if before[y * width + x][channel] != 0.0 {
+                    continue;
+                }
+                let around = (y - 1..=y + 1).flat_map(|y| (x - 1..=x + 1).map(move |x| (x, y)));
+                let lit = around
+                    .map(|(x, y)| before[y * width + x][channel])
+                    .filter(|v| *v != 0.0);
+                let (count, sum) = lit.fold((0, 0.0), |(n, sum), v| (n + 1, sum + v));
+                if count >= FILLED_FROM {
+                    pixels[y * width + x][channel] = sum / count as f32;
+                }
             }
         }
     }
@@ -364,6 +364,9 @@ mod tests {
             .collect();
         fill_lost(&mut pixels, 7);
         assert_eq!(pixels[8], lit);
+        pixels[16] = [0.5, 0.0, 1.0];
+        fill_lost(&mut pixels, 7);
+        assert_eq!(pixels[16], lit);
         assert!(pixels.iter().skip(4).step_by(7).all(|p| *p == black));
         fill_lost(&mut [], 0);
     }
