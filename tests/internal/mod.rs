@@ -20,6 +20,8 @@ mod nodes;
 mod options;
 mod photograph;
 mod roundtrip;
+#[cfg(feature = "scripts")]
+mod scripts;
 mod second_approach;
 mod snapshot;
 #[cfg(feature = "viewer-tests")]

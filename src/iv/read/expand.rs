@@ -236,7 +236,7 @@ pub(super) fn resolve_routes(document: &mut Document) {
 
 /// Returns the nodes that an event of a node belongs to, with its name in each. For a node that is
 /// not an instance of a proto this is the node itself.
-fn route_ends(document: &Document, node: NodeId, name: &str) -> Vec<(NodeId, Box<str>)> {
+pub(super) fn route_ends(document: &Document, node: NodeId, name: &str) -> Vec<(NodeId, Box<str>)> {
     let mut out = Vec::new();
     let mut work = vec![(node, Box::<str>::from(name))];
     while let Some((node, name)) = work.pop() {

@@ -42,6 +42,18 @@ impl Header {
         }
     }
 
+    /// Returns the header that is assumed for the text that a script makes nodes from.
+    #[cfg(feature = "scripts")]
+    pub(super) fn vrml97() -> Self {
+        Self {
+            dialect: Dialect::VRML97,
+            version: (2, 0),
+            binary: false,
+            words: "VRML V2.0 utf8".into(),
+            length: 0,
+        }
+    }
+
     /// Returns whether the file is VRML97.
     pub(super) fn is_vrml97(&self) -> bool {
         self.dialect == Dialect::VRML97

@@ -11,8 +11,9 @@ use crate::iv::document::{ClassRef, Document};
 use crate::iv::limits::Limits;
 use crate::iv::loader::{Loader, is_absolute};
 
-/// Includes the files that nodes refer to, and the files that those refer to.
-pub(super) fn include(document: &mut Document, limits: &Limits) {
+/// Includes the files that nodes refer to, and the files that those refer to. Nodes of the arena
+/// before `first` are left as they are.
+pub(super) fn include(document: &mut Document, limits: &Limits, first: usize) {
     let Some(loader) = document.loader.clone() else {
         return;
     };
@@ -24,7 +25,7 @@ pub(super) fn include(document: &mut Document, limits: &Limits) {
         read: HashMap::new(),
         inside: HashMap::new(),
     };
-    let mut next = 0;
+    let mut next = first;
     while next < inclusion.document.nodes.len() {
         inclusion.node(NodeId(next as u32));
         next += 1;

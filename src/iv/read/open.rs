@@ -112,6 +112,40 @@ impl Document {
         Ok(roots)
     }
 
+    /// Reads VRML97 nodes that a script creates into this document's arena. Returns the top-level
+    /// nodes, which are not part of the scene until a field holds them. The routes between the new
+    /// nodes are added to the document's.
+    ///
+    /// # Errors
+    /// Returns an error if the bytes exceed a limit.
+    #[cfg(feature = "scripts")]
+    pub(crate) fn read_created(
+        &mut self,
+        name: &str,
+        bytes: Vec<u8>,
+        limits: &Limits,
+    ) -> Result<Vec<NodeId>> {
+        let first = self.nodes.len();
+        let routes = std::mem::take(&mut self.routes);
+        let stated = std::mem::take(&mut self.stated_routes);
+        let read = read_into(self, name, bytes, limits, Some(Header::vrml97()));
+        if read.is_ok() {
+            inline::include(self, limits, first);
+            expand::resolve_routes(self);
+        }
+        let created = std::mem::replace(&mut self.routes, routes);
+        self.routes.extend(created);
+        self.stated_routes = stated;
+        Ok(read?.roots)
+    }
+
+    /// Returns the nodes that an event of a node belongs to, with its name in each. For an instance
+    /// of a proto they are nodes of its body.
+    #[cfg(feature = "scripts")]
+    pub(crate) fn event_ends(&self, node: NodeId, name: &str) -> Vec<(NodeId, Box<str>)> {
+        expand::route_ends(self, node, name)
+    }
+
     /// Removes every edge that closes a cycle, which events can create.
     pub(crate) fn cut_cycles(&mut self) {
         cycles::cut_cycles(self);
@@ -130,7 +164,7 @@ impl Document {
             ..Self::default()
         };
         document.roots = read_into(&mut document, name, bytes, limits, otherwise)?.roots;
-        inline::include(&mut document, limits);
+        inline::include(&mut document, limits, 0);
         expand::resolve_routes(&mut document);
         cycles::cut_cycles(&mut document);
         Ok(document)

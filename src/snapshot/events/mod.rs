@@ -6,15 +6,19 @@
 //! passes in steps that depend only on the scene and on that time, so that the same time always
 //! gives the same document.
 //!
-//! Scripts are not run; a warning names each that has a program.
+//! Scripts run only with the feature `scripts`; without it, a warning names each that would run.
 
 mod cascade;
-mod no_scripts;
 mod play;
 mod source;
 mod timer;
 mod wires;
 mod world;
+
+#[cfg(not(feature = "scripts"))]
+mod no_scripts;
+#[cfg(feature = "scripts")]
+mod script;
 
 pub(super) use play::play;
 

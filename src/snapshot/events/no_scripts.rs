@@ -1,4 +1,4 @@
-//! Takes the place of an engine that runs scripts.
+//! Takes the place of the engine that runs scripts in a program that is built without it.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -15,14 +15,21 @@ impl Scripts {
     pub(super) fn find(world: &Rc<RefCell<World>>) -> Self {
         let world = &mut *world.borrow_mut();
         for id in source::scripts(&world.document, 0) {
-            let reason = match source::source(&world.document, id) {
+            let (reason, help) = match source::source(&world.document, id) {
                 Source::Nothing => continue,
+                Source::Unsupported(reason) => (reason, None),
                 Source::Program(text) if text.trim().is_empty() => continue,
-                Source::Unsupported(reason) => reason,
-                Source::Program(_) => "this program does not run scripts".to_owned(),
+                Source::Program(_) => {
+                    let reason = "this program is built without the feature `scripts`".to_owned();
+                    let help = "`cargo install --path . --features viewer,scripts` adds it";
+                    (reason, Some(help))
+                }
             };
             let warning = world.warn(id, format!("a `Script` was not run: {reason}"));
             warning.kind = crate::diag::ErrorKind::Unsupported;
+            if let Some(help) = help {
+                warning.help(help);
+            }
         }
         Self
     }

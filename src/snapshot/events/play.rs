@@ -3,7 +3,10 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+#[cfg(not(feature = "scripts"))]
 use super::no_scripts::Scripts;
+#[cfg(feature = "scripts")]
+use super::script::{Scripts, in_own_thread};
 use super::source::{self, Source};
 use super::wires::Wires;
 use super::world::World;
@@ -11,7 +14,7 @@ use crate::iv::{Document, NodeId};
 
 /// The shortest step while scripts run, in seconds: the frames of the browser that a scene's
 /// scripts would see.
-const FRAME: f64 = 1.0 / 25.0;
+pub(super) const FRAME: f64 = 1.0 / 25.0;
 
 /// The number of frames from the beginning to the requested time, at most. A longer time has longer
 /// frames.
@@ -33,6 +36,12 @@ pub(in crate::snapshot) fn play(document: &Document, time: f64) -> Option<Docume
     let has_scripts = scripts.iter().any(has_program);
     if !has_scripts && Wires::of(document).is_empty() {
         return None;
+    }
+    #[cfg(feature = "scripts")]
+    if has_scripts {
+        return Some(in_own_thread(document, move |document| {
+            play_scene(document, time)
+        }));
     }
     Some(play_scene(document.clone(), time))
 }

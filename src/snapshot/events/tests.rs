@@ -175,14 +175,20 @@ fn a_sensor_of_tiny_cycles_costs_no_time() {
     assert!(played.sink.items().is_empty());
 }
 
+#[cfg(not(feature = "scripts"))]
 #[test]
-fn a_script_that_does_not_run_is_reported() {
+fn a_script_that_does_not_run_is_reported_with_the_feature_that_runs_it() {
     let scene = "#VRML V2.0 utf8
         Script { url \"javascript: function initialize() { }\" } Script { }
         Script { url \"Rotate.class\" }";
     let played = play(&read(scene), 0.0).expect("has scripts");
     let said: Vec<&str> = played.sink.items().iter().map(|d| &*d.message).collect();
     assert_eq!(said.len(), 2, "{said:?}");
-    assert!(said[0].contains("does not run scripts"), "{said:?}");
+    assert!(
+        said[0].contains("without the feature `scripts`"),
+        "{said:?}"
+    );
     assert!(said[1].contains("Java"), "{said:?}");
+    let help = played.sink.items()[0].help.as_deref().unwrap_or_default();
+    assert!(help.contains("--features viewer,scripts"), "{help}");
 }

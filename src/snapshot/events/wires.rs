@@ -39,6 +39,14 @@ impl Wires {
         }
     }
 
+    /// Removes a route.
+    #[cfg(feature = "scripts")]
+    pub(super) fn remove(&mut self, from: &End, to: &End) {
+        if let Some(targets) = self.targets.get_mut(from) {
+            targets.retain(|t| t != to);
+        }
+    }
+
     /// Returns the targets of an event.
     pub(super) fn targets(&self, from: &End) -> &[End] {
         self.targets.get(from).map_or(&[], Vec::as_slice)

@@ -87,6 +87,12 @@ impl World {
         }
     }
 
+    /// Adds an event that waits.
+    #[cfg(feature = "scripts")]
+    pub(super) fn post(&mut self, event: Event) {
+        self.queue.push_back(event);
+    }
+
     /// Begins a cascade: every node may send each of its events again.
     pub(super) fn begin_cascade(&mut self) {
         self.sent.clear();
@@ -138,6 +144,16 @@ impl World {
         let source = self.document.sources.get(source).cloned();
         self.document.sink.set_source(source);
         self.document.sink.warn(span, message)
+    }
+
+    /// Adds a note about a node.
+    #[cfg(feature = "scripts")]
+    pub(super) fn note(&mut self, node: NodeId, message: String) {
+        let data = &self.document.nodes[node.0 as usize];
+        let (span, source): (Span, _) = (data.span, usize::from(data.source));
+        let source = self.document.sources.get(source).cloned();
+        self.document.sink.set_source(source);
+        self.document.sink.note(span, message);
     }
 
     /// Adds a warning that a limit was reached.
