@@ -1,5 +1,6 @@
 //! Arguments that several commands share, and functions that parse them.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Arg, ArgAction, ArgMatches};
@@ -16,6 +17,15 @@ pub(crate) fn scene_argument() -> Arg {
         .value_name("SCENE")
         .required(true)
         .help("scene file: .iv, .wrl, plain or .gz; - for standard input")
+}
+
+/// Returns the folders of `--search` and that of `--contain`, which say what a scene may read.
+pub(crate) fn readable_folders(matches: &ArgMatches) -> (Vec<&Path>, Option<&Path>) {
+    let search = matches.get_many::<PathBuf>("search");
+    (
+        search.into_iter().flatten().map(PathBuf::as_path).collect(),
+        matches.get_one::<PathBuf>("contain").map(PathBuf::as_path),
+    )
 }
 
 /// Returns the limits on scenes that `--scene-limit` sets.

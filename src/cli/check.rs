@@ -3,7 +3,7 @@
 //! The JSON form is described in `docs/guide/machine.md`.
 
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
@@ -63,13 +63,7 @@ pub(crate) fn command() -> Command {
 /// Runs the command and returns the exit code.
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let named: Vec<&PathBuf> = matches.get_many("scenes").into_iter().flatten().collect();
-    let search: Vec<&Path> = matches
-        .get_many::<PathBuf>("search")
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
-        .collect();
-    let contain = matches.get_one::<PathBuf>("contain").map(PathBuf::as_path);
+    let (search, contain) = super::readable_folders(matches);
     let limits = super::limits(matches)?;
     let fonts = super::fonts(matches)?;
     fonts.warnings.iter().for_each(|t| print_diagnostic(t));

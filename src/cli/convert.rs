@@ -63,13 +63,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     };
     let output = matches.get_one::<PathBuf>("output");
     let output = output.filter(|path| !is_standard_stream(path));
-    let search: Vec<&Path> = matches
-        .get_many::<PathBuf>("search")
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
-        .collect();
-    let contain = matches.get_one::<PathBuf>("contain").map(PathBuf::as_path);
+    let (search, contain) = super::readable_folders(matches);
     let document = Document::open_or_stdin(scene, &search, contain, &super::limits(matches)?)?;
     print_warnings(&document.sink);
     let format = match text(matches, "to") {

@@ -24,7 +24,7 @@ mod trace_rays;
 pub(crate) mod view;
 mod vintage_help;
 
-pub(crate) use arguments::{fonts, limits, parsed, scene_argument, switch, text};
+pub(crate) use arguments::{fonts, limits, parsed, readable_folders, scene_argument, switch, text};
 pub use dispatch::run;
 pub(crate) use messages::status;
 pub(crate) use messages::{ERROR, exit_code, print_diagnostic, print_warnings, print_wrapped};

@@ -118,6 +118,37 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// The shape of a conic constant and of terms, each a power of r and its coefficient.
+    ///
+    /// # Errors
+    ///
+    /// The first power above [`MAX_POWER`] whose coefficient is not 0.
+    pub(crate) fn from_terms(
+        k: f64,
+        terms: impl IntoIterator<Item = (usize, f64)>,
+    ) -> Result<Self, usize> {
+        let conic = match k {
+            0.0 => Self::Sphere,
+            _ => Self::Conic { k },
+        };
+        let mut terms = terms.into_iter().filter(|(_, value)| *value != 0.0);
+        terms.try_fold(conic, |shape, (power, value)| match power {
+            0..=MAX_POWER => Ok(shape.with_term(power, value)),
+            _ => Err(power),
+        })
+    }
+
+    /// The shape with another coefficient of r^`power`, which is at most [`MAX_POWER`].
+    pub(crate) fn with_term(self, power: usize, value: f64) -> Self {
+        let (k, mut terms) = match self {
+            Self::Asphere { k, terms } => (k, terms),
+            Self::Conic { k } => (k, Box::new([0.0; MAX_POWER + 1])),
+            _ => (0.0, Box::new([0.0; MAX_POWER + 1])),
+        };
+        terms[power] = value;
+        Self::Asphere { k, terms }
+    }
+
     /// The name of the kind, as in the JSON format.
     pub(crate) fn name(&self) -> &'static str {
         match self {

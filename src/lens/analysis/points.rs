@@ -94,17 +94,26 @@ pub(super) fn arrivals(beam: &Beam<'_>, lens: &Lens, film_z: f64) -> Vec<DVec2> 
     .collect()
 }
 
+/// The wavefronts of a beam for those wavelengths of [`EFFICIENCY`] that reach the film, each with
+/// its efficiency.
+pub(super) fn white_wavefronts(
+    beam: &Beam<'_>,
+    lens: &Lens,
+    openings: &Openings,
+    image: DVec3,
+) -> Vec<(f64, Wavefront)> {
+    let wavefront = |(nm, efficiency): &(f64, f64)| {
+        let line = lens.at_wavelength(*nm);
+        Some((*efficiency, Wavefront::of(&line, beam, openings, image)?))
+    };
+    EFFICIENCY.iter().filter_map(wavefront).collect()
+}
+
 /// The modulation in white light, weighted by luminous efficiency. The transfer functions of the
 /// wavelengths are added as complex numbers, so that lateral color is included.
 fn diffraction(beam: &Beam<'_>, lens: &Lens, image: DVec3, frequencies: &[f64]) -> Modulation {
     let openings = Openings::of(lens, beam, GRID);
-    let waves: Vec<(f64, Wavefront)> = EFFICIENCY
-        .iter()
-        .filter_map(|(nm, efficiency)| {
-            let line = lens.at_wavelength(*nm);
-            Some((*efficiency, Wavefront::of(&line, beam, &openings, image)?))
-        })
-        .collect();
+    let waves = white_wavefronts(beam, lens, &openings, image);
     let total: f64 = waves.iter().map(|(efficiency, _)| efficiency).sum();
     let curve = |axis: usize| -> Vec<f64> {
         let at = |f: &f64| {

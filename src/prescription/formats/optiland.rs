@@ -16,7 +16,7 @@ use crate::prescription::formats::origin::name_of;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::{Prescription, check, check_count};
-use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
+use crate::prescription::surface::{Curvature, Shape, Surface};
 
 /// optiland's JSON.
 pub(crate) static FORMAT: Format = Format {
@@ -186,25 +186,13 @@ impl Reader<'_> {
                 ));
             }
         };
-        let mut terms = Box::new([0.0; MAX_POWER + 1]);
         let listed = numbers(geometry.get("coefficients"));
-        for (i, value) in listed.into_iter().enumerate().filter(|_| first > 0) {
-            let power = first * (i + 1);
-            match terms.get_mut(power) {
-                Some(term) => *term = value,
-                None if value == 0.0 => {}
-                None => {
-                    let message =
-                        format!("surface {number}: the term r^{power} is of too high a power");
-                    return Err(self.fail("\"coefficients\"", message));
-                }
-            }
-        }
-        let shape = match terms.iter().any(|t| *t != 0.0) {
-            true => Shape::Asphere { k, terms },
-            false if k != 0.0 => Shape::Conic { k },
-            false => Shape::Sphere,
-        };
+        let terms = listed.into_iter().enumerate().filter(|_| first > 0);
+        let terms = terms.map(|(i, value)| (first * (i + 1), value));
+        let shape = Shape::from_terms(k, terms).map_err(|power| {
+            let message = format!("surface {number}: the term r^{power} is of too high a power");
+            self.fail("\"coefficients\"", message)
+        })?;
         Ok((curvature, shape))
     }
 

@@ -16,8 +16,8 @@ use crate::prescription::formats::origin::name_of;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE, Medium, named_line};
 use crate::prescription::prescription::{Column, Prescription, check, check_count};
-use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
-use crate::prescription::text::{Word, lines, text, words};
+use crate::prescription::surface::{Curvature, Shape, Surface};
+use crate::prescription::text::{Word, first_number, lines, text, words};
 
 /// OSLO's lens files, recognized by a line that is `NXT`.
 pub(crate) static FORMAT: Format = Format {
@@ -140,13 +140,7 @@ impl<'a> Reader<'a> {
     }
 
     fn value(&self, command: &[Word<'_>]) -> Result<f64> {
-        match command.get(1) {
-            Some(word) => word.number(self.source),
-            None => {
-                let message = format!("`{}` has no value", command[0].text);
-                Err(self.fail(command[0].span, message))
-            }
-        }
+        first_number(command, self.source)
     }
 
     fn execute(&mut self, command: &[Word<'a>], sink: &mut Sink) -> Result<()> {
@@ -277,13 +271,7 @@ impl<'a> Reader<'a> {
         }
         let last = self.surfaces.len() - 1;
         let shape = &mut self.surfaces[last].shape;
-        let (k, mut terms) = match std::mem::replace(shape, Shape::Sphere) {
-            Shape::Asphere { k, terms } => (k, terms),
-            Shape::Conic { k } => (k, Box::new([0.0; MAX_POWER + 1])),
-            _ => (0.0, Box::new([0.0; MAX_POWER + 1])),
-        };
-        terms[power] = value;
-        *shape = Shape::Asphere { k, terms };
+        *shape = std::mem::replace(shape, Shape::Sphere).with_term(power, value);
     }
 
     /// `GLA N-BK7`, `GLA 1.5168`, `GLA MOD name n1 n2 n3`.

@@ -17,7 +17,7 @@ use crate::prescription::formats::origin::name_of;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::medium::{D_LINE, Formula, Medium};
 use crate::prescription::prescription::{Prescription, check, check_count};
-use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
+use crate::prescription::surface::{Curvature, Shape, Surface};
 
 /// ray-optics' models.
 pub(crate) static FORMAT: Format = Format {
@@ -171,7 +171,6 @@ impl Reader<'_> {
         let curvature = Curvature::from_curvature(finite(values.get("cv")).unwrap_or(0.0));
         let mut k = finite(values.get("cc")).unwrap_or(0.0);
         let coefficients = numbers(values.get("coefs"));
-        let mut terms = Box::new([0.0; MAX_POWER + 1]);
         let powers: Box<dyn Iterator<Item = usize>> = match class(profile) {
             "Spherical" => return Ok((curvature, Shape::Sphere)),
             "Conic" => Box::new(std::iter::empty()),
@@ -189,22 +188,10 @@ impl Reader<'_> {
                 ));
             }
         };
-        for (power, value) in powers.zip(coefficients) {
-            match terms.get_mut(power) {
-                Some(term) => *term = value,
-                None if value == 0.0 => {}
-                None => {
-                    let message =
-                        format!("interface {number}: the term r^{power} is of too high a power");
-                    return Err(self.fail("\"coefs\"", message));
-                }
-            }
-        }
-        let shape = match terms.iter().any(|t| *t != 0.0) {
-            true => Shape::Asphere { k, terms },
-            false if k != 0.0 => Shape::Conic { k },
-            false => Shape::Sphere,
-        };
+        let shape = Shape::from_terms(k, powers.zip(coefficients)).map_err(|power| {
+            let message = format!("interface {number}: the term r^{power} is of too high a power");
+            self.fail("\"coefs\"", message)
+        })?;
         Ok((curvature, shape))
     }
 

@@ -1,4 +1,5 @@
-//! A window without a display: a scratch folder with a scene, and a bench that clicks, drags and types.
+//! A window without a display: a scratch folder with a scene, and a bench that clicks, drags and
+//! types.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::lens::analysis::beam::Beam;
 use crate::lens::analysis::diffraction::{Openings, Wavefront};
-use crate::lens::analysis::points::{EFFICIENCY, GRID};
+use crate::lens::analysis::points::{GRID, white_wavefronts};
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::LensRay;
 
@@ -53,13 +53,7 @@ impl ThroughFocus {
         let centroid = spot(&rays, film_z).0;
         let image = centroid.extend(film_z);
         let openings = Openings::of(lens, beam, GRID);
-        let waves: Vec<(f64, Wavefront)> = EFFICIENCY
-            .iter()
-            .filter_map(|(nm, efficiency)| {
-                let line = lens.at_wavelength(*nm);
-                Some((*efficiency, Wavefront::of(&line, beam, &openings, image)?))
-            })
-            .collect();
+        let waves = white_wavefronts(beam, lens, &openings, image);
         let row = |i: usize| {
             let shift = range * (i as f64 / STEPS as f64 - 1.0);
             let shifted: Vec<_> = waves.iter().map(|(e, w)| (*e, w.shifted(shift))).collect();

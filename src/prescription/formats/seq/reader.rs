@@ -9,7 +9,7 @@ use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::{Prescription, ZoomPosition, check, crossings};
 use crate::prescription::surface::Surface;
-use crate::prescription::text::{Word, text};
+use crate::prescription::text::{Word, first_number, text};
 
 use crate::prescription::formats::format::{Format, first_word};
 use crate::prescription::formats::seq::commands::{Command, commands, take_private};
@@ -206,13 +206,7 @@ impl<'a> Reader<'a> {
 
     /// The first argument of a command as a number.
     pub(super) fn value(&self, command: &[Word<'_>]) -> Result<f64> {
-        match command.get(1) {
-            Some(word) => word.number(self.source),
-            None => {
-                let message = format!("`{}` has no value", command[0].text);
-                Err(self.fail(command[0].span, message))
-            }
-        }
+        first_number(command, self.source)
     }
 
     /// Executes a command.

@@ -158,13 +158,8 @@ impl Reader<'_> {
             return Ok(());
         }
         let surface = self.last();
-        let (k, mut terms) = match std::mem::replace(&mut surface.shape, Shape::Sphere) {
-            Shape::Asphere { k, terms } => (k, terms),
-            Shape::Conic { k } => (k, Box::new([0.0; MAX_POWER + 1])),
-            _ => (0.0, Box::new([0.0; MAX_POWER + 1])),
-        };
-        terms[power] = value;
-        surface.shape = Shape::Asphere { k, terms };
+        surface.shape =
+            std::mem::replace(&mut surface.shape, Shape::Sphere).with_term(power, value);
         Ok(())
     }
 
