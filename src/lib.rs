@@ -71,6 +71,7 @@ mod geometry;
 pub mod grammar;
 pub mod iv;
 pub mod lens;
+pub(crate) mod lens_export;
 pub mod math;
 mod movie;
 pub mod photo;

@@ -628,6 +628,37 @@ fn a_cut_off_archive_is_damaged_and_a_file_outside_the_folder_is_not_missing() {
 }
 
 #[test]
+fn an_export_states_its_residual_and_refuses_a_model_that_does_not_fit() {
+    let scratch = Scratch::new("export");
+    let run = |line: &str| ivcam(line).output().unwrap();
+    let calibration = run("lens double-gauss --export opencv --film 36x24 --size 1200x800");
+    let text = String::from_utf8_lossy(&calibration.stdout).into_owned();
+    assert!(calibration.status.success(), "{}", stderr(&calibration));
+    assert!(text.contains("image_height: 800\n") && text.contains("residual_max_pixels: "));
+    for (line, parts) in [
+        (
+            "lens nikkor-16 --film 36x24 --export ros --model brown",
+            ["brown", "degrees"],
+        ),
+        (
+            "lens biogon --film 36x24 --export ros --model other",
+            ["--model other", "rational"],
+        ),
+        (
+            "lens biogon --film 36x24 --export dxf",
+            ["no export format `dxf`", "opencv"],
+        ),
+        (
+            "lens biogon --film 36x24 --export ros --size 300x3",
+            ["shape", "300x200"],
+        ),
+        ("lens biogon --size 300x200", ["--export", "required"]),
+    ] {
+        must_fail(&scratch, line, &parts);
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bits_at_any_number_of_threads() {
     let scratch = Scratch::new("threads");
     let scene = scratch.file(

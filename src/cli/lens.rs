@@ -115,6 +115,7 @@ pub(crate) fn command() -> Command {
             "RAYS.json",
             "trace a list of rays (`-` reads standard input)",
         ))
+        .args(super::lens_export::arguments())
 }
 
 /// Runs the command and returns the exit code.
@@ -148,6 +149,13 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     }
     let mut setting = setting(matches)?;
     (setting.unfocused, setting.focus) = (Some(&unfocused), focus.as_ref());
+    if text("export").is_some() {
+        let sides = match text("film").map(film_sides).transpose()? {
+            Some(Film::Sides(sides)) => Some(sides),
+            _ => None,
+        };
+        return super::lens_export::run(&lens, &setting, sides, matches, out);
+    }
     if let Some(file) = text("csv") {
         super::sheet::save_csv(&lens, &setting, file)?;
     }
@@ -205,20 +213,9 @@ fn setting(matches: &ArgMatches) -> Result<SheetSetting<'static>> {
         }
     }
     if let Some(value) = text("film") {
-        let wanted = "a film size in millimeters such as 36x24, or the diagonal alone";
-        let sides: Vec<&str> = value
-            .trim_end_matches("mm")
-            .split(['x', 'X', '×'])
-            .collect();
-        let sides: Vec<f64> = sides
-            .iter()
-            .map(|side| positive(side.trim(), "film"))
-            .collect::<Result<_>>()
-            .map_err(|_| invalid_value("film", value, wanted))?;
-        setting.image_height = Some(match sides[..] {
-            [diagonal] => 0.5 * diagonal,
-            [width, height] => 0.5 * width.hypot(height),
-            _ => return Err(invalid_value("film", value, wanted)),
+        setting.image_height = Some(match film_sides(value)? {
+            Film::Diagonal(diagonal) => 0.5 * diagonal,
+            Film::Sides([width, height]) => 0.5 * width.hypot(height),
         });
     }
     if let Some(value) = text("frequencies") {
@@ -236,6 +233,28 @@ fn setting(matches: &ArgMatches) -> Result<SheetSetting<'static>> {
         setting.fields = all.ok_or_else(|| invalid_value("fields", value, wanted))?;
     }
     Ok(setting)
+}
+
+/// The film of `--film`, in millimeters.
+enum Film {
+    Diagonal(f64),
+    Sides([f64; 2]),
+}
+
+fn film_sides(value: &str) -> Result<Film> {
+    let wanted = "a film size in millimeters such as 36x24, or the diagonal alone";
+    let invalid = || invalid_value("film", value, wanted);
+    let sides: Vec<f64> = value
+        .trim_end_matches("mm")
+        .split(['x', 'X', '×'])
+        .map(|side| positive(side.trim(), "film"))
+        .collect::<Result<_>>()
+        .map_err(|_| invalid())?;
+    match sides[..] {
+        [diagonal] => Ok(Film::Diagonal(diagonal)),
+        [width, height] => Ok(Film::Sides([width, height])),
+        _ => Err(invalid()),
+    }
 }
 
 /// Parses a list of 1 to 400 words with commas between them.
@@ -273,7 +292,7 @@ fn save_scene(lens: &Lens, film_z: Option<f64>, file: &str) -> Result<i32> {
     Ok(0)
 }
 
-fn invalid_value(flag: &str, value: &str, wanted: &str) -> Box<Diagnostic> {
+pub(super) fn invalid_value(flag: &str, value: &str, wanted: &str) -> Box<Diagnostic> {
     Diagnostic::error(format!("`--{flag} {value}` is invalid")).with_help(format!("give {wanted}"))
 }
 
@@ -283,7 +302,7 @@ fn parse<T: std::str::FromStr>(value: &str, flag: &str, wanted: &str) -> Result<
         .map_err(|_| invalid_value(flag, value, wanted))
 }
 
-fn positive(value: &str, flag: &str) -> Result<f64> {
+pub(super) fn positive(value: &str, flag: &str) -> Result<f64> {
     let number: f64 = parse(value, flag, "a number greater than 0")?;
     if number > 0.0 && number.is_finite() {
         Ok(number)

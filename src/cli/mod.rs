@@ -14,6 +14,7 @@ pub(crate) mod fit;
 pub(crate) mod flags;
 pub(crate) mod lens;
 mod lens_csv;
+mod lens_export;
 mod messages;
 pub(crate) mod nodes;
 mod outputs;

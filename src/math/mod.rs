@@ -7,6 +7,7 @@
 mod difference;
 pub(crate) mod fourier;
 pub(crate) mod lanes;
+pub(crate) mod least_squares;
 mod length;
 pub(crate) mod symmetric;
 

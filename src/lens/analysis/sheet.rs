@@ -185,7 +185,7 @@ impl SheetSetting<'_> {
     }
 
     /// Half of the film's diagonal, in millimeters.
-    pub(super) fn full_height(&self, lens: &Lens) -> Option<f64> {
+    pub(crate) fn full_height(&self, lens: &Lens) -> Option<f64> {
         let stated = || full_height(self.unfocused.unwrap_or(lens));
         self.image_height.or_else(stated)
     }

@@ -1,0 +1,137 @@
+//! `ivcam lens --export`: writes a lens for other programs.
+
+use std::io::Write;
+use std::path::Path;
+
+use clap::{Arg, ArgMatches};
+
+use crate::diag::{Diagnostic, Result};
+use crate::files::write_whole;
+use crate::lens::{Lens, SheetSetting};
+use crate::lens_export::{Chosen, Frame, Model, View, opencv, ros};
+
+/// The formats with what they are.
+const FORMATS: [(&str, Format); 2] = [("opencv", Format::OpenCv), ("ros", Format::Ros)];
+
+/// The greatest residual of a model in pixels, if none is given.
+const TOLERANCE: f64 = 0.25;
+
+/// A format for another program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    OpenCv,
+    Ros,
+}
+
+/// Returns the options of `--export`.
+pub(super) fn arguments() -> [Arg; 5] {
+    let value = |name: &'static str, value: &'static str, help: &'static str| {
+        Arg::new(name).long(name).value_name(value).help(help)
+    };
+    let of_export = |arg: Arg| arg.requires("export");
+    [
+        value(
+            "export",
+            "FORMAT",
+            "writes the lens for another program: opencv or ros",
+        ),
+        of_export(
+            value(
+                "output",
+                "FILE",
+                "with --export: the file to write [standard output]",
+            )
+            .short('o'),
+        ),
+        of_export(value(
+            "size",
+            "WxH",
+            "with --export: the pixels of the picture [1920 across]",
+        )),
+        of_export(value(
+            "model",
+            "MODEL",
+            "with --export: brown (plumb_bob), rational or fisheye (equidistant) [the first that fits]",
+        )),
+        of_export(value(
+            "tolerance",
+            "PIXELS",
+            "with --export: the largest residual of a model that counts as a fit [0.25]",
+        )),
+    ]
+}
+
+/// Writes a lens in the format of `--export` and returns the exit code.
+pub(super) fn run(
+    lens: &Lens,
+    setting: &SheetSetting<'_>,
+    sides: Option<[f64; 2]>,
+    matches: &ArgMatches,
+    out: &mut dyn Write,
+) -> Result<i32> {
+    let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
+    let format = format(text("export").unwrap_or_default())?;
+    let view = view(lens, setting, sides, text("size"))?;
+    let model = text("model").map(model).transpose()?;
+    let tolerance = match text("tolerance") {
+        Some(value) => super::lens::positive(value, "tolerance")?,
+        None => TOLERANCE,
+    };
+    let chosen = Chosen::of(&view, model, tolerance)?;
+    let written = match format {
+        Format::OpenCv => opencv(&view, &chosen),
+        Format::Ros => ros(&view, &chosen),
+    };
+    match text("output") {
+        Some(file) => {
+            write_whole(Path::new(file), |to| to.write_all(written.as_bytes()))?;
+            Ok(0)
+        }
+        None => super::exit_code(out.write_all(written.as_bytes())),
+    }
+}
+
+fn format(name: &str) -> Result<Format> {
+    let found = FORMATS.iter().find(|(known, _)| *known == name);
+    found.map(|(_, format)| *format).ok_or_else(|| {
+        let names: Vec<&str> = FORMATS.iter().map(|(name, _)| *name).collect();
+        Diagnostic::unsupported(format!("there is no export format `{name}`"))
+            .with_help(format!("the formats are {}", names.join(", ")))
+    })
+}
+
+fn model(name: &str) -> Result<Model> {
+    Model::named(name)
+        .ok_or_else(|| super::lens::invalid_value("model", name, "brown, rational or fisheye"))
+}
+
+/// The picture of the lens: its film and its pixels.
+fn view<'a>(
+    lens: &'a Lens,
+    setting: &SheetSetting<'_>,
+    sides: Option<[f64; 2]>,
+    size: Option<&str>,
+) -> Result<View<'a>> {
+    let no_image = || {
+        Diagnostic::error(format!("`{}` makes no image to describe", lens.name()))
+            .with_help("an afocal lens, or one that lets no light through, has none")
+    };
+    let conjugate = setting.conjugate(lens).ok_or_else(no_image)?;
+    let half = match sides {
+        Some(_) => 0.0,
+        None => setting.full_height(lens).ok_or_else(no_image)?,
+    };
+    let pixels = size.map(|word| {
+        let wanted = "a number of pixels such as 1920x1280";
+        let sides: Vec<u32> = word
+            .split(['x', 'X'])
+            .filter_map(|w| w.parse().ok())
+            .collect();
+        match sides[..] {
+            [width, height] if width > 0 && height > 0 => Ok([width, height]),
+            _ => Err(super::lens::invalid_value("size", word, wanted)),
+        }
+    });
+    let frame = Frame::of(sides, 2.0 * half, pixels.transpose()?)?;
+    View::of(lens, conjugate, frame)
+}

@@ -1,0 +1,270 @@
+//! The camera models of OpenCV and ROS, fitted to chief rays.
+//!
+//! Angles are in radians from the axis, radii in pixels from the picture's middle.
+
+use crate::diag::{Diagnostic, Result};
+use crate::lens_export::view::{Sample, View};
+use crate::math::least_squares::least_squares;
+
+/// The greatest angle at which a model of the tangent is fitted. At 89.9 degrees the tangent is
+/// 573, and the coefficients of its powers are below the rounding of what they are applied to.
+const STEEPEST: f64 = 1.5;
+
+/// A camera model. All are functions of the angle alone; tangential coefficients are 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Model {
+    /// Brown and Conrady: r = f t (1 + k1 t² + k2 t⁴ + k3 t⁶), t being the angle's tangent.
+    Brown,
+    /// The rational model: r = f t (1 + k1 t² + k2 t⁴ + k3 t⁶)/(1 + k4 t² + k5 t⁴ + k6 t⁶).
+    Rational,
+    /// Kannala and Brandt: r = f θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸).
+    Fisheye,
+}
+
+/// A model with the coefficients that fit a picture best.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    /// The model.
+    pub model: Model,
+    /// The focal length f in pixels.
+    pub focal: f64,
+    /// The coefficients k1, k2, ….
+    pub k: Vec<f64>,
+    /// The root mean square residual over the picture, in pixels.
+    pub rms: f64,
+    /// The greatest residual, in pixels.
+    pub max: f64,
+}
+
+/// The result of fitting every model.
+#[derive(Clone, Debug)]
+pub(crate) struct Chosen {
+    /// The model that is exported.
+    pub fit: Fit,
+    /// Every model with its fit, or the reason why it does not fit.
+    pub all: Vec<(Model, std::result::Result<Fit, String>)>,
+}
+
+impl Model {
+    /// The models with the names of OpenCV and of ROS, the simplest first.
+    pub(crate) const ALL: [(Self, &'static str, &'static str); 3] = [
+        (Self::Brown, "brown", "plumb_bob"),
+        (Self::Rational, "rational", "rational_polynomial"),
+        (Self::Fisheye, "fisheye", "equidistant"),
+    ];
+
+    /// The model of a name of OpenCV or of ROS.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        let mut all = Self::ALL.iter();
+        all.find(|(_, a, b)| name == *a || name == *b)
+            .map(|(model, ..)| *model)
+    }
+
+    /// The name in messages and in files for OpenCV.
+    pub(crate) fn name(self) -> &'static str {
+        Self::ALL[self as usize].1
+    }
+
+    /// The name in files for ROS.
+    pub(crate) fn ros_name(self) -> &'static str {
+        Self::ALL[self as usize].2
+    }
+
+    /// The radius over the focal length at an angle.
+    pub(crate) fn radius(self, k: &[f64], angle: f64) -> f64 {
+        let series = |k: &[f64], square: f64| {
+            1.0 + square * k.iter().rev().fold(0.0, |sum, k| sum * square + k)
+        };
+        match self {
+            Self::Fisheye => angle * series(k, angle * angle),
+            Self::Brown | Self::Rational => {
+                let t = libm::tan(angle);
+                let (above, below) = k.split_at(3.min(k.len()));
+                t * series(above, t * t) / series(below, t * t)
+            }
+        }
+    }
+
+    /// Fits the model to a picture. Fails with the reason if no residual of at most `tolerance`
+    /// pixels can be had.
+    fn fit(self, samples: &[Sample], tolerance: f64) -> std::result::Result<Fit, String> {
+        let widest = samples.iter().map(|s| s.angle).fold(0.0, f64::max);
+        if self != Self::Fisheye && widest > STEEPEST {
+            return Err(format!(
+                "the field reaches {:.2} degrees from the axis, and the model ends before 90",
+                widest.to_degrees()
+            ));
+        }
+        let (focal, k) = match self {
+            Self::Rational => rational(samples),
+            _ => polynomial(self, samples),
+        }
+        .ok_or("its coefficients cannot be determined")?;
+        let mut fit = Fit {
+            model: self,
+            focal,
+            k,
+            rms: 0.0,
+            max: 0.0,
+        };
+        let mut square = 0.0;
+        for sample in samples {
+            let off = fit.radius(sample.angle) - sample.radius;
+            square += off * off;
+            // A pole between samples leaves NaN or a large number at one of them.
+            fit.max = if off.abs() <= fit.max {
+                fit.max
+            } else {
+                off.abs()
+            };
+        }
+        fit.rms = (square / samples.len() as f64).sqrt();
+        if !(fit.max <= tolerance) {
+            return Err(format!(
+                "the best coefficients leave {:.3} pixels at most ({:.3} rms), more than {tolerance}",
+                fit.max, fit.rms
+            ));
+        }
+        if !fit.is_monotonic(widest) {
+            return Err("the best coefficients map two angles to one radius".to_owned());
+        }
+        Ok(fit)
+    }
+}
+
+impl Fit {
+    /// The radius in pixels at an angle.
+    pub(crate) fn radius(&self, angle: f64) -> f64 {
+        self.focal * self.model.radius(&self.k, angle)
+    }
+
+    /// Whether the radius grows with the angle, so that the model can be inverted.
+    fn is_monotonic(&self, widest: f64) -> bool {
+        const STEPS: u32 = 1000;
+        let at = |i: u32| self.radius(widest * f64::from(i) / f64::from(STEPS));
+        self.focal > 0.0 && (0..STEPS).all(|i| at(i + 1) > at(i))
+    }
+
+    /// The coefficients in OpenCV's order: k1, k2, p1, p2, k3, k4, …, or k1 to k4 of a fish-eye.
+    pub(crate) fn coefficients(&self) -> Vec<f64> {
+        match self.model {
+            Model::Fisheye => self.k.clone(),
+            _ => [&self.k[..2], &[0.0, 0.0], &self.k[2..]].concat(),
+        }
+    }
+}
+
+impl Chosen {
+    /// Fits all models and takes one, or the first that fits.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error with the reason of each if the model, or every one, leaves a residual of
+    /// more than `tolerance` pixels.
+    pub(crate) fn of(view: &View<'_>, model: Option<Model>, tolerance: f64) -> Result<Self> {
+        let samples = view.samples();
+        let fit = |(model, ..): &(Model, _, _)| (*model, model.fit(&samples, tolerance));
+        let all: Vec<_> = Model::ALL.iter().map(fit).collect();
+        let wanted = |(m, _): &&(Model, _)| model.is_none_or(|model| model == *m);
+        let chosen = all
+            .iter()
+            .filter(wanted)
+            .find_map(|(_, fit)| fit.clone().ok());
+        if let Some(fit) = chosen {
+            return Ok(Self { fit, all });
+        }
+        let reason = |(model, fit): &(Model, std::result::Result<Fit, String>)| match fit {
+            Ok(fit) => format!("{} fits within {:.3} pixels", model.name(), fit.max),
+            Err(reason) => format!("{}: {reason}", model.name()),
+        };
+        let failed = all
+            .iter()
+            .filter(wanted)
+            .map(reason)
+            .collect::<Vec<_>>()
+            .join("; ");
+        let fitting: Vec<_> = all
+            .iter()
+            .filter(|(_, fit)| fit.is_ok())
+            .map(reason)
+            .collect();
+        let help = match fitting.first() {
+            Some(other) => other.clone(),
+            None => "an exact map is `--export stmap`; --tolerance PIXELS allows a larger residual"
+                .to_owned(),
+        };
+        let name = view.lens.name();
+        Err(
+            Diagnostic::error(format!("`{name}` does not fit the camera model {failed}"))
+                .with_help(help),
+        )
+    }
+}
+
+/// The focal length and the coefficients of a model that is linear in them.
+fn polynomial(model: Model, samples: &[Sample]) -> Option<(f64, Vec<f64>)> {
+    let count = if model == Model::Fisheye { 4 } else { 3 };
+    let at = |s: &Sample| match model {
+        Model::Fisheye => s.angle,
+        _ => libm::tan(s.angle),
+    };
+    let widest = samples.iter().map(at).fold(0.0, f64::max);
+    let row = |s: &Sample| {
+        let t = at(s) / widest;
+        (0..=count)
+            .map(|i| libm::pow(t, f64::from(2 * i + 1)))
+            .collect()
+    };
+    let rows: Vec<Vec<f64>> = samples.iter().map(row).collect();
+    let right: Vec<f64> = samples.iter().map(|s| s.radius).collect();
+    let x = least_squares(&rows, &right)?;
+    let scale = |i: usize| libm::pow(widest, -2.0 * i as f64);
+    let k = (1..x.len()).map(|i| x[i] / x[0] * scale(i)).collect();
+    Some((x[0] / widest, k))
+}
+
+/// The focal length and the coefficients of the rational model.
+///
+/// r (1 + k4 t² + …) = f t (1 + k1 t² + …) is linear in f, f k1, …, k6. Each round divides the
+/// equations by the denominator of the last one, which makes their error that of the radius
+/// (Sanathanan and Koerner 1963). The round with the least residual is taken.
+fn rational(samples: &[Sample]) -> Option<(f64, Vec<f64>)> {
+    const ROUNDS: usize = 12;
+    let widest = samples
+        .iter()
+        .map(|s| libm::tan(s.angle))
+        .fold(0.0, f64::max);
+    let largest = samples.iter().map(|s| s.radius).fold(0.0, f64::max);
+    let mut denominators = vec![1.0; samples.len()];
+    let mut best: Option<(f64, f64, Vec<f64>)> = None;
+    for _ in 0..ROUNDS {
+        let row = |(s, below): (&Sample, &f64)| {
+            let t = libm::tan(s.angle) / widest;
+            let (r, square) = (s.radius / largest, t * t);
+            let powers = [1.0, square, square * square, square * square * square];
+            let above = powers.map(|p| t * p / below);
+            [&above[..], &[1, 2, 3].map(|i| -r * powers[i] / below)].concat()
+        };
+        let rows: Vec<Vec<f64>> = samples.iter().zip(&denominators).map(row).collect();
+        let right = samples.iter().zip(&denominators);
+        let right: Vec<f64> = right.map(|(s, below)| s.radius / largest / below).collect();
+        let x = least_squares(&rows, &right)?;
+        let scale = |i: usize| libm::pow(widest, -2.0 * i as f64);
+        let above = (1..=3).map(|i| x[i] / x[0] * scale(i));
+        let k: Vec<f64> = above.chain((1..=3).map(|i| x[3 + i] * scale(i))).collect();
+        let focal = x[0] * largest / widest;
+        let off = |s: &Sample| (focal * Model::Rational.radius(&k, s.angle) - s.radius).powi(2);
+        let square: f64 = samples.iter().map(off).sum();
+        if best.as_ref().is_none_or(|(least, ..)| square < *least) {
+            best = Some((square, focal, k.clone()));
+        }
+        for (below, s) in denominators.iter_mut().zip(samples) {
+            let square = libm::tan(s.angle).powi(2);
+            *below = 1.0 + square * (k[3] + square * (k[4] + square * k[5]));
+        }
+        if denominators.iter().any(|d| !(d.abs() > 1e-6)) {
+            break;
+        }
+    }
+    best.map(|(_, focal, k)| (focal, k))
+}
