@@ -5,6 +5,7 @@
 
 mod against;
 mod corpus;
+mod coverage;
 mod damage;
 #[cfg(feature = "panels")]
 mod latency;
@@ -31,6 +32,11 @@ const TOOLS: &[Tool] = &[
         "corpus",
         "FOLDER [--only NAME] [--verbose] [--pictures FOLDER]",
         corpus::run,
+    ),
+    (
+        "coverage",
+        "[--seeds N] [--size WxH] [--only SCENE] [--samples LIST] [--no-targets] [--markdown]",
+        coverage::run,
     ),
     ("damage", "FOLDER [--seconds S] [--mb MB]", damage::run),
     #[cfg(feature = "panels")]
