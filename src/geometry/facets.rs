@@ -1,6 +1,7 @@
-//! Divides round shapes into polygons as Inventor programs do, for drawing their edges or vertices.
+//! Divides round shapes into polygons: as Inventor programs do, for drawing their edges or vertices,
+//! or to a given error, for files of triangles.
 //!
-//! The numbers of polygons are Coin's: a sphere at complexity 1 has 30 slices and 29 stacks, and
+//! Inventor's numbers of polygons are Coin's: a sphere at complexity 1 has 30 slices and 29 stacks, and
 //! cylinders and cones have 40 sides. At complexity 0 there are 4 slices, 2 stacks and 4 sides. A
 //! mesh begins at the back (−z) and continues toward the left (−x).
 
@@ -21,14 +22,59 @@ struct Ring {
     t: f64,
 }
 
-/// Returns the polygons of a surface at a complexity, each counterclockwise as seen from outside.
-pub(crate) fn facets(kind: QuadricKind, complexity: f32, material: u32) -> Vec<Vec<Corner>> {
-    let steps = |most: f32, least: usize| ((most * complexity.clamp(0.0, 1.0)) as usize).max(least);
-    let sides = steps(40.0, 4);
+/// The numbers of polygons of round surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Fineness {
+    /// The sides of a cylinder, a cone, a zone and a disc.
+    pub sides: usize,
+    /// The sides of a sphere's rings.
+    pub slices: usize,
+    /// The number of bands between the poles of a sphere.
+    pub stacks: usize,
+    /// The number of bands between the rims of a zone.
+    pub bands: usize,
+}
+
+impl Fineness {
+    /// Coin's numbers at a complexity.
+    pub(crate) fn of_complexity(complexity: f32) -> Self {
+        let steps =
+            |most: f32, least: usize| ((most * complexity.clamp(0.0, 1.0)) as usize).max(least);
+        Self {
+            sides: steps(40.0, 4),
+            slices: steps(30.0, 4),
+            stacks: steps(30.0, 3) - 1,
+            bands: 8,
+        }
+    }
+
+    /// The numbers for which no triangle is farther from the surface than `error` times its radius.
+    ///
+    /// A chord of a circle with n sides is 1 − cos(π/n) inside it. On a sphere the distances along
+    /// the two directions add up, so each may be half of the error. The numbers are multiples of 4,
+    /// so that corners touch the bounding box of the surface.
+    pub(crate) fn within(error: f64) -> Self {
+        let around = |error: f64| {
+            let sides = PI / libm::acos(1.0 - error.clamp(1e-7, 0.3));
+            4 * (sides / 4.0).ceil() as usize
+        };
+        let (sides, slices) = (around(error), around(0.5 * error));
+        Self {
+            sides,
+            slices,
+            stacks: slices / 2,
+            bands: sides,
+        }
+    }
+}
+
+/// Returns the polygons of a surface, each counterclockwise as seen from outside.
+pub(crate) fn facets(kind: QuadricKind, fineness: Fineness, material: u32) -> Vec<Vec<Corner>> {
+    let sides = fineness.sides;
     let corner = |ring: &Ring, i: f64, sides: usize| corner(ring, i / sides as f64, material);
     match kind {
         QuadricKind::Sphere { radius } => {
-            let (slices, stacks) = (steps(30.0, 4), steps(30.0, 3) - 1);
+            let (slices, stacks) = (fineness.slices, fineness.stacks);
             let ring = |j: usize| {
                 let angle = PI * j as f64 / stacks as f64;
                 let (sin, cos) = (libm::sin(angle), libm::cos(angle));
@@ -72,8 +118,9 @@ pub(crate) fn facets(kind: QuadricKind, complexity: f32, material: u32) -> Vec<V
             inner,
             outer,
         } => {
-            let ring = |j: usize| zone_ring(curvature, inner + (outer - inner) * j as f64 / 8.0);
-            let rings: Vec<Ring> = (0..=8).map(ring).collect();
+            let bands = fineness.bands;
+            let off = |j: usize| inner + (outer - inner) * j as f64 / bands as f64;
+            let rings: Vec<Ring> = (0..=bands).map(|j| zone_ring(curvature, off(j))).collect();
             between(&rings, sides, &corner)
         }
         QuadricKind::Disc { radius, y, up } => disc(radius, y, up, sides, material),
@@ -168,11 +215,31 @@ mod tests {
     #[test]
     fn a_sphere_has_coins_triangles_and_less_than_its_volume() {
         for (complexity, triangles) in [(0.5, 390), (1.0, 1680), (0.3, 126), (0.0, 8)] {
-            let mesh = facets(QuadricKind::Sphere { radius: 1.0 }, complexity, 0);
+            let fineness = Fineness::of_complexity(complexity);
+            let mesh = facets(QuadricKind::Sphere { radius: 1.0 }, fineness, 0);
             let count: usize = mesh.iter().map(|p| p.len() - 2).sum();
             assert_eq!(count, triangles);
             let full = 8.0 * std::f32::consts::PI;
             assert!(volume(&mesh) > 0.0 && volume(&mesh) < full);
+        }
+    }
+
+    #[test]
+    fn no_facet_is_farther_from_a_sphere_than_the_error() {
+        for error in [0.1, 0.02, 0.005, 0.001] {
+            let kind = QuadricKind::Sphere { radius: 1.0 };
+            let polygons = facets(kind, Fineness::within(error), 0);
+            let mut deepest = 0.0f64;
+            for polygon in &polygons {
+                for pair in polygon[1..].windows(2) {
+                    let corners = [polygon[0], pair[0], pair[1]].map(|c| c.position.as_dvec3());
+                    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+                    let plane = corners[0].dot(normal.normalize()).abs();
+                    deepest = deepest.max(1.0 - plane);
+                }
+            }
+            assert!(deepest <= error, "{deepest} for {error}");
+            assert!(deepest > 0.3 * error, "{deepest} for {error} is too fine");
         }
     }
 
@@ -189,7 +256,7 @@ mod tests {
             up: y > 0.0,
         };
         let volume: f32 = [side, disc(1.0), disc(-1.0)]
-            .map(|kind| volume(&facets(kind, 0.5, 0)))
+            .map(|kind| volume(&facets(kind, Fineness::of_complexity(0.5), 0)))
             .iter()
             .sum();
         // A prism over a regular polygon of 20 sides.

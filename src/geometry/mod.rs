@@ -24,7 +24,7 @@ pub(crate) use box_coordinates::BoxCoordinates;
 pub(crate) use corner::Corner;
 pub(crate) use elevation_grid::{ElevationGrid, elevation_grid};
 pub(crate) use extrusion::{Extrusion, extrusion};
-pub(crate) use facets::facets;
+pub(crate) use facets::{Fineness, facets};
 pub(crate) use markers::{MarkerBitmap, marker_bitmap};
 pub(crate) use mesh::Mesh;
 pub(crate) use quadric::{Quadric, QuadricKind};

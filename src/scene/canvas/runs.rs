@@ -157,6 +157,19 @@ impl<'a> Runs<'a> {
         }
     }
 
+    /// The number of corners before each position, without separators.
+    pub(crate) fn counts(&self) -> Vec<u32> {
+        let mut counts = vec![0; self.positions()];
+        let mut count = 0;
+        for run in &self.runs {
+            for place in &mut counts[run.0.clone()] {
+                *place = count;
+                count += 1;
+            }
+        }
+        counts
+    }
+
     /// The largest possible number of triangles.
     pub(crate) fn triangles(&self) -> usize {
         self.runs.iter().map(|r| r.len().saturating_sub(2)).sum()

@@ -8,10 +8,11 @@ use glam::{DVec3, DVec4, Vec3, Vec4};
 use super::scene_builder::SceneBuilder;
 use crate::iv::{NodeId, NodeRef};
 use crate::scene::looks::{
-    CornerNormals, Filter, Light, Mapping, Repeat, Surface, Texture, TextureUse, texture,
+    CornerNormals, Filter, Light, Mapping, MaterialColors, Repeat, Surface, Texture, TextureUse,
+    texture,
 };
 use crate::traversal::state::{
-    Binding, Diffuse, DrawStyle, Drawing, LightElement, State, TextureCoordinates, TextureModel,
+    DrawStyle, Drawing, LightElement, State, TextureCoordinates, TextureModel,
 };
 
 /// The lights and textures that shapes share.
@@ -38,39 +39,11 @@ impl SceneBuilder {
     /// Returns the surface of a shape that begins.
     pub(super) fn surface(&mut self, node: NodeRef<'_>, state: &State<'_>) -> Surface {
         let m = &state.material;
-        let (mut diffuse, mut transparency) = match m.diffuse {
-            Diffuse::Packed(_) => {
-                let n = m.diffuse_count();
-                (
-                    (0..n).map(|i| m.diffuse_at(i)).collect::<Vec<_>>(),
-                    (0..n).map(|i| m.transparency_at(i)).collect::<Vec<_>>(),
-                )
-            }
-            Diffuse::Colors(c) => (
-                (0..c.len()).map(|i| c.at(i)).collect(),
-                (0..m.transparency.len())
-                    .map(|i| m.transparency.at(i))
-                    .collect(),
-            ),
-        };
-        if state.material_binding == Binding::Overall {
-            diffuse.truncate(1);
-            transparency.truncate(1);
-        }
-        for t in &mut transparency {
-            *t = if t.is_finite() {
-                t.clamp(0.0, 1.0)
-            } else {
-                0.0
-            };
-        }
-        let mut emissive = m.emissive;
-        if let Some(highlight) = state.highlight {
-            emissive = highlight.color;
-            if highlight.diffuse_too {
-                diffuse = vec![highlight.color];
-            }
-        }
+        let MaterialColors {
+            diffuse,
+            transparency,
+            emissive,
+        } = MaterialColors::of(state);
         let texture = self.texture_use(state);
         self.scene.census.transparent |= transparency.iter().any(|&t| t > 0.0)
             || texture.as_ref().is_some_and(|t| t.texture.has_alpha());

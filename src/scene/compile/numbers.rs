@@ -96,19 +96,6 @@ impl<'v> Numbers<'v> {
         if corners == runs.positions() {
             return Self::Position;
         }
-        Self::Counted(counts(runs))
+        Self::Counted(runs.counts())
     }
-}
-
-/// Returns the number of corners before each position.
-pub(super) fn counts(runs: &Runs<'_>) -> Vec<u32> {
-    let mut counts = vec![0; runs.positions()];
-    let mut count = 0;
-    for run in &runs.runs {
-        for place in &mut counts[run.0.clone()] {
-            *place = count;
-            count += 1;
-        }
-    }
-    counts
 }

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::appearance::Shared;
 use super::strokes;
 use crate::diag::Diagnostic;
-use crate::geometry::{Corner, Mesh, Quadric, QuadricKind, facets};
+use crate::geometry::{Corner, Fineness, Mesh, Quadric, QuadricKind, facets};
 use crate::iv::NodeRef;
 use crate::scene::canvas::{
     Canvas, MaterialsBy, PictureView, Placement, Reports, Runs, Sides, TriangleList, Vertices,
@@ -185,7 +185,8 @@ impl SceneBuilder {
 
     /// Draws a round shape as polygons.
     fn facets(&mut self, kind: QuadricKind, material: u32) {
-        for polygon in facets(kind, self.shape.complexity, material) {
+        let fineness = Fineness::of_complexity(self.shape.complexity);
+        for polygon in facets(kind, fineness, material) {
             if self.shape.outlines() {
                 self.edges(&polygon);
                 continue;

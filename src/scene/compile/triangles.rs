@@ -6,7 +6,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::numbers::{Numbers, counts, listed, three};
+use super::numbers::{Numbers, listed, three};
 use super::scene_builder::{SceneBuilder, in_reach};
 use crate::geometry::normals::face_normal;
 use crate::geometry::{Corner, Mesh};
@@ -52,7 +52,7 @@ impl SceneBuilder {
         vertices: &Vertices<'_, '_>,
         cut: &mut dyn FnMut(&mut TriangleList<'_>),
     ) {
-        let counts = counts(runs);
+        let counts = runs.counts();
         TriangleList::fill(cut, &mut |triangles| {
             for triangle in triangles.iter() {
                 let corners = triangle.corners.map(|p| {
