@@ -65,6 +65,7 @@ pub mod cli;
 pub mod compare;
 pub mod diag;
 mod diagram;
+pub mod export;
 mod files;
 pub mod film;
 mod geometry;

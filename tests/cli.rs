@@ -857,8 +857,8 @@ fn convert_replaces_its_scene_only_by_force_and_names_only_what_it_writes() {
         ivcam(&line).output().unwrap()
     };
     for (line, ending) in [
-        ("room.iv -o DIR/room.gltf", "`.iv`"),
-        ("room.iv -o DIR/room.x3d", "`.iv`"),
+        ("room.iv -o DIR/room.stl", "`.iv`"),
+        ("room.iv --to obj -o DIR/room.ply", "`.obj`"),
         ("room.iv -o DIR/room.iv.gz", "`.iv`"),
         ("room.iv -o DIR/room", "`.iv`"),
         ("one.wrl -o DIR/one-new.wrl", "`.iv`"),

@@ -1,20 +1,34 @@
-//! `ivcam convert`: converts a scene to Inventor V2.1 (ASCII or binary) or VRML97.
+//! `ivcam convert`: rewrites a scene as Inventor V2.1 or VRML97, or writes it in the formats of
+//! other programs.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
+use super::flags::{FONTS, LIMIT};
 use super::outputs::{FORCE, is_forced, is_standard_stream, keep_inputs};
-use super::{print_diagnostic, print_warnings, switch, text};
-use crate::diag::{Diagnostic, Result};
+use super::{parsed, print_diagnostic, print_warnings, status, switch, text};
+use crate::diag::{Diagnostic, Result, Severity};
+use crate::export::{Conversion, ExportOptions, Losses, Target, convert};
+use crate::files::write_whole;
 use crate::iv::{Document, Format};
+use crate::scene::CompileOptions;
+use crate::scene::model::ModelOptions;
+
+/// The names of the formats of Inventor and VRML, for `--to`.
+const REWRITTEN: [&str; 3] = ["ascii", "binary", "iv"];
+
+/// The exit code if `--strict` is given and something is lost.
+const LOSSES: i32 = 1;
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
     let path = |name: &'static str| Arg::new(name).value_parser(value_parser!(PathBuf));
+    let formats = REWRITTEN.into_iter();
+    let formats = formats.chain(Target::ALL.iter().map(|t| t.name()));
     Command::new("convert")
-        .about("Converts a scene file: any version of Inventor to V2.1, VRML97 to VRML97")
+        .about("Converts a scene to Inventor V2.1 or VRML97, or to the formats of other programs")
         .arg(
             path("scene")
                 .value_name("SCENE")
@@ -26,16 +40,29 @@ pub(crate) fn command() -> Command {
                 .short('o')
                 .long("output")
                 .value_name("FILE")
-                .help("the file to write; standard output if not given"),
+                .help("the file to write; its ending chooses the format [standard output]"),
         )
         .arg(
             Arg::new("to")
                 .long("to")
                 .value_name("FORMAT")
-                .value_parser(["ascii", "binary"])
-                .default_value("ascii")
-                .help("text, or Inventor's binary format"),
+                .value_parser(formats.collect::<Vec<_>>())
+                .help("the format; ascii and binary keep the language of the scene [the output's ending, or ascii]"),
         )
+        .arg(path("report").long("report").value_name("FILE").help(
+            "writes what the format could not express to a JSON file",
+        ))
+        .arg(switch("strict", "exits with code 1 if something could not be expressed"))
+        .arg(Arg::new("tolerance").long("tolerance").value_name("FRACTION").help(
+            "the largest error of triangles for round shapes, text and NURBS, from 0.0001 to 0.1 of their size [0.005]",
+        ))
+        .arg(Arg::new("scene-time").long("scene-time").value_name("SECONDS").help(
+            "converts the scene as it is so many seconds after it was opened [0]",
+        ))
+        .arg(switch(
+            "keep-origin",
+            "leaves a scene that is far from its origin where it is",
+        ))
         .arg(switch(
             FORCE,
             "lets the output replace the scene that is read",
@@ -53,7 +80,16 @@ pub(crate) fn command() -> Command {
                 .value_name("FOLDER")
                 .help("opens files of the scene only below this folder and those of --search [the scene's project]"),
         )
-        .arg(super::flags::argument(&super::flags::LIMIT))
+        .args([FONTS, LIMIT].iter().map(super::flags::argument))
+}
+
+/// What a conversion writes.
+#[derive(Clone, Copy)]
+enum Output {
+    /// The same scene in a format of its own language.
+    Rewritten(Format),
+    /// A format of other programs.
+    Exported(Target),
 }
 
 /// Runs the command and returns the exit code.
@@ -63,29 +99,143 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     };
     let output = matches.get_one::<PathBuf>("output");
     let output = output.filter(|path| !is_standard_stream(path));
+    let wanted = wanted(text(matches, "to"), output.map(PathBuf::as_path));
+    let options = options(matches, output.map(PathBuf::as_path))?;
     let (search, contain) = super::readable_folders(matches);
     let document = Document::open_or_stdin(scene, &search, contain, &super::limits(matches)?)?;
     print_warnings(&document.sink);
-    let format = match text(matches, "to") {
-        Some("binary") => Format::Binary,
-        _ => Format::Ascii,
-    };
     if let Some(output) = output {
-        check_ending(output, document.written_endings(format))?;
-        if !is_forced(matches) {
-            keep_inputs("--output", output, &document.opened_files())?;
+        check_ending(output, &endings(wanted, &document))?;
+    }
+    let conversion = match wanted {
+        Output::Rewritten(format) => rewritten(&document, format),
+        Output::Exported(target) => {
+            if output.is_none() && target.has_files_beside() {
+                let title = target.title();
+                let text = format!("{title} needs files beside it, so it is not written to a pipe");
+                return Err(Diagnostic::unsupported(text).with_help("name the file with `-o`"));
+            }
+            convert(&document, target, &options)?
+        }
+    };
+    if let Some(output) = output
+        && !is_forced(matches)
+    {
+        keep_inputs("--output", output, &document.opened_files())?;
+        for (name, _) in &conversion.beside {
+            let beside = output.with_file_name(name);
+            keep_inputs("--output", &beside, &document.opened_files())?;
+            keep_inputs("--output", &beside, std::slice::from_ref(scene))?;
         }
     }
-    for loss in document.losses(format) {
-        print_diagnostic(&Diagnostic::warning(loss).in_file(scene.display().to_string()));
+    print_all(&conversion, scene);
+    if let Some(report) = matches.get_one::<PathBuf>("report") {
+        let names = [scene.as_path(), output.map_or(Path::new("-"), |o| o)];
+        write_report(report, &conversion.losses, wanted, names)?;
     }
-    let bytes = document.write(format);
+    let lost = matches.get_flag("strict") && !conversion.losses.is_empty();
+    let code = if lost { LOSSES } else { 0 };
     match output {
-        None => super::exit_code(out.write_all(&bytes).and_then(|()| out.flush())),
-        Some(path) => {
-            crate::files::write_whole(path, |file| file.write_all(&bytes))?;
-            Ok(0)
+        None => {
+            let written = out.write_all(&conversion.bytes).and_then(|()| out.flush());
+            Ok(super::exit_code(written)?.max(code))
         }
+        Some(path) => {
+            for (name, bytes) in &conversion.beside {
+                write_whole(&path.with_file_name(name), |file| file.write_all(bytes))?;
+            }
+            write_whole(path, |file| file.write_all(&conversion.bytes))?;
+            Ok(code)
+        }
+    }
+}
+
+/// Returns the options of a conversion.
+fn options(matches: &ArgMatches, output: Option<&Path>) -> Result<ExportOptions> {
+    let limits = super::limits(matches)?;
+    let fonts = super::fonts(matches)?;
+    fonts.warnings.iter().for_each(|t| print_diagnostic(t));
+    let fraction = |word: &str| word.parse().ok().filter(|t| (1e-4..=0.1).contains(t));
+    let expects = "a number from 0.0001 to 0.1";
+    let tolerance = parsed(matches, "tolerance", expects, fraction)?;
+    let seconds = |word: &str| word.parse().ok().filter(|t: &f64| t.is_finite());
+    let time = parsed(matches, "scene-time", "a number of seconds", seconds)?;
+    let folders = matches.get_many::<PathBuf>("search").into_iter().flatten();
+    let defaults = ModelOptions::default();
+    let stem = output.and_then(Path::file_stem).unwrap_or_default();
+    Ok(ExportOptions {
+        time: time.unwrap_or(0.0),
+        model: ModelOptions {
+            tolerance: tolerance.unwrap_or(defaults.tolerance),
+            recenter: !matches.get_flag("keep-origin"),
+            compile: CompileOptions {
+                texture_folders: folders.cloned().collect(),
+                fonts,
+                max_primitives: limits.primitives,
+                max_visits: limits.visits as u64,
+                ..defaults.compile
+            },
+        },
+        stem: stem.to_string_lossy().into_owned(),
+    })
+}
+
+/// Returns what to write, from the value of `--to` or the ending of the output.
+fn wanted(to: Option<&str>, output: Option<&Path>) -> Output {
+    let target = match to {
+        Some("binary") => return Output::Rewritten(Format::Binary),
+        Some(name) => Target::named(name),
+        None => output.and_then(Target::of_path),
+    };
+    target.map_or(Output::Rewritten(Format::Ascii), Output::Exported)
+}
+
+/// Writes a scene in a format of its own language.
+fn rewritten(document: &Document, format: Format) -> Conversion {
+    let mut losses = Losses::default();
+    for loss in document.losses(format) {
+        losses.add("binary", loss, crate::scene::model::Place::default(), 1);
+    }
+    Conversion {
+        bytes: document.write(format),
+        losses,
+        ..Conversion::default()
+    }
+}
+
+/// Prints what is wrong with the scene and what was lost.
+fn print_all(conversion: &Conversion, scene: &Path) {
+    let found = conversion.diagnostics.iter();
+    let found = found.filter(|d| d.severity >= Severity::Warning);
+    found.for_each(print_diagnostic);
+    for warning in conversion.losses.warnings() {
+        match warning.place {
+            Some(_) => print_diagnostic(&warning),
+            None => print_diagnostic(&warning.in_file(scene.display().to_string())),
+        }
+    }
+    if conversion.is_empty {
+        status!("{}: nothing to draw was found", scene.display());
+    }
+}
+
+/// Writes the report of a conversion. `names` are those of the scene and of the output.
+fn write_report(path: &Path, losses: &Losses, wanted: Output, names: [&Path; 2]) -> Result<()> {
+    let format = match wanted {
+        Output::Rewritten(Format::Ascii) => "ascii",
+        Output::Rewritten(Format::Binary) => "binary",
+        Output::Exported(target) => target.name(),
+    };
+    let [scene, output] = names.map(|path| path.display().to_string());
+    let report = losses.json(&scene, format, &output);
+    write_whole(path, |file| writeln!(file, "{report:#}"))
+}
+
+/// Returns the endings of names for files that hold what is written.
+fn endings(wanted: Output, document: &Document) -> Vec<&'static str> {
+    match wanted {
+        Output::Rewritten(format) => document.written_endings(format).to_vec(),
+        Output::Exported(target) => vec![target.name()],
     }
 }
 
@@ -96,9 +246,15 @@ fn check_ending(output: &Path, endings: &[&str]) -> Result<()> {
         return Ok(());
     }
     let path = output.display();
-    let known: Vec<String> = endings.iter().map(|e| format!("`.{e}`")).collect();
+    let dotted =
+        |list: &[&str]| -> Vec<String> { list.iter().map(|e| format!("`.{e}`")).collect() };
+    let known = dotted(endings).join(" or ");
+    let others: Vec<&str> = Target::ALL.iter().map(|t| t.name()).collect();
+    let others = dotted(&others).join(", ");
     Err(
         Diagnostic::unsupported(format!("`{path}` does not name the format that is written"))
-            .with_help(format!("end the output's name in {}", known.join(" or "))),
+            .with_help(format!(
+                "end the output's name in {known}; other formats are {others}"
+            )),
     )
 }

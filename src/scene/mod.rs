@@ -11,6 +11,7 @@ mod compile;
 mod hit;
 mod inventor_box;
 mod looks;
+pub mod model;
 mod options;
 mod packets;
 mod pixel_footprint;

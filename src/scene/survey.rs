@@ -91,6 +91,7 @@ fn survey_once(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bo
         camera: options.camera.clone(),
         max_visits: options.max_visits,
         all_levels,
+        ..WalkOptions::default()
     };
     let mut surveyor = Surveyor {
         snapshot,
@@ -111,6 +112,19 @@ fn survey_once(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bo
     survey.census = canvas.census;
     survey.diagnostics = canvas.reports.diagnostics;
     survey
+}
+
+/// Returns the first camera in the order of traversal, or a view of everything from the front.
+/// Returns `None` for a scene without anything to see.
+pub(super) fn first_camera(
+    snapshot: &Snapshot<'_>,
+    options: &CompileOptions,
+) -> Option<CameraPose> {
+    let survey = survey_once(snapshot, options, false);
+    let all = survey
+        .bounds
+        .map(|bounds| CameraPose::view_all(bounds, 1.0));
+    survey.cameras.into_iter().next().or(all)
 }
 
 /// Returns the exact bounding box of some nodes in world space, walked with a given state.

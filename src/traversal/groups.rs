@@ -190,7 +190,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         let world_from_object = self.state.world_from_object;
         let is_vrml97 = node.known_class().is_some_and(Class::is_vrml97);
         let is_local = is_vrml97 || self.state.language != Language::Inventor;
-        let level = match &self.options.camera {
+        let camera = self.options.camera.as_ref();
+        let level = match camera.filter(|_| !self.options.finest_level) {
             Some(camera) => {
                 let distance = if is_local {
                     let inverse = world_from_object.inverse();

@@ -409,7 +409,7 @@ pub(crate) struct LightElement {
 
 /// How a texture changes the color of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TextureModel {
+pub enum TextureModel {
     /// The texture multiplies the color.
     Modulate,
     /// The texture covers the color where it is opaque.

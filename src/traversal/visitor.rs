@@ -19,6 +19,9 @@ pub(crate) struct WalkOptions {
     /// Whether to walk every child of an LOD or a Blinker, as Inventor's bounding boxes do.
     /// Default: no.
     pub all_levels: bool,
+    /// Whether levels of detail that depend on the distance show the finest one, whatever the
+    /// camera. Default: no.
+    pub finest_level: bool,
 }
 
 impl Default for WalkOptions {
@@ -27,6 +30,7 @@ impl Default for WalkOptions {
             camera: None,
             max_visits: 300_000,
             all_levels: false,
+            finest_level: false,
         }
     }
 }
@@ -41,6 +45,11 @@ pub(crate) trait Visitor<'a> {
     fn camera(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
     /// Receives every node, before the other methods.
     fn node(&mut self, _node: NodeRef<'a>, _role: Role) {}
+    /// Begins the part of the walk below a node with children. The state may still change before
+    /// the first child.
+    fn enter(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
+    /// Ends the part of the walk below the node that was entered last.
+    fn leave(&mut self) {}
     /// Begins a separator.
     fn open(&mut self, _state: &State<'a>) {}
     /// Ends the separator that began last.

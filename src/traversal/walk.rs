@@ -104,7 +104,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                     self.visit(self.document.node(id));
                 }
             }
-            Frame::Leave(id) => self.on_path[id.0 as usize] = false,
+            Frame::Leave(id) => {
+                self.on_path[id.0 as usize] = false;
+                self.visitor.leave();
+            }
             Frame::Restore(state) => self.state = *state,
             Frame::Close(state) => {
                 self.state = *state;
@@ -175,6 +178,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
         self.on_path[index] = true;
         self.stack.push(Frame::Leave(node.id));
+        self.visitor.enter(node, &self.state);
         match role {
             Role::Group => self.children(node),
             Role::File => {

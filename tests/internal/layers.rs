@@ -124,6 +124,7 @@ const INSIDE: [(&str, &[&str]); 6] = [
             "survey",
             "snapshot",
             "compile",
+            "model",
             "check",
         ],
     ),

@@ -1,0 +1,166 @@
+//! How a material and its texture look in formats whose texture multiplies one color.
+
+use std::borrow::Cow;
+
+use glam::Vec3;
+
+use crate::scene::model::{Image, Material, TextureModel};
+
+/// A material whose texture, if any, multiplies its color.
+#[derive(Clone, Debug)]
+pub(super) struct Appearance<'m> {
+    /// The color, as a screen shows it. Colors of the mesh replace it if `keeps_colors`.
+    pub color: Vec3,
+    /// The opacity. Colors of the mesh replace it if `keeps_colors`.
+    pub opacity: f32,
+    /// Whether the color is shown without lighting.
+    pub unlit: bool,
+    /// Whether the colors of the mesh are used.
+    pub keeps_colors: bool,
+    /// The picture of the texture, which may differ from the scene's.
+    pub image: Option<Cow<'m, Image>>,
+}
+
+/// Whether an appearance only approximates the texture's model: the texture is then lit, or the
+/// colors of the mesh are multiplied.
+pub(super) fn is_approximate(model: TextureModel, image: &Image) -> bool {
+    match model {
+        TextureModel::Blend => true,
+        TextureModel::Decal => matches!(image.components, 2 | 4),
+        _ => false,
+    }
+}
+
+impl<'m> Appearance<'m> {
+    /// Returns the appearance of a material. `image` is the picture of its texture, and
+    /// `is_colorful` says whether its mesh has colors.
+    pub(super) fn of(material: &Material, image: Option<&'m Image>, is_colorful: bool) -> Self {
+        let plain = Self {
+            color: material.diffuse,
+            opacity: 1.0 - material.transparency,
+            unlit: material.unlit,
+            keeps_colors: true,
+            image: image.map(Cow::Borrowed),
+        };
+        let (Some(texture), Some(image)) = (&material.texture, image) else {
+            return plain;
+        };
+        let has_alpha = matches!(image.components, 2 | 4);
+        match texture.model {
+            TextureModel::Modulate => plain,
+            TextureModel::Diffuse => Self {
+                // A texture with colors replaces the color, and one with alpha the transparency.
+                color: if image.has_color() {
+                    Vec3::ONE
+                } else {
+                    plain.color
+                },
+                opacity: if has_alpha { 1.0 } else { plain.opacity },
+                keeps_colors: !image.has_color(),
+                ..plain
+            },
+            TextureModel::Replace => Self {
+                color: Vec3::ONE,
+                opacity: if has_alpha { 1.0 } else { plain.opacity },
+                unlit: true,
+                keeps_colors: false,
+                ..plain
+            },
+            TextureModel::Decal if !has_alpha => Self {
+                color: Vec3::ONE,
+                unlit: true,
+                keeps_colors: false,
+                ..plain
+            },
+            TextureModel::Decal | TextureModel::Blend if is_colorful => plain,
+            TextureModel::Decal => {
+                plain.baked(image, |color, texel, alpha| color.lerp(texel, alpha))
+            }
+            TextureModel::Blend => plain.baked(image, |color, texel, _| {
+                color * (1.0 - texel) + texture.blend_color * texel
+            }),
+        }
+    }
+
+    /// Computes the colors of a picture from the material's color, the texel and its alpha.
+    fn baked(self, image: &Image, mix: impl Fn(Vec3, Vec3, f32) -> Vec3) -> Self {
+        let level = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        let pixels = image.pixels.iter().map(|pixel| {
+            let [r, g, b, a] = pixel.map(|v| f32::from(v) / 255.0);
+            let [r, g, b] = mix(self.color, Vec3::new(r, g, b), a).to_array().map(level);
+            [r, g, b, 255]
+        });
+        let image = Image {
+            components: 3,
+            pixels: pixels.collect(),
+            ..image.clone()
+        };
+        Self {
+            color: Vec3::ONE,
+            image: Some(Cow::Owned(image)),
+            ..self
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Affine2;
+
+    use super::*;
+    use crate::scene::model::Texture;
+
+    fn material(model: TextureModel) -> Material {
+        Material {
+            ambient: Vec3::ZERO,
+            diffuse: Vec3::new(1.0, 0.0, 0.0),
+            specular: Vec3::ZERO,
+            emissive: Vec3::ZERO,
+            shininess: 0.2,
+            transparency: 0.25,
+            unlit: false,
+            double_sided: true,
+            texture: Some(Texture {
+                image: 0,
+                model,
+                blend_color: Vec3::new(0.0, 0.0, 1.0),
+                repeat: [true; 2],
+                smooth: true,
+                matrix: Affine2::IDENTITY,
+            }),
+        }
+    }
+
+    fn seen(model: TextureModel, components: usize, pixel: [u8; 4]) -> ([f32; 4], [u8; 4], bool) {
+        let image = Image {
+            width: 1,
+            height: 1,
+            components,
+            pixels: vec![pixel],
+        };
+        let material = material(model);
+        let look = Appearance::of(&material, Some(&image), false);
+        let picture = look.image.map_or([0; 4], |i| i.pixels[0]);
+        (
+            look.color.extend(look.opacity).to_array(),
+            picture,
+            look.unlit,
+        )
+    }
+
+    #[test]
+    fn each_texture_model_gives_the_color_of_the_standard() {
+        let (red, white) = ([1.0, 0.0, 0.0, 0.75], [1.0, 1.0, 1.0, 0.75]);
+        let (green, gray) = ([0, 255, 0, 255], [51, 51, 51, 255]);
+        assert_eq!(seen(TextureModel::Modulate, 3, green), (red, green, false));
+        // VRML97, table 4.5: colors replace the diffuse color, gray multiplies it.
+        assert_eq!(seen(TextureModel::Diffuse, 3, green), (white, green, false));
+        assert_eq!(seen(TextureModel::Diffuse, 1, gray), (red, gray, false));
+        // OpenGL 1.1, table 3.11.
+        assert_eq!(seen(TextureModel::Decal, 3, green), (white, green, true));
+        let half = seen(TextureModel::Decal, 4, [0, 255, 0, 51]);
+        assert_eq!(half, (white, [204, 51, 0, 255], false));
+        let blend = seen(TextureModel::Blend, 1, gray);
+        assert_eq!(blend, (white, [204, 0, 51, 255], false));
+    }
+}

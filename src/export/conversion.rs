@@ -1,0 +1,64 @@
+//! Converts a document to the bytes of a file, and reports what is lost.
+
+use super::losses::Losses;
+use super::target::Target;
+use super::{obj, ply};
+use crate::diag::{Diagnostic, Result};
+use crate::iv::Document;
+use crate::scene::model::{Feature, Model, ModelOptions, Place};
+use crate::scene::snapshot;
+use crate::snapshot::SnapshotOptions;
+
+/// The options of a conversion.
+#[derive(Clone, Debug, Default)]
+pub struct ExportOptions {
+    /// Seconds since the scene was opened. Default: 0.
+    pub time: f64,
+    /// How the scene is made into triangles.
+    pub model: ModelOptions,
+    /// The name of the file without its ending, for files beside it. Default: empty.
+    pub stem: String,
+}
+
+/// A converted scene.
+#[derive(Clone, Debug, Default)]
+pub struct Conversion {
+    /// The bytes of the file.
+    pub bytes: Vec<u8>,
+    /// The files beside it, with their names.
+    pub beside: Vec<(String, Vec<u8>)>,
+    /// What could not be said in the format.
+    pub losses: Losses,
+    /// What is wrong with the scene.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Whether the file has nothing to draw.
+    pub is_empty: bool,
+}
+
+/// Converts a document.
+///
+/// # Errors
+/// Fails if the file would be larger than the format can be.
+pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> Result<Conversion> {
+    let at = SnapshotOptions {
+        time: options.time,
+        ..SnapshotOptions::default()
+    };
+    let taken = snapshot(document, &at, &options.model.compile);
+    let model = Model::of(&taken, &options.model);
+    let mut conversion = Conversion {
+        is_empty: model.is_empty(),
+        diagnostics: model.diagnostics.clone(),
+        ..Conversion::default()
+    };
+    let losses = &mut conversion.losses;
+    losses.add_model(&model, target);
+    if model.offset != glam::DVec3::ZERO && !target.holds(Feature::Offset) {
+        losses.feature(Feature::Offset, &Place::default(), 1);
+    }
+    match target {
+        Target::Obj => (conversion.bytes, conversion.beside) = obj::write(&model, &options.stem),
+        Target::Ply => conversion.bytes = ply::write(&model)?,
+    }
+    Ok(conversion)
+}

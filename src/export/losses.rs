@@ -1,0 +1,182 @@
+//! What a conversion could not say in the new format.
+
+use indexmap::IndexMap;
+use serde::Serialize;
+
+use super::appearance::is_approximate;
+use super::target::Target;
+use crate::diag::Diagnostic;
+use crate::iv::NodeRef;
+use crate::scene::model::{Feature, Model, Occurrence, Place, Primitives};
+
+/// One loss: what is lost, at which node, and how often.
+#[derive(Clone, Debug)]
+pub struct Loss {
+    /// The name of the kind of loss, for programs: `fog`, `line-width`, ….
+    pub code: String,
+    /// What becomes of it, in lower case.
+    pub text: String,
+    /// The node that it is about.
+    pub place: Place,
+    /// The number of uses of the node.
+    pub count: u64,
+}
+
+/// All losses of a conversion. Losses of the same kind at the same node are counted.
+#[derive(Clone, Debug, Default)]
+pub struct Losses {
+    list: IndexMap<(String, String, Option<u32>), Loss>,
+}
+
+/// A loss in a report for programs.
+#[derive(Serialize)]
+struct Entry<'a> {
+    feature: &'a str,
+    text: &'a str,
+    node: &'a str,
+    name: Option<&'a str>,
+    file: Option<&'a str>,
+    line: Option<u32>,
+    count: u64,
+}
+
+/// The report of a conversion for programs.
+#[derive(Serialize)]
+struct Report<'a> {
+    scene: &'a str,
+    format: &'a str,
+    output: &'a str,
+    count: u64,
+    losses: Vec<Entry<'a>>,
+}
+
+impl Losses {
+    /// Adds a loss. `code` names its kind for programs, and `text` says what becomes of the node.
+    pub fn add(&mut self, code: &str, text: impl Into<String>, place: Place, count: u64) {
+        let text = text.into();
+        let start = place.at.as_ref().map(|(_, span)| span.start);
+        let key = (format!("{code} {text}"), place.class.clone(), start);
+        let loss = self.list.entry(key).or_insert_with(|| Loss {
+            code: code.to_owned(),
+            text,
+            place,
+            count: 0,
+        });
+        loss.count += count;
+    }
+
+    /// Adds the loss of a node.
+    pub fn add_node(&mut self, code: &str, text: impl Into<String>, node: NodeRef<'_>) {
+        self.add(code, text, Place::of(node), 1);
+    }
+
+    /// Adds a feature that the format cannot hold.
+    pub(crate) fn feature(&mut self, feature: Feature, place: &Place, count: u64) {
+        self.add(feature.code(), feature.text(), place.clone(), count);
+    }
+
+    /// Adds the features of a model that a format cannot hold.
+    pub(crate) fn add_model(&mut self, model: &Model, target: Target) {
+        let lost = |feature: &Feature| !target.holds(*feature);
+        let found = model.features.iter();
+        for Occurrence {
+            feature,
+            place,
+            count,
+        } in found.filter(|o| lost(&o.feature))
+        {
+            self.feature(*feature, place, *count);
+        }
+        if lost(&Feature::Light) {
+            let lights = model.lights.iter();
+            lights.for_each(|light| self.feature(Feature::Light, &light.place, 1));
+        }
+        if lost(&Feature::Camera) {
+            let cameras = model.cameras.iter();
+            cameras.for_each(|camera| self.feature(Feature::Camera, &camera.place, 1));
+        }
+        for (mesh, material, _, node) in model.placed_meshes() {
+            let is_shaded = material.specular.max_element() > 0.0
+                || material.emissive.max_element() > 0.0
+                || material.transparency > 0.0;
+            let texture = material.texture.as_ref();
+            let is_blended =
+                texture.is_some_and(|t| is_approximate(t.model, &model.images[t.image]));
+            if is_blended && target.holds(Feature::Texture) {
+                self.feature(Feature::TextureBlend, &node.place, 1);
+            }
+            let uses = [
+                (texture.is_some(), Feature::Texture),
+                (!mesh.colors.is_empty(), Feature::VertexColors),
+                (is_shaded, Feature::Shading),
+                (
+                    !matches!(mesh.primitives, Primitives::Triangles(_)),
+                    Feature::LinesAndPoints,
+                ),
+            ];
+            for (_, feature) in uses.into_iter().filter(|(used, f)| *used && lost(f)) {
+                self.feature(feature, &node.place, 1);
+            }
+        }
+        let grouped = model.nodes.iter().skip(1);
+        if lost(&Feature::Hierarchy) && grouped.clone().any(|n| n.parts.is_empty()) {
+            let groups = grouped.filter(|n| n.parts.is_empty());
+            groups.for_each(|group| self.feature(Feature::Hierarchy, &group.place, 1));
+        }
+    }
+
+    /// Whether nothing is lost.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// The losses, in the order in which they were found.
+    pub fn iter(&self) -> impl Iterator<Item = &Loss> {
+        self.list.values()
+    }
+
+    /// The number of uses of nodes that lost something.
+    pub fn total(&self) -> u64 {
+        self.iter().map(|loss| loss.count).sum()
+    }
+
+    /// One warning for each kind of loss, with the place of the first one.
+    pub(crate) fn warnings(&self) -> Vec<Box<Diagnostic>> {
+        let mut kinds: IndexMap<&str, (&Loss, u64)> = IndexMap::new();
+        for loss in self.iter() {
+            kinds.entry(&loss.text).or_insert((loss, 0)).1 += loss.count;
+        }
+        let warning = |(text, (loss, count)): (&str, (&Loss, u64))| {
+            let mut warning = Diagnostic::warning(format!("`{}`: {text}", loss.place.class));
+            if let Some((source, span)) = &loss.place.at {
+                warning = warning.at(source, *span);
+            }
+            warning.count = usize::try_from(count).unwrap_or(usize::MAX);
+            warning
+        };
+        kinds.into_iter().map(warning).collect()
+    }
+
+    /// The report for programs, as JSON.
+    pub(crate) fn json(&self, scene: &str, format: &str, output: &str) -> serde_json::Value {
+        fn entry(loss: &Loss) -> Entry<'_> {
+            Entry {
+                feature: &loss.code,
+                text: &loss.text,
+                node: &loss.place.class,
+                name: loss.place.name.as_deref(),
+                file: loss.place.file(),
+                line: loss.place.line(),
+                count: loss.count,
+            }
+        }
+        let report = Report {
+            scene,
+            format,
+            output,
+            count: self.total(),
+            losses: self.iter().map(entry).collect(),
+        };
+        serde_json::to_value(report).expect("strings and numbers are JSON")
+    }
+}

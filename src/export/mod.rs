@@ -1,0 +1,23 @@
+//! Writes scenes in the formats of other programs.
+//!
+//! [`convert`] makes the bytes of a file, and a list of what the format could not express. Formats
+//! that hold triangles are written from a [`Model`], in which Inventor's state is resolved; the
+//! guide `docs/guide/convert.md` describes how materials are mapped. Nothing here reads the files of
+//! other programs.
+//!
+//! A target is added in three places: [`Target`] gets its names and the features that it can hold,
+//! `convert` calls its function, and a file or folder of its name has the function.
+//!
+//! [`Model`]: crate::scene::model::Model
+
+mod appearance;
+mod conversion;
+mod losses;
+mod names;
+mod obj;
+mod ply;
+mod target;
+
+pub use conversion::{Conversion, ExportOptions, convert};
+pub use losses::{Loss, Losses};
+pub use target::Target;

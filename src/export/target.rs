@@ -1,0 +1,68 @@
+//! The formats that scenes can be written in, and the features that they can hold.
+
+use std::path::Path;
+
+use crate::scene::model::Feature;
+
+/// A format of other programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Target {
+    /// Wavefront OBJ, with a library of materials beside it.
+    Obj,
+    /// PLY in binary, with colors of vertices.
+    Ply,
+}
+
+impl Target {
+    /// All targets, in the order of the help.
+    pub const ALL: &[Self] = &[Self::Obj, Self::Ply];
+
+    /// The target's name, which is also the ending of its files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Obj => "obj",
+            Self::Ply => "ply",
+        }
+    }
+
+    /// Returns the target with a name.
+    pub fn named(name: &str) -> Option<Self> {
+        let mut all = Self::ALL.iter().copied();
+        all.find(|target| target.name().eq_ignore_ascii_case(name))
+    }
+
+    /// Returns the target of a file, by the ending of its name.
+    pub fn of_path(path: &Path) -> Option<Self> {
+        Self::named(path.extension()?.to_str()?)
+    }
+
+    /// The format's name in sentences.
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::Obj => "OBJ",
+            Self::Ply => "PLY",
+        }
+    }
+
+    /// Whether files of the format need others beside them, so that they cannot be written to a
+    /// pipe.
+    pub fn has_files_beside(self) -> bool {
+        matches!(self, Self::Obj)
+    }
+
+    /// Whether the format can hold a feature.
+    pub fn holds(self, feature: Feature) -> bool {
+        match self {
+            Self::Obj => matches!(
+                feature,
+                Feature::Texture
+                    | Feature::VertexColors
+                    | Feature::Shading
+                    | Feature::AmbientColor
+                    | Feature::LinesAndPoints
+            ),
+            Self::Ply => matches!(feature, Feature::VertexColors),
+        }
+    }
+}
