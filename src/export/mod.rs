@@ -2,8 +2,8 @@
 //!
 //! [`convert`] makes the bytes of a file, and a list of what the format could not express. Formats
 //! that hold triangles are written from a [`Model`], in which Inventor's state is resolved; the
-//! guide `docs/guide/convert.md` describes how materials are mapped. Nothing here reads the files of
-//! other programs.
+//! guide `docs/guide/convert.md` describes how materials are mapped. Nothing here reads the files
+//! of other programs.
 //!
 //! A target is added in three places: [`Target`] gets its names and the features that it can hold,
 //! `convert` calls its function, and a file or folder of its name has the function.

@@ -20,8 +20,8 @@ struct Next {
     normal: usize,
 }
 
-/// Writes a model. `stem` is the name of the file without its ending. Returns the file and the files
-/// beside it.
+/// Writes a model. `stem` is the name of the file without its ending. Returns the file and the
+/// files beside it.
 pub(super) fn write(model: &Model, stem: &str) -> (Vec<u8>, Vec<(String, Vec<u8>)>) {
     let mut out = String::from("# by ivcam\n");
     let DVec3 { x, y, z } = model.offset;

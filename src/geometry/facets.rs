@@ -1,9 +1,9 @@
-//! Divides round shapes into polygons: as Inventor programs do, for drawing their edges or vertices,
-//! or to a given error, for files of triangles.
+//! Divides round shapes into polygons: as Inventor programs do, for drawing their edges or
+//! vertices, or to a given error, for files of triangles.
 //!
-//! Inventor's numbers of polygons are Coin's: a sphere at complexity 1 has 30 slices and 29 stacks, and
-//! cylinders and cones have 40 sides. At complexity 0 there are 4 slices, 2 stacks and 4 sides. A
-//! mesh begins at the back (−z) and continues toward the left (−x).
+//! Inventor's numbers of polygons are Coin's: a sphere at complexity 1 has 30 slices and 29 stacks,
+//! and cylinders and cones have 40 sides. At complexity 0 there are 4 slices, 2 stacks and 4 sides.
+//! A mesh begins at the back (−z) and continues toward the left (−x).
 
 use std::f64::consts::{PI, TAU};
 

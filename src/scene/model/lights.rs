@@ -96,7 +96,8 @@ impl Light {
     }
 }
 
-/// The angle at which the cosine to the power of an exponent is ½, or a right angle if it is beyond.
+/// The angle at which the cosine to the power of an exponent is ½, or a right angle if it is
+/// beyond.
 fn half_angle(exponent: f32) -> f32 {
     if exponent <= 0.0 {
         return std::f32::consts::FRAC_PI_2;

@@ -13,8 +13,8 @@ pub struct ModelOptions {
     /// Whether a scene whose distance from the origin is more than 1000 times its size is moved to
     /// the origin. Default: yes.
     pub recenter: bool,
-    /// The options that pictures have too: limits, folders of textures, and typefaces. Shapes with a
-    /// size in pixels are made for its camera, or for the scene's first one.
+    /// The options that pictures have too: limits, folders of textures, and typefaces. Shapes with
+    /// a size in pixels are made for its camera, or for the scene's first one.
     pub compile: CompileOptions,
 }
 

@@ -1,7 +1,7 @@
 //! Builds the tree of a model by one walk over a snapshot.
 //!
-//! In Inventor a transformation acts on what follows it, so a group has no matrix of its own. Here a
-//! group gets the matrix that is in force at its first child that is a group or a shape, and the
+//! In Inventor a transformation acts on what follows it, so a group has no matrix of its own. Here
+//! a group gets the matrix that is in force at its first child that is a group or a shape, and the
 //! others are relative to it. A group that contains nothing to draw is left out, and a group of one
 //! shape becomes that shape.
 
