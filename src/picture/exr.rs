@@ -3,7 +3,9 @@
 use std::io::{Cursor, Write};
 
 use ::exr::prelude::{self as exr, ReadChannels as _, ReadLayers as _};
+use indexmap::IndexMap;
 
+use super::channels::ChannelImage;
 use super::developed::Picture;
 use super::raster::{Raster, Samples, check_size};
 use crate::diag::{Diagnostic, Result};
@@ -49,25 +51,45 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Raster> {
 
 /// Writes a picture as one layer of R, G and B.
 pub(super) fn write(picture: &Picture, file: &mut dyn Write) -> std::io::Result<()> {
-    use exr::{Text, WritableImage};
+    let plane = |c: usize| picture.pixels.iter().map(|p| p[c]).collect();
+    let channels = ["R", "G", "B"].into_iter().zip([0, 1, 2].map(plane));
     let size = (picture.width as usize, picture.height as usize);
-    let channels = exr::SpecificChannels::rgb(|exr::Vec2(x, y)| {
-        let [r, g, b] = picture.pixels[y * picture.width as usize + x];
-        (r, g, b)
-    });
+    write_layer(size, channels, &picture.provenance, file)
+}
+
+/// Writes an image as one layer of its channels.
+pub(super) fn write_channels(image: &ChannelImage, file: &mut dyn Write) -> std::io::Result<()> {
+    let size = (image.width as usize, image.height as usize);
+    if image.channels.values().any(|c| c.len() != size.0 * size.1) {
+        return Err(std::io::Error::other(
+            "a channel does not have one value for each pixel",
+        ));
+    }
+    let channels = image.channels.iter();
+    let channels = channels.map(|(name, values)| (name.as_str(), values.clone()));
+    write_layer(size, channels, &image.provenance, file)
+}
+
+/// Writes one layer without a name, with the provenance as its attributes.
+fn write_layer<'a>(
+    size: (usize, usize),
+    channels: impl Iterator<Item = (&'a str, Vec<f32>)>,
+    provenance: &IndexMap<String, String>,
+    file: &mut dyn Write,
+) -> std::io::Result<()> {
+    use exr::{Text, WritableImage};
+    let channel = |(name, values)| exr::AnyChannel::new(name, exr::FlatSamples::F32(values));
     let mut layer = exr::Layer::new(
         size,
         exr::LayerAttributes::named(""),
         exr::Encoding::SMALL_LOSSLESS,
-        channels,
+        exr::AnyChannels::sort(channels.map(channel).collect()),
     );
     layer.attributes.layer_name = None;
     let text = |s: &str| Text::new_or_none(s).unwrap_or_else(|| Text::from("?"));
-    for (key, value) in &picture.provenance {
-        layer
-            .attributes
-            .other
-            .insert(text(key), exr::AttributeValue::Text(text(value)));
+    let attributes = &mut layer.attributes.other;
+    for (key, value) in provenance {
+        attributes.insert(text(key), exr::AttributeValue::Text(text(value)));
     }
     let mut bytes = std::io::Cursor::new(Vec::new());
     exr::Image::from_layer(layer)
