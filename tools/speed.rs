@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
-use super::shared::{files, mesh, room};
+use super::shared::{files, mesh, room, sheets};
 use crate::bvh::Bvh;
 use crate::camera::Aim;
 use crate::film::Resolution;
@@ -42,8 +42,11 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let only = after(&words, "--only", 1);
     let scene = after(&words, "--room", 1);
     let peer = after(&words, "--peer", 1);
-    let parts: [Part; 9] = [
+    let parts: [Part; 10] = [
         ("lenses", &lenses),
+        ("sheets", &|report| {
+            one_thread(|| sheets::table(report, &thread_seconds));
+        }),
         ("meshes", &|report| meshes(report, large)),
         ("rays", &|report| {
             if let Some((mesh, rays)) = after(&words, "--rays", 1).zip(after(&words, "--rays", 2)) {

@@ -178,22 +178,17 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let result = if matches.get_flag("json") {
         let mut sheet = Sheet::of(&lens, focus.as_ref());
         if matches.get_flag("curves") {
-            sheet.curves = LensSheet::at(&lens, &setting);
-            let curves = sheet.curves.as_ref();
-            sheet.aberrations = curves.and_then(|c| Aberrations::of(&lens, c, &setting));
+            (sheet.curves, sheet.aberrations) = Aberrations::with_sheet(&lens, &setting).unzip();
         }
         serde_json::to_writer_pretty(&mut *out, &sheet).map_err(std::io::Error::from)
     } else {
         write_text(&lens, focus.as_ref(), out)
             .and_then(|()| writeln!(out))
             .and_then(|()| super::sheet::surfaces(&lens, out))
-            .and_then(|()| match LensSheet::at(&lens, &setting) {
-                Some(sheet) => {
+            .and_then(|()| match Aberrations::with_sheet(&lens, &setting) {
+                Some((sheet, all)) => {
                     super::sheet::curves(&sheet, out)?;
-                    match Aberrations::of(&lens, &sheet, &setting) {
-                        Some(all) => super::sheet::aberrations(&all, out),
-                        None => Ok(()),
-                    }
+                    super::sheet::aberrations(&all, out)
                 }
                 None => Ok(()),
             })

@@ -348,25 +348,21 @@ pub(crate) fn save_sheet(lens: &Lens, setting: &SheetSetting<'_>, file: &str) ->
         "html" | "htm" => html_page,
         _ => return Err(unknown("--sheet", file, ".html or .svg")),
     };
-    let sheet = LensSheet::at(lens, setting);
-    let all = sheet
-        .as_ref()
-        .and_then(|sheet| Aberrations::of(lens, sheet, setting));
+    let (sheet, all) = Aberrations::with_sheet(lens, setting).unzip();
     save(path, &page(lens, sheet.as_ref(), all.as_ref()))
 }
 
 /// Writes the data sheet as CSV.
 pub(crate) fn save_csv(lens: &Lens, setting: &SheetSetting<'_>, file: &str) -> Result<()> {
-    let Some(sheet) = LensSheet::at(lens, setting) else {
+    let Some((sheet, all)) = Aberrations::with_sheet(lens, setting) else {
         return Err(
             Diagnostic::error(format!("`{}` has no image to describe", lens.name()))
                 .with_help("an afocal lens, or one that lets no light through, has none"),
         );
     };
-    let all = Aberrations::of(lens, &sheet, setting);
     save(
         Path::new(file),
-        &super::lens_csv::csv(&sheet, all.as_ref(), lens.wavelength()),
+        &super::lens_csv::csv(&sheet, Some(&all), lens.wavelength()),
     )
 }
 

@@ -653,10 +653,9 @@ mod tests {
     #[test]
     fn a_page_has_all_its_parts() {
         let lens = Lens::named("double-gauss").unwrap();
-        let sheet = LensSheet::of(&lens);
         let setting = crate::lens::SheetSetting::default();
-        let all = Aberrations::of(&lens, sheet.as_ref().unwrap(), &setting);
-        let text = html_page(&lens, sheet.as_ref(), all.as_ref());
+        let (sheet, all) = Aberrations::with_sheet(&lens, &setting).unwrap();
+        let text = html_page(&lens, Some(&sheet), Some(&all));
         for part in [
             "Distortion",
             "Relative illumination",

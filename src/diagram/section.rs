@@ -6,7 +6,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::lens::{Lens, LensRay, LensSheet, Prescription, RayPath, SheetSetting, Surface, Toward};
+use crate::lens::{Lens, LensRay, Prescription, RayPath, SheetSetting, Surface, Toward};
 
 use super::drawing::{Anchor, Drawing, Ink, Item};
 use super::numbers::{round_number, tidy};
@@ -36,8 +36,7 @@ impl SectionOptions {
     /// The options for a lens with the film and the object of a setting. Without an image only the
     /// beam on the axis is drawn.
     pub(crate) fn for_lens(lens: &Lens, setting: &SheetSetting<'_>) -> Self {
-        let sheet = LensSheet::at(lens, setting);
-        let height = sheet.map_or(0.0, |s| s.image_height);
+        let height = setting.full_height(lens).unwrap_or(0.0);
         let conjugate = setting.conjugate(lens);
         let film_z = conjugate.map_or(1.3 * lens.length(), |c| c.film_z);
         let mut options = Self {

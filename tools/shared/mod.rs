@@ -4,3 +4,4 @@ pub(super) mod files;
 pub(super) mod mesh;
 pub(super) mod room;
 pub(super) mod scenes;
+pub(super) mod sheets;

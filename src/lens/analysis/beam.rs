@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 
 use crate::lens::lens::Lens;
-use crate::lens::trace::ray::{LensRay, Toward};
+use crate::lens::trace::ray::LensRay;
 
 /// The beam that arrives at a height of the film. Its rays are given by places in a plane across
 /// the chief ray, in millimeters.
@@ -67,12 +67,11 @@ impl<'a> Beam<'a> {
         for round in 0..16 {
             let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
             let step = (to - from) / 48.0;
-            for j in 0..=48 {
-                for i in 0..=48 {
-                    let p = from + step * DVec2::new(f64::from(i), f64::from(j));
-                    if this.passes(lens, p) {
-                        (low, high) = (low.min(p), high.max(p));
-                    }
+            let grid = (0..49 * 49).map(|k| DVec2::new(f64::from(k % 49), f64::from(k / 49)));
+            let places: Vec<DVec2> = grid.map(|at| from + step * at).collect();
+            for (p, passes) in places.iter().zip(this.passing(lens, &places)) {
+                if passes {
+                    (low, high) = (low.min(*p), high.max(*p));
                 }
             }
             if low.x > high.x {
@@ -107,42 +106,50 @@ impl<'a> Beam<'a> {
         }
     }
 
-    /// Whether the ray through a place gets through a lens, which may be this one at any
-    /// wavelength.
-    pub fn passes(&self, lens: &Lens, place: DVec2) -> bool {
-        lens.trace_from_scene(&self.ray(place)).is_ok()
+    /// The middles of the cells of a grid across the beam, row by row.
+    pub(crate) fn grid(&self, cells: usize) -> Vec<DVec2> {
+        let step = (self.high - self.low) / cells as f64;
+        let middle = |k: usize| DVec2::new((k % cells) as f64, (k / cells) as f64) + 0.5;
+        let all = (0..cells * cells).map(|k| self.low + step * middle(k));
+        all.collect()
     }
 
-    /// The ray through a place as it leaves the lens; none if it is lost, or nearly parallel to the
-    /// film.
-    pub fn trace(&self, lens: &Lens, place: DVec2) -> Option<LensRay> {
-        let out = lens.trace_from_scene(&self.ray(place)).ok()?;
-        (out.direction.z > 1e-3).then_some(out)
+    /// Whether the rays through places get through a lens, which may be this one at any wavelength.
+    pub fn passing(&self, lens: &Lens, places: &[DVec2]) -> Vec<bool> {
+        let all = lens.trace_all_from_scene(&self.rays(places));
+        all.iter().map(Option::is_some).collect()
     }
 
-    /// The ray through a place as it leaves the lens, and its optical path in millimeters to the
-    /// foot of the perpendicular from the point `image` on the film. Apertures do not block it.
-    /// `indices` are those of the media.
-    pub(crate) fn arrival(
+    /// The rays through places as they leave the lens; none for each that is lost, or nearly
+    /// parallel to the film.
+    pub fn trace(&self, lens: &Lens, places: &[DVec2]) -> Vec<Option<LensRay>> {
+        let all = lens.trace_all_from_scene(&self.rays(places)).into_iter();
+        all.map(|out| out.filter(|out| out.direction.z > 1e-3))
+            .collect()
+    }
+
+    /// The rays through places as they leave the lens, and the optical path of each in millimeters
+    /// to the foot of the perpendicular from the point `image` on the film. Apertures do not block
+    /// the rays. `indices` are those of the media.
+    pub(crate) fn arrivals(
         &self,
         lens: &Lens,
-        place: DVec2,
+        places: &[DVec2],
         indices: &[f64],
         image: DVec3,
-    ) -> Option<(LensRay, f64)> {
-        let ray = self.ray(place);
-        let path = lens.trace_path(&ray, Toward::Film, false);
-        let out = path.outcome.ok().filter(|out| out.direction.z > 1e-3)?;
-        let first = path.hits.first()?;
-        let mut optical = indices[0] * (*first - ray.origin).length();
-        for (legs, n) in path.hits.windows(2).zip(&indices[1..]) {
-            // The length is signed, because a ray may travel backward between surfaces that cross.
-            let leg = legs[1] - legs[0];
-            optical += n * leg.length().copysign(leg.z);
-        }
+    ) -> Vec<Option<(LensRay, f64)>> {
         let n = indices[indices.len() - 1];
-        let rest = n * (image - out.origin).dot(out.direction);
-        Some((out, optical + rest))
+        let all = lens.optical_paths(&self.rays(places), indices).into_iter();
+        all.map(|found| {
+            let (out, path) = found.filter(|(out, _)| out.direction.z > 1e-3)?;
+            Some((out, path + n * (image - out.origin).dot(out.direction)))
+        })
+        .collect()
+    }
+
+    /// The rays of the beam through places.
+    fn rays(&self, places: &[DVec2]) -> Vec<LensRay> {
+        places.iter().map(|place| self.ray(*place)).collect()
     }
 
     /// The lower and the upper corner of a box around the places whose rays get through.
@@ -157,40 +164,42 @@ impl<'a> Beam<'a> {
             return Vec::new();
         };
         let far = (self.high - self.low).length();
-        (0..96)
-            .map(|i| {
-                let angle = TAU * f64::from(i) / 96.0;
-                let direction = DVec2::new(libm::cos(angle), libm::sin(angle));
-                let (mut near, mut out) = (0.0, far);
-                for _ in 0..18 {
-                    let half = 0.5 * (near + out);
-                    if self.passes(self.lens, inside + half * direction) {
-                        near = half
-                    } else {
-                        out = half
-                    }
-                }
-                inside + near * direction
-            })
-            .collect()
+        let direction = |i: u32| {
+            let (sin, cos) = libm::sincos(TAU * f64::from(i) / 96.0);
+            DVec2::new(cos, sin)
+        };
+        let directions: Vec<DVec2> = (0..96).map(direction).collect();
+        let mut spans = vec![(0.0, far); directions.len()];
+        let at = |(direction, distance): (&DVec2, f64)| inside + distance * *direction;
+        for _ in 0..18 {
+            let middles = spans.iter().map(|(near, out)| 0.5 * (near + out));
+            let places: Vec<DVec2> = directions.iter().zip(middles).map(at).collect();
+            for (span, passes) in spans.iter_mut().zip(self.passing(self.lens, &places)) {
+                let half = 0.5 * (span.0 + span.1);
+                *(if passes { &mut span.0 } else { &mut span.1 }) = half;
+            }
+        }
+        let nearest = spans.iter().map(|(near, _)| *near);
+        directions.iter().zip(nearest).map(at).collect()
     }
 
     /// A place whose ray gets through: the middle, or the mean of those on a grid.
     fn inside(&self, middle: DVec2) -> Option<DVec2> {
-        if self.passes(self.lens, middle) {
+        let passes = |place: DVec2| self.passing(self.lens, &[place])[0];
+        if passes(middle) {
             return Some(middle);
         }
         let size = self.high - self.low;
-        let grid = (0..=12).flat_map(|j| (0..=12).map(move |i| (f64::from(i), f64::from(j))));
-        let mut found = (DVec2::ZERO, 0.0);
-        for (i, j) in grid {
-            let p = self.low + size * DVec2::new(i, j) / 12.0;
-            if self.passes(self.lens, p) {
-                found = (found.0 + p, found.1 + 1.0);
-            }
-        }
-        let center = found.0 / found.1;
-        (found.1 > 0.0 && self.passes(self.lens, center)).then_some(center)
+        let grid = (0..13 * 13).map(|k| DVec2::new(f64::from(k % 13), f64::from(k / 13)));
+        let grid: Vec<DVec2> = grid.map(|at| self.low + size * at / 12.0).collect();
+        let passing = self.passing(self.lens, &grid);
+        let found: Vec<DVec2> = grid
+            .into_iter()
+            .zip(passing)
+            .filter_map(|(p, passes)| passes.then_some(p))
+            .collect();
+        let center = found.iter().sum::<DVec2>() / found.len() as f64;
+        (!found.is_empty() && passes(center)).then_some(center)
     }
 
     /// The radius of a circle of the same area as the beam, in millimeters.

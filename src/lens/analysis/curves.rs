@@ -5,6 +5,7 @@
 //! is an object plane with the film's position.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::lens::lens::Lens;
@@ -242,7 +243,7 @@ impl Conjugate {
                 lateral_c: at_axis(0.0, lateral(&lines[2])),
             }
         };
-        (0..=STEPS).map(row).collect()
+        (0..=STEPS).into_par_iter().map(row).collect()
     }
 
     /// The longitudinal color from 400 to 700 nm.

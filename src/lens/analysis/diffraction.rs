@@ -72,10 +72,11 @@ impl Openings {
         let (low, high) = beam.bounds();
         let step = (high - low) / grid as f64;
         let place = |x: f64, y: f64| low + step * DVec2::new(x, y);
-        let corners: Vec<bool> = (0..=grid)
+        let corners: Vec<DVec2> = (0..=grid)
             .flat_map(|j| (0..=grid).map(move |i| (i, j)))
-            .map(|(i, j)| beam.passes(lens, place(i as f64, j as f64)))
+            .map(|(i, j)| place(i as f64, j as f64))
             .collect();
+        let corners = beam.passing(lens, &corners);
         let share = |k: usize| {
             let (i, j) = (k % grid, k / grid);
             let at = j * (grid + 1) + i;
@@ -99,30 +100,29 @@ impl Wavefront {
     /// use the same. Returns none if no light gets through.
     pub fn of(lens: &Lens, beam: &Beam<'_>, openings: &Openings, image: DVec3) -> Option<Self> {
         let grid = openings.grid;
-        let (low, high) = beam.bounds();
-        let step = (high - low) / grid as f64;
         let indices = lens.prescription().indices(lens.wavelength());
         let n = indices[indices.len() - 1];
         let wave_number = TAU * n / (lens.wavelength() * 1e-6);
-        let wave = |(k, open): (usize, &f64)| {
-            let middle = DVec2::new((k % grid) as f64, (k / grid) as f64) + 0.5;
-            if *open <= 0.0 {
-                return None;
-            }
-            let place = low + step * middle;
-            let (out, path) = beam.arrival(lens, place, &indices, image)?;
-            Some(Wave {
-                open: *open,
+        let shares = openings.shares.iter();
+        let open = shares.enumerate().filter(|(_, open)| **open > 0.0);
+        let open: Vec<(usize, f64)> = open.map(|(k, open)| (k, *open)).collect();
+        let grid_places = beam.grid(grid);
+        let places: Vec<DVec2> = open.iter().map(|(k, _)| grid_places[*k]).collect();
+        let mut cells = vec![None; grid * grid];
+        let arrivals = beam.arrivals(lens, &places, &indices, image);
+        for ((k, open), found) in open.into_iter().zip(arrivals) {
+            cells[k] = found.map(|(out, path)| Wave {
+                open,
                 direction: out.direction.truncate(),
                 phase: path * wave_number / n,
                 landing: (out.at_z(image.z) - image).truncate(),
                 size: DVec2::ZERO,
                 area: 0.0,
-            })
-        };
+            });
+        }
         let mut this = Self {
             grid,
-            cells: openings.shares.iter().enumerate().map(wave).collect(),
+            cells,
             wave_number,
         };
         this.measure_cells();
@@ -135,12 +135,7 @@ impl Wavefront {
     /// landing points and directions of neighboring rays.
     pub(crate) fn cells_needed(lens: &Lens, beam: &Beam<'_>, film_z: f64) -> usize {
         const RAYS: usize = 48;
-        let (low, high) = beam.bounds();
-        let step = (high - low) / RAYS as f64;
-        let rays: Vec<Option<LensRay>> = (0..RAYS * RAYS)
-            .map(|k| DVec2::new((k % RAYS) as f64, (k / RAYS) as f64))
-            .map(|at| beam.trace(lens, low + step * (at + 0.5)))
-            .collect();
+        let rays = beam.trace(lens, &beam.grid(RAYS));
         let apart = |a: &LensRay, b: &LensRay| {
             let landing = a.at_z(film_z) - b.at_z(film_z);
             (landing.dot(a.direction - b.direction)).abs()
@@ -389,7 +384,8 @@ impl Field {
 fn open_share(lens: &Lens, beam: &Beam<'_>, corner: DVec2, step: DVec2) -> f64 {
     let share = |k: u32| (f64::from(k) + 0.5) / f64::from(PARTS);
     let parts = (0..PARTS).flat_map(|j| (0..PARTS).map(move |i| DVec2::new(share(i), share(j))));
-    let passed = parts.filter(|part| beam.passes(lens, corner + *part * step));
+    let parts: Vec<DVec2> = parts.map(|part| corner + part * step).collect();
+    let passed = beam.passing(lens, &parts).into_iter().filter(|p| *p);
     passed.count() as f64 / f64::from(PARTS * PARTS)
 }
 

@@ -10,6 +10,7 @@ use serde::Serialize;
 use crate::lens::analysis::beam::{Beam, polygon_area};
 use crate::lens::analysis::diffraction::{Openings, Wavefront};
 use crate::lens::lens::Lens;
+use crate::lens::trace::ray::LensRay;
 
 /// The number of rays along each side of the grid across a beam.
 pub(super) const GRID: usize = 64;
@@ -56,64 +57,84 @@ pub struct Modulation {
     pub sagittal: Vec<f64>,
 }
 
-/// The image of the point of a beam; none if too few rays get through.
+/// The rays and waves of a point, from which its image on the film and beside it is computed.
+pub(super) struct PointWaves<'a> {
+    pub beam: Beam<'a>,
+    /// The rays of a grid as they leave the lens, at its own wavelength.
+    pub rays: Vec<LensRay>,
+    /// The mean of the places where they arrive on the film: the reference of the waves' phases.
+    pub image: DVec3,
+    pub openings: Openings,
+    /// The waves of white light, each with the luminous efficiency of its wavelength.
+    pub white: Vec<(f64, Wavefront)>,
+}
+
+impl<'a> PointWaves<'a> {
+    /// The rays and waves of a beam; none if too few rays get through.
+    pub(super) fn of(lens: &Lens, beam: Beam<'a>, film_z: f64) -> Option<Self> {
+        let grid = beam.grid(GRID);
+        let rays: Vec<LensRay> = beam.trace(lens, &grid).into_iter().flatten().collect();
+        if rays.len() <= 8 {
+            return None;
+        }
+        let places = rays.iter().map(|ray| ray.at_z(film_z).truncate());
+        let image = (places.sum::<DVec2>() / rays.len() as f64).extend(film_z);
+        let openings = Openings::of(lens, &beam, GRID);
+        let wave = |(nm, efficiency): &(f64, f64)| {
+            let line = lens.at_wavelength(*nm);
+            Some((*efficiency, Wavefront::of(&line, &beam, &openings, image)?))
+        };
+        Some(Self {
+            white: EFFICIENCY.iter().filter_map(wave).collect(),
+            beam,
+            rays,
+            image,
+            openings,
+        })
+    }
+}
+
+/// The image of a point. `lines` are the lens at the F line, at its own wavelength and at the C
+/// line; `axial` is the radius of the axial beam.
 pub(super) fn point_image(
-    beam: &Beam<'_>,
+    waves: &PointWaves<'_>,
     lines: &[Lens; 3],
     axial: f64,
-    film_z: f64,
     frequencies: &[f64],
-) -> Option<PointImage> {
-    let places = lines.each_ref().map(|line| arrivals(beam, line, film_z));
-    let count = places[1].len() as f64;
-    let centroid = places[1].iter().sum::<DVec2>() / count;
+) -> PointImage {
+    let (beam, film_z) = (&waves.beam, waves.image.z);
+    let own = waves.rays.iter().map(|ray| ray.at_z(film_z).truncate());
+    let places = [
+        arrivals(beam, &lines[0], film_z),
+        own.collect(),
+        arrivals(beam, &lines[2], film_z),
+    ];
+    let count = waves.rays.len() as f64;
+    let centroid = waves.image.truncate();
     let spots = places.map(|places| places.iter().map(|p| *p - centroid).collect::<Vec<_>>());
     let square: f64 = spots[1].iter().map(|p| p.length_squared()).sum();
     let outline = beam.outline();
-    (count > 8.0).then(|| PointImage {
+    PointImage {
         height: beam.height,
         angle_degrees: libm::acos(beam.d.z.clamp(-1.0, 1.0)).to_degrees(),
         rms: (square / count).sqrt(),
         geometric: geometric(&spots[1], frequencies),
-        diffraction: diffraction(beam, &lines[1], centroid.extend(film_z), frequencies),
+        diffraction: diffraction(&waves.white, frequencies),
         spots,
         pupil: outline.iter().map(|p| (*p / axial).to_array()).collect(),
         pupil_area: polygon_area(&outline) / (0.5 * TAU * axial * axial),
-    })
+    }
 }
 
 /// The points at which a grid of rays across the beam hits the film.
 pub(super) fn arrivals(beam: &Beam<'_>, lens: &Lens, film_z: f64) -> Vec<DVec2> {
-    let (low, high) = beam.bounds();
-    let step = (high - low) / GRID as f64;
-    let grid = (0..GRID).flat_map(|j| (0..GRID).map(move |i| DVec2::new(i as f64, j as f64)));
-    grid.filter_map(|at| {
-        let out = beam.trace(lens, low + step * (at + 0.5))?;
-        Some(out.at_z(film_z).truncate())
-    })
-    .collect()
-}
-
-/// The wavefronts of a beam for those wavelengths of [`EFFICIENCY`] that reach the film, each with
-/// its efficiency.
-pub(super) fn white_wavefronts(
-    beam: &Beam<'_>,
-    lens: &Lens,
-    openings: &Openings,
-    image: DVec3,
-) -> Vec<(f64, Wavefront)> {
-    let wavefront = |(nm, efficiency): &(f64, f64)| {
-        let line = lens.at_wavelength(*nm);
-        Some((*efficiency, Wavefront::of(&line, beam, openings, image)?))
-    };
-    EFFICIENCY.iter().filter_map(wavefront).collect()
+    let rays = beam.trace(lens, &beam.grid(GRID)).into_iter().flatten();
+    rays.map(|out| out.at_z(film_z).truncate()).collect()
 }
 
 /// The modulation in white light, weighted by luminous efficiency. The transfer functions of the
 /// wavelengths are added as complex numbers, so that lateral color is included.
-fn diffraction(beam: &Beam<'_>, lens: &Lens, image: DVec3, frequencies: &[f64]) -> Modulation {
-    let openings = Openings::of(lens, beam, GRID);
-    let waves = white_wavefronts(beam, lens, &openings, image);
+pub(super) fn diffraction(waves: &[(f64, Wavefront)], frequencies: &[f64]) -> Modulation {
     let total: f64 = waves.iter().map(|(efficiency, _)| efficiency).sum();
     let curve = |axis: usize| -> Vec<f64> {
         let at = |f: &f64| {

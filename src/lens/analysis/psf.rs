@@ -95,14 +95,11 @@ impl<'a> Point<'a> {
     /// The image by a grid of rays; none if too few get through.
     fn of(lens: &Lens, beam: &'a Beam<'a>, film_z: f64) -> Option<Self> {
         const RAYS: usize = 48;
-        let (low, high) = beam.bounds();
-        let step = (high - low) / RAYS as f64;
-        let grid = (0..RAYS * RAYS).map(|k| DVec2::new((k % RAYS) as f64, (k / RAYS) as f64));
-        let rays: Vec<(DVec2, DVec2)> = grid
-            .filter_map(|at| {
-                let out = beam.trace(lens, low + step * (at + 0.5))?;
-                Some((out.at_z(film_z).truncate(), out.direction.truncate()))
-            })
+        let rays: Vec<(DVec2, DVec2)> = beam
+            .trace(lens, &beam.grid(RAYS))
+            .into_iter()
+            .flatten()
+            .map(|out| (out.at_z(film_z).truncate(), out.direction.truncate()))
             .collect();
         let count = rays.len() as f64;
         let center = rays.iter().map(|(p, _)| *p).sum::<DVec2>() / count;

@@ -5,11 +5,12 @@
 //! meridian of y.
 
 use glam::DVec2;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::lens::analysis::beam::Beam;
 use crate::lens::analysis::curves::{ColorRow, Conjugate, FieldRow, Projection, Zone};
-use crate::lens::analysis::points::{PointImage, point_image};
+use crate::lens::analysis::points::{PointImage, PointWaves, point_image};
 use crate::lens::lens::Lens;
 use crate::lens::optics::breathing::Breathing;
 use crate::lens::optics::focus::Focus;
@@ -21,6 +22,9 @@ use crate::prescription::surface::Plane;
 const FREQUENCIES: usize = 40;
 /// The heights for which the sheet has spots, modulation and pupils, as shares of the full height.
 const POINT_HEIGHTS: [f64; 4] = [0.0, 0.5, 0.7, 1.0];
+
+/// The number of points up to which their waves are kept. Those of one take about 2 MB.
+const KEPT: usize = 16;
 
 /// The conditions for which a data sheet is computed. The default is an object at infinity with the
 /// film at the best focus.
@@ -105,6 +109,15 @@ impl LensSheet {
     /// Computes the data sheet of a focused lens under the conditions of a setting; none for an
     /// afocal lens, or for one that lets no light through.
     pub fn at(lens: &Lens, setting: &SheetSetting<'_>) -> Option<Self> {
+        Some(Self::with_waves(lens, setting)?.0)
+    }
+
+    /// Computes the data sheet like [`Self::at`], with the waves of its points. Those of more than
+    /// [`KEPT`] points would take too much memory and are left out.
+    pub(super) fn with_waves<'a>(
+        lens: &'a Lens,
+        setting: &SheetSetting<'_>,
+    ) -> Option<(Self, Vec<Option<PointWaves<'a>>>)> {
         let conjugate = setting.conjugate(lens)?;
         let film_z = conjugate.film_z;
         let base = setting.unfocused.unwrap_or(lens);
@@ -121,13 +134,17 @@ impl LensSheet {
             true => frequencies(image_height),
             false => setting.frequencies.clone(),
         };
-        let beams: Vec<_> = setting
-            .heights(lens, image_height, film_z)
-            .into_iter()
-            .filter_map(|height| Beam::of(lens, height, film_z, conjugate.distance))
-            .collect();
         let axial = Beam::of(lens, 0.0, film_z, conjugate.distance)?.outline_radius();
-        Some(Self {
+        let heights = setting.heights(lens, image_height, film_z);
+        let is_kept = heights.len() <= KEPT;
+        let images = heights.into_par_iter().filter_map(|height| {
+            let beam = Beam::of(lens, height, film_z, conjugate.distance)?;
+            let waves = PointWaves::of(lens, beam, film_z)?;
+            let image = point_image(&waves, &lines, axial, &frequencies);
+            Some((image, is_kept.then_some(waves)))
+        });
+        let (points, waves): (Vec<_>, Vec<_>) = images.unzip();
+        let this = Self {
             object_distance: Some(conjugate.distance).filter(|d| d.is_finite()),
             film_z,
             focus_shift: film_z - conjugate.paraxial_image(lens)?,
@@ -142,12 +159,10 @@ impl LensSheet {
             fields: conjugate.field_rows(&lines, image_height, projection),
             spherical: conjugate.zones(&lines),
             color: conjugate.color(lens),
-            points: beams
-                .iter()
-                .filter_map(|b| point_image(b, &lines, axial, film_z, &frequencies))
-                .collect(),
+            points,
             frequencies,
-        })
+        };
+        Some((this, waves))
     }
 
     /// What distortion is referred to, as a sentence part.
@@ -232,9 +247,9 @@ fn full_height(lens: &Lens) -> Option<f64> {
         .field_degrees
         .map(|f| 0.5 * f.to_radians())
         .filter(|f| *f > 0.0);
-    let wanted = |h: f64| match (about.image_height, half) {
+    let wanted = |h: f64, angle: f64| match (about.image_height, half) {
         (Some(height), _) => h <= height,
-        (None, Some(half)) => angle_at(lens, h, film_z).is_some_and(|a| a <= half),
+        (None, Some(half)) => angle <= half,
         (None, None) => true,
     };
     let step = efl / 24.0;
@@ -255,7 +270,7 @@ fn full_height(lens: &Lens) -> Option<f64> {
         low
     };
     // A test for light takes many rays, so it is made only where the film would end.
-    let height = border(&|h| !wanted(h) || angle_at(lens, h, film_z).is_none());
+    let height = border(&|h| !angle_at(lens, h, film_z).is_some_and(|angle| wanted(h, angle)));
     let height = if height > 0.0 && lit(height) {
         height
     } else {

@@ -10,6 +10,7 @@ mod asphere;
 pub(crate) mod bundle;
 pub(crate) mod fills;
 pub(crate) mod follow;
+mod many;
 mod quadric;
 mod scalar;
 mod sphere;

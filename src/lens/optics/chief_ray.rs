@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::{LensRay, Toward};
+use crate::lens::trace::tracer::Tracer;
 use crate::prescription::surface::Plane;
 
 /// The angle of a chief ray, and the deviation of its image height from two ideal projections.
@@ -32,6 +33,8 @@ impl Lens {
         // The film point moves outward from the axis in steps, and each step starts from the last
         // aim: a fish-eye's chief rays are far from paraxial at the edge of its field.
         const STEPS: usize = 8;
+        // An aim between is only a start for the next, so it need not be exact.
+        const NEAR: f64 = 1e-3;
         for step in 1..=STEPS {
             let share = step as f64 / STEPS as f64;
             let target = share * film;
@@ -40,7 +43,8 @@ impl Lens {
             } else {
                 aim * (step as f64 / (step - 1) as f64)
             };
-            aim = self.aim_at_stop(target, film_z, stop, start)?;
+            let wanted = if step == STEPS { 0.0 } else { NEAR };
+            aim = self.aim_at_stop(target, film_z, stop, start, wanted)?;
         }
         self.tracer(Toward::Scene, false)
             .follow(self.film_ray(film, film_z, aim), |_, _| {})
@@ -48,8 +52,16 @@ impl Lens {
     }
 
     /// Finds the aim whose ray passes through the center of the stop, by Newton's iteration with
-    /// numerical derivatives. Returns none if the iteration does not converge.
-    fn aim_at_stop(&self, film: DVec2, film_z: f64, stop: usize, start: DVec2) -> Option<DVec2> {
+    /// numerical derivatives. It ends where the ray is within `wanted` of the center, as a share of
+    /// the exit pupil's radius, or at the rounding error. Returns none if it does not converge.
+    fn aim_at_stop(
+        &self,
+        film: DVec2,
+        film_z: f64,
+        stop: usize,
+        start: DVec2,
+        wanted: f64,
+    ) -> Option<DVec2> {
         let miss = |aim: DVec2| self.stop_hit(film, film_z, stop, aim);
         let scale = self
             .first_order()
@@ -61,6 +73,9 @@ impl Lens {
         let mut at = miss(aim)?;
         let mut stalled = 0;
         for _ in 0..60 {
+            if at.length() <= wanted * scale {
+                break;
+            }
             let dx = (miss(aim + step * DVec2::X)? - miss(aim - step * DVec2::X)?) / (2.0 * step);
             let dy = (miss(aim + step * DVec2::Y)? - miss(aim - step * DVec2::Y)?) / (2.0 * step);
             let determinant = dx.perp_dot(dy);
@@ -69,25 +84,26 @@ impl Lens {
                 return None;
             }
             let mut part = 1.0;
-            let (next, value) = loop {
+            let better = loop {
                 let next = aim - part * change;
                 match miss(next) {
-                    Some(value) if value.length() < at.length() => break (next, value),
-                    _ if part < 1e-3 => break (aim, at),
+                    Some(value) if value.length() < at.length() => break Some((next, value)),
+                    _ if part < 1e-3 => break None,
                     _ => part *= 0.5,
                 }
             };
+            let Some((next, value)) = better else { break };
             stalled = if value.length() < 0.5 * at.length() {
                 0
             } else {
                 stalled + 1
             };
             (aim, at) = (next, value);
-            if at == DVec2::ZERO || stalled > 2 {
+            if stalled > 2 {
                 break;
             }
         }
-        (at.length() < 1e-9 * scale).then_some(aim)
+        (at.length() < wanted.max(1e-9) * scale).then_some(aim)
     }
 
     /// The point where the ray from a film point to an aim on the rear vertex plane crosses the
@@ -95,10 +111,14 @@ impl Lens {
     fn stop_hit(&self, film: DVec2, film_z: f64, stop: usize, aim: DVec2) -> Option<DVec2> {
         let mut found = None;
         let ray = self.film_ray(film, film_z, aim);
-        let tracer = self.tracer(Toward::Scene, false);
-        // A ray that is lost in front of the stop has crossed the stop before.
+        // The surfaces in front of the stop make no difference. The outcome does not matter either:
+        // a ray that is totally reflected at the stop has crossed it.
+        let tracer = Tracer {
+            elements: &self.elements()[stop..],
+            ..self.tracer(Toward::Scene, false)
+        };
         let _ = tracer.follow(ray, |surface, hit| {
-            if surface == stop {
+            if surface == 0 {
                 found = Some(hit.truncate());
             }
         });
@@ -166,12 +186,16 @@ impl Lens {
             if !next.is_finite() {
                 return None;
             }
-            let converged = (next - b).abs() <= 1e-15 * b.abs();
+            let change = (next - b).abs();
             (a, fa, b) = (b, fb, next);
-            if converged {
+            if change <= 1e-15 * b.abs() {
                 break;
             }
             fb = at(b)?;
+            if fb.abs() >= fa.abs() && change < 1e-9 * b.abs() {
+                // The rounding errors of the rays are reached.
+                return Some(a);
+            }
         }
         Some(b)
     }

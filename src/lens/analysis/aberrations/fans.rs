@@ -7,7 +7,7 @@
 use glam::DVec2;
 use serde::Serialize;
 
-use super::point_rays::{PointRays, stop_radius};
+use super::point_rays::{Aim, PointRays, stop_radius};
 use super::zernike::{TERMS, fit, value};
 use crate::lens::analysis::curves::Conjugate;
 use crate::lens::lens::Lens;
@@ -118,14 +118,14 @@ fn samples(rays: &PointRays<'_>) -> Vec<(DVec2, f64)> {
     for i in 0..SAMPLES {
         // Each column starts at the middle, where the rays are easiest to aim.
         for sign in [1.0, -1.0] {
-            let mut near = DVec2::ZERO;
+            let mut near = Aim::default();
             for j in SAMPLES / 2..SAMPLES {
                 let pupil = DVec2::new(cell(i), sign * cell(j));
                 if pupil.length() > 1.0 {
                     break;
                 }
-                if let Some((ray, place)) = rays.trace(pupil, near) {
-                    near = place;
+                if let Some((ray, aim)) = rays.trace(pupil, near) {
+                    near = aim;
                     found.push((pupil, ray.waves));
                 }
             }

@@ -9,6 +9,7 @@ use super::seidel::SeidelSums;
 use super::through_focus::{FocusRow, ThroughFocus};
 use crate::lens::analysis::beam::Beam;
 use crate::lens::analysis::curves::Conjugate;
+use crate::lens::analysis::points::PointWaves;
 use crate::lens::analysis::sheet::{LensSheet, SheetSetting};
 use crate::lens::lens::Lens;
 use crate::prescription::glass::medium::{C_LINE, F_LINE};
@@ -50,9 +51,10 @@ pub struct PointAberrations {
 }
 
 impl Aberrations {
-    /// Computes the aberrations for the points of a sheet under the setting it was made for; none
-    /// for an afocal lens.
-    pub fn of(lens: &Lens, sheet: &LensSheet, setting: &SheetSetting<'_>) -> Option<Self> {
+    /// Computes the data sheet of a lens under the conditions of a setting, and the aberrations for
+    /// its points; none for an afocal lens, or for one that lets no light through.
+    pub fn with_sheet(lens: &Lens, setting: &SheetSetting<'_>) -> Option<(LensSheet, Self)> {
+        let (sheet, waves) = LensSheet::with_waves(lens, setting)?;
         let conjugate = setting.conjugate(lens)?;
         let lines = [F_LINE, lens.wavelength(), C_LINE].map(|nm| lens.at_wavelength(nm));
         let beam = lens.beam_height(conjugate.distance);
@@ -60,34 +62,41 @@ impl Aberrations {
         let rim = lens.trace_from_scene(&rim).ok();
         let working = rim.map(|out| 0.5 / out.direction.truncate().length());
         let working = working.filter(|n| n.is_finite());
-        let frequencies = focus_frequencies(sheet, setting);
-        let range = range(lens, sheet, working.unwrap_or(8.0));
-        let points = sheet.points.par_iter().filter_map(|point| {
+        let frequencies = focus_frequencies(&sheet, setting);
+        let range = range(lens, &sheet, working.unwrap_or(8.0));
+        let points = sheet.points.par_iter().zip(waves);
+        let points = points.filter_map(|(point, waves)| {
             let at = (point.height, conjugate);
-            point_aberrations(&lines, at, range, &frequencies)
+            point_aberrations(&lines, at, waves, range, &frequencies)
         });
         let points = points.collect();
-        Some(Self {
+        let this = Self {
             wavelength_nm: lens.wavelength(),
             zernike_set: "fringe (University of Arizona), 1 at the edge of the disc, angles from x",
             working_f_number: working,
             seidel: SeidelSums::of(lens, conjugate.distance, beam, sheet.image_height),
             points,
             frequencies,
-        })
+        };
+        Some((sheet, this))
     }
 }
 
-/// The aberrations of the point that arrives at a height; none without a chief ray.
-fn point_aberrations(
-    lines: &[Lens; 3],
+/// The aberrations of the point that arrives at a height; none without a chief ray. Its waves are
+/// computed if they are not given.
+fn point_aberrations<'a>(
+    lines: &'a [Lens; 3],
     (height, conjugate): (f64, Conjugate),
+    waves: Option<PointWaves<'a>>,
     range: f64,
     frequencies: &[f64],
 ) -> Option<PointAberrations> {
     let PointFans { fans, wavefront } = PointFans::of(lines, height, conjugate)?;
-    let beam = Beam::of(&lines[1], height, conjugate.film_z, conjugate.distance)?;
-    let focus = ThroughFocus::of(&lines[1], &beam, conjugate.film_z, range, frequencies)?;
+    let waves = waves.or_else(|| {
+        let beam = Beam::of(&lines[1], height, conjugate.film_z, conjugate.distance)?;
+        PointWaves::of(&lines[1], beam, conjugate.film_z)
+    });
+    let focus = ThroughFocus::of(&lines[1], &waves?, range, frequencies);
     Some(PointAberrations {
         height,
         fans,
@@ -152,7 +161,7 @@ mod tests {
             film_z,
         };
         let lines = [F_LINE, lens.wavelength(), C_LINE].map(|nm| lens.at_wavelength(nm));
-        point_aberrations(&lines, (0.0, conjugate), 0.1, &[20.0]).unwrap()
+        point_aberrations(&lines, (0.0, conjugate), None, 0.1, &[20.0]).unwrap()
     }
 
     /// A film behind the focus by 8 λ N² w has w waves of defocus, W = w ρ²: its fringe terms 1

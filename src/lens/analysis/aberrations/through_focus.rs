@@ -3,9 +3,8 @@
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use crate::lens::analysis::beam::Beam;
-use crate::lens::analysis::diffraction::{Openings, Wavefront};
-use crate::lens::analysis::points::{GRID, white_wavefronts};
+use crate::lens::analysis::diffraction::Wavefront;
+use crate::lens::analysis::points::{PointWaves, diffraction};
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::LensRay;
 
@@ -37,70 +36,38 @@ pub(super) struct ThroughFocus {
 }
 
 impl ThroughFocus {
-    /// The image of a beam on films up to `range` millimeters from the one at `film_z`, with the
-    /// modulation at `frequencies`. Returns none if too few rays get through.
-    pub(super) fn of(
-        lens: &Lens,
-        beam: &Beam<'_>,
-        film_z: f64,
-        range: f64,
-        frequencies: &[f64],
-    ) -> Option<Self> {
-        let rays = rays(lens, beam);
-        if rays.len() <= 8 {
-            return None;
-        }
-        let centroid = spot(&rays, film_z).0;
-        let image = centroid.extend(film_z);
-        let openings = Openings::of(lens, beam, GRID);
-        let waves = white_wavefronts(beam, lens, &openings, image);
+    /// The image of a point on films up to `range` millimeters from the one of its waves, with the
+    /// modulation at `frequencies`.
+    pub(super) fn of(lens: &Lens, point: &PointWaves<'_>, range: f64, frequencies: &[f64]) -> Self {
+        let (rays, film_z) = (&point.rays, point.image.z);
         let row = |i: usize| {
             let shift = range * (i as f64 / STEPS as f64 - 1.0);
-            let shifted: Vec<_> = waves.iter().map(|(e, w)| (*e, w.shifted(shift))).collect();
-            let curve = |axis: usize| {
-                let at = |f: &f64| modulation(&shifted, *f, axis);
-                frequencies.iter().map(at).collect()
-            };
+            let shifted = point.white.iter().map(|(e, w)| (*e, w.shifted(shift)));
+            let modulation = diffraction(&shifted.collect::<Vec<_>>(), frequencies);
             FocusRow {
                 shift,
-                rms: spot(&rays, film_z + shift).2,
-                tangential: curve(1),
-                sagittal: curve(0),
+                rms: spot(rays, film_z + shift).1,
+                tangential: modulation.tangential,
+                sagittal: modulation.sagittal,
             }
         };
-        let own = Wavefront::of(lens, beam, &openings, image);
-        Some(Self {
+        let own = Wavefront::of(lens, &point.beam, &point.openings, point.image);
+        Self {
             rows: (0..=2 * STEPS).map(row).collect(),
             spots: SPOTS
-                .map(|share| spot(&rays, film_z + share * range).1)
+                .map(|share| spot(rays, film_z + share * range).0)
                 .to_vec(),
             strehl: own.map(|waves| waves.strehl()),
-        })
+        }
     }
 }
 
-/// The modulation in white light.
-fn modulation(waves: &[(f64, Wavefront)], frequency: f64, axis: usize) -> f64 {
-    let total: f64 = waves.iter().map(|(efficiency, _)| efficiency).sum();
-    let parts = waves.iter().map(|(e, w)| *e * w.transfer(frequency, axis));
-    parts.sum::<DVec2>().length() / total
-}
-
-/// The rays of a grid across a beam, behind the lens.
-fn rays(lens: &Lens, beam: &Beam<'_>) -> Vec<LensRay> {
-    let (low, high) = beam.bounds();
-    let step = (high - low) / GRID as f64;
-    let grid = (0..GRID * GRID).map(|k| DVec2::new((k % GRID) as f64, (k / GRID) as f64));
-    grid.filter_map(|at| beam.trace(lens, low + step * (at + 0.5)))
-        .collect()
-}
-
-/// The centroid of a spot, its points from there, and its root mean square radius.
-fn spot(rays: &[LensRay], film_z: f64) -> (DVec2, Vec<DVec2>, f64) {
+/// The points of a spot from its centroid, and its root mean square radius.
+fn spot(rays: &[LensRay], film_z: f64) -> (Vec<DVec2>, f64) {
     let places: Vec<DVec3> = rays.iter().map(|ray| ray.at_z(film_z)).collect();
     let count = places.len() as f64;
     let centroid = places.iter().map(|p| p.truncate()).sum::<DVec2>() / count;
     let spot: Vec<DVec2> = places.iter().map(|p| p.truncate() - centroid).collect();
     let square: f64 = spot.iter().map(|p| p.length_squared()).sum();
-    (centroid, spot, (square / count).sqrt())
+    (spot, (square / count).sqrt())
 }
