@@ -59,8 +59,10 @@
 #![forbid(unsafe_op_in_unsafe_fn)]
 #![warn(missing_docs, unreachable_pub)]
 
+mod archive;
 mod bvh;
 pub mod camera;
+mod catalog;
 pub mod cli;
 pub mod compare;
 pub mod diag;

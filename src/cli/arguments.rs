@@ -28,6 +28,12 @@ pub(crate) fn readable_folders(matches: &ArgMatches) -> (Vec<&Path>, Option<&Pat
     )
 }
 
+/// Returns the folder of scenes, if the argument `scene` names a folder.
+pub(crate) fn folder_of_scenes(m: &ArgMatches) -> Option<PathBuf> {
+    let scene = m.try_get_raw("scene").ok().flatten()?.next()?;
+    Some(PathBuf::from(scene)).filter(|path| path.is_dir())
+}
+
 /// Returns the limits on scenes that `--scene-limit` sets.
 ///
 /// # Errors

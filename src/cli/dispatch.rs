@@ -8,8 +8,8 @@ use clap::{ArgMatches, Command};
 use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, print_diagnostic, set_typed, status};
 use super::{
-    check, compare, converge, convert, expose, flags, lens, nodes, outputs, pull_focus, render,
-    view, vintage_help,
+    catalog, check, compare, converge, convert, expose, flags, folder_of_scenes, lens, nodes,
+    outputs, pull_focus, render, render_folder, view, vintage_help,
 };
 use crate::diag::{Diagnostic, Result};
 use crate::photo::Era;
@@ -84,7 +84,11 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
     match matches.subcommand() {
         None if !matches.get_flag("batch") => view::run(&matches, Era::Vintage),
         None => render::run(&matches, Era::Vintage, words),
-        Some(("render", m)) => render::run(m, Era::Modern, words),
+        Some(("render", m)) => match folder_of_scenes(m) {
+            Some(folder) => render_folder::run(m, words, &folder),
+            None => render::run(m, Era::Modern, words),
+        },
+        Some(("catalog", m)) => catalog::run(m),
         Some(("check", m)) => check::run(m, out),
         Some(("compare", m)) => compare::run(m, out),
         Some(("expose", m)) => expose::run(m, out),
@@ -172,8 +176,13 @@ pub(super) fn commands() -> Command {
                 .args_override_self(true)
                 .args(flags::photograph())
                 .after_help(flags::MORE)
-                .arg(scene_argument()),
+                .arg(render_folder::remake())
+                .arg(scene_argument().help(
+                    "scene file: .iv, .wrl, plain or .gz; - for standard input; or a folder, of \
+                     whose scenes `-o OUT/` gets a picture each",
+                )),
         )
+        .subcommand(catalog::command())
         .subcommand(check::command())
         .subcommand(compare::command())
         .subcommand(converge::command())

@@ -4,6 +4,7 @@
 //! differ or a limit is exceeded, and 2 for an error.
 
 mod arguments;
+mod catalog;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod converge;
@@ -12,6 +13,7 @@ mod dispatch;
 pub(crate) mod expose;
 pub(crate) mod fit;
 pub(crate) mod flags;
+mod folder_mode;
 pub(crate) mod lens;
 mod lens_csv;
 mod lens_export;
@@ -20,12 +22,15 @@ pub(crate) mod nodes;
 mod outputs;
 pub(crate) mod pull_focus;
 pub(crate) mod render;
+mod render_folder;
 pub(crate) mod sheet;
 mod trace_rays;
 pub(crate) mod view;
 mod vintage_help;
 
-pub(crate) use arguments::{fonts, limits, parsed, readable_folders, scene_argument, switch, text};
+pub(crate) use arguments::{
+    folder_of_scenes, fonts, limits, parsed, readable_folders, scene_argument, switch, text,
+};
 pub use dispatch::run;
 pub(crate) use messages::status;
 pub(crate) use messages::{ERROR, exit_code, print_diagnostic, print_warnings, print_wrapped};

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command, parser::ValueSource};
 
+use super::folder_of_scenes;
 use crate::diag::{Diagnostic, Result};
 use crate::files::{check_writable, folder_of};
 use crate::photo::free_name;
@@ -43,7 +44,13 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> Result<()> {
         .get_arguments()
         .filter(takes_values)
         .partition(|arg| OUTPUTS.contains(&arg.get_id().as_str()));
-    let outputs: Vec<(String, PathBuf)> = outputs.into_iter().flat_map(named).collect();
+    // The output of a folder of scenes is a folder, which need not exist.
+    let is_folder = folder_of_scenes(matches).is_some();
+    let outputs: Vec<(String, PathBuf)> = outputs
+        .into_iter()
+        .filter(|arg| !is_folder || arg.get_id() != "output")
+        .flat_map(named)
+        .collect();
     let inputs: Vec<PathBuf> = others
         .into_iter()
         .flat_map(named)

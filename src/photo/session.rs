@@ -96,6 +96,16 @@ impl Session {
         Ok(session)
     }
 
+    /// Opens a plan whose scene has been read already. An environment file is not read.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Session::open`].
+    pub(crate) fn with_document(plan: Plan, document: Document) -> Result<Self> {
+        check_region(&plan)?;
+        let framing = plan.clone();
+        Self::from_document(plan, &framing, document, &Environment::default())
+    }
+
     /// Compiles a document that has been read, and focuses the lens.
     fn from_document(
         plan: Plan,

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The folders of `src` from the ground up: each imports only from those before it.
-const ORDER: [&str; 30] = [
+const ORDER: [&str; 32] = [
     "diag",
     "files",
     "math",
@@ -28,10 +28,12 @@ const ORDER: [&str; 30] = [
     "camera",
     "render",
     "photo",
+    "archive",
     "movie",
     "compare",
     "diagram",
     "export",
+    "catalog",
     "viewer",
     "cli",
     "main",
@@ -137,6 +139,9 @@ const INSIDE: [(&str, &[&str]); 6] = [
             "outputs",
             "sheet",
             "render",
+            "folder_mode",
+            "render_folder",
+            "catalog",
             "fit",
             "check",
             "compare",

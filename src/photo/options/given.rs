@@ -28,6 +28,13 @@ impl GivenOptions {
         self.values.push((name, values));
     }
 
+    /// Returns all options that were given, with their values.
+    pub(crate) fn list(&self) -> impl Iterator<Item = (&'static str, &[OsString])> {
+        self.values
+            .iter()
+            .map(|(name, values)| (*name, &values[..]))
+    }
+
     /// Returns the values of an option, if it was given.
     fn get(&self, name: &str) -> Option<&[OsString]> {
         let found = self.values.iter().find(|(n, _)| *n == name);

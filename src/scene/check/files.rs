@@ -7,6 +7,16 @@ use crate::diag::{Diagnostic, Result, Sink};
 /// The file name extensions of scene files.
 const ENDINGS: [&str; 6] = [".iv", ".wrl", ".iv.gz", ".wrl.gz", ".wrz", ".vrml"];
 
+/// Returns the name of a scene file without its ending.
+pub(crate) fn without_ending(name: &str) -> &str {
+    let lower = name.to_ascii_lowercase();
+    let lengths = ENDINGS
+        .iter()
+        .filter(|e| lower.ends_with(*e))
+        .map(|e| e.len());
+    &name[..name.len() - lengths.max().unwrap_or_default()]
+}
+
 /// Returns the given files, and the scene files in the given folders and their subfolders, sorted.
 ///
 /// Below a folder, only regular files of that folder count: a pipe may wait for ever, a device may

@@ -10,4 +10,4 @@ mod missing;
 
 pub(crate) use checked::{Checked, FileState, counted};
 pub(crate) use classes::classes;
-pub(crate) use files::scene_files;
+pub(crate) use files::{scene_files, without_ending};

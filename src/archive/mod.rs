@@ -1,0 +1,15 @@
+//! Works through a folder of scenes: which files, what each becomes, and what is already there.
+//!
+//! `jobs` pairs every scene with the file that is made of it, `record` decides which of these files
+//! are up to date, and `work` runs the rest on threads and survives a scene that fails. `picture`
+//! is the work of `ivcam render FOLDER`. Nothing here prints.
+
+mod jobs;
+mod picture;
+mod record;
+mod work;
+
+pub(crate) use jobs::{Job, Jobs, Naming};
+pub(crate) use picture::{MadePicture, make_picture};
+pub(crate) use record::{Record, RecordState, is_newer};
+pub(crate) use work::for_each;

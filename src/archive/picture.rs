@@ -1,0 +1,51 @@
+//! Makes the picture of one scene of an archive.
+
+use std::path::Path;
+
+use crate::diag::{Diagnostic, Result, Severity};
+use crate::files::folder_of;
+use crate::photo::{Plan, Session};
+
+/// The result of [`make_picture`].
+#[derive(Debug)]
+pub(crate) struct MadePicture {
+    /// Whether the scene has nothing to draw. No picture is written then.
+    pub is_empty: bool,
+    /// The warnings about the scene and the picture.
+    pub problems: Vec<Diagnostic>,
+}
+
+/// Photographs the plan's scene, and writes the picture to `output`, whose folder is created.
+/// `command` is the command line for the picture's metadata.
+///
+/// # Errors
+/// Returns an error if the scene cannot be read, the lens cannot focus, or the picture cannot be
+/// written or would replace a file that the scene uses.
+pub(crate) fn make_picture(plan: Plan, output: &Path, command: &str) -> Result<MadePicture> {
+    let session = Session::open(plan)?;
+    let is_problem = |d: &&Diagnostic| d.severity >= Severity::Warning;
+    let items = session.sink.items().iter();
+    let mut made = MadePicture {
+        is_empty: session.scene.primitives() == (0, 0, 0),
+        problems: items.filter(is_problem).cloned().collect(),
+    };
+    if made.is_empty {
+        return Ok(made);
+    }
+    let uses = session.document.opened_files();
+    if output.canonicalize().is_ok_and(|real| uses.contains(&real)) {
+        let text = format!(
+            "the scene uses `{}`, which its picture would replace",
+            output.display()
+        );
+        return Err(Diagnostic::error(text).with_help("choose another output folder"));
+    }
+    let exposure = session.expose(&|_| {});
+    let picture = session.develop(&exposure, command);
+    let warning = session.warn_if_black_or_clipped(&exposure, &picture);
+    made.problems.extend(warning.map(|w| *w));
+    let folder = folder_of(output);
+    std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
+    picture.save(output, session.plan.depth)?;
+    Ok(made)
+}

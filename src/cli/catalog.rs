@@ -1,0 +1,139 @@
+//! `ivcam catalog`: makes a page with a picture of every scene below a folder.
+
+use std::path::PathBuf;
+
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+
+use super::flags::{FONTS, LIMIT, given_options};
+use super::folder_mode::FileProgress;
+use super::{ERROR, print_diagnostic, print_warnings, render, switch};
+use crate::catalog::{Catalog, CatalogOptions};
+use crate::diag::{Diagnostic, Result};
+use crate::film::Resolution;
+use crate::photo::options::all;
+
+/// The size of a thumbnail in pixels, and the samples of each pixel.
+const THUMBNAIL: (u32, u32) = (256, 192);
+const SAMPLES: u32 = 4;
+
+/// Returns the definition of the command.
+pub(crate) fn command() -> Command {
+    let path = |name: &'static str| Arg::new(name).value_parser(value_parser!(PathBuf));
+    let several = |name: &'static str| {
+        path(name)
+            .long(name)
+            .value_name("FOLDER")
+            .action(ArgAction::Append)
+    };
+    let output = all().filter(|option| ["threads", "quiet"].contains(&option.name));
+    Command::new("catalog")
+        .about("Makes a page with a picture of every scene below a folder, and its data as JSON")
+        .args_override_self(true)
+        .arg(
+            path("folder")
+                .value_name("FOLDER")
+                .required(true)
+                .help("folder of scenes"),
+        )
+        .arg(
+            path("catalog")
+                .short('o')
+                .long("output")
+                .value_name("OUT")
+                .required(true)
+                .help("folder of the catalog, which gets index.html, catalog.json and pictures/"),
+        )
+        .arg(several("converted").help(
+            "links to files below this folder that were converted from the scenes, as to those in OUT",
+        ))
+        .arg(several("search").help(
+            "searches this folder too for files of a scene, and opens files below it",
+        ))
+        .arg(path("contain").long("contain").value_name("FOLDER").help(
+            "opens files of a scene only below this folder and those of --search [the scene's project]",
+        ))
+        .arg(switch("force", "reads all scenes, also those that are up to date"))
+        .args([FONTS, LIMIT].iter().chain(output).map(super::flags::argument))
+}
+
+/// Runs the command and returns the exit code, which is that of an error if a scene could not be
+/// read.
+///
+/// # Errors
+/// Returns an error if an option is invalid or if the catalog cannot be written.
+pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
+    let options = options(m)?;
+    options
+        .fonts
+        .warnings
+        .iter()
+        .for_each(|t| print_diagnostic(t));
+    let catalog = Catalog::open(options)?;
+    print_warnings(&catalog.sink);
+    let progress = FileProgress::new(catalog.len(), m.get_flag("quiet"));
+    let sum = catalog.make(&mut |name, line| progress.done(name, line.as_deref()))?;
+    progress.finish(
+        sum.scenes,
+        &[
+            (sum.up_to_date, "up to date"),
+            (sum.damaged, "damaged"),
+            (sum.unreadable, "unreadable"),
+            (sum.with_missing, "with missing files"),
+            (sum.with_unknown, "with unknown nodes"),
+            (sum.empty, "with nothing to draw"),
+            (sum.without_picture, "without a picture"),
+        ],
+    );
+    Ok(if sum.unreadable > 0 { ERROR } else { 0 })
+}
+
+/// Reads the options.
+fn options(m: &ArgMatches) -> Result<CatalogOptions> {
+    let paths = |name: &str| -> Vec<PathBuf> {
+        let given = m.get_many::<PathBuf>(name);
+        given.into_iter().flatten().cloned().collect()
+    };
+    let (Some(folder), Some(out)) = (
+        m.get_one::<PathBuf>("folder"),
+        m.get_one::<PathBuf>("catalog"),
+    ) else {
+        return Err(Diagnostic::error(
+            "a folder of scenes and `-o OUT` are needed",
+        ));
+    };
+    if !folder.is_dir() {
+        let text = format!("`{}` is not a folder", folder.display());
+        return Err(Diagnostic::not_found(text)
+            .with_help("a catalog is made of a folder of scenes; `ivcam check` reads one scene"));
+    }
+    if out.exists() && !out.is_dir() {
+        let text = format!("`{}` is a file", out.display());
+        return Err(Diagnostic::error(text).with_help("`-o` has to name a folder"));
+    }
+    let (search, contain) = (paths("search"), m.get_one::<PathBuf>("contain").cloned());
+    let named = search
+        .iter()
+        .map(|path| format!("--search {}", path.display()));
+    let mut words: Vec<String> = named.collect();
+    words.extend(contain.iter().map(|p| format!("--contain {}", p.display())));
+    for (name, values) in given_options(m).list() {
+        if [FONTS.name, LIMIT.name].contains(&name) {
+            let values = values.iter().map(|v| v.to_string_lossy());
+            words.extend(values.map(|value| format!("--{name} {value}")));
+        }
+    }
+    Ok(CatalogOptions {
+        folder: folder.clone(),
+        out: out.clone(),
+        converted: paths("converted"),
+        search,
+        contain,
+        fonts: super::fonts(m)?,
+        limits: super::limits(m)?,
+        threads: render::threads(m)?,
+        force: m.get_flag("force"),
+        thumbnail: Resolution::new(THUMBNAIL.0, THUMBNAIL.1)?,
+        samples: SAMPLES,
+        words,
+    })
+}

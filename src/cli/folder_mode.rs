@@ -1,0 +1,103 @@
+//! What the commands that work through a folder of scenes share: the output folder, progress, and
+//! the sum at the end.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+use clap::ArgMatches;
+
+use super::text;
+use crate::diag::{Diagnostic, Result};
+use crate::picture::PictureFormat;
+use crate::scene::check::counted;
+
+/// Returns the output folder that `-o` names. It need not exist.
+///
+/// # Errors
+/// Returns an error if there is none, or if the name is that of a file or a picture.
+pub(crate) fn output_folder(m: &ArgMatches, folder: &Path) -> Result<PathBuf> {
+    let folder = folder.display();
+    let Some(out) = text(m, "output").map(PathBuf::from) else {
+        let error = format!("`{folder}` is a folder, and there is no output folder");
+        return Err(Diagnostic::error(error).with_help("name one with `-o OUT/`"));
+    };
+    if out.exists() && !out.is_dir() {
+        let error = format!("`{}` is a file", out.display());
+        return Err(Diagnostic::error(error).with_help(format!(
+            "`{folder}` is a folder, so `-o` has to name a folder"
+        )));
+    }
+    if !out.exists() && PictureFormat::of(&out).is_ok() {
+        let error = format!("`{}` is the name of a picture", out.display());
+        return Err(Diagnostic::error(error).with_help(format!(
+            "`{folder}` is a folder, so `-o` has to name a folder"
+        )));
+    }
+    Ok(out)
+}
+
+/// Creates the output folder.
+///
+/// # Errors
+/// Returns an error if that is not possible.
+pub(crate) fn create_folder(out: &Path) -> Result<()> {
+    std::fs::create_dir_all(out).map_err(|e| Diagnostic::io(out.display(), &e))
+}
+
+/// The progress over files, which is visible only on a terminal.
+pub(crate) struct FileProgress {
+    bar: indicatif::ProgressBar,
+    quiet: bool,
+}
+
+impl FileProgress {
+    /// Creates the progress for some files.
+    pub(crate) fn new(files: usize, quiet: bool) -> Self {
+        let bar = match quiet || !std::io::stderr().is_terminal() {
+            true => indicatif::ProgressBar::hidden(),
+            false => indicatif::ProgressBar::new(files as u64),
+        };
+        let template = "{bar:30} {pos} of {len}  {elapsed}  {wide_msg}";
+        if let Ok(style) = indicatif::ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Self { bar, quiet }
+    }
+
+    /// Counts a file, and prints a line about it if there is one.
+    pub(crate) fn done(&self, name: &str, line: Option<&str>) {
+        self.bar.inc(1);
+        self.bar.set_message(name.to_owned());
+        if let Some(line) = line {
+            self.bar.suspend(|| super::status!("{line}"));
+        }
+    }
+
+    /// Removes the bar and prints the sum, as in `3 scenes: 2 pictures made, 1 failed`. Counts of 0
+    /// are left out.
+    pub(crate) fn finish(&self, files: usize, counts: &[(usize, &str)]) {
+        self.bar.finish_and_clear();
+        if self.quiet {
+            return;
+        }
+        let present = counts.iter().filter(|(n, _)| *n > 0);
+        let parts: Vec<String> = present.map(|(n, what)| format!("{n} {what}")).collect();
+        let scenes = counted(files, "scene");
+        super::print_wrapped(&format!("{scenes}: {}", parts.join(", ")));
+    }
+}
+
+/// Returns one line about the problems of a file: their number, and the first of the worst.
+pub(crate) fn problem_line(name: &str, problems: &[Diagnostic]) -> Option<String> {
+    let worst = problems
+        .iter()
+        .reduce(|worst, next| match next.rank() > worst.rank() {
+            true => next,
+            false => worst,
+        })?;
+    let count: usize = problems.iter().map(|d| d.count).sum();
+    Some(format!(
+        "{name}: {}, such as {worst}",
+        counted(count, "problem")
+    ))
+}

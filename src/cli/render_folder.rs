@@ -1,0 +1,245 @@
+//! `ivcam render FOLDER -o OUT/`: makes a picture of every scene below a folder.
+
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+
+use clap::{Arg, ArgMatches};
+use serde_json::{Value as Json, json};
+
+use super::folder_mode::{FileProgress, create_folder, output_folder, problem_line};
+use super::{ERROR, flags, print_warnings, render, switch, text};
+use crate::archive::{Job, Jobs, MadePicture, Naming, Record, RecordState, for_each, make_picture};
+use crate::diag::{Diagnostic, Result};
+use crate::files::write_whole;
+use crate::photo::options::command_line;
+use crate::photo::{Era, Plan};
+
+/// The options that do not change a picture.
+const OUTPUT_OPTIONS: [&str; 5] = ["output", "batch", "threads", "report", "quiet"];
+
+/// The identifier of the switch `--force`.
+const REMAKE: &str = "remake";
+
+/// Returns the switch `--force`. It does not let a picture replace a file that is read.
+pub(crate) fn remake() -> Arg {
+    let help = "makes all pictures of a folder of scenes, also those that are up to date";
+    switch(REMAKE, help).long("force")
+}
+
+/// The results of all scenes.
+#[derive(Default)]
+struct Sum {
+    made: usize,
+    up_to_date: usize,
+    empty: usize,
+    failed: usize,
+    with_problems: usize,
+    /// One object for each scene, for `--report`.
+    files: Vec<Json>,
+}
+
+/// Runs the command and returns the exit code, which is that of an error if a scene failed.
+///
+/// # Errors
+/// Returns an error if an option is invalid, or if the output folder cannot be used.
+pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i32> {
+    let out = output_folder(m, folder)?;
+    if text(m, "write-camera").is_some() {
+        let error = "`--write-camera` writes the camera of one scene, and this is a folder";
+        return Err(Diagnostic::unsupported(error)
+            .with_help("name one scene; `--report` lists the scenes of a folder"));
+    }
+    let plan = render::plan(m, Era::Modern)?;
+    let threads = render::threads(m)?;
+    let jobs = Jobs::find(folder, &out, "png", Naming::Short)?;
+    print_warnings(&jobs.sink);
+    let record = Record::open(&out, "render", options_given(m));
+    let remake = m.get_flag(REMAKE);
+    if !remake {
+        keep_pictures_of_others(&jobs, &record)?;
+    }
+    create_folder(&out)?;
+    record.write()?;
+
+    let uses = files_named(m);
+    let is_current = |job: &Job| {
+        let inputs: Vec<&Path> = uses
+            .iter()
+            .chain([&job.input])
+            .map(PathBuf::as_path)
+            .collect();
+        !remake && record.is_up_to_date(&job.output, &inputs)
+    };
+    let (current, waiting): (Vec<Job>, Vec<Job>) = jobs.list.iter().cloned().partition(is_current);
+    let quiet = m.get_flag("quiet");
+    let progress = FileProgress::new(waiting.len(), quiet);
+    let mut sum = Sum::default();
+    current.iter().for_each(|job| sum.add_current(job));
+    let work = |job: &Job| {
+        let plan = Plan {
+            scene: job.input.clone(),
+            ..plan.clone()
+        };
+        make_picture(plan, &job.output, &command_for(words, m, job))
+    };
+    let mut done = |job: &Job, result: Result<MadePicture>| {
+        let line = sum.add(job, result);
+        progress.done(&job.name, line.as_deref());
+    };
+    for_each(&waiting, threads, &work, &mut done)?;
+    progress.finish(jobs.list.len(), &sum.counts(&jobs));
+    sum.write_report(m)?;
+    Ok(if sum.failed > 0 { ERROR } else { 0 })
+}
+
+impl Sum {
+    fn add_current(&mut self, job: &Job) {
+        self.up_to_date += 1;
+        self.list(job, "up to date", Some(&job.output), None);
+    }
+
+    /// Adds the result of a scene, and returns the line to print about it.
+    fn add(&mut self, job: &Job, result: Result<MadePicture>) -> Option<String> {
+        match result {
+            Err(error) => {
+                self.failed += 1;
+                self.list(job, "failed", None, Some(error.to_string()));
+                let help = error.help.iter().map(|help| format!("; {help}"));
+                Some(format!("{}: {error}{}", job.name, help.collect::<String>()))
+            }
+            Ok(made) if made.is_empty => {
+                self.empty += 1;
+                self.list(job, "nothing to draw", None, None);
+                let problems = problem_line("", &made.problems).unwrap_or_default();
+                Some(format!("{}: nothing to draw{problems}", job.name))
+            }
+            Ok(made) => {
+                let line = problem_line(&job.name, &made.problems);
+                self.made += 1;
+                self.with_problems += usize::from(line.is_some());
+                self.list(job, "made", Some(&job.output), line.clone());
+                line
+            }
+        }
+    }
+
+    fn list(&mut self, job: &Job, result: &str, picture: Option<&Path>, message: Option<String>) {
+        self.files.push(json!({
+            "file": job.name,
+            "result": result,
+            "picture": picture.map(|path| path.display().to_string()),
+            "message": message,
+        }));
+    }
+
+    fn counts(&self, jobs: &Jobs) -> [(usize, &'static str); 6] {
+        let pictures = match self.made {
+            1 => "picture made",
+            _ => "pictures made",
+        };
+        [
+            (self.made, pictures),
+            (self.up_to_date, "up to date"),
+            (self.empty, "with nothing to draw"),
+            (self.failed, "failed"),
+            (self.with_problems, "with problems"),
+            (jobs.renamed, "named with their endings"),
+        ]
+    }
+
+    /// Writes the file of `--report`, if it was given.
+    fn write_report(&mut self, m: &ArgMatches) -> Result<()> {
+        let Some(path) = text(m, "report") else {
+            return Ok(());
+        };
+        self.files.sort_by_key(|file| file["file"].to_string());
+        let report = json!({
+            "ivcam": env!("CARGO_PKG_VERSION"),
+            "made": self.made,
+            "up_to_date": self.up_to_date,
+            "empty": self.empty,
+            "failed": self.failed,
+            "files": self.files,
+        });
+        write_whole(Path::new(path), |file| writeln!(file, "{report:#}"))
+    }
+}
+
+/// Refuses a folder with pictures that an earlier run did not make.
+fn keep_pictures_of_others(jobs: &Jobs, record: &Record) -> Result<()> {
+    if record.state != RecordState::Absent {
+        return Ok(());
+    }
+    let Some(job) = jobs.list.iter().find(|job| job.output.exists()) else {
+        return Ok(());
+    };
+    let path = job.output.display();
+    Err(Diagnostic::error(format!(
+        "`{path}` exists, and `ivcam render` did not make it"
+    ))
+    .with_help("choose another output folder, or replace it with `--force`"))
+}
+
+/// Returns the options that pictures depend on.
+fn options_given(m: &ArgMatches) -> Json {
+    let given = flags::given_options(m);
+    let counts = given
+        .list()
+        .filter(|(name, _)| !OUTPUT_OPTIONS.contains(name));
+    let text = |value: &OsString| value.to_string_lossy().into_owned();
+    counts
+        .map(|(name, values)| (name.to_owned(), values.iter().map(text).collect::<Json>()))
+        .collect::<serde_json::Map<String, Json>>()
+        .into()
+}
+
+/// Returns the files that the options name, such as a lens or a camera.
+fn files_named(m: &ArgMatches) -> Vec<PathBuf> {
+    let given = flags::given_options(m);
+    let values = given
+        .list()
+        .filter(|(name, _)| !OUTPUT_OPTIONS.contains(name))
+        .flat_map(|(_, values)| values.to_vec());
+    values
+        .map(PathBuf::from)
+        .filter(|path| path.is_file())
+        .collect()
+}
+
+/// Returns the command line that makes one of the pictures.
+fn command_for(words: &[OsString], m: &ArgMatches, job: &Job) -> String {
+    let value = |id: &str| m.get_raw(id).and_then(|mut words| words.next());
+    let (scene, output) = (value("scene"), value("output"));
+    let of_folder = ["--search", "--contain", "--fonts"].map(OsStr::new);
+    let mut line: Vec<OsString> = Vec::new();
+    for word in words {
+        let before = line.last().map(OsString::as_os_str);
+        let attached = ["-o", "-o=", "--output="]
+            .into_iter()
+            .find(|start| output.is_some_and(|o| *word == joined(start, o)));
+        if word == "--force" {
+            continue;
+        }
+        line.push(if let Some(start) = attached {
+            joined(start, job.output.as_os_str())
+        } else if Some(word.as_os_str()) == output && before.is_some_and(is_output) {
+            job.output.clone().into()
+        } else if Some(word.as_os_str()) == scene && !before.is_some_and(|b| of_folder.contains(&b))
+        {
+            job.input.clone().into()
+        } else {
+            word.clone()
+        });
+    }
+    command_line(&line)
+}
+
+fn is_output(word: &OsStr) -> bool {
+    word == "-o" || word == "--output"
+}
+
+fn joined(start: &str, end: &OsStr) -> OsString {
+    let mut word = OsString::from(start);
+    word.push(end);
+    word
+}
