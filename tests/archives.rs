@@ -149,6 +149,7 @@ fn an_output_folder_that_cannot_be_used_is_one_clear_error() {
         ("catalog in -o others", "is not a catalog"),
         ("catalog in/a.iv -o out", "is not a folder"),
         ("catalog gone -o out", "is not a folder"),
+        ("catalog in -o out --size 0x9", "from 1 to 1024"),
         ("catalog none -o out", "no scene files below `none`"),
     ] {
         let (code, said) = archive.run(line);
@@ -200,7 +201,7 @@ fn a_catalog_shows_every_scene_and_reads_only_what_changed() {
     );
     std::fs::create_dir_all(archive.0.join("glb/b")).unwrap();
     std::fs::write(archive.0.join("glb/b/c.glb"), "").unwrap();
-    let line = "catalog in -o out --converted glb";
+    let line = "catalog in -o out --converted glb --size 12x9";
     let (code, said) = archive.run(line);
     assert_eq!(code, Some(2), "{said}");
     let sum = "8 scenes: 1 damaged, 1 unreadable, 1 with missing files, 1 with unknown nodes,";
@@ -235,7 +236,7 @@ fn a_catalog_shows_every_scene_and_reads_only_what_changed() {
     let (_, said) = archive.run(line);
     assert!(said.contains("8 scenes: 5 up to date"), "{said}");
     assert!(archive.has("out/pictures/a.iv.png"));
-    let (_, said) = archive.run("catalog in -o out --scene-limit depth=99");
+    let (_, said) = archive.run("catalog in -o out --size 12x9 --scene-limit depth=99");
     assert!(!said.contains("up to date"), "{said}");
     std::fs::write(archive.0.join("out/catalog.json"), "{").unwrap();
     let (_, said) = archive.run(line);
@@ -249,7 +250,7 @@ fn a_catalog_shows_every_scene_and_reads_only_what_changed() {
 fn a_camera_that_sees_nothing_is_replaced_in_a_thumbnail() {
     let away = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 -9 } Cube { }\n";
     let archive = Archive::new("away", &[("away.iv", away)]);
-    let (code, said) = archive.run("catalog in -o out --quiet");
+    let (code, said) = archive.run("catalog in -o out --quiet --size 12x9");
     assert_eq!((code, &*said), (Some(0), ""));
     let picture = image::load_from_memory(&archive.read("out/pictures/away.iv.png")).unwrap();
     assert!(picture.to_luma8().iter().any(|level| *level > 100));

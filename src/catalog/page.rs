@@ -215,7 +215,7 @@ fn write_picture(out: &mut String, entry: &Entry, link: &str) -> fmt::Result {
         Some(picture) => write!(
             out,
             "<a href=\"{}\"><img src=\"{}\" alt=\"Picture of {}\" loading=\"lazy\" \
-             width=\"256\" height=\"192\"></a>",
+             width=\"160\" height=\"120\"></a>",
             Text(link),
             Text(&joined("", picture)),
             Text(&entry.file)

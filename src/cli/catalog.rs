@@ -6,14 +6,15 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use super::flags::{FONTS, LIMIT, given_options};
 use super::folder_mode::FileProgress;
-use super::{ERROR, print_diagnostic, print_warnings, render, switch};
+use super::{ERROR, parsed, print_diagnostic, print_warnings, render, switch};
 use crate::catalog::{Catalog, CatalogOptions};
 use crate::diag::{Diagnostic, Result};
 use crate::film::Resolution;
 use crate::photo::options::all;
 
-/// The size of a thumbnail in pixels, and the samples of each pixel.
+/// The default size of a thumbnail in pixels, the largest, and the samples of each pixel.
 const THUMBNAIL: (u32, u32) = (256, 192);
+const LARGEST: u32 = 1024;
 const SAMPLES: u32 = 4;
 
 /// Returns the definition of the command.
@@ -52,6 +53,12 @@ pub(crate) fn command() -> Command {
         .arg(path("contain").long("contain").value_name("FOLDER").help(
             "opens files of a scene only below this folder and those of --search [the scene's project]",
         ))
+        .arg(
+            Arg::new("size")
+                .long("size")
+                .value_name("WxH")
+                .help("size of the pictures in pixels, at most 1024 [256x192]"),
+        )
         .arg(switch("force", "reads all scenes, also those that are up to date"))
         .args([FONTS, LIMIT].iter().chain(output).map(super::flags::argument))
 }
@@ -122,6 +129,8 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
             words.extend(values.map(|value| format!("--{name} {value}")));
         }
     }
+    let size = thumbnail(m)?;
+    words.push(format!("--size {}x{}", size.width, size.height));
     Ok(CatalogOptions {
         folder: folder.clone(),
         out: out.clone(),
@@ -132,8 +141,21 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
         limits: super::limits(m)?,
         threads: render::threads(m)?,
         force: m.get_flag("force"),
-        thumbnail: Resolution::new(THUMBNAIL.0, THUMBNAIL.1)?,
+        thumbnail: size,
         samples: SAMPLES,
         words,
     })
+}
+
+/// Returns the size of a thumbnail.
+fn thumbnail(m: &ArgMatches) -> Result<Resolution> {
+    let expects = format!("two numbers of pixels from 1 to {LARGEST}, as in 256x192");
+    let size = parsed(m, "size", &expects, |word| {
+        let (width, height) = word.split_once('x')?;
+        let size = (width.parse().ok()?, height.parse().ok()?);
+        let fits = |n: u32| (1..=LARGEST).contains(&n);
+        (fits(size.0) && fits(size.1)).then_some(size)
+    })?;
+    let (width, height) = size.unwrap_or(THUMBNAIL);
+    Resolution::new(width, height)
 }
