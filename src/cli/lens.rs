@@ -59,7 +59,7 @@ pub(crate) fn command() -> Command {
         .arg(value(
             "write",
             "FILE",
-            "write the prescription: .dat (pbrt's four columns), .zmx or .json",
+            "write the prescription: .dat (pbrt's four columns), .zmx, .seq or .json",
         ))
         .arg(value(
             "diagram",

@@ -7,20 +7,35 @@ use clap::{Arg, ArgMatches};
 
 use crate::diag::{Diagnostic, Result};
 use crate::files::write_whole;
-use crate::lens::{Lens, SheetSetting};
-use crate::lens_export::{Chosen, Frame, Model, View, opencv, ros};
+use crate::lens::{Focus, Lens, SheetSetting};
+use crate::lens_export::{Chosen, Frame, Model, View, lensfun, opencv, opentrackio, ros};
+use crate::prescription::formats::write::{Target, write_at};
 
-/// The formats with what they are.
-const FORMATS: [(&str, Format); 2] = [("opencv", Format::OpenCv), ("ros", Format::Ros)];
+/// The formats with their names.
+const FORMATS: [(&str, Format); 7] = [
+    ("opencv", Format::OpenCv),
+    ("ros", Format::Ros),
+    ("opentrackio", Format::OpenTrackIo),
+    ("lensfun", Format::Lensfun),
+    ("zmx", Format::Prescription(Target::Zemax)),
+    ("seq", Format::Prescription(Target::CodeV)),
+    ("json", Format::Prescription(Target::Json)),
+];
 
 /// The greatest residual of a model in pixels, if none is given.
 const TOLERANCE: f64 = 0.25;
+/// The same for Lensfun, whose models have two or three coefficients: 0.1% of the usual width.
+const LENSFUN_TOLERANCE: f64 = 2.0;
 
 /// A format for another program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
     OpenCv,
     Ros,
+    OpenTrackIo,
+    Lensfun,
+    /// The surfaces themselves.
+    Prescription(Target),
 }
 
 /// Returns the options of `--export`.
@@ -33,7 +48,7 @@ pub(super) fn arguments() -> [Arg; 5] {
         value(
             "export",
             "FORMAT",
-            "writes the lens for another program: opencv or ros",
+            "writes the lens for another program: opencv, ros, opentrackio, lensfun, zmx, seq or json",
         ),
         of_export(
             value(
@@ -56,7 +71,7 @@ pub(super) fn arguments() -> [Arg; 5] {
         of_export(value(
             "tolerance",
             "PIXELS",
-            "with --export: the largest residual of a model that counts as a fit [0.25]",
+            "with --export: the largest residual of a model that counts as a fit [0.25; lensfun: 2]",
         )),
     ]
 }
@@ -71,17 +86,24 @@ pub(super) fn run(
 ) -> Result<i32> {
     let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
     let format = format(text("export").unwrap_or_default())?;
-    let view = view(lens, setting, sides, text("size"))?;
     let model = text("model").map(model).transpose()?;
     let tolerance = match text("tolerance") {
         Some(value) => super::lens::positive(value, "tolerance")?,
+        None if format == Format::Lensfun => LENSFUN_TOLERANCE,
         None => TOLERANCE,
     };
-    let chosen = Chosen::of(&view, model, tolerance)?;
-    let written = match format {
-        Format::OpenCv => opencv(&view, &chosen),
-        Format::Ros => ros(&view, &chosen),
+    let view = || view(lens, setting, sides, text("size"));
+    let fitted = |write: fn(&View<'_>, &Chosen) -> String| {
+        let view = view()?;
+        Ok(write(&view, &Chosen::of(&view, model, tolerance)?))
     };
+    let written = match format {
+        Format::OpenCv => fitted(opencv),
+        Format::Ros => fitted(ros),
+        Format::OpenTrackIo => opentrackio(&view()?, tolerance),
+        Format::Lensfun => lensfun(&view()?, tolerance),
+        Format::Prescription(target) => prescription(lens, setting, target),
+    }?;
     match text("output") {
         Some(file) => {
             write_whole(Path::new(file), |to| to.write_all(written.as_bytes()))?;
@@ -89,6 +111,25 @@ pub(super) fn run(
         }
         None => super::exit_code(out.write_all(written.as_bytes())),
     }
+}
+
+/// The prescription as it is focused: with a focus, the gap behind the last surface reaches to the
+/// film.
+fn prescription(lens: &Lens, setting: &SheetSetting<'_>, target: Target) -> Result<String> {
+    let mut prescription = lens.prescription().clone();
+    let gap = prescription.surfaces.last().map_or(0.0, |s| s.thickness);
+    let focus = setting
+        .conjugate(lens)
+        .filter(|_| setting.focus.is_some() || gap == 0.0);
+    if let (Some(last), Some(conjugate)) = (prescription.surfaces.last_mut(), focus) {
+        last.thickness = conjugate.film_z - lens.length();
+    }
+    let object = setting.focus.map_or(f64::INFINITY, Focus::object_distance);
+    let (text, left_out) = write_at(&prescription, target, object)?;
+    for what in left_out {
+        super::status!("warning: the file leaves out {what}");
+    }
+    Ok(text)
 }
 
 fn format(name: &str) -> Result<Format> {

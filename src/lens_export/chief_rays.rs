@@ -95,6 +95,37 @@ impl ChiefRays {
         }
         radius * above / below
     }
+
+    /// The radius at an angle, up to 1% beyond the greatest one; none for a larger angle.
+    pub(crate) fn radius(&self, angle: f64) -> Option<f64> {
+        let (mut low, mut high) = (0.0, 1.01 * self.reach);
+        if !(self.angle(high) >= angle) {
+            return None;
+        }
+        // The angle grows with the radius, so the secant stays between the two ends.
+        let mut at = angle / self.angle(self.reach) * self.reach;
+        for _ in 0..60 {
+            let off = self.angle(at) - angle;
+            if off > 0.0 {
+                high = at
+            } else {
+                low = at
+            }
+            let step = 1e-5 * self.reach;
+            let slope = (self.angle(at + step) - self.angle((at - step).abs())) / (2.0 * step);
+            let next = at - off / slope;
+            let next = if next > low && next < high {
+                next
+            } else {
+                0.5 * (low + high)
+            };
+            if (next - at).abs() <= 1e-14 * self.reach {
+                break;
+            }
+            at = next;
+        }
+        Some(at)
+    }
 }
 
 /// The barycentric weights of [`STENCIL`] nodes of equal distance.

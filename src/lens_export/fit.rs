@@ -3,8 +3,8 @@
 //! Angles are in radians from the axis, radii in pixels from the picture's middle.
 
 use crate::diag::{Diagnostic, Result};
+use crate::lens_export::series::{odd_ratio, odd_series, ratio, series};
 use crate::lens_export::view::{Sample, View};
-use crate::math::least_squares::least_squares;
 
 /// The greatest angle at which a model of the tangent is fitted. At 89.9 degrees the tangent is
 /// 573, and the coefficients of its powers are below the rounding of what they are applied to.
@@ -72,15 +72,11 @@ impl Model {
 
     /// The radius over the focal length at an angle.
     pub(crate) fn radius(self, k: &[f64], angle: f64) -> f64 {
-        let series = |k: &[f64], square: f64| {
-            1.0 + square * k.iter().rev().fold(0.0, |sum, k| sum * square + k)
-        };
         match self {
             Self::Fisheye => angle * series(k, angle * angle),
             Self::Brown | Self::Rational => {
                 let t = libm::tan(angle);
-                let (above, below) = k.split_at(3.min(k.len()));
-                t * series(above, t * t) / series(below, t * t)
+                t * ratio(k, t * t)
             }
         }
     }
@@ -95,9 +91,15 @@ impl Model {
                 widest.to_degrees()
             ));
         }
+        let of_tangent = |s: &Sample| (libm::tan(s.angle), s.radius);
+        let points: Vec<(f64, f64)> = match self {
+            Self::Fisheye => samples.iter().map(|s| (s.angle, s.radius)).collect(),
+            _ => samples.iter().map(of_tangent).collect(),
+        };
         let (focal, k) = match self {
-            Self::Rational => rational(samples),
-            _ => polynomial(self, samples),
+            Self::Brown => odd_series(&points, 3),
+            Self::Rational => odd_ratio(&points),
+            Self::Fisheye => odd_series(&points, 4),
         }
         .ok_or("its coefficients cannot be determined")?;
         let mut fit = Fit {
@@ -199,72 +201,4 @@ impl Chosen {
                 .with_help(help),
         )
     }
-}
-
-/// The focal length and the coefficients of a model that is linear in them.
-fn polynomial(model: Model, samples: &[Sample]) -> Option<(f64, Vec<f64>)> {
-    let count = if model == Model::Fisheye { 4 } else { 3 };
-    let at = |s: &Sample| match model {
-        Model::Fisheye => s.angle,
-        _ => libm::tan(s.angle),
-    };
-    let widest = samples.iter().map(at).fold(0.0, f64::max);
-    let row = |s: &Sample| {
-        let t = at(s) / widest;
-        (0..=count)
-            .map(|i| libm::pow(t, f64::from(2 * i + 1)))
-            .collect()
-    };
-    let rows: Vec<Vec<f64>> = samples.iter().map(row).collect();
-    let right: Vec<f64> = samples.iter().map(|s| s.radius).collect();
-    let x = least_squares(&rows, &right)?;
-    let scale = |i: usize| libm::pow(widest, -2.0 * i as f64);
-    let k = (1..x.len()).map(|i| x[i] / x[0] * scale(i)).collect();
-    Some((x[0] / widest, k))
-}
-
-/// The focal length and the coefficients of the rational model.
-///
-/// r (1 + k4 t² + …) = f t (1 + k1 t² + …) is linear in f, f k1, …, k6. Each round divides the
-/// equations by the denominator of the last one, which makes their error that of the radius
-/// (Sanathanan and Koerner 1963). The round with the least residual is taken.
-fn rational(samples: &[Sample]) -> Option<(f64, Vec<f64>)> {
-    const ROUNDS: usize = 12;
-    let widest = samples
-        .iter()
-        .map(|s| libm::tan(s.angle))
-        .fold(0.0, f64::max);
-    let largest = samples.iter().map(|s| s.radius).fold(0.0, f64::max);
-    let mut denominators = vec![1.0; samples.len()];
-    let mut best: Option<(f64, f64, Vec<f64>)> = None;
-    for _ in 0..ROUNDS {
-        let row = |(s, below): (&Sample, &f64)| {
-            let t = libm::tan(s.angle) / widest;
-            let (r, square) = (s.radius / largest, t * t);
-            let powers = [1.0, square, square * square, square * square * square];
-            let above = powers.map(|p| t * p / below);
-            [&above[..], &[1, 2, 3].map(|i| -r * powers[i] / below)].concat()
-        };
-        let rows: Vec<Vec<f64>> = samples.iter().zip(&denominators).map(row).collect();
-        let right = samples.iter().zip(&denominators);
-        let right: Vec<f64> = right.map(|(s, below)| s.radius / largest / below).collect();
-        let x = least_squares(&rows, &right)?;
-        let scale = |i: usize| libm::pow(widest, -2.0 * i as f64);
-        let above = (1..=3).map(|i| x[i] / x[0] * scale(i));
-        let k: Vec<f64> = above.chain((1..=3).map(|i| x[3 + i] * scale(i))).collect();
-        let focal = x[0] * largest / widest;
-        let off = |s: &Sample| (focal * Model::Rational.radius(&k, s.angle) - s.radius).powi(2);
-        let square: f64 = samples.iter().map(off).sum();
-        if best.as_ref().is_none_or(|(least, ..)| square < *least) {
-            best = Some((square, focal, k.clone()));
-        }
-        for (below, s) in denominators.iter_mut().zip(samples) {
-            let square = libm::tan(s.angle).powi(2);
-            *below = 1.0 + square * (k[3] + square * (k[4] + square * k[5]));
-        }
-        if denominators.iter().any(|d| !(d.abs() > 1e-6)) {
-            break;
-        }
-    }
-    best.map(|(_, focal, k)| (focal, k))
 }

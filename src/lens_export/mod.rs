@@ -12,14 +12,19 @@
 mod chief_rays;
 mod fit;
 mod frame;
+mod lensfun;
 mod opencv;
+mod opentrackio;
 mod ros;
+mod series;
 #[cfg(test)]
 mod tests;
 mod view;
 
 pub(crate) use fit::{Chosen, Model};
 pub(crate) use frame::Frame;
+pub(crate) use lensfun::lensfun;
 pub(crate) use opencv::opencv;
+pub(crate) use opentrackio::opentrackio;
 pub(crate) use ros::ros;
 pub(crate) use view::View;

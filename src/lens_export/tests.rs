@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use crate::lens::{Conjugate, Lens};
 use crate::lens_export::fit::{Chosen, Fit, Model};
-use crate::lens_export::{Frame, View, opencv, ros};
+use crate::lens_export::{Frame, View, lensfun, opencv, opentrackio, ros};
 
 /// The view of a lens focused at infinity, with a film of 3 to 2 of half this diagonal, 1920 pixels
 /// across.
@@ -204,5 +204,134 @@ fn files_for_opencv_and_ros_state_matrix_size_and_residual() {
         "pixels rms",
     ] {
         assert!(text.contains(part), "{part} in {text}");
+    }
+}
+
+/// The angle of the chief ray of a height on the film, in radians.
+fn angle(view: &View<'_>, height: f64) -> f64 {
+    let film = DVec2::new(0.0, height);
+    let d = view
+        .lens
+        .chief_ray(film, view.conjugate.film_z)
+        .unwrap()
+        .direction;
+    libm::atan2(d.truncate().length(), -d.z)
+}
+
+#[test]
+fn opentrackio_takes_distorted_points_to_those_of_a_pinhole() {
+    for (name, half) in [("double-gauss", 40.0), ("canon-14", 21.6)] {
+        let lens = Lens::named(name).unwrap();
+        let view = view(&lens, half);
+        let sample: serde_json::Value =
+            serde_json::from_str(&opentrackio(&view, 0.25).unwrap()).unwrap();
+        let block = &sample["lens"];
+        let k: Vec<f64> = serde_json::from_value(block["distortion"][0]["radial"].clone()).unwrap();
+        let focal = block["pinholeFocalLength"].as_f64().unwrap();
+        let max = sample["custom"]["ivcam"]["residualMaxPixels"]
+            .as_f64()
+            .unwrap();
+        assert!(max < 0.25, "{name}: {max}");
+        for i in 1..=8 {
+            let r = half * f64::from(i) / 8.0;
+            let s = r * r;
+            // OpenLensIO, equation 17: odd coefficients above, even ones below.
+            let above = 1.0 + k[0] * s + k[2] * s * s + k[4] * s * s * s;
+            let below = 1.0 + k[1] * s + k[3] * s * s + k[5] * s * s * s;
+            let off = r * above / below - focal * libm::tan(angle(&view, r));
+            let off = off.abs() * view.frame.density();
+            assert!(
+                off <= 1.01 * max + 1e-9,
+                "{name} at {r} mm: {off} pixels, {max} stated"
+            );
+        }
+        let pupil = lens.first_order().entrance_pupil.unwrap().z;
+        let offset = block["entrancePupilOffset"].as_f64().unwrap();
+        assert!((1000.0 * offset - (view.conjugate.film_z - pupil)).abs() < 1e-9);
+        assert_eq!(block["focusDistance"], serde_json::Value::Null);
+    }
+    let lens = Lens::named("nikkor-16").unwrap();
+    assert!(opentrackio(&view(&lens, 21.6), 0.25).is_err());
+}
+
+/// The value of an attribute in the first element of a name.
+fn attribute(xml: &str, element: &str, name: &str) -> f64 {
+    let rest = &xml[xml.find(&format!("<{element} ")).unwrap()..];
+    let rest = &rest[..rest.find("/>").unwrap()];
+    let at = rest.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
+    rest[at..].split('"').next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn lensfun_gets_the_distortion_the_color_and_the_light_of_the_lens() {
+    for (name, half, projection) in [
+        ("takumar-35", 21.6, "rectilinear"),
+        ("angenieux-50", 21.6, "rectilinear"),
+        ("nikkor-16", 21.6, "fisheye"),
+    ] {
+        let lens = Lens::named(name).unwrap();
+        let view = view(&lens, half);
+        let xml = lensfun(&view, 2.0).unwrap();
+        assert!(xml.contains(&format!("<type>{projection}</type>")), "{xml}");
+        let unit = 0.5 * view.frame.film.y;
+        let of = |element: &str, k: &str| attribute(&xml, element, k);
+        let distorted: Box<dyn Fn(f64) -> f64> = if xml.contains("ptlens") {
+            let [a, b, c] = ["a", "b", "c"].map(|k| of("distortion", k));
+            Box::new(move |u| u * (a * u * u * u + b * u * u + c * u + 1.0 - a - b - c))
+        } else {
+            let [k1, k2] = ["k1", "k2"].map(|k| of("distortion", k));
+            Box::new(move |u| u * (1.0 + k1 * u * u + k2 * u * u * u * u))
+        };
+        let ideal = |r: f64| match projection {
+            "fisheye" => angle(&view, r),
+            _ => libm::tan(angle(&view, r)),
+        };
+        let inverse = |r: f64| {
+            let mut u = r;
+            for _ in 0..200 {
+                u += r - distorted(u);
+            }
+            u
+        };
+        // The scale of the undistorted radius is free.
+        let shares = [0.3, 0.5, 0.8, 0.95];
+        let scales = shares.map(|share| inverse(share * half / unit) / ideal(share * half));
+        let scale = scales.iter().sum::<f64>() / 4.0;
+        let words: Vec<&str> = xml.split(" pixels rms, ").collect();
+        let stated: f64 = words[1].split(' ').next().unwrap().parse().unwrap();
+        for share in shares {
+            let r = share * half;
+            let off = distorted(scale * ideal(r)) * unit - r;
+            let pixels = off.abs() * view.frame.density();
+            assert!(
+                pixels < 2.0 * stated + 1e-3,
+                "{name} at {r} mm: {pixels}, {stated} stated"
+            );
+            let light = |r: f64| lens.irradiance(DVec2::new(0.0, r), view.conjugate.film_z);
+            let s = share * share * (half / view.frame.corner()).powi(2);
+            let [k1, k2, k3] = ["k1", "k2", "k3"].map(|k| of("vignetting", k));
+            let fitted = 1.0 + s * (k1 + s * (k2 + s * k3));
+            let off = fitted - light(r) / light(0.0);
+            assert!(off.abs() < 0.03, "{name} at {r} mm: light off by {off}");
+            if !lens.prescription().is_dispersive() {
+                continue;
+            }
+            // Blue arrives where the chief ray of blue from the same direction does.
+            let [green, blue] = [540.0, 465.0].map(|nm| lens.at_wavelength(nm));
+            let film_z = view.conjugate.film_z;
+            let d = green
+                .chief_ray(DVec2::new(0.0, r), film_z)
+                .unwrap()
+                .direction;
+            let angle = libm::atan2(d.truncate().length(), -d.z);
+            let exact = blue.image_height(angle, r, film_z).unwrap() / unit;
+            let [v, c, b] = ["vb", "cb", "bb"].map(|k| of("tca", k));
+            let x = r / unit;
+            let off = x * (v + x * (c + x * b)) - exact;
+            assert!(
+                off.abs() * unit * view.frame.density() < 0.1,
+                "{name} at {r} mm: {off}"
+            );
+        }
     }
 }

@@ -16,6 +16,7 @@ pub(crate) mod read;
 mod roa;
 pub(crate) mod seq;
 pub(crate) mod write;
+mod write_seq;
 pub(crate) mod zmx;
 
 pub(crate) use format::Format;

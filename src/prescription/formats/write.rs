@@ -1,4 +1,4 @@
-//! Writes prescriptions as pbrt's four columns, as Zemax files, and as ivcam's own JSON.
+//! Writes prescriptions as pbrt's four columns, as Zemax and CODE V files, and as ivcam's own JSON.
 //!
 //! JSON contains everything. The other writers refuse lenses that their format cannot represent,
 //! and return a list of what they leave out. Numbers are written so that reading them back gives
@@ -9,6 +9,7 @@ use std::path::Path;
 
 use crate::diag::{Diagnostic, Result};
 use crate::prescription::about::{About, KEYS};
+use crate::prescription::formats::write_seq::code_v;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
@@ -20,6 +21,7 @@ use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 pub(crate) enum Target {
     Columns,
     Zemax,
+    CodeV,
     Json,
 }
 
@@ -30,26 +32,38 @@ impl Target {
         match ending.to_ascii_lowercase().as_str() {
             "dat" => Ok(Self::Columns),
             "zmx" => Ok(Self::Zemax),
+            "seq" => Ok(Self::CodeV),
             "json" => Ok(Self::Json),
             _ => Err(Diagnostic::unsupported(format!(
                 "`{}` says no format that prescriptions are written in",
                 path.display()
             ))
-            .with_help("end the name in .dat (pbrt's four columns), .zmx or .json")),
+            .with_help("end the name in .dat (pbrt's four columns), .zmx, .seq or .json")),
         }
     }
 }
 
 /// A prescription as text, and what the format left out.
 pub(crate) fn write(lens: &Prescription, target: Target) -> Result<(String, Vec<String>)> {
+    write_at(lens, target, f64::INFINITY)
+}
+
+/// A prescription as text, with the distance of the object from the front vertex in millimeters,
+/// which Zemax and CODE V keep; and what the format left out.
+pub(crate) fn write_at(
+    lens: &Prescription,
+    target: Target,
+    object: f64,
+) -> Result<(String, Vec<String>)> {
     match target {
         Target::Columns => columns(lens),
-        Target::Zemax => zemax(lens),
+        Target::Zemax => zemax(lens, object),
+        Target::CodeV => code_v(lens, object),
         Target::Json => Ok((json(lens), Vec::new())),
     }
 }
 
-fn refuse(i: usize, what: &str, format: &str) -> Box<Diagnostic> {
+pub(super) fn refuse(i: usize, what: &str, format: &str) -> Box<Diagnostic> {
     Diagnostic::unsupported(format!("surface {i} {what}, which {format} can't say"))
         .with_help("write .json, which keeps everything")
 }
@@ -100,7 +114,7 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
     Ok((text, left_out))
 }
 
-fn beyond_surfaces(lens: &Prescription, has_zoom: bool) -> Vec<String> {
+pub(super) fn beyond_surfaces(lens: &Prescription, has_zoom: bool) -> Vec<String> {
     let mut left_out = Vec::new();
     if !lens.zoom.is_empty() && !has_zoom {
         left_out.push(format!("{} zoom positions", lens.zoom.len()));
@@ -121,7 +135,7 @@ fn beyond_surfaces(lens: &Prescription, has_zoom: bool) -> Vec<String> {
     left_out
 }
 
-fn zemax(lens: &Prescription) -> Result<(String, Vec<String>)> {
+fn zemax(lens: &Prescription, object: f64) -> Result<(String, Vec<String>)> {
     let mut text = String::from("VERS 140124 0 0\nMODE SEQ\n");
     let about = About::of(lens);
     let _ = writeln!(
@@ -136,7 +150,11 @@ fn zemax(lens: &Prescription) -> Result<(String, Vec<String>)> {
     text += "UNIT MM X W X CM MR CPMM\nFLOA\nGCAT SCHOTT OHARA HOYA\nFTYP 0 0 3 3 0 0 0\n";
     let _ = writeln!(text, "XFLN 0 0 0\nYFLN 0 {} {half}", 0.7 * half);
     text += "WAVM 1 0.4861327 1\nWAVM 2 0.5875618 1\nWAVM 3 0.6562725 1\nPWAV 2\n";
-    text += "SURF 0\n  TYPE STANDARD\n  CURV 0\n  DISZ INFINITY\n";
+    let distance = match object.is_finite() {
+        true => object.to_string(),
+        false => "INFINITY".to_owned(),
+    };
+    let _ = writeln!(text, "SURF 0\n  TYPE STANDARD\n  CURV 0\n  DISZ {distance}");
     let glasses = Catalogue::builtin();
     let mut left_out = Vec::new();
     glass_line(&mut text, &lens.object_medium, &glasses, &mut left_out);
@@ -232,7 +250,7 @@ fn shape_lines(text: &mut String, i: usize, surface: &Surface) -> Result<()> {
     Ok(())
 }
 
-fn is_even(terms: &[f64; MAX_POWER + 1], highest: usize) -> bool {
+pub(super) fn is_even(terms: &[f64; MAX_POWER + 1], highest: usize) -> bool {
     let mut odd = terms
         .iter()
         .enumerate()
@@ -472,8 +490,9 @@ fn zoom_value(lens: &Prescription) -> String {
 mod tests {
     use super::*;
     use crate::diag::{Sink, Source};
-    use crate::lens::{Lens, shipped_names};
+    use crate::lens::{Lens, LensRay, Toward, shipped_names};
     use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
+    use glam::DVec3;
     use std::sync::Arc;
 
     fn again(lens: &Prescription, target: Target) -> Prescription {
@@ -486,6 +505,23 @@ mod tests {
 
     fn shipped() -> impl Iterator<Item = Prescription> {
         shipped_names().map(|name| Lens::named(name).unwrap().prescription().clone())
+    }
+
+    /// Whether two prescriptions have the same focal length and the same path of a ray that passes
+    /// neither through the axis nor in a plane with it, up to the rounding of radii that are
+    /// written as curvatures.
+    fn same_rays(a: &Prescription, b: &Prescription) -> bool {
+        let [a, b] = [a, b].map(|lens| Lens::new(lens.clone()));
+        let front = a.prescription().surfaces[0].semi_diameter.min(50.0);
+        let ray = LensRay {
+            origin: DVec3::new(0.1 * front, 0.2 * front, -front),
+            direction: DVec3::new(-0.02, 0.03, 1.0),
+        };
+        let path = |lens: &Lens| lens.trace_path(&ray, Toward::Film, false).hits;
+        let near = |(p, q): (&DVec3, &DVec3)| (*p - *q).length() < 1e-11 * front;
+        let efl = a.first_order().efl() / b.first_order().efl();
+        let (a, b) = (path(&a), path(&b));
+        (efl - 1.0).abs() < 1e-13 && a.len() == b.len() && a.iter().zip(&b).all(near)
     }
 
     /// Places in the file are not part of a lens.
@@ -507,6 +543,7 @@ mod tests {
                 lens.name
             );
             let read = bare(again(&lens, Target::Json));
+            assert!(same_rays(&read, &lens), "{}", lens.name);
             assert_eq!(
                 (&read.zoom, read.focus_group),
                 (&lens.zoom, lens.focus_group)
@@ -557,6 +594,7 @@ mod tests {
     fn zemax_files_read_back_as_the_same_optics() {
         for lens in shipped() {
             let read = again(&lens, Target::Zemax);
+            assert!(same_rays(&read, &lens), "{}", lens.name);
             assert_eq!(read.surfaces.len(), lens.surfaces.len(), "{}", lens.name);
             assert_eq!(read.stop(), lens.stop());
             for (a, b) in read.surfaces.iter().zip(&lens.surfaces) {
@@ -582,10 +620,49 @@ mod tests {
     }
 
     #[test]
+    fn code_v_files_read_back_as_the_same_optics() {
+        let mut written = 0;
+        for lens in shipped() {
+            let Ok((_, left_out)) = write(&lens, Target::CodeV) else {
+                continue;
+            };
+            written += 1;
+            let read = again(&lens, Target::CodeV);
+            assert!(same_rays(&read, &lens), "{}", lens.name);
+            assert_eq!(read.surfaces.len(), lens.surfaces.len(), "{}", lens.name);
+            assert_eq!(read.stop(), lens.stop());
+            for (a, b) in read.surfaces.iter().zip(&lens.surfaces) {
+                assert_eq!(a.curvature, b.curvature, "{}", lens.name);
+                assert_eq!(a.thickness, b.thickness);
+                assert_eq!(a.shape, b.shape, "{}", lens.name);
+                assert_eq!(a.semi_diameter, b.semi_diameter, "{left_out:?}");
+                for line in [F_LINE, D_LINE, C_LINE] {
+                    let (a, b) = (a.medium.index(line), b.medium.index(line));
+                    assert!((a - b).abs() < 1e-12, "{}: {a} {b}", lens.name);
+                }
+            }
+            let gaps = |lens: &Prescription| -> Vec<_> {
+                let all = lens.zoom.iter().map(|z| z.gaps.clone());
+                all.collect()
+            };
+            assert_eq!(gaps(&read), gaps(&lens));
+        }
+        assert!(written > 33, "{written}");
+        let mut lens = shipped().next().unwrap();
+        lens.surfaces[0].shape = Shape::Asphere {
+            k: 0.0,
+            terms: Box::new(std::array::from_fn(|p| if p == 5 { 1e-6 } else { 0.0 })),
+        };
+        let error = write(&lens, Target::CodeV).unwrap_err();
+        assert!(error.message.contains("odd power"), "{error}");
+    }
+
+    #[test]
     fn a_name_without_a_known_ending_is_refused() {
         assert_eq!(Target::of(Path::new("a.ZMX")).unwrap(), Target::Zemax);
+        assert_eq!(Target::of(Path::new("a.seq")).unwrap(), Target::CodeV);
         assert!(
-            Target::of(Path::new("a.seq"))
+            Target::of(Path::new("a.len"))
                 .unwrap_err()
                 .message
                 .contains("no format")
