@@ -14,7 +14,7 @@ use crate::export::{Conversion, ExportOptions, Losses, Target, convert};
 use crate::files::write_whole;
 use crate::iv::{Document, Format};
 use crate::scene::CompileOptions;
-use crate::scene::model::ModelOptions;
+use crate::scene::model::{ModelOptions, Sampling};
 
 /// The names of the formats of Inventor and VRML, for `--to`.
 const REWRITTEN: [&str; 3] = ["ascii", "binary", "iv"];
@@ -58,6 +58,9 @@ pub(crate) fn command() -> Command {
         ))
         .arg(Arg::new("scene-time").long("scene-time").value_name("SECONDS").help(
             "converts the scene as it is so many seconds after it was opened [0]",
+        ))
+        .arg(Arg::new("animate").long("animate").value_name("SECONDS").help(
+            "the length of the animation that moving parts become; 0 for none [that of the scene's clocks]",
         ))
         .arg(switch(
             "keep-origin",
@@ -160,11 +163,17 @@ fn options(matches: &ArgMatches, output: Option<&Path>) -> Result<ExportOptions>
     let tolerance = parsed(matches, "tolerance", expects, fraction)?;
     let seconds = |word: &str| word.parse().ok().filter(|t: &f64| t.is_finite());
     let time = parsed(matches, "scene-time", "a number of seconds", seconds)?;
+    let length = |word: &str| seconds(word).filter(|t| *t >= 0.0);
+    let duration = parsed(matches, "animate", "a number of seconds from 0", length)?;
     let folders = matches.get_many::<PathBuf>("search").into_iter().flatten();
     let defaults = ModelOptions::default();
     let stem = output.and_then(Path::file_stem).unwrap_or_default();
     Ok(ExportOptions {
         time: time.unwrap_or(0.0),
+        sampling: (duration != Some(0.0)).then(|| Sampling {
+            duration,
+            ..Sampling::default()
+        }),
         model: ModelOptions {
             tolerance: tolerance.unwrap_or(defaults.tolerance),
             recenter: !matches.get_flag("keep-origin"),

@@ -2,10 +2,10 @@
 
 use super::losses::Losses;
 use super::target::Target;
-use super::{obj, ply};
+use super::{gltf, obj, ply};
 use crate::diag::{Diagnostic, Result};
 use crate::iv::Document;
-use crate::scene::model::{Feature, Model, ModelOptions, Place};
+use crate::scene::model::{Feature, Model, ModelOptions, Motion, Place, Sampling};
 use crate::scene::snapshot;
 use crate::snapshot::SnapshotOptions;
 
@@ -16,6 +16,8 @@ pub struct ExportOptions {
     pub time: f64,
     /// How the scene is made into triangles.
     pub model: ModelOptions,
+    /// How motion is sampled, if it is wanted. Default: none.
+    pub sampling: Option<Sampling>,
     /// The name of the file without its ending, for files beside it. Default: empty.
     pub stem: String,
 }
@@ -56,9 +58,33 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
     if model.offset != glam::DVec3::ZERO && !target.holds(Feature::Offset) {
         losses.feature(Feature::Offset, &Place::default(), 1);
     }
+    let motion = motion(document, &model, options);
+    for id in &motion.changing {
+        losses.feature(Feature::ChangingValue, &Place::of(document.node(*id)), 1);
+    }
+    if !target.holds(Feature::Motion) {
+        for (node, _) in &motion.nodes {
+            losses.feature(Feature::Motion, &model.nodes[*node].place, 1);
+        }
+    }
     match target {
+        Target::Glb | Target::Gltf => {
+            let packing = match target {
+                Target::Glb => gltf::Packing::Binary,
+                _ => gltf::Packing::Json,
+            };
+            conversion.bytes = gltf::write(&model, &motion, packing, losses)?;
+        }
         Target::Obj => (conversion.bytes, conversion.beside) = obj::write(&model, &options.stem),
         Target::Ply => conversion.bytes = ply::write(&model)?,
     }
     Ok(conversion)
+}
+
+/// Returns the motion of a model, if it is wanted.
+fn motion(document: &Document, model: &Model, options: &ExportOptions) -> Motion {
+    let Some(sampling) = &options.sampling else {
+        return Motion::default();
+    };
+    Motion::of(document, model, options.time, &options.model, sampling)
 }

@@ -11,7 +11,9 @@
 //! [`Model`]: crate::scene::model::Model
 
 mod appearance;
+mod color;
 mod conversion;
+mod gltf;
 mod losses;
 mod names;
 mod obj;

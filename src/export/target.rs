@@ -8,6 +8,10 @@ use crate::scene::model::Feature;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Target {
+    /// glTF 2.0 in binary.
+    Glb,
+    /// glTF 2.0 as JSON, with everything in one file.
+    Gltf,
     /// Wavefront OBJ, with a library of materials beside it.
     Obj,
     /// PLY in binary, with colors of vertices.
@@ -16,11 +20,13 @@ pub enum Target {
 
 impl Target {
     /// All targets, in the order of the help.
-    pub const ALL: &[Self] = &[Self::Obj, Self::Ply];
+    pub const ALL: &[Self] = &[Self::Glb, Self::Gltf, Self::Obj, Self::Ply];
 
     /// The target's name, which is also the ending of its files.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Glb => "glb",
+            Self::Gltf => "gltf",
             Self::Obj => "obj",
             Self::Ply => "ply",
         }
@@ -40,6 +46,7 @@ impl Target {
     /// The format's name in sentences.
     pub(crate) fn title(self) -> &'static str {
         match self {
+            Self::Glb | Self::Gltf => "glTF",
             Self::Obj => "OBJ",
             Self::Ply => "PLY",
         }
@@ -54,6 +61,18 @@ impl Target {
     /// Whether the format can hold a feature.
     pub fn holds(self, feature: Feature) -> bool {
         match self {
+            Self::Glb | Self::Gltf => matches!(
+                feature,
+                Feature::Light
+                    | Feature::Camera
+                    | Feature::Texture
+                    | Feature::VertexColors
+                    | Feature::Shading
+                    | Feature::LinesAndPoints
+                    | Feature::Hierarchy
+                    | Feature::Offset
+                    | Feature::Motion
+            ),
             Self::Obj => matches!(
                 feature,
                 Feature::Texture

@@ -120,11 +120,29 @@ pub(super) fn first_camera(
     snapshot: &Snapshot<'_>,
     options: &CompileOptions,
 ) -> Option<CameraPose> {
-    let survey = survey_once(snapshot, options, false);
-    let all = survey
-        .bounds
-        .map(|bounds| CameraPose::view_all(bounds, 1.0));
-    survey.cameras.into_iter().next().or(all)
+    struct First(Option<CameraPose>);
+    impl<'a> Visitor<'a> for First {
+        fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
+
+        fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+            let pose = CameraPose::from_node(node, state.world_from_object);
+            self.0 = self.0.take().or(pose);
+        }
+
+        fn is_full(&self) -> bool {
+            self.0.is_some()
+        }
+    }
+    let walk_options = WalkOptions {
+        max_visits: options.max_visits,
+        ..WalkOptions::default()
+    };
+    let mut first = First(None);
+    traversal::walk(snapshot, &walk_options, &mut first);
+    first.0.or_else(|| {
+        let bounds = survey_once(snapshot, options, false).bounds?;
+        Some(CameraPose::view_all(bounds, 1.0))
+    })
 }
 
 /// Returns the exact bounding box of some nodes in world space, walked with a given state.

@@ -36,11 +36,13 @@ pub(super) fn recenter(model: &mut Model) {
     for node in &mut model.nodes {
         node.world.translation -= offset;
         if let [part] = node.parts[..] {
-            node.world.translation += node.world.matrix3 * moves[part.mesh];
+            node.center = moves[part.mesh];
+            node.world.translation += node.world.matrix3 * node.center;
         }
         let far = node.world.translation.abs().max_element() > FAR * size;
         if far && node.parts.is_empty() {
             node.world = DAffine3::IDENTITY;
+            node.is_fixed = true;
         }
     }
     for light in &mut model.lights {

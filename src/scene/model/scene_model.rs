@@ -12,6 +12,7 @@ use super::recenter::recenter;
 use super::tree;
 use crate::diag::Diagnostic;
 use crate::iv::Document;
+use crate::pose::CameraPose;
 use crate::scene::snapshot;
 use crate::snapshot::{Snapshot, SnapshotOptions};
 
@@ -40,7 +41,11 @@ pub struct Node {
     /// The meshes of the node's shape.
     pub parts: Vec<Part>,
     /// A number that identifies the node in models of the same document at other times.
-    pub(crate) key: u64,
+    pub(super) key: u64,
+    /// The point of the node's space that became its origin when the scene was moved.
+    pub(super) center: DVec3,
+    /// Whether the matrix was replaced when the scene was moved, so that it stands still.
+    pub(super) is_fixed: bool,
 }
 
 impl Node {
@@ -72,6 +77,8 @@ pub struct Model {
     pub features: Vec<Occurrence>,
     /// What is wrong with the scene.
     pub diagnostics: Vec<Diagnostic>,
+    /// The camera for shapes with a size in pixels.
+    pub(super) view: Option<CameraPose>,
 }
 
 impl Model {

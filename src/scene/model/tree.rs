@@ -8,13 +8,14 @@
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use glam::{DAffine3, DMat4};
+use glam::{DAffine3, DMat4, DQuat, DVec3};
 use indexmap::IndexMap;
 
 use super::canvas::MeshCanvas;
 use super::feature::{Feature, Occurrence, Place};
 use super::lights::{Camera, Light};
 use super::mesh::{Mesh, Primitives};
+use super::motion::Pose;
 use super::options::ModelOptions;
 use super::scene_model::{Model, Node, Part};
 use crate::diag::Diagnostic;
@@ -43,6 +44,8 @@ struct Open {
 /// The visitor that builds a model.
 struct Builder<'a> {
     snapshot: &'a Snapshot<'a>,
+    /// Whether shapes are drawn.
+    draws: bool,
     canvas: MeshCanvas,
     model: Model,
     open: Vec<Open>,
@@ -59,12 +62,48 @@ struct Builder<'a> {
     has_camera: bool,
 }
 
+/// The matrices of a tree without its shapes, to find what moves.
+#[derive(Debug)]
+pub(super) struct Skeleton {
+    /// The matrix to world space of each node, by its key.
+    pub worlds: HashMap<u64, DAffine3>,
+    /// The poses of the cameras.
+    pub cameras: Vec<Pose>,
+    /// The poses of the lights.
+    pub lights: Vec<Pose>,
+}
+
 /// Makes the tree of a snapshot.
 pub(super) fn build(snapshot: &Snapshot<'_>, options: &ModelOptions) -> Model {
     let mut options = options.clone();
     if options.compile.camera.is_none() {
         options.compile.camera = survey::first_camera(snapshot, &options.compile);
     }
+    let mut model = walk(snapshot, &options, true).finish();
+    model.view = options.compile.camera;
+    model
+}
+
+/// Makes the skeleton of the tree that [`build`] makes. The options have the camera.
+pub(super) fn skeleton(snapshot: &Snapshot<'_>, options: &ModelOptions) -> Skeleton {
+    let model = walk(snapshot, options, false).model;
+    let cameras = model.cameras.iter().map(|camera| Pose {
+        position: camera.pose.position,
+        orientation: camera.pose.orientation,
+    });
+    let lights = model.lights.iter().map(|light| Pose {
+        position: light.position,
+        orientation: DQuat::from_rotation_arc(DVec3::NEG_Z, light.direction),
+    });
+    Skeleton {
+        cameras: cameras.collect(),
+        lights: lights.collect(),
+        worlds: model.nodes.iter().map(|n| (n.key, n.world)).collect(),
+    }
+}
+
+/// Walks a snapshot, and draws its shapes if `draws`.
+fn walk<'a>(snapshot: &'a Snapshot<'a>, options: &ModelOptions, draws: bool) -> Builder<'a> {
     let walk_options = WalkOptions {
         camera: options.compile.camera.clone(),
         finest_level: true,
@@ -82,10 +121,13 @@ pub(super) fn build(snapshot: &Snapshot<'_>, options: &ModelOptions) -> Model {
         world: DAffine3::IDENTITY,
         parts: Vec::new(),
         key: 0,
+        center: DVec3::ZERO,
+        is_fixed: false,
     };
     let mut builder = Builder {
         snapshot,
-        canvas: MeshCanvas::new(&options),
+        draws,
+        canvas: MeshCanvas::new(options),
         model: Model {
             nodes: vec![root],
             ..Model::default()
@@ -105,7 +147,7 @@ pub(super) fn build(snapshot: &Snapshot<'_>, options: &ModelOptions) -> Model {
         has_camera: options.compile.camera.is_some(),
     };
     traversal::walk(snapshot, &walk_options, &mut builder);
-    builder.finish()
+    builder
 }
 
 /// Returns the matrix if a group may have it: it is finite and can be inverted.
@@ -129,19 +171,22 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds a node below the innermost group.
-    fn add(&mut self, node: NodeRef<'_>, world: Option<DAffine3>) -> usize {
-        let index = self.model.nodes.len();
-        let (parent, visit) = match self.open.last_mut() {
-            Some(open) => {
-                let visits = open.visits.entry(node.id).or_default();
-                *visits += 1;
-                (open.node, *visits)
-            }
-            None => (0, 0),
+    /// Counts a visit of a child of the innermost group, and returns the key of the child's node.
+    fn visit(&mut self, node: NodeRef<'_>) -> u64 {
+        let Some(open) = self.open.last_mut() else {
+            return 0;
         };
+        let visits = open.visits.entry(node.id).or_default();
+        *visits += 1;
         let mut hasher = DefaultHasher::new();
-        (self.model.nodes[parent].key, node.id, visit).hash(&mut hasher);
+        (self.model.nodes[open.node].key, node.id, *visits).hash(&mut hasher);
+        hasher.finish()
+    }
+
+    /// Adds a node with a key below the innermost group.
+    fn add(&mut self, node: NodeRef<'_>, key: u64, world: Option<DAffine3>) -> usize {
+        let index = self.model.nodes.len();
+        let parent = self.open.last().map_or(0, |open| open.node);
         self.model.nodes[parent].children.push(index);
         let above = self.model.nodes[parent].world;
         self.model.nodes.push(Node {
@@ -151,7 +196,9 @@ impl Builder<'_> {
             local: DAffine3::IDENTITY,
             world: world.unwrap_or(above),
             parts: Vec::new(),
-            key: hasher.finish(),
+            key,
+            center: DVec3::ZERO,
+            is_fixed: false,
         });
         index
     }
@@ -299,12 +346,18 @@ fn hides(node: NodeRef<'_>) -> bool {
 
 impl<'a> Visitor<'a> for Builder<'_> {
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        let key = self.visit(node);
         if state.drawing.style == DrawStyle::Invisible && !Canvas::ignores_draw_style(&self.canvas)
         {
             self.note(Feature::InvisibleShape, node);
             return;
         }
         self.place_group(state.world_from_object);
+        let world = DAffine3::from_mat4(state.world_from_object);
+        if !self.draws {
+            self.add(node, key, Some(world));
+            return;
+        }
         let mut finer;
         let mut state = state;
         if state.complexity.value < self.complexity {
@@ -314,7 +367,6 @@ impl<'a> Visitor<'a> for Builder<'_> {
         }
         shapes::draw(node, state, &mut self.canvas);
         let drawn = self.canvas.finish();
-        let world = DAffine3::from_mat4(state.world_from_object);
         if drawn.parts.is_empty() || !world.is_finite() {
             return;
         }
@@ -330,7 +382,7 @@ impl<'a> Visitor<'a> for Builder<'_> {
                 *self.lit.entry(light.node).or_default() += 1;
             }
         }
-        let index = self.add(node, Some(world));
+        let index = self.add(node, key, Some(world));
         for (mesh, material) in drawn.parts {
             let mesh = self.mesh(mesh);
             let next = self.materials.len();
@@ -354,7 +406,8 @@ impl<'a> Visitor<'a> for Builder<'_> {
             }
             _ => {}
         }
-        let index = self.add(node, None);
+        let key = self.visit(node);
+        let index = self.add(node, key, None);
         self.open.push(Open {
             node: index,
             is_placed: false,
@@ -365,6 +418,7 @@ impl<'a> Visitor<'a> for Builder<'_> {
     fn leave(&mut self) {
         if self.open.len() > 1
             && let Some(open) = self.open.pop()
+            && self.draws
         {
             self.close_group(open.node);
         }
@@ -394,7 +448,8 @@ impl<'a> Visitor<'a> for Builder<'_> {
     }
 
     fn node(&mut self, node: NodeRef<'a>, role: Role) {
-        if let Some(feature) = feature_of(node, role)
+        if self.draws
+            && let Some(feature) = feature_of(node, role)
             && (feature != Feature::Billboard || self.has_camera)
         {
             self.note(feature, node);

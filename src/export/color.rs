@@ -1,0 +1,33 @@
+//! Conversion of colors from a screen's values to linear light.
+
+/// Returns the linear light of a value from 0 to 1, by the curve of sRGB (IEC 61966-2-1). Values
+/// outside continue the curve's ends.
+pub(super) fn linear(value: f32) -> f32 {
+    if value <= 0.04045 {
+        value / 12.92
+    } else {
+        libm::powf((value + 0.055) / 1.055, 2.4)
+    }
+}
+
+/// Returns the linear light of a color.
+pub(super) fn linear3(color: glam::Vec3) -> [f32; 3] {
+    color.to_array().map(linear)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_curve_has_the_values_of_the_standard() {
+        for (value, light) in [
+            (0.0, 0.0),
+            (0.04, 0.003_095_975),
+            (0.5, 0.214_041_1),
+            (1.0, 1.0),
+        ] {
+            assert!((linear(value) - light).abs() < 1e-6, "{value}");
+        }
+    }
+}

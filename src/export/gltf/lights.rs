@@ -1,0 +1,140 @@
+//! Maps lights to `KHR_lights_punctual`, and cameras to glTF's.
+//!
+//! A light of intensity 1 lights a white surface that faces it to white, as in Inventor: its
+//! illuminance is π. A light whose intensity Inventor does not reduce by the inverse square of the
+//! distance gets the intensity that is right at the center of the scene.
+
+use glam::{DQuat, DVec3};
+use serde_json::{Value, json};
+
+use super::schema::{Camera, Orthographic, Perspective};
+use crate::export::color::linear3;
+use crate::export::losses::Losses;
+use crate::pose::{Projection, ViewportMapping};
+use crate::scene::model::{self, Feature, Light, LightShape};
+
+/// The center and the radius of a sphere around a scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Around {
+    pub center: DVec3,
+    pub radius: f64,
+}
+
+impl Around {
+    /// The sphere around a box; around nothing it is the unit sphere.
+    pub(super) fn of(bounds: Option<(DVec3, DVec3)>) -> Self {
+        bounds.map_or(
+            Self {
+                center: DVec3::ZERO,
+                radius: 1.0,
+            },
+            |(min, max)| Self {
+                center: 0.5 * (min + max),
+                radius: (0.5 * (max - min).length()).max(1e-6),
+            },
+        )
+    }
+}
+
+/// Returns the entry of a light, and adds what it cannot say.
+pub(super) fn light(light: &Light, around: Around, losses: &mut Losses) -> Value {
+    let color = linear3(light.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE));
+    let full = std::f64::consts::PI * f64::from(light.intensity.max(0.0));
+    let name = &light.name;
+    if light.shape == LightShape::Directional {
+        return json!({
+            "name": name, "type": "directional", "color": color, "intensity": full,
+        });
+    }
+    let [quadratic, linear, constant] = light.attenuation.as_dvec3().to_array();
+    let is_exact = linear == 0.0 && constant == 0.0 && quadratic > 0.0;
+    let candela = if is_exact {
+        full / quadratic
+    } else {
+        losses.feature(Feature::LightFalloff, &light.place, 1);
+        let distance = light.position.distance(around.center);
+        let distance = distance.max(0.1 * around.radius);
+        let square = distance * distance;
+        let divisor = constant + linear * distance + quadratic * square;
+        full * square / if divisor > 0.0 { divisor } else { 1.0 }
+    };
+    let mut value = json!({
+        "name": name, "type": "point", "color": color, "intensity": candela,
+    });
+    if light.radius.is_finite() && light.radius > 0.0 {
+        value["range"] = json!(light.radius);
+    }
+    if let LightShape::Spot {
+        inner,
+        outer,
+        exponent,
+    } = light.shape
+    {
+        let falls = match exponent {
+            Some(exponent) => exponent > 0.0,
+            None => inner < outer,
+        };
+        if falls || outer > std::f32::consts::FRAC_PI_2 {
+            losses.feature(Feature::SpotFalloff, &light.place, 1);
+        }
+        let outer = f64::from(outer).clamp(1e-3, std::f64::consts::FRAC_PI_2);
+        let inner = f64::from(inner).clamp(0.0, 0.9999 * outer);
+        value["type"] = json!("spot");
+        value["spot"] = json!({ "innerConeAngle": inner, "outerConeAngle": outer });
+    }
+    value
+}
+
+/// The rotation that turns −z to a light's direction.
+pub(super) fn light_rotation(light: &Light) -> DQuat {
+    DQuat::from_rotation_arc(DVec3::NEG_Z, light.direction)
+}
+
+/// Returns the entry of a camera. Its clipping planes enclose the scene, because Inventor's viewers
+/// choose them so, whatever the file says.
+pub(super) fn camera(camera: &model::Camera, around: Around) -> Camera {
+    let pose = &camera.pose;
+    let depth = (around.center - pose.position).dot(pose.direction());
+    let zfar = (depth + 1.01 * around.radius).max(2.0 * around.radius);
+    let nearest = depth - 1.01 * around.radius;
+    let name = camera.name.clone();
+    match pose.projection {
+        Projection::Perspective { height_angle } => Camera {
+            name,
+            kind: "perspective",
+            perspective: Some(Perspective {
+                aspect_ratio: match pose.viewport_mapping {
+                    ViewportMapping::AdjustCamera => None,
+                    _ => Some(pose.aspect_ratio).filter(|a| *a > 0.0),
+                },
+                yfov: height_angle.clamp(1e-4, 3.1),
+                znear: nearest.max(1e-4 * zfar),
+                zfar,
+            }),
+            orthographic: None,
+        },
+        Projection::Orthographic { height } => {
+            let half = if height.abs() > 0.0 {
+                0.5 * height.abs()
+            } else {
+                1.0
+            };
+            let aspect = if pose.aspect_ratio > 0.0 {
+                pose.aspect_ratio
+            } else {
+                1.0
+            };
+            Camera {
+                name,
+                kind: "orthographic",
+                perspective: None,
+                orthographic: Some(Orthographic {
+                    xmag: half * aspect,
+                    ymag: half,
+                    znear: nearest.max(0.0),
+                    zfar,
+                }),
+            }
+        }
+    }
+}
