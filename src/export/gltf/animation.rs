@@ -171,8 +171,8 @@ fn changes<const N: usize>(values: &[[f64; N]]) -> Vec<usize> {
     (0..values.len()).filter(changed).collect()
 }
 
-/// Returns the samples that are needed, so that lines between them are within an error of all others
-/// (Douglas and Peucker 1973).
+/// Returns the samples that are needed, so that lines between them are within an error of all
+/// others (Douglas and Peucker 1973).
 fn needed<const N: usize>(times: &[f64], values: &[[f64; N]], error: f64) -> Vec<usize> {
     let mut kept = vec![false; values.len()];
     let last = values.len() - 1;

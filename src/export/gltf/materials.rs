@@ -1,8 +1,8 @@
 //! Maps Inventor's materials to glTF's.
 //!
-//! The diffuse color becomes the base color of a dielectric. Inventor's highlight kₛ cosⁿ, where n is
-//! 128 times the shininess, becomes a GGX lobe of the same width and height: α² = 2 / (n + 2) and
-//! F₀ = 4 α² kₛ.
+//! The diffuse color becomes the base color of a dielectric. Inventor's highlight kₛ cosⁿ, where n
+//! is 128 times the shininess, becomes a GGX lobe of the same width and height: α² = 2 / (n + 2)
+//! and F₀ = 4 α² kₛ.
 
 use std::collections::HashMap;
 

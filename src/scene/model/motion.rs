@@ -119,8 +119,8 @@ impl Motion {
     }
 }
 
-/// Returns the time in which the scene's clocks repeat, as far as it is known, or 5 seconds. Returns
-/// `None` for a scene without clocks.
+/// Returns the time in which the scene's clocks repeat, as far as it is known, or 5 seconds.
+/// Returns `None` for a scene without clocks.
 fn period(document: &Document) -> Option<f64> {
     let mut longest: Option<f64> = None;
     for index in 0..document.nodes.len() {
