@@ -4,9 +4,9 @@
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::buffer::Buffer;
+use super::nodes::Nodes;
 use super::schema::{Animation, AnimationSampler, Channel, ChannelTarget, Index};
 use super::trs::Trs;
-use super::write::Nodes;
 use crate::export::losses::Losses;
 use crate::scene::model::{Feature, Model, Motion, Pose};
 

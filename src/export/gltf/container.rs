@@ -1,8 +1,16 @@
 //! Packs the JSON and the binary part of a file: as GLB, or as JSON with the bytes in it.
 
 use super::schema::{Buffer, Root};
-use super::write::Packing;
 use crate::diag::{Diagnostic, Result};
+
+/// How a file is packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::export) enum Packing {
+    /// JSON, with the binary part in it.
+    Json,
+    /// GLB.
+    Binary,
+}
 
 /// Packs a file.
 ///

@@ -12,8 +12,10 @@ mod container;
 mod lights;
 mod materials;
 mod meshes;
+mod nodes;
 mod schema;
 mod trs;
 mod write;
 
-pub(super) use write::{Packing, write};
+pub(super) use container::Packing;
+pub(super) use write::write;

@@ -5,33 +5,14 @@ use serde_json::{Map, Value, json};
 
 use super::animation::animate;
 use super::assets::Assets;
-use super::container::pack;
+use super::container::{Packing, pack};
 use super::lights::{self, Around};
+use super::nodes::Nodes;
 use super::schema::{Index, Node, Root, Scene};
 use super::trs::{Trs, split};
 use crate::diag::Result;
 use crate::export::losses::Losses;
 use crate::scene::model::{Model, Motion};
-
-/// How a file is packed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::export) enum Packing {
-    /// JSON, with the binary part in it.
-    Json,
-    /// GLB.
-    Binary,
-}
-
-/// The nodes of a file, with those of the model, of its lights and of its cameras.
-pub(super) struct Nodes {
-    pub list: Vec<Node>,
-    /// The node of each node of the model.
-    pub of_model: Vec<Index>,
-    /// The node of each light.
-    pub of_lights: Vec<Index>,
-    /// The node of each camera.
-    pub of_cameras: Vec<Index>,
-}
 
 /// Writes a model with its motion. `losses` receives what glTF cannot say.
 ///

@@ -1,6 +1,6 @@
 //! The lights and cameras of a model.
 
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 
 use super::feature::Place;
 use crate::pose::CameraPose;
@@ -57,6 +57,15 @@ pub struct Camera {
     pub place: Place,
     /// Where it stands in world space, and how it projects.
     pub pose: CameraPose,
+}
+
+/// The place of a camera or of a light at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// The position in meters.
+    pub position: DVec3,
+    /// The rotation from the camera's space to the world, or from −z to the light's direction.
+    pub orientation: DQuat,
 }
 
 impl Light {

@@ -21,6 +21,7 @@
 //! ```
 
 mod canvas;
+mod construct;
 mod feature;
 mod image;
 mod lights;
@@ -36,9 +37,9 @@ mod weld;
 
 pub use feature::{Feature, Occurrence, Place};
 pub use image::Image;
-pub use lights::{Camera, Light, LightShape};
+pub use lights::{Camera, Light, LightShape, Pose};
 pub use material::{Material, Texture, TextureModel};
 pub use mesh::{Mesh, Primitives};
-pub use motion::{Motion, Pose, Sampling};
+pub use motion::{Motion, Sampling};
 pub use options::ModelOptions;
 pub use scene_model::{Model, Node, Part};

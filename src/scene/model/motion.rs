@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use glam::{DAffine3, DQuat, DVec3};
+use glam::DAffine3;
 
+use super::lights::Pose;
 use super::options::ModelOptions;
 use super::scene_model::Model;
 use super::tree::{self, Skeleton};
@@ -39,15 +40,6 @@ impl Default for Sampling {
             rate: 30.0,
         }
     }
-}
-
-/// The place of a camera or of a light at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    /// The position in meters.
-    pub position: DVec3,
-    /// The rotation from the camera's space to the world, or from −z to the light's direction.
-    pub orientation: DQuat,
 }
 
 /// The motion of a model, by sample.

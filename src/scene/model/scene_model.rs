@@ -7,14 +7,8 @@ use super::image::Image;
 use super::lights::{Camera, Light};
 use super::material::Material;
 use super::mesh::Mesh;
-use super::options::ModelOptions;
-use super::recenter::recenter;
-use super::tree;
 use crate::diag::Diagnostic;
-use crate::iv::Document;
 use crate::pose::CameraPose;
-use crate::scene::snapshot;
-use crate::snapshot::{Snapshot, SnapshotOptions};
 
 /// A mesh with a material, as indices of [`Model::meshes`] and [`Model::materials`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -82,26 +76,6 @@ pub struct Model {
 }
 
 impl Model {
-    /// Makes a model of a snapshot.
-    pub fn of(snapshot: &Snapshot<'_>, options: &ModelOptions) -> Self {
-        let mut model = tree::build(snapshot, options);
-        let found = snapshot.diagnostics().iter().cloned();
-        model.diagnostics.extend(found);
-        if options.recenter {
-            recenter(&mut model);
-        }
-        model
-    }
-
-    /// Makes a model of a document at a time in seconds.
-    pub fn at(document: &Document, time: f64, options: &ModelOptions) -> Self {
-        let at = SnapshotOptions {
-            time,
-            ..SnapshotOptions::default()
-        };
-        Self::of(&snapshot(document, &at, &options.compile), options)
-    }
-
     /// The parts of all nodes in the order of the tree: mesh, material, the matrix to world space
     /// and the node.
     pub fn placed_meshes(&self) -> impl Iterator<Item = (&Mesh, &Material, &DAffine3, &Node)> {

@@ -13,9 +13,8 @@ use indexmap::IndexMap;
 
 use super::canvas::MeshCanvas;
 use super::feature::{Feature, Occurrence, Place};
-use super::lights::{Camera, Light};
+use super::lights::{Camera, Light, Pose};
 use super::mesh::{Mesh, Primitives};
-use super::motion::Pose;
 use super::options::ModelOptions;
 use super::scene_model::{Model, Node, Part};
 use crate::diag::Diagnostic;

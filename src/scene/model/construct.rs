@@ -1,0 +1,31 @@
+//! Makes models of snapshots and of documents.
+
+use super::options::ModelOptions;
+use super::recenter::recenter;
+use super::scene_model::Model;
+use super::tree;
+use crate::iv::Document;
+use crate::scene::snapshot;
+use crate::snapshot::{Snapshot, SnapshotOptions};
+
+impl Model {
+    /// Makes a model of a snapshot.
+    pub fn of(snapshot: &Snapshot<'_>, options: &ModelOptions) -> Self {
+        let mut model = tree::build(snapshot, options);
+        let found = snapshot.diagnostics().iter().cloned();
+        model.diagnostics.extend(found);
+        if options.recenter {
+            recenter(&mut model);
+        }
+        model
+    }
+
+    /// Makes a model of a document at a time in seconds.
+    pub fn at(document: &Document, time: f64, options: &ModelOptions) -> Self {
+        let at = SnapshotOptions {
+            time,
+            ..SnapshotOptions::default()
+        };
+        Self::of(&snapshot(document, &at, &options.compile), options)
+    }
+}
