@@ -60,7 +60,7 @@ pub struct Motion {
 
 impl Motion {
     /// Samples the motion of a model that was made of a document at time `start`, or of which
-    /// everything stands still.
+    /// nothing moves.
     pub fn of(
         document: &Document,
         model: &Model,
@@ -105,7 +105,7 @@ impl Motion {
         sampler.finish(times)
     }
 
-    /// Whether everything stands still.
+    /// Whether nothing moves.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty() && self.cameras.is_empty() && self.lights.is_empty()
     }

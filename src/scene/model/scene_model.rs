@@ -38,7 +38,7 @@ pub struct Node {
     pub(super) key: u64,
     /// The point of the node's space that became its origin when the scene was moved.
     pub(super) center: DVec3,
-    /// Whether the matrix was replaced when the scene was moved, so that it stands still.
+    /// Whether the matrix was replaced when the scene was moved, so that it does not move.
     pub(super) is_fixed: bool,
 }
 
