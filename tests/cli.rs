@@ -941,6 +941,12 @@ fn the_camera_in_use_is_written_and_makes_the_same_picture() {
     );
     for (line, part) in [
         ("-camwrite DIR/c.dat DIR/cube.iv", "-batch"),
+        ("--aov DIR/c.exr DIR/cube.iv", "-batch"),
+        (
+            "compare --aov DIR/c.exr DIR/a.ppm DIR/b.ppm",
+            "ivcam render",
+        ),
+        ("render --aov DIR/c.png DIR/cube.iv", "end the name in .exr"),
         (
             "compare --write-camera DIR/c.dat DIR/a.ppm DIR/b.ppm",
             "ivcam render",

@@ -1,5 +1,7 @@
 //! The kinds of cameras, and the rays that they make from samples.
 
+use std::borrow::Cow;
+
 use glam::{DVec2, DVec3};
 
 use super::aim::film_point;
@@ -85,6 +87,18 @@ impl Camera {
                     camera.shoot_by_wavelength(lenses, samples, bundle, rays, corrections);
                 }
             },
+        }
+    }
+
+    /// The camera whose rays all have the lens's own wavelength.
+    pub(crate) fn at_one_wavelength(&self) -> Cow<'_, Self> {
+        match self {
+            Self::Lens(lens) if lens.is_dispersing() => {
+                let mut lens = lens.clone();
+                lens.spectral = None;
+                Cow::Owned(Self::Lens(lens))
+            }
+            _ => Cow::Borrowed(self),
         }
     }
 

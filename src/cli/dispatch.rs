@@ -79,7 +79,7 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
             named.map_or(Ok(()), |named| outputs::check(named, m))?;
         }
     }
-    camera_is_written(&matches)?;
+    outputs_have_a_render(&matches)?;
     let out = &mut std::io::stdout().lock();
     match matches.subcommand() {
         None if !matches.get_flag("batch") => view::run(&matches, Era::Vintage),
@@ -104,18 +104,26 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
     }
 }
 
-/// Refuses `--write-camera` where no picture is rendered.
-fn camera_is_written(matches: &ArgMatches) -> Result<()> {
+/// Refuses `--write-camera` and `--aov` where no picture is rendered.
+fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
     let (renders, m) = match matches.subcommand() {
         None => (matches.get_flag("batch"), matches),
         Some((name, m)) => (name == "render", m),
     };
-    if renders || !m.try_contains_id("write-camera").unwrap_or_default() {
-        return Ok(());
+    let helps = [
+        (
+            "write-camera",
+            "use `ivcam render` or `-batch`, or the window's *Write camera*",
+        ),
+        ("aov", "use `ivcam render` or `-batch`"),
+    ];
+    for (option, help) in helps {
+        if !renders && m.try_contains_id(option).unwrap_or_default() {
+            let error = format!("`--{option}` goes with a render, and no picture is rendered here");
+            return Err(Diagnostic::error(error).with_help(help));
+        }
     }
-    let error = "`--write-camera` goes with a render, and no picture is rendered here";
-    Err(Diagnostic::error(error)
-        .with_help("use `ivcam render` or `-batch`, or the window's *Write camera*"))
+    Ok(())
 }
 
 /// The commands that have the flags of a render.

@@ -12,9 +12,10 @@ use crate::photo::free_name;
 use crate::picture::{Depth, Picture, PictureFormat};
 
 /// The arguments that name a file to write, in whichever command has them.
-const OUTPUTS: [&str; 12] = [
+const OUTPUTS: [&str; 13] = [
     "output",
     "report",
+    "aov",
     "write-camera",
     "sheet",
     "fit",

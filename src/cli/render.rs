@@ -24,6 +24,8 @@ pub(crate) struct OutputOptions {
     pub output: PathBuf,
     /// The file of the report.
     pub report: Option<PathBuf>,
+    /// The file of the picture's layers.
+    pub layers: Option<PathBuf>,
     /// The file that the camera in use is written to.
     pub camera: Option<PathBuf>,
     /// The number of threads to render with.
@@ -55,6 +57,7 @@ impl OutputOptions {
         Ok(Self {
             output,
             report: text(m, "report").map(PathBuf::from),
+            layers: layers(m)?,
             camera: text(m, "write-camera").map(PathBuf::from),
             threads: threads(m)?,
             quiet: m.get_flag("quiet"),
@@ -66,9 +69,11 @@ impl OutputOptions {
         let inputs = scene.opened_files();
         let report = self.report.iter().map(|path| ("--report", path));
         let camera = self.camera.iter().map(|path| ("--write-camera", path));
+        let layers = self.layers.iter().map(|path| ("--aov", path));
         let outputs = std::iter::once(("--output", &self.output));
         outputs
             .chain(report)
+            .chain(layers)
             .chain(camera)
             .try_for_each(|(option, path)| keep_inputs(option, path, &inputs))
     }
@@ -96,6 +101,24 @@ fn output(m: &ArgMatches) -> PathBuf {
         || free_name(&picture_name(scene), |path| path.symlink_metadata().is_ok()),
         PathBuf::from,
     )
+}
+
+/// Returns the file of `--aov`.
+///
+/// # Errors
+/// Returns an error if its ending is not `.exr`, the only format that holds layers.
+fn layers(m: &ArgMatches) -> Result<Option<PathBuf>> {
+    let Some(path) = text(m, "aov").map(PathBuf::from) else {
+        return Ok(None);
+    };
+    if path
+        .extension()
+        .is_none_or(|e| !e.eq_ignore_ascii_case("exr"))
+    {
+        let message = format!("`--aov {}`: layers are written as OpenEXR", path.display());
+        return Err(Diagnostic::error(message).with_help("end the name in .exr"));
+    }
+    Ok(Some(path))
 }
 
 /// Returns the number of threads. The default is the number of cores.
@@ -213,6 +236,10 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
         print_diagnostic(&warning);
     }
     save_picture(&picture, &options.output, session.plan.depth)?;
+    if let Some(path) = &options.layers {
+        let layers = options.on_threads(|| session.layers(&exposure, &picture))?;
+        layers.save(path)?;
+    }
     let mut report = session.report(&exposure);
     report.picture = options.output.display().to_string();
     report.seconds.write = clock.elapsed().as_secs_f64();

@@ -154,6 +154,19 @@ impl Film {
         self.pixels[pixel].mean + ghosts
     }
 
+    /// Returns the number of samples of a pixel.
+    pub(crate) fn samples(&self, pixel: usize) -> u32 {
+        self.pixels[pixel].count
+    }
+
+    /// Returns the standard error of a pixel's channels, from the scatter of its samples: that of
+    /// independent samples, and an upper bound for stratified ones. It is infinite for fewer than
+    /// two samples.
+    pub(crate) fn standard_error(&self, pixel: usize) -> DVec3 {
+        let variance = self.pixels[pixel].variance_of_mean();
+        DVec3::new(variance.x.sqrt(), variance.y.sqrt(), variance.z.sqrt())
+    }
+
     /// Returns the mean of all channels of all pixels, without ghosts.
     pub fn mean(&self) -> f64 {
         let sum: f64 = self.pixels.iter().map(|p| p.mean.element_sum()).sum();

@@ -6,6 +6,7 @@
 
 mod camera_choice;
 pub(crate) mod headlight;
+mod layers;
 mod lens_settings;
 pub(crate) mod options;
 mod overview;

@@ -24,7 +24,7 @@ use crate::pose::{CameraPose, Projection};
 use crate::render::diffraction::diffract;
 use crate::render::ghosts::GhostRender;
 use crate::render::report::{RenderReport, Seconds};
-use crate::render::{Exposure, Progress, Render, Stop};
+use crate::render::{Exposure, Progress, Render, Stop, SurfaceSum};
 use crate::sampling::{FilterTable, Sampler};
 use crate::scene::{CompileOptions, Light, RenderScene, precision_warning, snapshot};
 use crate::shade::{ShadeOptions, Shader, Shading};
@@ -312,19 +312,8 @@ impl Session {
         stop: Stop,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
-        let all = Region::whole(self.plan.resolution);
-        let region = self.plan.region.unwrap_or(all);
-        let mut exposure = Render {
-            shader: &self.shader(),
-            camera: &self.camera,
-            sampler,
-            resolution: self.plan.resolution,
-            exposure: self.exposure_factor(),
-            stop,
-            filter: &FilterTable::new(self.plan.filter),
-            adaptive: self.plan.adaptive,
-        }
-        .run_inside(region, progress);
+        let render = |render: &Render<'_>| render.run_inside(self.region(), progress);
+        let mut exposure = self.with_render(sampler, stop, render);
         let clock = Instant::now();
         let ghosts = self.ghosts(sampler);
         exposure.film.ghosts = match self.plan.region {
@@ -333,6 +322,37 @@ impl Session {
         };
         exposure.seconds += clock.elapsed().as_secs_f64();
         exposure
+    }
+
+    /// Returns what the first samples of each pixel meet. Uses rayon's current pool.
+    pub(super) fn surfaces(&self, samples: u32) -> Vec<SurfaceSum> {
+        let render = |render: &Render<'_>| render.surfaces(self.region(), samples);
+        self.with_render(self.plan.sampler, self.plan.stop, render)
+    }
+
+    /// Returns the region of the picture that is rendered.
+    fn region(&self) -> Region {
+        let all = Region::whole(self.plan.resolution);
+        self.plan.region.unwrap_or(all)
+    }
+
+    /// Calls `work` with the scene, the camera and the settings of a render.
+    fn with_render<T>(
+        &self,
+        sampler: Sampler,
+        stop: Stop,
+        work: impl FnOnce(&Render<'_>) -> T,
+    ) -> T {
+        work(&Render {
+            shader: &self.shader(),
+            camera: &self.camera,
+            sampler,
+            resolution: self.plan.resolution,
+            exposure: self.exposure_factor(),
+            stop,
+            filter: &FilterTable::new(self.plan.filter),
+            adaptive: self.plan.adaptive,
+        })
     }
 
     /// Returns the shader of the plan, which computes the radiance along rays.

@@ -83,3 +83,39 @@ fn the_scene_is_compiled_for_what_the_lens_sees() {
     assert!(tangent(&session) < sees);
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// A wall fills the picture at z = 1, and the camera is at z = 4 and looks along −z.
+#[test]
+fn layers_hold_what_each_pixel_shows() {
+    let folder = std::env::temp_dir().join(format!("ivcam-layers-{}", std::process::id()));
+    let mut plan = plan(&folder);
+    let scene = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 }\n\
+        PointLight { location 0 0 3 } Material { diffuseColor .2 .4 .6 }\n\
+        Translation { translation 10.03 0 0 } Cube { width 20 height 90 }\n";
+    std::fs::write(&plan.scene, scene).expect("the scene can be written");
+    plan.stop = crate::render::Stop::after(16);
+    let session = Session::open(plan).expect("the scene is whole");
+    let exposure = session.expose(&|_| ());
+    let picture = session.develop(&exposure, "");
+    let image = session.layers(&exposure, &picture);
+    let channel = |name: &str| image.channels[name].as_slice();
+    // The left half of the picture is empty, the right half shows the wall.
+    let (empty, wall) = (12 * 36 + 3, 12 * 36 + 30);
+    let at =
+        |names: &[&str], i: usize| -> Vec<f32> { names.iter().map(|n| channel(n)[i]).collect() };
+    assert_eq!(at(&["A", "Z", "N.Z", "R"], empty), [0.0, 1e10, 0.0, 0.0]);
+    assert_eq!(at(&["A", "N.X", "N.Y", "N.Z"], wall), [1.0, 0.0, 0.0, 1.0]);
+    let near = |value: f32, expected: f32| (value - expected).abs() < 1e-5;
+    assert!(near(channel("Z")[wall], 3.0) && near(channel("P.Z")[wall], 1.0));
+    let albedo = at(&["albedo.R", "albedo.G", "albedo.B"], wall);
+    assert!(albedo.iter().zip([0.2, 0.4, 0.6]).all(|(a, b)| near(*a, b)));
+    assert_eq!(channel("samples.Y")[wall], 16.0);
+    let lost = channel("lost.Y")[wall];
+    let passed = 1.0 - exposure.counts.passed_share() as f32;
+    assert!((lost - passed).abs() < 0.2, "{lost} {passed}");
+    // Where the wall is evenly lit, its picture has almost no error, but at its blurred edge.
+    let edge = 12 * 36 + 18;
+    assert!(channel("error.R")[edge] > channel("error.R")[wall]);
+    assert_eq!(image.channels["R"][wall], picture.pixels[wall][0]);
+    std::fs::remove_dir_all(folder).unwrap();
+}

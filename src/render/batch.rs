@@ -6,11 +6,12 @@ use glam::DVec3;
 
 use super::exposure::Counts;
 use super::passes::Render;
+use super::surfaces::SurfaceSum;
 use crate::bvh::Hit;
 use crate::camera::{CameraRays, SpectralCorrections};
 use crate::film::{Exposed, Resolution, Twin};
 use crate::lens::Bundle;
-use crate::math::lanes::{LANES, SimdKernel, Vec3Lanes, dispatch};
+use crate::math::lanes::{LANES, SimdKernel, Vec3Lanes, bits, dispatch};
 use crate::sampling::{Sampler, Samples};
 use crate::shade::Work;
 
@@ -130,13 +131,44 @@ impl<'a> Batch<'a> {
         }
     }
 
+    /// Finds the surfaces that samples of a pixel meet. The batch must be empty, and is empty
+    /// afterwards. Rays of more than one wavelength must not be used.
+    pub(super) fn survey(
+        &mut self,
+        at: (u32, u32),
+        sampler: Sampler,
+        samples: Range<u32>,
+        sum: &mut SurfaceSum,
+    ) {
+        let pixel = self.render.pixel(sampler, at);
+        for first in samples.clone().step_by(self.size) {
+            let now = first..samples.end.min(first + self.size as u32);
+            let count = now.len();
+            self.samples.request(&pixel, now);
+            self.pixels[0].resize(count, f64::from(at.0));
+            self.pixels[1].resize(count, f64::from(at.1));
+            self.slots.resize(count, 0);
+            self.shoot();
+            let shader = self.render.shader;
+            for packet in self.rays.packets() {
+                let [hits, _] = &mut self.hits;
+                hits.clear();
+                shader.intersect(&packet.rays, &mut self.work, hits);
+                for (lane, hit) in bits(packet.rays.mask).zip(hits) {
+                    let ray = packet.rays.ray(lane);
+                    let point = hit.as_ref().map(|hit| shader.scene().point(&ray, hit));
+                    sum.add(point.as_ref());
+                }
+            }
+            sum.samples += count as u32;
+            self.clear();
+        }
+    }
+
     /// Traces the samples of the batch, adds their light to the sums in order, and empties it.
     pub(super) fn flush(&mut self, sums: &mut [Exposed]) {
-        self.samples.draw();
-        self.place();
+        self.shoot();
         let camera = self.render.camera;
-        let (rays, corrections) = (&mut self.rays, &mut self.corrections);
-        camera.shoot(&self.samples, &mut self.bundle, rays, corrections);
         self.shade();
         self.counts.passed += self.rays.passed as u64;
         self.exposures.clear();
@@ -154,6 +186,20 @@ impl<'a> Batch<'a> {
             }
             sums[run[0]] = sum;
         }
+        self.clear();
+    }
+
+    /// Sends the samples of the batch through the lens.
+    fn shoot(&mut self) {
+        self.samples.draw();
+        self.place();
+        let (rays, corrections) = (&mut self.rays, &mut self.corrections);
+        let camera = self.render.camera;
+        camera.shoot(&self.samples, &mut self.bundle, rays, corrections);
+    }
+
+    /// Empties the batch.
+    fn clear(&mut self) {
         self.samples.clear();
         self.pixels.iter_mut().for_each(Vec::clear);
         self.slots.clear();

@@ -15,6 +15,7 @@ pub(crate) mod ghosts;
 mod passes;
 pub(crate) mod report;
 mod shares;
+mod surfaces;
 #[cfg(test)]
 mod tests;
 pub(crate) mod tile;
@@ -22,3 +23,4 @@ pub(crate) mod tile;
 pub use exposure::{Counts, Exposure, Progress, Stop};
 pub(crate) use passes::Render;
 pub use report::account::{RenderReport, Seconds};
+pub(crate) use surfaces::SurfaceSum;

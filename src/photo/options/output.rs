@@ -2,7 +2,7 @@
 
 use super::option::{Opt, Takes};
 
-pub(super) static OPTIONS: [Opt; 6] = [
+pub(super) static OPTIONS: [Opt; 7] = [
     Opt::new(
         "output",
         Takes::One("FILE"),
@@ -15,6 +15,11 @@ pub(super) static OPTIONS: [Opt; 6] = [
         "writes the camera in use, with its focus, as a file for --camera",
     )
     .vintage("camwrite"),
+    Opt::new(
+        "aov",
+        Takes::One("FILE.exr"),
+        "writes the picture with layers: depth, position, normal, albedo, standard error, samples, lost rays",
+    ),
     Opt::new("batch", Takes::Nothing, "renders without a window").vintage("batch"),
     Opt::new("threads", Takes::One("N"), "threads to use [all cores]"),
     Opt::new(

@@ -1,0 +1,80 @@
+//! The layers of a picture: what each pixel shows, what its samples cost, and how wrong it is.
+
+use indexmap::IndexMap;
+
+use super::session::Session;
+use crate::picture::{ChannelImage, Picture};
+use crate::render::{Exposure, SurfaceSum};
+
+/// The depth of a pixel that meets no surface, in meters. Programs that composite pictures take it
+/// for a far background, and infinity for an error.
+const FAR: f64 = 1e10;
+/// The largest number of samples by which surfaces are found. More do not change what a pixel
+/// shows by as much as the picture's noise.
+const MOST_SAMPLES: u32 = 256;
+
+impl Session {
+    /// Returns the layers of an exposure, with the developed picture in R, G and B:
+    ///
+    /// | channels | meaning |
+    /// |---|---|
+    /// | `A` | the share of the samples through the lens that meet a surface |
+    /// | `Z` | the depth along the viewing direction, in meters |
+    /// | `P.X`, `P.Y`, `P.Z` | the position in the scene, in meters |
+    /// | `N.X`, `N.Y`, `N.Z` | the normal on the side that is seen |
+    /// | `albedo.R` … | the diffuse color with its texture |
+    /// | `error.R` … | the standard error of the picture |
+    /// | `samples.Y` | the samples taken for the picture |
+    /// | `lost.Y` | the share of the samples whose ray was lost in the lens |
+    ///
+    /// Surfaces are means over the samples that meet one, by the picture's first samples, at most
+    /// 256, at the lens's own wavelength. Depth, position and normal are those of the first
+    /// surface, transparent or not. Uses rayon's current pool.
+    pub(crate) fn layers(&self, exposure: &Exposure, picture: &Picture) -> ChannelImage {
+        let surfaces = self.surfaces(exposure.samples.min(MOST_SAMPLES));
+        let film = &exposure.film;
+        let mut image = ChannelImage {
+            width: picture.width,
+            height: picture.height,
+            channels: IndexMap::new(),
+            provenance: picture.provenance.clone(),
+        };
+        let mut put = |names: &[&str], value: &dyn Fn(usize) -> Vec<f64>| {
+            let values: Vec<Vec<f64>> = (0..picture.pixels.len()).map(value).collect();
+            for (c, name) in names.iter().enumerate() {
+                let channel = values.iter().map(|v| v[c] as f32).collect();
+                image.channels.insert((*name).to_owned(), channel);
+            }
+        };
+        let share = |part: u32, of: u32| f64::from(part) / f64::from(of.max(1));
+        let position = |s: &SurfaceSum| s.mean(s.position) + self.scene.origin;
+        put(&["R", "G", "B"], &|i| {
+            picture.pixels[i].map(f64::from).to_vec()
+        });
+        put(&["A"], &|i| {
+            vec![share(surfaces[i].met, surfaces[i].passed)]
+        });
+        put(&["Z"], &|i| match surfaces[i].met {
+            0 => vec![FAR],
+            _ => vec![(position(&surfaces[i]) - self.pose.position).dot(self.pose.direction())],
+        });
+        put(&["P.X", "P.Y", "P.Z"], &|i| match surfaces[i].met {
+            0 => vec![0.0; 3],
+            _ => position(&surfaces[i]).to_array().to_vec(),
+        });
+        put(&["N.X", "N.Y", "N.Z"], &|i| {
+            surfaces[i].normal.normalize_or_zero().to_array().to_vec()
+        });
+        put(&["albedo.R", "albedo.G", "albedo.B"], &|i| {
+            surfaces[i].mean(surfaces[i].albedo).to_array().to_vec()
+        });
+        put(&["error.R", "error.G", "error.B"], &|i| {
+            film.standard_error(i).to_array().to_vec()
+        });
+        put(&["samples.Y"], &|i| vec![f64::from(film.samples(i))]);
+        put(&["lost.Y"], &|i| {
+            vec![1.0 - share(surfaces[i].passed, surfaces[i].samples)]
+        });
+        image
+    }
+}
