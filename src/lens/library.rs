@@ -6,9 +6,11 @@ use std::sync::Arc;
 use crate::diag::{Diagnostic, Result, Sink, Source, nearest};
 use crate::files::{MAX_TEXT, read_file};
 use crate::lens::lens::Lens;
+use crate::prescription::formats::apertures::F_NUMBER_TOLERANCE;
 use crate::prescription::formats::origin;
 use crate::prescription::formats::{Reading, read};
-use crate::prescription::prescription::Prescription;
+use crate::prescription::prescription::{Prescription, StatedFNumber};
+use crate::prescription::text::decoded;
 
 mod shipped {
     include!(concat!(env!("OUT_DIR"), "/lenses.rs"));
@@ -57,7 +59,38 @@ pub fn open_prescription(
     how: &Reading,
     sink: &mut Sink,
 ) -> Result<Prescription> {
-    read::read_with(&source(name_or_path.as_ref())?, how, sink)
+    let source = source(name_or_path.as_ref())?;
+    let prescription = read::read_with(&source, how, sink)?;
+    warn_if_contradicted(&prescription, &source, sink);
+    Ok(prescription)
+}
+
+/// Warns of an f-number of the file that its apertures contradict, by paraxial rays and by real
+/// rays. Programs state the one or the other.
+fn warn_if_contradicted(prescription: &Prescription, source: &Arc<Source>, sink: &mut Sink) {
+    let Some(StatedFNumber { value, span }) = prescription.stated_f_number else {
+        return;
+    };
+    let lens = Lens::new(prescription.clone());
+    let (Some(paraxial), Some(real)) = (lens.first_order().f_number(), lens.real_f_number()) else {
+        return;
+    };
+    if (real / value - 1.0).abs() <= F_NUMBER_TOLERANCE {
+        return;
+    }
+    let help = match value > real {
+        true => format!(
+            "the apertures count; `--aperture {value:.3}` closes the stop to the stated one"
+        ),
+        false => "the apertures count".to_owned(),
+    };
+    let before = sink.set_source(Some(decoded(source)));
+    let message = format!(
+        "the file states f/{value:.3}, but its apertures let through f/{paraxial:.3} by paraxial \
+         rays and f/{real:.3} by real rays"
+    );
+    sink.warn(span, message).help(help);
+    sink.set_source(before);
 }
 
 /// The text of a shipped lens, or of a file.

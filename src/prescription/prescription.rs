@@ -30,6 +30,16 @@ pub struct Prescription {
     pub focus_group: Option<FocusGroup>,
     /// The shape of the hole in the stop.
     pub iris: Iris,
+    /// The f-number that the file states, if that of paraxial rays through the apertures differs.
+    pub stated_f_number: Option<StatedFNumber>,
+}
+
+/// An f-number that a file states beside the apertures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StatedFNumber {
+    pub value: f64,
+    /// The place of the file's number.
+    pub span: Span,
 }
 
 /// A tabulated setting of a zoom lens: the gaps and the stop that differ from those of the
@@ -87,6 +97,7 @@ impl Prescription {
             zoom: Vec::new(),
             focus_group: None,
             iris: Iris::Round,
+            stated_f_number: None,
         }
     }
 

@@ -4,10 +4,14 @@
 
 use std::fmt::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use crate::diag::{Severity, Sink};
+use super::common::Folder;
+use crate::diag::{Severity, Sink, Source};
 use crate::lens::{Lens, open_prescription};
 use crate::prescription::Reading;
+use crate::prescription::formats;
+use crate::prescription::formats::write::{Target, write};
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/lenses/dialects")
@@ -116,4 +120,59 @@ fn a_zoom_of_the_optical_bench_has_its_positions() {
         assert!((efl - stated(i)).abs() < 1e-3, "{i}: {efl}");
     }
     assert!(stated(0) != stated(1));
+}
+
+/// A file of ray-optics states its unit beside the surfaces.
+#[test]
+fn a_file_of_ray_optics_may_be_in_inches() {
+    let text = std::fs::read_to_string(folder().join("gauss.roa")).unwrap();
+    let focal_length = |unit: &str| {
+        let stated = format!("\"_dimensions\":\"{unit}\"");
+        let text = text.replace("\"_dimensions\":\"mm\"", &stated);
+        assert!(text.contains(&stated));
+        let source = Arc::new(Source::new("gauss.roa", text.into_bytes()));
+        let lens = formats::read(&source, &mut Sink::new());
+        lens.map(|lens| Lens::new(lens).first_order().efl())
+    };
+    let millimeters = focal_length("mm").unwrap();
+    for (unit, factor) in [("inches", 25.4), ("in", 25.4), ("cm", 10.0), ("m", 1000.0)] {
+        let ratio = focal_length(unit).unwrap() / millimeters;
+        assert!((ratio / factor - 1.0).abs() < 1e-12, "{unit}: {ratio}");
+    }
+    let error = focal_length("furlong").unwrap_err();
+    assert!(
+        error.message.contains("`furlong` is not a unit of length"),
+        "{error}"
+    );
+}
+
+/// The aperture of a file may be meant by paraxial rays or by real rays, which differ by 4% in this
+/// lens. Only a number that is neither is a contradiction.
+#[test]
+fn a_stated_f_number_may_be_that_of_real_rays_or_of_paraxial_ones() {
+    let lens = Lens::named("angenieux-50").unwrap();
+    let (paraxial, real) = (lens.first_order().f_number(), lens.real_f_number());
+    let (paraxial, real) = (paraxial.unwrap(), real.unwrap());
+    assert!((paraxial / real - 1.0).abs() > 0.03, "{paraxial} {real}");
+    let (text, _) = write(lens.prescription(), Target::Zemax).unwrap();
+    let scratch = Folder::new("stated-f-number");
+    let warnings = |f_number: f64| -> Vec<String> {
+        let stated = format!("MODE SEQ\nFNUM {f_number} 0\n");
+        let file = scratch.file("stated.zmx", &text.replacen("MODE SEQ\n", &stated, 1));
+        let mut sink = Sink::new();
+        open_prescription(file, &Reading::default(), &mut sink).unwrap();
+        let items = sink.items().iter();
+        items
+            .map(|d| d.message.clone())
+            .filter(|m| m.contains("the file states"))
+            .collect()
+    };
+    assert!(warnings(paraxial).is_empty() && warnings(real).is_empty());
+    for wrong in [0.5 * (paraxial + real), 2.0 * real] {
+        let found = warnings(wrong);
+        let both = [paraxial, real]
+            .iter()
+            .all(|n| found[0].contains(&format!("f/{n:.3}")));
+        assert!(both, "{found:?}");
+    }
 }

@@ -7,8 +7,11 @@
 use crate::diag::{Sink, Span};
 use crate::prescription::first_order::FirstOrder;
 use crate::prescription::glass::D_LINE;
-use crate::prescription::prescription::Prescription;
+use crate::prescription::prescription::{Prescription, StatedFNumber};
 use crate::prescription::surface::{Plane, Surface};
+
+/// The relative difference of two f-numbers that counts as a contradiction.
+pub(crate) const F_NUMBER_TOLERANCE: f64 = 5e-3;
 
 /// The beam as a file describes it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -73,28 +76,18 @@ pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> bool {
     true
 }
 
-/// Reports an f-number or an entrance pupil of the file that its apertures contradict by more than
-/// 0.5%. `span` is the place of the file's number.
-pub(super) fn compare(lens: &Prescription, beam: Beam, span: Span, sink: &mut Sink) {
+/// Notes the f-number that the file states, or that follows from its entrance pupil, if paraxial
+/// rays through the apertures contradict it by more than [`F_NUMBER_TOLERANCE`].
+/// The file may mean real rays, which only `lens` can trace. `span` is the place of the number.
+pub(super) fn note_f_number(lens: &mut Prescription, beam: Beam, span: Span) {
     let optics = FirstOrder::of(lens, &lens.indices(D_LINE), Plane::Y);
     let (Some(focal), Some(found)) = (optics.focal, optics.f_number()) else {
         return;
     };
     let by_pupil = beam.entrance_diameter.map(|d| focal.efl.abs() / d);
-    let Some(stated) = by_pupil.or(beam.f_number) else {
-        return;
-    };
-    if (found / stated - 1.0).abs() > 5e-3 {
-        let message =
-            format!("the file states f/{stated:.3}, but its apertures let through f/{found:.3}");
-        sink.warn(span, message).help(if stated > found {
-            format!(
-                "the apertures count; `--aperture {stated:.3}` closes the stop to the stated one"
-            )
-        } else {
-            "the apertures count".to_owned()
-        });
-    }
+    let stated = by_pupil.or(beam.f_number);
+    let stated = stated.filter(|stated| (found / stated - 1.0).abs() > F_NUMBER_TOLERANCE);
+    lens.stated_f_number = stated.map(|value| StatedFNumber { value, span });
 }
 
 /// Gives a stop without an aperture that of the axial beam which the other surfaces let through,

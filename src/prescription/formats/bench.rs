@@ -11,7 +11,7 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::prescription::formats::apertures::{Beam, compare};
+use crate::prescription::formats::apertures::{Beam, note_f_number};
 use crate::prescription::formats::format::Format;
 use crate::prescription::formats::origin::name_of;
 use crate::prescription::glass::catalogue::Catalogue;
@@ -68,7 +68,7 @@ fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Pr
         ..Beam::default()
     };
     if let Some(line) = reader.variable("F-Number").filter(|_| lens.zoom.is_empty()) {
-        compare(&lens, beam, line[0].span, sink);
+        note_f_number(&mut lens, beam, line[0].span);
     }
     check(&mut lens, source, sink, |surface, column| {
         let at = match column {

@@ -1,6 +1,6 @@
 //! Reads prescriptions, whose format is recognized by their content, and writes them.
 
-mod apertures;
+pub(crate) mod apertures;
 mod bench;
 pub(crate) mod dat;
 mod flare;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::prescription::formats::apertures::{Beam, compare, fill};
+use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
 use crate::prescription::formats::format::Format;
 use crate::prescription::formats::loose::{fail, finite, numbers, parse};
 use crate::prescription::formats::origin::name_of;
@@ -42,7 +42,7 @@ fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Pr
         );
     }
     if beam.entrance_diameter.or(beam.f_number).is_some() {
-        compare(&lens, beam, Span::at(0), sink);
+        note_f_number(&mut lens, beam, Span::at(0));
     }
     check(&mut lens, source, sink, |surface, _| place(source, surface))?;
     Ok(lens)

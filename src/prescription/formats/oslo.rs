@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::prescription::formats::apertures::{Beam, compare, fill};
+use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
 use crate::prescription::formats::format::Format;
 use crate::prescription::formats::index_table::interpolated;
 use crate::prescription::formats::origin::name_of;
@@ -329,7 +329,7 @@ impl<'a> Reader<'a> {
             );
         }
         if let Some(span) = self.stated_aperture {
-            compare(&lens, self.beam, span, sink);
+            note_f_number(&mut lens, self.beam, span);
         }
         let places = self.places;
         check(&mut lens, self.source, sink, |surface, column| {

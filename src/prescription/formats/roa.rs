@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::math::LengthUnit;
-use crate::prescription::formats::apertures::{Beam, compare};
+use crate::prescription::formats::apertures::{Beam, note_f_number};
 use crate::prescription::formats::format::Format;
 use crate::prescription::formats::loose::{fail, finite, numbers, parse};
 use crate::prescription::formats::origin::name_of;
@@ -47,7 +47,7 @@ fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Pr
     };
     let mut lens = reader.lens()?;
     if let Some(beam) = reader.beam() {
-        compare(&lens, beam, Span::at(0), sink);
+        note_f_number(&mut lens, beam, Span::at(0));
     }
     check(&mut lens, source, sink, |surface, _| place(source, surface))?;
     let stated = attributes(&model["system_spec"])["_dimensions"].as_str();

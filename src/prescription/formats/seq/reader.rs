@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
-use crate::prescription::formats::apertures::{Beam, compare, fill};
+use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
 use crate::prescription::formats::origin::name_of;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::medium::Medium;
@@ -370,7 +370,7 @@ impl<'a> Reader<'a> {
             );
         }
         if let Some(span) = self.stated_aperture {
-            compare(&lens, beam, span, sink);
+            note_f_number(&mut lens, beam, span);
         }
         let places = self.places;
         check(&mut lens, self.source, sink, |surface, column| {

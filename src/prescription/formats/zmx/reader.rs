@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::diag::{Diagnostic, Result, Sink, Source, Span};
 use crate::math::LengthUnit;
-use crate::prescription::formats::apertures::{Beam, compare, fill};
+use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
 use crate::prescription::formats::origin::name_of;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::coating::Coating;
@@ -60,7 +60,7 @@ pub(crate) fn read(
     }
     let aperture = header.iter().find(|l| l[0].is("ENPD") || l[0].is("FNUM"));
     if let Some(line) = aperture.filter(|_| lens.zoom.is_empty()) {
-        compare(&lens, beam, line[0].span, sink);
+        note_f_number(&mut lens, beam, line[0].span);
     }
     check(&mut lens, source, sink, |surface, column| {
         let block = kept
