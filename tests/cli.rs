@@ -634,6 +634,10 @@ fn an_export_states_its_residual_and_refuses_a_model_that_does_not_fit() {
     let calibration = run("lens double-gauss --export opencv --film 36x24 --size 1200x800");
     let text = String::from_utf8_lossy(&calibration.stdout).into_owned();
     assert!(calibration.status.success(), "{}", stderr(&calibration));
+    let maps = scratch.0.join("map.exr").display().to_string();
+    let line = format!("lens double-gauss --film 36x24 --size 30x20 --export stmap -o {maps}");
+    assert!(run(&line).status.success());
+    assert_eq!(scratch.names(), ["map-distort.exr", "map-undistort.exr"]);
     assert!(text.contains("image_height: 800\n") && text.contains("residual_max_pixels: "));
     for (line, parts) in [
         (
@@ -651,6 +655,18 @@ fn an_export_states_its_residual_and_refuses_a_model_that_does_not_fit() {
         (
             "lens biogon --film 36x24 --export ros --size 300x3",
             ["shape", "300x200"],
+        ),
+        (
+            "lens biogon --film 36x24 --export stmap",
+            ["EXR", "-o NAME.exr"],
+        ),
+        (
+            "lens biogon --film 36x24 --export psf -o DIR/a.png",
+            ["EXR", "-o NAME.exr"],
+        ),
+        (
+            "lens anamorphic --film 36x24 --export osl",
+            ["cylinders", "revolution"],
         ),
         ("lens biogon --size 300x200", ["--export", "required"]),
     ] {

@@ -6,17 +6,24 @@ use std::path::Path;
 use clap::{Arg, ArgMatches};
 
 use crate::diag::{Diagnostic, Result};
+use crate::diagram::point_spread_map;
 use crate::files::write_whole;
 use crate::lens::{Focus, Lens, SheetSetting};
-use crate::lens_export::{Chosen, Frame, Model, View, lensfun, opencv, opentrackio, ros};
+use crate::lens_export::{
+    Chosen, Frame, Model, StMaps, View, lensfun, opencv, opentrackio, osl, ros,
+};
+use crate::picture::Depth;
 use crate::prescription::formats::write::{Target, write_at};
 
 /// The formats with their names.
-const FORMATS: [(&str, Format); 7] = [
+const FORMATS: [(&str, Format); 10] = [
     ("opencv", Format::OpenCv),
     ("ros", Format::Ros),
     ("opentrackio", Format::OpenTrackIo),
     ("lensfun", Format::Lensfun),
+    ("stmap", Format::StMap),
+    ("psf", Format::Psf),
+    ("osl", Format::Osl),
     ("zmx", Format::Prescription(Target::Zemax)),
     ("seq", Format::Prescription(Target::CodeV)),
     ("json", Format::Prescription(Target::Json)),
@@ -34,6 +41,11 @@ enum Format {
     Ros,
     OpenTrackIo,
     Lensfun,
+    /// Two pictures.
+    StMap,
+    /// A picture.
+    Psf,
+    Osl,
     /// The surfaces themselves.
     Prescription(Target),
 }
@@ -48,7 +60,7 @@ pub(super) fn arguments() -> [Arg; 5] {
         value(
             "export",
             "FORMAT",
-            "writes the lens for another program: opencv, ros, opentrackio, lensfun, zmx, seq or json",
+            "writes the lens for another program: opencv, ros, opentrackio, lensfun, stmap, psf, osl, zmx, seq or json",
         ),
         of_export(
             value(
@@ -102,6 +114,9 @@ pub(super) fn run(
         Format::Ros => fitted(ros),
         Format::OpenTrackIo => opentrackio(&view()?, tolerance),
         Format::Lensfun => lensfun(&view()?, tolerance),
+        Format::Osl => osl(&view()?),
+        Format::Psf => return save_psf(lens, setting, &view()?, text("output")),
+        Format::StMap => return save_maps(&view()?, text("output")),
         Format::Prescription(target) => prescription(lens, setting, target),
     }?;
     match text("output") {
@@ -111,6 +126,39 @@ pub(super) fn run(
         }
         None => super::exit_code(out.write_all(written.as_bytes())),
     }
+}
+
+/// Writes the map of point spreads.
+fn save_psf(
+    lens: &Lens,
+    setting: &SheetSetting<'_>,
+    view: &View<'_>,
+    output: Option<&str>,
+) -> Result<i32> {
+    let file = output
+        .filter(|name| name.ends_with(".exr"))
+        .ok_or_else(|| {
+            Diagnostic::error("a map of point spreads is written as EXR")
+                .with_help("give `-o NAME.exr`")
+        })?;
+    let map = point_spread_map(lens, setting, view.frame.film)?;
+    map.save(Path::new(file), Depth::Sixteen)?;
+    Ok(0)
+}
+
+/// Writes both maps beside each other: of `map.exr`, `map-undistort.exr` and `map-distort.exr`.
+fn save_maps(view: &View<'_>, output: Option<&str>) -> Result<i32> {
+    let stem = output
+        .and_then(|name| name.strip_suffix(".exr"))
+        .ok_or_else(|| {
+            Diagnostic::error("maps are written as EXR")
+                .with_help("give `-o NAME.exr`; it makes NAME-undistort.exr and NAME-distort.exr")
+        })?;
+    let maps = StMaps::of(view)?;
+    for (picture, what) in [(maps.undistort, "undistort"), (maps.distort, "distort")] {
+        picture.save(Path::new(&format!("{stem}-{what}.exr")), Depth::Sixteen)?;
+    }
+    Ok(0)
 }
 
 /// The prescription as it is focused: with a focus, the gap behind the last surface reaches to the

@@ -14,5 +14,5 @@ mod section;
 mod svg;
 
 pub(crate) use page::{html_page, svg_page};
-pub(crate) use point_spreads::point_spreads;
+pub(crate) use point_spreads::{point_spread_map, point_spreads};
 pub(crate) use section::{LensDiagram, SectionOptions};

@@ -6,19 +6,15 @@ use glam::DVec2;
 
 use crate::diag::{Diagnostic, Result};
 use crate::lens::{Conjugate, Lens};
+use crate::lens_export::odd_curve::OddCurve;
 
 /// The number of radii at which chief rays are traced. Between them the error of the angle is below
 /// 1e-8 of it, for the aspheres of a phone's lens too (`tests`).
 const NODES: usize = 128;
-/// The number of neighboring radii from which an angle is interpolated.
-const STENCIL: usize = 8;
 /// The relative irradiance below which a film point counts as dark.
 const DARK: f64 = 0.02;
 
 /// The angle of the chief ray over the radius on the film.
-///
-/// The angle over the radius is an even function of the radius. It is interpolated by the
-/// polynomial through eight neighbors of equal distance.
 #[derive(Clone, Debug)]
 pub(crate) struct ChiefRays {
     /// The z of the center of projection, from the front vertex: the paraxial entrance pupil's, or
@@ -26,8 +22,8 @@ pub(crate) struct ChiefRays {
     pub origin_z: f64,
     /// The greatest radius on the film.
     pub reach: f64,
-    /// The angles over the radius at the middles of steps from the axis; the last is at `reach`.
-    ratios: Vec<f64>,
+    /// The angle over the radius.
+    angles: OddCurve,
 }
 
 impl ChiefRays {
@@ -64,36 +60,17 @@ impl ChiefRays {
             .with_help("an afocal lens, or one that lets no light through, has none")
         };
         let reach = reach(lens, conjugate, radius, &angle).ok_or_else(none)?;
-        let ratio = |k: usize| {
-            let r = reach * (k as f64 + 0.5) / (NODES as f64 - 0.5);
-            Some(angle(r)? / r)
-        };
-        let ratios = (0..NODES).map(ratio).collect::<Option<_>>();
+        let angles = OddCurve::of(reach, NODES, angle).ok_or_else(none)?;
         Ok(Self {
             origin_z,
             reach,
-            ratios: ratios.ok_or_else(none)?,
+            angles,
         })
     }
 
     /// The angle at a radius up to [`Self::reach`].
     pub(crate) fn angle(&self, radius: f64) -> f64 {
-        // The place among the nodes, and the first of the neighbors. Those beyond the axis are the
-        // mirror images of the others.
-        let at = radius / self.reach * (NODES as f64 - 0.5) - 0.5;
-        let first = (at.floor() as i64 + 1 - STENCIL as i64 / 2).min((NODES - STENCIL) as i64);
-        let (mut above, mut below) = (0.0, 0.0);
-        for (k, weight) in WEIGHTS.iter().enumerate() {
-            let node = first + k as i64;
-            let ratio = self.ratios[if node < 0 { -1 - node } else { node } as usize];
-            let off = at - node as f64;
-            if off == 0.0 {
-                return radius * ratio;
-            }
-            above += weight / off * ratio;
-            below += weight / off;
-        }
-        radius * above / below
+        self.angles.at(radius)
     }
 
     /// The radius at an angle, up to 1% beyond the greatest one; none for a larger angle.
@@ -127,9 +104,6 @@ impl ChiefRays {
         Some(at)
     }
 }
-
-/// The barycentric weights of [`STENCIL`] nodes of equal distance.
-const WEIGHTS: [f64; STENCIL] = [1.0, -7.0, 21.0, -35.0, 35.0, -21.0, 7.0, -1.0];
 
 /// The angle at which the object point of a film radius is seen from the center of projection.
 fn angle_of(lens: &Lens, conjugate: Conjugate, origin_z: f64, radius: f64) -> Option<f64> {

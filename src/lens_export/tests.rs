@@ -4,7 +4,9 @@ use glam::{DVec2, DVec3};
 
 use crate::lens::{Conjugate, Lens};
 use crate::lens_export::fit::{Chosen, Fit, Model};
-use crate::lens_export::{Frame, View, lensfun, opencv, opentrackio, ros};
+use crate::lens_export::osl::{PupilBox, pupil_table};
+use crate::lens_export::{Frame, StMaps, View, lensfun, opencv, opentrackio, osl, ros};
+use crate::picture::Picture;
 
 /// The view of a lens focused at infinity, with a film of 3 to 2 of half this diagonal, 1920 pixels
 /// across.
@@ -334,4 +336,179 @@ fn lensfun_gets_the_distortion_the_color_and_the_light_of_the_lens() {
             );
         }
     }
+}
+
+/// The place that a map has at a place of its own, between four pixels. Both run from 0 to 1, from
+/// the left and from the bottom.
+fn looked_up(map: &Picture, [s, t]: [f64; 2]) -> [f64; 2] {
+    let (width, height) = (map.width as usize, map.height as usize);
+    let at = DVec2::new(s * width as f64, (1.0 - t) * height as f64) - 0.5;
+    let most = DVec2::new(width as f64 - 2.0, height as f64 - 2.0);
+    let low = at.floor().clamp(DVec2::ZERO, most);
+    let share = at - low;
+    let value = |x: usize, y: usize| {
+        let pixel = map.pixels[(low.y as usize + y) * width + low.x as usize + x];
+        DVec2::new(f64::from(pixel[0]), f64::from(pixel[1]))
+    };
+    let row = |y: usize| value(0, y).lerp(value(1, y), share.x);
+    row(0).lerp(row(1), share.y).to_array()
+}
+
+#[test]
+fn st_maps_there_and_back_end_where_they_began() {
+    for (name, half) in [
+        ("angenieux-28", 21.6),
+        ("canon-14", 20.0),
+        ("canon-300", 21.6),
+    ] {
+        let lens = Lens::named(name).unwrap();
+        let film_z = lens.first_order().focal.unwrap().rear_focal_point;
+        let conjugate = Conjugate {
+            distance: f64::INFINITY,
+            film_z,
+        };
+        let frame = Frame::of(None, 2.0 * half, Some([480, 320])).unwrap();
+        let view = View::of(&lens, conjugate, frame).unwrap();
+        let maps = StMaps::of(&view).unwrap();
+        assert_eq!((maps.distort.width, maps.distort.height), (480, 320));
+        assert!(maps.undistort.width >= 480 && maps.undistort.width < 4 * 480);
+        let focal = view.rays.radius(1e-3).unwrap() / libm::tan(1e-3) * frame.density();
+        let canvas = [maps.undistort.width, maps.undistort.height].map(f64::from);
+        for y in (0..320).step_by(17) {
+            for x in (0..480).step_by(17) {
+                let here = [(x as f64 + 0.5) / 480.0, 1.0 - (y as f64 + 0.5) / 320.0];
+                let [s, t, _] = maps.distort.pixels[y * 480 + x].map(f64::from);
+                let back = looked_up(&maps.undistort, [s, t]);
+                let off = DVec2::new(480.0 * (back[0] - here[0]), 320.0 * (back[1] - here[1]));
+                assert!(off.length() < 0.01, "{name} at {x}, {y}: {off} pixels");
+                // The undistorted place is the tangent of the chief ray's angle.
+                let film = DVec2::new(0.5 - here[0], 0.5 - here[1]) * frame.film;
+                if x % 51 == 0 && y % 51 == 0 {
+                    let d = lens.chief_ray(film, film_z).unwrap().direction;
+                    let ideal = focal * DVec2::new(d.x, d.y) / -d.z;
+                    let shown = DVec2::new((s - 0.5) * canvas[0], (t - 0.5) * canvas[1]);
+                    let off = (shown - ideal).length();
+                    assert!(
+                        off < 0.01,
+                        "{name} at {x}, {y}: {off} pixels from the chief ray"
+                    );
+                }
+            }
+        }
+    }
+    let lens = Lens::named("nikkor-16").unwrap();
+    let error = StMaps::of(&view(&lens, 21.6)).err().unwrap();
+    assert!(error.message.contains("degrees from the axis"), "{error}");
+}
+
+/// The numbers of an array of the shader.
+fn array(text: &str, name: &str) -> Vec<f64> {
+    let at = text.find(&format!("float {name}[")).unwrap();
+    let rest = &text[at..];
+    let inside = &rest[rest.find('{').unwrap() + 1..rest.find('}').unwrap()];
+    inside
+        .split(',')
+        .map(|w| w.trim().parse().unwrap())
+        .collect()
+}
+
+/// The shader's tables follow the lens: rays traced with them in its way arrive as the lens's own
+/// do, its boxes contain the pupil, and its weights add up to the relative illumination.
+#[test]
+fn the_camera_shader_traces_the_rays_of_the_lens_with_its_weights() {
+    let lens = Lens::named("phone").unwrap();
+    let view = view(&lens, 3.0);
+    let text = osl(&view).unwrap();
+    let [vertex, curvature, conic, term, index] =
+        ["vertex", "curvature", "conic", "term", "index"].map(|name| array(&text, name));
+    let boxes: Vec<PupilBox> = pupil_table(&view);
+    assert_eq!(array(&text, "pupil_low").len(), boxes.len());
+    let film_z = view.conjugate.film_z;
+    let center = lens.irradiance(DVec2::ZERO, film_z);
+    for k in [0, 20, 41, 64] {
+        let at = &boxes[k];
+        let radius = view.rays.reach * k as f64 / 64.0;
+        let (mut light, mut passed) = (0.0, 0);
+        let side = 40;
+        for j in 0..side * side {
+            let share = DVec2::new((j % side) as f64 + 0.5, (j / side) as f64 + 0.5) / 40.0;
+            let aim = DVec3::new(
+                at.half * (2.0 * share.x - 1.0),
+                at.low + share.y * (at.high - at.low),
+                lens.length(),
+            );
+            let origin = DVec3::new(0.0, radius, film_z);
+            let ray = crate::lens::LensRay {
+                origin,
+                direction: (aim - origin).normalize(),
+            };
+            let Ok(out) = lens.trace_from_film(&ray) else {
+                continue;
+            };
+            passed += 1;
+            let z = film_z - lens.length();
+            light += libm::pow(ray.direction.z, 4.0) / (z * z);
+            let [p, d] = shader_trace(&ray, &vertex, &curvature, &conic, &term, &index);
+            assert!((p - out.origin).length() < 1e-5, "{p} {}", out.origin);
+            assert!(
+                (d - out.direction.normalize()).length() < 1e-5,
+                "{d} {}",
+                out.direction
+            );
+        }
+        let area = 2.0 * at.half * (at.high - at.low);
+        let weighted = light / (side * side) as f64 * area / center;
+        let exact = lens.irradiance(DVec2::new(0.0, radius), film_z) / center;
+        assert!(
+            (weighted - exact).abs() < 0.02,
+            "{k}: {weighted} against {exact}"
+        );
+        assert!(passed > side * side / 2, "{k}: {passed}");
+    }
+}
+
+/// The shader's loop over the surfaces with its tables, in double precision.
+fn shader_trace(
+    ray: &crate::lens::LensRay,
+    vertex: &[f64],
+    curvature: &[f64],
+    conic: &[f64],
+    term: &[f64],
+    index: &[f64],
+) -> [DVec3; 2] {
+    let (mut p, mut d) = (ray.origin, ray.direction);
+    for i in (0..vertex.len()).rev() {
+        let c = curvature[i];
+        let mut hit = p - vertex[i] * DVec3::Z;
+        hit -= hit.z / d.z * d;
+        let mut n = DVec3::Z;
+        for _ in 0..30 {
+            let r = hit.x.hypot(hit.y);
+            let s = (1.0 - (1.0 + conic[i]) * c * c * r * r).max(1e-8).sqrt();
+            let powers = (1..=20).map(|j| (f64::from(j), term[i * 21 + j as usize]));
+            let sag = c * r * r / (1.0 + s);
+            let sag: f64 = sag
+                + powers
+                    .clone()
+                    .map(|(j, a)| a * libm::pow(r, j))
+                    .sum::<f64>();
+            let slope = powers
+                .map(|(j, a)| j * a * libm::pow(r, j - 1.0))
+                .sum::<f64>()
+                + c * r / s;
+            n = DVec3::new(
+                -slope * hit.x / r.max(1e-300),
+                -slope * hit.y / r.max(1e-300),
+                1.0,
+            );
+            hit -= (hit.z - sag) / n.dot(d) * d;
+        }
+        n = n.normalize();
+        let eta = index[i + 1] / index[i];
+        let incident = -d.dot(n);
+        let square = 1.0 - eta * eta * (1.0 - incident * incident);
+        d = (eta * d + (eta * incident - square.sqrt()) * n).normalize();
+        p = hit + vertex[i] * DVec3::Z;
+    }
+    [p, d]
 }

@@ -18,6 +18,8 @@ const GRID: (usize, usize) = (64, 512);
 pub(crate) struct PointSpreads {
     /// The size of a pixel, in millimeters.
     pub pitch: f64,
+    /// The height on the film of each image, in millimeters.
+    pub heights: Vec<f64>,
     /// The colors of each image per square millimeter, row by row as on the film, from a point
     /// source of color 1.
     pub images: Vec<Vec<DVec3>>,
@@ -76,7 +78,12 @@ impl PointSpreads {
                 *sum += colors[c].1 * *value;
             }
         }
-        Ok(Self { pitch, images })
+        let heights = points.iter().map(|p| p.beam.height).collect();
+        Ok(Self {
+            pitch,
+            heights,
+            images,
+        })
     }
 }
 

@@ -1,0 +1,236 @@
+//! A camera for Blender's Cycles, in the Open Shading Language.
+//!
+//! The shader traces every ray through the surfaces of the lens, from the film into the scene. A
+//! table of the exit pupil over the radius on the film says where on the rear vertex plane to aim,
+//! and the ray is weighted so that a scene of radiance 1 has the exposure 1 on the axis.
+
+use std::fmt::Write as _;
+
+use glam::DVec2;
+
+use crate::diag::{Diagnostic, Result};
+use crate::lens::pupil::search::pupil_search::PupilSearch;
+use crate::lens::{Iris, Shape};
+use crate::lens_export::view::View;
+use crate::prescription::surface::MAX_POWER;
+
+/// The wavelengths in nanometers that stand for red, green and blue.
+const CHANNELS: [f64; 3] = [610.0, 540.0, 465.0];
+/// The number of radii in the table of the pupil.
+const RADII: usize = 65;
+/// The number of points on the outline of a pupil.
+const OUTLINE: usize = 180;
+/// What a box of the table is enlarged by, as a share of its half width: more than linear
+/// interpolation between neighbors cuts off. It was chosen by trial.
+const MARGIN: f64 = 0.02;
+
+/// The tracing of the shader, behind the tables. Lengths are in millimeters, as in the tables: z
+/// grows toward the film, and the front vertex is the origin.
+const TRACE: &str = include_str!("trace.osl");
+
+/// The box around the exit pupil of a film point at a radius: radially from `low` to `high`, across
+/// from −`half` to `half`, in millimeters on the rear vertex plane.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PupilBox {
+    pub(super) low: f64,
+    pub(super) high: f64,
+    pub(super) half: f64,
+}
+
+/// The shader's text.
+///
+/// # Errors
+///
+/// Returns an error if no light reaches the film.
+pub(crate) fn osl(view: &View<'_>) -> Result<String> {
+    let lens = view.lens;
+    let pupil = pupil_table(view);
+    let light = lens.irradiance(DVec2::ZERO, view.conjugate.film_z);
+    if !(light > 0.0) {
+        return Err(Diagnostic::error(format!(
+            "no light gets through `{}`",
+            lens.name()
+        )));
+    }
+    let prescription = lens.prescription();
+    let surfaces = &prescription.surfaces;
+    let stop = lens.first_order().stop.unwrap_or(0);
+    let word = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    let name: String = lens.name().chars().map(word).collect();
+    let mut text = String::new();
+    for line in view.conditions() {
+        let _ = writeln!(text, "// {line}");
+    }
+    text += "// In Blender: camera type Custom, with this file. The camera is at the front vertex and\n\
+             // looks along its own -Z; the render's shape should be that of the film.\n";
+    if prescription.iris != Iris::Round {
+        text += "// The iris is taken as round.\n";
+    }
+    let _ = writeln!(text, "#define SURFACES {}", surfaces.len());
+    let _ = writeln!(text, "#define POWERS {}", MAX_POWER + 1);
+    let _ = writeln!(text, "#define RADII {RADII}\n#define STOP {stop}");
+    let _ = writeln!(
+        text,
+        "#define LIGHT {light:e}\n#define REACH {:?}",
+        view.rays.reach
+    );
+    let _ = writeln!(text, "\nshader ivcam_{name}(");
+    let film = view.frame.film;
+    for (kind, name, value, help) in [
+        (
+            "float",
+            "film_width",
+            film.x,
+            "width of the film in millimeters",
+        ),
+        (
+            "float",
+            "film_height",
+            film.y,
+            "height of the film in millimeters",
+        ),
+        (
+            "float",
+            "film_z",
+            view.conjugate.film_z,
+            "film behind the front vertex in millimeters",
+        ),
+        (
+            "float",
+            "stop",
+            surfaces[stop].semi_diameter,
+            "semi-diameter of the stop in millimeters",
+        ),
+        ("float", "exposure", 1.0, "factor of the exposure"),
+        ("float", "scale", 0.001, "scene units per millimeter"),
+    ] {
+        let _ = writeln!(
+            text,
+            "    {kind} {name} = {value:?} [[ string help = \"{help}\" ]],"
+        );
+    }
+    let dispersive = i32::from(prescription.is_dispersive());
+    let _ = writeln!(
+        text,
+        "    int dispersion = {dispersive} [[ string widget = \"checkBox\", string help = \"color of the glass\" ]],"
+    );
+    text += "    output point position = 0.0,\n    output vector direction = 0.0,\n    \
+             output color throughput = 0.0)\n{\n";
+    let mut z = 0.0;
+    let vertices: Vec<f64> = surfaces
+        .iter()
+        .map(|s| {
+            let vertex = z;
+            z += s.thickness;
+            vertex
+        })
+        .collect();
+    let column = |f: fn(&crate::lens::Surface) -> f64| surfaces.iter().map(f).collect::<Vec<_>>();
+    array(&mut text, "vertex", &vertices);
+    array(&mut text, "curvature", &column(|s| s.curvature.per_mm()));
+    array(&mut text, "rim", &column(|s| s.semi_diameter.min(1e30)));
+    array(
+        &mut text,
+        "conic",
+        &column(|s| match s.shape {
+            Shape::Conic { k } | Shape::Asphere { k, .. } => k,
+            _ => 0.0,
+        }),
+    );
+    let aspheric = |s: &crate::lens::Surface| !matches!(s.shape, Shape::Sphere);
+    let flags: Vec<&str> = surfaces
+        .iter()
+        .map(|s| if aspheric(s) { "1" } else { "0" })
+        .collect();
+    let _ = writeln!(
+        text,
+        "    int aspheric[{}] = {{ {} }};",
+        flags.len(),
+        flags.join(", ")
+    );
+    let terms = |s: &crate::lens::Surface| match &s.shape {
+        Shape::Asphere { terms, .. } => terms.to_vec(),
+        _ => vec![0.0; MAX_POWER + 1],
+    };
+    array(
+        &mut text,
+        "term",
+        &surfaces.iter().flat_map(terms).collect::<Vec<_>>(),
+    );
+    // The index in front of every surface and, last, behind the lens: at the wavelength of the
+    // export, then for red, green and blue.
+    let lines = std::iter::once(lens.wavelength()).chain(CHANNELS);
+    array(
+        &mut text,
+        "index",
+        &lines
+            .flat_map(|nm| prescription.indices(nm))
+            .collect::<Vec<_>>(),
+    );
+    array(
+        &mut text,
+        "pupil_low",
+        &pupil.iter().map(|b| b.low).collect::<Vec<_>>(),
+    );
+    array(
+        &mut text,
+        "pupil_high",
+        &pupil.iter().map(|b| b.high).collect::<Vec<_>>(),
+    );
+    array(
+        &mut text,
+        "pupil_half",
+        &pupil.iter().map(|b| b.half).collect::<Vec<_>>(),
+    );
+    let _ = writeln!(text, "    float rear = {:?};", lens.length());
+    text += TRACE;
+    Ok(text)
+}
+
+/// The boxes around the exit pupil at evenly spaced radii up to the end of the light.
+///
+/// They contain the pupils of red, green and blue, too.
+pub(super) fn pupil_table(view: &View<'_>) -> Vec<PupilBox> {
+    let lines = std::iter::once(view.lens.wavelength()).chain(CHANNELS);
+    let lenses: Vec<_> = lines.map(|nm| view.lens.at_wavelength(nm)).collect();
+    let searches: Vec<_> = lenses.iter().map(PupilSearch::new).collect();
+    let at = |k: usize| {
+        let radius = view.rays.reach * k as f64 / (RADII - 1) as f64;
+        let film = DVec2::new(0.0, radius).extend(view.conjugate.film_z);
+        let mut found: Option<PupilBox> = None;
+        for search in &searches {
+            let Some((center, rims)) = search.outline_points(film, OUTLINE) else {
+                continue;
+            };
+            for point in rims.iter().map(|rim| center + *rim) {
+                let all = found.get_or_insert(PupilBox {
+                    low: point.y,
+                    high: point.y,
+                    half: 0.0,
+                });
+                all.low = all.low.min(point.y);
+                all.high = all.high.max(point.y);
+                all.half = all.half.max(point.x.abs());
+            }
+        }
+        let all = found.unwrap_or_default();
+        let margin = MARGIN * all.half.max(0.5 * (all.high - all.low));
+        PupilBox {
+            low: all.low - margin,
+            high: all.high + margin,
+            half: all.half + margin,
+        }
+    };
+    (0..RADII).map(at).collect()
+}
+
+fn array(text: &mut String, name: &str, values: &[f64]) {
+    let words: Vec<String> = values.iter().map(|v| format!("{:?}", *v as f32)).collect();
+    let lines: Vec<String> = words.chunks(8).map(|line| line.join(", ")).collect();
+    let _ = writeln!(
+        text,
+        "    float {name}[{}] = {{\n        {} }};",
+        values.len(),
+        lines.join(",\n        ")
+    );
+}
