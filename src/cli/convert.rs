@@ -244,7 +244,7 @@ fn write_report(path: &Path, losses: &Losses, wanted: Output, names: [&Path; 2])
 fn endings(wanted: Output, document: &Document) -> Vec<&'static str> {
     match wanted {
         Output::Rewritten(format) => document.written_endings(format).to_vec(),
-        Output::Exported(target) => vec![target.name()],
+        Output::Exported(target) => target.endings().to_vec(),
     }
 }
 
@@ -258,7 +258,7 @@ fn check_ending(output: &Path, endings: &[&str]) -> Result<()> {
     let dotted =
         |list: &[&str]| -> Vec<String> { list.iter().map(|e| format!("`.{e}`")).collect() };
     let known = dotted(endings).join(" or ");
-    let others: Vec<&str> = Target::ALL.iter().map(|t| t.name()).collect();
+    let others: Vec<&str> = Target::ALL.iter().map(|t| t.endings()[0]).collect();
     let others = dotted(&others).join(", ");
     Err(
         Diagnostic::unsupported(format!("`{path}` does not name the format that is written"))

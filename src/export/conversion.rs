@@ -2,7 +2,7 @@
 
 use super::losses::Losses;
 use super::target::Target;
-use super::{gltf, obj, ply};
+use super::{gltf, obj, ply, web3d};
 use crate::diag::{Diagnostic, Result};
 use crate::iv::Document;
 use crate::scene::model::{Feature, Model, ModelOptions, Motion, Place, Sampling};
@@ -42,6 +42,9 @@ pub struct Conversion {
 /// # Errors
 /// Fails if the file would be larger than the format can be.
 pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> Result<Conversion> {
+    if let Some(conversion) = web3d::rewritten(document, target, options) {
+        return Ok(conversion);
+    }
     let at = SnapshotOptions {
         time: options.time,
         ..SnapshotOptions::default()
@@ -77,6 +80,10 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
         }
         Target::Obj => (conversion.bytes, conversion.beside) = obj::write(&model, &options.stem),
         Target::Ply => conversion.bytes = ply::write(&model)?,
+        Target::X3d => conversion.bytes = web3d::x3d(&model, losses),
+        Target::Vrml97 => {
+            (conversion.bytes, conversion.beside) = web3d::vrml97(&model, &options.stem, losses);
+        }
     }
     Ok(conversion)
 }

@@ -11,6 +11,7 @@
 //! [`Model`]: crate::scene::model::Model
 
 mod appearance;
+mod base64;
 mod color;
 mod conversion;
 mod gltf;
@@ -19,6 +20,8 @@ mod names;
 mod obj;
 mod ply;
 mod target;
+mod trs;
+mod web3d;
 
 pub use conversion::{Conversion, ExportOptions, convert};
 pub use losses::{Loss, Losses};

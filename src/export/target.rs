@@ -16,19 +16,44 @@ pub enum Target {
     Obj,
     /// PLY in binary, with colors of vertices.
     Ply,
+    /// X3D 4 in its XML encoding.
+    X3d,
+    /// VRML97.
+    Vrml97,
 }
 
 impl Target {
     /// All targets, in the order of the help.
-    pub const ALL: &[Self] = &[Self::Glb, Self::Gltf, Self::Obj, Self::Ply];
+    pub const ALL: &[Self] = &[
+        Self::Glb,
+        Self::Gltf,
+        Self::X3d,
+        Self::Vrml97,
+        Self::Obj,
+        Self::Ply,
+    ];
 
-    /// The target's name, which is also the ending of its files.
+    /// The target's name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Glb => "glb",
             Self::Gltf => "gltf",
             Self::Obj => "obj",
             Self::Ply => "ply",
+            Self::X3d => "x3d",
+            Self::Vrml97 => "vrml97",
+        }
+    }
+
+    /// The endings of the names of files, of which the first is the usual one.
+    pub fn endings(self) -> &'static [&'static str] {
+        match self {
+            Self::Glb => &["glb"],
+            Self::Gltf => &["gltf"],
+            Self::Obj => &["obj"],
+            Self::Ply => &["ply"],
+            Self::X3d => &["x3d"],
+            Self::Vrml97 => &["wrl", "vrml"],
         }
     }
 
@@ -40,7 +65,12 @@ impl Target {
 
     /// Returns the target of a file, by the ending of its name.
     pub fn of_path(path: &Path) -> Option<Self> {
-        Self::named(path.extension()?.to_str()?)
+        let ending = path.extension()?.to_str()?;
+        let mut all = Self::ALL.iter().copied();
+        all.find(|target| {
+            let mut endings = target.endings().iter();
+            endings.any(|e| e.eq_ignore_ascii_case(ending))
+        })
     }
 
     /// The format's name in sentences.
@@ -49,6 +79,8 @@ impl Target {
             Self::Glb | Self::Gltf => "glTF",
             Self::Obj => "OBJ",
             Self::Ply => "PLY",
+            Self::X3d => "X3D",
+            Self::Vrml97 => "VRML97",
         }
     }
 
@@ -82,6 +114,18 @@ impl Target {
                     | Feature::LinesAndPoints
             ),
             Self::Ply => matches!(feature, Feature::VertexColors),
+            Self::X3d | Self::Vrml97 => matches!(
+                feature,
+                Feature::Light
+                    | Feature::LightFalloff
+                    | Feature::Camera
+                    | Feature::Texture
+                    | Feature::VertexColors
+                    | Feature::Shading
+                    | Feature::LinesAndPoints
+                    | Feature::Hierarchy
+                    | Feature::Offset
+            ),
         }
     }
 }

@@ -24,6 +24,7 @@ mod survey;
 mod texel_footprint;
 
 pub use census::Census;
+pub(crate) use looks::texture::components as texture_components;
 pub(crate) use looks::{IncidentLight, Light, Surface};
 pub use options::CompileOptions;
 pub(crate) use options::Needs;

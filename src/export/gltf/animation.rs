@@ -6,8 +6,8 @@ use glam::{DAffine3, DQuat, DVec3};
 use super::buffer::Buffer;
 use super::nodes::Nodes;
 use super::schema::{Animation, AnimationSampler, Channel, ChannelTarget, Index};
-use super::trs::Trs;
 use crate::export::losses::Losses;
+use crate::export::trs::Trs;
 use crate::scene::model::{Feature, Model, Motion, Pose};
 
 /// The largest error of a value that is left out, as a fraction of the scene's size, of a unit

@@ -14,7 +14,6 @@ mod materials;
 mod meshes;
 mod nodes;
 mod schema;
-mod trs;
 mod write;
 
 pub(super) use container::Packing;

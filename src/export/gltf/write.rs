@@ -9,9 +9,9 @@ use super::container::{Packing, pack};
 use super::lights::{self, Around};
 use super::nodes::Nodes;
 use super::schema::{Index, Node, Root, Scene};
-use super::trs::{Trs, split};
 use crate::diag::Result;
 use crate::export::losses::Losses;
+use crate::export::trs::{Trs, split};
 use crate::scene::model::{Model, Motion};
 
 /// Writes a model with its motion. `losses` receives what glTF cannot say.

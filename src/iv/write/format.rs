@@ -1,5 +1,8 @@
 //! The formats in which a document is written, and the features that a format cannot express.
 
+use std::collections::HashMap;
+
+use super::protos::protos_by_body;
 use super::{ascii, binary};
 use crate::iv::document::Document;
 
@@ -61,6 +64,12 @@ impl Document {
             ));
         }
         out
+    }
+
+    /// Returns the indices of the file's own protos, grouped by the proto whose body declares them.
+    /// Each proto comes after the protos that it uses.
+    pub(crate) fn protos_by_body(&self) -> HashMap<Option<usize>, Vec<usize>> {
+        protos_by_body(self)
     }
 
     /// Returns whether the file was VRML97.

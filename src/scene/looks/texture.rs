@@ -314,6 +314,14 @@ pub(crate) fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Te
     decode_named(node, &PICTURES, folders)
 }
 
+/// Returns the number of components of a node's texture, from 1 to 4, or `None` if it has none or
+/// cannot be decoded.
+pub(crate) fn components(node: NodeRef<'_>, folders: &[PathBuf]) -> Option<usize> {
+    decode(node, folders)
+        .ok()?
+        .map(|texture| texture.components)
+}
+
 /// Decodes the texture of a node, like [`decode`], whose file is named by one of some fields.
 ///
 /// # Errors

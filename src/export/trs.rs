@@ -1,4 +1,5 @@
-//! Splits matrices into translation, rotation and scale, which are all that a node can have.
+//! Splits matrices into translation, rotation and scale, which are all that a node of most formats
+//! can have.
 //!
 //! A matrix that also shears is the product of two such nodes: by its singular values it is a
 //! rotation, a scale and another rotation.

@@ -1,0 +1,527 @@
+//! Makes a document in VRML97 from a model, in which Inventor's state is resolved.
+
+use std::collections::HashMap;
+
+use glam::{Affine2, DAffine3, DQuat, DVec3, Vec2, Vec3};
+
+use crate::export::appearance::Appearance;
+use crate::export::base64::base64;
+use crate::export::losses::Losses;
+use crate::export::names::Names;
+use crate::export::trs::split;
+use crate::grammar::value::{Image as ImageValue, NodeId, Rotation, Value};
+use crate::grammar::{Dialect, by_name};
+use crate::iv::{Document, FieldEntry, Node};
+use crate::pose::Projection;
+use crate::scene::model::{
+    Camera, Image, Light, LightShape, Material, Mesh, Model, Part, Primitives,
+};
+
+/// The radius of lights that shine to any distance, in meters.
+const FAR: f32 = 1e9;
+/// Nodes without a name and a matrix get no group of their own if they have fewer children.
+const UNGROUPED: usize = 64;
+
+/// Where the pictures of textures are.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::export) enum Pictures<'o> {
+    /// In their addresses, as `data:`.
+    Inside,
+    /// In files beside the file, whose names begin with its name without the ending.
+    Beside(&'o str),
+    /// As pixels in the scene, for VRML97 that is written to a pipe.
+    Pixels,
+}
+
+/// How a graph is written.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::export) struct GraphOptions<'o> {
+    /// Where the pictures of textures are.
+    pub pictures: Pictures<'o>,
+    /// Whether textures in color replace the diffuse color, as in VRML97.
+    pub replaces_color: bool,
+}
+
+/// A document in VRML97, and the pictures beside it.
+#[derive(Default)]
+pub(in crate::export) struct Graph {
+    pub document: Document,
+    pub beside: Vec<(String, Vec<u8>)>,
+}
+
+/// The state of the conversion.
+struct Builder<'m> {
+    model: &'m Model,
+    options: GraphOptions<'m>,
+    losses: &'m mut Losses,
+    graph: Graph,
+    names: Names,
+    /// The shapes of parts that were used.
+    shapes: HashMap<Part, NodeId>,
+    /// The appearances of materials, by material and kind of geometry.
+    appearances: HashMap<(usize, Kind), NodeId>,
+    /// The geometry of meshes, with whether they are seen from both sides, whether their colors are
+    /// kept, and the texture's matrix.
+    geometry: HashMap<(usize, bool, bool), NodeId>,
+    /// The addresses of pictures.
+    pictures: HashMap<Vec<u8>, String>,
+}
+
+/// What an appearance depends on beside the material.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct Kind {
+    /// Whether the mesh has colors.
+    is_colorful: bool,
+    /// Whether the mesh is lines or points, which are not lit.
+    is_thin: bool,
+}
+
+/// Makes a document in VRML97 from a model. What VRML97 cannot express is added to `losses`.
+pub(in crate::export) fn graph(
+    model: &Model,
+    options: GraphOptions<'_>,
+    losses: &mut Losses,
+) -> Graph {
+    let mut builder = Builder {
+        model,
+        options,
+        losses,
+        graph: Graph::default(),
+        names: Names::default(),
+        shapes: HashMap::new(),
+        appearances: HashMap::new(),
+        geometry: HashMap::new(),
+        pictures: HashMap::new(),
+    };
+    builder.graph.document.format = "VRML V2.0 utf8".to_owned();
+    let mut roots = builder.head();
+    roots.extend(builder.tree());
+    builder.graph.document.roots = roots;
+    builder.graph
+}
+
+impl Builder<'_> {
+    /// Adds a node with some fields of a class of VRML97. Fields with their defaults are left out.
+    fn node(&mut self, class: &str, fields: Vec<(&str, Value)>) -> NodeId {
+        let class = by_name(class, Dialect::VRML97).expect("a class of VRML97");
+        let entry = |(name, value): (&str, Value)| {
+            let (index, decl) = class.field(name).expect("a field of the class");
+            let is_default = value == Value::default_of(decl);
+            (!is_default).then(|| FieldEntry {
+                index: index as u16,
+                value,
+                ignored: false,
+                connection: None,
+                span: crate::diag::Span::default(),
+            })
+        };
+        let fields = fields.into_iter().filter_map(entry).collect();
+        self.graph
+            .document
+            .add(Node::synthetic(class, fields, Vec::new()))
+    }
+
+    /// Gives a node a name that is different from all others.
+    fn name(&mut self, id: NodeId, wanted: &str) {
+        let name = self.names.identifier(wanted);
+        self.graph.document.nodes[id.0 as usize].name = Some(name.into());
+    }
+
+    /// Names a node that is used again.
+    fn share(&mut self, id: NodeId, wanted: &str) -> NodeId {
+        if self.graph.document.nodes[id.0 as usize].name.is_none() {
+            self.name(id, wanted);
+        }
+        id
+    }
+
+    /// Returns the nodes before the scene: its origin, the headlight, viewpoints and lights.
+    fn head(&mut self) -> Vec<NodeId> {
+        let model = self.model;
+        let mut head = Vec::new();
+        if model.offset != DVec3::ZERO {
+            let DVec3 { x, y, z } = model.offset;
+            let info = format!("the origin of this file is at {x} {y} {z} of the original scene");
+            head.push(self.node("WorldInfo", vec![("info", Value::Strings(vec![info]))]));
+        }
+        let kinds = ["EXAMINE", "ANY"].map(str::to_owned).to_vec();
+        let headlight = Value::Bool(model.lights.is_empty());
+        let fields = vec![("type", Value::Strings(kinds)), ("headlight", headlight)];
+        head.push(self.node("NavigationInfo", fields));
+        for camera in &model.cameras {
+            head.push(self.viewpoint(camera));
+        }
+        for light in &model.lights {
+            head.push(self.light(light));
+        }
+        head
+    }
+
+    fn viewpoint(&mut self, camera: &Camera) -> NodeId {
+        let pose = &camera.pose;
+        let angle = match pose.projection {
+            Projection::Perspective { height_angle } => height_angle,
+            Projection::Orthographic { height } => {
+                let text = "the parallel projection is written as a perspective one";
+                self.losses
+                    .add("parallel-projection", text, camera.place.clone(), 1);
+                let distance = f64::max(pose.focal_distance, 1e-6);
+                2.0 * libm::atan2(0.5 * height, distance)
+            }
+        };
+        let id = self.node(
+            "Viewpoint",
+            vec![
+                ("position", vec3(pose.position)),
+                ("orientation", rotation(pose.orientation)),
+                ("fieldOfView", Value::Float(angle as f32)),
+                ("description", Value::String(camera.name.as_str().into())),
+            ],
+        );
+        self.name(id, &camera.name);
+        id
+    }
+
+    fn light(&mut self, light: &Light) -> NodeId {
+        let radius = match light.radius.is_finite() {
+            true => light.radius,
+            false => FAR,
+        };
+        let [quadratic, linear, constant] = light.attenuation.to_array();
+        let mut fields = vec![
+            ("color", Value::Vec3(light.color)),
+            ("intensity", Value::Float(light.intensity)),
+        ];
+        if light.shape != LightShape::Point {
+            fields.push(("direction", vec3(light.direction)));
+        }
+        if light.shape != LightShape::Directional {
+            fields.push(("location", vec3(light.position)));
+            fields.push(("radius", Value::Float(radius)));
+            let attenuation = Vec3::new(constant, linear, quadratic);
+            fields.push(("attenuation", Value::Vec3(attenuation)));
+        }
+        let class = match light.shape {
+            LightShape::Directional => "DirectionalLight",
+            LightShape::Point => "PointLight",
+            LightShape::Spot { inner, outer, .. } => {
+                fields.push(("beamWidth", Value::Float(inner)));
+                fields.push(("cutOffAngle", Value::Float(outer)));
+                "SpotLight"
+            }
+        };
+        let id = self.node(class, fields);
+        self.name(id, &light.name);
+        id
+    }
+
+    /// Returns the nodes of the model's root. Children follow their parents in the model, so the
+    /// last node comes first here.
+    fn tree(&mut self) -> Vec<NodeId> {
+        let model = self.model;
+        let mut items: Vec<Vec<NodeId>> = vec![Vec::new(); model.nodes.len()];
+        for (i, node) in model.nodes.iter().enumerate().rev() {
+            let mut own: Vec<NodeId> = Vec::new();
+            for part in &node.parts {
+                own.push(self.shape(*part));
+            }
+            for &child in &node.children {
+                own.append(&mut items[child]);
+            }
+            let name = node.place.name.as_deref();
+            let moves = node.local != DAffine3::IDENTITY;
+            if own.is_empty() || name.is_none() && !moves && own.len() < UNGROUPED {
+                items[i] = own;
+                continue;
+            }
+            let group = match moves {
+                true => self.transform(&node.local, own),
+                false => self.node("Group", vec![("children", Value::Nodes(own))]),
+            };
+            if let Some(name) = name {
+                self.name(group, name);
+            }
+            items[i] = vec![group];
+        }
+        items.into_iter().next().unwrap_or_default()
+    }
+
+    /// Returns a `Transform`, whose matrix is T · R · O · S · O⁻¹ with the scale orientation O. A
+    /// matrix that shears is T · U · S · V, so that O is V⁻¹ and R is U · V.
+    fn transform(&mut self, matrix: &DAffine3, children: Vec<NodeId>) -> NodeId {
+        let parts = split(matrix);
+        let inner = parts.inner.unwrap_or(DQuat::IDENTITY);
+        self.node(
+            "Transform",
+            vec![
+                ("translation", vec3(parts.outer.translation)),
+                ("rotation", rotation(parts.outer.rotation * inner)),
+                ("scale", vec3(parts.outer.scale)),
+                ("scaleOrientation", rotation(inner.inverse())),
+                ("children", Value::Nodes(children)),
+            ],
+        )
+    }
+
+    /// Returns the shape of a part, which several nodes may share.
+    fn shape(&mut self, part: Part) -> NodeId {
+        if let Some(&known) = self.shapes.get(&part) {
+            return self.share(known, "shape");
+        }
+        let model = self.model;
+        let (mesh, material) = (&model.meshes[part.mesh], &model.materials[part.material]);
+        let kind = Kind {
+            is_colorful: !mesh.colors.is_empty(),
+            is_thin: !matches!(mesh.primitives, Primitives::Triangles(_)),
+        };
+        let image = material.texture.as_ref().map(|t| &model.images[t.image]);
+        let look = Appearance::of(material, image, kind.is_colorful);
+        let appearance = match self.appearances.get(&(part.material, kind)) {
+            Some(&known) => self.share(known, "appearance"),
+            None => {
+                let made = self.appearance(material, &look, kind, mesh);
+                self.appearances.insert((part.material, kind), made);
+                made
+            }
+        };
+        let key = (part.mesh, material.double_sided, look.keeps_colors);
+        let geometry = match self.geometry.get(&key) {
+            Some(&known) => self.share(known, "geometry"),
+            None => {
+                let made = self.geometry(mesh, material.double_sided, look.keeps_colors);
+                self.geometry.insert(key, made);
+                made
+            }
+        };
+        let held = |id| Value::Node(Some(id));
+        let fields = vec![
+            ("appearance", held(appearance)),
+            ("geometry", held(geometry)),
+        ];
+        let shape = self.node("Shape", fields);
+        self.shapes.insert(part, shape);
+        shape
+    }
+
+    fn appearance(
+        &mut self,
+        material: &Material,
+        look: &Appearance<'_>,
+        kind: Kind,
+        mesh: &Mesh,
+    ) -> NodeId {
+        let mut fields = Vec::new();
+        let is_unlit = look.unlit || kind.is_thin;
+        // Without a material, a texture is shown as it is.
+        if !(is_unlit && look.image.is_some()) {
+            let made = self.material(material, look, is_unlit, mesh);
+            fields.push(("material", Value::Node(Some(made))));
+        }
+        if let (Some(image), Some(texture)) = (&look.image, &material.texture) {
+            let made = self.texture(&tinted(image, look, is_unlit, self.options), texture.repeat);
+            fields.push(("texture", Value::Node(Some(made))));
+            if texture.matrix != Affine2::IDENTITY {
+                let made = self.texture_transform(&texture.matrix);
+                fields.push(("textureTransform", Value::Node(Some(made))));
+            }
+        }
+        self.node("Appearance", fields)
+    }
+
+    fn material(
+        &mut self,
+        material: &Material,
+        look: &Appearance<'_>,
+        is_unlit: bool,
+        mesh: &Mesh,
+    ) -> NodeId {
+        let mean = |c: Vec3| (c.x + c.y + c.z) / 3.0;
+        let mut opacity = look.opacity;
+        if look.keeps_colors && !mesh.colors.is_empty() {
+            // The colors of VRML97 have no opacity, so all vertices get its mean.
+            let sum: f32 = mesh.colors.iter().map(|c| c[3]).sum();
+            opacity = sum / mesh.colors.len() as f32;
+        }
+        let transparency = Value::Float((1.0 - opacity).clamp(0.0, 1.0));
+        if is_unlit {
+            let fields = vec![
+                ("diffuseColor", Value::Vec3(Vec3::ZERO)),
+                ("emissiveColor", Value::Vec3(look.color)),
+                ("ambientIntensity", Value::Float(0.0)),
+                ("transparency", transparency),
+            ];
+            return self.node("Material", fields);
+        }
+        let ambient = mean(material.ambient) / mean(material.diffuse).max(1e-6);
+        self.node(
+            "Material",
+            vec![
+                ("diffuseColor", Value::Vec3(look.color)),
+                ("specularColor", Value::Vec3(material.specular)),
+                ("emissiveColor", Value::Vec3(material.emissive)),
+                ("shininess", Value::Float(material.shininess)),
+                ("ambientIntensity", Value::Float(ambient.clamp(0.0, 1.0))),
+                ("transparency", transparency),
+            ],
+        )
+    }
+
+    /// Returns the texture of a picture, which is written once.
+    fn texture(&mut self, image: &Image, repeat: [bool; 2]) -> NodeId {
+        let mut fields = vec![
+            ("repeatS", Value::Bool(repeat[0])),
+            ("repeatT", Value::Bool(repeat[1])),
+        ];
+        let bytes = image.png();
+        let url = match (self.pictures.get(&bytes), self.options.pictures) {
+            (_, Pictures::Pixels) => {
+                fields.push(("image", Value::Image(Box::new(pixels(image)))));
+                return self.node("PixelTexture", fields);
+            }
+            (Some(known), _) => known.clone(),
+            (None, Pictures::Inside) => format!("data:image/png;base64,{}", base64(&bytes)),
+            (None, Pictures::Beside(stem)) => {
+                let name = format!("{stem}-{}.png", self.graph.beside.len() + 1);
+                self.graph.beside.push((name.clone(), bytes.clone()));
+                name
+            }
+        };
+        self.pictures.insert(bytes, url.clone());
+        fields.push(("url", Value::Strings(vec![url])));
+        self.node("ImageTexture", fields)
+    }
+
+    /// Returns a texture transform for a matrix: VRML97's is `S · R · T` about a center. A shear is
+    /// lost.
+    fn texture_transform(&mut self, matrix: &Affine2) -> NodeId {
+        // Coordinates become S·R·(c + t). With M = S·R, t = M⁻¹ · translation.
+        let m = matrix.matrix2;
+        let rows = [
+            Vec2::new(m.x_axis.x, m.y_axis.x),
+            Vec2::new(m.x_axis.y, m.y_axis.y),
+        ];
+        let angle = libm::atan2f(-rows[0].y, rows[0].x);
+        let mirrored = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+        let scale = Vec2::new(rows[0].length(), mirrored * rows[1].length());
+        let translation = m.inverse() * matrix.translation;
+        let translation = match translation.is_finite() {
+            true => translation,
+            false => Vec2::ZERO,
+        };
+        self.node(
+            "TextureTransform",
+            vec![
+                ("scale", Value::Vec2(scale)),
+                ("rotation", Value::Float(angle)),
+                ("translation", Value::Vec2(translation)),
+            ],
+        )
+    }
+
+    fn geometry(&mut self, mesh: &Mesh, double_sided: bool, keeps_colors: bool) -> NodeId {
+        let held = |id| Value::Node(Some(id));
+        let mut fields = Vec::new();
+        let points = Value::Vec3s(mesh.positions.clone());
+        let coord = self.node("Coordinate", vec![("point", points)]);
+        fields.push(("coord", held(coord)));
+        if keeps_colors && !mesh.colors.is_empty() {
+            let colors = mesh.colors.iter().map(|c| Vec3::new(c[0], c[1], c[2]));
+            let colors = Value::Vec3s(colors.collect());
+            let color = self.node("Color", vec![("color", colors)]);
+            fields.push(("color", held(color)));
+        }
+        match &mesh.primitives {
+            Primitives::Points => self.node("PointSet", fields),
+            Primitives::Lines(lines) => {
+                fields.push(("coordIndex", indices(lines)));
+                self.node("IndexedLineSet", fields)
+            }
+            Primitives::Triangles(triangles) => {
+                if !mesh.normals.is_empty() {
+                    let vectors = Value::Vec3s(mesh.normals.clone());
+                    let normal = self.node("Normal", vec![("vector", vectors)]);
+                    fields.push(("normal", held(normal)));
+                }
+                if !mesh.coordinates.is_empty() {
+                    let points = Value::Vec2s(mesh.coordinates.clone());
+                    let coordinates = self.node("TextureCoordinate", vec![("point", points)]);
+                    fields.push(("texCoord", held(coordinates)));
+                }
+                fields.push(("coordIndex", indices(triangles)));
+                fields.push(("solid", Value::Bool(!double_sided)));
+                self.node("IndexedFaceSet", fields)
+            }
+        }
+    }
+}
+
+/// Returns a picture whose texture gives the right color. Where textures in color replace the
+/// diffuse color, or there is none, the picture is multiplied by it.
+fn tinted(
+    image: &Image,
+    look: &Appearance<'_>,
+    is_unlit: bool,
+    options: GraphOptions<'_>,
+) -> Image {
+    let is_replaced = options.replaces_color && image.has_color();
+    if look.color == Vec3::ONE || !(is_replaced || is_unlit) {
+        return image.clone();
+    }
+    let factors = look.color.clamp(Vec3::ZERO, Vec3::ONE).to_array();
+    let tint = |pixel: &[u8; 4]| {
+        let level = |i: usize| (f32::from(pixel[i]) * factors[i] + 0.5) as u8;
+        [level(0), level(1), level(2), pixel[3]]
+    };
+    Image {
+        components: image.components.max(3),
+        pixels: image.pixels.iter().map(tint).collect(),
+        ..image.clone()
+    }
+}
+
+/// Returns a picture as the value of a field, whose rows run from the bottom.
+fn pixels(image: &Image) -> ImageValue {
+    let kept: &[usize] = match image.components {
+        1 => &[0],
+        2 => &[0, 3],
+        3 => &[0, 1, 2],
+        _ => &[0, 1, 2, 3],
+    };
+    let rows = image.pixels.chunks(image.width.max(1) as usize).rev();
+    let bytes = rows
+        .flatten()
+        .flat_map(|pixel| kept.iter().map(|&i| pixel[i]));
+    ImageValue {
+        width: image.width,
+        height: image.height,
+        depth: 1,
+        components: kept.len() as u8,
+        bytes: bytes.collect(),
+    }
+}
+
+/// Returns the indices of primitives, with -1 after each.
+fn indices<const N: usize>(list: &[[u32; N]]) -> Value {
+    let one = |corners: &[u32; N]| corners.map(|c| i32::try_from(c).unwrap_or(i32::MAX));
+    Value::Ints(
+        list.iter()
+            .flat_map(|c| one(c).into_iter().chain([-1]))
+            .collect(),
+    )
+}
+
+fn vec3(v: DVec3) -> Value {
+    Value::Vec3(v.as_vec3())
+}
+
+/// Returns a rotation, about the z axis if it turns by nothing.
+fn rotation(turn: DQuat) -> Value {
+    let (axis, angle) = turn.to_axis_angle();
+    Value::Rotation(match angle.abs() < 1e-9 {
+        true => Rotation::IDENTITY,
+        false => Rotation {
+            axis: axis.as_vec3(),
+            angle: angle as f32,
+        },
+    })
+}

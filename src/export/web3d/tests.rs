@@ -1,0 +1,308 @@
+//! Scenes as X3D and VRML97, with what is lost.
+
+use std::sync::Arc;
+
+use crate::diag::ErrorKind;
+use crate::export::{Conversion, ExportOptions, Target, convert};
+use crate::iv::{Document, Limits, NoFiles};
+use crate::scene::{CompileOptions, RenderScene, snapshot};
+use crate::snapshot::SnapshotOptions;
+
+fn document(text: &str) -> Document {
+    let bytes = text.as_bytes().to_vec();
+    Document::read("a.wrl", bytes, Arc::new(NoFiles), &Limits::default()).unwrap()
+}
+
+fn converted(text: &str, target: Target) -> Conversion {
+    convert(&document(text), target, &ExportOptions::default()).unwrap()
+}
+
+/// Returns the lines between the tags of the scene, without their indentation.
+fn scene(text: &str) -> Vec<String> {
+    let conversion = converted(text, Target::X3d);
+    let written = String::from_utf8(conversion.bytes).unwrap();
+    let lines = written.lines().map(|line| line.trim().to_owned());
+    let inside = lines.skip_while(|line| line != "<Scene>").skip(1);
+    inside.take_while(|line| line != "</Scene>").collect()
+}
+
+#[test]
+fn nodes_fields_and_uses_of_vrml97_are_kept() {
+    let found = scene(
+        "#VRML V2.0 utf8\nTransform { translation 1 2 3 children [ DEF S Shape { appearance \
+         Appearance { material DEF M Material { diffuseColor 1 0 0 } } geometry Box { } } USE S ] }\n\
+         LOD { range [ 5 ] level [ Shape { appearance Appearance { material USE M } } ] }\n\
+         Collision { collide FALSE proxy USE S }",
+    );
+    let expected = [
+        "<Transform translation='1 2 3'>",
+        "<Shape DEF='S'>",
+        "<Appearance>",
+        "<Material DEF='M' diffuseColor='1 0 0'/>",
+        "</Appearance>",
+        "<Box/>",
+        "</Shape>",
+        "<Shape USE='S'/>",
+        "</Transform>",
+        "<LOD range='5'>",
+        "<Shape>",
+        "<Appearance>",
+        "<Material USE='M'/>",
+        "</Appearance>",
+        "</Shape>",
+        "</LOD>",
+        "<Collision enabled='false'>",
+        "<Shape USE='S' containerField='proxy'/>",
+        "</Collision>",
+    ];
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn prototypes_links_scripts_and_routes_are_kept() {
+    let found = scene(
+        "#VRML V2.0 utf8\nPROTO P [ exposedField SFColor c 1 0 0 field MFNode n [ ] eventIn \
+         SFTime t ] { Group { children IS n } Material { diffuseColor IS c } }\n\
+         EXTERNPROTO E [ field SFInt32 i ] \"e.wrl#E\"\n\
+         DEF A P { c 0 1 0 n [ Group { } ] }\nE { i 3 }\n\
+         DEF T TimeSensor { }\n\
+         DEF X Script { eventIn SFTime set_t field SFNode g USE A eventOut SFTime out\n\
+         url \"javascript:function set_t(v) { out = v; } // <&'\\n\" }\n\
+         ROUTE T.cycleTime TO X.set_t\nROUTE X.out TO A.t",
+    );
+    let expected = [
+        "<ProtoDeclare name='P'>",
+        "<ProtoInterface>",
+        "<field accessType='inputOutput' name='c' type='SFColor' value='1 0 0'/>",
+        "<field accessType='initializeOnly' name='n' type='MFNode'/>",
+        "<field accessType='inputOnly' name='t' type='SFTime'/>",
+        "</ProtoInterface>",
+        "<ProtoBody>",
+        "<Group>",
+        "<IS>",
+        "<connect nodeField='children' protoField='n'/>",
+        "</IS>",
+        "</Group>",
+        "<Material containerField='children'>",
+        "<IS>",
+        "<connect nodeField='diffuseColor' protoField='c'/>",
+        "</IS>",
+        "</Material>",
+        "</ProtoBody>",
+        "</ProtoDeclare>",
+        "<ExternProtoDeclare name='E' url='\"e.wrl#E\"'>",
+        "<field accessType='initializeOnly' name='i' type='SFInt32'/>",
+        "</ExternProtoDeclare>",
+        "<ProtoInstance name='P' DEF='A'>",
+        "<fieldValue name='c' value='0 1 0'/>",
+        "<fieldValue name='n'>",
+        "<Group/>",
+        "</fieldValue>",
+        "</ProtoInstance>",
+        "<ProtoInstance name='E'>",
+        "<fieldValue name='i' value='3'/>",
+        "</ProtoInstance>",
+        "<TimeSensor DEF='T'/>",
+    ];
+    assert_eq!(found[..expected.len()], expected, "{found:#?}");
+    let rest = &found[expected.len()..];
+    let url = "<Script DEF='X' url='\"ecmascript:function set_t(v) { out = v; } // &lt;&amp;&apos;";
+    assert!(rest[0].starts_with(url), "{}", rest[0]);
+    assert!(rest.contains(&"<ProtoInstance name='P' USE='A'/>".to_owned()));
+    let routes = [
+        "<ROUTE fromField='cycleTime' fromNode='T' toField='set_t' toNode='X'/>",
+        "<ROUTE fromField='out' fromNode='X' toField='t' toNode='A'/>",
+    ];
+    assert!(rest.ends_with(&routes.map(str::to_owned)), "{rest:#?}");
+}
+
+#[test]
+fn names_are_identifiers_of_xml_and_each_is_given_once() {
+    let found = scene(
+        "#VRML V2.0 utf8\nDEF a:b Group { }\nDEF N Group { }\nDEF N Group { }\nUSE N\n\
+         PROTO P [ ] { DEF N Group { } }\nP { }",
+    );
+    for line in [
+        "<Group DEF='a_b'/>",
+        "<Group USE='N_3'/>",
+        "<Group DEF='N'/>",
+    ] {
+        assert!(found.contains(&line.to_owned()), "{line} in {found:#?}");
+    }
+    let mut given: Vec<&str> = found
+        .iter()
+        .filter_map(|line| line.split_once("DEF='")?.1.split('\'').next())
+        .collect();
+    let all = given.len();
+    given.sort_unstable();
+    given.dedup();
+    assert_eq!(given.len(), all);
+}
+
+#[test]
+fn what_x3d_does_not_have_is_reported_with_its_line() {
+    let conversion = converted(
+        "#VRML V2.0 utf8\nDEF G GeoOrigin { }\nUnheardOf { }\nDEF T TimeSensor { }\n",
+        Target::X3d,
+    );
+    let found: Vec<(String, Option<u32>)> = conversion
+        .losses
+        .iter()
+        .map(|loss| (loss.place.class.clone(), loss.place.line()))
+        .collect();
+    assert_eq!(
+        found,
+        [("GeoOrigin".into(), Some(2)), ("UnheardOf".into(), Some(3))]
+    );
+    let nothing = converted(
+        "#VRML V2.0 utf8\nShape { geometry Sphere { } }",
+        Target::X3d,
+    );
+    assert!(nothing.losses.is_empty());
+}
+
+/// The scene of the tests of Inventor's state: a color and a translation leak out of a group, and
+/// a shape is used twice.
+const INVENTOR: &str = "#Inventor V2.1 ascii\n\
+     DirectionalLight { direction 0 -1 0 }\n\
+     PerspectiveCamera { position 0 0 9 }\n\
+     Group { Material { diffuseColor 1 0 0 } Translation { translation 5 0 0 } }\n\
+     DEF box Separator { Rotation { rotation 0 0 1 0.5 } Scale { scaleFactor 1 3 1 }\n\
+     Rotation { rotation 0 1 1 1 } Cube { } }\n\
+     Separator { Translation { translation 0 7 0 } USE box }\n";
+
+#[test]
+fn the_state_of_inventor_becomes_shapes_with_materials() {
+    let found = scene(INVENTOR);
+    let materials = found.iter().filter(|l| l.starts_with("<Material"));
+    assert_eq!(materials.clone().count(), 1, "{found:#?}");
+    assert!(
+        materials
+            .clone()
+            .all(|l| l.contains("diffuseColor='1 0 0'"))
+    );
+    assert_eq!(
+        found.iter().filter(|l| l.starts_with("<Shape USE")).count(),
+        1
+    );
+    for start in [
+        "<DirectionalLight",
+        "<Viewpoint",
+        "<NavigationInfo",
+        "<IndexedFaceSet",
+    ] {
+        let count = found.iter().filter(|l| l.starts_with(start)).count();
+        assert_eq!(count, 1, "{start} in {found:#?}");
+    }
+}
+
+/// Returns the bounding box of a document, its triangles and its lights and cameras.
+fn content(document: &Document) -> (Vec<f64>, u64, usize, usize) {
+    let options = CompileOptions::default();
+    let taken = snapshot(document, &SnapshotOptions::default(), &options);
+    let survey = RenderScene::survey(&taken, &options);
+    let (low, high) = survey.bounds.unwrap();
+    let numbers = low.to_array().into_iter().chain(high.to_array());
+    let counts = (survey.lights.len(), survey.cameras.len());
+    (numbers.collect(), survey.triangles, counts.0, counts.1)
+}
+
+#[test]
+fn vrml97_from_inventor_reads_back_with_the_same_content() {
+    let before = content(&document(INVENTOR));
+    let conversion = converted(INVENTOR, Target::Vrml97);
+    let text = String::from_utf8(conversion.bytes).unwrap();
+    let read = document(&text);
+    let is_problem = |d: &crate::Diagnostic| d.kind != ErrorKind::Unsupported;
+    let problems: Vec<_> = read.sink.items().iter().filter(|d| is_problem(d)).collect();
+    assert!(problems.is_empty(), "{problems:?}\n{text}");
+    let after = content(&read);
+    assert_eq!(
+        (before.1, before.2, before.3),
+        (after.1, after.2, after.3),
+        "{text}"
+    );
+    for (a, b) in before.0.iter().zip(&after.0) {
+        assert!((a - b).abs() < 1e-5, "{before:?} {after:?}\n{text}");
+    }
+    // A second time nothing changes: the scene is VRML97 already.
+    assert_eq!(converted(&text, Target::Vrml97).bytes, text.as_bytes());
+}
+
+#[test]
+fn textures_are_inside_x3d_and_beside_vrml97() {
+    let textured = "#Inventor V2.1 ascii\nMaterial { diffuseColor 0 1 1 }\n\
+         Texture2 { image 2 1 3 0xff0000 0x00ff00 }\nTexture2Transform { scaleFactor 2 3 }\nCube { }";
+    let found = scene(textured);
+    let image = found
+        .iter()
+        .find(|l| l.starts_with("<ImageTexture"))
+        .unwrap();
+    assert!(
+        image.contains("url='\"data:image/png;base64,iVBOR"),
+        "{image}"
+    );
+    assert!(
+        found
+            .iter()
+            .any(|l| l.starts_with("<TextureTransform") && l.contains("scale='2 3'"))
+    );
+    assert!(
+        found
+            .iter()
+            .any(|l| l.starts_with("<Material") && l.contains("diffuseColor='0 1 1'"))
+    );
+    let options = ExportOptions {
+        stem: "out".to_owned(),
+        ..ExportOptions::default()
+    };
+    let beside = convert(&document(textured), Target::Vrml97, &options).unwrap();
+    assert_eq!(beside.beside.len(), 1);
+    assert_eq!(beside.beside[0].0, "out-1.png");
+    // In VRML97 the picture replaces the color, so it is multiplied by it.
+    let picture = image::load_from_memory(&beside.beside[0].1)
+        .unwrap()
+        .to_rgb8();
+    assert_eq!(picture.into_raw(), [0, 0, 0, 0, 255, 0]);
+    let piped = converted(textured, Target::Vrml97);
+    assert!(
+        String::from_utf8(piped.bytes)
+            .unwrap()
+            .contains("image 2 1 3")
+    );
+}
+
+#[test]
+fn a_color_under_a_color_texture_of_vrml97_is_white_in_x3d() {
+    let found = scene(
+        "#VRML V2.0 utf8\nShape { appearance Appearance { material DEF M Material { diffuseColor 1 0 0 \
+         shininess 0.5 } texture PixelTexture { image 1 1 3 0x00FF00 } } }\n\
+         Shape { appearance Appearance { material USE M } }\n\
+         Shape { appearance Appearance { material USE M texture PixelTexture { image 1 1 1 0x77 } } }",
+    );
+    let materials: Vec<&String> = found
+        .iter()
+        .filter(|l| l.starts_with("<Material"))
+        .collect();
+    assert_eq!(
+        materials[0],
+        "<Material DEF='M' shininess='0.5' diffuseColor='1 1 1'/>"
+    );
+    assert_eq!(
+        materials[1],
+        "<Material diffuseColor='1 0 0' shininess='0.5'/>"
+    );
+    assert_eq!(materials[2], materials[1]);
+}
+
+#[test]
+fn deep_nesting_neither_overflows_the_stack_nor_the_file() {
+    let depth = 20_000;
+    let deep = "Group { children ".repeat(depth) + "Group { }" + &" }".repeat(depth);
+    let bytes = converted(&format!("#VRML V2.0 utf8\n{deep}"), Target::X3d).bytes;
+    assert!(bytes.len() < depth * 200);
+    assert_eq!(
+        String::from_utf8(bytes).unwrap().matches("<Group").count(),
+        depth + 1
+    );
+}

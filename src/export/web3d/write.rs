@@ -1,0 +1,64 @@
+//! Chooses how a scene becomes X3D or VRML97: node by node, or from a model.
+
+use super::graph::{GraphOptions, Pictures, graph};
+use super::xml::{Textures, write_xml};
+use crate::export::conversion::{Conversion, ExportOptions};
+use crate::export::losses::Losses;
+use crate::export::target::Target;
+use crate::iv::{Document, Format};
+use crate::scene::model::Model;
+
+/// Converts a document in VRML97 to X3D or VRML97 node by node. Returns `None` for other documents
+/// and targets.
+pub(in crate::export) fn rewritten(
+    document: &Document,
+    target: Target,
+    options: &ExportOptions,
+) -> Option<Conversion> {
+    if !document.is_vrml97() {
+        return None;
+    }
+    let mut losses = Losses::default();
+    let bytes = match target {
+        Target::Vrml97 => document.write(Format::Ascii),
+        Target::X3d => {
+            let folders = &options.model.compile.texture_folders;
+            write_xml(document, Textures::Replace(folders), &mut losses)
+        }
+        _ => return None,
+    };
+    Some(Conversion {
+        bytes,
+        losses,
+        is_empty: document.roots.is_empty(),
+        ..Conversion::default()
+    })
+}
+
+/// Writes a model as X3D. The pictures of textures are inside the file.
+pub(in crate::export) fn x3d(model: &Model, losses: &mut Losses) -> Vec<u8> {
+    let options = GraphOptions {
+        pictures: Pictures::Inside,
+        replaces_color: false,
+    };
+    let made = graph(model, options, losses);
+    write_xml(&made.document, Textures::Multiply, losses)
+}
+
+/// Writes a model as VRML97, with pictures beside it that begin with `stem`, or as pixels in the
+/// file if it is empty.
+pub(in crate::export) fn vrml97(
+    model: &Model,
+    stem: &str,
+    losses: &mut Losses,
+) -> (Vec<u8>, Vec<(String, Vec<u8>)>) {
+    let options = GraphOptions {
+        pictures: match stem {
+            "" => Pictures::Pixels,
+            stem => Pictures::Beside(stem),
+        },
+        replaces_color: true,
+    };
+    let made = graph(model, options, losses);
+    (made.document.write(Format::Ascii), made.beside)
+}
