@@ -1207,3 +1207,36 @@ fn the_papers_movie_is_made_without_ffmpeg() {
         "{said}"
     );
 }
+
+/// The bits of a picture, as a hash (FNV-1a, 64 bits) of its exposures.
+fn exposures_hash(path: &Path) -> u64 {
+    let image = exr::prelude::read_first_flat_layer_from_file(path).unwrap();
+    let channels = image.layer_data.channel_data.list;
+    let values = channels.iter().flat_map(|c| c.sample_data.values_as_f32());
+    values.fold(0xcbf2_9ce4_8422_2325, |hash: u64, value| {
+        let bytes = value.to_bits().to_le_bytes();
+        bytes.iter().fold(hash, |hash, byte| {
+            (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
+        })
+    })
+}
+
+/// The hash was the same on a processor with AVX-512 and on emulated ones without AVX.
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn portable_arithmetic_gives_the_same_bits_on_every_processor() {
+    let scratch = Scratch::new("portable");
+    scratch.file("cube.iv", CUBE);
+    let line = "render --arithmetic portable --size 30x20 --samples 8 --lens telephoto --coating mgf2 \
+                --dispersion on --adaptive -o DIR/a.exr DIR/cube.iv";
+    must_run(&scratch, line);
+    assert_eq!(
+        exposures_hash(&scratch.0.join("a.exr")),
+        0xbb14_7af0_a4a4_bd4e
+    );
+    must_fail(
+        &scratch,
+        "render --arithmetic exact DIR/cube.iv",
+        &["fast or portable"],
+    );
+}

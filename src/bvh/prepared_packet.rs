@@ -76,14 +76,12 @@ impl PreparedPacket {
         }
     }
 
-    /// Whether this processor has the instructions that make packets faster than single rays.
+    /// Whether the process may use the instructions that make packets faster than single rays.
     pub(super) fn is_fast() -> bool {
         #[cfg(target_arch = "x86_64")]
         {
-            is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512vl")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx2")
+            use crate::math::lanes::Width;
+            Width::detect() == Width::Avx512
         }
         #[cfg(not(target_arch = "x86_64"))]
         false

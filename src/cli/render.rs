@@ -13,6 +13,7 @@ use crate::camera::{Aim, Camera};
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::files::write_whole;
 use crate::iv::Document;
+use crate::math::use_portable_arithmetic;
 use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
 use crate::photo::{Era, Plan, Session, free_name, picture_name};
 use crate::render::report::{RenderReport, count, percent};
@@ -54,6 +55,7 @@ impl OutputOptions {
     }
 
     fn to(m: &ArgMatches, output: PathBuf) -> Result<Self> {
+        set_arithmetic(m)?;
         Ok(Self {
             output,
             report: text(m, "report").map(PathBuf::from),
@@ -119,6 +121,22 @@ fn layers(m: &ArgMatches) -> Result<Option<PathBuf>> {
         return Err(Diagnostic::error(message).with_help("end the name in .exr"));
     }
     Ok(Some(path))
+}
+
+/// Obeys `--arithmetic`.
+///
+/// # Errors
+/// Returns an error if its value is unknown.
+pub(super) fn set_arithmetic(m: &ArgMatches) -> Result<()> {
+    let is_portable = |word: &str| match word {
+        "fast" => Some(false),
+        "portable" => Some(true),
+        _ => None,
+    };
+    if parsed(m, "arithmetic", "fast or portable", is_portable)? == Some(true) {
+        use_portable_arithmetic();
+    }
+    Ok(())
 }
 
 /// Returns the number of threads. The default is the number of cores.

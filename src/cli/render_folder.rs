@@ -44,11 +44,14 @@ struct Sum {
 /// Returns an error if an option is invalid, or if the output folder cannot be used.
 pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i32> {
     let out = output_folder(m, folder)?;
-    if text(m, "write-camera").is_some() {
-        let error = "`--write-camera` writes the camera of one scene, and this is a folder";
-        return Err(Diagnostic::unsupported(error)
-            .with_help("name one scene; `--report` lists the scenes of a folder"));
+    for option in ["write-camera", "aov"] {
+        if text(m, option).is_some() {
+            let error = format!("`--{option}` is for one scene, and this is a folder");
+            return Err(Diagnostic::unsupported(error)
+                .with_help("name one scene; `--report` lists the scenes of a folder"));
+        }
     }
+    render::set_arithmetic(m)?;
     let plan = render::plan(m, Era::Modern)?;
     let threads = render::threads(m)?;
     let jobs = Jobs::find(folder, &out, "png", Naming::Short)?;

@@ -6,6 +6,8 @@
 //! rounded once instead of twice, so it may differ in the last bit from one kind of processor to
 //! another (docs/decisions/0002-fused-arithmetic.md).
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use glam::Vec3;
 
 /// The number of lanes, which is the same for rays in lenses, trees and shading. It is four of the
@@ -61,6 +63,22 @@ pub(crate) fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
 /// Whether every processor that the program is compiled for has a fused multiply-add.
 const ALWAYS_FUSED: bool = cfg!(any(target_arch = "aarch64", target_feature = "fma"));
 
+/// Whether the process uses only instructions that every processor of the target has.
+static PORTABLE: AtomicBool = AtomicBool::new(false);
+
+/// Makes all later computations of this process the same to the bit on every processor of the
+/// target's architecture. Without it, pictures from processors with and without a fused
+/// multiply-add differ in the last bits. Rendering is slower: kernels use the vectors that every
+/// processor has, and rays are traced one by one.
+pub fn use_portable_arithmetic() {
+    PORTABLE.store(true, Ordering::Relaxed);
+}
+
+/// Returns whether [`use_portable_arithmetic`] was called.
+pub(crate) fn is_portable() -> bool {
+    PORTABLE.load(Ordering::Relaxed)
+}
+
 /// The width of the vectors, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Width {
@@ -75,9 +93,12 @@ pub(crate) enum Width {
 }
 
 impl Width {
-    /// The greatest width that this processor has.
+    /// The greatest width that this processor has and the process may use.
     #[inline]
     pub(crate) fn detect() -> Self {
+        if is_portable() {
+            return Self::Plain;
+        }
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
             let widest = is_x86_feature_detected!("avx512f")
@@ -89,12 +110,13 @@ impl Width {
         Self::Plain
     }
 
-    /// Runs a kernel with vectors of this width, or of the greatest width that the processor has if
-    /// that is less.
+    /// Runs a kernel with vectors of this width, or of the greatest width that the process may use
+    /// if that is less.
     #[inline]
     pub(crate) fn run<W: SimdKernel>(self, work: W) -> W::Output {
         match self.min(Self::detect()) {
-            Self::Plain => work.run::<ALWAYS_FUSED>(),
+            Self::Plain if ALWAYS_FUSED && !is_portable() => work.run::<true>(),
+            Self::Plain => work.run::<false>(),
             // SAFETY: `detect` has found that the processor has these instructions.
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => unsafe { run_avx2(work) },

@@ -12,4 +12,5 @@ mod length;
 pub(crate) mod symmetric;
 
 pub(crate) use difference::diff_of_products;
+pub use lanes::use_portable_arithmetic;
 pub use length::{LengthUnit, Meters, Mm, meters, mm, parse_length};

@@ -19,6 +19,7 @@ use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::film::{Film, GhostImage, Region};
 use crate::iv::Document;
 use crate::lens::Movements;
+use crate::math::lanes::is_portable;
 use crate::picture::Picture;
 use crate::pose::{CameraPose, Projection};
 use crate::render::diffraction::diffract;
@@ -439,6 +440,9 @@ impl Session {
     fn described_as_exposed(&self, exposure: &Exposure) -> IndexMap<String, String> {
         let mut described = self.described.clone();
         described.insert("samples".into(), exposure.samples.to_string());
+        if is_portable() {
+            described.insert("arithmetic".into(), "portable".into());
+        }
         described
     }
 

@@ -2,7 +2,7 @@
 
 use super::option::{Opt, Takes};
 
-pub(super) static OPTIONS: [Opt; 7] = [
+pub(super) static OPTIONS: [Opt; 8] = [
     Opt::new(
         "output",
         Takes::One("FILE"),
@@ -22,6 +22,11 @@ pub(super) static OPTIONS: [Opt; 7] = [
     ),
     Opt::new("batch", Takes::Nothing, "renders without a window").vintage("batch"),
     Opt::new("threads", Takes::One("N"), "threads to use [all cores]"),
+    Opt::new(
+        "arithmetic",
+        Takes::One("KIND"),
+        "fast, or portable: the same bits on every x86-64 processor, slower [fast]",
+    ),
     Opt::new(
         "report",
         Takes::One("FILE.json"),
