@@ -4,7 +4,6 @@ use glam::{DVec2, DVec3};
 
 use crate::lens::{Conjugate, Lens};
 use crate::lens_export::fit::{Chosen, Fit, Model};
-use crate::lens_export::osl::{PupilBox, pupil_table};
 use crate::lens_export::{Frame, StMaps, View, lensfun, opencv, opentrackio, osl, ros};
 use crate::picture::Picture;
 
@@ -421,20 +420,28 @@ fn the_camera_shader_traces_the_rays_of_the_lens_with_its_weights() {
     let text = osl(&view).unwrap();
     let [vertex, curvature, conic, term, index] =
         ["vertex", "curvature", "conic", "term", "index"].map(|name| array(&text, name));
-    let boxes: Vec<PupilBox> = pupil_table(&view);
-    assert_eq!(array(&text, "pupil_low").len(), boxes.len());
+    let boxes = ["pupil_low", "pupil_high", "pupil_half"].map(|name| array(&text, name));
     let film_z = view.conjugate.film_z;
     let center = lens.irradiance(DVec2::ZERO, film_z);
-    for k in [0, 20, 41, 64] {
-        let at = &boxes[k];
+    let light = text.split("#define LIGHT ").nth(1).unwrap();
+    let light: f64 = light.lines().next().unwrap().parse().unwrap();
+    // An ideal lens would have them equal.
+    assert!((light / center - 1.0).abs() < 0.05, "{light} {center}");
+    // Names that the language or its standard header has already.
+    for taken in [" u ", " v ", " N ", " P ", " I ", " random ", " time "] {
+        assert!(!text.contains(&format!("float{taken}=")), "{taken}");
+        assert!(!text.contains(&format!("vector{taken}=")), "{taken}");
+    }
+    for k in [0, 33, 64] {
+        let [low, high, half] = boxes.each_ref().map(|column| column[k]);
         let radius = view.rays.reach * k as f64 / 64.0;
         let (mut light, mut passed) = (0.0, 0);
-        let side = 40;
+        let side = 24;
         for j in 0..side * side {
-            let share = DVec2::new((j % side) as f64 + 0.5, (j / side) as f64 + 0.5) / 40.0;
+            let share = DVec2::new((j % side) as f64 + 0.5, (j / side) as f64 + 0.5) / 24.0;
             let aim = DVec3::new(
-                at.half * (2.0 * share.x - 1.0),
-                at.low + share.y * (at.high - at.low),
+                half * (2.0 * share.x - 1.0),
+                low + share.y * (high - low),
                 lens.length(),
             );
             let origin = DVec3::new(0.0, radius, film_z);
@@ -456,7 +463,7 @@ fn the_camera_shader_traces_the_rays_of_the_lens_with_its_weights() {
                 out.direction
             );
         }
-        let area = 2.0 * at.half * (at.high - at.low);
+        let area = 2.0 * half * (high - low);
         let weighted = light / (side * side) as f64 * area / center;
         let exact = lens.irradiance(DVec2::new(0.0, radius), film_z) / center;
         assert!(
