@@ -19,6 +19,8 @@ use crate::scene::model::{
 
 /// The radius of lights that shine to any distance, in meters.
 const FAR: f32 = 1e9;
+/// The largest angle of a spot light: a right angle, as the six digits of the standards have it.
+const WIDEST: f32 = std::f32::consts::FRAC_PI_2 - 1e-6;
 /// Nodes without a name and a matrix get no group of their own if they have fewer children.
 const UNGROUPED: usize = 64;
 
@@ -205,8 +207,8 @@ impl Builder<'_> {
             LightShape::Directional => "DirectionalLight",
             LightShape::Point => "PointLight",
             LightShape::Spot { inner, outer, .. } => {
-                fields.push(("beamWidth", Value::Float(inner)));
-                fields.push(("cutOffAngle", Value::Float(outer)));
+                fields.push(("beamWidth", Value::Float(inner.clamp(1e-3, WIDEST))));
+                fields.push(("cutOffAngle", Value::Float(outer.clamp(1e-3, WIDEST))));
                 "SpotLight"
             }
         };

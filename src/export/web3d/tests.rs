@@ -140,6 +140,30 @@ fn names_are_identifiers_of_xml_and_each_is_given_once() {
 }
 
 #[test]
+fn a_node_in_a_default_of_a_prototype_is_not_used_from_outside() {
+    let found = scene(
+        "#VRML V2.0 utf8\nDEF B Box { }\nPROTO P [ field SFNode g USE B ] { Shape { geometry IS g } }\n\
+         Shape { geometry USE B }\nP { }",
+    );
+    let boxes: Vec<&String> = found.iter().filter(|l| l.contains("<Box")).collect();
+    let expected = [
+        "<Box DEF='B' containerField='children'/>",
+        "<Box DEF='B_2' containerField='children'/>",
+        "<Box USE='B_2'/>",
+    ];
+    assert_eq!(boxes, expected.each_ref(), "{found:#?}");
+}
+
+#[test]
+fn colors_beyond_one_are_limited_and_reported() {
+    let text = "#VRML V2.0 utf8\nMaterial { emissiveColor 1.7 0.5 -1 }";
+    assert!(scene(text)[0].contains("emissiveColor='1 0.5 0'"));
+    let losses = converted(text, Target::X3d).losses;
+    let codes: Vec<&str> = losses.iter().map(|loss| &*loss.code).collect();
+    assert_eq!(codes, ["color-range"]);
+}
+
+#[test]
 fn what_x3d_does_not_have_is_reported_with_its_line() {
     let conversion = converted(
         "#VRML V2.0 utf8\nDEF G GeoOrigin { }\nUnheardOf { }\nDEF T TimeSensor { }\n",

@@ -4,7 +4,10 @@
 //! allows. Names after `DEF` are unique in the whole file, as identifiers of XML have to be.
 
 use std::collections::{HashMap, HashSet};
+use std::mem;
 use std::path::PathBuf;
+
+use glam::Vec3;
 
 use super::values::{attribute, escaped};
 use crate::export::losses::Losses;
@@ -286,20 +289,28 @@ impl<'d> Writer<'d, '_> {
                 .flat_map(|item| self.declared_field(proto.defaults, item))
                 .collect();
             tasks.reverse();
-            self.run(tasks);
+            self.apart(|this| this.run(tasks));
             self.end("ProtoInterface");
         }
         self.begin("<ProtoBody>");
         self.protos_within(Some(place));
-        let outer = std::mem::take(&mut self.links);
+        let outer = mem::take(&mut self.links);
         for link in &proto.links {
             let of_node = self.links.entry(link.node).or_default();
             of_node.push((&link.name, &link.interface));
         }
-        self.scope(&proto.body, &proto.routes);
+        self.apart(|this| this.scope(&proto.body, &proto.routes));
         self.links = outer;
         self.end("ProtoBody");
         self.end("ProtoDeclare");
+    }
+
+    /// Writes something in a scope of its own, from which no node outside can be used, and no node
+    /// in it from outside.
+    fn apart(&mut self, write: impl FnOnce(&mut Self)) {
+        let outside = (mem::take(&mut self.written), mem::take(&mut self.tokens));
+        write(self);
+        (self.written, self.tokens) = outside;
     }
 
     /// Writes nodes and the routes between them.
@@ -410,6 +421,7 @@ impl<'d> Writer<'d, '_> {
             }
         }
         head += &container;
+        self.lose_bright_colors(id);
         head += &self.attributes(id, element, textured);
         let inner = self.inner(id, element);
         if inner.is_empty() {
@@ -418,6 +430,18 @@ impl<'d> Writer<'d, '_> {
             self.begin(&format!("{head}>"));
             tasks.push(Task::End(tag));
             tasks.extend(inner.into_iter().rev());
+        }
+    }
+
+    /// Reports colors outside the range of X3D, in which they are written.
+    fn lose_bright_colors(&mut self, id: NodeId) {
+        let is_outside = |entry: &FieldEntry| {
+            is_color(self.described(id, entry).1) && limited(&entry.value) != entry.value
+        };
+        let mut fields = self.document.nodes[id.0 as usize].fields.iter();
+        if fields.any(is_outside) {
+            let text = "colors are limited to the range from 0 to 1";
+            self.lose(id, "color-range", text);
         }
     }
 
@@ -466,10 +490,11 @@ impl<'d> Writer<'d, '_> {
                 continue;
             }
             let name = field_name(self.class_name(id), name);
-            out += &format!(
-                " {name}='{}'",
-                attribute(&script_url(name, &entry.value), kind)
-            );
+            let value = match is_color(kind) {
+                true => limited(&entry.value),
+                false => script_url(name, &entry.value),
+            };
+            out += &format!(" {name}='{}'", attribute(&value, kind));
         }
         if is_white {
             out += " diffuseColor='1 1 1'";
@@ -626,6 +651,20 @@ fn script_url(name: &str, value: &Value) -> Value {
     };
     match value {
         Value::Strings(urls) if name == "url" => Value::Strings(urls.iter().map(rename).collect()),
+        other => other.clone(),
+    }
+}
+
+fn is_color(kind: FieldType) -> bool {
+    matches!(kind, FieldType::SFColor | FieldType::MFColor)
+}
+
+/// Returns colors limited to the range of X3D.
+fn limited(value: &Value) -> Value {
+    let limit = |color: &Vec3| color.clamp(Vec3::ZERO, Vec3::ONE);
+    match value {
+        Value::Vec3(color) => Value::Vec3(limit(color)),
+        Value::Vec3s(colors) => Value::Vec3s(colors.iter().map(limit).collect()),
         other => other.clone(),
     }
 }
