@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         eprintln!("{message}");
     }
     let exposure = session.expose(&|_progress| {});
-    if let Some(error) = exposure.film.error() {
+    if let Ok(error) = exposure.film.error() {
         println!(
             "relative error of the picture: {:.1}%",
             100.0 * error.relative_rmse

@@ -141,7 +141,7 @@ fn row(path: &std::path::Path) -> Option<()> {
     let whole = bench.frame(&own, |f| f.whole)?.latency.as_secs_f64();
     own.set_focus(1.01 * far);
     let good = bench.frame(&own, |f| {
-        f.whole && f.error.is_some_and(|e| e.relative_rmse <= 0.02)
+        f.whole && f.error.is_ok_and(|e| e.relative_rmse <= 0.02)
     });
     let good = good.map_or(format!("> {}", PATIENCE.as_secs()), |f| {
         format!("{:.1}", f.latency.as_secs_f64())

@@ -13,7 +13,7 @@ use crate::files::write_whole;
 use crate::photo::{Era, Plan, Session};
 use crate::picture::{Raster, Samples};
 use crate::render::Stop;
-use crate::render::report::{Convergence, Row, percent};
+use crate::render::report::{Across, Convergence, Peer, Row, percent};
 use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 
 /// Returns the definition of the command.
@@ -52,7 +52,17 @@ pub(crate) fn command() -> Command {
         .arg(value(
             "svg",
             "FILE",
-            "also draws relative RMSE over seconds",
+            "also draws relative RMSE over the quantity of --axis",
+        ))
+        .arg(value(
+            "axis",
+            "NAME",
+            "seconds, processor (seconds of processors) or samples [seconds]",
+        ))
+        .arg(value(
+            "peers",
+            "FILE",
+            "CSV with curves of other programs, which are added to the table and the chart",
         ))
         .arg(scene_argument())
 }
@@ -76,6 +86,8 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .split(',')
         .map(Method::parse)
         .collect::<Result<_>>()?;
+    let across = axis(m)?;
+    let peers = text(m, "peers").map(|file| Peer::open(Path::new(file)));
     let base = Session::open(plan.clone())?;
     print_warnings(&base.sink);
     print_headlight_notice(&base, options.quiet);
@@ -84,6 +96,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         scene: plan.scene.display().to_string(),
         ..Convergence::default()
     };
+    table.set_peers(peers.transpose()?.unwrap_or_default());
     let reference = match text(m, "reference") {
         Some(file) => {
             table.reference = file.to_owned();
@@ -97,8 +110,11 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             };
             let run = || base.expose_with(sampler, Stop::after(deep), &|_| ());
             let exposure = options.on_threads(run)?;
-            let error = exposure.film.relative_rmse().unwrap_or(f64::NAN);
-            table.reference = format!("{deep} spp of sobol, relative error {}", percent(error, 2));
+            let error = match exposure.film.error() {
+                Ok(error) => format!("relative error {}", percent(error.relative_rmse, 2)),
+                Err(reason) => format!("error unknown: {reason}"),
+            };
+            table.reference = format!("{deep} spp of sobol, {error}");
             exposure
                 .film
                 .pixels
@@ -123,7 +139,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             if !options.quiet {
                 super::status!("{} {samples} spp: {:.2} s", method.name, exposure.seconds);
             }
-            write(m, &table)?;
+            write(m, &table, across)?;
             samples *= 2;
         }
     }
@@ -131,7 +147,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
 }
 
 /// Writes the tables. It is called after every render, so that an interrupted run loses nothing.
-fn write(m: &ArgMatches, table: &Convergence) -> Result<()> {
+fn write(m: &ArgMatches, table: &Convergence, across: Across) -> Result<()> {
     let save = |name: &str, content: &dyn Fn() -> String| match text(m, name) {
         Some(file) => write_whole(Path::new(file), |f| f.write_all(content().as_bytes())),
         None => Ok(()),
@@ -140,7 +156,14 @@ fn write(m: &ArgMatches, table: &Convergence) -> Result<()> {
     save("json", &|| {
         serde_json::to_string_pretty(table).unwrap_or_default() + "\n"
     })?;
-    save("svg", &|| table.svg())
+    save("svg", &|| table.svg(across))
+}
+
+/// Returns the quantity on the chart's horizontal axis.
+fn axis(m: &ArgMatches) -> Result<Across> {
+    let named = |word: &str| Across::ALL.iter().find(|(n, _)| *n == word).map(|a| a.1);
+    let axis = parsed(m, "axis", "seconds, processor or samples", named)?;
+    Ok(axis.unwrap_or(Across::Seconds))
 }
 
 const METHODS: &str = "methods are 1999, random, jittered, sobol, blue and golden, each also with +rear, +adaptive \

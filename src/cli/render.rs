@@ -16,7 +16,7 @@ use crate::iv::Document;
 use crate::math::use_portable_arithmetic;
 use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
 use crate::photo::{Era, Plan, Session, free_name, picture_name};
-use crate::render::report::{RenderReport, count, percent};
+use crate::render::report::{RenderReport, count, error_text, percent};
 use crate::render::{Exposure, Progress};
 
 /// The options of the output.
@@ -295,27 +295,40 @@ fn report_lost_rays(session: &Session, exposure: &Exposure) {
 
 /// Warns if the target error was not reached.
 fn warn_of_shortfall(session: &Session, exposure: &Exposure) {
-    let reached = exposure.film.relative_rmse();
-    let Some((limit, error)) = session.plan.stop.error.zip(reached) else {
+    let Some(limit) = session.plan.stop.error else {
         return;
     };
-    if error > limit {
-        let ended_by = if exposure.samples >= session.plan.stop.samples {
-            "the number of samples"
-        } else {
-            "the time"
-        };
-        let message = format!(
-            "the relative error is {:.3}%, not the target of {:.3}%: {ended_by} ended the render",
-            100.0 * error,
-            100.0 * limit
-        );
-        let more = f64::from(exposure.samples) * (error / limit) * (error / limit);
-        let help = format!("about {more:.0} samples per pixel reach it");
-        let mut sink = Sink::new();
-        sink.add(*Diagnostic::warning(message).with_help(help));
-        print_warnings(&sink);
-    }
+    let ended_by = if exposure.samples >= session.plan.stop.samples {
+        "the number of samples"
+    } else {
+        "the time"
+    };
+    let target = percent(limit, 3);
+    let (message, help) = match exposure.film.error() {
+        Ok(error) if error.high <= limit => return,
+        Ok(error) => {
+            let factor = error.high / limit;
+            let more = f64::from(exposure.samples) * factor * factor;
+            (
+                format!(
+                    "the relative error is {}, so the target of {target} may not be met: \
+                     {ended_by} ended the render",
+                    error_text(&error)
+                ),
+                format!("about {more:.0} samples per pixel reach it"),
+            )
+        }
+        Err(reason) => (
+            format!(
+                "the error is unknown, so the target of {target} may not be met: {reason}; \
+                 {ended_by} ended the render"
+            ),
+            "more samples per pixel may find what is rare".to_owned(),
+        ),
+    };
+    let mut sink = Sink::new();
+    sink.add(*Diagnostic::warning(message).with_help(help));
+    print_warnings(&sink);
 }
 
 /// Prints the summary and writes the report.

@@ -2,35 +2,10 @@
 
 use glam::DVec3;
 
+use super::error::{ErrorEstimate, ErrorUnknown, SquaredError};
 use super::format::Resolution;
 use super::pixel::Exposed;
 use super::region::Region;
-use crate::sampling::mix;
-
-/// A second exposure of a pixel with independent samples. It is not part of the picture; the
-/// difference of the two exposures estimates the error of the first for any sampler.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Twin {
-    pub pixel: u32,
-    pub exposed: Exposed,
-}
-
-/// The error of a picture, as estimated from its own samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ErrorEstimate {
-    /// Root mean square error over the mean of the picture.
-    pub relative_rmse: f64,
-    /// The lower end of the 95% confidence interval.
-    pub low: f64,
-    /// The upper end of the 95% confidence interval.
-    pub high: f64,
-}
-
-/// One pixel in this many has a twin. The twins take about 3% of the time.
-const TWIN_SHARE: u64 = 32;
-/// The smallest number of twins in a picture with at least as many pixels. It bounds the width of
-/// the confidence interval of small pictures.
-const FEWEST_TWINS: u64 = 512;
 
 /// The exposed film, row by row from the top of the upright picture.
 #[derive(Clone, Debug)]
@@ -39,13 +14,13 @@ pub struct Film {
     pub resolution: Resolution,
     /// The exposure of each pixel, without ghosts.
     pub(crate) pixels: Vec<Exposed>,
-    /// The twins in order of pixels.
-    twins: Vec<Twin>,
+    /// The estimated error, if it was measured.
+    pub(crate) squared_error: Option<SquaredError>,
     /// The ghosts of lights, which are not traced by the pixels' samples.
     pub(crate) ghosts: Option<GhostImage>,
 }
 
-/// The ghosts of lights. They are kept apart from the exposures because they have no twins and are
+/// The ghosts of lights. They are kept apart from the exposures because they are
 /// not part of the error estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GhostImage {
@@ -99,25 +74,18 @@ impl Film {
         Self {
             resolution,
             pixels: vec![Exposed::default(); resolution.pixels()],
-            twins: Vec::new(),
+            squared_error: None,
             ghosts: None,
         }
     }
 
-    /// Returns the part of the film in a region, without ghosts, as a film of its own.
+    /// Returns the part of the film in a region, without ghosts, as a film of its own whose error
+    /// is not measured.
     pub(crate) fn cut(&self, region: Region) -> Self {
-        let Resolution { width, .. } = self.resolution;
-        let twin = |twin: &Twin| {
-            let (x, y) = region.locate((twin.pixel % width, twin.pixel / width))?;
-            Some(Twin {
-                pixel: y * region.width + x,
-                ..*twin
-            })
-        };
         Self {
             resolution: region.resolution(),
             pixels: region.cut(&self.pixels, self.resolution),
-            twins: self.twins.iter().filter_map(twin).collect(),
+            squared_error: None,
             ghosts: None,
         }
     }
@@ -133,15 +101,30 @@ impl Film {
             }
             (a, b) => a.clone().or(b.clone()),
         };
+        self.squared_error = match (&self.squared_error, &other.squared_error) {
+            (Some(a), Some(b)) => Some(a.join(b, share, self.overlap(other, a.sum() * b.sum()))),
+            _ => None,
+        };
         for (pixel, more) in self.pixels.iter_mut().zip(&other.pixels) {
             pixel.join_as(more, share);
         }
-        if self.twins.is_empty() {
-            self.twins = other.twins.clone();
-            return;
+    }
+
+    /// Returns the sum over pixels of the products of the squared errors of two films, whose sums
+    /// have a product. A pixel's part of a sum is that of its samples' scatter.
+    fn overlap(&self, other: &Self, of_sums: f64) -> f64 {
+        let scatter = |p: &Exposed| p.variance_of_mean().element_sum();
+        let (mut sums, mut products) = ([0.0; 2], 0.0);
+        for (a, b) in self.pixels.iter().zip(&other.pixels) {
+            let [a, b] = [a, b].map(scatter);
+            sums = [sums[0] + a, sums[1] + b];
+            products += a * b;
         }
-        for (twin, more) in self.twins.iter_mut().zip(&other.twins) {
-            twin.exposed.join_as(&more.exposed, share);
+        let overlap = of_sums * products / (sums[0] * sums[1]);
+        if overlap.is_finite() {
+            overlap.max(0.0)
+        } else {
+            of_sums.max(0.0) / self.pixels.len() as f64
         }
     }
 
@@ -173,74 +156,19 @@ impl Film {
         sum / (3.0 * self.pixels.len() as f64)
     }
 
-    /// Returns whether a pixel has a twin. The choice is random but the same for every render.
-    pub(crate) fn has_twin(&self, pixel: u32) -> bool {
-        let count = self.pixels.len() as u64;
-        let wanted = (count / TWIN_SHARE).max(FEWEST_TWINS);
-        mix(u64::from(pixel) ^ 0x7477_696e) % count < wanted
-    }
-
-    /// Replaces the twins.
-    pub(crate) fn set_twins(&mut self, mut twins: Vec<Twin>) {
-        twins.sort_unstable_by_key(|t| t.pixel);
-        self.twins = twins;
-    }
-
-    /// Returns the twin of a pixel; it is empty before the first pass.
-    pub(crate) fn twin(&self, pixel: u32) -> Exposed {
-        let found = self.twins.binary_search_by_key(&pixel, |t| t.pixel);
-        found.map_or(Exposed::default(), |i| self.twins[i].exposed)
-    }
-
-    /// Returns the estimated root mean square error over the mean of the picture, or `None` for a
-    /// film without twins and for a black picture.
-    pub fn relative_rmse(&self) -> Option<f64> {
-        self.error().map(|e| e.relative_rmse)
-    }
-
-    /// Estimates the error of the picture, or returns `None` for a film without twins and for a
-    /// black picture.
+    /// Returns the estimated error of the picture, without ghosts.
     ///
-    /// Half the squared difference of a pixel and its twin has the expectation of the pixel's
-    /// variance, for any sampler. The sample variance within pixels is too large for stratified
-    /// samples but is known for all pixels; a ratio estimator with it as the auxiliary variable
-    /// extends the measurement from the twins to the whole picture. The standard error comes from
-    /// the residuals of the twins and of the picture, and the interval is symmetric in the
-    /// logarithm.
-    pub fn error(&self) -> Option<ErrorEstimate> {
-        let naive = |p: &Exposed| match p.count {
-            0 | 1 => 1.0, // The variance is unknown, so all pixels get equal weight.
-            _ => p.variance_of_mean().element_sum(),
-        };
-        let pairs: Vec<(f64, f64)> = self
-            .twins
-            .iter()
-            .map(|t| {
-                let one = &self.pixels[t.pixel as usize];
-                let apart = (one.mean - t.exposed.mean).length_squared();
-                (0.5 * apart, 0.5 * (naive(one) + naive(&t.exposed)))
-            })
-            .collect();
-        let (n, all) = (pairs.len() as f64, self.pixels.len() as f64);
-        let measured: f64 = pairs.iter().map(|p| p.0).sum();
-        let expected: f64 = pairs.iter().map(|p| p.1).sum();
-        if !(n > 1.0 && measured > 0.0 && expected > 0.0) {
-            return None;
-        }
-        let ratio = measured / expected;
-        let everywhere = self.pixels.iter().map(naive).sum::<f64>() / all;
-        let mse = ratio * everywhere / 3.0;
-        let residual = |(d, v): &(f64, f64)| (d - ratio * v) * (d - ratio * v);
-        let scatter = pairs.iter().map(residual).sum::<f64>() / (n - 1.0);
-        let relative = (scatter * (1.0 / n + 1.0 / all)).sqrt() / (measured / n);
-        // The factor is half, because the error is the root of the mean square.
-        let reach = libm::exp(0.5 * 1.96 * relative);
-        let rmse = mse.sqrt() / self.mean();
-        rmse.is_finite().then_some(ErrorEstimate {
-            relative_rmse: rmse,
-            low: rmse / reach,
-            high: rmse * reach,
-        })
+    /// # Errors
+    /// Returns the reason if the error is unknown.
+    pub fn error(&self) -> Result<ErrorEstimate, ErrorUnknown> {
+        let error = self.squared_error.ok_or(ErrorUnknown::NotMeasured)?;
+        error.relative(self.pixels.len(), self.mean())
+    }
+
+    /// Returns the estimated root mean square error over the mean of the picture, or `None` if it
+    /// is unknown.
+    pub fn relative_rmse(&self) -> Option<f64> {
+        self.error().ok().map(|e| e.relative_rmse)
     }
 }
 
@@ -249,44 +177,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_without_twins_has_no_error_estimate() {
+    fn a_film_that_is_not_measured_has_no_error() {
         let mut film = Film::new(Resolution {
             width: 1,
             height: 1,
         });
         film.pixels[0].add(DVec3::ONE);
+        assert_eq!(film.error(), Err(ErrorUnknown::NotMeasured));
         assert_eq!(film.relative_rmse(), None);
-    }
-
-    /// Each pixel has 16 samples whose spread is 1, and a mean that is off by 0.1 either way. The
-    /// relative error of the picture is therefore 0.1 / 5.
-    #[test]
-    fn the_error_is_that_of_the_means_and_not_of_the_samples() {
-        let mut film = Film::new(Resolution {
-            width: 64,
-            height: 32,
-        });
-        let offset = |key: u64| {
-            if mix(key) & 1 == 0 { 0.1 } else { -0.1 }
-        };
-        let exposed = |key: u64| {
-            let mut sum = Exposed::default();
-            for i in 0..16 {
-                let spread = if i % 2 == 0 { 1.0 } else { -1.0 };
-                sum.add(DVec3::splat(5.0 + offset(key) + spread));
-            }
-            sum
-        };
-        for i in 0..2048 {
-            film.pixels[i] = exposed(i as u64);
-        }
-        let twin = |pixel: u32| Twin {
-            pixel,
-            exposed: exposed(u64::from(pixel) + (1 << 32)),
-        };
-        film.set_twins((0..2048).filter(|p| film.has_twin(*p)).map(twin).collect());
-        let error = film.error().unwrap();
-        assert!(error.low < 0.02 && 0.02 < error.high, "{error:?}");
-        assert!(error.high / error.low < 1.3, "{error:?}");
     }
 }

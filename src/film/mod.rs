@@ -5,6 +5,7 @@
 //! and [`Response`] has other characteristic curves. The samples of a pixel are added in one fixed
 //! order, so that a picture has the same bits at any number of threads.
 
+mod error;
 mod exposed_film;
 mod format;
 mod metering;
@@ -12,8 +13,10 @@ mod pixel;
 mod region;
 mod response;
 
-pub use exposed_film::{ErrorEstimate, Film};
-pub(crate) use exposed_film::{GhostImage, Twin};
+pub use error::{ErrorEstimate, ErrorUnknown};
+pub(crate) use error::{MissedLight, Pair, SquaredError, probabilities, student};
+pub use exposed_film::Film;
+pub(crate) use exposed_film::GhostImage;
 pub use format::{FilmFormat, Resolution};
 pub use metering::Metering;
 pub(crate) use pixel::Exposed;

@@ -38,10 +38,17 @@ impl Exposed {
     /// their number.
     pub(crate) fn join_as(&mut self, other: &Self, share: f64) {
         let (n, m) = (f64::from(self.count), f64::from(other.count));
-        if n < 2.0 || m < 2.0 || (m - share * (n + m)).abs() < 1e-9 * m {
+        if n < 1.0 || m < 1.0 || (m - share * (n + m)).abs() < 1e-9 * m {
             return self.join(other);
         }
         let [a, b] = [1.0 - share, share];
+        if n < 2.0 || m < 2.0 {
+            // The variance of a single sample is unknown, so that of the plain sum is kept.
+            let mean = self.mean * a + other.mean * b;
+            self.join(other);
+            self.mean = mean;
+            return;
+        }
         let variance = self.variance_of_mean() * a * a + other.variance_of_mean() * b * b;
         self.mean = self.mean * a + other.mean * b;
         self.count += other.count;
@@ -98,5 +105,19 @@ mod tests {
         still.join_as(&busy, 0.5);
         assert_eq!((still.count, still.mean.x), (6, 4.0));
         assert!((still.variance_of_mean() - expected).length() < 1e-14);
+    }
+
+    /// Adaptive sampling may give one sample to a pixel at one moment and several at another.
+    #[test]
+    fn the_share_of_a_single_sample_does_not_depend_on_the_others_either() {
+        let mut single = Exposed::default();
+        single.add(DVec3::splat(1.0));
+        let mut busy = Exposed::default();
+        [5.0, 7.0, 6.0]
+            .iter()
+            .for_each(|&v| busy.add(DVec3::splat(v)));
+        single.join_as(&busy, 0.5);
+        assert_eq!((single.count, single.mean.x), (4, 3.5));
+        assert!(single.variance_of_mean().is_finite());
     }
 }

@@ -60,13 +60,6 @@ impl Region {
         }
     }
 
-    /// Returns the column and row in the region of a pixel of the picture, if it is inside.
-    pub(crate) fn locate(self, (x, y): (u32, u32)) -> Option<(u32, u32)> {
-        let column = x.checked_sub(self.left).filter(|c| *c < self.width)?;
-        let row = y.checked_sub(self.top).filter(|r| *r < self.height)?;
-        Some((column, row))
-    }
-
     /// Returns the region's part of the values of a picture's pixels, row by row.
     pub(crate) fn cut<T: Copy>(self, values: &[T], picture: Resolution) -> Vec<T> {
         let row = |y: u32| {
@@ -109,9 +102,6 @@ mod tests {
         };
         let numbers: Vec<u32> = (0..12).collect();
         assert_eq!(region.cut(&numbers, PICTURE), [5, 6, 9, 10]);
-        assert_eq!(region.locate((2, 2)), Some((1, 1)));
-        assert_eq!(region.locate((0, 2)), None);
-        assert_eq!(region.locate((3, 2)), None);
     }
 
     #[test]

@@ -35,7 +35,7 @@ impl StrokeView {
     }
 
     /// Returns a pixel's size in meters at a point.
-    fn pixel(&self, p: Vec3) -> f32 {
+    pub(crate) fn pixel(&self, p: Vec3) -> f32 {
         self.fixed + self.per_depth * self.depth(p)
     }
 

@@ -24,8 +24,8 @@ use crate::picture::Picture;
 use crate::pose::{CameraPose, Projection};
 use crate::render::diffraction::diffract;
 use crate::render::ghosts::GhostRender;
-use crate::render::report::{RenderReport, Seconds};
-use crate::render::{Exposure, Progress, Render, Stop, SurfaceSum};
+use crate::render::report::{RenderReport, Seconds, error_text};
+use crate::render::{Exposure, Progress, Render, Stop, Stopwatch, SurfaceSum};
 use crate::sampling::{FilterTable, Sampler};
 use crate::scene::{CompileOptions, Light, RenderScene, precision_warning, snapshot};
 use crate::shade::{ShadeOptions, Shader, Shading};
@@ -315,13 +315,13 @@ impl Session {
     ) -> Exposure {
         let render = |render: &Render<'_>| render.run_inside(self.region(), progress);
         let mut exposure = self.with_render(sampler, stop, render);
-        let clock = Instant::now();
+        let watch = Stopwatch::start();
         let ghosts = self.ghosts(sampler);
         exposure.film.ghosts = match self.plan.region {
             Some(region) => ghosts.map(|g| g.cut(region, self.plan.resolution)),
             None => ghosts,
         };
-        exposure.seconds += clock.elapsed().as_secs_f64();
+        exposure.add_time(watch.spent());
         exposure
     }
 
@@ -429,6 +429,11 @@ impl Session {
         };
         say("Software", concat!("ivcam ", env!("CARGO_PKG_VERSION")));
         say("Command", command);
+        let error = match exposure.film.error() {
+            Ok(error) => error_text(&error),
+            Err(reason) => format!("unknown: {reason}"),
+        };
+        say("ivcam:error", &error);
         self.described_as_exposed(exposure)
             .iter()
             .for_each(|(k, v)| say(&format!("ivcam:{k}"), v));
@@ -458,6 +463,7 @@ impl Session {
             plan: self.described_as_exposed(exposure),
             seconds,
             total_seconds: 0.0,
+            processor_seconds: exposure.processor_seconds,
             samples: exposure.samples,
             film_rays: 0,
             scene_rays: 0,
@@ -467,6 +473,7 @@ impl Session {
             relative_rmse: None,
             relative_rmse_low: None,
             relative_rmse_high: None,
+            error_unknown: None,
             ghosts_of_picture: None,
             ghosts_of_lights: None,
             primitives: (triangles + quadrics + strokes) as u64,

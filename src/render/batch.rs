@@ -9,7 +9,7 @@ use super::passes::Render;
 use super::surfaces::SurfaceSum;
 use crate::bvh::Hit;
 use crate::camera::{CameraRays, SpectralCorrections};
-use crate::film::{Exposed, Resolution, Twin};
+use crate::film::{Exposed, Resolution};
 use crate::lens::Bundle;
 use crate::math::lanes::{LANES, SimdKernel, Vec3Lanes, bits, dispatch};
 use crate::sampling::{Sampler, Samples};
@@ -44,7 +44,6 @@ impl SimdKernel for Place<'_> {
 pub(super) struct TileExposure {
     /// The exposed pixels, row by row.
     pub pixels: Vec<Exposed>,
-    pub twins: Vec<Twin>,
     pub counts: Counts,
 }
 

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use super::stopwatch::Spent;
 use crate::film::Film;
 
 /// The conditions that end a render. The first one met ends it, after a whole pass, so that every
@@ -10,7 +11,8 @@ use crate::film::Film;
 pub struct Stop {
     /// The largest number of samples per pixel.
     pub samples: u32,
-    /// The render stops when its estimated relative RMSE is at most this.
+    /// The render stops when the upper end of the 95% interval of its relative RMSE is at most
+    /// this.
     pub error: Option<f64>,
     /// The render stops before a pass that would end later than this after the start.
     pub time: Option<Duration>,
@@ -36,7 +38,7 @@ pub struct Progress {
     pub tiles: u64,
     /// Samples per pixel in the finished passes.
     pub samples: u32,
-    /// Estimated relative RMSE after the last finished pass.
+    /// The last estimate of the relative RMSE.
     pub error: Option<f64>,
 }
 
@@ -49,6 +51,9 @@ pub struct Exposure {
     pub counts: Counts,
     /// Seconds that the render took.
     pub seconds: f64,
+    /// Seconds of processors that the render took, summed over threads; `None` if the system does
+    /// not say.
+    pub processor_seconds: Option<f64>,
     /// Samples per pixel.
     pub samples: u32,
 }
@@ -59,8 +64,18 @@ impl Exposure {
         let all = f64::from(self.samples + part.samples).max(1.0);
         self.film.join(&part.film, f64::from(part.samples) / all);
         self.counts.add(&part.counts);
-        self.seconds += part.seconds;
+        self.add_time(Spent {
+            seconds: part.seconds,
+            processor_seconds: part.processor_seconds,
+        });
         self.samples += part.samples;
+    }
+
+    /// Adds the time of further work.
+    pub(crate) fn add_time(&mut self, more: Spent) {
+        self.seconds += more.seconds;
+        let both = self.processor_seconds.zip(more.processor_seconds);
+        self.processor_seconds = both.map(|(a, b)| a + b);
     }
 }
 

@@ -12,9 +12,11 @@ mod batch;
 pub(crate) mod diffraction;
 mod exposure;
 pub(crate) mod ghosts;
+mod pairs;
 mod passes;
 pub(crate) mod report;
 mod shares;
+mod stopwatch;
 mod surfaces;
 #[cfg(test)]
 mod tests;
@@ -23,4 +25,5 @@ pub(crate) mod tile;
 pub use exposure::{Counts, Exposure, Progress, Stop};
 pub(crate) use passes::Render;
 pub use report::account::{RenderReport, Seconds};
+pub(crate) use stopwatch::Stopwatch;
 pub(crate) use surfaces::SurfaceSum;

@@ -9,11 +9,28 @@ use rayon::prelude::*;
 use super::batch::{Batch, TileExposure};
 use super::exposure::{Counts, Exposure, Progress, Stop};
 use super::shares::SampleShares;
+use super::stopwatch::Stopwatch;
 use super::tile::Tile;
 use crate::camera::Camera;
-use crate::film::{Exposed, Film, Region, Resolution, Twin};
+use crate::film::{ErrorEstimate, Exposed, Film, Region, Resolution, SquaredError};
 use crate::sampling::{FilterTable, PixelSampler, Sampler, mix};
 use crate::shade::Shader;
+
+/// The least factor between the numbers of samples at which the error is estimated, so that the
+/// estimates take at most a fifth of the time of a render with a target.
+const LEAST_GROWTH: f64 = 1.2;
+
+/// The last estimate of a render's error.
+#[derive(Default)]
+struct Measured {
+    squared_error: Option<SquaredError>,
+    /// The relative error; `None` if it is unknown.
+    error: Option<ErrorEstimate>,
+    /// The number of samples per pixel at the estimate.
+    samples: u32,
+    /// The number of samples per pixel from which the next estimate is worthwhile.
+    next: u32,
+}
 
 /// A scene and a camera with the settings of a render.
 pub(crate) struct Render<'a> {
@@ -51,21 +68,13 @@ impl Render<'_> {
         region: Region,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
+        let watch = Stopwatch::start();
         let start = Instant::now();
         let tiles = Tile::inside(region, self.resolution);
-        let whole = region == Region::whole(self.resolution);
-        let error_inside = |film: &Film| {
-            let estimate = if whole {
-                film.error()
-            } else {
-                film.cut(region).error()
-            };
-            estimate.map(|e| e.relative_rmse)
-        };
         let mut film = Film::new(self.resolution);
         let mut counts = Counts::default();
         let mut done = 0;
-        let mut error = None;
+        let mut measured = Measured::default();
         let shares = self.pilot_pass(&mut counts);
         while done < self.stop.samples {
             let pass_start = Instant::now();
@@ -76,7 +85,7 @@ impl Render<'_> {
                     tiles_done,
                     tiles: total,
                     samples: done,
-                    error,
+                    error: measured.error.map(|e| e.relative_rmse),
                 });
                 true
             };
@@ -85,16 +94,46 @@ impl Render<'_> {
             }
             let last = pass_start.elapsed() / (end - done).max(1);
             done = end;
-            error = error_inside(&film);
-            if self.stops(start, last * (self.pass_end(done) - done), error) {
+            if self.stop.error.is_some() && done >= measured.next {
+                measured = self.measured(&film, region, done, &mut counts);
+            }
+            if self.stops(start, last * (self.pass_end(done) - done), measured.error) {
                 break;
             }
         }
+        if measured.samples < done {
+            measured = self.measured(&film, region, done, &mut counts);
+        }
+        if region != Region::whole(self.resolution) {
+            film = film.cut(region);
+        }
+        film.squared_error = measured.squared_error;
+        let spent = watch.spent();
         Exposure {
-            film: if whole { film } else { film.cut(region) },
+            film,
             counts,
-            seconds: start.elapsed().as_secs_f64(),
+            seconds: spent.seconds,
+            processor_seconds: spent.processor_seconds,
             samples: done,
+        }
+    }
+
+    /// Estimates the error of a region of a film after a number of samples per pixel.
+    fn measured(&self, film: &Film, region: Region, samples: u32, counts: &mut Counts) -> Measured {
+        let part = (region != Region::whole(self.resolution)).then(|| film.cut(region));
+        let part = part.as_ref().unwrap_or(film);
+        let (squared_error, more) = self.measure(part, region);
+        counts.add(&more);
+        let error = squared_error.and_then(|e| e.relative(part.pixels.len(), part.mean()).ok());
+        // The error falls with the power 3/4 of the samples at best (over edges in the plane).
+        let target = self.stop.error.unwrap_or(0.0);
+        let growth = error.map_or(2.0, |e| libm::pow(e.high / target, 4.0 / 3.0));
+        let next = f64::from(samples) * growth.clamp(LEAST_GROWTH, 4.0);
+        Measured {
+            squared_error,
+            error,
+            samples,
+            next: next as u32,
         }
     }
 
@@ -151,15 +190,13 @@ impl Render<'_> {
         };
         let parts: Option<Vec<TileExposure>> = tiles.par_iter().map(one).collect();
         let mut counts = Counts::default();
-        let mut twins = Vec::new();
         for (tile, part) in tiles.iter().zip(parts?) {
             counts.add(&part.counts);
             for ((x, y), exposed) in tile.pixels().zip(part.pixels) {
                 film.pixels[(y * self.resolution.width + x) as usize] = exposed;
             }
-            twins.extend(part.twins);
         }
-        film.set_twins(twins);
+        film.squared_error = None;
         Some(counts)
     }
 
@@ -183,13 +220,11 @@ impl Render<'_> {
         )
     }
 
-    /// Returns whether the render stops before the next pass, which is expected to take `next`.
-    fn stops(&self, start: Instant, next: Duration, error: Option<f64>) -> bool {
-        let good = self
-            .stop
-            .error
-            .zip(error)
-            .is_some_and(|(limit, e)| e <= limit);
+    /// Returns whether the render stops before the next pass, which is expected to take `next`. A
+    /// target is met only if the upper end of the error's interval meets it.
+    fn stops(&self, start: Instant, next: Duration, error: Option<ErrorEstimate>) -> bool {
+        let target = self.stop.error.zip(error);
+        let good = target.is_some_and(|(limit, e)| e.high <= limit);
         let late = self
             .stop
             .time
@@ -197,7 +232,7 @@ impl Render<'_> {
         good || late
     }
 
-    /// Adds samples to the pixels of one tile, and to the twins of those that have one.
+    /// Adds samples to the pixels of one tile.
     fn expose(
         &self,
         tile: Tile,
@@ -206,47 +241,23 @@ impl Render<'_> {
         shares: &SampleShares,
     ) -> TileExposure {
         let mut batch = Batch::new(self);
-        let mut part = TileExposure::default();
         let mut sums: Vec<Exposed> = Vec::new();
-        let mut twins = Vec::new();
         for (x, y) in tile.pixels() {
             let number = y * self.resolution.width + x;
             sums.push(film.pixels[number as usize]);
             let samples = shares.samples(number, samples);
-            batch.add((x, y), self.sampler, samples.clone(), &mut sums);
-            if film.has_twin(number) {
-                twins.push((number, sums.len()));
-                sums.push(film.twin(number));
-                let before = batch.counts.film_rays;
-                batch.add((x, y), self.twin_sampler(), samples.clone(), &mut sums);
-                part.counts.error_rays += batch.counts.film_rays - before;
-            }
+            batch.add((x, y), self.sampler, samples, &mut sums);
         }
         batch.flush(&mut sums);
-        part.counts.film_rays = batch.counts.film_rays - part.counts.error_rays;
-        part.counts.passed = batch.counts.passed;
-        part.counts.scene_rays = batch.work.counts.scene;
-        part.counts.shadow_rays = batch.work.counts.shadow;
-        let mut skip = twins.iter().map(|(_, at)| *at).peekable();
-        part.pixels = sums
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| skip.next_if_eq(i).is_none())
-            .map(|(_, sum)| *sum)
-            .collect();
-        let twin = |(pixel, at): (u32, usize)| Twin {
-            pixel,
-            exposed: sums[at],
-        };
-        part.twins = twins.into_iter().map(twin).collect();
-        part
-    }
-
-    /// Returns the sampler of the twins, which is independent of the picture's.
-    fn twin_sampler(&self) -> Sampler {
-        Sampler {
-            seed: mix(!self.sampler.seed),
-            ..self.sampler
+        TileExposure {
+            pixels: sums,
+            counts: Counts {
+                film_rays: batch.counts.film_rays,
+                passed: batch.counts.passed,
+                scene_rays: batch.work.counts.scene,
+                shadow_rays: batch.work.counts.shadow,
+                error_rays: 0,
+            },
         }
     }
 

@@ -10,6 +10,6 @@ pub(crate) fn mix(x: u64) -> u64 {
 }
 
 /// The number in [0, 1) of the upper 53 bits.
-pub(super) fn unit(bits: u64) -> f64 {
+pub(crate) fn unit(bits: u64) -> f64 {
     (bits >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
 }

@@ -12,6 +12,6 @@ mod sobol;
 pub use disc::DiscMap;
 pub use filter::Filter;
 pub(crate) use filter::FilterTable;
-pub(crate) use hash::mix;
+pub(crate) use hash::{mix, unit};
 pub(crate) use sampler::{PixelSampler, Samples};
 pub use sampler::{Sampler, SamplerKind};

@@ -19,6 +19,7 @@ mod point;
 mod precision;
 mod render_scene;
 mod shapes;
+mod small_lights;
 mod snapshot;
 mod survey;
 mod texel_footprint;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::diag::Result;
-use crate::film::{ErrorEstimate, Film, Resolution};
+use crate::film::{ErrorEstimate, ErrorUnknown, Film, Region, Resolution};
 use crate::photo::{Optics, Plan, Session};
 use crate::render::tile::Tile;
 use crate::render::{Counts, Render, Stop};
@@ -63,7 +63,8 @@ pub(crate) struct Frame {
     /// Whether it has the resolution of the view.
     pub whole: bool,
     pub samples: u32,
-    pub error: Option<ErrorEstimate>,
+    /// The last estimate of the error, or why it is unknown.
+    pub error: std::result::Result<ErrorEstimate, ErrorUnknown>,
     pub counts: Counts,
     /// Rays from the film per second.
     pub rate: f64,
@@ -84,6 +85,8 @@ struct Exposing {
     tiles: Vec<Tile>,
     film: Film,
     samples: u32,
+    /// The last estimate of the error, and the number of samples at which it was made.
+    error: (std::result::Result<ErrorEstimate, ErrorUnknown>, u32),
     counts: Counts,
 }
 
@@ -100,6 +103,7 @@ impl Exposing {
             tiles: Tile::all(resolution),
             film: Film::new(resolution),
             samples: 0,
+            error: (Err(ErrorUnknown::NotMeasured), 0),
             counts: Counts::default(),
         }
     }
@@ -237,6 +241,16 @@ impl Live {
         };
         exposing.counts.add(&counts);
         exposing.samples = end;
+        // The error of a single sample is not shown, and later it is estimated after half as many
+        // more samples: the estimates take a tenth of the time at most.
+        let is_due = end > 1 && 2 * end >= 3 * exposing.error.1;
+        if is_due && proceed() {
+            let whole = Region::whole(exposing.resolution);
+            let (squared_error, counts) = render.measure(&exposing.film, whole);
+            exposing.film.squared_error = squared_error;
+            exposing.counts.add(&counts);
+            exposing.error = (exposing.film.error(), end);
+        }
         Some(self.frame())
     }
 
@@ -270,7 +284,7 @@ impl Live {
             metered: self.session.exposure_factor(),
             whole: self.exposing.divisor == 1,
             samples: self.exposing.samples,
-            error: film.error(),
+            error: self.exposing.error.0,
             counts: self.exposing.counts,
             rate: self.rate,
             latency: self.request.at.elapsed(),

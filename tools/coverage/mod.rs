@@ -194,7 +194,7 @@ fn outcomes(subject: &Subject, truth: &[[f64; 3]], seeds: u64, stop: Stop) -> Ve
         let stated = made.film.error();
         Some(Outcome {
             truth: Deviation::of(&made.film, truth).rel_mse.sqrt(),
-            stated: stated.map(|e| [e.relative_rmse, e.low, e.high]),
+            stated: stated.ok().map(|e| [e.relative_rmse, e.low, e.high]),
             samples: made.samples,
         })
     };
@@ -218,7 +218,7 @@ fn row(case: &Case, plans: Vec<Plan>, options: &Options) -> Result<Vec<String>> 
         .collect();
     let mut cells = vec![
         case.name.to_owned(),
-        error.map_or("unknown".into(), |e| percent(e.relative_rmse, 2)),
+        error.map_or_else(|e| e.to_string(), |e| percent(e.relative_rmse, 2)),
     ];
     for subject in [&even, &adaptive] {
         for samples in &options.samples {

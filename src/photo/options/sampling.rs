@@ -161,7 +161,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new(
         "target-error",
         Takes::One("SHARE"),
-        "stops when the estimated relative error is at most this, such as 1%; --samples is then a limit [65536]",
+        "stops when the relative error is at most this with 97.5% confidence, such as 1%; --samples is then a limit [65536]",
     )
     .plan(
         |plan, words, _| {

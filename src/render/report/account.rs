@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use indexmap::IndexMap;
 use serde::Serialize;
 
-use crate::film::{ErrorEstimate, Film};
+use crate::film::{ErrorEstimate, ErrorUnknown, Film};
 use crate::render::exposure::Counts;
 
 /// Seconds of each phase of a render.
@@ -45,6 +45,9 @@ pub struct RenderReport {
     pub seconds: Seconds,
     /// Seconds of all phases.
     pub total_seconds: f64,
+    /// Seconds of processors that rendering took, summed over threads; `null` if the system does
+    /// not say.
+    pub processor_seconds: Option<f64>,
     /// Samples per pixel.
     pub samples: u32,
     /// Rays that left the film for the picture.
@@ -57,12 +60,14 @@ pub struct RenderReport {
     pub error_rays: u64,
     /// The share of the film's rays that passed through the lens.
     pub passed_share: f64,
-    /// Estimated root mean square error over the picture's mean; `null` for a black picture.
+    /// Estimated root mean square error over the picture's mean; `null` if it is unknown.
     pub relative_rmse: Option<f64>,
     /// The lower end of the 95% confidence interval of `relative_rmse`.
     pub relative_rmse_low: Option<f64>,
     /// The upper end of the 95% confidence interval of `relative_rmse`.
     pub relative_rmse_high: Option<f64>,
+    /// Why the error is unknown; `null` if it is known.
+    pub error_unknown: Option<String>,
     /// The light of ghosts over the light of the picture.
     pub ghosts_of_picture: Option<f64>,
     /// The light of ghosts over the light of the lights' own images.
@@ -75,7 +80,9 @@ pub struct RenderReport {
 
 impl RenderReport {
     /// Sets the estimated error and its interval.
-    pub fn set_error(&mut self, error: Option<ErrorEstimate>) {
+    pub fn set_error(&mut self, error: std::result::Result<ErrorEstimate, ErrorUnknown>) {
+        self.error_unknown = error.err().map(|reason| reason.to_string());
+        let error = error.ok();
         self.relative_rmse = error.map(|e| e.relative_rmse);
         self.relative_rmse_low = error.map(|e| e.low);
         self.relative_rmse_high = error.map(|e| e.high);
@@ -108,6 +115,9 @@ impl RenderReport {
             " (read {:.2}, compile {:.2}, pupil {:.2}, render {:.2}, write {:.2})",
             s.read, s.compile, s.pupil, s.render, s.write
         );
+        if let Some(processor) = self.processor_seconds {
+            let _ = write!(line, "  processor {processor:.2} s");
+        }
         let _ = write!(
             line,
             "  {} spp  {} rays, {} in the scene, {} to lights",
@@ -119,11 +129,18 @@ impl RenderReport {
         let _ = write!(line, "  {:.1}% through the lens", 100.0 * self.passed_share);
         let bounds = self.relative_rmse_low.zip(self.relative_rmse_high);
         match self.relative_rmse.zip(bounds) {
-            Some((e, (low, high))) => {
-                let (e, low, high) = (percent(e, 3), percent(low, 2), percent(high, 2));
-                let _ = write!(line, "  relative error {e} ({low} to {high})");
+            Some((relative_rmse, (low, high))) => {
+                let error = ErrorEstimate {
+                    relative_rmse,
+                    low,
+                    high,
+                };
+                let _ = write!(line, "  relative error {}", error_text(&error));
             }
-            None => line.push_str("  relative error unknown (black)"),
+            None => {
+                let reason = self.error_unknown.as_deref().unwrap_or("not measured");
+                let _ = write!(line, "  error unknown: {reason}");
+            }
         }
         if let Some(share) = self.ghosts_of_picture {
             let _ = write!(
@@ -150,6 +167,12 @@ pub(crate) fn count(n: u64) -> String {
         1_000_000..1_000_000_000 => format!("{:.2}M", n as f64 / 1e6),
         _ => format!("{:.2}G", n as f64 / 1e9),
     }
+}
+
+/// Formats an error and its interval: `2.30% (2.1% to 2.5%)`.
+pub(crate) fn error_text(error: &ErrorEstimate) -> String {
+    let [low, high] = [error.low, error.high].map(|e| percent(e, 2));
+    format!("{} ({low} to {high})", percent(error.relative_rmse, 3))
 }
 
 /// Formats a share as a percentage with at least `digits` significant digits: 0.0230 becomes

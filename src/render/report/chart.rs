@@ -1,8 +1,82 @@
-//! The convergence chart: relRMSE over seconds, both axes logarithmic, as SVG.
+//! The convergence chart: relRMSE over time or samples, both axes logarithmic, as SVG.
 
 use std::fmt::Write as _;
 
-use super::convergence::{Convergence, Row};
+use super::convergence::Convergence;
+
+/// The quantity on the horizontal axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Across {
+    /// Seconds of the clock.
+    Seconds,
+    /// Seconds of processors.
+    ProcessorSeconds,
+    /// Samples per pixel.
+    Samples,
+}
+
+impl Across {
+    /// The names that `--axis` accepts.
+    pub(crate) const ALL: [(&'static str, Self); 3] = [
+        ("seconds", Self::Seconds),
+        ("processor", Self::ProcessorSeconds),
+        ("samples", Self::Samples),
+    ];
+
+    /// The title of the axis.
+    fn title(self) -> &'static str {
+        match self {
+            Self::Seconds => "seconds",
+            Self::ProcessorSeconds => "processor seconds",
+            Self::Samples => "samples per pixel",
+        }
+    }
+
+    fn choose(self, seconds: Option<f64>, processor: Option<f64>, n: Option<f64>) -> Option<f64> {
+        match self {
+            Self::Seconds => seconds,
+            Self::ProcessorSeconds => processor,
+            Self::Samples => n,
+        }
+    }
+}
+
+/// The points of one line, in data.
+struct Curve<'a> {
+    name: &'a str,
+    /// Whether it is of another program.
+    peer: bool,
+    points: Vec<(f64, f64)>,
+}
+
+/// Returns the curves of a table, methods first. Points that a logarithmic axis cannot show are
+/// left out.
+fn curves(table: &Convergence, across: Across) -> Vec<Curve<'_>> {
+    let rows = table.rows.iter().map(|r| {
+        let n = Some(f64::from(r.samples));
+        let x = across.choose(Some(r.seconds), r.processor_seconds, n);
+        (r.method.as_str(), false, x, r.deviation.rel_mse.sqrt())
+    });
+    let peers = table.peers.iter().map(|p| {
+        let x = across.choose(p.seconds, p.processor_seconds, p.samples);
+        (p.method.as_str(), true, x, p.rel_rmse)
+    });
+    let mut curves: Vec<Curve<'_>> = Vec::new();
+    for (name, peer, x, y) in rows.chain(peers) {
+        let Some(x) = x.filter(|x| *x > 0.0 && y > 0.0) else {
+            continue;
+        };
+        match curves.iter_mut().find(|c| (c.name, c.peer) == (name, peer)) {
+            Some(curve) => curve.points.push((x, y)),
+            None => curves.push(Curve {
+                name,
+                peer,
+                points: vec![(x, y)],
+            }),
+        }
+    }
+    curves
+}
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 480.0;
@@ -58,19 +132,17 @@ impl Axis {
     }
 }
 
-fn relative_rmse(row: &Row) -> f64 {
-    row.deviation.rel_mse.sqrt()
-}
-
 /// Draws a convergence table as an SVG file.
-pub(super) fn chart(table: &Convergence) -> String {
+pub(super) fn chart(table: &Convergence, across: Across) -> String {
     let [left, right, top, bottom] = MARGIN;
     let (x1, y1) = (WIDTH - right, HEIGHT - bottom);
-    let x = Axis::over(table.rows.iter().map(|r| r.seconds), left, x1);
-    let y = Axis::over(table.rows.iter().map(relative_rmse), y1, top);
+    let curves = curves(table, across);
+    let points = || curves.iter().flat_map(|c| c.points.iter());
+    let x = Axis::over(points().map(|p| p.0), left, x1);
+    let y = Axis::over(points().map(|p| p.1), y1, top);
     let mut out = head(table);
-    write_axes(&mut out, &x, &y);
-    let labels = write_lines(&mut out, table, &x, &y);
+    write_axes(&mut out, &x, &y, across.title());
+    let labels = write_lines(&mut out, &curves, &x, &y);
     write_labels(&mut out, labels);
     out.push_str("</svg>\n");
     out
@@ -91,7 +163,7 @@ fn head(table: &Convergence) -> String {
 }
 
 /// Writes the grid lines of both axes with their numbers and titles.
-fn write_axes(out: &mut String, x: &Axis, y: &Axis) {
+fn write_axes(out: &mut String, x: &Axis, y: &Axis, title: &str) {
     let [left, right, top, bottom] = MARGIN;
     let (x1, y1) = (WIDTH - right, HEIGHT - bottom);
     for (at, decade) in x.decades() {
@@ -117,7 +189,7 @@ fn write_axes(out: &mut String, x: &Axis, y: &Axis) {
     let half = 0.5 * (top + y1);
     let _ = writeln!(
         out,
-        "<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">seconds</text>\n\
+        "<text x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{title}</text>\n\
          <text transform=\"translate(20 {half:.1}) rotate(-90)\" text-anchor=\"middle\">relative RMSE</text>",
         HEIGHT - 14.0
     );
@@ -130,39 +202,39 @@ struct Label<'a> {
     color: &'static str,
 }
 
-/// Draws the line of each method, and returns the labels at the heights of the last points.
-fn write_lines<'a>(out: &mut String, table: &'a Convergence, x: &Axis, y: &Axis) -> Vec<Label<'a>> {
-    let mut methods: Vec<&str> = Vec::new();
-    for row in &table.rows {
-        if !methods.contains(&row.method.as_str()) {
-            methods.push(&row.method);
-        }
-    }
+/// Draws each curve, those of other programs dashed with open circles, and returns the labels at
+/// the heights of the last points.
+fn write_lines<'a>(
+    out: &mut String,
+    curves: &'a [Curve<'a>],
+    x: &Axis,
+    y: &Axis,
+) -> Vec<Label<'a>> {
     let mut labels = Vec::new();
-    for (method, color) in methods.into_iter().zip(COLORS.into_iter().cycle()) {
-        let points: Vec<(f64, f64)> = table
-            .rows
-            .iter()
-            .filter(|r| r.method == method && relative_rmse(r) > 0.0)
-            .map(|r| (x.at(r.seconds), y.at(relative_rmse(r))))
-            .collect();
+    for (curve, color) in curves.iter().zip(COLORS.into_iter().cycle()) {
+        let at = |(a, b): &(f64, f64)| (x.at(*a), y.at(*b));
+        let points: Vec<(f64, f64)> = curve.points.iter().map(at).collect();
         let line: Vec<String> = points
             .iter()
             .map(|(a, b)| format!("{a:.1},{b:.1}"))
             .collect();
+        let (dashes, inside) = match curve.peer {
+            true => (" stroke-dasharray=\"6 4\"", "#fff"),
+            false => ("", color),
+        };
         let _ = writeln!(
             out,
-            "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.8\"/>",
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"1.8\"{dashes}/>",
             line.join(" ")
         );
         for (a, b) in &points {
             let _ = writeln!(
                 out,
-                "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"3\" fill=\"{color}\"/>"
+                "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"3\" fill=\"{inside}\" stroke=\"{color}\"/>"
             );
         }
         if let Some(&(_, y)) = points.last() {
-            let text = method;
+            let text = curve.name;
             labels.push(Label { y, text, color });
         }
     }

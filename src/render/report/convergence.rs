@@ -6,8 +6,10 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use super::account::{count, percent};
-use super::chart::chart;
+use super::chart::{Across, chart};
 use super::deviation::Deviation;
+use super::peers::Peer;
+use super::slope::Slope;
 use crate::render::exposure::Exposure;
 
 /// One render of a convergence table.
@@ -19,14 +21,27 @@ pub(crate) struct Row {
     pub samples: u32,
     /// Seconds of rendering, without reading and writing.
     pub seconds: f64,
+    /// Seconds of processors, summed over threads; `None` if the system does not say.
+    pub processor_seconds: Option<f64>,
     /// Rays that left the film.
     pub rays: u64,
     #[serde(flatten)]
     pub deviation: Deviation,
     /// 1/(relMSE · seconds).
     pub efficiency: f64,
-    /// The relative RMSE that the render estimated from its own samples.
+    /// The relative RMSE that the render estimated from its own samples; `None` if it is unknown.
     pub estimated: Option<f64>,
+}
+
+/// The exponents with which a method's relative RMSE falls: −1/2 for independent samples.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Slopes {
+    /// Over samples per pixel.
+    pub samples: Option<Slope>,
+    /// Over seconds of the clock.
+    pub seconds: Option<Slope>,
+    /// Over seconds of processors.
+    pub processor_seconds: Option<Slope>,
 }
 
 impl Row {
@@ -37,6 +52,7 @@ impl Row {
             method: method.to_owned(),
             samples: exposure.samples,
             seconds: exposure.seconds,
+            processor_seconds: exposure.processor_seconds,
             rays: exposure.counts.film_rays,
             efficiency: 1.0 / (deviation.rel_mse * exposure.seconds),
             estimated: exposure.film.relative_rmse(),
@@ -55,61 +71,78 @@ pub(crate) struct Convergence {
     pub rows: Vec<Row>,
     /// The slope of log relRMSE over log samples for each method; −1/2 for independent samples.
     pub slopes: IndexMap<String, f64>,
+    /// The slopes over samples and times with their uncertainty, of methods and peers.
+    pub fits: IndexMap<String, Slopes>,
+    /// The curves of other programs.
+    pub peers: Vec<Peer>,
 }
 
 impl Convergence {
-    /// Adds a row and updates the slope of its method.
+    /// Adds a row and updates the slopes of its method.
     pub(crate) fn push(&mut self, row: Row) {
         let method = row.method.clone();
         self.rows.push(row);
-        let points: Vec<(f64, f64)> = self
-            .rows
-            .iter()
-            .filter(|r| r.method == method && r.deviation.rel_mse > 0.0)
-            .map(|r| (f64::from(r.samples).ln(), 0.5 * r.deviation.rel_mse.ln()))
-            .collect();
-        if let Some(slope) = slope(&points) {
-            self.slopes.insert(method, slope);
+        let rows = || self.rows.iter().filter(|r| r.method == method);
+        let over = |x: fn(&Row) -> Option<f64>| {
+            Slope::of(rows().filter_map(|r| Some((x(r)?, r.deviation.rel_mse.sqrt()))))
+        };
+        let slopes = Slopes {
+            samples: over(|r| Some(f64::from(r.samples))),
+            seconds: over(|r| Some(r.seconds)),
+            processor_seconds: over(|r| r.processor_seconds),
+        };
+        if let Some(slope) = slopes.samples {
+            self.slopes.insert(method.clone(), slope.exponent);
+            self.fits.insert(method, slopes);
         }
+    }
+
+    /// Sets the curves of other programs.
+    pub(crate) fn set_peers(&mut self, peers: Vec<Peer>) {
+        for peer in &peers {
+            let rows = || peers.iter().filter(|p| p.method == peer.method);
+            let over = |x: fn(&Peer) -> Option<f64>| {
+                Slope::of(rows().filter_map(|p| Some((x(p)?, p.rel_rmse))))
+            };
+            let slopes = Slopes {
+                samples: over(|p| p.samples),
+                seconds: over(|p| p.seconds),
+                processor_seconds: over(|p| p.processor_seconds),
+            };
+            self.fits.insert(peer.method.clone(), slopes);
+        }
+        self.peers = peers;
     }
 
     /// Returns the table as text in columns.
     pub(crate) fn text(&self) -> String {
         let mut out = format!("{}, against {}\n", self.scene, self.reference);
-        let head = [
+        let _ = writeln!(
+            out,
+            "{:<16} {:>6} {:>9} {:>9} {:>8} {:>9} {:>9} {:>9} {:>20} {:>9} {:>10}",
             "method",
             "spp",
             "seconds",
+            "processor",
             "rays",
             "relMSE",
             "relRMSE",
             "estimated",
             "bias",
-        ];
-        let _ = writeln!(
-            out,
-            "{:<16} {:>6} {:>9} {:>8} {:>9} {:>9} {:>9} {:>20} {:>9} {:>10}",
-            head[0],
-            head[1],
-            head[2],
-            head[3],
-            head[4],
-            head[5],
-            head[6],
-            head[7],
             "worst 1%",
             "efficiency"
         );
         for r in &self.rows {
             let d = r.deviation;
-            let estimated = r.estimated.map_or("-".into(), |e| percent(e, 3));
+            let estimated = r.estimated.map_or("unknown".into(), |e| percent(e, 3));
             let bias = format!("{:+.1e} ± {:.1e}", d.bias, d.bias_error);
             let _ = writeln!(
                 out,
-                "{:<16} {:>6} {:>9.3} {:>8} {:>9.2e} {:>9} {estimated:>9} {bias:>20} {:>9.2e} {:>10.3e}",
+                "{:<16} {:>6} {:>9.3} {:>9} {:>8} {:>9.2e} {:>9} {estimated:>9} {bias:>20} {:>9.2e} {:>10.3e}",
                 r.method,
                 r.samples,
                 r.seconds,
+                seconds(r.processor_seconds),
                 count(r.rays),
                 d.rel_mse,
                 percent(d.rel_mse.sqrt(), 3),
@@ -117,8 +150,32 @@ impl Convergence {
                 r.efficiency
             );
         }
-        for (method, slope) in &self.slopes {
-            let _ = writeln!(out, "{method}: relRMSE falls as samples^{slope:.2}");
+        for p in &self.peers {
+            let samples = p.samples.map_or("-".into(), |n| n.to_string());
+            let _ = writeln!(
+                out,
+                "{:<16} {samples:>6} {:>9} {:>9} {:>8} {:>9.2e} {:>9}",
+                p.method,
+                seconds(p.seconds),
+                seconds(p.processor_seconds),
+                "-",
+                p.rel_rmse * p.rel_rmse,
+                percent(p.rel_rmse, 3)
+            );
+        }
+        for (method, slopes) in &self.fits {
+            let named = [
+                ("samples", slopes.samples),
+                ("seconds", slopes.seconds),
+                ("processor seconds", slopes.processor_seconds),
+            ];
+            let text = |(name, slope): (&str, Option<Slope>)| {
+                slope.map(|slope| format!("{name}^({})", slope.text()))
+            };
+            let all: Vec<String> = named.into_iter().filter_map(text).collect();
+            if !all.is_empty() {
+                let _ = writeln!(out, "{method}: relRMSE falls as {}", all.join(", "));
+            }
         }
         out
     }
@@ -126,14 +183,16 @@ impl Convergence {
     /// Returns the table as comma-separated values with a header line.
     pub(crate) fn csv(&self) -> String {
         let mut out = String::from(
-            "method,samples,seconds,rays,mse,rel_mse,bias,bias_error,worst,efficiency,estimated\n",
+            "method,samples,seconds,rays,mse,rel_mse,bias,bias_error,worst,efficiency,estimated,\
+             processor_seconds\n",
         );
         for r in &self.rows {
             let d = r.deviation;
-            let estimated = r.estimated.map_or(String::new(), |e| e.to_string());
+            let optional = |v: Option<f64>| v.map_or(String::new(), |v| v.to_string());
+            let [estimated, processor] = [r.estimated, r.processor_seconds].map(optional);
             let _ = writeln!(
                 out,
-                "{},{},{},{},{},{},{},{},{},{},{estimated}",
+                "{},{},{},{},{},{},{},{},{},{},{estimated},{processor}",
                 r.method,
                 r.samples,
                 r.seconds,
@@ -149,36 +208,13 @@ impl Convergence {
         out
     }
 
-    /// Returns a chart of relRMSE over seconds as SVG, both axes logarithmic, one line per method.
-    pub(crate) fn svg(&self) -> String {
-        chart(self)
+    /// Returns a chart of relRMSE as SVG, both axes logarithmic, one line for each method.
+    pub(crate) fn svg(&self, across: Across) -> String {
+        chart(self, across)
     }
 }
 
-/// Returns the slope of the least-squares line through points (x, y).
-fn slope(points: &[(f64, f64)]) -> Option<f64> {
-    if points.len() < 2 {
-        return None;
-    }
-    let n = points.len() as f64;
-    let (mx, my) = points
-        .iter()
-        .fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
-    let over: f64 = points.iter().map(|(x, y)| (x - mx) * (y - my)).sum();
-    let under: f64 = points.iter().map(|(x, _)| (x - mx) * (x - mx)).sum();
-    (under > 0.0).then(|| over / under)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_slope_of_a_power_law_is_its_exponent() {
-        let points: Vec<(f64, f64)> = (0..5)
-            .map(|i| (f64::from(i), 3.0 - 0.5 * f64::from(i)))
-            .collect();
-        assert!((slope(&points).unwrap() + 0.5).abs() < 1e-12);
-        assert_eq!(slope(&points[..1]), None);
-    }
+/// Formats seconds with three decimals.
+fn seconds(seconds: Option<f64>) -> String {
+    seconds.map_or("-".into(), |s| format!("{s:.3}"))
 }

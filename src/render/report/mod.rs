@@ -6,6 +6,10 @@ pub(crate) mod account;
 mod chart;
 mod convergence;
 pub(crate) mod deviation;
+mod peers;
+mod slope;
 
-pub(crate) use account::{RenderReport, Seconds, count, percent};
+pub(crate) use account::{RenderReport, Seconds, count, error_text, percent};
+pub(crate) use chart::Across;
 pub(crate) use convergence::{Convergence, Row};
+pub(crate) use peers::Peer;

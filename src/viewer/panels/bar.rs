@@ -86,10 +86,10 @@ pub(super) fn status(ui: &mut Ui, model: &mut Model) {
                 format!("preview {}x{}", size.width, size.height)
             };
             ui.label(text);
-            ui.label(match frame.error {
-                Some(e) if frame.samples > 1 => format!("error {:.2}%", 100.0 * e.relative_rmse),
-                _ => "error unknown".into(),
-            });
+            match &frame.error {
+                Ok(e) => ui.label(format!("error {:.2}%", 100.0 * e.relative_rmse)),
+                Err(reason) => ui.label("error unknown").on_hover_text(reason.to_string()),
+            };
             if ui.ctx().content_rect().width() >= WIDE {
                 ui.label(format!("{} rays/s", count(frame.rate as u64)));
                 let passed = 100.0 * frame.counts.passed_share();

@@ -1,0 +1,172 @@
+//! Exposes pairs of pixels that are not part of the picture, from which its error is estimated.
+//!
+//! `film::error` says which pixels are drawn, and why the estimate holds. The exposures of a pair
+//! have half of the pixel's samples each, so that its error is about that of the picture.
+
+use rayon::prelude::*;
+
+use super::batch::Batch;
+use super::exposure::Counts;
+use super::passes::Render;
+use crate::film::{
+    Exposed, Film, MissedLight, Pair, Region, Resolution, SquaredError, probabilities,
+};
+use crate::sampling::{Sampler, mix, unit};
+
+/// The pairs have this part of the picture's samples. They take about 3% of the time.
+const SHARE: f64 = 1.0 / 32.0;
+/// The number of pairs in a small picture with at least as many pixels. It bounds the width of the
+/// confidence interval.
+const FEWEST: f64 = 512.0;
+/// The least number of pairs of a picture with a few pixels.
+const LEAST: usize = 16;
+/// The number of pairs that a thread exposes at once.
+const AT_ONCE: usize = 32;
+/// The number of expected hits below which a light may have been missed: the probability is then
+/// at least 1%.
+const SURE: f64 = 4.6;
+
+/// A pixel that is drawn for a pair, by its index in the film.
+#[derive(Clone, Copy, Debug)]
+struct Draw {
+    /// The number of the draw, counted from 0.
+    number: u64,
+    pixel: u32,
+    probability: f64,
+}
+
+impl Render<'_> {
+    /// Estimates the error of a film, which is a region of the picture, by exposing pairs. Returns
+    /// the rays of the pairs too. The pairs are functions of the film and the seed, and their sums
+    /// are made in one order: the estimate has the same bits at any number of threads.
+    pub(crate) fn measure(&self, film: &Film, region: Region) -> (Option<SquaredError>, Counts) {
+        let draws = self.draws(film);
+        let expose = |some: &[Draw]| self.expose_pairs(film, region, some);
+        let parts: Vec<(Vec<Pair>, Counts)> = draws.par_chunks(AT_ONCE).map(expose).collect();
+        let mut counts = Counts::default();
+        let mut pairs = Vec::with_capacity(draws.len());
+        for (part, more) in parts {
+            pairs.extend(part);
+            counts.add(&more);
+        }
+        let missed = self.missed_light(film, region);
+        let mut error = SquaredError::of(&pairs, &film.pixels);
+        if let Some(error) = &mut error {
+            error.missed = missed;
+        }
+        (error, counts)
+    }
+
+    /// Draws the pixels of the pairs at even steps along their summed probabilities.
+    fn draws(&self, film: &Film) -> Vec<Draw> {
+        let probabilities = probabilities(&film.pixels, film.resolution);
+        let counts = || film.pixels.iter().map(|p| f64::from(p.count));
+        let all = counts().sum::<f64>();
+        let each: f64 = counts().zip(&probabilities).map(|(n, p)| n * p).sum();
+        let pixels = film.pixels.len();
+        if !(each > 0.0) {
+            return Vec::new();
+        }
+        let wanted = (SHARE * pixels as f64).max(FEWEST) * (all / pixels as f64) / each;
+        let wanted = (wanted as usize).min(pixels).max(LEAST);
+        let step = 1.0 / wanted as f64;
+        let mut next = step * unit(mix(self.sampler.seed ^ 0x7061_6972));
+        let mut sum = 0.0;
+        let mut draws = Vec::with_capacity(wanted);
+        for (pixel, &probability) in probabilities.iter().enumerate() {
+            sum += probability;
+            while next < sum {
+                next += step;
+                draws.push(Draw {
+                    number: draws.len() as u64,
+                    pixel: pixel as u32,
+                    probability,
+                });
+            }
+        }
+        draws
+    }
+
+    /// Exposes the pairs of some draws.
+    fn expose_pairs(&self, film: &Film, region: Region, draws: &[Draw]) -> (Vec<Pair>, Counts) {
+        let mut batch = Batch::new(self);
+        let mut sums: Vec<Exposed> = Vec::with_capacity(2 * draws.len());
+        let width = film.resolution.width;
+        for draw in draws {
+            let at = (
+                region.left + draw.pixel % width,
+                region.top + draw.pixel / width,
+            );
+            let samples = film.pixels[draw.pixel as usize].count.div_ceil(2);
+            for half in 0..2 {
+                let sampler = Sampler {
+                    samples,
+                    seed: mix(!self.sampler.seed ^ mix(2 * draw.number + half)),
+                    ..self.sampler
+                };
+                sums.push(Exposed::default());
+                batch.add(at, sampler, 0..samples, &mut sums);
+            }
+        }
+        batch.flush(&mut sums);
+        let pair = |(draw, sums): (&Draw, &[Exposed; 2])| Pair {
+            pixel: draw.pixel,
+            probability: draw.probability,
+            levels: sums.map(|sum| sum.mean),
+        };
+        let pairs = draws.iter().zip(sums.as_chunks().0).map(pair).collect();
+        let counts = Counts {
+            error_rays: batch.counts.film_rays,
+            passed: batch.counts.passed,
+            scene_rays: batch.work.counts.scene,
+            shadow_rays: batch.work.counts.shadow,
+            film_rays: 0,
+        };
+        (pairs, counts)
+    }
+
+    /// Returns the light of the scene with the most effect on a film, which is a region of the
+    /// picture, among those that all samples may have missed.
+    fn missed_light(&self, film: &Film, region: Region) -> Option<MissedLight> {
+        let fewest = film.pixels.iter().map(|p| p.count).min()?;
+        let size = [self.resolution.width, self.resolution.height].map(f64::from);
+        let lights = self
+            .shader
+            .scene()
+            .small_lights(size, SURE / f64::from(fewest));
+        let missed = lights.into_iter().filter_map(|light| {
+            let radiance = self.exposure * light.radiance;
+            let level = radiance.max_element();
+            (!is_hit(film, region, light.place, level)).then(|| MissedLight {
+                pixels: light.pixels,
+                level,
+                squared_error: (light.pixels * radiance).length_squared(),
+            })
+        });
+        missed.max_by(|a, b| a.squared_error.total_cmp(&b.squared_error))
+    }
+}
+
+/// Returns whether a sample near a place of the picture has a quarter of a level or more. Lenses
+/// darken their corners and may show the light a little off its place.
+fn is_hit(film: &Film, region: Region, place: [f64; 2], level: f64) -> bool {
+    let Resolution { width, height } = film.resolution;
+    let reach = 3.0 + 0.02 * f64::from(width.max(height));
+    let range = |place: f64, from: u32, size: u32| {
+        let at = place - f64::from(from);
+        (at - reach).max(0.0) as u32..((at + reach).max(0.0) as u32).min(size)
+    };
+    let bright = |pixel: &Exposed| {
+        let count = f64::from(pixel.count);
+        let hit = 0.25 * level;
+        let scatter = pixel.variance_of_mean().max_element() * count * (count - 1.0);
+        pixel.mean.max_element() * count >= hit && (pixel.count < 2 || scatter >= 0.5 * hit * hit)
+    };
+    let columns = range(place[0], region.left, width);
+    range(place[1], region.top, height).any(|y| {
+        let mut pixels = columns
+            .clone()
+            .map(|x| &film.pixels[(y * width + x) as usize]);
+        pixels.any(bright)
+    })
+}
