@@ -1,5 +1,5 @@
 //! `ivcam convert`: rewrites a scene as Inventor V2.1 or VRML97, or writes it in the formats of
-//! other programs.
+//! other programs. `convert_folder` does the same for all scenes of a folder.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use crate::scene::model::{ModelOptions, Sampling};
 const REWRITTEN: [&str; 3] = ["ascii", "binary", "iv"];
 
 /// The exit code if `--strict` is given and something is lost.
-const LOSSES: i32 = 1;
+pub(super) const LOSSES: i32 = 1;
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
@@ -33,14 +33,14 @@ pub(crate) fn command() -> Command {
             path("scene")
                 .value_name("SCENE")
                 .required(true)
-                .help("scene file: .iv, .wrl, plain or .gz; - for standard input"),
+                .help("scene file: .iv, .wrl, plain or .gz; a folder with scenes; - for standard input"),
         )
         .arg(
             path("output")
                 .short('o')
                 .long("output")
                 .value_name("FILE")
-                .help("the file to write; its ending chooses the format [standard output]"),
+                .help("the file to write, whose ending chooses the format; the folder for those of a folder [standard output]"),
         )
         .arg(
             Arg::new("to")
@@ -68,8 +68,15 @@ pub(crate) fn command() -> Command {
         ))
         .arg(switch(
             FORCE,
-            "lets the output replace the scene that is read",
+            "lets the output replace the scene that is read; converts all scenes of a folder again",
         ))
+        .arg(
+            Arg::new("threads")
+                .short('j')
+                .long("threads")
+                .value_name("N")
+                .help("threads for the scenes of a folder [one for each core]"),
+        )
         .arg(
             path("search")
                 .long("search")
@@ -88,39 +95,54 @@ pub(crate) fn command() -> Command {
 
 /// What a conversion writes.
 #[derive(Clone, Copy)]
-enum Output {
+pub(super) enum Output {
     /// The same scene in a format of its own language.
     Rewritten(Format),
     /// A format of other programs.
     Exported(Target),
 }
 
-/// Runs the command and returns the exit code.
+impl Output {
+    /// The name of the format.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Rewritten(Format::Ascii) => "ascii",
+            Self::Rewritten(Format::Binary) => "binary",
+            Self::Exported(target) => target.name(),
+        }
+    }
+
+    /// The ending of the names of files of a scene that is not VRML97.
+    pub(super) fn ending(self) -> &'static str {
+        match self {
+            Self::Rewritten(_) => "iv",
+            Self::Exported(target) => target.name(),
+        }
+    }
+}
+
+/// Runs the command for one scene and returns the exit code.
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let Some(scene) = matches.get_one::<PathBuf>("scene") else {
         return Err(Diagnostic::error("no scene was given"));
     };
-    let output = matches.get_one::<PathBuf>("output");
+    let output = matches.get_one::<PathBuf>("output").map(PathBuf::as_path);
     let output = output.filter(|path| !is_standard_stream(path));
-    let wanted = wanted(text(matches, "to"), output.map(PathBuf::as_path));
-    let options = options(matches, output.map(PathBuf::as_path))?;
+    let wanted = wanted(text(matches, "to"), output);
+    let options = options(matches, output)?;
     let (search, contain) = super::readable_folders(matches);
     let document = Document::open_or_stdin(scene, &search, contain, &super::limits(matches)?)?;
     print_warnings(&document.sink);
-    if let Some(output) = output {
-        check_ending(output, &endings(wanted, &document))?;
-    }
-    let conversion = match wanted {
-        Output::Rewritten(format) => rewritten(&document, format),
-        Output::Exported(target) => {
-            if output.is_none() && target.has_files_beside() {
-                let title = target.title();
-                let text = format!("{title} needs files beside it, so it is not written to a pipe");
-                return Err(Diagnostic::unsupported(text).with_help("name the file with `-o`"));
-            }
-            convert(&document, target, &options)?
+    match (output, wanted) {
+        (Some(output), _) => check_ending(output, &endings(wanted, &document))?,
+        (None, Output::Exported(target)) if target.has_files_beside() => {
+            let title = target.title();
+            let text = format!("{title} needs files beside it, so it is not written to a pipe");
+            return Err(Diagnostic::unsupported(text).with_help("name the file with `-o`"));
         }
-    };
+        _ => {}
+    }
+    let conversion = converted(&document, wanted, &options)?;
     if let Some(output) = output
         && !is_forced(matches)
     {
@@ -133,8 +155,10 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     }
     print_all(&conversion, scene);
     if let Some(report) = matches.get_one::<PathBuf>("report") {
-        let names = [scene.as_path(), output.map_or(Path::new("-"), |o| o)];
-        write_report(report, &conversion.losses, wanted, names)?;
+        let names = [scene.as_path(), output.unwrap_or(Path::new("-"))];
+        let [scene, output] = names.map(|path| path.display().to_string());
+        let report_text = conversion.losses.json(&scene, wanted.name(), &output);
+        write_whole(report, |file| writeln!(file, "{report_text:#}"))?;
     }
     let lost = matches.get_flag("strict") && !conversion.losses.is_empty();
     let code = if lost { LOSSES } else { 0 };
@@ -144,17 +168,34 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             Ok(super::exit_code(written)?.max(code))
         }
         Some(path) => {
-            for (name, bytes) in &conversion.beside {
-                write_whole(&path.with_file_name(name), |file| file.write_all(bytes))?;
-            }
-            write_whole(path, |file| file.write_all(&conversion.bytes))?;
+            write(&conversion, path)?;
             Ok(code)
         }
     }
 }
 
+/// Converts a document.
+pub(super) fn converted(
+    document: &Document,
+    output: Output,
+    options: &ExportOptions,
+) -> Result<Conversion> {
+    match output {
+        Output::Rewritten(format) => Ok(rewritten(document, format)),
+        Output::Exported(target) => convert(document, target, options),
+    }
+}
+
+/// Writes a converted scene. The file itself is written last, so that those beside it are there.
+pub(super) fn write(conversion: &Conversion, path: &Path) -> Result<()> {
+    for (name, bytes) in &conversion.beside {
+        write_whole(&path.with_file_name(name), |file| file.write_all(bytes))?;
+    }
+    write_whole(path, |file| file.write_all(&conversion.bytes))
+}
+
 /// Returns the options of a conversion.
-fn options(matches: &ArgMatches, output: Option<&Path>) -> Result<ExportOptions> {
+pub(super) fn options(matches: &ArgMatches, output: Option<&Path>) -> Result<ExportOptions> {
     let limits = super::limits(matches)?;
     let fonts = super::fonts(matches)?;
     fonts.warnings.iter().for_each(|t| print_diagnostic(t));
@@ -190,7 +231,7 @@ fn options(matches: &ArgMatches, output: Option<&Path>) -> Result<ExportOptions>
 }
 
 /// Returns what to write, from the value of `--to` or the ending of the output.
-fn wanted(to: Option<&str>, output: Option<&Path>) -> Output {
+pub(super) fn wanted(to: Option<&str>, output: Option<&Path>) -> Output {
     let target = match to {
         Some("binary") => return Output::Rewritten(Format::Binary),
         Some(name) => Target::named(name),
@@ -226,18 +267,6 @@ fn print_all(conversion: &Conversion, scene: &Path) {
     if conversion.is_empty {
         status!("{}: nothing to draw was found", scene.display());
     }
-}
-
-/// Writes the report of a conversion. `names` are those of the scene and of the output.
-fn write_report(path: &Path, losses: &Losses, wanted: Output, names: [&Path; 2]) -> Result<()> {
-    let format = match wanted {
-        Output::Rewritten(Format::Ascii) => "ascii",
-        Output::Rewritten(Format::Binary) => "binary",
-        Output::Exported(target) => target.name(),
-    };
-    let [scene, output] = names.map(|path| path.display().to_string());
-    let report = losses.json(&scene, format, &output);
-    write_whole(path, |file| writeln!(file, "{report:#}"))
 }
 
 /// Returns the endings of names for files that hold what is written.

@@ -8,8 +8,8 @@ use clap::{ArgMatches, Command};
 use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, print_diagnostic, set_typed, status};
 use super::{
-    catalog, check, compare, converge, convert, expose, flags, folder_of_scenes, lens, nodes,
-    outputs, pull_focus, render, render_folder, view, vintage_help,
+    catalog, check, compare, converge, convert, convert_folder, expose, flags, folder_of_scenes,
+    lens, nodes, outputs, pull_focus, render, render_folder, view, vintage_help,
 };
 use crate::diag::{Diagnostic, Result};
 use crate::photo::Era;
@@ -94,7 +94,10 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
         Some(("expose", m)) => expose::run(m, out),
         Some(("pull-focus", m)) => pull_focus::run(m, words),
         Some(("converge", m)) => converge::run(m, out),
-        Some(("convert", m)) => convert::run(m, out),
+        Some(("convert", m)) => match folder_of_scenes(m) {
+            Some(folder) => convert_folder::run(m, &folder),
+            None => convert::run(m, out),
+        },
         Some(("lens", m)) => lens::run(m, out),
         Some(("nodes", m)) => nodes::run(m, out),
         Some(("view", m)) => view::run(m, Era::Modern),

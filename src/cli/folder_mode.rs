@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use clap::ArgMatches;
 
-use super::text;
 use crate::diag::{Diagnostic, Result};
 use crate::picture::PictureFormat;
 use crate::scene::check::counted;
@@ -17,7 +16,8 @@ use crate::scene::check::counted;
 /// Returns an error if there is none, or if the name is that of a file or a picture.
 pub(crate) fn output_folder(m: &ArgMatches, folder: &Path) -> Result<PathBuf> {
     let folder = folder.display();
-    let Some(out) = text(m, "output").map(PathBuf::from) else {
+    let named = m.get_raw("output").and_then(|mut values| values.next());
+    let Some(out) = named.map(PathBuf::from) else {
         let error = format!("`{folder}` is a folder, and there is no output folder");
         return Err(Diagnostic::error(error).with_help("name one with `-o OUT/`"));
     };

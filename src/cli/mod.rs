@@ -9,6 +9,7 @@ pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod converge;
 pub(crate) mod convert;
+pub(crate) mod convert_folder;
 mod dispatch;
 pub(crate) mod expose;
 pub(crate) mod fit;

@@ -2,7 +2,7 @@
 
 use super::losses::Losses;
 use super::target::Target;
-use super::{gltf, obj, ply, web3d};
+use super::{gltf, obj, ply, usd, web3d};
 use crate::diag::{Diagnostic, Result};
 use crate::iv::Document;
 use crate::scene::model::{Feature, Model, ModelOptions, Motion, Place, Sampling};
@@ -83,6 +83,10 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
         Target::X3d => conversion.bytes = web3d::x3d(&model, losses),
         Target::Vrml97 => {
             (conversion.bytes, conversion.beside) = web3d::vrml97(&model, &options.stem, losses);
+        }
+        Target::Usda => {
+            (conversion.bytes, conversion.beside) =
+                usd::write(&model, &motion, &options.stem, losses);
         }
     }
     Ok(conversion)

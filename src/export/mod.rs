@@ -15,13 +15,18 @@ mod base64;
 mod color;
 mod conversion;
 mod gltf;
+mod highlight;
 mod losses;
 mod names;
 mod obj;
 mod ply;
 mod target;
 mod trs;
+mod usd;
 mod web3d;
+
+#[cfg(test)]
+mod tests;
 
 pub use conversion::{Conversion, ExportOptions, convert};
 pub use losses::{Loss, Losses};

@@ -20,6 +20,8 @@ pub enum Target {
     X3d,
     /// VRML97.
     Vrml97,
+    /// USD as text, with pictures beside it.
+    Usda,
 }
 
 impl Target {
@@ -31,6 +33,7 @@ impl Target {
         Self::Vrml97,
         Self::Obj,
         Self::Ply,
+        Self::Usda,
     ];
 
     /// The target's name.
@@ -42,6 +45,7 @@ impl Target {
             Self::Ply => "ply",
             Self::X3d => "x3d",
             Self::Vrml97 => "vrml97",
+            Self::Usda => "usda",
         }
     }
 
@@ -54,6 +58,7 @@ impl Target {
             Self::Ply => &["ply"],
             Self::X3d => &["x3d"],
             Self::Vrml97 => &["wrl", "vrml"],
+            Self::Usda => &["usda"],
         }
     }
 
@@ -81,19 +86,20 @@ impl Target {
             Self::Ply => "PLY",
             Self::X3d => "X3D",
             Self::Vrml97 => "VRML97",
+            Self::Usda => "USD",
         }
     }
 
     /// Whether files of the format need others beside them, so that they cannot be written to a
     /// pipe.
     pub fn has_files_beside(self) -> bool {
-        matches!(self, Self::Obj)
+        matches!(self, Self::Obj | Self::Usda)
     }
 
     /// Whether the format can hold a feature.
     pub fn holds(self, feature: Feature) -> bool {
         match self {
-            Self::Glb | Self::Gltf => matches!(
+            Self::Glb | Self::Gltf | Self::Usda => matches!(
                 feature,
                 Feature::Light
                     | Feature::Camera

@@ -1,14 +1,16 @@
 //! Maps lights to `KHR_lights_punctual`, and cameras to glTF's.
 //!
 //! A light of intensity 1 lights a white surface that faces it to white, as in Inventor: its
-//! illuminance is π. A light whose intensity Inventor does not reduce by the inverse square of the
-//! distance gets the intensity that is right at the center of the scene.
+//! illuminance is π. Inventor multiplies what a screen shows, so an intensity is converted to linear
+//! light as a color is: one of 0.5 makes white a gray of 0.5, which has a fifth of the light. A
+//! light whose intensity Inventor does not reduce by the inverse square of the distance gets the
+//! intensity that is right at the center of the scene.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::schema::{Camera, Orthographic, Perspective};
-use crate::export::color::linear3;
+use crate::export::color;
 use crate::export::losses::Losses;
 use crate::pose::{Projection, ViewportMapping};
 use crate::scene::model::{self, Feature, Light, LightShape};
@@ -38,26 +40,18 @@ impl Around {
 
 /// Returns the entry of a light, and adds what it cannot say.
 pub(super) fn light(light: &Light, around: Around, losses: &mut Losses) -> Value {
-    let color = linear3(light.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE));
-    let full = std::f64::consts::PI * f64::from(light.intensity.max(0.0));
+    let color = color::linear3(light.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE));
+    let shown = |level: f32| std::f64::consts::PI * f64::from(color::linear(level.max(0.0)));
     let name = &light.name;
     if light.shape == LightShape::Directional {
         return json!({
-            "name": name, "type": "directional", "color": color, "intensity": full,
+            "name": name, "type": "directional", "color": color, "intensity": shown(light.intensity),
         });
     }
-    let [quadratic, linear, constant] = light.attenuation.as_dvec3().to_array();
-    let is_exact = linear == 0.0 && constant == 0.0 && quadratic > 0.0;
-    let candela = if is_exact {
-        full / quadratic
-    } else {
-        losses.feature(Feature::LightFalloff, &light.place, 1);
-        let distance = light.position.distance(around.center);
-        let distance = distance.max(0.1 * around.radius);
-        let square = distance * distance;
-        let divisor = constant + linear * distance + quadratic * square;
-        full * square / if divisor > 0.0 { divisor } else { 1.0 }
-    };
+    losses.feature(Feature::LightFalloff, &light.place, 1);
+    let distance = light.position.distance(around.center);
+    let distance = distance.max(0.1 * around.radius);
+    let candela = shown(light.level_at(distance)) * distance * distance;
     let mut value = json!({
         "name": name, "type": "point", "color": color, "intensity": candela,
     });
@@ -83,11 +77,6 @@ pub(super) fn light(light: &Light, around: Around, losses: &mut Losses) -> Value
         value["spot"] = json!({ "innerConeAngle": inner, "outerConeAngle": outer });
     }
     value
-}
-
-/// The rotation that turns −z to a light's direction.
-pub(super) fn light_rotation(light: &Light) -> DQuat {
-    DQuat::from_rotation_arc(DVec3::NEG_Z, light.direction)
 }
 
 /// Returns the entry of a camera. Its clipping planes enclose the scene, because Inventor's viewers

@@ -1,8 +1,7 @@
 //! Maps Inventor's materials to glTF's.
 //!
-//! The diffuse color becomes the base color of a dielectric. Inventor's highlight kₛ cosⁿ, where n
-//! is 128 times the shininess, becomes a GGX lobe of the same width and height: α² = 2 / (n + 2)
-//! and F₀ = 4 α² kₛ.
+//! The diffuse color becomes the base color of a dielectric; `highlight` has the mapping of the
+//! specular color and the shininess.
 
 use std::collections::HashMap;
 
@@ -15,6 +14,7 @@ use super::schema::{
 };
 use crate::export::appearance::Appearance;
 use crate::export::color::linear3;
+use crate::export::highlight::{reflectance, roughness};
 use crate::scene::model::{self, Model, Texture, TextureModel};
 
 /// The reflectance at normal incidence of a dielectric with the index of refraction 1.5, which the
@@ -206,31 +206,13 @@ fn position_of<T: PartialEq>(list: &mut Vec<T>, entry: T) -> Index {
     })
 }
 
-/// The exponent n of Inventor's highlight.
-fn exponent(material: &model::Material) -> f32 {
-    let shininess = material.shininess;
-    if shininess.is_finite() {
-        128.0 * shininess.clamp(0.0, 1.0)
-    } else {
-        0.0
-    }
-}
-
-/// The perceptual roughness √α of a highlight, with α² = 2 / (n + 2).
-fn roughness(material: &model::Material) -> f32 {
-    libm::powf(2.0 / (exponent(material) + 2.0), 0.25)
-}
-
-/// The specular color, so that the peak of the highlight is as bright as Inventor's: F₀ / (4 α²) is
-/// kₛ, and F₀ is at most 1.
+/// The specular color and factor of `KHR_materials_specular`.
 fn specular(material: &model::Material) -> Value {
-    let color = material.specular.clamp(glam::Vec3::ZERO, glam::Vec3::ONE);
-    if !(color.max_element() > 0.0) {
+    let reflectance = reflectance(material);
+    if reflectance == [0.0; 3] {
         return json!({ "specularFactor": 0.0 });
     }
-    let height = 8.0 / (exponent(material) + 2.0);
-    let factor = linear3(color).map(|k| (height * k).min(1.0) / F0);
-    json!({ "specularColorFactor": factor })
+    json!({ "specularColorFactor": reflectance.map(|f| f / F0) })
 }
 
 /// Returns a texture's matrix as the extension `KHR_texture_transform`, and the matrix that remains

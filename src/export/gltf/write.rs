@@ -168,8 +168,7 @@ fn add_lights(model: &Model, around: Around, nodes: &mut Nodes, losses: &mut Los
             extensions: Map::from_iter([("KHR_lights_punctual".to_owned(), number)]),
             ..Node::default()
         };
-        let rotation = lights::light_rotation(light);
-        let index = below_root(&mut nodes.list, node, light.position, rotation);
+        let index = below_root(&mut nodes.list, node, light.position, light.rotation());
         nodes.of_lights.push(index);
     }
     entries

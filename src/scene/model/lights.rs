@@ -105,6 +105,24 @@ impl Light {
     }
 }
 
+impl Light {
+    /// The level of white that the light gives a surface that faces it at a distance, in its cone.
+    pub fn level_at(&self, distance: f64) -> f32 {
+        if self.shape == LightShape::Directional {
+            return self.intensity;
+        }
+        let [quadratic, linear, constant] = self.attenuation.as_dvec3().to_array();
+        let divisor = constant + distance * (linear + distance * quadratic);
+        let divisor = if divisor > 0.0 { divisor } else { 1.0 };
+        (f64::from(self.intensity) / divisor) as f32
+    }
+
+    /// The rotation that turns −z to the light's direction.
+    pub fn rotation(&self) -> DQuat {
+        DQuat::from_rotation_arc(DVec3::NEG_Z, self.direction)
+    }
+}
+
 /// The angle at which the cosine to the power of an exponent is ½, or a right angle if it is
 /// beyond.
 fn half_angle(exponent: f32) -> f32 {

@@ -59,8 +59,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Samples the motion of a model that was made of a document at time `start`, or of which
-    /// nothing moves.
+    /// Samples the motion of a model of a document at time `start`. A document without clocks has
+    /// none.
     pub fn of(
         document: &Document,
         model: &Model,

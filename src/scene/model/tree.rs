@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use glam::{DAffine3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat4, DVec3};
 use indexmap::IndexMap;
 
 use super::canvas::MeshCanvas;
@@ -92,7 +92,7 @@ pub(super) fn skeleton(snapshot: &Snapshot<'_>, options: &ModelOptions) -> Skele
     });
     let lights = model.lights.iter().map(|light| Pose {
         position: light.position,
-        orientation: DQuat::from_rotation_arc(DVec3::NEG_Z, light.direction),
+        orientation: light.rotation(),
     });
     Skeleton {
         cameras: cameras.collect(),

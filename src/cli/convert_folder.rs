@@ -1,0 +1,242 @@
+//! `ivcam convert FOLDER --to FORMAT -o OUT/`: converts every scene below a folder.
+
+use std::path::{Path, PathBuf};
+
+use clap::ArgMatches;
+use serde_json::{Value as Json, json};
+
+use super::convert::{self, Output};
+use super::folder_mode::{FileProgress, create_folder, output_folder, problem_line};
+use super::outputs::{is_forced, keep_inputs};
+use super::{ERROR, print_warnings, render, text};
+use crate::archive::{Job, Jobs, Naming, Record, RecordState, for_each};
+use crate::diag::{Diagnostic, ErrorKind, Result, Severity};
+use crate::export::{Conversion, ExportOptions};
+use crate::files::{folder_of, write_whole};
+use crate::iv::{Document, Limits};
+
+/// The arguments that the converted files depend on.
+const OPTIONS: [&str; 9] = [
+    "to",
+    "tolerance",
+    "scene-time",
+    "animate",
+    "keep-origin",
+    "search",
+    "contain",
+    "fonts",
+    "scene-limit",
+];
+
+/// What the conversion of each scene needs.
+struct Batch<'m> {
+    output: Output,
+    options: ExportOptions,
+    search: Vec<&'m Path>,
+    contain: Option<&'m Path>,
+    limits: Limits,
+}
+
+/// A scene that was converted, or that has nothing to draw.
+struct Converted {
+    conversion: Conversion,
+    /// The warnings about the scene.
+    problems: Vec<Diagnostic>,
+}
+
+/// The results of all scenes.
+#[derive(Default)]
+struct Sum {
+    converted: usize,
+    up_to_date: usize,
+    empty: usize,
+    failed: usize,
+    with_losses: usize,
+    with_missing: usize,
+    /// One object for each scene, for `--report`.
+    files: Vec<Json>,
+}
+
+/// Runs the command and returns the exit code: that of an error if a scene failed, and that of
+/// losses if there are some and `--strict` is given.
+///
+/// # Errors
+/// Returns an error if an option is invalid, or if the output folder cannot be used.
+pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
+    let out = output_folder(m, folder)?;
+    let output = match text(m, "to") {
+        None | Some("ascii") => {
+            let error = "the format of a folder of scenes is not known";
+            let help = "name one with `--to`, as in `--to glb`";
+            return Err(Diagnostic::error(error).with_help(help));
+        }
+        to => convert::wanted(to, None),
+    };
+    let (search, contain) = super::readable_folders(m);
+    let batch = Batch {
+        output,
+        options: convert::options(m, None)?,
+        search,
+        contain,
+        limits: super::limits(m)?,
+    };
+    let threads = render::threads(m)?;
+    let jobs = Jobs::find(folder, &out, output.ending(), Naming::Short)?;
+    print_warnings(&jobs.sink);
+    let record = Record::open(&out, "convert", options_given(m));
+    if !is_forced(m) {
+        keep_files_of_others(&jobs, &record)?;
+    }
+    create_folder(&out)?;
+    record.write()?;
+    let is_current =
+        |job: &Job| !is_forced(m) && record.is_up_to_date(&job.output, &[job.input.as_path()]);
+    let (current, waiting): (Vec<Job>, Vec<Job>) = jobs.list.iter().cloned().partition(is_current);
+    let progress = FileProgress::new(waiting.len(), false);
+    let mut sum = Sum::default();
+    for job in &current {
+        sum.up_to_date += 1;
+        sum.list(job, "up to date", None, Json::Null);
+    }
+    let mut done = |job: &Job, result: Result<Converted>| {
+        let line = sum.add(job, result, output);
+        progress.done(&job.name, line.as_deref());
+    };
+    for_each(&waiting, threads, &|job| batch.convert(job), &mut done)?;
+    progress.finish(jobs.list.len(), &sum.counts(&jobs));
+    sum.write_report(m)?;
+    Ok(
+        match (sum.failed, m.get_flag("strict") && sum.with_losses > 0) {
+            (0, false) => 0,
+            (0, true) => convert::LOSSES,
+            _ => ERROR,
+        },
+    )
+}
+
+impl Batch<'_> {
+    /// Converts a scene and writes its files. A scene with nothing to draw is not written.
+    fn convert(&self, job: &Job) -> Result<Converted> {
+        let document =
+            Document::open_or_stdin(&job.input, &self.search, self.contain, &self.limits)?;
+        let stem = job.output.file_stem().unwrap_or_default();
+        let options = ExportOptions {
+            stem: stem.to_string_lossy().into_owned(),
+            ..self.options.clone()
+        };
+        let conversion = convert::converted(&document, self.output, &options)?;
+        let found = document.sink.items().iter().chain(&conversion.diagnostics);
+        let problems = found.filter(|d| d.severity >= Severity::Warning).cloned();
+        let problems: Vec<Diagnostic> = problems.collect();
+        if !conversion.is_empty {
+            let folder = folder_of(&job.output);
+            std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
+            keep_inputs("--output", &job.output, &document.opened_files())?;
+            convert::write(&conversion, &job.output)?;
+        }
+        Ok(Converted {
+            conversion,
+            problems,
+        })
+    }
+}
+
+impl Sum {
+    /// Adds the result of a scene, and returns the line to print about it.
+    fn add(&mut self, job: &Job, result: Result<Converted>, output: Output) -> Option<String> {
+        let converted = match result {
+            Ok(converted) => converted,
+            Err(error) => {
+                self.failed += 1;
+                self.list(job, "failed", Some(error.to_string()), Json::Null);
+                let help = error.help.iter().map(|help| format!("; {help}"));
+                return Some(format!("{}: {error}{}", job.name, help.collect::<String>()));
+            }
+        };
+        let line = problem_line(&job.name, &converted.problems);
+        let is_missing =
+            |d: &Diagnostic| matches!(d.kind, ErrorKind::NotFound | ErrorKind::OutsideFolder);
+        self.with_missing += usize::from(converted.problems.iter().any(is_missing));
+        if converted.conversion.is_empty {
+            self.empty += 1;
+            self.list(job, "nothing to draw", line.clone(), Json::Null);
+            let more = line.map(|line| format!("; {line}")).unwrap_or_default();
+            return Some(format!("{}: nothing to draw{more}", job.name));
+        }
+        let losses = &converted.conversion.losses;
+        self.converted += 1;
+        self.with_losses += usize::from(!losses.is_empty());
+        let path = job.output.display().to_string();
+        let report = losses.json(&job.name, output.name(), &path);
+        self.list(job, "converted", line.clone(), report);
+        line
+    }
+
+    fn list(&mut self, job: &Job, result: &str, message: Option<String>, losses: Json) {
+        self.files.push(json!({
+            "file": job.name,
+            "result": result,
+            "output": job.output.display().to_string(),
+            "message": message,
+            "losses": losses["losses"],
+        }));
+    }
+
+    fn counts(&self, jobs: &Jobs) -> [(usize, &'static str); 7] {
+        [
+            (self.converted, "converted"),
+            (self.up_to_date, "up to date"),
+            (self.empty, "with nothing to draw"),
+            (self.failed, "failed"),
+            (self.with_losses, "with losses (`--report` lists them)"),
+            (self.with_missing, "with missing files"),
+            (jobs.renamed, "named with their endings"),
+        ]
+    }
+
+    /// Writes the file of `--report`, if it was given.
+    fn write_report(&mut self, m: &ArgMatches) -> Result<()> {
+        let Some(path) = m.get_one::<PathBuf>("report") else {
+            return Ok(());
+        };
+        self.files.sort_by_key(|file| file["file"].to_string());
+        let report = json!({
+            "ivcam": env!("CARGO_PKG_VERSION"),
+            "converted": self.converted,
+            "up_to_date": self.up_to_date,
+            "empty": self.empty,
+            "failed": self.failed,
+            "with_losses": self.with_losses,
+            "with_missing_files": self.with_missing,
+            "files": self.files,
+        });
+        write_whole(path, |file| writeln!(file, "{report:#}"))
+    }
+}
+
+/// Refuses a folder with files that an earlier run did not make.
+fn keep_files_of_others(jobs: &Jobs, record: &Record) -> Result<()> {
+    if record.state != RecordState::Absent {
+        return Ok(());
+    }
+    let Some(job) = jobs.list.iter().find(|job| job.output.exists()) else {
+        return Ok(());
+    };
+    let path = job.output.display();
+    Err(Diagnostic::error(format!(
+        "`{path}` exists, and `ivcam convert` did not make it"
+    ))
+    .with_help("choose another output folder, or replace it with `--force`"))
+}
+
+/// Returns the options that the converted files depend on.
+fn options_given(m: &ArgMatches) -> Json {
+    let values = |name: &str| -> Json {
+        let given = m.get_raw(name).into_iter().flatten();
+        given.map(|value| value.to_string_lossy()).collect()
+    };
+    let given = OPTIONS
+        .iter()
+        .map(|name| ((*name).to_owned(), values(name)));
+    given.collect::<serde_json::Map<String, Json>>().into()
+}

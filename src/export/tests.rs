@@ -1,0 +1,257 @@
+//! Tests of conversions, by what the files say.
+
+use std::sync::Arc;
+
+use serde_json::Value as Json;
+
+use super::{Conversion, ExportOptions, Target, convert};
+use crate::iv::{Document, Limits, NoFiles};
+use crate::scene::model::{Model, ModelOptions, Sampling};
+
+fn document(text: &str) -> Document {
+    let text = text.as_bytes().to_vec();
+    Document::read("scene.iv", text, Arc::new(NoFiles), &Limits::default()).expect("reads")
+}
+
+fn converted(text: &str, target: Target) -> Conversion {
+    let options = ExportOptions {
+        stem: "scene".into(),
+        sampling: Some(Sampling::default()),
+        ..ExportOptions::default()
+    };
+    convert(&document(text), target, &options).expect("converts")
+}
+
+/// Converts a scene of Inventor to glTF as JSON.
+fn gltf(text: &str) -> Json {
+    let text = format!("#Inventor V2.1 ascii\n{text}");
+    serde_json::from_slice(&converted(&text, Target::Gltf).bytes).expect("JSON")
+}
+
+/// The node with a name.
+fn node<'j>(gltf: &'j Json, name: &str) -> &'j Json {
+    let nodes = gltf["nodes"].as_array().expect("nodes");
+    let found = nodes.iter().find(|n| n["name"] == name);
+    found.unwrap_or_else(|| panic!("no node {name} in {gltf:#}"))
+}
+
+/// The codes of the losses of a scene.
+fn losses(text: &str, target: Target) -> Vec<String> {
+    let conversion = converted(text, target);
+    conversion.losses.iter().map(|l| l.code.clone()).collect()
+}
+
+#[test]
+fn names_matrices_and_shared_meshes_are_kept() {
+    let gltf = gltf(
+        "DEF ROOM Separator { Translation { translation 1 2 3 }\n  DEF BALL Sphere { }
+         Separator { Translation { translation 4 0 0 } USE BALL } Cube { } }",
+    );
+    let room = node(&gltf, "ROOM");
+    assert_eq!(room["translation"], serde_json::json!([1.0, 2.0, 3.0]));
+    let children = room["children"].as_array().expect("children");
+    let child = |i: usize| &gltf["nodes"][children[i].as_u64().expect("an index") as usize];
+    assert_eq!(child(0)["name"], "BALL");
+    assert_eq!(child(1)["translation"], serde_json::json!([4.0, 0.0, 0.0]));
+    assert_eq!(child(0)["mesh"], child(1)["mesh"]);
+    assert_eq!(child(2)["name"], "Cube");
+    assert_eq!(gltf["meshes"].as_array().map(Vec::len), Some(2));
+}
+
+#[test]
+fn inventors_state_is_resolved_for_each_shape() {
+    let text = "Material { diffuseColor 1 0 0 } Cube { } Group { Scale { scaleFactor 2 1 1 } }
+                Material { diffuseColor 0 0 0.5 shininess 1 specularColor 1 1 1 } Cube { }";
+    let gltf = gltf(text);
+    let materials = gltf["materials"].as_array().expect("materials");
+    let color = |i: usize| &materials[i]["pbrMetallicRoughness"]["baseColorFactor"];
+    assert_eq!(*color(0), serde_json::json!([1.0, 0.0, 0.0, 1.0]));
+    // 0.5 on a screen has 21.4% of the light.
+    assert!((color(1)[2].as_f64().unwrap() - 0.214_041).abs() < 1e-5);
+    assert!(materials[0]["extensions"]["KHR_materials_specular"]["specularFactor"] == 0.0);
+    // α² = 2 / 130.
+    let roughness = materials[1]["pbrMetallicRoughness"]["roughnessFactor"].as_f64();
+    assert!((roughness.unwrap() - (2.0f64 / 130.0).powf(0.25)).abs() < 1e-6);
+    let second = gltf["nodes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|n| n["name"] == "Cube");
+    let scales: Vec<&Json> = second.map(|n| &n["scale"]).collect();
+    assert_eq!(scales, [&Json::Null, &serde_json::json!([2.0, 1.0, 1.0])]);
+}
+
+#[test]
+fn colors_of_vertices_are_linear_and_transparent_ones_blend() {
+    let gltf = gltf(
+        "PackedColor { orderedRGBA [0xff0000ff, 0x00800080] } MaterialBinding { value PER_FACE }
+         Coordinate3 { point [0 0 0, 1 0 0, 1 1 0, 0 1 0] } FaceSet { numVertices [3, 3] }
+         IndexedFaceSet { coordIndex [0, 1, 2, -1, 0, 2, 3, -1] }",
+    );
+    let primitive = &gltf["meshes"][1]["primitives"][0];
+    let color = primitive["attributes"]["COLOR_0"].as_u64().expect("colors") as usize;
+    assert_eq!(gltf["accessors"][color]["normalized"], true);
+    let material = primitive["material"].as_u64().expect("a material") as usize;
+    assert_eq!(gltf["materials"][material]["alphaMode"], "BLEND");
+}
+
+#[test]
+fn a_scene_far_from_the_origin_is_moved_and_says_by_how_much() {
+    let text = "Separator { Translation { translation 5e6 0 -4e5 }
+                Coordinate3 { point [0 0 0, 1 0 0, 0 1 0] } FaceSet { numVertices 3 } }
+                Coordinate3 { point [5000000 2 -400000, 5000001 2 -400000, 5000000 3 -400000] }
+                FaceSet { numVertices 3 }";
+    let scene = format!("#Inventor V2.1 ascii\n{text}");
+    let model = Model::at(&document(&scene), 0.0, &ModelOptions::default());
+    assert_eq!(model.offset.to_array(), [5_000_001.0, 2.0, -400_000.0]);
+    let (min, max) = model.bounds().expect("two triangles");
+    assert_eq!(min.to_array(), [-1.0, -2.0, 0.0]);
+    assert_eq!(max.to_array(), [0.0, 1.0, 0.0]);
+    let gltf = gltf(text);
+    let offset = &gltf["nodes"][0]["extras"]["offset"];
+    assert_eq!(*offset, serde_json::json!([5_000_001.0, 2.0, -400_000.0]));
+    let options = ModelOptions {
+        recenter: false,
+        ..ModelOptions::default()
+    };
+    let model = Model::at(&document(&scene), 0.0, &options);
+    assert_eq!(model.bounds().expect("two").1.x, 5_000_001.0);
+    assert_eq!(losses(&scene, Target::Ply), ["offset"]);
+}
+
+#[test]
+fn what_moves_becomes_an_animation() {
+    let gltf = gltf(
+        "Separator { DEF TURN Rotor { speed 0.5 } DEF A Separator { Cube { } } }
+         DEF B Blinker { speed 1 Cube { } Sphere { } } DEF STILL Separator { Cone { } }",
+    );
+    let channels = gltf["animations"][0]["channels"]
+        .as_array()
+        .expect("channels");
+    let paths: Vec<&str> = channels
+        .iter()
+        .filter_map(|c| c["target"]["path"].as_str())
+        .collect();
+    assert_eq!(paths, ["rotation", "scale"]);
+    let samplers = &gltf["animations"][0]["samplers"];
+    assert_eq!(samplers[1]["interpolation"], "STEP");
+    let times = samplers[0]["input"].as_u64().expect("times") as usize;
+    assert_eq!(gltf["accessors"][times]["max"][0], 2.0);
+}
+
+#[test]
+fn a_texture_is_embedded_with_its_transform() {
+    let gltf = gltf(
+        "Texture2 { image 2 1 3 0xff0000 0x00ff00 wrapT CLAMP }
+         Texture2Transform { scaleFactor 2 3 translation 0.25 0 } Cube { }",
+    );
+    let texture = &gltf["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+    let transform = &texture["extensions"]["KHR_texture_transform"];
+    assert_eq!(transform["scale"], serde_json::json!([2.0, 3.0]));
+    assert_eq!(transform["offset"], serde_json::json!([0.25, -2.0]));
+    assert_eq!(gltf["samplers"][0]["wrapS"], 10_497);
+    assert_eq!(gltf["samplers"][0]["wrapT"], 33_071);
+    assert_eq!(gltf["images"][0]["mimeType"], "image/png");
+    let used = gltf["extensionsUsed"].as_array().expect("extensions");
+    assert!(used.contains(&"KHR_texture_transform".into()));
+}
+
+#[test]
+fn lights_and_cameras_have_their_places_and_units() {
+    let gltf = gltf(
+        "DEF EYE PerspectiveCamera { position 0 0 5 heightAngle 0.8 }
+         DirectionalLight { direction 0 -1 0 intensity 0.5 } SpotLight { cutOffAngle 0.5 } Cube { }",
+    );
+    let eye = node(&gltf, "EYE");
+    assert_eq!(eye["translation"], serde_json::json!([0.0, 0.0, 5.0]));
+    let angle = gltf["cameras"][0]["perspective"]["yfov"]
+        .as_f64()
+        .expect("an angle");
+    assert!((angle - 0.8).abs() < 1e-6);
+    let lights = &gltf["extensions"]["KHR_lights_punctual"]["lights"];
+    let lux = lights[0]["intensity"].as_f64().expect("an intensity");
+    assert!(
+        (lux - std::f64::consts::PI * 0.214_041).abs() < 1e-4,
+        "{lux}"
+    );
+    let cone = lights[1]["spot"]["outerConeAngle"]
+        .as_f64()
+        .expect("a cone");
+    assert!((cone - 0.5).abs() < 1e-6);
+}
+
+#[test]
+fn the_front_of_a_face_is_where_its_normal_points() {
+    // The order of corners is unknown, so the normal alone decides.
+    let text = "#Inventor V2.1 ascii\nNormal { vector 0 0 -1 } NormalBinding { value OVERALL }
+                Coordinate3 { point [0 0 0, 1 0 0, 0 1 0] } FaceSet { numVertices 3 }";
+    let front = |text: &str| {
+        let model = Model::at(&document(text), 0.0, &ModelOptions::default());
+        let mesh = &model.meshes[0];
+        let [a, b, c] = mesh.triangles()[0].map(|v| mesh.positions[v as usize]);
+        (b - a).cross(c - a).z
+    };
+    assert_eq!(front(text), -1.0);
+    let known = text.replace(
+        "Normal {",
+        "ShapeHints { vertexOrdering COUNTERCLOCKWISE } Normal {",
+    );
+    assert_eq!(front(&known), 1.0);
+    let clockwise = known.replace("COUNTERCLOCKWISE", "CLOCKWISE");
+    assert_eq!(front(&clockwise), -1.0);
+    // A mirroring matrix exchanges the sides in Inventor, and not in glTF.
+    let mirrored = known.replace("ShapeHints", "Scale { scaleFactor -1 1 1 } ShapeHints");
+    assert_eq!(front(&mirrored), -1.0);
+}
+
+#[test]
+fn losses_name_their_node_and_line() {
+    let scene = "#VRML V2.0 utf8\nFog { visibilityRange 9 }\nTransform { children [\n\
+                 TouchSensor { } Shape { geometry Box { } } ] }\n";
+    let conversion = converted(scene, Target::Glb);
+    let found: Vec<(&str, Option<u32>)> = conversion
+        .losses
+        .iter()
+        .map(|loss| (loss.place.class.as_str(), loss.place.line()))
+        .collect();
+    assert_eq!(found, [("TouchSensor", Some(4)), ("Fog", Some(2))]);
+    let report = conversion.losses.json("scene.wrl", "glb", "scene.glb");
+    assert_eq!(report["losses"][0]["feature"], "interaction");
+    assert_eq!(report["count"], 2);
+    let plain = "#VRML V2.0 utf8\nTransform { children Shape { geometry Box { } } }";
+    assert!(losses(plain, Target::Glb).is_empty());
+    assert_eq!(losses(plain, Target::Ply), Vec::<String>::new());
+}
+
+/// The numbers come from the files as a reader finds them.
+#[test]
+fn every_format_has_the_same_triangles() {
+    let text = "#Inventor V2.1 ascii\nSeparator { Scale { scaleFactor -1 2 1 } Cube { } Cone { } }
+                Cylinder { height 3 }";
+    let count = Model::at(&document(text), 0.0, &ModelOptions::default()).triangle_count();
+    assert_eq!(count, 12 + (32 + 30) + (64 + 30 + 30));
+    let obj = String::from_utf8(converted(text, Target::Obj).bytes).expect("text");
+    assert_eq!(obj.lines().filter(|l| l.starts_with("f ")).count(), count);
+    let ply = converted(text, Target::Ply).bytes;
+    let header = String::from_utf8_lossy(&ply);
+    assert!(
+        header.contains(&format!("element face {count}\n")),
+        "{count}"
+    );
+    let usd = String::from_utf8(converted(text, Target::Usda).bytes).expect("text");
+    let lists = usd.lines().filter(|l| l.contains("faceVertexCounts"));
+    assert_eq!(lists.map(|l| l.matches('3').count()).sum::<usize>(), count);
+    let text = text.split_once('\n').expect("a header").1;
+    let gltf = gltf(text);
+    let indices = gltf["meshes"]
+        .as_array()
+        .expect("meshes")
+        .iter()
+        .map(|mesh| {
+            let accessor = mesh["primitives"][0]["indices"].as_u64().expect("indices");
+            gltf["accessors"][accessor as usize]["count"]
+                .as_u64()
+                .expect("a count")
+        });
+    assert_eq!(indices.sum::<u64>() as usize, 3 * count);
+}

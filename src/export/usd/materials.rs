@@ -1,0 +1,190 @@
+//! Materials as `UsdPreviewSurface`, with the mapping that glTF has.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use super::text::{Text, tuple};
+use crate::export::appearance::Appearance;
+use crate::export::color::linear3;
+use crate::export::highlight::{reflectance, roughness};
+use crate::scene::model::{Material, Model, Part};
+
+/// How a shape uses a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Use {
+    material: usize,
+    is_colorful: bool,
+    is_transparent: bool,
+}
+
+/// The materials of a stage, and the pictures beside it.
+pub(super) struct Materials<'m> {
+    model: &'m Model,
+    stem: &'m str,
+    known: HashMap<Use, String>,
+    /// The text of the materials.
+    pub text: Text,
+    /// The pictures with their names.
+    pub pictures: Vec<(String, Vec<u8>)>,
+}
+
+impl<'m> Materials<'m> {
+    pub(super) fn new(model: &'m Model, stem: &'m str) -> Self {
+        Self {
+            model,
+            stem,
+            known: HashMap::new(),
+            text: Text::inside(2),
+            pictures: Vec::new(),
+        }
+    }
+
+    /// Returns the path of the material of a part, which is written at its first use.
+    pub(super) fn path(&mut self, part: Part) -> String {
+        let mesh = &self.model.meshes[part.mesh];
+        let used = Use {
+            material: part.material,
+            is_colorful: !mesh.colors.is_empty(),
+            is_transparent: mesh.colors.iter().any(|c| c[3] < 1.0),
+        };
+        if let Some(path) = self.known.get(&used) {
+            return path.clone();
+        }
+        let path = format!("/Scene/Materials/Material_{}", self.known.len() + 1);
+        self.known.insert(used, path.clone());
+        self.write(&path, used);
+        path
+    }
+
+    /// Returns the name of the file of a picture.
+    fn picture(&mut self, look: &Appearance<'_>) -> Option<String> {
+        let bytes = look.image.as_ref()?.png();
+        let known = self.pictures.iter().find(|(_, known)| *known == bytes);
+        Some(known.map(|(name, _)| name.clone()).unwrap_or_else(|| {
+            let name = format!("{}-{}.png", self.stem, self.pictures.len() + 1);
+            self.pictures.push((name.clone(), bytes));
+            name
+        }))
+    }
+
+    /// Writes a material.
+    fn write(&mut self, path: &str, used: Use) {
+        let material = &self.model.materials[used.material];
+        let texture = material.texture.as_ref();
+        let image = texture.map(|t| &self.model.images[t.image]);
+        let look = Appearance::of(material, image, used.is_colorful);
+        let picture = self.picture(&look);
+        let name = path.rsplit('/').next().unwrap_or_default();
+        self.text.open(format_args!("def Material \"{name}\""));
+        self.text.line(format_args!(
+            "token outputs:surface.connect = <{path}/Surface.outputs:surface>"
+        ));
+        self.surface(path, material, &look, used);
+        if let (Some(picture), Some(texture)) = (picture, texture) {
+            let wrap = |repeats: bool| if repeats { "repeat" } else { "clamp" };
+            let [r, g, b] = linear3(look.color);
+            let wraps = texture.repeat.map(wrap);
+            self.texture(path, &picture, wraps, [r, g, b, look.opacity]);
+        }
+        if used.is_colorful && look.keeps_colors {
+            self.reader("Color", "float3", "displayColor");
+            if used.is_transparent {
+                self.reader("Opacity", "float", "displayOpacity");
+            }
+        }
+        self.text.close();
+    }
+
+    /// Writes the shader of the surface.
+    fn surface(&mut self, path: &str, material: &Material, look: &Appearance<'_>, used: Use) {
+        let reads_colors = used.is_colorful && look.keeps_colors;
+        let input = if look.unlit {
+            "emissiveColor"
+        } else {
+            "diffuseColor"
+        };
+        let out = &mut self.text;
+        out.open("def Shader \"Surface\"");
+        out.line("uniform token info:id = \"UsdPreviewSurface\"");
+        if look.image.is_some() {
+            out.line(format_args!(
+                "color3f inputs:{input}.connect = <{path}/Texture.outputs:rgb>"
+            ));
+        } else if reads_colors {
+            out.line(format_args!(
+                "color3f inputs:{input}.connect = <{path}/Color.outputs:result>"
+            ));
+        } else {
+            out.line(format_args!(
+                "color3f inputs:{input} = {}",
+                tuple(linear3(look.color))
+            ));
+        }
+        let picture = look.image.as_ref();
+        if picture.is_some_and(|i| i.is_transparent()) {
+            out.line(format_args!(
+                "float inputs:opacity.connect = <{path}/Texture.outputs:a>"
+            ));
+            if picture.is_some_and(|i| i.is_cutout()) && look.opacity >= 1.0 {
+                out.line("float inputs:opacityThreshold = 0.5");
+            }
+        } else if reads_colors && used.is_transparent {
+            out.line(format_args!(
+                "float inputs:opacity.connect = <{path}/Opacity.outputs:result>"
+            ));
+        } else if look.opacity < 1.0 {
+            out.line(format_args!("float inputs:opacity = {}", look.opacity));
+        }
+        out.line("int inputs:useSpecularWorkflow = 1");
+        if look.unlit {
+            out.line("color3f inputs:diffuseColor = (0, 0, 0)");
+            out.line("color3f inputs:specularColor = (0, 0, 0)");
+            out.line("float inputs:roughness = 1");
+        } else {
+            if material.emissive != Vec3::ZERO {
+                let light = tuple(linear3(material.emissive));
+                out.line(format_args!("color3f inputs:emissiveColor = {light}"));
+            }
+            let specular = tuple(reflectance(material));
+            out.line(format_args!("color3f inputs:specularColor = {specular}"));
+            out.line(format_args!(
+                "float inputs:roughness = {}",
+                roughness(material)
+            ));
+        }
+        out.line("token outputs:surface");
+        out.close();
+    }
+
+    /// Writes the shaders of a texture, which is multiplied by a color.
+    fn texture(&mut self, path: &str, picture: &str, [s, t]: [&str; 2], color: [f32; 4]) {
+        let out = &mut self.text;
+        out.open("def Shader \"Texture\"");
+        out.line("uniform token info:id = \"UsdUVTexture\"");
+        out.line(format_args!("asset inputs:file = @./{picture}@"));
+        out.line(format_args!(
+            "float2 inputs:st.connect = <{path}/Coordinates.outputs:result>"
+        ));
+        out.line(format_args!("token inputs:wrapS = \"{s}\""));
+        out.line(format_args!("token inputs:wrapT = \"{t}\""));
+        out.line("token inputs:sourceColorSpace = \"sRGB\"");
+        out.line(format_args!("float4 inputs:scale = {}", tuple(color)));
+        out.line("float3 outputs:rgb");
+        out.line("float outputs:a");
+        out.close();
+        self.reader("Coordinates", "float2", "st");
+    }
+
+    /// Writes a shader that reads a list of the mesh.
+    fn reader(&mut self, name: &str, kind: &str, list: &str) {
+        let out = &mut self.text;
+        out.open(format_args!("def Shader \"{name}\""));
+        out.line(format_args!(
+            "uniform token info:id = \"UsdPrimvarReader_{kind}\""
+        ));
+        out.line(format_args!("string inputs:varname = \"{list}\""));
+        out.line(format_args!("{kind} outputs:result"));
+        out.close();
+    }
+}

@@ -1,0 +1,228 @@
+//! The stage: its header, the tree of prims, and the classes of shared meshes.
+
+use std::collections::HashMap;
+
+use glam::{Affine2, DAffine3, DVec3};
+
+use super::materials::Materials;
+use super::text::{Text, quoted};
+use super::{geometry, lights};
+use crate::export::losses::Losses;
+use crate::export::names::Names;
+use crate::scene::model::{Model, Motion, Part};
+
+/// Writes a model with its motion. `stem` is the name of the file without its ending, and `losses`
+/// receives what USD cannot say. Returns the file and the pictures beside it.
+pub(in crate::export) fn write(
+    model: &Model,
+    motion: &Motion,
+    stem: &str,
+    losses: &mut Losses,
+) -> (Vec<u8>, Vec<(String, Vec<u8>)>) {
+    let bounds = model.bounds();
+    let center = bounds.map_or(DVec3::ZERO, |(min, max)| 0.5 * (min + max));
+    let size = bounds
+        .map_or(1.0, |(min, max)| (max - min).length())
+        .max(1e-6);
+    let mut stage = Stage {
+        model,
+        motion,
+        out: Text::default(),
+        materials: Materials::new(model, stem),
+        classes: shared(model),
+        size,
+    };
+    stage.header();
+    stage
+        .out
+        .open("def Xform \"Scene\" (\n    kind = \"component\"\n)");
+    let mut names = Names::default();
+    names.identifier("Materials");
+    stage.children(0, &mut names);
+    for (number, light) in model.lights.iter().enumerate() {
+        let name = names.identifier(&light.name);
+        let named = (name.as_str(), light, number);
+        lights::light(&mut stage.out, named, motion, (center, size), losses);
+    }
+    for (number, camera) in model.cameras.iter().enumerate() {
+        let name = names.identifier(&camera.name);
+        let named = (name.as_str(), camera, number);
+        lights::camera(&mut stage.out, named, motion, (center, size));
+    }
+    stage.out.open("def Scope \"Materials\"");
+    let materials = std::mem::take(&mut stage.materials.text);
+    stage.out.text += &materials.text;
+    stage.out.close();
+    stage.out.close();
+    stage.write_classes();
+    (stage.out.text.into_bytes(), stage.materials.pictures)
+}
+
+/// Returns the name of the class of each mesh and texture that several nodes use.
+fn shared(model: &Model) -> HashMap<(usize, [u32; 6]), String> {
+    let mut uses: HashMap<(usize, [u32; 6]), usize> = HashMap::new();
+    for part in model.nodes.iter().flat_map(|node| &node.parts) {
+        *uses.entry(key(model, *part)).or_default() += 1;
+    }
+    let mut several: Vec<(usize, [u32; 6])> = uses
+        .into_iter()
+        .filter(|(_, n)| *n > 1)
+        .map(|(key, _)| key)
+        .collect();
+    several.sort_unstable();
+    let named = several.into_iter().enumerate();
+    named
+        .map(|(i, key)| (key, format!("Mesh_{}", i + 1)))
+        .collect()
+}
+
+/// The mesh of a part with the matrix of its texture coordinates.
+fn key(model: &Model, part: Part) -> (usize, [u32; 6]) {
+    let matrix = texture_matrix(model, part);
+    (part.mesh, matrix.to_cols_array().map(f32::to_bits))
+}
+
+fn texture_matrix(model: &Model, part: Part) -> Affine2 {
+    let texture = model.materials[part.material].texture.as_ref();
+    texture.map_or(Affine2::IDENTITY, |t| t.matrix)
+}
+
+/// A stage that is being written.
+struct Stage<'m> {
+    model: &'m Model,
+    motion: &'m Motion,
+    out: Text,
+    materials: Materials<'m>,
+    /// The names of classes by mesh and texture matrix.
+    classes: HashMap<(usize, [u32; 6]), String>,
+    /// The size of the scene.
+    size: f64,
+}
+
+impl Stage<'_> {
+    fn header(&mut self) {
+        let out = &mut self.out;
+        out.line("#usda 1.0\n(");
+        let DVec3 { x, y, z } = self.model.offset;
+        if self.model.offset != DVec3::ZERO {
+            out.line(format_args!(
+                "    customLayerData = {{\n        double3 offset = ({x}, {y}, {z})\n    }}"
+            ));
+        }
+        out.line("    defaultPrim = \"Scene\"");
+        out.line(format_args!("    doc = {}", quoted("by ivcam")));
+        out.line("    metersPerUnit = 1");
+        if let Some(last) = self.motion.times.last().filter(|_| !self.motion.is_empty()) {
+            let codes = lights::CODES_PER_SECOND;
+            out.line(format_args!(
+                "    startTimeCode = 0\n    endTimeCode = {}",
+                last * codes
+            ));
+            out.line(format_args!("    timeCodesPerSecond = {codes}"));
+        }
+        out.line("    upAxis = \"Y\"\n)\n");
+    }
+
+    /// Writes the children of a node. A tree may be deeper than the program's stack, so the nodes
+    /// that are open are on a list.
+    fn children(&mut self, root: usize, names: &mut Names) {
+        let model = self.model;
+        let first = model.nodes[root].children.iter().copied();
+        let mut open = vec![(first.collect::<Vec<_>>().into_iter(), std::mem::take(names))];
+        while let Some((list, taken)) = open.last_mut() {
+            let Some(index) = list.next() else {
+                if let Some((_, taken)) = open.pop() {
+                    if open.is_empty() {
+                        *names = taken;
+                    } else {
+                        self.out.close();
+                    }
+                }
+                continue;
+            };
+            let node = &model.nodes[index];
+            let name = taken.identifier(node.name());
+            self.out.open(format_args!("def Xform \"{name}\""));
+            self.transform(index);
+            let mut inner = Names::default();
+            for part in &node.parts {
+                let name = inner.identifier("Geometry");
+                self.part(&name, *part);
+            }
+            open.push((node.children.clone().into_iter(), inner));
+        }
+    }
+
+    /// Writes the matrix of a node, and when it is hidden.
+    fn transform(&mut self, index: usize) {
+        let node = &self.model.nodes[index];
+        let motion = self.motion;
+        let moving = motion.nodes.iter().find(|(n, _)| *n == index);
+        let Some((_, matrices)) = moving else {
+            return lights::transform(&mut self.out, &node.local, &[]);
+        };
+        let times = motion.times.iter().copied().zip(matrices);
+        let shown: Vec<(f64, DAffine3)> = times
+            .clone()
+            .filter_map(|(t, m)| Some((t, (*m)?)))
+            .collect();
+        lights::transform(&mut self.out, &node.local, &shown);
+        if shown.len() < matrices.len() {
+            let at = |(time, m): (f64, &Option<DAffine3>)| {
+                let word = if m.is_some() {
+                    "inherited"
+                } else {
+                    "invisible"
+                };
+                format!("{}: \"{word}\"", time * lights::CODES_PER_SECOND)
+            };
+            let list: Vec<String> = times.map(at).collect();
+            self.out.line(format_args!(
+                "token visibility.timeSamples = {{ {} }}",
+                list.join(", ")
+            ));
+        }
+    }
+
+    /// Writes a mesh with its material.
+    fn part(&mut self, name: &str, part: Part) {
+        let model = self.model;
+        let mesh = &model.meshes[part.mesh];
+        let material = self.materials.path(part);
+        let class = self.classes.get(&key(model, part));
+        let out = &mut self.out;
+        out.line(format_args!("def {} \"{name}\" (", geometry::schema(mesh)));
+        if let Some(class) = class {
+            out.line(format_args!("    inherits = </Shared/{class}>"));
+        }
+        out.line("    prepend apiSchemas = [\"MaterialBindingAPI\"]");
+        out.open(")");
+        if class.is_none() {
+            geometry::write(out, mesh, texture_matrix(model, part), self.size);
+        }
+        if model.materials[part.material].double_sided {
+            out.line("uniform bool doubleSided = 1");
+        }
+        out.line(format_args!("rel material:binding = <{material}>"));
+        out.close();
+    }
+
+    /// Writes the classes of shared meshes.
+    fn write_classes(&mut self) {
+        if self.classes.is_empty() {
+            return;
+        }
+        self.out.open("class Scope \"Shared\"");
+        let mut classes: Vec<_> = self.classes.iter().collect();
+        classes.sort_unstable();
+        for ((mesh, matrix), name) in classes {
+            let mesh = &self.model.meshes[*mesh];
+            let matrix = Affine2::from_cols_array(&matrix.map(f32::from_bits));
+            let out = &mut self.out;
+            out.open(format_args!("class {} \"{name}\"", geometry::schema(mesh)));
+            geometry::write(out, mesh, matrix, self.size);
+            out.close();
+        }
+        self.out.close();
+    }
+}
