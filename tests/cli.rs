@@ -897,6 +897,86 @@ fn convert_replaces_its_scene_only_by_force_and_names_only_what_it_writes() {
 }
 
 #[test]
+fn a_folder_is_converted_once_and_what_fails_does_not_stop_the_rest() {
+    let scratch = Scratch::new("convert-folder");
+    std::fs::create_dir_all(scratch.0.join("in/b")).unwrap();
+    scratch.file("in/a.iv", "#Inventor V2.1 ascii\nDEF BALL Sphere { }\n");
+    scratch.file(
+        "in/a.wrl",
+        "#VRML V2.0 utf8\nFog { }\nShape { geometry Box { } }\n",
+    );
+    scratch.file("in/b/empty.iv", "#Inventor V2.1 ascii\nSeparator { }\n");
+    scratch.file("in/b/broken.iv", "this is not a scene\n");
+    let texture = "#Inventor V2.1 ascii\nTexture2 { filename \"gone.png\" }\nCube { }\n";
+    scratch.file("in/b/c.iv", texture);
+    let run = |line: &str| {
+        let line = line.replace("DIR", &scratch.0.display().to_string());
+        let output = ivcam(&line).output().unwrap();
+        (output.status.code(), stderr(&output))
+    };
+    let line = "convert DIR/in --to glb -o DIR/out --report DIR/report.json";
+    let (code, said) = run(line);
+    assert_eq!(code, Some(2), "{said}");
+    for part in [
+        "broken.iv",
+        "empty.iv: nothing to draw",
+        "gone.png",
+        "5 scenes: 3 converted",
+        "1 with nothing to draw",
+        "1 failed",
+        "1 with losses",
+        "1 with missing files",
+    ] {
+        assert!(said.contains(part), "{part} in {said}");
+    }
+    for name in ["a.iv.glb", "a.wrl.glb", "b/c.glb"] {
+        let bytes = std::fs::read(scratch.0.join("out").join(name)).unwrap();
+        assert!(bytes.starts_with(b"glTF"), "{name}");
+    }
+    let report = std::fs::read_to_string(scratch.0.join("report.json")).unwrap();
+    assert!(report.contains("\"feature\": \"fog\""), "{report}");
+    let (_, said) = run(line);
+    assert!(said.contains("3 up to date"), "{said}");
+    let (code, said) = run("convert DIR/in -o DIR/out2");
+    assert!(code == Some(2) && said.contains("--to glb"), "{said}");
+    let (code, said) = run("convert DIR/in --to glb -o DIR/in");
+    assert!(
+        code == Some(2) && said.contains("the folder that is read"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_conversion_that_loses_something_fails_only_if_it_is_strict() {
+    let scratch = Scratch::new("convert-strict");
+    scratch.file(
+        "fog.wrl",
+        "#VRML V2.0 utf8\nFog { }\nShape { geometry Box { } }\n",
+    );
+    for (more, expected) in [("", 0), (" --strict", 1)] {
+        let line = format!("convert DIR/fog.wrl -o DIR/fog.glb{more}");
+        let line = line.replace("DIR", &scratch.0.display().to_string());
+        let output = ivcam(&line).output().unwrap();
+        assert_eq!(output.status.code(), Some(expected), "{more}");
+        assert!(
+            stderr(&output).contains("fog is left out"),
+            "{}",
+            stderr(&output)
+        );
+    }
+    must_fail(
+        &scratch,
+        "convert DIR/fog.wrl --to obj",
+        &["needs files beside it"],
+    );
+    must_fail(
+        &scratch,
+        "convert DIR/fog.wrl -o DIR/a.glb --tolerance 2",
+        &["0.0001 to 0.1"],
+    );
+}
+
+#[test]
 fn a_name_made_up_for_a_picture_replaces_no_file() {
     let scratch = Scratch::new("made-up");
     scratch.file("room.iv", "#Inventor V2.1 ascii\nCube { }\n");

@@ -1,10 +1,10 @@
 //! Maps lights to `KHR_lights_punctual`, and cameras to glTF's.
 //!
 //! A light of intensity 1 lights a white surface that faces it to white, as in Inventor: its
-//! illuminance is π. Inventor multiplies what a screen shows, so an intensity is converted to linear
-//! light as a color is: one of 0.5 makes white a gray of 0.5, which has a fifth of the light. A
-//! light whose intensity Inventor does not reduce by the inverse square of the distance gets the
-//! intensity that is right at the center of the scene.
+//! illuminance is π. Inventor multiplies what a screen shows, so an intensity is converted to
+//! linear light as a color is: one of 0.5 makes white a gray of 0.5, which has a fifth of the
+//! light. A light whose intensity Inventor does not reduce by the inverse square of the distance
+//! gets the intensity that is right at the center of the scene.
 
 use glam::DVec3;
 use serde_json::{Value, json};

@@ -222,12 +222,14 @@ impl Builder<'_> {
                 let shape = &self.model.nodes[child];
                 let is_shape = shape.children.is_empty() && shape.world == node.world;
                 if is_shape && (node.place.name.is_none() || shape.place.name.is_none()) {
-                    let (parts, mut place) = (shape.parts.clone(), shape.place.clone());
+                    // The key is the shape's, which may be hidden at times when the group is not.
+                    let (parts, key) = (shape.parts.clone(), shape.key);
+                    let mut place = shape.place.clone();
                     place.name = node.place.name.clone().or(place.name);
                     self.model.nodes.truncate(child);
                     let node = &mut self.model.nodes[group];
                     node.children.clear();
-                    (node.parts, node.place) = (parts, place);
+                    (node.parts, node.place, node.key) = (parts, place, key);
                 }
             }
             _ => {}
@@ -400,7 +402,8 @@ impl<'a> Visitor<'a> for Builder<'_> {
         self.place_group(state.world_from_object);
         match role::role(node) {
             Role::Switch if hides(node) => self.note(Feature::HiddenChildren, node),
-            Role::Blinker | Role::Lod | Role::LevelOfDetail if choices(node) > 1 => {
+            Role::Blinker if choices(node) > 0 => self.note(Feature::HiddenChildren, node),
+            Role::Lod | Role::LevelOfDetail if choices(node) > 1 => {
                 self.note(Feature::Levels, node);
             }
             _ => {}
