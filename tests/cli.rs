@@ -903,7 +903,7 @@ fn a_folder_is_converted_once_and_what_fails_does_not_stop_the_rest() {
     scratch.file("in/a.iv", "#Inventor V2.1 ascii\nDEF BALL Sphere { }\n");
     scratch.file(
         "in/a.wrl",
-        "#VRML V2.0 utf8\nFog { }\nShape { geometry Box { } }\n",
+        "#VRML V2.0 utf8\nFog { visibilityRange 9 }\nShape { geometry Box { } }\n",
     );
     scratch.file("in/b/empty.iv", "#Inventor V2.1 ascii\nSeparator { }\n");
     scratch.file("in/b/broken.iv", "this is not a scene\n");
@@ -951,7 +951,7 @@ fn a_conversion_that_loses_something_fails_only_if_it_is_strict() {
     let scratch = Scratch::new("convert-strict");
     scratch.file(
         "fog.wrl",
-        "#VRML V2.0 utf8\nFog { }\nShape { geometry Box { } }\n",
+        "#VRML V2.0 utf8\nFog { visibilityRange 9 }\nShape { geometry Box { } }\n",
     );
     for (more, expected) in [("", 0), (" --strict", 1)] {
         let line = format!("convert DIR/fog.wrl -o DIR/fog.glb{more}");

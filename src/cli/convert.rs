@@ -116,7 +116,7 @@ impl Output {
     pub(super) fn ending(self) -> &'static str {
         match self {
             Self::Rewritten(_) => "iv",
-            Self::Exported(target) => target.name(),
+            Self::Exported(target) => target.endings()[0],
         }
     }
 }
