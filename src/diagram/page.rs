@@ -1,7 +1,9 @@
 //! The data sheet of a lens on one page.
 
 use crate::lens::analysis::aberrations::report::Aberrations;
-use crate::lens::{About, FieldRow, Lens, LensSheet, Modulation, PointImage, Shape, Surface, Zone};
+use crate::lens::{
+    About, FieldRow, Lens, LensSheet, Modulation, Plane, PointImage, Shape, Surface, Zone,
+};
 
 use super::aberration_page;
 use super::chart::{Chart, Series};
@@ -119,6 +121,12 @@ fn header(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>) -> f64 {
     if let Some(sheet) = sheet {
         page.note([MARGIN, y + 62.0], Anchor::Start, 10.0, conditions(sheet));
         y += 20.0;
+        if !lens.prescription().is_rotational() {
+            let meridian =
+                "The curves, spots and fans are those of points on the y axis of the film.";
+            page.note([MARGIN, y + 56.0], Anchor::Start, 10.0, meridian);
+            y += 14.0;
+        }
     }
     y + 56.0
 }
@@ -188,6 +196,11 @@ fn tables(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>, top: f64) 
     } else {
         rows.push(("angular magnification", Some(optics.matrix[3])));
     }
+    if !lens.prescription().is_rotational() {
+        let across = lens.first_order_in(Plane::X).focal;
+        rows.push(("focal length across, in x", across.map(|f| f.efl)));
+        rows.push(("rear focal point in x", across.map(|f| f.rear_focal_point)));
+    }
     let (en, ex) = (optics.entrance_pupil, optics.exit_pupil);
     rows.extend([
         ("entrance pupil", en.map(|p| p.z)),
@@ -227,7 +240,10 @@ fn breathing(page: &mut Drawing, sheet: &LensSheet, edge: f64, top: f64) -> f64 
         y += 14.0;
         let far = row
             .distance
-            .map_or("\u{221e}".into(), |mm| format!("{} m", brief(mm / 1000.0)));
+            .map_or("\u{221e}".into(), |mm| match mm < 100.0 {
+                true => format!("{} mm", tidy(mm, 0.1)),
+                false => format!("{} m", brief(mm / 1000.0)),
+            });
         page.note([MARGIN, y], Anchor::Start, 10.0, far);
         let degrees = |v: f64| format!("{}\u{b0}", tidy(v, 0.1));
         let cells = [
@@ -420,7 +436,7 @@ fn lateral(sheet: &LensSheet) -> Chart {
         Series::new(over_height(sheet, |row| micrometers(row.lateral_f)), 1, "F"),
         Series::new(over_height(sheet, |row| micrometers(row.lateral_c)), 2, "C"),
     ];
-    field_chart("Lateral colour", "\u{b5}m from d", series, (-1.0, 1.0))
+    field_chart("Lateral color", "\u{b5}m from d", series, (-1.0, 1.0))
 }
 
 fn spherical(sheet: &LensSheet) -> Chart {
@@ -455,7 +471,7 @@ fn chromatic(sheet: &LensSheet) -> Chart {
         .map(|row| [row.wavelength_nm, row.focus])
         .collect();
     Chart {
-        title: "Longitudinal colour".into(),
+        title: "Longitudinal color".into(),
         x_label: "wavelength, nm".into(),
         y_label: "mm from d".into(),
         series: vec![Series::new(curve, 0, "")],

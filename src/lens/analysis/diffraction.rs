@@ -308,12 +308,17 @@ impl Wavefront {
             });
             field.sum::<DVec2>().length_squared()
         };
-        let mut step = 0.5 * pitch;
-        for _ in 0..6 {
+        // The peak may be a pitch away from the brightest point of the grid.
+        let mut step = pitch;
+        for _ in 0..12 {
             for axis in [DVec2::X, DVec2::Y] {
                 let [a, b, c] = [-1.0, 0.0, 1.0].map(|s| at(place + s * step * axis));
-                let turn = 0.5 * (a - c) / (a - 2.0 * b + c);
-                if turn.abs() <= 1.0 {
+                let bend = a - 2.0 * b + c;
+                let turn = match bend < 0.0 {
+                    true => (0.5 * (a - c) / bend).clamp(-1.0, 1.0),
+                    false => (c - a).signum(),
+                };
+                if at(place + turn * step * axis) > b {
                     place += turn * step * axis;
                 }
             }
@@ -486,6 +491,33 @@ mod tests {
                     "f/{f_number} at {i}: {value} {exact}"
                 );
             }
+        }
+    }
+
+    /// A shift of the reference only shifts the image, and the peak is found wherever it is.
+    #[test]
+    fn the_strehl_ratio_does_not_depend_on_the_point_of_reference() {
+        let lens = Lens::named("biotar").unwrap().at_f_number(8.0).unwrap();
+        let film_z = lens.first_order().focal.unwrap().rear_focal_point;
+        let beam = Beam::of(&lens, 10.0, film_z, f64::INFINITY).unwrap();
+        let open = Openings::of(&lens, &beam, 64);
+        let strehl = |x: f64, y: f64| {
+            let image = DVec3::new(x, 10.0 + y, film_z);
+            Wavefront::of(&lens, &beam, &open, image).unwrap().strehl()
+        };
+        let shifts = [
+            [0.0, -1e-3],
+            [0.7e-3, 1.3e-3],
+            [2e-3, -2.9e-3],
+            [-5e-3, 4e-3],
+        ];
+        let center = strehl(0.0, 0.0);
+        for [x, y] in shifts {
+            let shifted = strehl(x, y);
+            assert!(
+                (shifted - center).abs() < 1e-3,
+                "{shifted} {center} {x} {y}"
+            );
         }
     }
 
