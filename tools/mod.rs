@@ -12,6 +12,7 @@ mod latency;
 mod optics;
 mod optics_aberrations;
 mod paper_claims;
+mod profiles;
 mod readall;
 mod roundtrip;
 mod shared;
@@ -43,6 +44,7 @@ const TOOLS: &[Tool] = &[
     ("latency", "SCENE...", latency::run),
     ("optics", "FOLDER [PART...]", optics::run),
     ("paper-claims", "[FILE]", paper_claims::run),
+    ("profiles", "PROFILES.json [--svg FOLDER]", profiles::run),
     ("readall", "FOLDER... [-q]", readall::run),
     (
         "roundtrip",

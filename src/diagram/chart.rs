@@ -4,7 +4,7 @@ use super::drawing::{Anchor, Drawing, Ink};
 use super::numbers::{round_number, tidy};
 
 /// A curve of a chart.
-pub(super) struct Series {
+pub(crate) struct Series {
     pub points: Vec<[f64; 2]>,
     pub ink: Ink,
     pub dashed: bool,
@@ -13,7 +13,7 @@ pub(super) struct Series {
 }
 
 impl Series {
-    pub(super) fn new(points: Vec<[f64; 2]>, curve: u8, name: &str) -> Self {
+    pub(crate) fn new(points: Vec<[f64; 2]>, curve: u8, name: &str) -> Self {
         Self {
             points,
             ink: Ink::Curve(curve),
@@ -22,7 +22,7 @@ impl Series {
         }
     }
 
-    pub(super) fn dashed(self) -> Self {
+    pub(crate) fn dashed(self) -> Self {
         Self {
             dashed: true,
             ..self
@@ -31,7 +31,7 @@ impl Series {
 }
 
 /// Curves over a common axis.
-pub(super) struct Chart {
+pub(crate) struct Chart {
     pub title: String,
     pub x_label: String,
     pub y_label: String,
@@ -47,7 +47,7 @@ const TOP: f64 = 34.0;
 const BOTTOM: f64 = 34.0;
 
 impl Chart {
-    pub(super) fn draw(&self, width: f64, height: f64) -> Drawing {
+    pub(crate) fn draw(&self, width: f64, height: f64) -> Drawing {
         let mut drawing = Drawing::new(width, height);
         let (x_low, x_high) = self
             .x_span

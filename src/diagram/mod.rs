@@ -4,7 +4,7 @@
 //! Optics are computed by `lens::analysis`.
 
 mod aberration_page;
-mod chart;
+pub(crate) mod chart;
 pub(crate) mod drawing;
 mod fig;
 mod numbers;

@@ -17,7 +17,23 @@ use libtest_mimic::{Failed, Trial};
 use crate::difference::Difference;
 
 /// Pictures that no command makes, with what makes them.
-const OTHERS: [(&str, &str); 2] = [
+const OTHERS: [(&str, &str); 6] = [
+    (
+        "photograph-canon-70-200.svg",
+        "`measure -- profiles` draws it",
+    ),
+    (
+        "photograph-micro-nikkor-60.svg",
+        "`measure -- profiles` draws it",
+    ),
+    (
+        "photograph-nikkor-14-30.svg",
+        "`measure -- profiles` draws it",
+    ),
+    (
+        "photograph-takumar-50.svg",
+        "`measure -- profiles` draws it",
+    ),
     ("window.png", "the tests of the window draw it"),
     ("figure-6.svg", "it is drawn by hand"),
 ];
