@@ -69,7 +69,8 @@ pub(crate) fn osl(view: &View<'_>) -> Result<String> {
         text += "// The iris is taken as round.\n";
     }
     let _ = writeln!(text, "#define SURFACES {}", surfaces.len());
-    let _ = writeln!(text, "#define POWERS {}", MAX_POWER + 1);
+    let powers = 1 + surfaces.iter().map(highest_power).max().unwrap_or(0);
+    let _ = writeln!(text, "#define POWERS {powers}");
     let _ = writeln!(text, "#define RADII {RADII}\n#define STOP {stop}");
     let _ = writeln!(
         text,
@@ -151,8 +152,8 @@ pub(crate) fn osl(view: &View<'_>) -> Result<String> {
         flags.join(", ")
     );
     let terms = |s: &crate::lens::Surface| match &s.shape {
-        Shape::Asphere { terms, .. } => terms.to_vec(),
-        _ => vec![0.0; MAX_POWER + 1],
+        Shape::Asphere { terms, .. } => terms[..powers].to_vec(),
+        _ => vec![0.0; powers],
     };
     array(
         &mut text,
@@ -187,6 +188,17 @@ pub(crate) fn osl(view: &View<'_>) -> Result<String> {
     let _ = writeln!(text, "    float rear = {:?};", lens.length());
     text += TRACE;
     Ok(text)
+}
+
+/// The highest power of r in the polynomial of a surface; 0 without one.
+fn highest_power(surface: &crate::lens::Surface) -> usize {
+    match &surface.shape {
+        Shape::Asphere { terms, .. } => (0..=MAX_POWER)
+            .rev()
+            .find(|p| terms[*p] != 0.0)
+            .unwrap_or(0),
+        _ => 0,
+    }
 }
 
 /// The boxes around the exit pupil at evenly spaced radii up to the end of the light.

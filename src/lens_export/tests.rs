@@ -492,7 +492,8 @@ fn shader_trace(
         for _ in 0..30 {
             let r = hit.x.hypot(hit.y);
             let s = (1.0 - (1.0 + conic[i]) * c * c * r * r).max(1e-8).sqrt();
-            let powers = (1..=20).map(|j| (f64::from(j), term[i * 21 + j as usize]));
+            let count = term.len() / vertex.len();
+            let powers = (1..count).map(|j| (j as f64, term[i * count + j]));
             let sag = c * r * r / (1.0 + s);
             let sag: f64 = sag
                 + powers
