@@ -14,7 +14,7 @@ use crate::grammar::{Dialect, by_name};
 use crate::iv::{Document, FieldEntry, Node};
 use crate::pose::Projection;
 use crate::scene::model::{
-    Camera, Image, Light, LightShape, Material, Mesh, Model, Part, Primitives,
+    Camera, Image, Light, LightShape, Material, Mesh, Model, Part, Place, Primitives,
 };
 
 /// The radius of lights that shine to any distance, in meters.
@@ -341,8 +341,12 @@ impl Builder<'_> {
         let mut opacity = look.opacity;
         if look.keeps_colors && !mesh.colors.is_empty() {
             // The colors of VRML97 have no opacity, so all vertices get its mean.
-            let sum: f32 = mesh.colors.iter().map(|c| c[3]).sum();
-            opacity = sum / mesh.colors.len() as f32;
+            let opacities = || mesh.colors.iter().map(|c| c[3]);
+            opacity = opacities().sum::<f32>() / mesh.colors.len() as f32;
+            if opacities().any(|one| (one - opacity).abs() > 1e-3) {
+                let text = "the opacities of vertices become their mean";
+                self.losses.add("vertex-opacity", text, Place::default(), 1);
+            }
         }
         let transparency = Value::Float((1.0 - opacity).clamp(0.0, 1.0));
         if is_unlit {

@@ -164,6 +164,20 @@ fn colors_beyond_one_are_limited_and_reported() {
 }
 
 #[test]
+fn different_opacities_of_vertices_become_their_mean_with_a_loss() {
+    let text = "#Inventor V2.1 ascii\nMaterial { diffuseColor [ 1 0 0, 0 1 0 ] transparency [ 0, 0.5 ] }\n\
+         MaterialBinding { value PER_FACE }\nCoordinate3 { point [ 0 0 0, 1 0 0, 0 1 0, 1 1 0 ] }\n\
+         IndexedFaceSet { coordIndex [ 0 1 2 -1 1 3 2 -1 ] }";
+    let conversion = converted(text, Target::Vrml97);
+    let has = conversion
+        .losses
+        .iter()
+        .any(|loss| loss.code == "vertex-opacity");
+    let written = String::from_utf8(conversion.bytes).unwrap();
+    assert!(has && written.contains("transparency 0.25"), "{written}");
+}
+
+#[test]
 fn what_x3d_does_not_have_is_reported_with_its_line() {
     let conversion = converted(
         "#VRML V2.0 utf8\nDEF G GeoOrigin { }\nUnheardOf { }\nDEF T TimeSensor { }\n",
