@@ -877,7 +877,6 @@ fn convert_replaces_its_scene_only_by_force_and_names_only_what_it_writes() {
         ("room.iv --to obj -o DIR/room.ply", "`.obj`"),
         ("room.iv -o DIR/room.iv.gz", "`.iv`"),
         ("room.iv -o DIR/room", "`.iv`"),
-        ("one.wrl -o DIR/one-new.wrl", "`.iv`"),
         ("two.wrl -o DIR/two.iv", "`.wrl`"),
         ("two.wrl --to binary -o DIR/two-new.wrl", "`.iv`"),
     ] {
