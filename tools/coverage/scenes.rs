@@ -193,8 +193,8 @@ fn corridor() -> Vec<String> {
     vec![text]
 }
 
-/// A lit wall before which a ball, about a fiftieth of a small picture's pixel, is 2,000 times as
-/// bright as the wall. A picture of four samples per pixel rarely hits it.
+/// A lit wall before which a ball, about a quarter of a small picture's pixel, is 2,000 times as
+/// bright as the wall. A third of the pictures of four samples per pixel miss it.
 fn emitter() -> Vec<String> {
     let wall = shape(
         "diffuseColor .2 .2 .2",
