@@ -143,7 +143,10 @@ fn an_output_folder_that_cannot_be_used_is_one_clear_error() {
         ("render in -o in/a.iv", "is a file"),
         ("render in -o in", "is the folder that is read"),
         ("render in -o others", "`ivcam render` did not make it"),
-        ("render in -o out --write-camera c.dat", "of one scene"),
+        (
+            "render in -o out --write-camera c.dat",
+            "and this is a folder",
+        ),
         ("render none -o out", "no scene files below `none`"),
         ("catalog in -o in", "is the folder that is read"),
         ("catalog in -o others", "is not a catalog"),
