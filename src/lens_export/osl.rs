@@ -2,9 +2,8 @@
 //!
 //! The shader traces every ray through the surfaces of the lens, from the film into the scene. A
 //! table of the exit pupil over the radius on the film says where on the rear vertex plane to aim,
-//! and the ray is weighted as ivcam's exposure 1 is: white on the axis by the f-number.
+//! and the ray is weighted as ivcam's exposure 1 is: white on the axis with the focus at infinity.
 
-use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use glam::DVec2;
@@ -42,18 +41,22 @@ struct PupilBox {
 ///
 /// # Errors
 ///
-/// Returns an error if the lens has no f-number.
+/// Returns an error if no light reaches the axis.
 pub(crate) fn osl(view: &View<'_>) -> Result<String> {
     let lens = view.lens;
     let pupil = pupil_table(view);
-    let Some(n) = lens.real_f_number() else {
+    // What `ivcam render` takes for exposure 1: the axis with the film at the focus of infinity.
+    let at_infinity = lens.first_order().focal.map(|f| f.rear_focal_point);
+    let places = at_infinity.into_iter().chain([view.conjugate.film_z]);
+    let light = places
+        .map(|z| lens.irradiance(DVec2::ZERO, z))
+        .find(|light| *light > 0.0);
+    let Some(light) = light else {
         return Err(
-            Diagnostic::error(format!("`{}` has no f-number", lens.name()))
-                .with_help("an afocal lens, or one that lets no light through, has none"),
+            Diagnostic::error(format!("no light gets through `{}`", lens.name()))
+                .with_help("open its stop"),
         );
     };
-    // The irradiance by which films are metered.
-    let light = PI / (4.0 * n * n);
     let prescription = lens.prescription();
     let surfaces = &prescription.surfaces;
     let stop = lens.first_order().stop.unwrap_or(0);
