@@ -87,6 +87,7 @@ pub mod scene;
 mod shade;
 pub mod snapshot;
 mod spectrum;
+mod stability;
 mod traversal;
 // Without the window itself, only tests and `measure latency` drive what is in it.
 #[cfg(feature = "panels")]

@@ -9,7 +9,7 @@ use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, print_diagnostic, set_typed, status};
 use super::{
     catalog, check, compare, converge, convert, convert_folder, expose, flags, folder_of_scenes,
-    lens, nodes, outputs, pull_focus, render, render_folder, view, vintage_help,
+    lens, nodes, outputs, pull_focus, render, render_folder, stability, view, vintage_help,
 };
 use crate::diag::{Diagnostic, Result};
 use crate::photo::Era;
@@ -100,6 +100,7 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
         },
         Some(("lens", m)) => lens::run(m, out),
         Some(("nodes", m)) => nodes::run(m, out),
+        Some(("stability", m)) => stability::run(m, out),
         Some(("view", m)) => view::run(m, Era::Modern),
         Some((name, _)) => Err(Diagnostic::error(format!(
             "the command `{name}` is not implemented"
@@ -202,6 +203,7 @@ pub(super) fn commands() -> Command {
         .subcommand(pull_focus::command())
         .subcommand(lens::command())
         .subcommand(nodes::command())
+        .subcommand(stability::command())
         .subcommand(view::command())
 }
 

@@ -25,6 +25,7 @@ pub(crate) mod pull_focus;
 pub(crate) mod render;
 mod render_folder;
 pub(crate) mod sheet;
+mod stability;
 mod trace_rays;
 pub(crate) mod view;
 mod vintage_help;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The folders of `src` from the ground up: each imports only from those before it.
-const ORDER: [&str; 32] = [
+const ORDER: [&str; 33] = [
     "diag",
     "files",
     "math",
@@ -34,6 +34,7 @@ const ORDER: [&str; 32] = [
     "diagram",
     "export",
     "catalog",
+    "stability",
     "viewer",
     "cli",
     "main",
