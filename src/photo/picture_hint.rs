@@ -54,7 +54,7 @@ impl Session {
         exposure: &Exposure,
         picture: &Picture,
     ) -> Option<Box<Diagnostic>> {
-        if exposure.counts.passed == 0 {
+        if exposure.counts.film_rays > 0 && exposure.counts.passed == 0 {
             let none = Diagnostic::warning("no ray reached the scene: the picture is black");
             let help = "the film may be too large for the lens, or the lens closed";
             return Some(none.with_help(help));

@@ -27,7 +27,7 @@ use crate::render::ghosts::GhostRender;
 use crate::render::report::{RenderReport, Seconds, error_text};
 use crate::render::{Exposure, Progress, Render, Stop, Stopwatch, SurfaceSum};
 use crate::sampling::{FilterTable, Sampler};
-use crate::scene::{CompileOptions, Light, RenderScene, precision_warning, snapshot};
+use crate::scene::{CompileOptions, Light, Needs, RenderScene, precision_warning, snapshot};
 use crate::shade::{ShadeOptions, Shader, Shading};
 use crate::snapshot::{Snapshot, SnapshotOptions};
 use crate::traversal::state::Language;
@@ -148,8 +148,10 @@ impl Session {
 
         let clock = Instant::now();
         let projection = camera.projection(&pose);
-        let scene =
-            RenderScene::compile(&snapshot, &options(&plan, plan.shading, &pose, projection))?;
+        let scene = RenderScene::compile(
+            &snapshot,
+            &options(&plan, plan.shading.needs(), &pose, projection),
+        )?;
         drop(snapshot);
         scene.prepare();
         // The picture can be rendered in spite of these, so they are at most warnings.
@@ -222,8 +224,22 @@ impl Session {
     /// # Errors
     /// Returns an error if the scene does not compile. The session is then unchanged.
     pub(crate) fn compile(&mut self, shading: Shading) -> Result<()> {
+        self.compile_parts(shading.needs())
+    }
+
+    /// Compiles the scene with parts that the shading model does not need.
+    #[cfg(test)]
+    pub(crate) fn compile_everything(&mut self) -> Result<()> {
+        let facets = self.plan.shading.needs().facets;
+        self.compile_parts(Needs {
+            facets,
+            ..Needs::ALL
+        })
+    }
+
+    fn compile_parts(&mut self, needs: Needs) -> Result<()> {
         let projection = self.camera.projection(&self.pose);
-        let options = options(&self.plan, shading, &self.pose, projection);
+        let options = options(&self.plan, needs, &self.pose, projection);
         let snapshot = snapshot_of(&self.document, &self.plan);
         let scene = RenderScene::compile(&snapshot, &options)?;
         scene.prepare();
@@ -313,8 +329,12 @@ impl Session {
         stop: Stop,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
-        let render = |render: &Render<'_>| render.run_inside(self.region(), progress);
-        let mut exposure = self.with_render(sampler, stop, render);
+        let mut exposure = match self.shows_nothing() {
+            true => Exposure::unexposed(self.region().resolution(), stop.samples),
+            false => self.with_render(sampler, stop, |render| {
+                render.run_inside(self.region(), progress)
+            }),
+        };
         let watch = Stopwatch::start();
         let ghosts = self.ghosts(sampler);
         exposure.film.ghosts = match self.plan.region {
@@ -323,6 +343,12 @@ impl Session {
         };
         exposure.add_time(watch.spent());
         exposure
+    }
+
+    /// Returns whether the scene has no primitive and a black background, so that no ray can bring
+    /// light.
+    fn shows_nothing(&self) -> bool {
+        self.scene.primitives() == (0, 0, 0) && self.scene.background().is_black()
     }
 
     /// Returns what the first samples of each pixel meet. Uses rayon's current pool.
@@ -507,6 +533,11 @@ impl Session {
         }
         if !self.plan.shading.needs().secondary {
             leave("secondary rays", "shading");
+        } else if self.scene.lights().is_empty() && self.headlight.is_none() {
+            leave("shadow rays", "no lights");
+        }
+        if self.shows_nothing() {
+            leave("all rays", "nothing to see");
         }
         out
     }
@@ -533,19 +564,14 @@ pub(super) fn is_left_dark(sources: HeadlightSources, lit: HeadlightState) -> bo
 
 /// Returns the options for compiling a plan's scene. Features that depend on the camera (levels of
 /// detail, lines, texture filtering) use the lens's angle of view, and not that of the camera node.
-fn options(
-    plan: &Plan,
-    shading: Shading,
-    pose: &CameraPose,
-    projection: Projection,
-) -> CompileOptions {
+fn options(plan: &Plan, needs: Needs, pose: &CameraPose, projection: Projection) -> CompileOptions {
     CompileOptions {
         origin: pose.position,
         camera: Some(CameraPose {
             projection,
             ..pose.clone()
         }),
-        needs: shading.needs(),
+        needs,
         pixel_rows: plan.resolution.height,
         texture_folders: plan.search.clone(),
         fonts: plan.fonts.clone(),

@@ -119,3 +119,63 @@ fn layers_hold_what_each_pixel_shows() {
     assert_eq!(image.channels["R"][wall], picture.pixels[wall][0]);
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+#[test]
+fn a_scene_with_nothing_to_see_needs_no_rays() {
+    let folder = std::env::temp_dir().join(format!("ivcam-nothing-{}", std::process::id()));
+    let plan = plan(&folder);
+    let write = |text: &str| std::fs::write(&plan.scene, text).expect("the scene can be written");
+    write("#Inventor V2.1 ascii\nPointLight { }\n");
+    let session = Session::open(plan.clone()).expect("the scene is whole");
+    let exposure = session.expose(&|_| ());
+    assert_eq!(exposure.counts.film_rays, 0);
+    let report = session.report(&exposure);
+    assert!(
+        report
+            .left_out
+            .iter()
+            .any(|part| part == "all rays (nothing to see)")
+    );
+    let picture = session.develop(&exposure, "");
+    let warning = session.warn_if_black_or_clipped(&exposure, &picture);
+    assert!(
+        warning
+            .expect("a warning")
+            .message
+            .contains("nothing to see")
+    );
+    // A background is something to see.
+    write("#VRML V2.0 utf8\nBackground { skyColor 0 0 1 }\n");
+    let session = Session::open(plan.clone()).expect("the scene is whole");
+    let exposure = session.expose(&|_| ());
+    assert!(exposure.counts.film_rays > 0 && exposure.film.mean() > 0.1);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// What a shading model does not use is not compiled. The picture has the same bits with it.
+#[test]
+fn what_is_left_out_does_not_change_the_picture() {
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
+    let scenes = [
+        "lights/three.iv",
+        "textures/model-modulate.iv",
+        "shapes/solids.iv",
+    ];
+    for scene in scenes {
+        for shading in crate::shade::Shading::ALL {
+            let mut plan = Plan::of_era(Era::Modern, golden.join(scene));
+            plan.resolution = Resolution {
+                width: 24,
+                height: 16,
+            };
+            plan.shading = shading;
+            plan.stop = crate::render::Stop::after(2);
+            let mut session = Session::open(plan).expect("the scene is whole");
+            let lean = session.expose(&|_| ()).film;
+            session.compile_everything().expect("the scene is whole");
+            let whole = session.expose(&|_| ()).film;
+            assert!(lean.mean() > 0.0, "{scene} {shading:?}");
+            assert!(lean.pixels == whole.pixels, "{scene} {shading:?}");
+        }
+    }
+}

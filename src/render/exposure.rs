@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::stopwatch::Spent;
-use crate::film::Film;
+use crate::film::{Film, Resolution};
 
 /// The conditions that end a render. The first one met ends it, after a whole pass, so that every
 /// pixel has received its samples.
@@ -59,6 +59,17 @@ pub struct Exposure {
 }
 
 impl Exposure {
+    /// Returns the exposure of a film that no ray reaches.
+    pub(crate) fn unexposed(resolution: Resolution, samples: u32) -> Self {
+        Self {
+            film: Film::new(resolution),
+            counts: Counts::default(),
+            seconds: 0.0,
+            processor_seconds: None,
+            samples,
+        }
+    }
+
     /// Adds an exposure of the same film with other samples or at another moment.
     pub(crate) fn join(&mut self, part: &Self) {
         let all = f64::from(self.samples + part.samples).max(1.0);

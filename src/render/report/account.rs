@@ -126,7 +126,9 @@ impl RenderReport {
             count(self.scene_rays),
             count(self.shadow_rays)
         );
-        let _ = write!(line, "  {:.1}% through the lens", 100.0 * self.passed_share);
+        if self.film_rays > 0 {
+            let _ = write!(line, "  {:.1}% through the lens", 100.0 * self.passed_share);
+        }
         let bounds = self.relative_rmse_low.zip(self.relative_rmse_high);
         match self.relative_rmse.zip(bounds) {
             Some((relative_rmse, (low, high))) => {

@@ -73,6 +73,12 @@ impl Background {
         (background, diagnostics)
     }
 
+    /// Returns whether the color is black in every direction.
+    pub(crate) fn is_black(&self) -> bool {
+        let mut colors = self.sky.iter().chain(&self.ground);
+        colors.all(|(_, color)| *color == Vec3::ZERO) && self.pictures.iter().all(Option::is_none)
+    }
+
     /// The color in a direction.
     pub(crate) fn color(&self, direction: Vec3) -> Vec3 {
         let direction = self.turn * direction.normalize_or(Vec3::NEG_Z);
