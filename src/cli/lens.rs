@@ -122,7 +122,7 @@ pub(crate) fn command() -> Command {
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
     let Some(name) = text("lens") else {
-        return super::sheet::list(matches.get_flag("json"), out);
+        return without_lens(matches, out);
     };
     let mut sink = Sink::new();
     let (choice, distance) =
@@ -154,7 +154,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             Some(Film::Sides(sides)) => Some(sides),
             _ => None,
         };
-        return super::lens_export::run(&lens, &setting, sides, matches, out);
+        return super::lens_export::run(&lens, &choice, &setting, sides, matches, out);
     }
     if let Some(file) = text("csv") {
         super::sheet::save_csv(&lens, &setting, file)?;
@@ -194,6 +194,15 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             })
     };
     super::exit_code(result.and_then(|()| writeln!(out)))
+}
+
+/// Lists the shipped lenses; `--export` needs one.
+fn without_lens(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+    if matches.contains_id("export") {
+        return Err(Diagnostic::error("`--export` needs a lens")
+            .with_help("`ivcam lens` lists the lenses that come with the program"));
+    }
+    super::sheet::list(matches.get_flag("json"), out)
 }
 
 /// The conditions of the data sheet, without the focus.

@@ -12,7 +12,9 @@ use crate::lens::{Focus, Lens, SheetSetting};
 use crate::lens_export::{
     Chosen, Frame, Model, StMaps, View, lensfun, opencv, opentrackio, osl, ros,
 };
+use crate::photo::LensChoice;
 use crate::picture::Depth;
+use crate::prescription::Prescription;
 use crate::prescription::formats::write::{Target, write_at};
 
 /// The formats with their names.
@@ -91,6 +93,7 @@ pub(super) fn arguments() -> [Arg; 5] {
 /// Writes a lens in the format of `--export` and returns the exit code.
 pub(super) fn run(
     lens: &Lens,
+    choice: &LensChoice,
     setting: &SheetSetting<'_>,
     sides: Option<[f64; 2]>,
     matches: &ArgMatches,
@@ -117,7 +120,7 @@ pub(super) fn run(
         Format::Osl => osl(&view()?),
         Format::Psf => return save_psf(lens, setting, &view()?, text("output")),
         Format::StMap => return save_maps(&view()?, text("output")),
-        Format::Prescription(target) => prescription(lens, setting, target),
+        Format::Prescription(target) => prescription(lens, choice, setting, target),
     }?;
     match text("output") {
         Some(file) => {
@@ -136,7 +139,7 @@ fn save_psf(
     output: Option<&str>,
 ) -> Result<i32> {
     let file = output
-        .filter(|name| name.ends_with(".exr"))
+        .filter(|name| stem_of_exr(name).is_some())
         .ok_or_else(|| {
             Diagnostic::error("a map of point spreads is written as EXR")
                 .with_help("give `-o NAME.exr`")
@@ -148,12 +151,10 @@ fn save_psf(
 
 /// Writes both maps beside each other: of `map.exr`, `map-undistort.exr` and `map-distort.exr`.
 fn save_maps(view: &View<'_>, output: Option<&str>) -> Result<i32> {
-    let stem = output
-        .and_then(|name| name.strip_suffix(".exr"))
-        .ok_or_else(|| {
-            Diagnostic::error("maps are written as EXR")
-                .with_help("give `-o NAME.exr`; it makes NAME-undistort.exr and NAME-distort.exr")
-        })?;
+    let stem = output.and_then(stem_of_exr).ok_or_else(|| {
+        Diagnostic::error("maps are written as EXR")
+            .with_help("give `-o NAME.exr`; it makes NAME-undistort.exr and NAME-distort.exr")
+    })?;
     let maps = StMaps::of(view)?;
     for (picture, what) in [(maps.undistort, "undistort"), (maps.distort, "distort")] {
         picture.save(Path::new(&format!("{stem}-{what}.exr")), Depth::Sixteen)?;
@@ -161,10 +162,22 @@ fn save_maps(view: &View<'_>, output: Option<&str>) -> Result<i32> {
     Ok(0)
 }
 
+/// The name of an EXR file without its ending, which may be in capitals.
+fn stem_of_exr(name: &str) -> Option<&str> {
+    let (stem, ending) = name.split_at_checked(name.len().checked_sub(4)?)?;
+    ending.eq_ignore_ascii_case(".exr").then_some(stem)
+}
+
 /// The prescription as it is focused: with a focus, the gap behind the last surface reaches to the
 /// film.
-fn prescription(lens: &Lens, setting: &SheetSetting<'_>, target: Target) -> Result<String> {
+fn prescription(
+    lens: &Lens,
+    choice: &LensChoice,
+    setting: &SheetSetting<'_>,
+    target: Target,
+) -> Result<String> {
     let mut prescription = lens.prescription().clone();
+    drop_old_notes(&mut prescription, choice);
     let gap = prescription.surfaces.last().map_or(0.0, |s| s.thickness);
     let focus = setting
         .conjugate(lens)
@@ -178,6 +191,20 @@ fn prescription(lens: &Lens, setting: &SheetSetting<'_>, target: Target) -> Resu
         super::status!("warning: the file leaves out {what}");
     }
     Ok(text)
+}
+
+/// Drops what the notes of the original file say of its focal length and its f-number if the lens
+/// was changed.
+fn drop_old_notes(prescription: &mut Prescription, choice: &LensChoice) {
+    if choice.efl.is_none() && choice.zoom == 1.0 && choice.f_number.is_none() {
+        return;
+    }
+    prescription.notes.retain(|note| {
+        let note = note.to_ascii_lowercase();
+        !["focal length:", "f-number:"]
+            .iter()
+            .any(|key| note.starts_with(key))
+    });
 }
 
 fn format(name: &str) -> Result<Format> {
@@ -211,16 +238,94 @@ fn view<'a>(
         None => setting.full_height(lens).ok_or_else(no_image)?,
     };
     let pixels = size.map(|word| {
-        let wanted = "a number of pixels such as 1920x1280";
-        let sides: Vec<u32> = word
-            .split(['x', 'X'])
-            .filter_map(|w| w.parse().ok())
-            .collect();
-        match sides[..] {
-            [width, height] if width > 0 && height > 0 => Ok([width, height]),
-            _ => Err(super::lens::invalid_value("size", word, wanted)),
-        }
+        let wanted = "a width and a height in pixels, such as 1920x1280";
+        pixels(word).ok_or_else(|| super::lens::invalid_value("size", word, wanted))
     });
     let frame = Frame::of(sides, 2.0 * half, pixels.transpose()?)?;
     View::of(lens, conjugate, frame)
+}
+
+/// Parses a width and a height greater than 0.
+fn pixels(word: &str) -> Option<[u32; 2]> {
+    let side = |w: &str| {
+        let is_digits = w.bytes().all(|b| b.is_ascii_digit());
+        w.parse().ok().filter(|n: &u32| is_digits && *n > 0)
+    };
+    let (width, height) = word.split_once(['x', 'X'])?;
+    Some([side(width)?, side(height)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::lens;
+
+    fn printed(line: &str) -> Result<String> {
+        let words = std::iter::once("lens").chain(line.split_whitespace());
+        let matches = lens::command().try_get_matches_from(words).unwrap();
+        let mut out = Vec::new();
+        lens::run(&matches, &mut out)?;
+        Ok(String::from_utf8(out).unwrap())
+    }
+
+    #[test]
+    fn a_size_is_two_numbers_and_nothing_else() {
+        assert_eq!(pixels("1920x1280"), Some([1920, 1280]));
+        assert_eq!(pixels("30X20"), Some([30, 20]));
+        for bad in [
+            "1920xabcx1080",
+            "1920",
+            "x20",
+            "30x",
+            "0x20",
+            "+30x20",
+            "30x20x",
+            "9999999999x1",
+        ] {
+            assert_eq!(pixels(bad), None, "{bad}");
+        }
+        let error = printed("biogon --film 36x24 --export ros --size 1920xabcx1080").unwrap_err();
+        let help = error.help.unwrap();
+        assert!(
+            help.contains("a width and a height in pixels, such as 1920x1280"),
+            "{help}"
+        );
+    }
+
+    #[test]
+    fn the_ending_of_an_exr_file_may_be_in_capitals() {
+        assert_eq!(stem_of_exr("a.exr"), Some("a"));
+        assert_eq!(stem_of_exr("A.EXR"), Some("A"));
+        for bad in ["a.png", "exr", "", "aéxr"] {
+            assert_eq!(stem_of_exr(bad), None, "{bad}");
+        }
+    }
+
+    #[test]
+    fn an_export_without_a_lens_is_refused() {
+        let error = printed("--export opencv").unwrap_err();
+        assert_eq!(error.message, "`--export` needs a lens");
+        assert!(error.help.unwrap().contains("lists the lenses"));
+    }
+
+    #[test]
+    fn a_changed_lens_loses_the_notes_of_the_original_focal_length_and_f_number() {
+        for format in ["zmx", "seq", "json"] {
+            let text =
+                |changes: &str| printed(&format!("double-gauss --export {format} {changes}"));
+            let original = text("").unwrap();
+            assert!(original.contains("100.7"), "{format}: {original}");
+            for changes in ["--efl 50mm", "--scale 0.5", "--aperture 8"] {
+                let changed = text(changes).unwrap();
+                assert!(
+                    !changed.contains("100.7 mm"),
+                    "{format} {changes}: {changed}"
+                );
+                assert!(
+                    !changed.contains("f-number: 2"),
+                    "{format} {changes}: {changed}"
+                );
+            }
+        }
+    }
 }
