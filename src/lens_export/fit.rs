@@ -3,7 +3,7 @@
 //! Angles are in radians from the axis, radii in pixels from the picture's middle.
 
 use crate::diag::{Diagnostic, Result};
-use crate::lens_export::series::{odd_ratio, odd_series, ratio, series};
+use crate::lens_export::series::{largest, odd_ratio, odd_series, ratio, series};
 use crate::lens_export::view::{Sample, View};
 
 /// The greatest angle at which a model of the tangent is fitted. At 89.9 degrees the tangent is
@@ -109,18 +109,11 @@ impl Model {
             rms: 0.0,
             max: 0.0,
         };
-        let mut square = 0.0;
-        for sample in samples {
-            let off = fit.radius(sample.angle) - sample.radius;
-            square += off * off;
-            // A pole between samples leaves NaN or a large number at one of them.
-            fit.max = if off.abs() <= fit.max {
-                fit.max
-            } else {
-                off.abs()
-            };
-        }
-        fit.rms = (square / samples.len() as f64).sqrt();
+        let off = |s: &Sample| (fit.radius(s.angle) - s.radius).abs();
+        let off: Vec<f64> = samples.iter().map(off).collect();
+        fit.rms = (off.iter().map(|o| o * o).sum::<f64>() / off.len() as f64).sqrt();
+        // A pole between samples leaves NaN or a large number at one of them.
+        fit.max = largest(off);
         if !(fit.max <= tolerance) {
             return Err(format!(
                 "the best coefficients leave {:.3} pixels at most ({:.3} rms), more than {tolerance}",

@@ -7,7 +7,7 @@ use crate::diag::{Diagnostic, Result};
 /// The number of pixels across, if none is given.
 const WIDTH: u32 = 1920;
 /// The greatest number of pixels of a picture.
-const MAX_PIXELS: u64 = 64 << 20;
+pub(super) const MAX_PIXELS: u64 = 64 << 20;
 
 /// The size of a film and its number of pixels. Pixels are square.
 #[derive(Clone, Copy, Debug, PartialEq)]

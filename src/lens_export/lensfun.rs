@@ -10,12 +10,9 @@ use glam::DVec2;
 use crate::diag::{Diagnostic, Result};
 use crate::lens::About;
 use crate::lens_export::chief_rays::ChiefRays;
-use crate::lens_export::series::{odd_series, powers};
-use crate::lens_export::view::{Sample, View};
+use crate::lens_export::series::{largest, odd_series, powers};
+use crate::lens_export::view::{CHANNELS, Sample, View};
 
-/// The wavelengths in nanometers that stand for the red, green and blue channel of a camera: about
-/// the middles of their sensitivities in daylight.
-const CHANNELS: [f64; 3] = [610.0, 540.0, 465.0];
 /// The number of radii at which lateral color and illumination are computed.
 const STEPS: usize = 32;
 /// Half of the diagonal of film of 36 by 24 mm, in millimeters: the crop factor 1.
@@ -136,9 +133,7 @@ fn distortions(view: &View<'_>) -> Vec<Distortion> {
                 projection,
                 attributes,
                 rms: (square / off.len() as f64).sqrt(),
-                max: off
-                    .iter()
-                    .fold(0.0, |max, o| if o <= &max { max } else { *o }),
+                max: largest(off),
             }
         };
         all.extend(
@@ -201,7 +196,7 @@ fn lateral_color(view: &View<'_>) -> Option<(String, f64)> {
     };
     let [red, green, blue] = CHANNELS.map(rays);
     let green = green?;
-    let mut max = 0.0f64;
+    let mut residuals = Vec::new();
     let mut attributes = Vec::new();
     for (letter, other) in [("r", red?), ("b", blue?)] {
         let point = |i: usize| {
@@ -212,13 +207,14 @@ fn lateral_color(view: &View<'_>) -> Option<(String, f64)> {
         let p = powers(&points, &[1, 2, 3])?;
         for (x, y) in &points {
             let off = x * (p[0] + x * (p[1] + x * p[2])) - y;
-            max = max.max(off.abs() * unit * view.frame.density());
+            residuals.push(off.abs() * unit * view.frame.density());
         }
         for (name, value) in [("v", p[0]), ("c", p[1]), ("b", p[2])] {
             attributes.push(format!("{name}{letter}=\"{value:.12}\""));
         }
     }
-    Some((attributes.join(" "), max))
+    let max = largest(residuals);
+    max.is_finite().then(|| (attributes.join(" "), max))
 }
 
 /// The illumination over that of the axis, 1 + k1 r² + k2 r⁴ + k3 r⁶, and the greatest residual.
@@ -238,18 +234,44 @@ fn vignetting(view: &View<'_>) -> Option<(String, f64)> {
         let square = x * x;
         (square * (k[0] + square * (k[1] + square * k[2])) - y).abs()
     };
-    let max = points.iter().map(off).fold(0.0, f64::max);
+    let max = largest(points.iter().map(off));
     let attributes = format!("k1=\"{:.9}\" k2=\"{:.9}\" k3=\"{:.9}\"", k[0], k[1], k[2]);
-    Some((attributes, max))
+    max.is_finite().then_some((attributes, max))
 }
 
 /// A text for an XML comment, which must not have two hyphens in a row.
 fn comment(text: &str) -> String {
-    text.replace("--", "- -")
+    let mut text = text.replace(is_foreign, "");
+    while text.contains("--") {
+        text = text.replace("--", "- -");
+    }
+    text
 }
 
+/// A text for the inside of an XML element.
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
+    text.replace(is_foreign, "")
+        .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
+}
+
+/// Whether XML cannot contain a character, not even as a reference, or would not keep it.
+fn is_foreign(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_have_no_two_hyphens_and_texts_no_control_characters() {
+        for hyphens in 2..9 {
+            let text = comment(&format!("a{}b", "-".repeat(hyphens)));
+            assert!(!text.contains("--"), "{text}");
+            assert_eq!(text.matches('-').count(), hyphens);
+        }
+        assert_eq!(escaped("a\u{1}\n<b>\u{ffff} & c"), "a&lt;b&gt; &amp; c");
+    }
 }

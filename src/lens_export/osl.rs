@@ -10,12 +10,10 @@ use glam::DVec2;
 
 use crate::diag::{Diagnostic, Result};
 use crate::lens::pupil::search::pupil_search::PupilSearch;
-use crate::lens::{Iris, Shape};
-use crate::lens_export::view::View;
+use crate::lens::{Iris, Shape, Surface};
+use crate::lens_export::view::{CHANNELS, View, identifier};
 use crate::prescription::surface::MAX_POWER;
 
-/// The wavelengths in nanometers that stand for red, green and blue.
-const CHANNELS: [f64; 3] = [610.0, 540.0, 465.0];
 /// The number of radii in the table of the pupil.
 const RADII: usize = 65;
 /// The number of points on the outline of a pupil.
@@ -23,6 +21,8 @@ const OUTLINE: usize = 96;
 /// What a box of the table is enlarged by, as a share of its half width: more than linear
 /// interpolation between neighbors cuts off. It was chosen by trial.
 const MARGIN: f64 = 0.02;
+/// The semi-diameter in millimeters of a surface without a limit; the language has no infinity.
+const UNLIMITED: f64 = 1e30;
 
 /// The tracing of the shader, behind the tables. Lengths are in millimeters, as in the tables: z
 /// grows toward the film, and the front vertex is the origin.
@@ -44,7 +44,6 @@ struct PupilBox {
 /// Returns an error if no light reaches the axis.
 pub(crate) fn osl(view: &View<'_>) -> Result<String> {
     let lens = view.lens;
-    let pupil = pupil_table(view);
     // What `ivcam render` takes for exposure 1: the axis with the film at the focus of infinity.
     let at_infinity = lens.first_order().focal.map(|f| f.rear_focal_point);
     let places = at_infinity.into_iter().chain([view.conjugate.film_z]);
@@ -57,11 +56,27 @@ pub(crate) fn osl(view: &View<'_>) -> Result<String> {
                 .with_help("open its stop"),
         );
     };
-    let prescription = lens.prescription();
-    let surfaces = &prescription.surfaces;
-    let stop = lens.first_order().stop.unwrap_or(0);
-    let word = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-    let name: String = lens.name().chars().map(word).collect();
+    let mut text = header(view, light);
+    parameters(&mut text, view);
+    tables(&mut text, view);
+    text += TRACE;
+    Ok(text)
+}
+
+/// The index of the stop.
+fn stop(view: &View<'_>) -> usize {
+    view.lens.first_order().stop.unwrap_or(0)
+}
+
+/// The number of coefficients of a surface's polynomial, from power 0 on.
+fn powers(view: &View<'_>) -> usize {
+    let surfaces = &view.lens.prescription().surfaces;
+    1 + surfaces.iter().map(highest_power).max().unwrap_or(0)
+}
+
+/// The comments and the macros, with the irradiance of exposure 1.
+fn header(view: &View<'_>, light: f64) -> String {
+    let prescription = view.lens.prescription();
     let mut text = String::new();
     for line in view.conditions() {
         let _ = writeln!(text, "// {line}");
@@ -71,48 +86,41 @@ pub(crate) fn osl(view: &View<'_>) -> Result<String> {
     if prescription.iris != Iris::Round {
         text += "// The iris is taken as round.\n";
     }
-    let _ = writeln!(text, "#define SURFACES {}", surfaces.len());
-    let powers = 1 + surfaces.iter().map(highest_power).max().unwrap_or(0);
-    let _ = writeln!(text, "#define POWERS {powers}");
-    let _ = writeln!(text, "#define RADII {RADII}\n#define STOP {stop}");
+    let _ = writeln!(text, "#define SURFACES {}", prescription.surfaces.len());
+    let _ = writeln!(text, "#define POWERS {}", powers(view));
+    let _ = writeln!(text, "#define RADII {RADII}\n#define STOP {}", stop(view));
     let _ = writeln!(
         text,
         "#define LIGHT {light:e}\n#define REACH {:?}",
         view.rays.reach
     );
-    let _ = writeln!(text, "\nshader ivcam_{name}(");
+    text
+}
+
+/// The name of the shader and its parameters.
+fn parameters(text: &mut String, view: &View<'_>) {
+    let prescription = view.lens.prescription();
     let film = view.frame.film;
-    for (kind, name, value, help) in [
+    // A stop without a limit has an infinite semi-diameter.
+    let stop = prescription.surfaces[stop(view)]
+        .semi_diameter
+        .min(UNLIMITED);
+    let _ = writeln!(text, "\nshader ivcam_{}(", identifier(view.lens.name()));
+    for (name, value, help) in [
+        ("film_width", film.x, "width of the film in millimeters"),
+        ("film_height", film.y, "height of the film in millimeters"),
         (
-            "float",
-            "film_width",
-            film.x,
-            "width of the film in millimeters",
-        ),
-        (
-            "float",
-            "film_height",
-            film.y,
-            "height of the film in millimeters",
-        ),
-        (
-            "float",
             "film_z",
             view.conjugate.film_z,
             "film behind the front vertex in millimeters",
         ),
-        (
-            "float",
-            "stop",
-            surfaces[stop].semi_diameter,
-            "semi-diameter of the stop in millimeters",
-        ),
-        ("float", "exposure", 1.0, "factor of the exposure"),
-        ("float", "scale", 0.001, "scene units per millimeter"),
+        ("stop", stop, "semi-diameter of the stop in millimeters"),
+        ("exposure", 1.0, "factor of the exposure"),
+        ("scale", 0.001, "scene units per millimeter"),
     ] {
         let _ = writeln!(
             text,
-            "    {kind} {name} = {value:?} [[ string help = \"{help}\" ]],"
+            "    float {name} = {value:?} [[ string help = \"{help}\" ]],"
         );
     }
     let dispersive = i32::from(prescription.is_dispersive());
@@ -120,81 +128,68 @@ pub(crate) fn osl(view: &View<'_>) -> Result<String> {
         text,
         "    int dispersion = {dispersive} [[ string widget = \"checkBox\", string help = \"color of the glass\" ]],"
     );
-    text += "    output point position = 0.0,\n    output vector direction = 0.0,\n    \
-             output color throughput = 0.0)\n{\n";
+    *text += "    output point position = 0.0,\n    output vector direction = 0.0,\n    \
+              output color throughput = 0.0)\n{\n";
+}
+
+/// The surfaces, the indices and the pupil.
+fn tables(text: &mut String, view: &View<'_>) {
+    let prescription = view.lens.prescription();
+    let surfaces = &prescription.surfaces;
+    let column = |f: fn(&Surface) -> f64| surfaces.iter().map(f).collect::<Vec<_>>();
     let mut z = 0.0;
-    let vertices: Vec<f64> = surfaces
-        .iter()
-        .map(|s| {
-            let vertex = z;
-            z += s.thickness;
-            vertex
-        })
-        .collect();
-    let column = |f: fn(&crate::lens::Surface) -> f64| surfaces.iter().map(f).collect::<Vec<_>>();
-    array(&mut text, "vertex", &vertices);
-    array(&mut text, "curvature", &column(|s| s.curvature.per_mm()));
-    array(&mut text, "rim", &column(|s| s.semi_diameter.min(1e30)));
-    array(
-        &mut text,
-        "conic",
-        &column(|s| match s.shape {
-            Shape::Conic { k } | Shape::Asphere { k, .. } => k,
-            _ => 0.0,
-        }),
-    );
-    let aspheric = |s: &crate::lens::Surface| !matches!(s.shape, Shape::Sphere);
-    let flags: Vec<&str> = surfaces
-        .iter()
-        .map(|s| if aspheric(s) { "1" } else { "0" })
-        .collect();
+    let mut vertices = Vec::new();
+    for surface in surfaces {
+        vertices.push(z);
+        z += surface.thickness;
+    }
+    array(text, "vertex", &vertices);
+    array(text, "curvature", &column(|s| s.curvature.per_mm()));
+    array(text, "rim", &column(|s| s.semi_diameter.min(UNLIMITED)));
+    let conic = column(|s| match s.shape {
+        Shape::Conic { k } | Shape::Asphere { k, .. } => k,
+        _ => 0.0,
+    });
+    array(text, "conic", &conic);
+    let flag = |s: &Surface| {
+        if matches!(s.shape, Shape::Sphere) {
+            "0"
+        } else {
+            "1"
+        }
+    };
+    let flags: Vec<&str> = surfaces.iter().map(flag).collect();
     let _ = writeln!(
         text,
         "    int aspheric[{}] = {{ {} }};",
         flags.len(),
         flags.join(", ")
     );
-    let terms = |s: &crate::lens::Surface| match &s.shape {
+    let powers = powers(view);
+    let terms = |s: &Surface| match &s.shape {
         Shape::Asphere { terms, .. } => terms[..powers].to_vec(),
         _ => vec![0.0; powers],
     };
     array(
-        &mut text,
+        text,
         "term",
         &surfaces.iter().flat_map(terms).collect::<Vec<_>>(),
     );
     // The index in front of every surface and, last, behind the lens: at the wavelength of the
     // export, then for red, green and blue.
-    let lines = std::iter::once(lens.wavelength()).chain(CHANNELS);
-    array(
-        &mut text,
-        "index",
-        &lines
-            .flat_map(|nm| prescription.indices(nm))
-            .collect::<Vec<_>>(),
-    );
-    array(
-        &mut text,
-        "pupil_low",
-        &pupil.iter().map(|b| b.low).collect::<Vec<_>>(),
-    );
-    array(
-        &mut text,
-        "pupil_high",
-        &pupil.iter().map(|b| b.high).collect::<Vec<_>>(),
-    );
-    array(
-        &mut text,
-        "pupil_half",
-        &pupil.iter().map(|b| b.half).collect::<Vec<_>>(),
-    );
-    let _ = writeln!(text, "    float rear = {:?};", lens.length());
-    text += TRACE;
-    Ok(text)
+    let lines = std::iter::once(view.lens.wavelength()).chain(CHANNELS);
+    let indices: Vec<f64> = lines.flat_map(|nm| prescription.indices(nm)).collect();
+    array(text, "index", &indices);
+    let pupil = pupil_table(view);
+    let column = |f: fn(&PupilBox) -> f64| pupil.iter().map(f).collect::<Vec<_>>();
+    array(text, "pupil_low", &column(|b| b.low));
+    array(text, "pupil_high", &column(|b| b.high));
+    array(text, "pupil_half", &column(|b| b.half));
+    let _ = writeln!(text, "    float rear = {:?};", view.lens.length());
 }
 
 /// The highest power of r in the polynomial of a surface; 0 without one.
-fn highest_power(surface: &crate::lens::Surface) -> usize {
+fn highest_power(surface: &Surface) -> usize {
     match &surface.shape {
         Shape::Asphere { terms, .. } => (0..=MAX_POWER)
             .rev()

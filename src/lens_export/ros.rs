@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::lens_export::fit::Chosen;
-use crate::lens_export::view::View;
+use crate::lens_export::view::{View, identifier};
 
 /// The calibration of a picture as YAML for `camera_info_manager`.
 pub(crate) fn ros(view: &View<'_>, chosen: &Chosen) -> String {
@@ -22,9 +22,7 @@ pub(crate) fn ros(view: &View<'_>, chosen: &Chosen) -> String {
     let _ = writeln!(text, "image_width: {}", view.frame.width);
     let _ = writeln!(text, "image_height: {}", view.frame.height);
     // ROS allows letters, digits and underscores in the name of a camera.
-    let word = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-    let name: String = view.lens.name().chars().map(word).collect();
-    let _ = writeln!(text, "camera_name: {name}");
+    let _ = writeln!(text, "camera_name: {}", identifier(view.lens.name()));
     text += &matrix("camera_matrix", 3, &[f, 0.0, cx, 0.0, f, cy, 0.0, 0.0, 1.0]);
     let _ = writeln!(text, "distortion_model: {}", fit.model.ros_name());
     text += &matrix("distortion_coefficients", 1, &fit.coefficients());

@@ -10,6 +10,7 @@ use indexmap::IndexMap;
 
 use crate::diag::{Diagnostic, Result};
 use crate::film::Response;
+use crate::lens_export::frame::MAX_PIXELS;
 use crate::lens_export::odd_curve::OddCurve;
 use crate::lens_export::view::View;
 use crate::picture::Picture;
@@ -32,13 +33,17 @@ impl StMaps {
     ///
     /// # Errors
     ///
-    /// Returns an error if the undistorted picture would be more than four times as wide or high.
+    /// Returns an error if the undistorted picture would be more than four times as wide or high,
+    /// or would have more than 64 Mi pixels.
     pub(crate) fn of(view: &View<'_>) -> Result<Self> {
         let (undistorted, distorted) = curves(view).ok_or_else(|| too_wide(view))?;
         let plate = view.frame.size();
         let canvas = canvas(plate, &undistorted);
         if !(canvas.max_element().is_finite() && (canvas / plate).max_element() <= MAX_OVERSCAN) {
             return Err(too_wide(view));
+        }
+        if canvas.x * canvas.y > MAX_PIXELS as f64 {
+            return Err(too_many_pixels(view, canvas));
         }
         let conditions = view.conditions().join("; ");
         let map = |what: &str, from: DVec2, to: DVec2, curve: &OddCurve| {
@@ -120,4 +125,17 @@ fn too_wide(view: &View<'_>) -> Box<Diagnostic> {
         view.half_field().to_degrees()
     ))
     .with_help("take a smaller --film, or `--export opencv --model fisheye`")
+}
+
+fn too_many_pixels(view: &View<'_>, canvas: DVec2) -> Box<Diagnostic> {
+    Diagnostic::error(format!(
+        "the undistorted picture of `{}` would have {} x {} pixels",
+        view.lens.name(),
+        canvas.x,
+        canvas.y
+    ))
+    .with_help(format!(
+        "the limit is {} million pixels; take a smaller --size",
+        MAX_PIXELS >> 20
+    ))
 }

@@ -398,6 +398,14 @@ fn st_maps_there_and_back_end_where_they_began() {
     let lens = Lens::named("nikkor-16").unwrap();
     let error = StMaps::of(&view(&lens, 21.6)).err().unwrap();
     assert!(error.message.contains("degrees from the axis"), "{error}");
+    // The lens's own picture is just below the limit, and the undistorted one is above.
+    let lens = Lens::named("canon-14").unwrap();
+    let conjugate = view(&lens, 20.0).conjugate;
+    let frame = Frame::of(None, 40.0, Some([9792, 6528])).unwrap();
+    let large = View::of(&lens, conjugate, frame).unwrap();
+    let error = StMaps::of(&large).err().unwrap();
+    assert!(error.message.contains("undistorted"), "{error}");
+    assert!(error.help.unwrap().contains("64 million"));
 }
 
 /// The numbers of an array of the shader.
@@ -519,4 +527,28 @@ fn shader_trace(
         p = hit + vertex[i] * DVec3::Z;
     }
     [p, d]
+}
+
+#[test]
+fn a_name_with_line_breaks_stays_in_the_comments() {
+    let mut prescription = Lens::named("double-gauss").unwrap().prescription().clone();
+    prescription.name = "a\nb\u{2028}c\u{85}d--->".to_owned();
+    for surface in prescription.surfaces.iter_mut().filter(|s| s.is_stop) {
+        surface.semi_diameter = f64::INFINITY;
+    }
+    let lens = Lens::new(prescription);
+    let view = view(&lens, 21.6);
+    assert!(view.conditions()[0].starts_with("lens a b c d--->, aperture"));
+    let chosen = Chosen::of(&view, None, 0.25).unwrap();
+    for text in [
+        opencv(&view, &chosen),
+        ros(&view, &chosen),
+        osl(&view).unwrap(),
+    ] {
+        assert!(!text.lines().any(|line| line.starts_with('b')), "{text}");
+    }
+    let shader = osl(&view).unwrap();
+    assert!(shader.contains("float stop = 1e30 "), "{shader}");
+    let xml = lensfun(&view, 2.0).unwrap();
+    assert!(!xml.contains("--->") && !xml.contains('\u{85}'), "{xml}");
 }

@@ -9,6 +9,9 @@ use crate::lens_export::frame::Frame;
 
 /// The steps from the middle of a picture to its edges at which models are compared with rays.
 const STEPS: usize = 64;
+/// The wavelengths in nanometers that stand for the red, green and blue channel of a camera: about
+/// the middles of their sensitivities in daylight.
+pub(super) const CHANNELS: [f64; 3] = [610.0, 540.0, 465.0];
 
 /// A lens, focused and stopped down, with the film and the pixels of its picture.
 #[derive(Clone, Debug)]
@@ -79,7 +82,7 @@ impl<'a> View<'a> {
         self.rays.angle(self.rays.reach)
     }
 
-    /// The conditions in words, for the comments of a file.
+    /// The conditions in words, for the comments of a file. None contains a line break.
     pub(crate) fn conditions(&self) -> Vec<String> {
         let Self { lens, frame, .. } = self;
         let focus = match self.conjugate.distance.is_finite() {
@@ -115,6 +118,18 @@ impl<'a> View<'a> {
                 "the picture is dark beyond {radius:.1} pixels from its middle"
             ));
         }
-        lines
+        lines.iter().map(|line| on_one_line(line)).collect()
     }
+}
+
+/// A name as an identifier: letters, digits and underscores.
+pub(super) fn identifier(name: &str) -> String {
+    let word = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    name.chars().map(word).collect()
+}
+
+/// A text with a space for every control character and line break.
+fn on_one_line(text: &str) -> String {
+    let is_break = |c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}');
+    text.replace(is_break, " ")
 }

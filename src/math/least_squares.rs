@@ -10,7 +10,9 @@ const RANK: f64 = 1e-13;
 /// length.
 pub(crate) fn least_squares(rows: &[Vec<f64>], right: &[f64]) -> Option<Vec<f64>> {
     let (count, columns) = (rows.len(), rows.first()?.len());
-    if count < columns || right.len() != count {
+    let is_finite = |v: &f64| v.is_finite();
+    if count < columns || right.len() != count || !rows.iter().flatten().chain(right).all(is_finite)
+    {
         return None;
     }
     // Stored by columns, with the right side as the last.
@@ -103,5 +105,16 @@ mod tests {
             assert!(dot.abs() < 1e-12, "{dot}");
         }
         assert_eq!(least_squares(&rows[..2], &right[..2]), None);
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_have_no_solution() {
+        let right = [1.0, 2.0, 3.0];
+        for bad in [f64::NAN, f64::INFINITY] {
+            let rows = [vec![1.0], vec![bad], vec![3.0]];
+            assert_eq!(least_squares(&rows, &right), None);
+            let rows = [vec![1.0], vec![2.0], vec![3.0]];
+            assert_eq!(least_squares(&rows, &[1.0, bad, 3.0]), None);
+        }
     }
 }
