@@ -174,7 +174,7 @@ impl Catalog {
             done(&job.name, why.map(|why| format!("{}: {why}", job.name)));
             entries.insert(job.name.clone(), entry);
             if entries.len().is_multiple_of(SAVED) {
-                failure = self.write_data(&entries).err();
+                failure = failure.take().or(self.write_data(&entries).err());
             }
         };
         for_each(&waiting, self.options.threads, &work, &mut add)?;
@@ -205,7 +205,10 @@ impl Catalog {
         old.missing.is_empty()
             && old.outside.is_empty()
             && size_and_time(&job.input) == Some((old.bytes, old.modified))
-            && (old.picture.is_none() || is_newer(&job.output, &uses))
+            && match old.picture {
+                Some(_) => is_newer(&job.output, &uses),
+                None => is_newer(&self.options.out.join(DATA), &uses),
+            }
     }
 
     /// Writes `catalog.json` and returns its content, with the scenes in order.
