@@ -1319,3 +1319,18 @@ fn portable_arithmetic_gives_the_same_bits_on_every_processor() {
         &["fast or portable"],
     );
 }
+
+#[test]
+fn the_stability_tables_hold_and_unknown_tables_are_errors() {
+    let run = ivcam("stability lens --json").output().unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    let tables: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    assert!(tables["lens"].as_array().unwrap().len() > 40 && tables["scene"].is_null());
+    let run = ivcam("stability scene --markdown").output().unwrap();
+    let table = String::from_utf8(run.stdout).unwrap();
+    assert!(table.starts_with("| scene | expected |") && table.contains("cases hold"));
+    assert_eq!(
+        ivcam("stability lenses").output().unwrap().status.code(),
+        Some(2)
+    );
+}

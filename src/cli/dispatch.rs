@@ -177,7 +177,8 @@ pub(super) fn commands() -> Command {
             "As in 1999, without a command:\n  \
              ivcam -batch -j 16 -s r -f 1.2 -z 0.2 -camread camera/cam-1.dat scene.iv\n  \
              ivcam -batch -help     lists the spellings of 1999\n\n\
-             Exit code 0: success; 1: pictures differ, or a limit is exceeded; 2: an error.",
+             Exit code 0: success; 1: pictures differ, a limit is exceeded, or something is lost\n\
+             with --strict; 2: an error.",
         )
         .subcommand_required(true)
         .arg_required_else_help(true)

@@ -33,7 +33,7 @@ impl Case {
         }
     }
 
-    /// Returns whether the error is within its bound. An error that is not a number is not.
+    /// Returns whether the error is within its bound. A NaN error counts as outside.
     pub(crate) fn holds(&self) -> bool {
         self.error <= self.bound
     }

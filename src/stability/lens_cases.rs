@@ -42,7 +42,7 @@ fn traced(name: impl Into<String>, lens: &Lens, ray: &LensRay) -> Case {
             distance(exact, found),
             ROUNDINGS * inputs.rounding(exact) + f64::EPSILON,
         ),
-        // Both lose the ray, or only one does.
+        // Both lose the ray, which is the right answer. If only one does, the case fails.
         (None, None) => (0.0, 0.0),
         _ => (f64::NAN, 0.0),
     };
