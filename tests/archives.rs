@@ -139,7 +139,7 @@ fn an_output_folder_that_cannot_be_used_is_one_clear_error() {
     std::fs::create_dir_all(archive.0.join("none")).unwrap();
     for (line, part) in [
         ("render in", "there is no output folder"),
-        ("render in -o a.png", "is the name of a picture"),
+        ("render in -o a.png", "is the name of a file"),
         ("render in -o in/a.iv", "is a file"),
         ("render in -o in", "is the folder that is read"),
         ("render in -o others", "`ivcam render` did not make it"),
@@ -147,6 +147,15 @@ fn an_output_folder_that_cannot_be_used_is_one_clear_error() {
             "render in -o out --write-camera c.dat",
             "and this is a folder",
         ),
+        ("render in -o out --aov c.exr", "and this is a folder"),
+        ("render in -o out --report in/a.iv", "is not a JSON file"),
+        (
+            "convert in -o out --to glb --report in/a.iv",
+            "is not a JSON file",
+        ),
+        ("convert in -o out.glb --to glb", "is the name of a file"),
+        ("convert in -o out --to ascii", "`--to iv`"),
+        ("convert in -o out", "the format of a folder"),
         ("render none -o out", "no scene files below `none`"),
         ("catalog in -o in", "is the folder that is read"),
         ("catalog in -o others", "is not a catalog"),
@@ -165,11 +174,12 @@ fn an_output_folder_that_cannot_be_used_is_one_clear_error() {
         assert!(!archive.has("out"), "{line}");
     }
     assert_eq!(archive.read("others/a.png"), b"not ours");
+    assert_eq!(archive.read("in/a.iv"), CUBE.as_bytes());
     // An output folder inside the archive is not read.
     let (code, said) = archive.run(&format!("render in -o in/out {SMALL}"));
     assert_eq!(code, Some(0), "{said}");
     assert!(
-        said.contains("is inside `in`, and 1 scene in it not read"),
+        said.contains("is inside `in`; 1 scene in it left out"),
         "{said}"
     );
     assert!(archive.has("in/out/a.png") && !archive.has("in/out/out"));
@@ -258,4 +268,26 @@ fn a_camera_that_sees_nothing_is_replaced_in_a_thumbnail() {
     let picture = image::load_from_memory(&archive.read("out/pictures/away.iv.png")).unwrap();
     assert!(picture.to_luma8().iter().any(|level| *level > 100));
     assert!(Path::new(&archive.0.join("out/index.html")).exists());
+}
+
+#[test]
+fn a_folder_of_vrml97_is_not_written_as_inventor() {
+    let vrml97 = "#VRML V2.0 utf8\nShape { geometry Box { } }\n";
+    let archive = Archive::new("languages", &[("a.iv", CUBE), ("b.wrl", vrml97)]);
+    let (code, said) = archive.run("convert in -o out --to iv");
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("1 converted, 1 failed"), "{said}");
+    assert!(archive.has("out/a.iv") && !archive.has("out/b.iv"));
+}
+
+#[test]
+fn the_report_of_a_conversion_does_not_replace_a_texture() {
+    let scene = "#Inventor V2.1 ascii\nTexture2 { filename \"a.png\" } Cube { }\n";
+    let archive = Archive::new("report", &[("a.iv", scene)]);
+    let texture = image::RgbImage::from_pixel(2, 2, image::Rgb([200, 9, 9]));
+    texture.save(archive.0.join("in/a.png")).unwrap();
+    let before = archive.read("in/a.png");
+    let (code, said) = archive.run("convert in/a.iv -o a.glb --report in/a.png");
+    assert_eq!(code, Some(2), "{said}");
+    assert_eq!(archive.read("in/a.png"), before);
 }

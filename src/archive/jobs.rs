@@ -66,7 +66,7 @@ impl Jobs {
             );
             if found > inputs.len() {
                 let scenes = counted(found - inputs.len(), "scene");
-                text += &format!(", and {scenes} in it not read");
+                text += &format!("; {scenes} in it left out");
             }
             let help = "an output folder beside the archive leaves the archive unchanged";
             sink.add(*Diagnostic::warning(text).with_help(help));
@@ -226,10 +226,7 @@ mod tests {
         let files = ["in/a.iv", "in/out/old.iv"];
         let (list, _, said) = jobs("inside", &files, "in/out").unwrap();
         assert_eq!(list, ["in/out/a.png"]);
-        assert!(
-            said[0].ends_with(", and 1 scene in it not read"),
-            "{said:?}"
-        );
+        assert!(said[0].ends_with("; 1 scene in it left out"), "{said:?}");
         for out in ["in", "in/../in", "in/b/.."] {
             let error = jobs("itself", &["in/a.iv", "in/b/b.iv"], out).unwrap_err();
             assert!(error.message.contains("is the folder that is read"));

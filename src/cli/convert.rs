@@ -47,7 +47,7 @@ pub(crate) fn command() -> Command {
                 .long("to")
                 .value_name("FORMAT")
                 .value_parser(formats.collect::<Vec<_>>())
-                .help("the format; ascii and binary keep the language of the scene [the output's ending, or ascii]"),
+                .help("the format; ascii and iv keep VRML97, binary is Inventor V2.1 [the output's ending, or ascii]"),
         )
         .arg(path("report").long("report").value_name("FILE").help(
             "writes what the format could not express to a JSON file",
@@ -146,15 +146,11 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     if let Some(output) = output
         && !is_forced(matches)
     {
-        keep_inputs("--output", output, &document.opened_files())?;
-        for (name, _) in &conversion.beside {
-            let beside = output.with_file_name(name);
-            keep_inputs("--output", &beside, &document.opened_files())?;
-            keep_inputs("--output", &beside, std::slice::from_ref(scene))?;
-        }
+        keep_scene(&conversion, output, scene, &document)?;
     }
     print_all(&conversion, scene);
     if let Some(report) = matches.get_one::<PathBuf>("report") {
+        keep_inputs("--report", report, &document.opened_files())?;
         let names = [scene.as_path(), output.unwrap_or(Path::new("-"))];
         let [scene, output] = names.map(|path| path.display().to_string());
         let report_text = conversion.losses.json(&scene, wanted.name(), &output);
@@ -269,8 +265,22 @@ fn print_all(conversion: &Conversion, scene: &Path) {
     }
 }
 
+/// Refuses to write a conversion over the scene or a file that the scene uses.
+pub(super) fn keep_scene(
+    conversion: &Conversion,
+    output: &Path,
+    scene: &Path,
+    document: &Document,
+) -> Result<()> {
+    let mut inputs = document.opened_files();
+    inputs.push(scene.to_path_buf());
+    keep_inputs("--output", output, &inputs)?;
+    let mut beside = conversion.beside.iter();
+    beside.try_for_each(|(name, _)| keep_inputs("--output", &output.with_file_name(name), &inputs))
+}
+
 /// Returns the endings of names for files that hold what is written.
-fn endings(wanted: Output, document: &Document) -> Vec<&'static str> {
+pub(super) fn endings(wanted: Output, document: &Document) -> Vec<&'static str> {
     match wanted {
         Output::Rewritten(format) => document.written_endings(format).to_vec(),
         Output::Exported(target) => target.endings().to_vec(),
@@ -278,7 +288,7 @@ fn endings(wanted: Output, document: &Document) -> Vec<&'static str> {
 }
 
 /// Refuses a name that promises another format than the one that is written.
-fn check_ending(output: &Path, endings: &[&str]) -> Result<()> {
+pub(super) fn check_ending(output: &Path, endings: &[&str]) -> Result<()> {
     let ending = output.extension().unwrap_or_default().to_string_lossy();
     if endings.iter().any(|e| ending.eq_ignore_ascii_case(e)) {
         return Ok(());

@@ -6,10 +6,12 @@ use clap::ArgMatches;
 use serde_json::{Value as Json, json};
 
 use super::convert::{self, Output};
-use super::folder_mode::{FileProgress, create_folder, output_folder, problem_line};
-use super::outputs::{is_forced, keep_inputs};
+use super::folder_mode::{
+    FileProgress, create_folder, keep_files_of_others, output_folder, problem_line,
+};
+use super::outputs::is_forced;
 use super::{ERROR, print_warnings, render, text};
-use crate::archive::{Job, Jobs, Naming, Record, RecordState, for_each};
+use crate::archive::{Job, Jobs, Naming, Record, for_each};
 use crate::diag::{Diagnostic, ErrorKind, Result, Severity};
 use crate::export::{Conversion, ExportOptions};
 use crate::files::{folder_of, write_whole};
@@ -65,7 +67,12 @@ struct Sum {
 pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
     let out = output_folder(m, folder)?;
     let output = match text(m, "to") {
-        None | Some("ascii") => {
+        Some("ascii") => {
+            let error = "`--to ascii` keeps the language of each scene, so it is for one scene";
+            let help = "use `--to iv` for Inventor or `--to vrml97` for VRML97";
+            return Err(Diagnostic::unsupported(error).with_help(help));
+        }
+        None => {
             let error = "the format of a folder of scenes is not known";
             let help = "name one with `--to`, as in `--to glb`";
             return Err(Diagnostic::error(error).with_help(help));
@@ -85,7 +92,7 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
     print_warnings(&jobs.sink);
     let record = Record::open(&out, "convert", options_given(m));
     if !is_forced(m) {
-        keep_files_of_others(&jobs, &record)?;
+        keep_files_of_others(&jobs, &record, "convert")?;
     }
     create_folder(&out)?;
     record.write()?;
@@ -119,20 +126,24 @@ impl Batch<'_> {
     fn convert(&self, job: &Job) -> Result<Converted> {
         let document =
             Document::open_or_stdin(&job.input, &self.search, self.contain, &self.limits)?;
+        let endings = convert::endings(self.output, &document);
+        convert::check_ending(&job.output, &endings)?;
         let stem = job.output.file_stem().unwrap_or_default();
         let options = ExportOptions {
             stem: stem.to_string_lossy().into_owned(),
             ..self.options.clone()
         };
-        let conversion = convert::converted(&document, self.output, &options)?;
+        let mut conversion = convert::converted(&document, self.output, &options)?;
         let found = document.sink.items().iter().chain(&conversion.diagnostics);
         let problems = found.filter(|d| d.severity >= Severity::Warning).cloned();
         let problems: Vec<Diagnostic> = problems.collect();
         if !conversion.is_empty {
             let folder = folder_of(&job.output);
             std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
-            keep_inputs("--output", &job.output, &document.opened_files())?;
+            convert::keep_scene(&conversion, &job.output, &job.input, &document)?;
             convert::write(&conversion, &job.output)?;
+            // The bytes of many scenes may wait to be counted.
+            (conversion.bytes, conversion.beside) = Default::default();
         }
         Ok(Converted {
             conversion,
@@ -212,21 +223,6 @@ impl Sum {
         });
         write_whole(path, |file| writeln!(file, "{report:#}"))
     }
-}
-
-/// Refuses a folder with files that an earlier run did not make.
-fn keep_files_of_others(jobs: &Jobs, record: &Record) -> Result<()> {
-    if record.state != RecordState::Absent {
-        return Ok(());
-    }
-    let Some(job) = jobs.list.iter().find(|job| job.output.exists()) else {
-        return Ok(());
-    };
-    let path = job.output.display();
-    Err(Diagnostic::error(format!(
-        "`{path}` exists, and `ivcam convert` did not make it"
-    ))
-    .with_help("choose another output folder, or replace it with `--force`"))
 }
 
 /// Returns the options that the converted files depend on.

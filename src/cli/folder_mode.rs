@@ -6,14 +6,16 @@ use std::path::{Path, PathBuf};
 
 use clap::ArgMatches;
 
+use crate::archive::{Jobs, Record, RecordState};
 use crate::diag::{Diagnostic, Result};
+use crate::export::Target;
 use crate::picture::PictureFormat;
 use crate::scene::check::counted;
 
 /// Returns the output folder that `-o` names. It need not exist.
 ///
 /// # Errors
-/// Returns an error if there is none, or if the name is that of a file or a picture.
+/// Returns an error if there is none, or if the name is that of a file.
 pub(crate) fn output_folder(m: &ArgMatches, folder: &Path) -> Result<PathBuf> {
     let folder = folder.display();
     let named = m.get_raw("output").and_then(|mut values| values.next());
@@ -27,8 +29,9 @@ pub(crate) fn output_folder(m: &ArgMatches, folder: &Path) -> Result<PathBuf> {
             "`{folder}` is a folder, so `-o` has to name a folder"
         )));
     }
-    if !out.exists() && PictureFormat::of(&out).is_ok() {
-        let error = format!("`{}` is the name of a picture", out.display());
+    let is_file_name = PictureFormat::of(&out).is_ok() || Target::of_path(&out).is_some();
+    if !out.exists() && is_file_name {
+        let error = format!("`{}` is the name of a file", out.display());
         return Err(Diagnostic::error(error).with_help(format!(
             "`{folder}` is a folder, so `-o` has to name a folder"
         )));
@@ -42,6 +45,22 @@ pub(crate) fn output_folder(m: &ArgMatches, folder: &Path) -> Result<PathBuf> {
 /// Returns an error if that is not possible.
 pub(crate) fn create_folder(out: &Path) -> Result<()> {
     std::fs::create_dir_all(out).map_err(|e| Diagnostic::io(out.display(), &e))
+}
+
+/// Refuses an output folder with files that no earlier run of the command made.
+///
+/// # Errors
+/// Returns an error that names the first such file.
+pub(crate) fn keep_files_of_others(jobs: &Jobs, record: &Record, command: &str) -> Result<()> {
+    let made = jobs.list.iter().find(|job| job.output.exists());
+    let Some(job) = made.filter(|_| record.state == RecordState::Absent) else {
+        return Ok(());
+    };
+    let path = job.output.display();
+    Err(Diagnostic::error(format!(
+        "`{path}` exists, and `ivcam {command}` did not make it"
+    ))
+    .with_help("choose another output folder, or replace it with `--force`"))
 }
 
 /// The progress over files, which is visible only on a terminal.
@@ -83,7 +102,11 @@ impl FileProgress {
         let present = counts.iter().filter(|(n, _)| *n > 0);
         let parts: Vec<String> = present.map(|(n, what)| format!("{n} {what}")).collect();
         let scenes = counted(files, "scene");
-        super::print_wrapped(&format!("{scenes}: {}", parts.join(", ")));
+        let line = match parts.is_empty() {
+            true => scenes,
+            false => format!("{scenes}: {}", parts.join(", ")),
+        };
+        super::print_wrapped(&line);
     }
 }
 

@@ -59,6 +59,16 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> Result<()> {
         .collect();
     for (i, (option, path)) in outputs.iter().enumerate() {
         writable(path)?;
+        // The files that the scenes of a folder use are not known yet.
+        let is_json = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        if is_folder && option == "--report" && path.exists() && !is_json {
+            let text = format!("`{}` exists and is not a JSON file", path.display());
+            return Err(
+                Diagnostic::error(text).with_help("give `--report` a name that ends in .json")
+            );
+        }
         if !is_forced(matches) {
             keep_inputs(option, path, &inputs)?;
         }

@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use clap::{Arg, ArgMatches};
 use serde_json::{Value as Json, json};
 
-use super::folder_mode::{FileProgress, create_folder, output_folder, problem_line};
+use super::folder_mode::{
+    FileProgress, create_folder, keep_files_of_others, output_folder, problem_line,
+};
 use super::{ERROR, flags, print_warnings, render, switch, text};
-use crate::archive::{Job, Jobs, MadePicture, Naming, Record, RecordState, for_each, make_picture};
+use crate::archive::{Job, Jobs, MadePicture, Naming, Record, for_each, make_picture};
 use crate::diag::{Diagnostic, Result};
 use crate::files::write_whole;
 use crate::photo::options::command_line;
@@ -59,7 +61,7 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i
     let record = Record::open(&out, "render", options_given(m));
     let remake = m.get_flag(REMAKE);
     if !remake {
-        keep_pictures_of_others(&jobs, &record)?;
+        keep_files_of_others(&jobs, &record, "render")?;
     }
     create_folder(&out)?;
     record.write()?;
@@ -166,21 +168,6 @@ impl Sum {
         });
         write_whole(Path::new(path), |file| writeln!(file, "{report:#}"))
     }
-}
-
-/// Refuses a folder with pictures that an earlier run did not make.
-fn keep_pictures_of_others(jobs: &Jobs, record: &Record) -> Result<()> {
-    if record.state != RecordState::Absent {
-        return Ok(());
-    }
-    let Some(job) = jobs.list.iter().find(|job| job.output.exists()) else {
-        return Ok(());
-    };
-    let path = job.output.display();
-    Err(Diagnostic::error(format!(
-        "`{path}` exists, and `ivcam render` did not make it"
-    ))
-    .with_help("choose another output folder, or replace it with `--force`"))
 }
 
 /// Returns the options that pictures depend on.
