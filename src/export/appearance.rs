@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use glam::Vec3;
+use glam::{Affine2, Vec2, Vec3};
 
 use crate::scene::model::{Image, Material, TextureModel};
 
@@ -29,6 +29,12 @@ pub(super) fn is_approximate(model: TextureModel, image: &Image) -> bool {
         TextureModel::Decal => matches!(image.components, 2 | 4),
         _ => false,
     }
+}
+
+/// Applies the matrix of a texture to texture coordinates. A result that is not finite becomes 0.
+pub(super) fn texture_point(matrix: Affine2, coordinates: Vec2) -> Vec2 {
+    let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
+    matrix.transform_point2(coordinates).map(finite)
 }
 
 impl<'m> Appearance<'m> {
@@ -105,8 +111,6 @@ impl<'m> Appearance<'m> {
 
 #[cfg(test)]
 mod tests {
-    use glam::Affine2;
-
     use super::*;
     use crate::scene::model::Texture;
 

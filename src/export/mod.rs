@@ -16,6 +16,7 @@ mod color;
 mod conversion;
 mod gltf;
 mod highlight;
+mod indent;
 mod losses;
 mod names;
 mod obj;

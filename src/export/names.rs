@@ -1,11 +1,13 @@
 //! Names of groups and materials in files.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Hands out names that are different from each other.
 #[derive(Debug, Default)]
 pub(super) struct Names {
     taken: HashSet<String>,
+    /// The last number behind each name that was wanted again.
+    last: HashMap<String, u64>,
 }
 
 impl Names {
@@ -22,14 +24,26 @@ impl Names {
 
     /// Returns a name, with a number behind it if it is taken.
     pub(super) fn unused(&mut self, wanted: String) -> String {
-        let mut name = wanted.clone();
-        let mut number = 1;
-        while !self.taken.insert(name.clone()) {
-            number += 1;
-            name = format!("{wanted}_{number}");
+        if self.taken.insert(wanted.clone()) {
+            return wanted;
         }
-        name
+        let mut number = self.last.get(&wanted).copied().unwrap_or(1);
+        loop {
+            number += 1;
+            let name = format!("{wanted}_{number}");
+            if self.taken.insert(name.clone()) {
+                self.last.insert(wanted, number);
+                return name;
+            }
+        }
     }
+}
+
+/// Returns the name of a file with its control characters replaced by `_`, so that a line break does
+/// not end the line of a text file that contains the name.
+pub(super) fn on_one_line(name: &str) -> String {
+    let plain = |c: char| if c.is_control() { '_' } else { c };
+    name.chars().map(plain).collect()
 }
 
 #[cfg(test)]
@@ -41,5 +55,20 @@ mod tests {
         let mut names = Names::default();
         let given = ["a+b", "a b", "1", "", "Grüße"].map(|n| names.identifier(n));
         assert_eq!(given, ["a_b", "a_b_2", "_1", "_", "Gr__e"]);
+    }
+
+    /// With a search from 2 for each name this would take five billion steps.
+    #[test]
+    fn many_equal_names_get_consecutive_numbers() {
+        let mut names = Names::default();
+        assert_eq!(names.identifier("a_3"), "a_3");
+        let given: Vec<String> = (0..100_000).map(|_| names.identifier("a")).collect();
+        assert_eq!(given[..4], ["a", "a_2", "a_4", "a_5"]);
+        assert_eq!(given[99_999], "a_100001");
+    }
+
+    #[test]
+    fn names_of_files_stay_on_one_line() {
+        assert_eq!(on_one_line("a b\r\n\u{7f}ü"), "a b___ü");
     }
 }

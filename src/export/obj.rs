@@ -7,8 +7,8 @@ use std::fmt::Write;
 
 use glam::{Affine2, DVec3, Vec3};
 
-use super::appearance::Appearance;
-use super::names::Names;
+use super::appearance::{Appearance, texture_point};
+use super::names::{Names, on_one_line};
 use super::ply::normal_matrix;
 use crate::scene::model::{Material, Mesh, Model, Node, Part, Primitives};
 
@@ -28,6 +28,7 @@ pub(super) fn write(model: &Model, stem: &str) -> (Vec<u8>, Vec<(String, Vec<u8>
     if model.offset != DVec3::ZERO {
         let _ = writeln!(out, "# offset {x} {y} {z}");
     }
+    let stem = &*on_one_line(stem);
     let _ = writeln!(out, "mtllib {stem}.mtl");
     let mut library = Library {
         model,
@@ -75,7 +76,7 @@ fn write_part(
     let texture = material.texture.as_ref();
     let matrix = texture.map_or(Affine2::IDENTITY, |t| t.matrix);
     for coordinates in &mesh.coordinates {
-        let at = matrix.transform_point2(*coordinates);
+        let at = texture_point(matrix, *coordinates);
         let _ = writeln!(out, "vt {} {}", at.x, at.y);
     }
     let turn = normal_matrix(world);

@@ -7,6 +7,7 @@ use glam::{Affine2, Vec2};
 use super::buffer::Buffer;
 use super::materials::{Materials, Use};
 use super::schema::{Attributes, Index, Mesh, Primitive};
+use crate::export::appearance::texture_point;
 use crate::export::color::linear;
 use crate::scene::model::{Model, Part, Primitives};
 
@@ -129,9 +130,8 @@ impl Meshes {
             let list = model.meshes[number].coordinates.iter();
             // glTF's v runs downward.
             let flipped = list.map(|c| {
-                let Vec2 { x, y } = matrix.transform_point2(*c);
-                let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
-                [finite(x), finite(1.0 - y)]
+                let Vec2 { x, y } = texture_point(matrix, *c);
+                [x, 1.0 - y]
             });
             buffer.vectors(&flipped.collect::<Vec<_>>())
         })

@@ -3,6 +3,7 @@
 use glam::{Affine2, DAffine3};
 
 use super::text::{Text, numbers, tuple, tuples};
+use crate::export::appearance::texture_point;
 use crate::export::color::linear;
 use crate::scene::model::{Mesh, Primitives};
 
@@ -78,7 +79,7 @@ fn lists(out: &mut Text, mesh: &Mesh, corners: Option<&[usize]>, matrix: Affine2
         primvar("normal3f[] normals", tuples(normals));
     }
     if !mesh.coordinates.is_empty() {
-        let at = |v: &usize| matrix.transform_point2(mesh.coordinates[*v]).to_array();
+        let at = |v: &usize| texture_point(matrix, mesh.coordinates[*v]).to_array();
         primvar("texCoord2f[] primvars:st", tuples(corners.iter().map(at)));
     }
     if !mesh.colors.is_empty() {

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use super::text::{Text, tuple};
+use super::text::{Text, asset, tuple};
 use crate::export::appearance::Appearance;
 use crate::export::color::linear3;
 use crate::export::highlight::{reflectance, roughness};
@@ -21,7 +21,8 @@ struct Use {
 /// The materials of a stage, and the pictures beside it.
 pub(super) struct Materials<'m> {
     model: &'m Model,
-    stem: &'m str,
+    /// The beginning of the names of pictures, without control characters.
+    stem: String,
     known: HashMap<Use, String>,
     /// The text of the materials.
     pub text: Text,
@@ -30,10 +31,10 @@ pub(super) struct Materials<'m> {
 }
 
 impl<'m> Materials<'m> {
-    pub(super) fn new(model: &'m Model, stem: &'m str) -> Self {
+    pub(super) fn new(model: &'m Model, stem: &str) -> Self {
         Self {
             model,
-            stem,
+            stem: stem.chars().filter(|c| !c.is_control()).collect(),
             known: HashMap::new(),
             text: Text::inside(2),
             pictures: Vec::new(),
@@ -162,7 +163,8 @@ impl<'m> Materials<'m> {
         let out = &mut self.text;
         out.open("def Shader \"Texture\"");
         out.line("uniform token info:id = \"UsdUVTexture\"");
-        out.line(format_args!("asset inputs:file = @./{picture}@"));
+        let file = asset(&format!("./{picture}"));
+        out.line(format_args!("asset inputs:file = {file}"));
         out.line(format_args!(
             "float2 inputs:st.connect = <{path}/Coordinates.outputs:result>"
         ));

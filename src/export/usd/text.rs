@@ -4,6 +4,8 @@ use std::fmt::{Display, Write};
 
 use glam::DAffine3;
 
+use crate::export::indent::indent;
+
 /// A text that is indented by the depth of its blocks.
 #[derive(Debug, Default)]
 pub(super) struct Text {
@@ -22,9 +24,7 @@ impl Text {
 
     /// Adds a line.
     pub(super) fn line(&mut self, line: impl Display) {
-        for _ in 0..self.depth {
-            self.text.push_str("    ");
-        }
+        indent(&mut self.text, "    ", self.depth);
         let _ = writeln!(self.text, "{line}");
     }
 
@@ -84,6 +84,16 @@ pub(super) fn matrix(m: &DAffine3) -> String {
     )
 }
 
+/// The path of a file. One that contains `@` is between `@@@`.
+pub(super) fn asset(path: &str) -> String {
+    let path: String = path.chars().filter(|c| !c.is_control()).collect();
+    if path.contains('@') {
+        format!("@@@{}@@@", path.replace("@@@", "\\@@@"))
+    } else {
+        format!("@{path}@")
+    }
+}
+
 /// A quoted string.
 pub(super) fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
@@ -96,4 +106,16 @@ pub(super) fn quoted(text: &str) -> String {
     }
     out.push('"');
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_of_files_may_contain_the_sign_that_ends_them() {
+        assert_eq!(asset("./a-1.png"), "@./a-1.png@");
+        assert_eq!(asset("./a@b\n-1.png"), "@@@./a@b-1.png@@@");
+        assert_eq!(asset("./a@@@b.png"), "@@@./a\\@@@b.png@@@");
+    }
 }

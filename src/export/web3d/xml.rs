@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use glam::Vec3;
 
 use super::values::{attribute, escaped};
+use crate::export::indent::indent;
 use crate::export::losses::Losses;
 use crate::export::names::Names;
 use crate::grammar::value::{NodeId, Value};
@@ -18,10 +19,6 @@ use crate::iv::declarations::{Access, Interface, Proto, Route};
 use crate::iv::document::{ClassRef, Document, FieldEntry};
 use crate::scene::model::Feature;
 use crate::scene::texture_components;
-
-/// The largest number of levels by which lines are indented. Without it the size of a file would be
-/// quadratic in the depth of its nodes.
-const DEEPEST_INDENT: usize = 40;
 
 /// How the textures of the document meet the diffuse color.
 pub(in crate::export) enum Textures<'t> {
@@ -224,8 +221,7 @@ impl<'d> Writer<'d, '_> {
     }
 
     fn line(&mut self, text: &str) {
-        let indent = self.indent.min(DEEPEST_INDENT);
-        self.out.extend(std::iter::repeat_n("  ", indent));
+        indent(&mut self.out, "  ", self.indent);
         self.out += text;
         self.out.push('\n');
     }
