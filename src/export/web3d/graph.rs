@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{Affine2, DAffine3, DQuat, DVec3, Vec2, Vec3};
+use indexmap::IndexMap;
 
 use crate::export::appearance::Appearance;
 use crate::export::base64::base64;
@@ -65,8 +66,10 @@ struct Builder<'m> {
     /// The geometry of meshes, with whether they are seen from both sides, whether their colors are
     /// kept, and the texture's matrix.
     geometry: HashMap<(usize, bool, bool), NodeId>,
-    /// The addresses of pictures.
-    pictures: HashMap<Vec<u8>, String>,
+    /// The addresses of pictures, which are empty if the pixels are in the scene.
+    pictures: IndexMap<Vec<u8>, String>,
+    /// The textures by the number of their picture and whether they repeat.
+    textures: HashMap<(usize, [bool; 2]), NodeId>,
 }
 
 /// What an appearance depends on beside the material.
@@ -93,7 +96,8 @@ pub(in crate::export) fn graph(
         shapes: HashMap::new(),
         appearances: HashMap::new(),
         geometry: HashMap::new(),
-        pictures: HashMap::new(),
+        pictures: IndexMap::new(),
+        textures: HashMap::new(),
     };
     builder.graph.document.format = "VRML V2.0 utf8".to_owned();
     let mut roots = builder.head();
@@ -225,7 +229,7 @@ impl Builder<'_> {
         for (i, node) in model.nodes.iter().enumerate().rev() {
             let mut own: Vec<NodeId> = Vec::new();
             for part in &node.parts {
-                own.push(self.shape(*part));
+                own.push(self.shape(*part, &node.place));
             }
             for &child in &node.children {
                 own.append(&mut items[child]);
@@ -265,8 +269,8 @@ impl Builder<'_> {
         )
     }
 
-    /// Returns the shape of a part, which several nodes may share.
-    fn shape(&mut self, part: Part) -> NodeId {
+    /// Returns the shape of a part, which several nodes may share. `place` is that of the node.
+    fn shape(&mut self, part: Part, place: &Place) -> NodeId {
         if let Some(&known) = self.shapes.get(&part) {
             return self.share(known, "shape");
         }
@@ -281,7 +285,7 @@ impl Builder<'_> {
         let appearance = match self.appearances.get(&(part.material, kind)) {
             Some(&known) => self.share(known, "appearance"),
             None => {
-                let made = self.appearance(material, &look, kind, mesh);
+                let made = self.appearance(material, &look, kind, (mesh, place));
                 self.appearances.insert((part.material, kind), made);
                 made
             }
@@ -310,7 +314,7 @@ impl Builder<'_> {
         material: &Material,
         look: &Appearance<'_>,
         kind: Kind,
-        mesh: &Mesh,
+        (mesh, place): (&Mesh, &Place),
     ) -> NodeId {
         let mut fields = Vec::new();
         let is_unlit = look.unlit || kind.is_thin;
@@ -323,7 +327,7 @@ impl Builder<'_> {
             let made = self.texture(&tinted(image, look, is_unlit, self.options), texture.repeat);
             fields.push(("texture", Value::Node(Some(made))));
             if texture.matrix != Affine2::IDENTITY {
-                let made = self.texture_transform(&texture.matrix);
+                let made = self.texture_transform(&texture.matrix, place);
                 fields.push(("textureTransform", Value::Node(Some(made))));
             }
         }
@@ -372,34 +376,58 @@ impl Builder<'_> {
         )
     }
 
-    /// Returns the texture of a picture, which is written once.
+    /// Returns the texture of a picture, which several appearances may share.
     fn texture(&mut self, image: &Image, repeat: [bool; 2]) -> NodeId {
+        let bytes = image.png();
+        let number = self.pictures.get_index_of(&bytes).unwrap_or_else(|| {
+            let address = self.address(&bytes);
+            self.pictures.insert_full(bytes, address).0
+        });
+        if let Some(&known) = self.textures.get(&(number, repeat)) {
+            return self.share(known, "texture");
+        }
         let mut fields = vec![
             ("repeatS", Value::Bool(repeat[0])),
             ("repeatT", Value::Bool(repeat[1])),
         ];
-        let bytes = image.png();
-        let url = match (self.pictures.get(&bytes), self.options.pictures) {
-            (_, Pictures::Pixels) => {
-                fields.push(("image", Value::Image(Box::new(pixels(image)))));
-                return self.node("PixelTexture", fields);
-            }
-            (Some(known), _) => known.clone(),
-            (None, Pictures::Inside) => format!("data:image/png;base64,{}", base64(&bytes)),
-            (None, Pictures::Beside(stem)) => {
+        let made = if let Pictures::Pixels = self.options.pictures {
+            fields.push(("image", Value::Image(Box::new(pixels(image)))));
+            self.node("PixelTexture", fields)
+        } else {
+            let url = self.pictures[number].clone();
+            fields.push(("url", Value::Strings(vec![url])));
+            self.node("ImageTexture", fields)
+        };
+        self.textures.insert((number, repeat), made);
+        made
+    }
+
+    /// Returns the address of a new picture in PNG, which is added to the files beside the document
+    /// if it belongs there.
+    fn address(&mut self, bytes: &[u8]) -> String {
+        match self.options.pictures {
+            Pictures::Pixels => String::new(),
+            Pictures::Inside => format!("data:image/png;base64,{}", base64(bytes)),
+            Pictures::Beside(stem) => {
                 let name = format!("{stem}-{}.png", self.graph.beside.len() + 1);
-                self.graph.beside.push((name.clone(), bytes.clone()));
+                self.graph.beside.push((name.clone(), bytes.to_vec()));
                 name
             }
-        };
-        self.pictures.insert(bytes, url.clone());
-        fields.push(("url", Value::Strings(vec![url])));
-        self.node("ImageTexture", fields)
+        }
     }
 
     /// Returns a texture transform for a matrix: VRML97's is `S · R · T` about a center. A shear is
-    /// lost.
-    fn texture_transform(&mut self, matrix: &Affine2) -> NodeId {
+    /// lost, and so is the translation of a singular matrix.
+    fn texture_transform(&mut self, matrix: &Affine2, place: &Place) -> NodeId {
+        if !is_expressible(matrix) {
+            let text = "the texture's matrix shears or is singular, and is approximated";
+            self.losses.add("texture-matrix", text, place.clone(), 1);
+        }
+        let matrix = if matrix.is_finite() {
+            *matrix
+        } else {
+            Affine2::IDENTITY
+        };
         // Coordinates become S·R·(c + t). With M = S·R, t = M⁻¹ · translation.
         let m = matrix.matrix2;
         let rows = [
@@ -459,6 +487,15 @@ impl Builder<'_> {
             }
         }
     }
+}
+
+/// Whether a `TextureTransform` can have a matrix: its rows are orthogonal, and it can be inverted.
+fn is_expressible(matrix: &Affine2) -> bool {
+    let m = matrix.matrix2.as_dmat2().transpose();
+    let sizes = m.x_axis.length() * m.y_axis.length();
+    let is_square = m.x_axis.dot(m.y_axis).abs() <= 1e-5 * sizes;
+    let offset = matrix.matrix2.inverse() * matrix.translation;
+    matrix.is_finite() && is_square && sizes > 0.0 && offset.is_finite()
 }
 
 /// Returns a picture whose texture gives the right color. Where textures in color replace the

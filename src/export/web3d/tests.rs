@@ -344,3 +344,43 @@ fn deep_nesting_neither_overflows_the_stack_nor_the_file() {
         depth + 1
     );
 }
+
+#[test]
+fn appearances_with_the_same_picture_share_its_texture() {
+    let text = "#Inventor V2.1 ascii\nTexture2 { image 2 1 3 0xff0000 0x00ff00 }\n\
+         Material { diffuseColor 0 1 1 } Cube { } Material { diffuseColor 0 1 0 } Cube { }\n\
+         Texture2 { image 2 1 3 0xff0000 0x00ff00 wrapS CLAMP } Cube { }";
+    let found = scene(text);
+    let textures: Vec<&String> = found
+        .iter()
+        .filter(|l| l.starts_with("<ImageTexture"))
+        .collect();
+    assert_eq!(textures.len(), 3, "{found:#?}");
+    assert!(textures[0].contains("DEF='texture'") && textures[0].contains("data:image"));
+    assert_eq!(textures[1], "<ImageTexture USE='texture'/>");
+    assert!(textures[2].contains("repeatS='false'"), "{}", textures[2]);
+}
+
+#[test]
+fn a_texture_matrix_that_vrml97_cannot_have_is_reported() {
+    let codes = |transform: &str| -> Vec<String> {
+        let text = format!(
+            "#Inventor V2.1 ascii\nTexture2 {{ image 1 1 1 0x77 }}\n{transform} Cube {{ }}"
+        );
+        let losses = converted(&text, Target::Vrml97).losses;
+        losses.iter().map(|loss| loss.code.clone()).collect()
+    };
+    let turn = "Texture2Transform { rotation 0.5 }";
+    let stretch = "Texture2Transform { scaleFactor 1 3 translation 0.2 0.1 }";
+    assert!(codes(stretch).is_empty());
+    assert!(codes(turn).is_empty());
+    // One of the two orders of a rotation and a scale is S·R, and the other one shears.
+    let orders = [format!("{turn} {stretch}"), format!("{stretch} {turn}")];
+    let mut found: Vec<Vec<String>> = orders.iter().map(|t| codes(t)).collect();
+    found.sort();
+    assert_eq!(found, [vec![], vec!["texture-matrix".to_owned()]]);
+    assert_eq!(
+        codes("Texture2Transform { scaleFactor 0 1 }"),
+        ["texture-matrix"]
+    );
+}
