@@ -10,6 +10,12 @@ pub(super) fn linear(value: f32) -> f32 {
     }
 }
 
+/// Returns the illuminance of a light whose level of white is `level`: π for 1. Levels are limited
+/// to 0 … 1e12, because the linear light of larger ones exceeds 32-bit numbers.
+pub(super) fn illuminance(level: f32) -> f64 {
+    std::f64::consts::PI * f64::from(linear(level.clamp(0.0, 1e12)))
+}
+
 /// Returns the linear light of a color.
 pub(super) fn linear3(color: glam::Vec3) -> [f32; 3] {
     color.to_array().map(linear)

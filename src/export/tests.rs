@@ -255,3 +255,87 @@ fn every_format_has_the_same_triangles() {
         });
     assert_eq!(indices.sum::<u64>() as usize, 3 * count);
 }
+
+#[test]
+fn numbers_that_are_not_finite_do_not_reach_the_json_of_gltf() {
+    let mut failed = Vec::new();
+    // The reader makes infinity of 1e39.
+    for scene in [
+        "PointLight { location 1e39 0 0 intensity 1e39 color 1e39 0 0 }",
+        "PointLight { location 1e30 0 0 intensity 1e38 }",
+        "DirectionalLight { intensity 1e30 direction 1e39 0 0 }",
+        "SpotLight { dropOffRate 1e39 cutOffAngle 1e39 location 0 0 -1e39 }",
+        "Environment { attenuation 1e39 0 0 } PointLight { }",
+        "PerspectiveCamera { position 0 1e39 0 orientation 1e39 0 0 1 heightAngle 1e39 }",
+        "OrthographicCamera { position 0 1e25 0 height 1e39 }",
+        "Separator { Translation { translation 1e38 0 0 } Cube { } }",
+        "Separator { Scale { scaleFactor 1e-30 1e-30 1e-30 } Cube { } Separator { Cube { }
+         Translation { translation 1e10 0 0 } Sphere { } } }",
+        "Separator { Scale { scaleFactor 1e17 1e17 1e17 } Coordinate3 { point [1e30 0 0, 1.1e30 0 0,
+         1e30 1e25 0] } FaceSet { numVertices 3 } }",
+        "Texture2 { image 1 1 1 0x77 } Texture2Transform { translation 3e38 3e38
+         scaleFactor 3e38 3e38 } Cube { }",
+        "Material { diffuseColor 1e39 0 0 emissiveColor 1e39 0 0 shininess 1e39 transparency 1e39 }",
+    ] {
+        let text = format!("#Inventor V2.1 ascii\n{scene} Cone {{ }}");
+        let bytes = converted(&text, Target::Glb).bytes;
+        let length = u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes"));
+        let json = String::from_utf8_lossy(&bytes[20..20 + length as usize]);
+        assert!(json.contains("\"meshes\":["), "{scene}: {json}");
+        if json.contains("null") {
+            failed.push((scene, json.into_owned()));
+        }
+    }
+    assert!(failed.is_empty(), "{failed:#?}");
+}
+
+#[test]
+fn a_light_without_a_finite_position_is_at_the_default_of_its_class() {
+    let gltf =
+        gltf("DEF A PointLight { location 1e39 0 0 } PointLight { location 2 0 0 } Cube { }");
+    assert_eq!(
+        node(&gltf, "A")["translation"],
+        serde_json::json!([0.0, 0.0, 1.0])
+    );
+    let second = node(&gltf, "PointLight");
+    assert_eq!(second["translation"], serde_json::json!([2.0, 0.0, 0.0]));
+}
+
+#[test]
+fn deep_groups_do_not_make_usd_quadratic() {
+    let depth = 1_000;
+    let group = "Separator { Translation { translation 1 0 0 } Cube { } ";
+    let text = format!(
+        "#Inventor V2.1 ascii\n{}{}",
+        group.repeat(depth),
+        "}".repeat(depth)
+    );
+    let size = |text: &str| converted(text, Target::Usda).bytes.len();
+    assert!(size(&text) < 3_000 * depth, "{}", size(&text));
+}
+
+#[test]
+fn names_of_files_and_texture_coordinates_cannot_break_text_formats() {
+    let scene = "#Inventor V2.1 ascii\nTexture2 { image 1 1 3 0xff0000 }
+                 Texture2Transform { translation 3e38 3e38 scaleFactor 3e38 3e38 }
+                 TextureCoordinate2 { point [2 2, 3 3, 4 5] }
+                 Coordinate3 { point [0 0 0, 1 0 0, 0 1 0] } FaceSet { numVertices 3 }";
+    let options = ExportOptions {
+        stem: "a@b\nc".into(),
+        ..ExportOptions::default()
+    };
+    let of = |target| convert(&document(scene), target, &options).expect("converts");
+    let words = |bytes: &[u8]| {
+        let text = String::from_utf8_lossy(bytes).into_owned();
+        let mut words = text.split(|c: char| !c.is_ascii_alphanumeric());
+        assert!(words.all(|w| w != "inf" && w != "NaN"), "{text}");
+        text
+    };
+    let obj = of(Target::Obj);
+    assert!(words(&obj.bytes).contains("mtllib a@b_c.mtl\n"));
+    let names: Vec<&str> = obj.beside.iter().map(|(name, _)| &**name).collect();
+    assert_eq!(names, ["a@b_c.mtl", "a@b_c-1.png"]);
+    let usd = of(Target::Usda);
+    assert!(words(&usd.bytes).contains("= @@@./a@bc-1.png@@@\n"));
+    assert_eq!(usd.beside[0].0, "a@bc-1.png");
+}

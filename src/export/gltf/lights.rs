@@ -40,20 +40,20 @@ impl Around {
 
 /// Returns the entry of a light, and adds what it cannot say.
 pub(super) fn light(light: &Light, around: Around, losses: &mut Losses) -> Value {
-    let color = color::linear3(light.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE));
-    let shown = |level: f32| std::f64::consts::PI * f64::from(color::linear(level.max(0.0)));
+    let linear = color::linear3(light.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE));
     let name = &light.name;
     if light.shape == LightShape::Directional {
         return json!({
-            "name": name, "type": "directional", "color": color, "intensity": shown(light.intensity),
+            "name": name, "type": "directional", "color": linear,
+            "intensity": color::illuminance(light.intensity),
         });
     }
     losses.feature(Feature::LightFalloff, &light.place, 1);
     let distance = light.position.distance(around.center);
     let distance = distance.max(0.1 * around.radius);
-    let candela = shown(light.level_at(distance)) * distance * distance;
+    let candela = color::illuminance(light.level_at(distance)) * distance * distance;
     let mut value = json!({
-        "name": name, "type": "point", "color": color, "intensity": candela,
+        "name": name, "type": "point", "color": linear, "intensity": candela,
     });
     if light.radius.is_finite() && light.radius > 0.0 {
         value["range"] = json!(light.radius);

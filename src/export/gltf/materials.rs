@@ -234,6 +234,9 @@ fn transform(matrix: Affine2) -> (Option<Value>, Affine2) {
     // The texture coordinates in the file are (s, 1 − t).
     let scale = Vec2::new(matrix.matrix2.x_axis.x, matrix.matrix2.y_axis.y);
     let offset = Vec2::new(matrix.translation.x, 1.0 - matrix.translation.y - scale.y);
+    if !offset.is_finite() {
+        return (None, matrix);
+    }
     let value = json!({ "offset": offset.to_array(), "scale": scale.to_array() });
     (Some(value), Affine2::IDENTITY)
 }

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::text::{Text, matrix, tuple};
-use crate::export::color::{linear, linear3};
+use crate::export::color::{illuminance, linear3};
 use crate::export::losses::Losses;
 use crate::pose::Projection;
 use crate::scene::model::{self, Feature, Light, LightShape, Motion, Pose};
@@ -50,7 +50,6 @@ pub(super) fn light(
     (center, size): (DVec3, f64),
     losses: &mut Losses,
 ) {
-    let shown = |level: f32| std::f64::consts::PI * f64::from(linear(level.max(0.0)));
     let is_far = light.shape == LightShape::Directional;
     let distance = light.position.distance(center).max(0.05 * size);
     let class = if is_far {
@@ -73,13 +72,13 @@ pub(super) fn light(
     ));
     out.line("bool inputs:normalize = 1");
     if is_far {
-        let intensity = shown(light.intensity);
+        let intensity = illuminance(light.intensity);
         out.line(format_args!("float inputs:intensity = {intensity}"));
         out.line("float inputs:angle = 0");
     } else {
         losses.feature(Feature::LightFalloff, &light.place, 1);
         // A normalized sphere of radiance L = I / (4πr²) has the illuminance π L r² / d².
-        let intensity = 4.0 * shown(light.level_at(distance)) * distance * distance;
+        let intensity = 4.0 * illuminance(light.level_at(distance)) * distance * distance;
         out.line(format_args!("float inputs:intensity = {intensity}"));
         out.line(format_args!("float inputs:radius = {}", 1e-3 * size));
         out.line("bool treatAsPoint = 1");

@@ -3,8 +3,14 @@
 use glam::{DQuat, DVec3, Vec3};
 
 use super::feature::Place;
+use crate::grammar::value::Value;
+use crate::iv::NodeRef;
 use crate::pose::CameraPose;
 use crate::traversal::state::{LightElement, LightKind};
+
+/// The largest coordinate, in meters, and the largest element of a matrix. The product of two such
+/// numbers is 1e36, which the 32-bit numbers of files hold.
+pub(super) const FARTHEST: f64 = 1e18;
 
 /// The shape of a light. Angles are in radians from its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,13 +75,16 @@ pub struct Pose {
 }
 
 impl Light {
-    /// Converts a light of the traversal.
-    pub(super) fn of(light: &LightElement, name: String, place: Place) -> Self {
+    /// Converts a light of the traversal. Numbers that are not finite, and positions beyond
+    /// [`FARTHEST`], become the defaults of their fields.
+    pub(super) fn of(light: &LightElement, node: NodeRef<'_>, name: String, place: Place) -> Self {
+        let angle = |angle: f32| finite_or(angle, std::f32::consts::FRAC_PI_4);
         let shape = match light.kind {
             LightKind::Directional => LightShape::Directional,
             LightKind::Point => LightShape::Point,
             LightKind::Spot { drop_off, cut_off } => {
-                let exponent = 128.0 * drop_off.clamp(0.0, 1.0);
+                let cut_off = angle(cut_off);
+                let exponent = 128.0 * finite_or(drop_off, 0.0).clamp(0.0, 1.0);
                 LightShape::Spot {
                     inner: half_angle(exponent).min(cut_off),
                     outer: cut_off,
@@ -86,8 +95,8 @@ impl Light {
                 beam_width,
                 cut_off,
             } => LightShape::Spot {
-                inner: beam_width.min(cut_off),
-                outer: cut_off,
+                inner: finite_or(beam_width, std::f32::consts::FRAC_PI_2).min(angle(cut_off)),
+                outer: angle(cut_off),
                 exponent: None,
             },
         };
@@ -95,11 +104,19 @@ impl Light {
             name,
             place,
             shape,
-            color: light.color,
-            intensity: light.intensity,
-            position: light.position,
+            color: if light.color.is_finite() {
+                light.color
+            } else {
+                Vec3::ONE
+            },
+            intensity: finite_or(light.intensity, 1.0),
+            position: position_or_default(light.position, node, "location"),
             direction: light.direction,
-            attenuation: light.attenuation,
+            attenuation: if light.attenuation.is_finite() {
+                light.attenuation
+            } else {
+                Vec3::Z
+            },
             radius: light.radius,
         }
     }
@@ -120,6 +137,37 @@ impl Light {
     /// The rotation that turns −z to the light's direction.
     pub fn rotation(&self) -> DQuat {
         DQuat::from_rotation_arc(DVec3::NEG_Z, self.direction)
+    }
+}
+
+impl Camera {
+    /// Makes the camera of a node. A position beyond [`FARTHEST`] becomes the default of its field,
+    /// and an orientation that is not finite becomes no rotation.
+    pub(super) fn of(node: NodeRef<'_>, mut pose: CameraPose, name: String, place: Place) -> Self {
+        pose.position = position_or_default(pose.position, node, "position");
+        if !pose.orientation.is_finite() {
+            pose.orientation = DQuat::IDENTITY;
+        }
+        Self { name, place, pose }
+    }
+}
+
+fn finite_or(value: f32, default: f32) -> f32 {
+    if value.is_finite() { value } else { default }
+}
+
+/// Returns a position if it is finite and not beyond [`FARTHEST`], or else the default of the
+/// node's field.
+fn position_or_default(position: DVec3, node: NodeRef<'_>, field: &str) -> DVec3 {
+    // A comparison with NaN is false.
+    let is_near = |v: f64| v.abs() < FARTHEST;
+    if position.to_array().into_iter().all(is_near) {
+        return position;
+    }
+    let declared = node.known_class().and_then(|class| class.field(field));
+    match declared.map(|(_, field)| Value::default_of(field)) {
+        Some(Value::Vec3(default)) => default.as_dvec3(),
+        _ => DVec3::ZERO,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::lights::FARTHEST;
 use super::mesh::Mesh;
 use super::scene_model::Model;
 
@@ -9,14 +10,16 @@ use super::scene_model::Model;
 /// of positions with 24 bits is then above 1/16,000 of the size.
 const FAR: f64 = 1000.0;
 
-/// Moves a scene that is far from its origin, and the meshes that are far from theirs.
+/// Moves a scene that is far from its origin, and the meshes that are far from theirs. A scene
+/// beyond [`FARTHEST`] stays where it is.
 pub(super) fn recenter(model: &mut Model) {
     let Some(bounds) = model.bounds() else {
         return;
     };
     let center = 0.5 * (bounds.0 + bounds.1);
     let size = (bounds.1 - bounds.0).max_element();
-    if !(center.abs().max_element() > FAR * size && size > 0.0) {
+    let distance = center.abs().max_element();
+    if !(distance > FAR * size && distance < FARTHEST && size > 0.0) {
         return;
     }
     // Whole numbers are easy to read and to add again.

@@ -13,7 +13,7 @@ use indexmap::IndexMap;
 
 use super::canvas::MeshCanvas;
 use super::feature::{Feature, Occurrence, Place};
-use super::lights::{Camera, Light, Pose};
+use super::lights::{Camera, FARTHEST, Light, Pose};
 use super::mesh::{Mesh, Primitives};
 use super::options::ModelOptions;
 use super::scene_model::{Model, Node, Part};
@@ -149,13 +149,20 @@ fn walk<'a>(snapshot: &'a Snapshot<'a>, options: &ModelOptions, draws: bool) -> 
     builder
 }
 
-/// Returns the matrix if a group may have it: it is finite and can be inverted.
+/// Whether all elements of a matrix are finite and below [`FARTHEST`].
+fn is_bounded(matrix: &DAffine3) -> bool {
+    // A comparison with NaN is false.
+    matrix.to_cols_array().iter().all(|v| v.abs() < FARTHEST)
+}
+
+/// Returns the matrix if a group may have it: it can be inverted, and it and its inverse are
+/// bounded.
 fn invertible(matrix: DMat4) -> Option<DAffine3> {
     let matrix = DAffine3::from_mat4(matrix);
     let m = matrix.matrix3;
     let sizes = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
-    let sound = matrix.is_finite() && m.determinant().abs() > 1e-9 * sizes;
-    (sound && matrix.inverse().is_finite()).then_some(matrix)
+    let sound = is_bounded(&matrix) && m.determinant().abs() > 1e-9 * sizes;
+    (sound && is_bounded(&matrix.inverse())).then_some(matrix)
 }
 
 impl Builder<'_> {
@@ -356,7 +363,9 @@ impl<'a> Visitor<'a> for Builder<'_> {
         self.place_group(state.world_from_object);
         let world = DAffine3::from_mat4(state.world_from_object);
         if !self.draws {
-            self.add(node, key, Some(world));
+            if is_bounded(&world) {
+                self.add(node, key, Some(world));
+            }
             return;
         }
         let mut finer;
@@ -368,7 +377,7 @@ impl<'a> Visitor<'a> for Builder<'_> {
         }
         shapes::draw(node, state, &mut self.canvas);
         let drawn = self.canvas.finish();
-        if drawn.parts.is_empty() || !world.is_finite() {
+        if drawn.parts.is_empty() || !is_bounded(&world) {
             return;
         }
         for feature in drawn.features {
@@ -431,7 +440,8 @@ impl<'a> Visitor<'a> for Builder<'_> {
         let place = Place::of(node);
         let name = place.name.clone().unwrap_or_else(|| place.class.clone());
         self.light_nodes.push(light.node);
-        self.model.lights.push(Light::of(light, name, place));
+        let light = Light::of(light, node, name, place);
+        self.model.lights.push(light);
     }
 
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
@@ -442,11 +452,9 @@ impl<'a> Visitor<'a> for Builder<'_> {
         let described = node.find(viewpoint::DESCRIPTION).filter(|d| !d.is_empty());
         let described = described.map(str::to_owned);
         let name = place.name.clone().or(described);
-        self.model.cameras.push(Camera {
-            name: name.unwrap_or_else(|| place.class.clone()),
-            place,
-            pose,
-        });
+        let name = name.unwrap_or_else(|| place.class.clone());
+        let camera = Camera::of(node, pose, name, place);
+        self.model.cameras.push(camera);
     }
 
     fn node(&mut self, node: NodeRef<'a>, role: Role) {
