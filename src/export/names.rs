@@ -39,8 +39,8 @@ impl Names {
     }
 }
 
-/// Returns the name of a file with its control characters replaced by `_`, so that a line break does
-/// not end the line of a text file that contains the name.
+/// Returns the name of a file with its control characters replaced by `_`. A line break would end
+/// the line of a text file that contains the name.
 pub(super) fn on_one_line(name: &str) -> String {
     let plain = |c: char| if c.is_control() { '_' } else { c };
     name.chars().map(plain).collect()
