@@ -1318,6 +1318,11 @@ fn portable_arithmetic_gives_the_same_bits_on_every_processor() {
         "render --arithmetic exact DIR/cube.iv",
         &["fast or portable"],
     );
+    must_fail(
+        &scratch,
+        "render --exposure 1e39 DIR/cube.iv",
+        &["from 1e-30 to 1e30"],
+    );
 }
 
 #[test]

@@ -38,11 +38,6 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         );
         return ExitCode::from(2);
     }
-    let wanted = |part: &str| parts.is_empty() || parts.iter().any(|p| *p == part);
-    let mut table = Table {
-        markdown: words.iter().any(|w| w == "--markdown"),
-        ..Table::default()
-    };
     let all: [(&str, Part); 5] = [
         ("reference", reference),
         ("pictures", pictures),
@@ -50,6 +45,19 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         ("extremes", extremes),
         ("lanes", lanes),
     ];
+    let names = all.map(|(name, _)| name);
+    if let Some(unknown) = parts.iter().find(|part| !names.contains(&part.as_str())) {
+        eprintln!(
+            "there is no table `{unknown}`; the tables are {}",
+            names.join(", ")
+        );
+        return ExitCode::from(2);
+    }
+    let wanted = |part: &str| parts.is_empty() || parts.iter().any(|p| *p == part);
+    let mut table = Table {
+        markdown: words.iter().any(|w| w == "--markdown"),
+        ..Table::default()
+    };
     for (_, part) in all.iter().filter(|(name, _)| wanted(name)) {
         if let Some(folder) = &folder {
             part(folder, &mut table);

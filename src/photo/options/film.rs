@@ -2,9 +2,7 @@
 
 use super::option::{Opt, Takes};
 use super::shutter::{metering, shutter_word};
-use super::values::{
-    POSITIVE, angle, degrees, if_any, length, pair, positive, set, unless_default,
-};
+use super::values::{angle, degrees, if_any, length, pair, positive, set, unless_default};
 use crate::film::{FilmFormat, Metering, Region, Resolution, Response};
 use crate::picture::Depth;
 
@@ -145,7 +143,9 @@ pub(super) static OPTIONS: [Opt; 14] = [
     )
     .plan(
         |plan, words, _| {
-            let factor = words.parsed("exposure", POSITIVE, positive)?;
+            // Beyond these, exposures overflow single precision.
+            let factor = |word: &str| positive(word).filter(|x| (1e-30..=1e30).contains(x));
+            let factor = words.parsed("exposure", "a number from 1e-30 to 1e30", factor)?;
             set(&mut plan.exposure, factor);
             Ok(())
         },
