@@ -44,7 +44,7 @@ mod tests {
             width: 2,
             height: 1,
             channels: IndexMap::from([("Z".to_owned(), values), ("N.X".into(), vec![0.0, 1.0])]),
-            provenance: IndexMap::new(),
+            provenance: IndexMap::from([("Unit".to_owned(), "µm · 長さ".to_owned())]),
         }
     }
 
@@ -61,6 +61,11 @@ mod tests {
                 list[i].sample_data.values_as_f32().collect(),
             )
         };
+        let unit = read.layer_data.attributes.other.iter().next();
+        let Some((_, exr::AttributeValue::Text(unit))) = unit else {
+            panic!("no attribute")
+        };
+        assert_eq!(unit.as_slice(), "µm · 長さ".as_bytes());
         assert_eq!(channel(0), ("N.X".to_owned(), vec![0.0, 1.0]));
         assert_eq!(channel(1), ("Z".to_owned(), vec![3.5, 1e10]));
     }

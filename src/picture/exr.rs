@@ -86,7 +86,8 @@ fn write_layer<'a>(
         exr::AnyChannels::sort(channels.map(channel).collect()),
     );
     layer.attributes.layer_name = None;
-    let text = |s: &str| Text::new_or_none(s).unwrap_or_else(|| Text::from("?"));
+    // UTF-8, as readers expect. The library's own conversion writes Latin-1.
+    let text = |s: &str| Text::from_slice_unchecked(s.as_bytes());
     let attributes = &mut layer.attributes.other;
     for (key, value) in provenance {
         attributes.insert(text(key), exr::AttributeValue::Text(text(value)));
