@@ -61,7 +61,7 @@ struct Vignetting {
     light: Curve,
 }
 
-/// The same curves by rays through the prescription.
+/// The curves of a lens, computed by tracing rays through its prescription.
 struct Traced {
     efl: f64,
     f_number: f64,

@@ -96,7 +96,7 @@ pub(crate) fn command() -> Command {
 /// What a conversion writes.
 #[derive(Clone, Copy)]
 pub(super) enum Output {
-    /// The same scene in a format of its own language.
+    /// The scene in the language of its file, Inventor or VRML97, as text or in binary.
     Rewritten(Format),
     /// A format of other programs.
     Exported(Target),

@@ -10,6 +10,7 @@ use super::chart::{Chart, Series};
 use super::drawing::{Anchor, Drawing, Ink, Item};
 use super::numbers::{round_number, tidy};
 use super::section::{LensDiagram, SectionOptions};
+use crate::files::escaped;
 
 pub(super) const WIDTH: f64 = 1040.0;
 pub(super) const MARGIN: f64 = 44.0;
@@ -33,7 +34,7 @@ pub(crate) fn html_page(
 ) -> String {
     let about = About::of(lens.prescription());
     let title = about.title.unwrap_or_else(|| lens.name().to_owned());
-    let title = title.replace('&', "&amp;").replace('<', "&lt;");
+    let title = escaped(&title);
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width\">\n<title>{title}</title>\n<style>body{{margin:0;\

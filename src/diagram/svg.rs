@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::drawing::{Anchor, Drawing, Ink, Lettering, Output, Path, Text};
+use crate::files::escaped;
 
 /// The colors can be distinguished by people who confuse red and green (after Okabe and Ito).
 const STYLE: &str = "
@@ -157,10 +158,4 @@ fn short(value: f64) -> String {
     } else {
         text.into()
     }
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }

@@ -14,7 +14,7 @@ use crate::scene::model::{Feature, Model, Occurrence, Place, Primitives};
 pub struct Loss {
     /// The name of the kind of loss, for programs: `fog`, `line-width`, ….
     pub code: String,
-    /// What becomes of it, in lower case.
+    /// What the other format gets instead, in lower case.
     pub text: String,
     /// The node that it is about.
     pub place: Place,

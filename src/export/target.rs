@@ -98,40 +98,19 @@ impl Target {
 
     /// Whether the format can hold a feature.
     pub fn holds(self, feature: Feature) -> bool {
+        let surfaces = matches!(
+            feature,
+            Feature::Texture | Feature::VertexColors | Feature::Shading | Feature::LinesAndPoints
+        );
+        let scenes = matches!(
+            feature,
+            Feature::Light | Feature::Camera | Feature::Hierarchy | Feature::Offset
+        );
         match self {
-            Self::Glb | Self::Gltf | Self::Usda => matches!(
-                feature,
-                Feature::Light
-                    | Feature::Camera
-                    | Feature::Texture
-                    | Feature::VertexColors
-                    | Feature::Shading
-                    | Feature::LinesAndPoints
-                    | Feature::Hierarchy
-                    | Feature::Offset
-                    | Feature::Motion
-            ),
-            Self::Obj => matches!(
-                feature,
-                Feature::Texture
-                    | Feature::VertexColors
-                    | Feature::Shading
-                    | Feature::AmbientColor
-                    | Feature::LinesAndPoints
-            ),
-            Self::Ply => matches!(feature, Feature::VertexColors),
-            Self::X3d | Self::Vrml97 => matches!(
-                feature,
-                Feature::Light
-                    | Feature::LightFalloff
-                    | Feature::Camera
-                    | Feature::Texture
-                    | Feature::VertexColors
-                    | Feature::Shading
-                    | Feature::LinesAndPoints
-                    | Feature::Hierarchy
-                    | Feature::Offset
-            ),
+            Self::Glb | Self::Gltf | Self::Usda => surfaces || scenes || feature == Feature::Motion,
+            Self::Obj => surfaces || feature == Feature::AmbientColor,
+            Self::Ply => feature == Feature::VertexColors,
+            Self::X3d | Self::Vrml97 => surfaces || scenes || feature == Feature::LightFalloff,
         }
     }
 }

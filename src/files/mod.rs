@@ -1,10 +1,12 @@
-//! Reads files of bounded size, writes files that appear only when they are complete, and finds the
-//! folders of files.
+//! Reads files of bounded size, writes files that appear only when they are complete, finds the
+//! folders of files, and escapes text for markup.
 
 mod folder;
+mod markup;
 mod read;
 mod whole;
 
 pub(crate) use folder::{folder_of, project_of};
+pub(crate) use markup::escaped;
 pub(crate) use read::{MAX_PICTURE, MAX_TEXT, read_file, read_file_named, read_stream};
 pub(crate) use whole::{check_writable, write_whole};

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use glam::DVec2;
 
 use crate::diag::{Diagnostic, Result};
+use crate::files::escaped;
 use crate::lens::About;
 use crate::lens_export::chief_rays::ChiefRays;
 use crate::lens_export::series::{largest, odd_series, powers};
@@ -87,8 +88,8 @@ pub(crate) fn lensfun(view: &View<'_>, tolerance: f64) -> Result<String> {
         .iter()
         .map(|n| format!("  <!-- {} -->", comment(n)))
         .collect();
-    let name = escaped(lens.name());
-    let (title, crop) = (escaped(&title), FULL_FRAME / frame.corner());
+    let name = element_text(lens.name());
+    let (title, crop) = (element_text(&title), FULL_FRAME / frame.corner());
     let sides = [frame.film.x, frame.film.y];
     let aspect = sides[0].max(sides[1]) / sides[0].min(sides[1]);
     Ok(format!(
@@ -249,11 +250,8 @@ fn comment(text: &str) -> String {
 }
 
 /// A text for the inside of an XML element.
-fn escaped(text: &str) -> String {
-    text.replace(is_foreign, "")
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+fn element_text(text: &str) -> String {
+    escaped(&text.replace(is_foreign, ""))
 }
 
 /// Whether XML cannot contain a character, not even as a reference, or would not keep it.
@@ -272,6 +270,9 @@ mod tests {
             assert!(!text.contains("--"), "{text}");
             assert_eq!(text.matches('-').count(), hyphens);
         }
-        assert_eq!(escaped("a\u{1}\n<b>\u{ffff} & c"), "a&lt;b&gt; &amp; c");
+        assert_eq!(
+            element_text("a\u{1}\n<b>\u{ffff} & c"),
+            "a&lt;b&gt; &amp; c"
+        );
     }
 }

@@ -39,41 +39,34 @@ impl Session {
             channels: IndexMap::new(),
             provenance: picture.provenance.clone(),
         };
-        let mut put = |names: &[&str], value: &dyn Fn(usize) -> Vec<f64>| {
-            let values: Vec<Vec<f64>> = (0..picture.pixels.len()).map(value).collect();
-            for (c, name) in names.iter().enumerate() {
-                let channel = values.iter().map(|v| v[c] as f32).collect();
-                image.channels.insert((*name).to_owned(), channel);
-            }
-        };
         let share = |part: u32, of: u32| f64::from(part) / f64::from(of.max(1));
         let position = |s: &SurfaceSum| s.mean(s.position) + self.scene.origin;
-        put(&["R", "G", "B"], &|i| {
-            picture.pixels[i].map(f64::from).to_vec()
+        let depth = |s: &SurfaceSum| {
+            let view = position(s) - self.pose.position;
+            view.dot(self.pose.direction())
+        };
+        image.add(["R", "G", "B"], |i| picture.pixels[i].map(f64::from));
+        image.add(["A"], |i| [share(surfaces[i].met, surfaces[i].passed)]);
+        image.add(["Z"], |i| match surfaces[i].met {
+            0 => [FAR],
+            _ => [depth(&surfaces[i])],
         });
-        put(&["A"], &|i| {
-            vec![share(surfaces[i].met, surfaces[i].passed)]
+        image.add(["P.X", "P.Y", "P.Z"], |i| match surfaces[i].met {
+            0 => [0.0; 3],
+            _ => position(&surfaces[i]).to_array(),
         });
-        put(&["Z"], &|i| match surfaces[i].met {
-            0 => vec![FAR],
-            _ => vec![(position(&surfaces[i]) - self.pose.position).dot(self.pose.direction())],
+        image.add(["N.X", "N.Y", "N.Z"], |i| {
+            surfaces[i].normal.normalize_or_zero().to_array()
         });
-        put(&["P.X", "P.Y", "P.Z"], &|i| match surfaces[i].met {
-            0 => vec![0.0; 3],
-            _ => position(&surfaces[i]).to_array().to_vec(),
+        image.add(["albedo.R", "albedo.G", "albedo.B"], |i| {
+            surfaces[i].mean(surfaces[i].albedo).to_array()
         });
-        put(&["N.X", "N.Y", "N.Z"], &|i| {
-            surfaces[i].normal.normalize_or_zero().to_array().to_vec()
+        image.add(["error.R", "error.G", "error.B"], |i| {
+            film.standard_error(i).to_array()
         });
-        put(&["albedo.R", "albedo.G", "albedo.B"], &|i| {
-            surfaces[i].mean(surfaces[i].albedo).to_array().to_vec()
-        });
-        put(&["error.R", "error.G", "error.B"], &|i| {
-            film.standard_error(i).to_array().to_vec()
-        });
-        put(&["samples.Y"], &|i| vec![f64::from(film.samples(i))]);
-        put(&["lost.Y"], &|i| {
-            vec![1.0 - share(surfaces[i].passed, surfaces[i].samples)]
+        image.add(["samples.Y"], |i| [f64::from(film.samples(i))]);
+        image.add(["lost.Y"], |i| {
+            [1.0 - share(surfaces[i].passed, surfaces[i].samples)]
         });
         image
     }

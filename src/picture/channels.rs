@@ -23,6 +23,23 @@ pub struct ChannelImage {
 }
 
 impl ChannelImage {
+    /// Adds channels with the values that a function gives for each pixel.
+    pub(crate) fn add<const N: usize>(
+        &mut self,
+        names: [&str; N],
+        values: impl Fn(usize) -> [f64; N],
+    ) {
+        let pixels = self.width as usize * self.height as usize;
+        let mut channels: [Vec<f32>; N] = std::array::from_fn(|_| Vec::with_capacity(pixels));
+        for pixel in 0..pixels {
+            for (channel, value) in channels.iter_mut().zip(values(pixel)) {
+                channel.push(value as f32);
+            }
+        }
+        let named = names.map(str::to_owned).into_iter().zip(channels);
+        self.channels.extend(named);
+    }
+
     /// Writes the image as OpenEXR with 32 bits in each channel.
     ///
     /// # Errors

@@ -117,7 +117,7 @@ impl Writer<'_> {
         let values: Vec<[f64; 4]> = list
             .iter()
             .map(|turn| {
-                // Of the two quaternions of a rotation, the one nearer to that before it.
+                // Both q and −q describe a rotation; the one nearer to the previous key is used.
                 last = if turn.dot(last) < 0.0 { -*turn } else { *turn };
                 last.to_array()
             })

@@ -22,9 +22,10 @@ use crate::scene::texture_components;
 
 /// How the textures of the document meet the diffuse color.
 pub(in crate::export) enum Textures<'t> {
-    /// As in X3D 4, they multiply it.
+    /// A texture multiplies the diffuse color, as in X3D 4.
     Multiply,
-    /// As in VRML97, those in color replace it. The folders are searched for their files.
+    /// A texture with color replaces the diffuse color, as in VRML97. The folders are searched for
+    /// its file.
     Replace(&'t [PathBuf]),
 }
 

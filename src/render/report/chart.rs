@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::convergence::Convergence;
+use crate::files::escaped;
 
 /// The quantity on the horizontal axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -157,8 +158,8 @@ fn head(table: &Convergence) -> String {
          <rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#fff\"/>\n\
          <text x=\"{left}\" y=\"24\" font-size=\"15\">{}</text>\n\
          <text x=\"{left}\" y=\"40\" fill=\"#777\">against {}</text>\n",
-        escape(&table.scene),
-        escape(&table.reference)
+        escaped(&table.scene),
+        escaped(&table.reference)
     )
 }
 
@@ -253,7 +254,7 @@ fn write_labels(out: &mut String, mut labels: Vec<Label<'_>>) {
             "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{color}\">{}</text>",
             WIDTH - MARGIN[1] + 10.0,
             y + 4.0,
-            escape(text)
+            escaped(text)
         );
     }
 }
@@ -264,11 +265,4 @@ fn power_of_ten(decade: i32) -> String {
         -3..=4 => libm::exp10(f64::from(decade)).to_string(),
         _ => format!("1e{decade}"),
     }
-}
-
-/// Escapes the characters that XML reserves in text.
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }

@@ -2,6 +2,8 @@
 
 use glam::{Vec2, Vec3};
 
+use super::runs::Runs;
+use super::triangle_list::IndexedTriangle;
 use crate::geometry::{BoxCoordinates, Corner};
 use crate::grammar::Field;
 use crate::iv::NodeRef;
@@ -102,6 +104,26 @@ impl Vertices<'_, '_> {
             coordinates: texture.truncate(),
             third: texture.z,
         })
+    }
+
+    /// Returns the corners of a triangle, or `None` if a coordinate does not exist. `counts` are
+    /// the numbers of corners before each place ([`Runs::counts`]).
+    pub(crate) fn corners(
+        &self,
+        triangle: &IndexedTriangle,
+        runs: &Runs<'_>,
+        counts: &[u32],
+    ) -> Option<[Corner; 3]> {
+        let [a, b, c] = triangle.corners.map(|p| {
+            self.corner(Place {
+                coordinate: runs.coordinate(p as usize),
+                position: p as usize,
+                count: counts[p as usize] as usize,
+                face: triangle.face as usize,
+                part: triangle.part as usize,
+            })
+        });
+        Some([a?, b?, c?])
     }
 
     fn normal(&self, place: Place) -> Vec3 {

@@ -11,7 +11,7 @@ use super::scene_builder::{SceneBuilder, in_reach};
 use crate::geometry::normals::face_normal;
 use crate::geometry::{Corner, Mesh};
 use crate::scene::canvas::{
-    IndexedTriangle, MaterialsBy, NormalPer, Normals, Place, Placement, Points, Runs, SPARSE_RATIO,
+    IndexedTriangle, MaterialsBy, NormalPer, Normals, Placement, Points, Runs, SPARSE_RATIO,
     TriangleList, Vertices, wrapped,
 };
 use crate::scene::looks::Surface;
@@ -55,17 +55,8 @@ impl SceneBuilder {
         let counts = runs.counts();
         TriangleList::fill(cut, &mut |triangles| {
             for triangle in triangles.iter() {
-                let corners = triangle.corners.map(|p| {
-                    vertices.corner(Place {
-                        coordinate: runs.coordinate(p as usize),
-                        position: p as usize,
-                        count: counts[p as usize] as usize,
-                        face: triangle.face as usize,
-                        part: triangle.part as usize,
-                    })
-                });
-                if let [Some(a), Some(b), Some(c)] = corners {
-                    self.edges(&[a, b, c]);
+                if let Some(corners) = vertices.corners(triangle, runs, &counts) {
+                    self.edges(&corners);
                 }
             }
         });

@@ -12,8 +12,8 @@ use crate::diag::Diagnostic;
 use crate::geometry::{self, Corner, Fineness, QuadricKind, facets};
 use crate::iv::NodeRef;
 use crate::scene::canvas::{
-    Canvas, MaterialsBy, PictureView, Place, Placement, Reports, Runs, Sides, TriangleList,
-    Vertices, Wants,
+    Canvas, MaterialsBy, PictureView, Placement, Reports, Runs, Sides, TriangleList, Vertices,
+    Wants,
 };
 use crate::scene::census::Census;
 use crate::scene::looks::Texture;
@@ -377,17 +377,8 @@ impl Canvas for MeshCanvas {
         let counts = runs.counts();
         TriangleList::fill(cut, &mut |triangles| {
             for triangle in triangles.iter() {
-                let corners = triangle.corners.map(|p| {
-                    vertices.corner(Place {
-                        coordinate: runs.coordinate(p as usize),
-                        position: p as usize,
-                        count: counts[p as usize] as usize,
-                        face: triangle.face as usize,
-                        part: triangle.part as usize,
-                    })
-                });
-                if let [Some(a), Some(b), Some(c)] = corners {
-                    self.triangle([a, b, c]);
+                if let Some(corners) = vertices.corners(triangle, runs, &counts) {
+                    self.triangle(corners);
                 }
             }
         });

@@ -75,7 +75,7 @@ macro_rules! features {
                 match self { $(Self::$variant => $code,)* }
             }
 
-            /// What becomes of the feature, in lower case.
+            /// What the other format gets instead of the feature, in lower case.
             pub fn text(self) -> &'static str {
                 match self { $(Self::$variant => $text,)* }
             }

@@ -18,7 +18,12 @@ fn messages(program: &str) -> Vec<(ErrorKind, String)> {
            field SFNode self Group {{ }} url \"javascript: {program}\" }}
          ROUTE Clock.time TO S.tick"
     );
-    let played = play(&read(&scene), 0.0).expect("has a script");
+    played(&scene)
+}
+
+/// Returns the messages of a scene that is played at time 0.
+fn played(scene: &str) -> Vec<(ErrorKind, String)> {
+    let played = play(&read(scene), 0.0).expect("has a script");
     let items = played.sink.items().iter();
     items.map(|d| (d.kind, d.message.clone())).collect()
 }
@@ -170,13 +175,7 @@ fn scripts_that_a_script_creates_end_at_a_limit() {
           var q = String.fromCharCode(34);
           var inner = 'Script { url ' + q + 'javascript: function initialize() { }' + q + ' }';
           for (var i = 0; i < 30; i++) Browser.createVrmlFromString(inner); }\" }";
-    let played = play(&read(scene), 0.0).expect("has a script");
-    let said: Vec<_> = played
-        .sink
-        .items()
-        .iter()
-        .map(|d| d.message.clone())
-        .collect();
+    let said: Vec<_> = played(scene).into_iter().map(|(_, m)| m).collect();
     assert_eq!(
         said,
         ["the scene has more than 20 scripts; the rest is not run"]
@@ -253,13 +252,7 @@ fn a_storm_of_events_between_scripts_ends() {
           eventIn SFInt32 go field SFNode other Group { } directOutput TRUE
           url \"javascript: function go(v) { }\" } directOutput TRUE
         url \"javascript: function go(v) { } function initialize() { for (;;) other.go = 1; }\" }";
-    let played = play(&read(scene), 0.0).expect("has a script");
-    let said: Vec<_> = played
-        .sink
-        .items()
-        .iter()
-        .map(|d| d.message.clone())
-        .collect();
+    let said: Vec<_> = played(scene).into_iter().map(|(_, m)| m).collect();
     assert!(said.iter().any(|m| m.contains("instructions")), "{said:?}");
 }
 
