@@ -2,6 +2,7 @@
 
 use glam::DMat4;
 
+use super::copies::Copies;
 use super::state::State;
 use crate::iv::{NodeId, NodeRef};
 
@@ -28,13 +29,14 @@ pub(super) enum Frame<'a> {
         /// Whether only the matrix is restored at the end.
         matrix_only: bool,
     },
-    /// Walks a node's children once, for one copy of an array.
-    Place {
+    /// Walks a node's children once for each remaining copy of an array.
+    Copies {
         node: NodeRef<'a>,
-        /// The copy's matrix, relative to the node.
-        matrix: DMat4,
-        /// The copy's number, which a `Switch` below may inherit.
-        choice: i32,
+        copies: Copies<'a>,
+        /// The number of the next copy, which a `Switch` below may inherit.
+        next: u64,
+        /// The number of visits before the last copy.
+        visits: u64,
     },
     /// Draws the geometry of a VRML97 `Shape` after its appearance.
     Geometry { shape: NodeRef<'a> },

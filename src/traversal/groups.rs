@@ -1,15 +1,16 @@
 //! Groups that select among their children, repeat them, or turn them to the camera.
 
-use glam::{DMat4, DVec3, Mat4};
+use glam::{DMat4, DVec3};
 
+use super::copies::{Copies, Grid};
 use super::frame::Frame;
 use super::state::Language;
 use super::visitor::Visitor;
 use super::walk::Walk;
 use crate::diag::Diagnostic;
 use crate::grammar::{
-    Class, array, billboard, blinker, level_of_detail, lod, multiple_copy, path, path_switch,
-    switch_node, vrml97_group, vrml97_lod, vrml97_switch_node,
+    Class, billboard, blinker, level_of_detail, lod, path, path_switch, switch_node, vrml97_group,
+    vrml97_lod, vrml97_switch_node,
 };
 use crate::iv::{NodeId, NodeRef};
 use crate::pose::Projection;
@@ -113,68 +114,74 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
 
     /// Walks the children at every place of a grid, with x fastest and z slowest. As in Inventor,
     /// every copy begins with the state at the array itself. Copies beyond the limit of visits are
-    /// left out, to bound memory.
+    /// left out.
     pub(super) fn array(&mut self, node: NodeRef<'a>) {
-        let counts = [
-            array::NUM_ELEMENTS1,
-            array::NUM_ELEMENTS2,
-            array::NUM_ELEMENTS3,
-        ];
-        let steps = [array::SEPARATION1, array::SEPARATION2, array::SEPARATION3];
-        let n = counts.map(|field| i64::from(node.get(field).max(0)));
-        let s = steps.map(|field| node.get(field).as_dvec3());
-        let copies = n
-            .iter()
-            .fold(1u64, |all, &n| all.saturating_mul(n.unsigned_abs()));
+        let grid = Grid::of(node);
         let most = self.options.max_visits;
-        if copies > most {
-            let mut diagnostic = Diagnostic::warning(format!(
-                "this `{}` makes {} x {} x {} copies; the first {most} are drawn",
-                node.class_name(),
-                n[0],
-                n[1],
-                n[2]
-            ))
-            .with_help("`--scene-limit visits=N` raises this");
-            if let Some(source) = node.source() {
-                diagnostic = diagnostic.at(source, node.span());
-            }
-            self.visitor.report(diagnostic);
+        let [a, b, c] = grid.counts;
+        if grid.len() > most {
+            let name = node.class_name();
+            let diagnostic = Diagnostic::warning(format!(
+                "this `{name}` makes {a} x {b} x {c} copies; the first {most} are drawn"
+            ));
+            let help = "`--scene-limit visits=N` raises this";
+            self.report_once(node, diagnostic.with_help(help));
+        } else if grid.len() == 0 {
+            let name = node.class_name();
+            let diagnostic = Diagnostic::warning(format!(
+                "this `{name}` makes {a} x {b} x {c} copies, so it draws nothing"
+            ));
+            let help = "`numElements1`, `numElements2` and `numElements3` are at least 1";
+            self.report_once(node, diagnostic.with_help(help));
         }
-        let most = usize::try_from(copies.min(most)).unwrap_or(usize::MAX);
-        let from = |i: usize| match node.get(array::ORIGIN) {
-            array::ORIGIN_CENTER => -0.5 * (n[i] - 1) as f64,
-            array::ORIGIN_LAST => -(n[i] - 1) as f64,
-            _ => 0.0,
-        };
-        let place = |number: usize| {
-            let number = number as i64;
-            let (i, j, k) = (number % n[0], number / n[0] % n[1], number / n[0] / n[1]);
-            let offset: DVec3 = (from(0) + i as f64) * s[0]
-                + (from(1) + j as f64) * s[1]
-                + (from(2) + k as f64) * s[2];
-            DMat4::from_translation(offset)
-        };
-        let places: Vec<DMat4> = (0..most).map(place).collect();
-        self.place(node, &places);
+        self.copies(node, Copies::Grid(grid, grid.len().min(most)));
     }
 
     /// Walks the children once for each matrix of a `MultipleCopy`.
     pub(super) fn multiple_copy(&mut self, node: NodeRef<'a>) {
-        let matrices = node.get(multiple_copy::MATRIX);
-        let places: Vec<DMat4> = matrices.iter().map(Mat4::as_dmat4).collect();
-        self.place(node, &places);
+        self.copies(node, Copies::multiple(node));
     }
 
-    /// Walks a node's children once for each place, in order.
-    fn place(&mut self, node: NodeRef<'a>, places: &[DMat4]) {
-        for (i, &matrix) in places.iter().enumerate().rev() {
-            self.stack.push(Frame::Place {
-                node,
-                matrix,
-                choice: i as i32,
-            });
+    /// Walks a node's children once for each copy, in order.
+    fn copies(&mut self, node: NodeRef<'a>, copies: Copies<'a>) {
+        self.stack.push(Frame::Copies {
+            node,
+            copies,
+            next: 0,
+            visits: self.visits,
+        });
+    }
+
+    /// Walks a node's children for the copy with a number. A copy without nodes counts as one
+    /// visit, so that the limit of visits also ends an array of nothing.
+    pub(super) fn copy(&mut self, node: NodeRef<'a>, copies: Copies<'a>, number: u64, before: u64) {
+        if number > 0 && self.visits == before {
+            self.visits += 1;
         }
+        let Some(matrix) = copies.get(number) else {
+            return;
+        };
+        self.stack.push(Frame::Copies {
+            node,
+            copies,
+            next: number + 1,
+            visits: self.visits,
+        });
+        self.keep_state();
+        self.state.world_from_object *= matrix;
+        self.state.switch = i32::try_from(number).unwrap_or(i32::MAX);
+        self.children(node);
+    }
+
+    /// Reports a diagnostic at the place of a node, once for each node.
+    fn report_once(&mut self, node: NodeRef<'a>, mut diagnostic: Box<Diagnostic>) {
+        if !self.reported.insert(node.id) {
+            return;
+        }
+        if let Some(source) = node.source() {
+            diagnostic = diagnostic.at(source, node.span());
+        }
+        self.visitor.report(diagnostic);
     }
 
     /// Walks the child that an `LOD` selects by the distance from the eye to its center. Inventor

@@ -5,6 +5,7 @@
 //! documents whose nodes use shared subtrees at every level.
 
 mod appearance;
+mod copies;
 mod frame;
 mod groups;
 mod kit;

@@ -154,5 +154,33 @@ fn the_copies_of_an_array_beyond_the_limit_are_reported() {
         let what = format!("this `Array` makes {a} x {b} x {c} copies; the first 100 are drawn");
         assert_eq!(reports[0], what);
     }
-    assert_eq!(array([0, 5, 5]).0.len(), 0);
+    let (shapes, reports) = array([0, 5, 5]);
+    assert!(shapes.is_empty());
+    let what = "this `Array` makes 0 x 5 x 5 copies, so it draws nothing";
+    assert_eq!(reports, [what]);
+}
+
+/// Eight arrays inside each other are 8 million to the power of 8 copies. The copies of arrays of
+/// nothing count as visits, so the walk ends there too.
+#[test]
+fn nested_arrays_are_walked_up_to_the_limit() {
+    let options = WalkOptions {
+        max_visits: 1000,
+        ..WalkOptions::default()
+    };
+    for inside in ["Cube { }", "", "Switch { Cube { } }"] {
+        let array = "Array { numElements1 200 numElements2 200 numElements3 200 ";
+        let scene = format!("{}{inside}{}", array.repeat(8), "}".repeat(8));
+        let recorder = walked(&scene, 0.0, &options, None);
+        let cubes = if inside.starts_with("Cube") { 992 } else { 0 };
+        assert!(recorder.shapes.len().abs_diff(cubes) <= 1, "{inside}");
+        assert_eq!(recorder.reports.len(), 9, "{inside}"); // one for each array, and the limit
+    }
+}
+
+#[test]
+fn a_multiple_copy_has_a_copy_for_each_matrix() {
+    let scene = "MultipleCopy { matrix [ 1 0 0 0 0 1 0 0 0 0 1 0 5 0 0 1, \
+                 0 1 0 0 -1 0 0 0 0 0 1 0 0 7 0 1 ] Translation { translation 1 0 0 } Cube { } }";
+    assert_eq!(shapes(scene, 0.0), ["Cube 6 0", "Cube 0 8"]);
 }

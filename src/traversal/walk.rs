@@ -1,5 +1,6 @@
 //! The walk: its stack, and the steps at each node.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::frame::Frame;
@@ -33,6 +34,8 @@ pub(super) struct Walk<'a, 'v, V> {
     pub(super) visits: u64,
     /// Whether a cycle was reported; only the first one is.
     reported_cycle: bool,
+    /// The arrays that were reported.
+    pub(super) reported: HashSet<NodeId>,
     /// Whether the document has lights that shine on all of their group.
     pub(super) has_group_lights: bool,
 }
@@ -69,6 +72,7 @@ pub(crate) fn walk_list<'a, V: Visitor<'a>>(
         on_path: vec![false; document.nodes.len()],
         visits: 0,
         reported_cycle: false,
+        reported: HashSet::new(),
         has_group_lights: lights::has_light(document, Reach::Group),
     };
     walk.light_group(list);
@@ -123,16 +127,12 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 }
                 self.stack.extend(inner.into_iter().rev());
             }
-            Frame::Place {
+            Frame::Copies {
                 node,
-                matrix,
-                choice,
-            } => {
-                self.keep_state();
-                self.state.world_from_object *= matrix;
-                self.state.switch = choice;
-                self.children(node);
-            }
+                copies,
+                next,
+                visits,
+            } => self.copy(node, copies, next, visits),
             Frame::Geometry { shape } => self.geometry(shape),
         }
     }
