@@ -81,6 +81,7 @@ impl Film {
 
     /// Returns the part of the film in a region, without ghosts, as a film of its own whose error
     /// is not measured.
+    #[cfg(test)]
     pub(crate) fn cut(&self, region: Region) -> Self {
         Self {
             resolution: region.resolution(),

@@ -39,14 +39,6 @@ impl SimdKernel for Place<'_> {
     }
 }
 
-/// The exposure of one tile in one pass.
-#[derive(Default)]
-pub(super) struct TileExposure {
-    /// The exposed pixels, row by row.
-    pub pixels: Vec<Exposed>,
-    pub counts: Counts,
-}
-
 /// Collects samples of a tile and traces them when the batch is full.
 pub(super) struct Batch<'a> {
     render: &'a Render<'a>,

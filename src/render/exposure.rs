@@ -115,6 +115,12 @@ impl Counts {
         self.error_rays += other.error_rays;
     }
 
+    /// Returns the sum of these counts and those of another part.
+    pub(super) fn plus(mut self, other: &Self) -> Self {
+        self.add(other);
+        self
+    }
+
     /// Returns the share of the film's rays that passed through the lens.
     pub fn passed_share(&self) -> f64 {
         self.passed as f64 / (self.film_rays + self.error_rays).max(1) as f64

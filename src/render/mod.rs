@@ -20,7 +20,7 @@ mod stopwatch;
 mod surfaces;
 #[cfg(test)]
 mod tests;
-pub(crate) mod tile;
+mod tile;
 
 pub use exposure::{Counts, Exposure, Progress, Stop};
 pub(crate) use passes::Render;

@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use super::batch::{Batch, TileExposure};
+use super::batch::Batch;
 use super::exposure::{Counts, Exposure, Progress, Stop};
 use super::shares::SampleShares;
 use super::stopwatch::Stopwatch;
-use super::tile::Tile;
+use super::tile::{Band, Tile, TilePixels, strips};
 use crate::camera::Camera;
 use crate::film::{ErrorEstimate, Exposed, Film, Region, Resolution, SquaredError};
 use crate::sampling::{FilterTable, PixelSampler, Sampler, mix};
@@ -19,6 +19,10 @@ use crate::shade::Shader;
 /// The least factor between the numbers of samples at which the error is estimated, so that the
 /// estimates take at most a fifth of the time of a render with a target.
 const LEAST_GROWTH: f64 = 1.2;
+
+/// The largest number of pixels of the pilot pass that are exposed at once, which take 59 MB. With
+/// fewer, threads would wait for each other more often.
+const PILOT_PIXELS: usize = 1 << 20;
 
 /// The last estimate of a render's error.
 #[derive(Default)]
@@ -68,18 +72,35 @@ impl Render<'_> {
         region: Region,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
+        let mut counts = Counts::default();
+        let watch = Stopwatch::start();
+        let shares = self.pilot_pass(&mut counts);
+        let mut exposure = self.run_shared(region, &shares, progress);
+        exposure.counts.add(&counts);
+        let spent = watch.spent();
+        exposure.seconds = spent.seconds;
+        exposure.processor_seconds = spent.processor_seconds;
+        exposure
+    }
+
+    /// Exposes a region of the film with each pixel's share of the samples.
+    pub(super) fn run_shared(
+        &self,
+        region: Region,
+        shares: &SampleShares,
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Exposure {
         let watch = Stopwatch::start();
         let start = Instant::now();
-        let tiles = Tile::inside(region, self.resolution);
-        let mut film = Film::new(self.resolution);
+        let tiles = Tile::count(region);
+        let mut film = Film::new(region.resolution());
         let mut counts = Counts::default();
         let mut done = 0;
         let mut measured = Measured::default();
-        let shares = self.pilot_pass(&mut counts);
         while done < self.stop.samples {
             let pass_start = Instant::now();
             let end = self.pass_end(done);
-            let total = tiles.len() as u64 * self.passes_left(done);
+            let total = tiles * self.passes_left(done);
             let report = |tiles_done: u64| {
                 progress(Progress {
                     tiles_done,
@@ -89,7 +110,7 @@ impl Render<'_> {
                 });
                 true
             };
-            if let Some(pass) = self.shared_pass(&tiles, &mut film, done..end, &shares, &report) {
+            if let Some(pass) = self.shared_pass(region, &mut film, done..end, shares, &report) {
                 counts.add(&pass);
             }
             let last = pass_start.elapsed() / (end - done).max(1);
@@ -104,9 +125,6 @@ impl Render<'_> {
         if measured.samples < done {
             measured = self.measured(&film, region, done, &mut counts);
         }
-        if region != Region::whole(self.resolution) {
-            film = film.cut(region);
-        }
         film.squared_error = measured.squared_error;
         let spent = watch.spent();
         Exposure {
@@ -118,13 +136,11 @@ impl Render<'_> {
         }
     }
 
-    /// Estimates the error of a region of a film after a number of samples per pixel.
+    /// Estimates the error of the film of a region after a number of samples per pixel.
     fn measured(&self, film: &Film, region: Region, samples: u32, counts: &mut Counts) -> Measured {
-        let part = (region != Region::whole(self.resolution)).then(|| film.cut(region));
-        let part = part.as_ref().unwrap_or(film);
-        let (squared_error, more) = self.measure(part, region);
+        let (squared_error, more) = self.measure(film, region);
         counts.add(&more);
-        let error = squared_error.and_then(|e| e.relative(part.pixels.len(), part.mean()).ok());
+        let error = squared_error.and_then(|e| e.relative(film.pixels.len(), film.mean()).ok());
         // The error falls with the power 3/4 of the samples at best (over edges in the plane).
         let target = self.stop.error.unwrap_or(0.0);
         let growth = error.map_or(2.0, |e| libm::pow(e.high / target, 4.0 / 3.0));
@@ -137,25 +153,25 @@ impl Render<'_> {
         }
     }
 
-    /// Adds samples to every pixel. After every tile, `proceed` receives the number of finished
-    /// tiles; if it returns false, the pass is abandoned, the film is unchanged, and the result is
-    /// `None`.
+    /// Adds samples to every pixel of a film, which is a region of the picture. After every tile,
+    /// `proceed` receives the number of finished tiles; if it returns false, the pass is abandoned
+    /// and the result is `None`. Some tiles of the film then have the samples and others do not.
     pub(crate) fn pass(
         &self,
-        tiles: &[Tile],
+        region: Region,
         film: &mut Film,
         samples: Range<u32>,
         proceed: &(dyn Fn(u64) -> bool + Sync),
     ) -> Option<Counts> {
-        self.shared_pass(tiles, film, samples, &SampleShares(None), proceed)
+        self.shared_pass(region, film, samples, &SampleShares::EVEN, proceed)
     }
 
     /// Estimates the noise of each pixel for adaptive sampling from an eighth of the samples, at
     /// least 2 and at most 16 (chosen by trial). Its rays are counted; its light is discarded. It
     /// covers the whole picture, so that the shares in a region are those of the whole picture.
-    fn pilot_pass(&self, counts: &mut Counts) -> SampleShares {
+    pub(super) fn pilot_pass(&self, counts: &mut Counts) -> SampleShares {
         if !self.adaptive {
-            return SampleShares(None);
+            return SampleShares::EVEN;
         }
         let pilot = Render {
             sampler: Sampler {
@@ -164,40 +180,44 @@ impl Render<'_> {
             },
             ..*self
         };
-        let mut film = Film::new(self.resolution);
         let samples = 0..(self.stop.samples / 8).clamp(2, 16);
-        if let Some(rays) = pilot.pass(&Tile::all(self.resolution), &mut film, samples, &|_| true) {
-            counts.add(&rays);
+        let mut variances = Vec::with_capacity(self.resolution.pixels());
+        for strip in strips(self.resolution, PILOT_PIXELS) {
+            let mut film = Film::new(strip.resolution());
+            if let Some(rays) = pilot.pass(strip, &mut film, samples.clone(), &|_| true) {
+                counts.add(&rays);
+            }
+            variances.extend(film.pixels.iter().map(SampleShares::variance));
         }
-        SampleShares::of(&film, self.stop.samples)
+        SampleShares::of(&variances, self.resolution, self.stop.samples)
     }
 
     /// Does the work of [`Render::pass`], with each pixel's share of the samples.
     fn shared_pass(
         &self,
-        tiles: &[Tile],
+        region: Region,
         film: &mut Film,
         samples: Range<u32>,
         shares: &SampleShares,
         proceed: &(dyn Fn(u64) -> bool + Sync),
     ) -> Option<Counts> {
         let finished = Mutex::new(0);
-        let one = |&tile: &Tile| {
-            let part = self.expose(tile, film, &samples, shares);
+        let one = |mut pixels: TilePixels<'_>| {
+            let mut sums = pixels.copied();
+            let counts = self.expose(pixels.tile, &mut sums, &samples, shares);
+            pixels.set(&sums);
             let mut finished = finished.lock().unwrap_or_else(|e| e.into_inner());
             *finished += 1;
-            proceed(*finished).then_some(part)
+            proceed(*finished).then_some(counts)
         };
-        let parts: Option<Vec<TileExposure>> = tiles.par_iter().map(one).collect();
-        let mut counts = Counts::default();
-        for (tile, part) in tiles.iter().zip(parts?) {
-            counts.add(&part.counts);
-            for ((x, y), exposed) in tile.pixels().zip(part.pixels) {
-                film.pixels[(y * self.resolution.width + x) as usize] = exposed;
-            }
-        }
+        let sum = |a: Counts, b: Counts| Some(a.plus(&b));
+        let band = |band: Band<'_>| {
+            let tiles = band.tiles().into_par_iter().map(one);
+            tiles.try_reduce(Counts::default, sum)
+        };
         film.squared_error = None;
-        Some(counts)
+        let bands = Band::all(region, &mut film.pixels).into_par_iter();
+        bands.map(band).try_reduce(Counts::default, sum)
     }
 
     /// Returns the number of samples after the next pass. Without a limit on error or time, all
@@ -232,32 +252,28 @@ impl Render<'_> {
         good || late
     }
 
-    /// Adds samples to the pixels of one tile.
+    /// Adds samples to the pixels of one tile, which are in `sums` row by row. It needs nothing but
+    /// the tile's own pixels, so tiles can be exposed in any order and anywhere.
     fn expose(
         &self,
         tile: Tile,
-        film: &Film,
+        sums: &mut [Exposed],
         samples: &Range<u32>,
         shares: &SampleShares,
-    ) -> TileExposure {
+    ) -> Counts {
         let mut batch = Batch::new(self);
-        let mut sums: Vec<Exposed> = Vec::new();
-        for (x, y) in tile.pixels() {
+        for (slot, (x, y)) in tile.pixels().enumerate() {
             let number = y * self.resolution.width + x;
-            sums.push(film.pixels[number as usize]);
             let samples = shares.samples(number, samples);
-            batch.add((x, y), self.sampler, samples, &mut sums);
+            batch.add((x, y), self.sampler, samples, &mut sums[..=slot]);
         }
-        batch.flush(&mut sums);
-        TileExposure {
-            pixels: sums,
-            counts: Counts {
-                film_rays: batch.counts.film_rays,
-                passed: batch.counts.passed,
-                scene_rays: batch.work.counts.scene,
-                shadow_rays: batch.work.counts.shadow,
-                error_rays: 0,
-            },
+        batch.flush(sums);
+        Counts {
+            film_rays: batch.counts.film_rays,
+            passed: batch.counts.passed,
+            scene_rays: batch.work.counts.scene,
+            shadow_rays: batch.work.counts.shadow,
+            error_rays: 0,
         }
     }
 

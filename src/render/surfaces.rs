@@ -59,7 +59,7 @@ impl Render<'_> {
             camera: &camera,
             ..*self
         };
-        let tiles = Tile::inside(region, self.resolution);
+        let tiles: Vec<Tile> = Tile::inside(region).collect();
         let survey = |tile: &Tile| -> Vec<SurfaceSum> {
             let mut batch = Batch::new(&render);
             let pixel = |at| {

@@ -10,7 +10,6 @@ use std::time::{Duration, Instant};
 use crate::diag::Result;
 use crate::film::{ErrorEstimate, ErrorUnknown, Film, Region, Resolution};
 use crate::photo::{Optics, Plan, Session};
-use crate::render::tile::Tile;
 use crate::render::{Counts, Render, Stop};
 use crate::sampling::FilterTable;
 use crate::shade::Shading;
@@ -82,7 +81,6 @@ struct Exposing {
     resolution: Resolution,
     /// The divisor of the picture's sides.
     divisor: u32,
-    tiles: Vec<Tile>,
     film: Film,
     samples: u32,
     /// The last estimate of the error, and the number of samples at which it was made.
@@ -100,7 +98,6 @@ impl Exposing {
         Self {
             resolution,
             divisor,
-            tiles: Tile::all(resolution),
             film: Film::new(resolution),
             samples: 0,
             error: (Err(ErrorUnknown::NotMeasured), 0),
@@ -229,9 +226,11 @@ impl Live {
             filter: &FilterTable::new(self.session.plan.filter),
             adaptive: false,
         };
-        let counts = render.pass(&exposing.tiles, &mut exposing.film, done..end, &|_| {
-            proceed()
-        })?;
+        // An abandoned pass leaves some tiles with other samples than the rest, so it gets a copy.
+        let whole = Region::whole(exposing.resolution);
+        let mut film = exposing.film.clone();
+        let counts = render.pass(whole, &mut film, done..end, &|_| proceed())?;
+        exposing.film = film;
         let seconds = clock.elapsed().as_secs_f64().max(1e-6);
         let rate = (counts.film_rays + counts.error_rays) as f64 / seconds;
         self.rate = if self.rate == GUESS {
@@ -245,7 +244,6 @@ impl Live {
         // more samples: the estimates take a tenth of the time at most.
         let is_due = end > 1 && 2 * end >= 3 * exposing.error.1;
         if is_due && proceed() {
-            let whole = Region::whole(exposing.resolution);
             let (squared_error, counts) = render.measure(&exposing.film, whole);
             exposing.film.squared_error = squared_error;
             exposing.counts.add(&counts);
