@@ -9,6 +9,7 @@ mod coverage;
 mod damage;
 #[cfg(feature = "panels")]
 mod latency;
+mod left_out;
 mod optics;
 mod optics_aberrations;
 mod paper_claims;

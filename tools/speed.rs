@@ -17,13 +17,17 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
+use super::left_out::{self, LIT};
+use super::shared::pictures::{
+    ball_nodes, living_room, one_thread, render, thread_seconds, written,
+};
 use super::shared::{files, mesh, room, sheets};
 use crate::bvh::Bvh;
 use crate::camera::Aim;
 use crate::film::Resolution;
 use crate::lens::{Bundle, LANES, Lens, LensRay, PupilTarget, Toward};
 use crate::math::lanes::Width;
-use crate::photo::{CameraChoice, Era, LensChoice, Optics, Plan, Session};
+use crate::photo::{LensChoice, Optics, Plan, Session};
 use crate::render::Stop;
 use crate::sampling::{DiscMap, Sampler, SamplerKind};
 use crate::shade::Shading;
@@ -42,7 +46,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let only = after(&words, "--only", 1);
     let scene = after(&words, "--room", 1);
     let peer = after(&words, "--peer", 1);
-    let parts: [Part; 10] = [
+    let parts: [Part; 11] = [
         ("lenses", &lenses),
         ("sheets", &|report| {
             one_thread(|| sheets::table(report, &thread_seconds));
@@ -59,7 +63,8 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
             }
         }),
         ("pictures", &pictures),
-        ("left-out", &left_out),
+        ("left-out", &left_out::by_shading),
+        ("not-needed", &left_out::by_scene),
         ("dispersion", &dispersion),
         ("growth", &growth),
         ("threads", &threads),
@@ -102,17 +107,6 @@ fn write(file: &Path, tables: &[(&str, String)]) -> std::io::Result<()> {
     std::fs::write(file, text)
 }
 
-/// Runs work on this thread only.
-fn one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(1)
-        .use_current_thread();
-    match pool.build() {
-        Ok(pool) => pool.install(work),
-        Err(_) => work(),
-    }
-}
-
 /// Returns the machine's description of its processor.
 fn machine() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -122,20 +116,6 @@ fn machine() -> String {
     });
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     format!("{name}, {cores} cores, lanes {:?}", Width::detect())
-}
-
-/// Returns the processor time of this thread in seconds, or the clock's time if the system does not
-/// provide it.
-fn thread_seconds() -> f64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = text.split(' ').next().and_then(|n| n.parse::<f64>().ok());
-    nanoseconds.map_or_else(
-        || {
-            let since = std::time::SystemTime::UNIX_EPOCH.elapsed();
-            since.unwrap_or_default().as_secs_f64()
-        },
-        |n| n * 1e-9,
-    )
 }
 
 /// The shortest round; the processor clock has steps of 4 ms on some systems.
@@ -356,33 +336,6 @@ fn rates(tree: &Bvh, rays: &mesh::Rays) -> [f64; 2] {
     ]
 }
 
-fn living_room() -> Plan {
-    let mut plan = Plan::of_era(Era::Modern, "scenes/livroom/livroom.iv");
-    plan.camera = Some(CameraChoice::File("camera/cam-1.dat".into()));
-    plan.focus = Some(crate::math::Meters(1.2));
-    let mut lens = LensChoice::named("wide-angle");
-    lens.efl = Some(crate::math::Mm(20.0));
-    plan.optics = Optics::Lens(lens);
-    plan.resolution = Resolution {
-        width: 360,
-        height: 240,
-    };
-    plan
-}
-
-/// Renders on this thread; returns the seconds of rendering and the exposure.
-fn render(session: &Session, samples: u32) -> (f64, crate::render::Exposure) {
-    let sampler = Sampler {
-        samples,
-        ..session.plan.sampler
-    };
-    one_thread(|| {
-        let start = thread_seconds();
-        let made = session.expose_with(sampler, Stop::after(samples), &|_| ());
-        (thread_seconds() - start, made)
-    })
-}
-
 fn pictures(report: &mut String) {
     report.push_str(
         "## Pictures\n\nThe living room at 360x240, 16 samples per pixel, one thread. Compile is \
@@ -467,96 +420,6 @@ fn dispersion(report: &mut String) {
     report.push('\n');
 }
 
-/// Measures the time that simpler shading models save in the same picture.
-fn left_out(report: &mut String) {
-    report.push_str(
-        "## Leaving out\n\nThe living room at 360x240, 16 samples, one thread: what was not read, \
-         built or traced (as `--report` has it), and seconds against everything (recursive, through \
-         glass with dispersion).\n\n\
-         | shading | optics | left out | compile | pupil | render | saved |\n|---|---|---|---|---|---|---|\n",
-    );
-    let glass = |dispersion: bool| {
-        let mut plan = living_room();
-        let mut lens = LensChoice::named("flektogon");
-        lens.efl = Some(crate::math::Mm(20.0));
-        (plan.optics, plan.dispersion) = (Optics::Lens(lens), dispersion);
-        plan
-    };
-    let mut cases = vec![
-        (glass(true), "glass"),
-        (glass(false), "glass, one wavelength"),
-    ];
-    for shading in [
-        Shading::Phong,
-        Shading::Ambient,
-        Shading::Normal,
-        Shading::Flat,
-    ] {
-        let mut plan = glass(false);
-        plan.shading = shading;
-        cases.push((plan, "glass, one wavelength"));
-    }
-    let mut plan = glass(false);
-    (plan.optics, plan.shading) = (Optics::Pinhole, Shading::Flat);
-    cases.push((plan, "pinhole"));
-    let mut everything = None;
-    for (plan, optics) in cases {
-        let shading = plan.shading.name();
-        let session = match Session::open(plan) {
-            Ok(session) => session,
-            Err(error) => return eprintln!("{}", error.message),
-        };
-        let (seconds, made) = render(&session, 16);
-        let own = session.seconds;
-        let total = own.compile + own.pupil + seconds;
-        let all = *everything.get_or_insert(total);
-        let _ = writeln!(
-            report,
-            "| {shading} | {optics} | {} | {:.3} | {:.4} | {seconds:.2} | {:.0}% |",
-            session.report(&made).left_out.join(", "),
-            own.compile,
-            own.pupil,
-            100.0 * (1.0 - total / all)
-        );
-    }
-    report.push('\n');
-}
-
-/// Writes a scene and returns a plan for it.
-fn written(name: &str, nodes: &str) -> Option<Plan> {
-    let folder = std::env::temp_dir().join(format!("ivcam-speed-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).ok()?;
-    let file = folder.join(name);
-    let text = format!(
-        "#Inventor V2.1 ascii\nPerspectiveCamera {{ position 0 0 4 focalDistance 4 }}\n{nodes}"
-    );
-    std::fs::write(&file, text).ok()?;
-    let mut plan = Plan::of_era(Era::Modern, file);
-    plan.optics = living_room().optics;
-    plan.resolution = Resolution {
-        width: 180,
-        height: 120,
-    };
-    Some(plan)
-}
-
-/// Returns a bumpy sphere as nodes of a file.
-fn ball_nodes(count: usize) -> String {
-    let mut points = String::new();
-    let triangles = mesh::ball(count);
-    for corner in triangles.iter().flatten() {
-        let _ = writeln!(points, "{} {} {},", corner.x, corner.y, corner.z);
-    }
-    let mut faces = String::new();
-    for i in 0..triangles.len() {
-        let _ = writeln!(faces, "{},{},{},-1,", 3 * i, 3 * i + 1, 3 * i + 2);
-    }
-    format!(
-        "PointLight {{ location 3 5 3 }} Coordinate3 {{ point [ {points} ] }}\n\
-         IndexedFaceSet {{ coordIndex [ {faces} ] }}\n"
-    )
-}
-
 /// Returns the slope of the logarithm of rendering time over that of a number.
 fn slope_of(plans: impl Iterator<Item = (f64, Plan)>, samples: u32) -> f64 {
     let point = |(number, plan): (f64, Plan)| {
@@ -610,7 +473,7 @@ fn growth(report: &mut String) {
     };
     let by_lights = slope_of([4, 16, 64].into_iter().filter_map(lit), 16);
     let meshed = |count: usize| {
-        let nodes = ball_nodes(count);
+        let nodes = format!("{LIT}\n{}", ball_nodes(count));
         Some((count as f64, written(&format!("ball-{count}.iv"), &nodes)?))
     };
     let by_triangles = slope_of(

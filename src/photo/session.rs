@@ -27,6 +27,8 @@ use crate::render::ghosts::GhostRender;
 use crate::render::report::{RenderReport, Seconds, error_text};
 use crate::render::{Exposure, Progress, Render, Stop, Stopwatch, SurfaceSum};
 use crate::sampling::{FilterTable, Sampler};
+#[cfg(test)]
+use crate::scene::Unneeded;
 use crate::scene::{CompileOptions, Light, Needs, RenderScene, precision_warning, snapshot};
 use crate::shade::{ShadeOptions, Shader, Shading};
 use crate::snapshot::{Snapshot, SnapshotOptions};
@@ -235,6 +237,14 @@ impl Session {
             facets,
             ..Needs::ALL
         })
+    }
+
+    /// Makes every ray do work that the scene does not need.
+    #[cfg(test)]
+    pub(crate) fn force(&mut self, unneeded: Unneeded) {
+        if let Some(scene) = Arc::get_mut(&mut self.scene) {
+            scene.force(unneeded);
+        }
     }
 
     fn compile_parts(&mut self, needs: Needs) -> Result<()> {
@@ -513,7 +523,7 @@ impl Session {
 
     /// Lists the features that the picture did not need, with the reasons.
     fn left_out(&self) -> Vec<String> {
-        let mut out = self.scene.census().left_out();
+        let mut out = self.scene.left_out();
         let mut leave = |what: &str, why: &str| out.push(format!("{what} ({why})"));
         if self.plan.optics == Optics::Pinhole {
             leave("lens and pupil", "pinhole");
@@ -531,10 +541,18 @@ impl Session {
                 },
             );
         }
-        if !self.plan.shading.needs().secondary {
+        if self.plan.shading.needs().secondary {
+            if self.scene.lights().is_empty() && self.headlight.is_none() {
+                leave("shadow rays", "no lights");
+            }
+            if !self.scene.has_mirrors() {
+                leave("reflected rays", "no mirrors");
+            }
+            if !self.scene.is_transparent() {
+                leave("refracted rays", "nothing transparent");
+            }
+        } else {
             leave("secondary rays", "shading");
-        } else if self.scene.lights().is_empty() && self.headlight.is_none() {
-            leave("shadow rays", "no lights");
         }
         if self.shows_nothing() {
             leave("all rays", "nothing to see");

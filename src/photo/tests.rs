@@ -4,11 +4,12 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{Era, Plan, Session};
+use super::{Era, Headlight, Plan, Session};
 use crate::camera::Camera;
 use crate::film::Resolution;
 use crate::math::Meters;
 use crate::pose::Projection;
+use crate::scene::Unneeded;
 
 const SCENE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 }\n\
     PointLight { location 2 3 4 }\nSphere { }\nTranslation { translation 1.5 .4 .5 } Cube { }\n";
@@ -121,6 +122,46 @@ fn layers_hold_what_each_pixel_shows() {
 }
 
 #[test]
+fn the_report_names_what_the_scene_did_not_need() {
+    let folder = std::env::temp_dir().join(format!("ivcam-unneeded-{}", std::process::id()));
+    let mut plan = plan(&folder);
+    plan.shading = crate::shade::Shading::Recursive;
+    plan.headlight = Headlight::Set(false);
+    let left_out = |text: &str| {
+        let text = format!("#Inventor V2.1 ascii\n{text}\n");
+        std::fs::write(&plan.scene, text).expect("the scene can be written");
+        let session = Session::open(plan.clone()).expect("the scene is whole");
+        session.report(&session.expose(&|_| ())).left_out
+    };
+    let bare = left_out(
+        "Cube { } Switch { Cube { } Sphere { } } Separator { PointLight { } } Translation { }",
+    );
+    let expected = [
+        "textures (none)",
+        "fog (none)",
+        "fonts (no text)",
+        "visibility of hits (nothing clipped or culled)",
+        "1 lights (light no shape)",
+        "2 shapes (not reached)",
+        "shadow rays (no lights)",
+        "reflected rays (no mirrors)",
+        "refracted rays (nothing transparent)",
+    ];
+    for part in expected {
+        assert!(bare.contains(&part.to_owned()), "{part}: {bare:?}");
+    }
+    let rich = left_out(
+        "Environment { fogType HAZE } PointLight { } ClipPlane { plane 0 1 0 -9 }
+         Material { specularColor 1 1 1 shininess .5 transparency .5 }
+         Texture2 { image 1 1 1 0x80 } Cube { } Text3 { string \"a\" }",
+    );
+    for part in expected {
+        assert!(!rich.contains(&part.to_owned()), "{part}: {rich:?}");
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn a_scene_with_nothing_to_see_needs_no_rays() {
     let folder = std::env::temp_dir().join(format!("ivcam-nothing-{}", std::process::id()));
     let plan = plan(&folder);
@@ -152,7 +193,8 @@ fn a_scene_with_nothing_to_see_needs_no_rays() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-/// What a shading model does not use is not compiled. The picture has the same bits with it.
+/// What a shading model does not use is not compiled, and what the scene lacks is not computed. The
+/// picture has the same bits with it. Points that are lit one by one differ by rounding.
 #[test]
 fn what_is_left_out_does_not_change_the_picture() {
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
@@ -176,6 +218,15 @@ fn what_is_left_out_does_not_change_the_picture() {
             let whole = session.expose(&|_| ()).film;
             assert!(lean.mean() > 0.0, "{scene} {shading:?}");
             assert!(lean.pixels == whole.pixels, "{scene} {shading:?}");
+            session.force(Unneeded::Transparency);
+            session.force(Unneeded::Visibility);
+            let forced = session.expose(&|_| ()).film;
+            assert!(lean.pixels == forced.pixels, "{scene} {shading:?}");
+            session.force(Unneeded::Points);
+            let forced = session.expose(&|_| ()).film;
+            let mut pairs = lean.pixels.iter().zip(&forced.pixels);
+            let same = pairs.all(|(a, b)| (a.mean - b.mean).abs().max_element() < 1e-6);
+            assert!(same, "{scene} {shading:?}");
         }
     }
 }

@@ -22,6 +22,11 @@ pub struct Census {
     pub strokes: u64,
     /// The number of lights that light a shape.
     pub lights: u64,
+    /// The number of lights that are on, whether they light a shape or not.
+    pub lights_seen: u64,
+    /// The number of shape nodes that the walk does not reach, such as those of a `Switch` that is
+    /// off.
+    pub shapes_unreached: u64,
     /// The number of textures decoded.
     pub textures: u64,
     /// The number of shapes whose texture this picture does not need.

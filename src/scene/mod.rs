@@ -10,6 +10,7 @@ pub(crate) mod check;
 mod compile;
 mod hit;
 mod inventor_box;
+mod left_out;
 mod looks;
 pub mod model;
 mod options;
@@ -25,6 +26,8 @@ mod survey;
 mod texel_footprint;
 
 pub use census::Census;
+#[cfg(test)]
+pub(crate) use left_out::Unneeded;
 pub(crate) use looks::texture::components as texture_components;
 pub(crate) use looks::{IncidentLight, Light, Surface};
 pub use options::CompileOptions;

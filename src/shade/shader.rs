@@ -361,11 +361,7 @@ impl<'a> Shader<'a> {
         if path.depth >= self.options.max_depth {
             return;
         }
-        let mut mirror = if surface.base_color {
-            Vec3::ZERO
-        } else {
-            surface.specular * surface.shininess.clamp(0.0, 1.0) * opaque
-        };
+        let mut mirror = surface.mirror() * opaque;
         if point.transparency <= 0.0 && mirror.max_element() <= 0.0 {
             return;
         }

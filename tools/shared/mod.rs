@@ -2,6 +2,7 @@
 
 pub(super) mod files;
 pub(super) mod mesh;
+pub(super) mod pictures;
 pub(super) mod room;
 pub(super) mod scenes;
 pub(super) mod sheets;

@@ -1,8 +1,10 @@
 //! Walks a snapshot, and draws its shapes into the scene builder.
 
+use std::collections::HashSet;
+
 use super::scene_builder::SceneBuilder;
 use crate::diag::{Diagnostic, Result};
-use crate::iv::{NodeRef, Value};
+use crate::iv::{NodeId, NodeRef, Value};
 use crate::scene::canvas::Canvas;
 use crate::scene::looks::Background;
 use crate::scene::options::CompileOptions;
@@ -10,8 +12,8 @@ use crate::scene::render_scene::RenderScene;
 use crate::scene::{shapes, survey};
 use crate::snapshot::Snapshot;
 use crate::traversal::property::fog97;
-use crate::traversal::role::Role;
-use crate::traversal::state::{EnvironmentElement, FogKind, State};
+use crate::traversal::role::{Role, role};
+use crate::traversal::state::{EnvironmentElement, FogKind, LightElement, State};
 use crate::traversal::{self, Visitor, WalkOptions};
 
 /// The largest number of triangles for which memory is reserved in advance. It was chosen by trial;
@@ -23,6 +25,10 @@ struct Compiler<'a> {
     snapshot: &'a Snapshot<'a>,
     builder: SceneBuilder,
     background_set: bool,
+    /// Whether the walk has reached each node of the document.
+    reached: Vec<bool>,
+    /// The nodes of lights that are on.
+    lights: HashSet<NodeId>,
     /// The environment of the first VRML 97 `Fog`; the inner value is `None` if that means no fog.
     fog: Option<Option<EnvironmentElement>>,
 }
@@ -42,6 +48,8 @@ impl RenderScene {
             snapshot,
             builder: SceneBuilder::new(options),
             background_set: false,
+            reached: vec![false; snapshot.document().nodes.len()],
+            lights: HashSet::new(),
             fog: None,
         };
         compiler.reserve_all();
@@ -69,8 +77,30 @@ impl Compiler<'_> {
         self.builder.owners.triangles.reserve(most);
     }
 
+    /// Marks a node as reached. Default parts of kits are in a document of their own.
+    fn reach(&mut self, node: NodeRef<'_>) {
+        if std::ptr::eq(node.document, self.snapshot.document()) {
+            self.reached[node.id.0 as usize] = true;
+        }
+    }
+
+    /// Returns the number of shapes that the walk has not reached.
+    fn unreached_shapes(&self) -> usize {
+        let document = self.snapshot.document();
+        let ids = (0..document.nodes.len() as u32).map(NodeId);
+        ids.filter(|&id| {
+            let is_shape = matches!(
+                role(document.node(id)),
+                Role::Shape | Role::AppearanceAndGeometry
+            );
+            is_shape && !self.reached[id.0 as usize] && !document.is_template(id)
+        })
+        .count()
+    }
+
     /// Assembles the scene after the walk.
     fn finish(self) -> Result<RenderScene> {
+        let (lights_seen, shapes_unreached) = (self.lights.len(), self.unreached_shapes());
         let mut builder = self.builder;
         builder.assign_surface();
         let mut scene = builder.scene;
@@ -90,6 +120,8 @@ impl Compiler<'_> {
         scene.owners = owners.triangles;
         scene.owners.append(&mut owners.quadrics);
         scene.owners.append(&mut owners.strokes);
+        scene.census.lights_seen = lights_seen as u64;
+        scene.census.shapes_unreached = shapes_unreached as u64;
         scene.census.lights = builder.shared.lights();
         scene.census.diagnostics = builder.reports.diagnostics;
         scene.finalize()?;
@@ -99,10 +131,16 @@ impl Compiler<'_> {
 
 impl<'a> Visitor<'a> for Compiler<'a> {
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        self.reach(node);
         shapes::draw(node, state, &mut self.builder);
     }
 
+    fn light(&mut self, light: &LightElement, _state: &State<'a>) {
+        self.lights.insert(light.node);
+    }
+
     fn node(&mut self, node: NodeRef<'a>, _role: Role) {
+        self.reach(node);
         let handles = self.snapshot.has_handles();
         self.builder.census().see_node(node, handles);
     }

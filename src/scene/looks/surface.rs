@@ -176,6 +176,14 @@ impl Surface {
         self.ambient_intensity.map_or(self.ambient, |a| a * diffuse)
     }
 
+    /// The fraction of light that is reflected as by a mirror where the surface is opaque.
+    pub(crate) fn mirror(&self) -> Vec3 {
+        match self.base_color {
+            true => Vec3::ZERO,
+            false => self.specular * self.shininess.clamp(0.0, 1.0),
+        }
+    }
+
     /// The light without any light source, emissive and ambient, where the diffuse color is
     /// `diffuse`.
     pub(crate) fn glow(&self, diffuse: Vec3) -> Vec3 {
