@@ -76,6 +76,7 @@ pub mod iv;
 pub mod lens;
 pub(crate) mod lens_export;
 pub mod math;
+pub mod memory;
 mod movie;
 pub mod photo;
 pub mod picture;

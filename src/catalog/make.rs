@@ -17,6 +17,7 @@ use crate::files::{read_file, write_whole};
 use crate::film::Resolution;
 use crate::geometry::text::Fonts;
 use crate::iv::Limits;
+use crate::memory::MemoryLimit;
 use crate::scene::check::without_ending;
 
 /// The names of the files of a catalog, and of the folder with its pictures.
@@ -46,6 +47,8 @@ pub(crate) struct CatalogOptions {
     pub fonts: Arc<Fonts>,
     /// Limits on the size of a scene.
     pub limits: Limits,
+    /// How much memory a scene may use. Scenes that are read at the same time share it.
+    pub memory: MemoryLimit,
     /// The number of threads.
     pub threads: usize,
     /// Whether all entries are made again.

@@ -33,6 +33,7 @@ pub(super) fn survey(
         fonts: options.fonts.clone(),
         max_primitives: options.limits.primitives,
         max_visits: options.limits.visits as u64,
+        memory: options.memory.for_each_of(options.threads).bytes(),
         ..CompileOptions::default()
     };
     let checked = Checked::read(
@@ -154,6 +155,7 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     plan.contain = options.contain.clone();
     plan.fonts = options.fonts.clone();
     plan.limits = options.limits.clone();
+    plan.memory = options.memory.for_each_of(options.threads);
     plan
 }
 

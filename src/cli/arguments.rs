@@ -9,6 +9,7 @@ use super::flags;
 use crate::diag::Result;
 use crate::geometry::text::Fonts;
 use crate::iv::Limits;
+use crate::memory::MemoryLimit;
 use crate::photo::options;
 
 /// Returns the argument for the scene file.
@@ -40,6 +41,14 @@ pub(crate) fn folder_of_scenes(m: &ArgMatches) -> Option<PathBuf> {
 /// Returns an error if a value is not the name of a limit and a number.
 pub(crate) fn limits(matches: &ArgMatches) -> Result<Limits> {
     options::limits(&flags::given_options(matches))
+}
+
+/// Returns the memory that `--memory` allows a scene.
+///
+/// # Errors
+/// Returns an error if the value is neither a size nor a share.
+pub(crate) fn memory(matches: &ArgMatches) -> Result<MemoryLimit> {
+    options::memory(&flags::given_options(matches))
 }
 
 /// Returns the typefaces below the folders of `--fonts`.

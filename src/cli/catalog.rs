@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
-use super::flags::{FONTS, LIMIT, given_options};
+use super::flags::{FONTS, LIMIT, MEMORY, given_options};
 use super::folder_mode::FileProgress;
 use super::{ERROR, parsed, print_diagnostic, print_warnings, render, switch};
 use crate::catalog::{Catalog, CatalogOptions};
@@ -60,7 +60,7 @@ pub(crate) fn command() -> Command {
                 .help("size of the pictures in pixels, at most 1024 [256x192]"),
         )
         .arg(switch("force", "reads all scenes, also those that are up to date"))
-        .args([FONTS, LIMIT].iter().chain(output).map(super::flags::argument))
+        .args([FONTS, LIMIT, MEMORY].iter().chain(output).map(super::flags::argument))
 }
 
 /// Runs the command and returns the exit code, which is that of an error if a scene could not be
@@ -124,7 +124,7 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
     let mut words: Vec<String> = named.collect();
     words.extend(contain.iter().map(|p| format!("--contain {}", p.display())));
     for (name, values) in given_options(m).list() {
-        if [FONTS.name, LIMIT.name].contains(&name) {
+        if [FONTS.name, LIMIT.name, MEMORY.name].contains(&name) {
             let values = values.iter().map(|v| v.to_string_lossy());
             words.extend(values.map(|value| format!("--{name} {value}")));
         }
@@ -139,6 +139,7 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
         contain,
         fonts: super::fonts(m)?,
         limits: super::limits(m)?,
+        memory: super::memory(m)?,
         threads: render::threads(m)?,
         force: m.get_flag("force"),
         thumbnail: size,

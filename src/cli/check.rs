@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
-use super::flags::{FONTS, LIMIT};
+use super::flags::{FONTS, LIMIT, MEMORY};
 use super::{ERROR, print_diagnostic, print_warnings, switch};
 use crate::diag::{Result, Sink};
 use crate::scene::CompileOptions;
@@ -57,7 +57,7 @@ pub(crate) fn command() -> Command {
                 .value_name("FOLDER")
                 .help("opens files of a scene only below this folder and those of --search [the scene's project]"),
         )
-        .args([FONTS, LIMIT].iter().map(super::flags::argument))
+        .args([FONTS, LIMIT, MEMORY].iter().map(super::flags::argument))
 }
 
 /// Runs the command and returns the exit code.
@@ -72,6 +72,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         fonts,
         max_primitives: limits.primitives,
         max_visits: limits.visits as u64,
+        memory: super::memory(matches)?.bytes(),
         ..CompileOptions::default()
     };
     let at = SnapshotOptions {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
-use super::flags::{FONTS, LIMIT};
+use super::flags::{FONTS, LIMIT, MEMORY};
 use super::outputs::{FORCE, is_forced, is_standard_stream, keep_inputs};
 use super::{parsed, print_diagnostic, print_warnings, status, switch, text};
 use crate::diag::{Diagnostic, Result, Severity};
@@ -90,7 +90,7 @@ pub(crate) fn command() -> Command {
                 .value_name("FOLDER")
                 .help("opens files of the scene only below this folder and those of --search [the scene's project]"),
         )
-        .args([FONTS, LIMIT].iter().map(super::flags::argument))
+        .args([FONTS, LIMIT, MEMORY].iter().map(super::flags::argument))
 }
 
 /// What a conversion writes.
@@ -193,6 +193,7 @@ pub(super) fn write(conversion: &Conversion, path: &Path) -> Result<()> {
 /// Returns the options of a conversion.
 pub(super) fn options(matches: &ArgMatches, output: Option<&Path>) -> Result<ExportOptions> {
     let limits = super::limits(matches)?;
+    let memory = super::memory(matches)?;
     let fonts = super::fonts(matches)?;
     fonts.warnings.iter().for_each(|t| print_diagnostic(t));
     let fraction = |word: &str| word.parse().ok().filter(|t| (1e-4..=0.1).contains(t));
@@ -219,6 +220,7 @@ pub(super) fn options(matches: &ArgMatches, output: Option<&Path>) -> Result<Exp
                 fonts,
                 max_primitives: limits.primitives,
                 max_visits: limits.visits as u64,
+                memory: memory.bytes(),
                 ..defaults.compile
             },
         },

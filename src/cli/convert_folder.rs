@@ -18,7 +18,7 @@ use crate::files::{folder_of, write_whole};
 use crate::iv::{Document, Limits};
 
 /// The arguments that the converted files depend on.
-const OPTIONS: [&str; 9] = [
+const OPTIONS: [&str; 10] = [
     "to",
     "tolerance",
     "scene-time",
@@ -28,6 +28,7 @@ const OPTIONS: [&str; 9] = [
     "contain",
     "fonts",
     "scene-limit",
+    "memory",
 ];
 
 /// What the conversion of each scene needs.
@@ -80,7 +81,7 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
         to => convert::wanted(to, None),
     };
     let (search, contain) = super::readable_folders(m);
-    let batch = Batch {
+    let mut batch = Batch {
         output,
         options: convert::options(m, None)?,
         search,
@@ -99,6 +100,9 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
     let is_current =
         |job: &Job| !is_forced(m) && record.is_up_to_date(&job.output, &[job.input.as_path()]);
     let (current, waiting): (Vec<Job>, Vec<Job>) = jobs.list.iter().cloned().partition(is_current);
+    let at_once = threads.min(waiting.len());
+    let memory = super::memory(m)?.for_each_of(at_once);
+    batch.options.model.compile.memory = memory.bytes();
     let progress = FileProgress::new(waiting.len(), false);
     let mut sum = Sum::default();
     for job in &current {

@@ -8,7 +8,7 @@ use std::ffi::OsString;
 
 use clap::{Arg, ArgAction, ArgMatches, value_parser};
 
-pub(crate) use crate::photo::options::{FONTS, LIMIT};
+pub(crate) use crate::photo::options::{FONTS, LIMIT, MEMORY};
 use crate::photo::options::{GivenOptions, Opt, Takes, all, groups};
 
 /// The options that `-h` lists. `--help` lists all.

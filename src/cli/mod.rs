@@ -31,7 +31,7 @@ pub(crate) mod view;
 mod vintage_help;
 
 pub(crate) use arguments::{
-    folder_of_scenes, fonts, limits, parsed, readable_folders, scene_argument, switch, text,
+    folder_of_scenes, fonts, limits, memory, parsed, readable_folders, scene_argument, switch, text,
 };
 pub use dispatch::run;
 pub(crate) use messages::status;

@@ -218,7 +218,10 @@ fn changed(
 /// Returns an error if an option or a file is invalid, or if a file cannot be written.
 pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
     let options = OutputOptions::of(matches)?;
-    let session = Session::open(plan(matches, era)?)?;
+    let mut session = Session::open(plan(matches, era)?)?;
+    if options.layers.is_some() {
+        session.take_layers()?;
+    }
     print_warnings(&session.sink);
     options.keep(&session.document)?;
     if session.pose.film.is_some() && !session.plan.solids {

@@ -54,7 +54,7 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i
         }
     }
     render::set_arithmetic(m)?;
-    let plan = render::plan(m, Era::Modern)?;
+    let mut plan = render::plan(m, Era::Modern)?;
     let threads = render::threads(m)?;
     let jobs = Jobs::find(folder, &out, "png", Naming::Short)?;
     print_warnings(&jobs.sink);
@@ -76,6 +76,7 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i
         !remake && record.is_up_to_date(&job.output, &inputs)
     };
     let (current, waiting): (Vec<Job>, Vec<Job>) = jobs.list.iter().cloned().partition(is_current);
+    plan.memory = plan.memory.for_each_of(threads.min(waiting.len()));
     let quiet = m.get_flag("quiet");
     let progress = FileProgress::new(waiting.len(), quiet);
     let mut sum = Sum::default();

@@ -2,7 +2,9 @@
 
 use indexmap::IndexMap;
 
+use super::memory::take_layers;
 use super::session::Session;
+use crate::diag::Result;
 use crate::picture::{ChannelImage, Picture};
 use crate::render::{Exposure, SurfaceSum};
 
@@ -14,6 +16,15 @@ const FAR: f64 = 1e10;
 const MOST_SAMPLES: u32 = 256;
 
 impl Session {
+    /// Takes the memory for the picture's layers, before the render.
+    ///
+    /// # Errors
+    /// Fails if they do not fit.
+    pub(crate) fn take_layers(&mut self) -> Result<()> {
+        let size = self.region().resolution();
+        take_layers(&mut self.memory, size)
+    }
+
     /// Returns the layers of an exposure, with the developed picture in R, G and B:
     ///
     /// | channels | meaning |

@@ -8,6 +8,7 @@ mod camera_choice;
 pub(crate) mod headlight;
 mod layers;
 mod lens_settings;
+mod memory;
 pub(crate) mod options;
 mod overview;
 mod picture_hint;

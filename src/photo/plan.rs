@@ -15,6 +15,7 @@ use crate::lens::{
     open_prescription,
 };
 use crate::math::{Meters, Mm};
+use crate::memory::MemoryLimit;
 use crate::picture::Depth;
 use crate::prescription::glass::D_LINE;
 use crate::render::Stop;
@@ -247,6 +248,9 @@ pub struct Plan {
     pub(crate) fonts: Arc<Fonts>,
     /// Limits on the size of the scene.
     pub limits: Limits,
+    /// How much memory the scene, its textures and its film may use. Default: half of what the
+    /// machine has.
+    pub memory: MemoryLimit,
 }
 
 impl Plan {
@@ -315,6 +319,7 @@ impl Plan {
             contain: None,
             fonts: Arc::default(),
             limits: Limits::default(),
+            memory: MemoryLimit::default(),
         }
     }
 

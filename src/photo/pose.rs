@@ -43,6 +43,9 @@ fn view_of_everything(snapshot: &Snapshot<'_>, plan: &Plan) -> CameraPose {
 pub(super) fn inventor_bounds(snapshot: &Snapshot<'_>, plan: &Plan) -> Option<(DVec3, DVec3)> {
     let options = CompileOptions {
         fonts: plan.fonts.clone(),
+        max_primitives: plan.limits.primitives,
+        max_visits: plan.limits.visits as u64,
+        memory: plan.memory.bytes(),
         ..CompileOptions::default()
     };
     RenderScene::survey(snapshot, &options).inventor_bounds

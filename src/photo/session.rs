@@ -11,6 +11,7 @@ use indexmap::IndexMap;
 use super::camera_choice::camera_file;
 use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlight_in_world};
 use super::lens_settings::camera;
+use super::memory::{film_bytes, memory_beside_film};
 use super::overview::{Overview, first_camera};
 use super::plan::{Optics, Plan};
 use super::pose::{Environment, own_focus, resolve_pose};
@@ -20,6 +21,7 @@ use crate::film::{Film, GhostImage, Region};
 use crate::iv::Document;
 use crate::lens::Movements;
 use crate::math::lanes::is_portable;
+use crate::memory::MemoryBudget;
 use crate::picture::Picture;
 use crate::pose::{CameraPose, Projection};
 use crate::render::diffraction::diffract;
@@ -62,6 +64,8 @@ pub struct Session {
     pub seconds: Seconds,
     /// The diagnostics of reading, compiling and the lens.
     pub sink: Sink,
+    /// The plan's memory, from which the film and the scene have taken theirs.
+    pub memory: MemoryBudget,
     /// The choices for the metadata and the report, with those of the scene and the lens.
     pub described: IndexMap<String, String>,
 }
@@ -85,6 +89,7 @@ impl Session {
     /// cannot focus at the distance.
     pub(crate) fn open_framed(plan: Plan, framing: &Plan) -> Result<Self> {
         check_region(&plan)?;
+        memory_beside_film(&plan)?;
         let clock = Instant::now();
         let search: Vec<&Path> = plan.search.iter().map(PathBuf::as_path).collect();
         let mut document =
@@ -116,6 +121,7 @@ impl Session {
         mut document: Document,
         environment: &Environment,
     ) -> Result<Self> {
+        let memory = memory_beside_film(&plan)?;
         let mut seconds = Seconds::default();
         let mut sink = Sink::new();
         sink.extend_from(&document.sink);
@@ -194,6 +200,7 @@ impl Session {
             camera,
             seconds,
             sink,
+            memory,
             described,
         })
     }
@@ -368,7 +375,7 @@ impl Session {
     }
 
     /// Returns the region of the picture that is rendered.
-    fn region(&self) -> Region {
+    pub(super) fn region(&self) -> Region {
         let all = Region::whole(self.plan.resolution);
         self.plan.region.unwrap_or(all)
     }
@@ -595,8 +602,14 @@ fn options(plan: &Plan, needs: Needs, pose: &CameraPose, projection: Projection)
         fonts: plan.fonts.clone(),
         max_primitives: plan.limits.primitives,
         max_visits: plan.limits.visits as u64,
+        memory: memory_of_scene(plan),
         ..CompileOptions::default()
     }
+}
+
+/// Returns the memory in bytes that the plan's film leaves to the scene.
+fn memory_of_scene(plan: &Plan) -> u64 {
+    plan.memory.bytes().saturating_sub(film_bytes(plan))
 }
 
 /// Returns the document at the plan's time.
@@ -609,6 +622,7 @@ fn snapshot_of<'a>(document: &'a Document, plan: &Plan) -> Snapshot<'a> {
         fonts: plan.fonts.clone(),
         max_primitives: plan.limits.primitives,
         max_visits: plan.limits.visits as u64,
+        memory: memory_of_scene(plan),
         ..CompileOptions::default()
     };
     snapshot(document, &at, &options)

@@ -15,7 +15,7 @@ use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::camera::LensCamera;
-use crate::film::{Film, Resolution};
+use crate::film::{Exposed, Film, Resolution};
 use crate::lens::{Bundle, LANES, LensRay, PupilWindow};
 use crate::math::fourier::{times, transform_square};
 use crate::spectrum::Spectrum;
@@ -59,6 +59,23 @@ pub(crate) fn diffract(film: &Film, camera: &LensCamera) -> Film {
         }
     }
     out
+}
+
+/// Returns the memory in bytes that diffraction of a film of a size takes at most: a copy of the
+/// film, the parts around all places, and on each thread the fields of one part.
+pub(crate) fn diffraction_bytes(size: Resolution) -> u64 {
+    let [width, height] = [size.width, size.height].map(u64::from);
+    let reach = 2 * MOST_PIXELS as u64;
+    // A place has a weight up to its neighbors on both sides.
+    let part = [2 * width / PLACES[0] as u64, 2 * height / PLACES[1] as u64].map(|n| n + reach);
+    let side = part[0].max(part[1]).next_power_of_two().max(FINEST as u64);
+    let places = (PLACES[0] * PLACES[1]) as u64;
+    let threads = (rayon::current_num_threads() as u64).min(places);
+    let copy = width * height * size_of::<Exposed>() as u64;
+    let parts = places * part[0] * part[1] * size_of::<DVec3>() as u64;
+    // Three fields of light, their spectra of one color, and the pattern.
+    let fields = 8 * side * side * size_of::<DVec2>() as u64;
+    copy + parts + threads * fields
 }
 
 /// The pixels in columns `x0..x1` and rows `y0..y1` of the picture.

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use crate::geometry::text::Fonts;
 use crate::iv::Limits;
+use crate::memory::MemoryLimit;
 use crate::pose::CameraPose;
 
 /// The parts of a scene that a shading model uses. Others are not compiled.
@@ -55,6 +56,9 @@ pub struct CompileOptions {
     /// The largest number of nodes to visit; the rest is left out. Default: 300,000. It is raised
     /// to twice the document's number of nodes.
     pub max_visits: u64,
+    /// The memory in bytes that the compiled scene may use; what does not fit is left out. Default:
+    /// half of what the machine has.
+    pub memory: u64,
     /// Whether to ignore `DrawStyle`, so that hidden shapes and shapes in lines are compiled like
     /// all others. Default: no.
     pub ignore_draw_style: bool,
@@ -73,6 +77,7 @@ impl Default for CompileOptions {
             pixel_rows: 240,
             max_primitives: Limits::default().primitives,
             max_visits: Limits::default().visits as u64,
+            memory: MemoryLimit::default().bytes(),
             ignore_draw_style: false,
             texture_folders: Vec::new(),
             fonts: Arc::default(),

@@ -5,8 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The folders of `src` from the ground up: each imports only from those before it.
-const ORDER: [&str; 33] = [
+const ORDER: [&str; 34] = [
     "diag",
+    "memory",
     "files",
     "math",
     "spectrum",

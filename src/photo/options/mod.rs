@@ -24,6 +24,6 @@ pub(crate) use given::{GivenOptions, MovieFrame, invalid_value};
 pub(crate) use lens::lens_options;
 pub(crate) use option::{Needs, Opt, Takes};
 pub(crate) use sampling::rear_element;
-pub(crate) use scene::{FONTS, LIMIT, limits, typefaces};
+pub(crate) use scene::{FONTS, LIMIT, MEMORY, limits, memory, typefaces};
 pub(crate) use shutter::Shutter;
 pub(crate) use table::{all, groups};

@@ -8,6 +8,7 @@ use super::values::{finite, paths, set, switch, unless_default};
 use crate::diag::{Diagnostic, Result};
 use crate::geometry::text::Fonts;
 use crate::iv::Limits;
+use crate::memory::MemoryLimit;
 use crate::photo::camera_choice::CameraChoice;
 
 /// The option `--scene-limit`, which every command that reads scenes has.
@@ -30,6 +31,21 @@ pub(crate) const LIMIT: Opt = Opt::new(
 )
 .examples(&["--scene-limit bytes=2G", "--scene-limit nodes=7 --scene-limit visits=90k"]);
 
+/// The option `--memory`, which every command that reads scenes has.
+pub(crate) const MEMORY: Opt = Opt::new(
+    "memory",
+    Takes::One("SIZE"),
+    "memory for a scene, its textures and its film, such as 4GB, or 80% of the machine's [50%]; parts that do not fit are left out with a message",
+)
+.plan(
+    |plan, words, _| {
+        plan.memory = memory(words)?;
+        Ok(())
+    },
+    |plan, usual| unless_default(plan.memory, usual.memory, |m| m.to_string()),
+)
+.examples(&["--memory 4GB", "--memory 80%", "--memory 1536MB"]);
+
 /// The option `--fonts`, which every command that draws text has.
 pub(crate) const FONTS: Opt = Opt::new(
     "fonts",
@@ -45,7 +61,7 @@ pub(crate) const FONTS: Opt = Opt::new(
 )
 .examples(&["--fonts films", "--fonts films --fonts lenses"]);
 
-pub(super) static OPTIONS: [Opt; 9] = [
+pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "era",
         Takes::One("1999|modern"),
@@ -141,6 +157,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
     .examples(&["--contain .", "--contain a/b --search c"]),
     FONTS,
     LIMIT,
+    MEMORY,
 ];
 
 /// Returns the limits on scenes that `--scene-limit` sets.
@@ -162,6 +179,17 @@ pub(crate) fn limits(words: &GivenOptions) -> Result<Limits> {
         })?;
     }
     Ok(limits)
+}
+
+/// Returns the memory that `--memory` allows a scene.
+///
+/// # Errors
+/// Returns an error if the value is neither a size nor a share.
+pub(crate) fn memory(words: &GivenOptions) -> Result<MemoryLimit> {
+    let expects =
+        "a size with a unit, such as 4GB, or a share of the machine's memory, such as 50%";
+    let limit = words.parsed(MEMORY.name, expects, MemoryLimit::parse)?;
+    Ok(limit.unwrap_or_default())
 }
 
 /// Returns the typefaces below the folders of `--fonts`.
