@@ -117,7 +117,7 @@ impl Session {
             Era::Modern => "`--headlight=on`",
         };
         let needs = self.plan.shading.needs();
-        if needs.lights && self.headlight.is_none() && self.scene.lights().is_empty() {
+        if needs.lights && self.headlight.is_none() && !self.scene.has_lights() {
             if is_left_dark(self.headlight_sources, self.headlight_state()) {
                 return None;
             }

@@ -549,7 +549,7 @@ impl Session {
             );
         }
         if self.plan.shading.needs().secondary {
-            if self.scene.lights().is_empty() && self.headlight.is_none() {
+            if !self.scene.has_lights() && self.headlight.is_none() {
                 leave("shadow rays", "no lights");
             }
             if !self.scene.has_mirrors() {

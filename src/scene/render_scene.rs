@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use glam::{DVec3, Vec3};
 
 use super::census::Census;
-use super::looks::{Background, Light, Surface, Texture};
+use super::looks::{Background, Light, LightSets, Surface, Texture};
 use crate::bvh::{Bvh, Hit};
 use crate::diag::{Diagnostic, Result};
 use crate::geometry::{Quadric, Stroke, StrokeView};
@@ -22,7 +22,7 @@ pub struct RenderScene {
     /// The surface number of each triangle, quadric and stroke.
     pub(super) owners: Vec<u32>,
     pub(super) surfaces: Vec<Surface>,
-    pub(super) light_sets: Vec<Arc<Vec<Light>>>,
+    pub(super) light_sets: LightSets,
     pub(super) textures: Vec<Arc<Texture>>,
     /// The tree, which is built for the first ray.
     pub(super) tree: OnceLock<Bvh>,
@@ -154,24 +154,24 @@ impl RenderScene {
     }
 
     /// The lights of a surface.
-    pub(crate) fn lights_of(&self, surface: &Surface) -> &[Light] {
+    pub(crate) fn lights_of(&self, surface: &Surface) -> impl Iterator<Item = &Light> + Clone {
         self.lights_of_set(surface.lights)
     }
 
     /// The lights of a set, by [`Surface::lights`].
-    pub(crate) fn lights_of_set(&self, set: u32) -> &[Light] {
-        &self.light_sets[set as usize]
+    #[inline]
+    pub(crate) fn lights_of_set(&self, set: u32) -> impl Iterator<Item = &Light> + Clone {
+        self.light_sets.of_set(set)
     }
 
     /// All different lights.
     pub(crate) fn lights(&self) -> Vec<Light> {
-        let mut all: Vec<Light> = Vec::new();
-        for light in self.light_sets.iter().flat_map(|s| s.iter()) {
-            if !all.contains(light) {
-                all.push(*light);
-            }
-        }
-        all
+        self.light_sets.different()
+    }
+
+    /// Whether any surface is lit by a light.
+    pub(crate) fn has_lights(&self) -> bool {
+        !self.light_sets.is_empty()
     }
 
     /// The background, which rays without a hit see.

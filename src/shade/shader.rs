@@ -309,7 +309,6 @@ impl<'a> Shader<'a> {
     fn lights<'b>(&'b self, point: &Point<'b>) -> impl Iterator<Item = &'b Light> {
         self.scene
             .lights_of(point.surface)
-            .iter()
             .chain(self.headlight.as_ref())
     }
 

@@ -4,8 +4,6 @@
 //! group, and the other lights of VRML97 on all shapes within their radius (4.6.6). Those are
 //! therefore in force before the shapes around them are visited.
 
-use std::sync::Arc;
-
 use super::property::{self, Reach};
 use super::state::{LightElement, State};
 use super::visitor::{Visitor, WalkOptions};
@@ -55,11 +53,11 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         self.visitor.light(&light, &self.state);
         let is_in_force = match property::reach(node) {
             Some(Reach::Scene) => true,
-            Some(Reach::Group) => self.state.lights.iter().any(|l| l.node == node.id),
+            Some(Reach::Group) => self.state.lights.backward().any(|l| l.node == node.id),
             _ => false,
         };
         if !is_in_force {
-            Arc::make_mut(&mut self.state.lights).push(light);
+            self.state.lights.push(light);
         }
     }
 
@@ -73,7 +71,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             if property::reach(node) == Some(Reach::Group)
                 && let Some(light) = property::light(&self.state, node)
             {
-                Arc::make_mut(&mut self.state.lights).push(light);
+                self.state.lights.push(light);
             }
         }
     }

@@ -9,6 +9,7 @@ mod copies;
 mod frame;
 mod groups;
 mod kit;
+mod light_list;
 mod lights;
 pub(crate) mod property;
 pub(crate) mod role;
@@ -16,6 +17,7 @@ pub(crate) mod state;
 mod visitor;
 mod walk;
 
+pub(crate) use light_list::LightList;
 pub(crate) use state::State;
 pub(crate) use visitor::{Visitor, WalkOptions};
 pub(crate) use walk::{walk, walk_list};

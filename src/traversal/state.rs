@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3, Vec2, Vec3, Vec4};
 
+use super::light_list::LightList;
 use crate::grammar::material_binding;
 use crate::grammar::value::NodeId;
 use crate::iv::{Document, NodeRef};
@@ -563,7 +564,7 @@ pub(crate) struct State<'a> {
     /// Ambient light, attenuation and fog.
     pub environment: EnvironmentElement,
     /// The lights that light the shape.
-    pub lights: Arc<Vec<LightElement>>,
+    pub lights: LightList,
     /// The clip planes in world space, as normal and distance. Points with p·normal ≥ distance are
     /// visible.
     pub clip_planes: Arc<Vec<(DVec3, f64)>>,
@@ -631,7 +632,7 @@ impl State<'_> {
                 },
                 _ => EnvironmentElement::DEFAULT,
             },
-            lights: Arc::default(),
+            lights: LightList::default(),
             clip_planes: Arc::default(),
             profile_coordinates: ProfileCoordinates::Two(&[]),
             profiles: Arc::default(),

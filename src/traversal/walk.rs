@@ -1,8 +1,5 @@
 //! The walk: its stack, and the steps at each node.
 
-use std::collections::HashSet;
-use std::sync::Arc;
-
 use super::frame::Frame;
 use super::kit;
 use super::lights;
@@ -17,6 +14,7 @@ use crate::grammar::{
 };
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::snapshot::Snapshot;
+use std::collections::HashSet;
 
 /// A walk in progress.
 pub(super) struct Walk<'a, 'v, V> {
@@ -49,7 +47,7 @@ pub(crate) fn walk<'a, V: Visitor<'a>>(
     let document = snapshot.document();
     let mut state = State::new(Language::of(document));
     let lights = lights::scene_lights(snapshot, &document.roots, &state, options);
-    state.lights = Arc::new(lights);
+    state.lights = lights.into_iter().collect();
     walk_list(snapshot, &document.roots, state, options, visitor);
 }
 

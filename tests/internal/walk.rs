@@ -83,7 +83,7 @@ impl<'a> Visitor<'a> for Events {
             self.0.push_str(" unlit");
         }
         if !state.lights.is_empty() {
-            let _ = write!(self.0, " lights {}", state.lights.len());
+            let _ = write!(self.0, " lights {}", state.lights.backward().count());
         }
         self.0.push('\n');
     }

@@ -1,6 +1,6 @@
 //! Compiles the surface of a shape: material, texture and lights.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DVec3, DVec4, Vec3, Vec4};
@@ -8,8 +8,8 @@ use glam::{DVec3, DVec4, Vec3, Vec4};
 use super::scene_builder::SceneBuilder;
 use crate::iv::{NodeId, NodeRef};
 use crate::scene::looks::{
-    CornerNormals, Filter, Light, Mapping, MaterialColors, Repeat, Surface, Texture, TextureUse,
-    texture,
+    CornerNormals, Filter, Light, LightTree, Mapping, MaterialColors, Repeat, Surface, Texture,
+    TextureUse, texture,
 };
 use crate::traversal::state::{
     DrawStyle, Drawing, LightElement, State, TextureCoordinates, TextureModel,
@@ -18,21 +18,10 @@ use crate::traversal::state::{
 /// The lights and textures that shapes share.
 #[derive(Debug, Default)]
 pub(super) struct Shared {
-    /// The number of each set of lights, by the address of its list.
-    light_sets: HashMap<*const Vec<LightElement>, (u32, Arc<Vec<LightElement>>)>,
+    /// The sets of lights.
+    pub lights: LightTree,
     /// The textures that were decoded, by node; `None` if that failed.
     decoded: HashMap<NodeId, Option<Arc<Texture>>>,
-}
-
-impl Shared {
-    /// The number of different lights.
-    pub(super) fn lights(&self) -> u64 {
-        let sets = self.light_sets.values();
-        let lights: HashSet<NodeId> = sets
-            .flat_map(|(_, set)| set.iter().map(|l| l.node))
-            .collect();
-        lights.len() as u64
-    }
 }
 
 impl SceneBuilder {
@@ -45,6 +34,9 @@ impl SceneBuilder {
             emissive,
         } = MaterialColors::of(state);
         let texture = self.texture_use(state);
+        let origin = self.scene.origin;
+        let compile = |light: &LightElement| Light::new(light, origin);
+        let lights = self.shared.lights.set(&state.lights, compile);
         self.scene.census.transparent |= transparency.iter().any(|&t| t > 0.0)
             || texture.as_ref().is_some_and(|t| t.texture.has_alpha());
         Surface {
@@ -65,7 +57,7 @@ impl SceneBuilder {
             casts_shadow: state.casts_shadow,
             on_top: state.on_top,
             environment: state.environment,
-            lights: self.light_set(&state.lights),
+            lights,
             texture,
             clip: state
                 .clip_planes
@@ -79,28 +71,6 @@ impl SceneBuilder {
             thirds: Vec::new(),
             center: Vec3::ZERO,
         }
-    }
-
-    /// Returns the number of a set of lights, which is compiled at its first use.
-    fn light_set(&mut self, lights: &Arc<Vec<LightElement>>) -> u32 {
-        if let Some((index, _)) = self.shared.light_sets.get(&Arc::as_ptr(lights)) {
-            return *index;
-        }
-        let set = if self.options.needs.lights {
-            lights
-                .iter()
-                .map(|l| Light::new(l, self.scene.origin))
-                .collect()
-        } else {
-            Vec::new()
-        };
-        let index = self.scene.light_sets.len() as u32;
-        self.scene.light_sets.push(Arc::new(set));
-        // The list is kept, so that its address cannot be used by another list.
-        self.shared
-            .light_sets
-            .insert(Arc::as_ptr(lights), (index, lights.clone()));
-        index
     }
 
     /// Returns the texture of a shape, which is decoded at its first use.

@@ -122,7 +122,9 @@ impl Compiler<'_> {
         scene.owners.append(&mut owners.strokes);
         scene.census.lights_seen = lights_seen as u64;
         scene.census.shapes_unreached = shapes_unreached as u64;
-        scene.census.lights = builder.shared.lights();
+        let lights = builder.shared.lights;
+        scene.census.lights = lights.nodes();
+        scene.light_sets = lights.finish(builder.options.needs.lights);
         scene.census.diagnostics = builder.reports.diagnostics;
         scene.finalize()?;
         Ok(scene)

@@ -54,6 +54,33 @@ impl Light {
         }
     }
 
+    /// The bits of all values, which are the same for lights that shine alike.
+    pub(super) fn bits(&self) -> [u32; 20] {
+        let (kind, [inner, outer]) = match self.kind {
+            LightKind::Directional => (0, [0.0; 2]),
+            LightKind::Point => (1, [0.0; 2]),
+            LightKind::Spot { drop_off, cut_off } => (2, [drop_off, cut_off]),
+            LightKind::Beam {
+                beam_width,
+                cut_off,
+            } => (3, [beam_width, cut_off]),
+        };
+        let vectors = [
+            self.color,
+            self.ambient,
+            self.position,
+            self.direction,
+            self.attenuation,
+        ];
+        let scalars = [inner, outer, self.least_divisor, self.radius];
+        let mut bits = [kind; 20];
+        let values = vectors.iter().flat_map(Vec3::to_array).chain(scalars);
+        for (bits, value) in bits.iter_mut().skip(1).zip(values) {
+            *bits = (value + 0.0).to_bits(); // −0 becomes 0
+        }
+        bits
+    }
+
     /// A directional light on the camera.
     pub(crate) fn headlight(direction: Vec3) -> Self {
         Self {

@@ -3,11 +3,14 @@
 mod background;
 mod colors;
 mod light;
+mod light_sets;
 mod surface;
 pub(super) mod texture;
 
 pub(crate) use background::Background;
 pub(crate) use colors::MaterialColors;
 pub(crate) use light::{IncidentLight, Light};
+pub(crate) use light_sets::LightSets;
+pub(in crate::scene) use light_sets::LightTree;
 pub(crate) use surface::{CornerNormals, Mapping, Surface, TextureUse};
 pub(crate) use texture::{Filter, Repeat, Texture};

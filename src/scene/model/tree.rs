@@ -24,6 +24,7 @@ use crate::grammar::{
 use crate::iv::{NodeId, NodeRef};
 use crate::pose::CameraPose;
 use crate::scene::canvas::Canvas;
+use crate::scene::looks::{self, LightTree};
 use crate::scene::{shapes, survey};
 use crate::snapshot::Snapshot;
 use crate::traversal::role::{self, Role};
@@ -52,8 +53,11 @@ struct Builder<'a> {
     /// The meshes and materials so far, by a hash of their content.
     meshes: HashMap<u64, Vec<usize>>,
     materials: HashMap<Vec<u32>, usize>,
-    /// The number of shapes that each light shines on, and of all shapes that are lit.
-    lit: HashMap<NodeId, u64>,
+    /// The sets of lights that shapes have.
+    lights: LightTree,
+    /// The number of shapes that each set of lights shines on.
+    lit: Vec<u64>,
+    /// The number of all shapes that are lit.
     shapes: u64,
     light_nodes: Vec<NodeId>,
     /// The least complexity of text and NURBS.
@@ -139,7 +143,8 @@ fn walk<'a>(snapshot: &'a Snapshot<'a>, options: &ModelOptions, draws: bool) -> 
         features: IndexMap::new(),
         meshes: HashMap::new(),
         materials: HashMap::new(),
-        lit: HashMap::new(),
+        lights: LightTree::default(),
+        lit: Vec::new(),
         shapes: 0,
         light_nodes: Vec::new(),
         complexity: options.complexity(),
@@ -268,8 +273,9 @@ impl Builder<'_> {
 
     /// Ends the walk.
     fn finish(mut self) -> Model {
+        let lit_by = self.lights.uses(&self.lit);
         for id in std::mem::take(&mut self.light_nodes) {
-            let lit = self.lit.get(&id).copied().unwrap_or(0);
+            let lit = lit_by.get(&id).copied().unwrap_or(0);
             if lit < self.shapes {
                 let node = self.snapshot.document().node(id);
                 self.note(Feature::LightScope, node);
@@ -388,9 +394,10 @@ impl<'a> Visitor<'a> for Builder<'_> {
         }
         if !drawn.parts.iter().all(|(_, m)| m.unlit) {
             self.shapes += 1;
-            for light in state.lights.iter() {
-                *self.lit.entry(light.node).or_default() += 1;
-            }
+            let compile = |light: &LightElement| looks::Light::new(light, DVec3::ZERO);
+            let set = self.lights.set(&state.lights, compile) as usize;
+            self.lit.resize(self.lit.len().max(set + 1), 0);
+            self.lit[set] += 1;
         }
         let index = self.add(node, key, Some(world));
         for (mesh, material) in drawn.parts {
