@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::error::{ErrorEstimate, ErrorUnknown, SquaredError};
+use super::error::{ErrorEstimate, ErrorUnknown};
 use super::format::Resolution;
 use super::pixel::Exposed;
 use super::region::Region;
+use super::squared_error::SquaredError;
 
 /// The exposed film, row by row from the top of the upright picture.
 #[derive(Clone, Debug)]

@@ -5,6 +5,7 @@
 //! and [`Response`] has other characteristic curves. The samples of a pixel are added in one fixed
 //! order, so that a picture has the same bits at any number of threads.
 
+mod draw_probability;
 mod error;
 mod exposed_film;
 mod format;
@@ -12,9 +13,10 @@ mod metering;
 mod pixel;
 mod region;
 mod response;
+mod squared_error;
 
+pub(crate) use draw_probability::probabilities;
 pub use error::{ErrorEstimate, ErrorUnknown};
-pub(crate) use error::{MissedLight, Pair, SquaredError, probabilities, student};
 pub use exposed_film::Film;
 pub(crate) use exposed_film::GhostImage;
 pub use format::{FilmFormat, Resolution};
@@ -22,3 +24,4 @@ pub use metering::Metering;
 pub(crate) use pixel::Exposed;
 pub use region::Region;
 pub use response::{Emulsion, Response};
+pub(crate) use squared_error::{MissedLight, Pair, SquaredError, student};

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::stopwatch::Spent;
-use crate::film::{Film, Resolution};
+use crate::film::{Film, Resolution, SquaredError};
 
 /// The conditions that end a render. The first one met ends it, after a whole pass, so that every
 /// pixel has received its samples.
@@ -59,10 +59,13 @@ pub struct Exposure {
 }
 
 impl Exposure {
-    /// Returns the exposure of a film that no ray reaches.
+    /// Returns the exposure of a film to which no ray can bring light: it is black without error.
     pub(crate) fn unexposed(resolution: Resolution, samples: u32) -> Self {
         Self {
-            film: Film::new(resolution),
+            film: Film {
+                squared_error: Some(SquaredError::none()),
+                ..Film::new(resolution)
+            },
             counts: Counts::default(),
             seconds: 0.0,
             processor_seconds: None,

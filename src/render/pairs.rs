@@ -18,8 +18,13 @@ const SHARE: f64 = 1.0 / 32.0;
 /// The number of pairs in a small picture with at least as many pixels. It bounds the width of the
 /// confidence interval.
 const FEWEST: f64 = 512.0;
-/// The least number of pairs of a picture with a few pixels.
+/// The least number of pairs.
 const LEAST: usize = 16;
+/// The number of pairs that is wanted where adaptive sampling has concentrated the samples on a few
+/// pixels, which are then drawn several times.
+const ENOUGH: f64 = 96.0;
+/// The number of samples that these pairs may have, which take about a quarter of a second.
+const MOST: f64 = 262_144.0;
 /// The number of pairs that a thread exposes at once.
 const AT_ONCE: usize = 32;
 /// The number of expected hits below which a light may have been missed: the probability is then
@@ -37,10 +42,17 @@ struct Draw {
 
 impl Render<'_> {
     /// Estimates the error of a film, which is a region of the picture, by exposing pairs. Returns
-    /// the rays of the pairs too. The pairs are functions of the film and the seed, and their sums
-    /// are made in one order: the estimate has the same bits at any number of threads.
-    pub(crate) fn measure(&self, film: &Film, region: Region) -> (Option<SquaredError>, Counts) {
-        let draws = self.draws(film);
+    /// the rays of the pairs too. If the picture is not final, the estimate takes its usual share
+    /// of the time, even if the error is then unknown. The pairs are functions of the film and the
+    /// seed, and their sums are made in one order: the estimate has the same bits at any number of
+    /// threads.
+    pub(crate) fn measure(
+        &self,
+        film: &Film,
+        region: Region,
+        is_final: bool,
+    ) -> (Option<SquaredError>, Counts) {
+        let draws = self.draws(film, is_final);
         let expose = |some: &[Draw]| self.expose_pairs(film, region, some);
         let parts: Vec<(Vec<Pair>, Counts)> = draws.par_chunks(AT_ONCE).map(expose).collect();
         let mut counts = Counts::default();
@@ -58,7 +70,7 @@ impl Render<'_> {
     }
 
     /// Draws the pixels of the pairs at even steps along their summed probabilities.
-    fn draws(&self, film: &Film) -> Vec<Draw> {
+    fn draws(&self, film: &Film, is_final: bool) -> Vec<Draw> {
         let probabilities = probabilities(&film.pixels, film.resolution);
         let counts = || film.pixels.iter().map(|p| f64::from(p.count));
         let all = counts().sum::<f64>();
@@ -67,8 +79,14 @@ impl Render<'_> {
         if !(each > 0.0) {
             return Vec::new();
         }
-        let wanted = (SHARE * pixels as f64).max(FEWEST) * (all / pixels as f64) / each;
-        let wanted = (wanted as usize).min(pixels).max(LEAST);
+        let usual = (SHARE * pixels as f64).max(FEWEST) * (all / pixels as f64) / each;
+        let most_samples = match is_final {
+            true => MOST,
+            false => 0.0,
+        };
+        let more = (most_samples / each).min(ENOUGH);
+        let most = pixels.max(ENOUGH as usize);
+        let wanted = (usual.max(more) as usize).clamp(LEAST, most);
         let step = 1.0 / wanted as f64;
         let mut next = step * unit(mix(self.sampler.seed ^ 0x7061_6972));
         let mut sum = 0.0;

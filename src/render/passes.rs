@@ -138,7 +138,7 @@ impl Render<'_> {
 
     /// Estimates the error of the film of a region after a number of samples per pixel.
     fn measured(&self, film: &Film, region: Region, samples: u32, counts: &mut Counts) -> Measured {
-        let (squared_error, more) = self.measure(film, region);
+        let (squared_error, more) = self.measure(film, region, true);
         counts.add(&more);
         let error = squared_error.and_then(|e| e.relative(film.pixels.len(), film.mean()).ok());
         // The error falls with the power 3/4 of the samples at best (over edges in the plane).

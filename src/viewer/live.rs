@@ -244,7 +244,7 @@ impl Live {
         // more samples: the estimates take a tenth of the time at most.
         let is_due = end > 1 && 2 * end >= 3 * exposing.error.1;
         if is_due && proceed() {
-            let (squared_error, counts) = render.measure(&exposing.film, whole);
+            let (squared_error, counts) = render.measure(&exposing.film, whole, false);
             exposing.film.squared_error = squared_error;
             exposing.counts.add(&counts);
             exposing.error = (exposing.film.error(), end);

@@ -173,6 +173,9 @@ pub(crate) fn count(n: u64) -> String {
 
 /// Formats an error and its interval: `2.30% (2.1% to 2.5%)`.
 pub(crate) fn error_text(error: &ErrorEstimate) -> String {
+    if *error == ErrorEstimate::EXACT {
+        return "0 (the picture is exact: there is nothing to see)".to_owned();
+    }
     let [low, high] = [error.low, error.high].map(|e| percent(e, 2));
     format!("{} ({low} to {high})", percent(error.relative_rmse, 3))
 }
