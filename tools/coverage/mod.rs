@@ -5,7 +5,9 @@
 //! [--only SCENE] [--samples LIST] [--truth N] [--no-targets] [--markdown]`
 //!
 //! The true error of a picture is its relative RMSE against a picture of many more samples with
-//! another seed. The error of that one is stated; it is part of what is compared.
+//! another seed, which adaptive sampling distributes. The squared error of that picture is
+//! subtracted, as far as it is known. A cell is the percentage of held intervals or met targets,
+//! and their number of the number of pictures whose error is stated or which a target ended.
 
 mod scenes;
 
@@ -15,7 +17,7 @@ use rayon::prelude::*;
 
 use self::scenes::{CASES, Case};
 use crate::diag::Result;
-use crate::film::Resolution;
+use crate::film::{ErrorEstimate, ErrorUnknown, Resolution};
 use crate::photo::{Plan, Session};
 use crate::render::report::deviation::Deviation;
 use crate::render::report::percent;
@@ -113,7 +115,9 @@ fn table(options: &Options, folder: &std::path::Path) -> std::result::Result<(),
         head.extend(options.samples.iter().map(|n| format!("{how} {n}")));
     }
     if options.targets {
-        head.extend(TARGETS.map(|t| format!("target {}", percent(t, 1))));
+        for how in ["even", "adaptive"] {
+            head.extend(TARGETS.map(|t| format!("{how} to {}", percent(t, 1))));
+        }
     }
     print_row(&head, options.markdown);
     if options.markdown {
@@ -187,13 +191,31 @@ impl Outcome {
     }
 }
 
+/// A picture of many samples, to which others are compared.
+struct Truth {
+    pixels: Vec<[f64; 3]>,
+    error: std::result::Result<ErrorEstimate, ErrorUnknown>,
+}
+
+impl Truth {
+    fn expose(subject: &Subject, samples: u32) -> Option<Self> {
+        let film = subject.expose(u64::MAX, Stop::after(samples))?.film;
+        Some(Self {
+            pixels: film.pixels.iter().map(|p| p.mean.to_array()).collect(),
+            error: film.error(),
+        })
+    }
+}
+
 /// Exposes pictures with many seeds.
-fn outcomes(subject: &Subject, truth: &[[f64; 3]], seeds: u64, stop: Stop) -> Vec<Outcome> {
+fn outcomes(subject: &Subject, truth: &Truth, seeds: u64, stop: Stop) -> Vec<Outcome> {
     let one = |seed: u64| {
         let made = subject.expose(seed, stop)?;
         let stated = made.film.error();
+        let squared = Deviation::of(&made.film, &truth.pixels).rel_mse;
+        let own = truth.error.map_or(0.0, |e| e.relative_rmse.powi(2));
         Some(Outcome {
-            truth: Deviation::of(&made.film, truth).rel_mse.sqrt(),
+            truth: (squared - own).max(0.0).sqrt(),
             stated: stated.ok().map(|e| [e.relative_rmse, e.low, e.high]),
             samples: made.samples,
         })
@@ -205,20 +227,15 @@ fn outcomes(subject: &Subject, truth: &[[f64; 3]], seeds: u64, stop: Stop) -> Ve
 fn row(case: &Case, plans: Vec<Plan>, options: &Options) -> Result<Vec<String>> {
     let even = Subject::open(plans.clone(), options.size, false)?;
     let adaptive = Subject::open(plans, options.size, true)?;
-    let deep = Stop::after(options.truth.saturating_mul(case.truth));
-    let Some(reference) = even.expose(u64::MAX, deep) else {
+    let samples = options.truth.saturating_mul(case.truth);
+    let Some(truth) = Truth::expose(&adaptive, samples) else {
         return Ok(vec![case.name.to_owned()]);
     };
-    let error = reference.film.error();
-    let truth: Vec<[f64; 3]> = reference
-        .film
-        .pixels
-        .iter()
-        .map(|p| p.mean.to_array())
-        .collect();
     let mut cells = vec![
         case.name.to_owned(),
-        error.map_or_else(|e| e.to_string(), |e| percent(e.relative_rmse, 2)),
+        truth
+            .error
+            .map_or_else(|e| e.to_string(), |e| percent(e.relative_rmse, 2)),
     ];
     for subject in [&even, &adaptive] {
         for samples in &options.samples {
@@ -227,35 +244,29 @@ fn row(case: &Case, plans: Vec<Plan>, options: &Options) -> Result<Vec<String>> 
         }
     }
     if options.targets {
-        for target in TARGETS {
-            let stop = Stop {
-                error: Some(target),
-                ..Stop::after(options.limit)
-            };
-            // The moments of a movie's frame have a number of samples and no target.
-            let all = match even.0.len() {
-                1 => outcomes(&even, &truth, options.seeds.div_ceil(2), stop),
-                _ => Vec::new(),
-            };
-            cells.push(target_cell(&all, target, options.limit));
+        for subject in [&even, &adaptive] {
+            for target in TARGETS {
+                let stop = Stop {
+                    error: Some(target),
+                    ..Stop::after(options.limit)
+                };
+                // The moments of a movie's frame have a number of samples and no target.
+                let all = match subject.0.len() {
+                    1 => outcomes(subject, &truth, options.seeds, stop),
+                    _ => Vec::new(),
+                };
+                cells.push(target_cell(&all, target, options.limit));
+            }
         }
     }
     Ok(cells)
 }
 
-/// Formats how many of the stated intervals hold the truth, and how many errors are unknown, in
-/// percent.
+/// Formats how many of the stated intervals hold the truth, of how many whose error is known.
 fn coverage_cell(all: &[Outcome], detail: bool) -> String {
     let known: Vec<bool> = all.iter().filter_map(Outcome::holds).collect();
     let held = known.iter().filter(|held| **held).count();
-    let unknown = share(all.len() - known.len(), all.len());
-    let mut text = match known.len() {
-        0 => "-".to_owned(),
-        n => format!("{:.0}", share(held, n)),
-    };
-    if unknown > 0.0 {
-        text += &format!(" ({unknown:.0})");
-    }
+    let mut text = part_of(held, known.len());
     if detail {
         let median = |of: &dyn Fn(&Outcome) -> Option<f64>| {
             let mut values: Vec<f64> = all.iter().filter_map(of).collect();
@@ -263,27 +274,34 @@ fn coverage_cell(all: &[Outcome], detail: bool) -> String {
             values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
         };
         let ratio = |i: usize| median(&|o| o.stated.map(|s| s[i] / o.truth));
-        text += &format!(" {:.2}<{:.2}<{:.2}", ratio(1), ratio(0), ratio(2));
+        let count = |of: &dyn Fn(&Outcome, [f64; 3]) -> bool| {
+            let mut stated = all.iter().filter_map(|o| o.stated.map(|s| of(o, s)));
+            stated.by_ref().filter(|yes| *yes).count()
+        };
+        let below = count(&|o, [_, low, _]| o.truth < low);
+        let above = count(&|o, [_, _, high]| o.truth > high);
+        text += &format!(
+            " {:.2}<{:.2}<{:.2} {below} below, {above} above",
+            ratio(1),
+            ratio(0),
+            ratio(2)
+        );
     }
     text
 }
 
-/// Formats how many of the pictures that the target ended meet it, in percent, and how many ended
-/// at the limit of samples.
+/// Formats how many pictures meet the target, of how many that the target ended before the limit of
+/// samples.
 fn target_cell(all: &[Outcome], target: f64, limit: u32) -> String {
     let ended: Vec<&Outcome> = all.iter().filter(|o| o.samples < limit).collect();
     let met = ended.iter().filter(|o| o.truth <= target).count();
-    let at_limit = share(all.len() - ended.len(), all.len());
-    let mut text = match ended.len() {
-        0 => "-".to_owned(),
-        n => format!("{:.0}", share(met, n)),
-    };
-    if at_limit > 0.0 {
-        text += &format!(" [{at_limit:.0}]");
-    }
-    text
+    part_of(met, ended.len())
 }
 
-fn share(part: usize, all: usize) -> f64 {
-    100.0 * part as f64 / all.max(1) as f64
+/// Formats a part as a percentage and as two numbers.
+fn part_of(part: usize, all: usize) -> String {
+    match all {
+        0 => "0/0".to_owned(),
+        _ => format!("{:.0}% {part}/{all}", 100.0 * part as f64 / all as f64),
+    }
 }
