@@ -9,7 +9,7 @@ use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, print_diagnostic, set_typed, status};
 use super::{
     catalog, check, compare, converge, convert, convert_folder, expose, flags, folder_of_scenes,
-    lens, nodes, outputs, pull_focus, render, render_folder, stability, view, vintage_help,
+    frames, lens, nodes, outputs, pull_focus, render, render_folder, stability, view, vintage_help,
 };
 use crate::diag::{Diagnostic, Result};
 use crate::photo::Era;
@@ -92,6 +92,7 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
         Some(("check", m)) => check::run(m, out),
         Some(("compare", m)) => compare::run(m, out),
         Some(("expose", m)) => expose::run(m, out),
+        Some(("frames", m)) => frames::run(m, out),
         Some(("pull-focus", m)) => pull_focus::run(m, words),
         Some(("converge", m)) => converge::run(m, out),
         Some(("convert", m)) => match folder_of_scenes(m) {
@@ -202,6 +203,7 @@ pub(super) fn commands() -> Command {
         .subcommand(convert::command())
         .subcommand(expose::command())
         .subcommand(pull_focus::command())
+        .subcommand(frames::command())
         .subcommand(lens::command())
         .subcommand(nodes::command())
         .subcommand(stability::command())

@@ -15,6 +15,7 @@ pub(crate) mod expose;
 pub(crate) mod fit;
 pub(crate) mod flags;
 mod folder_mode;
+pub(crate) mod frames;
 pub(crate) mod lens;
 mod lens_csv;
 mod lens_export;

@@ -12,10 +12,19 @@ use super::{flags, parsed, print_warnings, scene_argument, text};
 use crate::diag::{Diagnostic, Result, Source};
 use crate::files::{MAX_TEXT, read_file};
 use crate::math::{LengthUnit, Meters, parse_length};
-use crate::movie::{Container, Ease, Event, Shoot, Timeline, has_ffmpeg};
-use crate::photo::options::{MovieFrame, Shutter, command_line};
+use crate::movie::{
+    Container, Ease, Event, Shoot, Timeline, folder_beside, has_ffmpeg, parse_frames,
+};
+use crate::photo::options::{MovieFrame, Shutter, command_line, duration};
 use crate::photo::{Era, free_name};
 use crate::scene::check::counted;
+
+/// The time after which a claim expires that is not refreshed, unless `--claim-expiry` says it.
+const EXPIRY: Duration = Duration::from_secs(60);
+/// The shortest expiry. A shared folder may show a refresh this late.
+const SHORTEST_EXPIRY: Duration = Duration::from_secs(1);
+/// The longest expiry.
+const LONGEST_EXPIRY: Duration = Duration::from_secs(3600);
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
@@ -32,7 +41,13 @@ pub(crate) fn command() -> Command {
         })
         .arg(value("from", "DISTANCE", "focus of the first frame").conflicts_with("animate"))
         .arg(value("to", "DISTANCE", "focus of the last frame").conflicts_with("animate"))
-        .arg(value("frames", "N", "number of frames [200]").conflicts_with("animate"))
+        .arg(value("length", "N", "number of frames of the focus pull [200]").conflicts_with("animate"))
+        .arg(value(
+            "frames",
+            "FRAMES",
+            "the frames to make, without the movie: 0-99, 0-198:2 or 3,7,20-29 [all]; a number is \
+             `--length`",
+        ))
         .arg(value(
             "ease",
             "WORDS",
@@ -49,71 +64,138 @@ pub(crate) fn command() -> Command {
             "FOLDER",
             "folder for the frames [the movie's name with -frames]",
         ))
+        .arg(value(
+            "claim-expiry",
+            "TIME",
+            "a frame that another process claims is made again if the claim is not refreshed for \
+             this time [60s]",
+        ))
         .arg(scene_argument())
+}
+
+/// The frames that `--frames` asks for.
+enum Wanted {
+    /// All frames, and the movie of them.
+    Movie,
+    /// Some frames without the movie.
+    Frames(Vec<u32>),
 }
 
 /// Runs the command and returns the exit code.
 pub(crate) fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
-    let timeline = timeline(m)?;
+    let (timeline, wanted) = timeline(m)?;
     let frame = MovieFrame {
         seconds: 1.0 / timeline.rate,
         open: timeline.shutter,
     };
     let plan = movie_plan(m, Era::Modern, frame)?;
-    let movies = movies(m)?;
+    let movies = match &wanted {
+        Wanted::Movie => movies(m)?,
+        Wanted::Frames(_) => Vec::new(),
+    };
+    let expiry = parsed(m, "claim-expiry", "a time such as 60s or 10m", |word| {
+        duration(word).filter(|time| (SHORTEST_EXPIRY..=LONGEST_EXPIRY).contains(time))
+    })?;
     let options = OutputOptions::of_movie(m)?;
-    let folder = text(m, "folder").map_or_else(
-        || {
-            let (movie, _) = &movies[0];
-            let stem = movie.file_stem().unwrap_or_default().to_string_lossy();
-            movie.with_file_name(format!("{stem}-frames"))
-        },
-        PathBuf::from,
-    );
+    let folder = text(m, "folder").map_or_else(|| frames_folder(m, &movies), PathBuf::from);
     let (frames, rate) = (timeline.frames, timeline.rate);
-    let shoot = Shoot::new(plan, timeline, folder, command_line(words))?;
-    render(&shoot, frames, &options)?;
+    let shoot = Shoot::new(plan, timeline, folder.clone(), command_line(words))?;
+    let numbers = match wanted {
+        Wanted::Movie => (0..frames).collect(),
+        Wanted::Frames(numbers) => numbers,
+    };
+    render(&shoot, &numbers, expiry.unwrap_or(EXPIRY), &options)?;
     for (movie, container) in &movies {
         container.write(movie, &shoot.frame_paths(), rate)?;
         if !options.quiet {
             super::status!("{frames} frames in {}", movie.display());
         }
     }
+    if movies.is_empty() && !options.quiet {
+        super::status!(
+            "{} of {frames} in {}; `ivcam frames` lists them and makes the movie",
+            counted(numbers.len(), "frame"),
+            folder.display()
+        );
+    }
     Ok(0)
 }
 
+/// Returns the folder of the frames if `--folder` does not name it.
+fn frames_folder(m: &ArgMatches, movies: &[(PathBuf, Container)]) -> PathBuf {
+    match (movies, text(m, "output")) {
+        ([(movie, _), ..], _) => folder_beside(movie),
+        ([], Some(output)) => folder_beside(Path::new(output)),
+        // Several processes share the folder, so its name depends on nothing else.
+        ([], None) => folder_beside(Path::new(&movie_stem(m))),
+    }
+}
+
 /// Renders the frames that are missing, and prints a line for each.
-fn render(shoot: &Shoot, frames: u32, options: &OutputOptions) -> Result<()> {
-    let missing = shoot.missing();
-    let there = frames as usize - missing.len();
+fn render(shoot: &Shoot, frames: &[u32], expiry: Duration, options: &OutputOptions) -> Result<()> {
+    let missing = shoot.missing(frames);
+    let there = frames.len() - missing.len();
     if there > 0 && !options.quiet {
         let verb = if there == 1 { "exists" } else { "exist" };
         super::status!("{} {verb} already", counted(there, "frame"));
     }
     let start = Instant::now();
+    let mut done = 0;
     let mut handle = |event: Event<'_>| match event {
         Event::Opened(sink) => print_warnings(sink),
-        Event::Frame { .. } if options.quiet => {}
+        _ if options.quiet => {}
         Event::Frame {
             number,
             focus,
             seconds,
-            missing: left,
         } => {
-            let done = (missing.len() - left) as u32;
+            done += 1;
+            // Other processes may make some of them.
+            let left = shoot.missing(&missing).len();
             let focus = focus.map(|d| format!("  focus {d:.3} m"));
             super::status!(
-                "frame {number} of {frames}{}  {seconds:.1} s  {} left",
+                "frame {number}{}  {seconds:.1} s  {left} left, {}",
                 focus.unwrap_or_default(),
-                duration(start.elapsed() / done * left as u32)
+                time_text(start.elapsed() / done * left as u32)
             );
         }
+        Event::Waiting(frames) => super::status!(
+            "waiting for {} that other processes make",
+            counted(frames, "frame")
+        ),
     };
-    options.on_threads(|| shoot.render(&missing, &mut handle))?
+    options.on_threads(|| shoot.render(&missing, expiry, &mut handle))?
 }
 
-fn timeline(m: &ArgMatches) -> Result<Timeline> {
+/// Returns the timeline, and which of its frames to make.
+fn timeline(m: &ArgMatches) -> Result<(Timeline, Wanted)> {
+    let list = text(m, "frames").filter(|word| word.parse::<u32>().is_err());
+    let wanted = list.map(parse_frames).transpose()?;
+    let timeline = whole_timeline(m, list.is_none())?;
+    let Some(numbers) = wanted else {
+        return Ok((timeline, Wanted::Movie));
+    };
+    let beyond = numbers.last().filter(|last| **last >= timeline.frames);
+    if let Some(beyond) = beyond {
+        let last = timeline.frames - 1;
+        let text = format!("there is no frame {beyond}: the frames of this movie are 0 to {last}");
+        let help = match m.contains_id("animate") {
+            true => "the timeline says how many frames there are",
+            false => "`--length` says how many frames there are, 200 without it",
+        };
+        return Err(Diagnostic::error(text).with_help(help));
+    }
+    Ok((timeline, Wanted::Frames(numbers)))
+}
+
+/// Returns the timeline. `--frames` may be its length.
+fn whole_timeline(m: &ArgMatches, frames_is_length: bool) -> Result<Timeline> {
     let mut timeline = if let Some(path) = text(m, "animate") {
+        if frames_is_length && m.contains_id("frames") {
+            let text = "the timeline says how many frames there are, and `--frames` with one number \
+                        says it too";
+            return Err(Diagnostic::error(text).with_help("give a range, such as `--frames 7-7`"));
+        }
         let bytes = read_file(Path::new(path), MAX_TEXT)?;
         Timeline::read(&Arc::new(Source::new(path, bytes)))?
     } else {
@@ -126,7 +208,16 @@ fn timeline(m: &ArgMatches) -> Result<Timeline> {
                         .with_help("give `--from` and `--to`, or `--animate FILE`")
                 })
         };
-        let frames = parsed(m, "frames", "a number of frames", |w| w.parse().ok())?;
+        let count = |name: &str| parsed(m, name, "a number of frames", |w| w.parse().ok());
+        let frames = match count("length")? {
+            Some(_) if frames_is_length && m.contains_id("frames") => {
+                let text = "`--frames` with one number is the same as `--length`";
+                return Err(Diagnostic::error(text)
+                    .with_help("give one of them, or a range of frames such as `--frames 7-7`"));
+            }
+            None if frames_is_length => count("frames")?,
+            length => length,
+        };
         let known = "of distance, diopters, travel and linear, smooth";
         let ease = parsed(m, "ease", known, Ease::parse)?.unwrap_or_default();
         Timeline::pull_focus(meters("from")?, meters("to")?, frames.unwrap_or(200), ease)?
@@ -164,9 +255,7 @@ fn movies(m: &ArgMatches) -> Result<Vec<(PathBuf, Container)>> {
         let container = Container::of(&movie)?;
         return Ok(vec![(movie, container)]);
     }
-    let scene = Path::new(text(m, "scene").unwrap_or_default());
-    let name = scene.file_stem().unwrap_or_default().to_string_lossy();
-    let stem = name.trim_end_matches(".iv").to_owned();
+    let stem = movie_stem(m);
     let kinds: &[_] = if has_ffmpeg() {
         &[("mov", Container::Mov), ("mp4", Container::Mp4)]
     } else {
@@ -181,7 +270,14 @@ fn movies(m: &ArgMatches) -> Result<Vec<(PathBuf, Container)>> {
     Ok(kinds.iter().map(named).collect())
 }
 
-fn duration(time: Duration) -> String {
+/// Returns the name of a movie, without an ending, that is named after its scene.
+fn movie_stem(m: &ArgMatches) -> String {
+    let scene = Path::new(text(m, "scene").unwrap_or_default());
+    let name = scene.file_stem().unwrap_or_default().to_string_lossy();
+    name.trim_end_matches(".iv").to_owned()
+}
+
+fn time_text(time: Duration) -> String {
     match time.as_secs() {
         s if s < 100 => format!("{s} s"),
         s if s < 6000 => format!("{} min", (s + 30) / 60),
@@ -195,7 +291,7 @@ mod tests {
 
     #[test]
     fn remaining_time_is_printed_in_suitable_units() {
-        let text = |s| duration(Duration::from_secs(s));
+        let text = |s| time_text(Duration::from_secs(s));
         assert_eq!(
             [text(7), text(600), text(7260)],
             ["7 s", "10 min", "2 h 1 min"]

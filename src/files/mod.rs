@@ -1,12 +1,14 @@
-//! Reads files of bounded size, writes files that appear only when they are complete, finds the
-//! folders of files, and escapes text for markup.
+//! Reads files of bounded size, writes files that appear only when they are complete, claims work
+//! in shared folders, finds the folders of files, and escapes text for markup.
 
+mod claim;
 mod folder;
 mod markup;
 mod read;
 mod whole;
 
+pub(crate) use claim::{Claims, Held, host_name};
 pub(crate) use folder::{folder_of, project_of};
 pub(crate) use markup::escaped;
 pub(crate) use read::{MAX_PICTURE, MAX_TEXT, read_file, read_file_named, read_stream};
-pub(crate) use whole::{check_writable, write_whole};
+pub(crate) use whole::{check_writable, write_new, write_whole};

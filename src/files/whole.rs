@@ -97,6 +97,27 @@ pub(crate) fn write_whole(
     Writable::new(path)?.write(write)
 }
 
+/// Writes a file that does not exist yet, and appears only when it is complete. Returns whether it
+/// was written: of several processes that try, one writes it.
+///
+/// # Errors
+/// Fails if the folder does not exist or the disk is full.
+pub(crate) fn write_new(path: &Path, content: &[u8]) -> Result<bool> {
+    let attempt = || {
+        let temporary = Temporary::beside(path)?;
+        (&temporary.file).write_all(content)?;
+        temporary.file.sync_data()?;
+        match std::fs::hard_link(&temporary.path, path) {
+            Ok(()) => Ok(true),
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => Ok(false),
+            // Without hard links, two processes that write in the same instant could both succeed.
+            Err(_) if path.exists() => Ok(false),
+            Err(_) => std::fs::rename(&temporary.path, path).map(|()| true),
+        }
+    };
+    attempt().map_err(|e| Diagnostic::io(path.display(), &e))
+}
+
 impl Temporary {
     /// Creates a temporary file in the folder of `target` and locks it.
     fn beside(target: &Path) -> std::io::Result<Self> {
@@ -218,6 +239,17 @@ mod tests {
         second.write(|file| file.write_all(b"second")).unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"second");
         assert_eq!(folder.names(), ["a.png"]);
+    }
+
+    #[test]
+    fn a_new_file_is_written_once_and_never_replaced() {
+        let folder = Folder::new("new");
+        let path = folder.0.join("a.txt");
+        assert!(write_new(&path, b"first").unwrap());
+        assert!(!write_new(&path, b"second").unwrap());
+        assert_eq!(std::fs::read(&path).unwrap(), b"first");
+        assert_eq!(folder.names(), ["a.txt"]);
+        assert!(write_new(&folder.0.join("gone/a.txt"), b"").is_err());
     }
 
     #[test]

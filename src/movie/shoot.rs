@@ -2,13 +2,17 @@
 //!
 //! Frames are numbered pictures. A frame appears under its name only when it is complete, and a
 //! frame that exists is not rendered again, so an interrupted movie continues with the missing
-//! frames.
+//! frames. A frame in work is claimed, so several processes on a shared folder divide the movie.
 
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
+use super::frames::{claim_name, frame_path, is_whole};
+use super::journal::Journal;
+use super::label::{label, label_folder};
 use super::timeline::{Moment, Timeline, Travel};
 use crate::diag::{Diagnostic, Result, Sink};
-use crate::files::write_whole;
+use crate::files::Claims;
 use crate::math::Meters;
 use crate::photo::{Optics, Plan, Session};
 use crate::pose::CameraPose;
@@ -17,8 +21,9 @@ use crate::sampling::Sampler;
 
 /// The largest number of moments that a frame with an open shutter is exposed at. Chosen by trial.
 const MOST_MOMENTS: u32 = 16;
-/// The file that says which movie the frames of a folder belong to, so that two do not mix.
-const LABEL: &str = "film.txt";
+/// The time after which frames that others are making are examined again. It is short beside the
+/// time of a frame, and long beside that of the examination.
+const POLL: Duration = Duration::from_millis(500);
 
 /// A movie with its plan, timeline and folder.
 pub(crate) struct Shoot {
@@ -43,9 +48,31 @@ pub(crate) enum Event<'a> {
         focus: Option<f64>,
         /// The time of the exposure, in seconds.
         seconds: f64,
-        /// The number of frames that are still to be rendered.
-        missing: usize,
     },
+    /// All frames are done or in work elsewhere. The process waits for this number of frames.
+    Waiting(usize),
+}
+
+/// What the first frame of a process opens and the others use again.
+struct Studio {
+    session: Session,
+    /// The camera's pose in the scene.
+    start: CameraPose,
+    lens: Option<Box<Travel<'static>>>,
+    journal: Journal,
+}
+
+impl Studio {
+    fn open(shoot: &Shoot, report: &mut dyn FnMut(Event<'_>)) -> Result<Self> {
+        let session = Session::open(shoot.plan.clone())?;
+        report(Event::Opened(&session.sink));
+        Ok(Self {
+            start: session.pose.clone(),
+            lens: lens_travel(&shoot.plan)?,
+            journal: Journal::of(&shoot.folder),
+            session,
+        })
+    }
 }
 
 impl Shoot {
@@ -87,77 +114,114 @@ impl Shoot {
     /// Returns the files of all frames, in order.
     pub(crate) fn frame_paths(&self) -> Vec<PathBuf> {
         (0..self.timeline.frames)
-            .map(|frame| self.frame_path(frame))
+            .map(|frame| frame_path(&self.folder, frame))
             .collect()
     }
 
-    /// Returns the numbers of the frames without a file.
-    pub(crate) fn missing(&self) -> Vec<u32> {
-        (0..self.timeline.frames)
-            .filter(|&frame| !self.frame_path(frame).exists())
-            .collect()
+    /// Returns those of some frames that are not done.
+    pub(crate) fn missing(&self, frames: &[u32]) -> Vec<u32> {
+        let missing = |frame: &u32| !self.is_done(*frame);
+        frames.iter().copied().filter(missing).collect()
     }
 
-    fn frame_path(&self, frame: u32) -> PathBuf {
-        self.folder.join(format!("{frame:05}.png"))
+    fn is_done(&self, frame: u32) -> bool {
+        is_whole(&frame_path(&self.folder, frame))
     }
 
-    /// Renders frames in rayon's current pool, and calls `report` after each.
+    /// Renders frames in rayon's current pool, except those that other processes render, and calls
+    /// `report` after each. Returns when all are done. The claim of another process expires when it
+    /// has not been refreshed for the time that it states; those of this process state `expiry`.
     ///
     /// # Errors
     /// Fails if the scene cannot be opened, the lens cannot be focused, or a frame cannot be
     /// written.
-    pub(crate) fn render(&self, frames: &[u32], report: &mut dyn FnMut(Event<'_>)) -> Result<()> {
-        if frames.is_empty() {
+    pub(crate) fn render(
+        &self,
+        frames: &[u32],
+        expiry: Duration,
+        report: &mut dyn FnMut(Event<'_>),
+    ) -> Result<()> {
+        let mut claims = Claims::new(&self.folder, expiry);
+        let mut studio = None;
+        let clock = Instant::now();
+        let mut left = frames.to_vec();
+        let mut is_waiting = false;
+        loop {
+            let mut elsewhere = Vec::new();
+            for number in left {
+                let name = claim_name(number);
+                if self.is_done(number) {
+                    claims.forget(&name);
+                    continue;
+                }
+                let Some(claim) = claims.claim(&name, clock.elapsed())? else {
+                    elsewhere.push(number);
+                    continue;
+                };
+                // Another process may have finished it before this one had the claim.
+                if !self.is_done(number) {
+                    let studio = match &mut studio {
+                        Some(studio) => studio,
+                        none => none.insert(Studio::open(self, report)?),
+                    };
+                    self.make(number, claim.is_taken_over(), studio, report)?;
+                }
+                claim.finish();
+                is_waiting = false;
+            }
+            left = elsewhere;
+            if left.is_empty() {
+                return Ok(());
+            }
+            if !is_waiting {
+                report(Event::Waiting(left.len()));
+                is_waiting = true;
+            }
+            std::thread::sleep(POLL);
+        }
+    }
+
+    /// Renders and writes one frame.
+    fn make(
+        &self,
+        number: u32,
+        is_taken_over: bool,
+        studio: &mut Studio,
+        report: &mut dyn FnMut(Event<'_>),
+    ) -> Result<()> {
+        let path = frame_path(&self.folder, number);
+        let word = if is_taken_over {
+            "takes over"
+        } else {
+            "begins"
+        };
+        studio.journal.write(word, number);
+        let travel = |distance: f64| studio.lens.as_ref().and_then(|l| l(distance));
+        let moments = self.timeline.exposures(number, self.moments, &travel);
+        let exposure = self.expose(&mut studio.session, &studio.start, &moments)?;
+        let picture = studio.session.develop(&exposure, &self.command);
+        // While this process was stopped, its claim may have expired.
+        if self.is_done(number) {
+            studio.journal.write("discards", number);
             return Ok(());
         }
-        let lens = lens_travel(&self.plan)?;
-        let travel = |distance: f64| lens.as_ref().and_then(|l| l(distance));
-        let mut session = Session::open(self.plan.clone())?;
-        report(Event::Opened(&session.sink));
-        let start = session.pose.clone();
-        for (done, &number) in frames.iter().enumerate() {
-            let moments = self.timeline.exposures(number, self.moments, &travel);
-            let exposure = self.expose(&mut session, &start, &moments)?;
-            let picture = session.develop(&exposure, &self.command);
-            picture.save(&self.frame_path(number), self.plan.depth)?;
-            report(Event::Frame {
-                number,
-                focus: moments[0].focus,
-                seconds: exposure.seconds,
-                missing: frames.len() - done - 1,
-            });
-        }
+        picture.save(&path, self.plan.depth)?;
+        studio.journal.write("writes", number);
+        report(Event::Frame {
+            number,
+            focus: moments[0].focus,
+            seconds: exposure.seconds,
+        });
         Ok(())
     }
 
     /// Makes the folder, or checks that the frames in it are of this movie.
     fn prepare_folder(&self) -> Result<()> {
-        let io = |e: std::io::Error| Diagnostic::io(self.folder.display(), &e);
+        let text = label(&self.plan, &self.timeline)?;
         // Only the last folder of the path is made.
-        if !self.folder.is_dir() {
-            std::fs::create_dir(&self.folder).map_err(io)?;
-        }
-        let label = self.folder.join(LABEL);
-        let mut text = String::new();
-        for (key, value) in self.plan.describe() {
-            text += &format!("{key} {value}\n");
-        }
-        text += &format!(
-            "scene {}\ncamera {:?}\noptics {:?}\n{:?}\n",
-            self.plan.scene.display(),
-            self.plan.camera,
-            self.plan.optics,
-            self.timeline
-        );
-        match std::fs::read_to_string(&label) {
-            Ok(there) if there == text => Ok(()),
-            Ok(_) => Err(Diagnostic::error(format!(
-                "the frames in `{}` are of another movie",
-                self.folder.display()
-            ))
-            .with_help("give another `--folder`, or remove this one")),
-            Err(_) => write_whole(&label, |file| file.write_all(text.as_bytes())),
+        match std::fs::create_dir(&self.folder) {
+            Err(e) if !self.folder.is_dir() => Err(Diagnostic::io(self.folder.display(), &e)),
+            _ => label_folder(&self.folder, &text),
         }
     }
 

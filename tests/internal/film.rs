@@ -109,6 +109,81 @@ fn an_interrupted_movie_renders_only_the_missing_frames() {
     assert_eq!(shoot("2"), 2);
 }
 
+#[test]
+fn several_runs_divide_a_movie_and_make_the_same_frames_as_one() {
+    let folder = Folder::new("divide");
+    let scene = folder.file("room.iv", SCENE);
+    let line = format!(
+        "pull-focus {scene} --from 1 --to 3 --length 12 --size 18x12 --samples 2 --quiet \
+         --threads 1 --folder"
+    );
+    let (shared, alone) = (folder.path("shared"), folder.path("alone"));
+    assert_eq!(ivcam(&line, &[&alone, "--frames", "0-11"]), 0);
+    let lists = ["0-11", "0-11:1", "11-11,0-10"];
+    let runs = lists.map(|list| {
+        let (line, shared) = (line.clone(), shared.clone());
+        std::thread::spawn(move || ivcam(&line, &[&shared, "--frames", list]))
+    });
+    for run in runs {
+        assert_eq!(run.join().unwrap(), 0);
+    }
+
+    let log = std::fs::read_to_string(folder.0.join("shared/film.log")).unwrap();
+    for frame in 0..12 {
+        for verb in ["begins", "writes"] {
+            let line = format!(" {verb} frame {frame}");
+            let count = log.lines().filter(|l| l.ends_with(&line)).count();
+            assert_eq!(count, 1, "{line}\n{log}");
+        }
+        let picture =
+            |folder: &str| Raster::open(&Path::new(folder).join(format!("{frame:05}.png")));
+        assert_eq!(picture(&shared).unwrap(), picture(&alone).unwrap());
+    }
+    let names = std::fs::read_dir(&shared).unwrap().count();
+    assert_eq!(names, 12 + 2, "frames, film.txt and film.log");
+}
+
+#[test]
+fn frames_are_listed_and_broken_ones_are_made_again() {
+    let folder = Folder::new("list");
+    let (scene, frames) = (folder.file("room.iv", SCENE), folder.path("pull-frames"));
+    let line = format!(
+        "pull-focus {scene} --from 1 --to 3 --length 6 --size 18x12 --samples 1 --quiet \
+         --folder {frames} --frames"
+    );
+    let (movie, list) = (folder.path("pull.png"), format!("frames {frames}"));
+    assert_eq!(ivcam(&line, &["0-5:2"]), 0);
+    let exists = |n: u32| Path::new(&frames).join(format!("{n:05}.png")).exists();
+    assert_eq!(
+        [0, 1, 2, 3, 4, 5].map(exists),
+        [true, false, true, false, true, false]
+    );
+    assert_eq!(ivcam(&list, &["-o", &movie]), 1);
+    assert!(!Path::new(&movie).exists());
+
+    assert_eq!(ivcam(&line, &["1,3,5"]), 0);
+    let path = |n: u32| folder.0.join(format!("pull-frames/{n:05}.png"));
+    let whole = std::fs::read(path(2)).unwrap();
+    let picture = Raster::open(&path(2)).unwrap();
+    // One is cut off, one is damaged inside, and one has another size.
+    std::fs::write(path(2), &whole[..whole.len() - 20]).unwrap();
+    let mut damaged = std::fs::read(path(3)).unwrap();
+    let middle = damaged.windows(4).position(|w| w == b"IDAT").unwrap() + 8;
+    damaged[middle] ^= 0x55;
+    std::fs::write(path(3), damaged).unwrap();
+    image::RgbImage::new(2, 2).save(path(4)).unwrap();
+    let survey = crate::movie::Frames::survey(&folder.0.join("pull.mov")).unwrap();
+    let is_broken = |state| matches!(state, &crate::movie::FrameState::Broken(_));
+    let broken: Vec<bool> = survey.states.iter().map(is_broken).collect();
+    assert_eq!(broken, [false, false, true, true, true, false]);
+
+    assert_eq!(ivcam(&list, &["--json", "--remove-broken"]), 1);
+    assert_eq!(ivcam(&line, &["0-5"]), 0);
+    assert_eq!(Raster::open(&path(2)).unwrap(), picture);
+    assert_eq!(ivcam(&list, &["-o", &movie]), 0);
+    assert!(Path::new(&movie).exists());
+}
+
 /// A longer lens cannot focus as near.
 #[test]
 fn a_zoom_that_leaves_the_focus_too_near_is_refused_before_any_frame() {

@@ -150,6 +150,7 @@ const INSIDE: [(&str, &[&str]); 6] = [
             "converge",
             "convert",
             "expose",
+            "frames",
             "lens",
             "nodes",
             "pull_focus",

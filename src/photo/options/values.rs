@@ -33,7 +33,7 @@ pub(super) fn share(word: &str) -> Option<f64> {
 }
 
 /// Parses a duration: `30s`, `500ms`, `2m` or `1h`.
-pub(super) fn duration(word: &str) -> Option<Duration> {
+pub(crate) fn duration(word: &str) -> Option<Duration> {
     let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
     let (number, unit) = units
         .iter()

@@ -1,0 +1,122 @@
+//! The farm as users type it: frames that several processes divide, and bad input.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const SCENE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 5 } Cube { }\n";
+
+/// A temporary folder with a scene, which is removed at the end.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("ivcam-farm-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        std::fs::write(path.join("cube.iv"), SCENE).unwrap();
+        Self(path)
+    }
+
+    /// Runs the program in the folder.
+    fn ivcam(&self, line: &str) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ivcam"));
+        command.current_dir(&self.0).args(line.split_whitespace());
+        command.output().unwrap()
+    }
+
+    /// Makes frames of a movie of six.
+    fn frames(&self, more: &str) -> Output {
+        self.ivcam(&format!(
+            "pull-focus cube.iv --from 2 --to 4 --length 6 --size 6x4 --samples 1 --folder f {more}"
+        ))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Checks that a run ends with one error that has the text.
+fn must_fail(output: &Output, text: &str) {
+    let said = stderr(output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(said.matches("error: ").count(), 1, "{said}");
+    assert!(said.contains(text), "`{text}` missing in\n{said}");
+}
+
+#[test]
+fn a_wrong_range_of_frames_is_refused_before_the_folder_is_made() {
+    let scratch = Scratch::new("ranges");
+    for (line, text) in [
+        ("--frames 5-2", "goes backwards"),
+        ("--frames 0-5:0", "has a step of 0"),
+        ("--frames=", "empty part"),
+        ("--frames 1-6", "the frames of this movie are 0 to 5"),
+        ("--frames 6", "the same as `--length`"),
+        ("--frames 0-1 --claim-expiry 1", "--claim-expiry"),
+        ("--frames 0-1 --claim-expiry 5h", "--claim-expiry"),
+    ] {
+        must_fail(&scratch.frames(line), text);
+        assert!(!scratch.0.join("f").exists(), "{line}");
+    }
+    must_fail(&scratch.ivcam("frames ."), "film.txt");
+}
+
+#[test]
+fn frames_of_another_movie_and_a_folder_in_the_way_are_refused() {
+    let scratch = Scratch::new("another");
+    assert!(scratch.frames("--frames 0-0").status.success());
+    must_fail(
+        &scratch.frames("--frames 1-1 --samples 2"),
+        "samples is 1 there and 2 here",
+    );
+    std::fs::write(scratch.0.join("cube.iv"), SCENE.replace("Cube", "Cone")).unwrap();
+    must_fail(&scratch.frames("--frames 1-1"), "scene-content is");
+    std::fs::write(scratch.0.join("file"), "in the way").unwrap();
+    must_fail(&scratch.frames("--frames 1-1 --folder file"), "file");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_frame_of_a_dead_process_is_made_at_once_and_one_in_work_is_listed() {
+    let scratch = Scratch::new("dead");
+    assert!(scratch.frames("--frames 0-3").status.success());
+    let boot = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap();
+    let claim = |name: &str, kernel: &str| {
+        let text = format!(
+            r#"{{"host":"far","pid":7,"started":0,"kernel":"{kernel}","locked":true,"expires":0.1}}"#
+        );
+        std::fs::write(scratch.0.join("f").join(name), text).unwrap();
+    };
+    claim("00004.claim", boot.trim());
+    claim("00005.claim", "another");
+    let list = scratch.ivcam("frames --json f");
+    assert_eq!(list.status.code(), Some(1));
+    let text = String::from_utf8_lossy(&list.stdout).replace(char::is_whitespace, "");
+    for part in [
+        r#""missing":[4]"#,
+        r#""in_work":[{"frame":5,"host":"far","pid":7}]"#,
+        r#""is_complete":false"#,
+    ] {
+        assert!(text.contains(part), "{part} missing in {text}");
+    }
+    // The other machine's claim expires after the time that it states.
+    let run = scratch.frames("--frames 0-5");
+    assert!(run.status.success());
+    assert!(
+        stderr(&run).contains("waiting for 1 frame"),
+        "{}",
+        stderr(&run)
+    );
+    let log = std::fs::read_to_string(scratch.0.join("f/film.log")).unwrap();
+    assert_eq!(log.matches("takes over").count(), 2, "{log}");
+    let list = scratch.ivcam("frames f");
+    assert!(list.status.success());
+    assert!(String::from_utf8_lossy(&list.stdout).contains("6 frames, 6 done, 0 missing"));
+    assert!(!Path::new(&scratch.0.join("f/00005.claim")).exists());
+}
