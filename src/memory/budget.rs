@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use super::limit::MemoryLimit;
 use super::size::size_text;
 use crate::diag::{Diagnostic, Result};
 
@@ -22,6 +23,11 @@ impl MemoryBudget {
     /// Creates a budget of a number of bytes, all of which is left.
     pub fn new(limit: u64) -> Self {
         Self { limit, used: 0 }
+    }
+
+    /// Creates the default budget, half of the machine's memory.
+    pub fn of_machine() -> Self {
+        Self::new(MemoryLimit::default().bytes())
     }
 
     /// Returns the whole budget in bytes.

@@ -2,6 +2,7 @@
 
 use std::io::{Cursor, Write};
 
+use ::exr::meta::MetaData;
 use ::exr::prelude::{self as exr, ReadChannels as _, ReadLayers as _};
 use indexmap::IndexMap;
 
@@ -10,8 +11,19 @@ use super::developed::Picture;
 use super::raster::{Raster, Samples, check_size};
 use crate::diag::{Diagnostic, Result};
 
-/// Decodes the first layer: R, G and B if it has them, otherwise its first channel as gray.
-pub(super) fn decode(bytes: &[u8]) -> Result<Raster> {
+/// Decodes the first layer: R, G and B if it has them, otherwise its first channel as gray. `ask`
+/// gets the bytes of memory that this needs.
+pub(super) fn decode(bytes: &[u8], ask: &mut dyn FnMut(u64) -> Result<()>) -> Result<Raster> {
+    let unreadable =
+        |e: ::exr::error::Error| Diagnostic::error(format!("this EXR is not readable: {e}"));
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(unreadable)?;
+    for header in &meta.headers {
+        let (width, height) = (header.layer_size.0, header.layer_size.1);
+        check_size(width, height)?;
+        // The samples of the file, planes of 32 bits, and the samples of the raster.
+        let bytes = 12 * header.channels.list.len();
+        ask((width * height) as u64 * bytes as u64)?;
+    }
     let image = exr::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -20,7 +32,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Raster> {
         .all_attributes()
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
-        .map_err(|e| Diagnostic::error(format!("this EXR is not readable: {e}")))?;
+        .map_err(unreadable)?;
     let layer = &image.layer_data;
     let (width, height) = (layer.size.0, layer.size.1);
     check_size(width, height)?;

@@ -6,11 +6,11 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageFormat};
+use image::{DynamicImage, ImageDecoder, ImageFormat};
 
 use super::raster::{Raster, Samples, check_size};
 use super::{exr, sgi};
-use crate::diag::{Diagnostic, Result};
+use crate::diag::{Diagnostic, ErrorKind, Result};
 use crate::files::{MAX_PICTURE, read_file};
 
 impl Raster {
@@ -29,22 +29,41 @@ impl Raster {
     /// # Errors
     /// Fails if the bytes are not a picture, or one that is broken or too large.
     pub fn decode(bytes: &[u8], name: &str) -> Result<Self> {
+        Self::decode_within(bytes, name, &mut |_| Ok(()))
+    }
+
+    /// Decodes a file's bytes as [`Raster::decode`] does. `ask` gets the bytes of memory that
+    /// decoding needs, from the file's header, before they are allocated.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Raster::decode`] and of `ask`.
+    pub(crate) fn decode_within(
+        bytes: &[u8],
+        name: &str,
+        ask: &mut dyn FnMut(u64) -> Result<()>,
+    ) -> Result<Self> {
         let decoded = if bytes.starts_with(&sgi::MAGIC) {
-            sgi::decode(bytes)
+            sgi::decode(bytes, ask)
         } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-            exr::decode(bytes)
+            exr::decode(bytes, ask)
         } else {
-            decode_other(bytes, name)
+            decode_other(bytes, name, ask)
         };
         decoded.map_err(|mut e| {
-            e.message = format!("`{name}`: {}", e.message);
+            if e.kind != ErrorKind::Limit {
+                e.message = format!("`{name}`: {}", e.message);
+            }
             e.in_file(name)
         })
     }
 }
 
 /// Decodes the formats that the `image` crate reads.
-fn decode_other(bytes: &[u8], name: &str) -> Result<Raster> {
+fn decode_other(
+    bytes: &[u8],
+    name: &str,
+    ask: &mut dyn FnMut(u64) -> Result<()>,
+) -> Result<Raster> {
     let by_content = image::guess_format(bytes).ok();
     let by_name = || ImageFormat::from_path(name).ok();
     // Only TGA has no signature; a file of any other format is recognized by its content.
@@ -66,17 +85,19 @@ fn decode_other(bytes: &[u8], name: &str) -> Result<Raster> {
     limits.max_image_height = Some(1 << 16);
     limits.max_alloc = Some(4 << 30);
     reader.limits(limits);
-    let picture = reader
-        .decode()
-        .map_err(|e| Diagnostic::error(e.to_string()))?;
+    let unreadable = |e: image::ImageError| Diagnostic::error(e.to_string());
+    let decoder = reader.into_decoder().map_err(unreadable)?;
+    ask(decoder.total_bytes())?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
     check_size(picture.width() as usize, picture.height() as usize)?;
     // The decoder adds alpha to every GIF, but only one with a transparent color has any.
-    let is_opaque = || picture.to_rgba8().pixels().all(|p| p.0[3] == u8::MAX);
-    Ok(from_image(if format == ImageFormat::Gif && is_opaque() {
-        DynamicImage::ImageRgb8(picture.to_rgb8())
-    } else {
-        picture
-    }))
+    if format == ImageFormat::Gif
+        && let DynamicImage::ImageRgba8(frame) = &picture
+        && frame.pixels().all(|p| p.0[3] == u8::MAX)
+    {
+        return Ok(from_image(DynamicImage::ImageRgb8(picture.to_rgb8())));
+    }
+    Ok(from_image(picture))
 }
 
 /// Converts to a raster in the file's own precision.

@@ -27,16 +27,19 @@ struct Header {
     color_map: u32,
 }
 
-/// Decodes a file's bytes.
+/// Decodes a file's bytes. `ask` gets the bytes of memory that this needs.
 ///
 /// # Errors
-/// Fails if the bytes are not an SGI picture, end too early, or hold color-map indices.
-pub(super) fn decode(bytes: &[u8]) -> Result<Raster> {
+/// Fails if `ask` does, or if the bytes are not an SGI picture, end too early, or hold color-map
+/// indices.
+pub(super) fn decode(bytes: &[u8], ask: &mut dyn FnMut(u64) -> Result<()>) -> Result<Raster> {
     let header = header(bytes)?;
     // The format allows more than four channels but defines no meaning for them.
     let kept = header.channels.min(4);
     check_size(header.width, header.height)?;
-    let mut levels = vec![0_u16; header.width * header.height * kept];
+    let count = header.width * header.height * kept;
+    ask(3 * count as u64)?; // 16 bits for each level, then 8
+    let mut levels = vec![0_u16; count];
     let mut row = vec![0_u16; header.width];
     for channel in 0..kept {
         for y in 0..header.height {
@@ -220,6 +223,10 @@ fn cut_short() -> Box<Diagnostic> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn decode(bytes: &[u8]) -> Result<Raster> {
+        super::decode(bytes, &mut |_| Ok(()))
+    }
 
     /// Returns the bytes of a file with a header and a body.
     fn file(coded: u8, bytes: u8, size: [u8; 3], body: &[u8]) -> Vec<u8> {

@@ -28,7 +28,7 @@ mod texel_footprint;
 pub use census::Census;
 #[cfg(test)]
 pub(crate) use left_out::Unneeded;
-pub(crate) use looks::texture::components as texture_components;
+pub(crate) use looks::components as texture_components;
 pub(crate) use looks::{IncidentLight, Light, Surface};
 pub use options::CompileOptions;
 pub(crate) use options::Needs;

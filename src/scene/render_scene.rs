@@ -1,11 +1,11 @@
 //! A compiled scene.
 
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3};
 
 use super::census::Census;
-use super::looks::{Background, Light, LightSets, Surface, Texture};
+use super::looks::{Background, Light, LightSets, Surface};
 use crate::bvh::{Bvh, Hit};
 use crate::diag::{Diagnostic, Result};
 use crate::geometry::{Quadric, Stroke, StrokeView};
@@ -23,7 +23,6 @@ pub struct RenderScene {
     pub(super) owners: Vec<u32>,
     pub(super) surfaces: Vec<Surface>,
     pub(super) light_sets: LightSets,
-    pub(super) textures: Vec<Arc<Texture>>,
     /// The tree, which is built for the first ray.
     pub(super) tree: OnceLock<Bvh>,
     /// Whether any surface is clipped, culled or drawn over everything else.
@@ -101,12 +100,9 @@ impl RenderScene {
         })
     }
 
-    /// Builds the tree and unpacks textures now, so that the first ray does not wait.
+    /// Builds the tree now, so that the first ray does not wait.
     pub(crate) fn prepare(&self) {
         self.tree();
-        for texture in &self.textures {
-            texture.texels();
-        }
     }
 
     /// Computes the center of the bounding box of each surface.

@@ -63,7 +63,7 @@ impl Checked {
         let document = Document::open_or_stdin(path, search, contain, limits).map(|document| {
             let mut survey = {
                 let snapshot = snapshot(&document, at, options);
-                unreadable = missing(&snapshot, &options.texture_folders);
+                unreadable = missing(&snapshot, options);
                 RenderScene::survey(&snapshot, options)
             };
             let camera = survey.cameras.first().map(|c| c.position);

@@ -1,11 +1,11 @@
 //! Finds files that a scene names and that cannot be read.
 
-use std::path::PathBuf;
-
 use crate::diag::{Diagnostic, ErrorKind, Severity};
 use crate::grammar::{class, inline, www_inline};
 use crate::iv::NodeId;
-use crate::scene::looks::texture::{self, FileField, PANORAMA};
+use crate::memory::MemoryBudget;
+use crate::scene::looks::{FileField, PANORAMA, PICTURES, TextureFiles};
+use crate::scene::options::CompileOptions;
 use crate::snapshot::Snapshot;
 
 /// A file that a scene names and that cannot be read.
@@ -27,7 +27,7 @@ const INCLUDED: [FileField; 2] = [
 
 /// Returns the files that nodes name and that cannot be read. They are included scenes, which
 /// reading the document has reported, and textures, which it has not opened.
-pub(super) fn missing(snapshot: &Snapshot<'_>, folders: &[PathBuf]) -> Vec<Missing> {
+pub(super) fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing> {
     let document = snapshot.document();
     let mut missing: Vec<Missing> = Vec::new();
     for index in 0..document.nodes.len() {
@@ -38,7 +38,7 @@ pub(super) fn missing(snapshot: &Snapshot<'_>, folders: &[PathBuf]) -> Vec<Missi
         };
         let pictures: Vec<&[FileField]> = match class.id {
             class::TEXTURE2 | class::TEXTURE3 | class::IMAGE | class::IMAGE_TEXTURE => {
-                vec![&texture::PICTURES]
+                vec![&PICTURES]
             }
             class::BACKGROUND | class::VRML97_BACKGROUND => PANORAMA.chunks(1).collect(),
             class::FILE | class::WWW_INLINE | class::INLINE
@@ -62,7 +62,10 @@ pub(super) fn missing(snapshot: &Snapshot<'_>, folders: &[PathBuf]) -> Vec<Missi
             _ => continue,
         };
         for fields in pictures {
-            if let Err(diagnostic) = texture::decode_named(node, fields, folders) {
+            // Pictures are not kept.
+            let mut files = TextureFiles::new(&options.texture_folders);
+            let mut memory = MemoryBudget::new(options.memory);
+            if let Err(diagnostic) = files.of_fields(node, fields, &mut memory) {
                 let name = fields.iter().flat_map(|field| field.names(node)).next();
                 missing.push(Missing {
                     name: name.unwrap_or_default().to_owned(),

@@ -9,7 +9,7 @@ use super::scene_builder::SceneBuilder;
 use crate::iv::{NodeId, NodeRef};
 use crate::scene::looks::{
     CornerNormals, Filter, Light, LightTree, Mapping, MaterialColors, Repeat, Surface, Texture,
-    TextureUse, texture,
+    TextureFiles, TextureUse,
 };
 use crate::traversal::state::{
     DrawStyle, Drawing, LightElement, State, TextureCoordinates, TextureModel,
@@ -21,7 +21,9 @@ pub(super) struct Shared {
     /// The sets of lights.
     pub lights: LightTree,
     /// The textures that were decoded, by node; `None` if that failed.
-    decoded: HashMap<NodeId, Option<Arc<Texture>>>,
+    pub decoded: HashMap<NodeId, Option<Arc<Texture>>>,
+    /// The textures by file.
+    pub files: TextureFiles,
 }
 
 impl SceneBuilder {
@@ -85,15 +87,12 @@ impl SceneBuilder {
         }
         let id = element.node.id;
         if !self.shared.decoded.contains_key(&id) {
-            let decoded = match texture::decode(element.node, &self.options.texture_folders) {
-                Ok(t) => t.map(Arc::new),
-                Err(diagnostic) => {
-                    self.reports.add(*diagnostic);
-                    None
-                }
-            };
+            let read = self.shared.files.of_node(element.node, &mut self.memory);
+            let decoded = read.unwrap_or_else(|diagnostic| {
+                self.reports.add(*diagnostic);
+                None
+            });
             self.scene.census.textures += u64::from(decoded.is_some());
-            self.scene.textures.extend(decoded.clone());
             self.shared.decoded.insert(id, decoded);
         }
         let texture = self.shared.decoded.get(&id)?.clone()?;

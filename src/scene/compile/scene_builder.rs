@@ -7,12 +7,13 @@ use super::strokes;
 use crate::diag::Diagnostic;
 use crate::geometry::{Corner, Fineness, Mesh, Quadric, QuadricKind, facets};
 use crate::iv::NodeRef;
+use crate::memory::MemoryBudget;
 use crate::scene::canvas::{
     Canvas, MaterialsBy, PictureView, Placement, Reports, Runs, Sides, TriangleList, Vertices,
     Wants,
 };
 use crate::scene::census::Census;
-use crate::scene::looks::{Mapping, Texture};
+use crate::scene::looks::{Mapping, Texture, TextureFiles};
 use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
 use crate::traversal::state::{DrawStyle, Drawing, State};
@@ -69,6 +70,8 @@ pub(super) struct SceneBuilder {
     pub scene: RenderScene,
     pub owners: Owners,
     pub shared: Shared,
+    /// The memory that the scene may use, with what is in use.
+    pub memory: MemoryBudget,
     pub shape: CurrentShape,
     pub reports: Reports,
     /// Whether the limit of primitives was exceeded.
@@ -90,7 +93,11 @@ impl SceneBuilder {
                 ..RenderScene::default()
             },
             owners: Owners::default(),
-            shared: Shared::default(),
+            shared: Shared {
+                files: TextureFiles::new(&options.texture_folders),
+                ..Shared::default()
+            },
+            memory: MemoryBudget::new(options.memory),
             shape: CurrentShape {
                 number: 0,
                 complexity: 0.5,

@@ -125,6 +125,8 @@ impl Compiler<'_> {
         let lights = builder.shared.lights;
         scene.census.lights = lights.nodes();
         scene.light_sets = lights.finish(builder.options.needs.lights);
+        let notices = builder.shared.files.notices;
+        notices.into_iter().for_each(|d| builder.reports.add(*d));
         scene.census.diagnostics = builder.reports.diagnostics;
         scene.finalize()?;
         Ok(scene)
@@ -153,9 +155,10 @@ impl<'a> Visitor<'a> for Compiler<'a> {
             self.fog.get_or_insert_with(|| fog97(node, state));
         } else if !self.background_set {
             self.background_set = true;
-            let options = &self.builder.options;
-            let pictures = options.needs.textures.then_some(&*options.texture_folders);
-            let (background, diagnostics) = Background::of(node, state, pictures);
+            let builder = &mut self.builder;
+            let files = (&mut builder.shared.files, &mut builder.memory);
+            let files = builder.options.needs.textures.then_some(files);
+            let (background, diagnostics) = Background::of(node, state, files);
             self.builder.scene.background = background;
             diagnostics
                 .into_iter()

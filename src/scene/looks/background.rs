@@ -3,15 +3,16 @@
 //! The colors of sky and ground depend on the angle from the zenith and the nadir (6.5). The six
 //! pictures of a panorama cover them, on the sides of an infinitely large cube.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{DQuat, Quat, Vec2, Vec3};
 
-use super::texture::{self, Filter, Repeat, Texture};
+use super::texture::{Filter, Repeat, Texture};
+use super::texture_files::{PANORAMA, TextureFiles};
 use crate::diag::Diagnostic;
 use crate::grammar::{Field, vrml97_background};
 use crate::iv::NodeRef;
+use crate::memory::MemoryBudget;
 use crate::pose::rotation_of;
 use crate::traversal::state::State;
 
@@ -22,14 +23,14 @@ pub(crate) struct Background {
     sky: Vec<(f32, Vec3)>,
     /// Angles from the nadir in radians, with their colors.
     ground: Vec<(f32, Vec3)>,
-    /// The pictures in the order of [`texture::PANORAMA`].
+    /// The pictures in the order of [`PANORAMA`].
     pictures: [Option<Arc<Texture>>; 6],
     /// The rotation from world space to the background's space.
     turn: Quat,
 }
 
 /// The directions to the center, the right and the top of each picture, in the order of
-/// [`texture::PANORAMA`].
+/// [`PANORAMA`].
 const SIDES: [[Vec3; 3]; 6] = [
     [Vec3::Z, Vec3::NEG_X, Vec3::Y],
     [Vec3::NEG_Y, Vec3::X, Vec3::NEG_Z],
@@ -41,11 +42,11 @@ const SIDES: [[Vec3; 3]; 6] = [
 
 impl Background {
     /// Returns the background of a node, and the diagnostics of its pictures. Pictures are searched
-    /// next to the scene and in `folders`; if that is `None` no picture is read.
+    /// as those of textures; if `files` is `None` no picture is read.
     pub(crate) fn of(
         node: NodeRef<'_>,
         state: &State<'_>,
-        folders: Option<&[PathBuf]>,
+        mut files: Option<(&mut TextureFiles, &mut MemoryBudget)>,
     ) -> (Self, Vec<Box<Diagnostic>>) {
         let band = |colors: Field<[Vec3]>, angles: Field<[f32]>| -> Vec<(f32, Vec3)> {
             let at = std::iter::once(0.0).chain(node.get(angles).iter().copied());
@@ -62,10 +63,12 @@ impl Background {
             turn: turn.conjugate().as_quat(),
             ..Self::default()
         };
-        for (side, field) in texture::PANORAMA.into_iter().enumerate() {
-            let decoded = folders.map(|f| texture::decode_named(node, &[field], f));
+        for (side, field) in PANORAMA.into_iter().enumerate() {
+            let decoded = files
+                .as_mut()
+                .map(|(files, memory)| files.of_fields(node, &[field], memory));
             match decoded {
-                Some(Ok(picture)) => background.pictures[side] = picture.map(Arc::new),
+                Some(Ok(picture)) => background.pictures[side] = picture,
                 Some(Err(diagnostic)) => diagnostics.push(diagnostic),
                 None => {}
             }
@@ -161,7 +164,14 @@ mod tests {
         let document = Document::read("a.wrl", text.into(), Arc::new(Painter), &Limits::default())
             .expect("reads");
         let node = document.roots().next().expect("a root");
-        let (all, diagnostics) = Background::of(node, &State::new(Language::Vrml97), Some(&[]));
+        let (all, diagnostics) = Background::of(
+            node,
+            &State::new(Language::Vrml97),
+            Some((
+                &mut TextureFiles::default(),
+                &mut MemoryBudget::of_machine(),
+            )),
+        );
         assert!(diagnostics.is_empty());
         // Each direction is toward the right half of a side picture, or of the top and bottom ones.
         let rights = [

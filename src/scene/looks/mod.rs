@@ -5,7 +5,8 @@ mod colors;
 mod light;
 mod light_sets;
 mod surface;
-pub(super) mod texture;
+mod texture;
+mod texture_files;
 
 pub(crate) use background::Background;
 pub(crate) use colors::MaterialColors;
@@ -14,3 +15,4 @@ pub(crate) use light_sets::LightSets;
 pub(in crate::scene) use light_sets::LightTree;
 pub(crate) use surface::{CornerNormals, Mapping, Surface, TextureUse};
 pub(crate) use texture::{Filter, Repeat, Texture};
+pub(crate) use texture_files::{FileField, PANORAMA, PICTURES, TextureFiles, components};

@@ -1,16 +1,11 @@
-//! Textures: decoding and filtering.
+//! Textures: texels and filtering.
 
-use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::diag::Result;
-use crate::files::{MAX_PICTURE, read_file};
-use crate::grammar::value::{Image, Text};
-use crate::grammar::{Field, image_texture, texture2, texture3, vrml97_background};
-use crate::iv::NodeRef;
-use crate::picture::Raster;
+use crate::grammar::value::Image;
+use crate::picture::{Raster, Samples};
 
 /// How a texture is filtered, which depends on the `textureQuality` of `Complexity`. The limits are
 /// Coin's.
@@ -63,34 +58,99 @@ pub(crate) struct Texture {
     pub width: usize,
     /// The height in texels.
     pub height: usize,
-    /// The texels as red, green, blue and alpha. An image in the scene is unpacked at the first
-    /// use.
-    texels: OnceLock<Vec<[u8; 4]>>,
-    image: Option<Image>,
+    /// The components of each texel, as many as the file has.
+    texels: Texels,
     /// Smaller versions (mipmaps), each half as wide and high as the one before, made at the first
     /// use.
     smaller: OnceLock<Vec<Texture>>,
     /// The further layers of a `Texture3`.
-    deeper: Vec<Texture>,
+    pub(super) deeper: Vec<Texture>,
     /// The number of components: 1 gray, 2 gray and alpha, 3 color, 4 color and alpha.
     pub components: usize,
+}
+
+/// The bytes of texels.
+#[derive(Debug)]
+enum Texels {
+    /// Those of a file.
+    Own(Vec<u8>),
+    /// Those of an image in the scene.
+    OfScene(Arc<[u8]>),
+}
+
+impl Default for Texels {
+    fn default() -> Self {
+        Self::Own(Vec::new())
+    }
 }
 
 impl Texture {
     /// Makes a white texture with the given alpha values, row by row from the bottom.
     pub(crate) fn from_coverage(width: usize, height: usize, coverage: &[u8]) -> Self {
+        Self::new(
+            width,
+            height,
+            2,
+            coverage.iter().flat_map(|&c| [255, c]).collect(),
+        )
+    }
+
+    fn new(width: usize, height: usize, components: usize, texels: Vec<u8>) -> Self {
         Self {
             width,
             height,
-            texels: OnceLock::from(
-                coverage
-                    .iter()
-                    .map(|&c| [255, 255, 255, c])
-                    .collect::<Vec<_>>(),
-            ),
-            components: 2,
+            texels: Texels::Own(texels),
+            components,
             ..Self::default()
         }
+    }
+
+    /// Makes a texture of the picture in a file. The memory of 8-bit samples is used as it is.
+    pub(super) fn from_raster(raster: Raster) -> Self {
+        let (width, height) = (raster.width as usize, raster.height as usize);
+        let level = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        let mut texels: Vec<u8> = match raster.samples {
+            Samples::U8(samples) => samples,
+            Samples::U16(samples) => {
+                let level = |v: u16| level(f32::from(v) / 65_535.0);
+                samples.into_iter().map(level).collect()
+            }
+            Samples::F32(samples) => samples.into_iter().map(level).collect(),
+        };
+        // Files have their rows from the top.
+        let row = width * raster.channels;
+        for y in 0..height / 2 {
+            let (low, high) = texels.split_at_mut((height - 1 - y) * row);
+            low[y * row..][..row].swap_with_slice(&mut high[..row]);
+        }
+        Self::new(width, height, raster.channels, texels)
+    }
+
+    /// Makes a texture of an image in the scene, whose memory it shares. Returns `None` if the
+    /// image has too few bytes.
+    pub(super) fn from_image(image: &Image) -> Option<Self> {
+        let components = usize::from(image.components);
+        let (width, height) = (image.width as usize, image.height as usize);
+        let count = width.checked_mul(height)?;
+        if image.bytes.len() < count.checked_mul(components)? || components == 0 {
+            return None;
+        }
+        Some(Self {
+            texels: Texels::OfScene(image.bytes.clone()),
+            ..Self::new(width, height, components, Vec::new())
+        })
+    }
+
+    /// The memory in bytes that the texture takes with its smaller versions. An image in the scene
+    /// is that of the document.
+    pub(super) fn bytes(&self) -> u64 {
+        let texels = (self.width * self.height * self.components) as u64;
+        let own = match self.texels {
+            Texels::Own(_) => texels,
+            Texels::OfScene(_) => 0,
+        };
+        let deeper: u64 = self.deeper.iter().map(Self::bytes).sum();
+        own + texels / 3 + deeper
     }
 
     /// Whether the texture has an alpha component.
@@ -116,7 +176,14 @@ impl Texture {
         let (x0, x1, fx) = side(at.x, self.width, repeat.s);
         let (y0, y1, fy) = side(at.y, self.height, repeat.t);
         let texel = |x: usize, y: usize| {
-            Vec4::from_array(texels[y * self.width + x].map(|c| f32::from(c) / 255.0))
+            let texel = &texels[(y * self.width + x) * self.components..];
+            let share = |component: usize| f32::from(texel[component]) / 255.0;
+            match self.components {
+                1 => Vec3::splat(share(0)).extend(1.0),
+                2 => Vec3::splat(share(0)).extend(share(1)),
+                3 => Vec4::new(share(0), share(1), share(2), 1.0),
+                _ => Vec4::new(share(0), share(1), share(2), share(3)),
+            }
         };
         let low = texel(x0, y0).lerp(texel(x1, y0), fx);
         let high = texel(x0, y1).lerp(texel(x1, y1), fx);
@@ -181,10 +248,28 @@ impl Texture {
         fine.lerp(version(next).sample(at, filter, repeat), level - below)
     }
 
-    /// The texels, row by row from the bottom.
-    pub(in crate::scene) fn texels(&self) -> &[[u8; 4]] {
-        let unpacked = || self.image.as_ref().map_or_else(Vec::new, unpack);
-        self.texels.get_or_init(unpacked)
+    /// The components of all texels, row by row from the bottom.
+    fn texels(&self) -> &[u8] {
+        match &self.texels {
+            Texels::Own(bytes) => bytes,
+            Texels::OfScene(bytes) => bytes,
+        }
+    }
+
+    /// The texels of each row as red, green, blue and alpha, from the bottom.
+    pub(in crate::scene) fn rows(
+        &self,
+    ) -> impl DoubleEndedIterator<Item = impl Iterator<Item = [u8; 4]>> {
+        let components = self.components.max(1);
+        let rows = self.texels().chunks_exact((self.width * components).max(1));
+        let rgba = |texel: &[u8]| match *texel {
+            [gray] => [gray, gray, gray, 255],
+            [gray, alpha] => [gray, gray, gray, alpha],
+            [r, g, b] => [r, g, b, 255],
+            _ => [texel[0], texel[1], texel[2], texel[3]],
+        };
+        rows.take(self.height)
+            .map(move |row| row.chunks_exact(components).map(rgba))
     }
 
     /// The number of layers.
@@ -201,37 +286,42 @@ impl Texture {
                 if last.width <= 1 && last.height <= 1 || last.texels().is_empty() {
                     return smaller;
                 }
-                let next = last.halved();
+                let next = last.halved_layer();
                 smaller.push(next);
             }
         })
     }
 
     /// The version with half the width and height, rounded up.
-    fn halved(&self) -> Self {
+    pub(super) fn halved(&self) -> Self {
+        Self {
+            deeper: self.deeper.iter().map(Self::halved_layer).collect(),
+            ..self.halved_layer()
+        }
+    }
+
+    /// The version of the first layer with half the width and height, rounded up.
+    fn halved_layer(&self) -> Self {
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
-        let mut texels = Vec::with_capacity(width * height);
+        let n = self.components;
+        let mut texels = Vec::with_capacity(width * height * n);
         let all = self.texels();
         let row = |y: usize| {
             let y = y.min(self.height - 1);
-            &all[y * self.width..(y + 1) * self.width]
+            &all[y * self.width * n..(y + 1) * self.width * n]
         };
         for y in 0..height {
-            let pairs = row(2 * y).chunks(2).zip(row(2 * y + 1).chunks(2));
-            texels.extend(pairs.map(|(low, high)| {
+            let pairs = row(2 * y).chunks(2 * n).zip(row(2 * y + 1).chunks(2 * n));
+            for (low, high) in pairs {
                 // The last texel of an odd row is counted twice.
-                let (c, d) = (low[low.len() - 1], high[high.len() - 1]);
-                let sum = |i: usize| [low[0], high[0], c, d].map(|t| u32::from(t[i]));
-                std::array::from_fn(|i| ((sum(i).iter().sum::<u32>() + 2) / 4) as u8)
-            }));
+                let second = low.len() - n;
+                texels.extend((0..n).map(|i| {
+                    let four = [low[i], high[i], low[second + i], high[second + i]];
+                    ((four.map(u32::from).iter().sum::<u32>() + 2) / 4) as u8
+                }));
+            }
         }
-        Self {
-            width,
-            height,
-            texels: texels.into(),
-            components: self.components,
-            ..Self::default()
-        }
+        Self::new(width, height, n, texels)
     }
 }
 
@@ -266,198 +356,6 @@ fn between(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
     (wrap(low as i64), wrap(low as i64 + 1), x - low)
 }
 
-/// A field with file names.
-#[derive(Clone, Copy)]
-pub(crate) enum FileField {
-    /// A field with one name.
-    One(Field<Text>),
-    /// A field with a list of names.
-    Several(Field<[String]>),
-}
-
-impl FileField {
-    /// Returns the names in the field of a node, and no names if the node has no such field.
-    pub(crate) fn names<'a>(self, node: NodeRef<'a>) -> impl Iterator<Item = &'a str> {
-        let (one, several): (_, &[String]) = match self {
-            Self::One(field) => (node.find(field), &[]),
-            Self::Several(field) => (None, node.find(field).unwrap_or(&[])),
-        };
-        let all = one.into_iter().chain(several.iter().map(String::as_str));
-        all.filter(|name| !name.is_empty())
-    }
-}
-
-/// The fields of a VRML 97 `Background` that name pictures.
-pub(crate) const PANORAMA: [FileField; 6] = [
-    FileField::Several(vrml97_background::BACK_URL),
-    FileField::Several(vrml97_background::BOTTOM_URL),
-    FileField::Several(vrml97_background::FRONT_URL),
-    FileField::Several(vrml97_background::LEFT_URL),
-    FileField::Several(vrml97_background::RIGHT_URL),
-    FileField::Several(vrml97_background::TOP_URL),
-];
-
-/// The fields of texture nodes that name pictures.
-pub(crate) const PICTURES: [FileField; 3] = [
-    FileField::One(texture2::FILENAME),
-    FileField::Several(image_texture::URL),
-    FileField::Several(texture3::FILENAMES),
-];
-
-/// Decodes the texture of a node: its file, or the image in the node. Returns `None` if it has
-/// neither.
-///
-/// # Errors
-/// Returns a diagnostic if the file cannot be found or read. It names the file and the places where
-/// it was searched.
-pub(crate) fn decode(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>> {
-    decode_named(node, &PICTURES, folders)
-}
-
-/// Returns the number of components of a node's texture, from 1 to 4, or `None` if it has none or
-/// cannot be decoded.
-pub(crate) fn components(node: NodeRef<'_>, folders: &[PathBuf]) -> Option<usize> {
-    decode(node, folders)
-        .ok()?
-        .map(|texture| texture.components)
-}
-
-/// Decodes the texture of a node, like [`decode`], whose file is named by one of some fields.
-///
-/// # Errors
-/// Returns the errors of [`decode`].
-pub(crate) fn decode_named(
-    node: NodeRef<'_>,
-    fields: &[FileField],
-    folders: &[PathBuf],
-) -> Result<Option<Texture>> {
-    if node.known_class().is_some_and(|c| c.is_a("Texture3")) {
-        return decode_deep(node, folders);
-    }
-    let names = fields.iter().flat_map(|field| field.names(node));
-    let mut diagnostic = None;
-    for name in names {
-        match open(node, name, folders) {
-            Ok(texture) => return Ok(Some(texture)),
-            Err(error) => diagnostic = diagnostic.or(Some(error)),
-        }
-    }
-    if let Some(image) = node.find(texture2::IMAGE)
-        && image.width > 0
-        && image.height > 0
-    {
-        return Ok(from_image(image));
-    }
-    match diagnostic {
-        Some(error) => Err(match node.source() {
-            Some(source) => error.at(source, node.span()),
-            None => error,
-        }),
-        None => Ok(None),
-    }
-}
-
-/// Decodes the layers of a `Texture3`: its files, or the image in the node.
-fn decode_deep(node: NodeRef<'_>, folders: &[PathBuf]) -> Result<Option<Texture>> {
-    let mut slices = Vec::new();
-    for name in FileField::Several(texture3::FILENAMES).names(node) {
-        slices.push(open(node, name, folders)?);
-    }
-    if let Some(image) = node.find(texture3::IMAGES).filter(|_| slices.is_empty()) {
-        let depth = usize::try_from(image.depth).unwrap_or(0).max(1);
-        let each = (image.bytes.len() / depth).max(1);
-        slices.extend(
-            image
-                .bytes
-                .chunks_exact(each)
-                .take(depth)
-                .filter_map(|bytes| {
-                    from_image(&Image {
-                        bytes: bytes.into(),
-                        ..image.clone()
-                    })
-                }),
-        );
-    }
-    if slices.is_empty() {
-        return Ok(None);
-    }
-    let mut first = slices.remove(0);
-    first.deeper = slices;
-    Ok(Some(first))
-}
-
-/// Decodes a file next to the scene or in one of some folders.
-fn open(node: NodeRef<'_>, name: &str, folders: &[PathBuf]) -> Result<Texture> {
-    let beside = node.document.load_beside(node.id, name);
-    let (name, bytes) = match beside {
-        Ok(found) => found,
-        Err(error) => in_folders(name, folders).ok_or(error)?,
-    };
-    Ok(from_raster(&Raster::decode(&bytes, &name)?))
-}
-
-/// Reads the file with a name's last component from the first folder that has it.
-fn in_folders(name: &str, folders: &[PathBuf]) -> Option<(String, Vec<u8>)> {
-    let file = Path::new(name).file_name()?;
-    folders.iter().find_map(|folder| {
-        let path = folder.join(file);
-        Some((
-            path.display().to_string(),
-            read_file(&path, MAX_PICTURE).ok()?,
-        ))
-    })
-}
-
-fn from_raster(raster: &Raster) -> Texture {
-    let (width, height) = (raster.width as usize, raster.height as usize);
-    let level = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-    let mut texels = Vec::with_capacity(width * height);
-    for y in (0..height).rev() {
-        for x in 0..width {
-            let i = y * width + x;
-            let [r, g, b] = raster.color(i).map(level);
-            texels.push([r, g, b, level(raster.alpha(i))]);
-        }
-    }
-    Texture {
-        width,
-        height,
-        texels: texels.into(),
-        components: raster.channels,
-        ..Texture::default()
-    }
-}
-
-fn from_image(image: &Image) -> Option<Texture> {
-    let components = usize::from(image.components);
-    let (width, height) = (image.width as usize, image.height as usize);
-    let count = width.checked_mul(height)?;
-    if image.bytes.len() < count.checked_mul(components)? || components == 0 {
-        return None;
-    }
-    Some(Texture {
-        width,
-        height,
-        image: Some(image.clone()),
-        components,
-        ..Texture::default()
-    })
-}
-
-/// Returns the texels of an image in the scene. The caller has checked its number of bytes.
-fn unpack(image: &Image) -> Vec<[u8; 4]> {
-    let components = usize::from(image.components).max(1);
-    let count = image.width as usize * image.height as usize;
-    let all = image.bytes.chunks_exact(components).take(count);
-    match components {
-        1 => all.map(|c| [c[0], c[0], c[0], 255]).collect(),
-        2 => all.map(|c| [c[0], c[0], c[0], c[1]]).collect(),
-        3 => all.map(|c| [c[0], c[1], c[2], 255]).collect(),
-        _ => all.map(|c| [c[0], c[1], c[2], c[3]]).collect(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -469,13 +367,7 @@ mod tests {
     };
 
     fn two_by_one() -> Texture {
-        Texture {
-            width: 2,
-            height: 1,
-            texels: vec![[0, 0, 0, 255], [255, 255, 255, 255]].into(),
-            components: 3,
-            ..Texture::default()
-        }
+        Texture::new(2, 1, 3, vec![0, 0, 0, 255, 255, 255])
     }
 
     #[test]
@@ -514,12 +406,7 @@ mod tests {
 
     #[test]
     fn a_3d_texture_is_interpolated_between_layers() {
-        let layer = |level: u8| Texture {
-            width: 1,
-            height: 1,
-            texels: vec![[level, level, level, 255]].into(),
-            ..Texture::default()
-        };
+        let layer = |level: u8| Texture::new(1, 1, 1, vec![level]);
         let t = Texture {
             deeper: [51, 102, 255].map(layer).into(),
             ..layer(0)
@@ -537,5 +424,45 @@ mod tests {
         assert_eq!(at(0.375, true), 0.2);
         assert!((at(0.5, true) - 0.3).abs() < 1e-6);
         assert_eq!((at(1.0, true), at(1.0, false)), (0.5, 1.0));
+    }
+
+    #[test]
+    fn textures_of_1_to_4_components_are_the_same_colors_in_fewer_bytes() {
+        let colors = [[7, 7, 7, 255], [200, 200, 200, 255], [90, 90, 90, 255]];
+        let of = |kept: &[usize]| {
+            let texel = |c: &[u8; 4]| kept.iter().map(|&k| c[k]).collect::<Vec<u8>>();
+            Texture::new(3, 1, kept.len(), colors.iter().flat_map(texel).collect())
+        };
+        let all = [of(&[0]), of(&[0, 3]), of(&[0, 1, 2]), of(&[0, 1, 2, 3])];
+        for (x, texels) in [(0.1, 1.0), (0.4, 1.0), (0.7, 2.0), (0.9, 9.0)] {
+            let at = Vec2::new(x, 0.5);
+            let seen = all
+                .each_ref()
+                .map(|t| t.sample_wide(at, texels, Filter::Smooth, ALL));
+            assert!(seen.iter().all(|color| *color == seen[0]), "{seen:?}");
+        }
+        for texture in &all {
+            assert!(texture.rows().flatten().eq(colors));
+        }
+        assert_eq!(all.each_ref().map(Texture::bytes), [4, 8, 12, 16]);
+    }
+
+    #[test]
+    fn rows_of_a_file_are_turned_and_other_depths_become_8_bits() {
+        let raster = |samples| Raster {
+            width: 1,
+            height: 3,
+            channels: 1,
+            samples,
+        };
+        let of = |samples| Texture::from_raster(raster(samples));
+        let levels = |t: Texture| t.rows().flatten().map(|c| c[0]).collect::<Vec<u8>>();
+        assert_eq!(levels(of(Samples::U8(vec![1, 2, 3]))), [3, 2, 1]);
+        let sixteen = Samples::U16(vec![0, 257, 65_535]);
+        assert_eq!(levels(of(sixteen)), [255, 1, 0]);
+        assert_eq!(
+            levels(of(Samples::F32(vec![-1.0, 0.5, 7.0]))),
+            [255, 128, 0]
+        );
     }
 }

@@ -47,7 +47,6 @@ pub(super) struct Drawn {
 
 /// The canvas of models.
 pub(super) struct MeshCanvas {
-    folders: Vec<std::path::PathBuf>,
     ignores_draw_style: bool,
     fineness: Fineness,
     pub picture: PictureView,
@@ -70,7 +69,6 @@ impl MeshCanvas {
     pub(super) fn new(options: &ModelOptions) -> Self {
         let placement = Placement::around(glam::DVec3::ZERO);
         Self {
-            folders: options.compile.texture_folders.clone(),
             ignores_draw_style: options.compile.ignore_draw_style,
             fineness: Fineness::within(options.error()),
             picture: PictureView::of(&options.compile),
@@ -78,7 +76,7 @@ impl MeshCanvas {
             object: placement,
             moved: None,
             shape: None,
-            images: Images::default(),
+            images: Images::new(&options.compile),
             census: Census::default(),
             reports: Reports::default(),
             left: options.compile.max_primitives,
@@ -307,8 +305,7 @@ impl Canvas for MeshCanvas {
         self.moved = None;
         let reports = &mut self.reports;
         let mut report = |d: Box<Diagnostic>| reports.add(*d);
-        let (surface, mut features) =
-            Surface::of(state, &mut self.images, &self.folders, &mut report);
+        let (surface, mut features) = Surface::of(state, &mut self.images, &mut report);
         let drawing = if self.ignores_draw_style {
             Drawing::DEFAULT
         } else {

@@ -19,16 +19,14 @@ pub struct Image {
 impl Image {
     /// Copies the first layer of a texture. Returns `None` if it has no texels.
     pub(super) fn of(texture: &looks::Texture) -> Option<Self> {
-        let texels = texture.texels();
-        if texels.is_empty() || texture.width == 0 {
+        if texture.width == 0 || texture.height == 0 {
             return None;
         }
-        let rows = texels.chunks_exact(texture.width).rev();
         Some(Self {
             width: u32::try_from(texture.width).ok()?,
             height: u32::try_from(texture.height).ok()?,
             components: texture.components,
-            pixels: rows.flatten().copied().collect(),
+            pixels: texture.rows().rev().flatten().collect(),
         })
     }
 

@@ -1,7 +1,6 @@
 //! The surface of a shape that is being made into meshes: its material, its colors and its texture.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::{Affine2, Mat4, Vec2, Vec3, Vec4};
@@ -9,9 +8,11 @@ use glam::{Affine2, Mat4, Vec2, Vec3, Vec4};
 use super::feature::Feature;
 use super::image::Image;
 use super::material::{Material, Texture};
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Result};
 use crate::iv::NodeId;
-use crate::scene::looks::{self, Filter, MaterialColors, texture};
+use crate::memory::MemoryBudget;
+use crate::scene::looks::{self, Filter, MaterialColors, TextureFiles};
+use crate::scene::options::CompileOptions;
 use crate::traversal::state::{State, TextureCoordinates, TextureElement, TextureModel};
 
 /// The source of texture coordinates.
@@ -24,31 +25,52 @@ pub(super) enum Mapping {
 }
 
 /// The pictures of a model, each with the texture that it was made from.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Images {
     pub list: Vec<Image>,
     /// The texture of each node and the number of its picture; `None` if it cannot be decoded.
     decoded: HashMap<NodeId, Option<(Arc<looks::Texture>, usize)>>,
+    /// The textures by file.
+    files: TextureFiles,
+    /// The memory that the model may use, with what is in use.
+    memory: MemoryBudget,
 }
 
 impl Images {
+    /// Creates an empty list of pictures for a model with some options.
+    pub(super) fn new(options: &CompileOptions) -> Self {
+        Self {
+            list: Vec::new(),
+            decoded: HashMap::new(),
+            files: TextureFiles::new(&options.texture_folders),
+            memory: MemoryBudget::new(options.memory),
+        }
+    }
+
     /// Returns the texture of a node, which is decoded at the first use.
     pub(super) fn of_node(
         &mut self,
         element: &TextureElement<'_>,
-        folders: &[PathBuf],
         report: &mut dyn FnMut(Box<Diagnostic>),
     ) -> Option<(Arc<looks::Texture>, usize)> {
         let id = element.node.id;
         if !self.decoded.contains_key(&id) {
-            let decoded = match texture::decode(element.node, folders) {
-                Ok(decoded) => decoded.map(Arc::new),
-                Err(diagnostic) => {
-                    report(diagnostic);
-                    None
-                }
+            let mut read = || -> Result<Option<(Arc<looks::Texture>, usize)>> {
+                let Some(texture) = self.files.of_node(element.node, &mut self.memory)? else {
+                    return Ok(None);
+                };
+                let bytes = 4 * texture.width as u64 * texture.height as u64;
+                self.memory.take("a picture of the model", bytes)?;
+                let image = Image::of(&texture);
+                Ok(image.map(|image| (texture, self.add(image))))
             };
-            let numbered = decoded.and_then(|t| Some((t.clone(), self.add(Image::of(&t)?))));
+            let numbered = read().unwrap_or_else(|diagnostic| {
+                report(diagnostic);
+                None
+            });
+            std::mem::take(&mut self.files.notices)
+                .into_iter()
+                .for_each(&mut *report);
             self.decoded.insert(id, numbered);
         }
         self.decoded.get(&id)?.clone()
@@ -79,7 +101,6 @@ impl Surface {
     pub(super) fn of(
         state: &State<'_>,
         images: &mut Images,
-        folders: &[PathBuf],
         report: &mut dyn FnMut(Box<Diagnostic>),
     ) -> (Self, Vec<Feature>) {
         let mut features = Vec::new();
@@ -89,7 +110,7 @@ impl Surface {
             .texture
             .as_ref()
             .filter(|element| element.quality > 0.0)
-            .and_then(|e| Some((e, images.of_node(e, folders, report)?)));
+            .and_then(|e| Some((e, images.of_node(e, report)?)));
         let mapping = mapping(&state.texture_coordinates);
         let lost = match &found {
             Some((_, (texture, _))) if texture.is_deep() => Some(Feature::DeepTexture),
