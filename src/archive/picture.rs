@@ -42,7 +42,7 @@ pub(crate) fn make_picture(plan: Plan, output: &Path, command: &str) -> Result<M
     }
     let exposure = session.expose(&|_| {});
     let picture = session.develop(&exposure, command);
-    let warning = session.warn_if_black_or_clipped(&exposure, &picture);
+    let warning = session.warn_if_black_or_clipped(&exposure.counts, &picture);
     made.problems.extend(warning.map(|w| *w));
     let folder = folder_of(output);
     std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;

@@ -9,7 +9,9 @@ use super::folder_of_scenes;
 use crate::diag::{Diagnostic, Result};
 use crate::files::{check_writable, folder_of};
 use crate::photo::free_name;
-use crate::picture::{Depth, Picture, PictureFormat};
+use crate::picture::{
+    Depth, Heading, Picture, PictureFormat, RowSource, save_rows, write_png_rows,
+};
 
 /// The arguments that name a file to write, in whichever command has them.
 const OUTPUTS: [&str; 13] = [
@@ -161,6 +163,25 @@ pub(crate) fn save_picture(picture: &Picture, output: &Path, depth: Depth) -> Re
     }
     let mut out = BufWriter::new(std::io::stdout().lock());
     let result = picture.write(PictureFormat::Png, depth, &mut out);
+    super::exit_code(result.and_then(|()| out.flush())).map(|_| ())
+}
+
+/// Writes a picture to its file, or to standard output as PNG if the file is `-`, while its rows
+/// are made.
+///
+/// # Errors
+/// Fails if the file cannot be written, or if its format cannot be written by rows.
+pub(crate) fn save_picture_rows(
+    output: &Path,
+    depth: Depth,
+    heading: &Heading,
+    rows: &mut dyn RowSource,
+) -> Result<()> {
+    if !is_standard_stream(output) {
+        return save_rows(output, depth, heading, rows);
+    }
+    let mut out = BufWriter::new(std::io::stdout().lock());
+    let result = write_png_rows(heading, depth, rows, &mut out);
     super::exit_code(result.and_then(|()| out.flush())).map(|_| ())
 }
 

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
 
-use super::outputs::{keep_inputs, picture_format, save_picture};
+use super::outputs::{keep_inputs, picture_format, save_picture, save_picture_rows};
 use super::{flags, parsed, print_diagnostic, print_warnings, text};
 use crate::camera::{Aim, Camera};
 use crate::diag::{Diagnostic, Result, Sink};
@@ -17,7 +17,7 @@ use crate::math::use_portable_arithmetic;
 use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
 use crate::photo::{Era, Plan, Session, free_name, picture_name};
 use crate::render::report::{RenderReport, count, error_text, percent};
-use crate::render::{Exposure, Progress};
+use crate::render::{Counts, Exposure, Progress};
 
 /// The options of the output.
 pub(crate) struct OutputOptions {
@@ -218,7 +218,13 @@ fn changed(
 /// Returns an error if an option or a file is invalid, or if a file cannot be written.
 pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
     let options = OutputOptions::of(matches)?;
-    let mut session = Session::open(plan(matches, era)?)?;
+    let mut plan = plan(matches, era)?;
+    plan.whole_film = match picture_format(&options.output)?.has_rows() {
+        _ if options.layers.is_some() => Some("`--aov`"),
+        false => Some("a JPEG or SGI file"),
+        true => None,
+    };
+    let mut session = Session::open(plan)?;
     if options.layers.is_some() {
         session.take_layers()?;
     }
@@ -246,30 +252,66 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
             .collect();
         super::print_wrapped(&choices.join(", "));
     }
+    let command = command_line(words);
+    let (mut report, counts) = match session.is_in_strips() {
+        false => render_whole(&session, &options, &command)?,
+        true => render_in_strips(&session, &options, &command)?,
+    };
+    report.picture = options.output.display().to_string();
+    report.total_seconds = report.seconds.total();
+    report_on(&options, &report)?;
+    if !options.quiet {
+        report_lost_rays(&session, &counts);
+    }
+    Ok(0)
+}
+
+/// Renders the picture and writes it. Returns the report and the numbers of rays.
+fn render_whole(
+    session: &Session,
+    options: &OutputOptions,
+    command: &str,
+) -> Result<(RenderReport, Counts)> {
     let meter = Meter::new(options.quiet);
     let exposure = options.on_threads(|| session.expose(&|p| meter.show(p)))?;
     meter.clear();
-    warn_of_shortfall(&session, &exposure);
+    warn_of_shortfall(session, &exposure);
 
     let clock = Instant::now();
-    let picture = session.develop(&exposure, &command_line(words));
-    if let Some(warning) = session.warn_if_black_or_clipped(&exposure, &picture) {
+    let picture = session.develop(&exposure, command);
+    if let Some(warning) = session.warn_if_black_or_clipped(&exposure.counts, &picture) {
         print_diagnostic(&warning);
     }
-    save_picture(&picture, &options.output, session.plan.depth)?;
+    options.on_threads(|| save_picture(&picture, &options.output, session.plan.depth))??;
     if let Some(path) = &options.layers {
         let layers = options.on_threads(|| session.layers(&exposure, &picture))?;
         layers.save(path)?;
     }
     let mut report = session.report(&exposure);
-    report.picture = options.output.display().to_string();
     report.seconds.write = clock.elapsed().as_secs_f64();
-    report.total_seconds = report.seconds.total();
-    report_on(&options, &report)?;
-    if !options.quiet {
-        report_lost_rays(&session, &exposure);
+    Ok((report, exposure.counts))
+}
+
+/// Renders a picture whose film does not fit into memory, and writes each strip when it is
+/// finished.
+fn render_in_strips(
+    session: &Session,
+    options: &OutputOptions,
+    command: &str,
+) -> Result<(RenderReport, Counts)> {
+    let meter = Meter::new(options.quiet);
+    let made = options.on_threads(|| {
+        let depth = session.plan.depth;
+        session.expose_in_strips(command, &|p| meter.show(p), |heading, rows| {
+            save_picture_rows(&options.output, depth, heading, rows)
+        })
+    })??;
+    meter.clear();
+    let counts = made.summary.counts;
+    if let Some(warning) = session.warn_if_black_or_clipped(&counts, &made.sample) {
+        print_diagnostic(&warning);
     }
-    Ok(0)
+    Ok((session.report_of(&made.summary), counts))
 }
 
 /// Prints a notice if the headlight is on only because the scene has no light.
@@ -280,9 +322,9 @@ pub(crate) fn print_headlight_notice(session: &Session, quiet: bool) {
 }
 
 /// Says how many rays passed if fewer than half did, and which option loses none.
-fn report_lost_rays(session: &Session, exposure: &Exposure) {
+fn report_lost_rays(session: &Session, counts: &Counts) {
     let aimed_at_rear = matches!(session.plan.aim, Aim::RearElement(_));
-    let share = exposure.counts.passed_share();
+    let share = counts.passed_share();
     if !matches!(session.camera, Camera::Lens(_)) || !aimed_at_rear || share >= 0.5 || share == 0.0
     {
         return;
@@ -291,8 +333,8 @@ fn report_lost_rays(session: &Session, exposure: &Exposure) {
         "{:.1}% of the rays passed through the lens, {} of {}; `--pupil exit` aims only where light \
          passes",
         100.0 * share,
-        count(exposure.counts.passed),
-        count(exposure.counts.film_rays + exposure.counts.error_rays)
+        count(counts.passed),
+        count(counts.film_rays + counts.error_rays)
     );
 }
 

@@ -11,4 +11,4 @@ pub(crate) use claim::{Claims, Held, host_name};
 pub(crate) use folder::{folder_of, project_of};
 pub(crate) use markup::escaped;
 pub(crate) use read::{MAX_PICTURE, MAX_TEXT, read_file, read_file_named, read_stream};
-pub(crate) use whole::{check_writable, write_new, write_whole};
+pub(crate) use whole::{WriteSeek, check_writable, write_new, write_whole, write_whole_seekable};

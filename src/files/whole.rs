@@ -7,7 +7,7 @@
 
 use std::fs::{File, OpenOptions};
 use std::hash::{BuildHasher, RandomState};
-use std::io::{BufWriter, Error, ErrorKind, Write};
+use std::io::{BufWriter, Cursor, Error, ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use crate::diag::{Diagnostic, Result};
@@ -60,14 +60,7 @@ impl Writable {
                 write(&mut stream)?;
                 stream.flush()
             }
-            Kind::Temporary(temporary) => {
-                let mut to = BufWriter::new(&temporary.file);
-                write(&mut to)?;
-                to.flush()?;
-                drop(to);
-                temporary.file.sync_data()?;
-                std::fs::rename(&temporary.path, &target)
-            }
+            Kind::Temporary(temporary) => temporary.write(&target, |to| write(to)),
         };
         attempt().map_err(|e| Diagnostic::io(target.display(), &e))
     }
@@ -118,7 +111,47 @@ pub(crate) fn write_new(path: &Path, content: &[u8]) -> Result<bool> {
     attempt().map_err(|e| Diagnostic::io(path.display(), &e))
 }
 
+/// Writes a file as [`write_whole`] does, to a stream that can be moved. What goes to a pipe or a
+/// device is collected in memory first.
+///
+/// # Errors
+/// Returns the errors of [`write_whole`].
+pub(crate) fn write_whole_seekable(
+    path: &Path,
+    write: impl FnOnce(&mut dyn WriteSeek) -> std::io::Result<()>,
+) -> Result<()> {
+    let Writable { target, kind } = Writable::new(path)?;
+    let attempt = || match kind {
+        Kind::Stream(mut stream) => {
+            let mut bytes = Cursor::new(Vec::new());
+            write(&mut bytes)?;
+            stream.write_all(bytes.get_ref())
+        }
+        Kind::Temporary(temporary) => temporary.write(&target, |to| write(to)),
+    };
+    attempt().map_err(|e| Diagnostic::io(target.display(), &e))
+}
+
+/// A stream that can be moved, to write what was not known before.
+pub(crate) trait WriteSeek: Write + Seek {}
+
+impl<T: Write + Seek> WriteSeek for T {}
+
 impl Temporary {
+    /// Writes the file, and gives it the name of `target`.
+    fn write(
+        &self,
+        target: &Path,
+        write: impl FnOnce(&mut BufWriter<&File>) -> std::io::Result<()>,
+    ) -> std::io::Result<()> {
+        let mut to = BufWriter::new(&self.file);
+        write(&mut to)?;
+        to.flush()?;
+        drop(to);
+        self.file.sync_data()?;
+        std::fs::rename(&self.path, target)
+    }
+
     /// Creates a temporary file in the folder of `target` and locks it.
     fn beside(target: &Path) -> std::io::Result<Self> {
         for _ in 0..TRIES {

@@ -231,6 +231,31 @@ impl SquaredError {
         }
     }
 
+    /// Returns the squared error of two parts of a picture, which have no pixel in common. Their
+    /// estimates are independent, so all moments add up.
+    pub(crate) fn with_part(&self, other: &Self) -> Self {
+        let variance = self.variance + other.variance;
+        let heavier = match other.variance > self.variance {
+            true => other,
+            false => self,
+        };
+        let (pixels, share) = heavier.heaviest;
+        let share = share * heavier.variance / variance;
+        Self {
+            sum: self.sum + other.sum,
+            variance,
+            spread: self.spread + other.spread,
+            third: self.third + other.third,
+            largest: self.largest.max(other.largest),
+            excess: self.excess + other.excess,
+            excess_variance: self.excess_variance + other.excess_variance,
+            covariance: self.covariance + other.covariance,
+            pairs: self.pairs + other.pairs,
+            heaviest: (pixels, if share.is_finite() { share } else { 1.0 }),
+            missed: self.missed.or(other.missed),
+        }
+    }
+
     /// Returns the sum of squared errors.
     pub(crate) fn sum(&self) -> f64 {
         self.sum

@@ -15,6 +15,7 @@ mod picture_hint;
 mod plan;
 mod pose;
 mod session;
+mod strips;
 #[cfg(test)]
 mod tests;
 

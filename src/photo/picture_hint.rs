@@ -10,7 +10,7 @@ use super::session::{Session, is_left_dark};
 use crate::bvh::Ray;
 use crate::diag::Diagnostic;
 use crate::picture::Picture;
-use crate::render::Exposure;
+use crate::render::Counts;
 use crate::shade::{Shading, Work};
 
 /// The highest level of a dark pixel, of 255. On most screens such a pixel looks black beside a
@@ -51,10 +51,10 @@ impl Session {
     /// cause and what to do next.
     pub(crate) fn warn_if_black_or_clipped(
         &self,
-        exposure: &Exposure,
+        counts: &Counts,
         picture: &Picture,
     ) -> Option<Box<Diagnostic>> {
-        if exposure.counts.film_rays > 0 && exposure.counts.passed == 0 {
+        if counts.film_rays > 0 && counts.passed == 0 {
             let none = Diagnostic::warning("no ray reached the scene: the picture is black");
             let help = "the film may be too large for the lens, or the lens closed";
             return Some(none.with_help(help));

@@ -251,6 +251,9 @@ pub struct Plan {
     /// How much memory the scene, its textures and its film may use. Default: half of what the
     /// machine has.
     pub memory: MemoryLimit,
+    /// What needs the whole film in memory at once, besides options of the plan. If it is `None`, a
+    /// film that does not fit is rendered in strips.
+    pub whole_film: Option<&'static str>,
 }
 
 impl Plan {
@@ -320,6 +323,7 @@ impl Plan {
             fonts: Arc::default(),
             limits: Limits::default(),
             memory: MemoryLimit::default(),
+            whole_film: Some("this command"),
         }
     }
 

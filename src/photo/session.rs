@@ -27,7 +27,7 @@ use crate::pose::{CameraPose, Projection};
 use crate::render::diffraction::diffract;
 use crate::render::ghosts::GhostRender;
 use crate::render::report::{RenderReport, Seconds, error_text};
-use crate::render::{Exposure, Progress, Render, Stop, Stopwatch, SurfaceSum};
+use crate::render::{Exposure, Progress, Render, Stop, Stopwatch, Summary, SurfaceSum};
 use crate::sampling::{FilterTable, Sampler};
 #[cfg(test)]
 use crate::scene::Unneeded;
@@ -364,7 +364,7 @@ impl Session {
 
     /// Returns whether the scene has no primitive and a black background, so that no ray can bring
     /// light.
-    fn shows_nothing(&self) -> bool {
+    pub(super) fn shows_nothing(&self) -> bool {
         self.scene.primitives() == (0, 0, 0) && self.scene.background().is_black()
     }
 
@@ -381,7 +381,7 @@ impl Session {
     }
 
     /// Calls `work` with the scene, the camera and the settings of a render.
-    fn with_render<T>(
+    pub(super) fn with_render<T>(
         &self,
         sampler: Sampler,
         stop: Stop,
@@ -467,27 +467,39 @@ impl Session {
     pub fn develop(&self, exposure: &Exposure, command: &str) -> Picture {
         let film = self.with_diffraction(&exposure.film);
         let mut picture = Picture::develop(&film, self.plan.response.clone());
-        let mut say = |key: &str, value: &str| {
-            picture.provenance.insert(key.to_owned(), value.to_owned());
-        };
-        say("Software", concat!("ivcam ", env!("CARGO_PKG_VERSION")));
-        say("Command", command);
         let error = match exposure.film.error() {
             Ok(error) => error_text(&error),
             Err(reason) => format!("unknown: {reason}"),
         };
-        say("ivcam:error", &error);
-        self.described_as_exposed(exposure)
+        picture.provenance = self.provenance(command, exposure.samples, &error);
+        picture
+    }
+
+    /// Returns the metadata of a picture.
+    pub(super) fn provenance(
+        &self,
+        command: &str,
+        samples: u32,
+        error: &str,
+    ) -> IndexMap<String, String> {
+        let mut provenance = IndexMap::new();
+        let mut say = |key: &str, value: &str| {
+            provenance.insert(key.to_owned(), value.to_owned());
+        };
+        say("Software", concat!("ivcam ", env!("CARGO_PKG_VERSION")));
+        say("Command", command);
+        say("ivcam:error", error);
+        self.described_as_exposed(samples)
             .iter()
             .for_each(|(k, v)| say(&format!("ivcam:{k}"), v));
-        picture
+        provenance
     }
 
     /// Returns the choices, with the samples that were really taken: a render that the time or the
     /// error ends takes others than the plan's.
-    fn described_as_exposed(&self, exposure: &Exposure) -> IndexMap<String, String> {
+    fn described_as_exposed(&self, samples: u32) -> IndexMap<String, String> {
         let mut described = self.described.clone();
-        described.insert("samples".into(), exposure.samples.to_string());
+        described.insert("samples".into(), samples.to_string());
         if is_portable() {
             described.insert("arithmetic".into(), "portable".into());
         }
@@ -496,18 +508,26 @@ impl Session {
 
     /// Returns the report of an exposure, without the picture's name and the time to write it.
     pub fn report(&self, exposure: &Exposure) -> RenderReport {
+        let mut report = self.report_of(&exposure.summary());
+        report.set_ghosts(&exposure.film);
+        report
+    }
+
+    /// Returns the report of a render without ghosts, without the picture's name and the time to
+    /// write it.
+    pub(crate) fn report_of(&self, made: &Summary) -> RenderReport {
         let mut seconds = self.seconds;
-        seconds.render = exposure.seconds;
+        seconds.render = made.spent.seconds;
         let (triangles, quadrics, strokes) = self.scene.primitives();
         let mut report = RenderReport {
             ivcam: env!("CARGO_PKG_VERSION"),
             scene: self.plan.scene.display().to_string(),
             picture: String::new(),
-            plan: self.described_as_exposed(exposure),
+            plan: self.described_as_exposed(made.samples),
             seconds,
             total_seconds: 0.0,
-            processor_seconds: exposure.processor_seconds,
-            samples: exposure.samples,
+            processor_seconds: made.spent.processor_seconds,
+            samples: made.samples,
             film_rays: 0,
             scene_rays: 0,
             shadow_rays: 0,
@@ -522,9 +542,8 @@ impl Session {
             primitives: (triangles + quadrics + strokes) as u64,
             left_out: self.left_out(),
         };
-        report.set_counts(&exposure.counts);
-        report.set_error(exposure.film.error());
-        report.set_ghosts(&exposure.film);
+        report.set_counts(&made.counts);
+        report.set_error(made.error);
         report
     }
 

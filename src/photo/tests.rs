@@ -6,8 +6,9 @@ use glam::DVec3;
 
 use super::{Era, Headlight, Plan, Session};
 use crate::camera::Camera;
-use crate::film::Resolution;
+use crate::film::{Region, Resolution};
 use crate::math::Meters;
+use crate::memory::MemoryLimit;
 use crate::pose::Projection;
 use crate::scene::Unneeded;
 
@@ -178,7 +179,7 @@ fn a_scene_with_nothing_to_see_needs_no_rays() {
             .any(|part| part == "all rays (nothing to see)")
     );
     let picture = session.develop(&exposure, "");
-    let warning = session.warn_if_black_or_clipped(&exposure, &picture);
+    let warning = session.warn_if_black_or_clipped(&exposure.counts, &picture);
     assert!(
         warning
             .expect("a warning")
@@ -229,4 +230,59 @@ fn what_is_left_out_does_not_change_the_picture() {
             assert!(same, "{scene} {shading:?}");
         }
     }
+}
+
+/// A source of rows that the test reads itself.
+fn rows_of(session: &Session) -> (Vec<[f32; 3]>, crate::render::Summary, usize) {
+    let (mut pixels, mut pieces) = (Vec::new(), 0);
+    let made = session
+        .expose_in_strips("", &|_| (), |heading, rows| {
+            assert_eq!(heading.resolution, session.region().resolution());
+            while let Some(more) = rows.next_rows().unwrap() {
+                pixels.extend(more.iter().copied());
+                pieces += 1;
+            }
+            Ok(())
+        })
+        .unwrap();
+    assert!(!made.sample.pixels.is_empty());
+    (pixels, made.summary, pieces)
+}
+
+#[test]
+fn a_picture_in_strips_has_the_pixels_of_the_whole_and_an_error_like_it() {
+    let region = Region {
+        left: 3,
+        top: 5,
+        width: 41,
+        height: 38,
+    };
+    let folder = std::env::temp_dir().join(format!("ivcam-strips-{}", std::process::id()));
+    let mut compared = 0;
+    for (adaptive, part) in [(false, None), (true, None), (true, Some(region))] {
+        let mut plan = plan(&folder);
+        plan.resolution = Resolution {
+            width: 60,
+            height: 45,
+        };
+        (plan.adaptive, plan.region) = (adaptive, part);
+        plan.stop = crate::render::Stop::after(plan.sampler.samples);
+        let mut session = Session::open(plan).unwrap();
+        let whole = session.expose(&|_| ());
+        // A quarter of it is for the 60 or 41 pixels of 16 rows.
+        session.plan.memory = MemoryLimit::Bytes(64 << 10);
+        session.plan.whole_film = None;
+        assert!(session.is_in_strips());
+        let (pixels, summary, pieces) = rows_of(&session);
+        assert!(pieces == 3, "{pieces} strips");
+        assert!(pixels == session.develop(&whole, "").pixels);
+        assert_eq!(summary.counts.film_rays, whole.counts.film_rays);
+        // The error of a few pixels is not always known.
+        if let (Ok(a), Ok(b)) = (summary.error, whole.film.error()) {
+            assert!(a.low < b.high && b.low < a.high, "{a:?} {b:?}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 0);
+    std::fs::remove_dir_all(folder).unwrap();
 }

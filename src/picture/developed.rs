@@ -78,9 +78,7 @@ impl PictureFormat {
 impl Picture {
     /// Develops an exposed film.
     pub fn develop(film: &Film, response: Response) -> Self {
-        let pixels = (0..film.pixels.len())
-            .map(|i| film.level(i).as_vec3().to_array())
-            .collect();
+        let pixels = Self::levels_of(film);
         let (width, height) = (film.resolution.width, film.resolution.height);
         Self {
             width,
@@ -91,15 +89,26 @@ impl Picture {
         }
     }
 
+    /// Returns the linear exposure values of a film's pixels, row by row.
+    pub(crate) fn levels_of(film: &Film) -> Vec<[f32; 3]> {
+        let level = |i| film.level(i).as_vec3().to_array();
+        (0..film.pixels.len()).map(level).collect()
+    }
+
     /// Returns the levels of all channels as big-endian numbers, for PNG and PPM.
     pub fn levels(&self, depth: Depth) -> Vec<u8> {
-        let channels = self.pixels.iter().flatten().enumerate();
-        let levels = channels.map(|(i, x)| self.response.level(f64::from(*x), i % 3));
-        match depth {
-            Depth::Eight => levels.map(|x| (x * 255.0).round() as u8).collect(),
-            Depth::Sixteen => levels
-                .flat_map(|x| ((x * 65_535.0).round() as u16).to_be_bytes())
-                .collect(),
-        }
+        levels(&self.pixels, &self.response, depth)
+    }
+}
+
+/// Returns the levels of all channels of some pixels as big-endian numbers.
+pub(super) fn levels(pixels: &[[f32; 3]], response: &Response, depth: Depth) -> Vec<u8> {
+    let channels = pixels.iter().flatten().enumerate();
+    let levels = channels.map(|(i, x)| response.level(f64::from(*x), i % 3));
+    match depth {
+        Depth::Eight => levels.map(|x| (x * 255.0).round() as u8).collect(),
+        Depth::Sixteen => levels
+            .flat_map(|x| ((x * 65_535.0).round() as u16).to_be_bytes())
+            .collect(),
     }
 }

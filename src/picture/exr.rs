@@ -2,14 +2,18 @@
 
 use std::io::{Cursor, Write};
 
-use ::exr::meta::MetaData;
+use ::exr::block::writer::ChunksWriter as _;
+use ::exr::block::{BlockIndex, UncompressedBlock, chunk::Chunk, write as write_blocks};
+use ::exr::meta::{MetaData, header::Header, header::LayerAttributes};
 use ::exr::prelude::{self as exr, ReadChannels as _, ReadLayers as _};
 use indexmap::IndexMap;
+use rayon::prelude::*;
 
 use super::channels::ChannelImage;
-use super::developed::Picture;
 use super::raster::{Raster, Samples, check_size};
+use super::rows::{Heading, ROWS, RowSource, fill_placeholder};
 use crate::diag::{Diagnostic, Result};
+use crate::files::WriteSeek;
 
 /// Decodes the first layer: R, G and B if it has them, otherwise its first channel as gray. `ask`
 /// gets the bytes of memory that this needs.
@@ -61,12 +65,116 @@ pub(super) fn decode(bytes: &[u8], ask: &mut dyn FnMut(u64) -> Result<()>) -> Re
     })
 }
 
-/// Writes a picture as one layer of R, G and B.
-pub(super) fn write(picture: &Picture, file: &mut dyn Write) -> std::io::Result<()> {
-    let plane = |c: usize| picture.pixels.iter().map(|p| p[c]).collect();
-    let channels = ["R", "G", "B"].into_iter().zip([0, 1, 2].map(plane));
-    let size = (picture.width as usize, picture.height as usize);
-    write_layer(size, channels, &picture.provenance, file)
+/// The number of blocks that are compressed before they are written.
+const BLOCKS_AT_ONCE: usize = 16;
+
+/// Writes a picture as one layer of R, G and B while its rows are made. Blocks of rows are
+/// compressed on the threads of rayon's current pool.
+pub(super) fn write_rows(
+    heading: &Heading,
+    rows: &mut dyn RowSource,
+    file: &mut dyn WriteSeek,
+) -> std::io::Result<()> {
+    let header = rgb_header(heading);
+    // The file begins with eight bytes that are not of the header.
+    let mut head = vec![0; 8];
+    Header::write_all(std::slice::from_ref(&header), &mut head, false).map_err(io_error)?;
+    write_blocks(&mut *file, vec![header].into(), true, |meta, chunks| {
+        let mut number = 0;
+        let width = heading.resolution.width as usize;
+        while let Some(pixels) = rows.next_rows()? {
+            for some in pixels.chunks(BLOCKS_AT_ONCE * ROWS as usize * width) {
+                let blocks = some.par_chunks(ROWS as usize * width).enumerate();
+                let compress = |(i, part): (usize, &[[f32; 3]])| {
+                    let block = block(part, width, (number + i) * ROWS as usize);
+                    block.compress_to_chunk(&meta.headers)
+                };
+                let made: exr::Result<Vec<Chunk>> = blocks.map(compress).collect();
+                for chunk in made? {
+                    chunks.write_chunk(number, chunk)?;
+                    number += 1;
+                }
+            }
+        }
+        Ok(())
+    })
+    .map_err(io_error)?;
+    match heading.late {
+        None => Ok(()),
+        Some(key) => {
+            // An attribute is its name, its type and the size of its value, then the value.
+            let start = format!("{key}\0string\0");
+            let start = [start.as_bytes(), &placeholder_size(&head, &start)?].concat();
+            fill_placeholder(file, &head, &start, &rows.late())
+        }
+    }
+}
+
+/// Returns the bytes of the size of an attribute's value; `start` is what precedes them.
+fn placeholder_size(head: &[u8], start: &str) -> std::io::Result<[u8; 4]> {
+    let found = head
+        .windows(start.len())
+        .position(|bytes| bytes == start.as_bytes());
+    let size = found.and_then(|at| head.get(at + start.len()..)?.first_chunk());
+    size.copied()
+        .ok_or_else(|| std::io::Error::other("the header has no place for the late entry"))
+}
+
+/// Returns a system error as itself, and any other error as text.
+fn io_error(error: exr::Error) -> std::io::Error {
+    match error {
+        exr::Error::Io(error) => error,
+        other => std::io::Error::other(other),
+    }
+}
+
+/// Returns the header of a picture in R, G and B.
+fn rgb_header(heading: &Heading) -> Header {
+    let size = heading.resolution;
+    let channel = |name| exr::ChannelDescription::named(name, exr::SampleType::F32);
+    let channels = ["B", "G", "R"].into_iter().map(channel).collect();
+    let mut attributes = LayerAttributes::named("");
+    attributes.layer_name = None;
+    attributes.other = texts(&heading.with_placeholder()).collect();
+    let size = (size.width as usize, size.height as usize);
+    let encoding = exr::Encoding::SMALL_LOSSLESS;
+    Header::new("".into(), size, channels)
+        .with_encoding(
+            encoding.compression,
+            ::exr::meta::BlockDescription::ScanLines,
+            encoding.line_order,
+        )
+        .with_attributes(attributes)
+}
+
+/// Returns a block of rows: for each row, its blue, its green and its red.
+fn block(pixels: &[[f32; 3]], width: usize, row: usize) -> UncompressedBlock {
+    let mut data = Vec::with_capacity(12 * pixels.len());
+    for row in pixels.chunks_exact(width) {
+        for channel in [2, 1, 0] {
+            data.extend(row.iter().flat_map(|pixel| pixel[channel].to_ne_bytes()));
+        }
+    }
+    UncompressedBlock {
+        index: BlockIndex {
+            layer: 0,
+            pixel_position: exr::Vec2(0, row),
+            pixel_size: exr::Vec2(width, pixels.len() / width),
+            level: exr::Vec2(0, 0),
+        },
+        data,
+    }
+}
+
+/// Returns a provenance as attributes.
+fn texts(
+    provenance: &IndexMap<String, String>,
+) -> impl Iterator<Item = (exr::Text, exr::AttributeValue)> {
+    // UTF-8, as readers expect. The library's own conversion writes Latin-1.
+    let text = |s: &str| exr::Text::from_slice_unchecked(s.as_bytes());
+    let entry =
+        move |(key, value): (&String, &String)| (text(key), exr::AttributeValue::Text(text(value)));
+    provenance.iter().map(entry)
 }
 
 /// Writes an image as one layer of its channels.
@@ -89,7 +197,7 @@ fn write_layer<'a>(
     provenance: &IndexMap<String, String>,
     file: &mut dyn Write,
 ) -> std::io::Result<()> {
-    use exr::{Text, WritableImage};
+    use exr::WritableImage;
     let channel = |(name, values)| exr::AnyChannel::new(name, exr::FlatSamples::F32(values));
     let mut layer = exr::Layer::new(
         size,
@@ -98,12 +206,7 @@ fn write_layer<'a>(
         exr::AnyChannels::sort(channels.map(channel).collect()),
     );
     layer.attributes.layer_name = None;
-    // UTF-8, as readers expect. The library's own conversion writes Latin-1.
-    let text = |s: &str| Text::from_slice_unchecked(s.as_bytes());
-    let attributes = &mut layer.attributes.other;
-    for (key, value) in provenance {
-        attributes.insert(text(key), exr::AttributeValue::Text(text(value)));
-    }
+    layer.attributes.other.extend(texts(provenance));
     let mut bytes = std::io::Cursor::new(Vec::new());
     exr::Image::from_layer(layer)
         .write()

@@ -1,13 +1,16 @@
 //! Reading and writing of picture files, with one module per format.
 //!
 //! Reading gives a `Raster`, the uninterpreted samples of the file. Writing takes a [`Picture`],
-//! the linear exposure values of a developed film with their provenance.
+//! the linear exposure values of a developed film with their provenance, or a `Heading` and a
+//! source of rows that are made while they are written.
 
 mod channels;
 mod developed;
 mod exr;
 mod raster;
 mod read;
+mod rows;
+mod save_rows;
 mod sgi;
 mod tiff;
 mod write;
@@ -15,3 +18,5 @@ mod write;
 pub use channels::ChannelImage;
 pub use developed::{Depth, Picture, PictureFormat};
 pub(crate) use raster::{Raster, Samples};
+pub(crate) use rows::{Heading, ROWS, RowSource};
+pub(crate) use save_rows::{save_rows, write_png_rows};

@@ -5,7 +5,10 @@
 
 use std::io::Write;
 
+use indexmap::IndexMap;
+
 use super::developed::{Depth, Picture};
+use super::rows::{Heading, PictureRows, RowSource, write_levels};
 
 /// The largest texts of a JPEG file, whose segments have at most 65,533 bytes.
 const EXIF_TEXT: usize = 30_000;
@@ -97,10 +100,10 @@ fn directory(mut entries: Vec<Entry>) -> Vec<u8> {
     out
 }
 
-/// Returns the entries of a picture's command and program, of texts up to a length.
-fn texts(picture: &Picture, longest: usize) -> Vec<Entry> {
+/// Returns the entries of a provenance's command and program, of texts up to a length.
+fn texts(provenance: &IndexMap<String, String>, longest: usize) -> Vec<Entry> {
     let text = |(tag, key)| {
-        let text = picture.provenance.get(key).filter(|t| t.len() <= longest);
+        let text = provenance.get(key).filter(|t| t.len() <= longest);
         text.map(|text| Entry::text(tag, text))
     };
     let entries = [(0x010e, "Command"), (0x0131, "Software")];
@@ -109,31 +112,47 @@ fn texts(picture: &Picture, longest: usize) -> Vec<Entry> {
 
 /// Returns a picture's EXIF data: a header and one directory.
 pub(super) fn exif(picture: &Picture) -> Vec<u8> {
-    directory(texts(picture, EXIF_TEXT))
+    directory(texts(&picture.provenance, EXIF_TEXT))
 }
 
 /// Writes a picture.
 ///
 /// # Errors
-/// Fails if the stream does, and for a picture of more than 4 GB, which the format cannot hold.
+/// Returns the errors of [`write_rows`].
 pub(super) fn write(picture: &Picture, depth: Depth, to: &mut dyn Write) -> std::io::Result<()> {
-    let levels = picture.levels(depth);
-    let bits = match depth {
+    let (heading, mut rows) = PictureRows::of(picture);
+    write_rows(&heading, depth, &mut rows, to)
+}
+
+/// Writes a picture while its rows are made. It has no place for a late entry.
+///
+/// # Errors
+/// Fails if the stream does, the rows cannot be made, and for a picture of more than 4 GB, which
+/// the format cannot hold.
+pub(super) fn write_rows(
+    heading: &Heading,
+    depth: Depth,
+    rows: &mut dyn RowSource,
+    to: &mut dyn Write,
+) -> std::io::Result<()> {
+    let bits: u16 = match depth {
         Depth::Eight => 8,
         Depth::Sixteen => 16,
     };
+    let size = heading.resolution;
+    let bytes = 3 * size.pixels() as u64 * u64::from(bits / 8);
     let head = |strip: u32| {
-        let mut entries = texts(picture, usize::MAX);
+        let mut entries = texts(&heading.provenance, usize::MAX);
         entries.extend([
-            Entry::size(0x0100, picture.width),
-            Entry::size(0x0101, picture.height),
+            Entry::size(0x0100, size.width),
+            Entry::size(0x0101, size.height),
             Entry::shorts(0x0102, &[bits; 3]),
             Entry::shorts(0x0103, &[1]), // no compression
             Entry::shorts(0x0106, &[2]), // red, green, blue
             Entry::long(0x0111, strip),
             Entry::shorts(0x0115, &[3]), // samples per pixel
-            Entry::size(0x0116, picture.height),
-            Entry::long(0x0117, levels.len() as u32),
+            Entry::size(0x0116, size.height),
+            Entry::long(0x0117, bytes as u32),
             Entry::rational(0x011a, [72, 1]),
             Entry::rational(0x011b, [72, 1]),
             Entry::shorts(0x0128, &[2]), // the resolution is per inch
@@ -143,10 +162,10 @@ pub(super) fn write(picture: &Picture, depth: Depth, to: &mut dyn Write) -> std:
         head
     };
     let length = head(0).len();
-    if u32::try_from(length + levels.len()).is_err() {
+    if u32::try_from(length as u64 + bytes).is_err() {
         let error = "a TIFF file can't be larger than 4 GB; write .png or .exr";
         return Err(std::io::Error::other(error));
     }
     to.write_all(&head(length as u32))?;
-    to.write_all(&levels)
+    write_levels(heading, depth, rows, to)
 }

@@ -6,10 +6,14 @@ use std::path::Path;
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder as _};
 
+use indexmap::IndexMap;
+
 use super::developed::{Depth, Picture, PictureFormat};
+use super::rows::{Heading, PictureRows, RowSource, fill_placeholder, write_levels};
 use super::{exr, sgi, tiff};
 use crate::diag::Result;
-use crate::files::write_whole;
+use crate::files::{WriteSeek, write_whole, write_whole_seekable};
+use crate::film::Resolution;
 
 impl Picture {
     /// Writes the picture in the format of the path's extension.
@@ -18,8 +22,10 @@ impl Picture {
     /// Fails if the extension is unknown or the file cannot be written. A failed write leaves no
     /// file.
     pub fn save(&self, path: &Path, depth: Depth) -> Result<()> {
-        let format = PictureFormat::of(path)?;
-        write_whole(path, |file| self.write(format, depth, file))
+        match PictureFormat::of(path)? {
+            PictureFormat::Exr => write_whole_seekable(path, |file| self.write_exr(file)),
+            format => write_whole(path, |file| self.write(format, depth, file)),
+        }
     }
 
     /// Writes the picture to a stream.
@@ -32,39 +38,87 @@ impl Picture {
         match format {
             PictureFormat::Png => self.write_png(to, depth),
             PictureFormat::Ppm => self.write_ppm(to, depth),
-            PictureFormat::Exr => exr::write(self, to),
+            PictureFormat::Exr => {
+                let mut bytes = std::io::Cursor::new(Vec::new());
+                self.write_exr(&mut bytes)?;
+                to.write_all(bytes.get_ref())
+            }
             PictureFormat::Sgi => sgi::write(self, depth, to),
             PictureFormat::Tiff => tiff::write(self, depth, to),
             PictureFormat::Jpeg => self.write_jpeg(to),
         }
     }
 
+    fn write_exr(&self, to: &mut dyn WriteSeek) -> std::io::Result<()> {
+        let (heading, mut rows) = PictureRows::of(self);
+        exr::write_rows(&heading, &mut rows, to)
+    }
+
     fn write_png(&self, file: &mut dyn Write, depth: Depth) -> std::io::Result<()> {
-        let mut encoder = png::Encoder::new(file, self.width, self.height);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(match depth {
-            Depth::Eight => png::BitDepth::Eight,
-            Depth::Sixteen => png::BitDepth::Sixteen,
-        });
-        for (key, value) in &self.provenance {
-            encoder.add_itxt_chunk(key.clone(), value.clone())?;
-        }
+        let (width, height) = (self.width, self.height);
+        let encoder = png_encoder(file, Resolution { width, height }, depth, &self.provenance)?;
         let mut writer = encoder.write_header()?;
         writer.write_image_data(&self.levels(depth))?;
         Ok(writer.finish()?)
     }
 
     fn write_ppm(&self, file: &mut dyn Write, depth: Depth) -> std::io::Result<()> {
-        let top = match depth {
-            Depth::Eight => 255,
-            Depth::Sixteen => 65_535,
-        };
-        writeln!(file, "P6")?;
-        for (key, value) in &self.provenance {
-            writeln!(file, "# {key}: {}", value.replace(['\n', '\r'], " "))?;
-        }
-        writeln!(file, "{} {}\n{top}", self.width, self.height)?;
+        let (width, height) = (self.width, self.height);
+        let head = ppm_head(Resolution { width, height }, depth, &self.provenance);
+        file.write_all(head.as_bytes())?;
         file.write_all(&self.levels(depth))
+    }
+}
+
+/// Returns an encoder of a PNG in red, green and blue, with a provenance.
+pub(super) fn png_encoder<W: Write>(
+    to: W,
+    size: Resolution,
+    depth: Depth,
+    provenance: &IndexMap<String, String>,
+) -> std::io::Result<png::Encoder<'static, W>> {
+    let mut encoder = png::Encoder::new(to, size.width, size.height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(match depth {
+        Depth::Eight => png::BitDepth::Eight,
+        Depth::Sixteen => png::BitDepth::Sixteen,
+    });
+    for (key, value) in provenance {
+        encoder.add_itxt_chunk(key.clone(), value.clone())?;
+    }
+    Ok(encoder)
+}
+
+/// Returns the text in front of the levels of a PPM.
+fn ppm_head(size: Resolution, depth: Depth, provenance: &IndexMap<String, String>) -> String {
+    let mut head = "P6\n".to_owned();
+    for (key, value) in provenance {
+        head += &format!("# {key}: {}\n", value.replace(['\n', '\r'], " "));
+    }
+    let top = match depth {
+        Depth::Eight => 255,
+        Depth::Sixteen => 65_535,
+    };
+    head + &format!("{} {}\n{top}\n", size.width, size.height)
+}
+
+/// Writes a picture as PPM while its rows are made.
+pub(super) fn ppm_rows(
+    heading: &Heading,
+    depth: Depth,
+    rows: &mut dyn RowSource,
+    mut to: &mut dyn WriteSeek,
+) -> std::io::Result<()> {
+    let head = ppm_head(heading.resolution, depth, &heading.with_placeholder());
+    to.write_all(head.as_bytes())?;
+    write_levels(heading, depth, rows, &mut to)?;
+    match heading.late {
+        None => Ok(()),
+        Some(key) => {
+            let late = rows.late().replace(['\n', '\r'], " ");
+            let start = format!("# {key}: ");
+            fill_placeholder(to, head.as_bytes(), start.as_bytes(), &late)
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::stopwatch::Spent;
-use crate::film::{Film, Resolution, SquaredError};
+use crate::film::{ErrorEstimate, ErrorUnknown, Film, Resolution, SquaredError};
 
 /// The conditions that end a render. The first one met ends it, after a whole pass, so that every
 /// pixel has received its samples.
@@ -58,7 +58,33 @@ pub struct Exposure {
     pub samples: u32,
 }
 
+/// What is reported of a render, besides its film.
+#[derive(Clone, Debug)]
+pub(crate) struct Summary {
+    /// The rays that were traced.
+    pub counts: Counts,
+    /// The seconds that the render took, and those of processors if the system says.
+    pub spent: Spent,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// The estimated error of the picture.
+    pub error: Result<ErrorEstimate, ErrorUnknown>,
+}
+
 impl Exposure {
+    /// Returns what is reported of the render.
+    pub(crate) fn summary(&self) -> Summary {
+        Summary {
+            counts: self.counts,
+            spent: Spent {
+                seconds: self.seconds,
+                processor_seconds: self.processor_seconds,
+            },
+            samples: self.samples,
+            error: self.film.error(),
+        }
+    }
+
     /// Returns the exposure of a film to which no ray can bring light: it is black without error.
     pub(crate) fn unexposed(resolution: Resolution, samples: u32) -> Self {
         Self {

@@ -5,8 +5,9 @@
 //! The rays of a tile go through the lens a bundle at a time, with the same arithmetic as the
 //! scalar path, so a test can compare a tile with `Render::sample`.
 //!
-//! `ghosts` adds light reflected between lens surfaces, `diffraction` spreads light at the
-//! pupil's rim, and `report` states the cost of a render and the error of its picture.
+//! `strips` renders a picture whose film does not fit into memory. `ghosts` adds light reflected
+//! between lens surfaces, `diffraction` spreads light at the pupil's rim, and `report` states the
+//! cost of a render and the error of its picture.
 
 mod batch;
 pub(crate) mod diffraction;
@@ -17,13 +18,16 @@ mod passes;
 pub(crate) mod report;
 mod shares;
 mod stopwatch;
+mod strips;
 mod surfaces;
 #[cfg(test)]
 mod tests;
 mod tile;
 
+pub(crate) use exposure::Summary;
 pub use exposure::{Counts, Exposure, Progress, Stop};
 pub(crate) use passes::Render;
 pub use report::account::{RenderReport, Seconds};
 pub(crate) use stopwatch::Stopwatch;
+pub(crate) use strips::{StripSums, Strips};
 pub(crate) use surfaces::SurfaceSum;

@@ -12,6 +12,7 @@ use crate::film::{
     Exposed, Film, MissedLight, Pair, Region, Resolution, SquaredError, probabilities,
 };
 use crate::sampling::{Sampler, mix, unit};
+use crate::scene::SmallLight;
 
 /// The pairs have this part of the picture's samples. They take about 3% of the time.
 const SHARE: f64 = 1.0 / 32.0;
@@ -61,7 +62,10 @@ impl Render<'_> {
             pairs.extend(part);
             counts.add(&more);
         }
-        let missed = self.missed_light(film, region);
+        let fewest = film.pixels.iter().map(|p| p.count).min();
+        let mut lights = LightWatch::new(self, fewest.unwrap_or_default());
+        lights.look(film, region);
+        let missed = lights.missed();
         let mut error = SquaredError::of(&pairs, &film.pixels);
         if let Some(error) = &mut error {
             error.missed = missed;
@@ -142,24 +146,50 @@ impl Render<'_> {
         };
         (pairs, counts)
     }
+}
 
-    /// Returns the light of the scene with the most effect on a film, which is a region of the
-    /// picture, among those that all samples may have missed.
-    fn missed_light(&self, film: &Film, region: Region) -> Option<MissedLight> {
-        let fewest = film.pixels.iter().map(|p| p.count).min()?;
-        let size = [self.resolution.width, self.resolution.height].map(f64::from);
-        let lights = self
-            .shader
-            .scene()
-            .small_lights(size, SURE / f64::from(fewest));
-        let missed = lights.into_iter().filter_map(|light| {
+/// The small lights of a scene that no sample of the examined films has hit.
+pub(super) struct LightWatch {
+    lights: Vec<SmallLight>,
+    exposure: f64,
+    /// The least number of samples of a pixel.
+    fewest: u32,
+}
+
+impl LightWatch {
+    /// Finds the lights that all samples of a picture may miss, if its pixels have at least a
+    /// number of samples each.
+    pub(super) fn new(render: &Render<'_>, fewest: u32) -> Self {
+        let size = [render.resolution.width, render.resolution.height].map(f64::from);
+        let scene = render.shader.scene();
+        Self {
+            lights: scene.small_lights(size, SURE / f64::from(fewest)),
+            exposure: render.exposure,
+            fewest: u32::MAX,
+        }
+    }
+
+    /// Drops the lights that samples of a film, which is a region of the picture, have hit.
+    pub(super) fn look(&mut self, film: &Film, region: Region) {
+        let fewest = film.pixels.iter().map(|p| p.count).min();
+        self.fewest = self.fewest.min(fewest.unwrap_or(u32::MAX));
+        let exposure = self.exposure;
+        self.lights.retain(|light| {
+            let level = (exposure * light.radiance).max_element();
+            !is_hit(film, region, light.place, level)
+        });
+    }
+
+    /// Returns the light with the most effect on the picture.
+    pub(super) fn missed(&self) -> Option<MissedLight> {
+        let small = |light: &&SmallLight| light.pixels < SURE / f64::from(self.fewest);
+        let missed = self.lights.iter().filter(small).map(|light| {
             let radiance = self.exposure * light.radiance;
-            let level = radiance.max_element();
-            (!is_hit(film, region, light.place, level)).then(|| MissedLight {
+            MissedLight {
                 pixels: light.pixels,
-                level,
+                level: radiance.max_element(),
                 squared_error: (light.pixels * radiance).length_squared(),
-            })
+            }
         });
         missed.max_by(|a, b| a.squared_error.total_cmp(&b.squared_error))
     }

@@ -182,7 +182,7 @@ impl Render<'_> {
         };
         let samples = 0..(self.stop.samples / 8).clamp(2, 16);
         let mut variances = Vec::with_capacity(self.resolution.pixels());
-        for strip in strips(self.resolution, PILOT_PIXELS) {
+        for strip in strips(Region::whole(self.resolution), PILOT_PIXELS) {
             let mut film = Film::new(strip.resolution());
             if let Some(rays) = pilot.pass(strip, &mut film, samples.clone(), &|_| true) {
                 counts.add(&rays);

@@ -112,18 +112,17 @@ impl<'a> Band<'a> {
     }
 }
 
-/// Cuts a picture into strips of whole rows of tiles with at most a number of pixels, or of one row
-/// of tiles if that is more.
-pub(super) fn strips(picture: Resolution, most_pixels: usize) -> impl Iterator<Item = Region> {
-    let rows = (most_pixels / picture.width as usize).min(Resolution::LIMIT as usize) as u32;
-    let rows = (rows / TILE * TILE).max(TILE);
-    (0..picture.height)
-        .step_by(rows as usize)
-        .map(move |top| Region {
-            top,
-            height: rows.min(picture.height - top),
-            ..Region::whole(picture)
-        })
+/// Cuts a region into strips of whole rows of tiles with at most a number of pixels, or of two rows
+/// of tiles if that is more. Strips are a multiple of 16 rows high, except for the last one.
+pub(super) fn strips(region: Region, most_pixels: usize) -> impl Iterator<Item = Region> {
+    let rows = (most_pixels / region.width as usize).min(Resolution::LIMIT as usize) as u32;
+    let rows = (rows / (2 * TILE)).max(1) * 2 * TILE;
+    let tops = (0..region.height).step_by(rows as usize);
+    tops.map(move |top| Region {
+        top: region.top + top,
+        height: rows.min(region.height - top),
+        ..region
+    })
 }
 
 #[cfg(test)]
@@ -162,16 +161,17 @@ mod tests {
     }
 
     #[test]
-    fn strips_are_whole_rows_of_tiles_and_cover_the_picture() {
-        let picture = Resolution {
+    fn strips_cover_the_region() {
+        let region = Region {
+            left: 3,
+            top: 5,
             width: 10,
-            height: 37,
+            height: 57,
         };
-        let cut = |most| -> Vec<(u32, u32)> {
-            strips(picture, most).map(|s| (s.top, s.height)).collect()
-        };
-        assert_eq!(cut(239), [(0, 16), (16, 16), (32, 5)]);
-        assert_eq!(cut(1), [(0, 8), (8, 8), (16, 8), (24, 8), (32, 5)]);
-        assert_eq!(cut(usize::MAX), [(0, 37)]);
+        let cut =
+            |most| -> Vec<(u32, u32)> { strips(region, most).map(|s| (s.top, s.height)).collect() };
+        assert_eq!(cut(479), [(5, 32), (37, 25)]);
+        assert_eq!(cut(1), [(5, 16), (21, 16), (37, 16), (53, 9)]);
+        assert_eq!(cut(usize::MAX), [(5, 57)]);
     }
 }

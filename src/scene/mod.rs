@@ -37,5 +37,6 @@ pub(crate) use precision::precision_warning;
 #[cfg(feature = "tools")]
 pub(crate) use render_scene::OracleTriangle;
 pub use render_scene::RenderScene;
+pub(crate) use small_lights::SmallLight;
 pub use snapshot::snapshot;
 pub use survey::Survey;
