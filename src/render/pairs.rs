@@ -21,10 +21,8 @@ const SHARE: f64 = 1.0 / 32.0;
 const FEWEST: f64 = 512.0;
 /// The least number of pairs.
 const LEAST: usize = 16;
-/// The number of pairs that is wanted where adaptive sampling has concentrated the samples on a few
-/// pixels, which are then drawn several times.
-const ENOUGH: f64 = 96.0;
-/// The number of samples that these pairs may have, which take about a quarter of a second.
+/// The number of samples that the pairs of a small picture may have, which take about a quarter of
+/// a second. Adaptive sampling may put more than half of a picture's samples on a few pixels.
 const MOST: f64 = 262_144.0;
 /// The number of pairs that a thread exposes at once.
 const AT_ONCE: usize = 32;
@@ -88,9 +86,8 @@ impl Render<'_> {
             true => MOST,
             false => 0.0,
         };
-        let more = (most_samples / each).min(ENOUGH);
-        let most = pixels.max(ENOUGH as usize);
-        let wanted = (usual.max(more) as usize).clamp(LEAST, most);
+        let wanted = usual.max((most_samples / each).min(FEWEST)) as usize;
+        let wanted = wanted.clamp(LEAST, pixels.max(FEWEST as usize));
         let step = 1.0 / wanted as f64;
         let mut next = step * unit(mix(self.sampler.seed ^ 0x7061_6972));
         let mut sum = 0.0;
