@@ -56,7 +56,9 @@
 //! the two meet. Angles are in radians and wavelengths in nanometers unless a name says otherwise.
 //! Vectors and matrices are those of [`glam`], which is re-exported.
 
+#![deny(unsafe_code)]
 #![forbid(unsafe_op_in_unsafe_fn)]
+#![deny(clippy::undocumented_unsafe_blocks)]
 #![warn(missing_docs, unreachable_pub)]
 
 mod archive;

@@ -102,32 +102,29 @@ pub(crate) use lanes::BlockTest;
 
 #[cfg(target_arch = "x86_64")]
 mod lanes {
-    use std::arch::x86_64::*;
-
     use super::*;
+    use crate::math::simd::F32x4;
 
     /// The part of a block's triangle tests that depends only on the ray, repeated in four lanes.
     pub(crate) struct BlockTest {
         /// The ray's axes, which are the rows of a block's corners.
         rows: [usize; 3],
         /// The ray's origin along those axes.
-        origin: [__m128; 3],
-        shear: [__m128; 3],
-        t_min: __m128,
+        origin: [F32x4; 3],
+        shear: [F32x4; 3],
+        t_min: F32x4,
     }
 
     impl BlockTest {
         /// Prepares tests of a ray for hits beyond `t_min`.
         #[inline(always)]
         pub(crate) fn new(ray: &PreparedRay, t_min: f32) -> Self {
-            // SAFETY: SSE is part of every x86-64 processor.
-            let all = |x: f32| unsafe { _mm_set1_ps(x) };
             let rows = ray.axes.map(|axis| axis.min(2));
             Self {
                 rows,
-                origin: rows.map(|axis| all(ray.origin[axis])),
-                shear: ray.shear.to_array().map(all),
-                t_min: all(t_min),
+                origin: rows.map(|axis| F32x4::splat(ray.origin[axis])),
+                shear: ray.shear.to_array().map(F32x4::splat),
+                t_min: F32x4::splat(t_min),
             }
         }
 
@@ -138,56 +135,42 @@ mod lanes {
             let [x, y, z] = self.rows;
             let [sx, sy, sz] = self.shear;
             let mut hits = BlockHits::NONE;
-            // SAFETY: SSE2 is part of every x86-64 processor, the loads are from arrays of four
-            // floats aligned to 16 by the block's layout (48-byte corners, 16-byte rows), and the
-            // stores are unaligned ones to arrays of four.
-            unsafe {
-                let from_ray = |corner: usize, row: usize, origin: __m128| {
-                    _mm_sub_ps(_mm_load_ps(block.corners[corner][row].as_ptr()), origin)
-                };
-                let sheared = |corner: usize| {
-                    let z = from_ray(corner, z, self.origin[2]);
-                    let x = _mm_sub_ps(from_ray(corner, x, self.origin[0]), _mm_mul_ps(sx, z));
-                    let y = _mm_sub_ps(from_ray(corner, y, self.origin[1]), _mm_mul_ps(sy, z));
-                    (x, y, z)
-                };
-                let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) =
-                    (sheared(0), sheared(1), sheared(2));
-                let cross = |px, qy, py, qx| _mm_sub_ps(_mm_mul_ps(px, qy), _mm_mul_ps(py, qx));
-                let mut u = cross(cx, by, cy, bx);
-                let mut v = cross(ax, cy, ay, cx);
-                let mut w = cross(bx, ay, by, ax);
-                let mut mask = !outside(u, v, w) & 15;
-                if mask == 0 {
-                    return hits;
-                }
-                let zero = _mm_setzero_ps();
-                let on = |a| _mm_cmpeq_ps(a, zero);
-                let exact = _mm_or_ps(_mm_or_ps(on(u), on(v)), on(w));
-                if _mm_movemask_ps(exact) as u32 & mask != 0 {
-                    let either =
-                        |new, old| _mm_or_ps(_mm_and_ps(exact, new), _mm_andnot_ps(exact, old));
-                    u = either(edge_in_f64(cx, by, cy, bx), u);
-                    v = either(edge_in_f64(ax, cy, ay, cx), v);
-                    w = either(edge_in_f64(bx, ay, by, ax), w);
-                    mask &= !outside(u, v, w);
-                }
-                let det = _mm_add_ps(_mm_add_ps(u, v), w);
-                let sum = _mm_add_ps(
-                    _mm_add_ps(_mm_mul_ps(u, az), _mm_mul_ps(v, bz)),
-                    _mm_mul_ps(w, cz),
-                );
-                let t = _mm_div_ps(_mm_mul_ps(sum, sz), det);
-                let near = _mm_cmpgt_ps(t, self.t_min);
-                let far = _mm_cmplt_ps(t, _mm_set1_ps(t_max));
-                let whole = _mm_cmpneq_ps(det, zero);
-                let good = _mm_and_ps(_mm_and_ps(near, far), whole);
-                hits.mask = _mm_movemask_ps(good) as u32 & mask;
-                if hits.mask != 0 {
-                    _mm_storeu_ps(hits.t.as_mut_ptr(), t);
-                    _mm_storeu_ps(hits.u.as_mut_ptr(), _mm_div_ps(v, det));
-                    _mm_storeu_ps(hits.v.as_mut_ptr(), _mm_div_ps(w, det));
-                }
+            let from_ray = |corner: usize, row: usize, origin: F32x4| {
+                F32x4::load(&block.corners[corner][row]) - origin
+            };
+            let sheared = |corner: usize| {
+                let z = from_ray(corner, z, self.origin[2]);
+                let x = from_ray(corner, x, self.origin[0]) - sx * z;
+                let y = from_ray(corner, y, self.origin[1]) - sy * z;
+                (x, y, z)
+            };
+            let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (sheared(0), sheared(1), sheared(2));
+            let cross = |px, qy, py, qx| px * qy - py * qx;
+            let mut u = cross(cx, by, cy, bx);
+            let mut v = cross(ax, cy, ay, cx);
+            let mut w = cross(bx, ay, by, ax);
+            let mut mask = !outside(u, v, w) & 15;
+            if mask == 0 {
+                return hits;
+            }
+            let zero = F32x4::splat(0.0);
+            let exact = u.equal(zero) | v.equal(zero) | w.equal(zero);
+            if exact.mask() & mask != 0 {
+                u = exact.select(F32x4::cross_in_f64(cx, by, cy, bx), u);
+                v = exact.select(F32x4::cross_in_f64(ax, cy, ay, cx), v);
+                w = exact.select(F32x4::cross_in_f64(bx, ay, by, ax), w);
+                mask &= !outside(u, v, w);
+            }
+            let det = u + v + w;
+            let sum = u * az + v * bz + w * cz;
+            let t = sum * sz / det;
+            let near = self.t_min.less(t);
+            let far = t.less(F32x4::splat(t_max));
+            hits.mask = (near & far & det.not_equal(zero)).mask() & mask;
+            if hits.mask != 0 {
+                hits.t = t.to_array();
+                hits.u = (v / det).to_array();
+                hits.v = (w / det).to_array();
             }
             hits
         }
@@ -195,36 +178,11 @@ mod lanes {
 
     /// A bit mask of the triangles that the ray misses: those with edge values of both signs.
     #[inline(always)]
-    fn outside(u: __m128, v: __m128, w: __m128) -> u32 {
-        // SAFETY: SSE is part of every x86-64 processor.
-        unsafe {
-            let zero = _mm_setzero_ps();
-            let least = _mm_min_ps(_mm_min_ps(u, v), w);
-            let most = _mm_max_ps(_mm_max_ps(u, v), w);
-            let both = _mm_and_ps(_mm_cmplt_ps(least, zero), _mm_cmpgt_ps(most, zero));
-            _mm_movemask_ps(both) as u32
-        }
-    }
-
-    /// The edge function of one edge of each triangle, with products in f64.
-    #[inline(always)]
-    fn edge_in_f64(px: __m128, qy: __m128, py: __m128, qx: __m128) -> __m128 {
-        // SAFETY: SSE2 is part of every x86-64 processor.
-        unsafe {
-            let two = |px, qy, py, qx| {
-                let wide = |a| _mm_cvtps_pd(a);
-                let value = _mm_sub_pd(
-                    _mm_mul_pd(wide(px), wide(qy)),
-                    _mm_mul_pd(wide(py), wide(qx)),
-                );
-                _mm_cvtpd_ps(value)
-            };
-            let high = |a| _mm_movehl_ps(a, a);
-            _mm_movelh_ps(
-                two(px, qy, py, qx),
-                two(high(px), high(qy), high(py), high(qx)),
-            )
-        }
+    fn outside(u: F32x4, v: F32x4, w: F32x4) -> u32 {
+        let zero = F32x4::splat(0.0);
+        let least = u.min(v).min(w);
+        let most = u.max(v).max(w);
+        (least.less(zero) & zero.less(most)).mask()
     }
 }
 

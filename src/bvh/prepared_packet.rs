@@ -91,8 +91,11 @@ impl PreparedPacket {
     pub(super) fn load(&mut self, rays: &RayPacket) {
         #[cfg(target_arch = "x86_64")]
         if Self::is_fast() {
-            // SAFETY: `is_fast` has just detected the instructions.
-            unsafe { self.load_avx512(rays) };
+            // SAFETY: `is_fast` has just found all instructions that the function enables.
+            #[allow(unsafe_code)]
+            unsafe {
+                self.load_avx512(rays);
+            }
             return;
         }
         self.copy_rays(rays);
@@ -215,8 +218,11 @@ impl Bvh {
         }
         #[cfg(target_arch = "x86_64")]
         if PreparedPacket::is_fast() {
-            // SAFETY: `is_fast` has just detected the instructions.
-            unsafe { self.walk_packet_avx512::<ANY>(packet, non_triangles) };
+            // SAFETY: `is_fast` has just found all instructions that the function enables.
+            #[allow(unsafe_code)]
+            unsafe {
+                self.walk_packet_avx512::<ANY>(packet, non_triangles);
+            }
             return;
         }
         for lane in bits(packet.live) {

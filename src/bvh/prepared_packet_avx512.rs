@@ -10,6 +10,7 @@ use super::prepared_packet::{CLOSE, PreparedPacket};
 use super::stack::{StackStorage, TraversalStack};
 use super::walk::WIDENING;
 use crate::math::lanes::{LANES, Lanes, Vec3Lanes, bits};
+use crate::math::simd::{fill_some_16, load_8, load_16, store_8, store_some_16};
 
 /// Lanes of a vector.
 const VECTOR: usize = 16;
@@ -99,8 +100,7 @@ impl PreparedPacket {
     #[target_feature(enable = "avx512f")]
     fn lanes(of: &Lanes<f32>, first: usize) -> __m512 {
         const { assert!(LANES == 2 * VECTOR) }
-        // SAFETY: sixteen floats from lane 0 or 16 of 32; the load needs no alignment.
-        unsafe { _mm512_loadu_ps(of.as_ptr().add(first & VECTOR)) }
+        load_16(of, first)
     }
 
     /// The farthest distance of interest for any of the rays, widened by rounding errors. It is
@@ -122,8 +122,7 @@ impl PreparedPacket {
     #[target_feature(enable = "avx512f,avx512vl,avx2")]
     fn candidates(&self, node: &Node, limit: f32) -> (u32, [f32; WIDTH]) {
         let at = |plane: usize, origin: f32, axis: usize| {
-            // SAFETY: a plane is eight floats, aligned to 32 by the node's layout.
-            let plane = unsafe { _mm256_load_ps(node.planes[plane].as_ptr()) };
+            let plane = load_8(&node.planes[plane]);
             let from = _mm256_sub_ps(plane, _mm256_set1_ps(origin));
             let [slow, fast] = self.interval[axis].inverse;
             (
@@ -146,8 +145,7 @@ impl PreparedPacket {
         let f = _mm256_add_ps(f, _mm256_mul_ps(size, _mm256_set1_ps(WIDENING)));
         let f = _mm256_min_ps(f, _mm256_set1_ps(limit));
         let mut near = [0.0; WIDTH];
-        // SAFETY: the array is eight floats, and the store needs no alignment.
-        unsafe { _mm256_storeu_ps(near.as_mut_ptr(), n) };
+        store_8(&mut near, n);
         (u32::from(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(n, f)), near)
     }
 
@@ -336,19 +334,10 @@ impl PreparedPacket {
             self.close |= u32::from(close) << first;
             let take = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(good, t, best);
             if take != 0 {
-                // SAFETY: sixteen elements from lane 0 or 16, as in `lanes`; no alignment is
-                // needed.
-                unsafe {
-                    let keep = |to: &mut Lanes<f32>, from| {
-                        _mm512_mask_storeu_ps(to.as_mut_ptr().add(first), take, from);
-                    };
-                    keep(&mut self.hits.t, t);
-                    keep(&mut self.hits.u, _mm512_div_ps(v, det));
-                    keep(&mut self.hits.v, _mm512_div_ps(w, det));
-                    let number = _mm512_set1_epi32(block.primitive(i) as i32);
-                    let to = self.hits.primitive.as_mut_ptr().add(first);
-                    _mm512_mask_storeu_epi32(to.cast(), take, number);
-                }
+                store_some_16(&mut self.hits.t, first, take, t);
+                store_some_16(&mut self.hits.u, first, take, _mm512_div_ps(v, det));
+                store_some_16(&mut self.hits.v, first, take, _mm512_div_ps(w, det));
+                fill_some_16(&mut self.hits.primitive, first, take, block.primitive(i));
                 self.hits.mask |= u32::from(take) << first;
             }
         }

@@ -10,9 +10,9 @@ use super::block::{Block, BlockHits, BlockTest};
 use super::nodes::{Bvh, Child, Node, WIDTH};
 use super::stack::{StackStorage, TraversalStack};
 use super::triangle::PreparedRay;
-#[cfg(target_arch = "x86_64")]
-use crate::math::lanes::Width;
 use crate::math::lanes::bits;
+#[cfg(target_arch = "x86_64")]
+use crate::math::simd::{Width, distinct, load_8, store_8};
 
 /// The part of the tests of a node's boxes that depends only on the ray.
 struct Slabs {
@@ -144,32 +144,18 @@ impl Node {
     fn predicted_child(&self, i: usize) -> Child {
         #[cfg(target_arch = "x86_64")]
         {
-            // The eight arms differ in an assembly comment; otherwise the compiler would merge
-            // them.
-            macro_rules! at {
-                ($i:literal) => {{
-                    let mut child = self.children[$i].0;
-                    // SAFETY: the assembly contains no instruction.
-                    unsafe {
-                        std::arch::asm!(
-                            concat!("/* ", $i, " {0:e} */"),
-                            inout(reg) child,
-                            options(pure, nomem, nostack, preserves_flags)
-                        );
-                    }
-                    Child(child)
-                }};
-            }
-            match i {
-                0 => at!(0),
-                1 => at!(1),
-                2 => at!(2),
-                3 => at!(3),
-                4 => at!(4),
-                5 => at!(5),
-                6 => at!(6),
-                _ => at!(7),
-            }
+            // The eight arms differ, so that the compiler does not merge them.
+            let child = |i: usize| self.children[i].0;
+            Child(match i {
+                0 => distinct::<0>(child(0)),
+                1 => distinct::<1>(child(1)),
+                2 => distinct::<2>(child(2)),
+                3 => distinct::<3>(child(3)),
+                4 => distinct::<4>(child(4)),
+                5 => distinct::<5>(child(5)),
+                6 => distinct::<6>(child(6)),
+                _ => distinct::<7>(child(7)),
+            })
         }
         #[cfg(not(target_arch = "x86_64"))]
         self.children[i]
@@ -200,10 +186,7 @@ macro_rules! walk_by {
             let (inverse, wider) = (all(slabs.inverse), all(slabs.wider));
             let least = _mm256_set1_ps(slabs.t_min);
             let enters = |node: &Node, limit: f32, near: &mut [f32; WIDTH]| {
-                let planes = node.planes.as_ptr().cast::<f32>();
-                // SAFETY: `Slabs` has plane indices from 0 to 5. A plane is eight floats, aligned
-                // to 32 by the node's layout.
-                let plane = |plane: usize| unsafe { _mm256_load_ps(planes.add(plane * WIDTH)) };
+                let plane = |plane: usize| load_8(&node.planes[plane]);
                 let first =
                     |a: usize| _mm256_fmadd_ps(plane(slabs.near[a]), inverse[a], near_from[a]);
                 let last = |a: usize| _mm256_fmadd_ps(plane(slabs.far[a]), wider[a], far_from[a]);
@@ -212,8 +195,7 @@ macro_rules! walk_by {
                 let n = _mm256_max_ps(first(2), _mm256_max_ps(first(1), n));
                 let f = _mm256_min_ps(last(0), _mm256_set1_ps(limit));
                 let f = _mm256_min_ps(last(2), _mm256_min_ps(last(1), f));
-                // SAFETY: the array is eight floats, and the store needs no alignment.
-                unsafe { _mm256_storeu_ps(near.as_mut_ptr(), n) };
+                store_8(near, n);
                 _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(n, f)) as u32
             };
             self.walk_with::<SORTED>(start, ray, (t_min, t_max), enters, visit);
@@ -266,13 +248,14 @@ impl Bvh {
         let t_min = if t_min > 0.0 { t_min } else { 0.0 };
         #[cfg(target_arch = "x86_64")]
         match Width::detect() {
-            // SAFETY: `detect` has just found the instructions; every processor with AVX2 also has
-            // the bit-counting ones.
+            #[allow(unsafe_code)]
             Width::Avx512 => {
+                // SAFETY: `detect` has just found all instructions that the function enables.
                 return unsafe { self.walk_avx512::<SORTED>(start, ray, (t_min, t_max), visit) };
             }
-            // SAFETY: as above.
+            #[allow(unsafe_code)]
             Width::Avx2 => {
+                // SAFETY: as above.
                 return unsafe { self.walk_avx2::<SORTED>(start, ray, (t_min, t_max), visit) };
             }
             Width::Plain => {}

@@ -6,9 +6,9 @@
 //! rounded once instead of twice, so it may differ in the last bit from one kind of processor to
 //! another (docs/decisions/0002-fused-arithmetic.md).
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use glam::Vec3;
+
+pub(crate) use super::simd::{SimdKernel, Width, dispatch, fused, is_portable};
 
 /// The number of lanes, which is the same for rays in lenses, trees and shading. It is four of the
 /// widest vectors of `f64`, which hides the latency of roots and quotients.
@@ -42,109 +42,6 @@ pub(crate) fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
         mask &= mask.wrapping_sub(1);
         at
     })
-}
-
-/// Arithmetic that is compiled for each vector width. `run` and everything that it calls in its
-/// loops must be `#[inline(always)]`.
-pub(crate) trait SimdKernel {
-    /// The result.
-    type Output;
-
-    /// Does the work. `FUSED` is whether the processor has a fast fused multiply-add.
-    fn run<const FUSED: bool>(self) -> Self::Output;
-}
-
-/// `a b + c`, rounded once if `FUSED`.
-#[inline(always)]
-pub(crate) fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
-    if FUSED { a.mul_add(b, c) } else { a * b + c }
-}
-
-/// Whether every processor that the program is compiled for has a fused multiply-add.
-const ALWAYS_FUSED: bool = cfg!(any(target_arch = "aarch64", target_feature = "fma"));
-
-/// Whether the process uses only instructions that every processor of the target has.
-static PORTABLE: AtomicBool = AtomicBool::new(false);
-
-/// Makes all later computations of this process the same to the bit on every processor of the
-/// target's architecture. Without it, pictures from processors with and without a fused
-/// multiply-add differ in the last bits. Rendering is slower: kernels use the vectors that every
-/// processor has, and rays are traced one by one.
-pub fn use_portable_arithmetic() {
-    PORTABLE.store(true, Ordering::Relaxed);
-}
-
-/// Returns whether [`use_portable_arithmetic`] was called.
-pub(crate) fn is_portable() -> bool {
-    PORTABLE.load(Ordering::Relaxed)
-}
-
-/// The width of the vectors, in ascending order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Width {
-    /// The vectors that every processor of the target has.
-    Plain,
-    /// 256 bits, with fused multiply-add.
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    /// 512 bits, with fused multiply-add.
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
-
-impl Width {
-    /// The greatest width that this processor has and the process may use.
-    #[inline]
-    pub(crate) fn detect() -> Self {
-        if is_portable() {
-            return Self::Plain;
-        }
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            let widest = is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512bw")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx512vl");
-            return if widest { Self::Avx512 } else { Self::Avx2 };
-        }
-        Self::Plain
-    }
-
-    /// Runs a kernel with vectors of this width, or of the greatest width that the process may use
-    /// if that is less.
-    #[inline]
-    pub(crate) fn run<W: SimdKernel>(self, work: W) -> W::Output {
-        match self.min(Self::detect()) {
-            Self::Plain if ALWAYS_FUSED && !is_portable() => work.run::<true>(),
-            Self::Plain => work.run::<false>(),
-            // SAFETY: `detect` has found that the processor has these instructions.
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => unsafe { run_avx2(work) },
-            // SAFETY: `detect` has found that the processor has these instructions.
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => unsafe { run_avx512(work) },
-        }
-    }
-}
-
-/// Runs a kernel that is compiled for AVX2.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn run_avx2<W: SimdKernel>(work: W) -> W::Output {
-    work.run::<true>()
-}
-
-/// Runs a kernel that is compiled for AVX-512.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma")]
-fn run_avx512<W: SimdKernel>(work: W) -> W::Output {
-    work.run::<true>()
-}
-
-/// Runs a kernel with the widest vectors of this processor.
-#[inline]
-pub(crate) fn dispatch<W: SimdKernel>(work: W) -> W::Output {
-    Width::detect().run(work)
 }
 
 /// A number from 0 to 1 raised to a power of at least 0, with a relative error of at most 1.2e-7.

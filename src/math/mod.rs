@@ -9,8 +9,9 @@ pub(crate) mod fourier;
 pub(crate) mod lanes;
 pub(crate) mod least_squares;
 mod length;
+pub(crate) mod simd;
 pub(crate) mod symmetric;
 
 pub(crate) use difference::diff_of_products;
-pub use lanes::use_portable_arithmetic;
 pub use length::{LengthUnit, Meters, Mm, meters, mm, parse_length};
+pub use simd::use_portable_arithmetic;
