@@ -18,6 +18,7 @@ use skrifa::string::StringId;
 use skrifa::{FontRef, MetadataProvider};
 
 use crate::diag::{Diagnostic, Result};
+use crate::files::read_file;
 
 /// The extensions of font files.
 const ENDINGS: [&str; 4] = ["otf", "ttf", "ttc", "otc"];
@@ -26,7 +27,7 @@ const ENDINGS: [&str; 4] = ["otf", "ttf", "ttc", "otc"];
 /// any font folder, and stops a search in the wrong folder.
 const MAX_FILES: usize = 10_000;
 /// The largest size of a font file in bytes.
-const MAX_BYTES: u64 = 256 << 20;
+const MAX_BYTES: usize = 256 << 20;
 /// The largest depth of folders below the one that the user names.
 const MAX_DEPTH: usize = 16;
 
@@ -194,22 +195,30 @@ impl Fonts {
         let warning = |why: &str| {
             Diagnostic::warning(format!("`{name}`: {why}; it is left out")).in_file(name.clone())
         };
-        let size = std::fs::metadata(&path).map_or(0, |m| m.len());
-        if size > MAX_BYTES {
+        let about = path.metadata().map_err(|_| warning("cannot be read"))?;
+        if !about.is_file() {
+            return Err(warning("is not a regular file"));
+        }
+        if about.len() > MAX_BYTES as u64 {
             return Err(warning("is larger than 256 MB"));
         }
-        let bytes = std::fs::read(&path).map_err(|_| warning("cannot be read"))?;
-        let file = FileRef::new(&bytes).map_err(|_| warning("is not a font, or is damaged"))?;
+        let bytes = read_file(&path, MAX_BYTES).map_err(|_| warning("cannot be read"))?;
+        self.add_faces(path, &bytes).map_err(warning)
+    }
+
+    /// Adds the typefaces of a file with these contents. The error says what is wrong with them.
+    fn add_faces(&mut self, path: PathBuf, bytes: &[u8]) -> std::result::Result<(), &'static str> {
+        let file = FileRef::new(bytes).map_err(|_| "is not a font, or is damaged")?;
         let before = self.faces.len();
         for (index, font) in file.fonts().enumerate() {
-            let font = font.map_err(|_| warning("is damaged"))?;
+            let font = font.map_err(|_| "is damaged")?;
             if font.charmap().has_map() && font.outline_glyphs().format().is_some() {
                 let entry = Entry::of(&font, self.files.len(), index as u32);
                 self.faces.push(entry);
             }
         }
         if self.faces.len() == before {
-            return Err(warning("has no glyph outlines"));
+            return Err("has no glyph outlines");
         }
         let bytes = OnceLock::new();
         self.files.push(File { path, bytes });
@@ -232,7 +241,7 @@ impl Fonts {
                 .find_map(|family| self.family(&family, bold, italic))
         })?;
         let file = &self.files[entry.file];
-        let read = || std::fs::read(&file.path).unwrap_or_default();
+        let read = || read_file(&file.path, MAX_BYTES).unwrap_or_default();
         let own = UserFont {
             bytes: file.bytes.get_or_init(read),
             index: entry.index,
