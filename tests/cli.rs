@@ -1339,3 +1339,37 @@ fn the_stability_tables_hold_and_unknown_tables_are_errors() {
         Some(2)
     );
 }
+
+/// The picture's name is a link to a device on which no byte has room.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_picture_that_cannot_be_written_is_kept_as_its_exposures() {
+    let scratch = Scratch::new("kept");
+    let scene = scratch.inventor("a.iv", "PerspectiveCamera { position 0 0 4 } Cube { }");
+    let kept = scratch.0.join("kept");
+    std::fs::create_dir(&kept).unwrap();
+    let full = scratch.0.join("full.png");
+    std::os::unix::fs::symlink("/dev/full", &full).unwrap();
+    let render = |output: &Path| {
+        let mut command = ivcam("render -q --size 18x12 --samples 1 --lens none -o");
+        command.arg(output).arg(&scene).env("TMPDIR", &kept);
+        command.output().unwrap()
+    };
+    let run = render(&full);
+    let said = stderr(&run);
+    assert_eq!(run.status.code(), Some(2), "{said}");
+    let exposures = kept.join("full.exr");
+    let help = format!("`ivcam expose {} -o OUTPUT`", exposures.display());
+    assert!(
+        said.contains("no room left") && said.contains(&help),
+        "{said}"
+    );
+    let [direct, later] = ["direct.png", "later.png"].map(|name| scratch.0.join(name));
+    assert!(render(&direct).status.success());
+    let mut expose = ivcam("expose -o");
+    let run = expose.arg(&later).arg(&exposures).output().unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    let mut compare = ivcam("compare --max 0");
+    let run = compare.arg(&direct).arg(&later).output().unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+}

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command, parser::ValueSource};
 
-use super::folder_of_scenes;
+use super::{folder_of_scenes, print_diagnostic};
 use crate::diag::{Diagnostic, Result};
-use crate::files::{check_writable, folder_of};
+use crate::files::{check_space, check_writable, folder_of};
+use crate::film::Resolution;
 use crate::photo::free_name;
 use crate::picture::{
     Depth, Heading, Picture, PictureFormat, RowSource, save_rows, write_png_rows,
@@ -149,21 +150,47 @@ pub(crate) fn picture_format(output: &Path) -> Result<PictureFormat> {
     Ok(PictureFormat::Png)
 }
 
+/// Checks that a picture's file has room on its disk, and prints a warning if it may not fit.
+/// `files` is the number of files of this size that are made in the folder or under the name.
+///
+/// # Errors
+/// Fails if the free space is less than the least size of the files.
+pub(crate) fn check_picture_space(
+    output: &Path,
+    format: PictureFormat,
+    (resolution, depth): (Resolution, Depth),
+    files: u64,
+) -> Result<()> {
+    if is_standard_stream(output) {
+        return Ok(());
+    }
+    let size = format.size(resolution, depth).times(files);
+    if let Some(warning) = check_space(output, size)? {
+        print_diagnostic(&warning);
+    }
+    Ok(())
+}
+
 /// Writes a picture to its file, or to standard output as PNG if the file is `-`. If the file
-/// cannot be written, the picture goes to the folder for temporary files, so that a long render is
+/// cannot be written, the exposures are kept as an EXR in another folder, so that a long render is
 /// not lost.
 ///
 /// # Errors
-/// Fails if the file cannot be written. The message names the file that has the picture instead.
+/// Fails if the file cannot be written. The message names the file that has the exposures instead.
 pub(crate) fn save_picture(picture: &Picture, output: &Path, depth: Depth) -> Result<()> {
-    if !is_standard_stream(output) {
-        return picture
-            .save(output, depth)
-            .map_err(|error| saved_elsewhere(picture, output, depth, error));
+    if is_standard_stream(output) {
+        let mut out = BufWriter::new(std::io::stdout().lock());
+        let result = picture.write(PictureFormat::Png, depth, &mut out);
+        return super::exit_code(result.and_then(|()| out.flush())).map(|_| ());
     }
-    let mut out = BufWriter::new(std::io::stdout().lock());
-    let result = picture.write(PictureFormat::Png, depth, &mut out);
-    super::exit_code(result.and_then(|()| out.flush())).map(|_| ())
+    let result = picture.save(output, depth);
+    result.map_err(|error| match keep_exposures(picture, output) {
+        Some(kept) => error.with_help(format!(
+            "the exposures were kept: `ivcam expose {} -o OUTPUT` makes a picture of them",
+            kept.display()
+        )),
+        None => error,
+    })
 }
 
 /// Writes a picture to its file, or to standard output as PNG if the file is `-`, while its rows
@@ -185,20 +212,20 @@ pub(crate) fn save_picture_rows(
     super::exit_code(result.and_then(|()| out.flush())).map(|_| ())
 }
 
-/// Writes a picture that could not be written to its file to the folder for temporary files.
-/// Returns the error with the name of that file.
-fn saved_elsewhere(
-    picture: &Picture,
-    output: &Path,
-    depth: Depth,
-    error: Box<Diagnostic>,
-) -> Box<Diagnostic> {
-    let name = std::env::temp_dir().join(output.file_name().unwrap_or_default());
-    let other = free_name(&name, |path| path.symlink_metadata().is_ok());
-    match picture.save(&other, depth) {
-        Ok(()) => error.with_help(format!("the picture was written to `{}`", other.display())),
-        Err(_) => error,
-    }
+/// Writes the exposures of a picture whose file cannot be written as an EXR: to the folder for
+/// temporary files, else to the current folder, else to the user's home. Returns the file, if one
+/// could be written.
+fn keep_exposures(picture: &Picture, output: &Path) -> Option<PathBuf> {
+    let name = Path::new(output.file_stem().unwrap_or_default()).with_extension("exr");
+    let folders = [
+        Some(std::env::temp_dir()),
+        std::env::current_dir().ok(),
+        std::env::home_dir(),
+    ];
+    folders.into_iter().flatten().find_map(|folder| {
+        let file = free_name(&folder.join(&name), |p| p.symlink_metadata().is_ok());
+        picture.save(&file, Depth::Eight).ok().map(|()| file)
+    })
 }
 
 /// Returns whether a name stands for standard input or output.

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Arg, ArgMatches, Command};
 
+use super::outputs::check_picture_space;
 use super::render::{OutputOptions, movie_plan};
 use super::{flags, parsed, print_warnings, scene_argument, text};
 use crate::diag::{Diagnostic, Result, Source};
@@ -17,6 +18,7 @@ use crate::movie::{
 };
 use crate::photo::options::{MovieFrame, Shutter, command_line, duration};
 use crate::photo::{Era, free_name};
+use crate::picture::PictureFormat;
 use crate::scene::check::counted;
 
 /// The time after which a claim expires that is not refreshed, unless `--claim-expiry` says it.
@@ -99,11 +101,14 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
     let options = OutputOptions::of_movie(m)?;
     let folder = text(m, "folder").map_or_else(|| frames_folder(m, &movies), PathBuf::from);
     let (frames, rate) = (timeline.frames, timeline.rate);
+    let picture = (plan.resolution, plan.depth);
     let shoot = Shoot::new(plan, timeline, folder.clone(), command_line(words))?;
-    let numbers = match wanted {
+    let numbers: Vec<u32> = match wanted {
         Wanted::Movie => (0..frames).collect(),
         Wanted::Frames(numbers) => numbers,
     };
+    let left = shoot.missing(&numbers).len() as u64;
+    check_picture_space(&folder, PictureFormat::Png, picture, left)?;
     render(&shoot, &numbers, expiry.unwrap_or(EXPIRY), &options)?;
     for (movie, container) in &movies {
         container.write(movie, &shoot.frame_paths(), rate)?;

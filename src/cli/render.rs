@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
 
-use super::outputs::{keep_inputs, picture_format, save_picture, save_picture_rows};
+use super::outputs::{
+    check_picture_space, keep_inputs, picture_format, save_picture, save_picture_rows,
+};
 use super::{flags, parsed, print_diagnostic, print_warnings, text};
 use crate::camera::{Aim, Camera};
 use crate::diag::{Diagnostic, Result, Sink};
@@ -78,6 +80,16 @@ impl OutputOptions {
             .chain(layers)
             .chain(camera)
             .try_for_each(|(option, path)| keep_inputs(option, path, &inputs))
+    }
+
+    /// Checks that the picture has room on its disk.
+    ///
+    /// # Errors
+    /// Returns an error if it has not.
+    fn check_space(&self, plan: &Plan) -> Result<()> {
+        let region = plan.region.map(|region| region.resolution());
+        let size = (region.unwrap_or(plan.resolution), plan.depth);
+        check_picture_space(&self.output, picture_format(&self.output)?, size, 1)
     }
 
     /// Runs `work` on a pool with this number of threads.
@@ -230,6 +242,7 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
     }
     print_warnings(&session.sink);
     options.keep(&session.document)?;
+    options.check_space(&session.plan)?;
     if session.pose.film.is_some() && !session.plan.solids {
         let idle = [Needs::Camera, Needs::Lens, Needs::Prescription];
         let idle = idle_options(

@@ -1,14 +1,17 @@
-//! Reads files of bounded size, writes files that appear only when they are complete, claims work
-//! in shared folders, finds the folders of files, and escapes text for markup.
+//! Reads files of bounded size, writes files that appear only when they are complete, asks for the
+//! space that they take, claims work in shared folders, finds the folders of files, and escapes
+//! text for markup.
 
 mod claim;
 mod folder;
 mod markup;
 mod read;
+mod space;
 mod whole;
 
 pub(crate) use claim::{Claims, Held, host_name};
 pub(crate) use folder::{folder_of, project_of};
 pub(crate) use markup::escaped;
 pub(crate) use read::{MAX_PICTURE, MAX_TEXT, read_file, read_file_named, read_stream};
+pub(crate) use space::{SizeEstimate, check_space};
 pub(crate) use whole::{WriteSeek, check_writable, write_new, write_whole, write_whole_seekable};

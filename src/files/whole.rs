@@ -261,6 +261,51 @@ mod tests {
         assert!(folder.names().is_empty());
     }
 
+    /// Writes to a file until some bytes are written, then fails with an error of the system.
+    struct Failing<'a> {
+        file: &'a mut dyn Write,
+        left: usize,
+        errno: i32,
+    }
+
+    impl Write for Failing<'_> {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            if self.left == 0 {
+                return Err(Error::from_raw_os_error(self.errno));
+            }
+            let count = bytes.len().min(self.left);
+            let written = self.file.write(&bytes[..count])?;
+            self.left -= written;
+            Ok(written)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            self.file.flush()
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_error_of_the_disk_at_any_byte_keeps_the_old_file_and_leaves_no_other() {
+        let folder = Folder::new("disk");
+        let path = folder.0.join("a.png");
+        write_whole(&path, |file| file.write_all(b"old")).unwrap();
+        let content = vec![7u8; 100_000];
+        let (io, no_space, too_large) = (5, 28, 27); // EIO, ENOSPC, EFBIG
+        for errno in [io, no_space, too_large] {
+            for left in [0, 1, 8_191, 8_192, 8_193, 99_999] {
+                let result = write_whole(&path, |file| {
+                    let mut file = Failing { file, left, errno };
+                    let mut pieces = content.chunks(777);
+                    pieces.try_for_each(|piece| file.write_all(piece))
+                });
+                assert!(result.is_err(), "error {errno} after {left} bytes");
+                assert_eq!(std::fs::read(&path).unwrap(), b"old");
+                assert_eq!(folder.names(), ["a.png"]);
+            }
+        }
+    }
+
     #[test]
     fn two_writers_of_one_file_have_temporary_files_of_their_own() {
         let folder = Folder::new("two");

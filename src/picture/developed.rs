@@ -5,7 +5,8 @@ use std::path::Path;
 use indexmap::IndexMap;
 
 use crate::diag::{Diagnostic, Result};
-use crate::film::{Film, Response};
+use crate::files::SizeEstimate;
+use crate::film::{Film, Resolution, Response};
 
 /// A picture in linear exposure values, with rows from the top.
 #[derive(Clone, Debug)]
@@ -71,6 +72,30 @@ impl PictureFormat {
                 path.display()
             ))
             .with_help("end the output's name in .png, .exr, .tif, .jpg, .rgb, .sgi or .ppm")),
+        }
+    }
+}
+
+impl PictureFormat {
+    /// Returns the size that a file of this format may have, without its metadata. Deflate makes
+    /// data smaller by a factor of at most 1032 (RFC 1951), JPEG and the codings of EXR by less.
+    pub(crate) fn size(self, resolution: Resolution, depth: Depth) -> SizeEstimate {
+        const LARGEST_FACTOR: u64 = 1_032;
+        let per_channel = match (self, depth) {
+            (Self::Exr, _) => 4,
+            (Self::Jpeg, _) | (_, Depth::Eight) => 1,
+            (_, Depth::Sixteen) => 2,
+        };
+        let plain = 3 * per_channel * resolution.pixels() as u64;
+        match self {
+            Self::Ppm | Self::Sgi | Self::Tiff => SizeEstimate {
+                least: plain,
+                most: plain + (1 << 16),
+            },
+            Self::Png | Self::Exr | Self::Jpeg => SizeEstimate {
+                least: plain / LARGEST_FACTOR,
+                most: plain + plain / 100 + (1 << 16),
+            },
         }
     }
 }
