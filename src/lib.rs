@@ -91,6 +91,7 @@ mod shade;
 pub mod snapshot;
 mod spectrum;
 mod stability;
+mod team;
 mod traversal;
 // Without the window itself, only tests and `measure latency` drive what is in it.
 #[cfg(feature = "panels")]

@@ -6,10 +6,11 @@ use std::io::Write as _;
 use clap::{ArgMatches, Command};
 
 use super::arguments::scene_argument;
-use super::messages::{ERROR, exit_code, print_diagnostic, set_typed, status};
+use super::messages::{ERROR, exit_code, mute, print_diagnostic, set_typed, status};
 use super::{
     catalog, check, compare, converge, convert, convert_folder, expose, flags, folder_of_scenes,
-    frames, lens, nodes, outputs, pull_focus, render, render_folder, stability, view, vintage_help,
+    frames, lens, nodes, outputs, pull_focus, render, render_folder, stability, team, view,
+    vintage_help,
 };
 use crate::diag::{Diagnostic, Result};
 use crate::photo::Era;
@@ -18,6 +19,9 @@ use crate::photo::Era;
 pub fn run(words: impl IntoIterator<Item = OsString>) -> i32 {
     let typed: Vec<OsString> = words.into_iter().collect();
     set_typed(&typed);
+    if team::is_assistant() {
+        mute();
+    }
     let words = flags::modernize(typed.clone());
     match dispatch(&words, &typed) {
         Ok(code) => code,

@@ -3,16 +3,32 @@
 use std::cell::RefCell;
 use std::ffi::OsString;
 use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::vintage_help::as_typed;
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 
+/// Whether this process prints nothing, because another one prints the same.
+static MUTE: AtomicBool = AtomicBool::new(false);
+
+/// Prints nothing from now on, because another process prints the same.
+pub(super) fn mute() {
+    MUTE.store(true, Ordering::Relaxed);
+}
+
+/// Returns whether [`mute`] was called.
+pub(crate) fn is_mute() -> bool {
+    MUTE.load(Ordering::Relaxed)
+}
+
 /// Prints a line to stderr. A closed stderr is not an error.
 macro_rules! status {
-    ($($part:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), $($part)*);
-    }};
+    ($($part:tt)*) => {
+        if !$crate::cli::messages::is_mute() {
+            use std::io::Write as _;
+            let _ = writeln!(std::io::stderr(), $($part)*);
+        }
+    };
 }
 pub(crate) use status;
 

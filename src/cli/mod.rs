@@ -27,6 +27,9 @@ pub(crate) mod render;
 mod render_folder;
 pub(crate) mod sheet;
 mod stability;
+mod team;
+#[cfg(feature = "mpi")]
+mod team_mpi;
 mod trace_rays;
 pub(crate) mod view;
 mod vintage_help;

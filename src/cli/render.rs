@@ -10,7 +10,7 @@ use clap::ArgMatches;
 use super::outputs::{
     check_picture_space, keep_inputs, picture_format, save_picture, save_picture_rows,
 };
-use super::{flags, parsed, print_diagnostic, print_warnings, text};
+use super::{flags, parsed, print_diagnostic, print_warnings, team, text};
 use crate::camera::{Aim, Camera};
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::files::write_whole;
@@ -157,6 +157,7 @@ pub(super) fn set_arithmetic(m: &ArgMatches) -> Result<()> {
 /// Returns an error if the option is invalid.
 pub(crate) fn threads(m: &ArgMatches) -> Result<usize> {
     let here = std::thread::available_parallelism().map_or(1, usize::from);
+    let here = (here / team::processes_here()).max(1);
     let count = |w: &str| w.parse().ok().filter(|n| (1..=1024).contains(n));
     let threads = parsed(m, "threads", "a number of threads from 1 to 1024", count)?;
     if let Some(many) = threads.filter(|many| *many > here) {
@@ -229,6 +230,14 @@ fn changed(
 /// # Errors
 /// Returns an error if an option or a file is invalid, or if a file cannot be written.
 pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<i32> {
+    team::run(
+        || opened(matches, era),
+        |options, session| finish(matches, words, &options, &session),
+    )
+}
+
+/// Reads the arguments and opens the scene.
+fn opened(matches: &ArgMatches, era: Era) -> Result<(OutputOptions, Session)> {
     let options = OutputOptions::of(matches)?;
     let mut plan = plan(matches, era)?;
     plan.whole_film = match picture_format(&options.output)?.has_rows() {
@@ -243,6 +252,16 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
     print_warnings(&session.sink);
     options.keep(&session.document)?;
     options.check_space(&session.plan)?;
+    Ok((options, session))
+}
+
+/// Renders the picture and writes it. Returns the exit code.
+fn finish(
+    matches: &ArgMatches,
+    words: &[OsString],
+    options: &OutputOptions,
+    session: &Session,
+) -> Result<i32> {
     if session.pose.film.is_some() && !session.plan.solids {
         let idle = [Needs::Camera, Needs::Lens, Needs::Prescription];
         let idle = idle_options(
@@ -256,7 +275,7 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
         let text = session.camera_file()?;
         write_whole(path, |file| file.write_all(text.as_bytes()))?;
     }
-    print_headlight_notice(&session, options.quiet);
+    print_headlight_notice(session, options.quiet);
     if !options.quiet {
         let choices: Vec<String> = session
             .described
@@ -267,14 +286,14 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
     }
     let command = command_line(words);
     let (mut report, counts) = match session.is_in_strips() {
-        false => render_whole(&session, &options, &command)?,
-        true => render_in_strips(&session, &options, &command)?,
+        false => render_whole(session, options, &command)?,
+        true => render_in_strips(session, options, &command)?,
     };
     report.picture = options.output.display().to_string();
     report.total_seconds = report.seconds.total();
-    report_on(&options, &report)?;
+    report_on(options, &report)?;
     if !options.quiet {
-        report_lost_rays(&session, &counts);
+        report_lost_rays(session, &counts);
     }
     Ok(0)
 }

@@ -5,6 +5,8 @@
 mod claim;
 mod folder;
 mod markup;
+#[cfg(feature = "mpi")]
+pub(crate) mod passed_on;
 mod read;
 mod space;
 mod whole;

@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+#[cfg(feature = "mpi")]
+use super::passed_on;
 use crate::diag::{Diagnostic, Result};
 
 /// The largest text file other than a scene, in bytes: a lens, a camera, a glass catalogue, an
@@ -29,6 +31,10 @@ pub(crate) fn read_file(path: &Path, limit: usize) -> Result<Vec<u8>> {
 /// # Errors
 /// Returns the errors of [`read_file`].
 pub(crate) fn read_file_named(path: &Path, name: &str, limit: usize) -> Result<Vec<u8>> {
+    #[cfg(feature = "mpi")]
+    if let Some(bytes) = passed_on::taken(path) {
+        return Ok(bytes);
+    }
     let open = || File::open(path).and_then(|file| Ok((file.metadata()?, file)));
     let (about, file) = open().map_err(|e| Diagnostic::io(name, &e))?;
     let limit = if about.is_file() {
@@ -39,7 +45,10 @@ pub(crate) fn read_file_named(path: &Path, name: &str, limit: usize) -> Result<V
     if about.len() > limit as u64 {
         return Err(too_large(name, limit));
     }
-    read_stream(file, name, limit)
+    let bytes = read_stream(file, name, limit)?;
+    #[cfg(feature = "mpi")]
+    passed_on::keep(path, &bytes);
+    Ok(bytes)
 }
 
 /// Reads a stream of at most `limit` bytes to its end. `name` is its name in messages.

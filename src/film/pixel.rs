@@ -1,9 +1,10 @@
 //! The samples of one pixel of the film.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 /// The exposure of a pixel: the running mean of its samples and their scatter.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Exposed {
     /// The number of samples.
     pub count: u32,

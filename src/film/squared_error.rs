@@ -19,13 +19,14 @@
 //! The same exposures estimate the error of the picture's mean, which the error is relative to.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::draw_probability::EVEN;
 use super::error::{ErrorEstimate, ErrorUnknown};
 use super::pixel::Exposed;
 
 /// Two exposures of a pixel that are independent of the picture and of each other.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct Pair {
     pub pixel: u32,
     /// The probability with which the pixel was drawn.

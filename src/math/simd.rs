@@ -47,6 +47,17 @@ pub(crate) fn is_portable() -> bool {
     PORTABLE.load(Ordering::Relaxed)
 }
 
+/// Returns the name of the arithmetic in use. Pictures that are made with the same one have the
+/// same bits.
+#[cfg(feature = "mpi")]
+pub(crate) fn arithmetic() -> &'static str {
+    match Width::detect() {
+        _ if is_portable() => "portable",
+        Width::Plain if !ALWAYS_FUSED => "without fused multiply-add",
+        _ => "with fused multiply-add",
+    }
+}
+
 /// The width of the vectors, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Width {

@@ -34,6 +34,7 @@ use crate::scene::Unneeded;
 use crate::scene::{CompileOptions, Light, Needs, RenderScene, precision_warning, snapshot};
 use crate::shade::{ShadeOptions, Shader, Shading};
 use crate::snapshot::{Snapshot, SnapshotOptions};
+use crate::team::Team;
 use crate::traversal::state::Language;
 
 /// The number of rays for the ghosts of each light, per sample of a pixel. It was chosen by trial.
@@ -60,6 +61,8 @@ pub struct Session {
     pub(crate) headlight_sources: HeadlightSources,
     /// The headlight of the environment file, in camera space.
     environment_headlight: Option<Light>,
+    /// The processes that share the work of rendering; `None` if this one does it alone.
+    pub(crate) team: Option<Arc<Team>>,
     /// The seconds that each step took.
     pub seconds: Seconds,
     /// The diagnostics of reading, compiling and the lens.
@@ -198,6 +201,7 @@ impl Session {
             projection,
             pose,
             camera,
+            team: None,
             seconds,
             sink,
             memory,
@@ -362,6 +366,15 @@ impl Session {
         exposure
     }
 
+    /// Does the work that the first process of a team hands out, until it ends. Uses rayon's
+    /// current pool.
+    #[cfg(any(test, feature = "mpi"))]
+    pub(crate) fn serve(&self, team: &Team) {
+        self.with_render(self.plan.sampler, self.plan.stop, |render| {
+            render.serve(team);
+        });
+    }
+
     /// Returns whether the scene has no primitive and a black background, so that no ray can bring
     /// light.
     pub(super) fn shows_nothing(&self) -> bool {
@@ -396,6 +409,7 @@ impl Session {
             stop,
             filter: &FilterTable::new(self.plan.filter),
             adaptive: self.plan.adaptive,
+            team: self.team.as_deref(),
         })
     }
 

@@ -1,6 +1,7 @@
 //! Tests of sessions that change.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -10,7 +11,9 @@ use crate::film::{Region, Resolution};
 use crate::math::Meters;
 use crate::memory::MemoryLimit;
 use crate::pose::Projection;
+use crate::render::{Exposure, Stop, crew};
 use crate::scene::Unneeded;
+use crate::team::threads;
 
 const SCENE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 }\n\
     PointLight { location 2 3 4 }\nSphere { }\nTranslation { translation 1.5 .4 .5 } Cube { }\n";
@@ -191,6 +194,56 @@ fn a_scene_with_nothing_to_see_needs_no_rays() {
     let session = Session::open(plan.clone()).expect("the scene is whole");
     let exposure = session.expose(&|_| ());
     assert!(exposure.counts.film_rays > 0 && exposure.film.mean() > 0.1);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// Processes that share the work make the bits of one process, at any number of threads.
+#[test]
+fn a_team_makes_the_same_bits_as_one_process() {
+    let folder = std::env::temp_dir().join(format!("ivcam-team-{}", std::process::id()));
+    let mut plan = plan(&folder);
+    plan.stop = Stop::after(8);
+    plan.sampler.samples = 8;
+    let mut adaptive = plan.clone();
+    (adaptive.adaptive, adaptive.dispersion) = (true, true);
+    let mut until = plan.clone();
+    until.stop = Stop {
+        error: Some(0.02),
+        ..Stop::after(64)
+    };
+    let mut part = plan.clone();
+    part.region = Some(Region {
+        left: 5,
+        top: 3,
+        width: 20,
+        height: 14,
+    });
+    for plan in [plan, adaptive, until, part] {
+        let alone = Session::open(plan.clone()).expect("the scene is whole");
+        let alone = alone.expose(&|_| ());
+        for (size, count) in [(1, 1), (2, 1), (2, 2), (3, 1), (4, 2)] {
+            let made = threads(size, |team| {
+                let mut session = Session::open(plan.clone()).expect("the scene is whole");
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+                let pool = pool.expect("threads start");
+                if team.rank() > 0 {
+                    pool.install(|| session.serve(&team));
+                    return None;
+                }
+                let team = Arc::new(team);
+                session.team = Some(team.clone());
+                let exposure = pool.install(|| session.expose(&|_| ()));
+                crew::end(&team);
+                Some(exposure)
+            });
+            let made = made.into_iter().flatten().next().expect("the first has it");
+            assert!(made.film.pixels == alone.film.pixels, "{size} {count}");
+            assert_eq!(made.film.squared_error, alone.film.squared_error);
+            assert_eq!(made.samples, alone.samples);
+            let rays = |e: &Exposure| (e.counts.film_rays, e.counts.passed, e.counts.shadow_rays);
+            assert_eq!(rays(&made), rays(&alone));
+        }
+    }
     std::fs::remove_dir_all(folder).unwrap();
 }
 

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
+
 use super::stopwatch::Spent;
 use crate::film::{ErrorEstimate, ErrorUnknown, Film, Resolution, SquaredError};
 
@@ -120,7 +122,7 @@ impl Exposure {
 }
 
 /// Numbers of rays that a render traced.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Counts {
     /// Rays that left the film for the picture. A resampled ray is counted once.
     pub film_rays: u64,

@@ -10,6 +10,7 @@
 //! cost of a render and the error of its picture.
 
 mod batch;
+pub(crate) mod crew;
 pub(crate) mod diffraction;
 mod exposure;
 pub(crate) mod ghosts;

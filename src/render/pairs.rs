@@ -4,6 +4,7 @@
 //! have half of the pixel's samples each, so that its error is about that of the picture.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::batch::Batch;
 use super::exposure::Counts;
@@ -25,17 +26,22 @@ const LEAST: usize = 16;
 /// a second. Adaptive sampling may put more than half of a picture's samples on a few pixels.
 const MOST: f64 = 262_144.0;
 /// The number of pairs that a thread exposes at once.
-const AT_ONCE: usize = 32;
+pub(super) const AT_ONCE: usize = 32;
 /// The number of expected hits below which a light may have been missed: the probability is then
 /// at least 1%.
 const SURE: f64 = 4.6;
 
-/// A pixel that is drawn for a pair, by its index in the film.
-#[derive(Clone, Copy, Debug)]
-struct Draw {
+/// A pixel that is drawn for a pair.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct Draw {
     /// The number of the draw, counted from 0.
     number: u64,
+    /// The index of the pixel in the film.
     pixel: u32,
+    /// The column and row of the pixel in the picture.
+    at: (u32, u32),
+    /// The number of samples of each exposure.
+    samples: u32,
     probability: f64,
 }
 
@@ -51,15 +57,11 @@ impl Render<'_> {
         region: Region,
         is_final: bool,
     ) -> (Option<SquaredError>, Counts) {
-        let draws = self.draws(film, is_final);
-        let expose = |some: &[Draw]| self.expose_pairs(film, region, some);
-        let parts: Vec<(Vec<Pair>, Counts)> = draws.par_chunks(AT_ONCE).map(expose).collect();
-        let mut counts = Counts::default();
-        let mut pairs = Vec::with_capacity(draws.len());
-        for (part, more) in parts {
-            pairs.extend(part);
-            counts.add(&more);
-        }
+        let draws = self.draws((film, region), is_final);
+        let (pairs, counts) = match self.team {
+            Some(team) => self.pairs_of_team(team, &draws),
+            None => self.expose_draws(&draws),
+        };
         let fewest = film.pixels.iter().map(|p| p.count).min();
         let mut lights = LightWatch::new(self, fewest.unwrap_or_default());
         lights.look(film, region);
@@ -71,8 +73,21 @@ impl Render<'_> {
         (error, counts)
     }
 
+    /// Exposes the pairs of draws on the threads of rayon's current pool.
+    pub(super) fn expose_draws(&self, draws: &[Draw]) -> (Vec<Pair>, Counts) {
+        let expose = |some: &[Draw]| self.expose_pairs(some);
+        let parts: Vec<(Vec<Pair>, Counts)> = draws.par_chunks(AT_ONCE).map(expose).collect();
+        let mut counts = Counts::default();
+        let mut pairs = Vec::with_capacity(draws.len());
+        for (part, more) in parts {
+            pairs.extend(part);
+            counts.add(&more);
+        }
+        (pairs, counts)
+    }
+
     /// Draws the pixels of the pairs at even steps along their summed probabilities.
-    fn draws(&self, film: &Film, is_final: bool) -> Vec<Draw> {
+    fn draws(&self, (film, region): (&Film, Region), is_final: bool) -> Vec<Draw> {
         let probabilities = probabilities(&film.pixels, film.resolution);
         let counts = || film.pixels.iter().map(|p| f64::from(p.count));
         let all = counts().sum::<f64>();
@@ -99,6 +114,11 @@ impl Render<'_> {
                 draws.push(Draw {
                     number: draws.len() as u64,
                     pixel: pixel as u32,
+                    at: (
+                        region.left + pixel as u32 % region.width,
+                        region.top + pixel as u32 / region.width,
+                    ),
+                    samples: film.pixels[pixel].count.div_ceil(2),
                     probability,
                 });
             }
@@ -107,16 +127,11 @@ impl Render<'_> {
     }
 
     /// Exposes the pairs of some draws.
-    fn expose_pairs(&self, film: &Film, region: Region, draws: &[Draw]) -> (Vec<Pair>, Counts) {
+    fn expose_pairs(&self, draws: &[Draw]) -> (Vec<Pair>, Counts) {
         let mut batch = Batch::new(self);
         let mut sums: Vec<Exposed> = Vec::with_capacity(2 * draws.len());
-        let width = film.resolution.width;
         for draw in draws {
-            let at = (
-                region.left + draw.pixel % width,
-                region.top + draw.pixel / width,
-            );
-            let samples = film.pixels[draw.pixel as usize].count.div_ceil(2);
+            let samples = draw.samples;
             for half in 0..2 {
                 let sampler = Sampler {
                     samples,
@@ -124,7 +139,7 @@ impl Render<'_> {
                     ..self.sampler
                 };
                 sums.push(Exposed::default());
-                batch.add(at, sampler, 0..samples, &mut sums);
+                batch.add(draw.at, sampler, 0..samples, &mut sums);
             }
         }
         batch.flush(&mut sums);

@@ -15,6 +15,7 @@ use crate::camera::Camera;
 use crate::film::{ErrorEstimate, Exposed, Film, Region, Resolution, SquaredError};
 use crate::sampling::{FilterTable, PixelSampler, Sampler, mix};
 use crate::shade::Shader;
+use crate::team::Team;
 
 /// The least factor between the numbers of samples at which the error is estimated, so that the
 /// estimates take at most a fifth of the time of a render with a target.
@@ -55,6 +56,8 @@ pub(crate) struct Render<'a> {
     /// Distributes the samples by the noise that a pilot pass finds. The pilot pass is not part of
     /// the picture.
     pub adaptive: bool,
+    /// The processes that share the work; `None` if this one does it alone.
+    pub team: Option<&'a Team>,
 }
 
 impl Render<'_> {
@@ -189,7 +192,9 @@ impl Render<'_> {
             }
             variances.extend(film.pixels.iter().map(SampleShares::variance));
         }
-        SampleShares::of(&variances, self.resolution, self.stop.samples)
+        let shares = SampleShares::of(&variances, self.resolution, self.stop.samples);
+        self.send_shares(&shares);
+        shares
     }
 
     /// Does the work of [`Render::pass`], with each pixel's share of the samples.
@@ -216,6 +221,9 @@ impl Render<'_> {
             tiles.try_reduce(Counts::default, sum)
         };
         film.squared_error = None;
+        if let Some(team) = self.team {
+            return self.pass_of_team(team, (region, film), samples, shares, proceed);
+        }
         let bands = Band::all(region, &mut film.pixels).into_par_iter();
         bands.map(band).try_reduce(Counts::default, sum)
     }
@@ -254,7 +262,7 @@ impl Render<'_> {
 
     /// Adds samples to the pixels of one tile, which are in `sums` row by row. It needs nothing but
     /// the tile's own pixels, so tiles can be exposed in any order and anywhere.
-    fn expose(
+    pub(super) fn expose(
         &self,
         tile: Tile,
         sums: &mut [Exposed],

@@ -2,9 +2,12 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use crate::film::{Exposed, Resolution};
 
 /// For each pixel, the number of its samples over the number requested.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct SampleShares {
     /// The number of samples per pixel that the shares were made for.
     samples: f64,
@@ -22,6 +25,11 @@ impl SampleShares {
     /// The smallest share of a pixel, so that details that the pilot pass missed still receive
     /// samples. Chosen by trial.
     const LEAST: f64 = 0.25;
+
+    /// Whether the distribution is even.
+    pub(super) fn is_even(&self) -> bool {
+        self.logarithms.is_none()
+    }
 
     /// Returns the sample numbers of a pixel for a range of requested ones.
     pub(super) fn samples(&self, pixel: u32, all: &Range<u32>) -> Range<u32> {

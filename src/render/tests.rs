@@ -48,6 +48,7 @@ where
         stop: session.plan.stop,
         filter: &FilterTable::new(session.plan.filter),
         adaptive: session.plan.adaptive,
+        team: None,
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("threads start").install(|| work(&render))

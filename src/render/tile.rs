@@ -1,5 +1,7 @@
 //! Tiles: the parts of a picture that threads render, and the rows of pixels they are cut from.
 
+use serde::{Deserialize, Serialize};
+
 use crate::film::{Exposed, Region, Resolution};
 
 /// Pixels on a side of a tile. It is small enough to share the work evenly among threads and for a
@@ -7,7 +9,7 @@ use crate::film::{Exposed, Region, Resolution};
 const TILE: u32 = 8;
 
 /// The pixels in columns `x0..x1` and rows `y0..y1` of a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Tile {
     pub x0: u32,
     pub y0: u32,

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::hash::{mix, unit};
 use super::sobol::{PendingPoints, Sobol};
 
@@ -15,7 +17,7 @@ pub struct LensSample {
 }
 
 /// The distribution of a pixel's samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SamplerKind {
     /// Pixel and pupil are stratified and jittered separately, with several pupil samples for each
     /// pixel sample. The 1999 program does this (the paper, section Sampling).
@@ -55,7 +57,7 @@ impl SamplerKind {
 }
 
 /// The samples of every pixel of a picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sampler {
     /// The distribution of a pixel's samples.
     pub kind: SamplerKind,

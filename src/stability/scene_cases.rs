@@ -97,6 +97,7 @@ fn pictures() -> Result<Vec<Case>> {
             stop: Stop::after(1),
             filter: &FilterTable::new(Filter::Box),
             adaptive: false,
+            team: None,
         };
         let film = render.run_inside(Region::whole(resolution), &|_| ()).film;
         let levels = film.pixels.iter().map(|pixel| pixel.mean.x);

@@ -108,6 +108,7 @@ fn contrast(session: &Session, x: f64, y: f64) -> f64 {
         stop: Stop::after(2 * SAMPLES),
         filter: &FilterTable::new(session.plan.filter),
         adaptive: false,
+        team: None,
     };
     let half = |at: (u32, u32), from: u32, work: &mut Work| -> f64 {
         (from..from + SAMPLES)

@@ -225,6 +225,7 @@ impl Live {
             stop: Stop::after(end),
             filter: &FilterTable::new(self.session.plan.filter),
             adaptive: false,
+            team: None,
         };
         // An abandoned pass leaves some tiles with other samples than the rest, so it gets a copy.
         let whole = Region::whole(exposing.resolution);

@@ -5,11 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The folders of `src` from the ground up: each imports only from those before it.
-const ORDER: [&str; 34] = [
+const ORDER: [&str; 35] = [
     "diag",
     "memory",
     "files",
     "math",
+    "team",
     "spectrum",
     "sampling",
     "film",

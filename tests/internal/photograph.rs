@@ -66,6 +66,7 @@ impl Bench {
             stop: Stop::after(sampler.samples),
             filter: &FilterTable::new(Filter::Box),
             adaptive: false,
+            team: None,
         };
         render.run(&|_| ()).film
     }
