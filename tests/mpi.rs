@@ -94,7 +94,7 @@ fn any_number_of_processes_makes_the_same_pixels() {
 }
 
 #[test]
-fn an_error_is_told_once_and_ends_all_processes() {
+fn one_message_names_an_error_and_it_ends_all_processes() {
     let Some(folder) = folder("error") else {
         return;
     };

@@ -14,7 +14,7 @@ const FRESHNESS: f64 = 0.5;
 /// Hands out the items `0..total` in pieces that suit the speeds of the workers (guided
 /// self-scheduling: Polychronopoulos and Kuck, 1987, with weights for unequal workers).
 ///
-/// It is a state machine: it is told what happens, and has neither a clock nor messages.
+/// It is a state machine that receives events. It has neither a clock nor messages.
 #[derive(Debug)]
 pub(crate) struct Schedule {
     total: u64,
