@@ -52,6 +52,10 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
+    /// The memory in bytes that building a tree takes at most, for each primitive: its box twice,
+    /// its binary nodes and then its part of blocks and wide nodes.
+    pub(crate) const BYTES_OF_PRIMITIVE: u64 = 140;
+
     /// Builds a tree over the boxes of primitives. `triangle` returns a primitive's corners, or
     /// `None` if it is not a triangle.
     pub(crate) fn build(boxes: Vec<Box3>, triangle: impl Fn(u32) -> Option<[Vec3; 3]>) -> Self {

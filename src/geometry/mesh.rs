@@ -30,6 +30,16 @@ impl Mesh {
         index
     }
 
+    /// Removes all vertices and triangles, and keeps their memory.
+    pub(crate) fn clear(&mut self) {
+        self.positions.clear();
+        self.normals.clear();
+        self.texcoords.clear();
+        self.triangles.clear();
+        self.parts.clear();
+        self.colors.clear();
+    }
+
     /// The material indices of a triangle's corners: its part if `by_part`, else the vertices'
     /// colors.
     pub(crate) fn materials(&self, triangle: usize, by_part: bool) -> [u32; 3] {

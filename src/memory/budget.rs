@@ -66,6 +66,11 @@ impl MemoryBudget {
         Ok(())
     }
 
+    /// Counts memory that is in use already, whether it fits or not.
+    pub(crate) fn count(&mut self, bytes: u64) {
+        self.used = self.used.saturating_add(bytes);
+    }
+
     /// Gives back memory that was taken.
     pub fn give_back(&mut self, bytes: u64) {
         self.used = self.used.saturating_sub(bytes);
@@ -107,6 +112,8 @@ mod tests {
         assert_eq!((budget.used(), budget.remaining()), (8 << 20, 2 << 20));
         budget.give_back(6 << 20);
         assert_eq!(budget.remaining(), 8 << 20);
+        budget.count(9 << 20);
+        assert_eq!(budget.remaining(), 0);
     }
 
     #[test]

@@ -12,3 +12,4 @@ mod size;
 
 pub use budget::MemoryBudget;
 pub use limit::MemoryLimit;
+pub(crate) use size::size_text;

@@ -72,6 +72,47 @@ fn a_tree_that_doubles_at_every_level_is_left_at_the_limit() {
     assert_eq!(count.1, 1, "one message");
 }
 
+/// Compiles a scene within some memory, and returns it with its messages.
+fn compile_within(text: &str, memory: u64) -> (RenderScene, Vec<String>) {
+    let document = read(text);
+    let options = CompileOptions {
+        memory,
+        ..CompileOptions::default()
+    };
+    let scene = RenderScene::compile(&Snapshot::at(&document, 0.0), &options).expect("compiles");
+    let diagnostics = &scene.census().diagnostics;
+    let messages = diagnostics.iter().map(|d| d.message.clone()).collect();
+    (scene, messages)
+}
+
+#[test]
+fn what_does_not_fit_into_the_memory_is_left_out_with_one_message() {
+    let scenes = [
+        format!("Text3 {{ string \"{}\" parts ALL }}", "word ".repeat(200)),
+        "Separator { Translation { translation 2 0 0 } Sphere { } } ".repeat(2000),
+        "DrawStyle { style LINES } ".to_owned() + &"Cube { } ".repeat(300),
+        "Cube { } ".repeat(2000),
+    ];
+    for scene in scenes {
+        let (whole, messages) = compile_within(&scene, 1 << 30);
+        assert!(messages.is_empty(), "{messages:?}");
+        let (part, messages) = compile_within(&scene, 1 << 20);
+        assert_eq!(
+            messages,
+            ["the scene needs more than 1.0 MB of memory; the rest is left out"]
+        );
+        let count = |scene: &RenderScene| {
+            let (triangles, quadrics, strokes) = scene.primitives();
+            triangles + quadrics + strokes
+        };
+        assert!(
+            0 < count(&part) && count(&part) < count(&whole),
+            "{}",
+            &scene[..20]
+        );
+    }
+}
+
 #[test]
 fn more_primitives_than_the_limit_are_left_out_with_a_message() {
     let document = read("Separator { Array { numElements1 1000 Cube { } } }");

@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::batch::Batch;
 use super::face::Face;
 use super::glyph::GlyphCache;
 use super::layout::{Layout, ascii_layout};
@@ -9,23 +10,26 @@ use super::style::{TextStyle, Vrml97Style};
 use super::vrml97::vrml97_layout;
 use crate::geometry::mesh::Mesh;
 
-/// Returns the triangles of an `AsciiText`, and the layout of its glyphs.
+/// Draws the triangles of an `AsciiText` in batches, and returns the layout of its glyphs.
 pub(crate) fn ascii_text<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle<'_>,
     widths: &[f32],
-) -> (Mesh, Layout) {
+    draw: &mut dyn FnMut(&Mesh),
+) -> Layout {
     let laid = ascii_layout(strings, style, widths);
-    (flat(&laid, style.face, style.size, style.complexity), laid)
+    flat(&laid, style.face, style.size, style.complexity, draw);
+    laid
 }
 
-/// Returns the triangles of laid-out glyphs. One unit of the texture coordinates is one font size.
-fn flat(laid: &Layout, face: Face<'_>, size: f32, complexity: f32) -> Mesh {
+/// Draws the triangles of laid-out glyphs. One unit of the texture coordinates is one font size.
+fn flat(laid: &Layout, face: Face<'_>, size: f32, complexity: f32, draw: &mut dyn FnMut(&Mesh)) {
     let mut glyphs = GlyphCache::new(face, complexity);
-    let mut mesh = Mesh::default();
+    let mut batch = Batch::new(draw);
     let per_unit = if size > 0.0 { 1.0 / size } else { 0.0 };
     for glyph in &laid.glyphs {
         let cut = glyphs.get(glyph.character);
+        let mesh = batch.mesh();
         let first = mesh.positions.len() as u32;
         for &p in &cut.points {
             let p = glyph.origin + size * p * Vec2::new(glyph.stretch, 1.0);
@@ -35,16 +39,19 @@ fn flat(laid: &Layout, face: Face<'_>, size: f32, complexity: f32) -> Mesh {
         mesh.triangles
             .extend(triangles.map(|t| t.map(|i| first + i)));
     }
-    mesh
+    batch.finish();
 }
 
-/// Returns the triangles of a VRML97 `Text`, laid out by the standard.
+/// Draws the triangles of a VRML97 `Text` in batches, laid out by the standard, and returns the
+/// layout of its glyphs.
 pub(crate) fn vrml97_text<S: AsRef<str>>(
     strings: &[S],
     style: &Vrml97Style<'_>,
     lengths: &[f32],
     max_extent: f32,
-) -> Mesh {
+    draw: &mut dyn FnMut(&Mesh),
+) -> Layout {
     let laid = vrml97_layout(strings, style, lengths, max_extent);
-    flat(&laid, style.face, style.size, style.complexity)
+    flat(&laid, style.face, style.size, style.complexity, draw);
+    laid
 }

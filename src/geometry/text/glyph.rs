@@ -1,5 +1,6 @@
 //! The glyphs of a typeface as polylines and triangles.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use glam::Vec2;
@@ -16,7 +17,7 @@ use skrifa::{GlyphId, MetadataProvider};
 use super::face::Face;
 
 /// The largest number of characters of one text. The rest of a longer text is not drawn.
-pub(super) const MAX_GLYPHS: usize = 50_000;
+pub(crate) const MAX_GLYPHS: usize = 50_000;
 
 /// A glyph as polylines and triangles, at a font size of 1.
 #[derive(Clone, Debug, Default)]
@@ -126,6 +127,8 @@ pub(super) struct Typeface<'a> {
     hinting: Option<HintingInstance>,
     /// The size in pixels at which glyphs are hinted.
     pixels: f32,
+    /// The boxes of the outlines so far, by character; `None` for a space.
+    boxes: RefCell<BTreeMap<char, Option<(Vec2, Vec2)>>>,
 }
 
 /// The advances of the built-in font that are not the width of the outline plus a gap (measured in
@@ -167,6 +170,7 @@ impl<'a> Typeface<'a> {
             built_in: face.built_in,
             hinting,
             pixels,
+            boxes: RefCell::default(),
         }
     }
 
@@ -205,12 +209,22 @@ impl<'a> Typeface<'a> {
 
     /// Returns the smallest and the largest x of a glyph's outline, or `None` for a space.
     fn ink(&self, character: char) -> Option<(f32, f32)> {
-        let outlines = self.outlines(character, 1e-3);
-        let xs = outlines.iter().flatten().map(|p| p.x);
-        xs.fold(None, |all, x| {
-            let (left, right) = all.unwrap_or((x, x));
-            Some((x.min(left), x.max(right)))
-        })
+        let (low, high) = self.outline_box(character)?;
+        Some((low.x, high.x))
+    }
+
+    /// Returns the box of a glyph's outline, or `None` for a space. An outline is made once for
+    /// each character, because hinting takes much longer than everything else in a layout.
+    fn outline_box(&self, character: char) -> Option<(Vec2, Vec2)> {
+        let find = || {
+            let outlines = self.outlines(character, 1e-3);
+            let mut points = outlines.iter().flatten().copied();
+            let first = points.next()?;
+            let grow = |(low, high): (Vec2, Vec2), p: Vec2| (low.min(p), high.max(p));
+            Some(points.fold((first, first), grow))
+        };
+        let mut boxes = self.boxes.borrow_mut();
+        *boxes.entry(character).or_insert_with(find)
     }
 
     /// Returns the characters with their advances, rounded to pixels, for a size in pixels.
@@ -231,7 +245,7 @@ impl<'a> Typeface<'a> {
         let scale = size * self.scale / f32::from(metrics_units(font));
         text.chars()
             .filter(|c| !c.is_control() || *c == '\t')
-            .take(MAX_GLYPHS)
+            .take(MAX_GLYPHS + 1) // so that the layout finds that a line is too long
             .map(|c| {
                 let shown = if c == '\t' { ' ' } else { c };
                 let units = metrics.advance_width(self.glyph(font, shown));
@@ -242,10 +256,9 @@ impl<'a> Typeface<'a> {
 
     /// Returns the bounding box of a glyph's outline and its origin, at size 1.
     pub(super) fn reach(&self, character: char) -> (Vec2, Vec2) {
-        let outlines = self.outlines(character, 1e-3);
-        let points = outlines.iter().flatten();
-        points.fold((Vec2::ZERO, Vec2::ZERO), |(low, high), &p| {
-            (low.min(p), high.max(p))
+        let found = self.outline_box(character);
+        found.map_or((Vec2::ZERO, Vec2::ZERO), |(low, high)| {
+            (low.min(Vec2::ZERO), high.max(Vec2::ZERO))
         })
     }
 

@@ -29,6 +29,8 @@ pub(crate) struct Layout {
     pub bottom: f32,
     /// The upper end of the box, for solid text only.
     pub top: f32,
+    /// Whether the text has more characters than are drawn.
+    pub is_cut: bool,
 }
 
 /// Lays out the glyphs of a `Text3`. The baseline of line n is at y = −n · spacing · size.
@@ -119,7 +121,8 @@ impl Layout {
 
     /// Adds a glyph, unless the text is too long or the place is not finite.
     pub(super) fn push(&mut self, character: char, origin: Vec2, stretch: f32) {
-        if self.glyphs.len() < MAX_GLYPHS && origin.is_finite() {
+        self.is_cut |= self.glyphs.len() == MAX_GLYPHS;
+        if !self.is_cut && origin.is_finite() {
             self.glyphs.push(PlacedGlyph {
                 character,
                 origin,

@@ -444,7 +444,13 @@ mod tests {
                 justify: Justify::Left,
                 complexity: 0.5,
             };
-            ascii_text(&["Rays"], &style, &[]).0.positions
+            {
+                let mut positions = Vec::new();
+                ascii_text(&["Rays"], &style, &[], &mut |mesh| {
+                    positions.extend(mesh.positions.clone());
+                });
+                positions
+            }
         };
         let name = "My Letters";
         let own = drawn(Face::named_of(name, &fonts));

@@ -4,11 +4,12 @@
 //! Twelve shipped typefaces replace every font that a file may name (`fonts/LICENSE.txt`), so a
 //! picture is the same on every machine. They have the metrics of Times, Helvetica and Courier,
 //! which SGI's and Coin's libraries draw for those names. If the user gives font folders, these are
-//! searched first (`library`). Each call flattens the outlines of its glyphs again, and a scene
-//! without text loads no fonts.
+//! searched first (`library`). A text makes each of its glyphs
+//! once and places it as often as it occurs, and a scene without text loads no fonts.
 //!
 //! Kerning, ligatures, right-to-left scripts and characters beyond Latin-1 are not supported.
 
+mod batch;
 mod face;
 mod flat;
 mod glyph;
@@ -22,6 +23,7 @@ mod vrml97_bounds;
 
 pub(crate) use face::{Face, Family};
 pub(crate) use flat::{ascii_text, vrml97_text};
+pub(crate) use glyph::MAX_GLYPHS;
 pub(crate) use layout::Layout;
 pub(crate) use library::Fonts;
 pub(crate) use pixels::{PixelText, pixel_text};

@@ -1,7 +1,10 @@
 //! Triangulates `Text3`, whose glyphs are swept along a profile.
 
+use std::collections::BTreeMap;
+
 use glam::{Vec2, Vec3};
 
+use super::batch::Batch;
 use super::glyph::{FlatGlyph, GlyphCache};
 use super::layout::{Layout, layout};
 use super::style::TextStyle;
@@ -33,8 +36,8 @@ impl SolidParts {
     };
 }
 
-/// Returns the triangles of a `Text3`, and the layout of its glyphs. Glyphs are in the plane of x
-/// and y and are swept toward −z along a profile.
+/// Draws the triangles of a `Text3` in batches, and returns the layout of its glyphs. Glyphs are in
+/// the plane of x and y and are swept toward −z along a profile.
 ///
 /// A profile is a polyline of points (depth behind z = 0, distance outward from the outline);
 /// `None` means (0, 0) to (1, 0). Sides are smooth where the outline or the profile turns by less
@@ -49,15 +52,16 @@ pub(crate) fn text3<S: AsRef<str>>(
     parts: SolidParts,
     profile: Option<&[Vec2]>,
     crease_angle: f32,
-) -> (Mesh, Layout) {
+    draw: &mut dyn FnMut(&Mesh),
+) -> Layout {
     let straight = [Vec2::ZERO, Vec2::X];
     let profile = profile
         .filter(|p| p.len() > 1 && p.iter().all(|v| v.is_finite()))
         .unwrap_or(&straight);
     let laid = layout(strings, style);
-    let mut pen = SolidBuilder {
-        mesh: Mesh::default(),
+    let pen = Pen {
         size: style.size,
+        parts,
         profile,
         smooth: libm::cosf(crease_angle.clamp(0.0, std::f32::consts::PI)),
         per_unit: if style.size > 0.0 {
@@ -66,26 +70,69 @@ pub(crate) fn text3<S: AsRef<str>>(
             0.0
         },
     };
-    let mut glyphs = GlyphCache::new(style.face, style.complexity);
+    let mut flat = GlyphCache::new(style.face, style.complexity);
+    let mut solid: BTreeMap<char, SolidGlyph> = BTreeMap::new();
+    let mut batch = Batch::new(draw);
     for glyph in &laid.glyphs {
-        let cut = glyphs.get(glyph.character);
-        if parts.front {
-            pen.face(cut, glyph.origin, true);
-        }
-        if parts.sides {
-            pen.sides(cut, glyph.origin);
-        }
-        if parts.back {
-            pen.face(cut, glyph.origin, false);
-        }
+        let make = || pen.solid(flat.get(glyph.character));
+        let cut = solid.entry(glyph.character).or_insert_with(make);
+        cut.put(glyph.origin, pen.per_unit, batch.mesh());
     }
-    (pen.mesh, laid)
+    batch.finish();
+    laid
 }
 
-/// Builds the faces and sides of solid text.
-struct SolidBuilder<'a> {
-    mesh: Mesh,
+/// The triangles of a glyph, relative to its origin.
+#[derive(Debug, Default)]
+struct SolidGlyph {
+    vertices: Vec<SolidVertex>,
+    triangles: Vec<[u32; 3]>,
+    /// The part of each triangle.
+    parts: Vec<u8>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct SolidVertex {
+    /// The position in the plane of the text, relative to the glyph's origin.
+    place: Vec2,
+    /// The distance behind the plane.
+    depth: f32,
+    normal: Vec3,
+    texture: TextureOf,
+}
+
+/// The texture coordinates of a vertex.
+#[derive(Clone, Copy, Debug)]
+enum TextureOf {
+    /// Those of the place in the text, with s multiplied by this.
+    Face(f32),
+    /// These.
+    Side(Vec2),
+}
+
+impl SolidGlyph {
+    /// Adds the glyph to a mesh.
+    fn put(&self, origin: Vec2, per_unit: f32, mesh: &mut Mesh) {
+        let first = mesh.positions.len() as u32;
+        for vertex in &self.vertices {
+            let p = origin + vertex.place;
+            let texcoord = match vertex.texture {
+                TextureOf::Face(mirror) => p * Vec2::new(mirror, 1.0) * per_unit,
+                TextureOf::Side(texcoord) => texcoord,
+            };
+            mesh.vertex(p.extend(-vertex.depth), vertex.normal, texcoord);
+        }
+        let triangles = self.triangles.iter();
+        mesh.triangles
+            .extend(triangles.map(|t| t.map(|i| first + i)));
+        mesh.parts.extend(&self.parts);
+    }
+}
+
+/// Makes the faces and sides of solid glyphs.
+struct Pen<'a> {
     size: f32,
+    parts: SolidParts,
     profile: &'a [Vec2],
     /// The cosine of the crease angle.
     smooth: f32,
@@ -93,9 +140,24 @@ struct SolidBuilder<'a> {
     per_unit: f32,
 }
 
-impl SolidBuilder<'_> {
+impl Pen<'_> {
+    /// Makes a glyph.
+    fn solid(&self, cut: &FlatGlyph) -> SolidGlyph {
+        let mut out = SolidGlyph::default();
+        if self.parts.front {
+            self.face(cut, true, &mut out);
+        }
+        if self.parts.sides {
+            self.sides(cut, &mut out);
+        }
+        if self.parts.back {
+            self.face(cut, false, &mut out);
+        }
+        out
+    }
+
     /// Adds the front or the back of a glyph.
-    fn face(&mut self, cut: &FlatGlyph, origin: Vec2, front: bool) {
+    fn face(&self, cut: &FlatGlyph, front: bool, out: &mut SolidGlyph) {
         let end = self.profile[if front { 0 } else { self.profile.len() - 1 }];
         let swollen;
         let cut = if end.y == 0.0 || self.size == 0.0 {
@@ -110,21 +172,22 @@ impl SolidBuilder<'_> {
         } else {
             (Vec3::NEG_Z, -1.0)
         };
-        let first = self.mesh.positions.len() as u32;
-        for &p in &cut.points {
-            let p = origin + self.size * p;
-            let texcoord = p * Vec2::new(mirror, 1.0) * self.per_unit;
-            self.mesh.vertex(p.extend(-end.x), normal, texcoord);
-        }
+        let first = out.vertices.len() as u32;
+        out.vertices.extend(cut.points.iter().map(|&p| SolidVertex {
+            place: self.size * p,
+            depth: end.x,
+            normal,
+            texture: TextureOf::Face(mirror),
+        }));
         for &[a, b, c] in &cut.triangles {
             let triangle = if front { [a, b, c] } else { [a, c, b] };
-            self.mesh.triangles.push(triangle.map(|i| first + i));
-            self.mesh.parts.push(if front { 0 } else { 2 });
+            out.triangles.push(triangle.map(|i| first + i));
+            out.parts.push(if front { 0 } else { 2 });
         }
     }
 
     /// Adds the sides of a glyph.
-    fn sides(&mut self, cut: &FlatGlyph, origin: Vec2) {
+    fn sides(&self, cut: &FlatGlyph, out: &mut SolidGlyph) {
         let slopes = slopes(self.profile, self.smooth);
         let rear = self.profile[self.profile.len() - 1].x;
         for outline in &cut.outlines {
@@ -140,31 +203,29 @@ impl SolidBuilder<'_> {
                 let length = outline[edge].distance(outline[next]);
                 for (k, slope) in slopes.iter().enumerate() {
                     let corner = |at: usize, rim: usize, normal: Vec2, s: Vec2, t: f32| {
-                        let p = origin + rims[rim][at];
                         let depth = self.profile[rim].x;
-                        let texcoord = Vec2::new((rear - depth) * self.per_unit, t);
-                        (p.extend(-depth), (normal * s.x).extend(s.y), texcoord)
+                        SolidVertex {
+                            place: rims[rim][at],
+                            depth,
+                            normal: (normal * s.x).extend(s.y),
+                            texture: TextureOf::Side(Vec2::new((rear - depth) * self.per_unit, t)),
+                        }
                     };
                     let (start, end) = normals[edge];
-                    let corners = [
+                    // Clockwise as seen from outside, for an outline with its fill on the right.
+                    let a = out.vertices.len() as u32;
+                    out.vertices.extend([
                         corner(edge, k, start, slope.0, along),
                         corner(edge, k + 1, start, slope.1, along),
                         corner(next, k + 1, end, slope.1, along + length),
                         corner(next, k, end, slope.0, along + length),
-                    ];
-                    self.quad(corners);
+                    ]);
+                    out.triangles.extend([[a, a + 2, a + 1], [a, a + 3, a + 2]]);
+                    out.parts.extend([1, 1]);
                 }
                 along += length;
             }
         }
-    }
-
-    /// Adds a quadrilateral of a side. Its corners are clockwise as seen from outside, for an
-    /// outline with its fill on the right.
-    fn quad(&mut self, corners: [(Vec3, Vec3, Vec2); 4]) {
-        let [a, b, c, d] = corners.map(|(p, n, t)| self.mesh.vertex(p, n, t));
-        self.mesh.triangles.extend([[a, c, b], [a, d, c]]);
-        self.mesh.parts.extend([1, 1]);
     }
 }
 

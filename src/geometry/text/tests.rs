@@ -6,6 +6,67 @@ use super::vrml97::{ABOVE, vrml97_layout};
 use super::*;
 use crate::geometry::Mesh;
 
+/// Joins the meshes that `draw` passes on.
+fn joined<T>(draw: impl FnOnce(&mut dyn FnMut(&Mesh)) -> T) -> (Mesh, T) {
+    let mut all = Mesh::default();
+    let laid = draw(&mut |mesh| {
+        let first = all.positions.len() as u32;
+        all.positions.extend(&mesh.positions);
+        all.normals.extend(&mesh.normals);
+        all.texcoords.extend(&mesh.texcoords);
+        all.parts.extend(&mesh.parts);
+        let triangles = mesh.triangles.iter();
+        all.triangles
+            .extend(triangles.map(|t| t.map(|i| first + i)));
+    });
+    (all, laid)
+}
+
+fn text3<S: AsRef<str>>(
+    strings: &[S],
+    style: &TextStyle<'_>,
+    parts: SolidParts,
+    profile: Option<&[Vec2]>,
+    crease_angle: f32,
+) -> (Mesh, Layout) {
+    joined(|draw| super::text3(strings, style, parts, profile, crease_angle, draw))
+}
+
+fn ascii_text<S: AsRef<str>>(
+    strings: &[S],
+    style: &TextStyle<'_>,
+    widths: &[f32],
+) -> (Mesh, Layout) {
+    joined(|draw| super::ascii_text(strings, style, widths, draw))
+}
+
+#[test]
+fn a_long_text_is_passed_on_in_batches_with_the_glyphs_of_a_short_one() {
+    let style = style("Helvetica", 1.0);
+    let (one, _) = text3(&["ab"], &style, SolidParts::ALL, None, 0.0);
+    let (mut largest, mut triangles) = (0, 0);
+    let line = "ab".repeat(500);
+    super::text3(&[line], &style, SolidParts::ALL, None, 0.0, &mut |mesh| {
+        assert!(mesh.is_sound());
+        largest = largest.max(mesh.triangles.len());
+        triangles += mesh.triangles.len();
+    });
+    assert_eq!(triangles, 500 * one.triangles.len());
+    assert!(
+        largest < 10_000 && largest < triangles / 2,
+        "{largest} of {triangles}"
+    );
+}
+
+#[test]
+fn a_text_with_too_many_characters_says_so() {
+    let cut = |lines: &[String]| layout(lines, &style("Courier", 1.0)).is_cut;
+    let most = "a".repeat(MAX_GLYPHS);
+    assert!(!cut(std::slice::from_ref(&most)));
+    assert!(cut(&[most.clone(), "b".to_owned()]));
+    assert!(cut(&[most + "b"]));
+}
+
 fn style(name: &str, size: f32) -> TextStyle<'_> {
     TextStyle {
         face: Face::named(name),

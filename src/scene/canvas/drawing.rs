@@ -159,6 +159,9 @@ pub(crate) trait Canvas {
     /// Reports why a shape or a part of it is not drawn.
     fn report(&mut self, _node: NodeRef<'_>, _what: &str) {}
 
+    /// Reports why a part of a shape is not drawn.
+    fn report_part(&mut self, _node: NodeRef<'_>, _what: &str) {}
+
     /// Reports that parts of a shape are left out, once for each node.
     fn report_bad_parts(&mut self, node: NodeRef<'_>);
 }

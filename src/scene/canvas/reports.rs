@@ -26,6 +26,16 @@ impl Reports {
         self.at(node, format!("this `{class}` is not drawn: {what}"), None);
     }
 
+    /// Reports that a part of a shape is not drawn, with the reason.
+    pub(crate) fn cut(&mut self, node: NodeRef<'_>, what: &str) {
+        let class = node.class_name();
+        self.at(
+            node,
+            format!("a part of this `{class}` is not drawn: {what}"),
+            None,
+        );
+    }
+
     /// Reports that parts of a shape are left out, once for each node.
     pub(crate) fn bad_parts(&mut self, node: NodeRef<'_>) {
         if self.reported.insert(node.id) {

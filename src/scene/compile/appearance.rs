@@ -38,7 +38,9 @@ impl SceneBuilder {
         let texture = self.texture_use(state);
         let origin = self.scene.origin;
         let compile = |light: &LightElement| Light::new(light, origin);
+        let before = self.shared.lights.bytes();
         let lights = self.shared.lights.set(&state.lights, compile);
+        self.memory.count(self.shared.lights.bytes() - before);
         self.scene.census.transparent |= transparency.iter().any(|&t| t > 0.0)
             || texture.as_ref().is_some_and(|t| t.texture.has_alpha());
         Surface {

@@ -1,19 +1,20 @@
 //! The scene builder, which collects surfaces and primitives during a walk.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::appearance::Shared;
 use super::strokes;
+use crate::bvh::Bvh;
 use crate::diag::Diagnostic;
 use crate::geometry::{Corner, Fineness, Mesh, Quadric, QuadricKind, facets};
 use crate::iv::NodeRef;
-use crate::memory::MemoryBudget;
+use crate::memory::{MemoryBudget, size_text};
 use crate::scene::canvas::{
     Canvas, MaterialsBy, PictureView, Placement, Reports, Runs, Sides, TriangleList, Vertices,
     Wants,
 };
 use crate::scene::census::Census;
-use crate::scene::looks::{Mapping, Texture, TextureFiles};
+use crate::scene::looks::{Mapping, Surface, Texture, TextureFiles};
 use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
 use crate::traversal::state::{DrawStyle, Drawing, State};
@@ -126,28 +127,41 @@ impl SceneBuilder {
         self.scene.surfaces.len() as u32 - 1
     }
 
-    /// Reserves memory for further triangles of the current shape.
-    pub(super) fn reserve(&mut self, triangles: usize) {
+    /// Reserves memory for further triangles of the current shape, and returns whether the system
+    /// has it.
+    pub(super) fn reserve(&mut self, triangles: usize) -> bool {
         if self.shape.outlines() {
-            return;
+            return true;
         }
-        let kept = self.scene.triangles.len();
-        let room = self.options.max_primitives.saturating_sub(kept);
+        let room = self.left().min(self.memory_left(self.bytes_of_triangle()));
         let triangles = triangles.min(room);
-        self.scene.triangles.reserve(triangles);
-        let Some(surface) = self.scene.surfaces.last_mut() else {
-            return;
-        };
         let uses = self.shape.uses;
-        if uses.normals {
-            surface.normals.reserve(triangles);
+        let mut has_room = self.scene.triangles.try_reserve(triangles).is_ok();
+        if let Some(surface) = self.scene.surfaces.last_mut() {
+            has_room &= !uses.normals || surface.normals.try_reserve(triangles);
+            has_room &= !uses.materials || surface.materials.try_reserve(triangles).is_ok();
+            has_room &= !uses.coordinates || surface.coordinates.try_reserve(triangles).is_ok();
         }
-        if uses.materials {
-            surface.materials.reserve_exact(triangles);
-        }
-        if uses.coordinates {
-            surface.coordinates.reserve_exact(triangles);
-        }
+        has_room
+    }
+
+    /// The memory of a triangle of the current shape, in bytes, with its part of the tree.
+    fn bytes_of_triangle(&self) -> u64 {
+        let uses = self.shape.uses;
+        let list = |is_used: bool, bytes: usize| if is_used { bytes } else { 0 };
+        let bytes = size_of::<[Vec3; 3]>()
+            + size_of::<u32>()
+            // Corners share normals, about one for each triangle.
+            + list(uses.normals, size_of::<[u32; 3]>() + size_of::<Vec3>())
+            + list(uses.materials, size_of::<[u32; 3]>())
+            + list(uses.coordinates, size_of::<[Vec2; 3]>())
+            + list(uses.thirds, size_of::<[f32; 3]>());
+        bytes as u64 + Bvh::BYTES_OF_PRIMITIVE
+    }
+
+    /// The number of things of a size for which memory is left.
+    fn memory_left(&self, bytes: u64) -> usize {
+        usize::try_from(self.memory.remaining() / bytes).unwrap_or(usize::MAX)
     }
 
     /// The number of primitives that can still be kept.
@@ -157,24 +171,51 @@ impl SceneBuilder {
         self.options.max_primitives.saturating_sub(kept)
     }
 
-    /// Returns how many of some further triangles are within the limit, and counts them.
+    /// Returns how many of some further triangles are within the limits, and counts them.
     pub(super) fn admit(&mut self, triangles: usize) -> usize {
-        let left = self.left();
+        let each = self.bytes_of_triangle();
+        let (left, fit) = (self.left(), self.memory_left(each));
         if triangles > left {
             self.report_limit();
+        } else if triangles > fit {
+            self.report_memory();
         }
-        let room = triangles.min(left);
+        let mut room = triangles.min(left).min(fit);
+        if !self.reserve(room) {
+            self.report_memory();
+            room = 0;
+        }
+        self.memory.count(room as u64 * each);
         self.scene.census.triangles += room as u64;
         room
     }
 
-    /// Whether no further primitive can be kept, which is then reported.
-    pub(super) fn is_at_limit(&mut self) -> bool {
-        let full = self.left() == 0;
-        if full {
+    /// Whether no further primitive of a size in bytes, without its part of the tree, can be kept,
+    /// which is then reported. Otherwise its memory is counted.
+    pub(super) fn is_at_limit(&mut self, bytes: usize) -> bool {
+        let bytes = bytes as u64 + size_of::<u32>() as u64 + Bvh::BYTES_OF_PRIMITIVE;
+        if self.left() == 0 {
             self.report_limit();
+        } else if self.memory_left(bytes) == 0 {
+            self.report_memory();
+        } else {
+            self.memory.count(bytes);
+            return false;
         }
-        full
+        true
+    }
+
+    /// Reports that the scene does not fit into its memory, once.
+    fn report_memory(&mut self) {
+        if !self.over_limit {
+            self.over_limit = true;
+            let limit = size_text(self.memory.limit());
+            let warning = Diagnostic::warning(format!(
+                "the scene needs more than {limit} of memory; the rest is left out"
+            ));
+            self.reports
+                .add(*warning.with_help("`--memory SIZE` raises the limit"));
+        }
     }
 
     /// Reports that the limit of primitives was exceeded, once.
@@ -244,6 +285,7 @@ impl Canvas for SceneBuilder {
             thirds: texture.is_some_and(|t| t.texture.is_deep()),
         };
         self.assign_surface();
+        self.memory.count(size_of::<Surface>() as u64);
         self.scene.surfaces.push(surface);
     }
 
@@ -313,7 +355,7 @@ impl Canvas for SceneBuilder {
         if cuts || self.shape.outlines() {
             return self.facets(kind, material);
         }
-        if self.is_at_limit() {
+        if self.is_at_limit(size_of::<Quadric>()) {
             return;
         }
         match Quadric::new(kind, self.placement.scene_from_object, material) {
@@ -342,6 +384,10 @@ impl Canvas for SceneBuilder {
 
     fn report(&mut self, node: NodeRef<'_>, what: &str) {
         self.reports.not_drawn(node, what);
+    }
+
+    fn report_part(&mut self, node: NodeRef<'_>, what: &str) {
+        self.reports.cut(node, what);
     }
 
     fn report_bad_parts(&mut self, node: NodeRef<'_>) {

@@ -57,7 +57,7 @@ impl SceneBuilder {
             self.scene.census.bad_corners += 1;
             return;
         }
-        if self.is_at_limit() {
+        if self.is_at_limit(size_of::<Stroke>()) {
             return;
         }
         let placed = positions.map(|p| self.placement.point(p));

@@ -156,6 +156,9 @@ impl SceneBuilder {
             return self.keep_mesh_one_by_one(mesh, by_part);
         }
         let room = self.admit(mesh.triangles.len());
+        if room == 0 {
+            return;
+        }
         let triangles = &mesh.triangles[..room];
         let corners = triangles.iter().map(|t| t.map(|v| points[v as usize]));
         self.scene.triangles.extend(corners);
@@ -213,10 +216,9 @@ impl SceneBuilder {
             self.scene.census.bad_corners += 1;
             return;
         }
-        if self.is_at_limit() {
+        if self.admit(1) == 0 {
             return;
         }
-        self.scene.census.triangles += 1;
         self.scene.triangles.push(moved);
         let uses = self.shape.uses;
         let Some(surface) = self.scene.surfaces.last_mut() else {

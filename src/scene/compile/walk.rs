@@ -2,9 +2,13 @@
 
 use std::collections::HashSet;
 
+use glam::Vec3;
+
 use super::scene_builder::SceneBuilder;
+use crate::bvh::Bvh;
 use crate::diag::{Diagnostic, Result};
 use crate::iv::{NodeId, NodeRef, Value};
+use crate::memory::MemoryBudget;
 use crate::scene::canvas::Canvas;
 use crate::scene::looks::Background;
 use crate::scene::options::CompileOptions;
@@ -37,7 +41,8 @@ impl RenderScene {
     /// Compiles a snapshot.
     ///
     /// # Errors
-    /// Returns a diagnostic if the scene has more than 2^32 primitives.
+    /// Returns a diagnostic if the scene has more than 2^32 primitives, or if the system does not
+    /// have the memory of its tree.
     pub fn compile(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Result<Self> {
         let walk_options = WalkOptions {
             camera: options.camera.clone(),
@@ -59,22 +64,27 @@ impl RenderScene {
 }
 
 impl Compiler<'_> {
-    /// Reserves memory for the number of triangles that the document's lists can give if each is
-    /// used once. Memory that is not written costs nothing, but lists that grow are copied.
+    /// Counts the memory of the document, and reserves memory for the number of triangles that its
+    /// lists can give if each is used once. Memory that is not written costs nothing, but lists
+    /// that grow are copied.
     fn reserve_all(&mut self) {
         let nodes = &self.snapshot.document().nodes;
-        let entries = nodes
-            .iter()
-            .flat_map(|n| &n.fields)
-            .map(|f| match &f.value {
-                Value::Ints(list) => list.len(),
-                Value::Vec3s(list) => list.len(),
-                _ => 0,
-            });
-        let most = entries.sum::<usize>().min(MAX_RESERVED);
+        let (mut most, mut bytes) = (0, size_of_val(&nodes[..]));
+        for field in nodes.iter().flat_map(|n| &n.fields) {
+            let (entries, each) = match &field.value {
+                Value::Ints(list) => (list.len(), size_of::<i32>()),
+                Value::Vec3s(list) => (list.len(), size_of::<Vec3>()),
+                _ => (0, 0),
+            };
+            most += entries;
+            bytes += size_of_val(field) + entries * each;
+        }
+        self.builder.memory.count(bytes as u64);
+        let most = most.min(MAX_RESERVED);
         let most = most.min(self.builder.options.max_primitives);
-        self.builder.scene.triangles.reserve(most);
-        self.builder.owners.triangles.reserve(most);
+        // Without this memory the lists grow as they need.
+        let _ = self.builder.scene.triangles.try_reserve(most);
+        let _ = self.builder.owners.triangles.try_reserve(most);
     }
 
     /// Marks a node as reached. Default parts of kits are in a document of their own.
@@ -129,6 +139,8 @@ impl Compiler<'_> {
         notices.into_iter().for_each(|d| builder.reports.add(*d));
         scene.census.diagnostics = builder.reports.diagnostics;
         scene.finalize()?;
+        let tree = scene.owners.len() as u64 * Bvh::BYTES_OF_PRIMITIVE;
+        MemoryBudget::new(u64::MAX).take("the tree of the scene", tree)?;
         Ok(scene)
     }
 }

@@ -112,6 +112,16 @@ impl LightTree {
         set
     }
 
+    /// Returns the memory of the lights and sets in bytes, with that of their maps and of the lists
+    /// that they were made of.
+    pub(in crate::scene) fn bytes(&self) -> u64 {
+        const LIGHT: usize = size_of::<TreeLight>() + size_of::<Light>() + 64;
+        const LISTED: usize = size_of::<LightElement>() + 32;
+        const SET: usize = 64;
+        let bytes = self.lights.len() * (LIGHT + LISTED) + self.sets.len() * SET;
+        bytes as u64
+    }
+
     /// Returns the number of different nodes among the lights.
     pub(in crate::scene) fn nodes(&self) -> u64 {
         let nodes: HashSet<NodeId> = self.lights.iter().map(|l| l.node).collect();

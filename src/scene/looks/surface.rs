@@ -60,9 +60,9 @@ impl CornerNormals {
         Some(numbers.map(|n| self.list[n as usize]))
     }
 
-    /// Reserves memory for further triangles.
-    pub(in crate::scene) fn reserve(&mut self, triangles: usize) {
-        self.corners.reserve_exact(triangles);
+    /// Reserves memory for further triangles, and returns whether the system has it.
+    pub(in crate::scene) fn try_reserve(&mut self, triangles: usize) -> bool {
+        self.corners.try_reserve(triangles).is_ok()
     }
 
     /// Appends the normals of a triangle.

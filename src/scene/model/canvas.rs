@@ -475,6 +475,10 @@ impl Canvas for MeshCanvas {
         self.reports.not_drawn(node, what);
     }
 
+    fn report_part(&mut self, node: NodeRef<'_>, what: &str) {
+        self.reports.cut(node, what);
+    }
+
     fn report_bad_parts(&mut self, node: NodeRef<'_>) {
         self.reports.bad_parts(node);
     }

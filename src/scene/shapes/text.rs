@@ -107,13 +107,6 @@ pub(super) fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canv
     let profile = profile(state);
     let fonts = out.picture().fonts.clone();
     let style = style(node, state, &fonts);
-    let (mesh, laid) = typeset::text3(
-        node.get(text3::STRING),
-        &style,
-        parts,
-        profile.as_deref(),
-        state.hints.crease_angle,
-    );
     let materials = match state.material_binding {
         Binding::PerPart | Binding::PerPartIndexed => MaterialsBy::Part,
         _ => MaterialsBy::Vertex,
@@ -122,9 +115,26 @@ pub(super) fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canv
         two_sided: false,
         ..Sides::BOTH
     });
-    out.mesh(&mesh, materials);
+    let laid = typeset::text3(
+        node.get(text3::STRING),
+        &style,
+        parts,
+        profile.as_deref(),
+        state.hints.crease_angle,
+        &mut |mesh| out.mesh(mesh, materials),
+    );
+    report_cut(node, &laid, out);
     if out.inventor_box().is_some() {
         out.set_inventor_box(Some(text3_box(&laid, parts, profile.as_deref())));
+    }
+}
+
+/// Reports that a text has more characters than are drawn.
+fn report_cut(node: NodeRef<'_>, laid: &Layout, out: &mut dyn Canvas) {
+    if laid.is_cut {
+        let most = typeset::MAX_GLYPHS;
+        let what = format!("it has more than {most} characters, and the rest is left out");
+        out.report_part(node, &what);
     }
 }
 
@@ -165,8 +175,11 @@ pub(super) fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn
     let widths = node.get(ascii_text::WIDTH);
     let fonts = out.picture().fonts.clone();
     let style = style(node, state, &fonts);
-    let (mesh, laid) = typeset::ascii_text(node.get(ascii_text::STRING), &style, widths);
-    out.mesh(&mesh, MaterialsBy::Vertex);
+    let strings = node.get(ascii_text::STRING);
+    let laid = typeset::ascii_text(strings, &style, widths, &mut |mesh| {
+        out.mesh(mesh, MaterialsBy::Vertex);
+    });
+    report_cut(node, &laid, out);
     if let Some((mut min, mut max)) = out.inventor_box() {
         // Inventor's box begins at the beginning of the line, and its height is the font's size
         // (Coin).
@@ -185,9 +198,11 @@ pub(super) fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Can
     let lengths = node.get(text::LENGTH);
     let most = node.get(text::MAX_EXTENT);
     let strings = node.get(text::STRING);
-    let mesh = typeset::vrml97_text(strings, &style, lengths, most);
     out.set_sides(Sides::BOTH);
-    out.mesh(&mesh, MaterialsBy::Vertex);
+    let laid = typeset::vrml97_text(strings, &style, lengths, most, &mut |mesh| {
+        out.mesh(mesh, MaterialsBy::Vertex);
+    });
+    report_cut(node, &laid, out);
     if out.inventor_box().is_some() {
         let around = typeset::vrml97_bounds(strings, &style, lengths);
         let flat = |p: Vec2| p.extend(0.0).as_dvec3();
