@@ -70,6 +70,7 @@ pub mod compare;
 pub mod diag;
 mod diagram;
 pub mod export;
+mod farm;
 mod files;
 pub mod film;
 mod geometry;

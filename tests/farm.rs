@@ -120,3 +120,55 @@ fn the_frame_of_a_dead_process_is_made_at_once_and_one_in_work_is_listed() {
     assert!(String::from_utf8_lossy(&list.stdout).contains("6 frames, 6 done, 0 missing"));
     assert!(!Path::new(&scratch.0.join("f/00005.claim")).exists());
 }
+
+/// The scripts run with names that have a meaning for a shell.
+#[cfg(unix)]
+#[test]
+fn the_scripts_of_a_farm_make_the_frames_and_the_movie() {
+    let scratch = Scratch::new("it's \"{{a}}\" é");
+    std::fs::rename(scratch.0.join("cube.iv"), scratch.0.join("a cube's $1.iv")).unwrap();
+    let ivcam = |scheduler: &str, jobs: &str, words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ivcam"));
+        command
+            .current_dir(&scratch.0)
+            .args(["farm", scheduler, "-o", jobs, "--chunk", "2", "--"]);
+        command.args(words).output().unwrap()
+    };
+    let film = "pull-focus --from 2 --to 4 --frames 3 --size 6x4 --samples 1 --folder f -o m.png";
+    let mut words: Vec<&str> = film.split(' ').collect();
+    words.push("a cube's $1.iv");
+    for (scheduler, file) in [
+        ("openjd", "job.json"),
+        ("slurm", "submit.sh"),
+        ("hq", "submit.py"),
+        ("parallel", "run.sh"),
+    ] {
+        let run = ivcam(scheduler, scheduler, &words);
+        assert!(run.status.success(), "{}", stderr(&run));
+        assert!(
+            stderr(&run).contains("2 tasks of 3 frames"),
+            "{}",
+            stderr(&run)
+        );
+        assert!(scratch.0.join(scheduler).join(file).exists());
+    }
+    let tasks = std::fs::read_to_string(scratch.0.join("slurm/tasks.txt")).unwrap();
+    assert_eq!(tasks, "0-1\n2-2\n");
+    for (script, argument) in [("task.sh", "0-1"), ("task.sh", "2-2"), ("last.sh", "")] {
+        let mut shell = Command::new("sh");
+        let script = scratch.0.join("slurm").join(script);
+        let run = shell.arg(script).arg(argument).output().unwrap();
+        assert!(run.status.success(), "{}", stderr(&run));
+    }
+    assert!(scratch.0.join("m.png").exists());
+
+    must_fail(
+        &ivcam("slurm", "x", &["render", "a.iv"]),
+        "`render` does not make a movie",
+    );
+    words.pop();
+    must_fail(&ivcam("slurm", "x", &words), "the command after `--`");
+    words.push("-");
+    must_fail(&ivcam("slurm", "x", &words), "standard input");
+    assert!(!scratch.0.join("x").exists());
+}

@@ -8,9 +8,9 @@ use clap::{ArgMatches, Command};
 use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, mute, print_diagnostic, set_typed, status};
 use super::{
-    catalog, check, compare, converge, convert, convert_folder, expose, flags, folder_of_scenes,
-    frames, lens, nodes, outputs, pull_focus, render, render_folder, stability, team, view,
-    vintage_help,
+    catalog, check, compare, converge, convert, convert_folder, expose, farm, flags,
+    folder_of_scenes, frames, lens, nodes, outputs, pull_focus, render, render_folder, stability,
+    team, view, vintage_help,
 };
 use crate::diag::{Diagnostic, Result};
 use crate::photo::Era;
@@ -96,6 +96,7 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
         Some(("check", m)) => check::run(m, out),
         Some(("compare", m)) => compare::run(m, out),
         Some(("expose", m)) => expose::run(m, out),
+        Some(("farm", m)) => farm::run(m),
         Some(("frames", m)) => frames::run(m, out),
         Some(("pull-focus", m)) => pull_focus::run(m, words),
         Some(("converge", m)) => converge::run(m, out),
@@ -208,6 +209,7 @@ pub(super) fn commands() -> Command {
         .subcommand(expose::command())
         .subcommand(pull_focus::command())
         .subcommand(frames::command())
+        .subcommand(farm::command())
         .subcommand(lens::command())
         .subcommand(nodes::command())
         .subcommand(stability::command())

@@ -12,6 +12,7 @@ pub(crate) mod convert;
 pub(crate) mod convert_folder;
 mod dispatch;
 pub(crate) mod expose;
+pub(crate) mod farm;
 pub(crate) mod fit;
 pub(crate) mod flags;
 mod folder_mode;

@@ -75,6 +75,68 @@ pub(crate) fn command() -> Command {
         .arg(scene_argument())
 }
 
+/// The movie that a command makes, for those who divide it.
+pub(crate) struct Film {
+    /// The frames to make.
+    pub frames: Vec<u32>,
+    /// Whether these are all frames of the movie.
+    pub is_whole: bool,
+    /// The number of frames of a focus pull.
+    pub length: Option<u32>,
+    /// The folder of the frames.
+    pub folder: PathBuf,
+    /// The movie that `-o` names.
+    pub movie: Option<PathBuf>,
+    /// Whether the command says the number of threads.
+    pub has_threads: bool,
+}
+
+impl Film {
+    /// Returns the movie of a command, `pull-focus` with its arguments.
+    ///
+    /// # Errors
+    /// Fails if the command is not valid, or reads its scene from standard input.
+    pub(crate) fn of_command(words: &[OsString]) -> Result<Self> {
+        let name = words.first().map(|w| w.to_string_lossy().into_owned());
+        if name.as_deref() != Some("pull-focus") {
+            let text = format!("`{}` does not make a movie", name.unwrap_or_default());
+            return Err(Diagnostic::unsupported(text)
+                .with_help("give `pull-focus` with its arguments after `--`"));
+        }
+        let m = command().try_get_matches_from(words).map_err(|error| {
+            let text = error.to_string();
+            let text = text.trim_start_matches("error: ").trim_end();
+            Diagnostic::error(format!("the command after `--`: {text}"))
+        })?;
+        if text(&m, "scene") == Some("-") {
+            let text = "the machines of a farm can't read a scene from standard input";
+            return Err(Diagnostic::unsupported(text).with_help("name a file"));
+        }
+        let (timeline, wanted) = timeline(&m)?;
+        let frame = MovieFrame {
+            seconds: 1.0 / timeline.rate,
+            open: timeline.shutter,
+        };
+        movie_plan(&m, Era::Modern, frame)?;
+        let movie = text(&m, "output").map(PathBuf::from);
+        if let Some(movie) = &movie {
+            Container::check_ending(movie)?;
+        }
+        let frames = match wanted {
+            Wanted::Movie => (0..timeline.frames).collect(),
+            Wanted::Frames(numbers) => numbers,
+        };
+        Ok(Self {
+            is_whole: frames.len() == timeline.frames as usize,
+            frames,
+            length: (!m.contains_id("animate")).then_some(timeline.frames),
+            folder: text(&m, "folder").map_or_else(|| frames_folder(&m, &[]), PathBuf::from),
+            movie,
+            has_threads: m.contains_id("threads"),
+        })
+    }
+}
+
 /// The frames that `--frames` asks for.
 enum Wanted {
     /// All frames, and the movie of them.

@@ -23,20 +23,8 @@ impl Container {
     /// # Errors
     /// Fails if the extension is unknown, or needs ffmpeg and there is none.
     pub(crate) fn of(path: &Path) -> Result<Self> {
-        let end = path.extension().unwrap_or_default().to_ascii_lowercase();
-        let container = match end.to_str() {
-            Some("png") => return Ok(Self::AnimatedPng),
-            Some("mov") => Self::Mov,
-            Some("mp4") => Self::Mp4,
-            _ => {
-                return Err(Diagnostic::unsupported(format!(
-                    "cannot tell the movie's format from `{}`",
-                    path.display()
-                ))
-                .with_help("end its name in .mov, .mp4 or .png (animated)"));
-            }
-        };
-        if has_ffmpeg() {
+        let container = Self::check_ending(path)?;
+        if container == Self::AnimatedPng || has_ffmpeg() {
             return Ok(container);
         }
         let other = path.with_extension("png");
@@ -48,6 +36,24 @@ impl Container {
                     other.display()
                 )),
         )
+    }
+
+    /// Returns the format of a file name's extension, whether or not it can be written here.
+    ///
+    /// # Errors
+    /// Fails if the extension is unknown.
+    pub(crate) fn check_ending(path: &Path) -> Result<Self> {
+        let end = path.extension().unwrap_or_default().to_ascii_lowercase();
+        match end.to_str() {
+            Some("png") => Ok(Self::AnimatedPng),
+            Some("mov") => Ok(Self::Mov),
+            Some("mp4") => Ok(Self::Mp4),
+            _ => Err(Diagnostic::unsupported(format!(
+                "cannot tell the movie's format from `{}`",
+                path.display()
+            ))
+            .with_help("end its name in .mov, .mp4 or .png (animated)")),
+        }
     }
 
     /// Writes the frames, given in order, as one movie. `rate` is in frames per second.

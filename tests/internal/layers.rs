@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The folders of `src` from the ground up: each imports only from those before it.
-const ORDER: [&str; 35] = [
+const ORDER: [&str; 36] = [
     "diag",
     "memory",
     "files",
@@ -32,6 +32,7 @@ const ORDER: [&str; 35] = [
     "photo",
     "archive",
     "movie",
+    "farm",
     "compare",
     "diagram",
     "export",
@@ -155,6 +156,7 @@ const INSIDE: [(&str, &[&str]); 6] = [
             "lens",
             "nodes",
             "pull_focus",
+            "farm",
             "view",
             "dispatch",
         ],
