@@ -13,6 +13,9 @@ pub(crate) struct Hit {
     pub u: f32,
     /// The weight of a triangle's third corner.
     pub v: f32,
+    /// The use of a primitive that the caller has stored once and uses many times; 0 for a
+    /// primitive of the tree.
+    pub place: u64,
 }
 
 /// Two hits that differ by less than this fraction of their distance lie in the same plane. A

@@ -94,7 +94,8 @@ mod tests {
             t_max
         };
         if plain {
-            tree.walk_plain::<true>(Child::ROOT, &prepared, (0.0, f32::INFINITY), visit);
+            let ray = (&prepared, Vec3::ZERO);
+            tree.walk_plain::<true>(Child::ROOT, ray, (0.0, f32::INFINITY), visit);
         } else {
             tree.walk(&prepared, 0.0, f32::INFINITY, visit);
         }

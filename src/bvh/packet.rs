@@ -140,6 +140,8 @@ pub(crate) struct PacketHits {
     pub v: Lanes<f32>,
     /// The primitives that were hit.
     pub primitive: Lanes<u32>,
+    /// Their uses.
+    pub place: Lanes<u64>,
     /// A bit mask of the rays that hit something.
     pub mask: u32,
 }
@@ -156,6 +158,7 @@ impl PacketHits {
         u: [0.0; LANES],
         v: [0.0; LANES],
         primitive: [0; LANES],
+        place: [0; LANES],
         mask: 0,
     };
 
@@ -166,6 +169,7 @@ impl PacketHits {
             primitive: self.primitive[lane],
             u: self.u[lane],
             v: self.v[lane],
+            place: self.place[lane],
         })
     }
 
@@ -175,6 +179,7 @@ impl PacketHits {
         if let Some(hit) = hit {
             (self.t[lane], self.u[lane], self.v[lane]) = (hit.t, hit.u, hit.v);
             self.primitive[lane] = hit.primitive;
+            self.place[lane] = hit.place;
             self.mask |= 1 << lane;
         }
     }

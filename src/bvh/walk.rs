@@ -16,7 +16,11 @@ use crate::math::simd::{Width, distinct, load_8, store_8};
 
 /// The part of the tests of a node's boxes that depends only on the ray.
 struct Slabs {
-    origin: Vec3,
+    /// The ray's origin for the planes where it enters a box. It is ahead of the true one by the
+    /// padding of the boxes.
+    near_origin: Vec3,
+    /// The ray's origin for the planes where it leaves a box, behind the true one by the padding.
+    far_origin: Vec3,
     inverse: Vec3,
     /// The inverse for the planes where a ray leaves a box. It is larger by the factor 1 + 2γ₃
     /// (Ize, *Robust BVH Ray Traversal*, 2013), so that rounding never loses a box.
@@ -29,12 +33,15 @@ struct Slabs {
 }
 
 impl Slabs {
+    /// Prepares the tests of boxes that are enlarged by a padding on all sides.
     #[inline(always)]
-    fn new(ray: &PreparedRay, t_min: f32) -> Self {
+    fn new(ray: &PreparedRay, padding: Vec3, t_min: f32) -> Self {
+        let ahead = padding * ray.inverse.signum();
         let back = |axis: usize| if ray.inverse[axis] < 0.0 { 3 } else { 0 };
         let [x, y, z] = [back(0), back(1), back(2)];
         Self {
-            origin: ray.origin,
+            near_origin: ray.origin + ahead,
+            far_origin: ray.origin - ahead,
             inverse: ray.inverse,
             wider: ray.inverse * (1.0 + WIDENING),
             near: [x, 1 + y, 2 + z],
@@ -50,9 +57,12 @@ impl Slabs {
     fn enters(&self, node: &Node, limit: f32, near: &mut [f32; WIDTH]) -> u32 {
         let mut mask = 0;
         for i in 0..WIDTH {
-            let from = |plane: usize, axis: usize| node.planes[plane][i] - self.origin[axis];
-            let first = |axis: usize| from(self.near[axis], axis) * self.inverse[axis];
-            let last = |axis: usize| from(self.far[axis], axis) * self.wider[axis];
+            let first = |axis: usize| {
+                (node.planes[self.near[axis]][i] - self.near_origin[axis]) * self.inverse[axis]
+            };
+            let last = |axis: usize| {
+                (node.planes[self.far[axis]][i] - self.far_origin[axis]) * self.wider[axis]
+            };
             near[i] = first(0).max(first(1)).max(first(2)).max(self.t_min);
             let far = last(0).min(last(1)).min(last(2)).min(limit);
             mask |= u32::from(near[i] <= far) << i;
@@ -173,14 +183,15 @@ macro_rules! walk_by {
         fn $name<const SORTED: bool>(
             &self,
             start: Child,
-            ray: &PreparedRay,
+            (ray, padding): (&PreparedRay, Vec3),
             (t_min, t_max): (f32, f32),
             visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
         ) {
             use std::arch::x86_64::*;
-            let slabs = Slabs::new(ray, t_min);
+            let slabs = Slabs::new(ray, padding, t_min);
             let all = |v: Vec3| v.to_array().map(|x| _mm256_set1_ps(x));
-            let (first, last) = (slabs.origin * slabs.inverse, slabs.origin * slabs.wider);
+            let first = slabs.near_origin * slabs.inverse;
+            let last = slabs.far_origin * slabs.wider;
             let near_from = all(-first - first.abs() * f32::EPSILON);
             let far_from = all(-last + last.abs() * f32::EPSILON);
             let (inverse, wider) = (all(slabs.inverse), all(slabs.wider));
@@ -235,6 +246,25 @@ impl Bvh {
         }
     }
 
+    /// Traces a ray like [`Bvh::walk`] if `sorted`, else like [`Bvh::walk_any`], through boxes that
+    /// are enlarged by a padding on all sides.
+    pub(crate) fn walk_padded(
+        &self,
+        ray: (&PreparedRay, Vec3),
+        sorted: bool,
+        limits: (f32, f32),
+        visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
+    ) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        if sorted {
+            self.walk_by_width::<true>(Child::ROOT, ray, limits, visit);
+        } else {
+            self.walk_by_width::<false>(Child::ROOT, ray, limits, visit);
+        }
+    }
+
     #[inline]
     pub(super) fn walk_from<const SORTED: bool>(
         &self,
@@ -242,6 +272,17 @@ impl Bvh {
         ray: &PreparedRay,
         t_min: f32,
         t_max: f32,
+        visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
+    ) {
+        self.walk_by_width::<SORTED>(start, (ray, Vec3::ZERO), (t_min, t_max), visit);
+    }
+
+    #[inline]
+    fn walk_by_width<const SORTED: bool>(
+        &self,
+        start: Child,
+        ray: (&PreparedRay, Vec3),
+        (t_min, t_max): (f32, f32),
         visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
     ) {
         // −0 has the bits of a large integer, so it would not sort as a small distance.
@@ -266,11 +307,11 @@ impl Bvh {
     pub(super) fn walk_plain<const SORTED: bool>(
         &self,
         start: Child,
-        ray: &PreparedRay,
+        (ray, padding): (&PreparedRay, Vec3),
         (t_min, t_max): (f32, f32),
         visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
     ) {
-        let slabs = Slabs::new(ray, t_min);
+        let slabs = Slabs::new(ray, padding, t_min);
         let enters = |n: &Node, t: f32, near: &mut [f32; WIDTH]| slabs.enters(n, t, near);
         self.walk_with::<SORTED>(start, ray, (t_min, t_max), enters, visit);
     }

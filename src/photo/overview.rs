@@ -4,9 +4,9 @@ use crate::grammar::{class, vrml97_navigation_info};
 use crate::iv::NodeRef;
 use crate::pose::CameraPose;
 use crate::snapshot::Snapshot;
-use crate::traversal::role::Role;
+use crate::traversal::role::{Role, role};
 use crate::traversal::state::State;
-use crate::traversal::{self, Visitor, WalkOptions};
+use crate::traversal::{self, Leading, Repeated, Visitor, WalkOptions};
 
 /// The camera, lights and navigation settings of a scene.
 #[derive(Default)]
@@ -22,27 +22,47 @@ pub(super) struct Overview {
 impl Overview {
     /// Traverses a scene and collects the facts.
     pub(super) fn of(snapshot: &Snapshot<'_>) -> Self {
-        let mut overview = Self::default();
-        traversal::walk(snapshot, &WalkOptions::default(), &mut overview);
-        overview
+        let is_told = |node: NodeRef<'_>| {
+            let role = role(node);
+            matches!(role, Role::Camera | Role::Light)
+                || node.class_id() == Some(class::VRML97_NAVIGATION_INFO)
+        };
+        let mut collector = Collector {
+            overview: Self::default(),
+            leading: Leading::to(snapshot.document(), is_told),
+        };
+        traversal::walk(snapshot, &WalkOptions::default(), &mut collector);
+        collector.overview
     }
 }
 
-impl<'a> Visitor<'a> for Overview {
+/// Collects the facts, and skips the parts of the scene without any.
+struct Collector {
+    overview: Overview,
+    leading: Leading,
+}
+
+impl<'a> Visitor<'a> for Collector {
     fn shape(&mut self, _: NodeRef<'a>, state: &State<'a>) {
-        self.has_light |= !state.lights.is_empty();
+        self.overview.has_light |= !state.lights.is_empty();
+    }
+
+    fn repeats(&mut self, part: Repeated<'a>, state: &State<'a>) -> bool {
+        let tells_light = !self.overview.has_light && !state.lights.is_empty();
+        !tells_light && !self.leading.is_in(part)
     }
 
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-        if self.camera.is_none() {
-            self.camera = CameraPose::from_node(node, state.world_from_object);
+        let camera = &mut self.overview.camera;
+        if camera.is_none() {
+            *camera = CameraPose::from_node(node, state.world_from_object);
         }
     }
 
     fn node(&mut self, node: NodeRef<'a>, _: Role) {
         let is_info = node.class_id() == Some(class::VRML97_NAVIGATION_INFO);
-        if is_info && self.navigation_info.is_none() {
-            self.navigation_info = Some(node.get(vrml97_navigation_info::HEADLIGHT));
+        if is_info && self.overview.navigation_info.is_none() {
+            self.overview.navigation_info = Some(node.get(vrml97_navigation_info::HEADLIGHT));
         }
     }
 }

@@ -20,6 +20,9 @@ pub struct Census {
     pub quadrics: u64,
     /// The number of lines and points kept.
     pub strokes: u64,
+    /// The numbers of parts that are stored once, of their uses, and of the primitives of all uses.
+    /// All are 0 if the scene is stored as it is drawn.
+    pub instances: InstanceCounts,
     /// The number of lights that light a shape.
     pub lights: u64,
     /// The number of lights that are on, whether they light a shape or not.
@@ -39,7 +42,43 @@ pub struct Census {
     pub diagnostics: Vec<Diagnostic>,
 }
 
+/// How much of a scene is stored once and drawn many times.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InstanceCounts {
+    /// The number of different parts.
+    pub parts: u64,
+    /// The number of times that a part is drawn, inside other parts too.
+    pub uses: u64,
+    /// The number of primitives of the scene, each as often as it is drawn.
+    pub primitives: u64,
+}
+
 impl Census {
+    /// Adds what a part keeps, which counts once however often the part is drawn.
+    pub(super) fn add_kept(&mut self, part: &Self) {
+        self.triangles += part.triangles;
+        self.quadrics += part.quadrics;
+        self.strokes += part.strokes;
+        self.textures += part.textures;
+        self.transparent |= part.transparent;
+    }
+
+    /// Adds what a part draws, a number of times.
+    pub(super) fn add_drawn(&mut self, part: &Self, times: u64) {
+        let add = |sum: &mut u64, n: u64| *sum = sum.saturating_add(n.saturating_mul(times));
+        for (class, n) in &part.seen {
+            add(self.seen.entry(class).or_default(), *n);
+        }
+        for (class, n) in &part.drawn {
+            add(self.drawn.entry(class).or_default(), *n);
+        }
+        for (class, (n, why)) in &part.ignored {
+            add(&mut self.ignored.entry(class).or_insert((0, why)).0, *n);
+        }
+        add(&mut self.textures_left_out, part.textures_left_out);
+        add(&mut self.bad_corners, part.bad_corners);
+    }
+
     /// Counts a node of a walk.
     pub(super) fn see_node(&mut self, node: NodeRef<'_>, handles_are_drawn: bool) {
         if let Some(class) = node.known_class() {

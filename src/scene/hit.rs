@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::looks::Surface;
+use super::placed::Primitive;
 use super::render_scene::RenderScene;
 use crate::bvh::{Block, BlockHits, COPLANAR, Hit, PreparedRay, Ray};
 use crate::math::lanes::bits;
@@ -94,7 +95,8 @@ impl RenderScene {
         let search = |front: &mut Front| {
             self.tree()
                 .walk(&prepared, ray.t_min, front.t_max, |block, hits, t_max| {
-                    self.visit(&prepared, (block, hits), ray.t_min, t_max, |hit| {
+                    let range = (ray.t_min, t_max);
+                    self.visit((&prepared, true), (block, hits), range, |hit| {
                         let passed = hit.t <= ray.plane_end && self.rank(&hit) >= ray.passed;
                         if !passed && is_visible(&hit) {
                             front.add(hit, |hit| self.rank(hit));
@@ -115,11 +117,21 @@ impl RenderScene {
     /// Returns the rank of a primitive in the drawing order. Transparent primitives are drawn after
     /// opaque ones.
     pub(crate) fn rank(&self, hit: &Hit) -> u64 {
-        let owner = self.owners[hit.primitive as usize];
+        let owner = self.owner(hit.primitive, hit.place);
         let surface = &self.surfaces[owner as usize];
         let first = u64::from(surface.layer) << 1 | u64::from(!surface.is_opaque());
         // There are fewer than 2^29 surfaces, because each has a node.
-        first << 61 | u64::from(owner) << 32 | u64::from(hit.primitive)
+        let number = match &self.instances {
+            None => u64::from(owner) << 32 | u64::from(hit.primitive),
+            Some(instances) => {
+                let lists = match hit.place {
+                    0 => [self.triangles.len(), self.quadrics.len()],
+                    _ => [instances.triangles.len(), instances.quadrics.len()],
+                };
+                instances.number(owner, (hit.primitive, hit.place), lists)
+            }
+        };
+        first << 61 | number
     }
 
     /// Returns the ray that continues behind a hit. It hits the remaining primitives in the same
@@ -138,14 +150,14 @@ impl RenderScene {
 
     /// Calls `found` with the hits of a block: those on triangles, which are given, and those on
     /// other primitives, which are computed. `found` returns the farthest distance of interest for
-    /// further hits, and this function returns the last of these.
+    /// further hits, and this function returns the last of these. Instances are searched with near
+    /// primitives first if `sorted`.
     #[inline(always)]
     fn visit(
         &self,
-        ray: &PreparedRay,
+        (ray, sorted): (&PreparedRay, bool),
         (block, hits): (&Block, &BlockHits),
-        t_min: f32,
-        mut t_max: f32,
+        (t_min, mut t_max): (f32, f32),
         mut found: impl FnMut(Hit) -> f32,
     ) -> f32 {
         for lane in bits(hits.mask) {
@@ -156,10 +168,19 @@ impl RenderScene {
                     primitive: block.primitive(lane),
                     u: hits.u[lane],
                     v: hits.v[lane],
+                    place: 0,
                 });
             }
         }
         for lane in bits(block.non_triangles()) {
+            if let Some(instances) = &self.instances
+                && let Some(element) =
+                    (block.primitive(lane) as usize).checked_sub(self.owners.len())
+            {
+                let range = (t_min, t_max);
+                t_max = instances.search((ray, sorted), element, range, &mut found);
+                continue;
+            }
             let mut from = t_min;
             // A ray may hit a curved primitive twice.
             while let Some(hit) = self.intersect_primitive(ray, block.primitive(lane), from, t_max)
@@ -183,7 +204,13 @@ impl RenderScene {
         let index = primitive as usize;
         if let Some(corners) = self.triangles.get(index) {
             let (t, u, v) = ray.triangle(corners, t_min, t_max)?;
-            return Some(Hit { t, primitive, u, v });
+            return Some(Hit {
+                t,
+                primitive,
+                u,
+                v,
+                place: 0,
+            });
         }
         let index = index - self.triangles.len();
         if let Some(quadric) = self.quadrics.get(index) {
@@ -198,6 +225,7 @@ impl RenderScene {
                 primitive,
                 u: 0.0,
                 v: 0.0,
+                place: 0,
             });
         }
         let stroke = self.strokes.get(index - self.quadrics.len())?;
@@ -207,6 +235,7 @@ impl RenderScene {
             primitive,
             u: 0.0,
             v: 0.0,
+            place: 0,
         })
     }
 
@@ -246,9 +275,9 @@ impl RenderScene {
         outward: Vec3,
     ) -> bool {
         let faces = outward.dot(ray.direction) < 0.0;
-        let quadric = (hit.primitive as usize).checked_sub(self.triangles.len());
-        let mirrored = quadric.and_then(|i| self.quadrics.get(i));
-        (faces == surface.counterclockwise) != mirrored.is_some_and(|q| q.mirrored)
+        let mirrored = !self.is_triangle(hit)
+            && matches!(self.primitive(hit), Primitive::Quadric(q) if q.mirrored);
+        (faces == surface.counterclockwise) != mirrored
     }
 
     /// Returns the fraction of light that is transmitted between the ray's ends. It is the product
@@ -258,7 +287,8 @@ impl RenderScene {
         let mut through = 1.0;
         self.tree()
             .walk_any(&prepared, ray.t_min, t_max, |block, hits, t_max| {
-                self.visit(&prepared, (block, hits), ray.t_min, t_max, |hit| {
+                let range = (ray.t_min, t_max);
+                self.visit((&prepared, false), (block, hits), range, |hit| {
                     through *= self.lets_through(ray, &hit);
                     if through > 0.0 {
                         t_max
@@ -271,8 +301,8 @@ impl RenderScene {
     }
 
     /// Whether a primitive blocks all light everywhere.
-    pub(super) fn stops_light(&self, primitive: u32) -> bool {
-        let surface = &self.surfaces[self.owners[primitive as usize] as usize];
+    pub(super) fn stops_light(&self, primitive: u32, place: u64) -> bool {
+        let surface = &self.surfaces[self.owner(primitive, place) as usize];
         surface.casts_shadow && surface.clip.is_empty() && surface.is_opaque()
     }
 
@@ -282,7 +312,7 @@ impl RenderScene {
         if !surface.casts_shadow {
             return 1.0;
         }
-        if self.stops_light(hit.primitive) {
+        if self.stops_light(hit.primitive, hit.place) {
             return 0.0;
         }
         if surface.clip.is_empty() || self.is_visible(ray, hit) {
@@ -299,10 +329,10 @@ impl RenderScene {
         let (Some(a), Some(b)) = (a.1, b.1) else {
             return a.1.is_some() != b.1.is_some();
         };
-        if a.primitive == b.primitive && (a.primitive as usize) < self.triangles.len() {
+        if a.primitive == b.primitive && a.place == b.place && self.is_triangle(&a) {
             return false;
         }
-        let [owner, others] = [a, b].map(|hit| self.owners[hit.primitive as usize]);
+        let [owner, others] = [a, b].map(|hit| (self.owner(hit.primitive, hit.place), hit.place));
         let aligned = || {
             let normal = self.geometric_normal(ray, &a);
             normal.dot(self.geometric_normal(other, &b))
@@ -312,29 +342,27 @@ impl RenderScene {
 
     /// Returns the outward unit normal of the primitive at a hit.
     pub(super) fn geometric_normal(&self, ray: &Ray, hit: &Hit) -> Vec3 {
-        let index = hit.primitive as usize;
-        if let Some([a, b, c]) = self.triangles.get(index) {
-            let n = (b - a).cross(c - a);
-            let length = n.length();
-            // For triangles smaller than about 1e-15 m the product underflows in f32, so they are
-            // scaled first.
-            return if length > 1e-30 {
-                n / length
-            } else {
-                let scale = 1.0 / (b - a).abs().max((c - a).abs()).max_element().max(1e-38);
-                ((b - a) * scale)
-                    .cross((c - a) * scale)
-                    .normalize_or(-ray.direction)
-            };
-        }
-        let index = index - self.triangles.len();
-        match self.quadrics.get(index) {
-            Some(quadric) => {
+        match self.primitive(hit) {
+            Primitive::Triangle([a, b, c]) => {
+                let n = (b - a).cross(c - a);
+                let length = n.length();
+                // For triangles smaller than about 1e-15 m the product underflows in f32, so they
+                // are scaled first.
+                if length > 1e-30 {
+                    n / length
+                } else {
+                    let scale = 1.0 / (b - a).abs().max((c - a).abs()).max_element().max(1e-38);
+                    ((b - a) * scale)
+                        .cross((c - a) * scale)
+                        .normalize_or(-ray.direction)
+                }
+            }
+            Primitive::Quadric(quadric) => {
                 let (_, n) = quadric.project_to_surface(ray.at(hit.t).as_dvec3());
                 let m = quadric.object_from_scene.matrix3.transpose();
                 (m * n).normalize_or(DVec3::Y).as_vec3()
             }
-            None => self.strokes[index - self.quadrics.len()]
+            Primitive::Stroke(stroke) => stroke
                 .face
                 .try_normalize()
                 .unwrap_or(-ray.direction.normalize_or(Vec3::Z)),

@@ -9,6 +9,7 @@ mod census;
 pub(crate) mod check;
 mod compile;
 mod hit;
+mod instances;
 mod inventor_box;
 mod left_out;
 mod looks;
@@ -16,6 +17,8 @@ pub mod model;
 mod options;
 mod packets;
 mod pixel_footprint;
+mod placed;
+mod placement;
 mod point;
 mod precision;
 mod render_scene;
@@ -25,12 +28,14 @@ mod snapshot;
 mod survey;
 mod texel_footprint;
 
-pub use census::Census;
+pub use census::{Census, InstanceCounts};
 #[cfg(test)]
 pub(crate) use left_out::Unneeded;
 pub(crate) use looks::components as texture_components;
 pub(crate) use looks::{IncidentLight, Light, Surface};
 pub use options::CompileOptions;
+#[cfg(test)]
+pub(crate) use options::Instancing;
 pub(crate) use options::Needs;
 pub(crate) use point::Point;
 pub(crate) use precision::precision_warning;

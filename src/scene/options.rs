@@ -39,6 +39,15 @@ impl Needs {
     };
 }
 
+/// When the parts of a scene that are drawn many times are stored once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Instancing {
+    /// If the expanded scene would exceed the limit of visits or of primitives.
+    BeyondLimits,
+    /// Always, also small parts. Tests compare such a scene with the expanded one.
+    Everywhere,
+}
+
 /// The options of compiling and surveying a scene.
 #[derive(Clone, Debug)]
 pub struct CompileOptions {
@@ -59,6 +68,9 @@ pub struct CompileOptions {
     /// The memory in bytes that the compiled scene may use; what does not fit is left out. Default:
     /// half of what the machine has.
     pub memory: u64,
+    /// When to store parts once that are drawn many times. Default: if the expanded scene would
+    /// exceed a limit.
+    pub(crate) instancing: Instancing,
     /// Whether to ignore `DrawStyle`, so that hidden shapes and shapes in lines are compiled like
     /// all others. Default: no.
     pub ignore_draw_style: bool,
@@ -78,6 +90,7 @@ impl Default for CompileOptions {
             max_primitives: Limits::default().primitives,
             max_visits: Limits::default().visits as u64,
             memory: MemoryLimit::default().bytes(),
+            instancing: Instancing::BeyondLimits,
             ignore_draw_style: false,
             texture_folders: Vec::new(),
             fonts: Arc::default(),

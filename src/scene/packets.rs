@@ -16,7 +16,7 @@ impl NonTriangles for RenderScene {
 impl RenderScene {
     /// Finds the hits of a packet of rays, as [`RenderScene::hit`] does for one ray.
     pub(crate) fn hits(&self, rays: &RayPacket, hits: &mut PacketHits) {
-        if self.annotated || !RayPacket::is_fast() {
+        if self.annotated || self.instances.is_some() || !RayPacket::is_fast() {
             hits.mask = 0;
             bits(rays.mask).for_each(|lane| hits.set(lane, self.hit(&rays.ray(lane))));
             return;
@@ -35,7 +35,7 @@ impl RenderScene {
     /// Computes the transmittances of a packet of rays, each up to its own `t_max`, as
     /// [`RenderScene::transmittance`] does for one ray.
     pub(crate) fn transmittances(&self, rays: &RayPacket, through: &mut Lanes<f32>) {
-        if !RayPacket::is_fast() {
+        if self.instances.is_some() || !RayPacket::is_fast() {
             for lane in bits(rays.mask) {
                 through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
             }
@@ -51,7 +51,7 @@ impl RenderScene {
         }
         // Behind a transparent primitive there may be others.
         for lane in bits(hits.mask) {
-            if !self.stops_light(hits.primitive[lane]) {
+            if !self.stops_light(hits.primitive[lane], 0) {
                 through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
             }
         }

@@ -3,8 +3,10 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use super::looks::{Mapping, Surface, TextureUse};
+use super::placed::Primitive;
 use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
+use crate::geometry::{Quadric, Stroke};
 use crate::traversal::state::TextureModel;
 
 /// A point of the scene with everything that shading needs.
@@ -108,7 +110,9 @@ impl RenderScene {
     /// Returns the corners of the triangle that was hit as points without their textures, with
     /// their weights. Returns `None` for other primitives.
     pub(crate) fn corner_points(&self, ray: &Ray, hit: &Hit) -> Option<[(Point<'_>, f32); 3]> {
-        self.triangles.get(hit.primitive as usize)?;
+        if !self.is_triangle(hit) {
+            return None;
+        }
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         Some([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(u, v)| {
             let i = if u == 1.0 {
@@ -125,7 +129,6 @@ impl RenderScene {
 /// Computes the point at a hit, with the texture's color in `texel` whatever its model.
 fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
     let surface = scene.surface(hit);
-    let index = hit.primitive as usize;
     let outward = scene.geometric_normal(ray, hit);
     let front = scene.is_front_of(ray, hit, surface, outward);
     let mut out = Point {
@@ -143,38 +146,10 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
         surface,
         error: 0.0,
     };
-    let coordinates = if let Some(corners) = scene.triangles.get(index) {
-        on_triangle(&mut out, corners, index, hit)
-    } else if let Some(quadric) = scene.quadrics.get(index - scene.triangles.len()) {
-        let (on_surface, _) = quadric.project_to_surface(out.position.as_dvec3());
-        let position = quadric.scene_from_object.transform_point3(on_surface);
-        out.position = position.as_vec3();
-        let size = quadric.scene_from_object.matrix3.to_cols_array();
-        let reach =
-            size.iter().fold(0.0, |a: f64, v| a.max(v.abs())) * on_surface.abs().max_element();
-        out.error = 4.0 * f32::EPSILON * (out.position.abs().max_element() + reach as f32);
-        out.diffuse = surface.diffuse_at(quadric.material);
-        out.transparency = surface.transparency_at(quadric.material);
-        match &surface.texture {
-            Some(t) if t.texture.is_deep() => quadric.volume_coordinates(on_surface).as_vec3(),
-            _ => quadric
-                .texture_coordinates(on_surface)
-                .as_vec2()
-                .extend(0.0),
-        }
-    } else {
-        let stroke = &scene.strokes[index - scene.triangles.len() - scene.quadrics.len()];
-        out.geometric = -ray.direction.normalize_or(Vec3::Z);
-        let share = stroke.share_at(out.position);
-        let [a, b] = stroke.materials;
-        out.normal = stroke.normal_at(share).unwrap_or(out.geometric);
-        out.diffuse = surface.diffuse_at(a).lerp(surface.diffuse_at(b), share);
-        let clear = [a, b].map(|m| surface.transparency_at(m));
-        out.transparency = clear[0] + (clear[1] - clear[0]) * share;
-        out.error = 1e-5 * out.position.abs().max_element();
-        stroke.coordinates[0]
-            .lerp(stroke.coordinates[1], share)
-            .extend(0.0)
+    let coordinates = match scene.primitive(hit) {
+        Primitive::Triangle(corners) => on_triangle(&mut out, scene, &corners, hit),
+        Primitive::Quadric(quadric) => on_quadric(&mut out, &quadric),
+        Primitive::Stroke(stroke) => on_stroke(&mut out, ray, stroke),
     };
     if surface.two_sided && !front {
         out.normal = -out.normal;
@@ -196,19 +171,55 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
     out
 }
 
+/// Fills in a point on a round surface, and returns its texture coordinates.
+fn on_quadric(out: &mut Point<'_>, quadric: &Quadric) -> Vec3 {
+    let surface = out.surface;
+    let (on_surface, _) = quadric.project_to_surface(out.position.as_dvec3());
+    let position = quadric.scene_from_object.transform_point3(on_surface);
+    out.position = position.as_vec3();
+    let size = quadric.scene_from_object.matrix3.to_cols_array();
+    let reach = size.iter().fold(0.0, |a: f64, v| a.max(v.abs())) * on_surface.abs().max_element();
+    out.error = 4.0 * f32::EPSILON * (out.position.abs().max_element() + reach as f32);
+    out.diffuse = surface.diffuse_at(quadric.material);
+    out.transparency = surface.transparency_at(quadric.material);
+    match &surface.texture {
+        Some(t) if t.texture.is_deep() => quadric.volume_coordinates(on_surface).as_vec3(),
+        _ => quadric
+            .texture_coordinates(on_surface)
+            .as_vec2()
+            .extend(0.0),
+    }
+}
+
+/// Fills in a point on a line, and returns its texture coordinates.
+fn on_stroke(out: &mut Point<'_>, ray: &Ray, stroke: &Stroke) -> Vec3 {
+    let surface = out.surface;
+    out.geometric = -ray.direction.normalize_or(Vec3::Z);
+    let share = stroke.share_at(out.position);
+    let [a, b] = stroke.materials;
+    out.normal = stroke.normal_at(share).unwrap_or(out.geometric);
+    out.diffuse = surface.diffuse_at(a).lerp(surface.diffuse_at(b), share);
+    let clear = [a, b].map(|m| surface.transparency_at(m));
+    out.transparency = clear[0] + (clear[1] - clear[0]) * share;
+    out.error = 1e-5 * out.position.abs().max_element();
+    stroke.coordinates[0]
+        .lerp(stroke.coordinates[1], share)
+        .extend(0.0)
+}
+
 /// Fills in a point on a triangle, and returns its texture coordinates. The position is computed
 /// from the corners and not from the distance, so its error is a few ulps of the corners' size
 /// whatever the ray's length (Pharr, Jakob and Humphreys, *Physically Based Rendering*, 4th
 /// edition, 6.8).
-fn on_triangle(out: &mut Point<'_>, corners: &[Vec3; 3], index: usize, hit: &Hit) -> Vec3 {
+fn on_triangle(out: &mut Point<'_>, scene: &RenderScene, corners: &[Vec3; 3], hit: &Hit) -> Vec3 {
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     let blend = |v: [Vec3; 3]| v[0] * weights[0] + v[1] * weights[1] + v[2] * weights[2];
     out.position = blend(*corners);
     let sum = blend(corners.map(Vec3::abs));
     out.error = 8.0 * f32::EPSILON * sum.dot(out.geometric.abs());
     let surface = out.surface;
-    let local = index - surface.first as usize;
-    if let Some(normals) = surface.normals.get(local) {
+    let local = (hit.primitive - surface.first) as usize;
+    if let Some(normals) = scene.normals(surface, local, hit.place) {
         // A face without area or normal gives zero, which is unlit as in OpenGL.
         out.normal = blend(normals).normalize_or_zero();
     } else if !surface.counterclockwise {

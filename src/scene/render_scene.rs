@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use glam::{DVec3, Vec3};
 
 use super::census::Census;
+use super::instances::Instances;
 use super::looks::{Background, Light, LightSets, Surface};
 use crate::bvh::{Bvh, Hit};
 use crate::diag::{Diagnostic, Result};
@@ -23,7 +24,9 @@ pub struct RenderScene {
     pub(super) owners: Vec<u32>,
     pub(super) surfaces: Vec<Surface>,
     pub(super) light_sets: LightSets,
-    /// The tree, which is built for the first ray.
+    /// The parts that are stored once and drawn many times, if there are any.
+    pub(super) instances: Option<Box<Instances>>,
+    /// The tree, which is built for the first ray. Its last boxes are those of instances.
     pub(super) tree: OnceLock<Bvh>,
     /// Whether any surface is clipped, culled or drawn over everything else.
     pub(super) special: bool,
@@ -55,13 +58,16 @@ pub(crate) struct OracleTriangle {
 impl RenderScene {
     /// Computes the values that depend on the whole scene: bounds, fog and transparency.
     pub(super) fn finalize(&mut self) -> Result<()> {
-        if u32::try_from(self.owners.len()).is_err() {
+        let instances = self.instances.as_ref();
+        let stored = instances.map_or(0, |all| all.owners.len().max(all.root.len()));
+        if u32::try_from(self.owners.len() + stored).is_err() {
             return Err(Diagnostic::beyond_limit(
                 "the scene has more than 2^32 primitives",
             ));
         }
         let triangles = around(self.triangles.as_flattened());
         let others = self.boxes_of_others().chain(triangles);
+        let others = others.chain(self.boxes_of_instances());
         self.bounds = others.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         self.resolve_fog_distance();
         if self.census.transparent {
@@ -78,7 +84,14 @@ impl RenderScene {
     fn boxes(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
         let triangles = self.triangles.iter();
         let triangles = triangles.map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)));
-        triangles.chain(self.boxes_of_others())
+        triangles
+            .chain(self.boxes_of_others())
+            .chain(self.boxes_of_instances())
+    }
+
+    /// The bounding box of each instance.
+    fn boxes_of_instances(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
+        self.instances.iter().flat_map(|all| all.boxes())
     }
 
     /// The bounding box of each quadric and stroke.
@@ -141,7 +154,7 @@ impl RenderScene {
 
     /// The surface of a hit.
     pub(crate) fn surface(&self, hit: &Hit) -> &Surface {
-        &self.surfaces[self.owners[hit.primitive as usize] as usize]
+        &self.surfaces[self.owner(hit.primitive, hit.place) as usize]
     }
 
     /// The counts of nodes, primitives and what was left out.
@@ -180,25 +193,16 @@ impl RenderScene {
         self.bounds
     }
 
-    /// The numbers of triangles, of quadrics, and of lines and points.
+    /// The numbers of triangles, of quadrics, and of lines and points, as stored: what is drawn
+    /// many times counts once.
     pub fn primitives(&self) -> (usize, usize, usize) {
+        let stored = self.instances.as_ref();
+        let stored = stored.map_or((0, 0), |all| (all.triangles.len(), all.quadrics.len()));
         (
-            self.triangles.len(),
-            self.quadrics.len(),
+            self.triangles.len() + stored.0,
+            self.quadrics.len() + stored.1,
             self.strokes.len(),
         )
-    }
-
-    /// The corners of a primitive, or `None` if it is not a triangle.
-    #[inline]
-    pub(crate) fn corners(&self, primitive: u32) -> Option<&[Vec3; 3]> {
-        self.triangles.get(primitive as usize)
-    }
-
-    /// The number of a primitive's surface.
-    #[inline]
-    pub(crate) fn surface_number(&self, primitive: u32) -> usize {
-        self.owners[primitive as usize] as usize
     }
 
     /// All surfaces, by number.

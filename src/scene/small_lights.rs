@@ -93,9 +93,9 @@ impl RenderScene {
     /// Returns the center of a primitive and its area as the camera sees it, in square meters.
     fn across(&self, primitive: u32) -> Option<(Vec3, f64)> {
         let toward = |p: Vec3| p.normalize_or(self.view.forward);
-        if let Some([a, b, c]) = self.corners(primitive) {
-            let center = (*a + *b + *c) / 3.0;
-            let area = 0.5 * (*b - *a).cross(*c - *a).dot(toward(center)).abs();
+        if let Some([a, b, c]) = self.corners(primitive, 0) {
+            let center = (a + b + c) / 3.0;
+            let area = 0.5 * (b - a).cross(c - a).dot(toward(center)).abs();
             // Half of a closed surface's triangles face away.
             return Some((center, 0.5 * f64::from(area)));
         }
@@ -116,8 +116,8 @@ impl RenderScene {
     fn is_in_sight(&self, seen: &Seen) -> bool {
         let meets = |&(primitive, point): &(u32, Vec3)| {
             let hit = self.hit(&Ray::new(Vec3::ZERO, point));
-            let owner = self.surface_number(primitive);
-            hit.is_none_or(|hit| hit.t >= 1.0 || self.surface_number(hit.primitive) == owner)
+            let owner = self.owner(primitive, 0);
+            hit.is_none_or(|hit| hit.t >= 1.0 || self.owner(hit.primitive, hit.place) == owner)
         };
         seen.points.iter().flatten().any(meets)
     }

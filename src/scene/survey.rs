@@ -14,9 +14,9 @@ use crate::grammar::{class, reset_transform};
 use crate::iv::{NodeId, NodeRef};
 use crate::pose::CameraPose;
 use crate::snapshot::{Corners, Snapshot};
-use crate::traversal::role::Role;
+use crate::traversal::role::{Role, role};
 use crate::traversal::state::{LightElement, State};
-use crate::traversal::{self, Visitor, WalkOptions};
+use crate::traversal::{self, Leading, Repeated, Visitor, WalkOptions};
 
 /// The contents of a scene. Positions are in meters in world space.
 #[derive(Clone, Debug, Default)]
@@ -120,9 +120,13 @@ pub(super) fn first_camera(
     snapshot: &Snapshot<'_>,
     options: &CompileOptions,
 ) -> Option<CameraPose> {
-    struct First(Option<CameraPose>);
+    struct First(Option<CameraPose>, Leading);
     impl<'a> Visitor<'a> for First {
         fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
+
+        fn repeats(&mut self, part: Repeated<'a>, _: &State<'a>) -> bool {
+            !self.1.is_in(part)
+        }
 
         fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
             let pose = CameraPose::from_node(node, state.world_from_object);
@@ -137,7 +141,8 @@ pub(super) fn first_camera(
         max_visits: options.max_visits,
         ..WalkOptions::default()
     };
-    let mut first = First(None);
+    let is_camera = |node: NodeRef<'_>| role(node) == Role::Camera;
+    let mut first = First(None, Leading::to(snapshot.document(), is_camera));
     traversal::walk(snapshot, &walk_options, &mut first);
     first.0.or_else(|| {
         let bounds = survey_once(snapshot, options, false).bounds?;

@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::looks::TextureUse;
+use super::placed::Primitive;
 use super::point::Point;
 use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
@@ -18,8 +19,7 @@ impl RenderScene {
         hit: &Hit,
         texture: &TextureUse,
     ) -> f32 {
-        let index = hit.primitive as usize;
-        if texture.texture.is_deep() && index >= self.triangles.len() {
+        if texture.texture.is_deep() && !self.is_triangle(hit) {
             return 1.0;
         }
         let size = Vec2::new(texture.texture.width as f32, texture.texture.height as f32);
@@ -29,32 +29,35 @@ impl RenderScene {
         let pixel = self.view.fixed + self.view.per_depth * along;
         // The pixel's footprint on the surface is an ellipse. OpenGL uses its longer axis.
         let longer = pixel / facing.max(1e-3);
-        let wide = if let Some([a, b, c]) = self.triangles.get(index) {
-            let local = index - point.surface.first as usize;
-            let Some(uv) = point.surface.coordinates.get(local) else {
-                return 1.0;
-            };
-            let [a_at, b_at, c_at] = uv.map(texel);
-            let texels = (b_at - a_at).perp_dot(c_at - a_at).abs();
-            longer * (texels / (b - a).cross(c - a).length()).sqrt()
-        } else if let Some(quadric) = self.quadrics.get(index - self.triangles.len()) {
-            let at = |p: Vec3| {
-                quadric
-                    .texture_coordinates(quadric.project_to_surface(p.as_dvec3()).0)
-                    .as_vec2()
-            };
-            let (middle, (right, up)) =
-                (at(point.position), point.geometric.any_orthonormal_pair());
-            // `round` makes a step across the seam of a round texture as short as any other.
-            let step = |direction: Vec3| {
-                let change = at(point.position + pixel * direction) - middle;
-                texel(change - change.round()) - texel(Vec2::ZERO)
-            };
-            longer / pixel * step(right).perp_dot(step(up)).abs().sqrt()
-        } else {
-            let stroke = &self.strokes[index - self.triangles.len() - self.quadrics.len()];
-            let [from, to] = stroke.coordinates.map(texel);
-            (to - from).length() / stroke.pixels(&self.view)
+        let wide = match self.primitive(hit) {
+            Primitive::Triangle([a, b, c]) => {
+                let local = (hit.primitive - point.surface.first) as usize;
+                let Some(uv) = point.surface.coordinates.get(local) else {
+                    return 1.0;
+                };
+                let [a_at, b_at, c_at] = uv.map(texel);
+                let texels = (b_at - a_at).perp_dot(c_at - a_at).abs();
+                longer * (texels / (b - a).cross(c - a).length()).sqrt()
+            }
+            Primitive::Quadric(quadric) => {
+                let at = |p: Vec3| {
+                    quadric
+                        .texture_coordinates(quadric.project_to_surface(p.as_dvec3()).0)
+                        .as_vec2()
+                };
+                let (middle, (right, up)) =
+                    (at(point.position), point.geometric.any_orthonormal_pair());
+                // `round` makes a step across the seam of a round texture as short as any other.
+                let step = |direction: Vec3| {
+                    let change = at(point.position + pixel * direction) - middle;
+                    texel(change - change.round()) - texel(Vec2::ZERO)
+                };
+                longer / pixel * step(right).perp_dot(step(up)).abs().sqrt()
+            }
+            Primitive::Stroke(stroke) => {
+                let [from, to] = stroke.coordinates.map(texel);
+                (to - from).length() / stroke.pixels(&self.view)
+            }
         };
         if wide.is_finite() { wide } else { 1.0 }
     }

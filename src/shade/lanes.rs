@@ -177,22 +177,22 @@ impl Gathered {
         lane: usize,
         hits: &PacketHits,
     ) -> bool {
-        let primitive = hits.primitive[lane];
-        let Some(corners) = scene.corners(primitive) else {
+        let (primitive, place) = (hits.primitive[lane], hits.place[lane]);
+        let Some(corners) = scene.corners(primitive, place) else {
             return false;
         };
-        let number = scene.surface_number(primitive);
+        let number = scene.owner(primitive, place) as usize;
         let plain = &surfaces[number];
         if !plain.is_plain {
             return false;
         }
         for (to, corner) in self.corners.iter_mut().zip(corners) {
-            set_lane(to, lane, *corner);
+            set_lane(to, lane, corner);
         }
         let local = (primitive - plain.first) as usize;
         self.smooth[lane] = 0.0;
         if plain.has_normals
-            && let Some(normals) = scene.surfaces()[number].normals.get(local)
+            && let Some(normals) = scene.normals(&scene.surfaces()[number], local, place)
         {
             for (to, normal) in self.normals.iter_mut().zip(normals) {
                 set_lane(to, lane, normal);

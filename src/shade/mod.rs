@@ -15,6 +15,8 @@
 //! L and the camera's backward direction. This is OpenGL's viewer at infinity, which Inventor does
 //! not change.
 
+#[cfg(test)]
+mod instance_tests;
 mod lanes;
 mod lighting;
 mod packet;

@@ -20,7 +20,7 @@ pub(crate) struct Grid {
 
 impl Grid {
     /// The grid of an `Array`. A negative number of elements counts as 0.
-    pub(super) fn of(node: NodeRef<'_>) -> Self {
+    pub(crate) fn of(node: NodeRef<'_>) -> Self {
         let counts = [
             array::NUM_ELEMENTS1,
             array::NUM_ELEMENTS2,

@@ -1,9 +1,12 @@
 //! The entries of a walk's stack, which are the steps still to be done.
 
+use std::sync::Arc;
+
 use glam::DMat4;
 
 use super::copies::Copies;
 use super::state::State;
+use super::steps::Step;
 use crate::iv::{NodeId, NodeRef};
 
 /// A step of a walk.
@@ -20,8 +23,8 @@ pub(super) enum Frame<'a> {
     Restore(Box<State<'a>>),
     /// Restores the state and ends a separator.
     Close(Box<State<'a>>),
-    /// Restores the matrix only.
-    RestoreMatrix(DMat4),
+    /// Restores the matrix only, with its steps.
+    RestoreMatrix(DMat4, Option<Arc<Step>>),
     /// Does some steps inside a separator that a kit makes.
     Scope {
         /// The steps, in order.

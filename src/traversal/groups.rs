@@ -5,7 +5,7 @@ use glam::{DMat4, DVec3};
 use super::copies::{Copies, Grid};
 use super::frame::Frame;
 use super::state::Language;
-use super::visitor::Visitor;
+use super::visitor::{Repeated, Visitor};
 use super::walk::Walk;
 use crate::diag::Diagnostic;
 use crate::grammar::{
@@ -117,6 +117,12 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     /// left out.
     pub(super) fn array(&mut self, node: NodeRef<'a>) {
         let grid = Grid::of(node);
+        if self
+            .visitor
+            .repeats(Repeated::Grid(node, grid), &self.state)
+        {
+            return;
+        }
         let most = self.options.max_visits;
         let [a, b, c] = grid.counts;
         if grid.len() > most {
@@ -168,9 +174,13 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             visits: self.visits,
         });
         self.keep_state();
-        self.state.world_from_object *= matrix;
+        self.state.multiply(matrix);
         self.state.switch = i32::try_from(number).unwrap_or(i32::MAX);
-        self.children(node);
+        if self.visitor.repeats(Repeated::Copy(node), &self.state) {
+            self.visits += 1;
+        } else {
+            self.children(node);
+        }
     }
 
     /// Reports a diagnostic at the place of a node, once for each node.
@@ -280,7 +290,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             }
         };
         if turn.is_finite() {
-            self.state.world_from_object *= DMat4::from_quat(turn);
+            self.state.multiply(DMat4::from_quat(turn));
         }
     }
 }

@@ -4,9 +4,10 @@
 //! group, and the other lights of VRML97 on all shapes within their radius (4.6.6). Those are
 //! therefore in force before the shapes around them are visited.
 
+use super::leading::Leading;
 use super::property::{self, Reach};
 use super::state::{LightElement, State};
-use super::visitor::{Visitor, WalkOptions};
+use super::visitor::{Repeated, Visitor, WalkOptions};
 use super::walk::{Walk, walk_list};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::snapshot::Snapshot;
@@ -26,9 +27,12 @@ pub(super) fn scene_lights<'a>(
     state: &State<'a>,
     options: &WalkOptions,
 ) -> Vec<LightElement> {
-    struct Collector<'d>(&'d Document, Vec<LightElement>);
+    struct Collector<'d>(&'d Document, Vec<LightElement>, Leading);
     impl<'a> Visitor<'a> for Collector<'_> {
         fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
+        fn repeats(&mut self, part: Repeated<'a>, _: &State<'a>) -> bool {
+            !self.2.is_in(part)
+        }
         fn light(&mut self, light: &LightElement, _: &State<'a>) {
             if property::reach(self.0.node(light.node)) == Some(Reach::Scene) {
                 self.1.push(*light);
@@ -39,7 +43,9 @@ pub(super) fn scene_lights<'a>(
     if !has_light(document, Reach::Scene) {
         return Vec::new();
     }
-    let mut collector = Collector(document, Vec::new());
+    let is_scene_light = |node: NodeRef<'_>| property::reach(node) == Some(Reach::Scene);
+    let leading = Leading::to(document, is_scene_light);
+    let mut collector = Collector(document, Vec::new(), leading);
     walk_list(snapshot, list, state.clone(), options, &mut collector);
     collector.1
 }

@@ -9,18 +9,24 @@ mod copies;
 mod frame;
 mod groups;
 mod kit;
+mod leading;
 mod light_list;
 mod lights;
 pub(crate) mod property;
 pub(crate) mod role;
+mod same_state;
 pub(crate) mod state;
+mod steps;
 mod visitor;
 mod walk;
 
+pub(crate) use copies::Grid;
+pub(crate) use leading::{Leading, each_child};
 pub(crate) use light_list::LightList;
 pub(crate) use state::State;
-pub(crate) use visitor::{Visitor, WalkOptions};
-pub(crate) use walk::{walk, walk_list};
+pub(crate) use steps::Step;
+pub(crate) use visitor::{Repeated, Visitor, WalkOptions};
+pub(crate) use walk::{Scratch, walk, walk_list, walk_part};
 
 #[cfg(test)]
 mod tests;

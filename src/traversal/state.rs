@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::{DMat4, DVec3, Vec2, Vec3, Vec4};
 
 use super::light_list::LightList;
+use super::steps::Step;
 use crate::grammar::material_binding;
 use crate::grammar::value::NodeId;
 use crate::iv::{Document, NodeRef};
@@ -524,6 +525,8 @@ impl Language {
 pub(crate) struct State<'a> {
     /// The matrix from the shape's object space to world space, which is in meters.
     pub world_from_object: DMat4,
+    /// The matrices of which it is the product, if the walk records them.
+    pub steps: Option<Arc<Step>>,
     /// The points that vertex-based shapes index.
     pub coordinates: Coordinates<'a>,
     /// The normals that vertex-based shapes index.
@@ -584,10 +587,19 @@ pub(crate) struct State<'a> {
 static NO_COORDINATES: [Vec3; 1] = [Vec3::ZERO];
 
 impl State<'_> {
+    /// Multiplies the matrix by one of the nodes that follow.
+    pub(super) fn multiply(&mut self, matrix: DMat4) {
+        self.world_from_object *= matrix;
+        if let Some(steps) = &self.steps {
+            self.steps = Some(steps.then(matrix));
+        }
+    }
+
     /// The state at the root of a scene.
     pub(crate) fn new(language: Language) -> Self {
         Self {
             world_from_object: DMat4::IDENTITY,
+            steps: None,
             coordinates: Coordinates::Three(&NO_COORDINATES),
             normals: &[],
             normal_binding: Binding::PerVertexIndexed,

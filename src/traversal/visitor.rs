@@ -1,9 +1,10 @@
 //! The options of a walk, and the trait of its visitors.
 
 use crate::diag::Diagnostic;
-use crate::iv::NodeRef;
+use crate::iv::{Document, NodeRef};
 use crate::pose::CameraPose;
 
+use super::copies::Grid;
 use super::role::Role;
 use super::state::{LightElement, State};
 
@@ -35,6 +36,26 @@ impl Default for WalkOptions {
     }
 }
 
+impl WalkOptions {
+    /// The largest number of nodes to visit in a document.
+    pub(crate) fn most_visits(&self, document: &Document) -> u64 {
+        self.max_visits.max(2 * document.nodes.len() as u64)
+    }
+}
+
+/// A part of a scene that leaves the state as it was, so that it can be drawn again elsewhere
+/// without being walked.
+#[derive(Clone, Copy)]
+pub(crate) enum Repeated<'a> {
+    /// A node that restores the state.
+    Node(NodeRef<'a>),
+    /// The children of a `MultipleCopy` or an `Array`, once.
+    Copy(NodeRef<'a>),
+    /// The children of an `Array` at every place of a grid. All begin with the same state but for
+    /// the matrix and the choice of the last `Switch`.
+    Grid(NodeRef<'a>, Grid),
+}
+
 /// Receives the nodes of a walk, each with the state at the node.
 pub(crate) trait Visitor<'a> {
     /// Draws a shape.
@@ -50,6 +71,11 @@ pub(crate) trait Visitor<'a> {
     fn enter(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
     /// Ends the part of the walk below the node that was entered last.
     fn leave(&mut self) {}
+    /// Draws a part again that the visitor knows, so that the walk skips it. Returns `false` if the
+    /// visitor does not know it; the walk then enters it.
+    fn repeats(&mut self, _part: Repeated<'a>, _state: &State<'a>) -> bool {
+        false
+    }
     /// Begins a separator.
     fn open(&mut self, _state: &State<'a>) {}
     /// Ends the separator that began last.

@@ -6,7 +6,7 @@ use super::lights;
 use super::property::{self, Reach};
 use super::role::{self, Role};
 use super::state::{Language, State};
-use super::visitor::{Visitor, WalkOptions};
+use super::visitor::{Repeated, Visitor, WalkOptions};
 use crate::diag::Diagnostic;
 use crate::grammar::{
     Class, class, node_kit_list_part, vrml97_group, vrml97_lod, vrml97_switch_node,
@@ -27,7 +27,7 @@ pub(super) struct Walk<'a, 'v, V> {
     /// The steps still to be done, the next one last.
     pub(super) stack: Vec<Frame<'a>>,
     /// For each node, whether it is on the path from the root to the current node.
-    on_path: Vec<bool>,
+    on_path: &'v mut [bool],
     /// The number of nodes visited so far.
     pub(super) visits: u64,
     /// Whether a cycle was reported; only the first one is.
@@ -59,35 +59,93 @@ pub(crate) fn walk_list<'a, V: Visitor<'a>>(
     options: &WalkOptions,
     visitor: &mut V,
 ) {
-    let document = snapshot.document();
-    let mut walk = Walk {
-        document,
-        time: snapshot.time(),
-        options,
-        visitor,
-        state,
-        stack: vec![Frame::List { list, next: 0 }],
-        on_path: vec![false; document.nodes.len()],
-        visits: 0,
-        reported_cycle: false,
-        reported: HashSet::new(),
-        has_group_lights: lights::has_light(document, Reach::Group),
-    };
+    let mut scratch = Scratch::new(snapshot.document());
+    let mut walk = Walk::new(snapshot, state, options, visitor, &mut scratch);
+    walk.stack.push(Frame::List { list, next: 0 });
     walk.light_group(list);
-    let most = options.max_visits.max(2 * document.nodes.len() as u64);
-    while let Some(frame) = walk.stack.pop() {
-        walk.step(frame);
-        if walk.visitor.is_full() {
-            break;
+    walk.run();
+}
+
+/// Walks a part of a snapshot inside another walk, beginning with a state. `scratch` is memory that
+/// walks of the same document share.
+pub(crate) fn walk_part<'a, V: Visitor<'a>>(
+    snapshot: &'a Snapshot<'_>,
+    part: Repeated<'a>,
+    state: State<'a>,
+    (options, scratch): (&WalkOptions, &mut Scratch),
+    visitor: &mut V,
+) {
+    let mut walk = Walk::new(snapshot, state, options, visitor, scratch);
+    match part {
+        Repeated::Node(node) => walk.stack.push(Frame::Visit(node.id)),
+        Repeated::Copy(node) | Repeated::Grid(node, _) => walk.children(node),
+    }
+    walk.run();
+}
+
+/// The memory of a walk that depends only on the document.
+pub(crate) struct Scratch {
+    /// For each node, whether it is on the path from the root to the current node.
+    on_path: Vec<bool>,
+    /// Whether the document has lights that shine on all of their group.
+    has_group_lights: bool,
+}
+
+impl Scratch {
+    /// The memory for walks of a document.
+    pub(crate) fn new(document: &Document) -> Self {
+        Self {
+            on_path: vec![false; document.nodes.len()],
+            has_group_lights: lights::has_light(document, Reach::Group),
         }
-        if walk.visits > most {
-            let diagnostic = Diagnostic::warning(format!(
-                "the scene has more than {most} nodes to walk; the rest is left out"
-            ));
-            walk.visitor.report(diagnostic.with_help(
-                "a subtree used by subtrees used again grows fast; `--scene-limit visits=N` raises this",
-            ));
-            break;
+    }
+}
+
+impl<'a, 'v, V: Visitor<'a>> Walk<'a, 'v, V> {
+    fn new(
+        snapshot: &'a Snapshot<'_>,
+        state: State<'a>,
+        options: &'v WalkOptions,
+        visitor: &'v mut V,
+        scratch: &'v mut Scratch,
+    ) -> Self {
+        Self {
+            document: snapshot.document(),
+            time: snapshot.time(),
+            options,
+            visitor,
+            state,
+            stack: Vec::new(),
+            has_group_lights: scratch.has_group_lights,
+            on_path: &mut scratch.on_path,
+            visits: 0,
+            reported_cycle: false,
+            reported: HashSet::new(),
+        }
+    }
+
+    /// Does all steps, up to the limits.
+    fn run(&mut self) {
+        let most = self.options.most_visits(self.document);
+        while let Some(frame) = self.stack.pop() {
+            self.step(frame);
+            if self.visitor.is_full() {
+                break;
+            }
+            if self.visits > most {
+                let diagnostic = Diagnostic::warning(format!(
+                    "the scene has more than {most} nodes to walk; the rest is left out"
+                ));
+                self.visitor.report(diagnostic.with_help(
+                    "a subtree used by subtrees used again grows fast; `--scene-limit visits=N` raises this",
+                ));
+                break;
+            }
+        }
+        for frame in self.stack.drain(..) {
+            if let Frame::Leave(id) = frame {
+                self.on_path[id.0 as usize] = false;
+            }
         }
     }
 }
@@ -115,11 +173,13 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 self.state = *state;
                 self.visitor.close();
             }
-            Frame::RestoreMatrix(matrix) => self.state.world_from_object = matrix,
+            Frame::RestoreMatrix(matrix, steps) => {
+                self.state.world_from_object = matrix;
+                self.state.steps = steps;
+            }
             Frame::Scope { inner, matrix_only } => {
                 if matrix_only {
-                    self.stack
-                        .push(Frame::RestoreMatrix(self.state.world_from_object));
+                    self.keep_matrix();
                 } else {
                     self.open_separator();
                 }
@@ -160,6 +220,13 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         if !std::ptr::eq(node.document, self.document) {
             return; // a default part of a kit, which has no children
         }
+        let restores = matches!(
+            role,
+            Role::Separator | Role::TransformGroup | Role::AppearanceAndGeometry
+        );
+        if restores && self.visitor.repeats(Repeated::Node(node), &self.state) {
+            return;
+        }
         if self.on_path[index] {
             if !self.reported_cycle {
                 self.reported_cycle = true;
@@ -196,13 +263,13 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 self.children(node);
             }
             Role::TransformSeparator => {
-                self.stack
-                    .push(Frame::RestoreMatrix(self.state.world_from_object));
+                self.keep_matrix();
                 self.children(node);
             }
             Role::TransformGroup => {
                 self.open_separator();
-                self.state.world_from_object *= property::transform(node, vrml97_transform::SCALE);
+                self.state
+                    .multiply(property::transform(node, vrml97_transform::SCALE));
                 self.children(node);
             }
             Role::Billboard => {
@@ -231,6 +298,13 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     pub(super) fn keep_state(&mut self) {
         self.stack
             .push(Frame::Restore(Box::new(self.state.clone())));
+    }
+
+    /// Restores the matrix after the steps that are pushed next.
+    fn keep_matrix(&mut self) {
+        let matrix = self.state.world_from_object;
+        self.stack
+            .push(Frame::RestoreMatrix(matrix, self.state.steps.clone()));
     }
 
     /// Begins a separator, which ends after the steps that are pushed next.

@@ -4,7 +4,6 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::drawing::{Canvas, MaterialsBy, Wants};
 use super::picture_view::PictureView;
-use super::placement::Placement;
 use super::points::Points;
 use super::reports::Reports;
 use super::runs::Runs;
@@ -14,6 +13,7 @@ use crate::geometry::quadric::exact_bounds;
 use crate::geometry::{Corner, Mesh, QuadricKind};
 use crate::iv::NodeRef;
 use crate::scene::census::Census;
+use crate::scene::placement::Placement;
 use crate::snapshot::Corners;
 use crate::traversal::state::State;
 

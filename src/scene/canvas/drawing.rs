@@ -3,7 +3,6 @@
 use glam::{DMat4, Vec3};
 
 use super::picture_view::PictureView;
-use super::placement::Placement;
 use super::runs::Runs;
 use super::triangle_list::TriangleList;
 use super::vertices::Vertices;
@@ -11,6 +10,7 @@ use crate::geometry::{Corner, Mesh, QuadricKind};
 use crate::iv::NodeRef;
 use crate::scene::census::Census;
 use crate::scene::looks::Texture;
+use crate::scene::placement::Placement;
 use crate::snapshot::Corners;
 use crate::traversal::state::State;
 

@@ -8,7 +8,6 @@
 mod bounds;
 mod drawing;
 mod picture_view;
-mod placement;
 mod points;
 mod reports;
 mod runs;
@@ -18,7 +17,6 @@ mod vertices;
 pub(crate) use bounds::{BoundsCanvas, grow};
 pub(crate) use drawing::{Canvas, MaterialsBy, Sides, Wants};
 pub(crate) use picture_view::PictureView;
-pub(crate) use placement::Placement;
 pub(crate) use points::{Points, SPARSE_RATIO};
 pub(crate) use reports::Reports;
 pub(crate) use runs::{Broken, Runs, counted};

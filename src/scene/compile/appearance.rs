@@ -152,6 +152,7 @@ impl SceneBuilder {
 
     /// Replaces the texture of the current shape by one that is not interpolated.
     pub(super) fn replace_texture(&mut self, texture: Texture) {
+        self.spoiled |= self.is_recording;
         let Some(surface) = self.scene.surfaces.last_mut() else {
             return;
         };

@@ -2,7 +2,9 @@
 
 mod appearance;
 mod numbers;
+mod repeats;
 mod scene_builder;
+mod sharing;
 mod strokes;
 mod triangles;
 mod walk;

@@ -10,14 +10,14 @@ use crate::geometry::{Corner, Fineness, Mesh, Quadric, QuadricKind, facets};
 use crate::iv::NodeRef;
 use crate::memory::{MemoryBudget, size_text};
 use crate::scene::canvas::{
-    Canvas, MaterialsBy, PictureView, Placement, Reports, Runs, Sides, TriangleList, Vertices,
-    Wants,
+    Canvas, MaterialsBy, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
 };
 use crate::scene::census::Census;
 use crate::scene::looks::{Mapping, Surface, Texture, TextureFiles};
 use crate::scene::options::CompileOptions;
+use crate::scene::placement::Placement;
 use crate::scene::render_scene::RenderScene;
-use crate::traversal::state::{DrawStyle, Drawing, State};
+use crate::traversal::state::{DrawStyle, Drawing, FogKind, State};
 
 /// The lists that are kept for the triangles of the current shape. See [`Surface`] for their
 /// meaning.
@@ -77,6 +77,12 @@ pub(super) struct SceneBuilder {
     pub reports: Reports,
     /// Whether the limit of primitives was exceeded.
     pub over_limit: bool,
+    /// Whether shapes are recorded in their object space, to be placed later.
+    pub is_recording: bool,
+    /// Whether something was recorded that depends on its place.
+    pub spoiled: bool,
+    /// The number of primitives and instances that are kept in other lists.
+    pub elsewhere: usize,
     /// The number of shapes so far.
     shapes: u32,
     /// A buffer for the transformed points of a shape.
@@ -109,6 +115,9 @@ impl SceneBuilder {
             },
             reports: Reports::default(),
             over_limit: false,
+            is_recording: false,
+            spoiled: false,
+            elsewhere: 0,
             shapes: 0,
             points: Vec::new(),
             options: options.clone(),
@@ -167,7 +176,7 @@ impl SceneBuilder {
     /// The number of primitives that can still be kept.
     fn left(&self) -> usize {
         let (triangles, quadrics, strokes) = self.scene.primitives();
-        let kept = triangles + quadrics + strokes;
+        let kept = triangles + quadrics + strokes + self.elsewhere;
         self.options.max_primitives.saturating_sub(kept)
     }
 
@@ -231,6 +240,16 @@ impl SceneBuilder {
         }
     }
 
+    /// Whether a surface depends on the place or on the bounds of the scene, so that its shape
+    /// cannot be placed later. The model that needs facets sorts transparent shapes by their
+    /// centers.
+    fn depends_on_place(&self, surface: &Surface) -> bool {
+        let (texture, environment) = (surface.texture.as_ref(), &surface.environment);
+        let is_mapped = texture.is_some_and(|t| matches!(t.mapping, Mapping::Plane { .. }));
+        let is_in_scene_fog = environment.fog != FogKind::None && environment.visibility <= 0.0;
+        is_mapped || is_in_scene_fog || self.options.needs.facets && !surface.is_opaque()
+    }
+
     /// Draws a round shape as polygons.
     fn facets(&mut self, kind: QuadricKind, material: u32) {
         let fineness = Fineness::of_complexity(self.shape.complexity);
@@ -265,7 +284,11 @@ impl Canvas for SceneBuilder {
     }
 
     fn begin(&mut self, node: NodeRef<'_>, state: &State<'_>) {
-        self.placement = self.placement.moved_to(state.world_from_object);
+        self.placement = if self.is_recording {
+            self.placement.deferred()
+        } else {
+            self.placement.moved_to(state.world_from_object)
+        };
         self.shape.number = self.shapes;
         self.shapes += 1;
         self.shape.drawing = if self.options.ignore_draw_style {
@@ -277,6 +300,7 @@ impl Canvas for SceneBuilder {
         let surface = self.surface(node, state);
         self.scene.special |= surface.culls || surface.on_top || !surface.clip.is_empty();
         self.scene.annotated |= surface.on_top;
+        self.spoiled |= self.is_recording && self.depends_on_place(&surface);
         let texture = surface.texture.as_ref();
         self.shape.uses = Uses {
             normals: self.options.needs.normals,
@@ -294,6 +318,7 @@ impl Canvas for SceneBuilder {
     }
 
     fn set_placement(&mut self, placement: Placement) {
+        self.spoiled |= self.is_recording;
         self.placement = placement;
     }
 

@@ -52,6 +52,10 @@ impl SceneBuilder {
 
     /// Draws a line between two points, or a square if they are equal. `width` is in pixels.
     pub(super) fn stroke(&mut self, ends: [Corner; 2], width: f32) {
+        if self.is_recording {
+            self.spoiled = true; // its width is in pixels
+            return;
+        }
         let positions = ends.map(|e| e.position);
         if !positions.iter().all(|p| p.is_finite()) {
             self.scene.census.bad_corners += 1;

@@ -11,10 +11,11 @@ use super::scene_builder::{SceneBuilder, in_reach};
 use crate::geometry::normals::face_normal;
 use crate::geometry::{Corner, Mesh};
 use crate::scene::canvas::{
-    IndexedTriangle, MaterialsBy, NormalPer, Normals, Placement, Points, Runs, SPARSE_RATIO,
-    TriangleList, Vertices, wrapped,
+    IndexedTriangle, MaterialsBy, NormalPer, Normals, Points, Runs, SPARSE_RATIO, TriangleList,
+    Vertices, wrapped,
 };
 use crate::scene::looks::Surface;
+use crate::scene::placement::Placement;
 use crate::traversal::state::{Binding, TextureCoordinates};
 
 impl SceneBuilder {

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use glam::Vec3;
 
+use super::repeats::Repeats;
 use super::scene_builder::SceneBuilder;
 use crate::bvh::Bvh;
 use crate::diag::{Diagnostic, Result};
@@ -18,16 +19,18 @@ use crate::snapshot::Snapshot;
 use crate::traversal::property::fog97;
 use crate::traversal::role::{Role, role};
 use crate::traversal::state::{EnvironmentElement, FogKind, LightElement, State};
-use crate::traversal::{self, Visitor, WalkOptions};
+use crate::traversal::{self, Repeated, Visitor, WalkOptions};
 
 /// The largest number of triangles for which memory is reserved in advance. It was chosen by trial;
 /// the lists grow beyond it.
 const MAX_RESERVED: usize = 1 << 18;
 
 /// The visitor that compiles a scene.
-struct Compiler<'a> {
-    snapshot: &'a Snapshot<'a>,
-    builder: SceneBuilder,
+pub(super) struct Compiler<'a> {
+    pub(super) snapshot: &'a Snapshot<'a>,
+    pub(super) builder: SceneBuilder,
+    /// The parts that are stored once, unless the scene is expanded.
+    pub(super) repeats: Option<Repeats<'a>>,
     background_set: bool,
     /// Whether the walk has reached each node of the document.
     reached: Vec<bool>,
@@ -52,6 +55,7 @@ impl RenderScene {
         let mut compiler = Compiler {
             snapshot,
             builder: SceneBuilder::new(options),
+            repeats: Repeats::of(snapshot, options, &walk_options),
             background_set: false,
             reached: vec![false; snapshot.document().nodes.len()],
             lights: HashSet::new(),
@@ -138,8 +142,12 @@ impl Compiler<'_> {
         let notices = builder.shared.files.notices;
         notices.into_iter().for_each(|d| builder.reports.add(*d));
         scene.census.diagnostics = builder.reports.diagnostics;
+        if let Some(repeats) = self.repeats {
+            repeats.finish(&mut scene);
+        }
         scene.finalize()?;
-        let tree = scene.owners.len() as u64 * Bvh::BYTES_OF_PRIMITIVE;
+        let primitives = scene.owners.len() + scene.instances.as_ref().map_or(0, |all| all.len());
+        let tree = primitives as u64 * Bvh::BYTES_OF_PRIMITIVE;
         MemoryBudget::new(u64::MAX).take("the tree of the scene", tree)?;
         Ok(scene)
     }
@@ -148,17 +156,25 @@ impl Compiler<'_> {
 impl<'a> Visitor<'a> for Compiler<'a> {
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         self.reach(node);
+        let before = self.builder.lengths();
         shapes::draw(node, state, &mut self.builder);
+        self.end_shape(before, state);
     }
 
     fn light(&mut self, light: &LightElement, _state: &State<'a>) {
         self.lights.insert(light.node);
     }
 
-    fn node(&mut self, node: NodeRef<'a>, _role: Role) {
+    fn node(&mut self, node: NodeRef<'a>, role: Role) {
         self.reach(node);
-        let handles = self.snapshot.has_handles();
-        self.builder.census().see_node(node, handles);
+        if self.begin_node(node, role) {
+            let handles = self.snapshot.has_handles();
+            self.builder.census().see_node(node, handles);
+        }
+    }
+
+    fn repeats(&mut self, part: Repeated<'a>, state: &State<'a>) -> bool {
+        self.repeat(part, state)
     }
 
     fn bindable(&mut self, node: NodeRef<'a>, state: &State<'a>) {
@@ -187,6 +203,6 @@ impl<'a> Visitor<'a> for Compiler<'a> {
     }
 
     fn is_full(&self) -> bool {
-        self.builder.over_limit
+        self.builder.over_limit || self.builder.spoiled
     }
 }

@@ -12,11 +12,11 @@ use crate::diag::Diagnostic;
 use crate::geometry::{self, Corner, Fineness, QuadricKind, facets};
 use crate::iv::NodeRef;
 use crate::scene::canvas::{
-    Canvas, MaterialsBy, PictureView, Placement, Reports, Runs, Sides, TriangleList, Vertices,
-    Wants,
+    Canvas, MaterialsBy, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
 };
 use crate::scene::census::Census;
 use crate::scene::looks::Texture;
+use crate::scene::placement::Placement;
 use crate::traversal::state::{DrawStyle, Drawing, ShapeHints, State};
 
 /// Points with a larger coordinate are left out, as in pictures.

@@ -108,8 +108,8 @@ pub(crate) fn apply<'a>(state: &mut State<'a>, node: NodeRef<'a>, time: f64) -> 
         Elements(set) => set(state, node),
         Texture(_) if state.texture_unit != 0 => {}
         Texture(set) => set(state, node),
-        Matrix(matrix) => state.world_from_object *= matrix(node),
-        Motion(matrix) => state.world_from_object *= matrix(node, time),
+        Matrix(matrix) => state.multiply(matrix(node)),
+        Motion(matrix) => state.multiply(matrix(node, time)),
     }
     true
 }

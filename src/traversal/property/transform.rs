@@ -130,7 +130,7 @@ pub(super) fn units<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let Some(unit) = meters(node.acting_or_default(units::UNITS)) else {
         return;
     };
-    state.world_from_object *= DMat4::from_scale(DVec3::splat(unit / state.unit));
+    state.multiply(DMat4::from_scale(DVec3::splat(unit / state.unit)));
     state.unit = unit;
 }
 

@@ -10,6 +10,8 @@ pub(crate) struct Placement {
     /// The matrix from object space to the scene.
     pub scene_from_object: DAffine3,
     normal_matrix: DMat3,
+    /// Whether normals are kept as they are, because the shape is placed later.
+    is_deferred: bool,
 }
 
 impl Placement {
@@ -19,6 +21,16 @@ impl Placement {
             origin,
             scene_from_object: DAffine3::IDENTITY,
             normal_matrix: DMat3::IDENTITY,
+            is_deferred: false,
+        }
+    }
+
+    /// The placement of a shape that is kept in its object space, to be placed later. Points and
+    /// normals are not changed.
+    pub(crate) fn deferred(&self) -> Self {
+        Self {
+            is_deferred: true,
+            ..Self::around(self.origin)
         }
     }
 
@@ -35,6 +47,7 @@ impl Placement {
             } else {
                 affine.matrix3
             },
+            is_deferred: false,
         }
     }
 
@@ -67,6 +80,9 @@ impl Placement {
     /// Transforms a normal to the scene, with length 1 or 0.
     #[inline]
     pub(crate) fn normal(&self, normal: Vec3) -> Vec3 {
+        if self.is_deferred {
+            return normal;
+        }
         let turned = self.normal_matrix * normal.as_dvec3();
         turned.normalize_or_zero().as_vec3()
     }

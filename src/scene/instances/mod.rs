@@ -1,0 +1,20 @@
+//! Parts of a scene that are stored once and drawn many times.
+//!
+//! A prototype holds shapes in their object space, and other prototypes; the scene holds prototypes
+//! beside its own primitives. A ray is moved into the space of a prototype to walk its tree.
+//! Triangles and round surfaces that it may hit are moved to the scene by the arithmetic of
+//! compiling and tested there, so that a hit has the bits of a scene without prototypes.
+//!
+//! The decision record 25 says why. Nothing here knows nodes or surfaces.
+
+mod extent;
+mod local_ray;
+mod prototype;
+mod search;
+mod store;
+mod tree;
+
+pub(in crate::scene) use extent::{Extent, product};
+pub(in crate::scene) use prototype::{Content, Prototype};
+pub(in crate::scene) use store::{Instances, ShapePrimitives};
+pub(in crate::scene) use tree::around;

@@ -1,0 +1,89 @@
+//! The primitive that a ray has hit, placed in the scene.
+//!
+//! A primitive of the scene itself is stored there. One of a prototype is placed by the path of
+//! uses that the hit tells.
+
+use std::borrow::Cow;
+
+use glam::Vec3;
+
+use super::looks::Surface;
+use super::render_scene::RenderScene;
+use crate::bvh::Hit;
+use crate::geometry::{Quadric, Stroke};
+
+/// A primitive in the scene.
+pub(super) enum Primitive<'a> {
+    /// A triangle, by its corners.
+    Triangle([Vec3; 3]),
+    /// A round surface.
+    Quadric(Cow<'a, Quadric>),
+    /// A line or a point.
+    Stroke(&'a Stroke),
+}
+
+impl RenderScene {
+    /// Returns the primitive of a hit.
+    #[inline]
+    pub(super) fn primitive(&self, hit: &Hit) -> Primitive<'_> {
+        if let Some(corners) = self.corners(hit.primitive, hit.place) {
+            return Primitive::Triangle(corners);
+        }
+        if hit.place != 0
+            && let Some(instances) = &self.instances
+            && let Some(quadric) = instances.quadric(hit.primitive, hit.place)
+        {
+            return Primitive::Quadric(Cow::Owned(quadric));
+        }
+        let index = hit.primitive as usize - self.triangles.len();
+        match self.quadrics.get(index) {
+            Some(quadric) => Primitive::Quadric(Cow::Borrowed(quadric)),
+            None => Primitive::Stroke(&self.strokes[index - self.quadrics.len()]),
+        }
+    }
+
+    /// The corners of a hit primitive, or `None` if it is not a triangle.
+    #[inline]
+    pub(crate) fn corners(&self, primitive: u32, place: u64) -> Option<[Vec3; 3]> {
+        if place != 0 {
+            return self.instances.as_ref()?.corners(primitive, place);
+        }
+        self.triangles.get(primitive as usize).copied()
+    }
+
+    /// The normals of the corners of a surface's triangle, or `None` if its face is flat.
+    #[inline]
+    pub(crate) fn normals(
+        &self,
+        surface: &Surface,
+        triangle: usize,
+        place: u64,
+    ) -> Option<[Vec3; 3]> {
+        let normals = surface.normals.get(triangle)?;
+        match &self.instances {
+            Some(instances) if place != 0 => {
+                let placement = instances.placement(place);
+                Some(normals.map(|normal| placement.normal(normal)))
+            }
+            _ => Some(normals),
+        }
+    }
+
+    /// The number of a hit primitive's surface.
+    #[inline]
+    pub(crate) fn owner(&self, primitive: u32, place: u64) -> u32 {
+        match &self.instances {
+            Some(instances) if place != 0 => instances.owners[primitive as usize],
+            _ => self.owners[primitive as usize],
+        }
+    }
+
+    /// Whether a hit is on a triangle.
+    pub(super) fn is_triangle(&self, hit: &Hit) -> bool {
+        let triangles = match &self.instances {
+            Some(instances) if hit.place != 0 => instances.triangles.len(),
+            _ => self.triangles.len(),
+        };
+        (hit.primitive as usize) < triangles
+    }
+}
