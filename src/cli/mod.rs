@@ -21,6 +21,7 @@ pub(crate) mod lens;
 mod lens_csv;
 mod lens_export;
 mod messages;
+mod meter;
 pub(crate) mod nodes;
 mod outputs;
 pub(crate) mod pull_focus;

@@ -1,12 +1,12 @@
 //! `ivcam [flags] scene.iv` and `ivcam render`: renders a picture and writes its report.
 
 use std::ffi::OsString;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use clap::ArgMatches;
 
+use super::meter::{Meter, MeterKind};
 use super::outputs::{
     check_picture_space, keep_inputs, picture_format, save_picture, save_picture_rows,
 };
@@ -19,7 +19,7 @@ use crate::math::use_portable_arithmetic;
 use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
 use crate::photo::{Era, Plan, Session, free_name, picture_name};
 use crate::render::report::{RenderReport, count, error_text, percent};
-use crate::render::{Counts, Exposure, Progress};
+use crate::render::{Counts, Exposure};
 
 /// The options of the output.
 pub(crate) struct OutputOptions {
@@ -35,6 +35,8 @@ pub(crate) struct OutputOptions {
     pub threads: usize,
     /// Whether progress and summary are not printed.
     pub quiet: bool,
+    /// How progress is shown.
+    pub meter: MeterKind,
 }
 
 impl OutputOptions {
@@ -65,6 +67,7 @@ impl OutputOptions {
             camera: text(m, "write-camera").map(PathBuf::from),
             threads: threads(m)?,
             quiet: m.get_flag("quiet"),
+            meter: meter_kind(m)?,
         })
     }
 
@@ -133,6 +136,21 @@ fn layers(m: &ArgMatches) -> Result<Option<PathBuf>> {
         return Err(Diagnostic::error(message).with_help("end the name in .exr"));
     }
     Ok(Some(path))
+}
+
+/// Returns how progress is shown, by `--progress` and `--quiet`.
+///
+/// # Errors
+/// Returns an error if the value of `--progress` is unknown.
+fn meter_kind(m: &ArgMatches) -> Result<MeterKind> {
+    let kind = |word: &str| match word {
+        "bar" if m.get_flag("quiet") => Some(MeterKind::Silent),
+        "bar" => Some(MeterKind::Bar),
+        "json" => Some(MeterKind::Json),
+        _ => None,
+    };
+    let given = parsed(m, "progress", "bar or json", kind)?;
+    Ok(given.or_else(|| kind("bar")).unwrap_or(MeterKind::Bar))
 }
 
 /// Obeys `--arithmetic`.
@@ -304,9 +322,9 @@ fn render_whole(
     options: &OutputOptions,
     command: &str,
 ) -> Result<(RenderReport, Counts)> {
-    let meter = Meter::new(options.quiet);
+    let meter = Meter::new(options.meter);
     let exposure = options.on_threads(|| session.expose(&|p| meter.show(p)))?;
-    meter.clear();
+    meter.finish(&exposure.counts, exposure.seconds);
     warn_of_shortfall(session, &exposure);
 
     let clock = Instant::now();
@@ -331,19 +349,20 @@ fn render_in_strips(
     options: &OutputOptions,
     command: &str,
 ) -> Result<(RenderReport, Counts)> {
-    let meter = Meter::new(options.quiet);
+    let meter = Meter::new(options.meter);
     let made = options.on_threads(|| {
         let depth = session.plan.depth;
         session.expose_in_strips(command, &|p| meter.show(p), |heading, rows| {
             save_picture_rows(&options.output, depth, heading, rows)
         })
     })??;
-    meter.clear();
     let counts = made.summary.counts;
+    let report = session.report_of(&made.summary);
+    meter.finish(&counts, report.seconds.render);
     if let Some(warning) = session.warn_if_black_or_clipped(&counts, &made.sample) {
         print_diagnostic(&warning);
     }
-    Ok((session.report_of(&made.summary), counts))
+    Ok((report, counts))
 }
 
 /// Prints a notice if the headlight is on only because the scene has no light.
@@ -419,50 +438,4 @@ fn report_on(options: &OutputOptions, report: &RenderReport) -> Result<()> {
     let text = serde_json::to_string_pretty(report)
         .map_err(|e| Diagnostic::error(format!("the report cannot be written: {e}")))?;
     write_whole(path, |file| writeln!(file, "{text}"))
-}
-
-/// Writes the time left of a progress bar; nothing before there is progress to estimate it from.
-fn time_left(state: &indicatif::ProgressState, text: &mut dyn std::fmt::Write) {
-    if state.pos() > 0 {
-        let left = indicatif::HumanDuration(state.eta());
-        let _ = write!(text, "  {left:#} left");
-    }
-}
-
-/// The progress line, which is visible only on a terminal.
-struct Meter {
-    bar: indicatif::ProgressBar,
-}
-
-impl Meter {
-    fn new(quiet: bool) -> Self {
-        let bar = if quiet || !std::io::stderr().is_terminal() {
-            indicatif::ProgressBar::hidden()
-        } else {
-            indicatif::ProgressBar::new(1)
-        };
-        if let Ok(style) =
-            indicatif::ProgressStyle::with_template("{bar:30} {percent}%  {elapsed}{left}  {msg}")
-        {
-            bar.set_style(style.with_key("left", time_left));
-        }
-        bar.enable_steady_tick(Duration::from_millis(200));
-        Self { bar }
-    }
-
-    fn show(&self, progress: Progress) {
-        self.bar.set_length(progress.tiles);
-        self.bar.set_position(progress.tiles_done);
-        if let Some(error) = progress.error {
-            self.bar.set_message(format!(
-                "{} spp  relative error {}",
-                progress.samples,
-                percent(error, 2)
-            ));
-        }
-    }
-
-    fn clear(&self) {
-        self.bar.finish_and_clear();
-    }
 }

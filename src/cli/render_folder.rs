@@ -17,7 +17,7 @@ use crate::photo::options::command_line;
 use crate::photo::{Era, Plan};
 
 /// The options that do not change a picture.
-const OUTPUT_OPTIONS: [&str; 5] = ["output", "batch", "threads", "report", "quiet"];
+const OUTPUT_OPTIONS: [&str; 6] = ["output", "batch", "threads", "report", "quiet", "progress"];
 
 /// The identifier of the switch `--force`.
 const REMAKE: &str = "remake";

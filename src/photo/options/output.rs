@@ -2,7 +2,7 @@
 
 use super::option::{Opt, Takes};
 
-pub(super) static OPTIONS: [Opt; 8] = [
+pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new(
         "output",
         Takes::One("FILE"),
@@ -36,5 +36,10 @@ pub(super) static OPTIONS: [Opt; 8] = [
         "quiet",
         Takes::Nothing,
         "prints no progress and no summary; warnings and errors are still printed",
+    ),
+    Opt::new(
+        "progress",
+        Takes::One("KIND"),
+        "bar, or json: one JSON object a line on standard error, also with --quiet [bar]",
     ),
 ];

@@ -1,0 +1,145 @@
+//! The progress of a render: a bar on a terminal, or JSON for programs.
+
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+
+use crate::render::report::percent;
+use crate::render::{Counts, Progress};
+
+/// The least time between two lines of JSON.
+const INTERVAL: Duration = Duration::from_millis(500);
+
+/// How the progress of a render is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MeterKind {
+    /// Not at all.
+    Silent,
+    /// As a line that is visible only on a terminal.
+    Bar,
+    /// As one JSON object a line.
+    Json,
+}
+
+/// Shows the progress of a render.
+pub(super) enum Meter {
+    /// A line that is visible only on a terminal.
+    Bar(indicatif::ProgressBar),
+    /// One JSON object a line.
+    Json {
+        start: Instant,
+        /// When the last line was printed.
+        last: Mutex<Option<Instant>>,
+    },
+}
+
+impl Meter {
+    pub(super) fn new(kind: MeterKind) -> Self {
+        if kind == MeterKind::Json {
+            return Self::Json {
+                start: Instant::now(),
+                last: Mutex::new(None),
+            };
+        }
+        let bar = if kind == MeterKind::Silent || !std::io::stderr().is_terminal() {
+            indicatif::ProgressBar::hidden()
+        } else {
+            indicatif::ProgressBar::new(1)
+        };
+        if let Ok(style) =
+            indicatif::ProgressStyle::with_template("{bar:30} {percent}%  {elapsed}{left}  {msg}")
+        {
+            bar.set_style(style.with_key("left", time_left));
+        }
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self::Bar(bar)
+    }
+
+    pub(super) fn show(&self, progress: Progress) {
+        match self {
+            Self::Bar(bar) => {
+                bar.set_length(progress.tiles);
+                bar.set_position(progress.tiles_done);
+                if let Some(error) = progress.error {
+                    bar.set_message(format!(
+                        "{} spp  relative error {}",
+                        progress.samples,
+                        percent(error, 2)
+                    ));
+                }
+            }
+            Self::Json { start, last } => {
+                let mut last = last.lock().unwrap_or_else(|e| e.into_inner());
+                if last.is_none_or(|last| last.elapsed() >= INTERVAL) {
+                    *last = Some(Instant::now());
+                    super::status!("{}", line(&progress, start.elapsed().as_secs_f64()));
+                }
+            }
+        }
+    }
+
+    /// Ends the progress of a render with these numbers of rays and seconds.
+    pub(super) fn finish(&self, counts: &Counts, seconds: f64) {
+        match self {
+            Self::Bar(bar) => bar.finish_and_clear(),
+            Self::Json { .. } => {
+                let all = counts.scene_rays + counts.shadow_rays;
+                let line = json!({
+                    "phase": "rendered",
+                    "seconds": seconds,
+                    "film_rays": counts.film_rays,
+                    "rays_per_second": all as f64 / seconds.max(1e-9),
+                });
+                super::status!("{line}");
+            }
+        }
+    }
+}
+
+/// Returns the line of JSON for the progress after some seconds.
+fn line(progress: &Progress, seconds: f64) -> serde_json::Value {
+    let part = progress.tiles_done as f64 / progress.tiles.max(1) as f64;
+    let left = (part > 0.0).then(|| seconds * (1.0 - part) / part);
+    json!({
+        "phase": "render",
+        "seconds": seconds,
+        "seconds_left": left,
+        "part": part,
+        "samples": progress.samples,
+        "error": progress.error,
+    })
+}
+
+/// Writes the time left of a progress bar; nothing before there is progress to estimate it from.
+fn time_left(state: &indicatif::ProgressState, text: &mut dyn std::fmt::Write) {
+    if state.pos() > 0 {
+        let left = indicatif::HumanDuration(state.eta());
+        let _ = write!(text, "  {left:#} left");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_of_progress_has_the_time_left_once_there_is_progress() {
+        let progress = |tiles_done| Progress {
+            tiles_done,
+            tiles: 40,
+            samples: 4,
+            error: Some(0.25),
+        };
+        let first = line(&progress(0), 1.0);
+        assert!(first["seconds_left"].is_null());
+        let later = line(&progress(10), 2.0);
+        assert_eq!(later["part"], 0.25);
+        assert_eq!(later["seconds_left"], 6.0);
+        assert_eq!(
+            (&later["samples"], &later["error"]),
+            (&json!(4), &json!(0.25))
+        );
+    }
+}
