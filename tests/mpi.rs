@@ -51,13 +51,14 @@ fn words<'a>(picture: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
     words
 }
 
-/// The pixels of an EXR file. Its attributes name the command.
-fn pixels(path: &Path) -> Vec<f32> {
-    let picture = ivcam::picture::Raster::open(path).expect("a picture");
-    let count = picture.pixels() * picture.channels;
-    (0..count)
-        .map(|i| picture.sample(i / picture.channels, i % picture.channels))
-        .collect()
+/// The values of all channels of an EXR file, by name. Its attributes name the command.
+fn pixels(path: &Path) -> Vec<(String, Vec<f32>)> {
+    let read = exr::prelude::read_first_flat_layer_from_file(path).expect("a picture");
+    let channels = read.layer_data.channel_data.list.iter();
+    let channel = |c: &exr::prelude::AnyChannel<exr::prelude::FlatSamples>| {
+        (c.name.to_string(), c.sample_data.values_as_f32().collect())
+    };
+    channels.map(channel).collect()
 }
 
 #[test]

@@ -70,14 +70,14 @@ pub(crate) fn join() -> Option<Team> {
     let (outbox, to_send) = channel();
     let (received, inbox) = channel();
     let (hello, about) = channel();
-    let work = move || {
-        let (universe, _) = mpi::initialize_with_threading(mpi::Threading::Funneled)?;
-        let world = universe.world();
-        let _ = hello.send((world.rank() as usize, world.size() as usize));
-        carry(&world, &to_send, &received);
-        Some(())
-    };
-    let thread = std::thread::spawn(move || drop(work()));
+    let thread = std::thread::spawn(move || {
+        let started = mpi::initialize_with_threading(mpi::Threading::Funneled);
+        if let Some((universe, _)) = started {
+            let world = universe.world();
+            let _ = hello.send((world.rank() as usize, world.size() as usize));
+            carry(&world, &to_send, &received);
+        }
+    });
     let (rank, size) = about.recv().ok()?;
     Some(Team::new(Box::new(MpiLink {
         rank,
