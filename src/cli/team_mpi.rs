@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use indexmap::IndexMap;
 
-use super::messages::ERROR;
 use super::render::OutputOptions;
 use crate::diag::{Diagnostic, Result};
 use crate::files::passed_on;
@@ -67,7 +66,7 @@ fn lead(
 fn assist(team: &Team, open: impl FnOnce() -> Result<(OutputOptions, Session)>) -> i32 {
     let contents = team.broadcast::<Option<passed_on::Contents>>(None);
     let Some(contents) = contents.flatten() else {
-        return ERROR;
+        return 0; // the first process prints its error and fails
     };
     passed_on::take_contents(contents);
     let opened = open();
@@ -84,7 +83,7 @@ fn assist(team: &Team, open: impl FnOnce() -> Result<(OutputOptions, Session)>) 
                 Err(error) => std::panic::panic_any(error.message.clone()),
             }
         }
-        _ => ERROR,
+        _ => 0,
     }
 }
 
