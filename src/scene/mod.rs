@@ -23,9 +23,12 @@ mod point;
 mod precision;
 mod render_scene;
 mod shapes;
+mod shared_parts;
+mod sharing;
 mod small_lights;
 mod snapshot;
 mod survey;
+mod surveyed_parts;
 mod texel_footprint;
 
 pub use census::{Census, InstanceCounts};

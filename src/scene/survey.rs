@@ -9,6 +9,8 @@ use super::inventor_box::InventorBox;
 use super::options::CompileOptions;
 use super::render_scene::RenderScene;
 use super::shapes;
+use super::shared_parts::SharedParts;
+use super::surveyed_parts::SurveyedPart;
 use crate::diag::Diagnostic;
 use crate::grammar::{class, reset_transform};
 use crate::iv::{NodeId, NodeRef};
@@ -42,12 +44,16 @@ pub struct Survey {
 }
 
 /// The visitor that makes a survey.
-struct Surveyor<'a> {
-    snapshot: &'a Snapshot<'a>,
-    canvas: BoundsCanvas,
-    survey: Survey,
+pub(super) struct Surveyor<'a> {
+    pub(super) snapshot: &'a Snapshot<'a>,
+    pub(super) canvas: BoundsCanvas,
+    pub(super) survey: Survey,
     /// The matrix of each open separator and the box of its contents so far, with the root first.
-    open: Vec<(DMat4, Option<InventorBox>)>,
+    pub(super) open: Vec<(DMat4, Option<InventorBox>)>,
+    /// The parts that are surveyed once, unless the scene is expanded.
+    pub(super) parts: Option<SharedParts<'a>>,
+    /// What was found in them.
+    pub(super) surveyed: Vec<SurveyedPart>,
     /// Whether sizes in pixels depend on the last camera of the scene, because the options have
     /// none.
     uses_scene_cameras: bool,
@@ -55,7 +61,7 @@ struct Surveyor<'a> {
 
 impl Surveyor<'_> {
     /// Adds a box to that of the innermost open separator.
-    fn join(&mut self, below: InventorBox) {
+    pub(super) fn join(&mut self, below: InventorBox) {
         if let Some((_, all)) = self.open.last_mut() {
             *all = Some(match *all {
                 Some(before) => before.join(below),
@@ -98,6 +104,8 @@ fn survey_once(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bo
         canvas: BoundsCanvas::new(PictureView::of(options)),
         survey: Survey::default(),
         open: vec![(DMat4::IDENTITY, None)],
+        parts: SharedParts::of(snapshot, options, &walk_options),
+        surveyed: Vec::new(),
         uses_scene_cameras: options.camera.is_none(),
     };
     traversal::walk(snapshot, &walk_options, &mut surveyor);
@@ -221,6 +229,15 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
         self.canvas.object_bounds = None;
     }
 
+    fn repeats(&mut self, part: Repeated<'a>, state: &State<'a>) -> bool {
+        self.repeat(part, state)
+    }
+
+    fn is_full(&self) -> bool {
+        let parts = self.parts.as_ref();
+        parts.is_some_and(|parts| parts.is_spoiled() || parts.is_beyond())
+    }
+
     fn open(&mut self, state: &State<'a>) {
         self.open.push((state.world_from_object, None));
     }
@@ -254,7 +271,15 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
         self.survey.cameras.push(pose);
     }
 
-    fn node(&mut self, node: NodeRef<'a>, _role: Role) {
+    fn node(&mut self, node: NodeRef<'a>, role: Role) {
+        if let Some(parts) = &mut self.parts {
+            let is_counted = !parts.is_entering(node);
+            let warning = parts.begin_node(node, role);
+            self.canvas.reports.diagnostics.extend(warning.map(|w| *w));
+            if !is_counted {
+                return;
+            }
+        }
         if resets_box(node)
             && let Some((_, all)) = self.open.last_mut()
         {

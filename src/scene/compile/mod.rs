@@ -4,7 +4,6 @@ mod appearance;
 mod numbers;
 mod repeats;
 mod scene_builder;
-mod sharing;
 mod strokes;
 mod triangles;
 mod walk;

@@ -1,59 +1,33 @@
 //! Stores the parts of a scene once that are drawn many times.
 //!
-//! At the first use of a shared part, a walk of its own records the part as a prototype: its shapes
-//! stay in their object space. If the part turns out to depend on its place, the camera or the rest
-//! of the scene, the recording is spoiled, and the part is expanded wherever it is used.
+//! A recorded part is a prototype, whose shapes stay in their object space.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 
 use super::scene_builder::{Owners, SceneBuilder};
-use super::sharing::Sharing;
 use super::walk::Compiler;
 use crate::diag::Diagnostic;
 use crate::geometry::quadric::exact_bounds;
 use crate::geometry::{Quadric, Stroke};
-use crate::grammar::{ClassId, class, switch_node, vrml97_switch_node};
-use crate::iv::{NodeId, NodeRef};
+use crate::iv::NodeRef;
 use crate::scene::census::{Census, InstanceCounts};
 use crate::scene::instances::{
     Content, Extent, Instances, Prototype, ShapePrimitives, around, product,
 };
-use crate::scene::options::{CompileOptions, Instancing};
+use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
+use crate::scene::shared_parts::{Outcome, RecordsParts, SharedParts, walk_recorded};
 use crate::snapshot::Snapshot;
 use crate::traversal::role::Role;
-use crate::traversal::{Grid, Repeated, Scratch, State, Step, WalkOptions, walk_part};
-
-/// The largest number of different states for which a part is recorded. More would be rare, and
-/// each state is compared with those before.
-const MOST_STATES: usize = 16;
-/// The largest number of recordings inside each other, which bounds the stack.
-const DEEPEST: usize = 32;
-
-/// What became of the recording of a part.
-#[derive(Clone, Copy)]
-enum Outcome {
-    /// It is being recorded.
-    Open,
-    /// It is the prototype with this number.
-    Recorded(u32),
-    /// It cannot be recorded.
-    Expanded,
-}
-
-/// The outcomes of a part by the state in which it was drawn.
-type Known<'a> = Vec<(Box<State<'a>>, Outcome)>;
+use crate::traversal::{Grid, Repeated, State, Step, WalkOptions};
 
 /// A prototype that is being recorded. The first one is the scene itself.
 struct Recording {
     contents: Prototype,
     /// The step at which the part began.
     entry: Arc<Step>,
-    /// Whether the part is so small that nothing inside is recorded by itself.
-    is_small: bool,
 }
 
 /// The primitives of prototypes while those of the scene are compiled, and the reverse.
@@ -74,27 +48,14 @@ pub(super) struct Lengths {
     strokes: usize,
 }
 
-/// What is known of the parts that are drawn many times.
+/// The prototypes of a scene that is being compiled.
 pub(super) struct Repeats<'a> {
-    sharing: Sharing,
-    everywhere: bool,
-    walk_options: WalkOptions,
-    /// The outcomes for each part, by the state in which it was drawn. The second half of the key
-    /// is whether the part is the children of the node.
-    known: HashMap<(NodeId, bool), Known<'a>>,
+    parts: SharedParts<'a>,
     recordings: Vec<Recording>,
     instances: Box<Instances>,
     /// The counts of each prototype.
     censuses: Vec<Census>,
     other: Primitives,
-    scratch: Vec<Scratch>,
-    /// The node that begins a recording, until the walk enters it.
-    entering: Option<NodeId>,
-    /// Whether there were too many recordings inside each other. All are then given up, and the
-    /// scene is expanded by one more level.
-    too_deep: bool,
-    visits: u64,
-    most_visits: u64,
 }
 
 impl<'a> Repeats<'a> {
@@ -104,44 +65,17 @@ impl<'a> Repeats<'a> {
         options: &CompileOptions,
         walk_options: &WalkOptions,
     ) -> Option<Self> {
-        let document = snapshot.document();
-        let sharing = Sharing::of(document)?;
-        let everywhere = options.instancing == Instancing::Everywhere;
-        let most = walk_options.most_visits(document);
-        if !everywhere && !sharing.exceeds(most, options.max_primitives as u64) {
-            return None;
-        }
+        let parts = SharedParts::of(snapshot, options, walk_options)?;
         Some(Self {
-            sharing,
-            everywhere,
-            walk_options: walk_options.clone(),
-            known: HashMap::new(),
+            parts,
             recordings: vec![Recording {
                 contents: Prototype::default(),
                 entry: Step::start(),
-                is_small: false,
             }],
             instances: Box::new(Instances::new(options.origin)),
             censuses: Vec::new(),
             other: Primitives::default(),
-            scratch: Vec::new(),
-            entering: None,
-            too_deep: false,
-            visits: 0,
-            most_visits: most.saturating_mul(4),
         })
-    }
-
-    /// Whether a part is being recorded.
-    fn is_recording(&self) -> bool {
-        self.recordings.len() > 1
-    }
-
-    /// Returns the outcome of a part in a state, if there is one.
-    fn outcome(&mut self, key: (NodeId, bool), state: &State<'a>) -> Option<&mut Outcome> {
-        let known = self.known.get_mut(&key)?;
-        let known = known.iter_mut().find(|(before, _)| before.is_like(state));
-        known.map(|(_, outcome)| outcome)
     }
 
     /// Moves the instances to the scene, if it has any.
@@ -204,6 +138,12 @@ impl SceneBuilder {
     }
 }
 
+impl<'a> RecordsParts<'a> for Compiler<'a> {
+    fn parts(&mut self) -> Option<&mut SharedParts<'a>> {
+        self.repeats.as_mut().map(|repeats| &mut repeats.parts)
+    }
+}
+
 impl<'a> Compiler<'a> {
     /// Begins a node. Returns whether it is to be counted; the first node of a recording was
     /// counted before.
@@ -211,20 +151,18 @@ impl<'a> Compiler<'a> {
         let Some(repeats) = &mut self.repeats else {
             return true;
         };
-        repeats.visits += 1;
-        if repeats.visits == repeats.most_visits {
+        let is_counted = !repeats.parts.is_entering(node);
+        if let Some(warning) = repeats.parts.begin_node(node, role) {
             self.builder.over_limit = true;
-            let most = repeats.most_visits / 4;
-            let message = "the scene has more than";
-            let message = format!("{message} {most} nodes to walk; the rest is left out");
-            let help = "its parts are used in too many ways; `--scene-limit visits=N` raises this";
-            let warning = Diagnostic::warning(message).with_help(help);
             self.builder.reports.add(*warning);
         }
-        if repeats.is_recording() && depends_on_place(node, role) {
-            self.builder.spoiled = true;
-        }
-        repeats.entering != Some(node.id)
+        is_counted
+    }
+
+    /// Whether the walk of a recording is to end, because it is spoiled.
+    pub(super) fn is_spoiled(&self) -> bool {
+        let repeats = self.repeats.as_ref();
+        self.builder.spoiled || repeats.is_some_and(|r| r.parts.is_spoiled())
     }
 
     /// Records the primitives of a shape that was just drawn. `before` are the lengths before it.
@@ -244,7 +182,7 @@ impl<'a> Compiler<'a> {
             quadrics: range(before.quadrics, after.quadrics),
             strokes: range(before.strokes, after.strokes),
         };
-        let is_recording = repeats.is_recording();
+        let is_recording = repeats.parts.is_recording();
         let Some(recording) = repeats.recordings.last_mut() else {
             return;
         };
@@ -278,101 +216,64 @@ impl<'a> Compiler<'a> {
         let Some(repeats) = &mut self.repeats else {
             return false;
         };
-        let (node, is_children, grid) = match part {
-            Repeated::Node(node) => (node, false, None),
-            Repeated::Copy(node) => (node, true, None),
-            Repeated::Grid(node, grid) => (node, true, Some(grid)),
-        };
-        if !is_children && repeats.entering.take_if(|id| *id == node.id).is_some() {
-            return false;
-        }
-        let is_inside_small = repeats.recordings.last().is_some_and(|r| r.is_small);
-        let is_candidate = is_children || repeats.sharing.is_shared(node.id);
-        if self.builder.spoiled
-            || is_inside_small && !repeats.everywhere
-            || !is_candidate
-            || grid.is_some_and(|grid| grid.len() == 0)
-        {
-            return false;
-        }
-        let key = (node.id, is_children);
-        let outcome = match repeats.outcome(key, state) {
-            Some(outcome) => *outcome,
-            None => self.record(part, key, state),
+        let outcome = match repeats.parts.find(part, state) {
+            Outcome::New => self.record(part, state),
+            outcome => outcome,
         };
         match outcome {
-            Outcome::Recorded(number) => self.draw(number, grid, state),
-            Outcome::Expanded => false,
-            Outcome::Open => {
-                self.builder.spoiled = true; // the part contains itself
-                false
+            Outcome::Recorded(number) => {
+                let grid = match part {
+                    Repeated::Grid(_, grid) => Some(grid),
+                    _ => None,
+                };
+                self.draw(number, grid, state)
             }
+            _ => false,
         }
     }
 
     /// Records a part.
-    fn record(&mut self, part: Repeated<'a>, key: (NodeId, bool), state: &State<'a>) -> Outcome {
+    fn record(&mut self, part: Repeated<'a>, state: &State<'a>) -> Outcome {
         let Some(repeats) = &mut self.repeats else {
             return Outcome::Expanded;
         };
-        let known = repeats.known.entry(key).or_default();
-        if known.len() >= MOST_STATES {
-            return Outcome::Expanded;
-        }
-        if repeats.recordings.len() > DEEPEST {
-            repeats.too_deep = true;
-            self.builder.spoiled = true;
-            return Outcome::Expanded;
-        }
-        let mut inner = state.clone();
-        let entry = inner.steps.get_or_insert_with(Step::start).clone();
-        known.push((Box::new(inner.clone()), Outcome::Open));
         self.builder.assign_surface();
-        if !repeats.is_recording() {
+        if !repeats.parts.is_recording() {
             self.builder.exchange(&mut repeats.other);
             self.builder.is_recording = true;
         }
         let (lengths, parts) = (self.builder.lengths(), repeats.censuses.len());
         let counts = std::mem::take(&mut self.builder.scene.census);
+        let mut inner = repeats.parts.begin(part, state);
         repeats.recordings.push(Recording {
             contents: Prototype::default(),
-            entry,
-            is_small: repeats.sharing.is_small(key.0),
+            entry: inner.steps.get_or_insert_with(Step::start).clone(),
         });
-        repeats.entering = (!key.1).then_some(key.0);
-        let options = repeats.walk_options.clone();
-        let scratch = repeats.scratch.pop();
-        let mut scratch = scratch.unwrap_or_else(|| Scratch::new(self.snapshot.document()));
-        walk_part(self.snapshot, part, inner, (&options, &mut scratch), self);
-        self.end_recording((lengths, parts), counts, scratch, (key, state))
-    }
-
-    /// Keeps what was recorded as a prototype, or drops it if it was spoiled.
-    fn end_recording(
-        &mut self,
-        (lengths, parts): (Lengths, usize),
-        counts: Census,
-        scratch: Scratch,
-        (key, state): ((NodeId, bool), &State<'a>),
-    ) -> Outcome {
+        walk_recorded(self.snapshot, part, inner, self);
+        let record = self.end_recording((lengths, parts), counts);
         let Some(repeats) = &mut self.repeats else {
             return Outcome::Expanded;
         };
+        repeats.parts.keep(part, state, record)
+    }
+
+    /// Keeps what was recorded as a prototype and returns its number, or drops it if it was
+    /// spoiled.
+    fn end_recording(&mut self, (lengths, parts): (Lengths, usize), counts: Census) -> Option<u32> {
+        let repeats = self.repeats.as_mut()?;
         let builder = &mut self.builder;
         builder.assign_surface();
-        repeats.scratch.push(scratch);
-        repeats.entering = None;
+        let is_spoiled = repeats.parts.end() | std::mem::take(&mut builder.spoiled);
         let recording = repeats.recordings.pop();
-        let is_spoiled = std::mem::take(&mut builder.spoiled);
         let recording =
             recording.filter(|r| !is_spoiled && r.contents.extent.depth < Extent::DEEPEST);
         let own = std::mem::replace(&mut builder.scene.census, counts);
-        let outcome = match recording {
+        let record = match recording {
             Some(recording) => {
                 builder.scene.census.add_kept(&own);
                 repeats.instances.prototypes.push(recording.contents);
                 repeats.censuses.push(own);
-                Outcome::Recorded(repeats.censuses.len() as u32 - 1)
+                Some(repeats.censuses.len() as u32 - 1)
             }
             None => {
                 builder.scene.census.textures += own.textures;
@@ -381,23 +282,14 @@ impl<'a> Compiler<'a> {
                     builder.truncate(lengths);
                     repeats.instances.shapes.truncate(lengths.surfaces);
                 }
-                Outcome::Expanded
+                None
             }
         };
-        if !repeats.is_recording() {
+        if !repeats.parts.is_recording() {
             builder.exchange(&mut repeats.other);
             builder.is_recording = false;
         }
-        if repeats.too_deep && repeats.is_recording() {
-            builder.spoiled = true;
-            if let Some(known) = repeats.known.get_mut(&key) {
-                known.retain(|(_, outcome)| !matches!(outcome, Outcome::Open));
-            }
-        } else if let Some(known) = repeats.outcome(key, state) {
-            *known = outcome;
-            repeats.too_deep = false;
-        }
-        outcome
+        record
     }
 
     /// Draws a prototype once or on a grid. Returns `false` if it is to be expanded here.
@@ -405,7 +297,8 @@ impl<'a> Compiler<'a> {
         let Some(repeats) = &mut self.repeats else {
             return false;
         };
-        let (is_recording, instances) = (repeats.is_recording(), &mut repeats.instances);
+        let is_recording = repeats.parts.is_recording();
+        let instances = &mut repeats.instances;
         let Some(recording) = repeats.recordings.last_mut() else {
             return false;
         };
@@ -478,40 +371,4 @@ fn bounds(scene: &RenderScene, shape: &ShapePrimitives, matrices: &[DMat4]) -> (
     let all = triangles.map(|corners| around(corners, &matrix));
     let all = all.chain(quadrics.map(|quadric| exact_bounds(quadric.kind, &matrix)));
     all.fold(Extent::NONE.bounds, |a, b| (a.0.min(b.0), a.1.max(b.1)))
-}
-
-/// Whether what a node does depends on its place in the world, on the camera or on the rest of the
-/// scene, or has effects outside the part that contains it.
-fn depends_on_place(node: NodeRef<'_>, role: Role) -> bool {
-    const CLASSES: [ClassId; 9] = [
-        class::RESET_TRANSFORM,
-        class::ANTI_SQUISH,
-        class::SURROUND_SCALE,
-        class::CLIP_PLANE,
-        class::LOCAL_FOG,
-        class::VRML97_LOCAL_FOG,
-        class::TEXT2,
-        class::TEXT2_SET,
-        class::IMAGE,
-    ];
-    match role {
-        Role::Light
-        | Role::Camera
-        | Role::Bindable
-        | Role::Billboard
-        | Role::Lod
-        | Role::LevelOfDetail
-        | Role::PathSwitch
-        | Role::Kit
-        | Role::ListPart => true,
-        Role::Switch => {
-            let vrml97 = node.find(vrml97_switch_node::WHICH_CHOICE);
-            vrml97.unwrap_or_else(|| node.get(switch_node::WHICH_CHILD)) == -2
-        }
-        Role::Property | Role::Shape => node.known_class().is_some_and(|known| {
-            let mut lineage = known.lineage();
-            lineage.any(|class| CLASSES.contains(&class.id))
-        }),
-        _ => false,
-    }
 }

@@ -203,6 +203,6 @@ impl<'a> Visitor<'a> for Compiler<'a> {
     }
 
     fn is_full(&self) -> bool {
-        self.builder.over_limit || self.builder.spoiled
+        self.builder.over_limit || self.is_spoiled()
     }
 }

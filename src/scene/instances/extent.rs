@@ -143,7 +143,7 @@ pub(in crate::scene) fn product(matrices: &[DMat4]) -> DAffine3 {
 }
 
 /// Returns the box around a box under a matrix.
-pub(super) fn moved((low, high): (DVec3, DVec3), matrix: &DAffine3) -> (DVec3, DVec3) {
+pub(in crate::scene) fn moved((low, high): (DVec3, DVec3), matrix: &DAffine3) -> (DVec3, DVec3) {
     let (center, half) = (0.5 * (low + high), 0.5 * (high - low));
     let m = matrix.matrix3;
     let reach = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
@@ -152,7 +152,7 @@ pub(super) fn moved((low, high): (DVec3, DVec3), matrix: &DAffine3) -> (DVec3, D
 }
 
 /// Returns the box around the translations of a grid's copies from one place to another.
-pub(super) fn grid_bounds(grid: &Grid, from: [u64; 3], to: [u64; 3]) -> (DVec3, DVec3) {
+pub(in crate::scene) fn grid_bounds(grid: &Grid, from: [u64; 3], to: [u64; 3]) -> (DVec3, DVec3) {
     let corner = |i: u32| {
         let place = std::array::from_fn(|axis| {
             let far = i >> axis & 1 == 1;

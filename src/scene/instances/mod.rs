@@ -14,7 +14,7 @@ mod search;
 mod store;
 mod tree;
 
-pub(in crate::scene) use extent::{Extent, product};
+pub(in crate::scene) use extent::{Extent, grid_bounds, moved, product};
 pub(in crate::scene) use prototype::{Content, Prototype};
 pub(in crate::scene) use store::{Instances, ShapePrimitives};
 pub(in crate::scene) use tree::around;

@@ -5,7 +5,7 @@ use crate::iv::{Document, NodeId, Value};
 use crate::traversal::{Grid, each_child, role::role};
 
 /// How often the parts of a document are used, and how large they are expanded.
-pub(super) struct Sharing {
+pub(in crate::scene) struct Sharing {
     /// The number of references to each node; 2 means more than one.
     uses: Vec<u8>,
     /// The size of each node when it is expanded.
@@ -53,7 +53,7 @@ const SMALL: u64 = 4096;
 
 impl Sharing {
     /// Counts a document. Returns `None` if nothing is used twice.
-    pub(super) fn of(document: &Document) -> Option<Self> {
+    pub(in crate::scene) fn of(document: &Document) -> Option<Self> {
         let mut uses = vec![0u8; document.nodes.len()];
         let mut is_shared = false;
         let mut count = |id: NodeId| {
@@ -106,17 +106,17 @@ impl Sharing {
     }
 
     /// Whether the expanded document has more than a number of nodes or of primitives.
-    pub(super) fn exceeds(&self, nodes: u64, primitives: u64) -> bool {
+    pub(in crate::scene) fn exceeds(&self, nodes: u64, primitives: u64) -> bool {
         self.whole.exceeds(nodes, primitives)
     }
 
     /// Whether a node is used more than once.
-    pub(super) fn is_shared(&self, id: NodeId) -> bool {
+    pub(in crate::scene) fn is_shared(&self, id: NodeId) -> bool {
         self.uses[id.0 as usize] > 1
     }
 
     /// Whether a node is so small that it is best expanded wherever it is used.
-    pub(super) fn is_small(&self, id: NodeId) -> bool {
+    pub(in crate::scene) fn is_small(&self, id: NodeId) -> bool {
         !self.sizes[id.0 as usize].exceeds(SMALL, SMALL)
     }
 }
