@@ -58,7 +58,6 @@ pub(crate) struct Texture {
     pub width: usize,
     /// The height in texels.
     pub height: usize,
-    /// The components of each texel, as many as the file has.
     texels: Texels,
     /// Smaller versions (mipmaps), each half as wide and high as the one before, made at the first
     /// use.
@@ -69,18 +68,24 @@ pub(crate) struct Texture {
     pub components: usize,
 }
 
-/// The bytes of texels.
+/// The largest texture whose texels are unpacked, in texels. A texture of the memory that its file
+/// needs takes up to 10% more of a picture's time, which only a large one is worth.
+const MAX_UNPACKED: usize = 1 << 22;
+
+/// Texels, row by row from the bottom.
 #[derive(Debug)]
 enum Texels {
-    /// Those of a file.
-    Own(Vec<u8>),
-    /// Those of an image in the scene.
+    /// Red, green, blue and alpha of each.
+    Unpacked(Vec<[u8; 4]>),
+    /// The components of a file.
+    Packed(Vec<u8>),
+    /// The components of an image in the scene.
     OfScene(Arc<[u8]>),
 }
 
 impl Default for Texels {
     fn default() -> Self {
-        Self::Own(Vec::new())
+        Self::Unpacked(Vec::new())
     }
 }
 
@@ -95,11 +100,17 @@ impl Texture {
         )
     }
 
+    /// Makes a texture of its components, row by row from the bottom.
     fn new(width: usize, height: usize, components: usize, texels: Vec<u8>) -> Self {
+        let texels = if width * height > MAX_UNPACKED {
+            Texels::Packed(texels)
+        } else {
+            Texels::Unpacked(texels.chunks_exact(components.max(1)).map(rgba).collect())
+        };
         Self {
             width,
             height,
-            texels: Texels::Own(texels),
+            texels,
             components,
             ..Self::default()
         }
@@ -126,28 +137,36 @@ impl Texture {
         Self::new(width, height, raster.channels, texels)
     }
 
-    /// Makes a texture of an image in the scene, whose memory it shares. Returns `None` if the
-    /// image has too few bytes.
+    /// Makes a texture of an image in the scene, whose memory a large one shares. Returns
+    /// `None` if the image has too few bytes.
     pub(super) fn from_image(image: &Image) -> Option<Self> {
         let components = usize::from(image.components);
         let (width, height) = (image.width as usize, image.height as usize);
         let count = width.checked_mul(height)?;
-        if image.bytes.len() < count.checked_mul(components)? || components == 0 {
+        if image.bytes.len() < count.checked_mul(components)? || !(1..=4).contains(&components) {
             return None;
         }
+        if count <= MAX_UNPACKED {
+            let bytes = image.bytes[..count * components].to_vec();
+            return Some(Self::new(width, height, components, bytes));
+        }
         Some(Self {
+            width,
+            height,
             texels: Texels::OfScene(image.bytes.clone()),
-            ..Self::new(width, height, components, Vec::new())
+            components,
+            ..Self::default()
         })
     }
 
     /// The memory in bytes that the texture takes with its smaller versions. An image in the scene
     /// is that of the document.
     pub(super) fn bytes(&self) -> u64 {
-        let texels = (self.width * self.height * self.components) as u64;
+        let (components, _) = self.stored();
+        let texels = (self.width * self.height * components) as u64;
         let own = match self.texels {
-            Texels::Own(_) => texels,
             Texels::OfScene(_) => 0,
+            _ => texels,
         };
         let deeper: u64 = self.deeper.iter().map(Self::bytes).sum();
         own + texels / 3 + deeper
@@ -165,8 +184,7 @@ impl Texture {
 
     /// Returns the color at (s, t), interpolated between texel centers.
     pub(crate) fn sample(&self, at: Vec2, filter: Filter, repeat: Repeat) -> Vec4 {
-        let texels = self.texels();
-        if texels.is_empty() || !at.is_finite() {
+        if self.is_empty() || !at.is_finite() {
             return Vec4::ONE;
         }
         let side = match filter {
@@ -175,18 +193,15 @@ impl Texture {
         };
         let (x0, x1, fx) = side(at.x, self.width, repeat.s);
         let (y0, y1, fy) = side(at.y, self.height, repeat.t);
-        let texel = |x: usize, y: usize| {
-            let texel = &texels[(y * self.width + x) * self.components..];
-            let share = |component: usize| f32::from(texel[component]) / 255.0;
-            match self.components {
-                1 => Vec3::splat(share(0)).extend(1.0),
-                2 => Vec3::splat(share(0)).extend(share(1)),
-                3 => Vec4::new(share(0), share(1), share(2), 1.0),
-                _ => Vec4::new(share(0), share(1), share(2), share(3)),
-            }
+        let (low, high) = (y0 * self.width, y1 * self.width);
+        let places = [low + x0, low + x1, high + x0, high + x1];
+        let [a, b, c, d] = match &self.texels {
+            Texels::Unpacked(texels) => places.map(|i| color(texels[i])),
+            Texels::Packed(texels) => packed_colors(texels, self.components, places),
+            Texels::OfScene(texels) => packed_colors(texels, self.components, places),
         };
-        let low = texel(x0, y0).lerp(texel(x1, y0), fx);
-        let high = texel(x0, y1).lerp(texel(x1, y1), fx);
+        let low = a.lerp(b, fx);
+        let high = c.lerp(d, fx);
         low.lerp(high, fy)
     }
 
@@ -248,11 +263,18 @@ impl Texture {
         fine.lerp(version(next).sample(at, filter, repeat), level - below)
     }
 
-    /// The components of all texels, row by row from the bottom.
-    fn texels(&self) -> &[u8] {
+    /// Whether there are no texels.
+    fn is_empty(&self) -> bool {
+        self.stored().1.is_empty()
+    }
+
+    /// The number of components of each texel as it is stored, and those of all texels.
+    #[inline]
+    fn stored(&self) -> (usize, &[u8]) {
         match &self.texels {
-            Texels::Own(bytes) => bytes,
-            Texels::OfScene(bytes) => bytes,
+            Texels::Unpacked(texels) => (4, texels.as_flattened()),
+            Texels::Packed(bytes) => (self.components, bytes),
+            Texels::OfScene(bytes) => (self.components, bytes),
         }
     }
 
@@ -260,14 +282,8 @@ impl Texture {
     pub(in crate::scene) fn rows(
         &self,
     ) -> impl DoubleEndedIterator<Item = impl Iterator<Item = [u8; 4]>> {
-        let components = self.components.max(1);
-        let rows = self.texels().chunks_exact((self.width * components).max(1));
-        let rgba = |texel: &[u8]| match *texel {
-            [gray] => [gray, gray, gray, 255],
-            [gray, alpha] => [gray, gray, gray, alpha],
-            [r, g, b] => [r, g, b, 255],
-            _ => [texel[0], texel[1], texel[2], texel[3]],
-        };
+        let (components, texels) = self.stored();
+        let rows = texels.chunks_exact((self.width * components).max(1));
         rows.take(self.height)
             .map(move |row| row.chunks_exact(components).map(rgba))
     }
@@ -283,7 +299,7 @@ impl Texture {
             let mut smaller: Vec<Self> = Vec::new();
             loop {
                 let last = smaller.last().unwrap_or(self);
-                if last.width <= 1 && last.height <= 1 || last.texels().is_empty() {
+                if last.width <= 1 && last.height <= 1 || last.is_empty() {
                     return smaller;
                 }
                 let next = last.halved_layer();
@@ -303,9 +319,8 @@ impl Texture {
     /// The version of the first layer with half the width and height, rounded up.
     fn halved_layer(&self) -> Self {
         let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
-        let n = self.components;
+        let (n, all) = self.stored();
         let mut texels = Vec::with_capacity(width * height * n);
-        let all = self.texels();
         let row = |y: usize| {
             let y = y.min(self.height - 1);
             &all[y * self.width * n..(y + 1) * self.width * n]
@@ -321,7 +336,33 @@ impl Texture {
                 }));
             }
         }
-        Self::new(width, height, n, texels)
+        Self {
+            components: self.components,
+            ..Self::new(width, height, n, texels)
+        }
+    }
+}
+
+/// Returns the color of a texel.
+#[inline(always)]
+fn color(texel: [u8; 4]) -> Vec4 {
+    Vec4::from_array(texel.map(|c| f32::from(c) / 255.0))
+}
+
+/// Returns the colors of four texels of packed components, by their index.
+fn packed_colors(texels: &[u8], components: usize, places: [usize; 4]) -> [Vec4; 4] {
+    places.map(|i| color(rgba(&texels[i * components..][..components])))
+}
+
+/// Returns a texel as red, green, blue and alpha.
+#[inline(always)]
+fn rgba(texel: &[u8]) -> [u8; 4] {
+    match *texel {
+        [gray] => [gray, gray, gray, 255],
+        [gray, alpha] => [gray, gray, gray, alpha],
+        [r, g, b] => [r, g, b, 255],
+        [r, g, b, alpha, ..] => [r, g, b, alpha],
+        [] => [255; 4],
     }
 }
 
@@ -433,13 +474,22 @@ mod tests {
             let texel = |c: &[u8; 4]| kept.iter().map(|&k| c[k]).collect::<Vec<u8>>();
             Texture::new(3, 1, kept.len(), colors.iter().flat_map(texel).collect())
         };
+        let of = |kept: &[usize]| {
+            let mut texture = of(kept);
+            let bytes = colors.iter().flat_map(|c| kept.iter().map(|&k| c[k]));
+            texture.texels = Texels::Packed(bytes.collect());
+            texture
+        };
         let all = [of(&[0]), of(&[0, 3]), of(&[0, 1, 2]), of(&[0, 1, 2, 3])];
+        let unpacked = Texture::new(3, 1, 1, vec![7, 200, 90]);
+        assert!(matches!(unpacked.texels, Texels::Unpacked(_)));
         for (x, texels) in [(0.1, 1.0), (0.4, 1.0), (0.7, 2.0), (0.9, 9.0)] {
             let at = Vec2::new(x, 0.5);
             let seen = all
                 .each_ref()
                 .map(|t| t.sample_wide(at, texels, Filter::Smooth, ALL));
-            assert!(seen.iter().all(|color| *color == seen[0]), "{seen:?}");
+            let expected = unpacked.sample_wide(at, texels, Filter::Smooth, ALL);
+            assert_eq!(seen, [expected; 4]);
         }
         for texture in &all {
             assert!(texture.rows().flatten().eq(colors));
