@@ -16,6 +16,7 @@ mod paper_claims;
 mod profiles;
 mod readall;
 mod roundtrip;
+mod scaling;
 mod shared;
 mod speed;
 
@@ -52,6 +53,7 @@ const TOOLS: &[Tool] = &[
         "FOLDER [--only NAME] [--keep FOLDER]",
         roundtrip::run,
     ),
+    ("scaling", "", scaling::run),
     (
         "speed",
         "[--only PART] [--large] [--room FILE] [--peer COMMAND]",

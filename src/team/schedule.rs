@@ -81,7 +81,7 @@ impl Schedule {
 
     /// Takes back the pieces of a worker that will not finish them.
     #[cfg_attr(
-        not(test),
+        not(any(test, feature = "tools")),
         expect(dead_code, reason = "a team of MPI ends with any of its processes")
     )]
     pub(crate) fn lost(&mut self, worker: usize) {
