@@ -120,6 +120,10 @@ struct Readme;
 #[path = "../tools/mod.rs"]
 pub mod tools;
 
+#[cfg(any(test, feature = "tools"))]
+#[path = "../tests/fuzz/mod.rs"]
+pub mod fuzz;
+
 #[cfg(test)]
 #[path = "../tests/internal/mod.rs"]
 mod internal_tests;

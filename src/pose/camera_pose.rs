@@ -84,11 +84,26 @@ impl CameraPose {
         } else {
             return None;
         };
-        let position = world_from_camera.transform_point3(node.get(camera::POSITION).as_dvec3());
+        let own = node.get(camera::POSITION);
+        let own = if own.is_finite() {
+            own
+        } else {
+            camera::POSITION.default()
+        };
+        let position = world_from_camera.transform_point3(own.as_dvec3());
         let turn = quat(node.get(camera::ORIENTATION));
+        let orientation = (rotation_of(world_from_camera) * turn).normalize();
         Some(Self {
-            position,
-            orientation: (rotation_of(world_from_camera) * turn).normalize(),
+            position: if position.is_finite() {
+                position
+            } else {
+                own.as_dvec3()
+            },
+            orientation: if orientation.is_finite() {
+                orientation
+            } else {
+                DQuat::IDENTITY
+            },
             projection,
             near: number(camera::NEAR_DISTANCE),
             far: number(camera::FAR_DISTANCE),

@@ -225,6 +225,29 @@ impl Fonts {
         Ok(())
     }
 
+    /// Returns the typefaces in a font file's contents, for tests of hostile files.
+    #[cfg(any(test, feature = "tools"))]
+    pub(crate) fn of_bytes(bytes: &[u8]) -> Self {
+        let mut fonts = Self::default();
+        if fonts.add_faces(PathBuf::new(), bytes).is_ok() {
+            let file = fonts
+                .files
+                .last()
+                .map(|file| file.bytes.set(bytes.to_vec()));
+            debug_assert_eq!(file, Some(Ok(())), "nobody has read the file");
+        }
+        fonts
+    }
+
+    /// Returns all typefaces.
+    #[cfg(any(test, feature = "tools"))]
+    pub(crate) fn all(&self) -> impl Iterator<Item = UserFont<'_>> {
+        self.faces.iter().map(|face| UserFont {
+            bytes: self.files[face.file].bytes.get().map_or(&[], Vec::as_slice),
+            index: face.index,
+        })
+    }
+
     /// Returns the typeface for a name in a scene file, such as `Times-Roman` or `Helvetica:Bold`.
     pub(crate) fn find(&self, name: &str, bold: bool, italic: bool) -> Option<UserFont<'_>> {
         let whole = normalized(name);

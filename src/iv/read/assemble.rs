@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::enum_names::EnumNames;
 use super::header::Header;
+use super::tokens::legal_name;
 use super::upgrade;
 use crate::diag::{Result, Span, nearest};
 use crate::grammar::value::{NodeId, Value};
@@ -170,7 +171,7 @@ impl<'d> Assembler<'d> {
         if name.is_empty() {
             return;
         }
-        let name: Arc<str> = text(name).into();
+        let name: Arc<str> = text(&legal_name(name)).into();
         self.data(node).name = Some(name.clone());
         if self.source == 0 && self.in_protos == 0 {
             self.document.names.insert(name, node);
@@ -516,10 +517,12 @@ impl<'d> Assembler<'d> {
     }
 }
 
-/// Returns the part of a token before its reference number, such as `name` in `name+3`.
-fn base_name(token: &[u8]) -> &[u8] {
-    match token.iter().rposition(|&b| b == b'+') {
-        Some(i) if token[i + 1..].iter().all(u8::is_ascii_digit) => &token[..i],
-        _ => token,
+/// Returns the part of a token before its reference numbers, such as `name` in `name+3`.
+fn base_name(mut token: &[u8]) -> &[u8] {
+    while let Some(i) = token.iter().rposition(|&b| b == b'+')
+        && token[i + 1..].iter().all(u8::is_ascii_digit)
+    {
+        token = &token[..i];
     }
+    token
 }

@@ -11,6 +11,7 @@ use nom::Parser;
 use super::assemble::{Assembler, Slot};
 use super::binary_values::{self, Context};
 use super::syntax_error::SyntaxError;
+use super::tokens::is_word;
 use crate::diag::{ErrorKind, Result, Span};
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{FieldType, class, path};
@@ -301,7 +302,8 @@ impl<'s> Reader<'_, '_, 's> {
         start: usize,
     ) -> Step<()> {
         let known = self.asm.class_named(name);
-        if known.is_none() && !is_name(name) {
+        // Bytes that are read at a wrong offset mostly are no word.
+        if known.is_none() && !is_word(name.as_bytes()) {
             return Err(Stop::damaged(start, "expected a node here"));
         }
         let class = known.unwrap_or_else(|| self.asm.unknown(name));
@@ -426,6 +428,10 @@ impl<'s> Reader<'_, '_, 's> {
             let (kind, name) = (self.string()?, self.string()?);
             match FieldType::named(&kind) {
                 Some(_) if name == "isA" => {}
+                Some(_) if !is_word(name.as_bytes()) => {
+                    let message = format!("a field cannot be named `{name}`");
+                    return Err(Stop::damaged(self.at(), message));
+                }
                 Some(kind) => fields.push((name.into(), kind)),
                 None => {
                     let message = format!("`{kind}` is not a field type");
@@ -576,7 +582,12 @@ impl<'s> Reader<'_, '_, 's> {
         match target {
             Target::Field(holder, entry) if !self.is_path(holder) => self.tail(holder, entry),
             Target::Source(holder, entry) => {
-                let output = self.string()?.into();
+                let output = self.string()?;
+                if !is_word(output.as_bytes()) {
+                    let message = format!("an output cannot be named `{output}`");
+                    return Err(Stop::damaged(self.at(), message));
+                }
+                let output = output.into();
                 let connection = Some(Box::new(Connection { from: node, output }));
                 self.asm.data(holder).fields[entry].connection = connection;
                 Ok(())
@@ -597,13 +608,4 @@ impl<'s> Reader<'_, '_, 's> {
             _ => Ok(()),
         }
     }
-}
-
-/// Returns whether a string can be the name of a class. Bytes that are read at a wrong offset
-/// mostly cannot.
-fn is_name(name: &str) -> bool {
-    !name.is_empty()
-        && name
-            .bytes()
-            .all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-')
 }

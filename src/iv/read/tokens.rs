@@ -99,6 +99,18 @@ pub(super) fn word(input: &[u8]) -> Parsed<'_, &[u8]> {
     take_while1(|b| !is(b, ENDS_WORD))(input)
 }
 
+/// Returns whether bytes are the name of a class or field that [`word`] parses.
+pub(super) fn is_word(bytes: &[u8]) -> bool {
+    !bytes.is_empty() && !bytes.iter().any(|&b| is(b, ENDS_WORD))
+}
+
+/// Returns a `DEF` name of a binary file as [`def_name`] parses it: a byte that ends a name in the
+/// ASCII format becomes `_`.
+pub(super) fn legal_name(bytes: &[u8]) -> Vec<u8> {
+    let legal = |&b: &u8| if is(b, ENDS_NAME) { b'_' } else { b };
+    bytes.iter().map(legal).collect()
+}
+
 /// Parses a name after `DEF` or `USE`: `Text01-TIMER`, `name+0`, `+0`, even `a.b`.
 pub(super) fn def_name(input: &[u8]) -> Parsed<'_, &[u8]> {
     take_while1(|b| !is(b, ENDS_NAME))(input)

@@ -265,9 +265,11 @@ fn image<const SOLID: bool>(input: &[u8]) -> Parsed<'_, Image> {
     if components > 4 {
         return fail(input, Problem::TooManyComponents(components));
     }
-    let pixels = u64::from(width) * u64::from(height) * u64::from(depth);
+    let pixels = [height, depth]
+        .iter()
+        .fold(u64::from(width), |n, &k| n.saturating_mul(u64::from(k)));
     // A pixel takes at least a digit and a space, so the rest of the file limits their number.
-    if pixels * 2 > rest.len() as u64 + 1 && components > 0 {
+    if pixels.saturating_mul(2) > rest.len() as u64 + 1 && components > 0 {
         return fail(input, Problem::ImageTooLarge(width, height));
     }
     let count = if components == 0 { 0 } else { pixels as usize };

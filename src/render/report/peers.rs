@@ -39,7 +39,11 @@ impl Peer {
             .map_err(|e| e.in_file(path.display().to_string()).with_help(COLUMNS))
     }
 
-    fn parse(text: &str) -> Result<Vec<Self>> {
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Peer::open`] without the file's name.
+    pub(crate) fn parse(text: &str) -> Result<Vec<Self>> {
         let mut lines = text.lines().enumerate();
         let head: Vec<&str> = lines
             .next()
