@@ -341,22 +341,29 @@ impl RenderScene {
     }
 
     /// Returns the outward unit normal of the primitive at a hit.
+    #[inline]
     pub(super) fn geometric_normal(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+        let Some([a, b, c]) = self.corners(hit.primitive, hit.place) else {
+            return self.normal_of_other(ray, hit);
+        };
+        let n = (b - a).cross(c - a);
+        let length = n.length();
+        // For triangles smaller than about 1e-15 m the product underflows in f32, so they are
+        // scaled first.
+        if length > 1e-30 {
+            n / length
+        } else {
+            let scale = 1.0 / (b - a).abs().max((c - a).abs()).max_element().max(1e-38);
+            ((b - a) * scale)
+                .cross((c - a) * scale)
+                .normalize_or(-ray.direction)
+        }
+    }
+
+    /// Returns the outward unit normal of a hit primitive that is not a triangle.
+    #[inline(never)]
+    fn normal_of_other(&self, ray: &Ray, hit: &Hit) -> Vec3 {
         match self.primitive(hit) {
-            Primitive::Triangle([a, b, c]) => {
-                let n = (b - a).cross(c - a);
-                let length = n.length();
-                // For triangles smaller than about 1e-15 m the product underflows in f32, so they
-                // are scaled first.
-                if length > 1e-30 {
-                    n / length
-                } else {
-                    let scale = 1.0 / (b - a).abs().max((c - a).abs()).max_element().max(1e-38);
-                    ((b - a) * scale)
-                        .cross((c - a) * scale)
-                        .normalize_or(-ray.direction)
-                }
-            }
             Primitive::Quadric(quadric) => {
                 let (_, n) = quadric.project_to_surface(ray.at(hit.t).as_dvec3());
                 let m = quadric.object_from_scene.matrix3.transpose();
@@ -366,6 +373,7 @@ impl RenderScene {
                 .face
                 .try_normalize()
                 .unwrap_or(-ray.direction.normalize_or(Vec3::Z)),
+            Primitive::Triangle(_) => Vec3::ZERO, // `geometric_normal` has computed it
         }
     }
 }

@@ -146,10 +146,9 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
         surface,
         error: 0.0,
     };
-    let coordinates = match scene.primitive(hit) {
-        Primitive::Triangle(corners) => on_triangle(&mut out, scene, &corners, hit),
-        Primitive::Quadric(quadric) => on_quadric(&mut out, &quadric),
-        Primitive::Stroke(stroke) => on_stroke(&mut out, ray, stroke),
+    let coordinates = match scene.corners(hit.primitive, hit.place) {
+        Some(corners) => on_triangle(&mut out, scene, &corners, hit),
+        None => on_other(&mut out, scene, ray, hit),
     };
     if surface.two_sided && !front {
         out.normal = -out.normal;
@@ -169,6 +168,16 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
         out.texel = Some(texel);
     }
     out
+}
+
+/// Fills in a point on a primitive that is not a triangle, and returns its texture coordinates.
+#[inline(never)]
+fn on_other(out: &mut Point<'_>, scene: &RenderScene, ray: &Ray, hit: &Hit) -> Vec3 {
+    match scene.primitive(hit) {
+        Primitive::Triangle(corners) => on_triangle(out, scene, &corners, hit),
+        Primitive::Quadric(quadric) => on_quadric(out, &quadric),
+        Primitive::Stroke(stroke) => on_stroke(out, ray, stroke),
+    }
 }
 
 /// Fills in a point on a round surface, and returns its texture coordinates.

@@ -143,11 +143,13 @@ impl Instances {
     }
 
     /// The placement of a shape, by the place of a hit.
+    #[inline(never)]
     pub(in crate::scene) fn placement(&self, place: u64) -> Placement {
         Placement::around(self.origin).moved_to(self.world_from_object(place - 1))
     }
 
     /// The corners of a triangle in the scene, or `None` for another primitive.
+    #[inline(never)]
     pub(in crate::scene) fn corners(&self, primitive: u32, place: u64) -> Option<[Vec3; 3]> {
         let corners = self.triangles.get(primitive as usize)?;
         let placement = self.placement(place);
