@@ -7,6 +7,7 @@ mod against;
 mod corpus;
 mod coverage;
 mod damage;
+mod faults;
 #[cfg(feature = "panels")]
 mod latency;
 mod left_out;
@@ -42,6 +43,7 @@ const TOOLS: &[Tool] = &[
         coverage::run,
     ),
     ("damage", "FOLDER [--seconds S] [--mb MB]", damage::run),
+    ("faults", "PROGRAM [--kills N]", faults::run),
     #[cfg(feature = "panels")]
     ("latency", "SCENE...", latency::run),
     ("optics", "FOLDER [PART...]", optics::run),
