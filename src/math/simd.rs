@@ -10,6 +10,7 @@
 //! every load and store takes a reference to an array of exactly the vector's size.
 #![allow(unsafe_code)]
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Arithmetic that is compiled for each vector width. `run` and everything that it calls in its
@@ -71,6 +72,9 @@ pub(crate) enum Width {
     Avx512,
 }
 
+/// The greatest width that this processor has. Rays ask for it one by one, so it is found once.
+static OF_PROCESSOR: OnceLock<Width> = OnceLock::new();
+
 impl Width {
     /// The greatest width that this processor has and the process may use.
     #[inline]
@@ -78,6 +82,11 @@ impl Width {
         if is_portable() {
             return Self::Plain;
         }
+        *OF_PROCESSOR.get_or_init(Self::of_processor)
+    }
+
+    /// The greatest width that this processor has.
+    fn of_processor() -> Self {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2")
             && is_x86_feature_detected!("fma")

@@ -91,12 +91,25 @@ impl RenderScene {
     /// Returns the nearest hit that `is_visible` accepts.
     #[inline(always)]
     fn nearest(&self, ray: &Ray, is_visible: impl Fn(&Hit) -> bool) -> Option<Hit> {
+        match self.instances {
+            None => self.nearest_in::<false>(ray, is_visible),
+            Some(_) => self.nearest_in::<true>(ray, is_visible),
+        }
+    }
+
+    /// Does the work of [`RenderScene::nearest`] for a scene with or without instances.
+    #[inline(always)]
+    fn nearest_in<const INSTANCES: bool>(
+        &self,
+        ray: &Ray,
+        is_visible: impl Fn(&Hit) -> bool,
+    ) -> Option<Hit> {
         let prepared = PreparedRay::new(ray);
         let search = |front: &mut Front| {
             self.tree()
                 .walk(&prepared, ray.t_min, front.t_max, |block, hits, t_max| {
                     let range = (ray.t_min, t_max);
-                    self.visit((&prepared, true), (block, hits), range, |hit| {
+                    self.visit::<INSTANCES>((&prepared, true), (block, hits), range, |hit| {
                         let passed = hit.t <= ray.plane_end && self.rank(&hit) >= ray.passed;
                         if !passed && is_visible(&hit) {
                             front.add(hit, |hit| self.rank(hit));
@@ -151,9 +164,10 @@ impl RenderScene {
     /// Calls `found` with the hits of a block: those on triangles, which are given, and those on
     /// other primitives, which are computed. `found` returns the farthest distance of interest for
     /// further hits, and this function returns the last of these. Instances are searched with near
-    /// primitives first if `sorted`.
+    /// primitives first if `sorted`. The search of instances takes the address of `found`, which
+    /// keeps its values out of registers, so it is compiled only where `INSTANCES`.
     #[inline(always)]
-    fn visit(
+    fn visit<const INSTANCES: bool>(
         &self,
         (ray, sorted): (&PreparedRay, bool),
         (block, hits): (&Block, &BlockHits),
@@ -173,7 +187,8 @@ impl RenderScene {
             }
         }
         for lane in bits(block.non_triangles()) {
-            if let Some(instances) = &self.instances
+            if INSTANCES
+                && let Some(instances) = &self.instances
                 && let Some(element) =
                     (block.primitive(lane) as usize).checked_sub(self.owners.len())
             {
@@ -283,12 +298,20 @@ impl RenderScene {
     /// Returns the fraction of light that is transmitted between the ray's ends. It is the product
     /// of the transparencies of all primitives between them. Any opaque primitive ends the search.
     pub(crate) fn transmittance(&self, ray: &Ray, t_max: f32) -> f32 {
+        match self.instances {
+            None => self.transmittance_in::<false>(ray, t_max),
+            Some(_) => self.transmittance_in::<true>(ray, t_max),
+        }
+    }
+
+    /// Does the work of [`RenderScene::transmittance`] for a scene with or without instances.
+    fn transmittance_in<const INSTANCES: bool>(&self, ray: &Ray, t_max: f32) -> f32 {
         let prepared = PreparedRay::new(ray);
         let mut through = 1.0;
         self.tree()
             .walk_any(&prepared, ray.t_min, t_max, |block, hits, t_max| {
                 let range = (ray.t_min, t_max);
-                self.visit((&prepared, false), (block, hits), range, |hit| {
+                self.visit::<INSTANCES>((&prepared, false), (block, hits), range, |hit| {
                     through *= self.lets_through(ray, &hit);
                     if through > 0.0 {
                         t_max
