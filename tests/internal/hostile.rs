@@ -115,7 +115,9 @@ fn what_does_not_fit_into_the_memory_is_left_out_with_one_message() {
 
 #[test]
 fn more_primitives_than_the_limit_are_left_out_with_a_message() {
-    let document = read("Separator { Array { numElements1 1000 Cube { } } }");
+    // Copies in an `Array` would be stored once.
+    let cubes = "Cube { } Translation { translation 3 0 0 } ".repeat(30);
+    let document = read(&format!("Separator {{ {cubes} }}"));
     let options = CompileOptions {
         max_primitives: 120,
         ..CompileOptions::default()
