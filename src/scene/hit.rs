@@ -364,7 +364,7 @@ impl RenderScene {
     }
 
     /// Returns the outward unit normal of the primitive at a hit.
-    #[inline]
+    #[inline(always)]
     pub(super) fn geometric_normal(&self, ray: &Ray, hit: &Hit) -> Vec3 {
         let Some([a, b, c]) = self.corners(hit.primitive, hit.place) else {
             return self.normal_of_other(ray, hit);

@@ -43,16 +43,23 @@ impl RenderScene {
     }
 
     /// The corners of a hit primitive, or `None` if it is not a triangle.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn corners(&self, primitive: u32, place: u64) -> Option<[Vec3; 3]> {
         if place != 0 {
-            return self.instances.as_ref()?.corners(primitive, place);
+            return self.placed_corners(primitive, place);
         }
         self.triangles.get(primitive as usize).copied()
     }
 
+    /// The corners of a triangle of a prototype, placed in the scene.
+    #[cold]
+    #[inline(never)]
+    fn placed_corners(&self, primitive: u32, place: u64) -> Option<[Vec3; 3]> {
+        self.instances.as_ref()?.corners(primitive, place)
+    }
+
     /// The normals of the corners of a surface's triangle, or `None` if its face is flat.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn normals(
         &self,
         surface: &Surface,
@@ -60,17 +67,25 @@ impl RenderScene {
         place: u64,
     ) -> Option<[Vec3; 3]> {
         let normals = surface.normals.get(triangle)?;
-        match &self.instances {
-            Some(instances) if place != 0 => {
-                let placement = instances.placement(place);
-                Some(normals.map(|normal| placement.normal(normal)))
-            }
-            _ => Some(normals),
-        }
+        Some(match place {
+            0 => normals,
+            _ => self.placed_normals(normals, place),
+        })
+    }
+
+    /// The normals of a triangle of a prototype, turned into the scene.
+    #[cold]
+    #[inline(never)]
+    fn placed_normals(&self, normals: [Vec3; 3], place: u64) -> [Vec3; 3] {
+        let Some(instances) = &self.instances else {
+            return normals;
+        };
+        let placement = instances.placement(place);
+        normals.map(|normal| placement.normal(normal))
     }
 
     /// The number of a hit primitive's surface.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn owner(&self, primitive: u32, place: u64) -> u32 {
         match &self.instances {
             Some(instances) if place != 0 => instances.owners[primitive as usize],
@@ -79,6 +94,7 @@ impl RenderScene {
     }
 
     /// Whether a hit is on a triangle.
+    #[inline(always)]
     pub(super) fn is_triangle(&self, hit: &Hit) -> bool {
         let triangles = match &self.instances {
             Some(instances) if hit.place != 0 => instances.triangles.len(),

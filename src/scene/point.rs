@@ -174,7 +174,7 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
 #[inline(never)]
 fn on_other(out: &mut Point<'_>, scene: &RenderScene, ray: &Ray, hit: &Hit) -> Vec3 {
     match scene.primitive(hit) {
-        Primitive::Triangle(corners) => on_triangle(out, scene, &corners, hit),
+        Primitive::Triangle(_) => Vec3::ZERO, // `point` has filled it in
         Primitive::Quadric(quadric) => on_quadric(out, &quadric),
         Primitive::Stroke(stroke) => on_stroke(out, ray, stroke),
     }
@@ -220,6 +220,7 @@ fn on_stroke(out: &mut Point<'_>, ray: &Ray, stroke: &Stroke) -> Vec3 {
 /// from the corners and not from the distance, so its error is a few ulps of the corners' size
 /// whatever the ray's length (Pharr, Jakob and Humphreys, *Physically Based Rendering*, 4th
 /// edition, 6.8).
+#[inline(always)]
 fn on_triangle(out: &mut Point<'_>, scene: &RenderScene, corners: &[Vec3; 3], hit: &Hit) -> Vec3 {
     let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
     let blend = |v: [Vec3; 3]| v[0] * weights[0] + v[1] * weights[1] + v[2] * weights[2];
