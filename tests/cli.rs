@@ -1351,7 +1351,7 @@ fn a_picture_that_cannot_be_written_is_kept_as_its_exposures() {
     let full = scratch.0.join("full.png");
     std::os::unix::fs::symlink("/dev/full", &full).unwrap();
     let render = |output: &Path| {
-        let mut command = ivcam("render -q --size 18x12 --samples 1 --lens none -o");
+        let mut command = ivcam("render --quiet --size 18x12 --samples 1 --lens none -o");
         command.arg(output).arg(&scene).env("TMPDIR", &kept);
         command.output().unwrap()
     };
@@ -1361,7 +1361,7 @@ fn a_picture_that_cannot_be_written_is_kept_as_its_exposures() {
     let exposures = kept.join("full.exr");
     let help = format!("`ivcam expose {} -o OUTPUT`", exposures.display());
     assert!(
-        said.contains("no room left") && said.contains(&help),
+        said.contains("No space left") && said.contains(&help),
         "{said}"
     );
     let [direct, later] = ["direct.png", "later.png"].map(|name| scratch.0.join(name));
@@ -1369,7 +1369,6 @@ fn a_picture_that_cannot_be_written_is_kept_as_its_exposures() {
     let mut expose = ivcam("expose -o");
     let run = expose.arg(&later).arg(&exposures).output().unwrap();
     assert!(run.status.success(), "{}", stderr(&run));
-    let mut compare = ivcam("compare --max 0");
-    let run = compare.arg(&direct).arg(&later).output().unwrap();
-    assert!(run.status.success(), "{}", stderr(&run));
+    let pixels = |path: &Path| image::open(path).unwrap().to_rgb8();
+    assert_eq!(pixels(&direct), pixels(&later));
 }

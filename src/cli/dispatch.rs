@@ -85,7 +85,8 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
         }
     }
     outputs_have_a_render(&matches)?;
-    let out = &mut std::io::stdout().lock();
+    // Not locked: a picture for the standard output is written by the threads of the render.
+    let out = &mut std::io::stdout();
     match matches.subcommand() {
         None if !matches.get_flag("batch") => view::run(&matches, Era::Vintage),
         None => render::run(&matches, Era::Vintage, words),
