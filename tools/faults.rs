@@ -20,82 +20,32 @@ const SCENE: &str = "scenes/desk-lamp/desk-lamp.iv";
 /// A command that writes files, which is killed.
 struct Victim {
     name: &'static str,
-    /// The arguments; `OUT` is a folder for the outputs.
-    words: &'static [&'static str],
+    /// The arguments, separated by spaces. `SCENE` is a scene, and `OUT` is a folder for outputs.
+    words: &'static str,
 }
 
 const VICTIMS: [Victim; 5] = [
     Victim {
         name: "render to PNG",
-        words: &[
-            "render",
-            SCENE,
-            "--size",
-            "192x128",
-            "--samples",
-            "4",
-            "-o",
-            "OUT/a.png",
-        ],
+        words: "render SCENE --size 192x128 --samples 4 -o OUT/a.png",
     },
     Victim {
         name: "render to EXR, with layers and report",
-        words: &[
-            "render",
-            SCENE,
-            "--size",
-            "192x128",
-            "--samples",
-            "4",
-            "-o",
-            "OUT/a.exr",
-            "--aov",
-            "OUT/layers.exr",
-            "--report",
-            "OUT/report.json",
-        ],
+        words: "render SCENE --size 192x128 --samples 4 -o OUT/a.exr --aov OUT/layers.exr \
+                --report OUT/report.json",
     },
     Victim {
         name: "a large picture, mostly written",
-        words: &[
-            "render",
-            SCENE,
-            "--size",
-            "1600x1200",
-            "--samples",
-            "1",
-            "--lens",
-            "none",
-            "--shading",
-            "flat",
-            "-o",
-            "OUT/a.png",
-        ],
+        words: "render SCENE --size 1600x1200 --samples 1 --lens none --shading flat -o OUT/a.png",
     },
     Victim {
         name: "movie",
-        words: &[
-            "pull-focus",
-            SCENE,
-            "--from",
-            "1",
-            "--to",
-            "2",
-            "--frames",
-            "6",
-            "--size",
-            "96x64",
-            "--samples",
-            "4",
-            "--folder",
-            "OUT/frames",
-            "-o",
-            "OUT/movie.png",
-        ],
+        words: "pull-focus SCENE --from 1 --to 2 --frames 6 --size 96x64 --samples 4 \
+                --folder OUT/frames -o OUT/movie.png",
     },
     Victim {
         name: "catalog",
-        words: &["catalog", "scenes", "-o", "OUT/catalog"],
+        words: "catalog scenes -o OUT/catalog",
     },
 ];
 
@@ -138,10 +88,11 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     ExitCode::from(u8::from(failed > 0))
 }
 
-fn command(program: &Path, words: &[&str], out: &Path) -> Command {
+fn command(program: &Path, words: &str, out: &Path) -> Command {
     let mut command = Command::new(program);
     let out = out.to_string_lossy();
-    command.args(words.iter().map(|word| word.replace("OUT", &out)));
+    let word = |word: &str| word.replace("SCENE", SCENE).replace("OUT", &out);
+    command.args(words.split_whitespace().map(word));
     command.stdout(Stdio::null()).stderr(Stdio::null());
     command
 }
@@ -304,16 +255,7 @@ fn two_at_once(program: &Path, out: &Path) -> std::io::Result<u64> {
     let mut failed = 0;
     for _ in 0..20 {
         let render = |size| {
-            let words = [
-                "render",
-                SCENE,
-                "--size",
-                size,
-                "--samples",
-                "1",
-                "-o",
-                "OUT/two.png",
-            ];
+            let words = format!("render SCENE --size {size} --samples 1 -o OUT/two.png");
             command(program, &words, out).spawn()
         };
         std::fs::create_dir_all(out)?;

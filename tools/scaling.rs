@@ -14,7 +14,7 @@ use crate::team::Schedule;
 
 /// Pixels of a tile, as in `render`.
 const TILE: f64 = 64.0;
-/// Bytes of a pixel's sums in a message.
+/// The size of a pixel in a message, in bytes.
 const PIXEL_BYTES: f64 = 56.0;
 /// Rays from the film that one core traces in a second: livroom through the double Gauss, measured.
 const RAYS: f64 = 1.38e6;
@@ -22,7 +22,7 @@ const RAYS: f64 = 1.38e6;
 const NETWORK: f64 = 1.25e9;
 /// Seconds that a message costs the first process besides its bytes.
 const MESSAGE: f64 = 20e-6;
-/// Seconds that a message travels.
+/// The latency of a message in seconds.
 const LATENCY: f64 = 50e-6;
 /// Pieces that a process has at a time, as in `render`.
 const PIECES: usize = 2;
@@ -35,9 +35,9 @@ const SCENE: (f64, f64) = (100e6, 5.0);
 #[derive(Clone, Copy)]
 struct Farm {
     ranks: usize,
-    /// Every so many processes, one is four times slower; 0 for none.
+    /// One of this many processes is four times slower; 0 for none.
     slow_every: usize,
-    /// Every so many processes, one dies in the middle; 0 for none.
+    /// One of this many processes dies in the middle; 0 for none.
     dead_every: usize,
     pixels: f64,
     samples: f64,
@@ -75,7 +75,7 @@ enum Event {
 type At = Reverse<(u64, u64)>;
 
 struct Rank {
-    /// Items in a second.
+    /// Items per second.
     speed: f64,
     queue: VecDeque<Range<u64>>,
     /// The time at which the present piece began, if there is one.

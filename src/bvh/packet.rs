@@ -140,7 +140,7 @@ pub(crate) struct PacketHits {
     pub v: Lanes<f32>,
     /// The primitives that were hit.
     pub primitive: Lanes<u32>,
-    /// Their uses.
+    /// The use of each primitive, where it is drawn more than once: see [`Hit::place`].
     pub place: Lanes<u64>,
     /// A bit mask of the rays that hit something.
     pub mask: u32,

@@ -15,11 +15,11 @@ const INTERVAL: Duration = Duration::from_millis(500);
 /// How the progress of a render is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MeterKind {
-    /// Not at all.
+    /// No output.
     Silent,
-    /// As a line that is visible only on a terminal.
+    /// A line that is visible only on a terminal.
     Bar,
-    /// As one JSON object a line.
+    /// One JSON object per line.
     Json,
 }
 
@@ -27,7 +27,7 @@ pub(crate) enum MeterKind {
 pub(super) enum Meter {
     /// A line that is visible only on a terminal.
     Bar(indicatif::ProgressBar),
-    /// One JSON object a line.
+    /// One JSON object per line.
     Json {
         start: Instant,
         /// When the last line was printed.

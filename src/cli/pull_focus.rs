@@ -141,7 +141,7 @@ impl Film {
 enum Wanted {
     /// All frames, and the movie of them.
     Movie,
-    /// Some frames without the movie.
+    /// Only the frames with these numbers.
     Frames(Vec<u32>),
 }
 

@@ -6,8 +6,8 @@ use super::team_mpi;
 use crate::diag::Result;
 use crate::photo::Session;
 
-/// The variables in which the starters of processes state the number of each: Open MPI, PMIx of
-/// Slurm and others, and PMI of MPICH.
+/// The variables in which the starters of processes state the number of each: Open MPI, PMIx
+/// (Slurm and others), and PMI (MPICH).
 const RANKS: [&str; 3] = ["OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"];
 
 /// Whether this process was started as one of several and is not the first.

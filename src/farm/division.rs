@@ -25,7 +25,7 @@ pub(crate) fn pieces<T>(list: &[T], size: Option<usize>, most: usize) -> Vec<&[T
 pub(crate) struct JobFile {
     /// The name of the file.
     pub name: &'static str,
-    /// What is in it.
+    /// The text of the file.
     pub content: String,
 }
 

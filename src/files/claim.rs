@@ -293,19 +293,11 @@ fn remove_all(path: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::internal_tests::common::Folder;
 
     const EXPIRY: Duration = Duration::from_secs(60);
 
-    struct Folder(PathBuf);
-
     impl Folder {
-        fn new(name: &str) -> Self {
-            let name = format!("ivcam-claim-{}-{name}", std::process::id());
-            let path = std::env::temp_dir().join(name);
-            std::fs::create_dir_all(&path).unwrap();
-            Self(path)
-        }
-
         fn claims(&self) -> Claims {
             Claims::new(&self.0, EXPIRY)
         }
@@ -318,20 +310,6 @@ mod tests {
             );
             std::fs::write(self.0.join(name), content).unwrap();
         }
-
-        fn names(&self) -> Vec<String> {
-            let entries = std::fs::read_dir(&self.0).unwrap();
-            let name = |e: std::fs::DirEntry| e.file_name().to_string_lossy().into_owned();
-            let mut names: Vec<String> = entries.map(|e| name(e.unwrap())).collect();
-            names.sort();
-            names
-        }
-    }
-
-    impl Drop for Folder {
-        fn drop(&mut self) {
-            let _ = std::fs::remove_dir_all(&self.0);
-        }
     }
 
     fn seconds(s: u64) -> Duration {
@@ -340,7 +318,7 @@ mod tests {
 
     #[test]
     fn work_has_one_maker_and_is_free_again_when_it_is_dropped_or_finished() {
-        let folder = Folder::new("one");
+        let folder = Folder::new("claim-one");
         let (mut a, mut b) = (folder.claims(), folder.claims());
         let claim = a.claim("7", seconds(0)).unwrap().unwrap();
         // A locked file of a living maker never expires before its time, however often it is tried.
@@ -358,7 +336,7 @@ mod tests {
 
     #[test]
     fn a_claim_of_another_machine_expires_by_the_clock_of_the_one_who_waits() {
-        let folder = Folder::new("expiry");
+        let folder = Folder::new("claim-expiry");
         let mut claims = folder.claims();
         folder.foreign("7.claim", 1);
         assert!(claims.claim("7", seconds(1000)).unwrap().is_none());
@@ -378,7 +356,7 @@ mod tests {
 
     #[test]
     fn only_one_of_two_who_wait_takes_a_dead_claim_over() {
-        let folder = Folder::new("two");
+        let folder = Folder::new("claim-two");
         let (mut a, mut b) = (folder.claims(), folder.claims());
         folder.foreign("7.claim", 1);
         for claims in [&mut a, &mut b] {
@@ -394,7 +372,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn a_maker_that_died_under_this_kernel_is_known_at_once() {
-        let folder = Folder::new("dead");
+        let folder = Folder::new("claim-dead");
         // The content is that of this process, and the lock ended with its file.
         let text = format!("{}, \"beat\": 0}}", content(true, EXPIRY));
         std::fs::write(folder.0.join("7.claim"), text).unwrap();
@@ -405,7 +383,7 @@ mod tests {
 
     #[test]
     fn a_file_that_is_no_claim_expires_too() {
-        let folder = Folder::new("garbage");
+        let folder = Folder::new("claim-garbage");
         for (name, text) in [
             ("a.claim", ""),
             ("b.claim", "{\"host\":"),

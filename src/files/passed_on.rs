@@ -10,13 +10,13 @@ use std::sync::{PoisonError, RwLock};
 /// The contents of files, by the paths under which they are opened.
 pub(crate) type Contents = BTreeMap<PathBuf, Vec<u8>>;
 
-/// What this process does about the files that it reads.
+/// Whether this process shares the files that it reads with other processes.
 enum Passing {
-    /// Nothing.
+    /// It reads files for itself.
     Off,
-    /// It keeps them.
+    /// It keeps the contents of all files, to send them.
     Keeps(Contents),
-    /// It has those of another process.
+    /// It uses the contents that another process has sent.
     Has(Contents),
 }
 

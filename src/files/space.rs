@@ -15,7 +15,7 @@ pub(crate) struct SizeEstimate {
 }
 
 impl SizeEstimate {
-    /// The size of some files of this size.
+    /// Returns the total size of `files` files of this size.
     pub(crate) fn times(self, files: u64) -> Self {
         Self {
             least: self.least.saturating_mul(files),

@@ -226,33 +226,11 @@ fn remove_leftovers(target: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    struct Folder(PathBuf);
-
-    impl Folder {
-        fn new(name: &str) -> Self {
-            let name = format!("ivcam-files-{}-{name}", std::process::id());
-            let path = std::env::temp_dir().join(name);
-            std::fs::create_dir_all(&path).unwrap();
-            Self(path)
-        }
-
-        fn names(&self) -> Vec<String> {
-            let entries = std::fs::read_dir(&self.0).unwrap();
-            let name = |e: std::fs::DirEntry| e.file_name().to_string_lossy().into_owned();
-            entries.map(|e| name(e.unwrap())).collect()
-        }
-    }
-
-    impl Drop for Folder {
-        fn drop(&mut self) {
-            let _ = std::fs::remove_dir_all(&self.0);
-        }
-    }
+    use crate::internal_tests::common::Folder;
 
     #[test]
     fn a_failed_write_leaves_nothing_behind() {
-        let folder = Folder::new("half");
+        let folder = Folder::new("files-half");
         let result = write_whole(&folder.0.join("half.png"), |file| {
             file.write_all(b"half")?;
             Err(Error::other("the disk caught fire"))
@@ -287,7 +265,7 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn an_error_of_the_disk_at_any_byte_keeps_the_old_file_and_leaves_no_other() {
-        let folder = Folder::new("disk");
+        let folder = Folder::new("files-disk");
         let path = folder.0.join("a.png");
         write_whole(&path, |file| file.write_all(b"old")).unwrap();
         let content = vec![7u8; 100_000];
@@ -308,7 +286,7 @@ mod tests {
 
     #[test]
     fn two_writers_of_one_file_have_temporary_files_of_their_own() {
-        let folder = Folder::new("two");
+        let folder = Folder::new("files-two");
         let path = folder.0.join("a.png");
         let (first, second) = (Writable::new(&path).unwrap(), Writable::new(&path).unwrap());
         assert_eq!(folder.names().len(), 2);
@@ -321,7 +299,7 @@ mod tests {
 
     #[test]
     fn a_new_file_is_written_once_and_never_replaced() {
-        let folder = Folder::new("new");
+        let folder = Folder::new("files-new");
         let path = folder.0.join("a.txt");
         assert!(write_new(&path, b"first").unwrap());
         assert!(!write_new(&path, b"second").unwrap());
@@ -332,7 +310,7 @@ mod tests {
 
     #[test]
     fn what_a_dead_process_left_is_removed_and_other_files_stay() {
-        let folder = Folder::new("dead");
+        let folder = Folder::new("files-dead");
         let path = folder.0.join("a.png");
         for name in [
             ".a.png.0123456789abcdef.tmp",
@@ -352,7 +330,7 @@ mod tests {
 
     #[test]
     fn a_missing_folder_and_a_long_name_are_found_before_the_work() {
-        let folder = Folder::new("early");
+        let folder = Folder::new("files-early");
         assert!(check_writable(&folder.0.join("gone/a.png")).is_err());
         assert!(check_writable(&folder.0.join("a".repeat(249))).is_err());
         assert!(check_writable(&folder.0.join("a.png")).is_ok());

@@ -154,7 +154,7 @@ mod x86 {
     pub(crate) struct F32x4(__m128);
 
     impl F32x4 {
-        /// The same number in all lanes.
+        /// Returns a vector with `x` in all four lanes.
         #[inline(always)]
         pub(crate) fn splat(x: f32) -> Self {
             // SAFETY: SSE is part of every x86-64 processor.
@@ -175,56 +175,56 @@ mod x86 {
             to
         }
 
-        /// The smaller numbers; the second where one is NaN.
+        /// Returns the smaller number of each lane, or that of `other` if either is NaN.
         #[inline(always)]
         pub(crate) fn min(self, other: Self) -> Self {
             // SAFETY: SSE is part of every x86-64 processor.
             Self(unsafe { _mm_min_ps(self.0, other.0) })
         }
 
-        /// The greater numbers; the second where one is NaN.
+        /// Returns the greater number of each lane, or that of `other` if either is NaN.
         #[inline(always)]
         pub(crate) fn max(self, other: Self) -> Self {
             // SAFETY: SSE is part of every x86-64 processor.
             Self(unsafe { _mm_max_ps(self.0, other.0) })
         }
 
-        /// All bits of the lanes where the numbers are equal.
+        /// Returns a mask with all bits set in the lanes whose numbers are equal.
         #[inline(always)]
         pub(crate) fn equal(self, other: Self) -> Self {
             // SAFETY: SSE is part of every x86-64 processor.
             Self(unsafe { _mm_cmpeq_ps(self.0, other.0) })
         }
 
-        /// All bits of the lanes where the numbers differ or one is NaN.
+        /// Returns a mask with all bits set in the lanes whose numbers differ or include a NaN.
         #[inline(always)]
         pub(crate) fn not_equal(self, other: Self) -> Self {
             // SAFETY: SSE is part of every x86-64 processor.
             Self(unsafe { _mm_cmpneq_ps(self.0, other.0) })
         }
 
-        /// All bits of the lanes where this number is less.
+        /// Returns a mask with all bits set in the lanes where `self` is less than `other`.
         #[inline(always)]
         pub(crate) fn less(self, other: Self) -> Self {
             // SAFETY: SSE is part of every x86-64 processor.
             Self(unsafe { _mm_cmplt_ps(self.0, other.0) })
         }
 
-        /// The bits of `a` where this mask has ones, and those of `b` elsewhere.
+        /// Returns the bits of `a` where this mask has ones, and those of `b` elsewhere.
         #[inline(always)]
         pub(crate) fn select(self, a: Self, b: Self) -> Self {
             // SAFETY: SSE is part of every x86-64 processor.
             Self(unsafe { _mm_or_ps(_mm_and_ps(self.0, a.0), _mm_andnot_ps(self.0, b.0)) })
         }
 
-        /// A bit mask of the lanes whose sign bit is set.
+        /// Returns a number whose bit `i` is the sign bit of lane `i`.
         #[inline(always)]
         pub(crate) fn mask(self) -> u32 {
             // SAFETY: SSE is part of every x86-64 processor.
             unsafe { _mm_movemask_ps(self.0) as u32 }
         }
 
-        /// `px qy − py qx` with products and their difference in f64.
+        /// Returns `px qy − py qx`, with the products and their difference in f64.
         #[inline(always)]
         pub(crate) fn cross_in_f64(px: Self, qy: Self, py: Self, qx: Self) -> Self {
             // SAFETY: SSE2 is part of every x86-64 processor.

@@ -12,6 +12,7 @@ use crate::render::{Progress, Stopwatch, StripSums, Strips, Summary};
 
 /// The largest number of pixels that are kept to look for a black or a clipped picture.
 const KEPT: usize = 1 << 16;
+
 /// A render in strips, as the source of a picture's rows.
 struct StripRows<'a> {
     /// `None` if no ray can bring light.
@@ -20,7 +21,7 @@ struct StripRows<'a> {
     size: Resolution,
     /// The rows that were returned.
     rows: u32,
-    /// Every so many pixels one is kept.
+    /// One of `step` pixels is kept.
     step: usize,
     kept: Vec<[f32; 3]>,
 }

@@ -88,15 +88,7 @@ impl Render<'_> {
         loop {
             match team.receive(Duration::from_secs(1)) {
                 Some((0, Order::Work(piece, work))) => {
-                    let start = Instant::now();
-                    let outcome = self.do_work(work, &shares);
-                    let seconds = start.elapsed().as_secs_f64();
-                    let finished = Finished {
-                        piece,
-                        outcome,
-                        seconds,
-                    };
-                    team.send(0, &finished);
+                    team.send(0, &self.finish(piece, work, &shares));
                 }
                 Some((0, Order::Shares)) => {
                     shares = team.broadcast(None).unwrap_or(SampleShares::EVEN);
@@ -158,20 +150,23 @@ impl Render<'_> {
             let leader = scope.spawn(move || hand_out(team, job, &to_own, &from_own));
             // This thread belongs to rayon's pool, whose other threads help it.
             for (piece, work) in own_work {
-                let start = Instant::now();
-                let outcome = self.do_work(work, shares);
-                let seconds = start.elapsed().as_secs_f64();
-                let finished = Finished {
-                    piece,
-                    outcome,
-                    seconds,
-                };
-                if own_results.send(finished).is_err() {
+                if own_results.send(self.finish(piece, work, shares)).is_err() {
                     break;
                 }
             }
             leader.join().unwrap_or(false)
         })
+    }
+
+    /// Does a piece of work and measures how long it takes.
+    fn finish(&self, piece: Range<u64>, work: Work, shares: &SampleShares) -> Finished {
+        let start = Instant::now();
+        let outcome = self.do_work(work, shares);
+        Finished {
+            piece,
+            outcome,
+            seconds: start.elapsed().as_secs_f64(),
+        }
     }
 
     /// Does a piece of work on the threads of rayon's current pool.

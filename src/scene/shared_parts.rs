@@ -22,16 +22,16 @@ const MOST_STATES: usize = 16;
 /// The largest number of recordings inside each other, which bounds the stack.
 const DEEPEST: usize = 32;
 
-/// What became of a part in a state.
+/// How far the recording of a part in one state has come.
 #[derive(Clone, Copy)]
 pub(super) enum Outcome {
-    /// It has not been drawn before.
+    /// The part has not been drawn in this state before.
     New,
-    /// It is being recorded.
+    /// The part is being recorded.
     Open,
-    /// It has the record with this number.
+    /// The part is recorded under this number.
     Recorded(u32),
-    /// It is expanded.
+    /// The part is expanded at each use.
     Expanded,
 }
 

@@ -24,7 +24,7 @@ struct Size {
 }
 
 impl Size {
-    /// The sum with a number of times another part.
+    /// Returns the sum of this size and `times` times the other.
     fn plus(self, other: Self, times: u64) -> Self {
         let add = |a: u64, b: u64| a.saturating_add(b.saturating_mul(times));
         Self {

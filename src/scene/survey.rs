@@ -52,7 +52,7 @@ pub(super) struct Surveyor<'a> {
     pub(super) open: Vec<(DMat4, Option<InventorBox>)>,
     /// The parts that are surveyed once, unless the scene is expanded.
     pub(super) parts: Option<SharedParts<'a>>,
-    /// What was found in them.
+    /// The findings of each recorded part, by its number.
     pub(super) surveyed: Vec<SurveyedPart>,
     /// Whether sizes in pixels depend on the last camera of the scene, because the options have
     /// none.

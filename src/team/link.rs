@@ -22,12 +22,12 @@ pub(crate) trait Link: Send + Sync {
     fn receive(&self, wait: Duration) -> Option<(usize, Vec<u8>)>;
 }
 
-/// What the first byte of a message says about it.
+/// The kind of a message, which is its first byte.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// It is for every process, and each passes it on.
+    /// A message to all processes, which each process passes on.
     Broadcast = 0,
-    /// It is for the process that receives it.
+    /// A message to the receiving process only.
     Direct = 1,
 }
 

@@ -85,33 +85,14 @@ impl fmt::Debug for LightList {
 
 #[cfg(test)]
 mod tests {
-    use glam::{DVec3, Vec3};
-
     use super::*;
-    use crate::iv::NodeId;
-    use crate::traversal::state::LightKind;
-
-    fn light(node: u32) -> LightElement {
-        LightElement {
-            kind: LightKind::Point,
-            color: Vec3::ONE,
-            intensity: 1.0,
-            ambient: 0.0,
-            position: DVec3::ZERO,
-            direction: DVec3::NEG_Z,
-            attenuation: Vec3::Z,
-            least_divisor: 0.0,
-            radius: f32::INFINITY,
-            node: NodeId(node),
-        }
-    }
 
     #[test]
     fn lists_share_their_beginning_and_grow_apart() {
-        let base: LightList = [light(1), light(2)].into_iter().collect();
+        let base: LightList = [1, 2].map(LightElement::numbered).into_iter().collect();
         let mut inner = base.clone();
         assert_eq!(inner.address(), base.address());
-        inner.push(light(3));
+        inner.push(LightElement::numbered(3));
         let nodes = |list: &LightList| list.backward().map(|l| l.node.0).collect::<Vec<_>>();
         assert_eq!(nodes(&inner), [3, 2, 1]);
         assert_eq!(nodes(&base), [2, 1]);
@@ -122,7 +103,7 @@ mod tests {
     #[test]
     fn a_list_of_a_million_lights_is_dropped_without_recursion() {
         let mut list = LightList::default();
-        (0..1_000_000).for_each(|i| list.push(light(i)));
+        (0..1_000_000).for_each(|i| list.push(LightElement::numbered(i)));
         let copy = list.clone();
         drop(list);
         assert_eq!(copy.backward().count(), 1_000_000);

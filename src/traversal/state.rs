@@ -409,6 +409,25 @@ pub(crate) struct LightElement {
     pub node: NodeId,
 }
 
+#[cfg(test)]
+impl LightElement {
+    /// Returns a point light at the origin whose intensity is the number of its node.
+    pub(crate) fn numbered(number: u32) -> Self {
+        Self {
+            kind: LightKind::Point,
+            color: Vec3::ONE,
+            intensity: number as f32,
+            ambient: 0.0,
+            position: DVec3::ZERO,
+            direction: DVec3::NEG_Z,
+            attenuation: Vec3::Z,
+            least_divisor: 0.0,
+            radius: f32::INFINITY,
+            node: NodeId(number),
+        }
+    }
+}
+
 /// How a texture changes the color of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TextureModel {

@@ -31,7 +31,7 @@ impl Step {
         })
     }
 
-    /// The chain with one more matrix.
+    /// Returns this chain with one more matrix.
     pub(super) fn then(self: &Arc<Self>, matrix: DMat4) -> Arc<Self> {
         let (before, number) = if self.number < LONGEST {
             (Some(self.clone()), self.number + 1)

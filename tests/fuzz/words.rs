@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::grammar::CLASSES;
 
-/// No words, for formats that are not text.
+/// Returns an empty list, for formats that are not text.
 pub(super) fn none() -> Vec<String> {
     Vec::new()
 }

@@ -22,6 +22,15 @@ impl Folder {
         std::fs::write(self.0.join(name), text).unwrap();
         self.path(name)
     }
+
+    /// Returns the names of the files in the folder, sorted.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(&self.0).unwrap();
+        let name = |e: std::fs::DirEntry| e.file_name().to_string_lossy().into_owned();
+        let mut names: Vec<String> = entries.map(|e| name(e.unwrap())).collect();
+        names.sort();
+        names
+    }
 }
 
 impl Drop for Folder {

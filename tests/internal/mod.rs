@@ -4,7 +4,7 @@
 //! `tests/golden` or `tests/iv`; a test of the program as a process is in `tests/cli.rs`.
 
 mod aberrations;
-mod common;
+pub(crate) mod common;
 mod compare;
 mod extreme;
 mod film;

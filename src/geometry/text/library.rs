@@ -362,25 +362,13 @@ fn walk(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> std::io::Resul
 mod tests {
     use super::*;
     use crate::geometry::text::{Face, Family};
-
-    /// A temporary folder for fonts, which is removed when dropped.
-    struct Folder(PathBuf);
+    use crate::internal_tests::common::Folder;
 
     impl Folder {
-        fn new(name: &str) -> Self {
-            let folder = std::env::temp_dir().join(format!("ivcam-{name}-{}", std::process::id()));
-            std::fs::create_dir_all(folder.join("below")).expect("a folder");
-            Self(folder)
-        }
-
         fn put(&self, name: &str, bytes: &[u8]) {
-            std::fs::write(self.0.join(name), bytes).expect("written");
-        }
-    }
-
-    impl Drop for Folder {
-        fn drop(&mut self) {
-            let _ = std::fs::remove_dir_all(&self.0);
+            let path = self.0.join(name);
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+            std::fs::write(path, bytes).expect("written");
         }
     }
 

@@ -104,9 +104,9 @@ struct SolidVertex {
 /// The texture coordinates of a vertex.
 #[derive(Clone, Copy, Debug)]
 enum TextureOf {
-    /// Those of the place in the text, with s multiplied by this.
+    /// The coordinates of the point in the text, with s multiplied by this factor.
     Face(f32),
-    /// These.
+    /// Fixed coordinates.
     Side(Vec2),
 }
 

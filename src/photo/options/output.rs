@@ -40,6 +40,6 @@ pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new(
         "progress",
         Takes::One("KIND"),
-        "bar, or json: one JSON object a line on standard error, also with --quiet [bar]",
+        "bar, or json: one JSON object per line on standard error, also with --quiet [bar]",
     ),
 ];

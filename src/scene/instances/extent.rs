@@ -32,7 +32,7 @@ impl Extent {
     /// The largest depth of prototypes inside each other, which bounds the stack of a search.
     pub(in crate::scene) const DEEPEST: u32 = 64;
 
-    /// Nothing.
+    /// The extent of no primitives.
     pub(in crate::scene) const NONE: Self = Self {
         count: 0,
         uses: 0,
@@ -41,7 +41,7 @@ impl Extent {
         depth: 0,
     };
 
-    /// A number of primitives somewhere.
+    /// Returns an extent with `count` primitives whose place is not known.
     pub(super) fn of_count(count: u64) -> Self {
         Self {
             count,

@@ -7,7 +7,7 @@ use glam::DMat4;
 use super::extent::Extent;
 use crate::traversal::Grid;
 
-/// What an element of a prototype is.
+/// The content of an element of a prototype.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::scene) enum Content {
     /// The shape with the number of a surface.
@@ -25,11 +25,11 @@ pub(super) struct Element {
     pub first: u64,
     /// The matrices from the prototype's space to its own, as indices in [`Prototype::steps`].
     pub steps: Range<u32>,
-    /// What it is.
+    /// The shape, prototype or grid that it draws.
     pub content: Content,
 }
 
-/// What is stored once and drawn many times.
+/// A part of the scene that is stored once and drawn many times.
 #[derive(Debug)]
 pub(in crate::scene) struct Prototype {
     /// The elements in order of drawing. Each draws something.

@@ -60,7 +60,7 @@ pub(in crate::scene) struct Instances {
 }
 
 impl Instances {
-    /// No prototypes, in a scene with an origin.
+    /// Returns a store without prototypes, for a scene with this origin.
     pub(in crate::scene) fn new(origin: DVec3) -> Self {
         Self {
             origin,

@@ -218,25 +218,9 @@ impl LightTree {
 
 #[cfg(test)]
 mod tests {
-    use glam::{DVec3, Vec3};
+    use glam::DVec3;
 
     use super::*;
-    use crate::traversal::state::LightKind;
-
-    fn element(number: u32) -> LightElement {
-        LightElement {
-            kind: LightKind::Point,
-            color: Vec3::ONE,
-            intensity: number as f32,
-            ambient: 0.0,
-            position: DVec3::ZERO,
-            direction: DVec3::NEG_Z,
-            attenuation: Vec3::Z,
-            least_divisor: 0.0,
-            radius: f32::INFINITY,
-            node: NodeId(number),
-        }
-    }
 
     fn numbers(sets: &LightSets, set: u32) -> Vec<u32> {
         sets.of_set(set).map(|l| l.color.x as u32).collect()
@@ -266,7 +250,7 @@ mod tests {
             let (mut list, mut plain) = lists[from].clone();
             for _ in 0..at % 4 {
                 number += 1;
-                list.push(element(number));
+                list.push(LightElement::numbered(number));
                 plain.push(number);
             }
             sets.push((tree.set(&list, compile), plain.clone()));
@@ -288,9 +272,9 @@ mod tests {
         let mut outer = LightList::default();
         for i in 0..1000 {
             let mut inner = outer.clone();
-            inner.push(element(2 * i));
+            inner.push(LightElement::numbered(2 * i));
             tree.set(&inner, compile);
-            outer.push(element(2 * i + 1));
+            outer.push(LightElement::numbered(2 * i + 1));
         }
         let sets = tree.finish(true);
         assert_eq!((sets.lights.len(), sets.sets.len()), (1999, 1000));
@@ -301,7 +285,7 @@ mod tests {
     #[test]
     fn equal_lights_are_listed_once_and_none_without_need() {
         let mut tree = LightTree::default();
-        let list: LightList = [element(5), element(3), element(5)].into_iter().collect();
+        let list: LightList = [5, 3, 5].map(LightElement::numbered).into_iter().collect();
         assert_eq!(tree.set(&list, compile), 0);
         assert_eq!(tree.set(&LightList::default(), compile), 1);
         assert_eq!(tree.set(&list.clone(), compile), 0);

@@ -57,7 +57,7 @@ struct Builder<'a> {
     lights: LightTree,
     /// The number of shapes that each set of lights shines on.
     lit: Vec<u64>,
-    /// The number of all shapes that are lit.
+    /// The total number of shapes that a light shines on.
     shapes: u64,
     light_nodes: Vec<NodeId>,
     /// The least complexity of text and NURBS.
