@@ -173,6 +173,28 @@ impl Value {
         }
     }
 
+    /// Returns the memory in bytes of the value's list, or 0 for a single value. Copies of an
+    /// image share its pixels.
+    pub(crate) fn list_bytes(&self) -> usize {
+        match self {
+            Self::String(v) => v.len(),
+            Self::Bools(v) => size_of_val(&v[..]),
+            Self::Ints(v) => size_of_val(&v[..]),
+            Self::UInts(v) => size_of_val(&v[..]),
+            Self::Floats(v) => size_of_val(&v[..]),
+            Self::Doubles(v) => size_of_val(&v[..]),
+            Self::Strings(v) => v.iter().map(|s| size_of_val(s) + s.len()).sum(),
+            Self::Vec2s(v) => size_of_val(&v[..]),
+            Self::Vec3s(v) => size_of_val(&v[..]),
+            Self::Vec4s(v) => size_of_val(&v[..]),
+            Self::Rotations(v) => size_of_val(&v[..]),
+            Self::Matrices(v) => size_of_val(&v[..]),
+            Self::Planes(v) => size_of_val(&v[..]),
+            Self::Nodes(v) => size_of_val(&v[..]),
+            _ => 0,
+        }
+    }
+
     /// Returns the default that the catalogue states.
     pub(crate) fn default_of(decl: &FieldDecl) -> Self {
         Self::from_default(decl.kind, &decl.default)

@@ -144,6 +144,8 @@ pub(crate) struct Protos {
     pub libraries: HashMap<String, HashMap<Box<str>, u32>>,
     /// The number of nodes that are copies of nodes in bodies of protos.
     pub copies: usize,
+    /// The memory of the lists in these copies, in bytes.
+    pub copied_bytes: usize,
 }
 
 impl Protos {

@@ -6,7 +6,8 @@
 /// The defaults bound memory and time, and were chosen by trial.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// The size of one file after decompression, in bytes. Default: 512 MiB.
+    /// The size in bytes of one file after decompression, of the files that a document includes
+    /// together, and of the lists that expanding protos copies. Default: 512 MiB.
     pub bytes: usize,
     /// The number of nodes of a document, with the files that it includes. Default: 10 million.
     pub nodes: usize,

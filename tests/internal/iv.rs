@@ -277,6 +277,35 @@ fn files_that_include_each_other_end() {
     );
 }
 
+#[test]
+fn included_files_beyond_the_limit_of_bytes_are_left_out() {
+    let shelf = Shelf(&[
+        (
+            "b.iv",
+            "#Inventor V2.1 ascii\nCube { } # a comment of some length",
+        ),
+        (
+            "c.iv",
+            "#Inventor V2.1 ascii\nCone { } # a comment of some length",
+        ),
+    ]);
+    let text = b"#Inventor V2.1 ascii\nFile { name \"b.iv\" } File { name \"c.iv\" } File { name \"b.iv\" }";
+    let limits = Limits {
+        bytes: 150,
+        ..Limits::default()
+    };
+    let document = Document::read("a.iv", text.to_vec(), Arc::new(shelf), &limits).expect("reads");
+    let names: Vec<_> = document
+        .roots()
+        .flat_map(|r| r.children())
+        .map(|c| c.class_name())
+        .collect();
+    assert_eq!(names, ["Cube", "Cube"]);
+    let messages = messages(&document);
+    assert_eq!(messages.len(), 1);
+    assert!(messages[0].contains("more than 150 bytes"), "{messages:?}");
+}
+
 fn read97(text: &str) -> Document {
     clean(&format!("#VRML V2.0 utf8\n{text}"))
 }
@@ -502,6 +531,32 @@ fn protos_that_double_at_every_step_stop_at_the_limit() {
         error.to_string().contains("more than 10000 nodes"),
         "{error}"
     );
+}
+
+/// The body of a proto and the default of its interface each have a list of 24 kB.
+#[test]
+fn protos_with_long_lists_stop_at_the_limit_of_bytes() {
+    let list = "1 2 3, ".repeat(2000);
+    let protos = [
+        format!("PROTO P [ ] {{ Coordinate {{ point [ {list} ] }} }}"),
+        format!("PROTO P [ field MFVec3f p [ {list} ] ] {{ Coordinate {{ point IS p }} }}"),
+    ];
+    for proto in protos {
+        let read = |instances: usize| {
+            let text = format!("#VRML V2.0 utf8\n{proto}\n{}", "P { } ".repeat(instances));
+            let limits = Limits {
+                bytes: 1 << 20,
+                ..Limits::default()
+            };
+            Document::read("p.wrl", text.into_bytes(), Arc::new(NoFiles), &limits)
+        };
+        assert!(read(40).is_ok());
+        let error = read(100).expect_err("too many").to_string();
+        assert!(
+            error.contains("expand to more than 1048576 bytes"),
+            "{error}"
+        );
+    }
 }
 
 #[test]

@@ -16,7 +16,7 @@ use crate::iv::limits::Limits;
 /// Expands an instance, and the instances in its body.
 ///
 /// # Errors
-/// Returns an error if the limit of copies or of nodes is exceeded.
+/// Returns an error if the limit of copies, of nodes or of bytes is exceeded.
 pub(super) fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Result<()> {
     let mut work = vec![instance];
     while let Some(instance) = work.pop() {
@@ -94,6 +94,9 @@ fn copy(
                 "`--scene-limit copies=N` raises this, if the scene is meant to be that big",
             ));
         }
+        let fields = document.nodes[id.0 as usize].fields.iter();
+        let bytes = fields.map(|field| field.value.list_bytes()).sum();
+        count_bytes(document, id, bytes, limits)?;
         let node = document.nodes[id.0 as usize].clone();
         stack.extend(&node.children);
         for field in &node.fields {
@@ -124,6 +127,22 @@ fn copy(
         }
     }
     Ok(copies[&root])
+}
+
+/// Counts the lists of a copy.
+///
+/// # Errors
+/// Returns an error if all copies together have more bytes than one file may have.
+fn count_bytes(document: &mut Document, id: NodeId, bytes: usize, limits: &Limits) -> Result<()> {
+    let copied = document.protos.copied_bytes.saturating_add(bytes);
+    document.protos.copied_bytes = copied;
+    if copied <= limits.bytes {
+        return Ok(());
+    }
+    let message = format!("protos expand to more than {} bytes", limits.bytes);
+    let span = document.nodes[id.0 as usize].span;
+    let help = "`--scene-limit bytes=N` raises this, if the scene is meant to be that big";
+    Err(document.sink.error(span, message).with_help(help))
 }
 
 /// Sets a field of the body's copy to the value that the instance states, or to the default of the
@@ -177,6 +196,7 @@ fn fill(
             None => return Ok(()),
         },
     };
+    count_bytes(document, node, value.list_bytes(), limits)?;
     let fields = &mut document.nodes[node.0 as usize].fields;
     fields.retain(|f| f.index != index);
     fields.push(FieldEntry {

@@ -105,6 +105,14 @@ impl Inclusion<'_> {
             );
             return;
         }
+        let total: usize = self.document.sources.iter().map(|s| s.bytes.len()).sum();
+        if known.is_none() && total.saturating_add(bytes.len()) > self.limits.bytes {
+            let most = self.limits.bytes;
+            let message = format!("`{name}` is left out: the files have more than {most} bytes");
+            let warning = self.document.sink.warn(span, message);
+            warning.help("`--scene-limit bytes=N` raises the limit");
+            return;
+        }
         let (target, roots) = known.unwrap_or_else(|| self.read(name, bytes, depth));
         self.inside.entry(from).or_default().push(target);
         self.document.included.insert(id, roots);
