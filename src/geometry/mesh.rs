@@ -30,6 +30,14 @@ impl Mesh {
         index
     }
 
+    /// Returns the memory of all lists in bytes.
+    pub(crate) fn bytes(&self) -> u64 {
+        let vertices = size_of_val(&self.positions[..]) + size_of_val(&self.normals[..]);
+        let triangles = size_of_val(&self.triangles[..]) + self.parts.len();
+        let colors = size_of_val(&self.texcoords[..]) + size_of_val(&self.colors[..]);
+        (vertices + triangles + colors) as u64
+    }
+
     /// Removes all vertices and triangles, and keeps their memory.
     pub(crate) fn clear(&mut self) {
         self.positions.clear();

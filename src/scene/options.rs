@@ -42,7 +42,7 @@ impl Needs {
 /// When the parts of a scene that are drawn many times are stored once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Instancing {
-    /// If the expanded scene would exceed the limit of visits or of primitives.
+    /// If the expanded scene would exceed the limit of visits or of primitives, or has long texts.
     BeyondLimits,
     /// Always, also small parts. Tests compare such a scene with the expanded one.
     Everywhere,
@@ -69,7 +69,7 @@ pub struct CompileOptions {
     /// half of what the machine has.
     pub memory: u64,
     /// When to store parts once that are drawn many times. Default: if the expanded scene would
-    /// exceed a limit.
+    /// exceed a limit or has long texts.
     pub(crate) instancing: Instancing,
     /// Whether to ignore `DrawStyle`, so that hidden shapes and shapes in lines are compiled like
     /// all others. Default: no.

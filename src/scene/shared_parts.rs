@@ -81,6 +81,7 @@ impl<'a> SharedParts<'a> {
         let everywhere = options.instancing == Instancing::Everywhere;
         let most = walk_options.most_visits(document);
         let exceeds = sharing.exceeds(most, options.max_primitives as u64);
+        let exceeds = exceeds || sharing.has_long_text();
         (everywhere || exceeds).then(|| Self {
             sharing,
             everywhere,

@@ -1,6 +1,6 @@
 //! Counts how large a document is when every use of a shared part is expanded.
 
-use crate::grammar::{Role, multiple_copy};
+use crate::grammar::{ClassId, Role, class, multiple_copy, text3};
 use crate::iv::{Document, NodeId, Value};
 use crate::traversal::{Grid, each_child, role::role};
 
@@ -21,6 +21,8 @@ struct Size {
     nodes: u64,
     /// The number of primitives.
     primitives: u64,
+    /// The number of triangles of texts.
+    glyphs: u64,
 }
 
 impl Size {
@@ -30,6 +32,7 @@ impl Size {
         Self {
             nodes: add(self.nodes, other.nodes),
             primitives: add(self.primitives, other.primitives),
+            glyphs: add(self.glyphs, other.glyphs),
         }
     }
 
@@ -51,8 +54,18 @@ enum Mark {
 /// inside each other.
 const SMALL: u64 = 4096;
 
+/// In a document whose texts have more triangles than this, each glyph is stored once. So many take
+/// about 800 MB. Rays through glyphs that are stored once take three times as long.
+const LONG_TEXT: u64 = 1 << 22;
+
+/// The number of triangles of an average glyph with sides.
+const SOLID_GLYPH: u64 = 340;
+
+/// The number of triangles of an average glyph without sides.
+const FLAT_GLYPH: u64 = 40;
+
 impl Sharing {
-    /// Counts a document. Returns `None` if nothing is used twice.
+    /// Counts a document. Returns `None` if nothing is used twice and it has no text.
     pub(in crate::scene) fn of(document: &Document) -> Option<Self> {
         let mut uses = vec![0u8; document.nodes.len()];
         let mut is_shared = false;
@@ -63,7 +76,7 @@ impl Sharing {
         };
         document.roots.iter().for_each(|id| count(*id));
         ids(document).for_each(|id| each_child(document, id, &mut count));
-        is_shared |= ids(document).any(|id| copies(document, id) > 1);
+        is_shared |= ids(document).any(|id| copies(document, id) > 1 || has_text(document, id));
         is_shared.then(|| {
             let mut this = Self {
                 sizes: vec![Size::default(); document.nodes.len()],
@@ -110,6 +123,11 @@ impl Sharing {
         self.whole.exceeds(nodes, primitives)
     }
 
+    /// Whether the expanded document has so much text that each glyph is to be stored once.
+    pub(in crate::scene) fn has_long_text(&self) -> bool {
+        self.whole.glyphs > LONG_TEXT
+    }
+
     /// Whether a node is used more than once.
     pub(in crate::scene) fn is_shared(&self, id: NodeId) -> bool {
         self.uses[id.0 as usize] > 1
@@ -145,10 +163,26 @@ fn own_size(document: &Document, id: NodeId) -> Size {
     });
     let most = entries.max().unwrap_or(0);
     let is_shape = matches!(role(node), Role::Shape);
+    let glyphs = if has_text(document, id) {
+        let strings = node.get(text3::STRING).iter();
+        let characters: u64 = strings.map(|line| line.len() as u64).sum();
+        let has_sides = node.get(text3::PARTS) & text3::PARTS_SIDES != 0;
+        characters.saturating_mul(if has_sides { SOLID_GLYPH } else { FLAT_GLYPH })
+    } else {
+        0
+    };
     Size {
         nodes: 1,
         primitives: if is_shape { (most / 4).max(12) } else { 0 },
+        glyphs,
     }
+}
+
+/// Whether a node is a text that is drawn as triangles.
+fn has_text(document: &Document, id: NodeId) -> bool {
+    const CLASSES: [ClassId; 3] = [class::TEXT3, class::ASCII_TEXT, class::TEXT];
+    let known = document.node(id).known_class();
+    known.is_some_and(|class| CLASSES.contains(&class.id))
 }
 
 #[cfg(test)]
@@ -175,6 +209,22 @@ mod tests {
             matrix.repeat(3)
         );
         assert_eq!(sharing(&copies).expect("copies").whole.nodes, 4);
+    }
+
+    #[test]
+    fn the_glyphs_of_all_uses_of_a_text_are_counted() {
+        let long = |text: &str| sharing(text).is_some_and(|s| s.has_long_text());
+        let line = "x".repeat((LONG_TEXT / SOLID_GLYPH / 4) as usize);
+        let text = |parts: &str| {
+            let strings = format!("string [ \"{line}\", \"{line}\" ]");
+            format!("DEF t Text3 {{ parts {parts} {strings} }} USE t")
+        };
+        let more = "AsciiText { string \"a few letters and then some\" }";
+        assert!(!long(&text("ALL")));
+        assert!(long(&format!("{} {}", text("ALL"), more.repeat(2))));
+        assert!(!long(&format!("{} {}", text("FRONT"), more.repeat(2))));
+        let pixels = more.replace("AsciiText", "Text2").repeat(2);
+        assert!(!long(&format!("{} {pixels}", text("ALL"))));
     }
 
     #[test]

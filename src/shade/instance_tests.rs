@@ -120,6 +120,75 @@ fn nested_uses_have_the_picture_of_the_expanded_document() {
     compared(&nested(text));
 }
 
+/// Two glyphs are stored, and drawn 3 times in each of the 12 uses of the innermost part.
+#[test]
+fn the_glyphs_of_texts_are_stored_once_with_the_picture_of_the_expanded_text() {
+    let text = |text: &str| format!("Font {{ size 1.3 }} {text}");
+    let solid = text("Text3 { string [ \"ab\", \" a\" ] parts ALL justification CENTER }");
+    assert_eq!(compared(&nested(&solid)), (3 + 2, 20 + 3 * 12));
+    let materials = "MaterialBinding { value PER_PART } Material { diffuseColor [ 1 0 0, 0 1 0 ] }
+        ProfileCoordinate2 { point [ 0 0, .1 .05, .4 .05 ] } LinearProfile { index [ 0, 1, 2 ] }";
+    let parts = format!("{materials} {solid}");
+    assert_eq!(compared(&nested(&parts)).0, 3 + 2);
+    let flat = text("AsciiText { string [ \"wide\", \"w\" ] width [ 9, 0 ] }");
+    assert_eq!(
+        compared(&nested(&flat)).0,
+        3 + 5,
+        "a stretched glyph is another one"
+    );
+    let textured = format!("Texture2 {{ image 1 2 3 0xff0000 0x00ff00 }} {solid}");
+    assert_eq!(
+        compared(&nested(&textured)).0,
+        3,
+        "textures depend on the place"
+    );
+    let large = solid.replace("size 1.3", "size 4");
+    let outside = format!("Translation {{ translation -1 0 -9 }} {large} {large}");
+    assert_eq!(compared(&outside), (2, 6), "two texts share glyphs");
+    let clear = format!("Material {{ transparency .5 }} {outside}");
+    compared(&clear);
+    let vrml97 = "#VRML V2.0 utf8
+        Transform { translation -3 0 -9 children Shape {
+            appearance Appearance { material Material { } }
+            geometry Text { string [ \"abba\" ] fontStyle FontStyle { size 4 } } } }";
+    assert_eq!(compared(vrml97), (2, 4));
+}
+
+#[test]
+fn a_glyph_that_cannot_be_placed_is_expanded() {
+    for scale in ["1 0 1", "1e-20 1 1", "1e15 1 1"] {
+        let scene = format!(
+            "Translation {{ translation -2 0 -12 }} Cube {{ }} Text3 {{ string \"ab\" }}
+            Scale {{ scaleFactor {scale} }} Text3 {{ string \"ba\" parts ALL }}"
+        );
+        assert_eq!(counted(&scene), (4, 2), "{scale}");
+    }
+}
+
+#[test]
+fn a_long_text_is_stored_as_its_glyphs() {
+    let line = "The quick brown fox jumps over the lazy dog. ".repeat(4);
+    let lines = format!("\"{line}\"\n").repeat(100);
+    let scene = format!(
+        "Translation {{ translation -9 9 -60 }} Font {{ size 1 }}
+        Text3 {{ parts ALL string [ {lines} ] }}"
+    );
+    let scene = compiled(&scene, Shading::Recursive, Instancing::BeyondLimits);
+    let (triangles, _, _) = scene.primitives();
+    let census = scene.census();
+    assert_eq!(
+        census.instances.uses,
+        100 * 4 * 36,
+        "glyphs that are not spaces"
+    );
+    let drawn = census.instances.primitives;
+    assert!(
+        triangles < 20_000 && drawn > 4_000_000,
+        "{triangles} of {drawn}"
+    );
+    assert!(picture(&scene, Shading::Recursive).1 > 0);
+}
+
 #[test]
 fn round_shapes_and_textures_have_the_picture_of_the_expanded_document() {
     let texture = "Texture2 { image 2 2 3 0xff0000 0x00ff00 0x0000ff 0xffffff }";

@@ -6,7 +6,7 @@ use crate::diag::Result;
 use crate::film::Resolution;
 use crate::geometry::Mesh;
 use crate::geometry::text::{
-    Face, Fonts, Justify, SolidParts, TextStyle, ascii_text, pixel_text, text3,
+    Face, Fonts, Justify, SolidParts, TextOutput, TextStyle, ascii_text, pixel_text, text3,
 };
 use crate::iv::{Document, Format, Limits, Loader, NoFiles};
 use crate::photo::{Era, IdealChoice, Optics, Plan, Session, Shading};
@@ -88,8 +88,9 @@ pub(super) fn font(bytes: &[u8]) {
             let is_finite = mesh.positions.iter().all(|p| p.is_finite());
             assert!(is_finite, "a corner is NaN");
         };
-        ascii_text(&text, &style, &[], &mut check);
-        text3(&text, &style, SolidParts::FRONT, None, 0.5, &mut check);
+        ascii_text(&text, &style, &[], TextOutput::Batches(&mut check));
+        let output = TextOutput::Batches(&mut check);
+        text3(&text, &style, SolidParts::FRONT, None, 0.5, output);
         std::hint::black_box(pixel_text(&text, &style));
     }
 }

@@ -17,7 +17,7 @@ use skrifa::{GlyphId, MetadataProvider};
 use super::face::Face;
 
 /// The largest number of characters of one text. The rest of a longer text is not drawn.
-pub(crate) const MAX_GLYPHS: usize = 50_000;
+pub(crate) const MAX_GLYPHS: usize = 250_000;
 
 /// A glyph as polylines and triangles, at a font size of 1.
 #[derive(Clone, Debug, Default)]

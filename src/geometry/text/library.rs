@@ -443,7 +443,8 @@ mod tests {
 
     #[test]
     fn text_is_drawn_with_the_users_font_of_that_name() {
-        use crate::geometry::text::{Justify, TextStyle, ascii_text};
+        use crate::geometry::Mesh;
+        use crate::geometry::text::{Justify, TextOutput, TextStyle, ascii_text};
         let folder = Folder::new("fonts-drawn");
         folder.put("a.otf", &renamed(SANS, "ivcam sans", "my letters"));
         let fonts = Fonts::open(&[&folder.0]).expect("a folder");
@@ -457,9 +458,8 @@ mod tests {
             };
             {
                 let mut positions = Vec::new();
-                ascii_text(&["Rays"], &style, &[], &mut |mesh| {
-                    positions.extend(mesh.positions.clone());
-                });
+                let mut draw = |mesh: &Mesh| positions.extend(mesh.positions.clone());
+                ascii_text(&["Rays"], &style, &[], TextOutput::Batches(&mut draw));
                 positions
             }
         };

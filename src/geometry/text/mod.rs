@@ -21,6 +21,7 @@ mod style;
 mod vrml97;
 mod vrml97_bounds;
 
+pub(crate) use batch::TextOutput;
 pub(crate) use face::{Face, Family};
 pub(crate) use flat::{ascii_text, vrml97_text};
 pub(crate) use glyph::MAX_GLYPHS;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{Vec2, Vec3};
 
-use super::batch::Batch;
+use super::batch::{Batch, TextOutput};
 use super::glyph::{FlatGlyph, GlyphCache};
 use super::layout::{Layout, layout};
 use super::style::TextStyle;
@@ -36,7 +36,7 @@ impl SolidParts {
     };
 }
 
-/// Draws the triangles of a `Text3` in batches, and returns the layout of its glyphs. Glyphs are in
+/// Draws the triangles of a `Text3`, and returns the layout of its glyphs. Glyphs are in
 /// the plane of x and y and are swept toward −z along a profile.
 ///
 /// A profile is a polyline of points (depth behind z = 0, distance outward from the outline);
@@ -52,7 +52,7 @@ pub(crate) fn text3<S: AsRef<str>>(
     parts: SolidParts,
     profile: Option<&[Vec2]>,
     crease_angle: f32,
-    draw: &mut dyn FnMut(&Mesh),
+    output: TextOutput<'_>,
 ) -> Layout {
     let straight = [Vec2::ZERO, Vec2::X];
     let profile = profile
@@ -72,11 +72,13 @@ pub(crate) fn text3<S: AsRef<str>>(
     };
     let mut flat = GlyphCache::new(style.face, style.complexity);
     let mut solid: BTreeMap<char, SolidGlyph> = BTreeMap::new();
-    let mut batch = Batch::new(draw);
+    let mut batch = Batch::new(output);
     for glyph in &laid.glyphs {
-        let make = || pen.solid(flat.get(glyph.character));
-        let cut = solid.entry(glyph.character).or_insert_with(make);
-        cut.put(glyph.origin, pen.per_unit, batch.mesh());
+        batch.add(glyph, |origin, mesh| {
+            let make = || pen.solid(flat.get(glyph.character));
+            let cut = solid.entry(glyph.character).or_insert_with(make);
+            cut.put(origin, pen.per_unit, mesh);
+        });
     }
     batch.finish();
     laid

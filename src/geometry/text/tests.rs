@@ -29,7 +29,16 @@ fn text3<S: AsRef<str>>(
     profile: Option<&[Vec2]>,
     crease_angle: f32,
 ) -> (Mesh, Layout) {
-    joined(|draw| super::text3(strings, style, parts, profile, crease_angle, draw))
+    joined(|draw| {
+        super::text3(
+            strings,
+            style,
+            parts,
+            profile,
+            crease_angle,
+            TextOutput::Batches(draw),
+        )
+    })
 }
 
 fn ascii_text<S: AsRef<str>>(
@@ -37,7 +46,7 @@ fn ascii_text<S: AsRef<str>>(
     style: &TextStyle<'_>,
     widths: &[f32],
 ) -> (Mesh, Layout) {
-    joined(|draw| super::ascii_text(strings, style, widths, draw))
+    joined(|draw| super::ascii_text(strings, style, widths, TextOutput::Batches(draw)))
 }
 
 #[test]
@@ -46,11 +55,13 @@ fn a_long_text_is_passed_on_in_batches_with_the_glyphs_of_a_short_one() {
     let (one, _) = text3(&["ab"], &style, SolidParts::ALL, None, 0.0);
     let (mut largest, mut triangles) = (0, 0);
     let line = "ab".repeat(500);
-    super::text3(&[line], &style, SolidParts::ALL, None, 0.0, &mut |mesh| {
+    let mut draw = |mesh: &Mesh| {
         assert!(mesh.is_sound());
         largest = largest.max(mesh.triangles.len());
         triangles += mesh.triangles.len();
-    });
+    };
+    let output = TextOutput::Batches(&mut draw);
+    super::text3(&[line], &style, SolidParts::ALL, None, 0.0, output);
     assert_eq!(triangles, 500 * one.triangles.len());
     assert!(
         largest < 10_000 && largest < triangles / 2,

@@ -1,6 +1,6 @@
 //! The canvas: the interface through which shapes draw.
 
-use glam::{DMat4, Vec3};
+use glam::{DMat4, Vec2, Vec3};
 
 use super::picture_view::PictureView;
 use super::runs::Runs;
@@ -112,6 +112,12 @@ pub(crate) trait Canvas {
         cut: &mut dyn FnMut(&mut TriangleList<'_>),
     );
 
+    /// Returns whether there is memory to make a shape of a number of bytes before it is drawn. If
+    /// not, this is reported, and the shape is not to be drawn.
+    fn has_memory(&mut self, _bytes: u64) -> bool {
+        true
+    }
+
     /// Draws a triangle.
     fn triangle(&mut self, corners: [Corner; 3]);
 
@@ -120,6 +126,15 @@ pub(crate) trait Canvas {
 
     /// Draws a mesh.
     fn mesh(&mut self, mesh: &Mesh, materials: MaterialsBy);
+
+    /// Whether the glyphs of a text are drawn by [`Self::glyph`].
+    fn takes_glyphs(&self) -> bool {
+        false
+    }
+
+    /// Draws a glyph: its number and its triangles, as `TextOutput::Glyphs` passes them, with its
+    /// origin at a place in the plane z = 0.
+    fn glyph(&mut self, _glyph: (usize, &Mesh), _at: Vec2, _materials: MaterialsBy) {}
 
     /// Draws the mesh of a curved surface. Inventor counts and bounds such a surface by its control
     /// points, so the mesh adds nothing to the count or to Inventor's box.

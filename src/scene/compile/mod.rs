@@ -1,6 +1,8 @@
 //! Compiles a snapshot into a scene, with the canvas that keeps triangles and materials.
 
 mod appearance;
+mod deferred_text;
+mod glyphs;
 mod numbers;
 mod repeats;
 mod scene_builder;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 
+use super::glyphs::StoredGlyphs;
 use super::scene_builder::{Owners, SceneBuilder};
 use super::walk::Compiler;
 use crate::diag::Diagnostic;
@@ -24,15 +25,25 @@ use crate::traversal::role::Role;
 use crate::traversal::{Grid, Repeated, State, Step, WalkOptions};
 
 /// A prototype that is being recorded. The first one is the scene itself.
-struct Recording {
-    contents: Prototype,
+pub(super) struct Recording {
+    pub contents: Prototype,
     /// The step at which the part began.
     entry: Arc<Step>,
 }
 
+impl Recording {
+    /// Begins a recording at a step.
+    pub(super) fn new(entry: Arc<Step>) -> Self {
+        Self {
+            contents: Prototype::default(),
+            entry,
+        }
+    }
+}
+
 /// The primitives of prototypes while those of the scene are compiled, and the reverse.
 #[derive(Default)]
-struct Primitives {
+pub(super) struct Primitives {
     triangles: Vec<[glam::Vec3; 3]>,
     quadrics: Vec<Quadric>,
     strokes: Vec<Stroke>,
@@ -51,11 +62,13 @@ pub(super) struct Lengths {
 /// The prototypes of a scene that is being compiled.
 pub(super) struct Repeats<'a> {
     parts: SharedParts<'a>,
-    recordings: Vec<Recording>,
-    instances: Box<Instances>,
+    pub recordings: Vec<Recording>,
+    pub instances: Box<Instances>,
     /// The counts of each prototype.
-    censuses: Vec<Census>,
-    other: Primitives,
+    pub censuses: Vec<Census>,
+    pub other: Primitives,
+    /// The glyphs of texts.
+    pub glyphs: StoredGlyphs,
 }
 
 impl<'a> Repeats<'a> {
@@ -68,13 +81,11 @@ impl<'a> Repeats<'a> {
         let parts = SharedParts::of(snapshot, options, walk_options)?;
         Some(Self {
             parts,
-            recordings: vec![Recording {
-                contents: Prototype::default(),
-                entry: Step::start(),
-            }],
+            recordings: vec![Recording::new(Step::start())],
             instances: Box::new(Instances::new(options.origin)),
             censuses: Vec::new(),
             other: Primitives::default(),
+            glyphs: StoredGlyphs::default(),
         })
     }
 
@@ -126,7 +137,7 @@ impl SceneBuilder {
     }
 
     /// Exchanges the lists of primitives, before or after a recording.
-    fn exchange(&mut self, other: &mut Primitives) {
+    pub(super) fn exchange(&mut self, other: &mut Primitives) {
         use std::mem::swap;
         let before = self.lengths();
         swap(&mut self.scene.triangles, &mut other.triangles);
@@ -167,6 +178,19 @@ impl<'a> Compiler<'a> {
 
     /// Records the primitives of a shape that was just drawn. `before` are the lengths before it.
     pub(super) fn end_shape(&mut self, before: Lengths, state: &State<'a>) {
+        let matrices = self.matrices(state);
+        self.keep_shape(before, matrices);
+    }
+
+    /// Returns the matrices from the part that is being recorded to the current object space.
+    pub(super) fn matrices(&self, state: &State<'a>) -> Option<Vec<DMat4>> {
+        let recording = self.repeats.as_ref()?.recordings.last()?;
+        state.steps.as_ref()?.since(&recording.entry)
+    }
+
+    /// Adds the primitives since some lengths to what is being recorded, as one shape. `matrices`
+    /// lead to its object space, or are `None` if it cannot be placed later.
+    pub(super) fn keep_shape(&mut self, before: Lengths, matrices: Option<Vec<DMat4>>) {
         let Some(repeats) = &mut self.repeats else {
             return;
         };
@@ -182,15 +206,13 @@ impl<'a> Compiler<'a> {
             quadrics: range(before.quadrics, after.quadrics),
             strokes: range(before.strokes, after.strokes),
         };
-        let is_recording = repeats.parts.is_recording();
+        let is_recording = builder.is_recording;
         let Some(recording) = repeats.recordings.last_mut() else {
             return;
         };
         let fits = if shape.len() == 0 {
             Some(())
         } else if is_recording {
-            let steps = state.steps.as_ref();
-            let matrices = steps.and_then(|steps| steps.since(&recording.entry));
             matrices.and_then(|matrices| {
                 let bounds = bounds(&builder.scene, &shape, &matrices);
                 let extent = Extent::of_shape(shape.len(), bounds, &matrices)?;
@@ -226,7 +248,12 @@ impl<'a> Compiler<'a> {
                     Repeated::Grid(_, grid) => Some(grid),
                     _ => None,
                 };
-                self.draw(number, grid, state)
+                let matrices = if self.builder.is_recording {
+                    self.matrices(state)
+                } else {
+                    Some(vec![state.world_from_object])
+                };
+                self.draw(number, grid, matrices)
             }
             _ => false,
         }
@@ -245,10 +272,8 @@ impl<'a> Compiler<'a> {
         let (lengths, parts) = (self.builder.lengths(), repeats.censuses.len());
         let counts = std::mem::take(&mut self.builder.scene.census);
         let mut inner = repeats.parts.begin(part, state);
-        repeats.recordings.push(Recording {
-            contents: Prototype::default(),
-            entry: inner.steps.get_or_insert_with(Step::start).clone(),
-        });
+        let entry = inner.steps.get_or_insert_with(Step::start).clone();
+        repeats.recordings.push(Recording::new(entry));
         walk_recorded(self.snapshot, part, inner, self);
         let record = self.end_recording((lengths, parts), counts);
         let Some(repeats) = &mut self.repeats else {
@@ -292,24 +317,24 @@ impl<'a> Compiler<'a> {
         record
     }
 
-    /// Draws a prototype once or on a grid. Returns `false` if it is to be expanded here.
-    fn draw(&mut self, number: u32, grid: Option<Grid>, state: &State<'a>) -> bool {
+    /// Draws a prototype once or on a grid, under matrices from what is being recorded, or from the
+    /// world. Returns `false` if it is to be expanded here.
+    pub(super) fn draw(
+        &mut self,
+        number: u32,
+        grid: Option<Grid>,
+        matrices: Option<Vec<DMat4>>,
+    ) -> bool {
         let Some(repeats) = &mut self.repeats else {
             return false;
         };
-        let is_recording = repeats.parts.is_recording();
+        let is_recording = self.builder.is_recording;
         let instances = &mut repeats.instances;
         let Some(recording) = repeats.recordings.last_mut() else {
             return false;
         };
         let times = grid.map_or(1, |grid| grid.len());
         if !instances.prototypes[number as usize].extent.is_empty() {
-            let matrices = if is_recording {
-                let steps = state.steps.as_ref();
-                steps.and_then(|steps| steps.since(&recording.entry))
-            } else {
-                Some(vec![state.world_from_object])
-            };
             let content = match grid {
                 None => Content::Prototype { number },
                 Some(grid) => {

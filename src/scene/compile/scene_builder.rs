@@ -1,8 +1,9 @@
 //! The scene builder, which collects surfaces and primitives during a walk.
 
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DMat4, DVec3, Vec2, Vec3};
 
 use super::appearance::Shared;
+use super::deferred_text::DeferredText;
 use super::strokes;
 use crate::bvh::Bvh;
 use crate::diag::Diagnostic;
@@ -68,6 +69,8 @@ pub(super) struct SceneBuilder {
     pub options: CompileOptions,
     pub picture: PictureView,
     pub placement: Placement,
+    /// The matrix from the object space of the current shape to world space.
+    pub world: DMat4,
     pub scene: RenderScene,
     pub owners: Owners,
     pub shared: Shared,
@@ -81,6 +84,8 @@ pub(super) struct SceneBuilder {
     pub is_recording: bool,
     /// Whether something was recorded that depends on its place.
     pub spoiled: bool,
+    /// The glyphs of the current text, if they are stored when it has ended.
+    pub deferred: Option<DeferredText>,
     /// The number of primitives and instances that are kept in other lists.
     pub elsewhere: usize,
     /// The number of shapes so far.
@@ -94,6 +99,7 @@ impl SceneBuilder {
         Self {
             picture: PictureView::of(options),
             placement: Placement::around(options.origin),
+            world: DMat4::IDENTITY,
             scene: RenderScene {
                 origin: options.origin,
                 view: strokes::view(options),
@@ -117,6 +123,7 @@ impl SceneBuilder {
             over_limit: false,
             is_recording: false,
             spoiled: false,
+            deferred: None,
             elsewhere: 0,
             shapes: 0,
             points: Vec::new(),
@@ -250,6 +257,21 @@ impl SceneBuilder {
         is_mapped || is_in_scene_fog || self.options.needs.facets && !surface.is_opaque()
     }
 
+    /// Adds a surface, which is that of the following primitives.
+    fn add_surface(&mut self, surface: Surface) {
+        self.memory.count(size_of::<Surface>() as u64);
+        self.scene.surfaces.push(surface);
+    }
+
+    /// Adds a surface with the look of another one, whose shape has no triangles.
+    pub(super) fn copy_surface(&mut self, number: u32) {
+        let surface = Surface {
+            first: self.scene.triangles.len() as u32,
+            ..self.scene.surfaces[number as usize].clone()
+        };
+        self.add_surface(surface);
+    }
+
     /// Draws a round shape as polygons.
     fn facets(&mut self, kind: QuadricKind, material: u32) {
         let fineness = Fineness::of_complexity(self.shape.complexity);
@@ -289,6 +311,7 @@ impl Canvas for SceneBuilder {
         } else {
             self.placement.moved_to(state.world_from_object)
         };
+        self.world = state.world_from_object;
         self.shape.number = self.shapes;
         self.shapes += 1;
         self.shape.drawing = if self.options.ignore_draw_style {
@@ -309,8 +332,7 @@ impl Canvas for SceneBuilder {
             thirds: texture.is_some_and(|t| t.texture.is_deep()),
         };
         self.assign_surface();
-        self.memory.count(size_of::<Surface>() as u64);
-        self.scene.surfaces.push(surface);
+        self.add_surface(surface);
     }
 
     fn placement(&self) -> &Placement {
@@ -362,6 +384,14 @@ impl Canvas for SceneBuilder {
         self.keep_triangles(runs, vertices, most, cut);
     }
 
+    fn has_memory(&mut self, bytes: u64) -> bool {
+        let is_left = bytes <= self.memory.remaining();
+        if !is_left {
+            self.report_memory();
+        }
+        is_left
+    }
+
     fn triangle(&mut self, corners: [Corner; 3]) {
         self.keep_triangle(corners);
     }
@@ -372,6 +402,20 @@ impl Canvas for SceneBuilder {
 
     fn mesh(&mut self, mesh: &Mesh, materials: MaterialsBy) {
         self.keep_mesh(mesh, materials);
+    }
+
+    fn takes_glyphs(&self) -> bool {
+        // The texture coordinates of a glyph depend on its place in the text.
+        !self.shape.outlines() && !self.shape.uses.coordinates
+    }
+
+    fn glyph(&mut self, glyph: (usize, &Mesh), at: Vec2, materials: MaterialsBy) {
+        let surface = self.scene.surfaces.last();
+        let is_movable = surface.is_some_and(|s| !self.depends_on_place(s));
+        match &mut self.deferred {
+            Some(text) if is_movable => text.add(glyph, at, materials),
+            _ => self.keep_glyph(glyph.1, at, materials),
+        }
     }
 
     fn quadric(&mut self, kind: QuadricKind, material: u32) {

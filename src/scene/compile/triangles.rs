@@ -6,6 +6,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::deferred_text::glyph_offset;
 use super::numbers::{Numbers, listed, three};
 use super::scene_builder::{SceneBuilder, in_reach};
 use crate::geometry::normals::face_normal;
@@ -140,6 +141,14 @@ impl SceneBuilder {
             let numbers = &lookup.coordinates;
             keep_coordinates(surface, uses.thirds, triangles, runs, vertices, numbers);
         }
+    }
+
+    /// Keeps a glyph with its origin at a place.
+    pub(super) fn keep_glyph(&mut self, mesh: &Mesh, at: Vec2, materials: MaterialsBy) {
+        let placement = self.placement;
+        self.placement = placement.moved_to(self.world * glyph_offset(at));
+        self.keep_mesh(mesh, materials);
+        self.placement = placement;
     }
 
     /// Keeps a mesh.

@@ -2,8 +2,7 @@
 
 use std::collections::HashSet;
 
-use glam::Vec3;
-
+use super::deferred_text::DeferredText;
 use super::repeats::Repeats;
 use super::scene_builder::SceneBuilder;
 use crate::bvh::Bvh;
@@ -61,6 +60,7 @@ impl RenderScene {
             lights: HashSet::new(),
             fog: None,
         };
+        compiler.builder.deferred = compiler.repeats.as_ref().map(|_| DeferredText::new());
         compiler.reserve_all();
         traversal::walk(snapshot, &walk_options, &mut compiler);
         compiler.finish()
@@ -75,13 +75,12 @@ impl Compiler<'_> {
         let nodes = &self.snapshot.document().nodes;
         let (mut most, mut bytes) = (0, size_of_val(&nodes[..]));
         for field in nodes.iter().flat_map(|n| &n.fields) {
-            let (entries, each) = match &field.value {
-                Value::Ints(list) => (list.len(), size_of::<i32>()),
-                Value::Vec3s(list) => (list.len(), size_of::<Vec3>()),
-                _ => (0, 0),
+            most += match &field.value {
+                Value::Ints(list) => list.len(),
+                Value::Vec3s(list) => list.len(),
+                _ => 0,
             };
-            most += entries;
-            bytes += size_of_val(field) + entries * each;
+            bytes += size_of_val(field) + field.value.list_bytes();
         }
         self.builder.memory.count(bytes as u64);
         let most = most.min(MAX_RESERVED);
@@ -159,6 +158,7 @@ impl<'a> Visitor<'a> for Compiler<'a> {
         let before = self.builder.lengths();
         shapes::draw(node, state, &mut self.builder);
         self.end_shape(before, state);
+        self.end_text(node, state);
     }
 
     fn light(&mut self, light: &LightElement, _state: &State<'a>) {

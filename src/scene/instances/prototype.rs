@@ -38,6 +38,8 @@ pub(in crate::scene) struct Prototype {
     steps: Vec<DMat4>,
     /// The size of all elements.
     pub extent: Extent,
+    /// Whether it is a glyph of a text.
+    pub is_glyph: bool,
 }
 
 impl Default for Prototype {
@@ -46,6 +48,7 @@ impl Default for Prototype {
             elements: Vec::new(),
             steps: Vec::new(),
             extent: Extent::NONE,
+            is_glyph: false,
         }
     }
 }

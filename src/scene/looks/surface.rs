@@ -98,7 +98,6 @@ impl CornerNormals {
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
     /// The name of the shape's class.
-    #[cfg_attr(not(test), expect(dead_code, reason = "tests ask what a ray has hit"))]
     pub class: &'static str,
     /// The ambient color, unless `ambient_intensity` is set.
     pub ambient: Vec3,
@@ -154,6 +153,24 @@ pub(crate) struct Surface {
 }
 
 impl Surface {
+    /// Whether another surface without a texture and clip planes looks the same, whatever its
+    /// triangles.
+    pub(in crate::scene) fn has_look_of(&self, other: &Self) -> bool {
+        let colors = |s: &Self| (s.ambient, s.ambient_intensity, s.specular, s.emissive);
+        let numbers = |s: &Self| (s.shininess, s.refraction, s.environment, s.lights, s.layer);
+        let sides = |s: &Self| (s.two_sided, s.culls, s.counterclockwise);
+        let kinds = |s: &Self| (s.class, s.base_color, s.casts_shadow, s.on_top);
+        let is_plain = |s: &Self| s.texture.is_none() && s.clip.is_empty();
+        let lists = |s: &Self| (s.diffuse.clone(), s.transparency.clone());
+        is_plain(self)
+            && is_plain(other)
+            && colors(self) == colors(other)
+            && numbers(self) == numbers(other)
+            && sides(self) == sides(other)
+            && kinds(self) == kinds(other)
+            && lists(self) == lists(other)
+    }
+
     /// The diffuse color at an index. An index past the end gives the last one.
     pub(crate) fn diffuse_at(&self, index: u32) -> Vec3 {
         let last = self.diffuse.len() - 1;

@@ -4,7 +4,8 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::screen_aligned;
 use crate::geometry::text::{
-    self as typeset, Face, Family, Fonts, Justify, Layout, SolidParts, TextStyle, Vrml97Style,
+    self as typeset, Face, Family, Fonts, Justify, Layout, SolidParts, TextOutput, TextStyle,
+    Vrml97Style,
 };
 use crate::grammar::{
     ascii_text, font_style, linear_profile, text, text2, text2_set, text3, vrml97_font_style,
@@ -115,17 +116,29 @@ pub(super) fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canv
         two_sided: false,
         ..Sides::BOTH
     });
-    let laid = typeset::text3(
-        node.get(text3::STRING),
-        &style,
-        parts,
-        profile.as_deref(),
-        state.hints.crease_angle,
-        &mut |mesh| out.mesh(mesh, materials),
-    );
+    let (strings, crease_angle) = (node.get(text3::STRING), state.hints.crease_angle);
+    let laid = draw_glyphs(out, materials, |output| {
+        let profile = profile.as_deref();
+        typeset::text3(strings, &style, parts, profile, crease_angle, output)
+    });
     report_cut(node, &laid, out);
     if out.inventor_box().is_some() {
         out.set_inventor_box(Some(text3_box(&laid, parts, profile.as_deref())));
+    }
+}
+
+/// Draws a text glyph by glyph, or in batches, depending on the canvas.
+fn draw_glyphs(
+    out: &mut dyn Canvas,
+    materials: MaterialsBy,
+    text: impl FnOnce(TextOutput<'_>) -> Layout,
+) -> Layout {
+    if out.takes_glyphs() {
+        text(TextOutput::Glyphs(&mut |number, mesh, at| {
+            out.glyph((number, mesh), at, materials);
+        }))
+    } else {
+        text(TextOutput::Batches(&mut |mesh| out.mesh(mesh, materials)))
     }
 }
 
@@ -176,8 +189,8 @@ pub(super) fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn
     let fonts = out.picture().fonts.clone();
     let style = style(node, state, &fonts);
     let strings = node.get(ascii_text::STRING);
-    let laid = typeset::ascii_text(strings, &style, widths, &mut |mesh| {
-        out.mesh(mesh, MaterialsBy::Vertex);
+    let laid = draw_glyphs(out, MaterialsBy::Vertex, |output| {
+        typeset::ascii_text(strings, &style, widths, output)
     });
     report_cut(node, &laid, out);
     if let Some((mut min, mut max)) = out.inventor_box() {
@@ -199,8 +212,8 @@ pub(super) fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Can
     let most = node.get(text::MAX_EXTENT);
     let strings = node.get(text::STRING);
     out.set_sides(Sides::BOTH);
-    let laid = typeset::vrml97_text(strings, &style, lengths, most, &mut |mesh| {
-        out.mesh(mesh, MaterialsBy::Vertex);
+    let laid = draw_glyphs(out, MaterialsBy::Vertex, |output| {
+        typeset::vrml97_text(strings, &style, lengths, most, output)
     });
     report_cut(node, &laid, out);
     if out.inventor_box().is_some() {
