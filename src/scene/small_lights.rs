@@ -1,12 +1,18 @@
 //! Finds luminous shapes that are so small in the picture that its samples may miss them.
 //!
 //! A shape is luminous if it has an emissive color or is not lit. Lights themselves (`PointLight`)
-//! are invisible. Only what the camera sees directly is found; images in mirrors are not.
+//! are invisible. Only what the camera sees directly is found; images in mirrors are not, nor are
+//! the glyphs of texts that are stored once.
 
 use glam::{DVec3, Vec3};
 
 use super::RenderScene;
-use crate::bvh::Ray;
+use super::placed::Primitive;
+use crate::bvh::{Hit, Ray};
+
+/// The largest number of luminous shapes in shared parts that are examined, each as often as it is
+/// drawn.
+const MOST_SHARED: usize = 1 << 14;
 
 /// A luminous shape that is small in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,8 +33,8 @@ struct Seen {
     pixels: f64,
     /// The place to the right of and above the middle of the picture, times the area.
     place: [f64; 2],
-    /// A point of each of the first primitives, with the primitive's number.
-    points: [Option<(u32, Vec3)>; 8],
+    /// A point of each of the first primitives, with the number and the place of the primitive.
+    points: [Option<(u32, u64, Vec3)>; 8],
 }
 
 impl RenderScene {
@@ -43,7 +49,7 @@ impl RenderScene {
         for (primitive, &owner) in self.owners.iter().enumerate() {
             let owner = owner as usize;
             if luminous[owner] != Vec3::ZERO && seen[owner].pixels < smaller_than {
-                self.see(primitive as u32, size, &mut seen[owner]);
+                self.see((primitive as u32, 0), size, &mut seen[owner]);
             }
         }
         let small = |(radiance, seen): (Vec3, Seen)| SmallLight {
@@ -57,8 +63,34 @@ impl RenderScene {
         let is_small = |(_, seen): &(Vec3, Seen)| {
             seen.pixels > 0.0 && seen.pixels < smaller_than && self.is_in_sight(seen)
         };
-        let all = luminous.into_iter().zip(seen);
+        let shared = self.shared_lights(&luminous, size, smaller_than);
+        let all = luminous.into_iter().zip(seen).chain(shared);
         all.filter(is_small).map(small).collect()
+    }
+
+    /// Returns the radiance of each luminous shape in the parts that are stored once, as often as
+    /// it is drawn, with what is seen of it.
+    fn shared_lights(
+        &self,
+        luminous: &[Vec3],
+        size: [f64; 2],
+        smaller_than: f64,
+    ) -> Vec<(Vec3, Seen)> {
+        let mut lights = Vec::new();
+        let Some(instances) = &self.instances else {
+            return lights;
+        };
+        let is_luminous = |surface: u32| luminous[surface as usize] != Vec3::ZERO;
+        instances.each_shape(&is_luminous, MOST_SHARED, &mut |surface, place| {
+            let mut seen = Seen::default();
+            for primitive in instances.primitives_of(surface) {
+                if seen.pixels < smaller_than {
+                    self.see((primitive, place), size, &mut seen);
+                }
+            }
+            lights.push((luminous[surface as usize], seen));
+        });
+        lights
     }
 
     /// The light that a surface has without lights.
@@ -70,38 +102,46 @@ impl RenderScene {
     }
 
     /// Adds the area of a primitive in pixels to that of its surface, if it is in the picture.
-    fn see(&self, primitive: u32, size: [f64; 2], seen: &mut Seen) {
-        let Some((center, area)) = self.across(primitive) else {
+    fn see(&self, (primitive, place): (u32, u64), size: [f64; 2], seen: &mut Seen) {
+        let Some((center, area)) = self.across(primitive, place) else {
             return;
         };
         let pixel = f64::from(self.view.pixel(center));
-        let place = [self.view.right, self.view.up].map(|a| f64::from(center.dot(a)) / pixel);
-        let outside = (0..2).any(|i| place[i].abs() > 0.5 * size[i] + 1.0);
+        let at = [self.view.right, self.view.up].map(|a| f64::from(center.dot(a)) / pixel);
+        let outside = (0..2).any(|i| at[i].abs() > 0.5 * size[i] + 1.0);
         if !(pixel > 0.0) || outside {
             return;
         }
         let pixels = area / (pixel * pixel);
         seen.pixels += pixels;
-        for (sum, place) in seen.place.iter_mut().zip(place) {
-            *sum += pixels * place;
+        for (sum, at) in seen.place.iter_mut().zip(at) {
+            *sum += pixels * at;
         }
         if let Some(free) = seen.points.iter_mut().find(|p| p.is_none()) {
-            *free = Some((primitive, center));
+            *free = Some((primitive, place, center));
         }
     }
 
     /// Returns the center of a primitive and its area as the camera sees it, in square meters.
-    fn across(&self, primitive: u32) -> Option<(Vec3, f64)> {
+    fn across(&self, primitive: u32, place: u64) -> Option<(Vec3, f64)> {
         let toward = |p: Vec3| p.normalize_or(self.view.forward);
-        if let Some([a, b, c]) = self.corners(primitive, 0) {
-            let center = (a + b + c) / 3.0;
-            let area = 0.5 * (b - a).cross(c - a).dot(toward(center)).abs();
-            // Half of a closed surface's triangles face away.
-            return Some((center, 0.5 * f64::from(area)));
-        }
-        let quadric = self
-            .quadrics
-            .get(primitive as usize - self.triangles.len())?;
+        let hit = Hit {
+            t: 0.0,
+            primitive,
+            u: 0.0,
+            v: 0.0,
+            place,
+        };
+        let quadric = match self.primitive(&hit) {
+            Primitive::Triangle([a, b, c]) => {
+                let center = (a + b + c) / 3.0;
+                let area = 0.5 * (b - a).cross(c - a).dot(toward(center)).abs();
+                // Half of a closed surface's triangles face away.
+                return Some((center, 0.5 * f64::from(area)));
+            }
+            Primitive::Quadric(quadric) => quadric,
+            Primitive::Stroke(_) => return None,
+        };
         let (min, max) = quadric.bounds();
         let center = (0.5 * (min + max)).as_vec3();
         // The shadow of a box is the sum of its faces' shadows; an ellipsoid's is at most π/4 of
@@ -114,10 +154,10 @@ impl RenderScene {
 
     /// Returns whether a ray from the camera meets one of the points.
     fn is_in_sight(&self, seen: &Seen) -> bool {
-        let meets = |&(primitive, point): &(u32, Vec3)| {
+        let meets = |&(primitive, place, point): &(u32, u64, Vec3)| {
             let hit = self.hit(&Ray::new(Vec3::ZERO, point));
-            let owner = self.owner(primitive, 0);
-            hit.is_none_or(|hit| hit.t >= 1.0 || self.owner(hit.primitive, hit.place) == owner)
+            let shape = (self.owner(primitive, place), place);
+            hit.is_none_or(|h| h.t >= 1.0 || (self.owner(h.primitive, h.place), h.place) == shape)
         };
         seen.points.iter().flatten().any(meets)
     }
@@ -127,16 +167,21 @@ impl RenderScene {
 mod tests {
     use super::*;
     use crate::iv::Document;
-    use crate::scene::CompileOptions;
+    use crate::scene::{CompileOptions, Instancing};
     use crate::snapshot::Snapshot;
 
     /// Returns the small lights of a scene in a picture of 100x100 pixels with a height angle of 45
     /// degrees, seen from the origin along -z.
     fn lights(text: &str, smaller_than: f64) -> Vec<SmallLight> {
+        stored_lights(text, smaller_than, Instancing::BeyondLimits)
+    }
+
+    fn stored_lights(text: &str, smaller_than: f64, instancing: Instancing) -> Vec<SmallLight> {
         let text = format!("#Inventor V2.1 ascii\n{text}");
         let document = Document::read_headerless("lights.iv", text.into_bytes()).unwrap();
         let options = CompileOptions {
             pixel_rows: 100,
+            instancing,
             ..CompileOptions::default()
         };
         let scene = RenderScene::compile(&Snapshot::at(&document, 0.0), &options).unwrap();
@@ -168,6 +213,27 @@ mod tests {
         let behind = BALL.replace("0 0 -10", "0 0 10");
         assert!(lights(&behind, 1.0).is_empty());
         assert!(lights(&BALL.replace("emissiveColor 9 6 3", ""), 1.0).is_empty());
+    }
+
+    #[test]
+    fn lights_in_shared_parts_are_found_as_often_as_they_are_drawn() {
+        let cube = BALL.replace(
+            "Sphere { radius .01 }",
+            "Cube { width .02 height .03 depth .02 }",
+        );
+        let scene = format!(
+            "DEF two Separator {{ {BALL} Translation {{ translation -1 .5 0 }} {cube} }}
+            Separator {{ Translation {{ translation 1 0 0 }} USE two }}
+            Separator {{ Translation {{ translation -.7 -1 0 }}
+                Array {{ numElements1 3 separation1 .2 .3 -1 USE two }} }}"
+        );
+        let mut found = stored_lights(&scene, 1.0, Instancing::Everywhere);
+        let expected = lights(&scene, 1.0);
+        assert_eq!((found.len(), expected.len()), (2 + 2 + 3 * 2, 10));
+        for light in expected {
+            let same = found.iter().position(|other| *other == light);
+            found.remove(same.expect("the light is found"));
+        }
     }
 
     /// The triangles of a mesh count as one light.

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use glam::{DAffine3, DMat4, DVec3, Vec3};
 
 use super::extent::{Extent, moved, product};
-use super::prototype::{Content, Prototype, copy_matrix};
+use super::prototype::{Content, Element, Prototype, copy_matrix};
 use super::tree::PrototypeTree;
 use crate::geometry::Quadric;
 use crate::scene::placement::Placement;
@@ -162,6 +162,72 @@ impl Instances {
         let quadric = self.quadrics.get(index)?;
         let placement = self.placement(place).scene_from_object;
         Quadric::new(quadric.kind, placement, quadric.material)
+    }
+
+    /// The numbers of the triangles and round surfaces of the shape with a surface.
+    pub(in crate::scene) fn primitives_of(&self, surface: u32) -> impl Iterator<Item = u32> {
+        let shape = &self.shapes[surface as usize];
+        let triangles = self.triangles.len() as u32;
+        let quadrics = triangles + shape.quadrics.start..triangles + shape.quadrics.end;
+        shape.triangles.clone().chain(quadrics)
+    }
+
+    /// Calls `found` with the surface and the place of each shape with a wanted surface, as often
+    /// as it is drawn, up to a number of times. Glyphs are left out.
+    pub(in crate::scene) fn each_shape(
+        &self,
+        is_wanted: &dyn Fn(u32) -> bool,
+        most: usize,
+        found: &mut dyn FnMut(u32, u64),
+    ) {
+        let mut contain_one: Vec<bool> = Vec::with_capacity(self.prototypes.len());
+        for prototype in &self.prototypes {
+            let is_one = |element: &Element| match element.content {
+                Content::Shape { surface } => is_wanted(surface),
+                Content::Prototype { number } | Content::Grid { number, .. } => {
+                    contain_one[number as usize]
+                }
+            };
+            let contains = !prototype.is_glyph && prototype.elements.iter().any(is_one);
+            contain_one.push(contains);
+        }
+        let mut left = most;
+        let mut take = |surface: u32, place: u64| {
+            if left > 0 && is_wanted(surface) {
+                left -= 1;
+                found(surface, place);
+            }
+            left > 0
+        };
+        self.shapes_in(&self.root, 0, &contain_one, &mut take);
+    }
+
+    /// Calls `take` with the shapes of a prototype until it returns `false`, which is returned.
+    fn shapes_in(
+        &self,
+        prototype: &Prototype,
+        before: u64,
+        contain_one: &[bool],
+        take: &mut dyn FnMut(u32, u64) -> bool,
+    ) -> bool {
+        prototype.elements.iter().all(|element| {
+            let first = before + element.first;
+            let (number, copies) = match element.content {
+                Content::Shape { surface } => return take(surface, first + 1),
+                Content::Prototype { number } => (number, 1),
+                Content::Grid { number, grid } => (number, self.grids[grid as usize].len()),
+            };
+            let inner = &self.prototypes[number as usize];
+            let mut copies = 0..if contain_one[number as usize] {
+                copies
+            } else {
+                0
+            };
+            copies.all(|copy| {
+                let first = first + copy * inner.extent.count;
+                self.shapes_in(inner, first, contain_one, take)
+            })
+        })
     }
 
     /// The number of a primitive in order of drawing. `lists` are the numbers of triangles and of
