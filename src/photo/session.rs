@@ -533,6 +533,8 @@ impl Session {
         let mut seconds = self.seconds;
         seconds.render = made.spent.seconds;
         let (triangles, quadrics, strokes) = self.scene.primitives();
+        let stored = (triangles + quadrics + strokes) as u64;
+        let shared = self.scene.census().instances;
         let mut report = RenderReport {
             ivcam: env!("CARGO_PKG_VERSION"),
             scene: self.plan.scene.display().to_string(),
@@ -553,7 +555,10 @@ impl Session {
             error_unknown: None,
             ghosts_of_picture: None,
             ghosts_of_lights: None,
-            primitives: (triangles + quadrics + strokes) as u64,
+            primitives: stored,
+            primitives_drawn: stored.max(shared.primitives),
+            shared_parts: shared.parts,
+            shared_uses: shared.uses,
             left_out: self.left_out(),
         };
         report.set_counts(&made.counts);

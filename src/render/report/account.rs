@@ -72,8 +72,14 @@ pub struct RenderReport {
     pub ghosts_of_picture: Option<f64>,
     /// The light of ghosts over the light of the lights' own images.
     pub ghosts_of_lights: Option<f64>,
-    /// Primitives in the compiled scene.
+    /// Primitives in the compiled scene, as stored.
     pub primitives: u64,
+    /// Primitives of the scene, each as often as it is drawn.
+    pub primitives_drawn: u64,
+    /// Parts of the scene that are stored once and drawn many times, and glyphs of long texts.
+    pub shared_parts: u64,
+    /// The number of times that these are drawn.
+    pub shared_uses: u64,
     /// The parts of the scene that were not read, built or traced, each with the reason.
     pub left_out: Vec<String>,
 }
@@ -153,6 +159,16 @@ impl RenderReport {
         }
         if let Some(share) = self.ghosts_of_lights {
             let _ = write!(line, ", {:.3}% of the lights'", 100.0 * share);
+        }
+        if self.shared_uses > 0 {
+            let _ = write!(
+                line,
+                "  {} primitives stored as {}: {} parts drawn {} times",
+                count(self.primitives_drawn),
+                count(self.primitives),
+                count(self.shared_parts),
+                count(self.shared_uses)
+            );
         }
         if !self.left_out.is_empty() {
             let _ = write!(line, "  left out: {}", self.left_out.join(", "));
