@@ -34,6 +34,16 @@ pub(crate) struct ElevationGrid<'a> {
     pub texcoords: &'a [Vec2],
 }
 
+impl ElevationGrid<'_> {
+    /// The memory in bytes of a point while a grid is made: its four vertices and two triangles.
+    const BYTES_OF_POINT: usize = 220;
+
+    /// Returns the memory in bytes that making the triangles takes.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.height.len().saturating_mul(Self::BYTES_OF_POINT) as u64
+    }
+}
+
 /// Returns the triangles of an elevation grid.
 ///
 /// Each quadrilateral is cut from the corner with smaller x and larger z to the opposite one, as in

@@ -38,6 +38,18 @@ pub(crate) struct Extrusion<'a> {
     pub crease_angle: f32,
 }
 
+impl Extrusion<'_> {
+    /// The memory in bytes of a quadrilateral while an extrusion is made: its corners, its
+    /// triangles, and the lists by which normals are smoothed.
+    const BYTES_OF_QUAD: usize = 320;
+
+    /// Returns the memory in bytes that making the triangles takes.
+    pub(crate) fn bytes(&self) -> u64 {
+        let quads = self.cross_section.len().saturating_mul(self.spine.len());
+        quads.saturating_mul(Self::BYTES_OF_QUAD) as u64
+    }
+}
+
 /// Returns the triangles of an extrusion. The sides are part 0, the first cap is part 1 and the
 /// second cap is part 2. The standard gives all three the same material.
 ///

@@ -114,6 +114,33 @@ fn what_does_not_fit_into_the_memory_is_left_out_with_one_message() {
 }
 
 #[test]
+fn a_shape_that_cannot_be_made_within_the_memory_is_left_out_with_a_message() {
+    let section = "0 0, 1 0, 1 1, ".repeat(40);
+    let spine = "0 0 0, 0 1 0, 0 2 0, ".repeat(40);
+    let extrusion = format!("Extrusion {{ crossSection [ {section} ] spine [ {spine} ] }}");
+    let heights = "1 2 3 ".repeat(1200);
+    let grid = format!("ElevationGrid {{ xDimension 60 zDimension 60 height [ {heights} ] }}");
+    for geometry in [extrusion, grid] {
+        let text = format!("#VRML V2.0 utf8\nShape {{ geometry {geometry} }}");
+        let files = Arc::new(NoFiles);
+        let document = Document::read("a.wrl", text.into_bytes(), files, &Limits::default());
+        let document = document.expect("reads");
+        let drawn = |memory| {
+            let options = CompileOptions {
+                memory,
+                ..CompileOptions::default()
+            };
+            let scene = RenderScene::compile(&Snapshot::at(&document, 0.0), &options);
+            let scene = scene.expect("compiles");
+            (scene.primitives().0, scene.census().diagnostics.len())
+        };
+        let (triangles, messages) = drawn(64 << 20);
+        assert!(triangles > 5000 && messages == 0, "{triangles} {messages}");
+        assert_eq!(drawn(500_000), (0, 1));
+    }
+}
+
+#[test]
 fn more_primitives_than_the_limit_are_left_out_with_a_message() {
     // Copies in an `Array` would be stored once.
     let cubes = "Cube { } Translation { translation 3 0 0 } ".repeat(30);

@@ -168,7 +168,7 @@ fn extrusion<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
         .iter()
         .map(|r| r.to_quat())
         .collect();
-    let made = geometry::extrusion(&Extrusion {
+    let shape = Extrusion {
         cross_section: node.get(extrusion::CROSS_SECTION),
         spine: node.get(extrusion::SPINE),
         scale: node.get(extrusion::SCALE),
@@ -178,8 +178,11 @@ fn extrusion<'a>(node: NodeRef<'a>, out: &mut dyn Canvas) {
         ccw: node.get(extrusion::CCW),
         convex: node.get(extrusion::CONVEX),
         crease_angle: node.get(extrusion::CREASE_ANGLE),
-    });
-    match made {
+    };
+    if !out.has_memory(shape.bytes()) {
+        return;
+    }
+    match geometry::extrusion(&shape) {
         Ok(mesh) => {
             let solid = node.get(extrusion::SOLID);
             out.set_sides(Sides::of_solid(solid, true));
@@ -196,7 +199,7 @@ fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas
         _ => &[],
     };
     let has_colors = state.material_binding != Binding::Overall;
-    let made = geometry::elevation_grid(&ElevationGrid {
+    let grid = ElevationGrid {
         x_dimension: node.get(elevation_grid::X_DIMENSION),
         z_dimension: node.get(elevation_grid::Z_DIMENSION),
         x_spacing: node.get(elevation_grid::X_SPACING),
@@ -208,8 +211,11 @@ fn elevation_grid<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas
         normals: state.normals,
         normal_per_vertex: node.get(elevation_grid::NORMAL_PER_VERTEX),
         texcoords,
-    });
-    match made {
+    };
+    if !out.has_memory(grid.bytes()) {
+        return;
+    }
+    match geometry::elevation_grid(&grid) {
         Ok(mesh) => {
             let solid = node.get(elevation_grid::SOLID);
             out.set_sides(Sides::of_solid(solid, true));
