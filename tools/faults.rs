@@ -77,6 +77,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         read_only,
         broken_pipe,
         little_memory,
+        disk_errors,
         two_at_once,
     ] {
         match fault(&program, &folder.join("faults")) {
@@ -159,7 +160,7 @@ fn inspected(out: &Path) -> (u64, u64) {
 fn is_whole(path: &Path) -> bool {
     let text = || std::fs::read_to_string(path).unwrap_or_default();
     match path.extension().and_then(OsStr::to_str) {
-        Some("png" | "exr") => Raster::open(path).is_ok(),
+        Some("png" | "exr" | "ppm") => Raster::open(path).is_ok(),
         Some("json") => serde_json::from_str::<serde_json::Value>(&text()).is_ok(),
         Some("html") => text().trim_end().ends_with("</html>"),
         // Logs and claims grow or are replaced in place, and have no end.
@@ -249,6 +250,41 @@ fn little_memory(program: &Path, out: &Path) -> std::io::Result<u64> {
                   --size 20000x20000 --threads 1 --samples 1 --quiet -o \"$OUT/a.jpg\"";
     let output = shell(render, program, out)?;
     Ok(row("1 GB for a film of 20 GB", &output, out) + u64::from(output.status.code() != Some(2)))
+}
+
+/// Lets one system call on the way of a picture to the disk fail with EIO, by `strace`: each of the
+/// first 40 writes, and each call that comes after the last one.
+fn disk_errors(program: &Path, out: &Path) -> std::io::Result<u64> {
+    let out = out.join("errors");
+    if !shell("strace -V", program, &out)?.status.success() {
+        return Err(std::io::Error::other("EIO: needs strace"));
+    }
+    let writes = (1..=40).map(|nth| format!("write:error=EIO:when={nth}"));
+    let others = ["fdatasync", "rename"].map(|call| format!("{call}:error=EIO"));
+    let (mut instants, mut errors, mut wrong) = (0, 0, 0);
+    for inject in writes.chain(others) {
+        let _ = std::fs::remove_dir_all(&out);
+        let render = format!(
+            "strace -f -qq -o /dev/null -e trace=write,fdatasync,rename -e inject={inject} \
+             \"$PROGRAM\" render {SCENE} --size 96x64 --samples 1 --threads 1 --quiet \
+             -o \"$OUT/a.ppm\""
+        );
+        let output = shell(&render, program, &out)?;
+        let left = below(&out);
+        let is_true = match output.status.code() {
+            Some(0) => left.len() == 1 && is_whole(&left[0]),
+            Some(2) => left.is_empty() && !output.stderr.is_empty(),
+            _ => false,
+        };
+        instants += 1;
+        errors += u64::from(output.status.code() == Some(2));
+        wrong += u64::from(!is_true);
+    }
+    println!(
+        "| EIO at one of {instants} system calls | 2 at {errors} of them, else 0 | I/O error | \
+         {wrong} partial, left over or without a message |"
+    );
+    Ok(wrong)
 }
 
 fn two_at_once(program: &Path, out: &Path) -> std::io::Result<u64> {
