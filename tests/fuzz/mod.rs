@@ -5,12 +5,13 @@
 //! (CONTRIBUTING.md has the command), and `smoke` runs them on seeds, on a few thousand mutations
 //! and on all inputs that a fuzzer found, which are in `findings/`, in every `cargo test`.
 //!
-//! `scenes`, `lenses` and `tables` have the targets, `target` lists them; `seeds` has their first
-//! inputs and `words` the dictionaries; `mutate` damages inputs.
+//! `scenes`, `lenses`, `options` and `tables` have the targets, `target` lists them; `seeds` has
+//! their first inputs and `words` the dictionaries; `mutate` damages inputs.
 
 mod lenses;
 #[cfg(test)]
 mod mutate;
+pub(crate) mod options;
 mod scenes;
 mod seeds;
 #[cfg(test)]

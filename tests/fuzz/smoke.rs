@@ -59,6 +59,11 @@ fn damaged_cameras_timelines_films_and_tables_are_read_or_refused() {
     }
 }
 
+#[test]
+fn damaged_command_lines_are_plans_that_print_as_themselves_or_are_refused() {
+    run_seeds_and_mutations("options", 200);
+}
+
 /// The inputs that a fuzzer found, by target: `findings/TARGET/NAME`.
 #[test]
 fn every_finding_of_a_fuzzer_is_corrected() {

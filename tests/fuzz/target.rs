@@ -1,6 +1,6 @@
 //! The list of fuzz targets.
 
-use super::{lenses, scenes, seeds, tables, words};
+use super::{lenses, options, scenes, seeds, tables, words};
 
 /// A fuzz target.
 #[derive(Clone, Copy)]
@@ -16,7 +16,7 @@ pub struct Target {
 }
 
 /// All targets.
-pub const TARGETS: [Target; 10] = [
+pub const TARGETS: [Target; 11] = [
     Target {
         name: "scene",
         run: scenes::scene,
@@ -76,5 +76,11 @@ pub const TARGETS: [Target; 10] = [
         run: tables::curves,
         seeds: seeds::curves,
         words: words::timelines,
+    },
+    Target {
+        name: "options",
+        run: options::options,
+        seeds: options::examples,
+        words: options::spellings,
     },
 ];

@@ -1,49 +1,18 @@
 //! Tests of the option table: every option is parsed to a plan, printed, and parsed to the same
 //! plan.
 
-use std::ffi::OsString;
-
 use crate::cli::flags;
 use crate::diag::Sink;
+use crate::fuzz::options::{again, read};
 use crate::photo::options::{GivenOptions, Opt, Takes, all};
 use crate::photo::{Era, Plan};
 use crate::shade::Shading;
 
 const ERAS: [Era; 2] = [Era::Vintage, Era::Modern];
 
-/// Returns the plan of command-line arguments, or `None` if they are not valid.
-fn read(words: &[String], era: Era) -> Option<Plan> {
-    let words = flags::modernize(words.iter().map(OsString::from));
-    let matches = clap::Command::new("ivcam")
-        .no_binary_name(true)
-        .args_override_self(true)
-        .args(flags::photograph())
-        .arg(clap::Arg::new("scene"))
-        .try_get_matches_from(words)
-        .ok()?;
-    let start = |era| Plan::of_era(era, "a.iv");
-    Plan::from_options(
-        &flags::given_options(&matches),
-        era,
-        start,
-        &mut Sink::new(),
-    )
-    .ok()
-}
-
 fn of_line(line: &str, era: Era) -> Option<Plan> {
     let words = line.split_whitespace().map(str::to_owned);
     read(&words.chain(["a.iv".into()]).collect::<Vec<_>>(), era)
-}
-
-/// Prints a plan as a command line and parses it.
-fn again(plan: &Plan) -> (Vec<String>, Option<Plan>) {
-    let words = plan.to_args("a.png".as_ref());
-    let rest = match words[1].as_str() {
-        "render" => &words[2..],
-        _ => &words[1..],
-    };
-    (words.clone(), read(rest, plan.era))
 }
 
 fn of_plans() -> impl Iterator<Item = &'static Opt> {
