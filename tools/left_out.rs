@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::shared::pictures::{
-    ball_nodes, living_room, one_thread, render, thread_seconds, written,
+    ball_nodes, living_room, one_thread, opened, render, thread_seconds, written,
 };
 use crate::photo::{Headlight, LensChoice, Optics, Plan, Session};
 use crate::shade::Shading;
@@ -105,7 +105,7 @@ const DIFFERENCES: [Difference; 8] = [
     Difference {
         left_out: "fog (none)",
         lacks: LIT,
-        has: "PointLight { location 3 5 3 } Environment { fogType HAZE visibility 1e9 }",
+        has: "PointLight { location 3 5 3 } Environment { fogType HAZE fogVisibility 1e9 }",
     },
     Difference {
         left_out: "visibility of hits (nothing clipped or culled)",
@@ -176,8 +176,7 @@ fn compare(report: &mut String, left_out: &str, lean: Plan, full: Plan) {
             let mut plan = plan.clone();
             (plan.shading, plan.headlight) = (Shading::Recursive, Headlight::Set(false));
             let start = thread_seconds();
-            let made =
-                one_thread(|| Session::open(plan).map(|session| render(&session, SAMPLES).1));
+            let made = one_thread(|| opened(plan).map(|session| render(&session, SAMPLES).1));
             seconds.push(thread_seconds() - start);
             match made {
                 Ok(exposure) => films.push(exposure.film),

@@ -506,7 +506,7 @@ mod tests {
         Translation { translation -4 0 0 }\n\
         Separator { Material { diffuseColor .1 .9 .1 transparency .5 specularColor 1 1 1 shininess 0 }\n\
         Cone { } }\n\
-        Translation { translation 2 2 0 } Environment { fogType FOG visibility 40 }\n\
+        Translation { translation 2 2 0 } Environment { fogType FOG fogVisibility 40 }\n\
         Separator { BaseColor { rgb .9 .9 0 } Cylinder { } }\n\
         Translation { translation 0 -4 0 } LightModel { model BASE_COLOR } Cube { }\n";
 

@@ -16,6 +16,7 @@ use std::process::ExitCode;
 use rayon::prelude::*;
 
 use self::scenes::{CASES, Case};
+use super::shared::pictures::opened;
 use crate::diag::Result;
 use crate::film::{ErrorEstimate, ErrorUnknown, Resolution};
 use crate::photo::{Plan, Session};
@@ -150,7 +151,7 @@ impl Subject {
         let open = |mut plan: Plan| {
             plan.resolution = size;
             plan.adaptive = adaptive;
-            Session::open(plan)
+            opened(plan)
         };
         plans.into_iter().map(open).collect::<Result<_>>().map(Self)
     }

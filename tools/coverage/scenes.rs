@@ -113,8 +113,9 @@ fn scattered(key: u64) -> f64 {
 
 /// Posts in haze, most of them almost of its color.
 fn fog() -> Vec<String> {
-    let mut text =
-        format!("{CAMERA}{LIGHT}Environment {{ fogType FOG fogColor .6 .65 .7 visibility 14 }}\n");
+    let mut text = format!(
+        "{CAMERA}{LIGHT}Environment {{ fogType FOG fogColor .6 .65 .7 fogVisibility 14 }}\n"
+    );
     text += &shape(
         "diffuseColor .5 .5 .5",
         [0., 0., -40.],

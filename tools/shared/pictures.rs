@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::mesh;
+use crate::diag::Result;
 use crate::film::Resolution;
 use crate::photo::{CameraChoice, Era, LensChoice, Optics, Plan, Session};
 use crate::render::{Exposure, Stop};
@@ -77,6 +78,18 @@ pub(crate) fn written(name: &str, nodes: &str) -> Option<Plan> {
         height: 120,
     };
     Some(plan)
+}
+
+/// Opens a plan whose scene gives no reason for a diagnostic, such as a misspelt field.
+///
+/// # Errors
+/// Returns the first diagnostic if there is one.
+pub(crate) fn opened(plan: Plan) -> Result<Session> {
+    let session = Session::open(plan)?;
+    match session.sink.items().first() {
+        Some(found) => Err(Box::new(found.clone())),
+        None => Ok(session),
+    }
 }
 
 /// Returns a bumpy sphere as nodes of a file.
