@@ -1060,6 +1060,34 @@ fn the_camera_in_use_is_written_and_makes_the_same_picture() {
 }
 
 #[test]
+fn a_frame_with_an_open_shutter_ends_at_the_target_error_of_the_whole_frame() {
+    let scratch = Scratch::new("frame-target");
+    let camera = "PerspectiveCamera { position 0 0 6 }";
+    let light = "PointLight { location 2 3 4 }";
+    scratch.inventor("a.iv", &format!("{camera} {light} Cube {{ }}"));
+    scratch.file("a.tl", "frames 2\nshutter .5\nfocus 0 4m\nfocus 1 8m\n");
+    let line = "pull-focus --animate DIR/a.tl --frames 0-1 --size 24x16 --quiet DIR/a.iv";
+    let frame = |folder: &str, options: &str| {
+        let line = format!("{line} --folder DIR/{folder} {options}");
+        let said = stderr(&must_run(&scratch, &line));
+        let file = scratch.0.join(folder).join("00001.png");
+        (said, provenance(&file))
+    };
+    let (said, text) = frame("plain", "");
+    assert!(said.is_empty() && text["ivcam:samples"] == "16", "{said}");
+    let (said, text) = frame("target", "--target-error 3%");
+    let high = text["ivcam:error"].split("to ").nth(1).unwrap();
+    let high: f64 = high.trim_end_matches("%)").parse().unwrap();
+    assert!(said.is_empty() && high <= 3.0, "{text:?} {said}");
+    let samples: u32 = text["ivcam:samples"].parse().unwrap();
+    assert!((17..65_536).contains(&samples), "{samples}");
+    let (said, _) = frame("limit", "--target-error .1% --samples 16");
+    assert!(said.contains("frame 1 may not meet the target"), "{said}");
+    let other = format!("{line} --folder DIR/plain --target-error 3%");
+    must_fail(&scratch, &other, &["another movie"]);
+}
+
+#[test]
 fn when_most_rays_are_lost_the_summary_says_how_many_and_what_helps() {
     let scratch = Scratch::new("lost");
     scratch.file("cube.iv", CUBE);

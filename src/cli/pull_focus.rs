@@ -9,7 +9,7 @@ use clap::{Arg, ArgMatches, Command};
 
 use super::outputs::check_picture_space;
 use super::render::{OutputOptions, movie_plan};
-use super::{flags, parsed, print_warnings, scene_argument, text};
+use super::{flags, parsed, print_diagnostic, print_warnings, scene_argument, text};
 use crate::diag::{Diagnostic, Result, Source};
 use crate::files::{MAX_TEXT, read_file};
 use crate::math::{LengthUnit, Meters, parse_length};
@@ -208,30 +208,48 @@ fn render(shoot: &Shoot, frames: &[u32], expiry: Duration, options: &OutputOptio
     }
     let start = Instant::now();
     let mut done = 0;
-    let mut handle = |event: Event<'_>| match event {
-        Event::Opened(sink) => print_warnings(sink),
-        _ if options.quiet => {}
-        Event::Frame {
+    let mut handle = |event: Event<'_>| {
+        if let Event::Frame {
             number,
-            focus,
-            seconds,
-        } => {
-            done += 1;
-            // Other processes may make some of them.
-            let left = shoot.missing(&missing).len();
-            let focus = focus.map(|d| format!("  focus {d:.3} m"));
-            super::status!(
-                "frame {number}{}  {seconds:.1} s  {left} left, {}",
-                focus.unwrap_or_default(),
-                time_text(start.elapsed() / done * left as u32)
-            );
+            shortfall: Some(error),
+            ..
+        } = &event
+        {
+            warn_of_shortfall(*number, error);
         }
-        Event::Waiting(frames) => super::status!(
-            "waiting for {} that other processes make",
-            counted(frames, "frame")
-        ),
+        match event {
+            Event::Opened(sink) => print_warnings(sink),
+            _ if options.quiet => {}
+            Event::Frame {
+                number,
+                focus,
+                seconds,
+                ..
+            } => {
+                done += 1;
+                // Other processes may make some of them.
+                let left = shoot.missing(&missing).len();
+                let focus = focus.map(|d| format!("  focus {d:.3} m"));
+                super::status!(
+                    "frame {number}{}  {seconds:.1} s  {left} left, {}",
+                    focus.unwrap_or_default(),
+                    time_text(start.elapsed() / done * left as u32)
+                );
+            }
+            Event::Waiting(frames) => super::status!(
+                "waiting for {} that other processes make",
+                counted(frames, "frame")
+            ),
+        }
     };
     options.on_threads(|| shoot.render(&missing, expiry, &mut handle))?
+}
+
+/// Warns that a frame may not meet the target error.
+fn warn_of_shortfall(number: u32, error: &str) {
+    let text = format!("frame {number} may not meet the target: its relative error is {error}");
+    let help = "raise `--samples`, which is the limit of a frame's samples";
+    print_diagnostic(&Diagnostic::warning(text).with_help(help));
 }
 
 /// Returns the timeline, and which of its frames to make.

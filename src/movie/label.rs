@@ -30,6 +30,12 @@ pub(super) fn label(plan: &Plan, timeline: &Timeline) -> Result<String> {
     for (key, value) in plan.describe() {
         text += &format!("{key} {value}\n");
     }
+    if let Some(target) = plan.stop.error {
+        text += &format!("target {target}\n");
+    }
+    if let Some(time) = plan.stop.time {
+        text += &format!("time {time:?}\n");
+    }
     // On another machine the same scene may be in another folder.
     let name = plan.scene.file_name().unwrap_or_default().to_string_lossy();
     text += &format!("scene {name}\n");

@@ -10,13 +10,15 @@ use std::time::{Duration, Instant};
 use super::frames::{claim_name, frame_path, is_whole};
 use super::journal::Journal;
 use super::label::{label, label_folder};
+use super::moments::expose_moments;
 use super::timeline::{Moment, Timeline, Travel};
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::files::Claims;
 use crate::math::Meters;
 use crate::photo::{Optics, Plan, Session};
 use crate::pose::CameraPose;
-use crate::render::{Exposure, Stop};
+use crate::render::Exposure;
+use crate::render::report::stated_error;
 use crate::sampling::Sampler;
 
 /// The largest number of moments that a frame with an open shutter is exposed at. Chosen by trial.
@@ -48,6 +50,8 @@ pub(crate) enum Event<'a> {
         focus: Option<f64>,
         /// The time of the exposure, in seconds.
         seconds: f64,
+        /// The error of the frame, if it may be above the target; if there is one.
+        shortfall: Option<String>,
     },
     /// All frames are done or in work elsewhere. The process waits for this number of frames.
     Waiting(usize),
@@ -211,8 +215,17 @@ impl Shoot {
             number,
             focus: moments[0].focus,
             seconds: exposure.seconds,
+            shortfall: self.shortfall(&exposure),
         });
         Ok(())
+    }
+
+    /// Returns the error of a frame that may be above the target.
+    fn shortfall(&self, exposure: &Exposure) -> Option<String> {
+        let target = self.plan.stop.error?;
+        let error = exposure.film.error();
+        let is_met = error.is_ok_and(|e| e.high <= target);
+        (!is_met).then(|| stated_error(error))
     }
 
     /// Makes the folder, or checks that the frames in it are of this movie.
@@ -225,33 +238,32 @@ impl Shoot {
         }
     }
 
-    /// Exposes one frame at its moments, each with an equal part of the samples.
+    /// Exposes one frame at its moments.
     fn expose(
         &self,
         session: &mut Session,
         start: &CameraPose,
         moments: &[Moment],
     ) -> Result<Exposure> {
-        let mut whole: Option<Exposure> = None;
-        let samples = (self.plan.sampler.samples / moments.len() as u32).max(1);
-        for (i, moment) in moments.iter().enumerate() {
+        let parts = moments.len() as u32;
+        expose_moments(parts, self.plan.stop, &mut |i, stop| {
+            let moment = &moments[i as usize];
             let mut plan = self.plan.clone();
             apply(&mut plan, moment);
             session.change(plan, posed(start, moment))?;
             // Parts need independent random numbers, otherwise their errors are correlated.
-            let seed = self.plan.sampler.seed.wrapping_add(i as u64 * 0x9e37_79b9);
+            let seed = self
+                .plan
+                .sampler
+                .seed
+                .wrapping_add(u64::from(i) * 0x9e37_79b9);
             let sampler = Sampler {
-                samples,
+                samples: (self.plan.sampler.samples / parts).max(1),
                 seed,
                 ..self.plan.sampler
             };
-            let part = session.expose_with(sampler, Stop::after(samples), &|_| ());
-            match &mut whole {
-                None => whole = Some(part),
-                Some(sum) => sum.join(&part),
-            }
-        }
-        whole.ok_or_else(|| Diagnostic::error("a frame without a moment can't be exposed"))
+            Ok(session.expose_with(sampler, stop, &|_| ()))
+        })
     }
 }
 

@@ -26,7 +26,7 @@ use crate::picture::Picture;
 use crate::pose::{CameraPose, Projection};
 use crate::render::diffraction::diffract;
 use crate::render::ghosts::GhostRender;
-use crate::render::report::{RenderReport, Seconds, error_text};
+use crate::render::report::{RenderReport, Seconds, stated_error};
 use crate::render::{Exposure, Progress, Render, Stop, Stopwatch, Summary, SurfaceSum};
 use crate::sampling::{FilterTable, Sampler};
 #[cfg(test)]
@@ -481,10 +481,7 @@ impl Session {
     pub fn develop(&self, exposure: &Exposure, command: &str) -> Picture {
         let film = self.with_diffraction(&exposure.film);
         let mut picture = Picture::develop(&film, self.plan.response.clone());
-        let error = match exposure.film.error() {
-            Ok(error) => error_text(&error),
-            Err(reason) => format!("unknown: {reason}"),
-        };
+        let error = stated_error(exposure.film.error());
         picture.provenance = self.provenance(command, exposure.samples, &error);
         picture
     }

@@ -7,7 +7,7 @@ use super::session::Session;
 use crate::diag::Result;
 use crate::film::{Film, Resolution};
 use crate::picture::{Heading, Picture, ROWS, RowSource};
-use crate::render::report::error_text;
+use crate::render::report::stated_error;
 use crate::render::{Progress, Stopwatch, StripSums, Strips, Summary};
 
 /// The largest number of pixels that are kept to look for a black or a clipped picture.
@@ -130,9 +130,6 @@ impl RowSource for StripRows<'_> {
     }
 
     fn late(&self) -> String {
-        match self.sums().error() {
-            Ok(error) => error_text(&error),
-            Err(reason) => format!("unknown: {reason}"),
-        }
+        stated_error(self.sums().error())
     }
 }

@@ -101,10 +101,9 @@ impl Exposure {
         }
     }
 
-    /// Adds an exposure of the same film with other samples or at another moment.
-    pub(crate) fn join(&mut self, part: &Self) {
-        let all = f64::from(self.samples + part.samples).max(1.0);
-        self.film.join(&part.film, f64::from(part.samples) / all);
+    /// Adds an exposure of the same film at another moment, which gets a share of the sum.
+    pub(crate) fn join(&mut self, part: &Self, share: f64) {
+        self.film.join(&part.film, share);
         self.counts.add(&part.counts);
         self.add_time(Spent {
             seconds: part.seconds,

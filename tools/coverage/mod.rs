@@ -19,6 +19,7 @@ use self::scenes::{CASES, Case};
 use super::shared::pictures::opened;
 use crate::diag::Result;
 use crate::film::{ErrorEstimate, ErrorUnknown, Resolution};
+use crate::movie::expose_moments;
 use crate::photo::{Plan, Session};
 use crate::render::report::deviation::Deviation;
 use crate::render::report::percent;
@@ -156,23 +157,18 @@ impl Subject {
         plans.into_iter().map(open).collect::<Result<_>>().map(Self)
     }
 
-    /// Exposes the film once, at each moment with its part of the samples, as a movie's frame is.
+    /// Exposes the film once, at all moments, as a movie's frame is.
     fn expose(&self, seed: u64, stop: Stop) -> Option<Exposure> {
-        let samples = (stop.samples / self.0.len() as u32).max(1);
-        let mut whole: Option<Exposure> = None;
-        for (i, session) in self.0.iter().enumerate() {
+        let exposure = expose_moments(self.0.len() as u32, stop, &mut |i, stop| {
+            let session = &self.0[i as usize];
             let sampler = Sampler {
-                samples,
-                seed: mix(seed).wrapping_add(i as u64 * 0x9e37_79b9),
+                samples: stop.samples,
+                seed: mix(seed).wrapping_add(u64::from(i) * 0x9e37_79b9),
                 ..session.plan.sampler
             };
-            let part = session.expose_with(sampler, Stop { samples, ..stop }, &|_| ());
-            match &mut whole {
-                None => whole = Some(part),
-                Some(sum) => sum.join(&part),
-            }
-        }
-        whole
+            Ok(session.expose_with(sampler, stop, &|_| ()))
+        });
+        exposure.ok()
     }
 }
 
@@ -251,11 +247,7 @@ fn row(case: &Case, plans: Vec<Plan>, options: &Options) -> Result<Vec<String>> 
                     error: Some(target),
                     ..Stop::after(options.limit)
                 };
-                // The moments of a movie's frame have a number of samples and no target.
-                let all = match subject.0.len() {
-                    1 => outcomes(subject, &truth, options.seeds, stop),
-                    _ => Vec::new(),
-                };
+                let all = outcomes(subject, &truth, options.seeds, stop);
                 cells.push(target_cell(&all, target, options.limit));
             }
         }

@@ -196,6 +196,14 @@ pub(crate) fn error_text(error: &ErrorEstimate) -> String {
     format!("{} ({low} to {high})", percent(error.relative_rmse, 3))
 }
 
+/// Formats an error, or why it is unknown, for the metadata of a picture.
+pub(crate) fn stated_error(error: std::result::Result<ErrorEstimate, ErrorUnknown>) -> String {
+    match error {
+        Ok(error) => error_text(&error),
+        Err(reason) => format!("unknown: {reason}"),
+    }
+}
+
 /// Formats a share as a percentage with at least `digits` significant digits: 0.0230 becomes
 /// `2.30%`.
 pub(crate) fn percent(share: f64, digits: i32) -> String {

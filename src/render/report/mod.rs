@@ -9,7 +9,7 @@ pub(crate) mod deviation;
 mod peers;
 mod slope;
 
-pub(crate) use account::{RenderReport, Seconds, count, error_text, percent};
+pub(crate) use account::{RenderReport, Seconds, count, error_text, percent, stated_error};
 pub(crate) use chart::Across;
 pub(crate) use convergence::{Convergence, Row};
 pub(crate) use peers::Peer;

@@ -1,0 +1,55 @@
+//! A frame that is exposed at several moments while the shutter is open.
+
+use crate::diag::{Diagnostic, Result};
+use crate::render::{Exposure, Stop};
+
+/// The largest number of times that a frame is exposed to reach its target error.
+const ATTEMPTS: u32 = 3;
+
+/// Exposes a frame at `count` moments, each for an equal part of it. `expose` returns the exposure
+/// of a moment that ends at given conditions. Samples and time are shared out evenly.
+///
+/// The error of the mean of n pictures that have the same error and the same mean is 1/√n of
+/// theirs, so the moments' target is √n of the frame's. Where the frame then has a larger error,
+/// because the moments differ, it is exposed again with a smaller target.
+///
+/// # Errors
+/// Returns the first error of `expose`, or an error if there is no moment.
+pub(crate) fn expose_moments(
+    count: u32,
+    stop: Stop,
+    expose: &mut dyn FnMut(u32, Stop) -> Result<Exposure>,
+) -> Result<Exposure> {
+    let parts = count.max(1);
+    let mut of_moment = Stop {
+        samples: (stop.samples / parts).max(1),
+        error: stop.error.map(|e| e * f64::from(parts).sqrt()),
+        time: stop.time.map(|t| t / parts),
+    };
+    let mut attempt = 1;
+    loop {
+        let mut frame: Option<Exposure> = None;
+        for i in 0..count {
+            let part = expose(i, of_moment)?;
+            match &mut frame {
+                None => frame = Some(part),
+                Some(sum) => sum.join(&part, 1.0 / f64::from(i + 1)),
+            }
+        }
+        let frame =
+            frame.ok_or_else(|| Diagnostic::error("a frame without a moment can't be exposed"))?;
+        let excess = stop.error.map(|target| match frame.film.error() {
+            Ok(error) => error.high / target,
+            Err(_) => 2.0,
+        });
+        let excess = excess.filter(|excess| *excess > 1.0);
+        let may_go_on = attempt < ATTEMPTS && stop.time.is_none() && frame.samples < stop.samples;
+        match excess {
+            Some(excess) if may_go_on => {
+                of_moment.error = of_moment.error.map(|e| 0.9 * e / excess);
+                attempt += 1;
+            }
+            _ => return Ok(frame),
+        }
+    }
+}
