@@ -1059,6 +1059,122 @@ fn the_camera_in_use_is_written_and_makes_the_same_picture() {
     }
 }
 
+/// A denoiser that takes the arguments of `oidnDenoise` and returns one of its inputs.
+#[cfg(unix)]
+fn denoiser(scratch: &Scratch, name: &str, command: &str) {
+    use std::os::unix::fs::PermissionsExt;
+    let script = format!(
+        "#!/bin/sh\n\
+         [ $1 = --help ] && exit\n\
+         while [ $# -gt 1 ]; do\n\
+         case $1 in --hdr) color=$2;; --alb) albedo=$2;; --nrm) normal=$2;; --output) to=$2;; esac\n\
+         shift\n\
+         done\n\
+         [ $color ] || exec cp ${{albedo:-$normal}} $to\n\
+         {command}\n"
+    );
+    let path = scratch.file(name, &script);
+    std::fs::set_permissions(path, PermissionsExt::from_mode(0o700)).unwrap();
+}
+
+/// Returns red, green and blue of a picture of 16 bits at its center.
+#[cfg(unix)]
+fn center(path: &Path) -> [u16; 3] {
+    let image = image::open(path).unwrap().into_rgb16();
+    image.get_pixel(image.width() / 2, image.height() / 2).0
+}
+
+#[cfg(unix)]
+#[test]
+fn a_denoiser_gets_color_albedo_and_normals_and_its_picture_states_no_error() {
+    let scratch = Scratch::new("denoise");
+    let camera = "PerspectiveCamera { position 0 0 6 }";
+    let body = format!("{camera} Material {{ diffuseColor .8 .4 .2 }} Cube {{ }}");
+    scratch.inventor("a.iv", &body);
+    for input in ["color", "albedo", "normal"] {
+        denoiser(&scratch, input, &format!("cp ${input} $to"));
+    }
+    let render = |name: &str, options: &str| {
+        let line = format!("render --lens none --size 15x11 --depth 16 -o DIR/{name} DIR/a.iv");
+        stderr(&must_run(&scratch, &format!("{line} {options}")))
+    };
+    let said = render("plain.png", "");
+    assert!(said.contains("relative error"), "{said}");
+    let said = render("same.png", "--denoise=DIR/color --report DIR/report.json");
+    assert!(
+        said.contains("error unknown: the picture is denoised"),
+        "{said}"
+    );
+    assert!(!said.contains("relative error"), "{said}");
+    let pixels = |name: &str| image::open(scratch.0.join(name)).unwrap().into_rgb16();
+    assert!(pixels("plain.png") == pixels("same.png"));
+    let text = std::fs::read_to_string(scratch.0.join("report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(report["relative_rmse"], serde_json::Value::Null);
+    assert_eq!(report["error_unknown"], "the picture is denoised");
+    assert!(
+        report["plan"]["denoise"]
+            .as_str()
+            .unwrap()
+            .ends_with("color")
+    );
+    let metadata =
+        String::from_utf8_lossy(&std::fs::read(scratch.0.join("same.png")).unwrap()).into_owned();
+    assert!(metadata.contains("unknown: the picture is denoised"));
+
+    render("albedo.png", "--denoise=DIR/albedo --aov DIR/layers.exr");
+    let level = |share: f64| (share * 65_535.0).round() as u16;
+    assert_eq!(
+        center(&scratch.0.join("albedo.png")),
+        [0.8, 0.4, 0.2].map(level)
+    );
+    render("normal.png", "--denoise=DIR/normal");
+    assert_eq!(
+        center(&scratch.0.join("normal.png")),
+        [0.0, 0.0, 1.0].map(level)
+    );
+    let layers = std::fs::read(scratch.0.join("layers.exr")).unwrap();
+    assert!(!String::from_utf8_lossy(&layers).contains("is denoised"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_missing_denoiser_is_an_error_before_the_work_and_a_failed_one_leaves_the_picture() {
+    let scratch = Scratch::new("no-denoiser");
+    scratch.inventor("a.iv", "Cube { }");
+    denoiser(&scratch, "fails", "echo no device >&2; exit 1");
+    denoiser(&scratch, "silent", "");
+    denoiser(&scratch, "short", "head -c 60 $color > $to");
+    let render = "render --lens none --size 9x6 -o DIR/a.png DIR/a.iv";
+    for (line, part) in [
+        (format!("{render} --denoise=DIR/none"), "Open Image Denoise"),
+        (
+            "pull-focus --denoise=DIR/silent DIR/a.iv".to_owned(),
+            "goes with a render",
+        ),
+        (
+            "render --denoise=DIR/silent DIR -o DIR/out".to_owned(),
+            "one scene",
+        ),
+    ] {
+        must_fail(&scratch, &line, &[part]);
+    }
+    for (name, part) in [("fails", "no device"), ("silent", "9x6"), ("short", "9x6")] {
+        let line = format!("{render} --denoise=DIR/{name}");
+        let folder = scratch.0.display().to_string();
+        let run = ivcam(&line.replace("DIR", &folder)).output().unwrap();
+        let said = stderr(&run);
+        assert_eq!(run.status.code(), Some(2), "{said}");
+        assert!(
+            said.contains(part) && said.contains("without denoising"),
+            "{said}"
+        );
+        let picture = scratch.0.join("a.png");
+        assert_eq!(image::image_dimensions(&picture).unwrap(), (9, 6));
+        std::fs::remove_file(picture).unwrap();
+    }
+}
+
 #[test]
 fn a_frame_with_an_open_shutter_ends_at_the_target_error_of_the_whole_frame() {
     let scratch = Scratch::new("frame-target");

@@ -116,7 +116,7 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
     }
 }
 
-/// Refuses `--write-camera` and `--aov` where no picture is rendered.
+/// Refuses `--write-camera`, `--aov` and `--denoise` where no picture is rendered.
 fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
     let (renders, m) = match matches.subcommand() {
         None => (matches.get_flag("batch"), matches),
@@ -128,6 +128,7 @@ fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
             "use `ivcam render` or `-batch`, or the window's *Write camera*",
         ),
         ("aov", "use `ivcam render` or `-batch`"),
+        ("denoise", "use `ivcam render` or `-batch`"),
     ];
     for (option, help) in helps {
         if !renders && m.try_contains_id(option).unwrap_or_default() {

@@ -55,11 +55,11 @@ pub(crate) fn argument(option: &Opt) -> Arg {
     match option.takes {
         Takes::Nothing => arg.action(ArgAction::SetTrue),
         Takes::One(name) => arg.value_name(name).allow_hyphen_values(true),
-        Takes::Maybe(name) => arg
+        Takes::Maybe(name, usual) => arg
             .value_name(name)
             .num_args(0..=1)
             .require_equals(true)
-            .default_missing_value("flip"),
+            .default_missing_value(usual),
         Takes::Many(name) => arg
             .value_name(name)
             .action(ArgAction::Append)

@@ -14,10 +14,12 @@ use super::{flags, parsed, print_diagnostic, print_warnings, team, text};
 use crate::camera::{Aim, Camera};
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::files::write_whole;
+use crate::film::ErrorUnknown;
 use crate::iv::Document;
 use crate::math::use_portable_arithmetic;
 use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
-use crate::photo::{Era, Plan, Session, free_name, picture_name};
+use crate::photo::{Denoiser, Era, Plan, Session, free_name, picture_name};
+use crate::picture::Picture;
 use crate::render::report::{RenderReport, count, error_text, percent};
 use crate::render::{Counts, Exposure};
 
@@ -29,6 +31,8 @@ pub(crate) struct OutputOptions {
     pub report: Option<PathBuf>,
     /// The file of the picture's layers.
     pub layers: Option<PathBuf>,
+    /// The program that denoises the picture.
+    pub denoiser: Option<Denoiser>,
     /// The file that the camera in use is written to.
     pub camera: Option<PathBuf>,
     /// The number of threads to render with.
@@ -64,6 +68,7 @@ impl OutputOptions {
             output,
             report: text(m, "report").map(PathBuf::from),
             layers: layers(m)?,
+            denoiser: denoiser(m)?,
             camera: text(m, "write-camera").map(PathBuf::from),
             threads: threads(m)?,
             quiet: m.get_flag("quiet"),
@@ -136,6 +141,17 @@ fn layers(m: &ArgMatches) -> Result<Option<PathBuf>> {
         return Err(Diagnostic::error(message).with_help("end the name in .exr"));
     }
     Ok(Some(path))
+}
+
+/// Returns the denoiser of `--denoise`. Only the process that writes the picture looks for it.
+///
+/// # Errors
+/// Returns an error if it cannot be run.
+fn denoiser(m: &ArgMatches) -> Result<Option<Denoiser>> {
+    let program = text(m, "denoise").filter(|_| !team::is_assistant());
+    program
+        .map(|program| Denoiser::find(Path::new(program)))
+        .transpose()
 }
 
 /// Returns how progress is shown, by `--progress` and `--quiet`.
@@ -260,11 +276,12 @@ fn opened(matches: &ArgMatches, era: Era) -> Result<(OutputOptions, Session)> {
     let mut plan = plan(matches, era)?;
     plan.whole_film = match picture_format(&options.output)?.has_rows() {
         _ if options.layers.is_some() => Some("`--aov`"),
+        _ if options.denoiser.is_some() => Some("`--denoise`"),
         false => Some("a JPEG or SGI file"),
         true => None,
     };
     let mut session = Session::open(plan)?;
-    if options.layers.is_some() {
+    if options.layers.is_some() || options.denoiser.is_some() {
         session.take_layers()?;
     }
     print_warnings(&session.sink);
@@ -325,21 +342,50 @@ fn render_whole(
     let meter = Meter::new(options.meter);
     let exposure = options.on_threads(|| session.expose(&|p| meter.show(p)))?;
     meter.finish(&exposure.counts, exposure.seconds);
-    warn_of_shortfall(session, &exposure);
+    warn_of_shortfall(session, &exposure, options.denoiser.is_some());
 
     let clock = Instant::now();
     let picture = session.develop(&exposure, command);
     if let Some(warning) = session.warn_if_black_or_clipped(&exposure.counts, &picture) {
         print_diagnostic(&warning);
     }
-    options.on_threads(|| save_picture(&picture, &options.output, session.plan.depth))??;
-    if let Some(path) = &options.layers {
-        let layers = options.on_threads(|| session.layers(&exposure, &picture))?;
-        layers.save(path)?;
-    }
+    options.on_threads(|| write_pictures(session, options, &exposure, &picture))??;
     let mut report = session.report(&exposure);
+    if let Some(denoiser) = &options.denoiser {
+        report.plan.insert("denoise".into(), denoiser.name());
+        report.set_error(Err(ErrorUnknown::Denoised));
+    }
     report.seconds.write = clock.elapsed().as_secs_f64();
     Ok((report, exposure.counts))
+}
+
+/// Writes the picture, denoised if that was asked for, and its layers, which are those of the
+/// picture before. If the denoiser fails, the picture is written without it.
+fn write_pictures(
+    session: &Session,
+    options: &OutputOptions,
+    exposure: &Exposure,
+    picture: &Picture,
+) -> Result<()> {
+    let save = |picture: &Picture| save_picture(picture, &options.output, session.plan.depth);
+    let surfaces = match (&options.layers, &options.denoiser) {
+        (None, None) => Vec::new(),
+        _ => session.surfaces_of(exposure),
+    };
+    let denoiser = options.denoiser.as_ref();
+    match denoiser.map(|denoiser| session.denoised(picture, &surfaces, denoiser)) {
+        None => save(picture)?,
+        Some(Ok(clean)) => save(&clean)?,
+        Some(Err(error)) => {
+            save(picture)?;
+            let output = options.output.display();
+            return Err(error.with_help(format!("`{output}` is the picture without denoising")));
+        }
+    }
+    match &options.layers {
+        Some(path) => session.layers(exposure, picture, &surfaces).save(path),
+        None => Ok(()),
+    }
 }
 
 /// Renders a picture whose film does not fit into memory, and writes each strip when it is
@@ -389,8 +435,8 @@ fn report_lost_rays(session: &Session, counts: &Counts) {
     );
 }
 
-/// Warns if the target error was not reached.
-fn warn_of_shortfall(session: &Session, exposure: &Exposure) {
+/// Warns if the target error, which is that of the picture before denoising, was not reached.
+fn warn_of_shortfall(session: &Session, exposure: &Exposure, is_denoised_later: bool) {
     let Some(limit) = session.plan.stop.error else {
         return;
     };
@@ -400,6 +446,10 @@ fn warn_of_shortfall(session: &Session, exposure: &Exposure) {
         "the time"
     };
     let target = percent(limit, 3);
+    let subject = match is_denoised_later {
+        true => "error before denoising",
+        false => "error",
+    };
     let (message, help) = match exposure.film.error() {
         Ok(error) if error.high <= limit => return,
         Ok(error) => {
@@ -407,7 +457,7 @@ fn warn_of_shortfall(session: &Session, exposure: &Exposure) {
             let more = f64::from(exposure.samples) * factor * factor;
             (
                 format!(
-                    "the relative error is {}, so the target of {target} may not be met: \
+                    "the relative {subject} is {}, so the target of {target} may not be met: \
                      {ended_by} ended the render",
                     error_text(&error)
                 ),
@@ -416,7 +466,7 @@ fn warn_of_shortfall(session: &Session, exposure: &Exposure) {
         }
         Err(reason) => (
             format!(
-                "the error is unknown, so the target of {target} may not be met: {reason}; \
+                "the {subject} is unknown, so the target of {target} may not be met: {reason}; \
                  {ended_by} ended the render"
             ),
             "more samples per pixel may find what is rare".to_owned(),

@@ -40,7 +40,7 @@ fn line(vintage: &str, option: &Opt) -> String {
     let value = match option.takes {
         Takes::Nothing => String::new(),
         Takes::One(name) | Takes::Many(name) => format!(" {name}"),
-        Takes::Maybe(name) => format!(" [{name}]"),
+        Takes::Maybe(name, _) => format!(" [{name}]"),
     };
     format!(
         "  {:<COLUMN$}{}\n",

@@ -30,6 +30,8 @@ pub enum ErrorUnknown {
     NotMeasured,
     /// The picture is black.
     Black,
+    /// The picture is denoised, so its error is not that of its samples.
+    Denoised,
     /// The estimate has too few pairs of exposures: the picture is small, or adaptive sampling
     /// has concentrated its samples on few pixels.
     FewPairs {
@@ -62,6 +64,7 @@ impl fmt::Display for ErrorUnknown {
         match self {
             Self::NotMeasured => write!(f, "not measured"),
             Self::Black => write!(f, "the picture is black"),
+            Self::Denoised => write!(f, "the picture is denoised"),
             Self::FewPairs { pairs } => {
                 write!(f, "only {pairs} pairs of exposures estimate it")
             }

@@ -16,13 +16,19 @@ const FAR: f64 = 1e10;
 const MOST_SAMPLES: u32 = 256;
 
 impl Session {
-    /// Takes the memory for the picture's layers, before the render.
+    /// Takes the memory for the picture's surfaces and layers, before the render.
     ///
     /// # Errors
     /// Fails if they do not fit.
     pub(crate) fn take_layers(&mut self) -> Result<()> {
         let size = self.region().resolution();
         take_layers(&mut self.memory, size)
+    }
+
+    /// Returns what the first samples of each pixel of an exposure meet, at most 256. Uses rayon's
+    /// current pool.
+    pub(crate) fn surfaces_of(&self, exposure: &Exposure) -> Vec<SurfaceSum> {
+        self.surfaces(exposure.samples.min(MOST_SAMPLES))
     }
 
     /// Returns the layers of an exposure, with the developed picture in R, G and B:
@@ -40,9 +46,13 @@ impl Session {
     ///
     /// Surfaces are means over the samples that meet one, by the picture's first samples, at most
     /// 256, at the lens's own wavelength. Depth, position and normal are those of the first
-    /// surface, transparent or not. Uses rayon's current pool.
-    pub(crate) fn layers(&self, exposure: &Exposure, picture: &Picture) -> ChannelImage {
-        let surfaces = self.surfaces(exposure.samples.min(MOST_SAMPLES));
+    /// surface, transparent or not.
+    pub(crate) fn layers(
+        &self,
+        exposure: &Exposure,
+        picture: &Picture,
+        surfaces: &[SurfaceSum],
+    ) -> ChannelImage {
         let film = &exposure.film;
         let mut image = ChannelImage {
             width: picture.width,

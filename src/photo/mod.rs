@@ -5,6 +5,7 @@
 //! from it, so they use the same code to render. `options` is the table of all options.
 
 mod camera_choice;
+mod denoise;
 pub(crate) mod headlight;
 mod layers;
 mod lens_settings;
@@ -22,6 +23,7 @@ mod tests;
 #[cfg(feature = "panels")]
 pub(crate) use camera_choice::camera_file;
 pub use camera_choice::{CameraChoice, CameraNode};
+pub(crate) use denoise::Denoiser;
 pub use headlight::{Headlight, HeadlightCause, HeadlightState};
 pub(crate) use plan::free_name;
 pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};

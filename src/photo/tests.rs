@@ -102,7 +102,7 @@ fn layers_hold_what_each_pixel_shows() {
     let session = Session::open(plan).expect("the scene is whole");
     let exposure = session.expose(&|_| ());
     let picture = session.develop(&exposure, "");
-    let image = session.layers(&exposure, &picture);
+    let image = session.layers(&exposure, &picture, &session.surfaces_of(&exposure));
     let channel = |name: &str| image.channels[name].as_slice();
     // The left half of the picture is empty, the right half shows the wall.
     let (empty, wall) = (12 * 36 + 3, 12 * 36 + 30);

@@ -72,7 +72,7 @@ impl Plan {
             for value in values {
                 match option.takes {
                     _ if value.is_empty() => words.push(spelling.clone()),
-                    Takes::Maybe(_) => words.push(format!("{spelling}={value}")),
+                    Takes::Maybe(..) => words.push(format!("{spelling}={value}")),
                     _ => words.extend([spelling.clone(), value]),
                 }
             }

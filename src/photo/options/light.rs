@@ -24,7 +24,7 @@ pub(super) static OPTIONS: [Opt; 3] = [
     .examples(&["-s f", "-s n", "--shading ambient", "-s d", "-s p", "-s gl", "-s r"]),
     Opt::new(
         "headlight",
-        Takes::Maybe("on|off"),
+        Takes::Maybe("on|off", "flip"),
         "toggles the headlight on the camera, or sets it [1999: off; now: on if the scene has no light, and in VRML97]",
     )
     .vintage("headlight")

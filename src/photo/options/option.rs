@@ -15,15 +15,15 @@ pub(super) type Print = fn(plan: &Plan, usual: &Plan) -> Vec<String>;
 /// Returns the text of an option for the metadata and the report, if it has one.
 pub(super) type Describe = fn(&Plan) -> Option<String>;
 
-/// The kind of value that an option has. The text is the value's name in the help.
+/// The kind of value that an option has. The first text is the value's name in the help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Takes {
     /// No value.
     Nothing,
     /// One value.
     One(&'static str),
-    /// An optional value, written `--option=VALUE`.
-    Maybe(&'static str),
+    /// An optional value, written `--option=VALUE`, and the value without one.
+    Maybe(&'static str, &'static str),
     /// One value; the option may be repeated.
     Many(&'static str),
 }

@@ -2,7 +2,7 @@
 
 use super::option::{Opt, Takes};
 
-pub(super) static OPTIONS: [Opt; 9] = [
+pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "output",
         Takes::One("FILE"),
@@ -19,6 +19,11 @@ pub(super) static OPTIONS: [Opt; 9] = [
         "aov",
         Takes::One("FILE.exr"),
         "writes the picture with layers: depth, position, normal, albedo, standard error, samples, lost rays",
+    ),
+    Opt::new(
+        "denoise",
+        Takes::Maybe("PROGRAM", "oidnDenoise"),
+        "denoises the picture by Intel Open Image Denoise, whose program is to be installed; its error is then unknown",
     ),
     Opt::new("batch", Takes::Nothing, "renders without a window").vintage("batch"),
     Opt::new("threads", Takes::One("N"), "threads to use [all cores]"),
