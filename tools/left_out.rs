@@ -9,7 +9,7 @@ use crate::photo::{Headlight, LensChoice, Optics, Plan, Session};
 use crate::shade::Shading;
 
 /// The rounds of a comparison, from which the medians are taken.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 9;
 /// The samples per pixel of a comparison.
 const SAMPLES: u32 = 16;
 /// The number of balls' triangles in a scene of a comparison.
@@ -132,7 +132,7 @@ pub(crate) fn by_scene(report: &mut String) {
         "## What a scene does not need\n\nA bumpy sphere of 20,000 triangles at 180x120, 16 \
          samples, one thread, through a lens, recursive. Each row compares it with a scene that has \
          what it lacks, almost without effect on the picture (the largest difference of a channel is \
-         in the last column). Processor seconds from reading to the last sample; medians of five \
+         in the last column). Processor seconds from reading to the last sample; medians of nine \
          rounds in turn, and the median of the differences with their quartiles.\n\n\
          | left out | seconds | with it | saved | quartiles | pictures differ by |\n\
          |---|---|---|---|---|---|\n",

@@ -7,7 +7,8 @@ use crate::math::lanes::{LANES, bits};
 use crate::sampling::mix;
 use glam::{DVec3, Vec3};
 
-/// Returns a bumpy sphere of about `count` triangles.
+/// Returns a bumpy sphere of about `count` triangles, whose corners are counterclockwise from
+/// outside.
 pub(crate) fn ball(count: usize) -> Vec<[Vec3; 3]> {
     let rows = ((count / 4) as f64).sqrt() as usize;
     let columns = 2 * rows;
@@ -33,8 +34,8 @@ pub(crate) fn ball(count: usize) -> Vec<[Vec3; 3]> {
                 point(i + 1, j + 1),
                 point(i, j + 1),
             ];
-            triangles.push([a, b, c]);
-            triangles.push([a, c, d]);
+            triangles.push([a, c, b]);
+            triangles.push([a, d, c]);
         }
     }
     triangles
