@@ -6,11 +6,13 @@
 //! to write it.
 
 mod diagnostic;
+mod differences;
 mod sink;
 mod source;
 mod spelling;
 
 pub use diagnostic::{Diagnostic, ErrorKind, Result, Severity};
+pub(crate) use differences::differences;
 pub use sink::Sink;
 pub use source::{Source, Span};
 pub(crate) use spelling::nearest;

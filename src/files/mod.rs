@@ -1,9 +1,10 @@
 //! Reads files of bounded size, writes files that appear only when they are complete, asks for the
-//! space that they take, claims work in shared folders, finds the folders of files, and escapes
-//! text for markup.
+//! space that they take, records what was read, claims work in shared folders, finds the folders of
+//! files, and escapes text for markup.
 
 mod claim;
 mod folder;
+mod inputs;
 mod markup;
 #[cfg(feature = "mpi")]
 pub(crate) mod passed_on;
@@ -13,6 +14,7 @@ mod whole;
 
 pub(crate) use claim::{Claims, Held, host_name};
 pub(crate) use folder::{folder_of, project_of};
+pub(crate) use inputs::{HASH_START, Inputs, hash, record_inputs, recorded_inputs};
 pub(crate) use markup::escaped;
 pub(crate) use read::{MAX_PICTURE, MAX_TEXT, read_file, read_file_named, read_stream};
 pub(crate) use space::{SizeEstimate, check_space};

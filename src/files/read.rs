@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use super::inputs::record;
 #[cfg(feature = "mpi")]
 use super::passed_on;
 use crate::diag::{Diagnostic, Result};
@@ -64,6 +65,7 @@ pub(crate) fn read_stream(stream: impl Read, name: &str, limit: usize) -> Result
     if bytes.len() > limit {
         return Err(too_large(name, limit));
     }
+    record(name, &bytes);
     Ok(bytes)
 }
 

@@ -7,14 +7,12 @@ use std::io::Read as _;
 use std::path::Path;
 
 use super::timeline::Timeline;
-use crate::diag::{Diagnostic, Result};
-use crate::files::{MAX_TEXT, read_file, write_new};
+use crate::diag::{Diagnostic, Result, differences};
+use crate::files::{HASH_START, MAX_TEXT, hash, read_file, write_new};
 use crate::photo::Plan;
 
 /// The name of the file.
 pub(super) const LABEL: &str = "film.txt";
-/// The differences between two movies that a message lists.
-const MOST_DIFFERENCES: usize = 3;
 
 /// Returns the label of a movie.
 ///
@@ -66,7 +64,8 @@ pub(super) fn label_folder(folder: &Path, text: &str) -> Result<()> {
     if there == text {
         return Ok(());
     }
-    let differences = differences(&there, text);
+    let [there, here] = [&*there, text].map(|text| lines(text).collect::<Vec<_>>());
+    let differences = differences(&there, &here);
     let message = format!(
         "the frames in `{}` are of another movie: {}",
         folder.display(),
@@ -107,69 +106,16 @@ fn lines(text: &str) -> impl Iterator<Item = (&str, &str)> {
     text.lines().map(|l| l.split_once(' ').unwrap_or((l, "")))
 }
 
-/// Describes the first differences between the label that is there and the present one.
-fn differences(there: &str, here: &str) -> Vec<String> {
-    let value = |text: &str, key: &str| {
-        let mut of_key = lines(text).filter(|(k, _)| *k == key);
-        of_key.next().map(|(_, v)| v.to_owned())
-    };
-    let mut keys: Vec<&str> = lines(there).chain(lines(here)).map(|(k, _)| k).collect();
-    let mut seen = std::collections::HashSet::new();
-    keys.retain(|key| seen.insert(*key));
-    let mut found = Vec::new();
-    for key in keys {
-        let (a, b) = (value(there, key), value(here, key));
-        if a == b {
-            continue;
-        }
-        // The description of a whole timeline or lens is no use in a message.
-        let is_short = |v: &Option<String>| v.as_ref().is_none_or(|v| v.len() <= 60);
-        let or_none = |v: Option<String>| v.unwrap_or_else(|| "none".into());
-        found.push(match is_short(&a) && is_short(&b) {
-            true => format!("{key} is {} there and {} here", or_none(a), or_none(b)),
-            false => format!("{key} differs"),
-        });
-    }
-    if found.len() > MOST_DIFFERENCES {
-        let more = found.len() - MOST_DIFFERENCES;
-        found.truncate(MOST_DIFFERENCES);
-        found.push(format!("{more} more differences"));
-    }
-    found
-}
-
-/// Returns the hash of a file's bytes (FNV-1a, 64 bits).
+/// Returns the hash of a file's bytes.
 fn hash_of_file(path: &Path) -> std::io::Result<u64> {
     let mut file = std::fs::File::open(path)?;
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut sum = HASH_START;
     let mut block = vec![0; 1 << 16];
     loop {
         let length = file.read(&mut block)?;
         if length == 0 {
-            return Ok(hash);
+            return Ok(sum);
         }
-        for byte in &block[..length] {
-            hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_message_lists_the_first_differences() {
-        let there = "ivcam 1\nsamples 4\nsize 3x2\nfocus 1\ntimeline a\n";
-        let here = "ivcam 1\nsamples 8\nsize 3x2\nfocus 2\nseed 3\ntimeline b\n";
-        assert_eq!(
-            differences(there, here),
-            [
-                "samples is 4 there and 8 here",
-                "focus is 1 there and 2 here",
-                "timeline is a there and b here",
-                "1 more differences"
-            ]
-        );
+        sum = hash(sum, &block[..length]);
     }
 }
